@@ -1,0 +1,81 @@
+# How every folder becomes a target, and with which flags.
+include(GNUInstallDirs)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+find_program(SEXTANT_CCACHE ccache)
+if(SEXTANT_CCACHE AND PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_C_COMPILER_LAUNCHER ${SEXTANT_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${SEXTANT_CCACHE})
+endif()
+
+# Flags of our own code; generated code and other people's headers do not get them.
+add_library(sextant_flags INTERFACE)
+target_compile_options(sextant_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wnon-virtual-dtor
+  -Woverloaded-virtual -Wold-style-cast -Wcast-qual -Wformat=2 -Wundef
+  $<$<BOOL:${SEXTANT_WARNINGS_AS_ERRORS}>:-Werror>)
+
+if(SEXTANT_ASSERTIONS)
+  foreach(type RELWITHDEBINFO RELEASE)
+    string(REPLACE "-DNDEBUG" "" CMAKE_CXX_FLAGS_${type} "${CMAKE_CXX_FLAGS_${type}}")
+  endforeach()
+  add_compile_definitions($<$<COMPILE_LANGUAGE:CXX>:_GLIBCXX_ASSERTIONS>)
+endif()
+if(SEXTANT_SANITIZE)
+  add_compile_options(-fsanitize=${SEXTANT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${SEXTANT_SANITIZE})
+endif()
+if(SEXTANT_COVERAGE)
+  add_compile_options(--coverage -fprofile-update=atomic)
+  add_link_options(--coverage)
+endif()
+
+# sextant_add_library(<folder> [SOURCES files...] [PUBLIC targets...] [PRIVATE targets...])
+# The target sextant_<folder> (alias sextant::<folder>), exported as sextant::<folder>. Without sources it is
+# header-only. PUBLIC and PRIVATE are link dependencies.
+function(sextant_add_library folder)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target sextant_${folder})
+  if(arg_SOURCES)
+    add_library(${target} STATIC ${arg_SOURCES})
+    set(scope PUBLIC)
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:sextant_flags>)
+  else()
+    add_library(${target} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  add_library(sextant::${folder} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
+  target_compile_features(${target} ${scope} cxx_std_20)
+  target_include_directories(${target} ${scope}
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(${target} ${scope} ${arg_PUBLIC})
+  if(arg_PRIVATE)
+    target_link_libraries(${target} PRIVATE ${arg_PRIVATE})
+  endif()
+  install(TARGETS ${target} EXPORT SextantTargets)
+endfunction()
+
+# sextant_add_tests(<folder> SOURCES files... [LIBRARIES targets...])
+# One GoogleTest program a folder; each TEST becomes a ctest named <folder>.<suite>.<case>.
+function(sextant_add_tests folder)
+  cmake_parse_arguments(arg "" "" "SOURCES;LIBRARIES" ${ARGN})
+  set(target sextant_${folder}_tests)
+  add_executable(${target} ${arg_SOURCES})
+  target_link_libraries(${target} PRIVATE sextant_flags sextant::${folder} ${arg_LIBRARIES} GTest::gmock_main)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_compile_definitions(${target} PRIVATE SEXTANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(${target} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# sextant_add_program(<name> SOURCES files... [LIBRARIES targets...])
+function(sextant_add_program name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE sextant_flags ${arg_LIBRARIES})
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endfunction()

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+
+#include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/measurement.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/core/space_vector.hpp"
+
+namespace sextant {
+
+/// What the drive wants of its controller in the coming period.
+enum class ControlMode : std::uint8_t {
+  off,        ///< all gates off; the estimate is carried on
+  magnetise,  ///< build up flux without torque
+  torque      ///< follow the torque reference
+};
+
+template <class T = double>
+struct ControlReference {
+  ControlMode mode{ControlMode::off};
+  T torque{};  ///< T_ref, used in mode `torque` [N·m]
+};
+
+/// What a controller knows of the machine.
+template <class T = double>
+struct ControlEstimate {
+  SpaceVector<T> psi_s{};   ///< stator flux linkage, stationary frame [Wb]
+  T psi_s_magnitude{};      ///< [Wb]
+  T torque{};               ///< electromagnetic torque [N·m]
+  std::uint8_t sector{};    ///< sector of ψ_s, 1…6; 0 where the controller has no sectors
+  bool magnetised{false};   ///< torque may be asked for
+};
+
+/// The seam behind which control methods are exchanged: measurement and reference in, gate pattern out.
+template <class T = double>
+class Controller {
+ public:
+  Controller() = default;
+  Controller(const Controller&) = delete;
+  Controller& operator=(const Controller&) = delete;
+  virtual ~Controller() = default;
+
+  /// One control period: updates the estimate from what was measured and decides the coming pattern.
+  /// Must be called in every period, also with the gates off.
+  [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
+                                         const ControlReference<T>& reference) noexcept SEXTANT_NONBLOCKING = 0;
+
+  /// The estimate at the last measurement.
+  [[nodiscard]] virtual ControlEstimate<T> estimate() const noexcept SEXTANT_NONBLOCKING = 0;
+
+  /// Back to the state after power-up: no flux, comparators at rest.
+  virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;
+};
+
+}  // namespace sextant

@@ -1,0 +1,123 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/control/controller.hpp"
+#include "sextant/control/delay_predictor.hpp"
+#include "sextant/control/flux_comparator.hpp"
+#include "sextant/control/flux_torque_estimator.hpp"
+#include "sextant/control/magnetiser.hpp"
+#include "sextant/control/sector_selector.hpp"
+#include "sextant/control/switching_table.hpp"
+#include "sextant/control/torque_comparator.hpp"
+
+namespace sextant {
+
+/// Conventional direct torque control (paper, 2.2): estimator → comparators → sector → switching table.
+/// One switching state a period.
+template <class T = double>
+class DirectTorqueController final : public Controller<T> {
+ public:
+  struct Parameters {
+    InductionMachineParameters<T> machine{};  ///< the machine as the controller believes it to be
+    std::int32_t period_ns{25'000};           ///< control period [ns]
+    T flux_reference{T(1.1)};                 ///< ψ_ref [Wb]
+    int actuation_delay_periods{0};           ///< 1 when a decision acts one period late [-]
+    typename TorqueComparator<T>::Parameters torque_comparator{};
+    typename FluxComparator<T>::Parameters flux_comparator{};
+    typename SectorSelector<T>::Parameters sector{};
+    typename Magnetiser<T>::Parameters magnetiser{};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (period_ns <= 0) return "the control period must be above zero";
+      if (!(std::isfinite(flux_reference) && flux_reference > T(0))) {
+        return "the flux reference must be above zero";
+      }
+      if (flux_comparator.band >= flux_reference) return "the flux band must be below the flux reference";
+      if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
+        return "the actuation delay must be 0 or 1 periods";
+      }
+      if (const char* problem = machine.validate()) return problem;
+      if (const char* problem = torque_comparator.validate()) return problem;
+      if (const char* problem = flux_comparator.validate()) return problem;
+      if (const char* problem = sector.validate()) return problem;
+      return magnetiser.validate();
+    }
+  };
+
+  explicit DirectTorqueController(const Parameters& parameters) noexcept
+      : parameters_{parameters},
+        estimator_{parameters.machine},
+        torque_comparator_{parameters.torque_comparator},
+        flux_comparator_{parameters.flux_comparator},
+        sector_{parameters.sector},
+        magnetiser_{parameters.magnetiser} {}
+
+  [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
+                                 const ControlReference<T>& reference) noexcept SEXTANT_NONBLOCKING override {
+    estimator_.step(measurement);
+    psi_s_magnitude_ = magnitude(estimator_.psi_s());
+    state_ = next_state(measurement, reference);
+    return GatePattern{state_, parameters_.period_ns};
+  }
+
+  [[nodiscard]] ControlEstimate<T> estimate() const noexcept SEXTANT_NONBLOCKING override {
+    return {estimator_.psi_s(), psi_s_magnitude_, estimator_.torque(), sector_.sector(), magnetiser_.done()};
+  }
+
+  void reset() noexcept SEXTANT_NONBLOCKING override {
+    estimator_.reset();
+    psi_s_magnitude_ = T(0);
+    rest();
+    state_ = gates_off;
+  }
+
+ private:
+  [[nodiscard]] SwitchState next_state(const Measurement<T>& measurement,
+                                       const ControlReference<T>& reference) noexcept {
+    switch (reference.mode) {
+      case ControlMode::torque: return torque_state(measurement, reference.torque);
+      case ControlMode::magnetise:
+        return magnetiser_.step(psi_s_magnitude_, parameters_.flux_reference, magnitude(estimator_.i_s()));
+      case ControlMode::off: break;
+    }
+    rest();
+    return gates_off;
+  }
+
+  /// The paper's Figures 2, 5 and 6 in a row.
+  [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement, T torque_reference) noexcept {
+    SpaceVector<T> psi_s = estimator_.psi_s();
+    T psi_magnitude = psi_s_magnitude_;
+    T torque = estimator_.torque();
+    if (parameters_.actuation_delay_periods > 0) {
+      const GatePattern in_flight{state_, parameters_.period_ns};
+      const auto ahead = predict(estimator_, measurement.u_dc, measurement.omega_m, in_flight);
+      psi_s = ahead.psi_s;
+      psi_magnitude = magnitude(psi_s);
+      torque = electromagnetic_torque(parameters_.machine.pole_pairs, psi_s, ahead.i_s);
+    }
+    const int torque_demand = torque_comparator_.step(torque_reference - torque);
+    const bool raise_flux = flux_comparator_.step(parameters_.flux_reference - psi_magnitude);
+    return select_state(sector_.step(psi_s), raise_flux, torque_demand, state_);
+  }
+
+  void rest() noexcept {
+    torque_comparator_.reset();
+    flux_comparator_.reset();
+    magnetiser_.reset();
+    sector_.step(estimator_.psi_s());
+  }
+
+  Parameters parameters_;
+  FluxTorqueEstimator<T> estimator_;
+  TorqueComparator<T> torque_comparator_;
+  FluxComparator<T> flux_comparator_;
+  SectorSelector<T> sector_;
+  Magnetiser<T> magnetiser_;
+  T psi_s_magnitude_{};
+  SwitchState state_{gates_off};
+};
+
+}  // namespace sextant

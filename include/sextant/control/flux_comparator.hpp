@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cmath>
+
+#include "sextant/control/threshold.hpp"
+
+namespace sextant {
+
+/// Two-level flux comparator: one relay on error = ψ_ref − |ψ_s| (paper, 2.2.2).
+///   raise while the error is above −band after it last exceeded +band, else lower.
+template <class T = double>
+class FluxComparator {
+ public:
+  struct Parameters {
+    T band{T(0.01)};  ///< half the width of the hysteresis [Wb]
+
+    [[nodiscard]] const char* validate() const noexcept {
+      return std::isfinite(band) && band > T(0) ? nullptr : "the flux band must be above zero";
+    }
+  };
+
+  constexpr explicit FluxComparator(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// Takes the flux error [Wb]; true: raise the flux, false: lower it.
+  constexpr bool step(T error) noexcept {
+    settle(*this, error);
+    return raise_;
+  }
+
+  [[nodiscard]] constexpr bool output() const noexcept { return raise_; }
+
+  /// The flux error [Wb] at which the present output changes.
+  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept {
+    return {{{{raise_ ? -parameters_.band : parameters_.band, !raise_}, {}}}, 1};
+  }
+
+  constexpr void on_crossing(int) noexcept { raise_ = !raise_; }
+
+  constexpr void reset() noexcept { raise_ = true; }
+
+ private:
+  Parameters parameters_;
+  bool raise_{true};
+};
+
+}  // namespace sextant

@@ -1,0 +1,82 @@
+#pragma once
+
+#include "sextant/control/current_model.hpp"
+#include "sextant/control/voltage_model.hpp"
+#include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/measurement.hpp"
+
+namespace sextant {
+
+/// Torque of the machine, T_e = 3/2 p ψ_s × i_s. [N·m]
+template <class T>
+[[nodiscard]] constexpr T electromagnetic_torque(int pole_pairs, SpaceVector<T> psi_s,
+                                                 SpaceVector<T> i_s) noexcept {
+  return T(1.5) * T(pole_pairs) * cross(psi_s, i_s);
+}
+
+/// Torque and flux estimator (paper, 2.2.1): the voltage model while the gates are driven. While they are
+/// off the current model carries the flux on, so that a drive can be enabled again on a spinning machine
+/// that still has rotor flux. Each takes over from where the other ended.
+template <class T = double>
+class FluxTorqueEstimator {
+ public:
+  constexpr explicit FluxTorqueEstimator(const InductionMachineParameters<T>& machine) noexcept
+      : voltage_model_{machine.r_s}, current_model_{machine}, pole_pairs_{machine.pole_pairs} {}
+
+  /// Takes the measurement at the end of a period and the pattern that acted over it.
+  constexpr void step(const Measurement<T>& measurement) noexcept {
+    const SpaceVector<T> i_s = clarke(measurement.i_abc);
+    if (was_driven(measurement.acted)) {
+      step_driven(measurement, i_s);
+    } else {
+      step_coasting(measurement, i_s);
+    }
+    i_s_ = i_s;
+  }
+
+  [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return voltage_model_.psi_s(); }  ///< [Wb]
+  [[nodiscard]] constexpr SpaceVector<T> i_s() const noexcept { return i_s_; }                      ///< [A]
+  [[nodiscard]] constexpr T torque() const noexcept {
+    return electromagnetic_torque(pole_pairs_, psi_s(), i_s_);  // [N·m]
+  }
+
+  [[nodiscard]] constexpr const VoltageModel<T>& voltage_model() const noexcept { return voltage_model_; }
+  [[nodiscard]] constexpr const CurrentModel<T>& current_model() const noexcept { return current_model_; }
+
+  /// Forgets the flux, as after power-up.
+  constexpr void reset() noexcept {
+    voltage_model_.set({});
+    current_model_.set({});
+    i_s_ = {};
+    coasting_ = true;
+  }
+
+ private:
+  [[nodiscard]] static constexpr bool was_driven(const GatePattern& acted) noexcept {
+    for (const GateSegment& segment : acted.segments()) {
+      if (!is_driven(segment.state)) return false;
+    }
+    return !acted.segments().empty();
+  }
+
+  constexpr void step_driven(const Measurement<T>& measurement, SpaceVector<T> i_s) noexcept {
+    coasting_ = false;
+    voltage_model_.step(measurement.acted, measurement.u_dc, i_s_, i_s);
+  }
+
+  constexpr void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s) noexcept {
+    if (!coasting_) current_model_.set(current_model_.psi_r_from(psi_s(), i_s_));
+    coasting_ = true;
+    const T dt = T(measurement.acted.duration_ns()) * T(1e-9);
+    current_model_.step(T(0.5) * (i_s_ + i_s), measurement.omega_m, dt);
+    voltage_model_.set(current_model_.psi_s(i_s));
+  }
+
+  VoltageModel<T> voltage_model_;
+  CurrentModel<T> current_model_;
+  int pole_pairs_;
+  SpaceVector<T> i_s_{};
+  bool coasting_{true};
+};
+
+}  // namespace sextant

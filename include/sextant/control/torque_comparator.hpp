@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/control/threshold.hpp"
+
+namespace sextant {
+
+/// How the paper's equations 2 to 4 are read.
+enum class ComparatorReading : std::uint8_t {
+  relay,      ///< two relays with memory: on beyond the band, off at zero error; the ripple is one band
+  memoryless  ///< the equations to the letter: on exactly while the error is beyond the band
+};
+
+/// Three-level torque comparator made of two relays (paper, 2.2.2, eq. 1–4).
+///   error = T_ref − T_est;  output +1: raise torque, −1: lower torque, 0: hold.
+/// Upper relay: on when error > upper_band; lower relay: on when error < −lower_band. On the band's edge
+/// itself, which the equations leave open, the output holds.
+template <class T = double>
+class TorqueComparator {
+ public:
+  struct Parameters {
+    T upper_band{T(0.918)};  ///< HB of the upper relay [N·m]
+    T lower_band{T(0.918)};  ///< HB of the lower relay, as a magnitude [N·m]
+    ComparatorReading reading{ComparatorReading::relay};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (!(std::isfinite(upper_band) && upper_band > T(0))) return "the upper torque band must be above zero";
+      if (!(std::isfinite(lower_band) && lower_band > T(0))) return "the lower torque band must be above zero";
+      return nullptr;
+    }
+  };
+
+  constexpr explicit TorqueComparator(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// Takes the torque error [N·m], returns the output: +1, 0 or −1.
+  constexpr int step(T error) noexcept {
+    settle(*this, error);
+    return output_;
+  }
+
+  [[nodiscard]] constexpr int output() const noexcept { return output_; }
+
+  /// Torque errors [N·m] at which the present output changes.
+  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept {
+    const bool relay = parameters_.reading == ComparatorReading::relay;
+    if (output_ > 0) return {{{{relay ? T(0) : parameters_.upper_band, false}, {}}}, 1};
+    if (output_ < 0) return {{{{relay ? T(0) : -parameters_.lower_band, true}, {}}}, 1};
+    return {{{{parameters_.upper_band, true}, {-parameters_.lower_band, false}}}, 2};
+  }
+
+  /// Switches as crossing threshold `i` of `thresholds()` demands.
+  constexpr void on_crossing(int i) noexcept {
+    if (output_ != 0) {
+      output_ = 0;
+    } else {
+      output_ = i == 0 ? 1 : -1;
+    }
+  }
+
+  constexpr void reset() noexcept { output_ = 0; }
+
+ private:
+  Parameters parameters_;
+  int output_{0};
+};
+
+}  // namespace sextant

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/measurement.hpp"
+#include "sextant/core/nonblocking.hpp"
+
+namespace sextant {
+
+/// The seam between the drive and the power stage: real hardware, a plant in another process, or the
+/// simulated plant in this one. Called once a control period, from the control thread only.
+template <class T = double>
+class DriveIo {
+ public:
+  DriveIo() = default;
+  DriveIo(const DriveIo&) = delete;
+  DriveIo& operator=(const DriveIo&) = delete;
+  virtual ~DriveIo() = default;
+
+  /// The measurement at t_ns, the beginning of a control period. A simulated plant is advanced to t_ns
+  /// first; if periods were skipped, the last pattern is held through them. Errors are reported by
+  /// `Measurement::plausible`.
+  [[nodiscard]] virtual Measurement<T> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING = 0;
+
+  /// Hands over the pattern of the period that begins at the last read, or of the one after it where the
+  /// power stage has an actuation delay of one period.
+  virtual void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING = 0;
+};
+
+}  // namespace sextant

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "sextant/core/switch_state.hpp"
+
+namespace sextant {
+
+/// One constant switching state and how long it lasts.
+struct GateSegment {
+  SwitchState state{};
+  std::int32_t duration_ns{};  ///< [ns]
+  friend constexpr bool operator==(GateSegment, GateSegment) noexcept = default;
+};
+
+/// What the inverter does over one control period: up to seven constant switching states in sequence
+/// (seven serve a symmetric space-vector pattern; direct torque control needs one).
+/// The durations add up to the control period. An empty pattern means gates off.
+class GatePattern {
+ public:
+  static constexpr std::size_t capacity = 7;
+
+  constexpr GatePattern() noexcept = default;
+
+  /// One state for the whole period.
+  constexpr GatePattern(SwitchState state, std::int32_t period_ns) noexcept : count_{1} {
+    segments_[0] = {state, period_ns};
+  }
+
+  /// Adds a segment at the end; false, and nothing added, when the pattern is full.
+  constexpr bool append(GateSegment segment) noexcept {
+    if (count_ == capacity) return false;
+    segments_[count_++] = segment;
+    return true;
+  }
+
+  [[nodiscard]] constexpr std::span<const GateSegment> segments() const noexcept {
+    return {segments_.data(), count_};
+  }
+
+  /// The state in force at the end of the period, from which the next one commutates.
+  [[nodiscard]] constexpr SwitchState last_state() const noexcept {
+    return count_ == 0 ? gates_off : segments_[count_ - 1U].state;
+  }
+
+  [[nodiscard]] constexpr std::int64_t duration_ns() const noexcept {
+    std::int64_t sum = 0;
+    for (const GateSegment& s : segments()) sum += s.duration_ns;
+    return sum;
+  }
+
+ private:
+  std::array<GateSegment, capacity> segments_{};
+  std::uint8_t count_{0};
+};
+
+}  // namespace sextant

@@ -1,0 +1,126 @@
+#pragma once
+
+#include "sextant/core/drive_state.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/core/space_vector.hpp"
+#include "sextant/core/telemetry.hpp"
+
+#include <cstdint>
+#include <limits>
+
+namespace sextant {
+
+/// One interval of telemetry. Members are named, in order and with units, as in `DriveTelemetry` of
+/// configs/interfaces/telemetry.idl; what only a publisher knows (drive_id, sequence, dropped) is left to it.
+template <class T = double>
+struct TelemetryIntervalRecord {
+  std::int64_t t_ns{};      ///< last control period of the interval [ns]
+  std::uint32_t periods{};  ///< control periods in the interval [-]
+  T torque_requested_nm{};  ///< as received, at t_ns [N·m]
+  T torque_reference_nm{};  ///< as admitted by the command gate, at t_ns [N·m]
+  T torque_mean_nm{};       ///< estimated torque [N·m]
+  T torque_min_nm{};        ///< [N·m]
+  T torque_max_nm{};        ///< [N·m]
+  T flux_mean_wb{};         ///< magnitude of the estimated stator flux linkage [Wb]
+  T flux_min_wb{};          ///< [Wb]
+  T flux_max_wb{};          ///< [Wb]
+  T current_mean_a{};       ///< magnitude of the stator current vector, peak of the phase current [A]
+  T current_min_a{};        ///< [A]
+  T current_max_a{};        ///< [A]
+  T i_a_a{};                ///< phase current at t_ns [A]
+  T i_b_a{};                ///< [A]
+  T i_c_a{};                ///< [A]
+  T flux_angle_rad{};       ///< stator flux at t_ns, from phase a, electrical, in (-π, π] [rad]
+  T speed_rad_s{};          ///< mechanical, at t_ns [rad/s]
+  T u_dc_v{};               ///< mean [V]
+  T i_dc_a{};               ///< mean [A]
+  T power_w{};              ///< mean electrical power u_dc i_dc [W]
+  DriveState state{DriveState::init};  ///< at t_ns
+  std::uint8_t sector{};               ///< at t_ns, 1…6; 0 while unknown
+  std::uint8_t command_counter{};      ///< E2E counter of the command acted on
+  std::int64_t command_received_ns{};  ///< when that command was received [ns]
+};
+
+/// Reduces the telemetry of consecutive control periods to one record: mean, minimum and maximum of torque,
+/// flux and current, the mean of the DC-link quantities, and the last period's value of everything else.
+/// Table-based DTC swings by several N·m within a millisecond, so a single sample of it says little.
+///
+/// Every period weighs the same. A NaN makes the mean NaN and leaves minimum and maximum to the numbers.
+template <class T = double>
+class TelemetryInterval {
+ public:
+  void add(const Telemetry<T>& x) noexcept SEXTANT_NONBLOCKING {
+    ++count_;
+    const T n = T(count_);
+    torque_.add(x.torque, n);
+    flux_.add(x.psi_s_magnitude, n);
+    current_.add(magnitude(clarke(x.i_abc)), n);
+    u_dc_ += (x.u_dc - u_dc_) / n;
+    i_dc_ += (x.i_dc - i_dc_) / n;
+    power_ += (x.u_dc * x.i_dc - power_) / n;
+    last_ = x;
+  }
+
+  /// The interval so far. Without any period `periods` is zero and so is every value.
+  [[nodiscard]] TelemetryIntervalRecord<T> record() const noexcept SEXTANT_NONBLOCKING {
+    if (count_ == 0) return {};
+    return {.t_ns = last_.t_ns,
+            .periods = count_,
+            .torque_requested_nm = last_.torque_requested,
+            .torque_reference_nm = last_.torque_reference,
+            .torque_mean_nm = torque_.mean,
+            .torque_min_nm = torque_.lowest(),
+            .torque_max_nm = torque_.highest(),
+            .flux_mean_wb = flux_.mean,
+            .flux_min_wb = flux_.lowest(),
+            .flux_max_wb = flux_.highest(),
+            .current_mean_a = current_.mean,
+            .current_min_a = current_.lowest(),
+            .current_max_a = current_.highest(),
+            .i_a_a = last_.i_abc.a,
+            .i_b_a = last_.i_abc.b,
+            .i_c_a = last_.i_abc.c,
+            .flux_angle_rad = angle(last_.psi_s),
+            .speed_rad_s = last_.omega_m,
+            .u_dc_v = u_dc_,
+            .i_dc_a = i_dc_,
+            .power_w = power_,
+            .state = last_.state,
+            .sector = last_.sector,
+            .command_counter = last_.command_counter,
+            .command_received_ns = last_.command_received_ns};
+  }
+
+  /// Begins the next interval.
+  void reset() noexcept SEXTANT_NONBLOCKING { *this = {}; }
+
+  /// Control periods added since the last reset. [-]
+  [[nodiscard]] std::uint32_t count() const noexcept SEXTANT_NONBLOCKING { return count_; }
+
+ private:
+  struct Envelope {
+    T mean{};
+    T min{std::numeric_limits<T>::infinity()};
+    T max{-std::numeric_limits<T>::infinity()};
+
+    void add(T x, T n) noexcept {
+      mean += (x - mean) / n;
+      if (x < min) min = x;
+      if (x > max) max = x;
+    }
+    // Infinite limits are left only where no value was a number.
+    [[nodiscard]] T lowest() const noexcept { return min > max ? std::numeric_limits<T>::quiet_NaN() : min; }
+    [[nodiscard]] T highest() const noexcept { return min > max ? std::numeric_limits<T>::quiet_NaN() : max; }
+  };
+
+  Envelope torque_{};
+  Envelope flux_{};
+  Envelope current_{};
+  T u_dc_{};
+  T i_dc_{};
+  T power_{};
+  Telemetry<T> last_{};
+  std::uint32_t count_{0};
+};
+
+}  // namespace sextant

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/control/controller.hpp"
+#include "sextant/core/drive_request.hpp"
+#include "sextant/core/measurement.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/core/telemetry.hpp"
+#include "sextant/core/two_level_inverter.hpp"
+#include "sextant/drive/drive_state_machine.hpp"
+#include "sextant/drive/fault_memory.hpp"
+#include "sextant/drive/torque_capability.hpp"
+#include "sextant/safety/command_gate.hpp"
+#include "sextant/safety/protection.hpp"
+
+namespace sextant {
+
+/// What a drive answers to one control period.
+template <class T = double>
+struct DriveOutput {
+  GatePattern pattern{};
+  Telemetry<T> telemetry{};
+};
+
+/// The torque drive: protections, command gate, state machine and controller, once a control period.
+template <class T = double>
+class Drive {
+ public:
+  struct Parameters {
+    std::int32_t period_ns{25'000};  ///< control period [ns]
+    bool magnetise_first{false};     ///< wait in MAGNETISING until the flux stands, before torque [-]
+    typename CommandGate<T>::Parameters gate{};
+    typename Protection<T>::Parameters protection{};
+    typename TorqueCapability<T>::Parameters capability{};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (period_ns <= 0) return "the control period must be above zero";
+      if (const char* problem = gate.validate()) return problem;
+      if (const char* problem = protection.validate()) return problem;
+      return capability.validate();
+    }
+  };
+
+  /// The controller is not owned and must outlive the drive.
+  Drive(const Parameters& parameters, Controller<T>& controller) noexcept
+      : parameters_{parameters},
+        controller_{controller},
+        gate_{parameters.gate},
+        protection_{parameters.protection},
+        capability_{parameters.capability} {}
+
+  /// One control period. Never allocates, locks, throws, logs or blocks.
+  [[nodiscard]] DriveOutput<T> step(const Measurement<T>& measurement,
+                                    const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
+    const T available = available_torque(measurement.omega_m, request.command.torque);
+    const AdmittedCommand<T> admitted =
+        gate_.step(request.command, measurement.t_ns, period_s(), available, request.shutdown);
+    update_state(measurement, request, admitted);
+
+    DriveOutput<T> out;
+    out.pattern = control(measurement, admitted.torque);
+    fill(out, measurement, request, admitted, available);
+    return out;
+  }
+
+  [[nodiscard]] DriveState state() const noexcept { return state_; }
+
+ private:
+  [[nodiscard]] T period_s() const noexcept { return T(parameters_.period_ns) * T(1e-9); }
+
+  [[nodiscard]] T available_torque(T omega_m, T requested) const noexcept {
+    if (!std::isfinite(omega_m)) return T(0);
+    const AvailableTorque<T> available = capability_.at(omega_m);
+    return requested * omega_m < T(0) ? available.regenerating : available.motoring;
+  }
+
+  /// A fault of the command matters only while the gates are on; all others matter always.
+  [[nodiscard]] FaultSet present_faults(const Measurement<T>& measurement, const DriveRequest<T>& request,
+                                        const AdmittedCommand<T>& admitted) const noexcept {
+    FaultSet faults = protection_.step(measurement);
+    faults |= request.external;
+    if (gates_are_on(state_)) faults |= admitted.faults;
+    return faults;
+  }
+
+  void update_state(const Measurement<T>& measurement, const DriveRequest<T>& request,
+                    const AdmittedCommand<T>& admitted) noexcept {
+    faults_.step(present_faults(measurement, request, admitted));
+    const DriveConditions conditions{
+        .trip = faults_.active().any(),
+        .fault_reset = admitted.fault_reset,
+        .shutdown = request.shutdown,
+        .wound_down = admitted.torque == T(0),
+        .lockout = admitted.lockout,
+        .enable = admitted.enable,
+        .magnetised = !parameters_.magnetise_first || controller_.estimate().magnetised,
+        .derated = admitted.derated,
+    };
+    const DriveState next = next_state(state_, conditions);
+    if (next == DriveState::fault) gate_.lock();
+    if (state_ == DriveState::fault && next == DriveState::standby) faults_.reset();
+    state_ = next;
+  }
+
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, T torque_reference) noexcept {
+    if (!Protection<T>::is_usable(measurement)) {
+      controller_.reset();
+      return GatePattern{gates_off, parameters_.period_ns};
+    }
+    ControlMode mode = ControlMode::off;
+    if (state_ == DriveState::magnetising) mode = ControlMode::magnetise;
+    if (state_ == DriveState::torque || state_ == DriveState::derated) mode = ControlMode::torque;
+    return controller_.step(measurement, {mode, torque_reference});
+  }
+
+  void fill(DriveOutput<T>& out, const Measurement<T>& measurement, const DriveRequest<T>& request,
+            const AdmittedCommand<T>& admitted, T available) const noexcept {
+    const ControlEstimate<T> estimate = controller_.estimate();
+    Telemetry<T>& x = out.telemetry;
+    x.t_ns = measurement.t_ns;
+    x.torque_requested = request.command.torque;
+    x.torque_reference = gates_are_on(state_) ? admitted.torque : T(0);
+    x.torque = estimate.torque;
+    x.psi_s = estimate.psi_s;
+    x.psi_s_magnitude = estimate.psi_s_magnitude;
+    x.i_abc = measurement.i_abc;
+    x.u_dc = measurement.u_dc;
+    x.i_dc = dc_link_current(out.pattern.last_state(), measurement.i_abc);
+    x.omega_m = measurement.omega_m;
+    x.torque_available = available;
+    x.switch_state = out.pattern.last_state();
+    x.sector = estimate.sector;
+    x.state = state_;
+    x.lockout = admitted.lockout || state_ == DriveState::fault;
+    x.active = faults_.active();
+    x.latched = faults_.latched();
+    x.first_fault = faults_.first();
+    x.fault_total = faults_.total();
+    x.command_received_ns = request.command.received_ns;
+    x.command_sequence = request.command.sequence;
+    x.command_rejected = request.command.rejected;
+    x.command_counter = request.command.counter;
+  }
+
+  Parameters parameters_;
+  Controller<T>& controller_;
+  CommandGate<T> gate_;
+  Protection<T> protection_;
+  TorqueCapability<T> capability_;
+  FaultMemory faults_{};
+  DriveState state_{DriveState::init};
+};
+
+}  // namespace sextant

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "sextant/core/drive_state.hpp"
+
+namespace sextant {
+
+/// What the state machine looks at in one period.
+struct DriveConditions {
+  bool trip{false};         ///< a fault is present that must open the gates
+  bool fault_reset{false};  ///< a valid reset has arrived
+  bool shutdown{false};     ///< the process is leaving
+  bool wound_down{false};   ///< the admitted torque has reached zero
+  bool lockout{true};       ///< a valid disable has yet to be seen
+  bool enable{false};       ///< torque production is wanted and admitted
+  bool magnetised{false};   ///< flux is there, or is not waited for
+  bool derated{false};      ///< less than the request is admitted
+};
+
+[[nodiscard]] constexpr bool gates_are_on(DriveState s) noexcept {
+  return s == DriveState::magnetising || s == DriveState::torque || s == DriveState::derated;
+}
+
+/// The state of the coming period. A trip wins over everything; a fault is left only by a reset while no
+/// fault is present, and then through the lockout.
+[[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {
+  if (state == DriveState::shutdown) return state;
+  if (c.trip) return DriveState::fault;
+  if (c.shutdown && (!gates_are_on(state) || c.wound_down)) return DriveState::shutdown;
+  if (state == DriveState::init) return DriveState::standby;
+  if (state == DriveState::fault) return c.fault_reset ? DriveState::standby : state;
+  if (c.lockout) return DriveState::standby;
+  if (!c.enable) return DriveState::ready;
+  if (state == DriveState::standby) return DriveState::ready;
+  if (!c.magnetised && state != DriveState::torque && state != DriveState::derated) return DriveState::magnetising;
+  return c.derated ? DriveState::derated : DriveState::torque;
+}
+
+}  // namespace sextant

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace sextant {
+
+/// The torque that may be asked for at a speed, when motoring and when regenerating.
+template <class T = double>
+struct AvailableTorque {
+  T motoring{};      ///< [N·m]
+  T regenerating{};  ///< magnitude [N·m]
+};
+
+/// Torque over speed: full torque up to the base speed; beyond it, motoring torque falls linearly to nothing
+/// at the zero-torque speed, because the link voltage no longer overcomes the EMF. Braking keeps full torque.
+template <class T = double>
+class TorqueCapability {
+ public:
+  struct Parameters {
+    T torque{T(150)};            ///< up to base speed [N·m]
+    T base_speed{T(115)};        ///< mechanical [rad/s]
+    T zero_torque_speed{T(180)};  ///< mechanical [rad/s]
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (!(std::isfinite(torque) && torque > T(0))) return "the available torque must be above zero";
+      if (!(std::isfinite(base_speed) && base_speed > T(0))) return "the base speed must be above zero";
+      if (!(std::isfinite(zero_torque_speed) && zero_torque_speed > base_speed)) {
+        return "the zero-torque speed must be above the base speed";
+      }
+      return nullptr;
+    }
+  };
+
+  constexpr explicit TorqueCapability(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// Available at mechanical speed omega_m [rad/s].
+  [[nodiscard]] constexpr AvailableTorque<T> at(T omega_m) const noexcept {
+    const T over = (std::abs(omega_m) - parameters_.base_speed) /
+                   (parameters_.zero_torque_speed - parameters_.base_speed);
+    return {parameters_.torque * (T(1) - std::clamp(over, T(0), T(1))), parameters_.torque};
+  }
+
+ private:
+  Parameters parameters_;
+};
+
+}  // namespace sextant

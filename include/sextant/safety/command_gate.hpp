@@ -1,0 +1,122 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/core/fault.hpp"
+#include "sextant/core/torque_command.hpp"
+#include "sextant/safety/setpoint_ramp.hpp"
+
+namespace sextant {
+
+/// What the command gate lets through in one period.
+template <class T = double>
+struct AdmittedCommand {
+  T torque{};               ///< the reference for the controller [N·m]
+  bool enable{false};       ///< torque production wanted, and the gate agrees
+  bool lockout{true};       ///< a valid disable has yet to be seen
+  bool fault_reset{false};  ///< true in the one period in which a valid reset arrives
+  bool derated{false};      ///< less is admitted than was requested, for want of available torque
+  FaultSet faults{};        ///< command faults present now
+};
+
+/// The last check between a vehicle's command and the drive: age, range, rate, availability and lockout.
+/// Identity and end-to-end protection were checked on reception; their verdict comes with the command.
+///   silence beyond `timeout`: ramp to zero within `zero_ramp`, heals by itself;
+///   silence beyond `lost`: fault, and the lockout returns;
+///   torque beyond `torque_limit`: blocked, the last setpoint holds; three frames in a row: fault.
+template <class T = double>
+class CommandGate {
+ public:
+  struct Parameters {
+    T torque_limit{T(150)};               ///< largest magnitude a command may have [N·m]
+    T torque_rate{T(1e6)};                ///< largest rate of the admitted torque [N·m/s]
+    std::int64_t timeout_ns{40'000'000};  ///< age at which the torque starts to ramp to zero [ns]
+    std::int64_t zero_ramp_ns{10'000'000};  ///< duration of that ramp, from whatever torque [ns]
+    std::int64_t lost_ns{200'000'000};    ///< age at which the command counts as lost [ns]
+    std::uint32_t blocked_limit{3};       ///< blocked frames in a row that make a fault [-]
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (!(std::isfinite(torque_limit) && torque_limit > T(0))) return "the torque limit must be above zero";
+      if (!(std::isfinite(torque_rate) && torque_rate > T(0))) return "the torque rate must be above zero";
+      if (timeout_ns <= 0) return "the command timeout must be above zero";
+      if (zero_ramp_ns <= 0) return "the ramp to zero must take longer than zero";
+      if (lost_ns < timeout_ns) return "a command cannot be lost before it has timed out";
+      if (blocked_limit == 0) return "at least one blocked frame makes a fault";
+      return nullptr;
+    }
+  };
+
+  constexpr explicit CommandGate(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// One control period of dt [s] at t_ns. `available` is the magnitude of torque that the drive can give
+  /// now [N·m]; `wind_down` asks for a ramp to zero whatever the command says.
+  [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt, T available,
+                                        bool wind_down) noexcept {
+    AdmittedCommand<T> out;
+    const std::int64_t age_ns = t_ns - command.received_ns;
+    const bool valid = command.sequence != 0 && command.e2e == E2eState::valid;
+    const bool lost = age_ns > parameters_.lost_ns;
+    if (valid && command.sequence != sequence_) accept(command, out);
+    if (!valid || lost) lockout_ = true;
+
+    if (lost) out.faults.set(Fault::command_lost);
+    if (command.e2e == E2eState::invalid) out.faults.set(Fault::command_invalid);
+    if (command.bus_off) out.faults.set(Fault::bus_off);
+    if (std::max(blocked_, command.out_of_range) >= parameters_.blocked_limit) {
+      out.faults.set(Fault::command_out_of_range);
+    }
+    out.lockout = lockout_;
+    out.enable = enable_ && !lockout_;
+    follow(out, age_ns > parameters_.timeout_ns || wind_down || !out.enable, dt, available);
+    return out;
+  }
+
+  /// Demands a valid disable before the next enable, as after power-up and after a fault.
+  constexpr void lock() noexcept {
+    lockout_ = true;
+    setpoint_ = T(0);
+    ramp_.reset();
+  }
+
+ private:
+  constexpr void accept(const TorqueCommand<T>& command, AdmittedCommand<T>& out) noexcept {
+    sequence_ = command.sequence;
+    enable_ = command.enable;
+    out.fault_reset = command.fault_reset;
+    // A frame that also resets is spent on the reset: the disable has to come after it.
+    if (!command.enable && !command.fault_reset) lockout_ = false;
+    if (std::abs(command.torque) <= parameters_.torque_limit) {  // false for NaN
+      blocked_ = 0;
+      setpoint_ = std::clamp(command.torque, -std::abs(command.torque_limit), std::abs(command.torque_limit));
+    } else {
+      ++blocked_;
+    }
+  }
+
+  constexpr void follow(AdmittedCommand<T>& out, bool to_zero, T dt, T available) noexcept {
+    if (to_zero) {
+      if (!winding_down_) zero_rate_ = std::abs(ramp_.value()) / (T(parameters_.zero_ramp_ns) * T(1e-9));
+      winding_down_ = true;
+      out.torque = ramp_.step(T(0), std::max(zero_rate_, T(1)) * dt);
+      return;
+    }
+    winding_down_ = false;
+    const T target = std::clamp(setpoint_, -available, available);
+    out.derated = target != setpoint_;
+    out.torque = ramp_.step(target, parameters_.torque_rate * dt);
+  }
+
+  Parameters parameters_;
+  SetpointRamp<T> ramp_{};
+  T setpoint_{};
+  T zero_rate_{};
+  std::uint32_t sequence_{0};
+  std::uint32_t blocked_{0};
+  bool enable_{false};
+  bool lockout_{true};
+  bool winding_down_{false};
+};
+
+}  // namespace sextant
