@@ -16,12 +16,12 @@ struct GateSegment {
   friend constexpr bool operator==(GateSegment, GateSegment) noexcept = default;
 };
 
-/// What the inverter does over one control period: up to seven constant switching states in sequence
-/// (seven serve a symmetric space-vector pattern; direct torque control needs one).
+/// What the inverter does over one control period: up to eight constant switching states in sequence
+/// (direct torque control needs one, a symmetric space-vector pattern seven, a late renewal one more).
 /// The durations add up to the control period. An empty pattern means gates off.
 class GatePattern {
  public:
-  static constexpr std::size_t capacity = 7;
+  static constexpr std::size_t capacity = 8;
 
   constexpr GatePattern() noexcept = default;
 

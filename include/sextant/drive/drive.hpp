@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -55,8 +56,10 @@ class Drive {
   [[nodiscard]] DriveOutput<T> step(const Measurement<T>& measurement,
                                     const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
     const T available = available_torque(measurement.omega_m, request.command.torque);
+    // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
+    const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
     const AdmittedCommand<T> admitted =
-        gate_.step(request.command, measurement.t_ns, period_s(), available, request.shutdown);
+        gate_.step(request.command, measurement.t_ns, elapsed_s(measurement.t_ns), available, hold_at_zero);
     update_state(measurement, request, admitted);
 
     DriveOutput<T> out;
@@ -68,7 +71,14 @@ class Drive {
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
  private:
-  [[nodiscard]] T period_s() const noexcept { return T(parameters_.period_ns) * T(1e-9); }
+  /// Time since the last step [s]: one period, or more where late periods were skipped, so that ramps keep
+  /// to the clock.
+  [[nodiscard]] T elapsed_s(std::int64_t t_ns) noexcept {
+    const std::int64_t elapsed_ns = stepped_ ? t_ns - last_t_ns_ : 0;
+    last_t_ns_ = t_ns;
+    stepped_ = true;
+    return T(std::max<std::int64_t>(elapsed_ns, parameters_.period_ns)) * T(1e-9);
+  }
 
   [[nodiscard]] T available_torque(T omega_m, T requested) const noexcept {
     if (!std::isfinite(omega_m)) return T(0);
@@ -150,6 +160,8 @@ class Drive {
   Protection<T> protection_;
   TorqueCapability<T> capability_;
   FaultMemory faults_{};
+  std::int64_t last_t_ns_{};
+  bool stepped_{false};
   DriveState state_{DriveState::init};
 };
 

@@ -26,6 +26,7 @@ struct AdmittedCommand {
 ///   silence beyond `timeout`: ramp to zero within `zero_ramp`, heals by itself;
 ///   silence beyond `lost`: fault, and the lockout returns;
 ///   torque beyond `torque_limit`: blocked, the last setpoint holds; three frames in a row: fault.
+///   Of a blocked frame only a disable counts: it neither enables nor resets, and lifts no lockout.
 template <class T = double>
 class CommandGate {
  public:
@@ -50,15 +51,19 @@ class CommandGate {
 
   constexpr explicit CommandGate(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// One control period of dt [s] at t_ns. `available` is the magnitude of torque that the drive can give
-  /// now [N·m]; `wind_down` asks for a ramp to zero whatever the command says.
+  /// One control period at t_ns, dt [s] after the one before. `available` is the magnitude of torque that the drive can give
+  /// now [N·m]; `wind_down` asks for a ramp to zero, and holds it there, whatever the command says.
   [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt, T available,
                                         bool wind_down) noexcept {
     AdmittedCommand<T> out;
-    const std::int64_t age_ns = t_ns - command.received_ns;
     const bool valid = command.sequence != 0 && command.e2e == E2eState::valid;
+    const bool is_new = command.sequence != sequence_;
+    // A stamp from the future must not keep a command alive: it counts from when it was first seen.
+    if (is_new) alive_ns_ = std::min(command.received_ns, t_ns);
+    sequence_ = command.sequence;
+    const std::int64_t age_ns = t_ns - alive_ns_;
     const bool lost = age_ns > parameters_.lost_ns;
-    if (valid && command.sequence != sequence_) accept(command, out);
+    if (valid && is_new && !lost) accept(command, out);
     if (!valid || lost) lockout_ = true;
 
     if (lost) out.faults.set(Fault::command_lost);
@@ -68,7 +73,7 @@ class CommandGate {
       out.faults.set(Fault::command_out_of_range);
     }
     out.lockout = lockout_;
-    out.enable = enable_ && !lockout_;
+    out.enable = enable_ && !lockout_ && !out.faults.any();
     follow(out, age_ns > parameters_.timeout_ns || wind_down || !out.enable, dt, available);
     return out;
   }
@@ -82,17 +87,18 @@ class CommandGate {
 
  private:
   constexpr void accept(const TorqueCommand<T>& command, AdmittedCommand<T>& out) noexcept {
-    sequence_ = command.sequence;
+    if (!command.enable) enable_ = false;
+    // Written so that a NaN is blocked.
+    if (!(std::abs(command.torque) <= parameters_.torque_limit && command.torque_limit >= T(0))) {
+      ++blocked_;
+      return;
+    }
+    blocked_ = 0;
     enable_ = command.enable;
     out.fault_reset = command.fault_reset;
     // A frame that also resets is spent on the reset: the disable has to come after it.
     if (!command.enable && !command.fault_reset) lockout_ = false;
-    if (std::abs(command.torque) <= parameters_.torque_limit) {  // false for NaN
-      blocked_ = 0;
-      setpoint_ = std::clamp(command.torque, -std::abs(command.torque_limit), std::abs(command.torque_limit));
-    } else {
-      ++blocked_;
-    }
+    setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
   }
 
   constexpr void follow(AdmittedCommand<T>& out, bool to_zero, T dt, T available) noexcept {
@@ -112,6 +118,7 @@ class CommandGate {
   SetpointRamp<T> ramp_{};
   T setpoint_{};
   T zero_rate_{};
+  std::int64_t alive_ns_{0};
   std::uint32_t sequence_{0};
   std::uint32_t blocked_{0};
   bool enable_{false};

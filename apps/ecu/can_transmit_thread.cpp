@@ -1,0 +1,43 @@
+#include "ecu/can_transmit_thread.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/realtime/thread_setup.hpp"
+
+namespace sextant::ecu {
+
+void CanTransmitThread::start() {
+  thread_ = std::thread{[this] { run(); }};
+}
+
+void CanTransmitThread::join() {
+  if (thread_.joinable()) thread_.join();
+}
+
+void CanTransmitThread::run() {
+  (void)name_thread("sextant-can-tx");
+  // Faults go out on change, so the status is looked at more often than the shortest cycle time.
+  constexpr std::int64_t look_every_ns = 5'000'000;
+  while (!crossings_.stopped.load(std::memory_order_acquire)) {
+    send_due();
+    const std::int64_t now = now_ns();
+    const std::int64_t until = std::clamp(encoder_.next_due_ns(), now, now + look_every_ns);
+    std::this_thread::sleep_for(std::chrono::nanoseconds{until - now});
+  }
+  send_due();
+}
+
+void CanTransmitThread::send_due() {
+  const Telemetry<double>& drive = crossings_.status.latest();
+  const StatisticsReport& statistics = crossings_.statistics.latest();
+  StatusExtras extras;
+  extras.real_time = {statistics.periods_skipped, double(statistics.worst_body_ns) * 1e-9,
+                      double(statistics.worst_latency_ns) * 1e-9, statistics.telemetry_dropped};
+  bool lost = false;
+  for (const CanFrame& frame : encoder_.due(now_ns(), drive, extras)) lost |= bus_.send(frame) != CanSend::ok;
+  crossings_.transmit_lost.store(lost, std::memory_order_relaxed);
+}
+
+}  // namespace sextant::ecu

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <future>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "ecu/crossings.hpp"
+#include "sextant/core/drive_io.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/drive/run_cycle.hpp"
+#include "sextant/realtime/periodic_task.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
+
+namespace sextant::ecu {
+
+/// The newest command, and what the rest of the process demands.
+class LiveCommands {
+ public:
+  explicit LiveCommands(Crossings& crossings) noexcept : crossings_{crossings} {}
+
+  [[nodiscard]] DriveRequest<double> latest(std::int64_t) noexcept SEXTANT_NONBLOCKING {
+    DriveRequest<double> request{crossings_.command.latest(), crossings_.shutdown.load(std::memory_order_acquire), {}};
+    if (crossings_.gates_disabled.load(std::memory_order_acquire)) request.external.set(Fault::watchdog);
+    return request;
+  }
+
+ private:
+  Crossings& crossings_;
+};
+
+/// Hands telemetry to its thread; a full ring drops and counts.
+class LiveTelemetry {
+ public:
+  explicit LiveTelemetry(Crossings& crossings) noexcept : crossings_{crossings} {}
+
+  void push(const Telemetry<double>& telemetry) noexcept SEXTANT_NONBLOCKING {
+    last_ = telemetry;
+    crossings_.telemetry.push(telemetry);
+  }
+  [[nodiscard]] const Telemetry<double>& last() const noexcept { return last_; }
+
+ private:
+  Crossings& crossings_;
+  Telemetry<double> last_{};
+};
+
+/// The control thread: wakes on absolute deadlines, runs the control periods that are due, and stops once the
+/// drive has shut down. Its body allocates, locks, throws, logs and blocks never.
+class ControlThread {
+ public:
+  ControlThread(const RealtimeParameters& realtime, std::int32_t period_ns, DriveIo<double>& io,
+                Drive<double>& drive, Crossings& crossings);
+
+  /// Starts the thread and waits until it has asked for its rights; returns one sentence for each refusal.
+  [[nodiscard]] std::vector<std::string> start();
+  void join();
+
+ private:
+  void run(std::promise<std::vector<std::string>> rights);
+  void wake_up(const WakeSchedule::Wake& wake, std::int64_t woken_ns) noexcept;
+  /// The control periods of one wake-up, from its deadline on.
+  void run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING;
+
+  RealtimeParameters realtime_;
+  std::int32_t period_ns_;
+  DriveIo<double>& io_;
+  Drive<double>& drive_;
+  Crossings& crossings_;
+  LiveCommands commands_;
+  LiveTelemetry telemetry_;
+  PeriodicTask task_;
+  std::uint64_t periods_{0};
+  std::thread thread_{};
+};
+
+}  // namespace sextant::ecu

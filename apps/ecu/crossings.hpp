@@ -1,0 +1,49 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "sextant/core/telemetry.hpp"
+#include "sextant/core/torque_command.hpp"
+#include "sextant/realtime/latest_value.hpp"
+#include "sextant/realtime/ring.hpp"
+
+namespace sextant::ecu {
+
+/// One wake-up of the control thread, for the statistics.
+struct WakeRecord {
+  std::int64_t deadline_ns{};             ///< the deadline it served [ns]
+  std::int64_t latency_ns{};              ///< from the deadline slept for to the wake-up [ns]
+  std::int64_t body_ns{};                 ///< work done in it [ns]
+  std::uint64_t periods{};                ///< control periods run since start [-]
+  std::uint64_t periods_skipped{};        ///< control periods missed since start [-]
+  std::uint64_t overruns{};               ///< late wake-ups since start [-]
+};
+
+/// What the transmit thread needs of the statistics.
+struct StatisticsReport {
+  std::uint64_t periods_skipped{};    ///< since start [-]
+  std::int64_t worst_body_ns{};       ///< over the last second [ns]
+  std::int64_t worst_latency_ns{};    ///< over the last second [ns]
+  std::uint64_t telemetry_dropped{};  ///< since start [-]
+};
+
+/// Every place at which the threads of the live drive meet. Nothing here blocks or locks.
+struct Crossings {
+  explicit Crossings(std::size_t telemetry_capacity) : telemetry{telemetry_capacity}, wakes{4096} {}
+
+  LatestValue<TorqueCommand<double>> command{};     ///< receive thread → control thread
+  LatestValue<Telemetry<double>> status{};          ///< control thread → transmit thread
+  LatestValue<StatisticsReport> statistics{};       ///< telemetry thread → transmit thread
+  Ring<Telemetry<double>> telemetry;                ///< control thread → telemetry thread
+  Ring<WakeRecord> wakes;                           ///< control thread → telemetry thread
+  std::atomic<std::int64_t> heartbeat_ns{0};        ///< control thread's last wake-up → watchdog [ns]
+  std::atomic<std::uint64_t> commands_accepted{0};  ///< receive thread → telemetry thread [-]
+  std::atomic<std::uint64_t> commands_rejected{0};  ///< receive thread → telemetry thread [-]
+  std::atomic<bool> gates_disabled{false};          ///< watchdog → control thread
+  std::atomic<bool> transmit_lost{false};           ///< transmit thread → telemetry thread, for people
+  std::atomic<bool> shutdown{false};                ///< main → control thread: ramp down and stop
+  std::atomic<bool> stopped{false};                 ///< control thread → all: the gates are off for good
+};
+
+}  // namespace sextant::ecu

@@ -1,0 +1,102 @@
+#include "ecu/ecu.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "sextant/config/make_controller.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+/// Room for a second of telemetry: a telemetry thread that is held up for less loses nothing.
+std::size_t ring_capacity(const EcuConfig& config) {
+  return std::size_t(1'000'000'000 / config.drive.drive.period_ns) + 1;
+}
+
+TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
+  const double period_s = double(config.drive.drive.period_ns) * 1e-9;
+  TelemetryThread::Parameters p;
+  p.period_ns = config.drive.drive.period_ns;
+  p.wake_every_periods = std::uint32_t(config.realtime.wake_every_periods);
+  p.periods_per_sample = std::max(1U, std::uint32_t(std::lround(1.0 / (config.dds.telemetry_rate_hz * period_s))));
+  p.statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz);
+  return p;
+}
+
+DdsTelemetry::Parameters dds_parameters(const EcuConfig& config) {
+  return {std::uint32_t(config.dds.domain), std::uint32_t(config.drive_id), config.dds.config_uri};
+}
+
+}  // namespace
+
+Ecu::Ecu(const EcuConfig& config)
+    : config_{config},
+      crossings_{ring_capacity(config)},
+      power_stage_{config.drive.plant, config.drive.load.parameters()},
+      controller_{make_controller(config.drive)},
+      drive_{config.drive.drive, *controller_},
+      bus_{make_can_bus(config.can.bus)},
+      dds_{dds_parameters(config)},
+      control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_, crossings_},
+      receive_{*bus_, crossings_},
+      transmit_{*bus_, crossings_},
+      watchdog_{config.realtime.watchdog_ns, crossings_} {}
+
+Ecu::~Ecu() { stop(); }
+
+void Ecu::start() {
+  const std::vector<std::string> refusals = control_.start();
+  judge_rights(refusals);
+  TelemetryThread::Parameters parameters = telemetry_parameters(config_);
+  parameters.real_time_scheduling = refusals.empty();
+  parameters.memory_locked = refusals.empty() && config_.realtime.lock_memory;
+  telemetry_ = std::make_unique<TelemetryThread>(parameters, dds_, crossings_);
+  telemetry_->start();
+  watchdog_.start();
+  receive_.start();
+  transmit_.start();
+  spdlog::info("drive {} on {}, DDS domain {}: {} control periods of {} us every wake-up", config_.drive_id,
+               config_.can.bus, config_.dds.domain, config_.realtime.wake_every_periods,
+               config_.drive.drive.period_ns / 1000);
+}
+
+void Ecu::judge_rights(const std::vector<std::string>& refusals) const {
+  for (const std::string& sentence : refusals) spdlog::warn("real time: {}", sentence);
+  if (!refusals.empty() && config_.realtime.required) {
+    throw std::runtime_error("realtime.required is set and the rights were refused: " + refusals.front());
+  }
+}
+
+void Ecu::stop() {
+  crossings_.shutdown.store(true, std::memory_order_release);
+  control_.join();
+  // Should the control thread never have started, the others still have to leave.
+  crossings_.stopped.store(true, std::memory_order_release);
+  transmit_.join();
+  receive_.join();
+  watchdog_.join();
+  if (telemetry_) telemetry_->join();
+}
+
+void Ecu::print_report(std::FILE* out) const {
+  if (!telemetry_) return;
+  const TelemetryThread::Totals& totals = telemetry_->totals();
+  const LatencySummary latency = totals.latency.summary();
+  const LatencySummary body = totals.body.summary();
+  const auto us = [](std::int64_t ns) { return double(ns) * 1e-3; };
+  const auto row = [&](const char* name, const LatencySummary& s) {
+    fmt::print(out, "  {:<18} p50 {:>8.1f}  p99 {:>8.1f}  max {:>8.1f} us\n", name, us(s.p50_ns), us(s.p99_ns), us(s.max_ns));
+  };
+  fmt::print(out, "control periods {} run, {} missed in {} overruns\n", totals.last.periods,
+             totals.last.periods_skipped, totals.last.overruns);
+  row("wake-up latency", latency);
+  row("work per wake-up", body);
+  fmt::print(out, "commands {} accepted, {} rejected; telemetry {} published, {} periods dropped\n",
+             crossings_.commands_accepted.load(), crossings_.commands_rejected.load(), dds_.counts().written,
+             crossings_.telemetry.dropped());
+}
+
+}  // namespace sextant::ecu

@@ -1,0 +1,118 @@
+#include "ecu/telemetry_thread.hpp"
+
+#include <chrono>
+
+#include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/realtime/thread_setup.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
+  return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched;
+}
+
+double us(std::int64_t ns) { return double(ns) * 1e-3; }
+
+}  // namespace
+
+std::string reason_for(const Telemetry<double>& t) {
+  switch (t.state) {
+    case DriveState::init: return "starting";
+    case DriveState::standby:
+      return t.command_sequence == 0 ? "no valid command yet" : "locked out until a valid disable";
+    case DriveState::ready: return "waiting for enable";
+    case DriveState::magnetising: return "building up flux";
+    case DriveState::torque: return "following the torque command";
+    case DriveState::derated: return "less torque available than requested";
+    case DriveState::fault: return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
+    case DriveState::shutdown: return "shut down";
+  }
+  return "";
+}
+
+void TelemetryThread::start() {
+  thread_ = std::thread{[this] { run(); }};
+}
+
+void TelemetryThread::join() {
+  if (thread_.joinable()) thread_.join();
+}
+
+void TelemetryThread::run() {
+  (void)name_thread("sextant-dds");
+  next_statistics_ns_ = now_ns() + parameters_.statistics_ns;
+  while (!crossings_.stopped.load(std::memory_order_acquire)) {
+    drain_telemetry();
+    drain_wakes();
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+  drain_telemetry();
+  drain_wakes();
+  publish_statistics();
+}
+
+void TelemetryThread::drain_telemetry() {
+  Telemetry<double> telemetry;
+  while (crossings_.telemetry.pop(telemetry)) {
+    interval_.add(telemetry);
+    if (!any_published_ || !same_state(telemetry, published_)) publish_state(telemetry);
+    if (interval_.count() < parameters_.periods_per_sample) continue;
+    (void)dds_.write(interval_.record(), crossings_.telemetry.dropped());
+    interval_.reset();
+  }
+}
+
+void TelemetryThread::publish_state(const Telemetry<double>& telemetry) {
+  const std::string reason = reason_for(telemetry);
+  DriveStateSample sample{telemetry.t_ns,   telemetry.state,       telemetry.lockout, telemetry.active,
+                          telemetry.latched, {}, telemetry.fault_total, reason};
+  if (telemetry.latched.any()) sample.first_fault = telemetry.first_fault;
+  (void)dds_.write(sample);
+  published_ = telemetry;
+  any_published_ = true;
+}
+
+void TelemetryThread::drain_wakes() {
+  WakeRecord wake;
+  while (crossings_.wakes.pop(wake)) {
+    latency_.record(wake.latency_ns);
+    body_.record(wake.body_ns);
+    totals_.latency.record(wake.latency_ns);
+    totals_.body.record(wake.body_ns);
+    totals_.last = wake;
+    if (wake.deadline_ns >= next_statistics_ns_) publish_statistics();
+  }
+}
+
+void TelemetryThread::publish_statistics() {
+  const std::uint64_t dropped = crossings_.telemetry.dropped();
+  const LatencySummary latency = latency_.summary();
+  const LatencySummary body = body_.summary();
+  const WakeRecord& last = totals_.last;
+  (void)dds_.write(RealTimeSample{
+      .t_ns = last.deadline_ns,
+      .period_ns = std::uint32_t(parameters_.period_ns),
+      .wake_every_periods = parameters_.wake_every_periods,
+      .periods = last.periods,
+      .periods_skipped = last.periods_skipped,
+      .overruns = last.overruns,
+      .wake_latency_p50_us = us(latency.p50_ns),
+      .wake_latency_p99_us = us(latency.p99_ns),
+      .wake_latency_max_us = us(latency.max_ns),
+      .body_p50_us = us(body.p50_ns),
+      .body_p99_us = us(body.p99_ns),
+      .body_max_us = us(body.max_ns),
+      .telemetry_dropped = dropped,
+      .commands_received = crossings_.commands_accepted.load(std::memory_order_relaxed),
+      .commands_rejected = crossings_.commands_rejected.load(std::memory_order_relaxed),
+      .real_time_scheduling = parameters_.real_time_scheduling,
+      .memory_locked = parameters_.memory_locked,
+  });
+  crossings_.statistics.store({last.periods_skipped, body.max_ns, latency.max_ns, dropped});
+  latency_.reset();
+  body_.reset();
+  next_statistics_ns_ = last.deadline_ns + parameters_.statistics_ns;
+}
+
+}  // namespace sextant::ecu

@@ -1,0 +1,64 @@
+#pragma once
+
+#include "sextant/comms/can_frame.hpp"
+#include "sextant/comms/status_messages.hpp"
+
+#include <cstdint>
+
+namespace sextant {
+
+// Between frames of configs/interfaces/sextant.dbc and plain structs. Scaling and layout are generated from
+// that file. The codec leaves the end-to-end bytes of protected frames zero: E2eProtector fills them.
+
+/// A status frame. A value beyond the signal's range goes out as the range's end, NaN as the value nearest to
+/// zero, and `clamped` says so: no status frame is lost and no value wraps.
+struct EncodedFrame {
+  CanFrame frame;
+  bool clamped{false};
+};
+
+[[nodiscard]] EncodedFrame encode(const TorqueStatus& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const Motion& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const Electrical& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const Capability& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const FaultReport& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const RealTimeReport& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const Temperatures& x) noexcept;
+
+/// VCU_TorqueCommand.
+struct TorqueRequest {
+  double torque{};        ///< signed [N·m]
+  double torque_limit{};  ///< magnitude that the requester allows [N·m]
+  bool enable{false};     ///< torque production wanted
+  bool fault_reset{false};
+};
+
+/// The command as a vehicle control unit sends it.
+[[nodiscard]] EncodedFrame encode(const TorqueRequest& x) noexcept;
+
+/// How a frame relates to the command's identity.
+enum class CommandIdentity : std::uint8_t {
+  command,         ///< a classic data frame of the right id and length
+  other,           ///< another id
+  wrong_length,    ///< the command's id with other than eight bytes
+  remote,          ///< a remote request for the command
+  extended_alias,  ///< the same number as a 29-bit identifier
+  fd_alias         ///< a CAN FD frame under the command's id
+};
+
+[[nodiscard]] CommandIdentity identify_command(const CanFrame& frame) noexcept;
+
+struct DecodedCommand {
+  TorqueRequest request;
+  std::uint8_t counter{};  ///< E2E counter [-]
+  bool in_range{false};    ///< torque and limit lie within the ranges of the contract
+};
+
+/// Reads the payload of a frame that `identify_command` calls `command`.
+[[nodiscard]] DecodedCommand decode_command(const CanFrame& frame) noexcept;
+
+/// Identifier and E2E data id of VCU_TorqueCommand.
+[[nodiscard]] std::uint32_t command_id() noexcept;
+[[nodiscard]] std::uint16_t command_data_id() noexcept;
+
+}  // namespace sextant

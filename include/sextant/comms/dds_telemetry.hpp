@@ -1,0 +1,67 @@
+#pragma once
+
+#include "sextant/comms/telemetry_samples.hpp"
+#include "sextant/core/telemetry_interval.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace sextant {
+
+enum class DdsWrite : std::uint8_t {
+  ok,
+  refused,  ///< a value is NaN or infinite; nothing was published
+  failed    ///< DDS did not take the sample
+};
+
+/// Since start. [-]
+struct DdsTelemetryCounts {
+  std::uint64_t written{};
+  std::uint64_t refused{};
+  std::uint64_t failed{};
+};
+
+/// Publishes the topics of configs/interfaces/telemetry.idl for one drive. It belongs to the telemetry thread.
+/// Every writer keeps the last sample only, so that a reader that stopped never blocks it.
+class DdsTelemetry {
+ public:
+  struct Parameters {
+    std::uint32_t domain_id{0};  ///< DDS domain, 0 to 230 [-]
+    std::uint32_t drive_id{1};   ///< key of every sample [-]
+    /// Cyclone DDS configuration: XML, or a URI such as file:///etc/sextant/cyclonedds.xml. Empty: what the
+    /// environment says (CYCLONEDDS_URI).
+    std::string configuration{};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      return domain_id > 230 ? "the DDS domain must be from 0 to 230" : nullptr;
+    }
+  };
+
+  /// Opens the topics. Throws std::runtime_error with one sentence where DDS cannot start.
+  explicit DdsTelemetry(const Parameters& parameters);
+  DdsTelemetry(const DdsTelemetry&) = delete;
+  DdsTelemetry& operator=(const DdsTelemetry&) = delete;
+  ~DdsTelemetry();
+
+  /// Publishes an interval, without allocating. `dropped` are the control periods lost on the way here since
+  /// start.
+  DdsWrite write(const TelemetryIntervalRecord<double>& record, std::uint64_t dropped) noexcept;
+  DdsWrite write(const DriveStateSample& sample) noexcept;
+  DdsWrite write(const RealTimeSample& sample) noexcept;
+
+  [[nodiscard]] DdsTelemetryCounts counts() const noexcept;
+
+  /// Readers of DriveTelemetry that are matched now. [-]
+  [[nodiscard]] std::uint32_t readers() const noexcept;
+
+  /// Readers of any topic that asked for a quality of service that is not offered, since start. Such a reader
+  /// gets nothing and is told nothing. [-]
+  [[nodiscard]] std::uint32_t incompatible_readers() const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sextant

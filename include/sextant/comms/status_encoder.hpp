@@ -1,0 +1,71 @@
+#pragma once
+
+#include "sextant/comms/can_codec.hpp"
+#include "sextant/comms/e2e_profile11.hpp"
+#include "sextant/core/telemetry.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace sextant {
+
+/// The status messages of the drive.
+enum class StatusMessage : std::uint8_t {
+  torque_status,
+  motion,
+  electrical,
+  capability,
+  faults,
+  real_time,
+  temperatures
+};
+
+inline constexpr std::size_t status_message_count = 7;
+
+/// Cycle time of the message, from the contract. [ns]
+[[nodiscard]] std::int64_t cycle_time_ns(StatusMessage message) noexcept;
+
+/// What the status frames carry beside the telemetry of the drive.
+struct StatusExtras {
+  DeratingCause derating_cause{DeratingCause::none};
+  RealTimeReport real_time{};
+  Temperatures temperatures{};
+};
+
+/// Makes the status frames of the drive, protected and counted. It belongs to the transmit thread.
+class StatusEncoder {
+ public:
+  StatusEncoder() noexcept;
+
+  [[nodiscard]] CanFrame frame(StatusMessage message, const Telemetry<double>& drive,
+                               const StatusExtras& extras) noexcept;
+
+  /// The frames that are due at now_ns [ns, any fixed clock], at most one of each message: all of them at the
+  /// first call, then each by its cycle time with its phase kept, and MCU_Faults when its content changed.
+  /// Cycles that passed without a call are skipped. The frames stay valid until the next call.
+  [[nodiscard]] std::span<const CanFrame> due(std::int64_t now_ns, const Telemetry<double>& drive,
+                                              const StatusExtras& extras) noexcept;
+
+  /// When the next cyclic frame is due; 0 before the first call of `due`. [ns]
+  [[nodiscard]] std::int64_t next_due_ns() const noexcept;
+
+  /// Frames in which a value was beyond its range. [-]
+  [[nodiscard]] std::uint64_t clamped() const noexcept { return clamped_; }
+
+ private:
+  void protect(StatusMessage message, CanFrame& frame) noexcept;
+  [[nodiscard]] bool is_due(std::size_t message, std::int64_t now_ns, const FaultReport& faults) noexcept;
+
+  E2eProtector torque_status_;
+  E2eProtector motion_;
+  E2eProtector capability_;
+  FaultReport sent_faults_{};
+  std::array<std::int64_t, status_message_count> next_ns_{};
+  std::array<CanFrame, status_message_count> frames_{};
+  bool started_{false};
+  std::uint64_t clamped_{0};
+};
+
+}  // namespace sextant

@@ -1,0 +1,75 @@
+#pragma once
+
+#include "sextant/core/drive_state.hpp"
+#include "sextant/core/fault.hpp"
+
+#include <cstdint>
+#include <optional>
+
+namespace sextant {
+
+// What the drive tells the vehicle, one struct a message of configs/interfaces/sextant.dbc, in SI units.
+
+/// MCU_TorqueStatus.
+struct TorqueStatus {
+  double torque{};                              ///< by the drive's estimator [N·m]
+  double torque_admitted{};                     ///< what the command gate let through [N·m]
+  DriveState state{DriveState::init};           ///< state of the drive
+  bool lockout{true};                           ///< a valid disable has yet to be seen
+  std::optional<std::uint8_t> command_counter;  ///< of the command acted on; empty while none has come
+};
+
+/// MCU_Motion. The direction follows from the speed as it is sent.
+struct Motion {
+  double omega_m{};          ///< mechanical speed [rad/s]
+  double psi_s_magnitude{};  ///< estimated stator flux linkage [Wb]
+};
+
+/// MCU_Electrical.
+struct Electrical {
+  double u_dc{};           ///< DC-link voltage [V]
+  double i_dc{};           ///< DC-link current, positive into the inverter [A]
+  double i_s_magnitude{};  ///< stator current vector, the peak of the phase current [A]
+};
+
+/// What limits the available torque.
+enum class DeratingCause : std::uint8_t {
+  none = 0,
+  current_limit = 1,
+  voltage_limit = 2,
+  temperature = 3,
+  dc_link_limit = 4,
+  gates_off = 5
+};
+
+/// MCU_Capability.
+struct Capability {
+  double torque_motoring{};      ///< available magnitude [N·m]
+  double torque_regenerating{};  ///< available magnitude [N·m]
+  DeratingCause cause{DeratingCause::none};
+};
+
+/// MCU_Faults.
+struct FaultReport {
+  FaultSet active{};            ///< present now
+  FaultSet latched{};           ///< since the last reset
+  std::optional<Fault> first{};  ///< the first that latched; empty for none
+  std::uint64_t total{};        ///< latched faults since start [-]
+};
+
+/// MCU_RealTime.
+struct RealTimeReport {
+  std::uint64_t periods_missed{};     ///< control periods skipped since start [-]
+  double worst_loop_time{};           ///< longest work of one wake-up in the last second [s]
+  double worst_wake_latency{};        ///< latest wake-up in the last second [s]
+  std::uint64_t telemetry_dropped{};  ///< control periods lost to telemetry since start [-]
+};
+
+/// MCU_Temperatures. What is neither measured nor modelled stays empty and goes out as "not available".
+struct Temperatures {
+  std::optional<double> stator;    ///< winding [°C]
+  std::optional<double> rotor;     ///< cage [°C]
+  std::optional<double> inverter;  ///< hottest switch [°C]
+};
+
+}  // namespace sextant

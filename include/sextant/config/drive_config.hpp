@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "sextant/config/machine_config.hpp"
+#include "sextant/config/schema.hpp"
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/drive/drive.hpp"
+#include "sextant/plant/cvode_parameters.hpp"
+#include "sextant/plant/drive_plant_parameters.hpp"
+#include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/sim/mechanical_load.hpp"
+#include "sextant/sim/simulated_drive_io.hpp"
+
+namespace sextant {
+
+enum class ControllerKind : std::uint8_t { direct_torque };
+
+/// Who integrates the simulated plant.
+enum class IntegratorKind : std::uint8_t { cvode, fixed_step };
+
+/// The simulated power stage, machine and shaft.
+struct PlantConfig {
+  IntegratorKind integrator{IntegratorKind::cvode};
+  CvodeParameters cvode{};
+  FixedStepParameters fixed_step{};
+  DrivePlantParameters<> parameters{};  ///< its machine is the true one
+  SimulatedDriveIo<>::Parameters power_stage{};
+};
+
+/// What the shaft is connected to.
+struct LoadConfig {
+  enum class Kind : std::uint8_t { torque, imposed_speed };
+  Kind kind{Kind::torque};
+  ProfileParameters torque{};         ///< opposes positive rotation [N·m]
+  ProfileParameters imposed_speed{};  ///< mechanical [rad/s]
+
+  /// Empty when usable, else what is wrong.
+  [[nodiscard]] std::string validate() const;
+  [[nodiscard]] MechanicalLoad::Parameters parameters() const;
+};
+
+/// A drive with its simulated plant: what the live drive and a scenario have in common. Parameters that two
+/// parts need (control period, actuation delay, machine) stand in the file once.
+struct DriveConfig {
+  MachineConfig machine{};           ///< as the file gives it; plant.parameters.machine is made of it
+  MachineConfig machine_estimate{};  ///< how the controller's idea of it differs
+  ControllerKind controller{ControllerKind::direct_torque};
+  DirectTorqueController<>::Parameters direct_torque{};
+  Drive<>::Parameters drive{};
+  PlantConfig plant{};
+  LoadConfig load{};
+};
+
+/// Sections machine, control, drive, gate, capability, protection, plant and load.
+void describe(Section root, DriveConfig& config);
+
+/// A quantity over time; `unit` of its values and what they may be.
+void describe(Section section, ProfileParameters& profile, const char* unit, Range<double> range);
+
+}  // namespace sextant

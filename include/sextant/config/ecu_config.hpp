@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include "sextant/config/drive_config.hpp"
+#include "sextant/config/schema.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
+
+namespace sextant {
+
+/// The CAN bus that commands come from and status goes to.
+struct CanConfig {
+  std::string bus{"socketcan:vcan0"};  ///< backend:interface, or backend:group:port
+};
+
+/// Telemetry over DDS.
+struct DdsConfig {
+  int domain{0};                   ///< DDS domain [-]
+  std::string config_uri{};        ///< file or XML for the middleware; empty: what the environment says
+  double telemetry_rate_hz{1000};  ///< of DriveTelemetry [Hz]
+  double statistics_rate_hz{1};    ///< of RealTimeStatistics [Hz]
+};
+
+/// Everything the live drive is told by its file.
+struct EcuConfig {
+  int drive_id{1};  ///< key of the telemetry topics [-]
+  DriveConfig drive{};
+  RealtimeParameters realtime{};
+  CanConfig can{};
+  DdsConfig dds{};
+};
+
+void describe(Section root, EcuConfig& config);
+
+}  // namespace sextant

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sextant/config/config_error.hpp"
+#include "sextant/config/ecu_config.hpp"
+#include "sextant/config/scenario_config.hpp"
+
+namespace sextant {
+
+/// Reads a TOML file. `machine = "path"` (or `machine.file`) names a machine file, relative to the file that
+/// says it; what stands in [machine] changes it. `overrides` are "key=value" with a dotted key and a TOML
+/// value, where bare words count as strings; they come last, and a machine file they name is relative to the
+/// working directory. Throws ConfigError with every problem found.
+[[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
+                                        const std::vector<std::string>& overrides = {});
+[[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,
+                                                  const std::vector<std::string>& overrides = {});
+
+/// The configuration in force as a file that can be read back: every key with its value, unit, range, default
+/// and meaning. Optional keys that are not set stand as comments.
+[[nodiscard]] std::string print_config(const EcuConfig& config);
+[[nodiscard]] std::string print_config(const ScenarioConfig& config);
+
+}  // namespace sextant

@@ -1,0 +1,223 @@
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace sextant {
+
+/// Least and largest value allowed, both included.
+template <class T>
+struct Range {
+  T min;
+  T max;
+};
+
+/// What a key may hold, and the way to and from the member that it sets. A `get` that has nothing to give
+/// belongs to an optional member that is not set.
+struct NumberField {
+  Range<double> range;
+  std::function<std::optional<double>()> get;
+  std::function<void(double)> set;
+};
+struct IntegerField {
+  Range<std::int64_t> range;
+  std::function<std::optional<std::int64_t>()> get;
+  std::function<void(std::int64_t)> set;
+};
+struct FlagField {
+  std::function<bool()> get;
+  std::function<void(bool)> set;
+};
+struct TextField {
+  bool may_be_empty;
+  std::function<std::string()> get;
+  std::function<void(std::string)> set;
+};
+struct ChoiceField {
+  std::vector<std::string> names;
+  std::function<std::string()> get;
+  std::function<void(std::string_view)> set;
+};
+/// A list of pairs, written [[time, value], …].
+struct PointsField {
+  using Pairs = std::vector<std::pair<double, double>>;
+  Range<double> first_range;
+  Range<double> second_range;
+  std::function<Pairs()> get;
+  std::function<void(const Pairs&)> set;
+};
+using FieldKind = std::variant<NumberField, IntegerField, FlagField, TextField, ChoiceField, PointsField>;
+
+/// One key of a configuration file.
+struct Field {
+  std::string path{};     ///< dotted, from the file's root
+  std::string unit{};     ///< empty where there is none
+  std::string meaning{};  ///< one line for the reader of the file
+  FieldKind kind;
+  bool required{false};  ///< the file has to say it; there is no default
+};
+
+/// Two keys that say the same thing in two ways; a file may use one of them.
+struct Alternative {
+  std::string first{};
+  std::string second{};
+  bool required{false};
+};
+
+/// A condition on the values of a section: empty when it holds, else one sentence.
+struct Check {
+  std::string path{};
+  std::function<std::string()> problem;
+};
+
+/// Everything that a kind of configuration file may say, bound to the members of one struct tree. The
+/// description is written once; reading, printing and the tests all walk it.
+struct Schema {
+  std::vector<Field> fields{};
+  std::vector<Alternative> alternatives{};
+  std::vector<std::function<void()>> derivations{};  ///< run in order when everything has been read
+  std::vector<Check> checks{};                       ///< run after the derivations
+};
+
+/// Name and value of one enumerator.
+template <class E>
+struct Choice {
+  const char* name;
+  E value;
+};
+
+/// A table of the file while it is being described. Members are bound by reference and must outlive the
+/// schema.
+class Section {
+ public:
+  explicit Section(Schema& schema) : schema_{&schema} {}
+
+  [[nodiscard]] Section section(const std::string& name) const { return {*schema_, path(name)}; }
+
+  /// A number; the member is the file's value times `scale`.
+  void number(const std::string& key, double& member, Range<double> range, const char* unit,
+              const char* meaning, double scale = 1.0) {
+    add(key, unit, meaning,
+        NumberField{range, [&member, scale] { return std::optional{member / scale}; },
+                    [&member, scale](double x) { member = x * scale; }});
+  }
+
+  /// A number that need not be said.
+  void number(const std::string& key, std::optional<double>& member, Range<double> range, const char* unit,
+              const char* meaning) {
+    add(key, unit, meaning,
+        NumberField{range, [&member] { return member; }, [&member](double x) { member = x; }});
+  }
+
+  /// A time, kept as integer nanoseconds; `unit_ns` is the length of the key's unit [ns].
+  template <std::signed_integral I>
+  void time(const std::string& key, I& member, double unit_ns, Range<double> range, const char* unit,
+            const char* meaning) {
+    add(key, unit, meaning,
+        NumberField{range,
+                    [&member, unit_ns] { return std::optional{static_cast<double>(member) / unit_ns}; },
+                    [&member, unit_ns](double x) { member = to_ns<I>(x * unit_ns); }});
+  }
+
+  template <std::integral I>
+  void integer(const std::string& key, I& member, Range<std::int64_t> range, const char* unit,
+               const char* meaning) {
+    add(key, unit, meaning,
+        IntegerField{range, [&member] { return std::optional{static_cast<std::int64_t>(member)}; },
+                     [&member](std::int64_t x) { member = static_cast<I>(x); }});
+  }
+
+  void integer(const std::string& key, std::optional<int>& member, Range<std::int64_t> range,
+               const char* unit, const char* meaning) {
+    add(key, unit, meaning,
+        IntegerField{range,
+                     [&member] { return member ? std::optional<std::int64_t>{*member} : std::nullopt; },
+                     [&member](std::int64_t x) { member = static_cast<int>(x); }});
+  }
+
+  void flag(const std::string& key, bool& member, const char* meaning) {
+    add(key, "", meaning, FlagField{[&member] { return member; }, [&member](bool x) { member = x; }});
+  }
+
+  void text(const std::string& key, std::string& member, const char* meaning, bool may_be_empty = false) {
+    add(key, "", meaning,
+        TextField{may_be_empty, [&member] { return member; },
+                  [&member](std::string x) { member = std::move(x); }});
+  }
+
+  template <class E>
+  void choice(const std::string& key, E& member, std::vector<Choice<E>> choices, const char* meaning) {
+    std::vector<std::string> names;
+    for (const Choice<E>& c : choices) names.emplace_back(c.name);
+    const auto get = [&member, choices] {
+      for (const Choice<E>& c : choices) {
+        if (c.value == member) return std::string{c.name};
+      }
+      return std::string{};
+    };
+    const auto set = [&member, choices](std::string_view name) {
+      for (const Choice<E>& c : choices) {
+        if (c.name == name) member = c.value;
+      }
+    };
+    add(key, "", meaning, ChoiceField{std::move(names), get, set});
+  }
+
+  /// Any other way to and from a member.
+  void add(const std::string& key, const char* unit, const char* meaning, FieldKind kind) {
+    schema_->fields.push_back({path(key), unit, meaning, std::move(kind), false});
+  }
+
+  /// The key described last has to be said.
+  void required() { schema_->fields.back().required = true; }
+
+  void alternative(const std::string& first, const std::string& second, bool is_required) {
+    schema_->alternatives.push_back({path(first), path(second), is_required});
+  }
+
+  /// Values that follow from what was read.
+  void derive(std::function<void()> f) { schema_->derivations.push_back(std::move(f)); }
+
+  void check(std::function<std::string()> problem) { schema_->checks.push_back({path_, std::move(problem)}); }
+
+  /// The parameter struct's own validate(). The struct must outlive the schema.
+  template <class Parameters>
+  void check(const Parameters& parameters)
+    requires requires { parameters.validate(); }
+  {
+    check([&parameters]() -> std::string {
+      if constexpr (std::same_as<decltype(parameters.validate()), const char*>) {
+        const char* problem = parameters.validate();
+        return problem == nullptr ? "" : problem;
+      } else {
+        return parameters.validate();
+      }
+    });
+  }
+
+ private:
+  Section(Schema& schema, std::string path) : schema_{&schema}, path_{std::move(path)} {}
+
+  [[nodiscard]] std::string path(const std::string& key) const {
+    return path_.empty() ? key : path_ + "." + key;
+  }
+
+  template <class I>
+  static I to_ns(double ns) {
+    constexpr auto limit = static_cast<double>(std::numeric_limits<I>::max());
+    return ns >= limit ? std::numeric_limits<I>::max() : static_cast<I>(ns < 0 ? ns - 0.5 : ns + 0.5);
+  }
+
+  Schema* schema_;
+  std::string path_{};
+};
+
+}  // namespace sextant

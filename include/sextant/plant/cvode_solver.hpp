@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "sextant/plant/cvode_parameters.hpp"
+
+namespace sextant {
+
+/// The equations that a CvodeSolver integrates, as plain functions of a context.
+struct CvodeProblem {
+  int size{};         ///< number of states [-]
+  int event_count{};  ///< number of event functions; 0 runs without root finding [-]
+  void (*derivative)(const void* context, const double* x, double* dx) noexcept {};
+  /// ∂(dx/dt)/∂x, column-major.
+  void (*jacobian)(const void* context, const double* x, double* j) noexcept {};
+  /// Event functions; an event is a fall through zero.
+  void (*events)(const void* context, const double* x, double* g) noexcept {};
+};
+
+/// One SUNDIALS CVODE instance. All memory is allocated while constructing.
+/// Source: A. C. Hindmarsh et al., "SUNDIALS", ACM Trans. Math. Software 31(3), 2005.
+class CvodeSolver {
+ public:
+  enum class Outcome : std::uint8_t { reached, event, failed };
+
+  /// absolute_tolerance: one for each state. Throws std::runtime_error when CVODE cannot be set up.
+  CvodeSolver(const CvodeProblem& problem, const CvodeParameters& parameters,
+              std::span<const double> absolute_tolerance);
+  ~CvodeSolver();
+  CvodeSolver(const CvodeSolver&) = delete;
+  CvodeSolver& operator=(const CvodeSolver&) = delete;
+
+  /// Starts a new solution from x at time zero; false when CVODE refuses.
+  [[nodiscard]] bool restart(const double* x) noexcept;
+
+  /// Integrates to t_end [s], counted from the last restart, or to the first event. On success x is the state
+  /// there. After `failed` the solver must be restarted.
+  [[nodiscard]] Outcome advance(const void* context, double t_end, double* x) noexcept;
+
+  /// Time since the last restart. [s]
+  [[nodiscard]] double time() const noexcept;
+  /// The lowest event function whose event stopped the last advance. [-]
+  [[nodiscard]] int event() const noexcept;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace sextant

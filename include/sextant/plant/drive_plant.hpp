@@ -1,0 +1,244 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/core/space_vector.hpp"
+#include "sextant/plant/appended_system.hpp"
+#include "sextant/plant/drive_plant_parameters.hpp"
+#include "sextant/plant/induction_machine.hpp"
+#include "sextant/plant/inverter.hpp"
+
+namespace sextant {
+
+/// Inverter, induction machine, shaft and an appended system as one ordinary differential equation:
+///   dpsi_s/dt   = u_s − R_s i_s
+///   dpsi_r/dt   = −R_r i_r + j p omega_m psi_r
+///   domega_m/dt = (tau_e − tau_l − B omega_m) / J, or the imposed slope
+///   dtheta_m/dt = omega_m
+/// Torques are positive in the direction of positive speed, except tau_l, which opposes it. While legs are
+/// off, u_s depends on the state through the back-EMF and the ties of the legs change at events.
+///
+/// The plant holds the state and the inputs; a `PlantIntegrator` moves the state. `revision()` changes
+/// whenever the right-hand side or the state jumps, and only then.
+template <class T = double, class Appended = NoAppendedSystem<T>>
+  requires AppendedSystem<Appended, T>
+class DrivePlant {
+ public:
+  using Scalar = T;
+  static constexpr int machine_size = 6;
+  static constexpr int size = machine_size + Appended::size;
+  static constexpr int event_count = Inverter<T>::event_count;
+  /// Elements of the state; the appended system's follow.
+  enum Index : int { psi_s_alpha, psi_s_beta, psi_r_alpha, psi_r_beta, omega, theta, appended };
+  using State = Eigen::Matrix<T, size, 1>;
+  using Jacobian = Eigen::Matrix<T, size, size>;
+
+  /// At rest, without flux, gates off. The parameters must be valid.
+  explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
+      : machine_{parameters.machine},
+        appended_{std::move(appended_system)},
+        inverse_inertia_{T(1) / parameters.machine.inertia},
+        viscous_friction_{parameters.viscous_friction} {
+    settle_inverter();
+  }
+
+  /// Inputs of the segment to come; equal inputs change nothing.
+  void set_inputs(const PlantInputs<T>& inputs) noexcept SEXTANT_NONBLOCKING {
+    if (inputs == inputs_) return;
+    const bool bridge_changed = inputs.state != inputs_.state || inputs.u_dc != inputs_.u_dc;
+    // By member: a packed copy of what the caller has just stored by member stalls.
+    inputs_.state = inputs.state;
+    inputs_.u_dc = inputs.u_dc;
+    inputs_.tau_l = inputs.tau_l;
+    inputs_.imposed_speed = inputs.imposed_speed;
+    inputs_.speed_slope = inputs.speed_slope;
+    ++revision_;
+    if (bridge_changed) settle_inverter();
+  }
+  [[nodiscard]] const PlantInputs<T>& inputs() const noexcept SEXTANT_NONBLOCKING { return inputs_; }
+
+  /// Replaces the state from outside, so that an integrator starts anew.
+  void set_state(const State& x) noexcept SEXTANT_NONBLOCKING {
+    x_ = x;
+    ++revision_;
+    settle_inverter();
+  }
+  /// Flux linkages, stationary frame. [Wb]
+  void set_fluxes(SpaceVector<T> stator, SpaceVector<T> rotor) noexcept SEXTANT_NONBLOCKING {
+    State x = x_;
+    x[psi_s_alpha] = stator.alpha;
+    x[psi_s_beta] = stator.beta;
+    x[psi_r_alpha] = rotor.alpha;
+    x[psi_r_beta] = rotor.beta;
+    set_state(x);
+  }
+  /// Mechanical speed [rad/s].
+  void set_speed(T omega_m) noexcept SEXTANT_NONBLOCKING {
+    State x = x_;
+    x[omega] = omega_m;
+    set_state(x);
+  }
+
+  /// For integrators: the state reached by integration, which continues the solution.
+  void continue_at(const State& x) noexcept SEXTANT_NONBLOCKING { x_ = x; }
+  [[nodiscard]] const State& state() const noexcept SEXTANT_NONBLOCKING { return x_; }
+  [[nodiscard]] std::uint64_t revision() const noexcept SEXTANT_NONBLOCKING { return revision_; }
+
+  /// The right-hand side, dx/dt at x.
+  void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> flux_s = stator_flux(x);
+    const SpaceVector<T> flux_r = rotor_flux(x);
+    const SpaceVector<T> i_s = machine_.stator_current(flux_s, flux_r);
+    const SpaceVector<T> i_r = machine_.rotor_current(i_s, flux_r);
+    const SpaceVector<T> dpsi_r = machine_.rotor_flux_derivative(i_r, flux_r, x[omega]);
+    const SpaceVector<T> u_s = stator_voltage_at(dpsi_r);
+    const SpaceVector<T> dpsi_s = machine_.stator_flux_derivative(u_s, i_s);
+    const T tau_e = machine_.torque(flux_s, i_s);
+    dx[psi_s_alpha] = dpsi_s.alpha;
+    dx[psi_s_beta] = dpsi_s.beta;
+    dx[psi_r_alpha] = dpsi_r.alpha;
+    dx[psi_r_beta] = dpsi_r.beta;
+    dx[omega] = inputs_.imposed_speed
+                    ? inputs_.speed_slope
+                    : (tau_e - inputs_.tau_l - viscous_friction_ * x[omega]) * inverse_inertia_;
+    dx[theta] = x[omega];
+    if constexpr (Appended::size > 0) {
+      const PlantQuantities<T> q{flux_s, flux_r, i_s, i_r, u_s, inputs_.u_dc, inverter_.dc_link_current(i_s),
+                                 tau_e, inputs_.tau_l, x[omega], x[theta]};
+      appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
+                           std::span<T, appended_size>{dx.data() + machine_size, appended_size});
+    }
+  }
+
+  /// ∂(dx/dt)/∂x at x. The rows of the appended system are left at zero: nothing depends on it, so that a
+  /// Newton iteration loses one step there and no accuracy.
+  void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
+
+  /// Event functions of the three inverter legs; an event is a fall through zero.
+  void events(const State& x, std::array<T, 3>& g) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
+    g = inverter_.events(i_s, emf_at(x));
+  }
+  /// True while events can come: a leg is off.
+  [[nodiscard]] bool has_events() const noexcept SEXTANT_NONBLOCKING { return inverter_.has_events(); }
+  /// The event of a leg has come at the present state.
+  void on_event(int leg) noexcept SEXTANT_NONBLOCKING {
+    inverter_.on_event(leg, i_s(), emf_at(x_));
+    make_current_admissible();
+    ++revision_;
+  }
+
+  [[nodiscard]] SpaceVector<T> psi_s() const noexcept SEXTANT_NONBLOCKING { return stator_flux(x_); }
+  [[nodiscard]] SpaceVector<T> psi_r() const noexcept SEXTANT_NONBLOCKING { return rotor_flux(x_); }
+  [[nodiscard]] SpaceVector<T> i_s() const noexcept SEXTANT_NONBLOCKING {
+    return machine_.stator_current(psi_s(), psi_r());
+  }
+  /// Phase currents, positive into the machine. [A]
+  [[nodiscard]] ThreePhase<T> i_abc() const noexcept SEXTANT_NONBLOCKING { return inverse_clarke(i_s()); }
+  /// Stator voltage at this instant. [V]
+  [[nodiscard]] SpaceVector<T> u_s() const noexcept SEXTANT_NONBLOCKING {
+    return inverter_.voltage_map()(emf_at(x_));
+  }
+  /// Current drawn from the DC link. [A]
+  [[nodiscard]] T i_dc() const noexcept SEXTANT_NONBLOCKING { return inverter_.dc_link_current(i_s()); }
+  /// Electromagnetic torque. [N·m]
+  [[nodiscard]] T tau_e() const noexcept SEXTANT_NONBLOCKING { return machine_.torque(psi_s(), i_s()); }
+  /// Mechanical speed. [rad/s]
+  [[nodiscard]] T omega_m() const noexcept SEXTANT_NONBLOCKING { return x_[omega]; }
+  /// Mechanical angle, not wrapped. [rad]
+  [[nodiscard]] T theta_m() const noexcept SEXTANT_NONBLOCKING { return x_[theta]; }
+  /// Energy of the magnetic field. [J]
+  [[nodiscard]] T magnetic_energy() const noexcept SEXTANT_NONBLOCKING {
+    return machine_.magnetic_energy(psi_s(), psi_r());
+  }
+  [[nodiscard]] const InductionMachine<T>& machine() const noexcept SEXTANT_NONBLOCKING { return machine_; }
+  [[nodiscard]] const Inverter<T>& inverter() const noexcept SEXTANT_NONBLOCKING { return inverter_; }
+  [[nodiscard]] const Appended& appended_system() const noexcept SEXTANT_NONBLOCKING { return appended_; }
+
+ private:
+  static constexpr std::size_t appended_size = std::size_t(Appended::size);
+
+  static SpaceVector<T> stator_flux(const State& x) noexcept SEXTANT_NONBLOCKING {
+    return {x[psi_s_alpha], x[psi_s_beta]};
+  }
+  static SpaceVector<T> rotor_flux(const State& x) noexcept SEXTANT_NONBLOCKING {
+    return {x[psi_r_alpha], x[psi_r_beta]};
+  }
+  SpaceVector<T> stator_voltage_at(SpaceVector<T> dpsi_r) const noexcept SEXTANT_NONBLOCKING {
+    const StatorVoltageMap<T>& map = inverter_.voltage_map();
+    return inverter_.voltage_is_fixed() ? map.offset : map(machine_.emf(dpsi_r));
+  }
+  SpaceVector<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> flux_r = rotor_flux(x);
+    const SpaceVector<T> i_r = machine_.rotor_current(machine_.stator_current(stator_flux(x), flux_r), flux_r);
+    return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]));
+  }
+  void settle_inverter() noexcept SEXTANT_NONBLOCKING {
+    inverter_.set(inputs_.state, inputs_.u_dc, i_s(), emf_at(x_));
+    make_current_admissible();
+  }
+  void make_current_admissible() noexcept SEXTANT_NONBLOCKING {
+    if (inverter_.voltage_is_fixed()) return;
+    const SpaceVector<T> flux = machine_.stator_flux(inverter_.admissible_current(i_s()), psi_r());
+    x_[psi_s_alpha] = flux.alpha;
+    x_[psi_s_beta] = flux.beta;
+  }
+
+  InductionMachine<T> machine_;
+  Appended appended_;
+  T inverse_inertia_;   ///< 1/J [1/(kg·m²)]
+  T viscous_friction_;  ///< B [N·m·s/rad]
+  Inverter<T> inverter_{};
+  PlantInputs<T> inputs_{};
+  State x_{State::Zero()};
+  std::uint64_t revision_{1};
+};
+
+template <class T, class Appended>
+  requires AppendedSystem<Appended, T>
+void DrivePlant<T, Appended>::jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
+  using Block = Eigen::Matrix<T, 2, 2>;
+  const InductionMachineParameters<T>& m = machine_.parameters();
+  const T p = T(m.pole_pairs);
+  const T k_r = m.k_r();
+  const T inverse_sigma_l_s = T(1) / m.sigma_l_s();
+  const SpaceVector<T> s = stator_flux(x);
+  const SpaceVector<T> r = rotor_flux(x);
+  const StatorVoltageMap<T>& map = inverter_.voltage_map();
+  Block gain;  // of the EMF on the stator voltage
+  gain << map.gain_alpha, map.gain_cross, map.gain_cross, map.gain_beta;
+  Block turn;
+  turn << T(0), T(-1), T(1), T(0);
+
+  // i_s = (psi_s − k_r psi_r)/σL_s and i_r = psi_r/L_r − k_r i_s
+  const Block rotor_by_stator = m.r_r * k_r * inverse_sigma_l_s * Block::Identity();
+  const Block rotor_by_rotor =
+      (p * x[omega]) * turn - m.r_r * (T(1) / m.l_r() + k_r * k_r * inverse_sigma_l_s) * Block::Identity();
+  const Eigen::Matrix<T, 2, 1> rotor_by_speed{-p * r.beta, p * r.alpha};
+
+  j.setZero();
+  j.template block<2, 2>(0, 0) =
+      k_r * gain * rotor_by_stator - m.r_s * inverse_sigma_l_s * Block::Identity();
+  j.template block<2, 2>(0, 2) =
+      k_r * gain * rotor_by_rotor + m.r_s * k_r * inverse_sigma_l_s * Block::Identity();
+  j.template block<2, 1>(0, 4) = k_r * gain * rotor_by_speed;
+  j.template block<2, 2>(2, 0) = rotor_by_stator;
+  j.template block<2, 2>(2, 2) = rotor_by_rotor;
+  j.template block<2, 1>(2, 4) = rotor_by_speed;
+  j(theta, omega) = T(1);
+  if (inputs_.imposed_speed) return;
+
+  // tau_e = 3/2 p k_r/σL_s (psi_r × psi_s)
+  const T torque_gain = T(1.5) * p * k_r * inverse_sigma_l_s * inverse_inertia_;
+  j(omega, psi_s_alpha) = -torque_gain * r.beta;
+  j(omega, psi_s_beta) = torque_gain * r.alpha;
+  j(omega, psi_r_alpha) = torque_gain * s.beta;
+  j(omega, psi_r_beta) = -torque_gain * s.alpha;
+  j(omega, omega) = -viscous_friction_ * inverse_inertia_;
+}
+
+}  // namespace sextant

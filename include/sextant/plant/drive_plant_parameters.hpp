@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cmath>
+
+#include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/switch_state.hpp"
+
+namespace sextant {
+
+/// What the drive plant is made of.
+template <class T = double>
+struct DrivePlantParameters {
+  InductionMachineParameters<T> machine{};
+  T viscous_friction{};  ///< B, torque per speed of bearings and fan [N·m·s/rad]
+
+  /// nullptr when the values make a plant, else what is wrong.
+  [[nodiscard]] const char* validate() const noexcept {
+    if (const char* reason = machine.validate()) return reason;
+    if (!(std::isfinite(viscous_friction) && viscous_friction >= T(0))) {
+      return "the viscous friction must be finite and not below zero";
+    }
+    return nullptr;
+  }
+};
+
+/// What acts on the plant, constant over an integration segment.
+template <class T = double>
+struct PlantInputs {
+  SwitchState state{};          ///< what the inverter legs are told to do
+  T u_dc{};                     ///< voltage of the stiff DC link [V]
+  T tau_l{};                    ///< load torque; positive opposes positive rotation [N·m]
+  bool imposed_speed{false};    ///< true: the speed follows speed_slope, whatever the torques
+  T speed_slope{};              ///< domega_m/dt where the speed is imposed [rad/s²]
+  friend constexpr bool operator==(const PlantInputs&, const PlantInputs&) noexcept = default;
+};
+
+}  // namespace sextant

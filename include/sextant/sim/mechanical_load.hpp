@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "sextant/sim/profile.hpp"
+
+namespace sextant {
+
+/// What the shaft is connected to: a load torque, or a machine that imposes the speed.
+class MechanicalLoad {
+ public:
+  struct Parameters {
+    ProfileParameters load_torque{};                   ///< opposes positive rotation [N·m]
+    std::optional<ProfileParameters> imposed_speed{};  ///< mechanical; replaces the load torque [rad/s]
+  };
+
+  /// Throws std::runtime_error when a profile is malformed.
+  explicit MechanicalLoad(const Parameters& parameters) : load_torque_{parameters.load_torque} {
+    if (parameters.imposed_speed) imposed_speed_.emplace(*parameters.imposed_speed);
+  }
+
+  [[nodiscard]] bool imposes_speed() const noexcept { return imposed_speed_.has_value(); }
+
+  /// Load torque at t_ns. [N·m]
+  [[nodiscard]] double torque(std::int64_t t_ns) const noexcept { return load_torque_.value(t_ns); }
+
+  /// Imposed speed at t_ns. [rad/s]
+  [[nodiscard]] double speed(std::int64_t t_ns) const noexcept {
+    return imposed_speed_ ? imposed_speed_->value(t_ns) : 0.0;
+  }
+
+ private:
+  Profile load_torque_;
+  std::optional<Profile> imposed_speed_{};
+};
+
+}  // namespace sextant

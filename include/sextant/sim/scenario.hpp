@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sextant/sim/expectation.hpp"
+#include "sextant/sim/mechanical_load.hpp"
+#include "sextant/sim/metrics.hpp"
+#include "sextant/sim/profile.hpp"
+#include "sextant/sim/trace_recorder.hpp"
+
+namespace sextant {
+
+/// What happens in a run, and what is expected of it; drive and plant are described apart.
+struct Scenario {
+  std::string name{};
+  std::string description{};
+  std::int64_t duration_ns{1'000'000'000};  ///< [ns]
+  ProfileParameters torque_reference{};     ///< [N·m]
+  MechanicalLoad::Parameters load{};
+  MetricsParameters metrics{};
+  TraceParameters trace{};
+  std::vector<Expectation> expectations{};
+};
+
+}  // namespace sextant

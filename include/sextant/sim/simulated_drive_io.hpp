@@ -1,0 +1,119 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/control/switching_table.hpp"
+#include "sextant/core/drive_io.hpp"
+#include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/plant_integrator.hpp"
+#include "sextant/sim/mechanical_load.hpp"
+
+namespace sextant {
+
+/// The power stage as the drive sees it, with the plant integrated in this process.
+///
+/// The plant is lazy: read(t) first brings it to t with the patterns written so far. A gate driver that gets
+/// no new pattern repeats nothing: it keeps the pattern's last state for `hold_periods` and then falls to the
+/// nearest zero vector, so that a late drive costs torque and not an over-current (an active vector moves the
+/// torque of the paper's machine by 250 N·m in a millisecond). `Measurement::acted` tells all of it.
+template <class Plant = DrivePlant<double>>
+class SimulatedDriveIo final : public DriveIo<double> {
+ public:
+  struct Parameters {
+    std::int32_t period_ns{25'000};   ///< control period [ns]
+    double u_dc{530.0};               ///< stiff DC-link voltage [V]
+    int actuation_delay_periods{0};   ///< 1: a pattern acts one period after it was written [-]
+    int hold_periods{1};              ///< periods for which a pattern holds that is not renewed [-]
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (period_ns <= 0) return "the control period must be above zero";
+      if (!(std::isfinite(u_dc) && u_dc > 0.0)) return "the DC-link voltage must be above zero";
+      if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
+        return "the actuation delay must be 0 or 1 periods";
+      }
+      return hold_periods >= 1 ? nullptr : "a pattern must hold for at least one period";
+    }
+  };
+
+  /// Plant, integrator and load are not owned and must outlive this object.
+  SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,
+                   const MechanicalLoad& load) noexcept
+      : parameters_{parameters}, plant_{plant}, integrator_{integrator}, load_{load} {}
+
+  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
+    if (!started_) start(t_ns);
+    const GatePattern acted = acting_until(t_ns - plant_t_ns_);
+    for (const GateSegment& segment : acted.segments()) advance(segment);
+    const bool finite = plant_.state().allFinite();
+    return {t_ns, plant_.i_abc(), parameters_.u_dc, plant_.omega_m(), acted, finite && !failed_};
+  }
+
+  void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
+    active_ = parameters_.actuation_delay_periods == 0 ? pattern : delayed_;
+    delayed_ = pattern;
+  }
+
+  [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }
+
+  /// Load torque that acts on the shaft at the plant's present time. [N·m]
+  [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING { return load_.torque(plant_t_ns_); }
+
+  /// False once an integration has failed; the plant stands still from then on.
+  [[nodiscard]] bool healthy() const noexcept SEXTANT_NONBLOCKING { return !failed_; }
+
+ private:
+  void start(std::int64_t t_ns) noexcept {
+    started_ = true;
+    plant_t_ns_ = t_ns;
+    if (load_.imposes_speed()) plant_.set_speed(load_.speed(t_ns));
+  }
+
+  /// The pattern in force, stretched to the time that has passed since the last read.
+  [[nodiscard]] GatePattern acting_until(std::int64_t elapsed_ns) const noexcept {
+    constexpr std::int64_t longest_ns = 1'000'000'000;
+    const std::int64_t total = std::clamp<std::int64_t>(elapsed_ns, 0, longest_ns);
+    const std::int64_t hold = std::int64_t{parameters_.hold_periods} * parameters_.period_ns;
+    GatePattern acted;
+    std::int64_t t = 0;
+    for (const GateSegment& segment : active_.segments()) {
+      const bool last = &segment == &active_.segments().back();
+      const std::int64_t end = last ? std::max(hold, t + segment.duration_ns) : t + segment.duration_ns;
+      const std::int64_t until = std::min(end, total);
+      if (until > t) acted.append({segment.state, std::int32_t(until - t)});
+      t = until;
+    }
+    if (t < total) {
+      const SwitchState held = active_.last_state();
+      const SwitchState rest = is_driven(held) ? nearest_zero_state(held) : held;
+      acted.append({rest, std::int32_t(total - t)});
+    }
+    return acted;
+  }
+
+  void advance(const GateSegment& segment) noexcept {
+    if (failed_) return;
+    const std::int64_t t_end_ns = plant_t_ns_ + segment.duration_ns;
+    PlantInputs<double> inputs{segment.state, parameters_.u_dc, load_.torque(plant_t_ns_), load_.imposes_speed(), 0.0};
+    if (inputs.imposed_speed) {
+      const double dt = double(segment.duration_ns) * 1e-9;
+      inputs.speed_slope = (load_.speed(t_end_ns) - plant_.omega_m()) / dt;
+    }
+    plant_.set_inputs(inputs);
+    failed_ = !integrator_.advance(plant_, segment.duration_ns);
+    plant_t_ns_ = t_end_ns;
+  }
+
+  Parameters parameters_;
+  Plant& plant_;
+  PlantIntegrator<Plant>& integrator_;
+  const MechanicalLoad& load_;
+  GatePattern active_{};
+  GatePattern delayed_{};
+  std::int64_t plant_t_ns_{0};
+  bool started_{false};
+  bool failed_{false};
+};
+
+}  // namespace sextant

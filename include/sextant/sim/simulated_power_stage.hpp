@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "sextant/plant/cvode_integrator.hpp"
+#include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/sim/mechanical_load.hpp"
+#include "sextant/sim/simulated_drive_io.hpp"
+
+namespace sextant {
+
+/// Which integrator moves the plant.
+enum class IntegratorKind : std::uint8_t {
+  cvode,  ///< SUNDIALS CVODE: error-controlled, the default
+  fixed   ///< Runge-Kutta of order 4 with a fixed step: bounded time
+};
+
+/// Inverter, machine, shaft and their integrator behind one `DriveIo`: what stands in for the hardware.
+class SimulatedPowerStage {
+ public:
+  struct Parameters {
+    DrivePlantParameters<double> plant{};
+    SimulatedDriveIo<>::Parameters io{};
+    IntegratorKind integrator{IntegratorKind::cvode};
+    CvodeParameters cvode{};
+    FixedStepParameters fixed{};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (const char* problem = plant.validate()) return problem;
+      if (const char* problem = io.validate()) return problem;
+      if (const char* problem = cvode.validate()) return problem;
+      return fixed.validate();
+    }
+  };
+
+  /// Throws std::runtime_error when the integrator cannot be set up or the load is malformed.
+  SimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
+      : load_{load},
+        plant_{parameters.plant},
+        integrator_{make_integrator(parameters)},
+        io_{parameters.io, plant_, *integrator_, load_} {}
+
+  [[nodiscard]] SimulatedDriveIo<>& io() noexcept { return io_; }
+
+ private:
+  using Plant = DrivePlant<double>;
+
+  static std::unique_ptr<PlantIntegrator<Plant>> make_integrator(const Parameters& parameters) {
+    if (parameters.integrator == IntegratorKind::cvode) {
+      return std::make_unique<CvodeIntegrator<Plant>>(parameters.cvode);
+    }
+    return std::make_unique<FixedStepIntegrator<Plant>>(parameters.fixed);
+  }
+
+  MechanicalLoad load_;
+  Plant plant_;
+  std::unique_ptr<PlantIntegrator<Plant>> integrator_;
+  SimulatedDriveIo<> io_;
+};
+
+}  // namespace sextant

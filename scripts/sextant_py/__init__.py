@@ -1,0 +1,1 @@
+"""The Python side of Sextant: vehicle control unit, telemetry monitor, recorder and plots."""

@@ -1,0 +1,69 @@
+"""The CAN contract: messages, signals and data IDs as configs/interfaces/sextant.dbc has them."""
+
+from pathlib import Path
+
+import can
+import cantools
+
+from . import e2e
+from .errors import UserError
+from .paths import DBC
+
+
+class Contract:
+    """Encodes and decodes the frames of the DBC, end-to-end protection included."""
+
+    PROTECTION_SIGNALS = ("Crc", "Counter", "DataIdNibble")
+
+    def __init__(self, path: Path = DBC) -> None:
+        try:
+            self.database = cantools.database.load_file(path)
+        except FileNotFoundError:
+            raise UserError(f"the CAN contract {path} does not exist.") from None
+        except cantools.database.UnsupportedDatabaseFormatError as error:
+            raise UserError(f"the CAN contract {path} cannot be read: {error}.") from None
+
+    def message(self, name: str) -> cantools.database.can.Message:
+        try:
+            return self.database.get_message_by_name(name)
+        except KeyError:
+            raise UserError(f"the CAN contract has no message {name}.") from None
+
+    def limits(self, message: str, signal: str) -> tuple[float, float]:
+        """Smallest and largest physical value of a signal, in its unit."""
+        found = self.message(message).get_signal_by_name(signal)
+        return float(found.minimum), float(found.maximum)
+
+    def data_id(self, message: str) -> int | None:
+        """The data ID of a protected message; None where the DBC names no profile."""
+        attributes = self.message(message).dbc.attributes
+        profile = attributes.get("E2EProfile")
+        if profile is None or not profile.value:
+            return None
+        if profile.value != "P11_NIBBLE":
+            raise UserError(f"{message} is protected by {profile.value}; only P11_NIBBLE is known here.")
+        return int(attributes["E2EDataId"].value)
+
+    def encode(self, name: str, signals: dict[str, float], counter: int = 0) -> can.Message:
+        """A frame ready to send. A value outside its range is refused (cantools.database.EncodeError)."""
+        message = self.message(name)
+        data_id = self.data_id(name)
+        if data_id is None:
+            data = bytearray(message.encode(signals, strict=True))
+        else:
+            empty = dict.fromkeys(self.PROTECTION_SIGNALS, 0)
+            data = bytearray(message.encode({**empty, **signals}, strict=True))
+            e2e.protect(data, data_id, counter)
+        return can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False)
+
+    def decode(self, frame: can.Message) -> tuple[str, dict] | None:
+        """Name and signals of a classic data frame that the contract knows and whose length is right; None otherwise."""
+        if frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd:
+            return None
+        try:
+            message = self.database.get_message_by_frame_id(frame.arbitration_id)
+        except KeyError:
+            return None
+        if len(frame.data) != message.length:
+            return None
+        return message.name, message.decode(frame.data)

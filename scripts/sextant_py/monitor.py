@@ -1,0 +1,267 @@
+"""The terminal monitor: what the drives of a DDS domain are doing, in place, or why nothing is heard of them."""
+
+import argparse
+import enum
+import json
+import math
+import sys
+import time
+from functools import cache
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from .contract import Contract
+from .dds import Drive, Telemetry
+from .errors import UserError, run
+
+REFRESH_S = 0.1
+LINE_EVERY_S = 1.0
+STALE_S = 1.0
+PATIENCE_S = 2.0
+BAR_WIDTH = 41
+STYLES = {"TORQUE": "bold green", "MAGNETISING": "cyan", "READY": "cyan", "DERATED": "yellow", "FAULT": "bold red"}
+
+
+def rounded_up(value: float) -> float:
+    """The next of 1, 2, 5, 10, 20, … that is not below the value."""
+    decade = 10.0 ** math.floor(math.log10(max(value, 1.0)))
+    return next(step * decade for step in (1, 2, 5, 10) if step * decade >= value)
+
+
+def torque_bar(smallest: float, mean: float, largest: float, reference: float, full_scale: float, width: int) -> str:
+    """One line from -full_scale to +full_scale [N·m]: the band, █ the mean, ◆ the reference, │ zero."""
+
+    def cell(torque: float) -> int:
+        share = (min(max(torque / full_scale, -1.0), 1.0) + 1.0) / 2.0
+        return round(share * (width - 1))
+
+    cells = ["·"] * width
+    cells[width // 2] = "│"
+    for index in range(cell(smallest), cell(largest) + 1):
+        cells[index] = "─"
+    cells[cell(reference)] = "◆"
+    cells[cell(mean)] = "█"
+    return "".join(cells)
+
+
+@cache
+def fault_choices() -> dict[int, str]:
+    """Fault names by bit, as the CAN contract has them."""
+    choices = Contract().message("MCU_Faults").get_signal_by_name("FirstFault").choices or {}
+    return {int(bit): str(name) for bit, name in choices.items()}
+
+
+def fault_names(bits: int) -> list[str]:
+    """The names of the faults whose bits are set."""
+    return [fault_choices().get(bit, f"BIT_{bit}") for bit in range(32) if bits >> bit & 1]
+
+
+class DriveView:
+    """One drive for a person: a panel, or a line."""
+
+    def __init__(self) -> None:
+        self._peak_nm = 1.0
+
+    def panel(self, drive: Drive) -> Panel:
+        table = Table.grid(padding=(0, 2))
+        table.add_column(justify="right", style="dim", no_wrap=True, min_width=11)
+        table.add_column()
+        if drive.telemetry is not None:
+            self._add_telemetry(table, drive.telemetry)
+        if drive.state is not None:
+            self._add_state(table, drive.state)
+        if drive.statistics is not None:
+            self._add_statistics(table, drive.statistics)
+        table.add_row("telemetry", f"{drive.received} samples read, {drive.lost} passed over")
+        return Panel(table, title=self._title(drive), title_align="left")
+
+    def _title(self, drive: Drive) -> Text:
+        state = drive.telemetry.state.name if drive.telemetry is not None else "?"
+        title = Text.assemble(f" drive {drive.drive_id}  ", (state, STYLES.get(state, "bold")), " ")
+        silent_s = time.monotonic() - drive.heard_s
+        if silent_s > STALE_S:
+            title.append(f" silent for {silent_s:.0f} s ", style="bold red")
+        return title
+
+    def _add_telemetry(self, table: Table, t: Any) -> None:
+        self._peak_nm = max(self._peak_nm, abs(t.torque_min_nm), abs(t.torque_max_nm), abs(t.torque_reference_nm))
+        scale = rounded_up(self._peak_nm)
+        bar = torque_bar(t.torque_min_nm, t.torque_mean_nm, t.torque_max_nm, t.torque_reference_nm, scale, BAR_WIDTH)
+        table.add_row("torque", f"{-scale:+5g} {bar} {scale:+g} N·m")
+        table.add_row(
+            "",
+            f"{t.torque_mean_nm:+8.2f} N·m mean   {t.torque_min_nm:+8.2f} … {t.torque_max_nm:+.2f}",
+        )
+        table.add_row("", f"{t.torque_reference_nm:+8.2f} N·m reference, {t.torque_requested_nm:+.2f} requested")
+        table.add_row("stator flux", f"{t.flux_mean_wb:8.4f} Wb mean    {t.flux_min_wb:8.4f} … {t.flux_max_wb:.4f}")
+        table.add_row("current", f"{t.current_mean_a:8.2f} A mean     {t.current_min_a:8.2f} … {t.current_max_a:.2f}")
+        table.add_row("speed", f"{t.speed_rad_s:+8.2f} rad/s      {t.speed_rad_s * 30 / math.pi:+8.1f} rpm")
+        table.add_row("DC link", f"{t.u_dc_v:8.1f} V          {t.i_dc_a:+8.2f} A    {t.power_w / 1e3:+.3f} kW")
+
+    def _add_state(self, table: Table, s: Any) -> None:
+        table.add_row("reason", Text(s.reason or "-"))
+        table.add_row("lockout", "yes: a valid disable has yet to be seen" if s.lockout else "no")
+        latched, active = fault_names(s.faults_latched), fault_names(s.faults_active)
+        style = "bold red" if latched or active else ""
+        table.add_row(
+            "faults", Text(f"active {', '.join(active) or 'none'}; latched {', '.join(latched) or 'none'}", style)
+        )
+
+    def _add_statistics(self, table: Table, r: Any) -> None:
+        table.add_row(
+            "real time",
+            f"{r.period_ns / 1e3:g} µs × {r.wake_every_periods} a wake-up, {r.periods} periods,"
+            f" {r.periods_skipped} skipped, {r.overruns} overruns",
+        )
+        table.add_row(
+            "",
+            f"wake-up latency p50 {r.wake_latency_p50_us:.0f}, p99 {r.wake_latency_p99_us:.0f},"
+            f" max {r.wake_latency_max_us:.0f} µs",
+        )
+        table.add_row("", f"work p50 {r.body_p50_us:.0f}, p99 {r.body_p99_us:.0f}, max {r.body_max_us:.0f} µs")
+        rights = "real-time priority" if r.real_time_scheduling else "no real-time priority"
+        table.add_row("", f"{rights}, memory {'locked' if r.memory_locked else 'not locked'}")
+        table.add_row("commands", f"{r.commands_received} accepted, {r.commands_rejected} rejected")
+
+    def line(self, drive: Drive) -> str:
+        t, s, r = drive.telemetry, drive.state, drive.statistics
+        parts = [f"drive {drive.drive_id}"]
+        if t is not None:
+            parts += [
+                t.state.name,
+                f"torque {t.torque_mean_nm:+.2f} N·m ({t.torque_min_nm:+.2f} … {t.torque_max_nm:+.2f}) of"
+                f" {t.torque_reference_nm:+.2f}",
+                f"flux {t.flux_mean_wb:.3f} Wb",
+                f"current {t.current_mean_a:.1f} A",
+                f"speed {t.speed_rad_s:+.1f} rad/s",
+                f"DC link {t.u_dc_v:.0f} V",
+            ]
+        if r is not None:
+            parts.append(f"{r.periods_skipped} periods skipped")
+        if s is not None and s.faults_latched:
+            parts.append(f"FAULTS {', '.join(fault_names(s.faults_latched))}")
+        if time.monotonic() - drive.heard_s > STALE_S:
+            parts.append(f"silent for {time.monotonic() - drive.heard_s:.0f} s")
+        return "  ".join(parts)
+
+
+def plain(sample: Any) -> dict | None:
+    """A sample as plain values; states by name."""
+    if sample is None:
+        return None
+    values = {name: getattr(sample, name) for name in sample.__annotations__}
+    return {name: value.name if isinstance(value, enum.Enum) else value for name, value in values.items()}
+
+
+def as_dict(telemetry: Telemetry) -> dict:
+    """All that is known, for scripts."""
+    drives = [
+        {
+            "drive_id": drive.drive_id,
+            "received": drive.received,
+            "telemetry": plain(drive.telemetry),
+            "state": plain(drive.state),
+            "statistics": plain(drive.statistics),
+        }
+        for drive in telemetry.drives.values()
+    ]
+    return {"drives": drives, "problems": telemetry.problems()}
+
+
+class Monitor:
+    """Polls the telemetry and shows it until a time, or once."""
+
+    def __init__(self, telemetry: Telemetry, console: Console) -> None:
+        self._telemetry = telemetry
+        self._console = console
+        self._views: dict[int, DriveView] = {}
+        self._began_s = time.monotonic()
+
+    def _problems(self) -> list[str]:
+        """Discovery takes a moment; before that silence means nothing."""
+        return self._telemetry.problems() if time.monotonic() - self._began_s > PATIENCE_S else []
+
+    def _view(self, drive: Drive) -> DriveView:
+        return self._views.setdefault(drive.drive_id, DriveView())
+
+    def screen(self) -> Group:
+        drives = sorted(self._telemetry.drives.values(), key=lambda drive: drive.drive_id)
+        parts: list[Any] = [self._view(drive).panel(drive) for drive in drives]
+        parts += [Text(problem, style="yellow") for problem in self._problems()]
+        return Group(*parts) if parts else Group(Text("listening …", style="dim"))
+
+    def lines(self) -> list[str]:
+        drives = sorted(self._telemetry.drives.values(), key=lambda drive: drive.drive_id)
+        return [self._view(drive).line(drive) for drive in drives] + self._problems()
+
+    def show_in_place(self, end_s: float) -> None:
+        with Live(self.screen(), console=self._console, refresh_per_second=10, transient=False) as live:
+            while time.monotonic() < end_s:
+                self._telemetry.poll()
+                live.update(self.screen())
+                time.sleep(REFRESH_S)
+
+    def print_lines(self, end_s: float) -> None:
+        due_s = time.monotonic() + LINE_EVERY_S
+        while time.monotonic() < end_s:
+            self._telemetry.poll()
+            if time.monotonic() >= due_s:
+                due_s += LINE_EVERY_S
+                for line in self.lines():
+                    print(line, flush=True)
+            time.sleep(REFRESH_S)
+
+    def wait_for_all(self, end_s: float) -> None:
+        """Until every topic has been heard, or the time is over."""
+        while time.monotonic() < end_s:
+            self._telemetry.poll()
+            if self._telemetry.drives and not self._telemetry.problems():
+                return
+            time.sleep(0.02)
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="monitor", description="Shows the telemetry of the drives that are on the network; Ctrl-C ends it."
+    )
+    parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")
+    parser.add_argument("--duration", type=float, metavar="S", help="end after so long")
+    parser.add_argument("--once", action="store_true", help="show what is there, once, and end; fail if it is nothing")
+    parser.add_argument("--json", action="store_true", help="as --once, in JSON")
+    return parser.parse_args(arguments)
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    if options.duration is not None and not options.duration > 0:
+        raise UserError("--duration must be above zero.")
+    telemetry = Telemetry(options.domain)
+    console = Console()
+    monitor = Monitor(telemetry, console)
+    if options.once or options.json:
+        monitor.wait_for_all(time.monotonic() + (options.duration or 3.0))
+        if options.json:
+            print(json.dumps(as_dict(telemetry), indent=2))
+        elif telemetry.drives:
+            console.print(monitor.screen())
+    else:
+        end_s = time.monotonic() + (options.duration or math.inf)
+        try:
+            if sys.stdout.isatty():
+                monitor.show_in_place(end_s)
+            else:
+                monitor.print_lines(end_s)
+        except KeyboardInterrupt:
+            pass
+    if telemetry.stream.samples == 0:
+        raise UserError(" ".join(telemetry.problems()) or "no telemetry was heard.")
+    return 0
+
+
+if __name__ == "__main__":
+    run("monitor", main)

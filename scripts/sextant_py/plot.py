@@ -1,0 +1,165 @@
+"""Draws torque, stator flux, speed and current of a trace or a recording over time."""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from .errors import UserError, run
+
+MAX_POINTS = 4000
+REFERENCE, MEASURED, BAND = "#d95f02", "#1b4f9c", "#9ecae1"
+
+
+@dataclass
+class Signals:
+    """Signals over one time axis, both from HDF5."""
+
+    time_s: np.ndarray
+    values: dict[str, np.ndarray]
+
+    def get(self, name: str) -> np.ndarray | None:
+        return self.values.get(name)
+
+
+def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -> Signals:
+    """Reads t_s or t_ns and every signal of its length; time counts from the first sample."""
+    try:
+        with h5py.File(path, "r") as file:
+            values = {
+                name: data[()] for name, data in file.items() if isinstance(data, h5py.Dataset) and data.ndim == 1
+            }
+            plant = file.get("plant")
+            if isinstance(plant, h5py.Group):
+                values |= {f"plant/{name}": data[()] for name, data in plant.items() if isinstance(data, h5py.Dataset)}
+    except FileNotFoundError:
+        raise UserError(f"{path} does not exist.") from None
+    except OSError:
+        raise UserError(f"{path} is not an HDF5 file.") from None
+    if "t_ns" in values and len(values["t_ns"]):
+        time_s = (values["t_ns"].astype(np.int64) - int(values["t_ns"][0])) / 1e9
+    elif "t_s" in values and len(values["t_s"]):
+        time_s = values["t_s"].astype(float)
+    else:
+        raise UserError(f"{path} has neither samples of t_s nor of t_ns, so it is no trace and no recording.")
+    values = {name: value for name, value in values.items() if len(value) == len(time_s)}
+    wanted = np.ones(len(time_s), dtype=bool)
+    if begin_s is not None:
+        wanted &= time_s >= begin_s
+    if end_s is not None:
+        wanted &= time_s <= end_s
+    if not wanted.any():
+        raise UserError(f"{path} has no sample in that span; it runs from {time_s[0]:g} s to {time_s[-1]:g} s.")
+    return Signals(time_s[wanted], {name: value[wanted] for name, value in values.items()})
+
+
+def blocks(values: np.ndarray, reduce: str) -> np.ndarray:
+    """No more than MAX_POINTS values: means, minima or maxima of blocks of equal length."""
+    size = -(-len(values) // MAX_POINTS)
+    if size == 1:
+        return values.astype(float)
+    starts = np.arange(0, len(values), size)
+    if reduce == "mean":
+        return np.add.reduceat(values.astype(float), starts) / np.diff(np.append(starts, len(values)))
+    return (np.minimum if reduce == "min" else np.maximum).reduceat(values.astype(float), starts)
+
+
+def draw_quantity(axes: Axes, signals: Signals, quantity: str, unit: str) -> None:
+    """Mean with its band of minimum and maximum. In a trace sampled each period the signal itself has both."""
+    time_s = blocks(signals.time_s, "mean")
+    mean = signals.get(f"{quantity}_mean_{unit}")
+    if mean is None:
+        mean = signals.get(f"{quantity}_{unit}")
+    if mean is None:
+        mean = signals.get(f"plant/{quantity}_{unit}")
+    if mean is None:
+        axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
+        return
+    smallest, largest = signals.get(f"{quantity}_min_{unit}"), signals.get(f"{quantity}_max_{unit}")
+    low = blocks(mean if smallest is None else smallest, "min")
+    high = blocks(mean if largest is None else largest, "max")
+    axes.fill_between(time_s, low, high, color=BAND, linewidth=0, label="minimum to maximum")
+    axes.plot(time_s, blocks(mean, "mean"), color=MEASURED, linewidth=1.2, label="mean")
+
+
+def draw_torque(axes: Axes, signals: Signals) -> None:
+    draw_quantity(axes, signals, "torque", "nm")
+    time_s = blocks(signals.time_s, "mean")
+    requested, reference = signals.get("torque_requested_nm"), signals.get("torque_reference_nm")
+    if requested is not None:
+        axes.plot(time_s, blocks(requested, "mean"), color="grey", linewidth=1.0, linestyle=":", label="requested")
+    if reference is not None:
+        axes.plot(time_s, blocks(reference, "mean"), color=REFERENCE, linewidth=1.4, linestyle="--", label="reference")
+
+
+def draw_speed(axes: Axes, signals: Signals) -> None:
+    speed = signals.get("speed_rad_s")
+    if speed is None:
+        speed = signals.get("plant/omega_m_rad_s")
+    if speed is None:
+        axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
+        return
+    axes.plot(blocks(signals.time_s, "mean"), blocks(speed, "mean"), color=MEASURED, linewidth=1.2)
+
+
+def draw(signals: Signals, title: str, output: Path) -> None:
+    """Four panels over one time axis, to a PNG."""
+    figure, panels = plt.subplots(4, 1, sharex=True, figsize=(11, 12), height_ratios=(3, 2, 2, 2), layout="constrained")
+    figure.suptitle(title, fontsize=13)
+    draw_torque(panels[0], signals)
+    draw_quantity(panels[1], signals, "flux", "wb")
+    draw_speed(panels[2], signals)
+    draw_quantity(panels[3], signals, "current", "a")
+    headings = (
+        "Torque [N·m]",
+        "Stator flux linkage [Wb]",
+        "Rotor speed, mechanical [rad/s]",
+        "Stator current vector [A]",
+    )
+    for axes, heading in zip(panels, headings, strict=True):
+        axes.set_title(heading, loc="left", fontsize=11)
+        axes.grid(True, alpha=0.3)
+        axes.margins(x=0.01)
+        if axes.get_legend_handles_labels()[1]:
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, fontsize=9, frameon=False)
+    panels[-1].set_xlabel("Time [s]")
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(output, dpi=120)
+    except (OSError, ValueError) as error:
+        raise UserError(f"the plot {output} cannot be written: {getattr(error, 'strerror', None) or error}.") from None
+    finally:
+        plt.close(figure)
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="plot", description="Draws torque, stator flux, speed and current of a trace or a recording."
+    )
+    parser.add_argument(
+        "file", type=Path, metavar="FILE.h5", help="trace of sextant-mil or recording of scripts/record"
+    )
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="picture to write (default: FILE.png)")
+    parser.add_argument("--from", dest="begin_s", type=float, metavar="S", help="begin of the span to draw [s]")
+    parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="end of the span to draw [s]")
+    parser.add_argument("--title", help="heading (default: the file's name)")
+    return parser.parse_args(arguments)
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    output = options.output or options.file.with_suffix(".png")
+    draw(load(options.file, options.begin_s, options.end_s), options.title or options.file.name, output)
+    print(output)
+    return 0
+
+
+if __name__ == "__main__":
+    run("plot", main)

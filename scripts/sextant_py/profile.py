@@ -1,0 +1,158 @@
+"""Torque profiles: what a vehicle asks of the drive, over time.
+
+A CSV file has a heading `time_s,torque_nm` or `time_s,torque_nm,enable`, one point a line; empty lines and what follows
+a # are passed over. Torque is interpolated linearly; two points at one time make a step. A TOML file has the same points:
+
+    interpolation = "hold"          # or "linear"
+    time_s = [0.0, 1.0, 5.0]
+    torque_nm = [0.0, 15.0, 0.0]
+    enable = [true, true, false]    # may be left out
+"""
+
+import bisect
+import csv
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import UserError
+
+INTERPOLATIONS = ("linear", "hold")
+_HEADINGS = (["time_s", "torque_nm"], ["time_s", "torque_nm", "enable"])
+_TRUTH = {"1": True, "true": True, "0": False, "false": False}
+
+
+@dataclass(frozen=True)
+class Point:
+    """Torque [N·m] and enable from time_s [s] on."""
+
+    time_s: float
+    torque_nm: float
+    enable: bool = True
+
+
+class Profile:
+    """A torque over time."""
+
+    def __init__(self, points: list[Point], interpolation: str = "linear") -> None:
+        self.points = points
+        self.interpolation = interpolation
+        self._times = [point.time_s for point in points]
+
+    @property
+    def duration_s(self) -> float:
+        return self._times[-1]
+
+    @property
+    def peak_nm(self) -> float:
+        """Largest magnitude of torque [N·m]."""
+        return max(abs(point.torque_nm) for point in self.points)
+
+    def at(self, time_s: float) -> tuple[float, bool]:
+        """Torque [N·m] and enable at a time [s]; at a step, what comes after it."""
+        index = max(bisect.bisect_right(self._times, time_s) - 1, 0)
+        here = self.points[index]
+        if self.interpolation == "hold" or index + 1 == len(self.points) or time_s <= here.time_s:
+            return here.torque_nm, here.enable
+        after = self.points[index + 1]
+        share = (time_s - here.time_s) / (after.time_s - here.time_s)
+        return here.torque_nm + share * (after.torque_nm - here.torque_nm), here.enable
+
+
+def load(path: Path | str, interpolation: str | None = None) -> Profile:
+    """Reads a profile; a bad one is refused with file and line."""
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"the profile {path} cannot be read: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise UserError(f"the profile {path} is not a text file in UTF-8.") from None
+    if path.suffix == ".toml":
+        points, own_interpolation = _from_toml(path, text)
+    elif path.suffix == ".csv":
+        points, own_interpolation = _from_csv(path, text), "linear"
+    else:
+        raise UserError(f"the profile {path} must be a .csv or .toml file.")
+    return Profile(points, interpolation or own_interpolation)
+
+
+def _number(text: object, where: str, name: str) -> float:
+    try:
+        value = float(text) if not isinstance(text, bool) else math.nan
+    except (TypeError, ValueError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise UserError(f'{where}: {name} must be a number, not "{text}".')
+    return value
+
+
+def _append(points: list[Point], point: Point, where: str) -> None:
+    if not points and point.time_s != 0:
+        raise UserError(f"{where}: the first point must be at time_s = 0, not {point.time_s:g}.")
+    if points and point.time_s < points[-1].time_s:
+        raise UserError(f"{where}: time_s goes back from {points[-1].time_s:g} to {point.time_s:g}.")
+    points.append(point)
+
+
+def _finished(points: list[Point], path: Path) -> list[Point]:
+    if len(points) < 2 or points[-1].time_s <= 0:
+        raise UserError(f"the profile {path} needs at least two points and a duration above zero.")
+    return points
+
+
+def _from_csv(path: Path, text: str) -> list[Point]:
+    heading: list[str] | None = None
+    points: list[Point] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        where = f"{path}:{number}"
+        cells = [cell.strip() for cell in next(csv.reader([line.partition("#")[0]]), [])]
+        if not any(cells):
+            continue
+        if heading is None:
+            if cells not in _HEADINGS:
+                raise UserError(f'{where}: the heading must be "time_s,torque_nm" or "time_s,torque_nm,enable".')
+            heading = cells
+            continue
+        if len(cells) != len(heading):
+            raise UserError(f"{where}: expected {len(heading)} values ({','.join(heading)}), found {len(cells)}.")
+        enable = _TRUTH.get(cells[2].lower()) if len(cells) == 3 else True
+        if enable is None:
+            raise UserError(f'{where}: enable must be 0 or 1, not "{cells[2]}".')
+        time_s, torque_nm = _number(cells[0], where, "time_s"), _number(cells[1], where, "torque_nm")
+        _append(points, Point(time_s, torque_nm, enable), where)
+    return _finished(points, path)
+
+
+def _from_toml(path: Path, text: str) -> tuple[list[Point], str]:
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"the profile {path} is not TOML: {error}.") from None
+
+    def line_of(key: str) -> str:
+        lines = text.splitlines()
+        return f"{path}:{next((n for n, line in enumerate(lines, 1) if line.split('=')[0].strip() == key), 1)}"
+
+    for key in table:
+        if key not in ("interpolation", "time_s", "torque_nm", "enable"):
+            raise UserError(f'{line_of(key)}: unknown key "{key}"; known are interpolation, time_s, torque_nm, enable.')
+    interpolation = table.get("interpolation", "linear")
+    if interpolation not in INTERPOLATIONS:
+        raise UserError(f'{line_of("interpolation")}: interpolation must be "linear" or "hold", not "{interpolation}".')
+    columns = [table.get("time_s"), table.get("torque_nm")]
+    for key, column in zip(("time_s", "torque_nm"), columns, strict=True):
+        if not isinstance(column, list):
+            raise UserError(f"{line_of(key)}: {key} must be a list of numbers.")
+    columns.append(table.get("enable", [True] * len(columns[0])))
+    if not isinstance(columns[2], list) or not all(isinstance(value, bool) for value in columns[2]):
+        raise UserError(f"{line_of('enable')}: enable must be a list of true and false.")
+    if len({len(column) for column in columns}) != 1:
+        raise UserError(f"{line_of('time_s')}: time_s, torque_nm and enable must have one length.")
+    points: list[Point] = []
+    for time_s, torque_nm, enable in zip(*columns, strict=True):
+        time_s = _number(time_s, line_of("time_s"), "time_s")
+        torque_nm = _number(torque_nm, line_of("torque_nm"), "torque_nm")
+        _append(points, Point(time_s, torque_nm, enable), line_of("time_s"))
+    return _finished(points, path), interpolation

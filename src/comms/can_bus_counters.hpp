@@ -1,0 +1,49 @@
+#pragma once
+
+#include "sextant/comms/can_bus.hpp"
+
+#include <atomic>
+#include <cstdint>
+
+namespace sextant {
+
+/// CanBusStats while the receiving and the sending thread count.
+class CanBusCounters {
+ public:
+  using Counter = std::atomic<std::uint64_t>;
+
+  Counter sent{0};
+  Counter send_dropped{0};
+  Counter received{0};
+  Counter receive_overflow{0};
+  Counter receive_malformed{0};
+  Counter error_frames{0};
+  Counter bus_off{0};
+  Counter reopened{0};
+
+  void on_received(const CanFrame& frame) noexcept {
+    received.fetch_add(1, std::memory_order_relaxed);
+    if (!frame.error) return;
+    error_frames.fetch_add(1, std::memory_order_relaxed);
+    if ((frame.id & can_error_bus_off) != 0) bus_off.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  /// SO_RXQ_OVFL reports the total since the socket was opened, modulo 2^32.
+  void on_overflow_total(std::uint32_t total) noexcept {
+    const std::uint32_t seen = static_cast<std::uint32_t>(receive_overflow.load(std::memory_order_relaxed));
+    receive_overflow.fetch_add(total - seen, std::memory_order_relaxed);
+  }
+
+  [[nodiscard]] CanBusStats stats() const noexcept {
+    return {.sent = sent.load(std::memory_order_relaxed),
+            .send_dropped = send_dropped.load(std::memory_order_relaxed),
+            .received = received.load(std::memory_order_relaxed),
+            .receive_overflow = receive_overflow.load(std::memory_order_relaxed),
+            .receive_malformed = receive_malformed.load(std::memory_order_relaxed),
+            .error_frames = error_frames.load(std::memory_order_relaxed),
+            .bus_off = bus_off.load(std::memory_order_relaxed),
+            .reopened = reopened.load(std::memory_order_relaxed)};
+  }
+};
+
+}  // namespace sextant

@@ -1,0 +1,208 @@
+#include "sextant/comms/can_codec.hpp"
+
+#include "sextant_contract.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+
+namespace sextant {
+namespace {
+
+using contract::Signal;
+
+constexpr std::size_t frame_length = 8;
+
+/// Scales values into raw signals and remembers whether one had to be clamped.
+class Packer {
+ public:
+  template <class Raw>
+  Raw operator()(const Signal<Raw>& signal, double value) noexcept {
+    const double wanted = std::isnan(value) ? 0.0 : value;
+    const double sent = std::clamp(wanted, signal.minimum, signal.maximum);
+    const Raw raw = signal.encode(sent);
+    if (std::isnan(value) || sent != wanted || !signal.is_in_range(raw)) clamped_ = true;
+    return raw;
+  }
+
+  template <class Raw>
+  Raw operator()(const Signal<Raw>& signal, std::optional<double> value, Raw not_available) noexcept {
+    return value ? (*this)(signal, *value) : not_available;
+  }
+
+  /// A counter or worst case, for which the contract defines the maximum as "that much or more".
+  template <class Raw>
+  Raw saturated(const Signal<Raw>& signal, double value) noexcept {
+    return (*this)(signal, value > signal.maximum ? signal.maximum : value);
+  }
+
+  [[nodiscard]] bool clamped() const noexcept { return clamped_; }
+
+ private:
+  bool clamped_{false};
+};
+
+template <class Message>
+EncodedFrame frame_of(std::uint32_t id, const Message& message,
+                      int (*pack)(std::uint8_t*, const Message*, std::size_t), bool clamped) noexcept {
+  EncodedFrame result{.frame = {.id = id, .length = frame_length}, .clamped = clamped};
+  pack(result.frame.data.data(), &message, frame_length);
+  return result;
+}
+
+using FaultsMessage = sextant_mcu_faults_t;
+struct FaultBits {
+  Fault fault;
+  std::uint8_t FaultsMessage::*active;
+  std::uint8_t FaultsMessage::*latched;
+};
+
+constexpr std::array<FaultBits, fault_count> fault_bits{{
+    {Fault::command_lost, &FaultsMessage::active_command_lost, &FaultsMessage::latched_command_lost},
+    {Fault::command_invalid, &FaultsMessage::active_command_invalid, &FaultsMessage::latched_command_invalid},
+    {Fault::command_out_of_range, &FaultsMessage::active_command_out_of_range,
+     &FaultsMessage::latched_command_out_of_range},
+    {Fault::second_master, &FaultsMessage::active_second_master, &FaultsMessage::latched_second_master},
+    {Fault::bus_off, &FaultsMessage::active_bus_off, &FaultsMessage::latched_bus_off},
+    {Fault::measurement_invalid, &FaultsMessage::active_measurement_invalid,
+     &FaultsMessage::latched_measurement_invalid},
+    {Fault::current_sum, &FaultsMessage::active_current_sum, &FaultsMessage::latched_current_sum},
+    {Fault::current_sensor, &FaultsMessage::active_current_sensor, &FaultsMessage::latched_current_sensor},
+    {Fault::over_current, &FaultsMessage::active_over_current, &FaultsMessage::latched_over_current},
+    {Fault::dc_over_voltage, &FaultsMessage::active_dc_over_voltage, &FaultsMessage::latched_dc_over_voltage},
+    {Fault::dc_under_voltage, &FaultsMessage::active_dc_under_voltage,
+     &FaultsMessage::latched_dc_under_voltage},
+    {Fault::speed_sensor, &FaultsMessage::active_speed_sensor, &FaultsMessage::latched_speed_sensor},
+    {Fault::over_speed, &FaultsMessage::active_over_speed, &FaultsMessage::latched_over_speed},
+    {Fault::over_temperature, &FaultsMessage::active_over_temperature,
+     &FaultsMessage::latched_over_temperature},
+    {Fault::torque_plausibility, &FaultsMessage::active_torque_plausibility,
+     &FaultsMessage::latched_torque_plausibility},
+    {Fault::open_phase, &FaultsMessage::active_open_phase, &FaultsMessage::latched_open_phase},
+    {Fault::flux_lost, &FaultsMessage::active_flux_lost, &FaultsMessage::latched_flux_lost},
+    {Fault::overrun, &FaultsMessage::active_overrun, &FaultsMessage::latched_overrun},
+    {Fault::watchdog, &FaultsMessage::active_watchdog, &FaultsMessage::latched_watchdog},
+    {Fault::transmit_lost, &FaultsMessage::active_transmit_lost, &FaultsMessage::latched_transmit_lost},
+}};
+
+}  // namespace
+
+EncodedFrame encode(const TorqueStatus& x) noexcept {
+  Packer pack;
+  sextant_mcu_torque_status_t m{};
+  m.torque_estimated = pack(contract::mcu_torque_status_torque_estimated, x.torque);
+  m.torque_admitted = pack(contract::mcu_torque_status_torque_admitted, x.torque_admitted);
+  m.drive_state = pack(contract::mcu_torque_status_drive_state, double(x.state));
+  m.lockout = x.lockout ? 1 : 0;
+  m.command_counter = pack(contract::mcu_torque_status_command_counter,
+                           x.command_counter.value_or(SEXTANT_MCU_TORQUE_STATUS_COMMAND_COUNTER_NONE_CHOICE));
+  return frame_of(SEXTANT_MCU_TORQUE_STATUS_FRAME_ID, m, sextant_mcu_torque_status_pack, pack.clamped());
+}
+
+EncodedFrame encode(const Motion& x) noexcept {
+  constexpr double rpm_per_rad_s = 30.0 / std::numbers::pi;
+  Packer pack;
+  sextant_mcu_motion_t m{};
+  m.speed = pack(contract::mcu_motion_speed, x.omega_m * rpm_per_rad_s);
+  m.flux_magnitude = pack(contract::mcu_motion_flux_magnitude, x.psi_s_magnitude);
+  m.direction = m.speed > 0   ? SEXTANT_MCU_MOTION_DIRECTION_FORWARD_CHOICE
+                : m.speed < 0 ? SEXTANT_MCU_MOTION_DIRECTION_REVERSE_CHOICE
+                              : SEXTANT_MCU_MOTION_DIRECTION_STANDSTILL_CHOICE;
+  return frame_of(SEXTANT_MCU_MOTION_FRAME_ID, m, sextant_mcu_motion_pack, pack.clamped());
+}
+
+EncodedFrame encode(const Electrical& x) noexcept {
+  Packer pack;
+  sextant_mcu_electrical_t m{};
+  m.dc_voltage = pack(contract::mcu_electrical_dc_voltage, x.u_dc);
+  m.dc_current = pack(contract::mcu_electrical_dc_current, x.i_dc);
+  m.phase_current_rms =
+      pack(contract::mcu_electrical_phase_current_rms, x.i_s_magnitude / std::numbers::sqrt2);
+  m.electrical_power = pack(contract::mcu_electrical_electrical_power, x.u_dc * x.i_dc);
+  return frame_of(SEXTANT_MCU_ELECTRICAL_FRAME_ID, m, sextant_mcu_electrical_pack, pack.clamped());
+}
+
+EncodedFrame encode(const Capability& x) noexcept {
+  Packer pack;
+  sextant_mcu_capability_t m{};
+  m.torque_motoring = pack(contract::mcu_capability_torque_motoring, x.torque_motoring);
+  m.torque_regenerating = pack(contract::mcu_capability_torque_regenerating, x.torque_regenerating);
+  m.derating_cause = pack(contract::mcu_capability_derating_cause, double(x.cause));
+  return frame_of(SEXTANT_MCU_CAPABILITY_FRAME_ID, m, sextant_mcu_capability_pack, pack.clamped());
+}
+
+EncodedFrame encode(const FaultReport& x) noexcept {
+  Packer pack;
+  sextant_mcu_faults_t m{};
+  for (const FaultBits& bits : fault_bits) {
+    m.*bits.active = x.active.test(bits.fault) ? 1 : 0;
+    m.*bits.latched = x.latched.test(bits.fault) ? 1 : 0;
+  }
+  m.first_fault = x.first ? pack(contract::mcu_faults_first_fault, double(*x.first))
+                          : std::uint8_t{SEXTANT_MCU_FAULTS_FIRST_FAULT_NONE_CHOICE};
+  m.fault_total = pack.saturated(contract::mcu_faults_fault_total, double(x.total));
+  return frame_of(SEXTANT_MCU_FAULTS_FRAME_ID, m, sextant_mcu_faults_pack, pack.clamped());
+}
+
+EncodedFrame encode(const RealTimeReport& x) noexcept {
+  constexpr double us_per_s = 1e6;
+  Packer pack;
+  sextant_mcu_real_time_t m{};
+  m.periods_missed = pack.saturated(contract::mcu_real_time_periods_missed, double(x.periods_missed));
+  m.worst_loop_time = pack.saturated(contract::mcu_real_time_worst_loop_time, x.worst_loop_time * us_per_s);
+  m.worst_wake_latency = pack.saturated(contract::mcu_real_time_worst_wake_latency, x.worst_wake_latency * us_per_s);
+  m.telemetry_dropped = pack.saturated(contract::mcu_real_time_telemetry_dropped, double(x.telemetry_dropped));
+  return frame_of(SEXTANT_MCU_REAL_TIME_FRAME_ID, m, sextant_mcu_real_time_pack, pack.clamped());
+}
+
+EncodedFrame encode(const Temperatures& x) noexcept {
+  Packer pack;
+  sextant_mcu_temperatures_t m{};
+  m.stator_temperature = pack(contract::mcu_temperatures_stator_temperature, x.stator,
+                              contract::mcu_temperatures_stator_temperature_not_available);
+  m.rotor_temperature = pack(contract::mcu_temperatures_rotor_temperature, x.rotor,
+                             contract::mcu_temperatures_rotor_temperature_not_available);
+  m.inverter_temperature = pack(contract::mcu_temperatures_inverter_temperature, x.inverter,
+                                contract::mcu_temperatures_inverter_temperature_not_available);
+  return frame_of(SEXTANT_MCU_TEMPERATURES_FRAME_ID, m, sextant_mcu_temperatures_pack, pack.clamped());
+}
+
+EncodedFrame encode(const TorqueRequest& x) noexcept {
+  Packer pack;
+  sextant_vcu_torque_command_t m{};
+  m.torque_request = pack(contract::vcu_torque_command_torque_request, x.torque);
+  m.torque_limit = pack(contract::vcu_torque_command_torque_limit, x.torque_limit);
+  m.enable = x.enable ? 1 : 0;
+  m.fault_reset = x.fault_reset ? 1 : 0;
+  return frame_of(SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID, m, sextant_vcu_torque_command_pack, pack.clamped());
+}
+
+CommandIdentity identify_command(const CanFrame& frame) noexcept {
+  if (frame.id != SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID || frame.error) return CommandIdentity::other;
+  if (frame.extended) return CommandIdentity::extended_alias;
+  if (frame.fd) return CommandIdentity::fd_alias;
+  if (frame.rtr) return CommandIdentity::remote;
+  if (frame.length != SEXTANT_VCU_TORQUE_COMMAND_LENGTH) return CommandIdentity::wrong_length;
+  return CommandIdentity::command;
+}
+
+DecodedCommand decode_command(const CanFrame& frame) noexcept {
+  sextant_vcu_torque_command_t m{};
+  if (sextant_vcu_torque_command_unpack(&m, frame.data.data(), frame_length) != 0) return {};
+  const auto& torque = contract::vcu_torque_command_torque_request;
+  const auto& limit = contract::vcu_torque_command_torque_limit;
+  return {.request = {.torque = torque.decode(m.torque_request),
+                      .torque_limit = limit.decode(m.torque_limit),
+                      .enable = m.enable != 0,
+                      .fault_reset = m.fault_reset != 0},
+          .counter = m.counter,
+          .in_range = torque.is_in_range(m.torque_request) && limit.is_in_range(m.torque_limit)};
+}
+
+std::uint32_t command_id() noexcept { return SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID; }
+std::uint16_t command_data_id() noexcept { return contract::vcu_torque_command_data_id; }
+
+}  // namespace sextant

@@ -1,0 +1,107 @@
+#include "sextant/comms/command_receiver.hpp"
+
+#include "sextant/comms/can_codec.hpp"
+
+#include <algorithm>
+
+namespace sextant {
+namespace {
+
+FrameVerdict verdict_of(CommandIdentity identity) noexcept {
+  switch (identity) {
+    case CommandIdentity::command: return FrameVerdict::accepted;
+    case CommandIdentity::other: return FrameVerdict::unrelated;
+    case CommandIdentity::wrong_length: return FrameVerdict::wrong_length;
+    case CommandIdentity::remote: return FrameVerdict::remote_frame;
+    case CommandIdentity::extended_alias: return FrameVerdict::extended_alias;
+    case CommandIdentity::fd_alias: return FrameVerdict::fd_alias;
+  }
+  return FrameVerdict::unrelated;
+}
+
+FrameVerdict verdict_of(E2eResult result) noexcept {
+  switch (result) {
+    case E2eResult::ok:
+    case E2eResult::ok_some_lost: return FrameVerdict::accepted;
+    case E2eResult::repeated: return FrameVerdict::repeated;
+    case E2eResult::wrong_sequence: return FrameVerdict::wrong_sequence;
+    case E2eResult::invalid_counter: return FrameVerdict::invalid_counter;
+    case E2eResult::wrong_crc: return FrameVerdict::wrong_crc;
+    case E2eResult::wrong_data_id: return FrameVerdict::wrong_data_id;
+  }
+  return FrameVerdict::wrong_crc;
+}
+
+}  // namespace
+
+const char* to_string(FrameVerdict v) noexcept {
+  switch (v) {
+    case FrameVerdict::accepted: return "accepted";
+    case FrameVerdict::not_valid_yet: return "E2E state not valid yet";
+    case FrameVerdict::unrelated: return "unrelated";
+    case FrameVerdict::error_frame: return "error frame";
+    case FrameVerdict::wrong_length: return "wrong length";
+    case FrameVerdict::remote_frame: return "remote frame";
+    case FrameVerdict::extended_alias: return "extended identifier";
+    case FrameVerdict::fd_alias: return "CAN FD frame";
+    case FrameVerdict::wrong_crc: return "wrong CRC";
+    case FrameVerdict::wrong_data_id: return "wrong data id";
+    case FrameVerdict::invalid_counter: return "invalid counter";
+    case FrameVerdict::repeated: return "repeated counter";
+    case FrameVerdict::wrong_sequence: return "wrong sequence";
+    case FrameVerdict::out_of_range: return "out of range";
+  }
+  return "?";
+}
+
+CommandReceiver::CommandReceiver(const Parameters& parameters) noexcept
+    : parameters_(parameters), checker_(command_data_id(), parameters.e2e) {}
+
+FrameVerdict CommandReceiver::on_frame(const CanFrame& frame) noexcept {
+  const FrameVerdict verdict = judge(frame);
+  ++counts_[std::size_t(verdict)];
+  if (rejected(verdict)) ++command_.rejected;
+  return verdict;
+}
+
+FrameVerdict CommandReceiver::judge(const CanFrame& frame) noexcept {
+  if (frame.error) return on_error_frame(frame);
+  const FrameVerdict identity = verdict_of(identify_command(frame));
+  if (identity != FrameVerdict::accepted) return identity;
+
+  e2e::Data data{};
+  std::copy_n(frame.data.begin(), data.size(), data.begin());
+  const E2eResult result = checker_.check(data);
+  command_.e2e = checker_.state();
+  if (!usable(result)) return verdict_of(result);
+  return checker_.state() == E2eState::valid ? take(frame) : FrameVerdict::not_valid_yet;
+}
+
+FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
+  const DecodedCommand decoded = decode_command(frame);
+  if (!decoded.in_range) {
+    ++command_.out_of_range;
+    return FrameVerdict::out_of_range;
+  }
+  command_.torque = decoded.request.torque;
+  command_.torque_limit = decoded.request.torque_limit;
+  command_.enable = decoded.request.enable;
+  command_.fault_reset = decoded.request.fault_reset;
+  command_.received_ns = frame.received_ns;
+  command_.counter = decoded.counter;
+  command_.out_of_range = 0;
+  ++command_.sequence;
+  // A command that comes through proves the bus; the hold lets the control thread see a short bus-off.
+  if (frame.received_ns - bus_off_ns_ >= parameters_.bus_off_hold_ns) command_.bus_off = false;
+  return FrameVerdict::accepted;
+}
+
+FrameVerdict CommandReceiver::on_error_frame(const CanFrame& frame) noexcept {
+  if ((frame.id & can_error_bus_off) != 0) {
+    command_.bus_off = true;
+    bus_off_ns_ = frame.received_ns;
+  }
+  return FrameVerdict::error_frame;
+}
+
+}  // namespace sextant

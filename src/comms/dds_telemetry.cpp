@@ -1,0 +1,166 @@
+#include "sextant/comms/dds_telemetry.hpp"
+
+#include "dds_entity.hpp"
+#include "telemetry_conversion.hpp"
+
+#include <cstdlib>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace sextant {
+namespace {
+
+using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
+
+Qos keep_last_qos(dds_reliability_kind_t reliability, dds_durability_kind_t durability) {
+  Qos qos(dds_create_qos(), &dds_delete_qos);
+  dds_qset_reliability(qos.get(), reliability, DDS_MSECS(100));
+  dds_qset_durability(qos.get(), durability);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  return qos;
+}
+
+/// While it lives, what Cyclone DDS logs is kept instead of printed, so that a failure to start can be told in
+/// one sentence with its cause.
+class LogCapture {
+ public:
+  LogCapture() { dds_set_log_sink(&LogCapture::on_log, &text_); }
+  LogCapture(const LogCapture&) = delete;
+  LogCapture& operator=(const LogCapture&) = delete;
+  ~LogCapture() { dds_set_log_sink(nullptr, nullptr); }
+
+  /// The first line, without its end.
+  [[nodiscard]] std::string first_line() const { return text_.substr(0, text_.find('\n')); }
+
+ private:
+  static void on_log(void* text, const dds_log_data_t* data) {
+    static_cast<std::string*>(text)->append(data->message, data->size);
+  }
+
+  std::string text_;
+};
+
+[[noreturn]] void fail(const DdsTelemetry::Parameters& parameters, const std::string& what, dds_return_t error,
+                       const LogCapture& log) {
+  std::string text = "DDS cannot start on domain " + std::to_string(parameters.domain_id) + ": " + what + ": " +
+                     dds_strretcode(error);
+  if (const std::string line = log.first_line(); !line.empty()) text += " (" + line + ")";
+  const char* const uri = std::getenv("CYCLONEDDS_URI");
+  const bool from_environment = parameters.configuration.empty() && uri != nullptr;
+  if (from_environment) text += "; the environment says CYCLONEDDS_URI=" + std::string(uri);
+  throw std::runtime_error(text);
+}
+
+dds_entity_t create_domain(const DdsTelemetry::Parameters& parameters, const LogCapture& log) {
+  if (parameters.configuration.empty()) return 0;
+  const dds_entity_t domain = dds_create_domain(parameters.domain_id, parameters.configuration.c_str());
+  if (domain == DDS_RETCODE_PRECONDITION_NOT_MET) {
+    fail(parameters, "the domain already runs in this process with its own configuration", domain, log);
+  }
+  if (domain < 0) fail(parameters, "the configuration was refused", domain, log);
+  return domain;
+}
+
+dds_entity_t create_participant(const DdsTelemetry::Parameters& parameters, const LogCapture& log) {
+  const dds_entity_t participant = dds_create_participant(parameters.domain_id, nullptr, nullptr);
+  if (participant < 0) fail(parameters, "no participant", participant, log);
+  return participant;
+}
+
+/// A topic's writer with the one instance that this drive has in it.
+template <class Sample>
+class InstanceWriter {
+ public:
+  InstanceWriter(const DdsTelemetry::Parameters& parameters, dds_entity_t participant,
+                 const dds_topic_descriptor_t& type, const char* name, const Qos& qos, const LogCapture& log) {
+    const dds_entity_t topic = dds_create_topic(participant, &type, name, nullptr, nullptr);
+    if (topic < 0) fail(parameters, std::string("topic ") + name, topic, log);
+    writer_ = dds_create_writer(participant, topic, qos.get(), nullptr);
+    if (writer_ < 0) fail(parameters, std::string("the writer of ") + name, writer_, log);
+    sample_.drive_id = parameters.drive_id;
+    dds_instance_handle_t instance = 0;
+    const dds_return_t registered = dds_register_instance(writer_, &instance, &sample_);
+    if (registered < 0) fail(parameters, std::string("the instance of ") + name, registered, log);
+  }
+
+  template <class... In>
+  DdsWrite write(DdsTelemetryCounts& counts, const In&... in) noexcept {
+    if (!convert(in..., sample_)) {
+      ++counts.refused;
+      return DdsWrite::refused;
+    }
+    const bool written = dds_write(writer_, &sample_) == DDS_RETCODE_OK;
+    ++sample_.sequence;  // a sample that DDS did not take is seen as a gap
+    ++(written ? counts.written : counts.failed);
+    return written ? DdsWrite::ok : DdsWrite::failed;
+  }
+
+  [[nodiscard]] std::uint32_t incompatible_readers() const noexcept {
+    dds_offered_incompatible_qos_status_t status{};
+    return dds_get_offered_incompatible_qos_status(writer_, &status) == DDS_RETCODE_OK ? status.total_count : 0;
+  }
+
+  [[nodiscard]] std::uint32_t readers() const noexcept {
+    dds_publication_matched_status_t status{};
+    return dds_get_publication_matched_status(writer_, &status) == DDS_RETCODE_OK ? status.current_count : 0;
+  }
+
+ private:
+  dds_entity_t writer_{0};
+  Sample sample_{};
+};
+
+}  // namespace
+
+struct DdsTelemetry::Impl {
+  Impl(const Parameters& parameters, const LogCapture& log)
+      : domain(create_domain(parameters, log)),
+        participant(create_participant(parameters, log)),
+        telemetry(parameters, participant.get(), sextant_DriveTelemetry_desc, "sextant/DriveTelemetry",
+                  keep_last_qos(DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE), log),
+        state(parameters, participant.get(), sextant_DriveState_desc, "sextant/DriveState",
+              keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log),
+        statistics(parameters, participant.get(), sextant_RealTimeStatistics_desc,
+                   "sextant/RealTimeStatistics",
+                   keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log) {}
+
+  DdsEntity domain;
+  DdsEntity participant;
+  InstanceWriter<sextant_DriveTelemetry> telemetry;
+  InstanceWriter<sextant_DriveState> state;
+  InstanceWriter<sextant_RealTimeStatistics> statistics;
+  DdsTelemetryCounts counts{};
+};
+
+DdsTelemetry::DdsTelemetry(const Parameters& parameters) {
+  if (const char* const error = parameters.validate()) throw std::runtime_error(error);
+  const LogCapture log;
+  impl_ = std::make_unique<Impl>(parameters, log);
+}
+
+DdsTelemetry::~DdsTelemetry() = default;
+
+DdsWrite DdsTelemetry::write(const TelemetryIntervalRecord<double>& record, std::uint64_t dropped) noexcept {
+  return impl_->telemetry.write(impl_->counts, record, dropped);
+}
+
+DdsWrite DdsTelemetry::write(const DriveStateSample& sample) noexcept {
+  return impl_->state.write(impl_->counts, sample);
+}
+
+DdsWrite DdsTelemetry::write(const RealTimeSample& sample) noexcept {
+  return impl_->statistics.write(impl_->counts, sample);
+}
+
+DdsTelemetryCounts DdsTelemetry::counts() const noexcept { return impl_->counts; }
+
+std::uint32_t DdsTelemetry::readers() const noexcept { return impl_->telemetry.readers(); }
+
+std::uint32_t DdsTelemetry::incompatible_readers() const noexcept {
+  return impl_->telemetry.incompatible_readers() + impl_->state.incompatible_readers() +
+         impl_->statistics.incompatible_readers();
+}
+
+}  // namespace sextant

@@ -1,0 +1,104 @@
+#include "telemetry_conversion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+
+namespace sextant {
+namespace {
+
+static_assert(int{sextant_INIT} == int(DriveState::init));
+static_assert(int{sextant_STANDBY} == int(DriveState::standby));
+static_assert(int{sextant_READY} == int(DriveState::ready));
+static_assert(int{sextant_MAGNETISING} == int(DriveState::magnetising));
+static_assert(int{sextant_TORQUE} == int(DriveState::torque));
+static_assert(int{sextant_DERATED} == int(DriveState::derated));
+static_assert(int{sextant_FAULT} == int(DriveState::fault));
+static_assert(int{sextant_SHUTDOWN} == int(DriveState::shutdown));
+
+sextant_DriveStateKind kind_of(DriveState state) noexcept { return static_cast<sextant_DriveStateKind>(state); }
+
+bool all_finite(std::initializer_list<double> values) noexcept {
+  return std::ranges::all_of(values, [](double x) { return std::isfinite(x); });
+}
+
+/// Copies as much as fits, never cutting a UTF-8 character, and terminates.
+template <std::size_t size>
+void copy_text(std::string_view text, char (&out)[size]) noexcept {
+  std::size_t n = std::min(text.size(), size - 1);
+  const auto continues = [&](std::size_t i) { return (static_cast<unsigned char>(text[i]) & 0xC0U) == 0x80U; };
+  while (n > 0 && n < text.size() && continues(n)) --n;
+  std::fill(std::copy_n(text.data(), n, out), out + size, '\0');
+}
+
+}  // namespace
+
+bool convert(const TelemetryIntervalRecord<double>& in, std::uint64_t dropped,
+             sextant_DriveTelemetry& out) noexcept {
+  out.t_ns = in.t_ns;
+  out.periods = in.periods;
+  out.dropped = dropped;
+  out.torque_requested_nm = in.torque_requested_nm;
+  out.torque_reference_nm = in.torque_reference_nm;
+  out.torque_mean_nm = in.torque_mean_nm;
+  out.torque_min_nm = in.torque_min_nm;
+  out.torque_max_nm = in.torque_max_nm;
+  out.flux_mean_wb = in.flux_mean_wb;
+  out.flux_min_wb = in.flux_min_wb;
+  out.flux_max_wb = in.flux_max_wb;
+  out.current_mean_a = in.current_mean_a;
+  out.current_min_a = in.current_min_a;
+  out.current_max_a = in.current_max_a;
+  out.i_a_a = in.i_a_a;
+  out.i_b_a = in.i_b_a;
+  out.i_c_a = in.i_c_a;
+  out.flux_angle_rad = in.flux_angle_rad;
+  out.speed_rad_s = in.speed_rad_s;
+  out.u_dc_v = in.u_dc_v;
+  out.i_dc_a = in.i_dc_a;
+  out.power_w = in.power_w;
+  out.state = kind_of(in.state);
+  out.sector = in.sector;
+  out.command_counter = in.command_counter;
+  out.command_received_ns = in.command_received_ns;
+  return all_finite({in.torque_requested_nm, in.torque_reference_nm, in.torque_mean_nm, in.torque_min_nm,
+                     in.torque_max_nm, in.flux_mean_wb, in.flux_min_wb, in.flux_max_wb, in.current_mean_a,
+                     in.current_min_a, in.current_max_a, in.i_a_a, in.i_b_a, in.i_c_a, in.flux_angle_rad,
+                     in.speed_rad_s, in.u_dc_v, in.i_dc_a, in.power_w});
+}
+
+bool convert(const DriveStateSample& in, sextant_DriveState& out) noexcept {
+  out.t_ns = in.t_ns;
+  out.state = kind_of(in.state);
+  out.lockout = in.lockout;
+  out.faults_active = in.active.bits();
+  out.faults_latched = in.latched.bits();
+  out.first_fault = in.first_fault ? int(*in.first_fault) : -1;
+  out.fault_total = in.fault_total;
+  copy_text(in.reason, out.reason);
+  return true;
+}
+
+bool convert(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
+  out.t_ns = in.t_ns;
+  out.period_ns = in.period_ns;
+  out.wake_every_periods = in.wake_every_periods;
+  out.periods = in.periods;
+  out.periods_skipped = in.periods_skipped;
+  out.overruns = in.overruns;
+  out.wake_latency_p50_us = in.wake_latency_p50_us;
+  out.wake_latency_p99_us = in.wake_latency_p99_us;
+  out.wake_latency_max_us = in.wake_latency_max_us;
+  out.body_p50_us = in.body_p50_us;
+  out.body_p99_us = in.body_p99_us;
+  out.body_max_us = in.body_max_us;
+  out.telemetry_dropped = in.telemetry_dropped;
+  out.commands_received = in.commands_received;
+  out.commands_rejected = in.commands_rejected;
+  out.real_time_scheduling = in.real_time_scheduling;
+  out.memory_locked = in.memory_locked;
+  return all_finite({in.wake_latency_p50_us, in.wake_latency_p99_us, in.wake_latency_max_us, in.body_p50_us,
+                     in.body_p99_us, in.body_max_us});
+}
+
+}  // namespace sextant

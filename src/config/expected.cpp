@@ -1,0 +1,38 @@
+#include "expected.hpp"
+
+#include "number_text.hpp"
+
+namespace sextant {
+namespace {
+
+std::string range_text(Range<double> r) {
+  return number_text(r.min) + " to " + number_text(r.max);
+}
+
+struct Expected {
+  std::string operator()(const NumberField& f) const { return "a number from " + range_text(f.range); }
+  std::string operator()(const IntegerField& f) const {
+    return "an integer from " + std::to_string(f.range.min) + " to " + std::to_string(f.range.max);
+  }
+  std::string operator()(const FlagField&) const { return "true or false"; }
+  std::string operator()(const TextField& f) const {
+    return f.may_be_empty ? "a string" : "a string, not empty";
+  }
+  std::string operator()(const ChoiceField& f) const {
+    std::string text;
+    for (const std::string& name : f.names) text += (text.empty() ? "\"" : " or \"") + name + "\"";
+    return text;
+  }
+  std::string operator()(const PointsField& f) const {
+    return "a list of [time, value] pairs, times from " + range_text(f.first_range) + ", values from " +
+           range_text(f.second_range);
+  }
+};
+
+}  // namespace
+
+std::string expected(const FieldKind& kind) {
+  return std::visit(Expected{}, kind);
+}
+
+}  // namespace sextant

@@ -1,0 +1,168 @@
+#include "layer.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+namespace sextant {
+namespace {
+
+[[noreturn]] void refuse(std::string file, int line, std::string key, std::string message) {
+  throw ConfigError{{{std::move(file), line, std::move(key), std::move(message)}}};
+}
+
+std::string file_text(const std::string& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) refuse(file, 0, "", "cannot be read: it is a directory");
+  std::ifstream stream{file, std::ios::binary};
+  if (!stream) refuse(file, 0, "", "cannot be read: " + std::generic_category().message(errno));
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return std::move(text).str();
+}
+
+constexpr std::string_view word_marks = "_-./:+~";
+
+bool is_bare_word(std::string_view value) {
+  return !value.empty() && std::all_of(value.begin(), value.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           word_marks.find(c) != std::string_view::npos;
+  });
+}
+
+bool is_dotted_key(std::string_view key) {
+  return is_bare_word(key) && key.find_first_of("/:+~") == std::string_view::npos;
+}
+
+/// Where a layer names the machine file, if it does; the name is taken out.
+std::optional<std::string> take_machine_file(Layer& layer, int& line) {
+  toml::node* machine = layer.table.get("machine");
+  if (machine == nullptr) return std::nullopt;
+  toml::node* node = machine;
+  std::string key = "machine";
+  if (toml::table* table = machine->as_table()) {
+    node = table->get("file");
+    key = "machine.file";
+    if (node == nullptr) return std::nullopt;
+  }
+  const auto path = node->value<std::string>();
+  const ConfigProblem place =
+      layer.problem(node, key, "expected the path of a machine file, got " + shown(*node));
+  if (!path || path->empty()) throw ConfigError{{place}};
+  line = place.line;
+  if (toml::table* table = machine->as_table()) {
+    table->erase("file");
+  } else {
+    layer.table.erase("machine");
+  }
+  if (layer.is_override) return *path;
+  return (std::filesystem::path{layer.file}.parent_path() / *path).lexically_normal().string();
+}
+
+}  // namespace
+
+std::string Layer::local_path(std::string_view path) const {
+  if (prefix.empty()) return std::string{path};
+  if (path == prefix) return {};
+  const bool inside = path.starts_with(prefix + ".");
+  return std::string{inside ? path.substr(prefix.size() + 1) : path};
+}
+
+const toml::node* Layer::find(std::string_view path) const {
+  if (!prefix.empty() && path != prefix && !path.starts_with(prefix + ".")) return nullptr;
+  const std::string local = local_path(path);
+  const toml::node* node = &table;
+  for (std::size_t begin = 0; begin < local.size();) {
+    const std::size_t end = std::min(local.find('.', begin), local.size());
+    const toml::table* inner = node->as_table();
+    node = inner == nullptr ? nullptr : inner->get(std::string_view{local}.substr(begin, end - begin));
+    if (node == nullptr) return nullptr;
+    begin = end + 1;
+  }
+  return node;
+}
+
+ConfigProblem Layer::problem(const toml::node* node, std::string_view path, std::string message) const {
+  const int line = is_override || node == nullptr ? 0 : static_cast<int>(node->source().begin.line);
+  return {file, line, local_path(path), std::move(message)};
+}
+
+Layer read_layer(const std::string& file, const std::string& prefix) {
+  const std::string text = file_text(file);
+  try {
+    return {file, prefix, false, toml::parse(text, file)};
+  } catch (const toml::parse_error& error) {
+    refuse(file, static_cast<int>(error.source().begin.line), "",
+           "not valid TOML: " + std::string{error.description()});
+  }
+}
+
+Layer override_layer(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::string key = text.substr(0, equals);
+  if (equals == std::string::npos || equals + 1 == text.size() || !is_dotted_key(key)) {
+    refuse("--set", 0, "", "expected key=value with a dotted key, got \"" + text + "\"");
+  }
+  const std::string value = text.substr(equals + 1);
+  if (value.find_first_of("\r\n") != std::string::npos)
+    refuse("--set", 0, key, "the value must be on one line");
+  try {
+    return {"--set", "", true, toml::parse(key + " = " + value)};
+  } catch (const toml::parse_error& error) {
+    if (!is_bare_word(value)) {
+      refuse("--set", 0, key, "not a TOML value: " + std::string{error.description()});
+    }
+  }
+  try {
+    return {"--set", "", true, toml::parse(key + " = '" + value + "'")};
+  } catch (const toml::parse_error& error) {
+    refuse("--set", 0, key, "not a key: " + std::string{error.description()});
+  }
+}
+
+void insert_machine_layer(std::vector<Layer>& layers) {
+  std::optional<std::string> file;
+  ConfigProblem place;
+  for (Layer& layer : layers) {
+    int line = 0;
+    if (auto found = take_machine_file(layer, line)) {
+      file = std::move(found);
+      place = {layer.file, line, "machine", ""};
+    }
+  }
+  if (!file) return;
+  std::error_code error;
+  if (!std::filesystem::exists(*file, error)) {
+    place.message = "the machine file " + *file + " does not exist";
+    throw ConfigError{{place}};
+  }
+  layers.insert(layers.begin(), read_layer(*file, "machine"));
+}
+
+std::string shown(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "a list";
+    case toml::node_type::date:
+    case toml::node_type::time:
+    case toml::node_type::date_time:
+      return "a date or time";
+    case toml::node_type::string:
+      return "\"" + node.as_string()->get() + "\"";
+    default:
+      break;
+  }
+  std::ostringstream text;
+  node.visit([&text](const auto& value) {
+    if constexpr (toml::is_value<decltype(value)>) text << value;
+  });
+  return std::move(text).str();
+}
+
+}  // namespace sextant

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sextant/config/config_error.hpp"
+#include "toml++/toml.h"
+
+namespace sextant {
+
+/// One source of configuration values: a file or one override. Later layers win.
+struct Layer {
+  std::string file{};    ///< as shown in messages
+  std::string prefix{};  ///< where its root lies in the whole tree: "" or "machine"
+  bool is_override{false};
+  toml::table table{};
+
+  /// The node at a path of the whole tree; nullptr where this layer says nothing about it.
+  [[nodiscard]] const toml::node* find(std::string_view path) const;
+
+  /// A problem of this layer; `path` is shown as the layer itself names it.
+  [[nodiscard]] ConfigProblem problem(const toml::node* node, std::string_view path,
+                                      std::string message) const;
+
+  /// The path as this layer's own file writes it.
+  [[nodiscard]] std::string local_path(std::string_view path) const;
+};
+
+/// Throws ConfigError when the file cannot be read or is not TOML.
+[[nodiscard]] Layer read_layer(const std::string& file, const std::string& prefix = {});
+
+/// "key=value". Throws ConfigError when it is not of that form.
+[[nodiscard]] Layer override_layer(const std::string& text);
+
+/// Takes the path of the machine file out of the layers and puts the file's own layer before them. Throws
+/// ConfigError when it is not a path or the file is bad.
+void insert_machine_layer(std::vector<Layer>& layers);
+
+/// The value as a message shows it.
+[[nodiscard]] std::string shown(const toml::node& node);
+
+}  // namespace sextant

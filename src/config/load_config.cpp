@@ -1,0 +1,51 @@
+#include "sextant/config/load_config.hpp"
+
+#include "layer.hpp"
+#include "printer.hpp"
+#include "reader.hpp"
+
+namespace sextant {
+namespace {
+
+template <class Config>
+Schema schema_of(Config& config) {
+  Schema schema;
+  describe(Section{schema}, config);
+  return schema;
+}
+
+template <class Config>
+Config load(const std::string& file, const std::vector<std::string>& overrides) {
+  std::vector<Layer> layers;
+  layers.push_back(read_layer(file));
+  for (const std::string& text : overrides) layers.push_back(override_layer(text));
+  insert_machine_layer(layers);
+  Config config;
+  read(schema_of(config), layers);
+  return config;
+}
+
+template <class Config>
+std::string printed(Config config) {
+  Config defaults;
+  return print(schema_of(config), schema_of(defaults));
+}
+
+}  // namespace
+
+EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides) {
+  return load<EcuConfig>(file, overrides);
+}
+
+ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides) {
+  return load<ScenarioConfig>(file, overrides);
+}
+
+std::string print_config(const EcuConfig& config) {
+  return printed(config);
+}
+std::string print_config(const ScenarioConfig& config) {
+  return printed(config);
+}
+
+}  // namespace sextant

@@ -1,0 +1,214 @@
+#include "reader.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+#include <string_view>
+
+#include "expected.hpp"
+
+namespace sextant {
+namespace {
+
+bool within(double x, Range<double> r) {
+  return x >= r.min && x <= r.max;
+}  // false for NaN
+
+std::optional<double> number(const toml::node& node, Range<double> range) {
+  if (!node.is_number()) return std::nullopt;
+  const double x = *node.value<double>();
+  return within(x, range) ? std::optional{x} : std::nullopt;
+}
+
+/// Sets a field from a node; false when the node does not hold what the field expects.
+struct Assign {
+  const toml::node& node;
+
+  bool operator()(const NumberField& f) const {
+    const auto x = number(node, f.range);
+    if (x) f.set(*x);
+    return x.has_value();
+  }
+  bool operator()(const IntegerField& f) const {
+    const auto* value = node.as_integer();
+    if (value == nullptr || value->get() < f.range.min || value->get() > f.range.max) return false;
+    f.set(value->get());
+    return true;
+  }
+  bool operator()(const FlagField& f) const {
+    const auto* value = node.as_boolean();
+    if (value != nullptr) f.set(value->get());
+    return value != nullptr;
+  }
+  bool operator()(const TextField& f) const {
+    const auto* value = node.as_string();
+    if (value == nullptr || (value->get().empty() && !f.may_be_empty)) return false;
+    f.set(value->get());
+    return true;
+  }
+  bool operator()(const ChoiceField& f) const {
+    const auto* value = node.as_string();
+    if (value == nullptr || std::find(f.names.begin(), f.names.end(), value->get()) == f.names.end())
+      return false;
+    f.set(value->get());
+    return true;
+  }
+  bool operator()(const PointsField& f) const {
+    const toml::array* list = node.as_array();
+    if (list == nullptr) return false;
+    PointsField::Pairs pairs;
+    for (const toml::node& item : *list) {
+      const toml::array* pair = item.as_array();
+      if (pair == nullptr || pair->size() != 2) return false;
+      const auto first = number(*pair->get(0), f.first_range);
+      const auto second = number(*pair->get(1), f.second_range);
+      if (!first || !second) return false;
+      pairs.emplace_back(*first, *second);
+    }
+    f.set(pairs);
+    return true;
+  }
+};
+
+/// Levenshtein distance: insertions, deletions and replacements from a to b.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0U : 1U);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+class Reader {
+ public:
+  Reader(const Schema& schema, const std::vector<Layer>& layers) : schema_{schema}, layers_{layers} {
+    for (const Field& field : schema.fields) {
+      keys_.insert(field.path);
+      for (std::size_t dot = field.path.find('.'); dot != std::string::npos;
+           dot = field.path.find('.', dot + 1)) {
+        tables_.insert(field.path.substr(0, dot));
+      }
+    }
+  }
+
+  void read() {
+    for (const Layer& layer : layers_) read_layer(layer);
+    check_required();
+    finish();
+    for (const auto& derive : schema_.derivations) derive();
+    for (const Check& check : schema_.checks) run(check);
+    finish();
+  }
+
+ private:
+  void read_layer(const Layer& layer) {
+    check_keys(layer, layer.table, layer.prefix);
+    for (const Field& field : schema_.fields) {
+      const toml::node* node = layer.find(field.path);
+      if (node == nullptr) continue;
+      said_.insert(field.path);
+      if (std::visit(Assign{*node}, field.kind)) continue;
+      problems_.push_back(
+          layer.problem(node, field.path, "expected " + expected(field.kind) + ", got " + shown(*node)));
+    }
+    for (const Alternative& a : schema_.alternatives) {
+      const toml::node* second = layer.find(a.second);
+      if (layer.find(a.first) == nullptr || second == nullptr) continue;
+      problems_.push_back(
+          layer.problem(second, a.second, "give this or " + layer.local_path(a.first) + ", not both"));
+    }
+  }
+
+  /// Every key of the table is known, and what should be a table is one.
+  void check_keys(const Layer& layer, const toml::table& table, const std::string& path) {
+    for (auto&& [key, node] : table) {
+      const std::string inner = (path.empty() ? "" : path + ".") + std::string{key.str()};
+      if (keys_.contains(inner)) continue;
+      if (!tables_.contains(inner)) {
+        problems_.push_back(layer.problem(
+            &node, inner, "unknown key; the nearest known one is " + layer.local_path(nearest(inner))));
+      } else if (const toml::table* inner_table = node.as_table()) {
+        check_keys(layer, *inner_table, inner);
+      } else {
+        problems_.push_back(layer.problem(&node, inner, "expected a table, got " + shown(node)));
+      }
+    }
+  }
+
+  [[nodiscard]] std::string nearest(const std::string& path) const {
+    std::string best;
+    std::size_t least = std::string::npos;
+    for (const auto* names : {&keys_, &tables_}) {
+      for (const std::string& name : *names) {
+        const std::size_t distance = edit_distance(path, name);
+        if (distance < least) {
+          least = distance;
+          best = name;
+        }
+      }
+    }
+    return best;
+  }
+
+  void check_required() {
+    for (const Field& field : schema_.fields) {
+      if (field.required && !said_.contains(field.path)) {
+        problems_.push_back(missing(field.path, "missing, expected " + expected(field.kind)));
+      }
+    }
+    for (const Alternative& a : schema_.alternatives) {
+      if (a.required && !said_.contains(a.first) && !said_.contains(a.second)) {
+        ConfigProblem problem = missing(a.first, "missing, expected a number here or in ");
+        problem.message += a.second.substr(a.second.rfind('.') + 1);
+        problems_.push_back(std::move(problem));
+      }
+    }
+  }
+
+  /// A missing key is laid at the door of the first file it could stand in.
+  [[nodiscard]] ConfigProblem missing(const std::string& path, std::string message) const {
+    const auto home = std::find_if(layers_.begin(), layers_.end(), [&path](const Layer& layer) {
+      return !layer.is_override && (layer.prefix.empty() || path.starts_with(layer.prefix + "."));
+    });
+    return home->problem(nullptr, path, std::move(message));
+  }
+
+  void run(const Check& check) {
+    std::string message = check.problem();
+    if (message.empty()) return;
+    const auto home = std::find_if(layers_.rbegin(), layers_.rend(), [&check](const Layer& layer) {
+      return layer.find(check.path) != nullptr;
+    });
+    if (home == layers_.rend() || check.path.empty()) {
+      problems_.push_back(missing(check.path, std::move(message)));
+    } else {
+      problems_.push_back(home->problem(home->find(check.path), check.path, std::move(message)));
+    }
+  }
+
+  void finish() {
+    if (!problems_.empty()) throw ConfigError{std::move(problems_)};
+  }
+
+  const Schema& schema_;
+  const std::vector<Layer>& layers_;
+  std::set<std::string> keys_{};
+  std::set<std::string> tables_{};
+  std::set<std::string> said_{};
+  std::vector<ConfigProblem> problems_{};
+};
+
+}  // namespace
+
+void read(const Schema& schema, const std::vector<Layer>& layers) {
+  Reader{schema, layers}.read();
+}
+
+}  // namespace sextant

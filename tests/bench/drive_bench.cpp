@@ -1,0 +1,84 @@
+#include <benchmark/benchmark.h>
+
+#include <memory>
+
+#include "bench/recorded_run.hpp"
+#include "bench/reference_dtc.hpp"
+#include "bench/reference_rk4.hpp"
+
+namespace sextant::bench {
+namespace {
+
+const RecordedRun& run() {
+  static const RecordedRun recorded = record_run();
+  return recorded;
+}
+
+void dtc_step_reference(benchmark::State& state) {
+  ReferenceDtc dtc;
+  std::size_t k = 0;
+  for (auto _ : state) {
+    const Measurement<double>& m = run().measurements[k];
+    benchmark::DoNotOptimize(dtc.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc, torque_reference));
+    k = k + 1 == run().measurements.size() ? 0 : k + 1;
+  }
+}
+BENCHMARK(dtc_step_reference);
+
+void dtc_step(benchmark::State& state) {
+  const std::unique_ptr<Controller<double>> controller =
+      std::make_unique<DirectTorqueController<double>>(DirectTorqueController<double>::Parameters{});
+  const ControlReference<double> reference{ControlMode::torque, torque_reference};
+  std::size_t k = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(controller->step(run().measurements[k], reference));
+    k = k + 1 == run().measurements.size() ? 0 : k + 1;
+  }
+}
+BENCHMARK(dtc_step);
+
+void drive_step(benchmark::State& state) {
+  DirectTorqueController<double> controller{{}};
+  Drive<double> drive{{}, controller};
+  ScenarioCommands commands{ProfileParameters{.value = torque_reference}};
+  std::int64_t t_ns = -ScenarioCommands::hand_shake_periods * 25'000;
+  std::size_t k = 0;
+  for (auto _ : state) {
+    Measurement<double> m = run().measurements[k];
+    m.t_ns = t_ns;
+    benchmark::DoNotOptimize(drive.step(m, commands.latest(t_ns)));
+    t_ns += 25'000;
+    k = k + 1 == run().measurements.size() ? 0 : k + 1;
+  }
+}
+BENCHMARK(drive_step);
+
+void plant_rk4_reference(benchmark::State& state) {
+  ReferenceRk4 plant;
+  std::size_t k = 0;
+  for (auto _ : state) {
+    const SpaceVector<> u = stator_voltage(run().patterns[k].last_state(), 530.0);
+    plant.step(u.alpha, u.beta, 15.0, 25e-6);
+    benchmark::DoNotOptimize(plant.x);
+    k = k + 1 == run().patterns.size() ? 0 : k + 1;
+  }
+}
+BENCHMARK(plant_rk4_reference);
+
+void plant_period(benchmark::State& state, IntegratorKind kind) {
+  using Plant = DrivePlant<double>;
+  Plant plant{{}};
+  std::unique_ptr<PlantIntegrator<Plant>> integrator = std::make_unique<FixedStepIntegrator<Plant>>();
+  if (kind == IntegratorKind::cvode) integrator = std::make_unique<CvodeIntegrator<Plant>>();
+  std::size_t k = 0;
+  for (auto _ : state) {
+    plant.set_inputs({run().patterns[k].last_state(), 530.0, 15.0, false, 0.0});
+    if (!integrator->advance(plant, 25'000)) state.SkipWithError("the integration failed");
+    k = k + 1 == run().patterns.size() ? 0 : k + 1;
+  }
+}
+BENCHMARK_CAPTURE(plant_period, fixed, IntegratorKind::fixed);
+BENCHMARK_CAPTURE(plant_period, cvode, IntegratorKind::cvode);
+
+}  // namespace
+}  // namespace sextant::bench

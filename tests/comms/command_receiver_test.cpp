@@ -1,0 +1,209 @@
+#include "sextant/comms/command_receiver.hpp"
+
+#include "comms/command_frames.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+
+namespace sextant {
+namespace {
+
+using testing::command_frame;
+using testing::protect;
+
+constexpr std::int64_t ms = 1'000'000;
+
+/// A receiver whose stream is VALID: counters 0 to 2 have come, with 5 N·m at 0, 10 and 20 ms.
+class CommandReceiverTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (std::uint8_t i = 0; i < 3; ++i) receiver_.on_frame(command_frame(i, 5.0, i * 10 * ms));
+    ASSERT_EQ(receiver_.command().e2e, E2eState::valid);
+    ASSERT_EQ(receiver_.command().sequence, 1U);
+  }
+
+  /// Sends a frame that must be rejected for this reason and change nothing but counters.
+  void expect_rejected(const CanFrame& frame, FrameVerdict reason) {
+    SCOPED_TRACE(to_string(reason));
+    const TorqueCommand<double> before = receiver_.command();
+    const std::uint64_t count = receiver_.count(reason);
+    EXPECT_EQ(std::string(to_string(receiver_.on_frame(frame))), to_string(reason));
+    const TorqueCommand<double>& after = receiver_.command();
+    EXPECT_EQ(receiver_.count(reason), count + 1);
+    EXPECT_EQ(after.rejected, before.rejected + 1);
+    EXPECT_EQ(after.torque, before.torque);
+    EXPECT_EQ(after.torque_limit, before.torque_limit);
+    EXPECT_EQ(after.enable, before.enable);
+    EXPECT_EQ(after.fault_reset, before.fault_reset);
+    EXPECT_EQ(after.received_ns, before.received_ns);
+    EXPECT_EQ(after.sequence, before.sequence);
+    EXPECT_EQ(after.counter, before.counter);
+    EXPECT_EQ(after.bus_off, before.bus_off);
+  }
+
+  void expect_accepted(std::uint8_t counter, double torque = 7.0) {
+    SCOPED_TRACE(int(counter));
+    EXPECT_EQ(receiver_.on_frame(command_frame(counter, torque, 30 * ms)), FrameVerdict::accepted);
+    EXPECT_NEAR(receiver_.command().torque, torque, 1e-9);
+  }
+
+  CommandReceiver receiver_;
+};
+
+TEST(CommandReceiver, TakesNothingBeforeTheStreamIsValid) {
+  CommandReceiver receiver;
+  EXPECT_EQ(receiver.command().e2e, E2eState::no_data);
+  EXPECT_EQ(receiver.on_frame(command_frame(0, 5.0)), FrameVerdict::not_valid_yet);
+  EXPECT_EQ(receiver.on_frame(command_frame(1, 5.0)), FrameVerdict::not_valid_yet);
+  EXPECT_EQ(receiver.command().sequence, 0U);
+  EXPECT_FALSE(receiver.command().enable);
+  EXPECT_EQ(receiver.on_frame(command_frame(2, 5.0)), FrameVerdict::accepted);
+  EXPECT_EQ(receiver.command().sequence, 1U);
+}
+
+TEST_F(CommandReceiverTest, TakesOverAGoodFrame) {
+  CanFrame frame = encode(TorqueRequest{-42.5, 60.0, true, true}).frame;
+  protect(frame, command_data_id(), 3);
+  frame.received_ns = 30 * ms;
+  EXPECT_EQ(receiver_.on_frame(frame), FrameVerdict::accepted);
+  const TorqueCommand<double>& c = receiver_.command();
+  EXPECT_NEAR(c.torque, -42.5, 1e-9);
+  EXPECT_NEAR(c.torque_limit, 60.0, 1e-9);
+  EXPECT_TRUE(c.enable);
+  EXPECT_TRUE(c.fault_reset);
+  EXPECT_EQ(c.received_ns, 30 * ms);
+  EXPECT_EQ(c.counter, 3);
+  EXPECT_EQ(c.sequence, 2U);
+  EXPECT_EQ(c.rejected, 0U);
+}
+
+TEST_F(CommandReceiverTest, OneOrTwoLostFramesAreNoMatter) {
+  expect_accepted(4);
+  expect_accepted(7);
+  expect_accepted(8);
+}
+
+TEST_F(CommandReceiverTest, OneBadCrcIsHeldAndCounted) {
+  CanFrame bad = command_frame(3, 9.0, 30 * ms);
+  bad.data[3] ^= 0x10;
+  expect_rejected(bad, FrameVerdict::wrong_crc);
+  EXPECT_EQ(receiver_.command().e2e, E2eState::valid);
+  expect_accepted(4);
+}
+
+TEST_F(CommandReceiverTest, AFrozenCounterIsHeldWithoutRefreshingTheAge) {
+  for (int i = 0; i < 30; ++i) {
+    expect_rejected(command_frame(2, 9.0, (30 + 10 * i) * ms), FrameVerdict::repeated);
+  }
+  EXPECT_EQ(receiver_.command().received_ns, 20 * ms);
+  EXPECT_EQ(receiver_.command().e2e, E2eState::valid);
+}
+
+TEST_F(CommandReceiverTest, ACounterJumpIsHeldAndThenFollowed) {
+  expect_rejected(command_frame(9, 9.0, 30 * ms), FrameVerdict::wrong_sequence);
+  expect_accepted(10);
+}
+
+TEST_F(CommandReceiverTest, AnotherDataIdIsHeld) {
+  CanFrame low = command_frame(3, 9.0, 30 * ms);
+  protect(low, 0x111, 3);
+  expect_rejected(low, FrameVerdict::wrong_crc);
+  CanFrame nibble = command_frame(3, 9.0, 30 * ms);
+  nibble.data[1] = 0x23;
+  e2e::Data data{};
+  std::copy_n(nibble.data.begin(), data.size(), data.begin());
+  nibble.data[0] = e2e::crc(command_data_id(), data);
+  expect_rejected(nibble, FrameVerdict::wrong_data_id);
+  expect_accepted(3);
+}
+
+TEST_F(CommandReceiverTest, Counter15IsHeld) {
+  expect_rejected(command_frame(15, 9.0, 30 * ms), FrameVerdict::invalid_counter);
+  EXPECT_EQ(receiver_.command().e2e, E2eState::valid);
+  expect_accepted(3);
+}
+
+TEST_F(CommandReceiverTest, WrongKindsOfFrameAreHeldAndDoNotTouchTheStream) {
+  for (const std::uint8_t length : {0, 1, 7}) {
+    CanFrame frame = command_frame(3, 9.0, 30 * ms);
+    frame.length = length;
+    expect_rejected(frame, FrameVerdict::wrong_length);
+  }
+  CanFrame remote = command_frame(3, 9.0, 30 * ms);
+  remote.rtr = true;
+  expect_rejected(remote, FrameVerdict::remote_frame);
+  CanFrame extended = command_frame(3, 9.0, 30 * ms);
+  extended.extended = true;
+  expect_rejected(extended, FrameVerdict::extended_alias);
+  CanFrame fd = command_frame(3, 9.0, 30 * ms);
+  fd.fd = true;
+  expect_rejected(fd, FrameVerdict::fd_alias);
+  expect_accepted(3);
+}
+
+TEST_F(CommandReceiverTest, OutOfRangeIsBlockedAndItsStreakCounted) {
+  CanFrame frame = command_frame(3, 250.0, 30 * ms);
+  frame.data[3] = 0x7F;  // about 326 N·m
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    protect(frame, command_data_id(), static_cast<std::uint8_t>(3 + i));
+    expect_rejected(frame, FrameVerdict::out_of_range);
+    EXPECT_EQ(receiver_.command().out_of_range, i + 1U);
+  }
+  expect_accepted(6);
+  EXPECT_EQ(receiver_.command().out_of_range, 0U);
+}
+
+TEST_F(CommandReceiverTest, ABurstOfBadCrcsInvalidatesAndTheStreamRecovers) {
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(receiver_.command().e2e, E2eState::valid);
+    CanFrame bad = command_frame(static_cast<std::uint8_t>(3 + i), 9.0, 30 * ms);
+    bad.data[0] ^= 0xFF;
+    expect_rejected(bad, FrameVerdict::wrong_crc);
+  }
+  EXPECT_EQ(receiver_.command().e2e, E2eState::invalid);
+  // The stream goes on at counter 6, four after the last good one: out of sequence once. The last error leaves the
+  // window of ten with the tenth frame after it.
+  expect_rejected(command_frame(6, 9.0, 60 * ms), FrameVerdict::wrong_sequence);
+  for (unsigned i = 7; i < 15; ++i) {
+    EXPECT_EQ(receiver_.on_frame(command_frame(static_cast<std::uint8_t>(i), 9.0, 70 * ms)),
+              FrameVerdict::not_valid_yet);
+    EXPECT_EQ(receiver_.command().e2e, E2eState::invalid);
+    EXPECT_NEAR(receiver_.command().torque, 5.0, 1e-9);
+  }
+  expect_accepted(0, 9.0);
+  EXPECT_EQ(receiver_.command().e2e, E2eState::valid);
+}
+
+TEST_F(CommandReceiverTest, OtherFramesOfTheBusDoNotCount) {
+  const TorqueCommand<double> before = receiver_.command();
+  for (const std::uint32_t id : {0x000U, 0x10FU, 0x111U, 0x120U, 0x124U, 0x7FFU}) {
+    CanFrame frame = command_frame(3, 9.0, 30 * ms);
+    frame.id = id;
+    EXPECT_EQ(receiver_.on_frame(frame), FrameVerdict::unrelated);
+  }
+  EXPECT_EQ(receiver_.command().rejected, before.rejected);
+  EXPECT_EQ(receiver_.command().sequence, before.sequence);
+  EXPECT_EQ(receiver_.count(FrameVerdict::unrelated), 6U);
+}
+
+TEST_F(CommandReceiverTest, BusOffIsShownUntilACommandProvesTheBus) {
+  const CanFrame bus_off{.id = can_error_bus_off, .error = true, .length = 8, .received_ns = 25 * ms};
+  EXPECT_EQ(receiver_.on_frame(bus_off), FrameVerdict::error_frame);
+  EXPECT_TRUE(receiver_.command().bus_off);
+  EXPECT_EQ(receiver_.command().rejected, 0U);
+  receiver_.on_frame(command_frame(3, 5.0, 30 * ms));  // too soon for the control thread to have seen it
+  EXPECT_TRUE(receiver_.command().bus_off);
+  receiver_.on_frame(command_frame(4, 5.0, 45 * ms));
+  EXPECT_FALSE(receiver_.command().bus_off);
+}
+
+TEST_F(CommandReceiverTest, OtherErrorFramesAreNotBusOff) {
+  const CanFrame warning{.id = 0x4, .error = true, .length = 8, .received_ns = 25 * ms};
+  EXPECT_EQ(receiver_.on_frame(warning), FrameVerdict::error_frame);
+  EXPECT_FALSE(receiver_.command().bus_off);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,130 @@
+#include "sextant/comms/status_encoder.hpp"
+
+#include "sextant.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+Telemetry<double> some_telemetry() {
+  Telemetry<double> x;
+  x.torque = 14.5;
+  x.torque_reference = 15.0;
+  x.psi_s_magnitude = 1.1;
+  x.i_abc = {10.0, -5.0, -5.0};
+  x.u_dc = 530.0;
+  x.i_dc = 2.0;
+  x.omega_m = 10.0 * std::numbers::pi;  // 300 rpm
+  x.torque_available = 100.0;
+  x.state = DriveState::torque;
+  x.lockout = false;
+  x.command_sequence = 4;
+  x.command_counter = 9;
+  return x;
+}
+
+TEST(StatusEncoder, TakesItsSignalsFromTheTelemetry) {
+  StatusEncoder encoder;
+  const Telemetry<double> x = some_telemetry();
+  sextant_mcu_torque_status_t t{};
+  sextant_mcu_torque_status_unpack(&t, encoder.frame(StatusMessage::torque_status, x, {}).data.data(), 8);
+  EXPECT_EQ(t.torque_estimated, 1450);
+  EXPECT_EQ(t.torque_admitted, 1500);
+  EXPECT_EQ(t.drive_state, 4);
+  EXPECT_EQ(t.command_counter, 9);
+  sextant_mcu_motion_t m{};
+  sextant_mcu_motion_unpack(&m, encoder.frame(StatusMessage::motion, x, {}).data.data(), 8);
+  EXPECT_EQ(m.speed, 600);
+  EXPECT_EQ(m.flux_magnitude, 11000);
+  sextant_mcu_electrical_t e{};
+  sextant_mcu_electrical_unpack(&e, encoder.frame(StatusMessage::electrical, x, {}).data.data(), 8);
+  EXPECT_NEAR(sextant_mcu_electrical_phase_current_rms_decode(e.phase_current_rms), 10.0 / std::sqrt(2.0), 0.01);
+  EXPECT_NEAR(sextant_mcu_electrical_electrical_power_decode(e.electrical_power), 1060.0, 1e-9);
+  sextant_mcu_capability_t c{};
+  const StatusExtras extras{.derating_cause = DeratingCause::current_limit};
+  sextant_mcu_capability_unpack(&c, encoder.frame(StatusMessage::capability, x, extras).data.data(), 8);
+  EXPECT_EQ(c.torque_regenerating, 10000);
+  EXPECT_EQ(c.derating_cause, 1);
+  EXPECT_EQ(encoder.clamped(), 0U);
+}
+
+TEST(StatusEncoder, EchoesNoCounterBeforeTheFirstCommand) {
+  StatusEncoder encoder;
+  sextant_mcu_torque_status_t t{};
+  sextant_mcu_torque_status_unpack(&t, encoder.frame(StatusMessage::torque_status, {}, {}).data.data(), 8);
+  EXPECT_EQ(t.command_counter, SEXTANT_MCU_TORQUE_STATUS_COMMAND_COUNTER_NONE_CHOICE);
+}
+
+TEST(StatusEncoder, ProtectedStreamsPassTheCheckOfTheirReceiver) {
+  StatusEncoder encoder;
+  std::map<std::uint32_t, E2eChecker> checkers;
+  for (const std::uint16_t id : {0x120, 0x121, 0x123}) checkers.emplace(id, E2eChecker(id));
+  for (std::int64_t t = 0; t < 2000 * ms; t += 10 * ms) {
+    for (const CanFrame& frame : encoder.due(t, some_telemetry(), {})) {
+      const auto checker = checkers.find(frame.id);
+      if (checker == checkers.end()) continue;
+      e2e::Data data{};
+      std::copy_n(frame.data.begin(), data.size(), data.begin());
+      EXPECT_EQ(checker->second.check(data), E2eResult::ok) << std::hex << frame.id;
+    }
+  }
+  for (const auto& [id, checker] : checkers) EXPECT_EQ(checker.state(), E2eState::valid);
+}
+
+TEST(StatusEncoder, SendsEachMessageAtItsCycleTime) {
+  StatusEncoder encoder;
+  std::map<std::uint32_t, int> sent;
+  for (std::int64_t t = 5 * ms; t < 2005 * ms; t += ms) {
+    for (const CanFrame& frame : encoder.due(t, some_telemetry(), {})) ++sent[frame.id];
+  }
+  EXPECT_EQ(sent, (std::map<std::uint32_t, int>{
+                      {0x120, 200}, {0x121, 200}, {0x122, 200}, {0x123, 20}, {0x124, 20}, {0x125, 2}, {0x126, 20}}));
+}
+
+TEST(StatusEncoder, SkipsMissedCyclesAndKeepsThePhase) {
+  StatusEncoder encoder;
+  EXPECT_EQ(encoder.next_due_ns(), 0);
+  EXPECT_EQ(encoder.due(0, {}, {}).size(), status_message_count);
+  EXPECT_EQ(encoder.next_due_ns(), 10 * ms);
+  EXPECT_TRUE(encoder.due(9 * ms, {}, {}).empty());
+  EXPECT_EQ(encoder.due(47 * ms, {}, {}).size(), 3U);
+  EXPECT_EQ(encoder.next_due_ns(), 50 * ms);
+}
+
+TEST(StatusEncoder, SendsFaultsWhenTheyChange) {
+  StatusEncoder encoder;
+  Telemetry<double> x = some_telemetry();
+  ASSERT_EQ(encoder.due(0, x, {}).size(), status_message_count);
+  x.active.set(Fault::over_current);
+  x.latched.set(Fault::over_current);
+  x.first_fault = Fault::over_current;
+  x.fault_total = 1;
+  const auto frames = encoder.due(ms, x, {});
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].id, 0x124U);
+  sextant_mcu_faults_t m{};
+  sextant_mcu_faults_unpack(&m, frames[0].data.data(), 8);
+  EXPECT_EQ(m.active_over_current, 1);
+  EXPECT_EQ(m.latched_over_current, 1);
+  EXPECT_EQ(m.first_fault, SEXTANT_MCU_FAULTS_FIRST_FAULT_OVER_CURRENT_CHOICE);
+  EXPECT_TRUE(encoder.due(2 * ms, x, {}).empty());
+}
+
+TEST(StatusEncoder, CountsFramesWithAValueBeyondItsRange) {
+  StatusEncoder encoder;
+  Telemetry<double> x = some_telemetry();
+  x.torque = 400.0;
+  (void)encoder.frame(StatusMessage::torque_status, x, {});
+  EXPECT_EQ(encoder.clamped(), 1U);
+}
+
+}  // namespace
+}  // namespace sextant

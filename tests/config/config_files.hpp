@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <unistd.h>
+
+namespace sextant {
+
+inline const std::string shipped_ecu = SEXTANT_SOURCE_DIR "/configs/ecu.toml";
+inline const std::string shipped_machine = SEXTANT_SOURCE_DIR "/configs/machines/paper_3hp.toml";
+inline const std::string shipped_scenario = SEXTANT_SOURCE_DIR "/configs/scenarios/constant_torque.toml";
+
+/// A directory of its own for each test, removed with its files.
+class ConfigFiles {
+ public:
+  ConfigFiles() {
+    std::string name = (std::filesystem::temp_directory_path() / "sextant_config_XXXXXX").string();
+    directory_ = mkdtemp(name.data());
+  }
+  ConfigFiles(const ConfigFiles&) = delete;
+  ConfigFiles& operator=(const ConfigFiles&) = delete;
+  ~ConfigFiles() { std::filesystem::remove_all(directory_); }
+
+  /// Writes a file and returns its path.
+  [[nodiscard]] std::string write(const std::string& name, const std::string& text) const {
+    const std::filesystem::path path = std::filesystem::path{directory_} / name;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream{path} << text;
+    return path.string();
+  }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return directory_ + "/" + name; }
+
+ private:
+  std::string directory_;
+};
+
+}  // namespace sextant

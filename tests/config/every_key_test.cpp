@@ -1,0 +1,234 @@
+// Every key of every kind of file, wrong once in every way. The cases are made from the descriptions that the
+// reader itself walks, so that a new key is covered by describing it.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// TOML values that a key of some kind must refuse.
+struct WrongValues {
+  using List = std::vector<std::string>;
+
+  List operator()(const NumberField& f) const {
+    return {"\"high\"",
+            "true",
+            "nan",
+            "inf",
+            "-inf",
+            "[1.0]",
+            "{ x = 1 }",
+            "2026-01-01",
+            std::to_string(f.range.min - 1.0 - std::abs(f.range.min)),
+            std::to_string(f.range.max + 1.0 + std::abs(f.range.max))};
+  }
+  List operator()(const IntegerField& f) const {
+    return {"\"1\"",
+            "false",
+            "1.5",
+            "1.0",
+            "nan",
+            "[1]",
+            "{ x = 1 }",
+            std::to_string(f.range.min - 1),
+            std::to_string(f.range.max + 1)};
+  }
+  List operator()(const FlagField&) const { return {"\"true\"", "1", "0.0", "[true]", "{ x = true }"}; }
+  List operator()(const TextField& f) const {
+    List list{"1", "1.5", "true", "[\"a\"]", "{ x = \"a\" }", "2026-01-01"};
+    if (!f.may_be_empty) list.emplace_back("\"\"");
+    return list;
+  }
+  List operator()(const ChoiceField& f) const {
+    return {"\"nonsense\"", "\"\"", "1", "true", "[\"" + f.names.front() + "\"]", "{ x = 1 }"};
+  }
+  List operator()(const PointsField& f) const {
+    const std::string below = std::to_string(f.first_range.min - 1.0);
+    const std::string above = std::to_string(2.0 * f.second_range.max);
+    return {"1",
+            "\"a\"",
+            "true",
+            "[0, 1]",
+            "[[0]]",
+            "[[0, 1, 2]]",
+            "[[0, \"a\"]]",
+            "[[0, nan]]",
+            "[[inf, 1]]",
+            "[[" + below + ", 1]]",
+            "[[0, " + above + "]]",
+            "{ x = 1 }"};
+  }
+};
+
+/// A complete file of one kind, in which single lines can be changed.
+struct Kind {
+  std::string name;
+  Schema schema;
+  std::string text;
+  std::function<std::string(const std::string& file)> load;  // reads the file and prints it again
+};
+
+template <class Config>
+Schema schema_of(Config& config) {
+  Schema schema;
+  describe(Section{schema}, config);
+  return schema;
+}
+
+std::vector<Kind> kinds() {
+  static EcuConfig ecu = load_ecu_config(shipped_ecu);
+  static ScenarioConfig scenario = load_scenario_config(shipped_scenario);
+  return {{"ecu", schema_of(ecu), print_config(ecu),
+           [](const std::string& file) { return print_config(load_ecu_config(file)); }},
+          {"scenario", schema_of(scenario), print_config(scenario),
+           [](const std::string& file) { return print_config(load_scenario_config(file)); }}};
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream{text};
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+/// Index of the line of a printed file that holds the key, set or not.
+std::size_t line_of(const std::vector<std::string>& lines, const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  const std::string table = dot == std::string::npos ? "" : path.substr(0, dot);
+  const std::string key = path.substr(dot == std::string::npos ? 0 : dot + 1) + " =";
+  std::string here;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].starts_with("[")) here = lines[i].substr(1, lines[i].size() - 2);
+    if (here == table && (lines[i].starts_with(key) || lines[i].starts_with("# " + key))) return i;
+  }
+  ADD_FAILURE() << path << " is not printed";
+  return 0;
+}
+
+std::string last_part(const std::string& path) {
+  return path.substr(path.rfind('.') + 1);
+}
+
+/// Expects the file to be refused, and returns why.
+std::string refusal(const Kind& kind, const std::string& file) {
+  try {
+    kind.load(file);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "accepted";
+  return {};
+}
+
+class EveryKey : public ::testing::TestWithParam<std::size_t> {
+ protected:
+  const Kind kind_ = kinds()[GetParam()];
+  const ConfigFiles files_{};
+};
+
+TEST_P(EveryKey, IsRefusedWithFileLineAndKeyWhenItsValueIsWrong) {
+  int cases = 0;
+  for (const Field& field : kind_.schema.fields) {
+    for (const std::string& value : std::visit(WrongValues{}, field.kind)) {
+      SCOPED_TRACE(field.path + " = " + value);
+      std::vector<std::string> lines = lines_of(kind_.text);
+      const std::size_t line = line_of(lines, field.path);
+      lines[line] = last_part(field.path) + " = " + value;
+      const std::string file = files_.write("wrong.toml", joined(lines));
+      EXPECT_THAT(refusal(kind_, file),
+                  HasSubstr(file + ":" + std::to_string(line + 1) + ": " + field.path + ": expected "));
+      ++cases;
+    }
+  }
+  EXPECT_GT(cases, 500);
+}
+
+TEST_P(EveryKey, IsNamedWhenItIsMisspelt) {
+  for (const Field& field : kind_.schema.fields) {
+    SCOPED_TRACE(field.path);
+    std::vector<std::string> lines = lines_of(kind_.text);
+    const std::size_t line = line_of(lines, field.path);
+    lines[line] = last_part(field.path) + "z = 1";
+    const std::string file = files_.write("misspelt.toml", joined(lines));
+    EXPECT_THAT(refusal(kind_, file), HasSubstr(file + ":" + std::to_string(line + 1) + ": " + field.path +
+                                                "z: unknown key; the nearest known one is " + field.path));
+  }
+}
+
+TEST_P(EveryKey, ThatIsRequiredIsMissedByName) {
+  int required = 0;
+  for (const Field& field : kind_.schema.fields) {
+    if (!field.required) continue;
+    SCOPED_TRACE(field.path);
+    std::vector<std::string> lines = lines_of(kind_.text);
+    lines[line_of(lines, field.path)].clear();
+    const std::string file = files_.write("missing.toml", joined(lines));
+    EXPECT_THAT(refusal(kind_, file), HasSubstr(file + ": " + field.path + ": missing, expected "));
+    ++required;
+  }
+  EXPECT_GT(required, 3);
+}
+
+TEST_P(EveryKey, HasAMeaningAndSurvivesTheRoundTrip) {
+  for (const Field& field : kind_.schema.fields) EXPECT_FALSE(field.meaning.empty()) << field.path;
+  EXPECT_EQ(kind_.load(files_.write("printed.toml", kind_.text)), kind_.text);
+}
+
+TEST_P(EveryKey, IsSetByItsOwnValue) {
+  // Two different values of each key print differently: no key is bound to nothing or to its neighbour's
+  // member.
+  const struct {
+    std::string operator()(const NumberField& f) const {
+      return std::to_string(f.range.min / 2 + f.range.max / 2);
+    }
+    std::string operator()(const IntegerField& f) const { return std::to_string(f.range.max); }
+    std::string operator()(const FlagField& f) const { return f.get() ? "false" : "true"; }
+    std::string operator()(const TextField&) const { return "\"another \\\" text\""; }
+    std::string operator()(const ChoiceField& f) const { return "\"" + f.names.back() + "\""; }
+    std::string operator()(const PointsField&) const { return "[[0.0, 1.0], [2.0, 3.5]]"; }
+  } other;
+  int accepted = 0;
+  for (const Field& field : kind_.schema.fields) {
+    SCOPED_TRACE(field.path);
+    std::vector<std::string> lines = lines_of(kind_.text);
+    const std::size_t line = line_of(lines, field.path);
+    lines[line] = last_part(field.path) + " = " + std::visit(other, field.kind);
+    const std::string file = files_.write("other.toml", joined(lines));
+    std::vector<std::string> printed;
+    try {
+      printed = lines_of(kind_.load(file));
+    } catch (const ConfigError&) {
+      continue;  // inside its own range, but at odds with another key
+    }
+    ++accepted;
+    ASSERT_EQ(printed.size(), lines.size());
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (i != line) EXPECT_EQ(printed[i], lines[i]) << "another key moved";
+    }
+    const bool already = std::holds_alternative<ChoiceField>(field.kind);
+    if (!already) EXPECT_NE(printed[line], lines_of(kind_.text)[line]) << "the key sets nothing";
+  }
+  EXPECT_GT(accepted, static_cast<int>(kind_.schema.fields.size() / 2));
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, EveryKey, ::testing::Values(0U, 1U),
+                         [](const auto& case_info) { return kinds()[case_info.param].name; });
+
+}  // namespace
+}  // namespace sextant

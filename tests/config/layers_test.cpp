@@ -1,0 +1,151 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+
+namespace sextant {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+std::string refusal(const std::string& file, const std::vector<std::string>& overrides = {}) {
+  try {
+    (void)load_ecu_config(file, overrides);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string machine_line() {
+  return "machine = \"" + shipped_machine + "\"\n";
+}
+
+TEST(ConfigFile, ThatCannotBeReadIsNamed) {
+  const ConfigFiles files;
+  EXPECT_EQ(refusal(files.path("none.toml")),
+            files.path("none.toml") + ": cannot be read: No such file or directory");
+  EXPECT_THAT(refusal(files.path("")), HasSubstr("it is a directory"));
+}
+
+TEST(ConfigFile, ThatIsNotTomlIsRefusedWithItsLine) {
+  const ConfigFiles files;
+  for (const char* bad :
+       {"[control", "= 3", "flux_reference_wb = ", "a = 1\na = 2", "x = \"open", "[a]\n[a]"}) {
+    SCOPED_TRACE(bad);
+    const std::string file = files.write("ecu.toml", "drive_id = 1\n" + std::string{bad} + "\n");
+    EXPECT_THAT(refusal(file), StartsWith(file + ":"));
+    EXPECT_THAT(refusal(file), HasSubstr(": not valid TOML: "));
+  }
+}
+
+TEST(ConfigFile, IntegersAreNumbers) {
+  const ConfigFiles files;
+  const std::string file = files.write("ecu.toml", machine_line() + "[gate]\ntorque_limit_nm = 15\n");
+  EXPECT_EQ(load_ecu_config(file).drive.drive.gate.torque_limit, 15.0);
+}
+
+TEST(ConfigFile, SaysExactlyWhatIsWrong) {
+  const ConfigFiles files;
+  const std::string file =
+      files.write("ecu.toml", machine_line() + "[control]\nflux_reference_wb = \"high\"\n");
+  EXPECT_EQ(refusal(file),
+            file + ":3: control.flux_reference_wb: expected a number from 0.01 to 10, got \"high\"");
+}
+
+TEST(ConfigFile, AllProblemsAreReportedAtOnce) {
+  const ConfigFiles files;
+  const std::string file = files.write(
+      "ecu.toml", machine_line() + "drive_id = 1.5\n[control]\nperiod_us = nan\n[contorl]\nperiod_us = 25\n");
+  const std::string why = refusal(file);
+  EXPECT_THAT(why, HasSubstr(file + ":2: drive_id: expected an integer from 0 to 65535, got 1.5\n"));
+  EXPECT_THAT(why, HasSubstr(file + ":4: control.period_us: expected a number from 1 to 100000, got nan"));
+  EXPECT_THAT(why, HasSubstr(file + ":5: contorl: unknown key; the nearest known one is control"));
+}
+
+TEST(ConfigFile, AValueWhereATableBelongsIsRefused) {
+  const ConfigFiles files;
+  const std::string file = files.write("ecu.toml", machine_line() + "control = 3\n");
+  EXPECT_EQ(refusal(file), file + ":2: control: expected a table, got 3");
+}
+
+TEST(ConfigFile, AMisplacedKeyIsPointedToItsSection) {
+  const ConfigFiles files;
+  const std::string file = files.write("ecu.toml", machine_line() + "flux_reference_wb = 1.1\n");
+  EXPECT_THAT(refusal(file), EndsWith("the nearest known one is control.flux_reference_wb"));
+}
+
+TEST(ConfigFile, ValuesThatContradictEachOtherAreRefusedWithTheirSection) {
+  const ConfigFiles files;
+  const std::string gate =
+      files.write("gate.toml", machine_line() + "[gate]\ntimeout_ms = 50\nlost_ms = 40\n");
+  EXPECT_EQ(refusal(gate), gate + ":2: gate: a command cannot be lost before it has timed out");
+  const std::string load = files.write("load.toml", machine_line() + "[load]\nspeed_rad_s.value = 10\n");
+  EXPECT_EQ(refusal(load), load + ":2: load: speed_rad_s is given, but kind is \"torque\"");
+  const std::string flux =
+      files.write("flux.toml", machine_line() + "[control]\nflux_reference_wb = 0.5\nflux_band_wb = 0.6\n");
+  EXPECT_EQ(refusal(flux), flux + ":2: control: the flux band must be below the flux reference");
+}
+
+TEST(ConfigFile, APeriodSaidOnceReachesEveryoneWhoNeedsIt) {
+  const DriveConfig drive =
+      load_ecu_config(shipped_ecu, {"control.period_us=62.5", "plant.actuation_delay_periods=1"}).drive;
+  EXPECT_EQ(drive.direct_torque.period_ns, 62'500);
+  EXPECT_EQ(drive.drive.period_ns, 62'500);
+  EXPECT_EQ(drive.plant.power_stage.period_ns, 62'500);
+  EXPECT_EQ(drive.direct_torque.actuation_delay_periods, 1);
+  EXPECT_EQ(drive.plant.power_stage.actuation_delay_periods, 1);
+}
+
+TEST(ConfigOverride, TakesTomlValuesAndBareWords) {
+  const EcuConfig config = load_ecu_config(
+      shipped_ecu, {"control.flux_reference_wb=0.9", "plant.integrator=fixed", "realtime.required=true",
+                    "can.bus=udp_multicast:239.74.163.2:43113", "dds.config_uri=\"a b\"", "drive_id = 7",
+                    "load.torque_nm={ shape = \"steps\", points = [[0, 1], [2, 3]] }"});
+  EXPECT_EQ(config.drive.direct_torque.flux_reference, 0.9);
+  EXPECT_EQ(config.drive.plant.integrator, IntegratorKind::fixed_step);
+  EXPECT_TRUE(config.realtime.required);
+  EXPECT_EQ(config.can.bus, "udp_multicast:239.74.163.2:43113");
+  EXPECT_EQ(config.dds.config_uri, "a b");
+  EXPECT_EQ(config.drive_id, 7);
+  EXPECT_EQ(config.drive.load.torque.points, (std::vector<ProfilePoint>{{0, 1}, {2, 3}}));
+}
+
+TEST(ConfigOverride, TheLastOneWins) {
+  const EcuConfig config = load_ecu_config(shipped_ecu, {"drive_id=2", "drive_id=3"});
+  EXPECT_EQ(config.drive_id, 3);
+}
+
+TEST(ConfigOverride, NamesAnotherMachine) {
+  const ConfigFiles files;
+  const std::string motor =
+      files.write("m.toml",
+                  "r_s_ohm = 1\nr_r_ohm = 2\nl_ls_h = 0.01\nl_lr_h = 0.01\nl_m_h = 0.1\npoles = 8\n"
+                  "inertia_kg_m2 = 0.2\n");
+  const EcuConfig config = load_ecu_config(shipped_ecu, {"machine=" + motor, "machine.r_s_ohm=3"});
+  EXPECT_EQ(config.drive.plant.parameters.machine.r_s, 3.0);
+  EXPECT_EQ(config.drive.plant.parameters.machine.pole_pairs, 4);
+}
+
+TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {
+  EXPECT_EQ(refusal(shipped_ecu, {"control.flux_reference_wb=high"}),
+            "--set: control.flux_reference_wb: expected a number from 0.01 to 10, got \"high\"");
+  EXPECT_EQ(
+      refusal(shipped_ecu, {"control.flux_refrence_wb=1"}),
+      "--set: control.flux_refrence_wb: unknown key; the nearest known one is control.flux_reference_wb");
+  EXPECT_EQ(refusal(shipped_ecu, {"plant.integrator=ode45"}),
+            "--set: plant.integrator: expected \"cvode\" or \"fixed\", got \"ode45\"");
+  EXPECT_EQ(refusal(shipped_ecu, {"gate.lost_ms=20"}),
+            "--set: gate: a command cannot be lost before it has timed out");
+  for (const char* text :
+       {"drive_id", "=3", "drive_id=", "a b=3", "machine={", "drive_id=1\nx=2", "", "a..b=1"}) {
+    SCOPED_TRACE(text);
+    EXPECT_THAT(refusal(shipped_ecu, {text}), StartsWith("--set: "));
+  }
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,123 @@
+#include "sextant/config/machine_config.hpp"
+
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+InductionMachineParameters<> machine_of(const EcuConfig& config) {
+  return config.drive.plant.parameters.machine;
+}
+
+/// what() of the ConfigError that f throws.
+template <class F>
+std::string refusal(F f) {
+  try {
+    f();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(MachineConfig, ReactancesBecomeInductancesAtTheirFrequency) {
+  MachineConfig config;
+  config.x_m_ohm = 26.13;
+  config.x_ls_ohm = 0.754;
+  config.l_lr_h = 0.003;
+  config.reactance_frequency_hz = 60.0;
+  config.poles = 6;
+  const auto machine = apply(config, {}, 50.0);
+  EXPECT_NEAR(machine.l_m, 26.13 / (2.0 * std::numbers::pi * 60.0), 1e-15);
+  EXPECT_NEAR(machine.l_ls, 0.754 / (2.0 * std::numbers::pi * 60.0), 1e-15);
+  EXPECT_EQ(machine.l_lr, 0.003);
+  EXPECT_EQ(machine.pole_pairs, 3);
+  EXPECT_EQ(machine.r_s, InductionMachineParameters<>{}.r_s) << "what is not said stays";
+}
+
+TEST(MachineConfig, WithoutAFrequencyOfTheirOwnReactancesHoldAtTheGivenOne) {
+  MachineConfig config;
+  config.x_m_ohm = 10.0;
+  EXPECT_NEAR(apply(config, {}, 25.0).l_m, 10.0 / (2.0 * std::numbers::pi * 25.0), 1e-15);
+}
+
+TEST(MachineConfig, TheShippedMachineIsTableTwo) {
+  const auto machine = machine_of(load_ecu_config(shipped_ecu));
+  const InductionMachineParameters<> paper;
+  EXPECT_EQ(machine.r_s, 0.435);
+  EXPECT_EQ(machine.r_r, 0.816);
+  EXPECT_NEAR(machine.l_ls, paper.l_ls, 1e-9);
+  EXPECT_NEAR(machine.l_lr, paper.l_lr, 1e-9);
+  EXPECT_NEAR(machine.l_m, paper.l_m, 1e-6);
+  EXPECT_EQ(machine.pole_pairs, 2);
+  EXPECT_EQ(machine.inertia, 0.089);
+}
+
+TEST(MachineConfig, TheFilesOwnTableChangesTheMachineFile) {
+  const ConfigFiles files;
+  const std::string file =
+      files.write("ecu.toml", "[machine]\nfile = \"" + shipped_machine + "\"\nr_s_ohm = 0.5\nl_m_h = 0.09\n");
+  const auto machine = machine_of(load_ecu_config(file));
+  EXPECT_EQ(machine.r_s, 0.5);
+  EXPECT_EQ(machine.l_m, 0.09) << "an inductance replaces the machine file's reactance";
+  EXPECT_EQ(machine.r_r, 0.816);
+}
+
+TEST(MachineConfig, TheEstimateFollowsTheMachineExceptWhereItIsToldOtherwise) {
+  const EcuConfig config =
+      load_ecu_config(shipped_ecu, {"machine.r_r_ohm=1.25", "control.machine_estimate.r_s_ohm=0.6",
+                                    "control.machine_estimate.x_m_ohm=20"});
+  const auto& estimate = config.drive.direct_torque.machine;
+  EXPECT_EQ(machine_of(config).r_s, 0.435);
+  EXPECT_EQ(machine_of(config).r_r, 1.25);
+  EXPECT_EQ(estimate.r_s, 0.6);
+  EXPECT_EQ(estimate.r_r, 1.25);
+  EXPECT_NEAR(estimate.l_m, 20.0 / (100.0 * std::numbers::pi), 1e-15);
+  EXPECT_EQ(estimate.l_ls, machine_of(config).l_ls);
+}
+
+TEST(MachineConfig, MistakesInTheMachineFileAreFoundThere) {
+  const ConfigFiles files;
+  const std::string ecu = files.write("ecu.toml", "machine = \"parts/motor.toml\"\n");
+  const std::string motor = files.write("parts/motor.toml",
+                                        "r_s_ohm = \"low\"\nr_r_ohm = 0.8\nx_ls_ohm = 0.7\nl_ls_h = 0.002\n"
+                                        "x_m_ohm = 26.0\npoles = 4\nflux = 1\n");
+  const std::string why = refusal([&] { (void)load_ecu_config(ecu); });
+  EXPECT_THAT(why, HasSubstr(motor + ":1: r_s_ohm: expected a number"));
+  EXPECT_THAT(why, HasSubstr(motor + ":4: l_ls_h: give this or x_ls_ohm, not both"));
+  EXPECT_THAT(why, HasSubstr(motor + ":7: flux: unknown key"));
+  EXPECT_THAT(why, HasSubstr(motor + ": x_lr_ohm: missing, expected a number here or in l_lr_h"));
+  EXPECT_THAT(why, HasSubstr(motor + ": inertia_kg_m2: missing"));
+}
+
+TEST(MachineConfig, ReactancesNeedAFrequencyAndPolesComeInPairs) {
+  const ConfigFiles files;
+  const std::string reactances = "r_s_ohm = 1\nr_r_ohm = 1\nx_ls_ohm = 1\nx_lr_ohm = 1\nx_m_ohm = 30\n";
+  const std::string motor = files.write("motor.toml", reactances + "poles = 3\ninertia_kg_m2 = 0.1\n");
+  const std::string ecu = files.write("ecu.toml", "machine = \"motor.toml\"\n");
+  const std::string why = refusal([&] { (void)load_ecu_config(ecu); });
+  EXPECT_THAT(why, HasSubstr(motor));
+  EXPECT_THAT(why, HasSubstr("the number of poles must be even"));
+  EXPECT_THAT(why, HasSubstr("reactance_frequency_hz is missing"));
+}
+
+TEST(MachineConfig, AMachineFileThatIsNotThereIsNamedWhereItIsAskedFor) {
+  const ConfigFiles files;
+  const std::string ecu = files.write("ecu.toml", "drive_id = 1\nmachine = \"nowhere.toml\"\n");
+  EXPECT_EQ(refusal([&] { (void)load_ecu_config(ecu); }),
+            ecu + ":2: machine: the machine file " + files.path("nowhere.toml") + " does not exist");
+  const std::string number = files.write("number.toml", "machine = 3\n");
+  EXPECT_EQ(refusal([&] { (void)load_ecu_config(number); }),
+            number + ":1: machine: expected the path of a machine file, got 3");
+}
+
+}  // namespace
+}  // namespace sextant

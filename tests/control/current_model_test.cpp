@@ -1,0 +1,89 @@
+#include "sextant/control/current_model.hpp"
+
+#include <complex>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "control/reference_machine.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr unsigned seed = 20240507;
+
+template <class T>
+class CurrentModelOf : public testing::Test {
+ protected:
+  static constexpr bool is_double = sizeof(T) == sizeof(double);
+  const InductionMachineParameters<double> machine_{};
+  const InductionMachineParameters<T> machine{test::converted<T>(machine_)};
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(CurrentModelOf, Scalars);
+
+// Under a constant current ψ_r(t) = ψ_∞ + (ψ_0 − ψ_∞) exp((−1/τ_r + j p ω_m) t).
+TYPED_TEST(CurrentModelOf, FollowsTheExactSolutionUnderAConstantCurrent) {
+  using T = TypeParam;
+  using Complex = std::complex<double>;
+  for (const double omega_m : {-140.0, -10.0, 0.0, 75.0}) {
+    CurrentModel<T> model{this->machine};
+    model.set({T(0.9), T(-0.3)});
+    const Complex lambda{-1 / this->machine_.tau_r(), this->machine_.pole_pairs * omega_m};
+    const Complex i{12, -5};
+    const Complex limit = -this->machine_.l_m / this->machine_.tau_r() * i / lambda;
+    const int steps = 4000;
+    for (int k = 0; k < steps; ++k) model.step({T(12), T(-5)}, T(omega_m), T(25e-6));
+    const Complex exact = limit + (Complex{0.9, -0.3} - limit) * std::exp(lambda * (25e-6 * steps));
+    const double tolerance = this->is_double ? 5e-5 : 2e-4;
+    EXPECT_NEAR(double(model.psi_r().alpha), exact.real(), tolerance) << omega_m;
+    EXPECT_NEAR(double(model.psi_r().beta), exact.imag(), tolerance) << omega_m;
+  }
+}
+
+TEST(CurrentModel, TheMidpointRuleIsOfSecondOrder) {
+  const auto error_of = [](int steps) {
+    const InductionMachineParameters<double> machine;
+    CurrentModel<double> model{machine};
+    model.set({1, 0});
+    for (int k = 0; k < steps; ++k) model.step({}, 100, 0.02 / steps);
+    const auto exact = std::exp(std::complex<double>{-1 / machine.tau_r(), 200} * 0.02);
+    return std::abs(std::complex<double>{model.psi_r().alpha, model.psi_r().beta} - exact);
+  };
+  EXPECT_NEAR(error_of(200) / error_of(400), 4, 0.1);
+}
+
+TYPED_TEST(CurrentModelOf, StatorAndRotorFluxAreEachOthersInverse) {
+  using T = TypeParam;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random{seed};
+  std::uniform_real_distribution<T> flux{T(-1.5), T(1.5)};
+  std::uniform_real_distribution<T> current{T(-100), T(100)};
+  CurrentModel<T> model{this->machine};
+  for (int i = 0; i < 200; ++i) {
+    const SpaceVector<T> psi_r{flux(random), flux(random)};
+    const SpaceVector<T> i_s{current(random), current(random)};
+    model.set(psi_r);
+    const SpaceVector<T> back = model.psi_r_from(model.psi_s(i_s), i_s);
+    EXPECT_NEAR(back.alpha, psi_r.alpha, T(20) * std::numeric_limits<T>::epsilon());
+    EXPECT_NEAR(back.beta, psi_r.beta, T(20) * std::numeric_limits<T>::epsilon());
+  }
+}
+
+// The stator flux of the model is that of a machine with the same rotor flux and current.
+TYPED_TEST(CurrentModelOf, AgreesWithTheInductanceMatrix) {
+  using T = TypeParam;
+  test::ReferenceMachine machine{this->machine_};
+  machine.psi_s = {1.0, 0.2};
+  machine.psi_r = {0.9, 0.3};
+  CurrentModel<T> model{this->machine};
+  model.set({T(0.9), T(0.3)});
+  const auto i = machine.i_s();
+  const SpaceVector<T> psi_s = model.psi_s({T(i.real()), T(i.imag())});
+  EXPECT_NEAR(psi_s.alpha, T(1.0), T(20) * std::numeric_limits<T>::epsilon());
+  EXPECT_NEAR(psi_s.beta, T(0.2), T(20) * std::numeric_limits<T>::epsilon());
+}
+
+}  // namespace
+}  // namespace sextant

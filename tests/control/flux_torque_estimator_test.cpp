@@ -1,0 +1,98 @@
+#include "sextant/control/flux_torque_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include "control/reference_machine.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int32_t period_ns = 25'000;
+
+template <class T>
+class FluxTorqueEstimatorOf : public testing::Test {
+ protected:
+  static constexpr bool is_double = sizeof(T) == sizeof(double);
+
+  void drive(int periods) {
+    for (int k = 0; k < periods; ++k) {
+      // Six-step operation with a zero vector in every other period.
+      const unsigned n = k % 2 == 0 ? unsigned(k / 12 % 6) + 1U : 0U;
+      const GatePattern pattern{switch_states[n], period_ns};
+      machine.apply(pattern);
+      estimator.step(machine.measure<T>(pattern));
+    }
+  }
+
+  void coast(int periods) {
+    for (int k = 0; k < periods; ++k) {
+      machine.coast(period_ns);
+      estimator.step(machine.measure<T>(GatePattern{gates_off, period_ns}));
+    }
+  }
+
+  void expect_agreement(double flux_tolerance, double torque_tolerance) const {
+    EXPECT_NEAR(double(estimator.psi_s().alpha), machine.psi_s.real(), flux_tolerance);
+    EXPECT_NEAR(double(estimator.psi_s().beta), machine.psi_s.imag(), flux_tolerance);
+    EXPECT_NEAR(double(estimator.torque()), machine.torque(), torque_tolerance);
+  }
+
+  test::ReferenceMachine machine{};
+  FluxTorqueEstimator<T> estimator{test::converted<T>({})};
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(FluxTorqueEstimatorOf, Scalars);
+
+TYPED_TEST(FluxTorqueEstimatorOf, TorqueIsThreeHalvesPolePairsFluxCrossCurrent) {
+  using T = TypeParam;
+  // 1 Wb along alpha and 10 A along beta, two pole pairs: 3/2 · 2 · 10 = 30 N·m.
+  EXPECT_NEAR(electromagnetic_torque<T>(2, {T(1), T(0)}, {T(4), T(10)}), T(30), T(1e-5));
+  EXPECT_NEAR(electromagnetic_torque<T>(2, {T(0), T(1)}, {T(10), T(4)}), T(-30), T(1e-5));
+}
+
+TYPED_TEST(FluxTorqueEstimatorOf, FollowsADrivenMachine) {
+  this->machine.omega_m = 60;
+  this->drive(2000);
+  EXPECT_GT(std::abs(this->machine.psi_s), 0.1);
+  this->expect_agreement(2e-4, 0.05);
+}
+
+TYPED_TEST(FluxTorqueEstimatorOf, CarriesTheFluxThroughGatesOffAndBack) {
+  this->machine.omega_m = 60;
+  this->drive(2000);
+  const double before = std::abs(this->machine.psi_r);
+  this->coast(2000);
+  EXPECT_LT(std::abs(this->machine.psi_r), 0.75 * before);
+  EXPECT_GT(std::abs(this->machine.psi_r), 0.3 * before);
+  this->expect_agreement(5e-4, 1e-6);
+  this->drive(1000);
+  this->expect_agreement(1e-3, 0.3);
+}
+
+TYPED_TEST(FluxTorqueEstimatorOf, APeriodOfWhichAPartWasOffCountsAsCoasting) {
+  using T = TypeParam;
+  GatePattern mixed;
+  mixed.append({switch_states[1], 10'000});
+  mixed.append({gates_off, 15'000});
+  Measurement<T> m;
+  m.u_dc = T(530);
+  m.acted = mixed;
+  this->estimator.step(m);
+  EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
+}
+
+TYPED_TEST(FluxTorqueEstimatorOf, ForgetsTheFluxOnReset) {
+  using T = TypeParam;
+  this->drive(100);
+  this->estimator.reset();
+  EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
+  EXPECT_EQ(this->estimator.torque(), T(0));
+  // Nothing of before comes back when the gates stay off without current.
+  Measurement<T> m;
+  m.acted = GatePattern{gates_off, period_ns};
+  this->estimator.step(m);
+  EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
+}
+
+}  // namespace
+}  // namespace sextant

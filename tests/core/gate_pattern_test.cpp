@@ -1,0 +1,46 @@
+#include "sextant/core/gate_pattern.hpp"
+
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+TEST(GatePattern, AnEmptyPatternMeansGatesOff) {
+  const GatePattern pattern;
+  EXPECT_TRUE(pattern.segments().empty());
+  EXPECT_EQ(pattern.last_state(), gates_off);
+  EXPECT_EQ(pattern.duration_ns(), 0);
+}
+
+TEST(GatePattern, OneStateFillsThePeriod) {
+  const GatePattern pattern{switch_states[3], 25'000};
+  ASSERT_EQ(pattern.segments().size(), 1U);
+  EXPECT_EQ(pattern.segments()[0], (GateSegment{switch_states[3], 25'000}));
+  EXPECT_EQ(pattern.last_state(), switch_states[3]);
+  EXPECT_EQ(pattern.duration_ns(), 25'000);
+}
+
+TEST(GatePattern, KeepsSegmentsInOrderAndRefusesTheOneTooMany) {
+  GatePattern pattern;
+  for (unsigned i = 0; i < GatePattern::capacity; ++i) {
+    EXPECT_TRUE(pattern.append({switch_states[i], std::int32_t(100 + i)}));
+  }
+  const GatePattern full = pattern;
+  EXPECT_FALSE(pattern.append({switch_states[7], 1}));
+  EXPECT_EQ(pattern.duration_ns(), full.duration_ns());
+  EXPECT_EQ(pattern.duration_ns(), 7 * 100 + 21);
+  EXPECT_EQ(pattern.last_state(), switch_states[6]);
+  for (unsigned i = 0; i < GatePattern::capacity; ++i) {
+    EXPECT_EQ(pattern.segments()[i].state, switch_states[i]);
+  }
+}
+
+TEST(GatePattern, DurationsLongerThanTwoSecondsDoNotOverflow) {
+  GatePattern pattern;
+  pattern.append({switch_states[0], 2'000'000'000});
+  pattern.append({switch_states[7], 2'000'000'000});
+  EXPECT_EQ(pattern.duration_ns(), 4'000'000'000);
+}
+
+}  // namespace
+}  // namespace sextant

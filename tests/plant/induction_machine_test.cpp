@@ -1,0 +1,151 @@
+#include "sextant/plant/induction_machine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+namespace sextant {
+namespace {
+
+using Complex = std::complex<double>;
+using Vector4 = Eigen::Vector4d;
+
+constexpr double pi = std::numbers::pi;
+
+/// The machine at constant speed as x' = A x + [u_s; 0], built column by column.
+Vector4 slope(const InductionMachine<double>& machine, const Vector4& x, SpaceVector<double> u_s, double omega_m) {
+  const SpaceVector<double> psi_s{x[0], x[1]};
+  const SpaceVector<double> psi_r{x[2], x[3]};
+  const SpaceVector<double> i_s = machine.stator_current(psi_s, psi_r);
+  const SpaceVector<double> i_r = machine.rotor_current(i_s, psi_r);
+  const SpaceVector<double> ds = machine.stator_flux_derivative(u_s, i_s);
+  const SpaceVector<double> dr = machine.rotor_flux_derivative(i_r, psi_r, omega_m);
+  return {ds.alpha, ds.beta, dr.alpha, dr.beta};
+}
+
+template <class Voltage>
+Vector4 integrate(const InductionMachine<double>& machine, Vector4 x, double omega_m, double duration, double h,
+                  Voltage voltage) {
+  const auto steps = int(std::lround(duration / h));
+  for (int n = 0; n < steps; ++n) {
+    const double t = n * h;
+    const Vector4 k1 = slope(machine, x, voltage(t), omega_m);
+    const Vector4 k2 = slope(machine, x + h / 2 * k1, voltage(t + h / 2), omega_m);
+    const Vector4 k3 = slope(machine, x + h / 2 * k2, voltage(t + h / 2), omega_m);
+    const Vector4 k4 = slope(machine, x + h * k3, voltage(t + h), omega_m);
+    x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  }
+  return x;
+}
+
+TEST(InductionMachine, FluxLinkagesFollowFromCurrents) {
+  const InductionMachineParameters<double> p{};
+  const InductionMachine<double> machine{p};
+  const SpaceVector<double> i_s{7.0, -3.0};
+  const SpaceVector<double> i_r{-2.0, 5.0};
+  const SpaceVector<double> psi_s = p.l_s() * i_s + p.l_m * i_r;
+  const SpaceVector<double> psi_r = p.l_m * i_s + p.l_r() * i_r;
+  const SpaceVector<double> stator = machine.stator_current(psi_s, psi_r);
+  const SpaceVector<double> rotor = machine.rotor_current(stator, psi_r);
+  EXPECT_NEAR(stator.alpha, i_s.alpha, 1e-12);
+  EXPECT_NEAR(stator.beta, i_s.beta, 1e-12);
+  EXPECT_NEAR(rotor.alpha, i_r.alpha, 1e-12);
+  EXPECT_NEAR(rotor.beta, i_r.beta, 1e-12);
+  const double energy = 0.75 * (p.l_ls * dot(i_s, i_s) + p.l_lr * dot(i_r, i_r) + p.l_m * dot(i_s + i_r, i_s + i_r));
+  EXPECT_NEAR(machine.magnetic_energy(psi_s, psi_r), energy, 1e-12 * energy);
+}
+
+TEST(InductionMachine, SteadyStateIsTheEquivalentCircuit) {
+  const InductionMachineParameters<double> p{};
+  const InductionMachine<double> machine{p};
+  const double amplitude = 162.6;
+  const double omega_e = 2 * pi * 50;
+  const double duration = 4.0;
+  for (const double slip : {-0.05, 0.0, 0.01, 0.05, 0.3, 1.0}) {
+    SCOPED_TRACE(slip);
+    const double omega_m = (1 - slip) * omega_e / p.pole_pairs;
+    // T-equivalent circuit: stator impedance in series with magnetising branch parallel to the rotor's.
+    const Complex j{0, 1};
+    const Complex magnetising = j * omega_e * p.l_m;
+    Complex parallel = magnetising;
+    Complex rotor_share = 0;
+    if (slip != 0.0) {
+      const Complex rotor = p.r_r / slip + j * omega_e * p.l_lr;
+      parallel = magnetising * rotor / (magnetising + rotor);
+      rotor_share = magnetising / (magnetising + rotor);
+    }
+    const Complex i_s = amplitude / (p.r_s + j * omega_e * p.l_ls + parallel);
+    const double rotor_power = slip == 0.0 ? 0.0 : 1.5 * std::norm(i_s * rotor_share) * p.r_r / slip;
+    const double torque = rotor_power * p.pole_pairs / omega_e;
+
+    const Vector4 x = integrate(machine, Vector4::Zero(), omega_m, duration, 25e-6,
+                                [&](double t) { return polar(amplitude, omega_e * t); });
+    const SpaceVector<double> i = machine.stator_current({x[0], x[1]}, {x[2], x[3]});
+    const Complex turned = Complex{i.alpha, i.beta} * std::polar(1.0, -omega_e * duration);
+    EXPECT_NEAR(std::abs(turned - i_s), 0.0, 1e-3 * std::abs(i_s));
+    EXPECT_NEAR(machine.torque({x[0], x[1]}, i), torque, 1e-3 * std::max(std::abs(torque), 0.1));
+  }
+}
+
+TEST(InductionMachine, ZeroStatorVoltageDecaysWithTheEigenvaluesOfTheMachine) {
+  const InductionMachineParameters<double> p{};
+  const InductionMachine<double> machine{p};
+  // The textbook matrix in psi_s, psi_r, written from the resistances and inductances alone.
+  const double delta = p.l_s() * p.l_r() - p.l_m * p.l_m;
+  for (const double omega_m : {0.0, 40.0, -140.0}) {
+    SCOPED_TRACE(omega_m);
+    const Complex j{0, 1};
+    Eigen::Matrix2cd a;
+    a << -p.r_s * p.l_r() / delta, p.r_s * p.l_m / delta, p.r_r * p.l_m / delta,
+        -p.r_r * p.l_s() / delta + j * double(p.pole_pairs) * omega_m;
+    const Eigen::ComplexEigenSolver<Eigen::Matrix2cd> solver{a};
+    for (int mode = 0; mode < 2; ++mode) {
+      const Complex lambda = solver.eigenvalues()[mode];
+      const Eigen::Vector2cd v = solver.eigenvectors().col(mode);
+      const double duration = 0.01;
+      const Vector4 x = integrate(machine, {v[0].real(), v[0].imag(), v[1].real(), v[1].imag()}, omega_m, duration,
+                                  10e-6, [](double) { return SpaceVector<double>{}; });
+      // A mode stays on its eigenvector and is scaled by exp(λ t).
+      const Complex factor = std::exp(lambda * duration);
+      EXPECT_NEAR(std::abs(Complex(x[0], x[1]) - factor * v[0]), 0.0, 1e-9);
+      EXPECT_NEAR(std::abs(Complex(x[2], x[3]) - factor * v[1]), 0.0, 1e-9);
+    }
+    // The real 4×4 matrix that the code's equations make has the same spectrum.
+    Eigen::Matrix4d m;
+    for (int c = 0; c < 4; ++c) m.col(c) = slope(machine, Vector4::Unit(c), {}, omega_m);
+    const Eigen::Vector4cd spectrum = m.eigenvalues();
+    for (int mode = 0; mode < 2; ++mode) {
+      const Complex lambda = solver.eigenvalues()[mode];
+      double nearest = 1e9;
+      for (int c = 0; c < 4; ++c) nearest = std::min(nearest, std::abs(spectrum[c] - lambda));
+      EXPECT_NEAR(nearest, 0.0, 1e-9 * std::abs(lambda));
+    }
+  }
+}
+
+TEST(InductionMachine, OpenStatorDecaysWithTheRotorTimeConstant) {
+  const InductionMachineParameters<double> p{};
+  const InductionMachine<double> machine{p};
+  const SpaceVector<double> psi_r{0.9, 0.2};
+  const SpaceVector<double> i_r = machine.rotor_current({}, psi_r);
+  const SpaceVector<double> d = machine.rotor_flux_derivative(i_r, psi_r, 0.0);
+  EXPECT_NEAR(d.alpha, -psi_r.alpha / p.tau_r(), 1e-12);
+  EXPECT_NEAR(d.beta, -psi_r.beta / p.tau_r(), 1e-12);
+}
+
+TEST(InductionMachine, FloatAgreesWithDouble) {
+  const InductionMachine<double> d{InductionMachineParameters<double>{}};
+  const InductionMachine<float> f{InductionMachineParameters<float>{}};
+  const SpaceVector<double> i_d = d.stator_current({1.1, 0.1}, {1.0, 0.0});
+  const SpaceVector<float> i_f = f.stator_current({1.1F, 0.1F}, {1.0F, 0.0F});
+  EXPECT_NEAR(double(i_f.alpha), i_d.alpha, 2e-4);
+  EXPECT_NEAR(double(i_f.beta), i_d.beta, 2e-4);
+}
+
+}  // namespace
+}  // namespace sextant

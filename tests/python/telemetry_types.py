@@ -1,0 +1,47 @@
+"""Python types of configs/interfaces/telemetry.idl, read from the file itself, for the writers of tests."""
+
+import re
+
+from cyclonedds.idl import make_idl_enum, make_idl_struct, types
+from cyclonedds.idl.annotations import final
+from sextant_py.paths import IDL
+
+_TEXT = re.sub(r"//.*", "", IDL.read_text())
+_TYPES = {
+    "unsigned long": types.uint32,
+    "unsigned long long": types.uint64,
+    "long": types.int32,
+    "long long": types.int64,
+    "double": types.float64,
+    "octet": types.uint8,
+    "boolean": bool,
+    "string<64>": types.bounded_str[64],
+}
+_ZEROS = {bool: False, types.bounded_str[64]: ""}
+
+
+def _body(kind: str, name: str) -> str:
+    return re.search(rf"{kind}\s+{name}\s*{{(.*?)}}", _TEXT, re.DOTALL).group(1)
+
+
+_states = {name.strip(): value for value, name in enumerate(_body("enum", "DriveStateKind").split(","))}
+DriveStateKind = make_idl_enum("DriveStateKind", "sextant.DriveStateKind", _states)
+_TYPES["DriveStateKind"] = DriveStateKind
+_ZEROS[DriveStateKind] = DriveStateKind.INIT
+
+
+def _fields(name: str) -> dict[str, type]:
+    declarations = [line.replace("@key", "").split() for line in _body("struct", name).split(";")]
+    return {words[-1].removeprefix("_"): _TYPES[" ".join(words[:-1])] for words in declarations if words}
+
+
+def struct(name: str, without: tuple[str, ...] = ()) -> type:
+    """The struct as the contract has it, or without some of its fields."""
+    fields = {key: kind for key, kind in _fields(name).items() if key not in without}
+    return final(make_idl_struct(name, f"sextant.{name}", fields, field_annotations={"drive_id": {"key": True}}))
+
+
+def sample(kind: type, **values: object) -> object:
+    """A sample whose fields are zero but for the values given."""
+    zeros = {name: _ZEROS.get(field, 0) for name, field in kind.__annotations__.items()}
+    return kind(**{**zeros, **values})

@@ -1,0 +1,86 @@
+"""End-to-end protection against the published vectors and an independent implementation."""
+
+import random
+
+import e2e.p11 as reference
+import pytest
+from sextant_py import e2e
+from sextant_py.contract import Contract
+
+PROTECTED = ["VCU_TorqueCommand", "MCU_TorqueStatus", "MCU_Motion", "MCU_Capability"]
+
+
+@pytest.mark.parametrize(("counter", "expected"), [(0, "2a10000000000000"), (1, "7711000000000000")])
+def test_published_vectors(counter: int, expected: str) -> None:
+    frame = bytearray(8)
+    e2e.protect(frame, 0x123, counter)
+    assert frame.hex() == expected
+
+
+def test_agrees_with_an_independent_implementation() -> None:
+    seed = 20240611
+    random_source = random.Random(seed)
+    for _ in range(2000):
+        data_id, counter = random_source.randrange(0x1000), random_source.randrange(e2e.COUNTER_COUNT)
+        ours = bytearray(random_source.randbytes(8))
+        theirs = bytearray(ours)
+        theirs[1] = counter | (data_id >> 8 & 0x0F) << 4
+        reference.e2e_p11_protect(
+            theirs, data_id, data_id_mode=reference.E2E_P11_DATAID_NIBBLE, increment_counter=False
+        )
+        e2e.protect(ours, data_id, counter)
+        assert ours == theirs, f"seed {seed}, data ID {data_id:#x}, counter {counter}"
+
+
+def test_every_flipped_bit_is_found() -> None:
+    frame = bytearray(range(8))
+    e2e.protect(frame, 0x110, 7)
+    assert e2e.Checker(0x110).check(frame) is e2e.Result.OK
+    for bit in range(64):
+        spoilt = bytearray(frame)
+        spoilt[bit // 8] ^= 1 << bit % 8
+        assert e2e.Checker(0x110).check(spoilt) is e2e.Result.ERROR, f"bit {bit}"
+
+
+def test_another_data_id_is_found() -> None:
+    frame = bytearray(8)
+    e2e.protect(frame, 0x110, 0)
+    assert e2e.Checker(0x120).check(frame) is e2e.Result.ERROR
+    assert e2e.Checker(0x210).check(frame) is e2e.Result.ERROR
+
+
+def test_counter_sequence() -> None:
+    expected = [
+        (0, e2e.Result.OK),
+        (1, e2e.Result.OK),
+        (1, e2e.Result.REPEATED),
+        (4, e2e.Result.SOME_LOST),
+        (8, e2e.Result.WRONG_SEQUENCE),
+        (9, e2e.Result.OK),
+        (14, e2e.Result.WRONG_SEQUENCE),
+        (0, e2e.Result.OK),
+        (14, e2e.Result.WRONG_SEQUENCE),
+        (2, e2e.Result.SOME_LOST),
+    ]
+    checker = e2e.Checker(0x110)
+    for index, (counter, result) in enumerate(expected):
+        frame = bytearray(8)
+        e2e.protect(frame, 0x110, counter)
+        assert checker.check(frame) is result, f"frame {index}"
+
+
+def test_counter_fifteen_is_refused() -> None:
+    with pytest.raises(ValueError, match="15"):
+        e2e.protect(bytearray(8), 0x110, 15)
+
+
+@pytest.mark.parametrize("name", PROTECTED)
+def test_frames_of_the_contract_are_protected_where_the_dbc_says(name: str) -> None:
+    contract = Contract()
+    message = contract.message(name)
+    frame = contract.encode(name, {signal.name: 0 for signal in message.signals}, counter=5)
+    signals = message.decode(frame.data, decode_choices=False)
+    assert signals["Counter"] == 5
+    assert signals["DataIdNibble"] == contract.data_id(name) >> 8
+    copy = bytearray(frame.data)
+    assert reference.e2e_p11_check(copy, contract.data_id(name), data_id_mode=reference.E2E_P11_DATAID_NIBBLE)

@@ -1,0 +1,341 @@
+#include "sextant/safety/command_gate.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr std::int64_t period_ns = 25'000;
+
+template <class T>
+class CommandGateOf : public testing::Test {
+ protected:
+  using Parameters = typename CommandGate<T>::Parameters;
+  static constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+
+  /// A frame arrives now.
+  void receive(T torque, bool enable, bool fault_reset = false) {
+    command.torque = torque;
+    command.torque_limit = T(150);
+    command.enable = enable;
+    command.fault_reset = fault_reset;
+    command.received_ns = t_ns;
+    command.e2e = E2eState::valid;
+    ++command.sequence;
+  }
+
+  AdmittedCommand<T> step() {
+    const auto out = gate.step(command, t_ns, T(period_ns) * T(1e-9), available, wind_down);
+    t_ns += period_ns;
+    return out;
+  }
+
+  /// Steps until t_ns has advanced by `duration`; the last answer.
+  AdmittedCommand<T> run(std::int64_t duration) {
+    AdmittedCommand<T> out;
+    for (const std::int64_t end = t_ns + duration; t_ns < end;) out = step();
+    return out;
+  }
+
+  /// Past the lockout, with `torque` commanded and reached.
+  void start(T torque) {
+    receive(T(0), false);
+    step();
+    receive(torque, true);
+    const auto out = run(ms);
+    ASSERT_TRUE(out.enable);
+    ASSERT_EQ(out.torque, torque);
+  }
+
+  CommandGate<T> gate{Parameters{}};
+  TorqueCommand<T> command{};
+  std::int64_t t_ns{5 * ms};
+  T available{T(150)};
+  bool wind_down{false};
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(CommandGateOf, Scalars);
+
+TYPED_TEST(CommandGateOf, WithoutAnyCommandItStaysLocked) {
+  const auto out = this->run(300 * ms);
+  EXPECT_TRUE(out.lockout);
+  EXPECT_FALSE(out.enable);
+  EXPECT_EQ(out.torque, TypeParam(0));
+}
+
+TYPED_TEST(CommandGateOf, EnableAtPowerUpDoesNothingUntilADisableWasSeen) {
+  using T = TypeParam;
+  for (int i = 0; i < 20; ++i) {
+    this->receive(T(15), true);
+    const auto out = this->run(10 * ms);
+    EXPECT_TRUE(out.lockout);
+    EXPECT_FALSE(out.enable);
+    EXPECT_EQ(out.torque, T(0));
+  }
+  this->receive(T(15), false);
+  EXPECT_FALSE(this->step().lockout);
+  this->receive(T(15), true);
+  const auto out = this->run(10 * ms);
+  EXPECT_TRUE(out.enable);
+  EXPECT_EQ(out.torque, T(15));
+}
+
+TYPED_TEST(CommandGateOf, SilenceBringsZeroTorqueWithinSixtyMillisecondsFromAnyTorque) {
+  using T = TypeParam;
+  for (const T torque : {T(150), T(-150), T(15), T(0.01), T(-0.001)}) {
+    this->gate = CommandGate<T>{typename TestFixture::Parameters{}};
+    this->start(torque);
+    const std::int64_t received = this->command.received_ns;
+    while (this->t_ns - received <= 40 * ms) ASSERT_EQ(this->step().torque, torque);
+    T last = torque;
+    while (this->t_ns - received < 60 * ms) {
+      const auto out = this->step();
+      ASSERT_LE(std::abs(out.torque), std::abs(last));
+      ASSERT_FALSE(out.faults.any());
+      ASSERT_TRUE(out.enable);
+      last = out.torque;
+    }
+    EXPECT_EQ(last, T(0));
+    EXPECT_EQ(this->run(100 * ms).torque, T(0));
+  }
+}
+
+TYPED_TEST(CommandGateOf, TheRampToZeroIsStraightAndTakesItsTime) {
+  using T = TypeParam;
+  this->start(T(100));
+  const std::int64_t received = this->command.received_ns;
+  while (this->t_ns - received <= 45 * ms) this->step();
+  EXPECT_NEAR(this->step().torque, T(50), T(0.6));
+}
+
+TYPED_TEST(CommandGateOf, ATimeoutHealsByItself) {
+  using T = TypeParam;
+  this->start(T(15));
+  EXPECT_EQ(this->run(100 * ms).torque, T(0));
+  this->receive(T(12), true);
+  const auto out = this->run(ms);
+  EXPECT_EQ(out.torque, T(12));
+  EXPECT_FALSE(out.faults.any());
+}
+
+TYPED_TEST(CommandGateOf, ALostCommandIsAFaultAndLocks) {
+  using T = TypeParam;
+  this->start(T(15));
+  const std::int64_t received = this->command.received_ns;
+  while (this->t_ns - received <= 200 * ms) ASSERT_FALSE(this->step().faults.any());
+  const auto out = this->step();
+  EXPECT_TRUE(out.faults.test(Fault::command_lost));
+  EXPECT_TRUE(out.lockout);
+  EXPECT_FALSE(out.enable);
+  this->receive(T(15), true);
+  EXPECT_TRUE(this->run(ms).lockout);
+  this->receive(T(0), false);
+  EXPECT_FALSE(this->step().lockout);
+}
+
+TYPED_TEST(CommandGateOf, AStampFromTheFutureDoesNotKeepACommandAlive) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->receive(T(15), true);
+  this->command.received_ns += 3'600'000 * ms;
+  EXPECT_EQ(this->run(39 * ms).torque, T(15));
+  EXPECT_EQ(this->run(20 * ms).torque, T(0));
+  EXPECT_TRUE(this->run(150 * ms).faults.test(Fault::command_lost));
+}
+
+TYPED_TEST(CommandGateOf, AFrameThatIsLostBeforeItIsReadCountsForNothing) {
+  using T = TypeParam;
+  this->receive(T(15), false, true);
+  this->command.received_ns -= 201 * ms;
+  const auto out = this->step();
+  EXPECT_TRUE(out.lockout);
+  EXPECT_FALSE(out.fault_reset);
+}
+
+TYPED_TEST(CommandGateOf, AResetIsSeenForOnePeriodAndDoesNotUnlock) {
+  using T = TypeParam;
+  this->receive(T(0), false, true);
+  auto out = this->step();
+  EXPECT_TRUE(out.fault_reset);
+  EXPECT_TRUE(out.lockout);
+  out = this->step();
+  EXPECT_FALSE(out.fault_reset);
+  EXPECT_TRUE(out.lockout);
+  this->receive(T(0), false);
+  EXPECT_FALSE(this->step().lockout);
+}
+
+TYPED_TEST(CommandGateOf, LockDemandsANewDisableAndForgetsTheSetpoint) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->gate.lock();
+  const auto out = this->step();
+  EXPECT_TRUE(out.lockout);
+  EXPECT_FALSE(out.enable);
+  EXPECT_EQ(out.torque, T(0));
+}
+
+TYPED_TEST(CommandGateOf, TorqueBeyondTheLimitIsBlockedAndTheLastSetpointHolds) {
+  using T = TypeParam;
+  const T infinity = std::numeric_limits<T>::infinity();
+  for (const T bad : {T(150.1), T(-150.1), this->nan, infinity, -infinity}) {
+    this->gate = CommandGate<T>{typename TestFixture::Parameters{}};
+    this->start(T(15));
+    for (int frame = 1; frame <= 3; ++frame) {
+      this->receive(bad, true);
+      const auto out = this->run(10 * ms);
+      EXPECT_EQ(out.faults.test(Fault::command_out_of_range), frame == 3) << bad;
+      if (frame < 3) {
+        EXPECT_EQ(out.torque, T(15));
+      } else {
+        EXPECT_FALSE(out.enable);
+      }
+    }
+  }
+}
+
+TYPED_TEST(CommandGateOf, BlockedFramesMustComeInARowToBeAFault) {
+  using T = TypeParam;
+  this->start(T(15));
+  for (int i = 0; i < 10; ++i) {
+    for (const T torque : {T(400), T(400), T(10)}) {
+      this->receive(torque, true);
+      EXPECT_FALSE(this->run(10 * ms).faults.any());
+    }
+  }
+}
+
+TYPED_TEST(CommandGateOf, FramesOutsideTheContractCountTheSame) {
+  this->start(TypeParam(15));
+  this->command.out_of_range = 2;
+  EXPECT_FALSE(this->step().faults.any());
+  this->command.out_of_range = 3;
+  EXPECT_TRUE(this->step().faults.test(Fault::command_out_of_range));
+}
+
+TYPED_TEST(CommandGateOf, ALimitThatIsNoneBlocksTheFrame) {
+  using T = TypeParam;
+  for (const T bad : {this->nan, T(-1)}) {
+    this->start(T(15));
+    this->receive(T(100), true);
+    this->command.torque_limit = bad;
+    EXPECT_EQ(this->run(ms).torque, T(15));
+  }
+}
+
+TYPED_TEST(CommandGateOf, OfABlockedFrameOnlyADisableCounts) {
+  using T = TypeParam;
+  this->receive(this->nan, false, true);
+  auto out = this->step();
+  EXPECT_TRUE(out.lockout);
+  EXPECT_FALSE(out.fault_reset);
+  this->receive(T(0), false);
+  this->step();
+  this->receive(this->nan, true);
+  EXPECT_FALSE(this->step().enable);
+  this->receive(T(15), true);
+  EXPECT_TRUE(this->step().enable);
+  this->receive(this->nan, false);
+  EXPECT_FALSE(this->step().enable);
+}
+
+TYPED_TEST(CommandGateOf, TheRequestersLimitCutsTheTorque) {
+  using T = TypeParam;
+  this->start(T(15));
+  for (const T torque : {T(50), T(-50)}) {
+    this->receive(torque, true);
+    this->command.torque_limit = T(20);
+    const auto out = this->run(ms);
+    EXPECT_EQ(out.torque, std::copysign(T(20), torque));
+    EXPECT_FALSE(out.derated);
+  }
+}
+
+TYPED_TEST(CommandGateOf, TorqueFollowsAtTheConfiguredRate) {
+  using T = TypeParam;
+  this->gate = CommandGate<T>{{.torque_rate = T(1000)}};
+  this->receive(T(0), false);
+  this->step();
+  this->receive(T(100), true);
+  T last{};
+  for (int i = 1; i <= 400; ++i) {
+    const T torque = this->step().torque;
+    EXPECT_NEAR(torque - last, T(0.025), T(1e-4));
+    last = torque;
+  }
+  EXPECT_NEAR(last, T(10), T(1e-2));
+}
+
+TYPED_TEST(CommandGateOf, MoreThanIsAvailableIsSaturatedAndSaidSo) {
+  using T = TypeParam;
+  this->start(T(-100));
+  this->available = T(40);
+  auto out = this->run(ms);
+  EXPECT_EQ(out.torque, T(-40));
+  EXPECT_TRUE(out.derated);
+  EXPECT_FALSE(out.faults.any());
+  this->available = T(150);
+  out = this->run(ms);
+  EXPECT_EQ(out.torque, T(-100));
+  EXPECT_FALSE(out.derated);
+}
+
+TYPED_TEST(CommandGateOf, WindingDownBringsTorqueToExactlyZeroAndHoldsItThere) {
+  using T = TypeParam;
+  this->start(T(77));
+  this->wind_down = true;
+  EXPECT_EQ(this->run(10 * ms + 2 * period_ns).torque, T(0));
+  this->receive(T(100), true);
+  EXPECT_EQ(this->run(ms).torque, T(0));
+}
+
+TYPED_TEST(CommandGateOf, AnInvalidEndToEndStateIsAFaultAndLocks) {
+  this->start(TypeParam(15));
+  this->command.e2e = E2eState::invalid;
+  const auto out = this->step();
+  EXPECT_TRUE(out.faults.test(Fault::command_invalid));
+  EXPECT_TRUE(out.lockout);
+  EXPECT_FALSE(out.enable);
+}
+
+TYPED_TEST(CommandGateOf, OnlyAValidEndToEndStateUnlocks) {
+  using T = TypeParam;
+  for (const E2eState state : {E2eState::no_data, E2eState::init, E2eState::invalid}) {
+    this->receive(T(0), false);
+    this->command.e2e = state;
+    EXPECT_TRUE(this->step().lockout);
+    this->receive(T(0), true);
+    this->command.e2e = state;
+    EXPECT_FALSE(this->step().enable);
+  }
+}
+
+TYPED_TEST(CommandGateOf, BusOffIsAFaultAndNothingIsEnabledWhileItLasts) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->command.bus_off = true;
+  const auto out = this->step();
+  EXPECT_TRUE(out.faults.test(Fault::bus_off));
+  EXPECT_FALSE(out.enable);
+}
+
+TYPED_TEST(CommandGateOf, RefusesParametersThatCannotProtect) {
+  using T = TypeParam;
+  using Parameters = typename CommandGate<T>::Parameters;
+  EXPECT_EQ(Parameters{}.validate(), nullptr);
+  for (const T bad : {T(0), T(-1), this->nan, std::numeric_limits<T>::infinity()}) {
+    EXPECT_NE((Parameters{.torque_limit = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.torque_rate = bad}.validate()), nullptr);
+  }
+  EXPECT_NE((Parameters{.timeout_ns = 0}.validate()), nullptr);
+  EXPECT_NE((Parameters{.zero_ramp_ns = 0}.validate()), nullptr);
+  EXPECT_NE((Parameters{.lost_ns = 1}.validate()), nullptr);
+  EXPECT_NE((Parameters{.blocked_limit = 0}.validate()), nullptr);
+}
+
+}  // namespace
+}  // namespace sextant
