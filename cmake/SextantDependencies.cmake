@@ -5,3 +5,4 @@ find_package(SUNDIALS REQUIRED COMPONENTS cvode nvecserial sunmatrixdense sunlin
 find_package(HDF5 1.10 REQUIRED COMPONENTS C)
 find_package(fmt 9 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
+find_package(tomlplusplus 3.3 REQUIRED)

@@ -57,7 +57,7 @@ class Contract:
         return can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False)
 
     def decode(self, frame: can.Message) -> tuple[str, dict] | None:
-        """Name and signals of a classic data frame that the contract knows and whose length is right; None otherwise."""
+        """Name and signals of a classic data frame of the contract, of the right length; None otherwise."""
         if frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd:
             return None
         try:

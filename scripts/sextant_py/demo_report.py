@@ -134,7 +134,7 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
         table.append(
             (
                 "missed control periods",
-                f"{statistics['periods_skipped']} of {statistics['periods']}, in {statistics['overruns']} late wake-ups",
+                f"{statistics['periods_skipped']} of {statistics['periods']}, {statistics['overruns']} late wake-ups",
             )
         )
     return table

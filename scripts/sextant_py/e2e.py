@@ -1,7 +1,7 @@
 """AUTOSAR E2E profile 11 in data-ID mode NIBBLE: a CRC in byte 0, a counter in the low nibble of byte 1.
 
-The high nibble of byte 1 holds the low nibble of the data ID's high byte. The CRC is CRC-8 with polynomial 0x1D, initial
-value and final XOR zero, over the data ID's low byte, a zero byte and every byte of the frame but the CRC's own.
+The high nibble of byte 1 holds the low nibble of the data ID's high byte. The CRC is CRC-8 with polynomial 0x1D,
+initial value and final XOR zero, over the data ID's low byte, a zero byte and every byte of the frame but the CRC.
 """
 
 from enum import Enum

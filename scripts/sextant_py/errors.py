@@ -12,7 +12,7 @@ class UserError(Exception):
 def run(program: str, main: Callable[[list[str]], int]) -> None:
     """Runs main on the command line; a UserError becomes one line on stderr and exit status 1.
 
-    SIGTERM ends it as Ctrl-C does. Ctrl-C is taken even where a shell started the program in the background, ignoring it.
+    SIGTERM ends it as Ctrl-C does. Ctrl-C is taken even where a shell started the program in the background.
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)

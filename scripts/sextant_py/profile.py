@@ -1,7 +1,7 @@
 """Torque profiles: what a vehicle asks of the drive, over time.
 
 A CSV file has a heading `time_s,torque_nm` or `time_s,torque_nm,enable`, one point a line; empty lines and what follows
-a # are passed over. Torque is interpolated linearly; two points at one time make a step. A TOML file has the same points:
+a # are passed over. Torque is interpolated linearly; two points at one time make a step. A TOML file has the same:
 
     interpolation = "hold"          # or "linear"
     time_s = [0.0, 1.0, 5.0]

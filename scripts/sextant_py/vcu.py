@@ -225,7 +225,7 @@ def play(
             if was_running and reports.state() == "FAULT":
                 return start_ns, f"the drive went to FAULT ({reports.first_fault()}) {time_s:.2f} s into the profile."
         due_ns = commander.wait()
-    if watch and not was_running:
+    if watch and not was_running and any(point.enable for point in torque.points):
         return start_ns, f"the drive never produced torque; it reports {reports.state()}."
     return start_ns, None
 
@@ -283,7 +283,8 @@ def main(arguments: list[str]) -> int:
     smallest_nm, largest_nm = contract.limits(COMMAND, "TorqueRequest")
     if not all(smallest_nm <= point.torque_nm <= largest_nm for point in torque.points):
         raise UserError(
-            f"the profile {options.profile} leaves the contract's range of torque ({smallest_nm:g} to {largest_nm:g} N·m)."
+            f"the profile {options.profile} leaves the contract's range of torque,"
+            f" {smallest_nm:g} to {largest_nm:g} N·m."
         )
     if not 1 <= options.rate <= 1000:
         raise UserError("--rate must be between 1 and 1000 Hz.")

@@ -1,11 +1,11 @@
 #include "sextant/comms/can_bus.hpp"
 
-#include "socketcan_bus.hpp"
-#include "udp_multicast_bus.hpp"
-
 #include <charconv>
 #include <stdexcept>
 #include <string>
+
+#include "socketcan_bus.hpp"
+#include "udp_multicast_bus.hpp"
 
 namespace sextant {
 namespace {
@@ -31,7 +31,8 @@ std::unique_ptr<CanBus> make_udp_multicast(std::string_view rest, std::string_vi
 std::unique_ptr<CanBus> make_can_bus(std::string_view address) {
   const std::size_t colon = address.find(':');
   const std::string_view kind = address.substr(0, colon);
-  const std::string_view rest = colon == std::string_view::npos ? std::string_view{} : address.substr(colon + 1);
+  const std::string_view rest =
+      colon == std::string_view::npos ? std::string_view{} : address.substr(colon + 1);
   if (kind == "socketcan") return std::make_unique<SocketCanBus>(std::string(rest));
   if (kind == "udp_multicast") return make_udp_multicast(rest, address);
   throw std::runtime_error("the CAN address \"" + std::string(address) +

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "sextant/comms/can_bus.hpp"
-
 #include <atomic>
 #include <cstdint>
+
+#include "sextant/comms/can_bus.hpp"
 
 namespace sextant {
 

@@ -1,13 +1,13 @@
 #include "sextant/comms/can_codec.hpp"
 
-#include "sextant_contract.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <numbers>
+
+#include "sextant_contract.hpp"
 
 namespace sextant {
 namespace {
@@ -56,8 +56,8 @@ EncodedFrame frame_of(std::uint32_t id, const Message& message,
 using FaultsMessage = sextant_mcu_faults_t;
 struct FaultBits {
   Fault fault;
-  std::uint8_t FaultsMessage::*active;
-  std::uint8_t FaultsMessage::*latched;
+  std::uint8_t FaultsMessage::* active;
+  std::uint8_t FaultsMessage::* latched;
 };
 
 constexpr std::array<FaultBits, fault_count> fault_bits{{
@@ -153,8 +153,10 @@ EncodedFrame encode(const RealTimeReport& x) noexcept {
   sextant_mcu_real_time_t m{};
   m.periods_missed = pack.saturated(contract::mcu_real_time_periods_missed, double(x.periods_missed));
   m.worst_loop_time = pack.saturated(contract::mcu_real_time_worst_loop_time, x.worst_loop_time * us_per_s);
-  m.worst_wake_latency = pack.saturated(contract::mcu_real_time_worst_wake_latency, x.worst_wake_latency * us_per_s);
-  m.telemetry_dropped = pack.saturated(contract::mcu_real_time_telemetry_dropped, double(x.telemetry_dropped));
+  m.worst_wake_latency =
+      pack.saturated(contract::mcu_real_time_worst_wake_latency, x.worst_wake_latency * us_per_s);
+  m.telemetry_dropped =
+      pack.saturated(contract::mcu_real_time_telemetry_dropped, double(x.telemetry_dropped));
   return frame_of(SEXTANT_MCU_REAL_TIME_FRAME_ID, m, sextant_mcu_real_time_pack, pack.clamped());
 }
 
@@ -202,7 +204,11 @@ DecodedCommand decode_command(const CanFrame& frame) noexcept {
           .in_range = torque.is_in_range(m.torque_request) && limit.is_in_range(m.torque_limit)};
 }
 
-std::uint32_t command_id() noexcept { return SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID; }
-std::uint16_t command_data_id() noexcept { return contract::vcu_torque_command_data_id; }
+std::uint32_t command_id() noexcept {
+  return SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID;
+}
+std::uint16_t command_data_id() noexcept {
+  return contract::vcu_torque_command_data_id;
+}
 
 }  // namespace sextant

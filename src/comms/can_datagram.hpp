@@ -1,11 +1,11 @@
 #pragma once
 
-#include "sextant/comms/can_frame.hpp"
-
 #include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
+
+#include "sextant/comms/can_frame.hpp"
 
 namespace sextant {
 

@@ -1,20 +1,26 @@
 #include "sextant/comms/command_receiver.hpp"
 
-#include "sextant/comms/can_codec.hpp"
-
 #include <algorithm>
+
+#include "sextant/comms/can_codec.hpp"
 
 namespace sextant {
 namespace {
 
 FrameVerdict verdict_of(CommandIdentity identity) noexcept {
   switch (identity) {
-    case CommandIdentity::command: return FrameVerdict::accepted;
-    case CommandIdentity::other: return FrameVerdict::unrelated;
-    case CommandIdentity::wrong_length: return FrameVerdict::wrong_length;
-    case CommandIdentity::remote: return FrameVerdict::remote_frame;
-    case CommandIdentity::extended_alias: return FrameVerdict::extended_alias;
-    case CommandIdentity::fd_alias: return FrameVerdict::fd_alias;
+    case CommandIdentity::command:
+      return FrameVerdict::accepted;
+    case CommandIdentity::other:
+      return FrameVerdict::unrelated;
+    case CommandIdentity::wrong_length:
+      return FrameVerdict::wrong_length;
+    case CommandIdentity::remote:
+      return FrameVerdict::remote_frame;
+    case CommandIdentity::extended_alias:
+      return FrameVerdict::extended_alias;
+    case CommandIdentity::fd_alias:
+      return FrameVerdict::fd_alias;
   }
   return FrameVerdict::unrelated;
 }
@@ -22,12 +28,18 @@ FrameVerdict verdict_of(CommandIdentity identity) noexcept {
 FrameVerdict verdict_of(E2eResult result) noexcept {
   switch (result) {
     case E2eResult::ok:
-    case E2eResult::ok_some_lost: return FrameVerdict::accepted;
-    case E2eResult::repeated: return FrameVerdict::repeated;
-    case E2eResult::wrong_sequence: return FrameVerdict::wrong_sequence;
-    case E2eResult::invalid_counter: return FrameVerdict::invalid_counter;
-    case E2eResult::wrong_crc: return FrameVerdict::wrong_crc;
-    case E2eResult::wrong_data_id: return FrameVerdict::wrong_data_id;
+    case E2eResult::ok_some_lost:
+      return FrameVerdict::accepted;
+    case E2eResult::repeated:
+      return FrameVerdict::repeated;
+    case E2eResult::wrong_sequence:
+      return FrameVerdict::wrong_sequence;
+    case E2eResult::invalid_counter:
+      return FrameVerdict::invalid_counter;
+    case E2eResult::wrong_crc:
+      return FrameVerdict::wrong_crc;
+    case E2eResult::wrong_data_id:
+      return FrameVerdict::wrong_data_id;
   }
   return FrameVerdict::wrong_crc;
 }
@@ -36,20 +48,34 @@ FrameVerdict verdict_of(E2eResult result) noexcept {
 
 const char* to_string(FrameVerdict v) noexcept {
   switch (v) {
-    case FrameVerdict::accepted: return "accepted";
-    case FrameVerdict::not_valid_yet: return "E2E state not valid yet";
-    case FrameVerdict::unrelated: return "unrelated";
-    case FrameVerdict::error_frame: return "error frame";
-    case FrameVerdict::wrong_length: return "wrong length";
-    case FrameVerdict::remote_frame: return "remote frame";
-    case FrameVerdict::extended_alias: return "extended identifier";
-    case FrameVerdict::fd_alias: return "CAN FD frame";
-    case FrameVerdict::wrong_crc: return "wrong CRC";
-    case FrameVerdict::wrong_data_id: return "wrong data id";
-    case FrameVerdict::invalid_counter: return "invalid counter";
-    case FrameVerdict::repeated: return "repeated counter";
-    case FrameVerdict::wrong_sequence: return "wrong sequence";
-    case FrameVerdict::out_of_range: return "out of range";
+    case FrameVerdict::accepted:
+      return "accepted";
+    case FrameVerdict::not_valid_yet:
+      return "E2E state not valid yet";
+    case FrameVerdict::unrelated:
+      return "unrelated";
+    case FrameVerdict::error_frame:
+      return "error frame";
+    case FrameVerdict::wrong_length:
+      return "wrong length";
+    case FrameVerdict::remote_frame:
+      return "remote frame";
+    case FrameVerdict::extended_alias:
+      return "extended identifier";
+    case FrameVerdict::fd_alias:
+      return "CAN FD frame";
+    case FrameVerdict::wrong_crc:
+      return "wrong CRC";
+    case FrameVerdict::wrong_data_id:
+      return "wrong data id";
+    case FrameVerdict::invalid_counter:
+      return "invalid counter";
+    case FrameVerdict::repeated:
+      return "repeated counter";
+    case FrameVerdict::wrong_sequence:
+      return "wrong sequence";
+    case FrameVerdict::out_of_range:
+      return "out of range";
   }
   return "?";
 }

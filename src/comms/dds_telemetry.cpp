@@ -1,13 +1,13 @@
 #include "sextant/comms/dds_telemetry.hpp"
 
-#include "dds_entity.hpp"
-#include "telemetry_conversion.hpp"
-
 #include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+
+#include "dds_entity.hpp"
+#include "telemetry_conversion.hpp"
 
 namespace sextant {
 namespace {
@@ -22,8 +22,8 @@ Qos keep_last_qos(dds_reliability_kind_t reliability, dds_durability_kind_t dura
   return qos;
 }
 
-/// While it lives, what Cyclone DDS logs is kept instead of printed, so that a failure to start can be told in
-/// one sentence with its cause.
+/// While it lives, what Cyclone DDS logs is kept instead of printed, so that a failure to start can be told
+/// in one sentence with its cause.
 class LogCapture {
  public:
   LogCapture() { dds_set_log_sink(&LogCapture::on_log, &text_); }
@@ -42,10 +42,10 @@ class LogCapture {
   std::string text_;
 };
 
-[[noreturn]] void fail(const DdsTelemetry::Parameters& parameters, const std::string& what, dds_return_t error,
-                       const LogCapture& log) {
-  std::string text = "DDS cannot start on domain " + std::to_string(parameters.domain_id) + ": " + what + ": " +
-                     dds_strretcode(error);
+[[noreturn]] void fail(const DdsTelemetry::Parameters& parameters, const std::string& what,
+                       dds_return_t error, const LogCapture& log) {
+  std::string text = "DDS cannot start on domain " + std::to_string(parameters.domain_id) + ": " + what +
+                     ": " + dds_strretcode(error);
   if (const std::string line = log.first_line(); !line.empty()) text += " (" + line + ")";
   const char* const uri = std::getenv("CYCLONEDDS_URI");
   const bool from_environment = parameters.configuration.empty() && uri != nullptr;
@@ -74,7 +74,8 @@ template <class Sample>
 class InstanceWriter {
  public:
   InstanceWriter(const DdsTelemetry::Parameters& parameters, dds_entity_t participant,
-                 const dds_topic_descriptor_t& type, const char* name, const Qos& qos, const LogCapture& log) {
+                 const dds_topic_descriptor_t& type, const char* name, const Qos& qos,
+                 const LogCapture& log) {
     const dds_entity_t topic = dds_create_topic(participant, &type, name, nullptr, nullptr);
     if (topic < 0) fail(parameters, std::string("topic ") + name, topic, log);
     writer_ = dds_create_writer(participant, topic, qos.get(), nullptr);
@@ -99,7 +100,8 @@ class InstanceWriter {
 
   [[nodiscard]] std::uint32_t incompatible_readers() const noexcept {
     dds_offered_incompatible_qos_status_t status{};
-    return dds_get_offered_incompatible_qos_status(writer_, &status) == DDS_RETCODE_OK ? status.total_count : 0;
+    return dds_get_offered_incompatible_qos_status(writer_, &status) == DDS_RETCODE_OK ? status.total_count
+                                                                                       : 0;
   }
 
   [[nodiscard]] std::uint32_t readers() const noexcept {
@@ -154,9 +156,13 @@ DdsWrite DdsTelemetry::write(const RealTimeSample& sample) noexcept {
   return impl_->statistics.write(impl_->counts, sample);
 }
 
-DdsTelemetryCounts DdsTelemetry::counts() const noexcept { return impl_->counts; }
+DdsTelemetryCounts DdsTelemetry::counts() const noexcept {
+  return impl_->counts;
+}
 
-std::uint32_t DdsTelemetry::readers() const noexcept { return impl_->telemetry.readers(); }
+std::uint32_t DdsTelemetry::readers() const noexcept {
+  return impl_->telemetry.readers();
+}
 
 std::uint32_t DdsTelemetry::incompatible_readers() const noexcept {
   return impl_->telemetry.incompatible_readers() + impl_->state.incompatible_readers() +

@@ -1,7 +1,5 @@
 #include "socket.hpp"
 
-#include "sextant/realtime/monotonic_clock.hpp"
-
 #include <cerrno>
 #include <cstring>
 #include <ctime>
@@ -10,10 +8,14 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "sextant/realtime/monotonic_clock.hpp"
+
 namespace sextant {
 namespace {
 
-std::int64_t to_ns(const timespec& t) noexcept { return std::int64_t{t.tv_sec} * ns_per_s + t.tv_nsec; }
+std::int64_t to_ns(const timespec& t) noexcept {
+  return std::int64_t{t.tv_sec} * ns_per_s + t.tv_nsec;
+}
 
 /// Time since the kernel's stamp, by the wall clock. [ns]
 std::int64_t age_ns(const timespec& stamp) noexcept {
@@ -31,7 +33,9 @@ T content(const cmsghdr& header) noexcept {
 
 }  // namespace
 
-std::string error_text(int error) { return std::system_category().message(error); }
+std::string error_text(int error) {
+  return std::system_category().message(error);
+}
 
 Socket::~Socket() {
   if (fd_ >= 0) close(fd_);
@@ -75,7 +79,8 @@ Reception Receiver::read(int fd, std::span<std::byte> buffer) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
     if (c->cmsg_level != SOL_SOCKET) continue;
     if (c->cmsg_type == SO_TIMESTAMPNS) {
-      const std::int64_t arrival = r.received_ns - age_ns(content<timespec>(*c));
+      const std::int64_t age = age_ns(content<timespec>(*c));
+      const std::int64_t arrival = now_ns() - age;  // in this order it errs late, by one reading of a clock
       if (arrival >= empty_ns_ && arrival < r.received_ns) r.received_ns = arrival;
     } else if (c->cmsg_type == SO_RXQ_OVFL) {
       r.has_overflow = true;

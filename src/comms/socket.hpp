@@ -35,17 +35,17 @@ class Socket {
 
 /// One received datagram or frame with what the kernel says about it.
 struct Reception {
-  std::ptrdiff_t length{};      ///< as recvmsg; negative with `error` set [bytes]
-  int error{};                  ///< errno
-  int flags{};                  ///< msg_flags
-  std::int64_t received_ns{};   ///< arrival on CLOCK_MONOTONIC [ns]
-  bool has_overflow{false};     ///< the kernel reported its drops
-  std::uint32_t overflow{};     ///< frames that the socket dropped since it was opened [-]
-  sockaddr_storage sender{};    ///< where it came from
+  std::ptrdiff_t length{};     ///< as recvmsg; negative with `error` set [bytes]
+  int error{};                 ///< errno
+  int flags{};                 ///< msg_flags
+  std::int64_t received_ns{};  ///< arrival on CLOCK_MONOTONIC [ns]
+  bool has_overflow{false};    ///< the kernel reported its drops
+  std::uint32_t overflow{};    ///< frames that the socket dropped since it was opened [-]
+  sockaddr_storage sender{};   ///< where it came from
 };
 
-/// Receives from a socket with SO_TIMESTAMPNS and SO_RXQ_OVFL, and puts the kernel's stamp of the wall clock on
-/// the monotonic clock. An arrival cannot lie before the socket was last seen empty nor after now: a stamp
+/// Receives from a socket with SO_TIMESTAMPNS and SO_RXQ_OVFL, and puts the kernel's stamp of the wall clock
+/// on the monotonic clock. An arrival cannot lie before the socket was last seen empty nor after now: a stamp
 /// that says so was made on the other side of a wall-clock change, and the time of reading is taken instead.
 class Receiver {
  public:

@@ -25,8 +25,10 @@ int open_socket() {
           "this kernel has no CAN sockets (AF_CAN): use a udp_multicast address such as "
           "udp_multicast:239.74.163.2:43113, or load the modules can and can-raw");
     case EPERM:
-    case EACCES: throw std::runtime_error("a CAN socket may not be opened here: the rights are missing");
-    default: throw std::runtime_error("a CAN socket cannot be opened: " + error_text(errno));
+    case EACCES:
+      throw std::runtime_error("a CAN socket may not be opened here: the rights are missing");
+    default:
+      throw std::runtime_error("a CAN socket cannot be opened: " + error_text(errno));
   }
 }
 
@@ -47,7 +49,9 @@ CanFrame from_kernel(const canfd_frame& in, bool fd) noexcept {
   return frame;
 }
 
-bool means_down(int error) noexcept { return error == ENETDOWN || error == ENODEV || error == ENXIO; }
+bool means_down(int error) noexcept {
+  return error == ENETDOWN || error == ENODEV || error == ENXIO;
+}
 
 }  // namespace
 
@@ -81,6 +85,10 @@ bool SocketCanBus::bind_interface() const noexcept {
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(if_nametoindex(interface_.c_str()));
   if (address.can_ifindex == 0) return false;  // index 0 would mean every interface
+  // An interface that is removed takes the socket's filters with it.
+  constexpr can_filter everything{.can_id = 0, .can_mask = 0};
+  if (setsockopt(socket_.fd(), SOL_CAN_RAW, CAN_RAW_FILTER, &everything, sizeof(everything)) != 0)
+    return false;
   return bind(socket_.fd(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
 }
 

@@ -1,16 +1,16 @@
 #pragma once
 
-#include "can_bus_counters.hpp"
-#include "socket.hpp"
-#include "sextant/comms/can_bus.hpp"
-
 #include <string>
+
+#include "can_bus_counters.hpp"
+#include "sextant/comms/can_bus.hpp"
+#include "socket.hpp"
 
 namespace sextant {
 
 /// A CAN interface of Linux (CAN_RAW): can0, vcan0. Error frames and CAN FD frames are received too, so that
-/// they can be judged rather than missed. When the interface goes down or away, the receiving thread binds the
-/// socket again as soon as it is back.
+/// they can be judged rather than missed. When the interface goes down or away, the receiving thread binds
+/// the socket again as soon as it is back.
 class SocketCanBus final : public CanBus {
  public:
   explicit SocketCanBus(const std::string& interface);

@@ -1,9 +1,9 @@
 #include "sextant/comms/status_encoder.hpp"
 
+#include <algorithm>
+
 #include "sextant/core/space_vector.hpp"
 #include "sextant_contract.hpp"
-
-#include <algorithm>
 
 namespace sextant {
 namespace {
@@ -34,16 +34,23 @@ bool same(const FaultReport& a, const FaultReport& b) noexcept {
   return a.active == b.active && a.latched == b.latched && a.first == b.first && a.total == b.total;
 }
 
-EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x, const StatusExtras& extras) noexcept {
+EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x,
+                            const StatusExtras& extras) noexcept {
   switch (message) {
-    case StatusMessage::torque_status: return encode(torque_status_of(x));
-    case StatusMessage::motion: return encode(Motion{x.omega_m, x.psi_s_magnitude});
-    case StatusMessage::electrical: return encode(Electrical{x.u_dc, x.i_dc, magnitude(clarke(x.i_abc))});
+    case StatusMessage::torque_status:
+      return encode(torque_status_of(x));
+    case StatusMessage::motion:
+      return encode(Motion{x.omega_m, x.psi_s_magnitude});
+    case StatusMessage::electrical:
+      return encode(Electrical{x.u_dc, x.i_dc, magnitude(clarke(x.i_abc))});
     case StatusMessage::capability:
       return encode(Capability{x.torque_available, x.torque_available, extras.derating_cause});
-    case StatusMessage::faults: return encode(fault_report_of(x));
-    case StatusMessage::real_time: return encode(extras.real_time);
-    case StatusMessage::temperatures: break;
+    case StatusMessage::faults:
+      return encode(fault_report_of(x));
+    case StatusMessage::real_time:
+      return encode(extras.real_time);
+    case StatusMessage::temperatures:
+      break;
   }
   return encode(extras.temperatures);
 }
@@ -90,7 +97,9 @@ bool StatusEncoder::is_due(std::size_t message, std::int64_t now_ns, const Fault
   return kind == StatusMessage::faults && !same(faults, sent_faults_);
 }
 
-std::int64_t StatusEncoder::next_due_ns() const noexcept { return *std::ranges::min_element(next_ns_); }
+std::int64_t StatusEncoder::next_due_ns() const noexcept {
+  return *std::ranges::min_element(next_ns_);
+}
 
 void StatusEncoder::protect(StatusMessage message, CanFrame& frame) noexcept {
   E2eProtector* const protector = message == StatusMessage::torque_status ? &torque_status_

@@ -16,7 +16,9 @@ static_assert(int{sextant_DERATED} == int(DriveState::derated));
 static_assert(int{sextant_FAULT} == int(DriveState::fault));
 static_assert(int{sextant_SHUTDOWN} == int(DriveState::shutdown));
 
-sextant_DriveStateKind kind_of(DriveState state) noexcept { return static_cast<sextant_DriveStateKind>(state); }
+sextant_DriveStateKind kind_of(DriveState state) noexcept {
+  return static_cast<sextant_DriveStateKind>(state);
+}
 
 bool all_finite(std::initializer_list<double> values) noexcept {
   return std::ranges::all_of(values, [](double x) { return std::isfinite(x); });
@@ -26,7 +28,9 @@ bool all_finite(std::initializer_list<double> values) noexcept {
 template <std::size_t size>
 void copy_text(std::string_view text, char (&out)[size]) noexcept {
   std::size_t n = std::min(text.size(), size - 1);
-  const auto continues = [&](std::size_t i) { return (static_cast<unsigned char>(text[i]) & 0xC0U) == 0x80U; };
+  const auto continues = [&](std::size_t i) {
+    return (static_cast<unsigned char>(text[i]) & 0xC0U) == 0x80U;
+  };
   while (n > 0 && n < text.size() && continues(n)) --n;
   std::fill(std::copy_n(text.data(), n, out), out + size, '\0');
 }
@@ -35,36 +39,39 @@ void copy_text(std::string_view text, char (&out)[size]) noexcept {
 
 bool convert(const TelemetryIntervalRecord<double>& in, std::uint64_t dropped,
              sextant_DriveTelemetry& out) noexcept {
+  bool finite = true;
+  const auto narrow = [&finite](double x) {
+    const float y = static_cast<float>(x);
+    finite = finite && std::isfinite(y);
+    return y;
+  };
   out.t_ns = in.t_ns;
   out.periods = in.periods;
   out.dropped = dropped;
-  out.torque_requested_nm = in.torque_requested_nm;
-  out.torque_reference_nm = in.torque_reference_nm;
-  out.torque_mean_nm = in.torque_mean_nm;
-  out.torque_min_nm = in.torque_min_nm;
-  out.torque_max_nm = in.torque_max_nm;
-  out.flux_mean_wb = in.flux_mean_wb;
-  out.flux_min_wb = in.flux_min_wb;
-  out.flux_max_wb = in.flux_max_wb;
-  out.current_mean_a = in.current_mean_a;
-  out.current_min_a = in.current_min_a;
-  out.current_max_a = in.current_max_a;
-  out.i_a_a = in.i_a_a;
-  out.i_b_a = in.i_b_a;
-  out.i_c_a = in.i_c_a;
-  out.flux_angle_rad = in.flux_angle_rad;
-  out.speed_rad_s = in.speed_rad_s;
-  out.u_dc_v = in.u_dc_v;
-  out.i_dc_a = in.i_dc_a;
-  out.power_w = in.power_w;
+  out.torque_requested_nm = narrow(in.torque_requested_nm);
+  out.torque_reference_nm = narrow(in.torque_reference_nm);
+  out.torque_mean_nm = narrow(in.torque_mean_nm);
+  out.torque_min_nm = narrow(in.torque_min_nm);
+  out.torque_max_nm = narrow(in.torque_max_nm);
+  out.flux_mean_wb = narrow(in.flux_mean_wb);
+  out.flux_min_wb = narrow(in.flux_min_wb);
+  out.flux_max_wb = narrow(in.flux_max_wb);
+  out.current_mean_a = narrow(in.current_mean_a);
+  out.current_min_a = narrow(in.current_min_a);
+  out.current_max_a = narrow(in.current_max_a);
+  out.i_a_a = narrow(in.i_a_a);
+  out.i_b_a = narrow(in.i_b_a);
+  out.i_c_a = narrow(in.i_c_a);
+  out.flux_angle_rad = narrow(in.flux_angle_rad);
+  out.speed_rad_s = narrow(in.speed_rad_s);
+  out.u_dc_v = narrow(in.u_dc_v);
+  out.i_dc_a = narrow(in.i_dc_a);
+  out.power_w = narrow(in.power_w);
   out.state = kind_of(in.state);
   out.sector = in.sector;
   out.command_counter = in.command_counter;
   out.command_received_ns = in.command_received_ns;
-  return all_finite({in.torque_requested_nm, in.torque_reference_nm, in.torque_mean_nm, in.torque_min_nm,
-                     in.torque_max_nm, in.flux_mean_wb, in.flux_min_wb, in.flux_max_wb, in.current_mean_a,
-                     in.current_min_a, in.current_max_a, in.i_a_a, in.i_b_a, in.i_c_a, in.flux_angle_rad,
-                     in.speed_rad_s, in.u_dc_v, in.i_dc_a, in.power_w});
+  return finite;
 }
 
 bool convert(const DriveStateSample& in, sextant_DriveState& out) noexcept {

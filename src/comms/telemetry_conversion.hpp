@@ -2,13 +2,12 @@
 
 #include "sextant/comms/telemetry_samples.hpp"
 #include "sextant/core/telemetry_interval.hpp"
-
 #include "telemetry.h"
 
 namespace sextant {
 
-// From plain structs to the generated types; drive_id and sequence are the writer's. False where a value is NaN
-// or infinite.
+// From plain structs to the generated types; drive_id and sequence are the writer's. False where a value is
+// NaN or infinite.
 
 [[nodiscard]] bool convert(const TelemetryIntervalRecord<double>& in, std::uint64_t dropped,
                            sextant_DriveTelemetry& out) noexcept;

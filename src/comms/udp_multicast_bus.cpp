@@ -1,8 +1,5 @@
 #include "udp_multicast_bus.hpp"
 
-#include "can_datagram.hpp"
-#include "sextant/realtime/monotonic_clock.hpp"
-
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -10,6 +7,9 @@
 #include <stdexcept>
 
 #include <arpa/inet.h>
+
+#include "can_datagram.hpp"
+#include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant {
 namespace {
@@ -26,7 +26,8 @@ sockaddr_in group_address(const std::string& group, std::uint16_t port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
-  if (inet_pton(AF_INET, group.c_str(), &address.sin_addr) != 1 || !IN_MULTICAST(ntohl(address.sin_addr.s_addr))) {
+  if (inet_pton(AF_INET, group.c_str(), &address.sin_addr) != 1 ||
+      !IN_MULTICAST(ntohl(address.sin_addr.s_addr))) {
     throw std::runtime_error("\"" + group +
                              "\" is no IPv4 multicast group (224.0.0.0 to 239.255.255.255), such as "
                              "239.74.163.2");
@@ -61,8 +62,8 @@ UdpMulticastBus::UdpMulticastBus(const std::string& group, std::uint16_t port)
 }
 
 void UdpMulticastBus::open_sender(const sockaddr_in& group) {
-  const bool configured = sending_.set(IPPROTO_IP, IP_MULTICAST_TTL, 1) &&
-                          sending_.set(IPPROTO_IP, IP_MULTICAST_LOOP, 1);
+  const bool configured =
+      sending_.set(IPPROTO_IP, IP_MULTICAST_TTL, 1) && sending_.set(IPPROTO_IP, IP_MULTICAST_LOOP, 1);
   socklen_t length = sizeof(own_);
   if (configured && connect(sending_.fd(), generic(group), sizeof(group)) == 0 &&
       getsockname(sending_.fd(), reinterpret_cast<sockaddr*>(&own_), &length) == 0) {
@@ -92,7 +93,8 @@ void UdpMulticastBus::open_receiver(const sockaddr_in& group) {
 
 CanSend UdpMulticastBus::send(const CanFrame& frame) noexcept {
   const CanDatagram datagram = pack_datagram(frame, wall_clock_s());
-  const ssize_t n = ::send(sending_.fd(), datagram.bytes.data(), datagram.length, MSG_DONTWAIT | MSG_NOSIGNAL);
+  const ssize_t n =
+      ::send(sending_.fd(), datagram.bytes.data(), datagram.length, MSG_DONTWAIT | MSG_NOSIGNAL);
   if (n == static_cast<ssize_t>(datagram.length)) {
     counters_.sent.fetch_add(1, std::memory_order_relaxed);
     return CanSend::ok;

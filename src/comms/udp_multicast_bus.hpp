@@ -1,13 +1,13 @@
 #pragma once
 
-#include "can_bus_counters.hpp"
-#include "socket.hpp"
-#include "sextant/comms/can_bus.hpp"
-
 #include <cstdint>
 #include <string>
 
 #include <netinet/in.h>
+
+#include "can_bus_counters.hpp"
+#include "sextant/comms/can_bus.hpp"
+#include "socket.hpp"
 
 namespace sextant {
 

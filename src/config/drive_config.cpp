@@ -75,22 +75,20 @@ void describe(Section s, CvodeParameters& p) {
   s.check(p);
 }
 
-void describe(Section s, PlantConfig& p) {
-  s.choice("integrator", p.integrator,
-           {{"cvode", IntegratorKind::cvode}, {"fixed", IntegratorKind::fixed_step}},
+void describe(Section s, SimulatedPowerStage::Parameters& p) {
+  s.choice("integrator", p.integrator, {{"cvode", IntegratorKind::cvode}, {"fixed", IntegratorKind::fixed}},
            "SUNDIALS CVODE, or Runge-Kutta of fixed step and bounded time");
-  s.number("u_dc_v", p.power_stage.u_dc, voltage_v, "V", "stiff DC-link voltage");
-  s.integer("actuation_delay_periods", p.power_stage.actuation_delay_periods, {0, 1}, "",
+  s.number("u_dc_v", p.io.u_dc, voltage_v, "V", "stiff DC-link voltage");
+  s.integer("actuation_delay_periods", p.io.actuation_delay_periods, {0, 1}, "",
             "control periods between a decision and its pattern; the controller compensates it");
-  s.integer("hold_periods", p.power_stage.hold_periods, {1, 1'000'000}, "",
+  s.integer("hold_periods", p.io.hold_periods, {1, 1'000'000}, "",
             "control periods for which a pattern holds that is not renewed");
-  s.number("viscous_friction_nm_s", p.parameters.viscous_friction, {0, 1e3}, "N·m·s/rad",
+  s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
   describe(s.section("cvode"), p.cvode);
   Section fixed = s.section("fixed");
-  fixed.time("max_step_us", p.fixed_step.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
-             "longest integration step");
-  fixed.check(p.fixed_step);
+  fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us", "longest integration step");
+  fixed.check(p.fixed);
 }
 
 void describe(Section s, LoadConfig& p) {
@@ -108,13 +106,13 @@ bool is_said(const ProfileParameters& p) {
 
 /// What stands in the file once and is needed by several.
 void share(DriveConfig& c) {
-  InductionMachineParameters<>& machine = c.plant.parameters.machine;
+  InductionMachineParameters<>& machine = c.plant.plant.machine;
   const double frequency_hz = c.machine.reactance_frequency_hz.value_or(50.0);
   machine = apply(c.machine, machine, frequency_hz);
   c.direct_torque.machine = apply(c.machine_estimate, machine, frequency_hz);
-  c.direct_torque.actuation_delay_periods = c.plant.power_stage.actuation_delay_periods;
+  c.direct_torque.actuation_delay_periods = c.plant.io.actuation_delay_periods;
   c.drive.period_ns = c.direct_torque.period_ns;
-  c.plant.power_stage.period_ns = c.direct_torque.period_ns;
+  c.plant.io.period_ns = c.direct_torque.period_ns;
 }
 
 }  // namespace
@@ -168,8 +166,8 @@ void describe(Section root, DriveConfig& c) {
   describe(root.section("capability"), c.drive.capability);
   describe(root.section("protection"), c.drive.protection);
   describe(root.section("plant"), c.plant);
-  root.section("machine").check(c.plant.parameters);
-  root.section("plant").check(c.plant.power_stage);
+  root.section("machine").check(c.plant.plant);
+  root.section("plant").check(c.plant.io);
   describe(root.section("load"), c.load);
 }
 

@@ -10,6 +10,8 @@ void describe(Section s, RealtimeParameters& p) {
   s.integer("priority", p.priority, {1, 98}, "", "SCHED_FIFO priority of the control thread");
   s.integer("cpu", p.cpu, {-1, 1023}, "", "CPU that the control thread is bound to, -1 for any");
   s.flag("lock_memory", p.lock_memory, "keep all memory resident");
+  s.time("watchdog_ms", p.watchdog_ns, 1e6, {1, 1e5}, "ms",
+         "without a wake-up for so long the gates are opened");
   s.check(p);
 }
 
@@ -18,7 +20,7 @@ void describe(Section s, CanConfig& p) {
 }
 
 void describe(Section s, DdsConfig& p) {
-  s.integer("domain", p.domain, {0, 232}, "", "DDS domain");
+  s.integer("domain", p.domain, {0, 230}, "", "DDS domain");
   s.text("config_uri", p.config_uri, "Cyclone DDS configuration; empty: CYCLONEDDS_URI decides", true);
   s.number("telemetry_rate_hz", p.telemetry_rate_hz, {1, 10'000}, "Hz", "rate of DriveTelemetry");
   s.number("statistics_rate_hz", p.statistics_rate_hz, {0.01, 100}, "Hz", "rate of RealTimeStatistics");

@@ -103,7 +103,7 @@ Layer read_layer(const std::string& file, const std::string& prefix) {
 
 Layer override_layer(const std::string& text) {
   const std::size_t equals = text.find('=');
-  const std::string key = text.substr(0, equals);
+  const std::string key = text.substr(0, text.find_last_not_of(' ', equals == 0 ? 0 : equals - 1) + 1);
   if (equals == std::string::npos || equals + 1 == text.size() || !is_dotted_key(key)) {
     refuse("--set", 0, "", "expected key=value with a dotted key, got \"" + text + "\"");
   }

@@ -1,6 +1,7 @@
 #include "reader.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <numeric>
 #include <set>
 #include <string_view>
@@ -109,6 +110,7 @@ class Reader {
 
  private:
   void read_layer(const Layer& layer) {
+    const auto first = static_cast<std::ptrdiff_t>(problems_.size());
     check_keys(layer, layer.table, layer.prefix);
     for (const Field& field : schema_.fields) {
       const toml::node* node = layer.find(field.path);
@@ -124,6 +126,8 @@ class Reader {
       problems_.push_back(
           layer.problem(second, a.second, "give this or " + layer.local_path(a.first) + ", not both"));
     }
+    std::stable_sort(problems_.begin() + first, problems_.end(),
+                     [](const ConfigProblem& a, const ConfigProblem& b) { return a.line < b.line; });
   }
 
   /// Every key of the table is known, and what should be a table is one.

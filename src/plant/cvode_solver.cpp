@@ -9,11 +9,12 @@
 #include <vector>
 
 #include <cvode/cvode.h>
-#include <nvector/nvector_serial.h>
 #include <sundials/sundials_context.hpp>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include "small_vector.hpp"
 
 namespace sextant {
 namespace {
@@ -92,8 +93,8 @@ struct CvodeSolver::Implementation {
 void CvodeSolver::Implementation::create(const CvodeParameters& parameters,
                                          std::span<const double> absolute_tolerance) {
   const bool adams = parameters.method == CvodeMethod::adams_fixed_point;
-  x.reset(N_VNew_Serial(problem.size, sundials));
-  tolerance.reset(N_VNew_Serial(problem.size, sundials));
+  x.reset(new_small_vector(problem.size, sundials));
+  tolerance.reset(new_small_vector(problem.size, sundials));
   require(x && tolerance, "N_VNew_Serial");
   N_VConst(0.0, x.get());
   std::copy(absolute_tolerance.begin(), absolute_tolerance.end(), N_VGetArrayPointer(tolerance.get()));
@@ -186,7 +187,11 @@ CvodeSolver::Outcome CvodeSolver::advance(const void* context, double t_end, dou
   return first == self.fired.end() ? Outcome::failed : Outcome::event;
 }
 
-double CvodeSolver::time() const noexcept { return implementation_->time; }
-int CvodeSolver::event() const noexcept { return implementation_->event; }
+double CvodeSolver::time() const noexcept {
+  return implementation_->time;
+}
+int CvodeSolver::event() const noexcept {
+  return implementation_->event;
+}
 
 }  // namespace sextant

@@ -23,9 +23,9 @@ int turn_ons(LegState before, LegState now) noexcept {
 
 }  // namespace
 
-void MetricsAccumulator::RunningMean::add(double x, double n) noexcept {
+void MetricsAccumulator::RunningMean::add(double x, double weight) noexcept {
   const double deviation = x - mean;
-  mean += deviation / n;
+  mean += weight * deviation;
   sum_of_squares += deviation * (x - mean);
   min = std::min(min, x);
   max = std::max(max, x);
@@ -58,14 +58,14 @@ void MetricsAccumulator::commutate(std::int64_t t_ns, SwitchState state) noexcep
 void MetricsAccumulator::add_to_window(const MetricsSample& sample) noexcept {
   if (samples_++ == 0) first_ns_ = sample.t_ns;
   last_ns_ = sample.t_ns;
-  const auto n = double(samples_);
+  const double weight = 1 / double(samples_);
   const double psi = magnitude(sample.psi_s);
   // A machine without flux has no flux angle; phase a's axis stands in for it.
   const SpaceVector<> axis = psi > 0 ? (1 / psi) * sample.psi_s : SpaceVector<>{1, 0};
-  torque_error_.add(sample.torque - sample.torque_reference, n);
-  flux_.add(psi, n);
-  i_flux_.add(dot(axis, sample.i_s), n);
-  i_quadrature_.add(cross(axis, sample.i_s), n);
+  torque_error_.add(sample.torque - sample.torque_reference, weight);
+  flux_.add(psi, weight);
+  i_flux_.add(dot(axis, sample.i_s), weight);
+  i_quadrature_.add(cross(axis, sample.i_s), weight);
 }
 
 void MetricsAccumulator::watch_step(const MetricsSample& sample) noexcept {

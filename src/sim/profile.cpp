@@ -71,7 +71,7 @@ Profile::Profile(const ProfileParameters& parameters) {
   }
 }
 
-double Profile::value(std::int64_t t_ns) const noexcept {
+double Profile::value(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
   const Segment& s = segment_at(t_ns);
   return s.value + s.slope * (double(std::max(t_ns, std::int64_t{0}) - s.begin_ns) * 1e-9);
 }

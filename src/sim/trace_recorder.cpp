@@ -29,7 +29,6 @@ constexpr std::chrono::seconds flush_period{1};
 // A chunk is about what 1 kHz fills between two flushes: a chunk flushed half full is written again later.
 constexpr std::size_t chunk_rows = 1024;
 constexpr std::size_t buffer_rows = 8 * chunk_rows;
-constexpr unsigned deflate_level = 1;
 
 hdf5::Handle drive_state_type() {
   hdf5::Handle type{H5Tenum_create(H5T_NATIVE_UINT8), H5Tclose};
@@ -55,13 +54,13 @@ hdf5::Handle memory_type(ColumnType type) {
   throw std::logic_error{"a column of unknown type"};
 }
 
-hdf5::Handle chunked_and_compressed() {
+hdf5::Handle chunked_and_compressed(int level) {
   hdf5::Handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
   const hsize_t chunk = chunk_rows;
   hdf5::check(H5Pset_chunk(properties.get(), 1, &chunk));
-  if (H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0) {
+  if (level > 0) {
     hdf5::check(H5Pset_shuffle(properties.get()));
-    hdf5::check(H5Pset_deflate(properties.get(), deflate_level));
+    hdf5::check(H5Pset_deflate(properties.get(), static_cast<unsigned>(level)));
   }
   return properties;
 }
@@ -178,7 +177,7 @@ class TraceRecorder::Impl {
     hdf5::write_attribute(file_.get(), "sextant_version", SEXTANT_VERSION);
     hdf5::write_attribute(file_.get(), "control_period_ns", origin.control_period_ns);
     hdf5::write_attribute(file_.get(), "interval_ns", origin.control_period_ns * periods_per_row_);
-    const hdf5::Handle properties = chunked_and_compressed();
+    const hdf5::Handle properties = chunked_and_compressed(parameters.compression);
     const hdf5::Handle plant{H5Gcreate2(file_.get(), "plant", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
                              H5Gclose};
     columns_.reserve(drive_columns.size() + plant_columns.size());

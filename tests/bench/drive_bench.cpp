@@ -9,18 +9,15 @@
 namespace sextant::bench {
 namespace {
 
-const RecordedRun& run() {
-  static const RecordedRun recorded = record_run();
-  return recorded;
-}
+const RecordedRun run = record_run();
 
 void dtc_step_reference(benchmark::State& state) {
   ReferenceDtc dtc;
   std::size_t k = 0;
   for (auto _ : state) {
-    const Measurement<double>& m = run().measurements[k];
+    const Measurement<double>& m = run.measurements[k];
     benchmark::DoNotOptimize(dtc.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc, torque_reference));
-    k = k + 1 == run().measurements.size() ? 0 : k + 1;
+    k = k + 1 == run.measurements.size() ? 0 : k + 1;
   }
 }
 BENCHMARK(dtc_step_reference);
@@ -31,8 +28,8 @@ void dtc_step(benchmark::State& state) {
   const ControlReference<double> reference{ControlMode::torque, torque_reference};
   std::size_t k = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(controller->step(run().measurements[k], reference));
-    k = k + 1 == run().measurements.size() ? 0 : k + 1;
+    benchmark::DoNotOptimize(controller->step(run.measurements[k], reference));
+    k = k + 1 == run.measurements.size() ? 0 : k + 1;
   }
 }
 BENCHMARK(dtc_step);
@@ -44,11 +41,11 @@ void drive_step(benchmark::State& state) {
   std::int64_t t_ns = -ScenarioCommands::hand_shake_periods * 25'000;
   std::size_t k = 0;
   for (auto _ : state) {
-    Measurement<double> m = run().measurements[k];
+    Measurement<double> m = run.measurements[k];
     m.t_ns = t_ns;
     benchmark::DoNotOptimize(drive.step(m, commands.latest(t_ns)));
     t_ns += 25'000;
-    k = k + 1 == run().measurements.size() ? 0 : k + 1;
+    k = k + 1 == run.measurements.size() ? 0 : k + 1;
   }
 }
 BENCHMARK(drive_step);
@@ -57,10 +54,10 @@ void plant_rk4_reference(benchmark::State& state) {
   ReferenceRk4 plant;
   std::size_t k = 0;
   for (auto _ : state) {
-    const SpaceVector<> u = stator_voltage(run().patterns[k].last_state(), 530.0);
+    const SpaceVector<> u = stator_voltage(run.patterns[k].last_state(), 530.0);
     plant.step(u.alpha, u.beta, 15.0, 25e-6);
     benchmark::DoNotOptimize(plant.x);
-    k = k + 1 == run().patterns.size() ? 0 : k + 1;
+    k = k + 1 == run.patterns.size() ? 0 : k + 1;
   }
 }
 BENCHMARK(plant_rk4_reference);
@@ -72,9 +69,9 @@ void plant_period(benchmark::State& state, IntegratorKind kind) {
   if (kind == IntegratorKind::cvode) integrator = std::make_unique<CvodeIntegrator<Plant>>();
   std::size_t k = 0;
   for (auto _ : state) {
-    plant.set_inputs({run().patterns[k].last_state(), 530.0, 15.0, false, 0.0});
+    plant.set_inputs({run.patterns[k].last_state(), 530.0, 15.0, false, 0.0});
     if (!integrator->advance(plant, 25'000)) state.SkipWithError("the integration failed");
-    k = k + 1 == run().patterns.size() ? 0 : k + 1;
+    k = k + 1 == run.patterns.size() ? 0 : k + 1;
   }
 }
 BENCHMARK_CAPTURE(plant_period, fixed, IntegratorKind::fixed);

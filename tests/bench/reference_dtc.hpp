@@ -5,7 +5,7 @@
 namespace sextant::bench {
 
 /// The conventional DTC step as one would write it by hand, without abstractions: the yardstick for
-/// `DirectTorqueController`. Same arithmetic: trapezoidal voltage model, relay comparators, six sector edges,
+/// `DirectTorqueController`. Parameters set at run time. Same arithmetic: trapezoidal voltage model, relay comparators, six sector edges,
 /// switching table, zero vector by fewest commutations. Returns the vector number.
 class ReferenceDtc {
  public:
@@ -30,7 +30,7 @@ class ReferenceDtc {
     ia_ = ia;
     ib_ = ib;
     const double psi = std::sqrt(psi_a_ * psi_a_ + psi_b_ * psi_b_);
-    const double error = t_ref - 1.5 * 2.0 * (psi_a_ * ib - psi_b_ * ia);
+    const double error = t_ref - 1.5 * p * (psi_a_ * ib - psi_b_ * ia);
     if (torque_ > 0 && error < 0.0) torque_ = 0;
     if (torque_ < 0 && error > 0.0) torque_ = 0;
     if (torque_ == 0) torque_ = error > band ? 1 : error < -band ? -1 : 0;
@@ -53,7 +53,7 @@ class ReferenceDtc {
   }
 
  private:
-  static constexpr double period = 25e-6, r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1;
+  double period = 25e-6, r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1, p = 2.0;
   static constexpr int legs[8] = {0, 1, 3, 2, 6, 4, 5, 7};
   static constexpr int table[6][2][3] = {{{5, 0, 3}, {6, 0, 2}}, {{6, 0, 4}, {1, 0, 3}}, {{1, 0, 5}, {2, 0, 4}},
                                          {{2, 0, 6}, {3, 0, 5}}, {{3, 0, 1}, {4, 0, 6}}, {{4, 0, 2}, {5, 0, 1}}};

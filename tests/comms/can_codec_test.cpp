@@ -1,13 +1,13 @@
 #include "sextant/comms/can_codec.hpp"
 
-#include "sextant.h"
-
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
+
+#include <gtest/gtest.h>
+
+#include "sextant.h"
 
 namespace sextant {
 namespace {
@@ -106,10 +106,10 @@ TEST(CanCodec, CarriesElectricalQuantities) {
 }
 
 TEST(CanCodec, CarriesCapability) {
-  const auto m = unpack(encode(Capability{.torque_motoring = 130.0,
-                                          .torque_regenerating = 90.5,
-                                          .cause = DeratingCause::temperature}),
-                        0x123, sextant_mcu_capability_unpack);
+  const auto m =
+      unpack(encode(Capability{
+                 .torque_motoring = 130.0, .torque_regenerating = 90.5, .cause = DeratingCause::temperature}),
+             0x123, sextant_mcu_capability_unpack);
   EXPECT_NEAR(sextant_mcu_capability_torque_motoring_decode(m.torque_motoring), 130.0, 1e-9);
   EXPECT_NEAR(sextant_mcu_capability_torque_regenerating_decode(m.torque_regenerating), 90.5, 1e-9);
   EXPECT_EQ(m.derating_cause, SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_TEMPERATURE_CHOICE);
@@ -119,8 +119,8 @@ TEST(CanCodec, PutsEachFaultOnTheBitOfItsValue) {
   for (int i = 0; i < fault_count; ++i) {
     FaultSet one;
     one.set(static_cast<Fault>(i));
-    const EncodedFrame encoded = encode(FaultReport{
-        .active = one, .latched = one, .first = static_cast<Fault>(i), .total = 3});
+    const EncodedFrame encoded =
+        encode(FaultReport{.active = one, .latched = one, .first = static_cast<Fault>(i), .total = 3});
     std::uint64_t bits = 0;
     for (std::size_t byte = 8; byte-- > 0;) bits = bits << 8U | encoded.frame.data[byte];
     EXPECT_EQ(bits & 0xFFFFFU, std::uint64_t{1} << i) << to_string(static_cast<Fault>(i));
@@ -148,7 +148,8 @@ TEST(CanCodec, SaturatesCountersWithoutCallingThemOutOfRange) {
   EXPECT_EQ(m.worst_wake_latency, 39);
   EXPECT_EQ(m.telemetry_dropped, 7);
   EXPECT_FALSE(encoded.clamped);
-  EXPECT_EQ(unpack(encode(FaultReport{.total = 70'000}), 0x124, sextant_mcu_faults_unpack).fault_total, 65535);
+  EXPECT_EQ(unpack(encode(FaultReport{.total = 70'000}), 0x124, sextant_mcu_faults_unpack).fault_total,
+            65535);
 }
 
 TEST(CanCodec, SendsUnknownTemperaturesAsNotAvailable) {

@@ -1,11 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+
 #include "sextant/comms/can_codec.hpp"
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/comms/e2e_profile11.hpp"
-
-#include <algorithm>
-#include <cstdint>
 
 namespace sextant::testing {
 

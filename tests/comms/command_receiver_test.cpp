@@ -1,11 +1,12 @@
 #include "sextant/comms/command_receiver.hpp"
 
-#include "comms/command_frames.hpp"
+#include <algorithm>
+#include <cstdint>
+#include <string>
 
 #include <gtest/gtest.h>
 
-#include <cstdint>
-#include <string>
+#include "comms/command_frames.hpp"
 
 namespace sextant {
 namespace {
@@ -126,7 +127,7 @@ TEST_F(CommandReceiverTest, Counter15IsHeld) {
 }
 
 TEST_F(CommandReceiverTest, WrongKindsOfFrameAreHeldAndDoNotTouchTheStream) {
-  for (const std::uint8_t length : {0, 1, 7}) {
+  for (const std::uint8_t length : {std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{7}}) {
     CanFrame frame = command_frame(3, 9.0, 30 * ms);
     frame.length = length;
     expect_rejected(frame, FrameVerdict::wrong_length);
@@ -163,8 +164,8 @@ TEST_F(CommandReceiverTest, ABurstOfBadCrcsInvalidatesAndTheStreamRecovers) {
     expect_rejected(bad, FrameVerdict::wrong_crc);
   }
   EXPECT_EQ(receiver_.command().e2e, E2eState::invalid);
-  // The stream goes on at counter 6, four after the last good one: out of sequence once. The last error leaves the
-  // window of ten with the tenth frame after it.
+  // The stream goes on at counter 6, four after the last good one: out of sequence once. The last error
+  // leaves the window of ten with the tenth frame after it.
   expect_rejected(command_frame(6, 9.0, 60 * ms), FrameVerdict::wrong_sequence);
   for (unsigned i = 7; i < 15; ++i) {
     EXPECT_EQ(receiver_.on_frame(command_frame(static_cast<std::uint8_t>(i), 9.0, 70 * ms)),

@@ -1,10 +1,10 @@
 #include "sextant/comms/e2e_profile11.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cstddef>
 #include <random>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace sextant {
 namespace {

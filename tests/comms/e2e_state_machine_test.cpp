@@ -1,8 +1,8 @@
 #include "sextant/comms/e2e_state_machine.hpp"
 
-#include <gtest/gtest.h>
-
 #include <string_view>
+
+#include <gtest/gtest.h>
 
 namespace sextant {
 namespace {
@@ -24,7 +24,9 @@ TEST(E2eStateMachine, BecomesValidWithThreeOkAndNoError) {
   EXPECT_EQ(states_after("ococco"), "IIIIIV");
 }
 
-TEST(E2eStateMachine, ErrorsAloneDoNotLeaveNoData) { EXPECT_EQ(states_after("eeeeeeeeeeee"), "NNNNNNNNNNNN"); }
+TEST(E2eStateMachine, ErrorsAloneDoNotLeaveNoData) {
+  EXPECT_EQ(states_after("eeeeeeeeeeee"), "NNNNNNNNNNNN");
+}
 
 TEST(E2eStateMachine, AnErrorInTheWindowDelaysValidity) {
   // The error at place 2 leaves the window of ten at place 12.

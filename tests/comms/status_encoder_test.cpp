@@ -1,13 +1,13 @@
 #include "sextant/comms/status_encoder.hpp"
 
-#include "sextant.h"
-
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "sextant.h"
 
 namespace sextant {
 namespace {
@@ -46,7 +46,8 @@ TEST(StatusEncoder, TakesItsSignalsFromTheTelemetry) {
   EXPECT_EQ(m.flux_magnitude, 11000);
   sextant_mcu_electrical_t e{};
   sextant_mcu_electrical_unpack(&e, encoder.frame(StatusMessage::electrical, x, {}).data.data(), 8);
-  EXPECT_NEAR(sextant_mcu_electrical_phase_current_rms_decode(e.phase_current_rms), 10.0 / std::sqrt(2.0), 0.01);
+  EXPECT_NEAR(sextant_mcu_electrical_phase_current_rms_decode(e.phase_current_rms), 10.0 / std::sqrt(2.0),
+              0.01);
   EXPECT_NEAR(sextant_mcu_electrical_electrical_power_decode(e.electrical_power), 1060.0, 1e-9);
   sextant_mcu_capability_t c{};
   const StatusExtras extras{.derating_cause = DeratingCause::current_limit};
@@ -66,7 +67,9 @@ TEST(StatusEncoder, EchoesNoCounterBeforeTheFirstCommand) {
 TEST(StatusEncoder, ProtectedStreamsPassTheCheckOfTheirReceiver) {
   StatusEncoder encoder;
   std::map<std::uint32_t, E2eChecker> checkers;
-  for (const std::uint16_t id : {0x120, 0x121, 0x123}) checkers.emplace(id, E2eChecker(id));
+  for (const unsigned id : {0x120U, 0x121U, 0x123U}) {
+    checkers.emplace(id, E2eChecker(static_cast<std::uint16_t>(id)));
+  }
   for (std::int64_t t = 0; t < 2000 * ms; t += 10 * ms) {
     for (const CanFrame& frame : encoder.due(t, some_telemetry(), {})) {
       const auto checker = checkers.find(frame.id);
@@ -85,8 +88,10 @@ TEST(StatusEncoder, SendsEachMessageAtItsCycleTime) {
   for (std::int64_t t = 5 * ms; t < 2005 * ms; t += ms) {
     for (const CanFrame& frame : encoder.due(t, some_telemetry(), {})) ++sent[frame.id];
   }
-  EXPECT_EQ(sent, (std::map<std::uint32_t, int>{
-                      {0x120, 200}, {0x121, 200}, {0x122, 200}, {0x123, 20}, {0x124, 20}, {0x125, 2}, {0x126, 20}}));
+  EXPECT_EQ(
+      sent,
+      (std::map<std::uint32_t, int>{
+          {0x120, 200}, {0x121, 200}, {0x122, 200}, {0x123, 20}, {0x124, 20}, {0x125, 2}, {0x126, 20}}));
 }
 
 TEST(StatusEncoder, SkipsMissedCyclesAndKeepsThePhase) {

@@ -95,9 +95,9 @@ TEST(ConfigFile, APeriodSaidOnceReachesEveryoneWhoNeedsIt) {
       load_ecu_config(shipped_ecu, {"control.period_us=62.5", "plant.actuation_delay_periods=1"}).drive;
   EXPECT_EQ(drive.direct_torque.period_ns, 62'500);
   EXPECT_EQ(drive.drive.period_ns, 62'500);
-  EXPECT_EQ(drive.plant.power_stage.period_ns, 62'500);
+  EXPECT_EQ(drive.plant.io.period_ns, 62'500);
   EXPECT_EQ(drive.direct_torque.actuation_delay_periods, 1);
-  EXPECT_EQ(drive.plant.power_stage.actuation_delay_periods, 1);
+  EXPECT_EQ(drive.plant.io.actuation_delay_periods, 1);
 }
 
 TEST(ConfigOverride, TakesTomlValuesAndBareWords) {
@@ -106,7 +106,7 @@ TEST(ConfigOverride, TakesTomlValuesAndBareWords) {
                     "can.bus=udp_multicast:239.74.163.2:43113", "dds.config_uri=\"a b\"", "drive_id = 7",
                     "load.torque_nm={ shape = \"steps\", points = [[0, 1], [2, 3]] }"});
   EXPECT_EQ(config.drive.direct_torque.flux_reference, 0.9);
-  EXPECT_EQ(config.drive.plant.integrator, IntegratorKind::fixed_step);
+  EXPECT_EQ(config.drive.plant.integrator, IntegratorKind::fixed);
   EXPECT_TRUE(config.realtime.required);
   EXPECT_EQ(config.can.bus, "udp_multicast:239.74.163.2:43113");
   EXPECT_EQ(config.dds.config_uri, "a b");
@@ -126,8 +126,8 @@ TEST(ConfigOverride, NamesAnotherMachine) {
                   "r_s_ohm = 1\nr_r_ohm = 2\nl_ls_h = 0.01\nl_lr_h = 0.01\nl_m_h = 0.1\npoles = 8\n"
                   "inertia_kg_m2 = 0.2\n");
   const EcuConfig config = load_ecu_config(shipped_ecu, {"machine=" + motor, "machine.r_s_ohm=3"});
-  EXPECT_EQ(config.drive.plant.parameters.machine.r_s, 3.0);
-  EXPECT_EQ(config.drive.plant.parameters.machine.pole_pairs, 4);
+  EXPECT_EQ(config.drive.plant.plant.machine.r_s, 3.0);
+  EXPECT_EQ(config.drive.plant.plant.machine.pole_pairs, 4);
 }
 
 TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {

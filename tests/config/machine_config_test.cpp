@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 
 InductionMachineParameters<> machine_of(const EcuConfig& config) {
-  return config.drive.plant.parameters.machine;
+  return config.drive.plant.plant.machine;
 }
 
 /// what() of the ConfigError that f throws.

@@ -16,9 +16,8 @@ constexpr unsigned seed = 20240507;
 template <class T>
 class CurrentModelOf : public testing::Test {
  protected:
-  static constexpr bool is_double = sizeof(T) == sizeof(double);
-  const InductionMachineParameters<double> machine_{};
-  const InductionMachineParameters<T> machine{test::converted<T>(machine_)};
+  const InductionMachineParameters<double> actual{};
+  const InductionMachineParameters<T> believed{test::converted<T>(actual)};
 };
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(CurrentModelOf, Scalars);
@@ -28,15 +27,15 @@ TYPED_TEST(CurrentModelOf, FollowsTheExactSolutionUnderAConstantCurrent) {
   using T = TypeParam;
   using Complex = std::complex<double>;
   for (const double omega_m : {-140.0, -10.0, 0.0, 75.0}) {
-    CurrentModel<T> model{this->machine};
+    CurrentModel<T> model{this->believed};
     model.set({T(0.9), T(-0.3)});
-    const Complex lambda{-1 / this->machine_.tau_r(), this->machine_.pole_pairs * omega_m};
+    const Complex lambda{-1 / this->actual.tau_r(), this->actual.pole_pairs * omega_m};
     const Complex i{12, -5};
-    const Complex limit = -this->machine_.l_m / this->machine_.tau_r() * i / lambda;
+    const Complex limit = -this->actual.l_m / this->actual.tau_r() * i / lambda;
     const int steps = 4000;
     for (int k = 0; k < steps; ++k) model.step({T(12), T(-5)}, T(omega_m), T(25e-6));
     const Complex exact = limit + (Complex{0.9, -0.3} - limit) * std::exp(lambda * (25e-6 * steps));
-    const double tolerance = this->is_double ? 5e-5 : 2e-4;
+    const double tolerance = 3e-4;  // the midpoint rule's (ω dt)³/6 a step, over 4000 steps
     EXPECT_NEAR(double(model.psi_r().alpha), exact.real(), tolerance) << omega_m;
     EXPECT_NEAR(double(model.psi_r().beta), exact.imag(), tolerance) << omega_m;
   }
@@ -60,7 +59,7 @@ TYPED_TEST(CurrentModelOf, StatorAndRotorFluxAreEachOthersInverse) {
   std::mt19937 random{seed};
   std::uniform_real_distribution<T> flux{T(-1.5), T(1.5)};
   std::uniform_real_distribution<T> current{T(-100), T(100)};
-  CurrentModel<T> model{this->machine};
+  CurrentModel<T> model{this->believed};
   for (int i = 0; i < 200; ++i) {
     const SpaceVector<T> psi_r{flux(random), flux(random)};
     const SpaceVector<T> i_s{current(random), current(random)};
@@ -74,10 +73,10 @@ TYPED_TEST(CurrentModelOf, StatorAndRotorFluxAreEachOthersInverse) {
 // The stator flux of the model is that of a machine with the same rotor flux and current.
 TYPED_TEST(CurrentModelOf, AgreesWithTheInductanceMatrix) {
   using T = TypeParam;
-  test::ReferenceMachine machine{this->machine_};
+  test::ReferenceMachine machine{this->actual};
   machine.psi_s = {1.0, 0.2};
   machine.psi_r = {0.9, 0.3};
-  CurrentModel<T> model{this->machine};
+  CurrentModel<T> model{this->believed};
   model.set({T(0.9), T(0.3)});
   const auto i = machine.i_s();
   const SpaceVector<T> psi_s = model.psi_s({T(i.real()), T(i.imag())});

@@ -83,7 +83,8 @@ TEST(DelayPredictor, TakesTheSegmentsOfAPatternOneAfterTheOther) {
   GatePattern split;
   for (int i = 0; i < 5; ++i) split.append({switch_states[3], 10'000});
   const auto in_parts = predict(estimator, machine.u_dc(), machine.omega_m, split);
-  const auto at_once = predict(estimator, machine.u_dc(), machine.omega_m, GatePattern{switch_states[3], 50'000});
+  const auto at_once =
+      predict(estimator, machine.u_dc(), machine.omega_m, GatePattern{switch_states[3], 50'000});
   test::ReferenceMachine reference = machine;
   reference.psi_s = {estimator.psi_s().alpha, estimator.psi_s().beta};
   reference.apply(split);

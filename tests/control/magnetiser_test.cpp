@@ -19,27 +19,25 @@ TYPED_TEST_SUITE(MagnetiserOf, Scalars);
 
 TYPED_TEST(MagnetiserOf, DrivesUntilTheLimitAndRestsUntilATenthBelowIt) {
   using T = TypeParam;
-  auto& magnetiser = this->magnetiser;
-  EXPECT_EQ(magnetiser.step(T(0), T(1.1), T(0)), switch_states[1]);
-  EXPECT_EQ(magnetiser.step(T(0.1), T(1.1), T(39.9)), switch_states[1]);
-  EXPECT_EQ(magnetiser.step(T(0.1), T(1.1), T(40)), switch_states[0]);
-  EXPECT_EQ(magnetiser.step(T(0.1), T(1.1), T(37)), switch_states[0]);
-  EXPECT_EQ(magnetiser.step(T(0.1), T(1.1), T(35.9)), switch_states[1]);
-  EXPECT_EQ(magnetiser.step(T(0.1), T(1.1), T(37)), switch_states[1]);
-  EXPECT_FALSE(magnetiser.done());
+  EXPECT_EQ(this->magnetiser.step(T(0), T(1.1), T(0)), switch_states[1]);
+  EXPECT_EQ(this->magnetiser.step(T(0.1), T(1.1), T(39.9)), switch_states[1]);
+  EXPECT_EQ(this->magnetiser.step(T(0.1), T(1.1), T(40)), switch_states[0]);
+  EXPECT_EQ(this->magnetiser.step(T(0.1), T(1.1), T(37)), switch_states[0]);
+  EXPECT_EQ(this->magnetiser.step(T(0.1), T(1.1), T(35.9)), switch_states[1]);
+  EXPECT_EQ(this->magnetiser.step(T(0.1), T(1.1), T(37)), switch_states[1]);
+  EXPECT_FALSE(this->magnetiser.done());
 }
 
 TYPED_TEST(MagnetiserOf, IsDoneWhenTheFluxWasReachedAndTheCurrentHasDiedDown) {
   using T = TypeParam;
-  auto& magnetiser = this->magnetiser;
-  EXPECT_EQ(magnetiser.step(T(1.1), T(1.1), T(38)), switch_states[0]);
-  EXPECT_FALSE(magnetiser.done());
+  EXPECT_EQ(this->magnetiser.step(T(1.1), T(1.1), T(38)), switch_states[0]);
+  EXPECT_FALSE(this->magnetiser.done());
   // The flux sags a little while the current dies; it was reached nevertheless.
-  EXPECT_EQ(magnetiser.step(T(1.09), T(1.1), T(30)), switch_states[0]);
-  EXPECT_TRUE(magnetiser.done());
-  magnetiser.reset();
-  EXPECT_FALSE(magnetiser.done());
-  EXPECT_EQ(magnetiser.step(T(1.0), T(1.1), T(0)), switch_states[1]);
+  EXPECT_EQ(this->magnetiser.step(T(1.09), T(1.1), T(30)), switch_states[0]);
+  EXPECT_TRUE(this->magnetiser.done());
+  this->magnetiser.reset();
+  EXPECT_FALSE(this->magnetiser.done());
+  EXPECT_EQ(this->magnetiser.step(T(1.0), T(1.1), T(0)), switch_states[1]);
 }
 
 TYPED_TEST(MagnetiserOf, MagnetisesADeadMachineAtStandstillWithoutASurge) {
@@ -48,8 +46,7 @@ TYPED_TEST(MagnetiserOf, MagnetisesADeadMachineAtStandstillWithoutASurge) {
   double peak = 0;
   int periods = 0;
   for (; periods < 8000 && !this->magnetiser.done(); ++periods) {
-    const auto state =
-        this->magnetiser.step(T(std::abs(machine.psi_s)), T(1.1), T(std::abs(machine.i_s())));
+    const auto state = this->magnetiser.step(T(std::abs(machine.psi_s)), T(1.1), T(std::abs(machine.i_s())));
     machine.apply(GatePattern{state, 25'000});
     peak = std::max(peak, std::abs(machine.i_s()));
     EXPECT_NEAR(machine.torque(), 0, 1e-9);

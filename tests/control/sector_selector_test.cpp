@@ -58,11 +58,13 @@ TYPED_TEST(SectorSelectorOf, FollowsTheAngleOverFullCirclesInBothDirections) {
     auto selector = this->make(start);
     for (int i = -720; i <= 720; ++i) {
       const T degrees = T(i) + T(0.5);
-      ASSERT_EQ(selector.step(this->flux(degrees)), this->sector_at(degrees, start)) << degrees << "° " << start;
+      ASSERT_EQ(selector.step(this->flux(degrees)), this->sector_at(degrees, start))
+          << degrees << "° " << start;
     }
     for (int i = 720; i >= -720; --i) {
       const T degrees = T(i) + T(0.5);
-      ASSERT_EQ(selector.step(this->flux(degrees)), this->sector_at(degrees, start)) << degrees << "° " << start;
+      ASSERT_EQ(selector.step(this->flux(degrees)), this->sector_at(degrees, start))
+          << degrees << "° " << start;
     }
   }
 }
@@ -82,7 +84,8 @@ TYPED_TEST(SectorSelectorOf, FindsTheSectorAfterJumpsOfAnySize) {
       const T from_edge = std::abs(std::remainder(degrees - start, T(60)));
       if (from_edge < T(1e-3)) continue;  // the rounding of either side decides there
       const auto psi_s = any_radius(random) * this->flux(degrees);
-      ASSERT_EQ(selector.step(psi_s), this->sector_at(degrees, start)) << degrees << "°, start " << start << "°";
+      ASSERT_EQ(selector.step(psi_s), this->sector_at(degrees, start))
+          << degrees << "°, start " << start << "°";
       for (const T distance : selector.thresholds(psi_s)) ASSERT_GT(distance, T(0));
     }
   }

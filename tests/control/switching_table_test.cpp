@@ -18,9 +18,13 @@ struct Effect {
   int torque;
 };
 
-int sign(double x) { return x > 1e-9 ? 1 : (x < -1e-9 ? -1 : 0); }
+int sign(double x) {
+  return x > 1e-9 ? 1 : (x < -1e-9 ? -1 : 0);
+}
 
-double radians(double degrees) { return degrees * std::numbers::pi / 180; }
+double radians(double degrees) {
+  return degrees * std::numbers::pi / 180;
+}
 
 // d|ψ_s|/dt = u_s · ψ_s/|ψ_s|. T_e ∝ ψ_r × ψ_s, and ψ_r, behind its time constant, stands still while the
 // voltage acts, so dT_e/dt ∝ ψ_r × u_s.

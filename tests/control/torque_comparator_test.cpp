@@ -109,10 +109,12 @@ TYPED_TEST(TorqueComparatorOf, ThresholdsTellWhereAStepSwitchesAndWhereTo) {
         crossed.on_crossing(i);
         auto stepped = comparator;
         EXPECT_EQ(stepped.step(threshold.level), output);
-        EXPECT_EQ(stepped.step(threshold.rising ? this->below(threshold.level) : this->above(threshold.level)),
-                  output);
-        EXPECT_EQ(stepped.step(threshold.rising ? this->above(threshold.level) : this->below(threshold.level)),
-                  crossed.output());
+        EXPECT_EQ(
+            stepped.step(threshold.rising ? this->below(threshold.level) : this->above(threshold.level)),
+            output);
+        EXPECT_EQ(
+            stepped.step(threshold.rising ? this->above(threshold.level) : this->below(threshold.level)),
+            crossed.output());
         EXPECT_NE(crossed.output(), output);
       }
     }

@@ -22,16 +22,18 @@ TEST(GatePattern, OneStateFillsThePeriod) {
 
 TEST(GatePattern, KeepsSegmentsInOrderAndRefusesTheOneTooMany) {
   GatePattern pattern;
+  std::int64_t sum = 0;
   for (unsigned i = 0; i < GatePattern::capacity; ++i) {
-    EXPECT_TRUE(pattern.append({switch_states[i], std::int32_t(100 + i)}));
+    EXPECT_TRUE(pattern.append({switch_states[i % 8], std::int32_t(100 + i)}));
+    sum += 100 + i;
   }
   const GatePattern full = pattern;
-  EXPECT_FALSE(pattern.append({switch_states[7], 1}));
-  EXPECT_EQ(pattern.duration_ns(), full.duration_ns());
-  EXPECT_EQ(pattern.duration_ns(), 7 * 100 + 21);
-  EXPECT_EQ(pattern.last_state(), switch_states[6]);
+  EXPECT_FALSE(pattern.append({gates_off, 1}));
+  EXPECT_EQ(pattern, full);
+  EXPECT_EQ(pattern.duration_ns(), sum);
+  ASSERT_EQ(pattern.segments().size(), GatePattern::capacity);
   for (unsigned i = 0; i < GatePattern::capacity; ++i) {
-    EXPECT_EQ(pattern.segments()[i].state, switch_states[i]);
+    EXPECT_EQ(pattern.segments()[i].state, switch_states[i % 8]);
   }
 }
 

@@ -30,11 +30,11 @@ TEST(InductionMachineParameters, DerivedQuantitiesSatisfyTheFluxEquations) {
 
 TEST(InductionMachineParameters, RefusesEveryValueThatMakesNoMachine) {
   using Parameters = InductionMachineParameters<double>;
-  constexpr double Parameters::*members[] = {&Parameters::r_s,  &Parameters::r_r, &Parameters::l_ls,
-                                             &Parameters::l_lr, &Parameters::l_m, &Parameters::inertia};
+  constexpr double Parameters::* members[] = {&Parameters::r_s,  &Parameters::r_r, &Parameters::l_ls,
+                                              &Parameters::l_lr, &Parameters::l_m, &Parameters::inertia};
   for (const auto member : members) {
-    for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::infinity()}) {
+    for (const double bad :
+         {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
       Parameters machine;
       machine.*member = bad;
       EXPECT_NE(machine.validate(), nullptr) << bad;

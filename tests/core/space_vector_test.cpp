@@ -24,7 +24,8 @@ TYPED_TEST(SpaceVectorOf, ClarkeOfABalancedSystemIsItsPeakAtItsAngle) {
   constexpr T shift = T(2) * std::numbers::pi_v<T> / T(3);
   for (int degrees = -180; degrees < 180; degrees += 7) {
     const T theta = T(degrees) * std::numbers::pi_v<T> / T(180);
-    const ThreePhase<T> x{T(3) * std::cos(theta), T(3) * std::cos(theta - shift), T(3) * std::cos(theta + shift)};
+    const ThreePhase<T> x{T(3) * std::cos(theta), T(3) * std::cos(theta - shift),
+                          T(3) * std::cos(theta + shift)};
     const SpaceVector<T> v = clarke(x);
     EXPECT_NEAR(magnitude(v), T(3), T(3) * this->tolerance);
     EXPECT_NEAR(cross(polar(T(1), theta), v), T(0), T(3) * this->tolerance);

@@ -1,9 +1,9 @@
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <cstddef>
 #include <cstdlib>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "plant/switching_run.hpp"
 #include "sextant/plant/cvode_integrator.hpp"

@@ -1,10 +1,10 @@
 #include "sextant/plant/cvode_integrator.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include <gtest/gtest.h>
 
 #include "plant/switching_run.hpp"
 #include "sextant/plant/drive_plant.hpp"
@@ -118,7 +118,8 @@ TEST(CvodeIntegrator, AStateSetFromOutsideIsTakenUp) {
 TEST(CvodeIntegrator, FailureKeepsTheOldStateAndIsSilent) {
   CvodeParameters parameters{};
   parameters.max_steps = 1;
-  for (const SwitchState state : {switch_states[1], SwitchState{LegState::high, LegState::low, LegState::off}}) {
+  for (const SwitchState state :
+       {switch_states[1], SwitchState{LegState::high, LegState::low, LegState::off}}) {
     Plant plant{DrivePlantParameters<double>{}};
     plant.set_fluxes({0.5, 0.1}, {0.5, 0.1});
     PlantInputs<double> inputs = supply();

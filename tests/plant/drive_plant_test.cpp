@@ -1,10 +1,10 @@
 #include "sextant/plant/drive_plant.hpp"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <random>
+
+#include <gtest/gtest.h>
 
 #include "plant/switching_run.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
@@ -48,7 +48,8 @@ TEST(DrivePlant, JacobianIsTheDerivativeOfTheRightHandSide) {
     SCOPED_TRACE(n);
     Plant plant{parameters};
     Plant::State x;
-    x << uniform(random), uniform(random), uniform(random), uniform(random), 150 * uniform(random), uniform(random);
+    x << uniform(random), uniform(random), uniform(random), uniform(random), 150 * uniform(random),
+        uniform(random);
     if (n % 3 == 0) x.head<2>() = parameters.machine.k_r() * x.segment<2>(2);
     plant.set_state(x);
     const auto leg = [&] { return LegState(random() % 3U); };
@@ -68,7 +69,8 @@ TEST(DrivePlant, JacobianIsTheDerivativeOfTheRightHandSide) {
       plant.derivative(x + h * Plant::State::Unit(c), ahead);
       plant.derivative(x - h * Plant::State::Unit(c), behind);
       const Plant::State numeric = (ahead - behind) / (2 * h);
-      EXPECT_LT((numeric - analytic.col(c)).cwiseAbs().maxCoeff(), 1e-8 * (1 + numeric.cwiseAbs().maxCoeff()));
+      EXPECT_LT((numeric - analytic.col(c)).cwiseAbs().maxCoeff(),
+                1e-8 * (1 + numeric.cwiseAbs().maxCoeff()));
     }
   }
 }

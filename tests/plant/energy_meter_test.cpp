@@ -1,9 +1,9 @@
 #include "sextant/plant/energy_meter.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "plant/switching_run.hpp"
 #include "sextant/plant/cvode_integrator.hpp"

@@ -1,9 +1,9 @@
 #include "sextant/plant/fixed_step_integrator.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
+
+#include <gtest/gtest.h>
 
 #include "plant/switching_run.hpp"
 #include "sextant/plant/drive_plant.hpp"
@@ -83,7 +83,8 @@ TEST(FixedStepIntegrator, FloatPlantFollowsTheDoubleOne) {
 TEST(FixedStepIntegrator, FailureKeepsTheOldState) {
   using Plant = DrivePlant<double>;
   FixedStepIntegrator<Plant> integrator;
-  for (const SwitchState state : {switch_states[1], SwitchState{LegState::high, LegState::low, LegState::off}}) {
+  for (const SwitchState state :
+       {switch_states[1], SwitchState{LegState::high, LegState::low, LegState::off}}) {
     Plant plant{DrivePlantParameters<double>{}};
     plant.set_fluxes({0.5, 0.1}, {0.5, 0.1});
     PlantInputs<double> inputs = supply<double>();

@@ -1,11 +1,11 @@
 #include "sextant/plant/inverter.hpp"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
+
+#include <gtest/gtest.h>
 
 namespace sextant {
 namespace {
@@ -15,7 +15,9 @@ constexpr auto low = LegState::low;
 constexpr auto high = LegState::high;
 constexpr auto off = LegState::off;
 
-SpaceVector<double> current(double a, double b) { return clarke(ThreePhase<double>{a, b, -a - b}); }
+SpaceVector<double> current(double a, double b) {
+  return clarke(ThreePhase<double>{a, b, -a - b});
+}
 
 TEST(Inverter, DrivenLegsGiveTheIdealVoltageWhateverTheCurrent) {
   for (const SwitchState state : switch_states) {
@@ -25,7 +27,8 @@ TEST(Inverter, DrivenLegsGiveTheIdealVoltageWhateverTheCurrent) {
     EXPECT_FALSE(inverter.has_events());
     EXPECT_EQ(inverter.voltage_map()({100, 200}), stator_voltage(state, u_dc));
     EXPECT_EQ(inverter.events(current(30, -50), {100, 200}), (std::array<double, 3>{1, 1, 1}));
-    EXPECT_EQ(inverter.dc_link_current(current(30, -50)), dc_link_current(state, inverse_clarke(current(30, -50))));
+    EXPECT_EQ(inverter.dc_link_current(current(30, -50)),
+              dc_link_current(state, inverse_clarke(current(30, -50))));
   }
 }
 
@@ -55,7 +58,8 @@ TEST(Inverter, BlockedLegKeepsItsCurrentConstant) {
 TEST(Inverter, BlockedLegThatWouldLeaveTheLinkConducts) {
   Inverter<double> inverter;
   // One driven leg low, EMF pulls leg b below the negative rail: its lower diode conducts.
-  inverter.set({low, off, off}, u_dc, {}, inverse_clarke(SpaceVector<double>{}).a * SpaceVector<double>{1, 0});
+  inverter.set({low, off, off}, u_dc, {},
+               inverse_clarke(SpaceVector<double>{}).a * SpaceVector<double>{1, 0});
   EXPECT_EQ(floating_legs(inverter.ties()), 2);
   const SpaceVector<double> e = clarke(ThreePhase<double>{50, -30, -20});
   inverter.set({low, off, off}, u_dc, {}, e);
@@ -95,9 +99,14 @@ TEST(Inverter, EveryTopologyIsConsistent) {
     const SwitchState state{leg(), leg(), leg()};
     SpaceVector<double> i = current(amps(random), amps(random));
     switch (random() % 4U) {
-      case 0: i = {}; break;
-      case 1: i = current(0, i.alpha); break;
-      default: break;
+      case 0:
+        i = {};
+        break;
+      case 1:
+        i = current(0, i.alpha);
+        break;
+      default:
+        break;
     }
     const SpaceVector<double> e{volts(random), volts(random)};
     Inverter<double> inverter;

@@ -13,8 +13,8 @@ namespace sextant {
 
 constexpr std::int64_t switching_period_ns = 25'000;
 
-/// A sequence of switching states at 25 µs that turns the flux at about 25 Hz: for each sixth of a turn a random
-/// mix of its active vector and both zero vectors.
+/// A sequence of switching states at 25 µs that turns the flux at about 25 Hz: for each sixth of a turn a
+/// random mix of its active vector and both zero vectors.
 inline std::vector<SwitchState> switching_sequence(std::size_t periods, unsigned seed) {
   constexpr std::size_t periods_per_sixth = 267;
   std::mt19937 random{seed};

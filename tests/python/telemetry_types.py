@@ -12,6 +12,7 @@ _TYPES = {
     "unsigned long long": types.uint64,
     "long": types.int32,
     "long long": types.int64,
+    "float": types.float32,
     "double": types.float64,
     "octet": types.uint8,
     "boolean": bool,

@@ -38,7 +38,7 @@ def test_bad_addresses(text: str, complaint: str) -> None:
 
 
 def test_missing_can_interface_is_named() -> None:
-    with pytest.raises(UserError, match="this kernel has no CAN|there is no CAN interface nocan7"):
+    with pytest.raises(UserError, match=r"this kernel has no CAN|there is no CAN interface nocan7"):
         bus.open_bus(bus.parse("socketcan:nocan7"))
 
 

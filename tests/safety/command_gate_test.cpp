@@ -14,7 +14,7 @@ constexpr std::int64_t period_ns = 25'000;
 template <class T>
 class CommandGateOf : public testing::Test {
  protected:
-  using Parameters = typename CommandGate<T>::Parameters;
+  using GateParameters = typename CommandGate<T>::Parameters;
   static constexpr T nan = std::numeric_limits<T>::quiet_NaN();
 
   /// A frame arrives now.
@@ -51,7 +51,7 @@ class CommandGateOf : public testing::Test {
     ASSERT_EQ(out.torque, torque);
   }
 
-  CommandGate<T> gate{Parameters{}};
+  CommandGate<T> gate{GateParameters{}};
   TorqueCommand<T> command{};
   std::int64_t t_ns{5 * ms};
   T available{T(150)};
@@ -87,7 +87,7 @@ TYPED_TEST(CommandGateOf, EnableAtPowerUpDoesNothingUntilADisableWasSeen) {
 TYPED_TEST(CommandGateOf, SilenceBringsZeroTorqueWithinSixtyMillisecondsFromAnyTorque) {
   using T = TypeParam;
   for (const T torque : {T(150), T(-150), T(15), T(0.01), T(-0.001)}) {
-    this->gate = CommandGate<T>{typename TestFixture::Parameters{}};
+    this->gate = CommandGate<T>{typename TestFixture::GateParameters{}};
     this->start(torque);
     const std::int64_t received = this->command.received_ns;
     while (this->t_ns - received <= 40 * ms) ASSERT_EQ(this->step().torque, torque);
@@ -183,7 +183,7 @@ TYPED_TEST(CommandGateOf, TorqueBeyondTheLimitIsBlockedAndTheLastSetpointHolds) 
   using T = TypeParam;
   const T infinity = std::numeric_limits<T>::infinity();
   for (const T bad : {T(150.1), T(-150.1), this->nan, infinity, -infinity}) {
-    this->gate = CommandGate<T>{typename TestFixture::Parameters{}};
+    this->gate = CommandGate<T>{typename TestFixture::GateParameters{}};
     this->start(T(15));
     for (int frame = 1; frame <= 3; ++frame) {
       this->receive(bad, true);
@@ -325,7 +325,7 @@ TYPED_TEST(CommandGateOf, BusOffIsAFaultAndNothingIsEnabledWhileItLasts) {
 
 TYPED_TEST(CommandGateOf, RefusesParametersThatCannotProtect) {
   using T = TypeParam;
-  using Parameters = typename CommandGate<T>::Parameters;
+  using Parameters = typename TestFixture::GateParameters;
   EXPECT_EQ(Parameters{}.validate(), nullptr);
   for (const T bad : {T(0), T(-1), this->nan, std::numeric_limits<T>::infinity()}) {
     EXPECT_NE((Parameters{.torque_limit = bad}.validate()), nullptr);

@@ -232,6 +232,27 @@ TEST_F(TraceRecorderTest, TheUnfinishedIntervalIsWrittenAtTheEnd) {
   EXPECT_THAT(trace.read("periods"), testing::ElementsAre(40, 7));
 }
 
+TEST_F(TraceRecorderTest, CompressionChangesTheSizeAndNotTheValues) {
+  const auto plain_file = folder_ / "plain.h5";
+  for (const int compression : {0, 1}) {
+    TraceRecorder recorder{
+        compression == 0 ? plain_file : file_, {.interval_us = 25, .compression = compression}, origin};
+    record(recorder, 0, 5'000);
+  }
+  EXPECT_LT(std::filesystem::file_size(file_), std::filesystem::file_size(plain_file) / 2);
+  EXPECT_EQ(TraceFile{file_}.read("torque_mean_nm"), TraceFile{plain_file}.read("torque_mean_nm"));
+  EXPECT_EQ(TraceFile{file_}.read("plant/torque_nm"), TraceFile{plain_file}.read("plant/torque_nm"));
+}
+
+TEST_F(TraceRecorderTest, AClosedFileHoldsNoRoomThatIsNotItsOwn) {
+  {
+    TraceRecorder recorder{file_, {.interval_us = 25}, origin};
+    record(recorder, 0, 1);
+  }
+  // One chunk of 1024 values a signal, and the index.
+  EXPECT_LT(std::filesystem::file_size(file_), 500'000U);
+}
+
 TEST_F(TraceRecorderTest, ManyRowsKeepTheirOrderAcrossBuffersAndFlushes) {
   constexpr std::int64_t rows = 10'001;
   {
@@ -332,10 +353,13 @@ TEST_F(TraceRecorderTest, SaysWhichFileCannotBeCreatedAndWhy) {
   }
 }
 
-TEST_F(TraceRecorderTest, RefusesAnIntervalThatIsNoWholeNumberOfPeriods) {
+TEST_F(TraceRecorderTest, RefusesParametersThatMakeNoSense) {
   for (const double interval_us : {0.0, -1.0, 10.0, 60.0, 1e10, std::nan(""), HUGE_VAL}) {
     SCOPED_TRACE(interval_us);
     EXPECT_THROW((TraceRecorder{file_, {.interval_us = interval_us}, origin}), std::runtime_error);
+  }
+  for (const int compression : {-1, 10}) {
+    EXPECT_THROW((TraceRecorder{file_, {.compression = compression}, origin}), std::runtime_error);
   }
   EXPECT_THROW((TraceRecorder{file_, {}, {.scenario = "x", .control_period_ns = 0}}), std::runtime_error);
   EXPECT_FALSE(std::filesystem::exists(file_));

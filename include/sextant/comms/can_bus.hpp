@@ -1,11 +1,11 @@
 #pragma once
 
-#include "sextant/comms/can_frame.hpp"
-
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string_view>
+
+#include "sextant/comms/can_frame.hpp"
 
 namespace sextant {
 

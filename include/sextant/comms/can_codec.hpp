@@ -1,9 +1,9 @@
 #pragma once
 
+#include <cstdint>
+
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/comms/status_messages.hpp"
-
-#include <cstdint>
 
 namespace sextant {
 

@@ -1,12 +1,12 @@
 #pragma once
 
-#include "sextant/comms/can_frame.hpp"
-#include "sextant/comms/e2e_profile11.hpp"
-#include "sextant/core/torque_command.hpp"
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
+
+#include "sextant/comms/can_frame.hpp"
+#include "sextant/comms/e2e_profile11.hpp"
+#include "sextant/core/torque_command.hpp"
 
 namespace sextant {
 
@@ -31,7 +31,9 @@ enum class FrameVerdict : std::uint8_t {
 
 inline constexpr std::size_t frame_verdict_count = 14;
 
-[[nodiscard]] constexpr bool rejected(FrameVerdict v) noexcept { return v >= FrameVerdict::wrong_length; }
+[[nodiscard]] constexpr bool rejected(FrameVerdict v) noexcept {
+  return v >= FrameVerdict::wrong_length;
+}
 [[nodiscard]] const char* to_string(FrameVerdict v) noexcept;
 
 /// Turns the frames of the bus into the newest command: checks identity, end-to-end protection and range of

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "sextant/comms/telemetry_samples.hpp"
-#include "sextant/core/telemetry_interval.hpp"
-
 #include <cstdint>
 #include <memory>
 #include <string>
+
+#include "sextant/comms/telemetry_samples.hpp"
+#include "sextant/core/telemetry_interval.hpp"
 
 namespace sextant {
 
@@ -22,8 +22,8 @@ struct DdsTelemetryCounts {
   std::uint64_t failed{};
 };
 
-/// Publishes the topics of configs/interfaces/telemetry.idl for one drive. It belongs to the telemetry thread.
-/// Every writer keeps the last sample only, so that a reader that stopped never blocks it.
+/// Publishes the topics of configs/interfaces/telemetry.idl for one drive. It belongs to the telemetry
+/// thread. Every writer keeps the last sample only, so that a reader that stopped never blocks it.
 class DdsTelemetry {
  public:
   struct Parameters {

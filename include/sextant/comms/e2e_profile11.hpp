@@ -1,12 +1,12 @@
 #pragma once
 
-#include "sextant/comms/e2e_state_machine.hpp"
-#include "sextant/core/torque_command.hpp"
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+
+#include "sextant/comms/e2e_state_machine.hpp"
+#include "sextant/core/torque_command.hpp"
 
 namespace sextant {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "sextant/core/torque_command.hpp"
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
+
+#include "sextant/core/torque_command.hpp"
 
 namespace sextant {
 

@@ -1,13 +1,13 @@
 #pragma once
 
-#include "sextant/comms/can_codec.hpp"
-#include "sextant/comms/e2e_profile11.hpp"
-#include "sextant/core/telemetry.hpp"
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+
+#include "sextant/comms/can_codec.hpp"
+#include "sextant/comms/e2e_profile11.hpp"
+#include "sextant/core/telemetry.hpp"
 
 namespace sextant {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "sextant/core/drive_state.hpp"
-#include "sextant/core/fault.hpp"
-
 #include <cstdint>
 #include <optional>
+
+#include "sextant/core/drive_state.hpp"
+#include "sextant/core/fault.hpp"
 
 namespace sextant {
 
@@ -12,11 +12,11 @@ namespace sextant {
 
 /// MCU_TorqueStatus.
 struct TorqueStatus {
-  double torque{};                              ///< by the drive's estimator [N·m]
-  double torque_admitted{};                     ///< what the command gate let through [N·m]
-  DriveState state{DriveState::init};           ///< state of the drive
-  bool lockout{true};                           ///< a valid disable has yet to be seen
-  std::optional<std::uint8_t> command_counter;  ///< of the command acted on; empty while none has come
+  double torque{};                                ///< by the drive's estimator [N·m]
+  double torque_admitted{};                       ///< what the command gate let through [N·m]
+  DriveState state{DriveState::init};             ///< state of the drive
+  bool lockout{true};                             ///< a valid disable has yet to be seen
+  std::optional<std::uint8_t> command_counter{};  ///< of the command acted on; empty while none has come
 };
 
 /// MCU_Motion. The direction follows from the speed as it is sent.
@@ -39,7 +39,7 @@ enum class DeratingCause : std::uint8_t {
   voltage_limit = 2,
   temperature = 3,
   dc_link_limit = 4,
-  gates_off = 5
+  gates_open = 5
 };
 
 /// MCU_Capability.
@@ -51,10 +51,10 @@ struct Capability {
 
 /// MCU_Faults.
 struct FaultReport {
-  FaultSet active{};            ///< present now
-  FaultSet latched{};           ///< since the last reset
+  FaultSet active{};             ///< present now
+  FaultSet latched{};            ///< since the last reset
   std::optional<Fault> first{};  ///< the first that latched; empty for none
-  std::uint64_t total{};        ///< latched faults since start [-]
+  std::uint64_t total{};         ///< latched faults since start [-]
 };
 
 /// MCU_RealTime.
@@ -67,9 +67,9 @@ struct RealTimeReport {
 
 /// MCU_Temperatures. What is neither measured nor modelled stays empty and goes out as "not available".
 struct Temperatures {
-  std::optional<double> stator;    ///< winding [°C]
-  std::optional<double> rotor;     ///< cage [°C]
-  std::optional<double> inverter;  ///< hottest switch [°C]
+  std::optional<double> stator{};    ///< winding [°C]
+  std::optional<double> rotor{};     ///< cage [°C]
+  std::optional<double> inverter{};  ///< hottest switch [°C]
 };
 
 }  // namespace sextant

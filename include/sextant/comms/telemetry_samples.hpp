@@ -1,11 +1,11 @@
 #pragma once
 
-#include "sextant/core/drive_state.hpp"
-#include "sextant/core/fault.hpp"
-
 #include <cstdint>
 #include <optional>
 #include <string_view>
+
+#include "sextant/core/drive_state.hpp"
+#include "sextant/core/fault.hpp"
 
 namespace sextant {
 

@@ -7,27 +7,12 @@
 #include "sextant/config/schema.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/drive/drive.hpp"
-#include "sextant/plant/cvode_parameters.hpp"
-#include "sextant/plant/drive_plant_parameters.hpp"
-#include "sextant/plant/fixed_step_integrator.hpp"
 #include "sextant/sim/mechanical_load.hpp"
-#include "sextant/sim/simulated_drive_io.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
 
 namespace sextant {
 
 enum class ControllerKind : std::uint8_t { direct_torque };
-
-/// Who integrates the simulated plant.
-enum class IntegratorKind : std::uint8_t { cvode, fixed_step };
-
-/// The simulated power stage, machine and shaft.
-struct PlantConfig {
-  IntegratorKind integrator{IntegratorKind::cvode};
-  CvodeParameters cvode{};
-  FixedStepParameters fixed_step{};
-  DrivePlantParameters<> parameters{};  ///< its machine is the true one
-  SimulatedDriveIo<>::Parameters power_stage{};
-};
 
 /// What the shaft is connected to.
 struct LoadConfig {
@@ -44,12 +29,12 @@ struct LoadConfig {
 /// A drive with its simulated plant: what the live drive and a scenario have in common. Parameters that two
 /// parts need (control period, actuation delay, machine) stand in the file once.
 struct DriveConfig {
-  MachineConfig machine{};           ///< as the file gives it; plant.parameters.machine is made of it
+  MachineConfig machine{};           ///< as the file gives it; plant.plant.machine is made of it
   MachineConfig machine_estimate{};  ///< how the controller's idea of it differs
   ControllerKind controller{ControllerKind::direct_torque};
   DirectTorqueController<>::Parameters direct_torque{};
   Drive<>::Parameters drive{};
-  PlantConfig plant{};
+  SimulatedPowerStage::Parameters plant{};
   LoadConfig load{};
 };
 

@@ -10,7 +10,8 @@ namespace sextant {
 /// The controller that the configuration chooses.
 [[nodiscard]] inline std::unique_ptr<Controller<double>> make_controller(const DriveConfig& config) {
   switch (config.controller) {
-    case ControllerKind::direct_torque: break;
+    case ControllerKind::direct_torque:
+      break;
   }
   return std::make_unique<DirectTorqueController<double>>(config.direct_torque);
 }

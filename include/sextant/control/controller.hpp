@@ -25,11 +25,11 @@ struct ControlReference {
 /// What a controller knows of the machine.
 template <class T = double>
 struct ControlEstimate {
-  SpaceVector<T> psi_s{};   ///< stator flux linkage, stationary frame [Wb]
-  T psi_s_magnitude{};      ///< [Wb]
-  T torque{};               ///< electromagnetic torque [N·m]
-  std::uint8_t sector{};    ///< sector of ψ_s, 1…6; 0 where the controller has no sectors
-  bool magnetised{false};   ///< torque may be asked for
+  SpaceVector<T> psi_s{};  ///< stator flux linkage, stationary frame [Wb]
+  T psi_s_magnitude{};     ///< [Wb]
+  T torque{};              ///< electromagnetic torque [N·m]
+  std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 where the controller has no sectors
+  bool magnetised{false};  ///< torque may be asked for
 };
 
 /// The seam behind which control methods are exchanged: measurement and reference in, gate pattern out.
@@ -44,7 +44,8 @@ class Controller {
   /// One control period: updates the estimate from what was measured and decides the coming pattern.
   /// Must be called in every period, also with the gates off.
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
-                                         const ControlReference<T>& reference) noexcept SEXTANT_NONBLOCKING = 0;
+                                         const ControlReference<T>& reference) noexcept
+      SEXTANT_NONBLOCKING = 0;
 
   /// The estimate at the last measurement.
   [[nodiscard]] virtual ControlEstimate<T> estimate() const noexcept SEXTANT_NONBLOCKING = 0;

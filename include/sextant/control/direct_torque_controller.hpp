@@ -77,10 +77,12 @@ class DirectTorqueController final : public Controller<T> {
   [[nodiscard]] SwitchState next_state(const Measurement<T>& measurement,
                                        const ControlReference<T>& reference) noexcept {
     switch (reference.mode) {
-      case ControlMode::torque: return torque_state(measurement, reference.torque);
+      case ControlMode::torque:
+        return torque_state(measurement, reference.torque);
       case ControlMode::magnetise:
         return magnetiser_.step(psi_s_magnitude_, parameters_.flux_reference, magnitude(estimator_.i_s()));
-      case ControlMode::off: break;
+      case ControlMode::off:
+        break;
     }
     rest();
     return gates_off;

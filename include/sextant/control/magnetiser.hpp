@@ -14,7 +14,7 @@ template <class T = double>
 class Magnetiser {
  public:
   struct Parameters {
-    T current_limit{T(40)};     ///< peak of the magnetising current [A]
+    T current_limit{T(40)};      ///< peak of the magnetising current [A]
     T hand_over_current{T(30)};  ///< largest |i_s| at which torque control may take over [A]
 
     [[nodiscard]] const char* validate() const noexcept {

@@ -26,8 +26,10 @@ class TorqueComparator {
     ComparatorReading reading{ComparatorReading::relay};
 
     [[nodiscard]] const char* validate() const noexcept {
-      if (!(std::isfinite(upper_band) && upper_band > T(0))) return "the upper torque band must be above zero";
-      if (!(std::isfinite(lower_band) && lower_band > T(0))) return "the lower torque band must be above zero";
+      if (!(std::isfinite(upper_band) && upper_band > T(0)))
+        return "the upper torque band must be above zero";
+      if (!(std::isfinite(lower_band) && lower_band > T(0)))
+        return "the lower torque band must be above zero";
       return nullptr;
     }
   };

@@ -21,7 +21,8 @@ class VoltageModel {
 
   /// Advances ψ_s over the period in which `acted` was in force, at whose end i_s [A] and u_dc [V] were
   /// measured and at whose beginning the current was i_s_before [A]. Every leg must have been driven.
-  constexpr void step(const GatePattern& acted, T u_dc, SpaceVector<T> i_s_before, SpaceVector<T> i_s) noexcept {
+  constexpr void step(const GatePattern& acted, T u_dc, SpaceVector<T> i_s_before,
+                      SpaceVector<T> i_s) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_s_before + i_s);
     for (const GateSegment& segment : acted.segments()) {
       const T dt = T(segment.duration_ns) * T(1e-9);

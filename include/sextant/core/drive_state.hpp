@@ -18,14 +18,22 @@ enum class DriveState : std::uint8_t {
 
 [[nodiscard]] constexpr const char* to_string(DriveState s) noexcept {
   switch (s) {
-    case DriveState::init: return "INIT";
-    case DriveState::standby: return "STANDBY";
-    case DriveState::ready: return "READY";
-    case DriveState::magnetising: return "MAGNETISING";
-    case DriveState::torque: return "TORQUE";
-    case DriveState::derated: return "DERATED";
-    case DriveState::fault: return "FAULT";
-    case DriveState::shutdown: return "SHUTDOWN";
+    case DriveState::init:
+      return "INIT";
+    case DriveState::standby:
+      return "STANDBY";
+    case DriveState::ready:
+      return "READY";
+    case DriveState::magnetising:
+      return "MAGNETISING";
+    case DriveState::torque:
+      return "TORQUE";
+    case DriveState::derated:
+      return "DERATED";
+    case DriveState::fault:
+      return "FAULT";
+    case DriveState::shutdown:
+      return "SHUTDOWN";
   }
   return "?";
 }

@@ -52,6 +52,8 @@ class GatePattern {
     return sum;
   }
 
+  friend constexpr bool operator==(const GatePattern&, const GatePattern&) noexcept = default;
+
  private:
   std::array<GateSegment, capacity> segments_{};
   std::uint8_t count_{0};

@@ -8,13 +8,13 @@ namespace sextant {
 /// Defaults are the paper's Table 2, reactances at 50 Hz.
 template <class T = double>
 struct InductionMachineParameters {
-  T r_s{T(0.435)};               ///< stator resistance [Ω]
-  T r_r{T(0.816)};               ///< rotor resistance [Ω]
-  T l_ls{T(0.0024000565427)};    ///< stator leakage inductance, 0.754 Ω at 50 Hz [H]
-  T l_lr{T(0.0024000565427)};    ///< rotor leakage inductance, 0.754 Ω at 50 Hz [H]
-  T l_m{T(0.083174)};            ///< magnetising inductance, 26.13 Ω at 50 Hz [H]
-  int pole_pairs{2};             ///< p, half the number of poles [-]
-  T inertia{T(0.089)};           ///< J of rotor and shaft [kg·m²]
+  T r_s{T(0.435)};             ///< stator resistance [Ω]
+  T r_r{T(0.816)};             ///< rotor resistance [Ω]
+  T l_ls{T(0.0024000565427)};  ///< stator leakage inductance, 0.754 Ω at 50 Hz [H]
+  T l_lr{T(0.0024000565427)};  ///< rotor leakage inductance, 0.754 Ω at 50 Hz [H]
+  T l_m{T(0.083174)};          ///< magnetising inductance, 26.13 Ω at 50 Hz [H]
+  int pole_pairs{2};           ///< p, half the number of poles [-]
+  T inertia{T(0.089)};         ///< J of rotor and shaft [kg·m²]
 
   [[nodiscard]] constexpr T l_s() const noexcept { return l_ls + l_m; }  ///< stator inductance [H]
   [[nodiscard]] constexpr T l_r() const noexcept { return l_lr + l_m; }  ///< rotor inductance [H]

@@ -9,8 +9,8 @@ namespace sextant {
 /// conduct until the phase current is zero.
 enum class LegState : std::uint8_t { low, high, off };
 
-/// The states of the three inverter legs.
-struct SwitchState {
+/// The states of the three inverter legs. Aligned to a word, so that it is passed in one register.
+struct alignas(4) SwitchState {
   LegState a{LegState::off};
   LegState b{LegState::off};
   LegState c{LegState::off};

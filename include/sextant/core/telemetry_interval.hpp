@@ -1,12 +1,12 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "sextant/core/drive_state.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/telemetry.hpp"
-
-#include <cstdint>
-#include <limits>
 
 namespace sextant {
 
@@ -51,13 +51,13 @@ class TelemetryInterval {
  public:
   void add(const Telemetry<T>& x) noexcept SEXTANT_NONBLOCKING {
     ++count_;
-    const T n = T(count_);
-    torque_.add(x.torque, n);
-    flux_.add(x.psi_s_magnitude, n);
-    current_.add(magnitude(clarke(x.i_abc)), n);
-    u_dc_ += (x.u_dc - u_dc_) / n;
-    i_dc_ += (x.i_dc - i_dc_) / n;
-    power_ += (x.u_dc * x.i_dc - power_) / n;
+    const T weight = T(1) / T(count_);
+    torque_.add(x.torque, weight);
+    flux_.add(x.psi_s_magnitude, weight);
+    current_.add(magnitude(clarke(x.i_abc)), weight);
+    u_dc_ += weight * (x.u_dc - u_dc_);
+    i_dc_ += weight * (x.i_dc - i_dc_);
+    power_ += weight * (x.u_dc * x.i_dc - power_);
     last_ = x;
   }
 
@@ -103,8 +103,8 @@ class TelemetryInterval {
     T min{std::numeric_limits<T>::infinity()};
     T max{-std::numeric_limits<T>::infinity()};
 
-    void add(T x, T n) noexcept {
-      mean += (x - mean) / n;
+    void add(T x, T weight) noexcept {
+      mean += weight * (x - mean);
       if (x < min) min = x;
       if (x > max) max = x;
     }

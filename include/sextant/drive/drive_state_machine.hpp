@@ -31,7 +31,8 @@ struct DriveConditions {
   if (c.lockout) return DriveState::standby;
   if (!c.enable) return DriveState::ready;
   if (state == DriveState::standby) return DriveState::ready;
-  if (!c.magnetised && state != DriveState::torque && state != DriveState::derated) return DriveState::magnetising;
+  if (!c.magnetised && state != DriveState::torque && state != DriveState::derated)
+    return DriveState::magnetising;
   return c.derated ? DriveState::derated : DriveState::torque;
 }
 

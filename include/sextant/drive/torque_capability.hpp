@@ -18,8 +18,8 @@ template <class T = double>
 class TorqueCapability {
  public:
   struct Parameters {
-    T torque{T(150)};            ///< up to base speed [N·m]
-    T base_speed{T(115)};        ///< mechanical [rad/s]
+    T torque{T(150)};             ///< up to base speed [N·m]
+    T base_speed{T(115)};         ///< mechanical [rad/s]
     T zero_torque_speed{T(180)};  ///< mechanical [rad/s]
 
     [[nodiscard]] const char* validate() const noexcept {

@@ -28,7 +28,8 @@ struct PlantQuantities {
 /// A system of differential equations that is driven by the plant and integrated with it, without acting
 /// back on it: meters, a continuous-time estimator. `derivative(plant, y, dy)` writes dy/dt.
 template <class A, class T>
-concept AppendedSystem = std::copyable<A> && A::size >= 0 &&
+concept AppendedSystem =
+    std::copyable<A> && A::size >= 0 &&
     requires(const A& a, const PlantQuantities<T>& plant, std::span<const T, std::size_t(A::size)> y,
              std::span<T, std::size_t(A::size)> dy) {
       { a.derivative(plant, y, dy) } noexcept;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <concepts>
@@ -8,6 +7,8 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+
+#include <Eigen/Core>
 
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/plant/cvode_parameters.hpp"
@@ -32,8 +33,8 @@ class CvodeIntegrator final : public PlantIntegrator<Plant> {
   SEXTANT_TRUSTED_BEGIN
   [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
     if (duration_ns <= 0) return true;
-    const bool good =
-        plant.has_events() ? advance_through_events(plant, duration_ns) : advance_smoothly(plant, duration_ns);
+    const bool good = plant.has_events() ? advance_through_events(plant, duration_ns)
+                                         : advance_smoothly(plant, duration_ns);
     if (!good) reset();
     return good;
   }

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <utility>
+
+#include <Eigen/Core>
 
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -93,7 +94,7 @@ class DrivePlant {
     const SpaceVector<T> flux_s = stator_flux(x);
     const SpaceVector<T> flux_r = rotor_flux(x);
     const SpaceVector<T> i_s = machine_.stator_current(flux_s, flux_r);
-    const SpaceVector<T> i_r = machine_.rotor_current(i_s, flux_r);
+    const SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
     const SpaceVector<T> dpsi_r = machine_.rotor_flux_derivative(i_r, flux_r, x[omega]);
     const SpaceVector<T> u_s = stator_voltage_at(dpsi_r);
     const SpaceVector<T> dpsi_s = machine_.stator_flux_derivative(u_s, i_s);
@@ -107,8 +108,9 @@ class DrivePlant {
                     : (tau_e - inputs_.tau_l - viscous_friction_ * x[omega]) * inverse_inertia_;
     dx[theta] = x[omega];
     if constexpr (Appended::size > 0) {
-      const PlantQuantities<T> q{flux_s, flux_r, i_s, i_r, u_s, inputs_.u_dc, inverter_.dc_link_current(i_s),
-                                 tau_e, inputs_.tau_l, x[omega], x[theta]};
+      const PlantQuantities<T> q{
+          flux_s, flux_r,        i_s,      i_r,     u_s, inputs_.u_dc, inverter_.dc_link_current(i_s),
+          tau_e,  inputs_.tau_l, x[omega], x[theta]};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
@@ -174,10 +176,11 @@ class DrivePlant {
   }
   SpaceVector<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> flux_r = rotor_flux(x);
-    const SpaceVector<T> i_r = machine_.rotor_current(machine_.stator_current(stator_flux(x), flux_r), flux_r);
+    const SpaceVector<T> i_r = machine_.rotor_current(stator_flux(x), flux_r);
     return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]));
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
+    if (is_driven(inputs_.state)) return inverter_.set_driven(inputs_.state, inputs_.u_dc);
     inverter_.set(inputs_.state, inputs_.u_dc, i_s(), emf_at(x_));
     make_current_admissible();
   }
@@ -214,15 +217,14 @@ void DrivePlant<T, Appended>::jacobian(const State& x, Jacobian& j) const noexce
   Block turn;
   turn << T(0), T(-1), T(1), T(0);
 
-  // i_s = (psi_s − k_r psi_r)/σL_s and i_r = psi_r/L_r − k_r i_s
+  // i_s = (psi_s − k_r psi_r)/σL_s, i_r = psi_r/L_r − k_r i_s
   const Block rotor_by_stator = m.r_r * k_r * inverse_sigma_l_s * Block::Identity();
   const Block rotor_by_rotor =
       (p * x[omega]) * turn - m.r_r * (T(1) / m.l_r() + k_r * k_r * inverse_sigma_l_s) * Block::Identity();
   const Eigen::Matrix<T, 2, 1> rotor_by_speed{-p * r.beta, p * r.alpha};
 
   j.setZero();
-  j.template block<2, 2>(0, 0) =
-      k_r * gain * rotor_by_stator - m.r_s * inverse_sigma_l_s * Block::Identity();
+  j.template block<2, 2>(0, 0) = k_r * gain * rotor_by_stator - m.r_s * inverse_sigma_l_s * Block::Identity();
   j.template block<2, 2>(0, 2) =
       k_r * gain * rotor_by_rotor + m.r_s * k_r * inverse_sigma_l_s * Block::Identity();
   j.template block<2, 1>(0, 4) = k_r * gain * rotor_by_speed;

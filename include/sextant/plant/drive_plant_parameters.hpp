@@ -26,11 +26,11 @@ struct DrivePlantParameters {
 /// What acts on the plant, constant over an integration segment.
 template <class T = double>
 struct PlantInputs {
-  SwitchState state{};          ///< what the inverter legs are told to do
-  T u_dc{};                     ///< voltage of the stiff DC link [V]
-  T tau_l{};                    ///< load torque; positive opposes positive rotation [N·m]
-  bool imposed_speed{false};    ///< true: the speed follows speed_slope, whatever the torques
-  T speed_slope{};              ///< domega_m/dt where the speed is imposed [rad/s²]
+  SwitchState state{};        ///< what the inverter legs are told to do
+  T u_dc{};                   ///< voltage of the stiff DC link [V]
+  T tau_l{};                  ///< load torque; positive opposes positive rotation [N·m]
+  bool imposed_speed{false};  ///< true: the speed follows speed_slope, whatever the torques
+  T speed_slope{};            ///< domega_m/dt where the speed is imposed [rad/s²]
   friend constexpr bool operator==(const PlantInputs&, const PlantInputs&) noexcept = default;
 };
 

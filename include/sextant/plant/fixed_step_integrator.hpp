@@ -56,7 +56,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     plant.derivative(along(x, T(0.5) * h, k2), k3);
     plant.derivative(along(x, h, k3), k4);
     State next;
-    for (int i = 0; i < Plant::size; ++i) next[i] = x[i] + (h / T(6)) * (k1[i] + T(2) * (k2[i] + k3[i]) + k4[i]);
+    for (int i = 0; i < Plant::size; ++i)
+      next[i] = x[i] + (h / T(6)) * (k1[i] + T(2) * (k2[i] + k3[i]) + k4[i]);
     return next;
   }
 

@@ -24,25 +24,26 @@ class InductionMachine {
   constexpr explicit InductionMachine(const InductionMachineParameters<T>& parameters) noexcept
       : parameters_{parameters},
         inverse_sigma_l_s_{T(1) / parameters.sigma_l_s()},
-        inverse_l_r_{T(1) / parameters.l_r()},
+        inverse_sigma_l_r_{parameters.l_s() / (parameters.l_r() * parameters.sigma_l_s())},
+        coupling_{parameters.k_r() / parameters.sigma_l_s()},
         k_r_{parameters.k_r()},
         pole_pairs_{T(parameters.pole_pairs)} {}
 
-  /// i_s = (psi_s − k_r psi_r) / σL_s. [A]
-  [[nodiscard]] constexpr SpaceVector<T> stator_current(SpaceVector<T> psi_s,
-                                                        SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
-    return inverse_sigma_l_s_ * (psi_s - k_r_ * psi_r);
+  /// i_s = psi_s / σL_s − L_m/(L_s L_r − L_m²) psi_r. [A]
+  [[nodiscard]] constexpr SpaceVector<T> stator_current(
+      SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    return inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
   }
 
-  /// i_r = psi_r / L_r − k_r i_s. [A]
-  [[nodiscard]] constexpr SpaceVector<T> rotor_current(SpaceVector<T> i_s,
-                                                       SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
-    return inverse_l_r_ * psi_r - k_r_ * i_s;
+  /// i_r = psi_r / σL_r − L_m/(L_s L_r − L_m²) psi_s. [A]
+  [[nodiscard]] constexpr SpaceVector<T> rotor_current(
+      SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    return inverse_sigma_l_r_ * psi_r - coupling_ * psi_s;
   }
 
   /// psi_s = σL_s i_s + k_r psi_r: the stator flux linkage that goes with a stator current. [Wb]
-  [[nodiscard]] constexpr SpaceVector<T> stator_flux(SpaceVector<T> i_s,
-                                                     SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr SpaceVector<T> stator_flux(SpaceVector<T> i_s, SpaceVector<T> psi_r) const noexcept
+      SEXTANT_NONBLOCKING {
     return parameters_.sigma_l_s() * i_s + k_r_ * psi_r;
   }
 
@@ -53,8 +54,8 @@ class InductionMachine {
   }
 
   /// dpsi_r/dt = −R_r i_r + j p omega_m psi_r, omega_m mechanical. [V]
-  [[nodiscard]] constexpr SpaceVector<T> rotor_flux_derivative(
-      SpaceVector<T> i_r, SpaceVector<T> psi_r, T omega_m) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr SpaceVector<T> rotor_flux_derivative(SpaceVector<T> i_r, SpaceVector<T> psi_r,
+                                                               T omega_m) const noexcept SEXTANT_NONBLOCKING {
     return (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
   }
 
@@ -64,25 +65,27 @@ class InductionMachine {
   }
 
   /// tau_e = 3/2 p (psi_s × i_s), positive in the direction of positive speed. [N·m]
-  [[nodiscard]] constexpr T torque(SpaceVector<T> psi_s, SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr T torque(SpaceVector<T> psi_s,
+                                   SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
     return T(1.5) * pole_pairs_ * cross(psi_s, i_s);
   }
 
   /// Energy stored in the magnetic field, 3/4 (psi_s · i_s + psi_r · i_r). [J]
   [[nodiscard]] constexpr T magnetic_energy(SpaceVector<T> psi_s,
                                             SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
-    const SpaceVector<T> i_s = stator_current(psi_s, psi_r);
-    return T(0.75) * (dot(psi_s, i_s) + dot(psi_r, rotor_current(i_s, psi_r)));
+    return T(0.75) * (dot(psi_s, stator_current(psi_s, psi_r)) + dot(psi_r, rotor_current(psi_s, psi_r)));
   }
 
-  [[nodiscard]] constexpr const InductionMachineParameters<T>& parameters() const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr const InductionMachineParameters<T>& parameters() const noexcept
+      SEXTANT_NONBLOCKING {
     return parameters_;
   }
 
  private:
   InductionMachineParameters<T> parameters_;
   T inverse_sigma_l_s_;  ///< 1/σL_s [1/H]
-  T inverse_l_r_;        ///< 1/L_r [1/H]
+  T inverse_sigma_l_r_;  ///< 1/σL_r [1/H]
+  T coupling_;           ///< L_m/(L_s L_r − L_m²) [1/H]
   T k_r_;                ///< L_m/L_r [-]
   T pole_pairs_;         ///< p [-]
 };

@@ -29,17 +29,21 @@ class Inverter {
   /// A diode conducts once its forward voltage has reached this much. [V]
   static constexpr T voltage_tolerance = T(1e-3);
 
-  /// Sets the leg states and the DC-link voltage [V] and finds the ties of the off legs.
-  constexpr void set(SwitchState state, T u_dc, SpaceVector<T> i_s,
-                     SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+  /// Sets leg states that are all driven, and the DC-link voltage [V].
+  constexpr void set_driven(SwitchState state, T u_dc) noexcept SEXTANT_NONBLOCKING {
     state_ = state;
     u_dc_ = u_dc;
-    if (is_driven(state)) {
-      ties_ = {driven_tie(state.a), driven_tie(state.b), driven_tie(state.c)};
-      floating_ = 0;
-      map_ = {T(0), T(0), T(0), sextant::stator_voltage(state, u_dc)};
-      return;
-    }
+    ties_ = {driven_tie(state.a), driven_tie(state.b), driven_tie(state.c)};
+    floating_ = 0;
+    map_ = {T(0), T(0), T(0), sextant::stator_voltage(state, u_dc)};
+  }
+
+  /// Sets any leg states and the DC-link voltage [V] and finds the ties of the off legs.
+  constexpr void set(SwitchState state, T u_dc, SpaceVector<T> i_s,
+                     SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+    if (is_driven(state)) return set_driven(state, u_dc);
+    state_ = state;
+    u_dc_ = u_dc;
     ties_ = ties_from_currents(phases_of(i_s));
     settle(e);
   }
@@ -76,13 +80,15 @@ class Inverter {
   }
 
   /// i_s with the currents of floating legs made exactly zero. [A]
-  [[nodiscard]] constexpr SpaceVector<T> admissible_current(SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr SpaceVector<T> admissible_current(SpaceVector<T> i_s) const noexcept
+      SEXTANT_NONBLOCKING {
     return floating_ == 0 ? i_s : i_s - map_.gain(i_s);
   }
 
   /// Leg potentials against the negative rail. Without any tied leg they are undefined and reported as their
   /// deviation from the star point. [V]
-  [[nodiscard]] constexpr std::array<T, 3> leg_potentials(SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr std::array<T, 3> leg_potentials(SpaceVector<T> e) const noexcept
+      SEXTANT_NONBLOCKING {
     const std::array<T, 3> u = phases_of(map_(e));
     T star_point{};
     for (std::size_t x = 0; x < 3; ++x) {
@@ -106,12 +112,15 @@ class Inverter {
     return map_;
   }
   /// True when no leg floats: the stator voltage is constant, `voltage_map().offset`.
-  [[nodiscard]] constexpr bool voltage_is_fixed() const noexcept SEXTANT_NONBLOCKING { return floating_ == 0; }
+  [[nodiscard]] constexpr bool voltage_is_fixed() const noexcept SEXTANT_NONBLOCKING {
+    return floating_ == 0;
+  }
   /// True when a leg is off, so that events can come.
   [[nodiscard]] constexpr bool has_events() const noexcept SEXTANT_NONBLOCKING { return !is_driven(state_); }
 
  private:
-  [[nodiscard]] constexpr LegTies ties_from_currents(const std::array<T, 3>& i) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr LegTies ties_from_currents(const std::array<T, 3>& i) const noexcept
+      SEXTANT_NONBLOCKING {
     const std::array<LegState, 3> states = leg_states(state_);
     // Twice the tolerance: when two diodes block together, both must be seen as blocking.
     constexpr T zero = T(2) * current_tolerance;

@@ -19,7 +19,8 @@ enum class LegTie : std::uint8_t { low, high, floating };
 using LegTies = std::array<LegTie, 3>;
 
 [[nodiscard]] constexpr int floating_legs(const LegTies& ties) noexcept SEXTANT_NONBLOCKING {
-  return int(ties[0] == LegTie::floating) + int(ties[1] == LegTie::floating) + int(ties[2] == LegTie::floating);
+  return int(ties[0] == LegTie::floating) + int(ties[1] == LegTie::floating) +
+         int(ties[2] == LegTie::floating);
 }
 
 [[nodiscard]] constexpr std::array<LegState, 3> leg_states(SwitchState s) noexcept SEXTANT_NONBLOCKING {

@@ -43,9 +43,12 @@ template <class T>
                                                                T u_dc) noexcept SEXTANT_NONBLOCKING {
   const auto v = [&](std::size_t leg) { return tied_potential(ties[leg], u_dc); };
   switch (floating_legs(ties)) {
-    case 0: return {T(0), T(0), T(0), clarke(ThreePhase<T>{v(0), v(1), v(2)})};
-    case 1: break;
-    default: return {T(1), T(0), T(1), {}};
+    case 0:
+      return {T(0), T(0), T(0), clarke(ThreePhase<T>{v(0), v(1), v(2)})};
+    case 1:
+      break;
+    default:
+      return {T(1), T(0), T(1), {}};
   }
   const std::size_t x = ties[0] == LegTie::floating ? 0U : ties[1] == LegTie::floating ? 1U : 2U;
   const SpaceVector<T> d = phase_axes<T>[x];

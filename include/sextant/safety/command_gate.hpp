@@ -31,12 +31,12 @@ template <class T = double>
 class CommandGate {
  public:
   struct Parameters {
-    T torque_limit{T(150)};               ///< largest magnitude a command may have [N·m]
-    T torque_rate{T(1e6)};                ///< largest rate of the admitted torque [N·m/s]
-    std::int64_t timeout_ns{40'000'000};  ///< age at which the torque starts to ramp to zero [ns]
+    T torque_limit{T(150)};                 ///< largest magnitude a command may have [N·m]
+    T torque_rate{T(1e6)};                  ///< largest rate of the admitted torque [N·m/s]
+    std::int64_t timeout_ns{40'000'000};    ///< age at which the torque starts to ramp to zero [ns]
     std::int64_t zero_ramp_ns{10'000'000};  ///< duration of that ramp, from whatever torque [ns]
-    std::int64_t lost_ns{200'000'000};    ///< age at which the command counts as lost [ns]
-    std::uint32_t blocked_limit{3};       ///< blocked frames in a row that make a fault [-]
+    std::int64_t lost_ns{200'000'000};      ///< age at which the command counts as lost [ns]
+    std::uint32_t blocked_limit{3};         ///< blocked frames in a row that make a fault [-]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (!(std::isfinite(torque_limit) && torque_limit > T(0))) return "the torque limit must be above zero";
@@ -51,8 +51,9 @@ class CommandGate {
 
   constexpr explicit CommandGate(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// One control period at t_ns, dt [s] after the one before. `available` is the magnitude of torque that the drive can give
-  /// now [N·m]; `wind_down` asks for a ramp to zero, and holds it there, whatever the command says.
+  /// One control period at t_ns, dt [s] after the one before. `available` is the magnitude of torque that the
+  /// drive can give now [N·m]; `wind_down` asks for a ramp to zero, and holds it there, whatever the command
+  /// says.
   [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt, T available,
                                         bool wind_down) noexcept {
     AdmittedCommand<T> out;

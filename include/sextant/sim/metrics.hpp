@@ -76,7 +76,7 @@ class MetricsAccumulator {
     double min{std::numeric_limits<double>::infinity()};
     double max{-std::numeric_limits<double>::infinity()};
 
-    void add(double x, double n) noexcept;
+    void add(double x, double weight) noexcept;  // weight: one over the number of values, x included
   };
 
   void add_to_window(const MetricsSample& sample) noexcept;

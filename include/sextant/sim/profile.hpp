@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/core/nonblocking.hpp"
+
 namespace sextant {
 
 /// A value and the instant from which it counts.
@@ -40,7 +42,7 @@ class Profile {
   explicit Profile(const ProfileParameters& parameters);
 
   /// The value at t_ns; before 0 that of 0. [the profile's unit]
-  [[nodiscard]] double value(std::int64_t t_ns) const noexcept;
+  [[nodiscard]] double value(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING;
 
   /// Right-hand derivative of a linear profile at t_ns, zero for the other shapes. [the profile's unit per s]
   [[nodiscard]] double slope(std::int64_t t_ns) const noexcept;

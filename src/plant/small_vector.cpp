@@ -1,0 +1,48 @@
+#include "small_vector.hpp"
+
+#include <cmath>
+
+#include <nvector/nvector_serial.h>
+
+namespace sextant {
+namespace {
+
+/// z = a x + b y.
+void linear_sum(sunrealtype a, N_Vector x, sunrealtype b, N_Vector y, N_Vector z) {
+  const sunindextype n = NV_LENGTH_S(x);
+  const sunrealtype* const xs = NV_DATA_S(x);
+  const sunrealtype* const ys = NV_DATA_S(y);
+  sunrealtype* const zs = NV_DATA_S(z);
+  for (sunindextype i = 0; i < n; ++i) zs[i] = a * xs[i] + b * ys[i];
+}
+
+/// z = a x.
+void scale(sunrealtype a, N_Vector x, N_Vector z) {
+  const sunindextype n = NV_LENGTH_S(x);
+  const sunrealtype* const xs = NV_DATA_S(x);
+  sunrealtype* const zs = NV_DATA_S(z);
+  for (sunindextype i = 0; i < n; ++i) zs[i] = a * xs[i];
+}
+
+/// √(Σ (x w)² / n).
+sunrealtype weighted_rms_norm(N_Vector x, N_Vector w) {
+  const sunindextype n = NV_LENGTH_S(x);
+  const sunrealtype* const xs = NV_DATA_S(x);
+  const sunrealtype* const ws = NV_DATA_S(w);
+  sunrealtype sum = 0.0;
+  for (sunindextype i = 0; i < n; ++i) sum += (xs[i] * ws[i]) * (xs[i] * ws[i]);
+  return std::sqrt(sum / static_cast<sunrealtype>(n));
+}
+
+}  // namespace
+
+N_Vector new_small_vector(int size, SUNContext context) noexcept {
+  const N_Vector v = N_VNew_Serial(size, context);
+  if (v == nullptr) return nullptr;
+  v->ops->nvlinearsum = linear_sum;
+  v->ops->nvscale = scale;
+  v->ops->nvwrmsnorm = weighted_rms_norm;
+  return v;
+}
+
+}  // namespace sextant

@@ -1,0 +1,403 @@
+#include "sextant/drive/drive.hpp"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "drive/fake_controller.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr std::int32_t period_ns = 25'000;
+constexpr unsigned seed = 20240508;
+
+template <class T>
+class DriveOf : public testing::Test {
+ protected:
+  using DriveParameters = typename Drive<T>::Parameters;
+  static constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+
+  DriveOf() {
+    measurement.u_dc = T(530);
+    measurement.i_abc = {T(5), T(-2), T(-3)};
+    measurement.omega_m = T(10);
+    measurement.t_ns = 5 * ms;
+    restart();
+  }
+
+  void receive(T torque, bool enable, bool fault_reset = false) {
+    TorqueCommand<T>& c = request.command;
+    c.torque = torque;
+    c.torque_limit = T(150);
+    c.enable = enable;
+    c.fault_reset = fault_reset;
+    c.received_ns = measurement.t_ns;
+    c.e2e = E2eState::valid;
+    ++c.sequence;
+  }
+
+  DriveOutput<T> step() {
+    const auto out = drive->step(measurement, request);
+    const bool on = gates_are_on(out.telemetry.state);
+    EXPECT_EQ(out.telemetry.state, drive->state());
+    EXPECT_EQ(out.pattern.last_state() != gates_off, on) << to_string(out.telemetry.state);
+    EXPECT_EQ(out.pattern.duration_ns(), period_ns);
+    EXPECT_FALSE(on && out.telemetry.lockout);
+    EXPECT_FALSE(on && out.telemetry.active.any());
+    EXPECT_FALSE(on && out.telemetry.latched.any());
+    measurement.t_ns += period_ns;
+    return out;
+  }
+
+  DriveOutput<T> run(std::int64_t duration) {
+    DriveOutput<T> out;
+    for (const std::int64_t end = measurement.t_ns + duration; measurement.t_ns < end;) out = step();
+    return out;
+  }
+
+  void start(T torque) {
+    step();
+    receive(T(0), false);
+    run(ms);
+    ASSERT_EQ(drive->state(), DriveState::ready);
+    receive(torque, true);
+    run(ms);
+    ASSERT_EQ(drive->state(), DriveState::torque);
+    ASSERT_EQ(controller->last_reference.torque, torque);
+  }
+
+  /// A drive as after power-up.
+  void restart(const DriveParameters& parameters = {}) {
+    controller.emplace();
+    drive.emplace(parameters, *controller);
+    request = {};
+  }
+
+  std::optional<test::FakeController<T>> controller{};
+  std::optional<Drive<T>> drive{};
+  Measurement<T> measurement{};
+  DriveRequest<T> request{};
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(DriveOf, Scalars);
+
+TYPED_TEST(DriveOf, EnableAtPowerUpWithoutADisableNeverTurnsTheGatesOn) {
+  for (int frame = 0; frame < 50; ++frame) {
+    this->receive(TypeParam(15), true);
+    const auto out = this->run(10 * ms);
+    EXPECT_EQ(out.telemetry.state, DriveState::standby);
+    EXPECT_TRUE(out.telemetry.lockout);
+  }
+  EXPECT_EQ(this->controller->last_reference.mode, ControlMode::off);
+}
+
+TYPED_TEST(DriveOf, ATorqueCommandReachesTheControllerAfterADisable) {
+  using T = TypeParam;
+  this->start(T(15));
+  EXPECT_EQ(this->controller->last_reference.mode, ControlMode::torque);
+  this->receive(T(-20), true);
+  this->run(ms);
+  EXPECT_EQ(this->controller->last_reference.torque, T(-20));
+  this->receive(T(-20), false);
+  EXPECT_EQ(this->step().telemetry.state, DriveState::ready);
+  EXPECT_EQ(this->controller->last_reference.mode, ControlMode::off);
+}
+
+TYPED_TEST(DriveOf, TheControllerIsSteppedInEveryPeriod) {
+  this->run(ms);
+  EXPECT_EQ(this->controller->steps, 40);
+}
+
+TYPED_TEST(DriveOf, AMeasurementThatIsNoNumberOpensTheGatesAtOnceAndIsKeptFromTheController) {
+  using T = TypeParam;
+  const int unusable = 3;
+  for (int kind = 0; kind < unusable; ++kind) {
+    SCOPED_TRACE(kind);
+    this->restart();
+    this->start(T(15));
+    const Measurement<T> good = this->measurement;
+    if (kind == 0) this->measurement.i_abc.b = this->nan;
+    if (kind == 1) this->measurement.omega_m = std::numeric_limits<T>::infinity();
+    if (kind == 2) this->measurement.plausible = false;
+    const int steps = this->controller->steps;
+    const auto out = this->step();
+    EXPECT_EQ(out.telemetry.state, DriveState::fault);
+    EXPECT_EQ(out.pattern.last_state(), gates_off);
+    EXPECT_TRUE(out.telemetry.latched.test(Fault::measurement_invalid));
+    EXPECT_EQ(this->controller->steps, steps);
+    EXPECT_EQ(this->controller->resets, 1);
+    const std::int64_t t_ns = this->measurement.t_ns;
+    this->measurement = good;
+    this->measurement.t_ns = t_ns;
+    EXPECT_EQ(this->step().telemetry.state, DriveState::fault);
+    EXPECT_EQ(this->controller->steps, steps + 1);
+  }
+}
+
+TYPED_TEST(DriveOf, OverCurrentAndOverVoltageOpenTheGatesInTheSamePeriod) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->measurement.i_abc.c = T(-201);
+  const auto out = this->step();
+  EXPECT_EQ(out.telemetry.state, DriveState::fault);
+  EXPECT_EQ(out.telemetry.first_fault, Fault::over_current);
+  EXPECT_EQ(out.telemetry.torque_reference, T(0));
+  this->measurement.u_dc = T(701);
+  EXPECT_TRUE(this->step().telemetry.latched.test(Fault::dc_over_voltage));
+}
+
+TYPED_TEST(DriveOf, ExternalFaultsOpenTheGatesInTheSamePeriod) {
+  this->start(TypeParam(15));
+  this->request.external.set(Fault::watchdog);
+  EXPECT_EQ(this->step().telemetry.state, DriveState::fault);
+}
+
+TYPED_TEST(DriveOf, TheWayOutOfAFaultIsResetThenDisableThenEnable) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->measurement.i_abc.a = T(300);
+  this->step();
+  // While the fault is present a reset is refused.
+  this->receive(T(0), false, true);
+  EXPECT_EQ(this->run(ms).telemetry.state, DriveState::fault);
+  this->measurement.i_abc.a = T(5);
+  // Neither enable nor disable leaves the fault.
+  this->receive(T(0), false);
+  EXPECT_EQ(this->run(ms).telemetry.state, DriveState::fault);
+  this->receive(T(15), true);
+  EXPECT_EQ(this->run(ms).telemetry.state, DriveState::fault);
+  this->receive(T(0), false, true);
+  auto out = this->run(ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::standby);
+  EXPECT_FALSE(out.telemetry.latched.any());
+  EXPECT_EQ(out.telemetry.fault_total, 1U);
+  // The disable that was seen during the fault does not count.
+  this->receive(T(15), true);
+  EXPECT_EQ(this->run(ms).telemetry.state, DriveState::standby);
+  this->receive(T(0), false);
+  EXPECT_EQ(this->run(ms).telemetry.state, DriveState::ready);
+  this->receive(T(15), true);
+  out = this->run(ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::torque);
+  EXPECT_EQ(this->controller->last_reference.torque, T(15));
+}
+
+TYPED_TEST(DriveOf, AfterAFaultTorqueStartsFromZero) {
+  using T = TypeParam;
+  typename Drive<T>::Parameters parameters;
+  parameters.gate.torque_rate = T(1000);
+  this->restart(parameters);
+  this->step();
+  this->receive(T(0), false);
+  this->run(ms);
+  this->receive(T(20), true);
+  this->run(30 * ms);
+  this->request.external.set(Fault::overrun);
+  this->step();
+  this->request.external = {};
+  this->receive(T(0), false, true);
+  this->step();
+  this->receive(T(0), false);
+  this->step();
+  this->step();
+  this->receive(T(20), true);
+  EXPECT_LT(std::abs(this->step().telemetry.torque_reference), T(0.1));
+}
+
+TYPED_TEST(DriveOf, SilenceIsZeroTorqueWithinSixtyMillisecondsAndAFaultAfterTwoHundred) {
+  using T = TypeParam;
+  this->start(T(150));
+  const std::int64_t received = this->request.command.received_ns;
+  while (this->measurement.t_ns - received < 60 * ms) this->step();
+  EXPECT_EQ(this->controller->last_reference.torque, T(0));
+  EXPECT_EQ(this->drive->state(), DriveState::torque);
+  while (this->measurement.t_ns - received <= 200 * ms) this->step();
+  EXPECT_EQ(this->step().telemetry.first_fault, Fault::command_lost);
+  EXPECT_EQ(this->drive->state(), DriveState::fault);
+}
+
+TYPED_TEST(DriveOf, SkippedPeriodsDoNotStretchTheRampToZero) {
+  using T = TypeParam;
+  this->start(T(150));
+  const std::int64_t received = this->request.command.received_ns;
+  while (this->measurement.t_ns - received < 60 * ms) {
+    this->step();
+    this->measurement.t_ns += 3 * period_ns;
+  }
+  EXPECT_EQ(this->controller->last_reference.torque, T(0));
+}
+
+TYPED_TEST(DriveOf, CommandFaultsOfAnIdleDriveDoNotLatchButNothingIsEnabledUnderThem) {
+  using T = TypeParam;
+  this->step();
+  this->receive(T(0), false);
+  this->run(ms);
+  this->request.command.bus_off = true;
+  this->receive(T(15), true);
+  const auto out = this->run(ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::ready);
+  EXPECT_FALSE(out.telemetry.latched.any());
+}
+
+TYPED_TEST(DriveOf, ALostCommandOfAnIdleDriveLeadsBackToStandbyWithoutAFault) {
+  this->step();
+  this->receive(TypeParam(0), false);
+  this->run(ms);
+  const auto out = this->run(250 * ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::standby);
+  EXPECT_TRUE(out.telemetry.lockout);
+  EXPECT_EQ(out.telemetry.fault_total, 0U);
+}
+
+TYPED_TEST(DriveOf, ShutdownRampsToZeroBeforeTheGatesGoOffForGood) {
+  using T = TypeParam;
+  this->start(T(100));
+  this->request.shutdown = true;
+  T last = T(100);
+  int periods = 0;
+  while (this->drive->state() != DriveState::shutdown && periods < 1000) {
+    const auto out = this->step();
+    ASSERT_LE(out.telemetry.torque_reference, last);
+    last = out.telemetry.torque_reference;
+    ++periods;
+  }
+  EXPECT_NEAR(periods * 0.025, 10, 0.2);
+  EXPECT_EQ(last, T(0));
+  this->request.shutdown = false;
+  this->receive(T(0), false);
+  this->run(ms);
+  this->receive(T(15), true);
+  EXPECT_EQ(this->run(ms).telemetry.state, DriveState::shutdown);
+}
+
+TYPED_TEST(DriveOf, ShutdownOfAnIdleDriveIsImmediate) {
+  this->step();
+  this->request.shutdown = true;
+  EXPECT_EQ(this->step().telemetry.state, DriveState::shutdown);
+}
+
+TYPED_TEST(DriveOf, WithMagnetiseFirstTorqueWaitsForTheFluxAndStartsFromZero) {
+  using T = TypeParam;
+  typename Drive<T>::Parameters parameters;
+  parameters.magnetise_first = true;
+  parameters.gate.torque_rate = T(1000);
+  this->restart(parameters);
+  this->step();
+  this->receive(T(0), false);
+  this->run(ms);
+  this->receive(T(15), true);
+  const auto out = this->run(30 * ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::magnetising);
+  EXPECT_EQ(this->controller->last_reference.mode, ControlMode::magnetise);
+  this->controller->current_estimate.magnetised = true;
+  EXPECT_EQ(this->step().telemetry.state, DriveState::torque);
+  EXPECT_EQ(this->controller->last_reference.torque, T(0));
+  // The flux estimate may leave `magnetised` again; torque production does not fall back.
+  this->controller->current_estimate.magnetised = false;
+  this->receive(T(15), true);
+  this->run(20 * ms);
+  EXPECT_EQ(this->drive->state(), DriveState::torque);
+  EXPECT_EQ(this->controller->last_reference.torque, T(15));
+}
+
+TYPED_TEST(DriveOf, WithoutMagnetiseFirstTorqueStartsAtOnce) {
+  using T = TypeParam;
+  this->start(T(15));
+  EXPECT_FALSE(this->controller->current_estimate.magnetised);
+}
+
+TYPED_TEST(DriveOf, BeyondTheBaseSpeedTheTorqueIsDeratedButBrakingIsNot) {
+  using T = TypeParam;
+  this->start(T(100));
+  this->measurement.omega_m = T(170);
+  auto out = this->run(ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::derated);
+  EXPECT_LT(out.telemetry.torque_reference, T(30));
+  EXPECT_EQ(out.telemetry.torque_reference, out.telemetry.torque_available);
+  this->receive(T(-100), true);
+  out = this->run(ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::torque);
+  EXPECT_EQ(out.telemetry.torque_reference, T(-100));
+}
+
+TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->controller->current_estimate = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true};
+  this->request.command.counter = 7;
+  this->request.command.rejected = 3;
+  const std::int64_t t_ns = this->measurement.t_ns;
+  const Telemetry<T> x = this->step().telemetry;
+  EXPECT_EQ(x.t_ns, t_ns);
+  EXPECT_EQ(x.torque_requested, T(15));
+  EXPECT_EQ(x.torque_reference, T(15));
+  EXPECT_EQ(x.torque, T(14.5));
+  EXPECT_EQ(x.psi_s, (SpaceVector<T>{T(1), T(0.5)}));
+  EXPECT_EQ(x.psi_s_magnitude, T(1.118));
+  EXPECT_EQ(x.i_abc, this->measurement.i_abc);
+  EXPECT_EQ(x.i_dc, T(5));  // V1: leg a alone is high
+  EXPECT_EQ(x.u_dc, T(530));
+  EXPECT_EQ(x.omega_m, T(10));
+  EXPECT_EQ(x.sector, 2);
+  EXPECT_EQ(x.switch_state, switch_states[1]);
+  EXPECT_EQ(x.command_counter, 7);
+  EXPECT_EQ(x.command_rejected, 3U);
+  EXPECT_EQ(x.command_sequence, this->request.command.sequence);
+  EXPECT_EQ(x.command_received_ns, this->request.command.received_ns);
+}
+
+// The invariants in step() hold whatever comes: commands, silence, faults, resets and NaN at random.
+TYPED_TEST(DriveOf, TheGatesObeyLockoutAndFaultsUnderRandomInput) {
+  using T = TypeParam;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random{seed};
+  std::uniform_int_distribution<int> dice{0, 999};
+  const Measurement<T> good = this->measurement;
+  int periods_on = 0;
+  for (int k = 0; k < 100'000; ++k) {
+    const std::int64_t t_ns = this->measurement.t_ns;
+    this->measurement = good;
+    this->measurement.t_ns = t_ns;
+    this->request.external = {};
+    const int event = dice(random);
+    if (event < 20) this->receive(T(0.35) * T(dice(random)) - T(175), dice(random) < 700, dice(random) < 200);
+    if (event == 20) this->measurement.i_abc.a = this->nan;
+    if (event == 21) this->measurement.u_dc = T(900);
+    if (event == 22) this->request.external.set(Fault::overrun);
+    if (event == 23) this->request.command.e2e = E2eState::invalid;
+    if (event == 24) this->measurement.t_ns += 60 * ms;
+    if (event == 25) this->request.command.bus_off = true;
+    if (event > 25 && event < 50) this->request.command.bus_off = false;
+    const auto out = this->step();
+    periods_on += gates_are_on(out.telemetry.state) ? 1 : 0;
+    ASSERT_TRUE(std::isfinite(out.telemetry.torque_reference));
+    ASSERT_LE(std::abs(out.telemetry.torque_reference), T(150));
+    if (this->HasFailure()) return;
+  }
+  EXPECT_GT(periods_on, 1000);
+}
+
+TYPED_TEST(DriveOf, RefusesParametersThatCannotWork) {
+  using Parameters = typename TestFixture::DriveParameters;
+  EXPECT_EQ(Parameters{}.validate(), nullptr);
+  Parameters parameters;
+  parameters.period_ns = 0;
+  EXPECT_NE(parameters.validate(), nullptr);
+  parameters = {};
+  parameters.gate.blocked_limit = 0;
+  EXPECT_NE(parameters.validate(), nullptr);
+  parameters = {};
+  parameters.protection.over_current = 0;
+  EXPECT_NE(parameters.validate(), nullptr);
+  parameters = {};
+  parameters.capability.torque = 0;
+  EXPECT_NE(parameters.validate(), nullptr);
+}
+
+}  // namespace
+}  // namespace sextant

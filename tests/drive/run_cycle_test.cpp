@@ -1,0 +1,98 @@
+#include "sextant/drive/run_cycle.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "drive/fake_controller.hpp"
+
+namespace sextant {
+namespace {
+
+using Calls = std::vector<std::string>;
+
+class RecordingIo final : public DriveIo<double> {
+ public:
+  explicit RecordingIo(Calls& calls) : calls_{calls} {}
+  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept override {
+    calls_.push_back("read");
+    Measurement<double> m;
+    m.t_ns = t_ns;
+    m.u_dc = 530;
+    m.omega_m = 42;
+    return m;
+  }
+  void write(const GatePattern& pattern) noexcept override {
+    calls_.push_back("write");
+    written = pattern;
+  }
+  GatePattern written{};
+
+ private:
+  Calls& calls_;
+};
+
+struct RecordingCommands {
+  Calls& calls;
+  DriveRequest<double> request{};
+  std::int64_t asked_at{};
+  DriveRequest<double> latest(std::int64_t t_ns) noexcept {
+    calls.push_back("latest");
+    asked_at = t_ns;
+    return request;
+  }
+};
+
+struct RecordingSink {
+  Calls& calls;
+  Telemetry<double> last{};
+  void push(const Telemetry<double>& x) noexcept {
+    calls.push_back("push");
+    last = x;
+  }
+};
+
+TEST(RunCycle, ReadsThenAsksThenWritesThenTells) {
+  Calls calls;
+  RecordingIo io{calls};
+  RecordingCommands commands{calls};
+  RecordingSink sink{calls};
+  test::FakeController<double> controller;
+  Drive<double> drive{Drive<double>::Parameters{}, controller};
+  run_cycle(75'000, io, commands, drive, sink);
+  EXPECT_EQ(calls, (Calls{"read", "latest", "write", "push"}));
+  EXPECT_EQ(commands.asked_at, 75'000);
+  EXPECT_EQ(io.written, (GatePattern{gates_off, 25'000}));
+  EXPECT_EQ(sink.last.t_ns, 75'000);
+  EXPECT_EQ(sink.last.omega_m, 42);
+  EXPECT_EQ(sink.last.state, DriveState::standby);
+}
+
+TEST(RunCycle, WhatIsWrittenIsWhatTheControllerDecided) {
+  Calls calls;
+  RecordingIo io{calls};
+  RecordingCommands commands{calls};
+  RecordingSink sink{calls};
+  test::FakeController<double> controller;
+  Drive<double> drive{Drive<double>::Parameters{}, controller};
+  std::int64_t t_ns = 0;
+  const auto receive = [&](bool enable) {
+    auto& c = commands.request.command;
+    ++c.sequence;
+    c.e2e = E2eState::valid;
+    c.enable = enable;
+    c.torque = 15;
+    c.torque_limit = 20;
+    c.received_ns = t_ns;
+    for (int k = 0; k < 3; ++k) run_cycle(t_ns += 25'000, io, commands, drive, sink);
+  };
+  receive(false);
+  EXPECT_EQ(io.written.last_state(), gates_off);
+  receive(true);
+  EXPECT_EQ(io.written.last_state(), switch_states[1]);
+  EXPECT_EQ(sink.last.state, DriveState::torque);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,67 @@
+// Everything that runs on the control thread, instantiated, so that clang's -Wfunction-effects walks through
+// it. Checked by scripts/check_function_effects; GCC compiles it as well, so that it stays valid.
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/core/telemetry_interval.hpp"
+#include "sextant/drive/run_cycle.hpp"
+#include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/realtime/latency_histogram.hpp"
+#include "sextant/realtime/latest_value.hpp"
+#include "sextant/realtime/ring.hpp"
+#include "sextant/realtime/wake_schedule.hpp"
+#include "sextant/sim/scenario_commands.hpp"
+#include "sextant/sim/simulated_drive_io.hpp"
+
+namespace sextant {
+
+template class DirectTorqueController<double>;
+template class DirectTorqueController<float>;
+template class Drive<double>;
+template class Drive<float>;
+template class TelemetryInterval<double>;
+template class TelemetryInterval<float>;
+template class LatestValue<DriveRequest<double>>;
+template class Ring<Telemetry<double>>;
+template class FixedStepIntegrator<DrivePlant<double>>;
+template class FixedStepIntegrator<DrivePlant<float>>;
+template class SimulatedDriveIo<DrivePlant<double>>;
+
+namespace {
+
+template <class T>
+class CommandCell {
+ public:
+  [[nodiscard]] DriveRequest<T> latest(std::int64_t) noexcept SEXTANT_NONBLOCKING { return cell_.latest(); }
+
+ private:
+  LatestValue<DriveRequest<T>> cell_{};
+};
+
+}  // namespace
+
+// Each is the whole of a control period.
+void live_cycle(std::int64_t t_ns, DriveIo<double>& io, Drive<double>& drive, Ring<Telemetry<double>>& ring,
+                LatencyHistogram& latency) noexcept SEXTANT_NONBLOCKING;
+void live_cycle(std::int64_t t_ns, DriveIo<double>& io, Drive<double>& drive, Ring<Telemetry<double>>& ring,
+                LatencyHistogram& latency) noexcept SEXTANT_NONBLOCKING {
+  CommandCell<double> commands;
+  run_cycle(t_ns, io, commands, drive, ring);
+  latency.record(t_ns);
+}
+
+void embedded_cycle(std::int64_t t_ns, DriveIo<float>& io, Drive<float>& drive,
+                    Ring<Telemetry<float>>& ring) noexcept SEXTANT_NONBLOCKING;
+void embedded_cycle(std::int64_t t_ns, DriveIo<float>& io, Drive<float>& drive,
+                    Ring<Telemetry<float>>& ring) noexcept SEXTANT_NONBLOCKING {
+  CommandCell<float> commands;
+  run_cycle(t_ns, io, commands, drive, ring);
+}
+
+void scenario_cycle(std::int64_t t_ns, SimulatedDriveIo<DrivePlant<double>>& io, ScenarioCommands& commands,
+                    Drive<double>& drive, Ring<Telemetry<double>>& ring) noexcept SEXTANT_NONBLOCKING;
+void scenario_cycle(std::int64_t t_ns, SimulatedDriveIo<DrivePlant<double>>& io, ScenarioCommands& commands,
+                    Drive<double>& drive, Ring<Telemetry<double>>& ring) noexcept SEXTANT_NONBLOCKING {
+  run_cycle(t_ns, io, commands, drive, ring);
+}
+
+}  // namespace sextant

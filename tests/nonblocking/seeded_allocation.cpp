@@ -1,0 +1,29 @@
+// Seeded violation: a controller that allocates three calls below its step. scripts/check_function_effects
+// --self-test must find it.
+#include <vector>
+
+#include "sextant/control/controller.hpp"
+
+namespace sextant {
+
+class SeededController final : public Controller<double> {
+ public:
+  [[nodiscard]] GatePattern step(const Measurement<double>& measurement,
+                                 const ControlReference<double>& reference) noexcept
+      SEXTANT_NONBLOCKING override {
+    return decide(measurement, reference);
+  }
+  [[nodiscard]] ControlEstimate<double> estimate() const noexcept SEXTANT_NONBLOCKING override { return {}; }
+  void reset() noexcept SEXTANT_NONBLOCKING override {}
+
+ private:
+  GatePattern decide(const Measurement<double>&, const ControlReference<double>& reference) {
+    remember(reference);
+    return {};
+  }
+  void remember(const ControlReference<double>& reference) { history_.push_back(reference.torque); }
+
+  std::vector<double> history_{};
+};
+
+}  // namespace sextant

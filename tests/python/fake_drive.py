@@ -1,0 +1,77 @@
+"""The CAN side of a drive, as far as a vehicle control unit sees it: status frames, lockout, E2E check of commands."""
+
+import threading
+import time
+
+from sextant_py import bus, e2e
+from sextant_py.contract import Contract
+
+COMMAND = "VCU_TorqueCommand"
+
+
+class FakeDrive:
+    """Answers on a bus until it is closed; remembers every command it accepted or refused."""
+
+    def __init__(self, address: str, fault_after: int | None = None, stubborn: bool = False) -> None:
+        self.accepted: list[tuple[float, dict]] = []
+        self.refused = 0
+        self.state = "STANDBY"
+        self._fault_after = fault_after
+        self._stubborn = stubborn
+        self._contract = Contract()
+        self._checker = e2e.Checker(self._contract.data_id(COMMAND))
+        self._bus = bus.open_bus(bus.parse(address))
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> "FakeDrive":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+        self._bus.shutdown()
+
+    def _run(self) -> None:
+        due, counter = time.monotonic(), 0
+        while not self._stop.is_set():
+            frame = bus.receive(self._bus, max(due - time.monotonic(), 0))
+            if frame is not None:
+                self._take(frame)
+            if time.monotonic() >= due:
+                due += 0.01
+                self._report(counter)
+                counter = (counter + 1) % e2e.COUNTER_COUNT
+
+    def _take(self, frame: object) -> None:
+        decoded = self._contract.decode(frame)
+        if decoded is None or decoded[0] != COMMAND:
+            return
+        if not self._checker.check(bytes(frame.data)).usable:
+            self.refused += 1
+            return
+        command = decoded[1]
+        self.accepted.append((time.monotonic(), command))
+        enabled = str(command["Enable"]) == "ENABLE"
+        if self.state == "FAULT":
+            self.state = "STANDBY" if command["FaultReset"] else "FAULT"
+        elif not enabled:
+            self.state = "STANDBY" if self._stubborn else "READY"
+        elif self.state == "READY":
+            self.state = "TORQUE"
+        running = [entry for entry in self.accepted if str(entry[1]["Enable"]) == "ENABLE"]
+        if self._fault_after is not None and len(running) > self._fault_after:
+            self.state = "FAULT"
+
+    def _report(self, counter: int) -> None:
+        last = self.accepted[-1][1] if self.accepted else {}
+        torque = last.get("TorqueRequest", 0.0) if self.state == "TORQUE" else 0.0
+        status = {
+            "TorqueEstimated": torque,
+            "TorqueAdmitted": torque,
+            "DriveState": self.state,
+            "Lockout": int(self.state in ("STANDBY", "FAULT")),
+            "CommandCounter": last.get("Counter", 15),
+        }
+        self._bus.send(self._contract.encode("MCU_TorqueStatus", status, counter))

@@ -1,0 +1,205 @@
+"""The monitor: what it shows, and what it says about silence. Writers run in the same process, over the loopback."""
+
+import io
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+
+import pytest
+import telemetry_types
+from cyclonedds.core import Policy, Qos
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+from rich.console import Console
+from sextant_py import dds, monitor
+from sextant_py.paths import ROOT
+
+VALUES = {
+    "drive_id": 7,
+    "sequence": 1,
+    "torque_requested_nm": 16.0,
+    "torque_reference_nm": 15.0,
+    "torque_mean_nm": 14.5,
+    "torque_min_nm": 10.0,
+    "torque_max_nm": 19.0,
+    "flux_mean_wb": 1.1012,
+    "current_mean_a": 20.25,
+    "speed_rad_s": 30.0,
+    "u_dc_v": 530.0,
+    "state": telemetry_types.DriveStateKind.TORQUE,
+}
+
+
+def test_bar_marks_band_mean_reference_and_zero() -> None:
+    assert monitor.torque_bar(-4, -2, 0, 3, full_scale=5, width=11) == "·─" + "─" + "█" + "──" + "··" + "◆" + "··"
+    assert monitor.torque_bar(6, 7, 8, 9, full_scale=10, width=21)[10] == "│"
+    assert len(monitor.torque_bar(-99, 0, 99, 50, full_scale=10, width=21)) == 21
+
+
+@pytest.mark.parametrize(("value", "expected"), [(0.2, 1), (1, 1), (1.1, 2), (19, 20), (21, 50), (130, 200)])
+def test_scale(value: float, expected: float) -> None:
+    assert monitor.rounded_up(value) == expected
+
+
+def test_faults_are_named_by_the_contract() -> None:
+    assert monitor.fault_names(1 << 8 | 1 << 0) == ["COMMAND_LOST", "OVER_CURRENT"]
+    assert monitor.fault_names(0) == []
+    assert monitor.fault_names(1 << 30) == ["BIT_30"]
+
+
+def test_contract_fields_are_those_of_the_idl() -> None:
+    fields = dds.contract_fields("DriveTelemetry")
+    assert fields[0] == "drive_id"
+    assert {"sequence", "t_ns", "torque_mean_nm", "flux_angle_rad", "command_received_ns"} <= set(fields)
+
+
+def full_drive() -> dds.Drive:
+    drive = dds.Drive(7)
+    drive.take_telemetry(telemetry_types.sample(telemetry_types.struct("DriveTelemetry"), **VALUES))
+    drive.state = telemetry_types.sample(
+        telemetry_types.struct("DriveState"), drive_id=7, faults_latched=1 << 8, reason="[too much] current"
+    )
+    drive.statistics = telemetry_types.sample(
+        telemetry_types.struct("RealTimeStatistics"), drive_id=7, period_ns=25000, periods_skipped=3, overruns=2
+    )
+    return drive
+
+
+def test_panel_shows_everything_within_eighty_columns() -> None:
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(monitor.DriveView().panel(full_drive()))
+    text = console.export_text()
+    for expected in (
+        "drive 7",
+        "TORQUE",
+        "+14.50 N·m mean",
+        "+10.00 … +19.00",
+        "+15.00 N·m reference",
+        "+16.00 requested",
+        "1.1012 Wb",
+        "20.25 A",
+        "+30.00 rad/s",
+        "+286.5 rpm",
+        "530.0 V",
+        "[too much] current",
+        "OVER_CURRENT",
+        "3 skipped",
+        "2 overruns",
+    ):
+        assert expected in text, text
+    assert max(len(line) for line in text.splitlines()) <= 80
+
+
+def test_line_is_one_line() -> None:
+    line = monitor.DriveView().line(full_drive())
+    assert "\n" not in line
+    assert "torque +14.50 N·m (+10.00 … +19.00) of +15.00" in line
+    assert "FAULTS OVER_CURRENT" in line
+
+
+class Writer:
+    """Writes one topic over and over until it is closed."""
+
+    def __init__(self, domain: int, topic: str, kind: type, qos: Qos, **values: object) -> None:
+        self._node = dds.Node(domain)
+        self._writer = DataWriter(self._node.participant, Topic(self._node.participant, topic, kind), qos)
+        self._kind, self._values = kind, values
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> "Writer":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        sequence = 0
+        while not self._stop.wait(0.005):
+            sequence += 1
+            self._writer.write(telemetry_types.sample(self._kind, **{**self._values, "sequence": sequence}))
+
+
+def until(telemetry: dds.Telemetry, condition: Callable[[], bool], patience_s: float = 15.0) -> bool:
+    end_s = time.monotonic() + patience_s
+    while not condition() and time.monotonic() < end_s:
+        telemetry.poll()
+        time.sleep(0.02)
+    return condition()
+
+
+def test_type_is_discovered_and_samples_arrive(domain: int) -> None:
+    kind = telemetry_types.struct("DriveTelemetry")
+    telemetry = dds.Telemetry(domain, depth=1000)
+    with Writer(domain, dds.TELEMETRY, kind, dds.streaming_qos(1), **VALUES):
+        assert until(telemetry, lambda: 7 in telemetry.drives and telemetry.drives[7].received > 20)
+    drive = telemetry.drives[7]
+    assert drive.telemetry.torque_mean_nm == 14.5
+    assert drive.telemetry.state.name == "TORQUE"
+    assert telemetry.stream.diagnosis() is None
+    assert any(dds.STATE in problem and "none writes" in problem for problem in telemetry.problems())
+
+
+def test_missing_samples_are_counted() -> None:
+    kind = telemetry_types.struct("DriveTelemetry")
+    drive = dds.Drive(1)
+    for sequence in (5, 6, 9, 10, 2, 3):
+        drive.take_telemetry(telemetry_types.sample(kind, drive_id=1, sequence=sequence))
+    assert drive.lost == 2
+
+
+def test_nobody_there_is_said(domain: int) -> None:
+    telemetry = dds.Telemetry(domain)
+    telemetry.poll()
+    assert len(telemetry.problems()) == 1
+    assert "no other DDS participant was discovered" in telemetry.problems()[0]
+    assert f"domain {domain}" in telemetry.problems()[0]
+
+
+def test_incompatible_qos_is_named(domain: int) -> None:
+    kind = telemetry_types.struct("DriveState")
+    volatile = Qos(
+        Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.Durability.Volatile, Policy.History.KeepLast(1)
+    )
+    telemetry = dds.Telemetry(domain)
+    with Writer(domain, dds.STATE, kind, volatile, drive_id=7):
+        assert until(telemetry, lambda: "incompatible QoS" in (telemetry.states.diagnosis() or ""))
+    assert "does not offer the DURABILITY asked for" in telemetry.states.diagnosis()
+
+
+def test_best_effort_state_is_named(domain: int) -> None:
+    kind = telemetry_types.struct("DriveState")
+    qos = Qos(Policy.Reliability.BestEffort, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
+    telemetry = dds.Telemetry(domain)
+    with Writer(domain, dds.STATE, kind, qos, drive_id=7):
+        assert until(telemetry, lambda: "RELIABILITY" in (telemetry.states.diagnosis() or ""))
+
+
+def test_type_mismatch_is_named(domain: int) -> None:
+    kind = telemetry_types.struct("DriveTelemetry", without=("flux_mean_wb", "u_dc_v"))
+    values = {name: value for name, value in VALUES.items() if name in kind.__annotations__}
+    telemetry = dds.Telemetry(domain)
+    with Writer(domain, dds.TELEMETRY, kind, dds.streaming_qos(1), **values):
+        assert until(telemetry, lambda: "type mismatch" in (telemetry.stream.diagnosis() or ""))
+    assert "lacks flux_mean_wb, u_dc_v of configs/interfaces/telemetry.idl" in telemetry.stream.diagnosis()
+
+
+def test_a_writer_that_never_writes_is_said(domain: int) -> None:
+    kind = telemetry_types.struct("DriveTelemetry")
+    node = dds.Node(domain)
+    writer = DataWriter(node.participant, Topic(node.participant, dds.TELEMETRY, kind), dds.streaming_qos(1))
+    telemetry = dds.Telemetry(domain)
+    assert until(telemetry, lambda: "no sample has arrived" in (telemetry.stream.diagnosis() or ""))
+    del writer
+
+
+def test_the_command_fails_with_the_reason(domain: int) -> None:
+    command = [ROOT / "scripts" / "monitor", "--once", "--duration", "1", "--domain", str(domain)]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert found.returncode == 1
+    assert found.stderr.startswith("monitor: no other DDS participant was discovered")
+    assert found.stderr.count("\n") == 1

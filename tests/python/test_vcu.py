@@ -1,0 +1,110 @@
+"""The vehicle control unit against the CAN side of a drive, over UDP multicast."""
+
+import json
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from fake_drive import FakeDrive
+from sextant_py.paths import ROOT
+
+PERIOD_S = 0.01
+
+
+@pytest.fixture
+def profile(tmp_path: Path) -> Path:
+    path = tmp_path / "profile.csv"
+    path.write_text("time_s,torque_nm\n0,0\n0.2,0\n0.2,20\n0.6,20\n0.6,0\n")
+    return path
+
+
+def start(address: str, profile: Path, *options: str) -> subprocess.Popen:
+    command = [ROOT / "scripts" / "vcu", "--can", address, "--profile", profile, *options]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def enabled(drive: FakeDrive) -> list[bool]:
+    return [str(command["Enable"]) == "ENABLE" for _, command in drive.accepted]
+
+
+def test_hand_shake_profile_and_disable(bus_address: str, profile: Path, tmp_path: Path) -> None:
+    log_file = tmp_path / "log.json"
+    with FakeDrive(bus_address) as drive:
+        vcu = start(bus_address, profile, "--log", str(log_file))
+        output, errors = vcu.communicate(timeout=30)
+        assert vcu.returncode == 0, errors
+        flags = enabled(drive)
+        assert not flags[0]
+        assert not flags[-1]
+        assert flags == sorted(flags[: flags.index(True)]) + [True] * sum(flags) + [False] * flags[::-1].index(True)
+        assert drive.refused == 0
+        assert max(command["TorqueRequest"] for _, command in drive.accepted) == pytest.approx(20.0)
+        assert drive.state == "READY"
+    assert "the drive is ready" in output
+
+    log = json.loads(log_file.read_text())
+    sent = log["commands"]
+    assert len(sent) == pytest.approx(len(drive.accepted), abs=2)
+    assert [command["counter"] for command in sent] == [index % 15 for index in range(len(sent))]
+    times = [command["t_ns"] for command in sent if command["enable"]]
+    assert times[0] >= log["profile_start_ns"]
+    mean_period_s = (times[-1] - times[0]) / (len(times) - 1 + log["skipped_periods"]) / 1e9
+    assert mean_period_s == pytest.approx(PERIOD_S, rel=0.05)
+
+
+def test_no_drive_is_said(bus_address: str, profile: Path) -> None:
+    vcu = start(bus_address, profile, "--timeout", "0.5")
+    _, errors = vcu.communicate(timeout=30)
+    assert vcu.returncode == 1
+    assert errors == "vcu: no answer from a drive within 0.5 s; is sextant-ecu running on this bus?\n"
+
+
+def test_a_drive_that_stays_locked_is_said(bus_address: str, profile: Path) -> None:
+    with FakeDrive(bus_address, stubborn=True) as drive:
+        vcu = start(bus_address, profile, "--timeout", "0.5")
+        _, errors = vcu.communicate(timeout=30)
+        assert vcu.returncode == 1
+        assert "it reports STANDBY and lockout" in errors
+        assert not any(enabled(drive))
+
+
+def test_without_hand_shake_the_first_frame_enables(bus_address: str, profile: Path) -> None:
+    with FakeDrive(bus_address) as drive:
+        vcu = start(bus_address, profile, "--no-handshake")
+        _, errors = vcu.communicate(timeout=30)
+        assert vcu.returncode == 0, errors
+        assert enabled(drive)[0]
+
+
+def test_a_fault_ends_the_profile(bus_address: str, profile: Path) -> None:
+    with FakeDrive(bus_address, fault_after=30) as drive:
+        vcu = start(bus_address, profile)
+        _, errors = vcu.communicate(timeout=30)
+        assert vcu.returncode == 1
+        assert "the drive went to FAULT" in errors
+        assert not enabled(drive)[-1]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+def test_interrupted_it_disables(bus_address: str, profile: Path, number: signal.Signals) -> None:
+    with FakeDrive(bus_address) as drive:
+        vcu = start(bus_address, profile)
+        deadline = time.monotonic() + 20
+        while True not in enabled(drive) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        vcu.send_signal(number)
+        vcu.communicate(timeout=30)
+        assert vcu.returncode == 130
+        assert enabled(drive)[-5:] == [False] * 5
+
+
+def test_a_torque_outside_the_contract_is_refused(bus_address: str, tmp_path: Path) -> None:
+    profile = tmp_path / "high.csv"
+    profile.write_text("time_s,torque_nm\n0,0\n1,4000\n")
+    vcu = start(bus_address, profile)
+    _, errors = vcu.communicate(timeout=30)
+    assert vcu.returncode == 1
+    assert "leaves the contract's range of torque" in errors
+    assert errors.count("\n") == 1

@@ -1,0 +1,118 @@
+"""scripts/with_vcan: a real kernel vcan0 for any command, on whatever kernel this is."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from sextant_py.paths import ROOT
+
+WITH_VCAN = ROOT / "scripts" / "with_vcan"
+
+
+def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:
+    return subprocess.run([WITH_VCAN, *command], capture_output=True, text=True, timeout=120, **options)
+
+
+def test_exit_status_and_streams_pass_through() -> None:
+    found = run("bash", "-c", "echo to stdout; echo to stderr >&2; exit 7")
+    assert found.returncode == 7
+    assert found.stdout == "to stdout\n"
+    assert found.stderr.startswith("with_vcan: vcan0 of ")
+    assert found.stderr.splitlines()[1:] == ["to stderr"]
+
+
+def test_arguments_directory_and_environment_pass_through(tmp_path: Path) -> None:
+    folder = tmp_path / "a folder"
+    folder.mkdir()
+    code = "import os, sys; print(sys.argv[1:], os.getcwd(), os.environ['MARK'])"
+    found = run(sys.executable, "-c", code, "two words", "$HOME", "'", cwd=folder, env={**os.environ, "MARK": "a\n'b"})
+    assert found.stdout == f"{['two words', '$HOME', chr(39)]} {folder} a\n'b\n", found.stderr
+
+
+def test_frames_travel_on_vcan0() -> None:
+    script = "candump -n 1 vcan0 & sleep 0.3; cansend vcan0 123#DEADBEEF; wait"
+    found = run("timeout", "20", "bash", "-c", script)
+    assert found.stdout.split() == ["vcan0", "123", "[4]", "DE", "AD", "BE", "EF"], found.stderr
+
+
+def test_contract_frames_travel_between_python_buses() -> None:
+    code = """
+from sextant_py import bus
+from sextant_py.contract import Contract
+sender, receiver = (bus.open_bus(bus.parse("socketcan:vcan0")) for _ in range(2))
+command = {"TorqueRequest": 12.5, "TorqueLimit": 100, "Enable": 1, "FaultReset": 0}
+for counter in range(15):
+    sender.send(Contract().encode("VCU_TorqueCommand", command, counter))
+names = [Contract().decode(receiver.recv(2.0)) for _ in range(15)]
+assert [signals["Counter"] for _, signals in names] == list(range(15)), names
+assert all(signals["TorqueRequest"] == 12.5 for _, signals in names)
+try:
+    bus.open_bus(bus.parse("socketcan:vcan9"))
+except Exception as error:
+    print(error)
+sender.shutdown(); receiver.shutdown()
+"""
+    found = run(sys.executable, "-c", code, cwd=ROOT / "scripts")
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith("there is no CAN interface vcan9; a virtual one is made, as root, by")
+
+
+def test_two_at_once_do_not_hear_each_other() -> None:
+    listen = "timeout 3 candump vcan0; exit 0"
+    talk = "for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 321#01; sleep 0.2; done"
+    commands = [[WITH_VCAN, "bash", "-c", script] for script in (listen, talk)]
+    running = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for command in commands]
+    results = [process.communicate(timeout=120) for process in running]
+    assert [process.returncode for process in running] == [0, 0], results
+    assert results[0][0] == b""
+
+
+def test_time_limit() -> None:
+    found = run("--time-limit", "6", "sleep", "100")
+    assert found.returncode == 124
+    assert "time limit (6 s)" in found.stderr
+
+
+def test_without_stdin_and_with_another_temporary_folder(tmp_path: Path) -> None:
+    folder = tmp_path / ("a long name with spaces " * 4)
+    folder.mkdir()
+    found = run(
+        "bash",
+        "-c",
+        'cat; echo "$TMPDIR"; exit 3',
+        env={**os.environ, "TMPDIR": str(folder)},
+        preexec_fn=lambda: os.close(0),
+    )
+    assert found.returncode == 3
+    assert found.stdout == f"{folder}\n"
+    assert list(folder.iterdir()) == []
+
+
+def test_natively_where_the_kernel_has_vcan() -> None:
+    """Inside the kernel with vcan0 a second with_vcan finds vcan without a guest of its own."""
+    found = run(WITH_VCAN, "--native", "--interfaces", "2", "bash", "-c", "ip -brief link; exit 5")
+    assert found.returncode == 5, found.stderr
+    assert "with_vcan: vcan0 of this machine's kernel" in found.stderr
+    assert {"lo", "vcan0", "vcan1"} <= {line.split()[0] for line in found.stdout.splitlines()}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ([], "no command given"),
+        (["--time-limit", "soon", "true"], "must be a whole number above zero"),
+        (["--memory", "much", "true"], "must look like 512M"),
+        (["--colour", "true"], 'unknown option "--colour"'),
+    ],
+)
+def test_bad_arguments(arguments: list[str], complaint: str) -> None:
+    found = run(*arguments)
+    assert found.returncode == 125
+    assert complaint in found.stderr
+    assert found.stderr.count("\n") == 1
+
+
+def test_command_that_does_not_exist() -> None:
+    assert run("no-such-command-here").returncode == 127
