@@ -16,9 +16,9 @@ ControlThread::ControlThread(const RealtimeParameters& realtime, std::int32_t pe
       telemetry_{crossings},
       task_{{.period_ns = period_ns, .wake_every_periods = realtime.wake_every_periods}} {}
 
-std::vector<std::string> ControlThread::start() {
-  std::promise<std::vector<std::string>> rights;
-  std::future<std::vector<std::string>> answer = rights.get_future();
+RightsReport ControlThread::start() {
+  std::promise<RightsReport> rights;
+  std::future<RightsReport> answer = rights.get_future();
   thread_ = std::thread{[this, promise = std::move(rights)]() mutable { run(std::move(promise)); }};
   return answer.get();
 }
@@ -27,7 +27,7 @@ void ControlThread::join() {
   if (thread_.joinable()) thread_.join();
 }
 
-void ControlThread::run(std::promise<std::vector<std::string>> rights) {
+void ControlThread::run(std::promise<RightsReport> rights) {
   rights.set_value(set_up_control_thread(realtime_));
   task_.start();
   while (drive_.state() != DriveState::shutdown) {

@@ -2,9 +2,7 @@
 
 #include <cstdint>
 #include <future>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "ecu/crossings.hpp"
 #include "sextant/core/drive_io.hpp"
@@ -12,6 +10,7 @@
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/realtime/periodic_task.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
+#include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
 
@@ -53,12 +52,12 @@ class ControlThread {
   ControlThread(const RealtimeParameters& realtime, std::int32_t period_ns, DriveIo<double>& io,
                 Drive<double>& drive, Crossings& crossings);
 
-  /// Starts the thread and waits until it has asked for its rights; returns one sentence for each refusal.
-  [[nodiscard]] std::vector<std::string> start();
+  /// Starts the thread and waits until it has asked for its rights; returns what it was given.
+  [[nodiscard]] RightsReport start();
   void join();
 
  private:
-  void run(std::promise<std::vector<std::string>> rights);
+  void run(std::promise<RightsReport> rights);
   void wake_up(const WakeSchedule::Wake& wake, std::int64_t woken_ns) noexcept;
   /// The control periods of one wake-up, from its deadline on.
   void run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING;

@@ -48,11 +48,11 @@ Ecu::Ecu(const EcuConfig& config)
 Ecu::~Ecu() { stop(); }
 
 void Ecu::start() {
-  const std::vector<std::string> refusals = control_.start();
-  judge_rights(refusals);
+  const RightsReport rights = control_.start();
+  judge_rights(rights.refusals);
   TelemetryThread::Parameters parameters = telemetry_parameters(config_);
-  parameters.real_time_scheduling = refusals.empty();
-  parameters.memory_locked = refusals.empty() && config_.realtime.lock_memory;
+  parameters.real_time_scheduling = rights.fifo_scheduling;
+  parameters.memory_locked = rights.memory_locked;
   telemetry_ = std::make_unique<TelemetryThread>(parameters, dds_, crossings_);
   telemetry_->start();
   watchdog_.start();

@@ -2,6 +2,8 @@
 
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "ecu/can_receive_thread.hpp"
 #include "ecu/can_transmit_thread.hpp"

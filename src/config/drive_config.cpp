@@ -162,6 +162,8 @@ void describe(Section root, DriveConfig& c) {
 
   Section drive = root.section("drive");
   drive.flag("magnetise_first", c.drive.magnetise_first, "build up the flux at standstill before torque");
+  drive.number("magnetise_below_speed_rad_s", c.drive.magnetise_below_speed, {0, 1e3}, "rad/s",
+               "a faster machine starts without magnetising first");
   describe(root.section("gate"), c.drive.gate);
   describe(root.section("capability"), c.drive.capability);
   describe(root.section("protection"), c.drive.protection);

@@ -74,17 +74,18 @@ Grant check_no_throttling(const std::string& path) {
                      "; switch it off with sysctl kernel.sched_rt_runtime_us=-1"};
 }
 
-std::vector<std::string> set_up_control_thread(const RealtimeParameters& parameters) {
-  std::vector<std::string> refusals;
-  const auto note = [&refusals](Grant grant) {
-    if (!grant.granted) refusals.push_back(std::move(grant.sentence));
+RightsReport set_up_control_thread(const RealtimeParameters& parameters) {
+  RightsReport report;
+  const auto note = [&report](Grant grant) {
+    if (!grant.granted) report.refusals.push_back(std::move(grant.sentence));
+    return grant.granted;
   };
-  if (parameters.lock_memory) note(lock_memory());
+  if (parameters.lock_memory) report.memory_locked = note(lock_memory());
   prefault_stack();
   if (parameters.cpu >= 0) note(bind_to_cpu(parameters.cpu));
-  note(use_fifo_scheduling(parameters.priority));
+  report.fifo_scheduling = note(use_fifo_scheduling(parameters.priority));
   note(check_no_throttling());
-  return refusals;
+  return report;
 }
 
 }  // namespace sextant

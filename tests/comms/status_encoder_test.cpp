@@ -23,7 +23,8 @@ Telemetry<double> some_telemetry() {
   x.u_dc = 530.0;
   x.i_dc = 2.0;
   x.omega_m = 10.0 * std::numbers::pi;  // 300 rpm
-  x.torque_available = 100.0;
+  x.torque_motoring = 80.0;
+  x.torque_regenerating = 100.0;
   x.state = DriveState::torque;
   x.lockout = false;
   x.command_sequence = 4;
@@ -52,6 +53,7 @@ TEST(StatusEncoder, TakesItsSignalsFromTheTelemetry) {
   sextant_mcu_capability_t c{};
   const StatusExtras extras{.derating_cause = DeratingCause::current_limit};
   sextant_mcu_capability_unpack(&c, encoder.frame(StatusMessage::capability, x, extras).data.data(), 8);
+  EXPECT_EQ(c.torque_motoring, 8000);
   EXPECT_EQ(c.torque_regenerating, 10000);
   EXPECT_EQ(c.derating_cause, 1);
   EXPECT_EQ(encoder.clamped(), 0U);

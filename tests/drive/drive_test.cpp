@@ -318,7 +318,7 @@ TYPED_TEST(DriveOf, BeyondTheBaseSpeedTheTorqueIsDeratedButBrakingIsNot) {
   auto out = this->run(ms);
   EXPECT_EQ(out.telemetry.state, DriveState::derated);
   EXPECT_LT(out.telemetry.torque_reference, T(30));
-  EXPECT_EQ(out.telemetry.torque_reference, out.telemetry.torque_available);
+  EXPECT_EQ(out.telemetry.torque_reference, out.telemetry.torque_motoring);
   this->receive(T(-100), true);
   out = this->run(ms);
   EXPECT_EQ(out.telemetry.state, DriveState::torque);
@@ -331,6 +331,7 @@ TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   this->controller->current_estimate = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true};
   this->request.command.counter = 7;
   this->request.command.rejected = 3;
+  this->measurement.acted = GatePattern{switch_states[1], 25'000};
   const std::int64_t t_ns = this->measurement.t_ns;
   const Telemetry<T> x = this->step().telemetry;
   EXPECT_EQ(x.t_ns, t_ns);
@@ -340,7 +341,7 @@ TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   EXPECT_EQ(x.psi_s, (SpaceVector<T>{T(1), T(0.5)}));
   EXPECT_EQ(x.psi_s_magnitude, T(1.118));
   EXPECT_EQ(x.i_abc, this->measurement.i_abc);
-  EXPECT_EQ(x.i_dc, T(5));  // V1: leg a alone is high
+  EXPECT_EQ(x.i_dc, T(5));  // V1 acted: leg a alone was high
   EXPECT_EQ(x.u_dc, T(530));
   EXPECT_EQ(x.omega_m, T(10));
   EXPECT_EQ(x.sector, 2);

@@ -99,7 +99,7 @@ TEST(ThreadSetup, EveryRefusalHasItsSentence) {
     RealtimeParameters parameters;
     parameters.lock_memory = false;  // it would lock the whole test program
     parameters.cpu = 1'000;
-    const std::vector<std::string> refusals = set_up_control_thread(parameters);
+    const std::vector<std::string> refusals = set_up_control_thread(parameters).refusals;
     EXPECT_THAT(refusals, ::testing::Contains(HasSubstr("CPU 1000")));
     EXPECT_THAT(refusals, ::testing::Each(::testing::Not(::testing::IsEmpty())));
   });

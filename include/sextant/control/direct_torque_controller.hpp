@@ -42,7 +42,10 @@ class DirectTorqueController final : public Controller<T> {
       if (const char* problem = torque_comparator.validate()) return problem;
       if (const char* problem = flux_comparator.validate()) return problem;
       if (const char* problem = sector.validate()) return problem;
-      return magnetiser.validate();
+      if (const char* problem = magnetiser.validate()) return problem;
+      // Ripple included, the current has to reach ψ_ref / L_s, or magnetising would never end.
+      const bool enough = T(0.9) * magnetiser.current_limit * machine.l_s() > flux_reference;
+      return enough ? nullptr : "the magnetising current limit is too low for the flux reference";
     }
   };
 

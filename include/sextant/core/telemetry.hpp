@@ -20,9 +20,10 @@ struct Telemetry {
   T psi_s_magnitude{};         ///< its magnitude [Wb]
   ThreePhase<T> i_abc{};       ///< measured phase currents [A]
   T u_dc{};                    ///< measured DC-link voltage [V]
-  T i_dc{};                    ///< DC-link current from the pattern and the phase currents [A]
+  T i_dc{};                      ///< DC-link current, mean of the period that ended, from pattern and currents [A]
   T omega_m{};                 ///< measured mechanical speed [rad/s]
-  T torque_available{};        ///< magnitude of torque that may be asked for now [N·m]
+  T torque_motoring{};           ///< torque available now for motoring, magnitude [N·m]
+  T torque_regenerating{};       ///< the same for regenerating [N·m]
   SwitchState switch_state{};  ///< state commanded at the end of the coming period
   std::uint8_t sector{};       ///< sector of the stator flux, 1…6; 0 while unknown
   DriveState state{DriveState::init};

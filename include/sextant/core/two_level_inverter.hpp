@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 
@@ -29,11 +30,27 @@ template <class T>
   return u_dc * unit_voltages<T>[upper_switches(s)];
 }
 
-/// Current drawn from the DC link by the driven legs, i_dc = S_a i_a + S_b i_b + S_c i_c. [A]
+/// Current drawn from the DC link, i_dc = Σ S_x i_x; negative when it flows back. A leg that is off carries
+/// its current through a diode: the upper one, into the link, while i_x < 0. [A]
 template <class T>
 [[nodiscard]] constexpr T dc_link_current(SwitchState s, ThreePhase<T> i) noexcept {
-  return (s.a == LegState::high ? i.a : T(0)) + (s.b == LegState::high ? i.b : T(0)) +
-         (s.c == LegState::high ? i.c : T(0));
+  const auto leg = [](LegState state, T current) {
+    if (state == LegState::high) return current;
+    return state == LegState::off && current < T(0) ? current : T(0);
+  };
+  return leg(s.a, i.a) + leg(s.b, i.b) + leg(s.c, i.c);
+}
+
+/// Mean of the DC-link current over a pattern that acted, with the phase currents' mean over it. [A]
+template <class T>
+[[nodiscard]] constexpr T dc_link_current(const GatePattern& acted, ThreePhase<T> i_mean) noexcept {
+  T charge{};
+  T time{};
+  for (const GateSegment& segment : acted.segments()) {
+    charge += T(segment.duration_ns) * dc_link_current(segment.state, i_mean);
+    time += T(segment.duration_ns);
+  }
+  return time > T(0) ? charge / time : T(0);
 }
 
 }  // namespace sextant

@@ -32,12 +32,16 @@ class Drive {
   struct Parameters {
     std::int32_t period_ns{25'000};  ///< control period [ns]
     bool magnetise_first{false};     ///< wait in MAGNETISING until the flux stands, before torque [-]
+    T magnetise_below_speed{T(5)};   ///< above it, torque starts without magnetising first [rad/s]
     typename CommandGate<T>::Parameters gate{};
     typename Protection<T>::Parameters protection{};
     typename TorqueCapability<T>::Parameters capability{};
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
+      if (!(std::isfinite(magnetise_below_speed) && magnetise_below_speed >= T(0))) {
+        return "the speed below which to magnetise must not be below zero";
+      }
       if (const char* problem = gate.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
       return capability.validate();
@@ -55,16 +59,18 @@ class Drive {
   /// One control period. Never allocates, locks, throws, logs or blocks.
   [[nodiscard]] DriveOutput<T> step(const Measurement<T>& measurement,
                                     const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
-    const T available = available_torque(measurement.omega_m, request.command.torque);
+    const AvailableTorque<T> available = available_torque(measurement.omega_m);
+    const T limit = available.limit(request.command.torque, measurement.omega_m);
     // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
     const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
     const AdmittedCommand<T> admitted =
-        gate_.step(request.command, measurement.t_ns, elapsed_s(measurement.t_ns), available, hold_at_zero);
+        gate_.step(request.command, measurement.t_ns, elapsed_s(measurement.t_ns), limit, hold_at_zero);
     update_state(measurement, request, admitted);
 
     DriveOutput<T> out;
     out.pattern = control(measurement, admitted.torque);
     fill(out, measurement, request, admitted, available);
+    i_before_ = measurement.i_abc;
     return out;
   }
 
@@ -80,10 +86,13 @@ class Drive {
     return T(std::max<std::int64_t>(elapsed_ns, parameters_.period_ns)) * T(1e-9);
   }
 
-  [[nodiscard]] T available_torque(T omega_m, T requested) const noexcept {
-    if (!std::isfinite(omega_m)) return T(0);
-    const AvailableTorque<T> available = capability_.at(omega_m);
-    return requested * omega_m < T(0) ? available.regenerating : available.motoring;
+  /// None while the speed is unknown.
+  [[nodiscard]] AvailableTorque<T> available_torque(T omega_m) const noexcept {
+    return std::isfinite(omega_m) ? capability_.at(omega_m) : AvailableTorque<T>{};
+  }
+
+  [[nodiscard]] static constexpr ThreePhase<T> mean(ThreePhase<T> x, ThreePhase<T> y) noexcept {
+    return {T(0.5) * (x.a + y.a), T(0.5) * (x.b + y.b), T(0.5) * (x.c + y.c)};
   }
 
   /// A fault of the command matters only while the gates are on; all others matter always.
@@ -105,13 +114,18 @@ class Drive {
         .wound_down = admitted.torque == T(0),
         .lockout = admitted.lockout,
         .enable = admitted.enable,
-        .magnetised = !parameters_.magnetise_first || controller_.estimate().magnetised,
+        .magnetised = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised,
         .derated = admitted.derated,
     };
     const DriveState next = next_state(state_, conditions);
     if (next == DriveState::fault) gate_.lock();
     if (state_ == DriveState::fault && next == DriveState::standby) faults_.reset();
     state_ = next;
+  }
+
+  /// Direct current magnetises a machine at rest; on a turning one it would brake.
+  [[nodiscard]] bool magnetising_helps(T omega_m) const noexcept {
+    return parameters_.magnetise_first && std::abs(omega_m) <= parameters_.magnetise_below_speed;
   }
 
   [[nodiscard]] GatePattern control(const Measurement<T>& measurement, T torque_reference) noexcept {
@@ -126,7 +140,7 @@ class Drive {
   }
 
   void fill(DriveOutput<T>& out, const Measurement<T>& measurement, const DriveRequest<T>& request,
-            const AdmittedCommand<T>& admitted, T available) const noexcept {
+            const AdmittedCommand<T>& admitted, AvailableTorque<T> available) const noexcept {
     const ControlEstimate<T> estimate = controller_.estimate();
     Telemetry<T>& x = out.telemetry;
     x.t_ns = measurement.t_ns;
@@ -137,9 +151,10 @@ class Drive {
     x.psi_s_magnitude = estimate.psi_s_magnitude;
     x.i_abc = measurement.i_abc;
     x.u_dc = measurement.u_dc;
-    x.i_dc = dc_link_current(out.pattern.last_state(), measurement.i_abc);
+    x.i_dc = dc_link_current(measurement.acted, mean(i_before_, measurement.i_abc));
     x.omega_m = measurement.omega_m;
-    x.torque_available = available;
+    x.torque_motoring = available.motoring;
+    x.torque_regenerating = available.regenerating;
     x.switch_state = out.pattern.last_state();
     x.sector = estimate.sector;
     x.state = state_;
@@ -162,6 +177,7 @@ class Drive {
   FaultMemory faults_{};
   std::int64_t last_t_ns_{};
   bool stepped_{false};
+  ThreePhase<T> i_before_{};  ///< phase currents at the last step [A]
   DriveState state_{DriveState::init};
 };
 

@@ -20,12 +20,13 @@ struct DriveConditions {
   return s == DriveState::magnetising || s == DriveState::torque || s == DriveState::derated;
 }
 
-/// The state of the coming period. A trip wins over everything; a fault is left only by a reset while no
-/// fault is present, and then through the lockout.
+/// The state of the coming period. A trip opens the gates whatever else is asked; a fault is left only by a
+/// reset while no fault is present, and then through the lockout. A shutdown waits for the torque to wind
+/// down, or for nothing where the gates are open anyway.
 [[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {
   if (state == DriveState::shutdown) return state;
+  if (c.shutdown && (c.trip || c.wound_down || !gates_are_on(state))) return DriveState::shutdown;
   if (c.trip) return DriveState::fault;
-  if (c.shutdown && (!gates_are_on(state) || c.wound_down)) return DriveState::shutdown;
   if (state == DriveState::init) return DriveState::standby;
   if (state == DriveState::fault) return c.fault_reset ? DriveState::standby : state;
   if (c.lockout) return DriveState::standby;

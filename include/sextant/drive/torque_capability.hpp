@@ -10,6 +10,11 @@ template <class T = double>
 struct AvailableTorque {
   T motoring{};      ///< [N·m]
   T regenerating{};  ///< magnitude [N·m]
+
+  /// The magnitude that a torque of this sign may have at this speed. [N·m]
+  [[nodiscard]] constexpr T limit(T torque, T omega_m) const noexcept {
+    return torque * omega_m < T(0) ? regenerating : motoring;
+  }
 };
 
 /// Torque over speed: full torque up to the base speed; beyond it, motoring torque falls linearly to nothing

@@ -33,8 +33,14 @@ void prefault_stack() noexcept;
 /// second (kernel.sched_rt_runtime_us = 950000); -1 switches that off.
 [[nodiscard]] Grant check_no_throttling(const std::string& path = "/proc/sys/kernel/sched_rt_runtime_us");
 
-/// All of the above as the parameters ask, for the calling (control) thread. One sentence for each refusal;
-/// empty when everything was granted.
-[[nodiscard]] std::vector<std::string> set_up_control_thread(const RealtimeParameters& parameters);
+/// What the control thread was given.
+struct RightsReport {
+  bool fifo_scheduling{false};
+  bool memory_locked{false};
+  std::vector<std::string> refusals{};  ///< one sentence each; empty when everything was granted
+};
+
+/// All of the above as the parameters ask, for the calling (control) thread.
+[[nodiscard]] RightsReport set_up_control_thread(const RealtimeParameters& parameters);
 
 }  // namespace sextant
