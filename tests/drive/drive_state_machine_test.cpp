@@ -33,7 +33,8 @@ void for_all(const Check& check) {
 TEST(DriveStateMachine, ATripOpensTheGatesInEveryState) {
   for_all([](DriveState state, const DriveConditions& c, DriveState next) {
     if (!c.trip) return;
-    EXPECT_EQ(next, state == DriveState::shutdown ? DriveState::shutdown : DriveState::fault);
+    const bool leaving = state == DriveState::shutdown || c.shutdown;
+    EXPECT_EQ(next, leaving ? DriveState::shutdown : DriveState::fault);
   });
 }
 
@@ -51,10 +52,10 @@ TEST(DriveStateMachine, GatesAreNeverOnWhileTrippedLockedOutOrWithoutEnable) {
 TEST(DriveStateMachine, AFaultIsLeftOnlyByAResetOrForGood) {
   for_all([](DriveState state, const DriveConditions& c, DriveState next) {
     if (state != DriveState::fault || next == DriveState::fault) return;
-    EXPECT_FALSE(c.trip);
     if (next == DriveState::shutdown) {
       EXPECT_TRUE(c.shutdown);
     } else {
+      EXPECT_FALSE(c.trip);
       EXPECT_TRUE(c.fault_reset);
       EXPECT_EQ(next, DriveState::standby);
     }
@@ -71,8 +72,8 @@ TEST(DriveStateMachine, ShutdownIsForGood) {
 
 TEST(DriveStateMachine, AShutdownWaitsForZeroTorqueOnlyWhileTheGatesAreOn) {
   for_all([](DriveState state, const DriveConditions& c, DriveState next) {
-    if (!c.shutdown || c.trip) return;
-    if (!gates_are_on(state) || c.wound_down) {
+    if (!c.shutdown) return;
+    if (!gates_are_on(state) || c.wound_down || c.trip) {
       EXPECT_EQ(next, DriveState::shutdown);
     }
     if (gates_are_on(next)) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "sextant/control/switching_table.hpp"
 #include "sextant/core/drive_io.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/plant_integrator.hpp"
@@ -15,9 +14,10 @@ namespace sextant {
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
 /// The plant is lazy: read(t) first brings it to t with the patterns written so far. A gate driver that gets
-/// no new pattern repeats nothing: it keeps the pattern's last state for `hold_periods` and then falls to the
-/// nearest zero vector, so that a late drive costs torque and not an over-current (an active vector moves the
-/// torque of the paper's machine by 250 N·m in a millisecond). `Measurement::acted` tells all of it.
+/// no new pattern keeps the last state for `hold_periods` and then opens the gates. Any driven vector would be
+/// worse for a drive that is late: held for a millisecond, an active vector moves the torque of the paper's
+/// machine by 250 N·m, and a zero vector at speed by half of that; with open gates the torque falls to zero
+/// and comes back with the next pattern. `Measurement::acted` tells all of it.
 template <class Plant = DrivePlant<double>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
@@ -84,11 +84,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
       if (until > t) acted.append({segment.state, std::int32_t(until - t)});
       t = until;
     }
-    if (t < total) {
-      const SwitchState held = active_.last_state();
-      const SwitchState rest = is_driven(held) ? nearest_zero_state(held) : held;
-      acted.append({rest, std::int32_t(total - t)});
-    }
+    if (t < total) acted.append({gates_off, std::int32_t(total - t)});
     return acted;
   }
 

@@ -1,0 +1,57 @@
+"""Fixtures of the live tests: sextant-ecu runs as a process of its own and is met only over CAN and DDS.
+
+The environment says what is tested: SEXTANT_BIN is the directory of the programs, SEXTANT_LIVE_BUS the kind of CAN bus,
+"socketcan" (vcan0, inside scripts/with_vcan) or "udp_multicast", SEXTANT_LIVE_INTEGRATOR the plant's integrator.
+"""
+
+import os
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from drive_process import DriveProcess
+from sextant_py import bus
+from sextant_py.errors import UserError
+
+KIND = os.environ.get("SEXTANT_LIVE_BUS", "udp_multicast")
+
+
+def _free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("", 0))
+        return probe.getsockname()[1]
+
+
+def _address(index: int) -> str:
+    address = f"socketcan:vcan{index}" if KIND == "socketcan" else f"udp_multicast:239.74.163.2:{_free_port()}"
+    try:
+        bus.open_bus(bus.parse(address)).shutdown()
+    except UserError as error:
+        # A bus that is asked for by name has to be there.
+        (pytest.fail if "SEXTANT_LIVE_BUS" in os.environ else pytest.skip)(str(error))
+    return address
+
+
+@pytest.fixture
+def live_bus() -> str:
+    """The CAN bus of the test, used by nobody else."""
+    return _address(0)
+
+
+@pytest.fixture
+def other_bus() -> str:
+    """A second bus beside the first."""
+    return _address(1)
+
+
+@pytest.fixture
+def start_drive(domain: int, tmp_path: Path) -> Iterator[Callable[..., DriveProcess]]:
+    """start_drive(bus, key=value…): a running sextant-ecu in the test's DDS domain, ended with the test."""
+    with ExitStack() as stack:
+
+        def start(address: str, *settings: str) -> DriveProcess:
+            return stack.enter_context(DriveProcess(address, domain, tmp_path, settings))
+
+        yield start

@@ -1,0 +1,47 @@
+"""SIGTERM and SIGINT: torque to zero, gates off, exit status 0, within 100 ms."""
+
+import signal
+from collections.abc import Callable
+
+import pytest
+from drive_process import DriveProcess
+from handling import bring_up
+from telemetry_record import NotSeen, Span, TelemetryRecord
+from vehicle import Vehicle
+
+TORQUE_NM = 20.0
+LEAVE_S = 0.100
+REPEATS = 5
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
+def test_leaves_in_good_order(
+    how: signal.Signals, live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]
+) -> None:
+    took_ms = []
+    for _ in range(REPEATS):
+        drive = start_drive(live_bus, "load.kind=imposed_speed", "load.speed_rad_s.value=10")
+        record = TelemetryRecord(domain)
+        with Vehicle(live_bus) as vehicle:
+            bring_up(record, vehicle, TORQUE_NM)
+            running = record.run(0.3)
+            assert running.torque_mean_nm[-100:].mean() == pytest.approx(TORQUE_NM, abs=1.5)
+            begin = len(record.samples)
+            status, leave_s = drive.leave(how)
+        took_ms.append(leave_s * 1e3)
+        assert status == 0, drive.errors()
+        check_end(record, Span(record.samples[begin - 1 :]))
+    print(f"{how.name}: gone after {', '.join(f'{ms:.0f}' for ms in took_ms)} ms")
+    assert max(took_ms) <= LEAVE_S * 1e3
+
+
+def check_end(record: TelemetryRecord, span: Span) -> None:
+    """The last word is SHUTDOWN, without a fault, and the torque went to zero on the way."""
+    record.poll()
+    record.wait(lambda own: own.states[-1].state.name == "SHUTDOWN", "the last DriveState", 2.0)
+    assert record.states[-1].faults_latched == 0
+    tail = Span(record.samples)
+    assert abs(tail.torque_reference_nm[-1]) < TORQUE_NM
+    assert len(span) >= 1
+    with pytest.raises(NotSeen):
+        record.wait(lambda own: len(own.samples) > len(tail.samples), "samples after the end", 0.2)
