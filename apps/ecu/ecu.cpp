@@ -1,10 +1,12 @@
 #include "ecu/ecu.hpp"
 
+#include <cmath>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-
-#include <cmath>
-#include <stdexcept>
 
 #include "sextant/config/make_controller.hpp"
 
@@ -21,13 +23,30 @@ TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
   TelemetryThread::Parameters p;
   p.period_ns = config.drive.drive.period_ns;
   p.wake_every_periods = std::uint32_t(config.realtime.wake_every_periods);
-  p.periods_per_sample = std::max(1U, std::uint32_t(std::lround(1.0 / (config.dds.telemetry_rate_hz * period_s))));
+  p.periods_per_sample =
+      std::max(1U, std::uint32_t(std::lround(1.0 / (config.dds.telemetry_rate_hz * period_s))));
   p.statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz);
   return p;
 }
 
+/// The configuration of Cyclone DDS, with defaults in front of it for leaving in time. A writer that goes
+/// away waits until its readers have acknowledged everything, for 1 s unless told otherwise, and asks them
+/// every 100 ms. What comes later in the list has the last word.
+std::string dds_configuration(const EcuConfig& config) {
+  std::string text =
+      "<CycloneDDS><Domain><Internal><HeartbeatInterval min=\"2 ms\" minsched=\"5 ms\">10 "
+      "ms</HeartbeatInterval>"
+      "<WriterLingerDuration>30 ms</WriterLingerDuration></Internal></Domain></CycloneDDS>";
+  const char* const environment = std::getenv("CYCLONEDDS_URI");
+  const std::string given = !config.dds.config_uri.empty() ? config.dds.config_uri
+                            : environment != nullptr       ? std::string{environment}
+                                                           : std::string{};
+  if (!given.empty()) text += "," + given;
+  return text;
+}
+
 DdsTelemetry::Parameters dds_parameters(const EcuConfig& config) {
-  return {std::uint32_t(config.dds.domain), std::uint32_t(config.drive_id), config.dds.config_uri};
+  return {std::uint32_t(config.dds.domain), std::uint32_t(config.drive_id), dds_configuration(config)};
 }
 
 }  // namespace
@@ -45,7 +64,9 @@ Ecu::Ecu(const EcuConfig& config)
       transmit_{*bus_, crossings_},
       watchdog_{config.realtime.watchdog_ns, crossings_} {}
 
-Ecu::~Ecu() { stop(); }
+Ecu::~Ecu() {
+  stop();
+}
 
 void Ecu::start() {
   const RightsReport rights = control_.start();
@@ -64,10 +85,11 @@ void Ecu::start() {
 }
 
 void Ecu::judge_rights(const std::vector<std::string>& refusals) const {
-  for (const std::string& sentence : refusals) spdlog::warn("real time: {}", sentence);
   if (!refusals.empty() && config_.realtime.required) {
-    throw std::runtime_error("realtime.required is set and the rights were refused: " + refusals.front());
+    throw std::runtime_error(
+        fmt::format("realtime.required is set, and not everything is granted: {}", fmt::join(refusals, "; ")));
   }
+  for (const std::string& sentence : refusals) spdlog::warn("real time: {}", sentence);
 }
 
 void Ecu::stop() {
@@ -88,7 +110,8 @@ void Ecu::print_report(std::FILE* out) const {
   const LatencySummary body = totals.body.summary();
   const auto us = [](std::int64_t ns) { return double(ns) * 1e-3; };
   const auto row = [&](const char* name, const LatencySummary& s) {
-    fmt::print(out, "  {:<18} p50 {:>8.1f}  p99 {:>8.1f}  max {:>8.1f} us\n", name, us(s.p50_ns), us(s.p99_ns), us(s.max_ns));
+    fmt::print(out, "  {:<18} p50 {:>8.1f}  p99 {:>8.1f}  max {:>8.1f} us\n", name, us(s.p50_ns),
+               us(s.p99_ns), us(s.max_ns));
   };
   fmt::print(out, "control periods {} run, {} missed in {} overruns\n", totals.last.periods,
              totals.last.periods_skipped, totals.last.overruns);

@@ -35,10 +35,13 @@ void describe(CLI::App& app, Options& options) {
   app.footer(examples);
   app.add_option("config", options.config, "configuration file")->capture_default_str();
   app.add_option("--can", options.can, "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>");
-  app.add_option("--duration", options.duration_s, "leave after so many seconds")->check(CLI::PositiveNumber);
+  app.add_option("--duration", options.duration_s, "leave after so many seconds")->check(CLI::Range(0.001, 1e9));
   app.add_option("--set", options.overrides, "key=value, overrides the file")->take_all()->expected(1);
   app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
   app.set_version_flag("--version", SEXTANT_VERSION);
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return "sextant-ecu: " + std::string{error.what()} + "; sextant-ecu --help tells more\n";
+  });
 }
 
 sigset_t leave_signals() {

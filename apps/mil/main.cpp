@@ -6,7 +6,9 @@
 #include <exception>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "mil/progress_bar.hpp"
@@ -46,13 +48,24 @@ void describe(CLI::App& app, Options& options) {
   app.add_flag("--no-trace", options.no_trace, "write the summary only");
   app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
   app.set_version_flag("--version", SEXTANT_VERSION);
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return "sextant-mil: " + std::string{error.what()} + "; sextant-mil --help tells more\n";
+  });
+}
+
+void make_directory(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (!error) return;
+  throw std::runtime_error("the directory " + directory.string() + " cannot be made: " + error.message() +
+                           "; --out names another");
 }
 
 /// One scenario, from its file to its summary; false when it did not pass.
 bool run_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& directory, bool with_trace) {
   using namespace sextant;
   const Scenario& scenario = config.scenario;
-  std::filesystem::create_directories(directory);
+  make_directory(directory);
   SimulatedPowerStage power_stage{config.drive.plant, scenario.load};
   const auto controller = make_controller(config.drive);
   Drive<double> drive{config.drive.drive, *controller};

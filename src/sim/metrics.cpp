@@ -49,8 +49,8 @@ void MetricsAccumulator::add(const MetricsSample& sample) noexcept {
 void MetricsAccumulator::commutate(std::int64_t t_ns, SwitchState state) noexcept {
   // An edge on the window's first sample belongs to the time before it.
   if (switch_state_ && samples_ > 0 && t_ns <= parameters_.to_ns) {
-    turn_ons_ += turn_ons(switch_state_->a, state.a) + turn_ons(switch_state_->b, state.b) +
-                 turn_ons(switch_state_->c, state.c);
+    turn_ons_ += turn_ons(switch_state_->a(), state.a()) + turn_ons(switch_state_->b(), state.b()) +
+                 turn_ons(switch_state_->c(), state.c());
   }
   switch_state_ = state;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -78,6 +79,12 @@ double Profile::value(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
 
 double Profile::slope(std::int64_t t_ns) const noexcept {
   return t_ns < 0 ? 0.0 : segment_at(t_ns).slope;
+}
+
+std::int64_t Profile::next_corner_ns(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
+  const auto after = std::upper_bound(segments_.begin(), segments_.end(), t_ns,
+                                      [](std::int64_t t, const Segment& s) { return t < s.begin_ns; });
+  return after == segments_.end() ? std::numeric_limits<std::int64_t>::max() : after->begin_ns;
 }
 
 const Profile::Segment& Profile::segment_at(std::int64_t t_ns) const noexcept {

@@ -6,27 +6,36 @@ namespace sextant::bench {
 
 /// The conventional DTC step as one would write it by hand, without abstractions: the yardstick for
 /// `DirectTorqueController`. Parameters set at run time. Same arithmetic: trapezoidal voltage model, relay comparators, six sector edges,
-/// switching table, zero vector by fewest commutations. Returns the vector number.
+/// switching table, zero vector by fewest commutations. It is told which vector acted (its upper switches as
+/// bits) and for how long, and returns the vector number.
 class ReferenceDtc {
  public:
-  ReferenceDtc() {
+  ReferenceDtc() noexcept {
     const double pi = std::acos(-1.0);
     for (int n = 0; n < 6; ++n) {
       edge_a_[n] = std::cos((-30.0 + 60.0 * n) * pi / 180.0);
       edge_b_[n] = std::sin((-30.0 + 60.0 * n) * pi / 180.0);
     }
     for (int v = 0; v < 8; ++v) {
-      const double a = legs[v] & 1, b = (legs[v] >> 1) & 1, c = (legs[v] >> 2) & 1;
+      const double a = v & 1, b = (v >> 1) & 1, c = (v >> 2) & 1;
       u_a_[v] = (2.0 * a - b - c) / 3.0;
       u_b_[v] = (b - c) / std::sqrt(3.0);
     }
   }
 
-  int step(double i_a, double i_b, double i_c, double u_dc, double t_ref) {
+  /// Back to the state after power-up.
+  void reset() {
+    psi_a_ = psi_b_ = ia_ = ib_ = 0.0;
+    torque_ = sector_ = vector_ = 0;
+    raise_ = true;
+  }
+
+  int step(double i_a, double i_b, double i_c, double u_dc, int acted, int acted_ns, double t_ref) {
+    const double dt = acted_ns * 1e-9;
     const double ia = (2.0 * i_a - i_b - i_c) / 3.0;
     const double ib = (i_b - i_c) * 0.57735026918962576;
-    psi_a_ += period * (u_dc * u_a_[vector_] - r_s * 0.5 * (ia + ia_));
-    psi_b_ += period * (u_dc * u_b_[vector_] - r_s * 0.5 * (ib + ib_));
+    psi_a_ += dt * (u_dc * u_a_[acted] - r_s * 0.5 * (ia + ia_));
+    psi_b_ += dt * (u_dc * u_b_[acted] - r_s * 0.5 * (ib + ib_));
     ia_ = ia;
     ib_ = ib;
     const double psi = std::sqrt(psi_a_ * psi_a_ + psi_b_ * psi_b_);
@@ -53,7 +62,7 @@ class ReferenceDtc {
   }
 
  private:
-  double period = 25e-6, r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1, p = 2.0;
+  double r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1, p = 2.0;
   static constexpr int legs[8] = {0, 1, 3, 2, 6, 4, 5, 7};
   static constexpr int table[6][2][3] = {{{5, 0, 3}, {6, 0, 2}}, {{6, 0, 4}, {1, 0, 3}}, {{1, 0, 5}, {2, 0, 4}},
                                          {{2, 0, 6}, {3, 0, 5}}, {{3, 0, 1}, {4, 0, 6}}, {{4, 0, 2}, {5, 0, 1}}};

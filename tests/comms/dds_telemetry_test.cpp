@@ -13,7 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "comms/allocation_counter.hpp"
+#include "support/allocation_counter.hpp"
 #include "telemetry.h"
 
 namespace sextant {

@@ -74,7 +74,7 @@ class ReferenceMachine {
   [[nodiscard]] Complex voltage(SwitchState s) const {
     const auto leg = [](LegState x) { return x == LegState::high ? 1.0 : 0.0; };
     const Complex a = std::polar(1.0, 2 * std::acos(-1.0) / 3);
-    return 2.0 / 3.0 * u_dc_ * (leg(s.a) + leg(s.b) * a + leg(s.c) * a * a);
+    return 2.0 / 3.0 * u_dc_ * (leg(s.a()) + leg(s.b()) * a + leg(s.c()) * a * a);
   }
 
   void rk4(Complex u, double dt) {

@@ -1,5 +1,6 @@
 #include "sextant/control/torque_comparator.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -102,19 +103,18 @@ TYPED_TEST(TorqueComparatorOf, ThresholdsTellWhereAStepSwitchesAndWhereTo) {
     for (const int output : {-1, 0, 1}) {
       const auto comparator = this->make(reading, output);
       const Thresholds<T> thresholds = comparator.thresholds();
-      ASSERT_EQ(thresholds.count, output == 0 ? 2 : 1);
-      for (int i = 0; i < int(thresholds.count); ++i) {
-        const Threshold<T> threshold = thresholds.at[unsigned(i)];
+      const std::array<T, 2> levels{thresholds.above, thresholds.below};
+      EXPECT_EQ(std::isfinite(levels[0]) + std::isfinite(levels[1]), output == 0 ? 2 : 1);
+      for (int i = 0; i < 2; ++i) {
+        const T level = levels[unsigned(i)];
+        if (!std::isfinite(level)) continue;
+        const bool rising = i == 0;
         auto crossed = comparator;
         crossed.on_crossing(i);
         auto stepped = comparator;
-        EXPECT_EQ(stepped.step(threshold.level), output);
-        EXPECT_EQ(
-            stepped.step(threshold.rising ? this->below(threshold.level) : this->above(threshold.level)),
-            output);
-        EXPECT_EQ(
-            stepped.step(threshold.rising ? this->above(threshold.level) : this->below(threshold.level)),
-            crossed.output());
+        EXPECT_EQ(stepped.step(level), output);
+        EXPECT_EQ(stepped.step(rising ? this->below(level) : this->above(level)), output);
+        EXPECT_EQ(stepped.step(rising ? this->above(level) : this->below(level)), crossed.output());
         EXPECT_NE(crossed.output(), output);
       }
     }

@@ -39,7 +39,7 @@ void run_all(Plant& plant, PlantIntegrator<Plant>& integrator) {
   ASSERT_TRUE(run(plant, integrator, switching_sequence(4000, 11), inputs));
   ASSERT_TRUE(run(plant, integrator, std::vector<SwitchState>(200, gates_off), inputs));
   std::vector<SwitchState> open_phase = switching_sequence(2000, 12);
-  for (SwitchState& state : open_phase) state.b = LegState::off;
+  for (SwitchState& state : open_phase) state = {state.a(), LegState::off, state.c()};
   ASSERT_TRUE(run(plant, integrator, open_phase, inputs));
 }
 

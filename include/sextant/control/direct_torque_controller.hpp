@@ -93,18 +93,19 @@ class DirectTorqueController final : public Controller<T> {
 
   /// The paper's Figures 2, 5 and 6 in a row.
   [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement, T torque_reference) noexcept {
-    SpaceVector<T> psi_s = estimator_.psi_s();
-    T psi_magnitude = psi_s_magnitude_;
-    T torque = estimator_.torque();
-    if (parameters_.actuation_delay_periods > 0) {
-      const GatePattern in_flight{state_, parameters_.period_ns};
-      const auto ahead = predict(estimator_, measurement.u_dc, measurement.omega_m, in_flight);
-      psi_s = ahead.psi_s;
-      psi_magnitude = magnitude(psi_s);
-      torque = electromagnetic_torque(parameters_.machine.pole_pairs, psi_s, ahead.i_s);
+    if (parameters_.actuation_delay_periods == 0) {
+      return decide(estimator_.psi_s(), psi_s_magnitude_, estimator_.torque(), torque_reference);
     }
+    const GatePattern in_flight{state_, parameters_.period_ns};
+    const FluxAndCurrent<T> ahead = predict(estimator_, measurement.u_dc, measurement.omega_m, in_flight);
+    const T torque = electromagnetic_torque(parameters_.machine.pole_pairs, ahead.psi_s, ahead.i_s);
+    return decide(ahead.psi_s, magnitude(ahead.psi_s), torque, torque_reference);
+  }
+
+  [[nodiscard, gnu::always_inline]] SwitchState decide(SpaceVector<T> psi_s, T psi_s_magnitude, T torque,
+                                   T torque_reference) noexcept {
     const int torque_demand = torque_comparator_.step(torque_reference - torque);
-    const bool raise_flux = flux_comparator_.step(parameters_.flux_reference - psi_magnitude);
+    const bool raise_flux = flux_comparator_.step(parameters_.flux_reference - psi_s_magnitude);
     return select_state(sector_.step(psi_s), raise_flux, torque_demand, state_);
   }
 

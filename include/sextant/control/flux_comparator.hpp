@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "sextant/control/threshold.hpp"
 
@@ -31,7 +32,8 @@ class FluxComparator {
 
   /// The flux error [Wb] at which the present output changes.
   [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept {
-    return {{{{raise_ ? -parameters_.band : parameters_.band, !raise_}, {}}}, 1};
+    constexpr T never = std::numeric_limits<T>::infinity();
+    return raise_ ? Thresholds<T>{never, -parameters_.band} : Thresholds<T>{parameters_.band, -never};
   }
 
   constexpr void on_crossing(int) noexcept { raise_ = !raise_; }

@@ -26,7 +26,7 @@ class FluxTorqueEstimator {
   /// Takes the measurement at the end of a period and the pattern that acted over it.
   constexpr void step(const Measurement<T>& measurement) noexcept {
     const SpaceVector<T> i_s = clarke(measurement.i_abc);
-    if (was_driven(measurement.acted)) {
+    if (measurement.acted.is_driven()) {
       step_driven(measurement, i_s);
     } else {
       step_coasting(measurement, i_s);
@@ -52,13 +52,6 @@ class FluxTorqueEstimator {
   }
 
  private:
-  [[nodiscard]] static constexpr bool was_driven(const GatePattern& acted) noexcept {
-    for (const GateSegment& segment : acted.segments()) {
-      if (!is_driven(segment.state)) return false;
-    }
-    return !acted.segments().empty();
-  }
-
   constexpr void step_driven(const Measurement<T>& measurement, SpaceVector<T> i_s) noexcept {
     coasting_ = false;
     voltage_model_.step(measurement.acted, measurement.u_dc, i_s_, i_s);

@@ -1,27 +1,21 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
+#include <limits>
 
 namespace sextant {
 
-/// A value at which a comparator will switch, and the side it must be approached from.
-template <class T = double>
-struct Threshold {
-  T level{};           ///< in the units of the compared error
-  bool rising{false};  ///< true: crossed when the error exceeds the level; false: when it falls below
-
-  /// True when `error` lies beyond the level. Equality is not a crossing: the output holds on the edge.
-  [[nodiscard]] constexpr bool crossed_by(T error) const noexcept {
-    return rising ? error > level : error < level;
-  }
-};
-
-/// The thresholds in force in a comparator's present state: one or two of them.
+/// The values of the compared error at which a comparator leaves its present state, in the error's units.
+/// Equality is no crossing: the output holds on the edge. Infinite where there is nothing to cross.
 template <class T = double>
 struct Thresholds {
-  std::array<Threshold<T>, 2> at{};
-  std::uint8_t count{};
+  T above{std::numeric_limits<T>::infinity()};   ///< crossed when the error exceeds it: crossing 0
+  T below{-std::numeric_limits<T>::infinity()};  ///< crossed when the error falls below it: crossing 1
+
+  /// Number of the threshold that `error` has crossed, or −1.
+  [[nodiscard]] constexpr int crossing(T error) const noexcept {
+    if (error > above) return 0;
+    return error < below ? 1 : -1;
+  }
 };
 
 /// Sampled operation of a comparator: applies `on_crossing` until no threshold is crossed any more.
@@ -29,13 +23,9 @@ struct Thresholds {
 template <class Comparator, class T>
 constexpr void settle(Comparator& comparator, T error) noexcept {
   for (int passes = 0; passes < 2; ++passes) {
-    const Thresholds<T> thresholds = comparator.thresholds();
-    int crossed = -1;
-    for (int i = 0; i < int(thresholds.count) && crossed < 0; ++i) {
-      if (thresholds.at[unsigned(i)].crossed_by(error)) crossed = i;
-    }
-    if (crossed < 0) return;
-    comparator.on_crossing(crossed);
+    const int crossing = comparator.thresholds().crossing(error);
+    if (crossing < 0) return;
+    comparator.on_crossing(crossing);
   }
 }
 

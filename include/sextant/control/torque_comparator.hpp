@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -34,7 +35,12 @@ class TorqueComparator {
     }
   };
 
-  constexpr explicit TorqueComparator(const Parameters& parameters) noexcept : parameters_{parameters} {}
+  constexpr explicit TorqueComparator(const Parameters& p) noexcept {
+    const bool relay = p.reading == ComparatorReading::relay;
+    thresholds_[0].above = relay ? T(0) : -p.lower_band;
+    thresholds_[1] = {p.upper_band, -p.lower_band};
+    thresholds_[2].below = relay ? T(0) : p.upper_band;
+  }
 
   /// Takes the torque error [N·m], returns the output: +1, 0 or −1.
   constexpr int step(T error) noexcept {
@@ -45,14 +51,9 @@ class TorqueComparator {
   [[nodiscard]] constexpr int output() const noexcept { return output_; }
 
   /// Torque errors [N·m] at which the present output changes.
-  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept {
-    const bool relay = parameters_.reading == ComparatorReading::relay;
-    if (output_ > 0) return {{{{relay ? T(0) : parameters_.upper_band, false}, {}}}, 1};
-    if (output_ < 0) return {{{{relay ? T(0) : -parameters_.lower_band, true}, {}}}, 1};
-    return {{{{parameters_.upper_band, true}, {-parameters_.lower_band, false}}}, 2};
-  }
+  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept { return thresholds_[unsigned(output_ + 1)]; }
 
-  /// Switches as crossing threshold `i` of `thresholds()` demands.
+  /// Switches as crossing `i` of `thresholds()` demands.
   constexpr void on_crossing(int i) noexcept {
     if (output_ != 0) {
       output_ = 0;
@@ -64,7 +65,7 @@ class TorqueComparator {
   constexpr void reset() noexcept { output_ = 0; }
 
  private:
-  Parameters parameters_;
+  std::array<Thresholds<T>, 3> thresholds_{};  ///< by output + 1
   int output_{0};
 };
 

@@ -26,13 +26,15 @@ class GatePattern {
   constexpr GatePattern() noexcept = default;
 
   /// One state for the whole period.
-  constexpr GatePattern(SwitchState state, std::int32_t period_ns) noexcept : count_{1} {
+  constexpr GatePattern(SwitchState state, std::int32_t period_ns) noexcept
+      : count_{1}, driven_{sextant::is_driven(state)} {
     segments_[0] = {state, period_ns};
   }
 
   /// Adds a segment at the end; false, and nothing added, when the pattern is full.
   constexpr bool append(GateSegment segment) noexcept {
     if (count_ == capacity) return false;
+    driven_ = sextant::is_driven(segment.state) && (driven_ || count_ == 0);
     segments_[count_++] = segment;
     return true;
   }
@@ -46,6 +48,9 @@ class GatePattern {
     return count_ == 0 ? gates_off : segments_[count_ - 1U].state;
   }
 
+  /// True when every leg is driven in every segment, so that the stator voltage follows from the pattern.
+  [[nodiscard]] constexpr bool is_driven() const noexcept { return driven_; }
+
   [[nodiscard]] constexpr std::int64_t duration_ns() const noexcept {
     std::int64_t sum = 0;
     for (const GateSegment& s : segments()) sum += s.duration_ns;
@@ -57,6 +62,7 @@ class GatePattern {
  private:
   std::array<GateSegment, capacity> segments_{};
   std::uint8_t count_{0};
+  bool driven_{false};
 };
 
 }  // namespace sextant

@@ -9,20 +9,42 @@ namespace sextant {
 /// conduct until the phase current is zero.
 enum class LegState : std::uint8_t { low, high, off };
 
-/// The states of the three inverter legs. Aligned to a word, so that it is passed in one register.
-struct alignas(4) SwitchState {
-  LegState a{LegState::off};
-  LegState b{LegState::off};
-  LegState c{LegState::off};
+/// The states of the three inverter legs, in one byte: it is copied several times in each control period.
+class SwitchState {
+ public:
+  /// All legs off.
+  constexpr SwitchState() noexcept = default;
+  constexpr SwitchState(LegState a, LegState b, LegState c) noexcept
+      : bits_{std::uint8_t(bits(a) | bits(b) << 1U | bits(c) << 2U)} {}
+
+  [[nodiscard]] constexpr LegState a() const noexcept { return leg(0); }
+  [[nodiscard]] constexpr LegState b() const noexcept { return leg(1); }
+  [[nodiscard]] constexpr LegState c() const noexcept { return leg(2); }
+
+  /// The upper switches that are on: leg a is bit 0, b bit 1, c bit 2.
+  [[nodiscard]] constexpr unsigned upper_switches() const noexcept { return bits_ & 7U; }
+  /// The legs that are off, by the same bits.
+  [[nodiscard]] constexpr unsigned legs_off() const noexcept { return unsigned(bits_) >> 3U; }
+
   friend constexpr bool operator==(SwitchState, SwitchState) noexcept = default;
+
+ private:
+  // A leg's upper switch in bit 0, its being off in bit 3.
+  static constexpr unsigned bits(LegState s) noexcept {
+    return s == LegState::off ? 8U : s == LegState::high ? 1U : 0U;
+  }
+  [[nodiscard]] constexpr LegState leg(unsigned n) const noexcept {
+    if ((legs_off() >> n & 1U) != 0U) return LegState::off;
+    return (upper_switches() >> n & 1U) != 0U ? LegState::high : LegState::low;
+  }
+
+  std::uint8_t bits_{0x38};
 };
 
 inline constexpr SwitchState gates_off{};
 
 /// True when all three legs are driven, so that the stator voltage follows from the state alone.
-[[nodiscard]] constexpr bool is_driven(SwitchState s) noexcept {
-  return s.a != LegState::off && s.b != LegState::off && s.c != LegState::off;
-}
+[[nodiscard]] constexpr bool is_driven(SwitchState s) noexcept { return s.legs_off() == 0U; }
 
 /// Number of an inverter voltage vector, 0…7; 0 and 7 are the zero vectors.
 using VectorNumber = std::uint8_t;
@@ -42,7 +64,8 @@ inline constexpr std::array<SwitchState, 8> switch_states{{
 
 /// Number of legs whose state differs between x and y: the commutations of going from one to the other.
 [[nodiscard]] constexpr int commutations(SwitchState x, SwitchState y) noexcept {
-  return int(x.a != y.a) + int(x.b != y.b) + int(x.c != y.c);
+  const unsigned differ = (x.upper_switches() ^ y.upper_switches()) | (x.legs_off() ^ y.legs_off());
+  return int((differ & 1U) + (differ >> 1U & 1U) + (differ >> 2U));
 }
 
 }  // namespace sextant

@@ -8,13 +8,7 @@
 
 namespace sextant {
 
-/// The upper switches that are on, as bits: leg a is bit 0, b bit 1, c bit 2.
-[[nodiscard]] constexpr unsigned upper_switches(SwitchState s) noexcept {
-  return unsigned(s.a == LegState::high) | unsigned(s.b == LegState::high) << 1U |
-         unsigned(s.c == LegState::high) << 2U;
-}
-
-/// Stator voltage per DC-link voltage, by `upper_switches`. [-]
+/// Stator voltage per DC-link voltage, by `SwitchState::upper_switches`. [-]
 template <class T>
 inline constexpr std::array<SpaceVector<T>, 8> unit_voltages = [] {
   std::array<SpaceVector<T>, 8> u{};
@@ -27,7 +21,7 @@ inline constexpr std::array<SpaceVector<T>, 8> unit_voltages = [] {
 /// Every leg must be driven (`is_driven`); an `off` leg counts as low. [V]
 template <class T>
 [[nodiscard]] constexpr SpaceVector<T> stator_voltage(SwitchState s, T u_dc) noexcept {
-  return u_dc * unit_voltages<T>[upper_switches(s)];
+  return u_dc * unit_voltages<T>[s.upper_switches()];
 }
 
 /// Current drawn from the DC link, i_dc = Σ S_x i_x; negative when it flows back. A leg that is off carries
@@ -38,7 +32,7 @@ template <class T>
     if (state == LegState::high) return current;
     return state == LegState::off && current < T(0) ? current : T(0);
   };
-  return leg(s.a, i.a) + leg(s.b, i.b) + leg(s.c, i.c);
+  return leg(s.a(), i.a) + leg(s.b(), i.b) + leg(s.c(), i.c);
 }
 
 /// Mean of the DC-link current over a pattern that acted, with the phase currents' mean over it. [A]

@@ -33,7 +33,7 @@ class Inverter {
   constexpr void set_driven(SwitchState state, T u_dc) noexcept SEXTANT_NONBLOCKING {
     state_ = state;
     u_dc_ = u_dc;
-    ties_ = {driven_tie(state.a), driven_tie(state.b), driven_tie(state.c)};
+    ties_ = {driven_tie(state.a()), driven_tie(state.b()), driven_tie(state.c())};
     floating_ = 0;
     map_ = {T(0), T(0), T(0), sextant::stator_voltage(state, u_dc)};
   }

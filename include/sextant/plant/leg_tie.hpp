@@ -24,7 +24,7 @@ using LegTies = std::array<LegTie, 3>;
 }
 
 [[nodiscard]] constexpr std::array<LegState, 3> leg_states(SwitchState s) noexcept SEXTANT_NONBLOCKING {
-  return {s.a, s.b, s.c};
+  return {s.a(), s.b(), s.c()};
 }
 
 /// The tie of a driven leg; an `off` leg is reported as floating.

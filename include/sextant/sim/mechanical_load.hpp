@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
+#include "sextant/core/nonblocking.hpp"
 #include "sextant/sim/profile.hpp"
 
 namespace sextant {
@@ -28,6 +30,12 @@ class MechanicalLoad {
   /// Imposed speed at t_ns. [rad/s]
   [[nodiscard]] double speed(std::int64_t t_ns) const noexcept {
     return imposed_speed_ ? imposed_speed_->value(t_ns) : 0.0;
+  }
+
+  /// The first instant after t_ns at which a profile jumps or changes its slope. [ns]
+  [[nodiscard]] std::int64_t next_corner_ns(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
+    const std::int64_t torque_ns = load_torque_.next_corner_ns(t_ns);
+    return imposed_speed_ ? std::min(torque_ns, imposed_speed_->next_corner_ns(t_ns)) : torque_ns;
   }
 
  private:

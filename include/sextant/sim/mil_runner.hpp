@@ -15,11 +15,11 @@ class TraceRecorder;
 /// How a run ended.
 struct MilResult {
   MetricList metrics{};
-  bool plant_healthy{true};                ///< false: the integrator failed
+  bool plant_healthy{true};  ///< false: the integrator failed
   DriveState final_state{DriveState::init};
-  FaultSet faults{};                       ///< latched during the run
-  Fault first_fault{};                     ///< meaningful while `faults.any()`
-  std::int64_t fault_ns{};                 ///< when it latched [ns]
+  FaultSet faults{};        ///< latched during the run
+  Fault first_fault{};      ///< meaningful while `faults.any()`
+  std::int64_t fault_ns{};  ///< when it latched; before 0 in the hand-shake [ns]
 };
 
 /// Runs a scenario with the model in the loop, as fast as the machine allows: the same `run_cycle` as the

@@ -47,6 +47,9 @@ class Profile {
   /// Right-hand derivative of a linear profile at t_ns, zero for the other shapes. [the profile's unit per s]
   [[nodiscard]] double slope(std::int64_t t_ns) const noexcept;
 
+  /// The first instant after t_ns at which value or slope changes; far in the future when there is none. [ns]
+  [[nodiscard]] std::int64_t next_corner_ns(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING;
+
   /// The instants at which the value jumps, in order; a run's step response starts at one of them. [ns]
   [[nodiscard]] const std::vector<std::int64_t>& jumps_ns() const noexcept { return jumps_ns_; }
 

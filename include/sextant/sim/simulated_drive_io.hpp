@@ -14,18 +14,20 @@ namespace sextant {
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
 /// The plant is lazy: read(t) first brings it to t with the patterns written so far. A gate driver that gets
-/// no new pattern keeps the last state for `hold_periods` and then opens the gates. Any driven vector would be
-/// worse for a drive that is late: held for a millisecond, an active vector moves the torque of the paper's
-/// machine by 250 N·m, and a zero vector at speed by half of that; with open gates the torque falls to zero
-/// and comes back with the next pattern. `Measurement::acted` tells all of it.
+/// no new pattern keeps the last state for `hold_periods` and then opens the gates. Any driven vector would
+/// be worse for a drive that is late: held for a millisecond, an active vector moves the torque of the
+/// paper's machine by 250 N·m, and a zero vector at speed by half of that; with open gates the torque falls
+/// to zero and comes back with the next pattern. `Measurement::acted` tells all of it, for which a pattern
+/// needs one segment to spare; the measurement is not plausible where it cannot, nor after a gap of more than
+/// a second.
 template <class Plant = DrivePlant<double>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
   struct Parameters {
-    std::int32_t period_ns{25'000};   ///< control period [ns]
-    double u_dc{530.0};               ///< stiff DC-link voltage [V]
-    int actuation_delay_periods{0};   ///< 1: a pattern acts one period after it was written [-]
-    int hold_periods{1};              ///< periods for which a pattern holds that is not renewed [-]
+    std::int32_t period_ns{25'000};  ///< control period [ns]
+    double u_dc{530.0};              ///< stiff DC-link voltage [V]
+    int actuation_delay_periods{0};  ///< 1: a pattern acts one period after it was written [-]
+    int hold_periods{1};             ///< periods for which a pattern holds that is not renewed [-]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
@@ -44,10 +46,13 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
-    const GatePattern acted = acting_until(t_ns - plant_t_ns_);
+    const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
+    const GatePattern acted = acting_until(elapsed_ns);
     for (const GateSegment& segment : acted.segments()) advance(segment);
-    const bool finite = plant_.state().allFinite();
-    return {t_ns, plant_.i_abc(), parameters_.u_dc, plant_.omega_m(), acted, finite && !failed_};
+    // No room in `acted` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
+    const bool complete = acted.duration_ns() == elapsed_ns;
+    const bool plausible = complete && !failed_ && plant_.state().allFinite();
+    return {t_ns, plant_.i_abc(), parameters_.u_dc, plant_.omega_m(), acted, plausible};
   }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
@@ -88,17 +93,25 @@ class SimulatedDriveIo final : public DriveIo<double> {
     return acted;
   }
 
+  /// In pieces between the corners of the load, so that a load step acts at its instant.
   void advance(const GateSegment& segment) noexcept {
-    if (failed_) return;
-    const std::int64_t t_end_ns = plant_t_ns_ + segment.duration_ns;
-    PlantInputs<double> inputs{segment.state, parameters_.u_dc, load_.torque(plant_t_ns_), load_.imposes_speed(), 0.0};
+    const std::int64_t end_ns = plant_t_ns_ + segment.duration_ns;
+    while (!failed_ && plant_t_ns_ < end_ns) {
+      advance(segment.state, std::min(end_ns, load_.next_corner_ns(plant_t_ns_)) - plant_t_ns_);
+    }
+  }
+
+  /// Over a piece in which the load is linear: its torque acts with its mean.
+  void advance(SwitchState state, std::int64_t duration_ns) noexcept {
+    const std::int64_t end_ns = plant_t_ns_ + duration_ns;
+    PlantInputs<double> inputs{state, parameters_.u_dc, load_.torque(plant_t_ns_ + duration_ns / 2),
+                               load_.imposes_speed(), 0.0};
     if (inputs.imposed_speed) {
-      const double dt = double(segment.duration_ns) * 1e-9;
-      inputs.speed_slope = (load_.speed(t_end_ns) - plant_.omega_m()) / dt;
+      inputs.speed_slope = (load_.speed(end_ns) - plant_.omega_m()) / (double(duration_ns) * 1e-9);
     }
     plant_.set_inputs(inputs);
-    failed_ = !integrator_.advance(plant_, segment.duration_ns);
-    plant_t_ns_ = t_end_ns;
+    failed_ = !integrator_.advance(plant_, duration_ns);
+    plant_t_ns_ = end_ns;
   }
 
   Parameters parameters_;

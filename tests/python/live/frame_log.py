@@ -3,7 +3,8 @@
 import re
 import subprocess
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from pathlib import Path
 
 import can
 from sextant_py import bus
@@ -16,36 +17,48 @@ class RawFrame:
     data: bytes
 
 
-@dataclass
 class FrameLog:
-    """Listens for the time of a `with`; then `frames` holds what came."""
+    """Listens for the time of a `with`. Times are those of the wall clock, as candump has them."""
 
-    address: str
-    frames: list[RawFrame] = field(default_factory=list)
-    _candump: subprocess.Popen | None = None
-    _notifier: can.Notifier | None = None
-    _bus: can.BusABC | None = None
+    def __init__(self, address: str, folder: Path) -> None:
+        self._address = bus.parse(address)
+        self._file = folder / "candump.log"
+        self._candump: subprocess.Popen | None = None
+        self._notifier: can.Notifier | None = None
+        self._bus: can.BusABC | None = None
+        self._frames: list[RawFrame] = []
 
     def __enter__(self) -> "FrameLog":
-        parsed = bus.parse(self.address)
-        if parsed.interface == "socketcan":
-            self._candump = subprocess.Popen(["candump", "-L", parsed.channel], stdout=subprocess.PIPE, text=True)
-            time.sleep(0.2)
+        if self._address.interface == "socketcan":
+            with self._file.open("wb") as out:
+                self._candump = subprocess.Popen(["candump", "-L", self._address.channel], stdout=out)
         else:
-            self._bus = bus.open_bus(parsed)
+            self._bus = bus.open_bus(self._address)
             self._notifier = can.Notifier(self._bus, [self._take], timeout=0.1)
         return self
 
     def _take(self, message: can.Message) -> None:
-        self.frames.append(RawFrame(message.timestamp, message.arbitration_id, bytes(message.data)))
+        self._frames.append(RawFrame(message.timestamp, message.arbitration_id, bytes(message.data)))
 
-    def __exit__(self, *_: object) -> None:
+    def _stop(self) -> None:
         if self._candump is not None:
             self._candump.terminate()
-            self.frames = parse_candump(self._candump.communicate()[0])
-        else:
+            self._candump.wait()
+            self._frames = parse_candump(self._file.read_text(encoding="ascii"))
+            self._candump = None
+        if self._notifier is not None:
             self._notifier.stop()
             self._bus.shutdown()
+            self._notifier = None
+
+    def until(self, end_s: float) -> list[RawFrame]:
+        """Stops listening; what came until then."""
+        time.sleep(0.1)
+        self._stop()
+        return [frame for frame in self._frames if frame.time_s <= end_s]
+
+    def __exit__(self, *_: object) -> None:
+        self._stop()
 
 
 def parse_candump(text: str) -> list[RawFrame]:

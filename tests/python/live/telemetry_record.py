@@ -11,10 +11,11 @@ from sextant_py import dds
 
 POLL_S = 0.02
 DEPTH = 5000
+HELPING = 32
 INTERVAL_NS = 1_000_000
 
 
-class NotSeen(AssertionError):
+class NotSeenError(AssertionError):
     """What a test waited for did not come."""
 
 
@@ -77,13 +78,23 @@ class TelemetryRecord:
         self.statistics: list[Any] = []
 
     def poll(self) -> None:
-        self._node.poll()
+        if not self._connected():
+            self._node.poll()
         self.samples += self._mine(self._stream)
         self.states += self._mine(self._states)
         self.statistics += self._mine(self._statistics)
 
     def _mine(self, topic: dds.Subscription) -> list[Any]:
-        return [sample for sample in topic.poll(DEPTH) if sample.drive_id == self._drive_id]
+        """New samples of our drive. Taken in small helpings: room for many is expensive in User Mode Linux."""
+        found: list[Any] = []
+        while helping := topic.poll(HELPING):
+            found += [sample for sample in helping if sample.drive_id == self._drive_id]
+            if len(helping) < HELPING:
+                break
+        return found
+
+    def _connected(self) -> bool:
+        return all(topic.samples for topic in (self._stream, self._states, self._statistics))
 
     def wait(self, condition: Callable[["TelemetryRecord"], Any], what: str, timeout_s: float = 10.0) -> Any:
         """Polls until the condition holds; returns its value."""
@@ -93,7 +104,7 @@ class TelemetryRecord:
             if value := condition(self):
                 return value
             if time.monotonic() > deadline:
-                raise NotSeen(f"waited {timeout_s:g} s for {what}; {self._last_words()}")
+                raise NotSeenError(f"waited {timeout_s:g} s for {what}; {self._last_words()}")
             time.sleep(POLL_S)
 
     def _last_words(self) -> str:
@@ -114,7 +125,7 @@ class TelemetryRecord:
         """The samples of the next so many seconds, on the drive's clock."""
         self.poll()
         if not self.samples:
-            raise NotSeen("no telemetry has been heard")
+            raise NotSeenError("no telemetry has been heard")
         first, begin_ns = len(self.samples), self.samples[-1].t_ns
         end_ns = begin_ns + round(seconds * 1e9)
         self.wait(lambda own: own.samples[-1].t_ns >= end_ns, f"{seconds:g} s of telemetry", seconds + 10.0)

@@ -1,6 +1,8 @@
 """Lockout at power-up, silence of the vehicle, a bus that goes down: what the drive does, by its own stamps."""
 
-import subprocess
+import fcntl
+import socket
+import struct
 import time
 from collections.abc import Callable
 
@@ -18,6 +20,8 @@ LOST_S = 0.200
 NO_TORQUE_NM = 2.0  # mean over 1 ms at low speed: the chatter of the comparators about a reference of zero
 COMMAND_LOST = 0
 COMMAND_LOST_BIT = 1 << COMMAND_LOST
+SIOCSIFFLAGS = 0x8914
+IFF_UP = 0x1
 
 
 @pytest.fixture
@@ -65,9 +69,7 @@ def test_short_silence_heals(running: tuple[DriveProcess, TelemetryRecord], live
             vehicle.demand(TORQUE_NM, enable=True)
             record.run(0.25)
             span = Span(record.samples[begin:])
-            times_ns = span.command_times_ns()
-            longest = int(np.argmax(np.diff(times_ns)))
-            silent = span.where(span.command_received_ns == times_ns[longest])
+            silent = longest_silence(span)
             silence_ms = ages_ms(silent).max()
             gone_ms = check_wound_down(silent)
             print(f"silent for {silence_ms:.0f} ms: no torque after {gone_ms:.1f} ms")
@@ -97,7 +99,7 @@ def check_loss(span: Span) -> None:
     ages, states = ages_ms(silent), np.array(silent.states)
     lost_ms = float(ages[int(np.argmax(states == "FAULT"))])
     print(f"silent for good: no torque after {gone_ms:.1f} ms, FAULT after {lost_ms:.1f} ms")
-    assert LOST_S * 1e3 <= lost_ms
+    assert lost_ms >= LOST_S * 1e3
     assert np.all(states[ages > LOST_S * 1e3 + 5] == "FAULT")
     assert set(states[ages < LOST_S * 1e3 - 2]) == {"TORQUE"}
     # Gates off: the diodes take the current down, and nothing drives another.
@@ -140,8 +142,8 @@ def stay_where_they_are(record: TelemetryRecord, vehicle: Vehicle, state: str, e
 def test_enable_at_power_up_does_nothing(running: tuple[DriveProcess, TelemetryRecord], live_bus: str) -> None:
     drive, record = running
     with Vehicle(live_bus) as vehicle:
-        vehicle.demand(TORQUE_NM, enable=True)
         record.wait_until_heard()
+        vehicle.demand(TORQUE_NM, enable=True)
         record.run(1.0)
         span = record.everything()
         received, rejected = record.counted_commands()
@@ -157,8 +159,11 @@ def test_enable_at_power_up_does_nothing(running: tuple[DriveProcess, TelemetryR
         bring_up(record, vehicle, TORQUE_NM)
 
 
-def link(address: str, state: str) -> None:
-    subprocess.run(["ip", "link", "set", bus.parse(address).channel, state], check=True)
+def set_up(address: str, up: bool) -> None:
+    """Takes the interface down or up, at once: starting a program for it takes its time in User Mode Linux."""
+    name = bus.parse(address).channel.encode()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
+        fcntl.ioctl(control, SIOCSIFFLAGS, struct.pack("16sh14x", name, IFF_UP if up else 0))
 
 
 def test_interface_down_and_up(running: tuple[DriveProcess, TelemetryRecord], live_bus: str) -> None:
@@ -170,26 +175,29 @@ def test_interface_down_and_up(running: tuple[DriveProcess, TelemetryRecord], li
         for down_s in (0.08, 0.5, 0.08, 0.5):
             record.run(0.2)
             begin = len(record.samples)
-            link(live_bus, "down")
+            set_up(live_bus, False)
             time.sleep(down_s)
-            link(live_bus, "up")
+            set_up(live_bus, True)
             record.run(0.3)
-            span = Span(record.samples[begin:])
             assert drive.is_running()
+            span = Span(record.samples[begin:])
             if down_s > LOST_S:
-                times_ns = span.command_times_ns()
-                check_loss(span.where(span.command_received_ns == times_ns[0]) if len(times_ns) == 1 else loss(span))
+                check_loss(until_silence_ends(span))
                 check_latched(record)
                 vehicle.demand(fault_reset=True)
                 record.wait_for_state("STANDBY")
                 bring_up(record, vehicle, TORQUE_NM)
             else:
+                check_wound_down(longest_silence(span))
                 assert "FAULT" not in span.states
                 assert span.torque_reference_nm[-1] == pytest.approx(TORQUE_NM, abs=0.006)
 
 
-def loss(span: Span) -> Span:
-    """Up to and including the silence, without the commands that came afterwards."""
+def longest_silence(span: Span) -> Span:
     times_ns = span.command_times_ns()
-    longest = int(np.argmax(np.diff(times_ns)))
-    return span.where(span.command_received_ns <= times_ns[longest])
+    return span.where(span.command_received_ns == times_ns[int(np.argmax(np.diff(times_ns)))])
+
+
+def until_silence_ends(span: Span) -> Span:
+    """Without the commands that came after the silence."""
+    return span.where(span.command_received_ns <= longest_silence(span).command_received_ns[0])

@@ -1,6 +1,8 @@
 """What the drive sends over CAN: decodes by the contract, is protected, keeps its cycle, and agrees with DDS."""
 
+import time
 from collections.abc import Callable
+from pathlib import Path
 
 import e2e.p11 as reference
 import numpy as np
@@ -27,24 +29,26 @@ CYCLES_MS = {
 }
 
 
-def recorded(address: str, record: TelemetryRecord) -> tuple[dict[str, list[RawFrame]], Span]:
+def recorded(log: FrameLog, record: TelemetryRecord) -> tuple[dict[str, list[RawFrame]], Span]:
     """The drive's frames by name, and the telemetry of the same time."""
     names = {message.frame_id: message.name for message in Contract().database.messages}
-    with FrameLog(address) as log:
-        span = record.run(LISTEN_S)
+    begin_s = time.time()
+    span = record.run(LISTEN_S)
+    end_s = time.time()
     by_name: dict[str, list[RawFrame]] = {}
-    for frame in log.frames:
-        by_name.setdefault(names[frame.frame_id], []).append(frame)
+    for frame in log.until(end_s):
+        if frame.time_s >= begin_s:
+            by_name.setdefault(names[frame.frame_id], []).append(frame)
     return by_name, span
 
 
-def test_status_frames(live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]) -> None:
+def test_status_frames(live_bus: str, domain: int, tmp_path: Path, start_drive: Callable[..., DriveProcess]) -> None:
     start_drive(live_bus, "load.kind=imposed_speed", f"load.speed_rad_s.value={SPEED_RAD_S:g}")
     record = TelemetryRecord(domain)
-    with Vehicle(live_bus) as vehicle:
+    with FrameLog(live_bus, tmp_path) as log, Vehicle(live_bus) as vehicle:
         bring_up(record, vehicle, TORQUE_NM)
         record.run(0.5)
-        frames, span = recorded(live_bus, record)
+        frames, span = recorded(log, record)
     assert set(frames) == {*CYCLES_MS, "VCU_TorqueCommand"}
     check_cycles(frames)
     for name in PROTECTED:

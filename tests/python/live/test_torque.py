@@ -15,8 +15,8 @@ HOLD_S = 0.5
 # Up and down in both directions of torque; at either direction of speed these are the four quadrants.
 STEPS_NM = [15.0, 40.0, 15.0, -15.0, -40.0, -15.0, 15.0, 0.0]
 
-# Sampled at 25 µs, switching-table DTC settles beside its reference, by more the faster the machine turns: the mean over
-# half a second, with the sign of the speed, lies in these limits (lowest, highest) [N·m].
+# Sampled at 25 µs, switching-table DTC settles beside its reference, by more the faster the machine turns: the mean
+# over half a second, with the sign of the speed, lies in these limits (lowest, highest) [N·m].
 BIAS_NM = {0.0: (-1.0, 1.0), 30.0: (-1.5, 0.5), 100.0: (-3.3, 0.0)}
 
 # What a stall of the host leaves behind has decayed by then; of the half second so much must remain.

@@ -36,7 +36,7 @@ class Vehicle:
 
     def __enter__(self) -> "Vehicle":
         # A frame takes several turns of the interpreter's lock; each may cost what the other thread may hold it.
-        sys.setswitchinterval(0.0002)
+        sys.setswitchinterval(0.001)
         self._thread.start()
         return self
 

@@ -1,0 +1,213 @@
+"""The programs with bad input: one clear sentence on stderr, an exit status that is not zero, nothing half-written."""
+
+import os
+import shutil
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+from sextant_py.paths import LOOPBACK, ROOT
+
+SCENARIO = ROOT / "configs" / "scenarios" / "constant_torque.toml"
+ECU_CONFIG = ROOT / "configs" / "ecu.toml"
+CRASH_WORDS = ("terminate called", "what():", "Aborted", "Segmentation", "Sanitizer", "Traceback", "filesystem error")
+NOBODY = 65534
+
+
+def program(name: str) -> Path:
+    """A program of the directory that SEXTANT_BIN names, or else of a preset's build."""
+    places = [Path(os.environ["SEXTANT_BIN"])] if "SEXTANT_BIN" in os.environ else []
+    places += [ROOT / "build" / preset / "apps" for preset in ("dev", "release")]
+    return next(place / name for place in places if (place / name).is_file())
+
+
+def run(name: str, *arguments: object, before: tuple[str, ...] = (), **environment: str) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [*before, program(name), *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        stdin=subprocess.DEVNULL,
+        env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.as_uri(), **environment},
+    )
+
+
+def check_refusal(found: subprocess.CompletedProcess, name: str, *words: str) -> None:
+    assert found.returncode > 0, found
+    assert found.stdout == ""
+    lines = found.stderr.splitlines()
+    assert len(lines) == 1, found.stderr
+    assert lines[0].startswith(f"{name}: "), found.stderr
+    for word in words:
+        assert word in found.stderr, found.stderr
+    assert not [word for word in CRASH_WORDS if word in found.stderr]
+
+
+@pytest.fixture
+def live(bus_address: str, domain: int) -> tuple[str, ...]:
+    """Arguments with which sextant-ecu would run, briefly."""
+    return (str(ECU_CONFIG), "--can", bus_address, "--duration", "0.2", "--set", f"dds.domain={domain}")
+
+
+def test_the_arguments_are_good(live: tuple[str, ...]) -> None:
+    found = run("sextant-ecu", *live)
+    assert found.returncode == 0, found.stderr
+    assert "control periods" in found.stdout
+
+
+def kernel_has_can() -> bool:
+    try:
+        socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
+    except OSError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [
+        ("carrier_pigeon:1", ['"carrier_pigeon:1"', "socketcan:", "udp_multicast:"]),
+        ("", ['""', "socketcan:"]),
+        ("udp_multicast:1.2.3.4:43113", ['"1.2.3.4"', "224.0.0.0"]),
+        ("udp_multicast:nowhere:43113", ['"nowhere"', "multicast group"]),
+        ("udp_multicast:239.74.163.2:99999", ["port from 1 to 65535"]),
+        ("udp_multicast:239.74.163.2", ["port from 1 to 65535"]),
+    ],
+)
+def test_malformed_bus_address(address: str, words: list[str]) -> None:
+    check_refusal(run("sextant-ecu", ECU_CONFIG, "--can", address), "sextant-ecu", *words)
+
+
+def test_can_interface_that_does_not_exist() -> None:
+    words = ['"can7"', "ip link"] if kernel_has_can() else ["no CAN sockets", "udp_multicast:"]
+    check_refusal(run("sextant-ecu", ECU_CONFIG, "--can", "socketcan:can7"), "sextant-ecu", *words)
+
+
+def test_dds_configuration_that_cannot_be_read(live: tuple[str, ...]) -> None:
+    found = run("sextant-ecu", *live, "--set", "dds.config_uri=file:///no/such.xml")
+    check_refusal(found, "sextant-ecu", "DDS cannot start", "/no/such.xml")
+
+
+def test_dds_configuration_of_the_environment_that_cannot_be_read(live: tuple[str, ...]) -> None:
+    found = run("sextant-ecu", *live, CYCLONEDDS_URI="file:///no/such.xml")
+    check_refusal(found, "sextant-ecu", "DDS cannot start", "/no/such.xml")
+
+
+@pytest.mark.parametrize(
+    ("inner", "word"),
+    [
+        ("<Nonsense/>", "Nonsense: unknown element"),
+        ('<General><Interfaces><NetworkInterface name="nope0"/></Interfaces></General>', "nope0"),
+    ],
+)
+def test_dds_that_cannot_start(inner: str, word: str, live: tuple[str, ...]) -> None:
+    found = run("sextant-ecu", *live, CYCLONEDDS_URI=f"<CycloneDDS><Domain>{inner}</Domain></CycloneDDS>")
+    check_refusal(found, "sextant-ecu", "DDS cannot start", word)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="rights can only be given up by one who has them")
+def test_missing_rights_where_they_are_required(live: tuple[str, ...]) -> None:
+    less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--inh-caps=-all")
+    limits = ("prlimit", "--rtprio=0", "--memlock=0")
+    found = run("sextant-ecu", *live, "--set", "realtime.required=true", before=(*less, *limits))
+    check_refusal(found, "sextant-ecu", "realtime.required", "SCHED_FIFO", "CAP_SYS_NICE")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="rights can only be given up by one who has them")
+def test_missing_rights_are_reported_where_they_are_not_required(live: tuple[str, ...]) -> None:
+    less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--inh-caps=-all")
+    found = run("sextant-ecu", *live, before=(*less, "prlimit", "--rtprio=0", "--memlock=0"))
+    assert found.returncode == 0
+    assert "SCHED_FIFO priority 80 was refused" in found.stderr
+
+
+BAD_SETTINGS = [
+    ("gate.torque_limit_nm=-4", ["gate.torque_limit_nm", "got -4"]),
+    ("gate.torque_limit_nm=nan", ["gate.torque_limit_nm", "got nan"]),
+    ("gate.torque_limit_nm=plenty", ["gate.torque_limit_nm", "a number", "plenty"]),
+    ("gate.nonsense=4", ["gate.nonsense", "unknown key"]),
+    ("nonsense", ["key=value", '"nonsense"']),
+    ("=", ["key=value"]),
+    ("", ["key=value"]),
+    ("control.controller=guess", ["control.controller", "dtc"]),
+]
+
+
+@pytest.mark.parametrize(("setting", "words"), BAD_SETTINGS)
+def test_bad_setting_of_the_drive(setting: str, words: list[str], live: tuple[str, ...]) -> None:
+    check_refusal(run("sextant-ecu", *live, "--set", setting), "sextant-ecu", *words)
+
+
+@pytest.mark.parametrize(("setting", "words"), BAD_SETTINGS)
+def test_bad_setting_of_a_scenario(setting: str, words: list[str], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    check_refusal(run("sextant-mil", SCENARIO, "--out", out, "--set", setting), "sextant-mil", *words)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, ["bad.toml", "No such file"]),
+        ("drive_id = ", ["bad.toml:1"]),
+        ("drive_id = 1\nspeed = 3\n", ["bad.toml:2", "speed", "unknown key"]),
+        ('machine = "missing.toml"\n', ["missing.toml"]),
+    ],
+)
+def test_bad_configuration_file(content: str | None, words: list[str], tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    if content is not None:
+        if "machine" not in content:
+            shutil.copytree(ROOT / "configs" / "machines", tmp_path / "machines")
+            content = content + 'machine = "machines/paper_3hp.toml"\n' if content.endswith("\n") else content
+        path.write_text(content)
+    check_refusal(run("sextant-ecu", path), "sextant-ecu", *words)
+
+
+def test_configuration_that_is_a_directory(tmp_path: Path) -> None:
+    check_refusal(run("sextant-ecu", tmp_path), "sextant-ecu", "directory")
+    check_refusal(run("sextant-mil", tmp_path), "sextant-mil", "directory")
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("sextant-ecu", ["--frobnicate"], ["--frobnicate", "--help"]),
+        ("sextant-ecu", ["--duration", "-3"], ["--duration", "-3"]),
+        ("sextant-ecu", ["--duration", "1e300"], ["--duration", "1e300"]),
+        ("sextant-ecu", ["--duration", "soon"], ["--duration", "soon"]),
+        ("sextant-ecu", ["--set"], ["--set"]),
+        ("sextant-mil", [], ["scenarios"]),
+        ("sextant-mil", [SCENARIO, "--integrator", "euler"], ["euler", "cvode", "fixed"]),
+        ("sextant-mil", [SCENARIO, "--out"], ["--out"]),
+    ],
+)
+def test_bad_command_line(name: str, arguments: list[str], words: list[str], tmp_path: Path) -> None:
+    check_refusal(run(name, *arguments), name, *words)
+
+
+def test_missing_scenario_costs_the_others_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    found = run("sextant-mil", SCENARIO, tmp_path / "missing.toml", "--out", out)
+    check_refusal(found, "sextant-mil", "missing.toml", "No such file")
+    assert not out.exists()
+
+
+def test_out_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    found = run("sextant-mil", SCENARIO, "--out", tmp_path / "file" / "out")
+    check_refusal(found, "sextant-mil", "file/out cannot be made", "Not a directory", "--out")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs another user")
+def test_out_that_may_not_be_written(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir(mode=0o755)
+    for parent in (tmp_path, *tmp_path.parents):
+        if parent.is_relative_to(tmp_path.parents[2]) and parent.owner() == "root":
+            parent.chmod(parent.stat().st_mode | 0o055)
+    less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
+    found = run("sextant-mil", SCENARIO, "--out", out, before=less)
+    check_refusal(found, "sextant-mil", "out", "Permission denied")
+    assert list(out.iterdir()) == []

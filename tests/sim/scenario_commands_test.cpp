@@ -1,0 +1,53 @@
+#include "sextant/sim/scenario_commands.hpp"
+
+#include <cstdint>
+
+#include <gtest/gtest.h>
+
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/drive/drive.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t period_ns = 25'000;
+constexpr int hand_shake = ScenarioCommands::hand_shake_periods;
+
+TEST(ScenarioCommands, DisablesFirstThenEnablesWithoutTorque) {
+  ScenarioCommands commands{ProfileParameters{.value = 15.0}};
+  for (std::int64_t k = -hand_shake; k < 0; ++k) {
+    const TorqueCommand<> c = commands.latest(k * period_ns).command;
+    EXPECT_EQ(c.enable, k == -1) << "period " << k;
+    EXPECT_EQ(c.torque, 0.0);
+    EXPECT_EQ(c.e2e, E2eState::valid);
+    EXPECT_EQ(c.received_ns, k * period_ns);
+    EXPECT_EQ(c.sequence, std::uint32_t(k + hand_shake + 1)) << "every period brings a new command";
+  }
+  EXPECT_EQ(commands.latest(0).command.torque, 15.0);
+}
+
+TEST(ScenarioCommands, PlaysTheProfile) {
+  ScenarioCommands commands{{.shape = ProfileShape::steps, .points = {{0.0, 15.0}, {0.4, -15.0}}}};
+  EXPECT_EQ(commands.reference(-1), 0.0);
+  EXPECT_EQ(commands.reference(399'999'999), 15.0);
+  EXPECT_EQ(commands.reference(400'000'000), -15.0);
+  EXPECT_EQ(commands.latest(400'000'000).command.torque, -15.0);
+}
+
+TEST(ScenarioCommands, TheHandShakeBringsADriveToTorqueAtTimeZero) {
+  ScenarioCommands commands{ProfileParameters{.value = 15.0}};
+  DirectTorqueController<double> controller{{}};
+  Drive<double> drive{{}, controller};
+  const auto step = [&](std::int64_t k) {
+    const Measurement<double> m{.t_ns = k * period_ns, .u_dc = 530.0, .acted = {gates_off, period_ns}};
+    return drive.step(m, commands.latest(m.t_ns));
+  };
+  for (std::int64_t k = -hand_shake; k < 0; ++k) EXPECT_EQ(step(k).telemetry.torque_reference, 0.0);
+  const DriveOutput<double> first = step(0);
+  EXPECT_EQ(first.telemetry.state, DriveState::torque);
+  EXPECT_EQ(first.telemetry.torque_reference, 15.0);
+  EXPECT_TRUE(is_driven(first.pattern.last_state()));
+}
+
+}  // namespace
+}  // namespace sextant

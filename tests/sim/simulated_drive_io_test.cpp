@@ -1,0 +1,282 @@
+#include "sextant/sim/simulated_drive_io.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sextant/control/flux_torque_estimator.hpp"
+#include "sextant/plant/fixed_step_integrator.hpp"
+
+namespace sextant {
+namespace {
+
+using Plant = DrivePlant<double>;
+using Io = SimulatedDriveIo<Plant>;
+
+constexpr std::int32_t period_ns = 25'000;
+
+/// Integrates nothing, writes down what it was asked for, and fails when told to.
+class RecordingIntegrator final : public PlantIntegrator<Plant> {
+ public:
+  struct Call {
+    SwitchState state{};
+    std::int64_t duration_ns{};
+    double tau_l{};
+  };
+  bool advance(Plant& plant, std::int64_t duration_ns) noexcept override {
+    if (fail) return false;
+    calls.push_back({plant.inputs().state, duration_ns, plant.inputs().tau_l});
+    return true;
+  }
+  void reset() noexcept override {}
+
+  std::vector<Call> calls{};
+  bool fail{false};
+};
+
+struct RecordedIo {
+  explicit RecordedIo(const Io::Parameters& parameters = {},
+                      const MechanicalLoad::Parameters& load_parameters = {})
+      : load{load_parameters}, io{parameters, plant, integrator, load} {}
+  MechanicalLoad load;
+  Plant plant{DrivePlantParameters<double>{}};
+  RecordingIntegrator integrator{};
+  Io io;
+};
+
+struct PhysicalIo {
+  explicit PhysicalIo(const Io::Parameters& parameters = {},
+                      const MechanicalLoad::Parameters& load_parameters = {})
+      : load{load_parameters}, io{parameters, plant, integrator, load} {}
+  MechanicalLoad load;
+  Plant plant{DrivePlantParameters<double>{}};
+  FixedStepIntegrator<Plant> integrator{FixedStepParameters{}};
+  Io io;
+};
+
+GatePattern vector(std::size_t n) {
+  return {switch_states[n], period_ns};
+}
+
+void advance_to(Io& io, std::int64_t t_ns) {
+  static_cast<void>(io.read(t_ns));
+}
+
+MechanicalLoad::Parameters load_torque_steps() {
+  return {.load_torque = {.shape = ProfileShape::steps, .points = {{0.0, 2.0}, {60e-6, 7.0}, {1.0, 3.0}}}};
+}
+
+TEST(SimulatedDriveIo, GatesAreOffAtStartAndThePlantStaysAtRest) {
+  PhysicalIo x;
+  const Measurement<> first = x.io.read(0);
+  EXPECT_EQ(first.acted.duration_ns(), 0);
+  const Measurement<> second = x.io.read(period_ns);
+  EXPECT_EQ(second.acted, (GatePattern{gates_off, period_ns}));
+  EXPECT_EQ(second.i_abc, ThreePhase<double>{});
+  EXPECT_EQ(second.omega_m, 0.0);
+  EXPECT_TRUE(second.plausible);
+}
+
+TEST(SimulatedDriveIo, ThePlantMovesOnlyWhenItIsRead) {
+  RecordedIo x;
+  advance_to(x.io, -100'000);
+  x.io.write(vector(1));
+  EXPECT_TRUE(x.integrator.calls.empty());
+  advance_to(x.io, -100'000 + period_ns);
+  ASSERT_EQ(x.integrator.calls.size(), 1U);
+  EXPECT_EQ(x.integrator.calls[0].duration_ns, period_ns);
+  advance_to(x.io, -100'000 + period_ns);
+  EXPECT_EQ(x.integrator.calls.size(), 1U) << "a second read of the same instant must not move the plant";
+}
+
+// Written in period k, V(k+1) acts in period k without delay and in period k+1 with one.
+TEST(SimulatedDriveIo, ActuationDelayDecidesInWhichPeriodAPatternActs) {
+  constexpr std::array<std::size_t, 4> written{1, 2, 3, 4};
+  for (const int delay : {0, 1}) {
+    SCOPED_TRACE(delay);
+    RecordedIo x{{.actuation_delay_periods = delay}};
+    std::vector<SwitchState> acted;
+    for (std::size_t k = 0; k <= written.size(); ++k) {
+      const Measurement<> m = x.io.read(std::int64_t(k) * period_ns);
+      if (k > 0) acted.push_back(m.acted.last_state());
+      if (k < written.size()) x.io.write(vector(written[k]));
+    }
+    const std::vector<SwitchState> without{switch_states[1], switch_states[2], switch_states[3],
+                                           switch_states[4]};
+    const std::vector<SwitchState> with{gates_off, switch_states[1], switch_states[2], switch_states[3]};
+    EXPECT_EQ(acted, delay == 0 ? without : with);
+    ASSERT_EQ(x.integrator.calls.size(), acted.size());
+    for (std::size_t k = 0; k < acted.size(); ++k) EXPECT_EQ(x.integrator.calls[k].state, acted[k]);
+  }
+}
+
+TEST(SimulatedDriveIo, APatternThatIsNotRenewedHoldsAndThenTheGatesOpen) {
+  for (const int hold : {1, 3}) {
+    SCOPED_TRACE(hold);
+    RecordedIo x{{.hold_periods = hold}};
+    advance_to(x.io, 0);
+    GatePattern pattern{switch_states[2], 10'000};
+    pattern.append({switch_states[1], 15'000});
+    x.io.write(pattern);
+    const Measurement<> m = x.io.read(10 * period_ns);
+    const auto segments = m.acted.segments();
+    ASSERT_EQ(segments.size(), 3U);
+    EXPECT_EQ(segments[0], (GateSegment{switch_states[2], 10'000}));
+    EXPECT_EQ(segments[1], (GateSegment{switch_states[1], hold * period_ns - 10'000}));
+    EXPECT_EQ(segments[2], (GateSegment{gates_off, (10 - hold) * period_ns}));
+  }
+}
+
+// A pattern may be cut short by an early read, empty, of any length that leaves room for one segment more, or
+// stretched by a skip.
+TEST(SimulatedDriveIo, ActedCoversExactlyTheTimeThatPassedAndIsWhatThePlantSaw) {
+  constexpr unsigned seed = 20260;
+  SCOPED_TRACE(seed);
+  std::mt19937 random{seed};
+  const auto draw = [&random](int lo, int hi) { return std::uniform_int_distribution<int>{lo, hi}(random); };
+  for (const int delay : {0, 1}) {
+    RecordedIo x{{.actuation_delay_periods = delay, .hold_periods = draw(1, 4)}, load_torque_steps()};
+    std::int64_t t = 0;
+    advance_to(x.io, t);
+    for (int n = 0; n < 5'000; ++n) {
+      GatePattern pattern;
+      const int segments = draw(0, int(GatePattern::capacity) - 1);
+      for (int s = 0; s < segments; ++s)
+        pattern.append({switch_states[std::size_t(draw(0, 7))], period_ns / segments});
+      x.io.write(pattern);
+      const std::int64_t elapsed = draw(0, 9) == 0 ? draw(1, 2'000'000) : period_ns;
+      t += elapsed;
+      x.integrator.calls.clear();
+      const Measurement<> m = x.io.read(t);
+      ASSERT_EQ(m.acted.duration_ns(), elapsed) << "read " << n;
+      ASSERT_TRUE(m.plausible) << "read " << n;
+      std::int64_t integrated = 0;
+      for (const auto& call : x.integrator.calls) integrated += call.duration_ns;
+      ASSERT_EQ(integrated, elapsed) << "read " << n;
+    }
+  }
+}
+
+TEST(SimulatedDriveIo, ALoadStepActsAtItsInstantAndNotAtTheNextRead) {
+  RecordedIo x{{}, load_torque_steps()};
+  advance_to(x.io, 0);
+  x.io.write(vector(0));
+  advance_to(x.io, 1'000'000);
+  double impulse = 0.0;  // of the load torque [N·m·s]
+  std::int64_t t = 0;
+  for (const auto& call : x.integrator.calls) {
+    impulse += call.tau_l * double(call.duration_ns) * 1e-9;
+    EXPECT_EQ(call.tau_l, t < 60'000 ? 2.0 : 7.0) << "from " << t << " ns on";
+    t += call.duration_ns;
+  }
+  EXPECT_NEAR(impulse, 2.0 * 60e-6 + 7.0 * 940e-6, 1e-15);
+  EXPECT_EQ(x.io.tau_l(), 7.0);
+}
+
+// A free shaft under a load torque: omega_m is its impulse over J, also of a ramp with a corner in
+// mid-period.
+TEST(SimulatedDriveIo, TheShaftTakesTheExactImpulseOfARampedLoad) {
+  PhysicalIo x{{}, {.load_torque = {.shape = ProfileShape::linear, .points = {{0.0, 0.0}, {310e-6, 62.0}}}}};
+  for (int k = 0; k <= 40; ++k) advance_to(x.io, k * period_ns);
+  const double impulse = 0.5 * 62.0 * 310e-6 + 62.0 * 690e-6;
+  EXPECT_NEAR(x.io.read(1'000'000).omega_m, -impulse / InductionMachineParameters<>{}.inertia, 1e-9);
+}
+
+TEST(SimulatedDriveIo, ImposedSpeedFollowsItsProfileThroughCornersAndSkips) {
+  const ProfileParameters speed{.shape = ProfileShape::linear,
+                                .points = {{0.0, 20.0}, {0.00313, -35.0}, {0.00707, -35.0}, {0.01, 80.0}}};
+  PhysicalIo x{{}, {.load_torque = {.value = 100.0}, .imposed_speed = speed}};
+  const Profile profile{speed};
+  constexpr unsigned seed = 7;
+  SCOPED_TRACE(seed);
+  std::mt19937 random{seed};
+  std::int64_t t = 0;
+  while (t < 12'000'000) {
+    EXPECT_NEAR(x.io.read(t).omega_m, profile.value(t), 1e-9) << "at " << t << " ns";
+    x.io.write(vector(1 + random() % 6U));
+    t += random() % 8U == 0 ? 20 * period_ns : period_ns;
+  }
+  advance_to(x.io, t);
+  // The angle shows the speed between the reads as well.
+  const double turned = 0.5 * (20.0 - 35.0) * 0.00313 - 35.0 * (0.00707 - 0.00313) +
+                        0.5 * (-35.0 + 80.0) * (0.01 - 0.00707) + 80.0 * (double(t) * 1e-9 - 0.01);
+  EXPECT_NEAR(x.io.plant().theta_m(), turned, 1e-9);
+}
+
+// While the gates stay on, the voltage model with the reported pattern is exact but for the trapezoid of R·i.
+TEST(SimulatedDriveIo, TheVoltageModelStaysOnThePlantsFluxThroughSkips) {
+  constexpr unsigned seed = 99;
+  SCOPED_TRACE(seed);
+  std::mt19937 random{seed};
+  PhysicalIo x{{.hold_periods = 3}, {.imposed_speed = ProfileParameters{.value = 40.0}}};
+  FluxTorqueEstimator<double> estimator{InductionMachineParameters<>{}};
+  std::int64_t t = 0;
+  estimator.step(x.io.read(t));
+  for (int n = 0; n < 4'000; ++n) {
+    const std::size_t active = 1 + std::size_t(n) / 67U % 6U;
+    x.io.write(vector(random() % 4U == 0 ? active : 0U));
+    t += random() % 10U == 0 ? 3 * period_ns : period_ns;
+    estimator.step(x.io.read(t));
+  }
+  EXPECT_GT(magnitude(x.io.plant().psi_s()), 0.05) << "the run must have built up flux";
+  EXPECT_LT(magnitude(estimator.psi_s() - x.io.plant().psi_s()), 2e-4);
+}
+
+TEST(SimulatedDriveIo, AfterAFailedIntegrationThePlantStandsStillAndSaysSo) {
+  RecordedIo x;
+  advance_to(x.io, 0);
+  x.io.write(vector(1));
+  EXPECT_TRUE(x.io.read(period_ns).plausible);
+  x.integrator.fail = true;
+  x.io.write(vector(1));
+  const Plant::State before = x.plant.state();
+  EXPECT_FALSE(x.io.read(2 * period_ns).plausible);
+  EXPECT_FALSE(x.io.healthy());
+  x.integrator.fail = false;
+  const std::size_t calls = x.integrator.calls.size();
+  for (int k = 3; k < 10; ++k) {
+    x.io.write(vector(1));
+    EXPECT_FALSE(x.io.read(k * period_ns).plausible);
+  }
+  EXPECT_EQ(x.integrator.calls.size(), calls) << "the integrator must not be asked again";
+  EXPECT_EQ(x.plant.state(), before);
+}
+
+TEST(SimulatedDriveIo, WhatActedIsNotPlausibleWhereItCannotBeTold) {
+  RecordedIo x;
+  advance_to(x.io, 0);
+  GatePattern full;
+  for (std::size_t n = 0; n < GatePattern::capacity; ++n) full.append({switch_states[n], period_ns / 8});
+  x.io.write(full);
+  EXPECT_TRUE(x.io.read(period_ns).plausible);
+  x.io.write(full);
+  EXPECT_FALSE(x.io.read(3 * period_ns).plausible) << "no room for the gates that opened";
+  x.io.write(vector(1));
+  EXPECT_TRUE(x.io.read(4 * period_ns).plausible) << "the plant has caught up";
+  EXPECT_FALSE(x.io.read(2'000'000'000).plausible) << "a gap too long to integrate at once";
+}
+
+TEST(SimulatedDriveIo, AStateThatIsNotFiniteIsNotPlausible) {
+  RecordedIo x;
+  advance_to(x.io, 0);
+  x.plant.set_speed(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_FALSE(x.io.read(period_ns).plausible);
+}
+
+TEST(SimulatedDriveIo, RefusesParametersThatMakeNoPowerStage) {
+  EXPECT_EQ(Io::Parameters{}.validate(), nullptr);
+  EXPECT_NE((Io::Parameters{.period_ns = 0}.validate()), nullptr);
+  EXPECT_NE((Io::Parameters{.u_dc = 0.0}.validate()), nullptr);
+  EXPECT_NE((Io::Parameters{.u_dc = std::numeric_limits<double>::quiet_NaN()}.validate()), nullptr);
+  EXPECT_NE((Io::Parameters{.actuation_delay_periods = 2}.validate()), nullptr);
+  EXPECT_NE((Io::Parameters{.actuation_delay_periods = -1}.validate()), nullptr);
+  EXPECT_NE((Io::Parameters{.hold_periods = 0}.validate()), nullptr);
+}
+
+}  // namespace
+}  // namespace sextant
