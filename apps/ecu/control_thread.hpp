@@ -20,7 +20,8 @@ class LiveCommands {
   explicit LiveCommands(Crossings& crossings) noexcept : crossings_{crossings} {}
 
   [[nodiscard]] DriveRequest<double> latest(std::int64_t) noexcept SEXTANT_NONBLOCKING {
-    DriveRequest<double> request{crossings_.command.latest(), crossings_.shutdown.load(std::memory_order_acquire), {}};
+    DriveRequest<double> request{
+        crossings_.command.latest(), crossings_.shutdown.load(std::memory_order_acquire), {}};
     if (crossings_.gates_disabled.load(std::memory_order_acquire)) request.external.set(Fault::watchdog);
     return request;
   }

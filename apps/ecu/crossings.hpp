@@ -12,12 +12,12 @@ namespace sextant::ecu {
 
 /// One wake-up of the control thread, for the statistics.
 struct WakeRecord {
-  std::int64_t deadline_ns{};             ///< the deadline it served [ns]
-  std::int64_t latency_ns{};              ///< from the deadline slept for to the wake-up [ns]
-  std::int64_t body_ns{};                 ///< work done in it [ns]
-  std::uint64_t periods{};                ///< control periods run since start [-]
-  std::uint64_t periods_skipped{};        ///< control periods missed since start [-]
-  std::uint64_t overruns{};               ///< late wake-ups since start [-]
+  std::int64_t deadline_ns{};       ///< the deadline it served [ns]
+  std::int64_t latency_ns{};        ///< from the deadline slept for to the wake-up [ns]
+  std::int64_t body_ns{};           ///< work done in it [ns]
+  std::uint64_t periods{};          ///< control periods run since start [-]
+  std::uint64_t periods_skipped{};  ///< control periods missed since start [-]
+  std::uint64_t overruns{};         ///< late wake-ups since start [-]
 };
 
 /// What the transmit thread needs of the statistics.

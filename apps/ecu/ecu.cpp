@@ -86,8 +86,8 @@ void Ecu::start() {
 
 void Ecu::judge_rights(const std::vector<std::string>& refusals) const {
   if (!refusals.empty() && config_.realtime.required) {
-    throw std::runtime_error(
-        fmt::format("realtime.required is set, and not everything is granted: {}", fmt::join(refusals, "; ")));
+    throw std::runtime_error(fmt::format("realtime.required is set, and not everything is granted: {}",
+                                         fmt::join(refusals, "; ")));
   }
   for (const std::string& sentence : refusals) spdlog::warn("real time: {}", sentence);
 }

@@ -1,7 +1,3 @@
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
@@ -9,6 +5,10 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 
 #include "ecu/ecu.hpp"
 #include "sextant/config/load_config.hpp"
@@ -35,7 +35,8 @@ void describe(CLI::App& app, Options& options) {
   app.footer(examples);
   app.add_option("config", options.config, "configuration file")->capture_default_str();
   app.add_option("--can", options.can, "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>");
-  app.add_option("--duration", options.duration_s, "leave after so many seconds")->check(CLI::Range(0.001, 1e9));
+  app.add_option("--duration", options.duration_s, "leave after so many seconds")
+      ->check(CLI::Range(0.001, 1e9));
   app.add_option("--set", options.overrides, "key=value, overrides the file")->take_all()->expected(1);
   app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
   app.set_version_flag("--version", SEXTANT_VERSION);

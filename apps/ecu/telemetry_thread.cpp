@@ -12,21 +12,30 @@ bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
   return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched;
 }
 
-double us(std::int64_t ns) { return double(ns) * 1e-3; }
+double us(std::int64_t ns) {
+  return double(ns) * 1e-3;
+}
 
 }  // namespace
 
 std::string reason_for(const Telemetry<double>& t) {
   switch (t.state) {
-    case DriveState::init: return "starting";
+    case DriveState::init:
+      return "starting";
     case DriveState::standby:
       return t.command_sequence == 0 ? "no valid command yet" : "locked out until a valid disable";
-    case DriveState::ready: return "waiting for enable";
-    case DriveState::magnetising: return "building up flux";
-    case DriveState::torque: return "following the torque command";
-    case DriveState::derated: return "less torque available than requested";
-    case DriveState::fault: return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
-    case DriveState::shutdown: return "shut down";
+    case DriveState::ready:
+      return "waiting for enable";
+    case DriveState::magnetising:
+      return "building up flux";
+    case DriveState::torque:
+      return "following the torque command";
+    case DriveState::derated:
+      return "less torque available than requested";
+    case DriveState::fault:
+      return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
+    case DriveState::shutdown:
+      return "shut down";
   }
   return "";
 }
@@ -65,8 +74,9 @@ void TelemetryThread::drain_telemetry() {
 
 void TelemetryThread::publish_state(const Telemetry<double>& telemetry) {
   const std::string reason = reason_for(telemetry);
-  DriveStateSample sample{telemetry.t_ns,   telemetry.state,       telemetry.lockout, telemetry.active,
-                          telemetry.latched, {}, telemetry.fault_total, reason};
+  DriveStateSample sample{
+      telemetry.t_ns,        telemetry.state, telemetry.lockout, telemetry.active, telemetry.latched, {},
+      telemetry.fault_total, reason};
   if (telemetry.latched.any()) sample.first_fault = telemetry.first_fault;
   (void)dds_.write(sample);
   published_ = telemetry;

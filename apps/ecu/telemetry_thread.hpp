@@ -16,11 +16,11 @@ namespace sextant::ecu {
 class TelemetryThread {
  public:
   struct Parameters {
-    std::int32_t period_ns{25'000};          ///< control period [ns]
-    std::uint32_t wake_every_periods{40};    ///< control periods a wake-up [-]
-    std::uint32_t periods_per_sample{40};    ///< control periods in one DriveTelemetry [-]
+    std::int32_t period_ns{25'000};             ///< control period [ns]
+    std::uint32_t wake_every_periods{40};       ///< control periods a wake-up [-]
+    std::uint32_t periods_per_sample{40};       ///< control periods in one DriveTelemetry [-]
     std::int64_t statistics_ns{1'000'000'000};  ///< between two RealTimeStatistics [ns]
-    bool real_time_scheduling{false};        ///< SCHED_FIFO was granted
+    bool real_time_scheduling{false};           ///< SCHED_FIFO was granted
     bool memory_locked{false};
   };
 

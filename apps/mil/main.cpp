@@ -1,6 +1,3 @@
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -10,6 +7,9 @@
 #include <string>
 #include <system_error>
 #include <vector>
+
+#include <CLI/CLI.hpp>
+#include <unistd.h>
 
 #include "mil/progress_bar.hpp"
 #include "sextant/config/load_config.hpp"
@@ -62,7 +62,8 @@ void make_directory(const std::filesystem::path& directory) {
 }
 
 /// One scenario, from its file to its summary; false when it did not pass.
-bool run_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& directory, bool with_trace) {
+bool run_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& directory,
+                  bool with_trace) {
   using namespace sextant;
   const Scenario& scenario = config.scenario;
   make_directory(directory);
@@ -70,12 +71,14 @@ bool run_scenario(const sextant::ScenarioConfig& config, const std::filesystem::
   const auto controller = make_controller(config.drive);
   Drive<double> drive{config.drive.drive, *controller};
   std::optional<TraceRecorder> trace;
-  if (with_trace) trace.emplace(directory / "trace.h5", scenario.trace, TraceOrigin{scenario.name, config.drive.drive.period_ns});
+  if (with_trace)
+    trace.emplace(directory / "trace.h5", scenario.trace,
+                  TraceOrigin{scenario.name, config.drive.drive.period_ns});
 
   mil::ProgressBar bar{scenario.name, stderr};
   MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns};
-  const MilResult result = runner.run(scenario, trace ? &*trace : nullptr,
-                                      [&bar](double fraction) { return bar.show(fraction); });
+  const MilResult result =
+      runner.run(scenario, trace ? &*trace : nullptr, [&bar](double fraction) { return bar.show(fraction); });
   bar.finish();
   if (trace) trace->close();
 
@@ -83,10 +86,12 @@ bool run_scenario(const sextant::ScenarioConfig& config, const std::filesystem::
   write_summary(summary, directory / "summary.json");
   print_summary(summary, stdout);
   if (!result.plant_healthy) {
-    std::fprintf(stderr, "sextant-mil: %s: the integrator of the plant failed; the run ends there\n", scenario.name.c_str());
+    std::fprintf(stderr, "sextant-mil: %s: the integrator of the plant failed; the run ends there\n",
+                 scenario.name.c_str());
   }
   if (result.faults.any()) {
-    std::fprintf(stderr, "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [gate]\n",
+    std::fprintf(stderr,
+                 "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [gate]\n",
                  scenario.name.c_str(), to_string(result.first_fault), double(result.fault_ns) * 1e-9);
   }
   const bool written = !trace || trace->error().empty();
@@ -107,7 +112,8 @@ int run(Options options) {
       continue;
     }
     const bool alone = configs.size() == 1;
-    passed &= run_scenario(config, alone ? options.out : options.out / config.scenario.name, !options.no_trace);
+    passed &=
+        run_scenario(config, alone ? options.out : options.out / config.scenario.name, !options.no_trace);
   }
   return passed ? 0 : 1;
 }

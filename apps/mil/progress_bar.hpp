@@ -1,10 +1,10 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <string>
+
+#include <unistd.h>
 
 namespace sextant::mil {
 

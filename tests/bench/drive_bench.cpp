@@ -1,6 +1,6 @@
-#include <benchmark/benchmark.h>
-
 #include <memory>
+
+#include <benchmark/benchmark.h>
 
 #include "bench/recorded_run.hpp"
 #include "bench/reference_dtc.hpp"
@@ -24,8 +24,9 @@ void dtc_step_reference(benchmark::State& state) {
   for (auto _ : state) {
     const Measurement<double>& m = run.measurements[k];
     const GateSegment& acted = m.acted.segments()[0];
-    benchmark::DoNotOptimize(dtc.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc, int(acted.state.upper_switches()),
-                                      acted.duration_ns, torque_reference));
+    benchmark::DoNotOptimize(dtc.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc,
+                                      int(acted.state.upper_switches()), acted.duration_ns,
+                                      torque_reference));
     if (++k == run.measurements.size()) {
       k = 0;
       dtc.reset();

@@ -5,9 +5,9 @@
 namespace sextant::bench {
 
 /// The conventional DTC step as one would write it by hand, without abstractions: the yardstick for
-/// `DirectTorqueController`. Parameters set at run time. Same arithmetic: trapezoidal voltage model, relay comparators, six sector edges,
-/// switching table, zero vector by fewest commutations. It is told which vector acted (its upper switches as
-/// bits) and for how long, and returns the vector number.
+/// `DirectTorqueController`. Parameters set at run time. Same arithmetic: trapezoidal voltage model, relay
+/// comparators, six sector edges, switching table, zero vector by fewest commutations. It is told which
+/// vector acted (its upper switches as bits) and for how long, and returns the vector number.
 class ReferenceDtc {
  public:
   ReferenceDtc() noexcept {
@@ -64,8 +64,9 @@ class ReferenceDtc {
  private:
   double r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1, p = 2.0;
   static constexpr int legs[8] = {0, 1, 3, 2, 6, 4, 5, 7};
-  static constexpr int table[6][2][3] = {{{5, 0, 3}, {6, 0, 2}}, {{6, 0, 4}, {1, 0, 3}}, {{1, 0, 5}, {2, 0, 4}},
-                                         {{2, 0, 6}, {3, 0, 5}}, {{3, 0, 1}, {4, 0, 6}}, {{4, 0, 2}, {5, 0, 1}}};
+  static constexpr int table[6][2][3] = {{{5, 0, 3}, {6, 0, 2}}, {{6, 0, 4}, {1, 0, 3}},
+                                         {{1, 0, 5}, {2, 0, 4}}, {{2, 0, 6}, {3, 0, 5}},
+                                         {{3, 0, 1}, {4, 0, 6}}, {{4, 0, 2}, {5, 0, 1}}};
   double edge_a_[6]{}, edge_b_[6]{}, u_a_[8]{}, u_b_[8]{};
   double psi_a_{}, psi_b_{}, ia_{}, ib_{};
   int torque_{0}, sector_{0}, vector_{0};

@@ -6,7 +6,8 @@ namespace sextant::bench {
 /// `FixedStepIntegrator`. Same six equations, parameters set at run time, driven inverter, free shaft.
 struct ReferenceRk4 {
   double x[6]{};
-  double r_s = 0.435, r_r = 0.816, k_r = 0.0, inv_l_r = 0.0, inv_sigma_l_s = 0.0, p = 2.0, inv_j = 1.0 / 0.089;
+  double r_s = 0.435, r_r = 0.816, k_r = 0.0, inv_l_r = 0.0, inv_sigma_l_s = 0.0, p = 2.0,
+         inv_j = 1.0 / 0.089;
 
   ReferenceRk4() {
     const double l_l = 0.0024000565427, l_m = 0.083174, l_r = l_l + l_m;

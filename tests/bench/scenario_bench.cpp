@@ -1,6 +1,6 @@
-#include <benchmark/benchmark.h>
-
 #include <string>
+
+#include <benchmark/benchmark.h>
 
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
@@ -10,7 +10,8 @@
 namespace sextant::bench {
 namespace {
 
-/// Scenario 3.1 of the paper from its file, with metrics and without a trace. Counter: simulated per wall time.
+/// Scenario 3.1 of the paper from its file, with metrics and without a trace. Counter: simulated per wall
+/// time.
 void scenario_3_1(benchmark::State& state, const char* integrator) {
   const ScenarioConfig config =
       load_scenario_config(std::string{SEXTANT_SOURCE_DIR} + "/configs/scenarios/constant_torque.toml",

@@ -47,8 +47,18 @@ def test_shipped_scenario_passes(name, tmp_path):
 
 
 def test_failed_expectation_fails_the_run(tmp_path):
-    done = run(SCENARIOS / "reversal.toml", "--integrator", "fixed", "--out", tmp_path, "--no-trace",
-               "--set", "duration_s=0.5", "--set", "expect.peak_current_a={max=1}")
+    done = run(
+        SCENARIOS / "reversal.toml",
+        "--integrator",
+        "fixed",
+        "--out",
+        tmp_path,
+        "--no-trace",
+        "--set",
+        "duration_s=0.5",
+        "--set",
+        "expect.peak_current_a={max=1}",
+    )
     assert done.returncode == 1, done.stdout + done.stderr
     expect = json.loads((tmp_path / "summary.json").read_text())["expect"]
     failed = [expectation for expectation in expect if not expectation["pass"]]
@@ -58,8 +68,18 @@ def test_failed_expectation_fails_the_run(tmp_path):
 
 
 def test_trip_fails_the_run_and_is_named(tmp_path):
-    done = run(SCENARIOS / "reversal.toml", "--integrator", "fixed", "--out", tmp_path, "--no-trace",
-               "--set", "duration_s=0.5", "--set", "protection.over_current_a=50")
+    done = run(
+        SCENARIOS / "reversal.toml",
+        "--integrator",
+        "fixed",
+        "--out",
+        tmp_path,
+        "--no-trace",
+        "--set",
+        "duration_s=0.5",
+        "--set",
+        "protection.over_current_a=50",
+    )
     assert done.returncode == 1
     assert "OVER_CURRENT" in done.stderr
 

@@ -103,7 +103,7 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   [[nodiscard, gnu::always_inline]] SwitchState decide(SpaceVector<T> psi_s, T psi_s_magnitude, T torque,
-                                   T torque_reference) noexcept {
+                                                       T torque_reference) noexcept {
     const int torque_demand = torque_comparator_.step(torque_reference - torque);
     const bool raise_flux = flux_comparator_.step(parameters_.flux_reference - psi_s_magnitude);
     return select_state(sector_.step(psi_s), raise_flux, torque_demand, state_);

@@ -51,7 +51,9 @@ class TorqueComparator {
   [[nodiscard]] constexpr int output() const noexcept { return output_; }
 
   /// Torque errors [N·m] at which the present output changes.
-  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept { return thresholds_[unsigned(output_ + 1)]; }
+  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept {
+    return thresholds_[unsigned(output_ + 1)];
+  }
 
   /// Switches as crossing `i` of `thresholds()` demands.
   constexpr void on_crossing(int i) noexcept {

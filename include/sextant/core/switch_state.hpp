@@ -44,7 +44,9 @@ class SwitchState {
 inline constexpr SwitchState gates_off{};
 
 /// True when all three legs are driven, so that the stator voltage follows from the state alone.
-[[nodiscard]] constexpr bool is_driven(SwitchState s) noexcept { return s.legs_off() == 0U; }
+[[nodiscard]] constexpr bool is_driven(SwitchState s) noexcept {
+  return s.legs_off() == 0U;
+}
 
 /// Number of an inverter voltage vector, 0…7; 0 and 7 are the zero vectors.
 using VectorNumber = std::uint8_t;

@@ -12,18 +12,18 @@ namespace sextant {
 /// What the drive knows at the end of one control period. Trivially copyable: it crosses threads by value.
 template <class T = double>
 struct Telemetry {
-  std::int64_t t_ns{};         ///< instant of the measurement, on the drive's clock [ns]
-  T torque_requested{};        ///< the request as received [N·m]
-  T torque_reference{};        ///< what the command gate admitted [N·m]
-  T torque{};                  ///< estimated torque [N·m]
-  SpaceVector<T> psi_s{};      ///< estimated stator flux linkage, stationary frame [Wb]
-  T psi_s_magnitude{};         ///< its magnitude [Wb]
-  ThreePhase<T> i_abc{};       ///< measured phase currents [A]
-  T u_dc{};                    ///< measured DC-link voltage [V]
-  T i_dc{};                      ///< DC-link current, mean of the period that ended, from pattern and currents [A]
-  T omega_m{};                 ///< measured mechanical speed [rad/s]
-  T torque_motoring{};           ///< torque available now for motoring, magnitude [N·m]
-  T torque_regenerating{};       ///< the same for regenerating [N·m]
+  std::int64_t t_ns{};      ///< instant of the measurement, on the drive's clock [ns]
+  T torque_requested{};     ///< the request as received [N·m]
+  T torque_reference{};     ///< what the command gate admitted [N·m]
+  T torque{};               ///< estimated torque [N·m]
+  SpaceVector<T> psi_s{};   ///< estimated stator flux linkage, stationary frame [Wb]
+  T psi_s_magnitude{};      ///< its magnitude [Wb]
+  ThreePhase<T> i_abc{};    ///< measured phase currents [A]
+  T u_dc{};                 ///< measured DC-link voltage [V]
+  T i_dc{};                 ///< DC-link current, mean of the period that ended, from pattern and currents [A]
+  T omega_m{};              ///< measured mechanical speed [rad/s]
+  T torque_motoring{};      ///< torque available now for motoring, magnitude [N·m]
+  T torque_regenerating{};  ///< the same for regenerating [N·m]
   SwitchState switch_state{};  ///< state commanded at the end of the coming period
   std::uint8_t sector{};       ///< sector of the stator flux, 1…6; 0 while unknown
   DriveState state{DriveState::init};

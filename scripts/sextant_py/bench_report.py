@@ -1,0 +1,82 @@
+"""The ratios of a benchmark run beside their targets."""
+
+import argparse
+import json
+import sys
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a figure should be, and how it follows from the least times [ns] of the benchmarks."""
+
+    name: str
+    limit: float
+    at_most: bool
+    value: "callable"
+    unit: str = ""
+
+
+def real_time(name: str, simulated_s: float = 2.0):
+    """Simulated seconds of scenario 3.1 by wall seconds."""
+    return lambda t: simulated_s / (t[name] * 1e-9)
+
+
+TARGETS = (
+    Target("DTC step / hand-written", 1.5, True, lambda t: t["dtc_step"] / t["dtc_step_reference"], "x"),
+    Target(
+        "drive step / hand-written DTC", float("inf"), True, lambda t: t["drive_step"] / t["dtc_step_reference"], "x"
+    ),
+    Target(
+        "fixed-step plant / hand RK4",
+        1.3,
+        True,
+        lambda t: t["plant_period/fixed"] / t["plant_rk4_reference"],
+        "x",
+    ),
+    Target("CVODE plant, 25 us period", 15.0, True, lambda t: t["plant_period/cvode"] * 1e-3, "us"),
+    Target("scenario 3.1 on CVODE, real time", 1.5, False, real_time("scenario_3_1/cvode"), "x"),
+    Target("scenario 3.1 fixed step, real time", 60.0, False, real_time("scenario_3_1/fixed"), "x"),
+)
+
+
+def least_times(result: dict) -> dict[str, float]:
+    """The least CPU time of each benchmark over its repetitions [ns]."""
+    scale = {"ns": 1.0, "us": 1e3, "ms": 1e6, "s": 1e9}
+    times: dict[str, float] = {}
+    for run in result["benchmarks"]:
+        if run.get("run_type") != "iteration":
+            continue
+        name = run["run_name"]
+        times[name] = min(times.get(name, float("inf")), run["cpu_time"] * scale[run["time_unit"]])
+    return times
+
+
+def met(target: Target, value: float) -> bool:
+    return value <= target.limit if target.at_most else value >= target.limit
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="bench", description=__doc__)
+    parser.add_argument("file", help="JSON of Google Benchmark")
+    parser.add_argument("--judge", action="store_true", help="exit status 1 when a target is missed")
+    arguments = parser.parse_args()
+    with open(arguments.file, encoding="utf-8") as file:
+        times = least_times(json.load(file))
+    for name, time in times.items():
+        print(f"{name:<24} {time:>14.1f} ns")
+    print()
+    missed = 0
+    for target in TARGETS:
+        value = target.value(times)
+        judged = target.limit != float("inf")
+        good = met(target, value)
+        missed += not good
+        bound = f"{'<=' if target.at_most else '>='} {target.limit:g}" if judged else ""
+        verdict = ("ok" if good else "MISSED") if judged else ""
+        print(f"{target.name:<36} {value:>8.2f} {target.unit:<3} {bound:<8} {verdict}")
+    return 1 if arguments.judge and missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
