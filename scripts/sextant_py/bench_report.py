@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,7 @@ def main() -> int:
     parser.add_argument("file", help="JSON of Google Benchmark")
     parser.add_argument("--judge", action="store_true", help="exit status 1 when a target is missed")
     arguments = parser.parse_args()
-    with open(arguments.file, encoding="utf-8") as file:
-        times = least_times(json.load(file))
+    times = least_times(json.loads(Path(arguments.file).read_text(encoding="utf-8")))
     for name, time in times.items():
         print(f"{name:<24} {time:>14.1f} ns")
     print()

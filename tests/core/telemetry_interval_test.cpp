@@ -14,6 +14,7 @@
 #include <type_traits>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace sextant {
@@ -195,7 +196,7 @@ TEST(TelemetryInterval, RecordHasTheMembersOfTheIdl) {
     const std::string name = (*it)[1];
     if (name != "drive_id" && name != "sequence" && name != "dropped") wanted.push_back(name);
   }
-  EXPECT_EQ(members, wanted);
+  EXPECT_THAT(members, testing::UnorderedElementsAreArray(wanted));
 }
 
 static_assert(std::is_trivially_copyable_v<TelemetryIntervalRecord<>>);

@@ -287,6 +287,7 @@ TYPED_TEST(DriveOf, WithMagnetiseFirstTorqueWaitsForTheFluxAndStartsFromZero) {
   parameters.magnetise_first = true;
   parameters.gate.torque_rate = T(1000);
   this->restart(parameters);
+  this->measurement.omega_m = T(0);
   this->step();
   this->receive(T(0), false);
   this->run(ms);
@@ -303,6 +304,16 @@ TYPED_TEST(DriveOf, WithMagnetiseFirstTorqueWaitsForTheFluxAndStartsFromZero) {
   this->run(20 * ms);
   EXPECT_EQ(this->drive->state(), DriveState::torque);
   EXPECT_EQ(this->controller->last_reference.torque, T(15));
+}
+
+TYPED_TEST(DriveOf, ATurningMachineIsNotMagnetisedFirst) {
+  using T = TypeParam;
+  typename Drive<T>::Parameters parameters;
+  parameters.magnetise_first = true;
+  this->restart(parameters);
+  this->measurement.omega_m = parameters.magnetise_below_speed + T(1);
+  this->start(T(15));
+  EXPECT_EQ(this->drive->state(), DriveState::torque);
 }
 
 TYPED_TEST(DriveOf, WithoutMagnetiseFirstTorqueStartsAtOnce) {

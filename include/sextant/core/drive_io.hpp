@@ -19,7 +19,7 @@ class DriveIo {
   virtual ~DriveIo() = default;
 
   /// The measurement at t_ns, the beginning of a control period. A simulated plant is advanced to t_ns
-  /// first; if periods were skipped, the last pattern is held through them. Errors are reported by
+  /// first; for periods that were skipped it does what its gate driver would. Errors are reported by
   /// `Measurement::plausible`.
   [[nodiscard]] virtual Measurement<T> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING = 0;
 

@@ -10,7 +10,7 @@
 
 namespace sextant {
 
-/// One interval of telemetry. Members are named, in order and with units, as in `DriveTelemetry` of
+/// One interval of telemetry. Members are named, with units, as in `DriveTelemetry` of
 /// configs/interfaces/telemetry.idl; what only a publisher knows (drive_id, sequence, dropped) is left to it.
 template <class T = double>
 struct TelemetryIntervalRecord {

@@ -4,6 +4,7 @@ The environment says what is tested: SEXTANT_BIN is the directory of the program
 "socketcan" (vcan0, inside scripts/with_vcan) or "udp_multicast", SEXTANT_LIVE_INTEGRATOR the plant's integrator.
 """
 
+import gc
 import os
 import socket
 from collections.abc import Callable, Iterator
@@ -44,6 +45,13 @@ def live_bus() -> str:
 def other_bus() -> str:
     """A second bus beside the first."""
     return _address(1)
+
+
+@pytest.fixture(autouse=True)
+def no_readers_left() -> Iterator[None]:
+    """DDS readers of the last test are gone before the next one begins: each takes its share of the processor."""
+    yield
+    gc.collect()
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sextant_py.paths import ROOT
 
-STATISTICS_HZ = 20
+STATISTICS_HZ = 10
 
 
 def program(name: str) -> Path:
