@@ -102,6 +102,7 @@ int run(Options options) {
   if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
   // All files are read before anything runs: a mistake in the last one must not cost the first its time.
   std::vector<sextant::ScenarioConfig> configs;
+  configs.reserve(options.scenarios.size());
   for (const std::string& file : options.scenarios) {
     configs.push_back(sextant::load_scenario_config(file, options.overrides));
   }

@@ -32,7 +32,7 @@ void copy_text(std::string_view text, char (&out)[size]) noexcept {
     return (static_cast<unsigned char>(text[i]) & 0xC0U) == 0x80U;
   };
   while (n > 0 && n < text.size() && continues(n)) --n;
-  std::fill(std::copy_n(text.data(), n, out), out + size, '\0');
+  std::fill(std::copy_n(text.begin(), n, out), out + size, '\0');
 }
 
 }  // namespace

@@ -100,6 +100,7 @@ CanSend UdpMulticastBus::send(const CanFrame& frame) noexcept {
     return CanSend::ok;
   }
   counters_.send_dropped.fetch_add(1, std::memory_order_relaxed);
+  if (n >= 0) return CanSend::error;  // errno belongs to failed calls only
   if (errno == ENOBUFS || errno == EAGAIN) return CanSend::no_buffer;
   return means_down(errno) ? CanSend::down : CanSend::error;
 }

@@ -49,7 +49,7 @@ std::optional<std::string> take_machine_file(Layer& layer, int& line) {
     key = "machine.file";
     if (node == nullptr) return std::nullopt;
   }
-  const auto path = node->value<std::string>();
+  auto path = node->value<std::string>();
   const ConfigProblem place =
       layer.problem(node, key, "expected the path of a machine file, got " + shown(*node));
   if (!path || path->empty()) throw ConfigError{{place}};
@@ -59,7 +59,7 @@ std::optional<std::string> take_machine_file(Layer& layer, int& line) {
   } else {
     layer.table.erase("machine");
   }
-  if (layer.is_override) return *path;
+  if (layer.is_override) return path;
   return (std::filesystem::path{layer.file}.parent_path() / *path).lexically_normal().string();
 }
 

@@ -69,7 +69,8 @@ std::string print(const Schema& schema, const Schema& defaults) {
     table = parent;
     const std::string key = field.path.substr(dot == std::string::npos ? 0 : dot + 1);
     const std::string value = std::visit(Value{}, field.kind);
-    text += value.empty() ? "# " + key + " =" : key + " = " + value;
+    if (value.empty()) text += "# ";
+    text.append(key).append(value.empty() ? " =" : " = ").append(value);
     text += comment(field, std::visit(Value{}, defaults.fields[i].kind)) + "\n";
   }
   return text;

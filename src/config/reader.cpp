@@ -17,8 +17,8 @@ bool within(double x, Range<double> r) {
 
 std::optional<double> number(const toml::node& node, Range<double> range) {
   if (!node.is_number()) return std::nullopt;
-  const double x = *node.value<double>();
-  return within(x, range) ? std::optional{x} : std::nullopt;
+  const auto x = node.value<double>();
+  return x && within(*x, range) ? x : std::nullopt;
 }
 
 /// Sets a field from a node; false when the node does not hold what the field expects.

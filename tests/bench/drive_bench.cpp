@@ -2,6 +2,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "bench/paired.hpp"
 #include "bench/recorded_run.hpp"
 #include "bench/reference_dtc.hpp"
 #include "bench/reference_rk4.hpp"
@@ -94,6 +95,58 @@ void plant_period(benchmark::State& state, IntegratorKind kind) {
 }
 BENCHMARK_CAPTURE(plant_period, fixed, IntegratorKind::fixed);
 BENCHMARK_CAPTURE(plant_period, cvode, IntegratorKind::cvode);
+
+/// Counter `ratio`: the DTC step to its hand-written reference, one replay of the recorded run a block.
+void dtc_step_ratio(benchmark::State& state) {
+  ReferenceDtc reference;
+  const std::unique_ptr<Controller<double>> controller =
+      std::make_unique<DirectTorqueController<double>>(DirectTorqueController<double>::Parameters{});
+  const ControlReference<double> wanted{ControlMode::torque, torque_reference};
+  const auto by_hand = [&] {
+    reference.reset();
+    for (const Measurement<double>& m : run.measurements) {
+      const GateSegment& acted = m.acted.segments()[0];
+      benchmark::DoNotOptimize(reference.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc,
+                                              int(acted.state.upper_switches()), acted.duration_ns,
+                                              torque_reference));
+    }
+  };
+  const auto ours = [&] {
+    controller->reset();
+    for (const Measurement<double>& m : run.measurements) {
+      const GatePattern pattern = controller->step(m, wanted);
+      keep(pattern);
+    }
+  };
+  for (auto _ : state) state.counters["ratio"] = paired_ratio(by_hand, ours);
+}
+BENCHMARK(dtc_step_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+/// Counter `ratio`: a fixed-step period of the plant to a hand-written Runge-Kutta step of the same
+/// equations.
+void plant_period_ratio(benchmark::State& state) {
+  using Plant = DrivePlant<double>;
+  ReferenceRk4 reference;
+  Plant plant{{}};
+  const std::unique_ptr<PlantIntegrator<Plant>> integrator = std::make_unique<FixedStepIntegrator<Plant>>();
+  const auto by_hand = [&] {
+    for (const GatePattern& pattern : run.patterns) {
+      const SpaceVector<> u = stator_voltage(pattern.last_state(), 530.0);
+      reference.step(u.alpha, u.beta, torque_reference, 25e-6);
+      keep(reference);
+    }
+  };
+  bool good = true;
+  const auto ours = [&] {
+    for (const GatePattern& pattern : run.patterns) {
+      plant.set_inputs({pattern.last_state(), 530.0, torque_reference, false, 0.0});
+      good = integrator->advance(plant, 25'000) && good;
+    }
+  };
+  for (auto _ : state) state.counters["ratio"] = paired_ratio(by_hand, ours, 1000);
+  if (!good) state.SkipWithError("the integration failed");
+}
+BENCHMARK(plant_period_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace sextant::bench

@@ -45,7 +45,7 @@ inline constexpr auto crc8_table = [] {
 
 /// Writes counter, data id nibble and CRC into bytes 1 and 0.
 constexpr void protect(std::uint16_t data_id, std::uint8_t counter, Data& data) noexcept {
-  data[1] = static_cast<std::uint8_t>((counter & 0x0FU) | (data_id_nibble(data_id) << 4U));
+  data[1] = static_cast<std::uint8_t>((counter & 0x0FU) | (unsigned{data_id_nibble(data_id)} << 4U));
   data[0] = crc(data_id, data);
 }
 

@@ -154,8 +154,9 @@ class Section {
   }
 
   template <class E>
-  void choice(const std::string& key, E& member, std::vector<Choice<E>> choices, const char* meaning) {
+  void choice(const std::string& key, E& member, const std::vector<Choice<E>>& choices, const char* meaning) {
     std::vector<std::string> names;
+    names.reserve(choices.size());
     for (const Choice<E>& c : choices) names.emplace_back(c.name);
     const auto get = [&member, choices] {
       for (const Choice<E>& c : choices) {

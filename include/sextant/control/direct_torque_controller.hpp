@@ -92,7 +92,8 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   /// The paper's Figures 2, 5 and 6 in a row.
-  [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement, T torque_reference) noexcept {
+  [[nodiscard, gnu::always_inline]] SwitchState torque_state(const Measurement<T>& measurement,
+                                                             T torque_reference) noexcept {
     if (parameters_.actuation_delay_periods == 0) {
       return decide(estimator_.psi_s(), psi_s_magnitude_, estimator_.torque(), torque_reference);
     }

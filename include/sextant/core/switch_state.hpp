@@ -24,21 +24,21 @@ class SwitchState {
   /// The upper switches that are on: leg a is bit 0, b bit 1, c bit 2.
   [[nodiscard]] constexpr unsigned upper_switches() const noexcept { return bits_ & 7U; }
   /// The legs that are off, by the same bits.
-  [[nodiscard]] constexpr unsigned legs_off() const noexcept { return unsigned(bits_) >> 3U; }
+  [[nodiscard]] constexpr unsigned legs_off() const noexcept { return unsigned(bits_) >> 3U ^ 7U; }
 
   friend constexpr bool operator==(SwitchState, SwitchState) noexcept = default;
 
  private:
-  // A leg's upper switch in bit 0, its being off in bit 3.
+  // A leg's upper switch in bit 0, its being driven in bit 3; so that no bits mean gates off.
   static constexpr unsigned bits(LegState s) noexcept {
-    return s == LegState::off ? 8U : s == LegState::high ? 1U : 0U;
+    return s == LegState::off ? 0U : s == LegState::high ? 9U : 8U;
   }
   [[nodiscard]] constexpr LegState leg(unsigned n) const noexcept {
     if ((legs_off() >> n & 1U) != 0U) return LegState::off;
     return (upper_switches() >> n & 1U) != 0U ? LegState::high : LegState::low;
   }
 
-  std::uint8_t bits_{0x38};
+  std::uint8_t bits_{0};
 };
 
 inline constexpr SwitchState gates_off{};

@@ -45,7 +45,7 @@ class CvodeIntegrator final : public PlantIntegrator<Plant> {
  private:
   using State = typename Plant::State;
 
-  static const CvodeParameters& checked(const CvodeParameters& parameters) {
+  static CvodeParameters checked(const CvodeParameters& parameters) {
     if (const char* reason = parameters.validate()) {
       throw std::runtime_error(std::string("CVODE integrator: ") + reason);
     }

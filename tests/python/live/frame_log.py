@@ -9,6 +9,8 @@ from pathlib import Path
 import can
 from sextant_py import bus
 
+RECEIVE_BUFFER = "4000000"  # bytes
+
 
 @dataclass(frozen=True)
 class RawFrame:
@@ -29,9 +31,12 @@ class FrameLog:
         self._frames: list[RawFrame] = []
 
     def __enter__(self) -> "FrameLog":
+        self._frames = []
         if self._address.interface == "socketcan":
             with self._file.open("wb") as out:
-                self._candump = subprocess.Popen(["candump", "-L", self._address.channel], stdout=out)
+                self._candump = subprocess.Popen(
+                    ["candump", "-L", "-r", RECEIVE_BUFFER, self._address.channel], stdout=out
+                )
         else:
             self._bus = bus.open_bus(self._address)
             self._notifier = can.Notifier(self._bus, [self._take], timeout=0.1)

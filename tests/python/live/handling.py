@@ -16,3 +16,13 @@ def bring_up(record: TelemetryRecord, vehicle: Vehicle, torque_nm: float) -> Non
     make_ready(record, vehicle)
     vehicle.demand(torque_nm, enable=True)
     record.wait_for_state("TORQUE")
+
+
+def regain(record: TelemetryRecord, vehicle: Vehicle, torque_nm: float) -> None:
+    """Back into torque production after a silence, whether or not it was long enough for a fault."""
+    record.run(0.05)
+    if record.samples[-1].state.name == "FAULT":
+        vehicle.demand(fault_reset=True)
+        record.wait_for_state("STANDBY")
+    bring_up(record, vehicle, torque_nm)
+    record.run(0.3)

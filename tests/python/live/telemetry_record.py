@@ -12,7 +12,6 @@ from sextant_py import dds
 POLL_S = 0.02
 DEPTH = 5000
 HELPING = 32
-INTERVAL_NS = 1_000_000
 
 
 class NotSeenError(AssertionError):
@@ -42,13 +41,22 @@ class Span:
         """Samples whose interval ends in (begin_ns, end_ns]."""
         return self.where((self.t_ns > begin_ns) & (self.t_ns <= end_ns))
 
+    def last(self, seconds: float) -> "Span":
+        """The samples of the last so many seconds."""
+        return self.where(self.t_ns > self.t_ns[-1] - seconds * 1e9)
+
+    @property
+    def interval_ns(self) -> float:
+        """Time from one sample to the next."""
+        return float(np.median(np.diff(self.t_ns)))
+
     def command_times_ns(self) -> np.ndarray:
         """Receive times of the commands that the drive acted on, each once."""
         return np.unique(self.command_received_ns)
 
     def stalls_ns(self) -> list[tuple[int, int]]:
         """Where the host kept the drive from running, or samples from arriving: begin and end of each such gap."""
-        late = np.flatnonzero(np.diff(self.t_ns) > 1.5 * INTERVAL_NS)
+        late = np.flatnonzero(np.diff(self.t_ns) > 1.5 * self.interval_ns)
         return [(int(self.t_ns[i]), int(self.t_ns[i + 1])) for i in late]
 
     def without_stalls(self, settling_ns: int) -> "Span":

@@ -1,18 +1,27 @@
-"""SIGTERM and SIGINT: torque to zero, gates off, exit status 0, within 100 ms."""
+"""SIGTERM and SIGINT: torque to zero, gates off, exit status 0, within 100 ms on a native kernel."""
 
 import signal
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from attempts import commands_apart, undisturbed
 from drive_process import DriveProcess
-from handling import bring_up
+from handling import bring_up, regain
+from kernel import is_user_mode_linux
 from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
 
 TORQUE_NM = 20.0
 LEAVE_S = 0.100
+LEAVE_IN_USER_MODE_LINUX_S = 1.0
 REPEATS = 5
+TELEMETRY_HZ = 1000  # the end is a matter of milliseconds
+
+
+def leave_s() -> float:
+    """The 100 ms are the claim of a native kernel."""
+    return LEAVE_IN_USER_MODE_LINUX_S if is_user_mode_linux() else LEAVE_S
 
 
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
@@ -22,19 +31,24 @@ def test_leaves_in_good_order(
     took_ms = []
     record = TelemetryRecord(domain)
     for _ in range(REPEATS):
-        drive = start_drive(live_bus, "load.kind=imposed_speed", "load.speed_rad_s.value=10")
+        drive = start_drive(live_bus, "load.kind=imposed_speed", "load.speed_rad_s.value=10", telemetry_hz=TELEMETRY_HZ)
         with Vehicle(live_bus) as vehicle:
             bring_up(record, vehicle, TORQUE_NM)
-            running = record.run(0.3)
-            assert running.torque_mean_nm[-100:].mean() == pytest.approx(TORQUE_NM, abs=1.5)
+            running = undisturbed(
+                "at torque",
+                lambda: record.run(0.3),
+                commands_apart,
+                lambda: regain(record, vehicle, TORQUE_NM),
+            )
+            assert running.last(0.1).torque_mean_nm.mean() == pytest.approx(TORQUE_NM, abs=1.5)
             begin = len(record.samples)
-            status, leave_s = drive.leave(how)
-        took_ms.append(leave_s * 1e3)
+            status, took_s = drive.leave(how)
+        took_ms.append(took_s * 1e3)
         assert status == 0, drive.errors()
         record.wait(lambda own: own.states[-1].state.name == "SHUTDOWN", "the last DriveState", 2.0)
         check_end(record, Span(record.samples[begin - 1 :]))
     print(f"{how.name}: gone after {', '.join(f'{ms:.0f}' for ms in took_ms)} ms")
-    assert max(took_ms) <= LEAVE_S * 1e3
+    assert max(took_ms) <= leave_s() * 1e3
 
 
 def check_end(record: TelemetryRecord, span: Span) -> None:
@@ -42,7 +56,7 @@ def check_end(record: TelemetryRecord, span: Span) -> None:
     assert span.torque_reference_nm[-1] == 0
     producing = np.flatnonzero(span.torque_reference_nm >= 0.99 * TORQUE_NM)
     assert len(producing)
-    assert (span.t_ns[-1] - span.t_ns[producing[-1]]) * 1e-9 <= LEAVE_S
+    assert (span.t_ns[-1] - span.t_ns[producing[-1]]) * 1e-9 <= leave_s()
     assert span.states[-1] == "SHUTDOWN"
     assert set(span.states) == {"TORQUE", "SHUTDOWN"}
     assert record.states[-1].state.name == "SHUTDOWN"

@@ -7,9 +7,10 @@ from pathlib import Path
 import e2e.p11 as reference
 import numpy as np
 import pytest
+from attempts import commands_apart, undisturbed
 from drive_process import DriveProcess
 from frame_log import FrameLog, RawFrame
-from handling import bring_up
+from handling import bring_up, regain
 from sextant_py.contract import Contract
 from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
@@ -17,6 +18,7 @@ from vehicle import Vehicle
 TORQUE_NM = 25.0
 SPEED_RAD_S = 30.0
 LISTEN_S = 3.2
+STARTING_S = 0.5  # of candump
 PROTECTED = {"MCU_TorqueStatus", "MCU_Motion", "MCU_Capability"}
 CYCLES_MS = {
     "MCU_TorqueStatus": 10,
@@ -32,11 +34,19 @@ CYCLES_MS = {
 def recorded(log: FrameLog, record: TelemetryRecord) -> tuple[dict[str, list[RawFrame]], Span]:
     """The drive's frames by name, and the telemetry of the same time."""
     names = {message.frame_id: message.name for message in Contract().database.messages}
-    begin_s = time.time()
-    span = record.run(LISTEN_S)
-    end_s = time.time()
+    # Telemetry of every moment in which a frame may have been made.
+    record.run(0.1)
+    first = len(record.samples)
+    first = max(first - round(0.1 * 1e9 / Span(record.samples).interval_ns), 0)
+    with log:
+        begin_s = time.time() + STARTING_S
+        record.run(LISTEN_S + STARTING_S)
+        end_s = time.time()
+        record.run(0.1)
+        frames = log.until(end_s)
+    span = Span(record.samples[first:])
     by_name: dict[str, list[RawFrame]] = {}
-    for frame in log.until(end_s):
+    for frame in frames:
         if frame.time_s >= begin_s:
             by_name.setdefault(names[frame.frame_id], []).append(frame)
     return by_name, span
@@ -45,10 +55,16 @@ def recorded(log: FrameLog, record: TelemetryRecord) -> tuple[dict[str, list[Raw
 def test_status_frames(live_bus: str, domain: int, tmp_path: Path, start_drive: Callable[..., DriveProcess]) -> None:
     start_drive(live_bus, "load.kind=imposed_speed", f"load.speed_rad_s.value={SPEED_RAD_S:g}")
     record = TelemetryRecord(domain)
-    with FrameLog(live_bus, tmp_path) as log, Vehicle(live_bus) as vehicle:
+    log = FrameLog(live_bus, tmp_path)
+    with Vehicle(live_bus) as vehicle:
         bring_up(record, vehicle, TORQUE_NM)
         record.run(0.5)
-        frames, span = recorded(log, record)
+        frames, span = undisturbed(
+            "status frames",
+            lambda: recorded(log, record),
+            lambda found: commands_apart(found[1]),
+            lambda: regain(record, vehicle, TORQUE_NM),
+        )
     assert set(frames) == {*CYCLES_MS, "VCU_TorqueCommand"}
     check_cycles(frames)
     for name in PROTECTED:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pytest
 from drive_process import DriveProcess
 from handling import bring_up
+from kernel import native_kernel_only
 from telemetry_record import TelemetryRecord
 from vehicle import Vehicle
 
@@ -12,6 +13,7 @@ from vehicle import Vehicle
 def test_two_drives_in_one_domain(
     live_bus: str, other_bus: str, domain: int, start_drive: Callable[..., DriveProcess]
 ) -> None:
+    native_kernel_only()
     start_drive(live_bus, "drive_id=1")
     start_drive(other_bus, "drive_id=7", "load.kind=imposed_speed", "load.speed_rad_s.value=20")
     first, second = TelemetryRecord(domain, 1), TelemetryRecord(domain, 7)

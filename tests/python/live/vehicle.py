@@ -1,84 +1,90 @@
 """The vehicle's side of the bus: commands every 10 ms, and frames that no honest vehicle sends."""
 
+import json
+import socket
+import subprocess
 import sys
-import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import can
+from can.interfaces.socketcan.socketcan import build_can_frame
+from can.interfaces.udp_multicast.utils import pack_message
 from sextant_py import bus, e2e
 from sextant_py.contract import Contract
-from sextant_py.vcu import COMMAND, Commander
+from sextant_py.vcu import COMMAND
 
-PERIOD_S = 0.01
+SENDER = Path(__file__).with_name("vehicle_sender.py")
 TORQUE_LIMIT_NM = 150.0
-
-
-@dataclass(frozen=True)
-class Demand:
-    torque_nm: float = 0.0
-    enable: bool = False
-    fault_reset: bool = False
+ANSWER_S = 5.0
 
 
 class Vehicle:
-    """Repeats its demand every 10 ms from a thread of its own until the demand is None; a context."""
+    """Repeats its demand every 10 ms from a process of its own until it falls silent; a context."""
 
     def __init__(self, address: str) -> None:
         self.contract = Contract()
-        self._bus = open_fd_bus(address)
-        self._commander = Commander(self._bus, self.contract, PERIOD_S, TORQUE_LIMIT_NM)
-        self._demand: Demand | None = None
-        self._extra: Callable[[int], can.Message] | None = None
-        self._extra_sent = threading.Event()
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="vehicle", daemon=True)
+        self._address = bus.parse(address)
+        self._pack = build_can_frame if self._address.interface == "socketcan" else pack_message
+        self._control: socket.socket | None = None
+        self._process: subprocess.Popen | None = None
 
     def __enter__(self) -> "Vehicle":
-        # A frame takes several turns of the interpreter's lock; each may cost what the other thread may hold it.
-        sys.setswitchinterval(0.001)
-        self._thread.start()
+        self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._control.settimeout(ANSWER_S)
+        address = (self._address.interface, self._address.channel, str(self._address.port))
+        with theirs:
+            command = [sys.executable, "-I", "-S", SENDER, str(theirs.fileno()), *address]
+            self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()])
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
-        self._bus.shutdown()
+        try:
+            self._order(end=True)
+            log = self._answer()
+            print(
+                f"vehicle: {log['sent']} commands, at most {log['apart_ms']:.1f} ms apart,"
+                f" {log['skipped']} periods skipped, {log['unsent']} not sent"
+            )
+        finally:
+            self._control.close()
+            try:
+                self._process.wait(ANSWER_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
 
-    def _run(self) -> None:
-        while not self._stop.is_set():
-            self._commander.wait()
-            demand, extra = self._demand, self._extra
-            if demand is None:
-                continue
-            self._commander.send(demand.torque_nm, demand.enable, demand.fault_reset)
-            if extra is not None:
-                self._extra = None
-                self._bus.send(extra(self._commander.sent[-1][3]))
-                self._extra_sent.set()
+    def _order(self, **order: Any) -> None:
+        self._control.send(json.dumps(order).encode())
+
+    def _answer(self) -> dict[str, Any]:
+        return json.loads(self._control.recv(65536))
+
+    def _packed(self, make: Callable[[int], can.Message]) -> list[str]:
+        """One frame for each value of the counter, as the bus takes it."""
+        return [self._pack(make(counter)).hex() for counter in range(e2e.COUNTER_COUNT)]
+
+    def _command(self, torque_nm: float, enable: bool, fault_reset: bool, counter: int) -> can.Message:
+        signals = {
+            "TorqueRequest": torque_nm,
+            "TorqueLimit": TORQUE_LIMIT_NM,
+            "Enable": int(enable),
+            "FaultReset": int(fault_reset),
+        }
+        return self.contract.encode(COMMAND, signals, counter % e2e.COUNTER_COUNT)
 
     def demand(self, torque_nm: float = 0.0, enable: bool = False, fault_reset: bool = False) -> None:
-        self._demand = Demand(torque_nm, enable, fault_reset)
+        self._order(demand=self._packed(lambda counter: self._command(torque_nm, enable, fault_reset, counter)))
 
     def fall_silent(self) -> None:
-        self._demand = None
+        self._order(demand=None)
 
     def slip_in(self, make: Callable[[int], can.Message]) -> None:
         """Sends one more frame right after a command; `make` is given that command's counter."""
-        self._extra_sent.clear()
-        self._extra = make
-        if not self._extra_sent.wait(2.0):
-            raise TimeoutError("the vehicle did not send the extra frame")
+        self._order(extra=self._packed(make))
+        self._answer()
 
     def forged(self, torque_nm: float, counter: int) -> can.Message:
         """An enabling command that the drive would follow if it took it."""
-        signals = {"TorqueRequest": torque_nm, "TorqueLimit": TORQUE_LIMIT_NM, "Enable": 1, "FaultReset": 0}
-        return self.contract.encode(COMMAND, signals, counter % e2e.COUNTER_COUNT)
-
-
-def open_fd_bus(address: str) -> can.BusABC:
-    """A bus that also sends CAN FD frames."""
-    parsed = bus.parse(address)
-    if parsed.interface == "socketcan":
-        return can.Bus(interface="socketcan", channel=parsed.channel, fd=True, ignore_config=True)
-    return bus.open_bus(parsed)
+        return self._command(torque_nm, True, False, counter)
