@@ -22,6 +22,10 @@ FULL_HZ = 1000
 SLOW_HZ = 100
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "nightly: in User Mode Linux at times spoilt by the host; see run")
+
+
 def _free_port() -> int:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("", 0))

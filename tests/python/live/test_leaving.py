@@ -16,6 +16,7 @@ TORQUE_NM = 20.0
 LEAVE_S = 0.100
 LEAVE_IN_USER_MODE_LINUX_S = 1.0
 REPEATS = 5
+SETTLING_S = 0.4  # starting three processes has kept the processor busy
 TELEMETRY_HZ = 1000  # the end is a matter of milliseconds
 
 
@@ -24,6 +25,7 @@ def leave_s() -> float:
     return LEAVE_IN_USER_MODE_LINUX_S if is_user_mode_linux() else LEAVE_S
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
 def test_leaves_in_good_order(
     how: signal.Signals, live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]
@@ -36,7 +38,7 @@ def test_leaves_in_good_order(
             bring_up(record, vehicle, TORQUE_NM)
             running = undisturbed(
                 "at torque",
-                lambda: record.run(0.3),
+                lambda: record.run(SETTLING_S + 0.3),
                 commands_apart,
                 lambda: regain(record, vehicle, TORQUE_NM),
             )
