@@ -35,9 +35,7 @@ void CanTransmitThread::send_due() {
   StatusExtras extras;
   extras.real_time = {statistics.periods_skipped, double(statistics.worst_body_ns) * 1e-9,
                       double(statistics.worst_latency_ns) * 1e-9, statistics.telemetry_dropped};
-  bool lost = false;
-  for (const CanFrame& frame : encoder_.due(now_ns(), drive, extras)) lost |= bus_.send(frame) != CanSend::ok;
-  crossings_.transmit_lost.store(lost, std::memory_order_relaxed);
+  for (const CanFrame& frame : encoder_.due(now_ns(), drive, extras)) (void)bus_.send(frame);
 }
 
 }  // namespace sextant::ecu

@@ -41,7 +41,6 @@ struct Crossings {
   std::atomic<std::uint64_t> commands_accepted{0};  ///< receive thread → telemetry thread [-]
   std::atomic<std::uint64_t> commands_rejected{0};  ///< receive thread → telemetry thread [-]
   std::atomic<bool> gates_disabled{false};          ///< watchdog → control thread
-  std::atomic<bool> transmit_lost{false};           ///< transmit thread → telemetry thread, for people
   std::atomic<bool> shutdown{false};                ///< main → control thread: ramp down and stop
   std::atomic<bool> stopped{false};                 ///< control thread → all: the gates are off for good
 };
