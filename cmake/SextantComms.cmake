@@ -3,12 +3,14 @@
 find_package(CycloneDDS 0.10 REQUIRED)
 find_package(msgpack 4 CONFIG REQUIRED)
 
-if(EXISTS ${PROJECT_SOURCE_DIR}/.venv/bin/python)
-  set(sextant_default_python ${PROJECT_SOURCE_DIR}/.venv/bin/python)
-else()
-  set(sextant_default_python python3)
+# The Python that has cantools; -DSEXTANT_PYTHON names another. Looked for anew in each run of CMake, because
+# scripts/setup may have made .venv since the last.
+if(NOT SEXTANT_PYTHON)
+  set(SEXTANT_PYTHON python3)
+  if(EXISTS ${PROJECT_SOURCE_DIR}/.venv/bin/python)
+    set(SEXTANT_PYTHON ${PROJECT_SOURCE_DIR}/.venv/bin/python)
+  endif()
 endif()
-set(SEXTANT_PYTHON ${sextant_default_python} CACHE STRING "Python that has cantools, for generating the CAN code")
 execute_process(COMMAND ${SEXTANT_PYTHON} -c "import cantools" RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET)
 if(failed)
   message(FATAL_ERROR "${SEXTANT_PYTHON} has no cantools, which generates the CAN code: run scripts/setup")

@@ -3,6 +3,8 @@
 
 sextant_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 sextant_python=$sextant_root/.venv/bin/python
+multicast_group=239.74.163.2 # of CAN frames that travel by UDP
+multicast_route_made=no
 
 say() { printf '%s\n' "$*"; }
 
@@ -25,6 +27,21 @@ can_be_root() {
 # as_root COMMAND...: runs it as root, through sudo where needed.
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+ip() { PATH=$PATH:/usr/sbin:/sbin command ip "$@"; }
+
+# multicast_route: whether UDP multicast can be sent here; where there is no route, 239.0.0.0/8 goes over the loopback
+# until drop_multicast_route.
+multicast_route() {
+  ! ip route get "$multicast_group" >/dev/null 2>&1 || return 0
+  if ! can_be_root || ! as_root ip route add 239.0.0.0/8 dev lo; then return 1; fi
+  multicast_route_made=yes
+  say "$(basename "$0"): no multicast route here; 239.0.0.0/8 goes over the loopback until the end"
+}
+
+drop_multicast_route() {
+  [ $multicast_route_made = no ] || as_root ip route delete 239.0.0.0/8 dev lo 2>/dev/null || true
 }
 
 # build_preset PRESET [TARGET...]: configures and builds build/PRESET, all targets unless some are named.

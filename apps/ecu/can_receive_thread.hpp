@@ -1,8 +1,7 @@
 #pragma once
 
-#include <thread>
-
 #include "ecu/crossings.hpp"
+#include "ecu/worker.hpp"
 #include "sextant/comms/can_bus.hpp"
 #include "sextant/comms/command_receiver.hpp"
 
@@ -14,8 +13,11 @@ class CanReceiveThread {
  public:
   CanReceiveThread(CanBus& bus, Crossings& crossings) : bus_{bus}, crossings_{crossings} {}
 
-  void start();
-  void join();
+  void start() {
+    worker_.start([this] { run(); });
+  }
+  void join() { worker_.join(); }
+  /// What became of the frames; for after the join.
   [[nodiscard]] const CommandReceiver& receiver() const noexcept { return receiver_; }
 
  private:
@@ -24,7 +26,7 @@ class CanReceiveThread {
   CanBus& bus_;
   Crossings& crossings_;
   CommandReceiver receiver_{};
-  std::thread thread_{};
+  Worker worker_{"sextant-can-rx"};
 };
 
 }  // namespace sextant::ecu

@@ -2,22 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <thread>
 
 #include "sextant/realtime/monotonic_clock.hpp"
-#include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
 
-void CanTransmitThread::start() {
-  thread_ = std::thread{[this] { run(); }};
-}
-
-void CanTransmitThread::join() {
-  if (thread_.joinable()) thread_.join();
-}
-
 void CanTransmitThread::run() {
-  (void)name_thread("sextant-can-tx");
   // Faults go out on change, so the status is looked at more often than the shortest cycle time.
   constexpr std::int64_t look_every_ns = 5'000'000;
   while (!crossings_.stopped.load(std::memory_order_acquire)) {
@@ -27,15 +18,22 @@ void CanTransmitThread::run() {
     std::this_thread::sleep_for(std::chrono::nanoseconds{until - now});
   }
   send_due();
+  // Whatever its cycle says: the vehicle is told how the drive was left.
+  (void)bus_.send(encoder_.frame(StatusMessage::torque_status, crossings_.status.latest(), extras()));
 }
 
-void CanTransmitThread::send_due() {
-  const Telemetry<double>& drive = crossings_.status.latest();
+StatusExtras CanTransmitThread::extras() {
   const StatisticsReport& statistics = crossings_.statistics.latest();
   StatusExtras extras;
   extras.real_time = {statistics.periods_skipped, double(statistics.worst_body_ns) * 1e-9,
                       double(statistics.worst_latency_ns) * 1e-9, statistics.telemetry_dropped};
-  for (const CanFrame& frame : encoder_.due(now_ns(), drive, extras)) (void)bus_.send(frame);
+  return extras;
+}
+
+void CanTransmitThread::send_due() {
+  for (const CanFrame& frame : encoder_.due(now_ns(), crossings_.status.latest(), extras())) {
+    (void)bus_.send(frame);
+  }
 }
 
 }  // namespace sextant::ecu

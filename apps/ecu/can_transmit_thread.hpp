@@ -1,29 +1,36 @@
 #pragma once
 
-#include <thread>
+#include <cstdint>
 
 #include "ecu/crossings.hpp"
+#include "ecu/worker.hpp"
 #include "sextant/comms/can_bus.hpp"
 #include "sextant/comms/status_encoder.hpp"
 
 namespace sextant::ecu {
 
-/// The transmit thread: sends the status frames by their cycle times, and faults when they change.
+/// The transmit thread: sends the status frames by their cycle times, faults when they change, and at the end
+/// the state in which the drive was left.
 class CanTransmitThread {
  public:
   CanTransmitThread(CanBus& bus, Crossings& crossings) : bus_{bus}, crossings_{crossings} {}
 
-  void start();
-  void join();
+  void start() {
+    worker_.start([this] { run(); });
+  }
+  void join() { worker_.join(); }
+  /// Values that did not fit into their signals; for after the join. [-]
+  [[nodiscard]] std::uint64_t clamped() const noexcept { return encoder_.clamped(); }
 
  private:
   void run();
   void send_due();
+  [[nodiscard]] StatusExtras extras();
 
   CanBus& bus_;
   Crossings& crossings_;
   StatusEncoder encoder_{};
-  std::thread thread_{};
+  Worker worker_{"sextant-can-tx"};
 };
 
 }  // namespace sextant::ecu

@@ -19,15 +19,11 @@ ControlThread::ControlThread(const RealtimeParameters& realtime, std::int32_t pe
 RightsReport ControlThread::start() {
   std::promise<RightsReport> rights;
   std::future<RightsReport> answer = rights.get_future();
-  thread_ = std::thread{[this, promise = std::move(rights)]() mutable { run(std::move(promise)); }};
+  worker_.start([this, &rights] { run(rights); });
   return answer.get();
 }
 
-void ControlThread::join() {
-  if (thread_.joinable()) thread_.join();
-}
-
-void ControlThread::run(std::promise<RightsReport> rights) {
+void ControlThread::run(std::promise<RightsReport>& rights) {
   rights.set_value(set_up_control_thread(realtime_));
   task_.start();
   while (drive_.state() != DriveState::shutdown) {
@@ -38,7 +34,11 @@ void ControlThread::run(std::promise<RightsReport> rights) {
 }
 
 void ControlThread::wake_up(const WakeSchedule::Wake& wake, std::int64_t woken_ns) noexcept {
-  crossings_.heartbeat_ns.store(woken_ns, std::memory_order_release);
+  const std::int64_t before_ns = crossings_.heartbeat_ns.exchange(woken_ns, std::memory_order_acq_rel);
+  // Where everything stood still, the watchdog has seen nothing.
+  if (before_ns != 0 && woken_ns - before_ns > realtime_.watchdog_ns) {
+    crossings_.gates_disabled.store(true, std::memory_order_release);
+  }
   run_periods(wake.deadline_ns);
   crossings_.status.store(telemetry_.last());
   const WakeSchedule::Counters& counters = task_.schedule().counters();

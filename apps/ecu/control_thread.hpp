@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <future>
-#include <thread>
 
 #include "ecu/crossings.hpp"
+#include "ecu/worker.hpp"
 #include "sextant/core/drive_io.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/drive/run_cycle.hpp"
@@ -14,7 +14,8 @@
 
 namespace sextant::ecu {
 
-/// The newest command, and what the rest of the process demands.
+/// The newest command, and what the rest of the process demands. The watchdog's order is taken, not only
+/// read, so that it cannot be withdrawn before the drive has seen it.
 class LiveCommands {
  public:
   explicit LiveCommands(Crossings& crossings) noexcept : crossings_{crossings} {}
@@ -22,7 +23,9 @@ class LiveCommands {
   [[nodiscard]] DriveRequest<double> latest(std::int64_t) noexcept SEXTANT_NONBLOCKING {
     DriveRequest<double> request{
         crossings_.command.latest(), crossings_.shutdown.load(std::memory_order_acquire), {}};
-    if (crossings_.gates_disabled.load(std::memory_order_acquire)) request.external.set(Fault::watchdog);
+    const bool disabled = crossings_.gates_disabled.load(std::memory_order_relaxed) &&
+                          crossings_.gates_disabled.exchange(false, std::memory_order_acq_rel);
+    if (disabled) request.external.set(Fault::watchdog);
     return request;
   }
 
@@ -55,10 +58,10 @@ class ControlThread {
 
   /// Starts the thread and waits until it has asked for its rights; returns what it was given.
   [[nodiscard]] RightsReport start();
-  void join();
+  void join() { worker_.join(); }
 
  private:
-  void run(std::promise<RightsReport> rights);
+  void run(std::promise<RightsReport>& rights);
   void wake_up(const WakeSchedule::Wake& wake, std::int64_t woken_ns) noexcept;
   /// The control periods of one wake-up, from its deadline on.
   void run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING;
@@ -72,7 +75,7 @@ class ControlThread {
   LiveTelemetry telemetry_;
   PeriodicTask task_;
   std::uint64_t periods_{0};
-  std::thread thread_{};
+  Worker worker_{""};
 };
 
 }  // namespace sextant::ecu

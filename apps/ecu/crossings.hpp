@@ -1,11 +1,13 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/realtime/latest_value.hpp"
+#include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/realtime/ring.hpp"
 
 namespace sextant::ecu {
@@ -30,7 +32,10 @@ struct StatisticsReport {
 
 /// Every place at which the threads of the live drive meet. Nothing here blocks or locks.
 struct Crossings {
-  explicit Crossings(std::size_t telemetry_capacity) : telemetry{telemetry_capacity}, wakes{4096} {}
+  /// For a control period [ns] and so many of them a wake-up [-]. The rings have room for a second: a
+  /// telemetry thread that is held up for less loses nothing.
+  Crossings(std::int32_t period_ns, int wake_every_periods)
+      : telemetry{a_second_of(period_ns)}, wakes{a_second_of(std::int64_t{period_ns} * wake_every_periods)} {}
 
   LatestValue<TorqueCommand<double>> command{};     ///< receive thread → control thread
   LatestValue<Telemetry<double>> status{};          ///< control thread → transmit thread
@@ -40,9 +45,12 @@ struct Crossings {
   std::atomic<std::int64_t> heartbeat_ns{0};        ///< control thread's last wake-up → watchdog [ns]
   std::atomic<std::uint64_t> commands_accepted{0};  ///< receive thread → telemetry thread [-]
   std::atomic<std::uint64_t> commands_rejected{0};  ///< receive thread → telemetry thread [-]
-  std::atomic<bool> gates_disabled{false};          ///< watchdog → control thread
+  std::atomic<bool> gates_disabled{false};          ///< watchdog sets it, control thread takes it
   std::atomic<bool> shutdown{false};                ///< main → control thread: ramp down and stop
   std::atomic<bool> stopped{false};                 ///< control thread → all: the gates are off for good
+
+ private:
+  static std::size_t a_second_of(std::int64_t every_ns) { return std::size_t(ns_per_s / every_ns) + 1; }
 };
 
 }  // namespace sextant::ecu

@@ -13,9 +13,11 @@
 namespace sextant::ecu {
 namespace {
 
-/// Room for a second of telemetry: a telemetry thread that is held up for less loses nothing.
-std::size_t ring_capacity(const EcuConfig& config) {
-  return std::size_t(1'000'000'000 / config.drive.drive.period_ns) + 1;
+/// The profiles of the load begin with the drive, not with the machine's clock.
+SimulatedPowerStage::Parameters power_stage_parameters(const EcuConfig& config) {
+  SimulatedPowerStage::Parameters p = config.drive.plant;
+  p.io.load_origin_ns.reset();
+  return p;
 }
 
 TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
@@ -45,16 +47,24 @@ std::string dds_configuration(const EcuConfig& config) {
   return text;
 }
 
+/// Where the part comes from that is not ours; empty where there is none.
+std::string dds_configuration_source(const EcuConfig& config) {
+  if (!config.dds.config_uri.empty()) return "dds.config_uri = \"" + config.dds.config_uri + "\"";
+  const char* const environment = std::getenv("CYCLONEDDS_URI");
+  return environment != nullptr ? "the environment, CYCLONEDDS_URI=" + std::string{environment} : "";
+}
+
 DdsTelemetry::Parameters dds_parameters(const EcuConfig& config) {
-  return {std::uint32_t(config.dds.domain), std::uint32_t(config.drive_id), dds_configuration(config)};
+  return {std::uint32_t(config.dds.domain), std::uint32_t(config.drive_id), dds_configuration(config),
+          dds_configuration_source(config)};
 }
 
 }  // namespace
 
 Ecu::Ecu(const EcuConfig& config)
     : config_{config},
-      crossings_{ring_capacity(config)},
-      power_stage_{config.drive.plant, config.drive.load.parameters()},
+      crossings_{config.drive.drive.period_ns, config.realtime.wake_every_periods},
+      power_stage_{power_stage_parameters(config), config.drive.load.parameters()},
       controller_{make_controller(config.drive)},
       drive_{config.drive.drive, *controller_},
       bus_{make_can_bus(config.can.bus)},
@@ -81,7 +91,7 @@ void Ecu::start() {
   transmit_.start();
   spdlog::info("drive {} on {}, DDS domain {}: {} control periods of {} us every wake-up", config_.drive_id,
                config_.can.bus, config_.dds.domain, config_.realtime.wake_every_periods,
-               config_.drive.drive.period_ns / 1000);
+               double(config_.drive.drive.period_ns) * 1e-3);
 }
 
 void Ecu::judge_rights(const std::vector<std::string>& refusals) const {
@@ -117,9 +127,50 @@ void Ecu::print_report(std::FILE* out) const {
              totals.last.periods_skipped, totals.last.overruns);
   row("wake-up latency", latency);
   row("work per wake-up", body);
-  fmt::print(out, "commands {} accepted, {} rejected; telemetry {} published, {} periods dropped\n",
-             crossings_.commands_accepted.load(), crossings_.commands_rejected.load(), dds_.counts().written,
+  if (const std::uint64_t lost = crossings_.wakes.dropped(); lost > 0) {
+    fmt::print(out, "  of {} wake-ups latency and work are not in these figures: nobody fetched them\n",
+               lost);
+  }
+  print_commands(out);
+  print_can(out);
+  print_dds(out);
+}
+
+void Ecu::print_commands(std::FILE* out) const {
+  fmt::print(out, "commands {} accepted, {} rejected\n", crossings_.commands_accepted.load(),
+             crossings_.commands_rejected.load());
+  for (std::size_t i = 0; i < frame_verdict_count; ++i) {
+    const auto verdict = static_cast<FrameVerdict>(i);
+    const std::uint64_t count = receive_.receiver().count(verdict);
+    if (rejected(verdict) && count > 0) fmt::print(out, "  {:<18} {}\n", to_string(verdict), count);
+  }
+}
+
+void Ecu::print_can(std::FILE* out) const {
+  const CanBusStats stats = bus_->stats();
+  fmt::print(out, "CAN {} sent, {} not sent, {} received; {} lost and {} unreadable on reception\n",
+             stats.sent, stats.send_dropped, stats.received, stats.receive_overflow, stats.receive_malformed);
+  if (stats.error_frames + stats.reopened > 0) {
+    fmt::print(out, "  {} error frames, {} of them bus-off; interface came back {} times\n",
+               stats.error_frames, stats.bus_off, stats.reopened);
+  }
+  if (transmit_.clamped() > 0) {
+    fmt::print(out, "  {} status frames held a value beyond its signal's range\n", transmit_.clamped());
+  }
+}
+
+void Ecu::print_dds(std::FILE* out) const {
+  const DdsTelemetryCounts counts = dds_.counts();
+  fmt::print(out, "telemetry {} published, {} periods dropped\n", counts.written,
              crossings_.telemetry.dropped());
+  if (counts.refused > 0) {
+    fmt::print(out, "  {} samples not published: a value was no finite number\n", counts.refused);
+  }
+  if (counts.failed > 0) fmt::print(out, "  {} samples not taken by DDS\n", counts.failed);
+  if (const std::uint32_t readers = dds_.incompatible_readers(); readers > 0) {
+    fmt::print(out, "  {} readers got nothing: they ask for a quality of service that is not offered\n",
+               readers);
+  }
 }
 
 }  // namespace sextant::ecu

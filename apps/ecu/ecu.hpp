@@ -34,6 +34,9 @@ class Ecu {
 
  private:
   void judge_rights(const std::vector<std::string>& refusals) const;
+  void print_commands(std::FILE* out) const;
+  void print_can(std::FILE* out) const;
+  void print_dds(std::FILE* out) const;
 
   EcuConfig config_;
   Crossings crossings_;

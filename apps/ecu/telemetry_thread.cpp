@@ -1,9 +1,10 @@
 #include "ecu/telemetry_thread.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <thread>
 
 #include "sextant/realtime/monotonic_clock.hpp"
-#include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -11,6 +12,9 @@ namespace {
 bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
   return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched;
 }
+
+/// What MCU_RealTime calls the last second, whatever the rate of RealTimeStatistics. [ns]
+constexpr std::int64_t report_ns = ns_per_s;
 
 double us(std::int64_t ns) {
   return double(ns) * 1e-3;
@@ -40,17 +44,9 @@ std::string reason_for(const Telemetry<double>& t) {
   return "";
 }
 
-void TelemetryThread::start() {
-  thread_ = std::thread{[this] { run(); }};
-}
-
-void TelemetryThread::join() {
-  if (thread_.joinable()) thread_.join();
-}
-
 void TelemetryThread::run() {
-  (void)name_thread("sextant-dds");
   next_statistics_ns_ = now_ns() + parameters_.statistics_ns;
+  next_report_ns_ = now_ns() + report_ns;
   while (!crossings_.stopped.load(std::memory_order_acquire)) {
     drain_telemetry();
     drain_wakes();
@@ -59,6 +55,7 @@ void TelemetryThread::run() {
   drain_telemetry();
   drain_wakes();
   publish_statistics();
+  report_to_can();
 }
 
 void TelemetryThread::drain_telemetry() {
@@ -91,12 +88,14 @@ void TelemetryThread::drain_wakes() {
     totals_.latency.record(wake.latency_ns);
     totals_.body.record(wake.body_ns);
     totals_.last = wake;
+    report_.worst_body_ns = std::max(report_.worst_body_ns, wake.body_ns);
+    report_.worst_latency_ns = std::max(report_.worst_latency_ns, wake.latency_ns);
+    if (wake.deadline_ns >= next_report_ns_) report_to_can();
     if (wake.deadline_ns >= next_statistics_ns_) publish_statistics();
   }
 }
 
 void TelemetryThread::publish_statistics() {
-  const std::uint64_t dropped = crossings_.telemetry.dropped();
   const LatencySummary latency = latency_.summary();
   const LatencySummary body = body_.summary();
   const WakeRecord& last = totals_.last;
@@ -113,16 +112,23 @@ void TelemetryThread::publish_statistics() {
       .body_p50_us = us(body.p50_ns),
       .body_p99_us = us(body.p99_ns),
       .body_max_us = us(body.max_ns),
-      .telemetry_dropped = dropped,
+      .telemetry_dropped = crossings_.telemetry.dropped(),
       .commands_received = crossings_.commands_accepted.load(std::memory_order_relaxed),
       .commands_rejected = crossings_.commands_rejected.load(std::memory_order_relaxed),
       .real_time_scheduling = parameters_.real_time_scheduling,
       .memory_locked = parameters_.memory_locked,
   });
-  crossings_.statistics.store({last.periods_skipped, body.max_ns, latency.max_ns, dropped});
   latency_.reset();
   body_.reset();
   next_statistics_ns_ = last.deadline_ns + parameters_.statistics_ns;
+}
+
+void TelemetryThread::report_to_can() {
+  report_.periods_skipped = totals_.last.periods_skipped;
+  report_.telemetry_dropped = crossings_.telemetry.dropped();
+  crossings_.statistics.store(report_);
+  report_ = {};
+  next_report_ns_ = totals_.last.deadline_ns + report_ns;
 }
 
 }  // namespace sextant::ecu

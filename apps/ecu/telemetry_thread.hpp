@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <string>
-#include <thread>
 
 #include "ecu/crossings.hpp"
+#include "ecu/worker.hpp"
 #include "sextant/comms/dds_telemetry.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/realtime/latency_histogram.hpp"
@@ -34,8 +34,10 @@ class TelemetryThread {
   TelemetryThread(const Parameters& parameters, DdsTelemetry& dds, Crossings& crossings)
       : parameters_{parameters}, dds_{dds}, crossings_{crossings} {}
 
-  void start();
-  void join();
+  void start() {
+    worker_.start([this] { run(); });
+  }
+  void join() { worker_.join(); }
   [[nodiscard]] const Totals& totals() const noexcept { return totals_; }
 
  private:
@@ -44,6 +46,7 @@ class TelemetryThread {
   void drain_wakes();
   void publish_state(const Telemetry<double>& telemetry);
   void publish_statistics();
+  void report_to_can();
 
   Parameters parameters_;
   DdsTelemetry& dds_;
@@ -54,8 +57,10 @@ class TelemetryThread {
   LatencyHistogram latency_{};
   LatencyHistogram body_{};
   std::int64_t next_statistics_ns_{0};
+  StatisticsReport report_{};
+  std::int64_t next_report_ns_{0};
   Totals totals_{};
-  std::thread thread_{};
+  Worker worker_{"sextant-dds"};
 };
 
 /// Why the drive is where it is, for people. At most 64 characters.

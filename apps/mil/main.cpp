@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -61,24 +63,41 @@ void make_directory(const std::filesystem::path& directory) {
                            "; --out names another");
 }
 
+sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
+                               const sextant::MilRunner::Progress& progress) {
+  using namespace sextant;
+  SimulatedPowerStage power_stage{config.drive.plant, config.scenario.load};
+  const auto controller = make_controller(config.drive);
+  Drive<double> drive{config.drive.drive, *controller};
+  MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns};
+  return runner.run(config.scenario, trace, progress);
+}
+
+sextant::MilResult run_scenario(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
+                                const sextant::MilRunner::Progress& progress) {
+  if (config.mode == sextant::ScenarioMode::sampled) return run_sampled(config, trace, progress);
+  return sextant::EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, progress);
+}
+
+/// What the trace says of its run; an event-exact one has no control period.
+sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
+  const bool sampled = config.mode == sextant::ScenarioMode::sampled;
+  return {config.scenario.name,
+          sampled ? std::optional<std::int64_t>{config.drive.drive.period_ns} : std::nullopt};
+}
+
 /// One scenario, from its file to its summary; false when it did not pass.
-bool run_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& directory,
-                  bool with_trace) {
+bool report_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& directory,
+                     bool with_trace) {
   using namespace sextant;
   const Scenario& scenario = config.scenario;
   make_directory(directory);
-  SimulatedPowerStage power_stage{config.drive.plant, scenario.load};
-  const auto controller = make_controller(config.drive);
-  Drive<double> drive{config.drive.drive, *controller};
   std::optional<TraceRecorder> trace;
-  if (with_trace)
-    trace.emplace(directory / "trace.h5", scenario.trace,
-                  TraceOrigin{scenario.name, config.drive.drive.period_ns});
+  if (with_trace) trace.emplace(directory / "trace.h5", scenario.trace, origin(config));
 
   mil::ProgressBar bar{scenario.name, stderr};
-  MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns};
   const MilResult result =
-      runner.run(scenario, trace ? &*trace : nullptr, [&bar](double fraction) { return bar.show(fraction); });
+      run_scenario(config, trace ? &*trace : nullptr, [&bar](double fraction) { return bar.show(fraction); });
   bar.finish();
   if (trace) trace->close();
 
@@ -98,6 +117,22 @@ bool run_scenario(const sextant::ScenarioConfig& config, const std::filesystem::
   return summary.passed() && result.plant_healthy && !result.faults.any() && written;
 }
 
+/// Results are kept under the scenarios' names: each needs one of its own, and one that stays in --out.
+void check_names(const std::vector<std::string>& files, const std::vector<sextant::ScenarioConfig>& configs) {
+  for (std::size_t i = 0; i < configs.size(); ++i) {
+    const std::string& name = configs[i].scenario.name;
+    if (name == "." || name == ".." || name.find('/') != std::string::npos) {
+      throw std::runtime_error(files[i] + ": the name \"" + name +
+                               "\" cannot be that of a directory: choose one without \"/\"");
+    }
+    for (std::size_t before = 0; before < i; ++before) {
+      if (configs[before].scenario.name != name) continue;
+      throw std::runtime_error(files[i] + ": the name \"" + name + "\" is taken by " + files[before] +
+                               ", whose results would be overwritten: choose another");
+    }
+  }
+}
+
 int run(Options options) {
   if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
   // All files are read before anything runs: a mistake in the last one must not cost the first its time.
@@ -106,6 +141,7 @@ int run(Options options) {
   for (const std::string& file : options.scenarios) {
     configs.push_back(sextant::load_scenario_config(file, options.overrides));
   }
+  if (!options.print_config) check_names(options.scenarios, configs);
   bool passed = true;
   for (const sextant::ScenarioConfig& config : configs) {
     if (options.print_config) {
@@ -114,7 +150,7 @@ int run(Options options) {
     }
     const bool alone = configs.size() == 1;
     passed &=
-        run_scenario(config, alone ? options.out : options.out / config.scenario.name, !options.no_trace);
+        report_scenario(config, alone ? options.out : options.out / config.scenario.name, !options.no_trace);
   }
   return passed ? 0 : 1;
 }

@@ -10,8 +10,17 @@ from typing import Any
 from .errors import UserError
 from .paths import IDL, LOOPBACK
 
+
+def loopback_configuration() -> str:
+    """The text of configs/cyclonedds_loopback.xml: Cyclone DDS splits a file's name at commas and decodes no %20."""
+    try:
+        return LOOPBACK.read_text(encoding="utf-8").strip()
+    except OSError:
+        return f"file://{LOOPBACK}"  # about which Cyclone DDS says what is wrong
+
+
 # Cyclone DDS reads its configuration once, when the first domain is made.
-os.environ.setdefault("CYCLONEDDS_URI", LOOPBACK.as_uri())
+os.environ.setdefault("CYCLONEDDS_URI", loopback_configuration())
 
 from cyclonedds.builtin import (
     BuiltinDataReader,
@@ -44,6 +53,13 @@ _POLICIES = {
     23: "DATA_REPRESENTATION",
     24: "TYPE_CONSISTENCY_ENFORCEMENT",
 }
+
+
+def configured_by() -> str:
+    """Which configuration of Cyclone DDS is in force, for messages."""
+    uri = os.environ["CYCLONEDDS_URI"]
+    is_loopback = uri.strip() == loopback_configuration()
+    return str(LOOPBACK.relative_to(LOOPBACK.parents[1])) if is_loopback else f"CYCLONEDDS_URI={uri}"
 
 
 def streaming_qos(depth: int) -> Qos:
@@ -79,8 +95,7 @@ class Node:
         try:
             self.participant = DomainParticipant(domain)
         except DDSException as error:
-            uri = os.environ["CYCLONEDDS_URI"]
-            raise UserError(f"DDS cannot start in domain {domain} with CYCLONEDDS_URI={uri}: {error.msg}.") from None
+            raise UserError(f"DDS cannot start in domain {domain} with {configured_by()}: {error.msg}.") from None
         self._participants = BuiltinDataReader(self.participant, BuiltinTopicDcpsParticipant)
         self._publications = BuiltinDataReader(self.participant, BuiltinTopicDcpsPublication)
         self._others: set[Any] = set()
@@ -169,7 +184,7 @@ class Subscription:
         if self.samples:
             return None
         node, writers = self._node, self._node.writers(self.topic)
-        where = f"domain {node.domain}, CYCLONEDDS_URI={os.environ['CYCLONEDDS_URI']}"
+        where = f"domain {node.domain}, {configured_by()}"
         if not node.participant_count():
             return (
                 f"no other DDS participant was discovered ({where}): is the drive running, with the same"

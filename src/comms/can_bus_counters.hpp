@@ -1,6 +1,8 @@
 #pragma once
 
 #include <atomic>
+#include <cerrno>
+#include <cstddef>
 #include <cstdint>
 
 #include "sextant/comms/can_bus.hpp"
@@ -20,6 +22,19 @@ class CanBusCounters {
   Counter error_frames{0};
   Counter bus_off{0};
   Counter reopened{0};
+
+  /// What became of a send() that took `n` of `size` bytes; errno tells of a negative `n`.
+  CanSend on_sent(std::ptrdiff_t n, std::size_t size, bool (*means_down)(int)) noexcept {
+    if (n == static_cast<std::ptrdiff_t>(size)) {
+      sent.fetch_add(1, std::memory_order_relaxed);
+      return CanSend::ok;
+    }
+    const int error = errno;
+    send_dropped.fetch_add(1, std::memory_order_relaxed);
+    if (n >= 0) return CanSend::error;  // errno belongs to failed calls only
+    if (error == ENOBUFS || error == EAGAIN) return CanSend::no_buffer;
+    return means_down(error) ? CanSend::down : CanSend::error;
+  }
 
   void on_received(const CanFrame& frame) noexcept {
     received.fetch_add(1, std::memory_order_relaxed);

@@ -48,8 +48,11 @@ class LogCapture {
                      ": " + dds_strretcode(error);
   if (const std::string line = log.first_line(); !line.empty()) text += " (" + line + ")";
   const char* const uri = std::getenv("CYCLONEDDS_URI");
-  const bool from_environment = parameters.configuration.empty() && uri != nullptr;
-  if (from_environment) text += "; the environment says CYCLONEDDS_URI=" + std::string(uri);
+  if (!parameters.configuration_source.empty()) {
+    text += "; the configuration comes from " + parameters.configuration_source;
+  } else if (parameters.configuration.empty() && uri != nullptr) {
+    text += "; the environment says CYCLONEDDS_URI=" + std::string(uri);
+  }
   throw std::runtime_error(text);
 }
 
@@ -90,10 +93,11 @@ class InstanceWriter {
   DdsWrite write(DdsTelemetryCounts& counts, const In&... in) noexcept {
     if (!convert(in..., sample_)) {
       ++counts.refused;
+      ++sample_.sequence;
       return DdsWrite::refused;
     }
     const bool written = dds_write(writer_, &sample_) == DDS_RETCODE_OK;
-    ++sample_.sequence;  // a sample that DDS did not take is seen as a gap
+    ++sample_.sequence;  // a sample that was refused or that DDS did not take is seen as a gap
     ++(written ? counts.written : counts.failed);
     return written ? DdsWrite::ok : DdsWrite::failed;
   }

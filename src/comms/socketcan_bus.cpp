@@ -105,14 +105,7 @@ CanSend SocketCanBus::send(const CanFrame& frame) noexcept {
   std::copy_n(frame.data.begin(), out.len, out.data);
   const std::size_t size = frame.fd ? CANFD_MTU : CAN_MTU;
   const ssize_t n = ::send(socket_.fd(), &out, size, MSG_DONTWAIT | MSG_NOSIGNAL);
-  if (n == static_cast<ssize_t>(size)) {
-    counters_.sent.fetch_add(1, std::memory_order_relaxed);
-    return CanSend::ok;
-  }
-  counters_.send_dropped.fetch_add(1, std::memory_order_relaxed);
-  if (n >= 0) return CanSend::error;  // errno belongs to failed calls only
-  if (errno == ENOBUFS || errno == EAGAIN) return CanSend::no_buffer;
-  return means_down(errno) ? CanSend::down : CanSend::error;
+  return counters_.on_sent(n, size, means_down);
 }
 
 CanReceive SocketCanBus::receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept {

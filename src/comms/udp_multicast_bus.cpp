@@ -95,14 +95,7 @@ CanSend UdpMulticastBus::send(const CanFrame& frame) noexcept {
   const CanDatagram datagram = pack_datagram(frame, wall_clock_s());
   const ssize_t n =
       ::send(sending_.fd(), datagram.bytes.data(), datagram.length, MSG_DONTWAIT | MSG_NOSIGNAL);
-  if (n == static_cast<ssize_t>(datagram.length)) {
-    counters_.sent.fetch_add(1, std::memory_order_relaxed);
-    return CanSend::ok;
-  }
-  counters_.send_dropped.fetch_add(1, std::memory_order_relaxed);
-  if (n >= 0) return CanSend::error;  // errno belongs to failed calls only
-  if (errno == ENOBUFS || errno == EAGAIN) return CanSend::no_buffer;
-  return means_down(errno) ? CanSend::down : CanSend::error;
+  return counters_.on_sent(n, datagram.length, means_down);
 }
 
 CanReceive UdpMulticastBus::receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept {
@@ -117,8 +110,8 @@ CanReceive UdpMulticastBus::receive(CanFrame& frame, std::chrono::nanoseconds ti
   }
 }
 
-/// Reads until a frame of somebody else or nothing is left. A flood of unreadable datagrams is left after a
-/// bounded number of them.
+/// Reads until a frame of somebody else or nothing is left. Of a flood of others it reads a bounded number at
+/// once; the caller's time limit decides whether it goes on.
 CanReceive UdpMulticastBus::read(CanFrame& frame) noexcept {
   constexpr int most_skipped = 64;
   std::array<std::byte, largest_datagram> buffer;
@@ -141,7 +134,7 @@ CanReceive UdpMulticastBus::read(CanFrame& frame) noexcept {
     counters_.on_received(frame);
     return CanReceive::got;
   }
-  return CanReceive::error;
+  return CanReceive::timeout;
 }
 
 bool UdpMulticastBus::is_own(const sockaddr_storage& sender) const noexcept {

@@ -1,5 +1,7 @@
 #include "sextant/config/drive_config.hpp"
 
+#include "sextant/sim/profile_table.hpp"
+
 namespace sextant {
 namespace {
 
@@ -100,10 +102,6 @@ void describe(Section s, LoadConfig& p) {
   s.check(p);
 }
 
-bool is_said(const ProfileParameters& p) {
-  return p.shape != ProfileShape::constant || p.value != 0.0 || !p.points.empty();
-}
-
 /// What stands in the file once and is needed by several.
 void share(DriveConfig& c) {
   InductionMachineParameters<>& machine = c.plant.plant.machine;
@@ -116,6 +114,10 @@ void share(DriveConfig& c) {
 }
 
 }  // namespace
+
+bool is_said(const ProfileParameters& p) {
+  return p.shape != ProfileShape::constant || p.value != 0.0 || !p.points.empty() || !p.table.empty();
+}
 
 std::string LoadConfig::validate() const {
   if (kind == Kind::torque && is_said(imposed_speed)) return "speed_rad_s is given, but kind is \"torque\"";
@@ -133,9 +135,12 @@ void describe(Section s, ProfileParameters& p, const char* unit, Range<double> r
   s.choice("shape", p.shape,
            {{"constant", ProfileShape::constant},
             {"steps", ProfileShape::steps},
-            {"linear", ProfileShape::linear}},
-           "one value; values held from point to point; or straight lines between points");
-  s.number("value", p.value, range, unit, "of a constant");
+            {"linear", ProfileShape::linear},
+            {"sine", ProfileShape::sine},
+            {"table", ProfileShape::table}},
+           "one value; values held from point to point; straight lines between points; a sine; or straight "
+           "lines between the rows of a file");
+  s.number("value", p.value, range, unit, "of a constant; offset of a sine");
   const auto get = [&p] {
     PointsField::Pairs pairs;
     for (const ProfilePoint& point : p.points) pairs.emplace_back(point.t_s, point.value);
@@ -147,6 +152,11 @@ void describe(Section s, ProfileParameters& p, const char* unit, Range<double> r
   };
   s.add("points", unit, "of steps and lines: times in s, the first at 0, and values",
         PointsField{{0, 1e6}, range, get, set});
+  s.number("amplitude", p.amplitude, range, unit, "of a sine");
+  s.number("frequency_hz", p.frequency_hz, {1e-6, 1e3}, "Hz", "of a sine");
+  s.number("phase_deg", p.phase_deg, {-360, 360}, "deg", "of a sine at time zero");
+  s.file("file", p.file, "time_s,value", "of a table",
+         [&p, range](const std::string& path) { p.table = read_profile_table(path, range.min, range.max); });
   s.check(p);
 }
 
@@ -158,7 +168,13 @@ void describe(Section root, DriveConfig& c) {
   control.choice("controller", c.controller, {{"dtc", ControllerKind::direct_torque}},
                  "direct torque control");
   describe(control, c.direct_torque);
-  describe(control.section("machine_estimate"), c.machine_estimate, false);
+  Section estimate = control.section("machine_estimate");
+  describe(estimate, c.machine_estimate, false);
+  estimate.check([&c]() -> std::string {
+    const bool known = c.machine.reactance_frequency_hz || c.machine_estimate.reactance_frequency_hz;
+    if (known || !c.machine_estimate.has_reactance()) return {};
+    return "reactance_frequency_hz is missing, which the reactances need";
+  });
 
   Section drive = root.section("drive");
   drive.flag("magnetise_first", c.drive.magnetise_first, "build up the flux at standstill before torque");
@@ -168,6 +184,13 @@ void describe(Section root, DriveConfig& c) {
   describe(root.section("capability"), c.drive.capability);
   describe(root.section("protection"), c.drive.protection);
   describe(root.section("plant"), c.plant);
+  drive.check([&c]() -> std::string {
+    // What its parts have to say is said where they are described.
+    const Drive<>::Parameters& p = c.drive;
+    if (p.gate.validate() || p.protection.validate() || p.capability.validate()) return {};
+    const char* const problem = p.validate();
+    return problem != nullptr ? problem : "";
+  });
   root.section("machine").check(c.plant.plant);
   root.section("plant").check(c.plant.io);
   describe(root.section("load"), c.load);

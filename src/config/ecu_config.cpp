@@ -1,5 +1,7 @@
 #include "sextant/config/ecu_config.hpp"
 
+#include <string>
+
 namespace sextant {
 namespace {
 
@@ -26,12 +28,26 @@ void describe(Section s, DdsConfig& p) {
   s.number("statistics_rate_hz", p.statistics_rate_hz, {0.01, 100}, "Hz", "rate of RealTimeStatistics");
 }
 
+/// What the wake-ups of the control thread have to be shorter than.
+std::string check_wake_period(const EcuConfig& c) {
+  const std::int64_t wake_ns = std::int64_t{c.realtime.wake_every_periods} * c.drive.drive.period_ns;
+  if (c.realtime.watchdog_ns < 2 * wake_ns) {
+    return "watchdog_ms is too short: it must be at least twice wake_every_periods control periods";
+  }
+  if (c.drive.drive.gate.timeout_ns <= wake_ns) {
+    return "wake_every_periods is too large: so many control periods take longer than gate.timeout_ms";
+  }
+  return {};
+}
+
 }  // namespace
 
 void describe(Section root, EcuConfig& c) {
   root.integer("drive_id", c.drive_id, {0, 65'535}, "", "tells drives apart that share a DDS domain");
   describe(root, c.drive);
-  describe(root.section("realtime"), c.realtime);
+  Section realtime = root.section("realtime");
+  describe(realtime, c.realtime);
+  realtime.check([&c] { return check_wake_period(c); });
   describe(root.section("can"), c.can);
   describe(root.section("dds"), c.dds);
 }

@@ -27,6 +27,9 @@ struct Expected {
     return "a list of [time, value] pairs, times from " + range_text(f.first_range) + ", values from " +
            range_text(f.second_range);
   }
+  std::string operator()(const FileField& f) const {
+    return "the path of a CSV file with the columns " + f.columns;
+  }
 };
 
 }  // namespace

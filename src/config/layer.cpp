@@ -38,29 +38,28 @@ bool is_dotted_key(std::string_view key) {
   return is_bare_word(key) && key.find_first_of("/:+~") == std::string_view::npos;
 }
 
-/// Where a layer names the machine file, if it does; the name is taken out.
-std::optional<std::string> take_machine_file(Layer& layer, int& line) {
-  toml::node* machine = layer.table.get("machine");
-  if (machine == nullptr) return std::nullopt;
-  toml::node* node = machine;
-  std::string key = "machine";
-  if (toml::table* table = machine->as_table()) {
+/// Where a layer names the file of a section, if it does; the name is taken out.
+std::optional<std::string> take_section_file(Layer& layer, const std::string& section, int& line) {
+  toml::node* said = layer.table.get(section);
+  if (said == nullptr) return std::nullopt;
+  toml::node* node = said;
+  std::string key = section;
+  if (toml::table* table = said->as_table()) {
     node = table->get("file");
-    key = "machine.file";
+    key += ".file";
     if (node == nullptr) return std::nullopt;
   }
   auto path = node->value<std::string>();
   const ConfigProblem place =
-      layer.problem(node, key, "expected the path of a machine file, got " + shown(*node));
+      layer.problem(node, key, "expected the path of a " + section + " file, got " + shown(*node));
   if (!path || path->empty()) throw ConfigError{{place}};
   line = place.line;
-  if (toml::table* table = machine->as_table()) {
+  if (toml::table* table = said->as_table()) {
     table->erase("file");
   } else {
-    layer.table.erase("machine");
+    layer.table.erase(section);
   }
-  if (layer.is_override) return path;
-  return (std::filesystem::path{layer.file}.parent_path() / *path).lexically_normal().string();
+  return layer.resolved(*path);
 }
 
 }  // namespace
@@ -70,6 +69,11 @@ std::string Layer::local_path(std::string_view path) const {
   if (path == prefix) return {};
   const bool inside = path.starts_with(prefix + ".");
   return std::string{inside ? path.substr(prefix.size() + 1) : path};
+}
+
+std::string Layer::resolved(const std::string& path) const {
+  if (is_override) return path;
+  return (std::filesystem::path{file}.parent_path() / path).lexically_normal().string();
 }
 
 const toml::node* Layer::find(std::string_view path) const {
@@ -124,23 +128,23 @@ Layer override_layer(const std::string& text) {
   }
 }
 
-void insert_machine_layer(std::vector<Layer>& layers) {
+void insert_section_layer(std::vector<Layer>& layers, const std::string& section) {
   std::optional<std::string> file;
   ConfigProblem place;
   for (Layer& layer : layers) {
     int line = 0;
-    if (auto found = take_machine_file(layer, line)) {
+    if (auto found = take_section_file(layer, section, line)) {
       file = std::move(found);
-      place = {layer.file, line, "machine", ""};
+      place = {layer.file, line, section, ""};
     }
   }
   if (!file) return;
   std::error_code error;
   if (!std::filesystem::exists(*file, error)) {
-    place.message = "the machine file " + *file + " does not exist";
+    place.message = "the " + section + " file " + *file + " does not exist";
     throw ConfigError{{place}};
   }
-  layers.insert(layers.begin(), read_layer(*file, "machine"));
+  layers.insert(layers.begin(), read_layer(*file, section));
 }
 
 std::string shown(const toml::node& node) {

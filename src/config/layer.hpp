@@ -13,7 +13,7 @@ namespace sextant {
 /// One source of configuration values: a file or one override. Later layers win.
 struct Layer {
   std::string file{};    ///< as shown in messages
-  std::string prefix{};  ///< where its root lies in the whole tree: "" or "machine"
+  std::string prefix{};  ///< where its root lies in the whole tree: "" or a section
   bool is_override{false};
   toml::table table{};
 
@@ -23,6 +23,9 @@ struct Layer {
   /// A problem of this layer; `path` is shown as the layer itself names it.
   [[nodiscard]] ConfigProblem problem(const toml::node* node, std::string_view path,
                                       std::string message) const;
+
+  /// A path of the file system that this layer names, seen from the working directory.
+  [[nodiscard]] std::string resolved(const std::string& path) const;
 
   /// The path as this layer's own file writes it.
   [[nodiscard]] std::string local_path(std::string_view path) const;
@@ -34,9 +37,9 @@ struct Layer {
 /// "key=value". Throws ConfigError when it is not of that form.
 [[nodiscard]] Layer override_layer(const std::string& text);
 
-/// Takes the path of the machine file out of the layers and puts the file's own layer before them. Throws
-/// ConfigError when it is not a path or the file is bad.
-void insert_machine_layer(std::vector<Layer>& layers);
+/// Takes the path of the file that holds a section ("machine") out of the layers and puts the file's own
+/// layer before them. Throws ConfigError when it is not a path or the file is bad.
+void insert_section_layer(std::vector<Layer>& layers, const std::string& section);
 
 /// The value as a message shows it.
 [[nodiscard]] std::string shown(const toml::node& node);

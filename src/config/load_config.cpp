@@ -15,11 +15,12 @@ Schema schema_of(Config& config) {
 }
 
 template <class Config>
-Config load(const std::string& file, const std::vector<std::string>& overrides) {
+Config load(const std::string& file, const std::vector<std::string>& overrides,
+            const std::vector<std::string>& sections_with_file) {
   std::vector<Layer> layers;
   layers.push_back(read_layer(file));
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
-  insert_machine_layer(layers);
+  for (const std::string& section : sections_with_file) insert_section_layer(layers, section);
   Config config;
   read(schema_of(config), layers);
   return config;
@@ -34,11 +35,11 @@ std::string printed(Config config) {
 }  // namespace
 
 EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load<EcuConfig>(file, overrides);
+  return load<EcuConfig>(file, overrides, {"machine"});
 }
 
 ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load<ScenarioConfig>(file, overrides);
+  return load<ScenarioConfig>(file, overrides, {"machine", "vehicle"});
 }
 
 std::string print_config(const EcuConfig& config) {

@@ -46,6 +46,7 @@ struct Value {
     }
     return "[" + text + "]";
   }
+  std::string operator()(const FileField& f) const { return f.get().empty() ? "" : quoted(f.get()); }
 };
 
 std::string comment(const Field& field, const std::string& preset) {

@@ -24,6 +24,8 @@ std::optional<double> number(const toml::node& node, Range<double> range) {
 /// Sets a field from a node; false when the node does not hold what the field expects.
 struct Assign {
   const toml::node& node;
+  const Layer& layer;
+  std::string why{};  ///< more about a refusal, where there is more to say
 
   bool operator()(const NumberField& f) const {
     const auto x = number(node, f.range);
@@ -53,6 +55,12 @@ struct Assign {
       return false;
     f.set(value->get());
     return true;
+  }
+  bool operator()(const FileField& f) {
+    const auto* value = node.as_string();
+    if (value == nullptr || value->get().empty()) return false;
+    why = f.set(layer.resolved(value->get()));
+    return why.empty();
   }
   bool operator()(const PointsField& f) const {
     const toml::array* list = node.as_array();
@@ -116,9 +124,11 @@ class Reader {
       const toml::node* node = layer.find(field.path);
       if (node == nullptr) continue;
       said_.insert(field.path);
-      if (std::visit(Assign{*node}, field.kind)) continue;
-      problems_.push_back(
-          layer.problem(node, field.path, "expected " + expected(field.kind) + ", got " + shown(*node)));
+      Assign assign{*node, layer};
+      if (std::visit(assign, field.kind)) continue;
+      std::string message = "expected " + expected(field.kind) + ", got " + shown(*node);
+      if (!assign.why.empty()) message += ": " + assign.why;
+      problems_.push_back(layer.problem(node, field.path, std::move(message)));
     }
     for (const Alternative& a : schema_.alternatives) {
       const toml::node* second = layer.find(a.second);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace sextant {
 namespace {
@@ -90,11 +91,64 @@ std::string validate(const Scenario& scenario, std::int64_t period_ns) {
       std::any_of(scenario.expectations.begin(), scenario.expectations.end(), demands_response)) {
     return "a response time is expected, but metrics.step_s does not say from when";
   }
-  const double periods = scenario.trace.interval_us * 1e3 / static_cast<double>(period_ns);
+  return {};
+}
+
+/// What holds between the mode of a run and its other parts.
+std::string validate_mode(const ScenarioConfig& c) {
+  if (c.mode == ScenarioMode::event_exact) {
+    if (c.drive.plant.io.actuation_delay_periods != 0)
+      return "an event-exact run has no control period, plant.actuation_delay_periods must be 0";
+    if (c.drive.drive.magnetise_first)
+      return "an event-exact run has no drive states, give event_exact.initial_flux_wb instead of "
+             "drive.magnetise_first";
+    return {};
+  }
+  const double periods =
+      c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.direct_torque.period_ns);
   if (periods < 0.5 || std::abs(periods - std::round(periods)) > 1e-9 * periods) {
     return "trace.interval_us must be a whole number of control periods";
   }
   return {};
+}
+
+/// A cycle says what the shaft does; nothing else may.
+std::string validate_alone(const ScenarioConfig& c) {
+  if (!c.cycle.is_given()) return {};
+  if (is_said(c.torque_nm)) return "give a cycle or profile.torque_nm, not both";
+  const LoadConfig& load = c.drive.load;
+  const bool is_loaded =
+      load.kind != LoadConfig::Kind::torque || is_said(load.torque) || is_said(load.imposed_speed);
+  return is_loaded ? "give a cycle or load, not both" : "";
+}
+
+/// The drive refuses a torque that is beyond the limit of its gate.
+std::string validate_driver(const ScenarioConfig& c) {
+  const bool beyond = c.cycle.driver.torque_limit > c.drive.drive.gate.torque_limit;
+  return c.cycle.drives_vehicle() && beyond ? "torque_limit_nm is above gate.torque_limit_nm" : "";
+}
+
+/// Puts the vehicle on the shaft and its driver into the scenario.
+void prescribe_vehicle(ScenarioConfig& c) {
+  DrivePlantParameters<>& plant = c.drive.plant.plant;
+  Driver::Parameters& driver = c.cycle.driver;
+  plant.road_load = road_load(c.cycle.vehicle);
+  driver.mass = accelerated_mass(c.cycle.vehicle, plant.machine.inertia);
+  driver.wheel_radius = c.cycle.vehicle.wheel_radius;
+  driver.motors = c.cycle.vehicle.motors;
+  c.scenario.cycle = DrivenCycle{c.cycle.speed, driver};
+}
+
+/// Torque reference and load of the run.
+void prescribe(ScenarioConfig& c) {
+  Scenario& scenario = c.scenario;
+  scenario.torque_reference = c.torque_nm;
+  scenario.load = c.drive.load.parameters();
+  if (!c.cycle.is_given() || !c.cycle.validate().empty()) return;
+  if (c.cycle.drives_vehicle()) return prescribe_vehicle(c);
+  PassiveEvLoad::Profiles profiles = PassiveEvLoad{c.cycle.passive_ev}.along(c.cycle.speed);
+  scenario.torque_reference = std::move(profiles.torque);
+  scenario.load = {{}, std::move(profiles.wheel_speed)};
 }
 
 }  // namespace
@@ -106,16 +160,23 @@ void describe(Section root, ScenarioConfig& c) {
   root.text("description", scenario.description, "what the run shows", true);
   root.time("duration_s", scenario.duration_ns, ns_per_s, {1e-6, 1e6}, "s", "length of the run");
   root.required();
+  root.choice("mode", c.mode,
+              {{"sampled", ScenarioMode::sampled}, {"event_exact", ScenarioMode::event_exact}},
+              "controller once per period, or comparators in continuous time");
+  describe(root.section("event_exact"), c.event_exact);
   describe(root, c.drive);
-  root.derive([&c] { c.scenario.load = c.drive.load.parameters(); });
-
-  describe(root.section("profile").section("torque_nm"), scenario.torque_reference, "N·m", {-1e5, 1e5});
+  describe(root.section("profile").section("torque_nm"), c.torque_nm, "N·m", {-1e5, 1e5});
+  describe(root, c.cycle);
+  root.section("cycle").check([&c] { return validate_alone(c); });
+  root.section("driver").check([&c] { return validate_driver(c); });
+  root.derive([&c] { prescribe(c); });
   describe(root.section("metrics"), scenario.metrics);
   Section trace = root.section("trace");
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us", "one row of the trace");
   trace.check(scenario.trace);
   describe(root.section("expect"), scenario.expectations);
   root.check([&c] { return validate(c.scenario, c.drive.direct_torque.period_ns); });
+  root.check([&c] { return validate_mode(c); });
 }
 
 }  // namespace sextant

@@ -9,102 +9,170 @@ namespace sextant {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double response_share = 0.95;
 
+// Zero times the sum is zero unless a value is NaN or infinite.
 bool is_finite(const MetricsSample& s) noexcept {
-  return std::isfinite(s.torque_reference) && std::isfinite(s.torque) && std::isfinite(s.psi_s.alpha) &&
-         std::isfinite(s.psi_s.beta) && std::isfinite(s.i_s.alpha) && std::isfinite(s.i_s.beta) &&
-         std::isfinite(s.omega_m);
+  const double sum = (s.torque_reference + s.torque) + (s.psi_s.alpha + s.psi_s.beta) +
+                     (s.i_s.alpha + s.i_s.beta) + s.omega_m;
+  return 0 * sum == 0;
 }
 
-int turn_ons(LegState before, LegState now) noexcept {
-  return int(before != LegState::high && now == LegState::high);
+bool is_zero_vector(SwitchState s) noexcept {
+  return is_driven(s) && (s.upper_switches() == 0U || s.upper_switches() == 7U);
+}
+
+bool is_active_vector(SwitchState s) noexcept {
+  return is_driven(s) && !is_zero_vector(s);
+}
+
+int turn_ons(SwitchState before, SwitchState now) noexcept {
+  const unsigned on = now.upper_switches() & ~before.upper_switches();
+  return int((on & 1U) + (on >> 1U & 1U) + (on >> 2U));
+}
+
+double line(double a, double b, double share) noexcept {
+  return a + share * (b - a);
 }
 
 }  // namespace
 
-void MetricsAccumulator::RunningMean::add(double x, double weight) noexcept {
-  const double deviation = x - mean;
-  mean += weight * deviation;
-  sum_of_squares += deviation * (x - mean);
-  min = std::min(min, x);
-  max = std::max(max, x);
-}
-
-MetricsAccumulator::MetricsAccumulator(const MetricsParameters& parameters) : parameters_{parameters} {
+MetricsAccumulator::MetricsAccumulator(const MetricsParameters& parameters)
+    : parameters_{parameters}, response_{parameters.step_ns} {
   if (const char* wrong = parameters.validate()) throw std::runtime_error{std::string{"metrics: "} + wrong};
 }
 
 void MetricsAccumulator::add(const MetricsSample& sample) noexcept {
   any_ = true;
-  if (!is_finite(sample)) finite_ = false;
+  finite_ = finite_ && is_finite(sample);
   if (!finite_) return;
-  const ThreePhase<> i = inverse_clarke(sample.i_s);
-  peak_current_ = std::max({peak_current_, std::abs(i.a), std::abs(i.b), std::abs(i.c)});
+  note_current(sample.i_s);
   commutate(sample.t_ns, sample.switch_state);
   if (sample.t_ns >= parameters_.from_ns && sample.t_ns <= parameters_.to_ns) add_to_window(sample);
-  watch_step(sample);
+  if (response_.watching()) response_.add(sample);
+}
+
+void MetricsAccumulator::add_segment(const MetricsSample& before, const MetricsSample& after) noexcept {
+  any_ = true;
+  event_exact_ = true;
+  finite_ = finite_ && is_finite(before) && is_finite(after);
+  if (!finite_) return;
+  note_current(before.i_s);
+  note_current(after.i_s);
+  const double begin_ns = before.since(parameters_.from_ns);
+  const double duration_ns = double(after.t_ns - before.t_ns) + (after.fraction_ns - before.fraction_ns);
+  if (duration_ns <= 0) return;
+  if (response_.watching()) response_.add_segment(before, after);
+  if (begin_ns + duration_ns <= 0 || before.t_ns >= parameters_.to_ns) return;
+  WindowValues a = window_values(before);
+  WindowValues b = window_values(after);
+  if (begin_ns >= 0 && after.t_ns < parameters_.to_ns) {
+    add_to_window(a, b, duration_ns * 1e-9);
+    return;
+  }
+  const double begin = std::max(0.0, -begin_ns / duration_ns);
+  const double end = std::min(1.0, -before.since(parameters_.to_ns) / duration_ns);
+  add_to_window(between(a, b, begin), between(a, b, end), (end - begin) * duration_ns * 1e-9);
 }
 
 void MetricsAccumulator::commutate(std::int64_t t_ns, SwitchState state) noexcept {
-  // An edge on the window's first sample belongs to the time before it.
-  if (switch_state_ && samples_ > 0 && t_ns <= parameters_.to_ns) {
-    turn_ons_ += turn_ons(switch_state_->a(), state.a()) + turn_ons(switch_state_->b(), state.b()) +
-                 turn_ons(switch_state_->c(), state.c());
+  if (switch_state_ == state) return;
+  // An edge on the window's first instant belongs to the time before it.
+  const bool begun = event_exact_ ? t_ns > parameters_.from_ns : moments_.weight() > 0;
+  if (switch_state_ && begun && t_ns <= parameters_.to_ns) {
+    turn_ons_ += turn_ons(*switch_state_, state);
+    activations_ += int(is_zero_vector(*switch_state_) && is_active_vector(state));
   }
   switch_state_ = state;
 }
 
-void MetricsAccumulator::add_to_window(const MetricsSample& sample) noexcept {
-  if (samples_++ == 0) first_ns_ = sample.t_ns;
-  last_ns_ = sample.t_ns;
-  const double weight = 1 / double(samples_);
-  const double psi = magnitude(sample.psi_s);
+void MetricsAccumulator::pulse(std::int64_t t_ns) noexcept {
+  pulses_ += int(t_ns > parameters_.from_ns && t_ns <= parameters_.to_ns);
+}
+
+MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const MetricsSample& s) noexcept {
+  const double psi = magnitude(s.psi_s);
   // A machine without flux has no flux angle; phase a's axis stands in for it.
-  const SpaceVector<> axis = psi > 0 ? (1 / psi) * sample.psi_s : SpaceVector<>{1, 0};
-  torque_error_.add(sample.torque - sample.torque_reference, weight);
-  flux_.add(psi, weight);
-  i_flux_.add(dot(axis, sample.i_s), weight);
-  i_quadrature_.add(cross(axis, sample.i_s), weight);
+  const SpaceVector<> axis = psi > 0 ? (1 / psi) * s.psi_s : SpaceVector<>{1, 0};
+  return {{s.torque - s.torque_reference, psi, dot(axis, s.i_s), cross(axis, s.i_s)},
+          s.omega_m - s.speed_reference,
+          {s.p_dc, s.p_copper, s.torque, s.omega_m}};
 }
 
-void MetricsAccumulator::watch_step(const MetricsSample& sample) noexcept {
-  if (!parameters_.step_ns || response_ms_) return;
-  if (sample.t_ns < *parameters_.step_ns) {
-    reference_before_ = sample.torque_reference;
-    return;
-  }
-  if (!reference_after_) reference_after_ = sample.torque_reference;
-  const double step = *reference_after_ - reference_before_;
-  if (step != 0 && (sample.torque - reference_before_) / step >= response_share) {
-    response_ms_ = double(sample.t_ns - *parameters_.step_ns) * 1e-6;
-  }
+MetricsAccumulator::WindowValues MetricsAccumulator::between(const WindowValues& a, const WindowValues& b,
+                                                             double share) noexcept {
+  const DrivePowers& p = a.powers;
+  const DrivePowers& q = b.powers;
+  return {a.values + share * (b.values - a.values),
+          line(a.speed_error, b.speed_error, share),
+          {line(p.link, q.link, share), line(p.copper, q.copper, share), line(p.torque, q.torque, share),
+           line(p.speed, q.speed, share)}};
 }
 
-double MetricsAccumulator::switching_frequency() const noexcept {
-  if (last_ns_ <= first_ns_) return nan;
-  constexpr double legs = 3;
-  return double(turn_ons_) / legs / (double(last_ns_ - first_ns_) * 1e-9);
+void MetricsAccumulator::note_current(SpaceVector<> i_s) noexcept {
+  // No phase current exceeds the vector.
+  if (dot(i_s, i_s) <= peak_current_ * peak_current_) return;
+  const ThreePhase<> i = inverse_clarke(i_s);
+  peak_current_ = std::max({peak_current_, std::abs(i.a), std::abs(i.b), std::abs(i.c)});
+}
+
+void MetricsAccumulator::add_to_window(const MetricsSample& sample) noexcept {
+  const WindowValues x = window_values(sample);
+  if (moments_.weight() > 0) {
+    energy_.add_period(last_powers_, x.powers, double(sample.t_ns - last_ns_) * 1e-9);
+  } else {
+    first_ns_ = sample.t_ns;
+  }
+  last_ns_ = sample.t_ns;
+  last_powers_ = x.powers;
+  moments_.add(x.values);
+  speed_error_squares_ += x.speed_error * x.speed_error;
+}
+
+void MetricsAccumulator::add_to_window(const WindowValues& a, const WindowValues& b,
+                                       double seconds) noexcept {
+  moments_.add_line(a.values, b.values, seconds);
+  energy_.add_segment(a.powers, b.powers, seconds);
+  const double x = a.speed_error;
+  const double y = b.speed_error;
+  speed_error_squares_ += seconds * ((x * x + x * y + y * y) * (1.0 / 3));
 }
 
 MetricList MetricsAccumulator::metrics() const noexcept {
   MetricList m;
   if (!any_ || !finite_) return m;
   m[Metric::peak_current] = peak_current_;
-  m[Metric::response_time] = response_ms_.value_or(nan);
-  if (samples_ == 0) return m;
-  const auto n = double(samples_);
-  m[Metric::torque_ripple_pp] = torque_error_.max - torque_error_.min;
-  m[Metric::torque_ripple_rms] = std::sqrt(torque_error_.sum_of_squares / n);
-  m[Metric::torque_bias] = torque_error_.mean;
-  m[Metric::flux_mean] = flux_.mean;
-  m[Metric::flux_min] = flux_.min;
-  m[Metric::flux_max] = flux_.max;
-  m[Metric::switching_frequency] = switching_frequency();
-  const double fundamental = std::hypot(i_flux_.mean, i_quadrature_.mean);
-  const double harmonics = std::sqrt((i_flux_.sum_of_squares + i_quadrature_.sum_of_squares) / n);
-  m[Metric::current_thd] = fundamental > 0 ? 100 * harmonics / fundamental : nan;
+  m[Metric::response_time] = response_.time_ms().value_or(nan);
+  if (event_exact_) m[Metric::dwell_limited] = double(deferred_);
+  if (moments_.weight() > 0) fill_window_metrics(m);
   return m;
+}
+
+void MetricsAccumulator::fill_window_metrics(MetricList& m) const noexcept {
+  const auto mean = moments_.mean();
+  const auto variance = moments_.variance();
+  const auto& min = moments_.min();
+  const auto& max = moments_.max();
+  m[Metric::torque_ripple_pp] = max[torque_error] - min[torque_error];
+  m[Metric::torque_ripple_rms] = std::sqrt(variance[torque_error]);
+  m[Metric::torque_bias] = mean[torque_error];
+  m[Metric::torque_error_rms] = std::hypot(mean[torque_error], m[Metric::torque_ripple_rms]);
+  m[Metric::torque_error_max] = std::max(max[torque_error], -min[torque_error]);
+  m[Metric::flux_mean] = mean[flux];
+  m[Metric::flux_min] = min[flux];
+  m[Metric::flux_max] = max[flux];
+  const double fundamental = std::hypot(mean[i_flux], mean[i_quadrature]);
+  const double harmonics = std::sqrt(variance[i_flux] + variance[i_quadrature]);
+  m[Metric::current_thd] = fundamental > 0 ? 100 * harmonics / fundamental : nan;
+  m[Metric::speed_error_rms] = std::sqrt(speed_error_squares_ / moments_.weight());
+  const double seconds = event_exact_ ? moments_.weight() : double(last_ns_ - first_ns_) * 1e-9;
+  if (seconds <= 0) return;
+  constexpr double legs = 3;
+  m[Metric::switching_frequency] = double(turn_ons_) / legs / seconds;
+  m[Metric::torque_pulse_frequency] = double(event_exact_ ? pulses_ : activations_) / seconds;
+  m[Metric::energy_from_link] = energy_.from_link();
+  m[Metric::energy_to_link] = energy_.to_link();
+  m[Metric::energy_shaft] = energy_.shaft();
+  m[Metric::energy_copper] = energy_.copper();
 }
 
 }  // namespace sextant

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "progress_ticker.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/sim/metrics.hpp"
 #include "sextant/sim/scenario_commands.hpp"
@@ -16,36 +17,39 @@ struct LastTelemetry {
   void push(const Telemetry<double>& t) noexcept SEXTANT_NONBLOCKING { value = t; }
 };
 
-/// Tells how far a run is, some twenty times a second.
-class ProgressTicker {
- public:
-  explicit ProgressTicker(const MilRunner::Progress& progress) : progress_{progress} {}
+/// The plant's true state, each quantity computed once.
+struct PlantLook {
+  explicit PlantLook(const DrivePlant<double>& plant) noexcept
+      : psi_s{plant.psi_s()},
+        psi_r{plant.psi_r()},
+        i_s{plant.machine().stator_current(psi_s, psi_r)},
+        i_r{plant.machine().rotor_current(psi_s, psi_r)},
+        torque{plant.machine().torque(psi_s, i_s)},
+        omega_m{plant.omega_m()} {}
 
-  /// False when the run shall stop.
-  bool tick(double fraction) {
-    if (!progress_ || (++calls_ & 1023U) != 0) return true;
-    const auto now = std::chrono::steady_clock::now();
-    if (now - last_ < std::chrono::milliseconds{50}) return true;
-    last_ = now;
-    return progress_(fraction);
-  }
-
- private:
-  const MilRunner::Progress& progress_;
-  std::chrono::steady_clock::time_point last_{std::chrono::steady_clock::now()};
-  std::uint32_t calls_{0};
+  SpaceVector<> psi_s, psi_r, i_s, i_r;
+  double torque, omega_m;
 };
 
-PlantSample sample_plant(const SimulatedDriveIo<>& io) {
-  const auto& plant = io.plant();
-  return {plant.tau_e(), io.tau_l(),          plant.psi_s(),  plant.psi_r(),
-          plant.i_abc(), plant.inputs().u_dc, plant.omega_m()};
+PlantSample sample_plant(const PlantLook& plant, const SimulatedDriveIo<>& io) {
+  return {
+      plant.torque, io.tau_l(), plant.psi_s, plant.psi_r, inverse_clarke(plant.i_s), io.plant().inputs().u_dc,
+      plant.omega_m};
 }
 
-MetricsSample sample_metrics(std::int64_t t_ns, double reference, const SimulatedDriveIo<>& io,
-                             SwitchState state) {
-  const auto& plant = io.plant();
-  return {t_ns, reference, plant.tau_e(), plant.psi_s(), plant.i_s(), plant.omega_m(), state};
+MetricsSample sample_metrics(const Telemetry<double>& now, const ScenarioCommands& commands,
+                             const PlantLook& plant, const InductionMachineParameters<>& machine) {
+  return {
+      .t_ns = now.t_ns,
+      .torque_reference = commands.reference(now.t_ns),
+      .torque = plant.torque,
+      .psi_s = plant.psi_s,
+      .i_s = plant.i_s,
+      .omega_m = plant.omega_m,
+      .switch_state = now.switch_state,
+      .p_dc = now.u_dc * now.i_dc,
+      .p_copper = 1.5 * (machine.r_s * dot(plant.i_s, plant.i_s) + machine.r_r * dot(plant.i_r, plant.i_r)),
+      .speed_reference = commands.speed_reference(now.t_ns)};
 }
 
 void note_faults(MilResult& result, const Telemetry<double>& now) {
@@ -59,10 +63,10 @@ void note_faults(MilResult& result, const Telemetry<double>& now) {
 }  // namespace
 
 MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress) {
-  ScenarioCommands commands{scenario.torque_reference};
+  ScenarioCommands commands{scenario};
   MetricsAccumulator metrics{scenario.metrics};
   LastTelemetry telemetry;
-  ProgressTicker ticker{progress};
+  ProgressTicker ticker{progress, 1024};
   MilResult result;
   const auto begin = std::chrono::steady_clock::now();
 
@@ -72,10 +76,12 @@ MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const P
     run_cycle(t_ns, io_, commands, drive_, telemetry);
     const Telemetry<double>& now = telemetry.value;
     note_faults(result, now);
+    commands.note_speed(now.omega_m);
     if (t_ns < 0) continue;
     simulated_ns = t_ns;
-    metrics.add(sample_metrics(t_ns, commands.reference(t_ns), io_, now.switch_state));
-    if (trace != nullptr) trace->add(now, sample_plant(io_));
+    const PlantLook plant{io_.plant()};
+    metrics.add(sample_metrics(now, commands, plant, io_.plant().machine().parameters()));
+    if (trace != nullptr) trace->add(now, sample_plant(plant, io_));
     if (!ticker.tick(double(t_ns) / double(scenario.duration_ns))) break;
   }
 

@@ -50,7 +50,7 @@ const char* verdict(bool pass, bool colour) {
 void append_metric(std::string& text, const RunSummary& summary, std::size_t index, bool colour) {
   const MetricInfo& metric = metric_catalogue[index];
   const std::string value = value_text(summary.metrics.values()[index]);
-  const auto line = fmt::format("  {:<22} {:>11} {:<4}", metric.name, value, metric.unit);
+  const auto line = fmt::format("  {:<25} {:>11} {:<5}", metric.name, value, metric.unit);
   bool demanded = false;
   for (const ExpectationResult& e : summary.expectations) {
     if (e.limit.metric != metric.name) continue;

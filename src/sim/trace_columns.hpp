@@ -5,33 +5,10 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "sextant/core/telemetry_interval.hpp"
+#include "sextant/sim/trace_row.hpp"
 
 namespace sextant {
 
-/// The plant's true values of one row.
-struct PlantRow {
-  double torque_nm{};
-  double torque_mean_nm{};
-  double torque_min_nm{};
-  double torque_max_nm{};
-  double psi_s_wb{};
-  double psi_s_alpha_wb{};
-  double psi_s_beta_wb{};
-  double psi_r_alpha_wb{};
-  double psi_r_beta_wb{};
-  double i_a_a{};
-  double i_b_a{};
-  double i_c_a{};
-  double u_dc_v{};
-  double omega_m_rad_s{};
-  double tau_l_nm{};
-};
-
-struct TraceRow {
-  TelemetryIntervalRecord<double> drive{};
-  PlantRow plant{};
-};
 static_assert(std::is_trivially_copyable_v<TraceRow> && std::is_standard_layout_v<TraceRow>);
 
 enum class ColumnType : std::uint8_t { float64, int64, uint32, uint8, drive_state };
@@ -86,7 +63,7 @@ inline constexpr std::array drive_columns{
     SEXTANT_COLUMN(drive, i_dc_a, "A", "DC-link current, mean"),
     SEXTANT_COLUMN(drive, power_w, "W", "electrical power at the DC link, mean"),
     SEXTANT_COLUMN(drive, state, "1", "state of the drive"),
-    SEXTANT_COLUMN(drive, sector, "1", "sector of the stator flux, 1 to 6, 0 while unknown"),
+    SEXTANT_COLUMN(drive, sector, "1", "sector of the stator flux, 1 to 6, 0 without flux"),
     SEXTANT_COLUMN(drive, command_counter, "1", "E2E counter of the command acted on"),
     SEXTANT_COLUMN(drive, command_received_ns, "ns", "when that command was received"),
 };
@@ -97,10 +74,19 @@ inline constexpr std::array plant_columns{
     SEXTANT_COLUMN(plant, torque_min_nm, "N·m", "air-gap torque, minimum over the interval"),
     SEXTANT_COLUMN(plant, torque_max_nm, "N·m", "air-gap torque, maximum over the interval"),
     SEXTANT_COLUMN(plant, psi_s_wb, "Wb", "magnitude of the stator flux linkage"),
+    SEXTANT_COLUMN(plant, flux_mean_wb, "Wb", "magnitude of the stator flux linkage, mean over the interval"),
+    SEXTANT_COLUMN(plant, flux_min_wb, "Wb",
+                   "magnitude of the stator flux linkage, minimum over the interval"),
+    SEXTANT_COLUMN(plant, flux_max_wb, "Wb",
+                   "magnitude of the stator flux linkage, maximum over the interval"),
     SEXTANT_COLUMN(plant, psi_s_alpha_wb, "Wb", "stator flux linkage, stationary frame, along phase a"),
     SEXTANT_COLUMN(plant, psi_s_beta_wb, "Wb", "stator flux linkage, stationary frame, 90 degrees ahead"),
     SEXTANT_COLUMN(plant, psi_r_alpha_wb, "Wb", "rotor flux linkage, stationary frame, along phase a"),
     SEXTANT_COLUMN(plant, psi_r_beta_wb, "Wb", "rotor flux linkage, stationary frame, 90 degrees ahead"),
+    SEXTANT_COLUMN(plant, current_min_a, "A",
+                   "magnitude of the stator current vector, minimum over the interval"),
+    SEXTANT_COLUMN(plant, current_max_a, "A",
+                   "magnitude of the stator current vector, maximum over the interval"),
     SEXTANT_COLUMN(plant, i_a_a, "A", "current of phase a"),
     SEXTANT_COLUMN(plant, i_b_a, "A", "current of phase b"),
     SEXTANT_COLUMN(plant, i_c_a, "A", "current of phase c"),

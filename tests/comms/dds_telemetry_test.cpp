@@ -179,7 +179,7 @@ TEST_F(DdsTelemetryTest, RefusesNaNAndInfinityInEveryMember) {
   statistics.body_max_us = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(telemetry_.write(statistics), DdsWrite::refused);
   ASSERT_EQ(telemetry_.write(some_record(), 0), DdsWrite::ok);
-  EXPECT_EQ(reader.take().value().sequence, 0U);  // nothing was published before it
+  EXPECT_EQ(reader.take().value().sequence, refused);  // the first that was published; the gap tells of them
 }
 
 TEST_F(DdsTelemetryTest, WritesIntervalsWithoutAllocating) {
@@ -304,6 +304,13 @@ TEST(DdsTelemetry, SaysInOneSentenceWhyItCannotStart) {
     EXPECT_EQ(text.find('\n'), std::string::npos);
   }
   EXPECT_THAT(refusal({.domain_id = 231}), ::testing::HasSubstr("from 0 to 230"));
+}
+
+TEST(DdsTelemetry, SaysWhereAConfigurationThatWasRefusedComesFrom) {
+  EXPECT_THAT(refusal({.domain_id = 88,
+                       .configuration = "file:///no/such/file.xml",
+                       .configuration_source = "CYCLONEDDS_URI"}),
+              ::testing::EndsWith("; the configuration comes from CYCLONEDDS_URI"));
 }
 
 TEST(DdsTelemetry, RefusesASecondConfigurationOfARunningDomain) {

@@ -98,6 +98,17 @@ TEST_F(UdpMulticastBusTest, CountsUnreadableDatagramsAndGoesOn) {
   EXPECT_EQ(second_->stats().receive_malformed, 3U);
 }
 
+// More than are read at once: the frame behind them must come with the same call, not after a pause.
+TEST_F(UdpMulticastBusTest, AFrameBehindManyUnreadableDatagramsComesAtOnce) {
+  constexpr unsigned unreadable = 100;
+  for (unsigned i = 0; i < unreadable; ++i) send_raw("?");
+  ASSERT_EQ(first_->send({.id = 0x110, .length = 8}), CanSend::ok);
+  CanFrame in;
+  ASSERT_EQ(second_->receive(in, 1s), CanReceive::got);
+  EXPECT_EQ(in.id, 0x110U);
+  EXPECT_EQ(second_->stats().receive_malformed, unreadable);
+}
+
 TEST_F(UdpMulticastBusTest, CountsWhatTheSocketDropped) {
   constexpr unsigned flood = 5000;
   unsigned sent = 0;

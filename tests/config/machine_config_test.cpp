@@ -109,6 +109,26 @@ TEST(MachineConfig, ReactancesNeedAFrequencyAndPolesComeInPairs) {
   EXPECT_THAT(why, HasSubstr("reactance_frequency_hz is missing"));
 }
 
+// A machine given in inductances has no frequency at which the estimate's reactances could hold.
+TEST(MachineConfig, ReactancesOfTheEstimateNeedAFrequencyAsWell) {
+  const ConfigFiles files;
+  const std::string motor =
+      files.write("motor.toml",
+                  "r_s_ohm = 1\nr_r_ohm = 1\nl_ls_h = 0.002\nl_lr_h = 0.002\nl_m_h = 0.08\npoles = 4\n"
+                  "inertia_kg_m2 = 0.1\n");
+  const auto ecu = [&](const std::string& estimate) {
+    return files.write("ecu.toml", "machine = \"" + motor + "\"\n[control.machine_estimate]\n" + estimate);
+  };
+  const std::string wrong = ecu("x_m_ohm = 30\n");
+  EXPECT_EQ(
+      refusal([&] { (void)load_ecu_config(wrong); }),
+      wrong + ":2: control.machine_estimate: reactance_frequency_hz is missing, which the reactances need");
+  const std::string right = ecu("x_m_ohm = 30\nreactance_frequency_hz = 60\n");
+  EXPECT_NEAR(load_ecu_config(right).drive.direct_torque.machine.l_m, 30.0 / (120.0 * std::numbers::pi),
+              1e-15);
+  EXPECT_EQ(load_ecu_config(ecu("l_m_h = 0.07\n")).drive.direct_torque.machine.l_m, 0.07);
+}
+
 TEST(MachineConfig, AMachineFileThatIsNotThereIsNamedWhereItIsAskedFor) {
   const ConfigFiles files;
   const std::string ecu = files.write("ecu.toml", "drive_id = 1\nmachine = \"nowhere.toml\"\n");

@@ -36,7 +36,7 @@ class Loop {
   [[nodiscard]] DirectTorqueController<T>& controller() { return controller_; }
   [[nodiscard]] const GatePattern& last() const { return last_; }
 
-  test::ReferenceMachine machine{};
+  test::ReferenceMachine machine{InductionMachineParameters<double>{}};
 
  private:
   DirectTorqueController<T> controller_;
@@ -192,7 +192,7 @@ TYPED_TEST(DirectTorqueControllerOf, NothingIsEverNaNFromZeroFluxOn) {
     const ControlEstimate<T> x = loop.controller().estimate();
     ASSERT_TRUE(std::isfinite(x.psi_s.alpha) && std::isfinite(x.psi_s.beta));
     ASSERT_TRUE(std::isfinite(x.psi_s_magnitude) && std::isfinite(x.torque));
-    ASSERT_GE(x.sector, 1);
+    ASSERT_EQ(x.sector == 0, x.psi_s_magnitude == T(0));
     ASSERT_LE(x.sector, 6);
   }
 }
@@ -206,7 +206,40 @@ TYPED_TEST(DirectTorqueControllerOf, IsAsNewAfterAReset) {
   EXPECT_EQ(x.psi_s, SpaceVector<T>{});
   EXPECT_EQ(x.psi_s_magnitude, T(0));
   EXPECT_EQ(x.torque, T(0));
+  EXPECT_EQ(x.sector, 0);
   EXPECT_FALSE(x.magnetised);
+}
+
+// The switching table starts from the sector that is kept: after a reset the same one as after power-up.
+TYPED_TEST(DirectTorqueControllerOf, TheFirstStateAfterAResetIsThatAfterPowerUp) {
+  using T = TypeParam;
+  Measurement<T> nothing;
+  nothing.u_dc = T(530);
+  const auto first_state = [&](DirectTorqueController<T>& controller) {
+    return controller.step(nothing, {ControlMode::torque, T(15)}).last_state();
+  };
+  Loop<T> loop;
+  for (int k = 0; k < 4000; ++k) {
+    loop.step(ControlMode::torque, 15);
+    if (loop.controller().estimate().sector == 4) break;
+  }
+  ASSERT_EQ(loop.controller().estimate().sector, 4);
+  loop.controller().reset();
+  DirectTorqueController<T> fresh{{}};
+  EXPECT_EQ(first_state(loop.controller()), first_state(fresh));
+}
+
+TYPED_TEST(DirectTorqueControllerOf, ReportsNoSectorWithoutFluxAndTheRightOneWhileMagnetising) {
+  using T = TypeParam;
+  typename DirectTorqueController<T>::Parameters parameters;
+  parameters.sector.sector_start_deg = T(100);  // phase a, along which the flux is built up, lies in sector 5
+  Loop<T> loop{parameters};
+  EXPECT_EQ(loop.controller().estimate().sector, 0);
+  loop.step(ControlMode::off, 0);
+  EXPECT_EQ(loop.controller().estimate().sector, 0);
+  for (int k = 0; k < 400; ++k) loop.step(ControlMode::magnetise, 0);
+  EXPECT_GT(loop.controller().estimate().psi_s.alpha, T(0.1));
+  EXPECT_EQ(loop.controller().estimate().sector, 5);
 }
 
 TYPED_TEST(DirectTorqueControllerOf, RefusesParametersThatCannotWork) {
@@ -228,6 +261,10 @@ TYPED_TEST(DirectTorqueControllerOf, RefusesParametersThatCannotWork) {
   EXPECT_TRUE(refused([](Parameters& p) { p.torque_comparator.upper_band = T(0); }));
   EXPECT_TRUE(refused([](Parameters& p) { p.sector.sector_start_deg = T(400); }));
   EXPECT_TRUE(refused([](Parameters& p) { p.magnetiser.current_limit = T(0); }));
+  // The current that carries 1.1 Wb is 12.9 A: below it magnetising would have to take flux away again.
+  EXPECT_TRUE(refused([](Parameters& p) { p.magnetiser.hand_over_current = T(12.8); }));
+  EXPECT_TRUE(refused([](Parameters& p) { p.magnetiser.hand_over_current = T(14); }));
+  EXPECT_FALSE(refused([](Parameters& p) { p.magnetiser.hand_over_current = T(15); }));
 }
 
 }  // namespace

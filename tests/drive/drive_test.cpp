@@ -336,6 +336,62 @@ TYPED_TEST(DriveOf, BeyondTheBaseSpeedTheTorqueIsDeratedButBrakingIsNot) {
   EXPECT_EQ(out.telemetry.torque_reference, T(-100));
 }
 
+// A blocked request must not lend its sign to the setpoint that is held.
+TYPED_TEST(DriveOf, ABlockedBrakingRequestDoesNotLiftTheLimitOfTheTorqueThatIsHeld) {
+  using T = TypeParam;
+  this->start(T(100));
+  this->measurement.omega_m = T(170);
+  const T limited = this->run(ms).telemetry.torque_reference;
+  ASSERT_LT(limited, T(30));
+  this->receive(T(-400), true);
+  const auto out = this->run(ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::derated);
+  EXPECT_EQ(out.telemetry.torque_reference, limited);
+}
+
+TYPED_TEST(DriveOf, NoTorqueIsAdmittedInThePeriodInWhichMagnetisingBegins) {
+  using T = TypeParam;
+  typename Drive<T>::Parameters parameters;
+  parameters.magnetise_first = true;
+  this->restart(parameters);
+  this->measurement.omega_m = T(0);
+  this->step();
+  this->receive(T(0), false);
+  this->run(ms);
+  this->receive(T(15), true);
+  DriveOutput<T> out;
+  do {
+    out = this->step();
+    EXPECT_EQ(out.telemetry.torque_reference, T(0)) << to_string(out.telemetry.state);
+  } while (out.telemetry.state != DriveState::magnetising && !this->HasFailure());
+  EXPECT_EQ(this->controller->last_reference.torque, T(0));
+  // Were something left of it, it would come with the first torque.
+  this->controller->current_estimate.magnetised = true;
+  EXPECT_EQ(this->step().telemetry.torque_reference, T(0));
+}
+
+TYPED_TEST(DriveOf, TheLinkCurrentDoesNotInheritAMeasurementThatIsNoNumber) {
+  using T = TypeParam;
+  this->measurement.acted = GatePattern{switch_states[1], period_ns};
+  EXPECT_TRUE(std::isfinite(this->step().telemetry.i_dc));
+  const ThreePhase<T> good = this->measurement.i_abc;
+  this->measurement.i_abc.a = this->nan;
+  this->step();
+  this->measurement.i_abc = good;
+  EXPECT_EQ(this->step().telemetry.i_dc, good.a);
+}
+
+// Five milliseconds of which one period was driven: what flowed before died right after it.
+TYPED_TEST(DriveOf, TheLinkCurrentOfAGapIsNotThatOfTheCurrentsBeforeIt) {
+  using T = TypeParam;
+  this->measurement.i_abc = {T(40), T(-20), T(-20)};
+  this->measurement.acted = GatePattern{switch_states[1], period_ns};
+  EXPECT_NEAR(this->step().telemetry.i_dc, T(20), T(1e-4));  // mean of nothing and 40 A
+  this->measurement.i_abc = {};
+  this->measurement.acted.append({gates_off, 199 * period_ns});
+  EXPECT_NEAR(this->step().telemetry.i_dc, T(40) / T(200), T(1e-4));
+}
+
 TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   using T = TypeParam;
   this->start(T(15));

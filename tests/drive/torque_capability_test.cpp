@@ -30,6 +30,17 @@ TYPED_TEST(TorqueCapabilityOf, MotoringTorqueFallsLinearlyBeyondTheBaseSpeed) {
   }
 }
 
+TYPED_TEST(TorqueCapabilityOf, TheDirectionOfRotationDecidesWhichTorqueIsMotoring) {
+  using T = TypeParam;
+  const auto range = [this](T omega_m) { return this->capability.at(omega_m).range(omega_m); };
+  EXPECT_EQ(range(T(140)).lowest, T(-150));
+  EXPECT_NEAR(range(T(140)).highest, T(75), T(1e-4));
+  EXPECT_NEAR(range(T(-140)).lowest, T(-75), T(1e-4));
+  EXPECT_EQ(range(T(-140)).highest, T(150));
+  EXPECT_EQ(range(T(0)).lowest, T(-150));
+  EXPECT_EQ(range(T(0)).highest, T(150));
+}
+
 TYPED_TEST(TorqueCapabilityOf, RefusesACurveThatIsNone) {
   using T = TypeParam;
   using Parameters = typename TorqueCapability<T>::Parameters;

@@ -35,6 +35,9 @@ TEST(DrivePlant, ParametersAreChecked) {
   p = {};
   p.machine.inertia = 0.0;
   EXPECT_NE(p.validate(), nullptr);
+  p = {};
+  p.road_load.quadratic_drag = -1.0;
+  EXPECT_NE(p.validate(), nullptr);
 }
 
 TEST(DrivePlant, JacobianIsTheDerivativeOfTheRightHandSide) {
@@ -73,6 +76,63 @@ TEST(DrivePlant, JacobianIsTheDerivativeOfTheRightHandSide) {
                 1e-8 * (1 + numeric.cwiseAbs().maxCoeff()));
     }
   }
+}
+
+TEST(DrivePlant, JacobianKnowsTheRoadLoad) {
+  constexpr unsigned seed = 4;
+  SCOPED_TRACE(seed);
+  std::mt19937 random{seed};
+  std::uniform_real_distribution<double> uniform{-1, 1};
+  DrivePlantParameters<double> parameters{};
+  parameters.viscous_friction = 0.02;
+  parameters.road_load = {.quadratic_drag = 0.03,
+                          .rolling_torque = 2,
+                          .rolling_speed = 0.7,
+                          .grade_torque = 3,
+                          .coupled_inertia = 0.5};
+  for (int n = 0; n < 300; ++n) {
+    SCOPED_TRACE(n);
+    Plant plant{parameters};
+    Plant::State x;
+    // Near standstill too, where the rolling torque bends.
+    x << uniform(random), uniform(random), uniform(random), uniform(random),
+        (n % 2 == 0 ? 150 : 3) * uniform(random), uniform(random);
+    PlantInputs<double> inputs{};
+    inputs.state = switch_states[1];
+    inputs.u_dc = 530.0;
+    inputs.imposed_speed = n % 5 == 0;
+    plant.set_inputs(inputs);
+    Plant::Jacobian analytic;
+    plant.jacobian(x, analytic);
+    for (int c = 0; c < Plant::size; ++c) {
+      const double h = c == Plant::omega ? 1e-4 : 1e-2;
+      Plant::State ahead, behind;
+      plant.derivative(x + h * Plant::State::Unit(c), ahead);
+      plant.derivative(x - h * Plant::State::Unit(c), behind);
+      const Plant::State numeric = (ahead - behind) / (2 * h);
+      EXPECT_LT((numeric - analytic.col(c)).cwiseAbs().maxCoeff(),
+                1e-7 * (1 + numeric.cwiseAbs().maxCoeff()));
+    }
+    EXPECT_EQ(analytic(Plant::omega, Plant::omega) == 0.0, inputs.imposed_speed);
+  }
+}
+
+TEST(DrivePlant, AnImposedSpeedTakesNoNoticeOfTheRoad) {
+  DrivePlantParameters<double> parameters{};
+  parameters.road_load = {.grade_torque = 50, .coupled_inertia = 1};
+  Plant plant{parameters};
+  EXPECT_EQ(plant.tau_road(), 50.0);
+  PlantInputs<double> inputs{};
+  inputs.imposed_speed = true;
+  inputs.speed_slope = 10.0;
+  plant.set_inputs(inputs);
+  EXPECT_EQ(plant.tau_road(), 0.0);
+  FixedStepIntegrator<Plant> integrator;
+  ASSERT_TRUE(integrator.advance(plant, 1'000'000));
+  EXPECT_NEAR(plant.omega_m(), 0.01, 1e-12);
+  inputs.imposed_speed = false;
+  plant.set_inputs(inputs);
+  EXPECT_EQ(plant.tau_road(), 50.0);
 }
 
 TEST(DrivePlant, LoadTorqueOpposesPositiveRotation) {

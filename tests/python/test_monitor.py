@@ -160,6 +160,13 @@ def test_nobody_there_is_said(domain: int) -> None:
     assert f"domain {domain}" in telemetry.problems()[0]
 
 
+def test_the_configuration_in_force_is_named(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    telemetry = dds.Telemetry(domain)
+    assert telemetry.problems()[0].count("configs/cyclonedds_loopback.xml") == 1
+    monkeypatch.setenv("CYCLONEDDS_URI", "file:///my/own.xml")
+    assert "CYCLONEDDS_URI=file:///my/own.xml" in telemetry.problems()[0]
+
+
 def test_incompatible_qos_is_named(domain: int) -> None:
     kind = telemetry_types.struct("DriveState")
     volatile = Qos(

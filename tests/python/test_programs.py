@@ -29,7 +29,7 @@ def run(name: str, *arguments: object, before: tuple[str, ...] = (), **environme
         text=True,
         timeout=30,
         stdin=subprocess.DEVNULL,
-        env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.as_uri(), **environment},
+        env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8"), **environment},
     )
 
 

@@ -10,8 +10,18 @@ import pytest
 from sextant_py.paths import ROOT
 
 SCRIPTS = ROOT / "scripts"
-SHELL_SCRIPTS = ["setup", "with_vcan", "demo", "test"]
-PYTHON_PROGRAMS = ["vcu", "monitor", "record", "plot"]
+SHELL_SCRIPTS = [
+    "setup",
+    "with_vcan",
+    "demo",
+    "test",
+    "bench",
+    "nightly",
+    "check_demo",
+    "check_format",
+    "check_package",
+]
+PYTHON_PROGRAMS = ["vcu", "monitor", "record", "plot", "sweep"]
 
 
 def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:
@@ -26,7 +36,7 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
     assert found.stderr == ""
 
 
-@pytest.mark.parametrize("name", ["setup", "demo"])
+@pytest.mark.parametrize("name", ["setup", "demo", "bench", "nightly", "check_demo", "check_format", "check_package"])
 def test_unknown_arguments_are_refused(name: str) -> None:
     found = run(SCRIPTS / name, "--frobnicate")
     assert found.returncode == 1
@@ -38,6 +48,27 @@ def test_setup_is_quiet_and_quick_when_nothing_is_missing(tmp_path: Path) -> Non
     found = run(SCRIPTS / "setup", cwd=tmp_path, stdin=subprocess.DEVNULL)
     assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
     assert time.monotonic() - began < 10
+
+
+def test_monitor_from_a_directory_that_cyclone_would_split(tmp_path: Path) -> None:
+    """Spaces and commas in the path of the tree: DDS starts, with the tree's own configuration."""
+    tree = tmp_path / "space, comma & 100 %"
+    shutil.copytree(SCRIPTS, tree / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "configs", tree / "configs")
+    (tree / ".venv").symlink_to(ROOT / ".venv")
+    environment = {key: value for key, value in os.environ.items() if key != "CYCLONEDDS_URI"}
+    found = run(tree / "scripts" / "monitor", "--once", "--duration", "0.5", "--domain", "211", env=environment)
+    assert found.returncode == 1
+    assert found.stderr.startswith("monitor: no other DDS participant was discovered (domain 211, configs/"), (
+        found.stderr
+    )
+
+
+def test_format_gate_fails_where_git_lists_nothing(elsewhere: Path) -> None:
+    environment = {**os.environ, "CLANG_FORMAT": str(ROOT / ".venv" / "bin" / "clang-format")}
+    found = run(elsewhere / "scripts" / "check_format", env=environment)
+    assert found.returncode == 1
+    assert "check_format: no C++ file was found" in found.stderr
 
 
 @pytest.fixture

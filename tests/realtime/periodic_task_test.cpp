@@ -32,15 +32,5 @@ TEST(PeriodicTask, AStallIsOneOverrunAndIsSkippedOver) {
   EXPECT_EQ((wake.deadline_ns - origin_ns) % parameters.wake_period_ns(), 0);
 }
 
-TEST(PeriodicTask, RunsUntilItIsStopped) {
-  PeriodicTask task{{100'000, 1}};
-  std::atomic<bool> stop{false};
-  int calls = 0;
-  task.run(stop, [&](const WakeSchedule::Wake&) {
-    if (++calls == 5) stop = true;
-  });
-  EXPECT_EQ(calls, 5);
-}
-
 }  // namespace
 }  // namespace sextant

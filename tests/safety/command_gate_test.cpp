@@ -29,7 +29,7 @@ class CommandGateOf : public testing::Test {
   }
 
   AdmittedCommand<T> step() {
-    const auto out = gate.step(command, t_ns, T(period_ns) * T(1e-9), available, wind_down);
+    const auto out = gate.step(command, t_ns, T(period_ns) * T(1e-9), {-available, available}, wind_down);
     t_ns += period_ns;
     return out;
   }
@@ -217,6 +217,42 @@ TYPED_TEST(CommandGateOf, FramesOutsideTheContractCountTheSame) {
   EXPECT_TRUE(this->step().faults.test(Fault::command_out_of_range));
 }
 
+// Beyond the contract's range (dropped by the receiver) and beyond the configured limit (dropped here),
+// mixed.
+TYPED_TEST(CommandGateOf, ThreeBadFramesInARowAreAFaultWhateverIsWrongWithEach) {
+  using T = TypeParam;
+  for (const unsigned kinds : {0b000U, 0b001U, 0b010U, 0b011U, 0b100U, 0b101U, 0b110U, 0b111U}) {
+    SCOPED_TRACE(kinds);
+    this->gate = CommandGate<T>{{}};
+    this->command = {};
+    this->start(T(15));
+    for (unsigned frame = 0; frame < 3; ++frame) {
+      if ((kinds >> frame & 1U) != 0) {
+        ++this->command.out_of_range;
+      } else {
+        this->command.out_of_range = 0;  // as the receiver does when it accepts a frame
+        this->receive(T(400), true);
+      }
+      EXPECT_EQ(this->run(10 * ms).faults.test(Fault::command_out_of_range), frame == 2);
+    }
+    this->command.out_of_range = 0;
+    this->receive(T(10), true);
+    EXPECT_FALSE(this->run(ms).faults.any()) << "a good frame ends it";
+  }
+}
+
+TYPED_TEST(CommandGateOf, AGoodFrameBetweenFramesOutsideTheContractStartsTheCountAgain) {
+  using T = TypeParam;
+  this->start(T(15));
+  for (int i = 0; i < 10; ++i) {
+    this->command.out_of_range = 2;
+    EXPECT_FALSE(this->run(10 * ms).faults.any());
+    this->command.out_of_range = i % 2 == 0 ? 0 : 2;  // 2: two more came in the same look
+    this->receive(T(10), true);
+    EXPECT_FALSE(this->run(10 * ms).faults.any());
+  }
+}
+
 TYPED_TEST(CommandGateOf, ALimitThatIsNoneBlocksTheFrame) {
   using T = TypeParam;
   for (const T bad : {this->nan, T(-1)}) {
@@ -282,6 +318,31 @@ TYPED_TEST(CommandGateOf, MoreThanIsAvailableIsSaturatedAndSaidSo) {
   out = this->run(ms);
   EXPECT_EQ(out.torque, T(-100));
   EXPECT_FALSE(out.derated);
+}
+
+TYPED_TEST(CommandGateOf, EachDirectionHasItsOwnAvailability) {
+  using T = TypeParam;
+  this->start(T(100));
+  const auto step = [this] {
+    this->t_ns += period_ns;
+    return this->gate.step(this->command, this->t_ns, T(1), {T(-60), T(40)}, false);
+  };
+  EXPECT_EQ(step().torque, T(40));
+  this->receive(T(-100), true);
+  EXPECT_EQ(step().torque, T(-60));
+}
+
+TYPED_TEST(CommandGateOf, ARestartTakesBackWhatWasAdmitted) {
+  using T = TypeParam;
+  this->gate = CommandGate<T>{{.torque_rate = T(1000)}};
+  this->receive(T(0), false);
+  this->step();
+  this->receive(T(10), true);
+  EXPECT_EQ(this->run(15 * ms).torque, T(10));
+  this->gate.restart();
+  const auto out = this->step();
+  EXPECT_TRUE(out.enable);
+  EXPECT_NEAR(out.torque, T(0.025), T(1e-6));
 }
 
 TYPED_TEST(CommandGateOf, WindingDownBringsTorqueToExactlyZeroAndHoldsItThere) {

@@ -34,7 +34,7 @@ TEST(MetricList, HasNoValueUntilOneIsSet) {
   MetricList m;
   for (const double v : m.values()) EXPECT_TRUE(std::isnan(v));
   m[Metric::wall] = 2;
-  EXPECT_EQ(m.values()[11], 2);
+  EXPECT_EQ(m.values()[static_cast<std::size_t>(Metric::wall)], 2);
 }
 
 TEST(Expectation, JudgesBoundsInclusively) {

@@ -161,6 +161,57 @@ TEST(MetricsAccumulator, TurnOnOutOfGatesOffCountsAndTurnOffDoesNot) {
   EXPECT_DOUBLE_EQ(accumulator.metrics()[Metric::switching_frequency], 1);
 }
 
+TEST(MetricsAccumulator, ErrorRmsAndMaximumIncludeTheBias) {
+  const auto m = run({}, 100 * ms, [](std::int64_t t) {
+    return MetricsSample{.torque_reference = 10, .torque = t / period_ns % 2 == 0 ? 6.0 : 8.0};
+  });
+  EXPECT_NEAR(m[Metric::torque_error_rms], std::sqrt((16.0 + 4.0) / 2), 1e-12);
+  EXPECT_EQ(m[Metric::torque_error_max], 4);
+}
+
+TEST(MetricsAccumulator, APulseIsAZeroVectorLeftForAnActiveOne) {
+  MetricsAccumulator accumulator{{}};
+  std::int64_t t = 0;
+  // Begin at 0-1, 7-3 and 0-6; gates that were off begin no pulse.
+  for (const std::size_t v : {0U, 1U, 2U, 7U, 3U, 0U, 7U, 0U, 6U}) {
+    accumulator.add({.t_ns = t, .switch_state = switch_states[v]});
+    t += 100 * ms;
+  }
+  accumulator.add({.t_ns = t, .switch_state = gates_off});
+  accumulator.add({.t_ns = 1000 * ms, .switch_state = switch_states[4]});
+  EXPECT_DOUBLE_EQ(accumulator.metrics()[Metric::torque_pulse_frequency], 3);
+  EXPECT_TRUE(std::isnan(accumulator.metrics()[Metric::dwell_limited]));
+}
+
+TEST(MetricsAccumulator, EnergiesAreThoseOfTheControlPeriodsInTheWindow) {
+  const auto m = run({.from_ns = 100 * ms, .to_ns = 300 * ms}, 1000 * ms, [](std::int64_t t) {
+    // The power of the period that ended: a quarter of the window feeds back.
+    return MetricsSample{.torque = 2,
+                         .omega_m = 10 * seconds(t),
+                         .p_dc = t <= 100 * ms ? 1e6 : (t <= 250 * ms ? 400.0 : -100.0),
+                         .p_copper = 30};
+  });
+  EXPECT_NEAR(m[Metric::energy_from_link], 400 * 0.15, 1e-9);
+  EXPECT_NEAR(m[Metric::energy_to_link], 100 * 0.05, 1e-9);
+  EXPECT_NEAR(m[Metric::energy_shaft], 2 * 10 * 0.5 * (0.3 * 0.3 - 0.1 * 0.1), 1e-9);
+  EXPECT_NEAR(m[Metric::energy_copper], 30 * 0.2, 1e-9);
+}
+
+TEST(MetricsAccumulator, WhatIsUnknownSpoilsNoOtherMetric) {
+  const auto m = run({}, 10 * ms, [](std::int64_t) { return MetricsSample{.torque = 2, .omega_m = 3}; });
+  EXPECT_TRUE(std::isnan(m[Metric::energy_from_link]));
+  EXPECT_TRUE(std::isnan(m[Metric::energy_copper]));
+  EXPECT_TRUE(std::isnan(m[Metric::speed_error_rms]));
+  EXPECT_NEAR(m[Metric::energy_shaft], 6 * (0.01 - 25e-6), 1e-12);
+}
+
+TEST(MetricsAccumulator, SpeedErrorIsTheRmsAboutTheReference) {
+  const auto m = run({}, 100 * ms, [](std::int64_t t) {
+    return MetricsSample{.omega_m = 50 + (t / period_ns % 2 == 0 ? 1.0 : -7.0), .speed_reference = 50};
+  });
+  EXPECT_NEAR(m[Metric::speed_error_rms], 5, 1e-12);
+}
+
 TEST(MetricsAccumulator, PeakCurrentIsThatOfAnyPhaseOverTheWholeRun) {
   for (const double theta : {0.0, pi, 2 * pi / 3, -pi / 3, 4 * pi / 3}) {
     SCOPED_TRACE(theta);

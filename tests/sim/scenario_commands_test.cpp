@@ -1,5 +1,6 @@
 #include "sextant/sim/scenario_commands.hpp"
 
+#include <cmath>
 #include <cstdint>
 
 #include <gtest/gtest.h>
@@ -32,6 +33,26 @@ TEST(ScenarioCommands, PlaysTheProfile) {
   EXPECT_EQ(commands.reference(399'999'999), 15.0);
   EXPECT_EQ(commands.reference(400'000'000), -15.0);
   EXPECT_EQ(commands.latest(400'000'000).command.torque, -15.0);
+}
+
+TEST(ScenarioCommands, ADriverSeesTheMeasuredSpeedAndHoldsItsTorque) {
+  Scenario scenario;
+  scenario.torque_reference.value = 99.0;
+  scenario.cycle = DrivenCycle{{.shape = ProfileShape::linear, .points = {{0.0, 2.0}, {1.0, 3.0}}}, {}};
+  const Driver::Parameters& p = scenario.cycle->driver;
+  ScenarioCommands commands{scenario};
+  for (std::int64_t k = -hand_shake; k < 0; ++k)
+    EXPECT_EQ(commands.latest(k * period_ns).command.torque, 0.0);
+  commands.note_speed(6.0);
+  const double expected = p.mass * p.wheel_radius / p.motors * p.bandwidth * (2.0 - 6.0 * p.wheel_radius);
+  EXPECT_NEAR(commands.latest(0).command.torque, expected, 1e-12);
+  EXPECT_NEAR(commands.reference(0), expected, 1e-12);
+  commands.note_speed(50.0);
+  for (std::int64_t t = period_ns; t < p.period_ns; t += period_ns)
+    ASSERT_NEAR(commands.latest(t).command.torque, expected, 1e-12);
+  EXPECT_LT(commands.latest(p.period_ns).command.torque, 0.0) << "too fast: it brakes";
+  EXPECT_NEAR(commands.speed_reference(500'000'000), 2.5 / p.wheel_radius, 1e-12);
+  EXPECT_TRUE(std::isnan(ScenarioCommands{ProfileParameters{}}.speed_reference(0)));
 }
 
 TEST(ScenarioCommands, TheHandShakeBringsADriveToTorqueAtTimeZero) {

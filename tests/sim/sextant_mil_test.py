@@ -1,9 +1,12 @@
 """sextant-mil as its user starts it: exit status, summary and trace."""
 
 import json
+import math
 import os
 import re
+import resource
 import subprocess
+import time
 from pathlib import Path
 
 import h5py
@@ -26,8 +29,9 @@ def idl_members(struct: str) -> set[str]:
 
 
 @pytest.mark.parametrize("name", ["constant_torque", "reversal"])
-def test_shipped_scenario_passes(name, tmp_path):
-    done = run(SCENARIOS / f"{name}.toml", "--integrator", "fixed", "--out", tmp_path)
+@pytest.mark.parametrize("integrator", [[], ["--integrator", "fixed"]], ids=["cvode, by default", "fixed"])
+def test_shipped_scenario_passes(integrator, name, tmp_path):
+    done = run(SCENARIOS / f"{name}.toml", *integrator, "--out", tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["scenario"] == name
@@ -44,6 +48,29 @@ def test_shipped_scenario_passes(name, tmp_path):
         rows = len(trace["t_ns"])
         assert rows > 1000 and all(len(trace[key]) == rows for key in drive)
         assert trace["plant/torque_nm"].attrs["unit"].decode() == "N·m"
+
+
+def test_cvode_is_the_default():
+    done = run(SCENARIOS / "constant_torque.toml", "--print-config")
+    assert 'integrator = "cvode"' in done.stdout
+
+
+def test_results_do_not_overwrite_each_other(tmp_path):
+    again = tmp_path / "again.toml"
+    text = (SCENARIOS / "reversal.toml").read_text()
+    again.write_text(text.replace("../machines", str(ROOT / "configs" / "machines")))
+    done = run(SCENARIOS / "reversal.toml", again, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "is taken by" in done.stderr and str(again) in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["../elsewhere", "..", "/elsewhere"])
+def test_results_stay_in_the_directory_that_was_named(name, tmp_path):
+    done = run(SCENARIOS / "reversal.toml", "--out", tmp_path / "out", "--set", f'name="{name}"')
+    assert done.returncode == 2
+    assert "cannot be that of a directory" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_failed_expectation_fails_the_run(tmp_path):
@@ -89,3 +116,46 @@ def test_missing_scenario_is_one_sentence(tmp_path):
     assert done.returncode == 2
     assert "nothing.toml" in done.stderr and len(done.stderr.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("mode", ["sampled", "event_exact"])
+def test_a_killed_run_leaves_a_readable_trace(mode, tmp_path):
+    scenario = SCENARIOS / "paper" / "3_5_nycc_linear.toml"
+    command = [os.environ["SEXTANT_MIL"], str(scenario), "--set", f"mode={mode}", "--out", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as program:
+        # Rows are written about once a second of wall time; the whole run takes several.
+        time.sleep(2.5)
+        assert program.poll() is None, "the run ended before it could be killed"
+        program.kill()
+    trace_file = tmp_path / "trace.h5"
+    with h5py.File(trace_file) as trace:
+        rows = len(trace["t_ns"])
+        assert rows > 100
+        assert trace.attrs["mode"].decode() == mode
+        assert b"envelope" in trace.attrs["decimation"]
+        for name in ("torque_mean_nm", "plant/torque_min_nm", "plant/torque_max_nm", "plant/flux_mean_wb"):
+            values = trace[name][...]
+            assert len(values) == rows and all(map(math.isfinite, values)), name
+
+
+def test_a_full_cycle_needs_little_memory(tmp_path):
+    """As many rows as the whole NYCC has at 750 us, in its first 20 s: the trace is not held in memory."""
+    scenario = SCENARIOS / "paper" / "3_5_nycc_linear.toml"
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    done = run(
+        scenario,
+        "--set",
+        "mode=sampled",
+        "--set",
+        "trace.interval_us=25",
+        "--set",
+        "duration_s=20",
+        "--set",
+        "metrics.window_from_s=1",
+        "--out",
+        tmp_path,
+    )
+    assert done.returncode in (0, 1), done.stderr
+    with h5py.File(tmp_path / "trace.h5") as trace:
+        assert len(trace["t_ns"]) >= 800_000
+    assert max(before, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss) < 300 * 1024

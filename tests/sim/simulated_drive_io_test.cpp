@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -206,6 +207,47 @@ TEST(SimulatedDriveIo, ImposedSpeedFollowsItsProfileThroughCornersAndSkips) {
   const double turned = 0.5 * (20.0 - 35.0) * 0.00313 - 35.0 * (0.00707 - 0.00313) +
                         0.5 * (-35.0 + 80.0) * (0.01 - 0.00707) + 80.0 * (double(t) * 1e-9 - 0.01);
   EXPECT_NEAR(x.io.plant().theta_m(), turned, 1e-9);
+}
+
+TEST(SimulatedDriveIo, AStepOfTheImposedSpeedActsAtItsInstantAndNotBefore) {
+  const ProfileParameters speed{.shape = ProfileShape::steps, .points = {{0.0, 20.0}, {60e-6, 80.0}}};
+  PhysicalIo x{{}, {.imposed_speed = speed}};
+  const Profile profile{speed};
+  for (int k = 0; k <= 8; ++k) {
+    EXPECT_NEAR(x.io.read(k * period_ns).omega_m, profile.value(k * period_ns), 1e-9) << "period " << k;
+  }
+  EXPECT_NEAR(x.io.plant().theta_m(), 20.0 * 60e-6 + 80.0 * 140e-6, 1e-12);
+}
+
+// A live drive's clock counts from the start of the machine; a scenario's hand-shake comes before its zero.
+TEST(SimulatedDriveIo, TheLoadCountsFromItsOriginWhateverTheClockSays) {
+  constexpr std::int64_t uptime_ns = 400'000'000'000'000;
+  const std::int64_t first_read_ns = uptime_ns - 50'000;
+  const struct {
+    std::optional<std::int64_t> origin_ns;
+    std::int64_t zero_ns;  // of the profiles
+  } cases[] = {{std::nullopt, first_read_ns}, {uptime_ns, uptime_ns}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.zero_ns);
+    RecordedIo x{{.load_origin_ns = c.origin_ns}, load_torque_steps()};
+    advance_to(x.io, first_read_ns);
+    EXPECT_EQ(x.io.tau_l(), 2.0);
+    for (int k = 1; k <= 8; ++k) advance_to(x.io, first_read_ns + k * period_ns);
+    std::int64_t t = first_read_ns;
+    for (const auto& call : x.integrator.calls) {
+      EXPECT_EQ(call.tau_l, t < c.zero_ns + 60'000 ? 2.0 : 7.0)
+          << t - first_read_ns << " ns after the first read";
+      t += call.duration_ns;
+    }
+    EXPECT_EQ(x.io.tau_l(), 7.0);
+
+    const ProfileParameters ramp{.shape = ProfileShape::linear, .points = {{0.0, 10.0}, {200e-6, 50.0}}};
+    PhysicalIo y{{.load_origin_ns = c.origin_ns}, {.imposed_speed = ramp}};
+    for (int k = 0; k <= 10; ++k) {
+      const std::int64_t read_ns = first_read_ns + k * period_ns;
+      EXPECT_NEAR(y.io.read(read_ns).omega_m, Profile{ramp}.value(read_ns - c.zero_ns), 1e-9);
+    }
+  }
 }
 
 // While the gates stay on, the voltage model with the reported pattern is exact but for the trapezoid of R·i.

@@ -78,6 +78,8 @@ class TraceFile {
     return value;
   }
 
+  [[nodiscard]] bool has_attribute(const char* attribute) const { return H5Aexists(id_, attribute) > 0; }
+
   [[nodiscard]] long long integer(const char* attribute) const {
     long long value = -1;
     const hid_t a = H5Aopen_by_name(id_, "/", attribute, H5P_DEFAULT, H5P_DEFAULT);
@@ -218,8 +220,62 @@ TEST_F(TraceRecorderTest, FileSaysWhichRunItBelongsTo) {
   const TraceFile trace{file_};
   EXPECT_EQ(trace.text("/", "scenario"), "bench run");
   EXPECT_THAT(trace.text("/", "sextant_version"), testing::MatchesRegex("[0-9]+\\.[0-9]+\\.[0-9]+"));
+  EXPECT_EQ(trace.text("/", "mode"), "sampled");
   EXPECT_EQ(trace.integer("control_period_ns"), period_ns);
   EXPECT_EQ(trace.integer("interval_ns"), 250'000);
+}
+
+TEST_F(TraceRecorderTest, FinishedRowsOfAnEventExactRunAreWrittenAsTheyAre) {
+  {
+    // An interval that is no whole number of any control period.
+    TraceRecorder recorder{file_, {.interval_us = 33.333}, {.scenario = "exact", .control_period_ns = {}}};
+    for (int k = 0; k < 3; ++k) {
+      TraceRow row;
+      row.drive.t_ns = 33'333 * (k + 1);
+      row.drive.torque_max_nm = 15.5 + k;
+      row.drive.state = DriveState::torque;
+      row.drive.sector = std::uint8_t(k + 1);
+      row.plant.flux_min_wb = 1.0 + 0.1 * k;
+      row.plant.tau_l_nm = 4;
+      recorder.add_row(row);
+    }
+  }
+  const TraceFile trace{file_};
+  ASSERT_TRUE(trace.is_open());
+  EXPECT_THAT(trace.read("t_ns"), testing::ElementsAre(33'333, 66'666, 99'999));
+  EXPECT_THAT(trace.read("torque_max_nm"), testing::ElementsAre(15.5, 16.5, 17.5));
+  EXPECT_THAT(trace.read("state"), testing::Each(double(DriveState::torque)));
+  EXPECT_THAT(trace.read("sector"), testing::ElementsAre(1, 2, 3));
+  EXPECT_THAT(trace.read("plant/flux_min_wb"), testing::ElementsAre(1.0, 1.1, 1.2));
+  EXPECT_THAT(trace.read("plant/tau_l_nm"), testing::Each(4));
+  EXPECT_EQ(trace.text("/", "mode"), "event_exact");
+  EXPECT_EQ(trace.integer("interval_ns"), 33'333);
+  EXPECT_FALSE(trace.has_attribute("control_period_ns"));
+}
+
+TEST_F(TraceRecorderTest, AnEventExactRunHasNoControlPeriods) {
+  TraceRecorder recorder{file_, {}, {.scenario = "exact", .control_period_ns = {}}};
+  EXPECT_THROW(recorder.add(telemetry(0), plant(0)), std::logic_error);
+}
+
+TEST_F(TraceRecorderTest, ThePlantsFluxAndCurrentAreAnEnvelope) {
+  {
+    TraceRecorder recorder{file_, {.interval_us = 100}, origin};
+    for (std::int64_t k = 0; k < 4; ++k) {
+      PlantSample p = plant(k);
+      p.psi_s = polar(1.0 + 0.1 * double(k), double(k));
+      p.i_abc = inverse_clarke(polar(k == 1 ? 70.0 : 10.0 + double(k), double(k)));
+      recorder.add(telemetry(k), p);
+    }
+  }
+  const TraceFile trace{file_};
+  const auto near = [](double x) { return testing::ElementsAre(testing::DoubleNear(x, 1e-12)); };
+  EXPECT_THAT(trace.read("plant/flux_mean_wb"), near(1.15));
+  EXPECT_THAT(trace.read("plant/flux_min_wb"), near(1.0));
+  EXPECT_THAT(trace.read("plant/flux_max_wb"), near(1.3));
+  EXPECT_THAT(trace.read("plant/current_min_a"), near(10));
+  EXPECT_THAT(trace.read("plant/current_max_a"), near(70));
+  EXPECT_THAT(trace.text("/", "decimation"), HasSubstr("min/max envelope"));
 }
 
 TEST_F(TraceRecorderTest, TheUnfinishedIntervalIsWrittenAtTheEnd) {
@@ -362,6 +418,8 @@ TEST_F(TraceRecorderTest, RefusesParametersThatMakeNoSense) {
     EXPECT_THROW((TraceRecorder{file_, {.compression = compression}, origin}), std::runtime_error);
   }
   EXPECT_THROW((TraceRecorder{file_, {}, {.scenario = "x", .control_period_ns = 0}}), std::runtime_error);
+  const TraceOrigin exact{.scenario = "x", .control_period_ns = {}};
+  EXPECT_THROW((TraceRecorder{file_, {.interval_us = 1e-4}, exact}), std::runtime_error);
   EXPECT_FALSE(std::filesystem::exists(file_));
 }
 

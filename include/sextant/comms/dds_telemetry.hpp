@@ -11,7 +11,7 @@ namespace sextant {
 
 enum class DdsWrite : std::uint8_t {
   ok,
-  refused,  ///< a value is NaN or infinite; nothing was published
+  refused,  ///< a value is NaN or infinite; nothing was published, readers see a gap in `sequence`
   failed    ///< DDS did not take the sample
 };
 
@@ -32,6 +32,8 @@ class DdsTelemetry {
     /// Cyclone DDS configuration: XML, or a URI such as file:///etc/sextant/cyclonedds.xml. Empty: what the
     /// environment says (CYCLONEDDS_URI).
     std::string configuration{};
+    /// Where that comes from, for people: named when DDS cannot start.
+    std::string configuration_source{};
 
     [[nodiscard]] const char* validate() const noexcept {
       return domain_id > 230 ? "the DDS domain must be from 0 to 230" : nullptr;

@@ -39,7 +39,7 @@ enum class DeratingCause : std::uint8_t {
   voltage_limit = 2,
   temperature = 3,
   dc_link_limit = 4,
-  gates_open = 5
+  gates_open = 5  ///< GATES_OFF in the contract
 };
 
 /// MCU_Capability.

@@ -24,16 +24,16 @@ struct DriveStateSample {
 
 /// A sample of `RealTimeStatistics`, but for what the writer adds.
 struct RealTimeSample {
-  std::int64_t t_ns{};                 ///< end of the second reported, on the drive's clock [ns]
+  std::int64_t t_ns{};                 ///< end of the interval reported, on the drive's clock [ns]
   std::uint32_t period_ns{};           ///< control period [ns]
   std::uint32_t wake_every_periods{};  ///< control periods a wake-up [-]
   std::uint64_t periods{};             ///< run since start [-]
   std::uint64_t periods_skipped{};     ///< control periods missed since start [-]
   std::uint64_t overruns{};            ///< late wake-ups since start [-]
-  double wake_latency_p50_us{};        ///< over the last second [µs]
+  double wake_latency_p50_us{};        ///< over the interval [µs]
   double wake_latency_p99_us{};        ///< [µs]
   double wake_latency_max_us{};        ///< [µs]
-  double body_p50_us{};                ///< work of one wake-up, over the last second [µs]
+  double body_p50_us{};                ///< work of one wake-up, over the interval [µs]
   double body_p99_us{};                ///< [µs]
   double body_max_us{};                ///< [µs]
   std::uint64_t telemetry_dropped{};   ///< control periods lost to a full ring since start [-]

@@ -41,6 +41,9 @@ struct DriveConfig {
 /// Sections machine, control, drive, gate, capability, protection, plant and load.
 void describe(Section root, DriveConfig& config);
 
+/// True when a file has said anything of it that makes it more than zero throughout.
+[[nodiscard]] bool is_said(const ProfileParameters& profile);
+
 /// A quantity over time; `unit` of its values and what they may be.
 void describe(Section section, ProfileParameters& profile, const char* unit, Range<double> range);
 

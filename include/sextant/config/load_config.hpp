@@ -10,9 +10,9 @@
 namespace sextant {
 
 /// Reads a TOML file. `machine = "path"` (or `machine.file`) names a machine file, relative to the file that
-/// says it; what stands in [machine] changes it. `overrides` are "key=value" with a dotted key and a TOML
-/// value, where bare words count as strings; they come last, and a machine file they name is relative to the
-/// working directory. Throws ConfigError with every problem found.
+/// says it; what stands in [machine] changes it. A scenario's vehicle is named in the same way. `overrides`
+/// are "key=value" with a dotted key and a TOML value, where bare words count as strings; they come last, and
+/// a file they name is relative to the working directory. Throws ConfigError with every problem found.
 [[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
                                         const std::vector<std::string>& overrides = {});
 [[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,

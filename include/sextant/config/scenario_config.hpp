@@ -1,17 +1,35 @@
 #pragma once
 
+#include <cstdint>
+
+#include "sextant/config/cycle_config.hpp"
 #include "sextant/config/drive_config.hpp"
 #include "sextant/config/schema.hpp"
+#include "sextant/sim/event_exact_runner.hpp"
 #include "sextant/sim/scenario.hpp"
 
 namespace sextant {
 
+/// How the comparators are run.
+enum class ScenarioMode : std::uint8_t {
+  sampled,     ///< the whole controller once per control period, as the live drive
+  event_exact  ///< comparators and estimator in continuous time
+};
+
 /// A run of the simulated drive, as one file describes it.
 struct ScenarioConfig {
-  Scenario scenario{};  ///< its load is made of drive.load
+  Scenario scenario{};            ///< its torque reference and load are made of the members below
+  ProfileParameters torque_nm{};  ///< [N·m]
+  CycleConfig cycle{};            ///< where it is given, it takes the place of torque_nm and drive.load
   DriveConfig drive{};
+  ScenarioMode mode{ScenarioMode::sampled};
+  EventExactParameters event_exact{};
+
+  /// What an event-exact runner needs of it.
+  [[nodiscard]] EventExactRunner::Parameters event_exact_runner() const;
 };
 
 void describe(Section root, ScenarioConfig& config);
+void describe(Section section, EventExactParameters& parameters);
 
 }  // namespace sextant

@@ -2,9 +2,11 @@
 
 #include <concepts>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -54,7 +56,14 @@ struct PointsField {
   std::function<Pairs()> get;
   std::function<void(const Pairs&)> set;
 };
-using FieldKind = std::variant<NumberField, IntegerField, FlagField, TextField, ChoiceField, PointsField>;
+/// The path of a CSV file, relative to the file that says it; on the command line, to the working directory.
+struct FileField {
+  std::string columns;                          ///< as a message names them
+  std::function<std::string()> get;             ///< absolute path; empty where none is set
+  std::function<std::string(std::string)> set;  ///< reads the file; empty, or what is wrong with it
+};
+using FieldKind =
+    std::variant<NumberField, IntegerField, FlagField, TextField, ChoiceField, PointsField, FileField>;
 
 /// One key of a configuration file.
 struct Field {
@@ -170,6 +179,22 @@ class Section {
       }
     };
     add(key, "", meaning, ChoiceField{std::move(names), get, set});
+  }
+
+  /// A CSV file. `member` keeps its path; `read` takes what is in it and throws std::runtime_error with a
+  /// sentence when it cannot.
+  void file(const std::string& key, std::string& member, const char* columns, const char* meaning,
+            std::function<void(const std::string&)> read) {
+    const auto set = [&member, read = std::move(read)](const std::string& path) -> std::string {
+      try {
+        read(path);
+      } catch (const std::runtime_error& problem) {
+        return problem.what();
+      }
+      member = std::filesystem::absolute(path).lexically_normal().string();
+      return {};
+    };
+    add(key, "", meaning, FileField{columns, [&member] { return member; }, set});
   }
 
   /// Any other way to and from a member.

@@ -28,7 +28,7 @@ struct ControlEstimate {
   SpaceVector<T> psi_s{};  ///< stator flux linkage, stationary frame [Wb]
   T psi_s_magnitude{};     ///< [Wb]
   T torque{};              ///< electromagnetic torque [N·m]
-  std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 where the controller has no sectors
+  std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 without flux, or without sectors
   bool magnetised{false};  ///< torque may be asked for
 };
 

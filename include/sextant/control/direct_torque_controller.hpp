@@ -44,8 +44,14 @@ class DirectTorqueController final : public Controller<T> {
       if (const char* problem = sector.validate()) return problem;
       if (const char* problem = magnetiser.validate()) return problem;
       // Ripple included, the current has to reach ψ_ref / L_s, or magnetising would never end.
-      const bool enough = T(0.9) * magnetiser.current_limit * machine.l_s() > flux_reference;
-      return enough ? nullptr : "the magnetising current limit is too low for the flux reference";
+      if (!(T(0.9) * magnetiser.current_limit * machine.l_s() > flux_reference)) {
+        return "the magnetising current limit is too low for the flux reference";
+      }
+      // Below ψ_ref / L_s the flux would have to fall again before the current is low enough.
+      if (!(T(0.9) * magnetiser.hand_over_current * machine.l_s() > flux_reference)) {
+        return "the hand-over current is too low for the flux reference";
+      }
+      return nullptr;
     }
   };
 
@@ -66,12 +72,14 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   [[nodiscard]] ControlEstimate<T> estimate() const noexcept SEXTANT_NONBLOCKING override {
-    return {estimator_.psi_s(), psi_s_magnitude_, estimator_.torque(), sector_.sector(), magnetiser_.done()};
+    const std::uint8_t sector = psi_s_magnitude_ > T(0) ? sector_.sector() : std::uint8_t{0};
+    return {estimator_.psi_s(), psi_s_magnitude_, estimator_.torque(), sector, magnetiser_.done()};
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING override {
     estimator_.reset();
     psi_s_magnitude_ = T(0);
+    sector_.reset();
     rest();
     state_ = gates_off;
   }
@@ -83,6 +91,7 @@ class DirectTorqueController final : public Controller<T> {
       case ControlMode::torque:
         return torque_state(measurement, reference.torque);
       case ControlMode::magnetise:
+        sector_.step(estimator_.psi_s());
         return magnetiser_.step(psi_s_magnitude_, parameters_.flux_reference, magnitude(estimator_.i_s()));
       case ControlMode::off:
         break;

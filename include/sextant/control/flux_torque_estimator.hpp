@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+
 #include "sextant/control/current_model.hpp"
 #include "sextant/control/voltage_model.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
@@ -16,15 +19,18 @@ template <class T>
 
 /// Torque and flux estimator (paper, 2.2.1): the voltage model while the gates are driven. While they are
 /// off the current model carries the flux on, so that a drive can be enabled again on a spinning machine
-/// that still has rotor flux. Each takes over from where the other ended.
+/// that still has rotor flux, also after a gap of many periods. Each takes over from where the other ended.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
   constexpr explicit FluxTorqueEstimator(const InductionMachineParameters<T>& machine) noexcept
-      : voltage_model_{machine.r_s}, current_model_{machine}, pole_pairs_{machine.pole_pairs} {}
+      : voltage_model_{machine.r_s},
+        current_model_{machine},
+        sigma_l_s_{machine.sigma_l_s()},
+        pole_pairs_{machine.pole_pairs} {}
 
   /// Takes the measurement at the end of a period and the pattern that acted over it.
-  constexpr void step(const Measurement<T>& measurement) noexcept {
+  void step(const Measurement<T>& measurement) noexcept {
     const SpaceVector<T> i_s = clarke(measurement.i_abc);
     if (measurement.acted.is_driven()) {
       step_driven(measurement, i_s);
@@ -32,6 +38,7 @@ class FluxTorqueEstimator {
       step_coasting(measurement, i_s);
     }
     i_s_ = i_s;
+    omega_m_ = measurement.omega_m;
   }
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return voltage_model_.psi_s(); }  ///< [Wb]
@@ -48,6 +55,7 @@ class FluxTorqueEstimator {
     voltage_model_.set({});
     current_model_.set({});
     i_s_ = {};
+    omega_m_ = T(0);
     coasting_ = true;
   }
 
@@ -57,18 +65,39 @@ class FluxTorqueEstimator {
     voltage_model_.step(measurement.acted, measurement.u_dc, i_s_, i_s);
   }
 
-  constexpr void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s) noexcept {
+  void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s) noexcept {
     if (!coasting_) current_model_.set(current_model_.psi_r_from(psi_s(), i_s_));
     coasting_ = true;
     const T dt = T(measurement.acted.duration_ns()) * T(1e-9);
-    current_model_.step(T(0.5) * (i_s_ + i_s), measurement.omega_m, dt);
+    const T omega_m = T(0.5) * (omega_m_ + measurement.omega_m);
+    const T dying = std::min(dt, driven_time(measurement.acted) + decay_time(measurement.u_dc));
+    if (dying > T(0)) current_model_.step(T(0.5) * (i_s_ + i_s), omega_m, dying);
+    if (dying < dt) current_model_.step(i_s, omega_m, dt - dying);
     voltage_model_.set(current_model_.psi_s(i_s));
+  }
+
+  /// How long the current of the last measurement lives on once the gates are open: the diodes put about
+  /// 2/3 u_dc against it. What is measured after a longer gap flows by then. [s]
+  [[nodiscard]] T decay_time(T u_dc) const noexcept {
+    return T(1.5) * sigma_l_s_ * magnitude(i_s_) / std::max(u_dc, T(0));
+  }
+
+  /// Time until the first leg opens. [s]
+  [[nodiscard]] static constexpr T driven_time(const GatePattern& acted) noexcept {
+    std::int64_t t_ns = 0;
+    for (const GateSegment& segment : acted.segments()) {
+      if (!is_driven(segment.state)) break;
+      t_ns += segment.duration_ns;
+    }
+    return T(t_ns) * T(1e-9);
   }
 
   VoltageModel<T> voltage_model_;
   CurrentModel<T> current_model_;
+  T sigma_l_s_;
   int pole_pairs_;
-  SpaceVector<T> i_s_{};
+  SpaceVector<T> i_s_{};  ///< at the last measurement [A]
+  T omega_m_{};           ///< at the last measurement [rad/s]
   bool coasting_{true};
 };
 

@@ -9,8 +9,8 @@
 #define SEXTANT_NONBLOCKING
 #endif
 
-/// The one listed suppression: a DriveIo or an integrator is trusted here, because what stands behind the
-/// seam is the platform's own (a driver, CVODE) and is audited at run time instead.
+/// The one listed suppression: what stands between is trusted, because it calls a library without
+/// annotations (CVODE), whose freedom from allocation is tested at run time instead.
 #if defined(__clang__) && __has_cpp_attribute(clang::nonblocking)
 #define SEXTANT_TRUSTED_BEGIN \
   _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wfunction-effects\"")

@@ -25,7 +25,7 @@ struct Telemetry {
   T torque_motoring{};      ///< torque available now for motoring, magnitude [N·m]
   T torque_regenerating{};  ///< the same for regenerating [N·m]
   SwitchState switch_state{};  ///< state commanded at the end of the coming period
-  std::uint8_t sector{};       ///< sector of the stator flux, 1…6; 0 while unknown
+  std::uint8_t sector{};       ///< sector of the stator flux, 1…6; 0 without flux
   DriveState state{DriveState::init};
   bool lockout{true};                  ///< a valid disable has yet to be seen
   FaultSet active{};                   ///< faults present in this period

@@ -36,7 +36,7 @@ struct TelemetryIntervalRecord {
   T i_dc_a{};               ///< mean [A]
   T power_w{};              ///< mean electrical power u_dc i_dc [W]
   DriveState state{DriveState::init};  ///< at t_ns
-  std::uint8_t sector{};               ///< at t_ns, 1…6; 0 while unknown
+  std::uint8_t sector{};               ///< at t_ns, 1…6; 0 without flux
   std::uint8_t command_counter{};      ///< E2E counter of the command acted on
   std::int64_t command_received_ns{};  ///< when that command was received [ns]
 };

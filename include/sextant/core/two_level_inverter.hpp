@@ -28,6 +28,11 @@ template <class T>
 /// its current through a diode: the upper one, into the link, while i_x < 0. [A]
 template <class T>
 [[nodiscard]] constexpr T dc_link_current(SwitchState s, ThreePhase<T> i) noexcept {
+  if (is_driven(s)) {
+    // By multiplication: the states change too often for a branch on them to be foreseen.
+    const unsigned upper = s.upper_switches();
+    return T(upper & 1U) * i.a + T(upper >> 1U & 1U) * i.b + T(upper >> 2U & 1U) * i.c;
+  }
   const auto leg = [](LegState state, T current) {
     if (state == LegState::high) return current;
     return state == LegState::off && current < T(0) ? current : T(0);
@@ -35,13 +40,20 @@ template <class T>
   return leg(s.a(), i.a) + leg(s.b(), i.b) + leg(s.c(), i.c);
 }
 
-/// Mean of the DC-link current over a pattern that acted, with the phase currents' mean over it. [A]
+/// Mean of the DC-link current over a pattern that acted, with the phase currents' means over the segments in
+/// which every leg was driven and over the others. [A]
 template <class T>
-[[nodiscard]] constexpr T dc_link_current(const GatePattern& acted, ThreePhase<T> i_mean) noexcept {
+[[nodiscard]] constexpr T dc_link_current(const GatePattern& acted, ThreePhase<T> i_driven,
+                                          ThreePhase<T> i_open) noexcept {
+  if (acted.segments().size() == 1) {
+    const SwitchState state = acted.segments().front().state;
+    return dc_link_current(state, is_driven(state) ? i_driven : i_open);
+  }
   T charge{};
   T time{};
   for (const GateSegment& segment : acted.segments()) {
-    charge += T(segment.duration_ns) * dc_link_current(segment.state, i_mean);
+    const ThreePhase<T> i = is_driven(segment.state) ? i_driven : i_open;
+    charge += T(segment.duration_ns) * dc_link_current(segment.state, i);
     time += T(segment.duration_ns);
   }
   return time > T(0) ? charge / time : T(0);

@@ -60,17 +60,19 @@ class Drive {
   [[nodiscard]] DriveOutput<T> step(const Measurement<T>& measurement,
                                     const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
     const AvailableTorque<T> available = available_torque(measurement.omega_m);
-    const T limit = available.limit(request.command.torque, measurement.omega_m);
     // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
     const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
     const AdmittedCommand<T> admitted =
-        gate_.step(request.command, measurement.t_ns, elapsed_s(measurement.t_ns), limit, hold_at_zero);
+        gate_.step(request.command, measurement.t_ns, elapsed_s(measurement.t_ns),
+                   available.range(measurement.omega_m), hold_at_zero);
     update_state(measurement, request, admitted);
 
-    DriveOutput<T> out;
-    out.pattern = control(measurement, admitted.torque);
+    const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
+    // Made in place: a copy of what has just been stored by member stalls.
+    DriveOutput<T> out{.pattern = control(measurement, torque_reference), .telemetry = {}};
     fill(out, measurement, request, admitted, available);
-    i_before_ = measurement.i_abc;
+    out.telemetry.torque_reference = torque_reference;
+    if (Protection<T>::is_usable(measurement)) i_before_ = measurement.i_abc;
     return out;
   }
 
@@ -91,8 +93,17 @@ class Drive {
     return std::isfinite(omega_m) ? capability_.at(omega_m) : AvailableTorque<T>{};
   }
 
-  [[nodiscard]] static constexpr ThreePhase<T> mean(ThreePhase<T> x, ThreePhase<T> y) noexcept {
-    return {T(0.5) * (x.a + y.a), T(0.5) * (x.b + y.b), T(0.5) * (x.c + y.c)};
+  /// Mean of the DC-link current since the last measurement. After a gap of several periods the currents of
+  /// before count while the gates were still driven, and those of now for the rest: they die within the first
+  /// part of a millisecond. [A]
+  [[nodiscard]] T dc_link_mean(const Measurement<T>& measurement) const noexcept {
+    const ThreePhase<T>& x = i_before_;
+    const ThreePhase<T>& y = measurement.i_abc;
+    if (measurement.acted.duration_ns() > parameters_.period_ns && !measurement.acted.is_driven()) {
+      return dc_link_current(measurement.acted, x, y);
+    }
+    const ThreePhase<T> mean{T(0.5) * (x.a + y.a), T(0.5) * (x.b + y.b), T(0.5) * (x.c + y.c)};
+    return dc_link_current(measurement.acted, mean, mean);
   }
 
   /// A fault of the command matters only while the gates are on; all others matter always.
@@ -119,6 +130,7 @@ class Drive {
     };
     const DriveState next = next_state(state_, conditions);
     if (next == DriveState::fault) gate_.lock();
+    if (next == DriveState::magnetising && state_ != next) gate_.restart();
     if (state_ == DriveState::fault && next == DriveState::standby) faults_.reset();
     state_ = next;
   }
@@ -135,7 +147,7 @@ class Drive {
     }
     ControlMode mode = ControlMode::off;
     if (state_ == DriveState::magnetising) mode = ControlMode::magnetise;
-    if (state_ == DriveState::torque || state_ == DriveState::derated) mode = ControlMode::torque;
+    if (makes_torque(state_)) mode = ControlMode::torque;
     return controller_.step(measurement, {mode, torque_reference});
   }
 
@@ -145,13 +157,12 @@ class Drive {
     Telemetry<T>& x = out.telemetry;
     x.t_ns = measurement.t_ns;
     x.torque_requested = request.command.torque;
-    x.torque_reference = gates_are_on(state_) ? admitted.torque : T(0);
     x.torque = estimate.torque;
     x.psi_s = estimate.psi_s;
     x.psi_s_magnitude = estimate.psi_s_magnitude;
     x.i_abc = measurement.i_abc;
     x.u_dc = measurement.u_dc;
-    x.i_dc = dc_link_current(measurement.acted, mean(i_before_, measurement.i_abc));
+    x.i_dc = dc_link_mean(measurement);
     x.omega_m = measurement.omega_m;
     x.torque_motoring = available.motoring;
     x.torque_regenerating = available.regenerating;
@@ -177,7 +188,7 @@ class Drive {
   FaultMemory faults_{};
   std::int64_t last_t_ns_{};
   bool stepped_{false};
-  ThreePhase<T> i_before_{};  ///< phase currents at the last step [A]
+  ThreePhase<T> i_before_{};  ///< the last usable phase currents [A]
   DriveState state_{DriveState::init};
 };
 

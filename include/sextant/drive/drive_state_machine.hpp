@@ -16,8 +16,12 @@ struct DriveConditions {
   bool derated{false};      ///< less than the request is admitted
 };
 
+[[nodiscard]] constexpr bool makes_torque(DriveState s) noexcept {
+  return s == DriveState::torque || s == DriveState::derated;
+}
+
 [[nodiscard]] constexpr bool gates_are_on(DriveState s) noexcept {
-  return s == DriveState::magnetising || s == DriveState::torque || s == DriveState::derated;
+  return s == DriveState::magnetising || makes_torque(s);
 }
 
 /// The state of the coming period. A trip opens the gates whatever else is asked; a fault is left only by a

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/core/torque_range.hpp"
+
 namespace sextant {
 
 /// The torque that may be asked for at a speed, when motoring and when regenerating.
@@ -11,9 +13,9 @@ struct AvailableTorque {
   T motoring{};      ///< [N·m]
   T regenerating{};  ///< magnitude [N·m]
 
-  /// The magnitude that a torque of this sign may have at this speed. [N·m]
-  [[nodiscard]] constexpr T limit(T torque, T omega_m) const noexcept {
-    return torque * omega_m < T(0) ? regenerating : motoring;
+  /// The torques that may be asked for at this speed [rad/s], of which the sign tells what motoring is.
+  [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {
+    return {omega_m > T(0) ? -regenerating : -motoring, omega_m < T(0) ? regenerating : motoring};
   }
 };
 
@@ -37,17 +39,19 @@ class TorqueCapability {
     }
   };
 
-  constexpr explicit TorqueCapability(const Parameters& parameters) noexcept : parameters_{parameters} {}
+  constexpr explicit TorqueCapability(const Parameters& parameters) noexcept
+      : parameters_{parameters},
+        inverse_range_{T(1) / (parameters.zero_torque_speed - parameters.base_speed)} {}
 
   /// Available at mechanical speed omega_m [rad/s].
   [[nodiscard]] constexpr AvailableTorque<T> at(T omega_m) const noexcept {
-    const T over = (std::abs(omega_m) - parameters_.base_speed) /
-                   (parameters_.zero_torque_speed - parameters_.base_speed);
+    const T over = (std::abs(omega_m) - parameters_.base_speed) * inverse_range_;
     return {parameters_.torque * (T(1) - std::clamp(over, T(0), T(1))), parameters_.torque};
   }
 
  private:
   Parameters parameters_;
+  T inverse_range_;  ///< of the speeds over which the torque falls [s/rad]
 };
 
 }  // namespace sextant

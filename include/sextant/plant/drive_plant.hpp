@@ -18,7 +18,7 @@ namespace sextant {
 /// Inverter, induction machine, shaft and an appended system as one ordinary differential equation:
 ///   dpsi_s/dt   = u_s − R_s i_s
 ///   dpsi_r/dt   = −R_r i_r + j p omega_m psi_r
-///   domega_m/dt = (tau_e − tau_l − B omega_m) / J, or the imposed slope
+///   domega_m/dt = (tau_e − tau_l − B omega_m − tau_road(omega_m)) / (J + J_road), or the imposed slope
 ///   dtheta_m/dt = omega_m
 /// Torques are positive in the direction of positive speed, except tau_l, which opposes it. While legs are
 /// off, u_s depends on the state through the back-EMF and the ties of the legs change at events.
@@ -42,8 +42,11 @@ class DrivePlant {
   explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
       : machine_{parameters.machine},
         appended_{std::move(appended_system)},
-        inverse_inertia_{T(1) / parameters.machine.inertia},
-        viscous_friction_{parameters.viscous_friction} {
+        inverse_inertia_{T(1) / (parameters.machine.inertia + parameters.road_load.coupled_inertia)},
+        viscous_friction_{parameters.viscous_friction},
+        road_load_{parameters.road_load},
+        on_road_{parameters.road_load.acts()},
+        feels_road_{on_road_} {
     settle_inverter();
   }
 
@@ -56,6 +59,7 @@ class DrivePlant {
     inputs_.u_dc = inputs.u_dc;
     inputs_.tau_l = inputs.tau_l;
     inputs_.imposed_speed = inputs.imposed_speed;
+    feels_road_ = on_road_ && !inputs.imposed_speed;
     inputs_.speed_slope = inputs.speed_slope;
     ++revision_;
     if (bridge_changed) settle_inverter();
@@ -106,6 +110,8 @@ class DrivePlant {
     dx[omega] = inputs_.imposed_speed
                     ? inputs_.speed_slope
                     : (tau_e - inputs_.tau_l - viscous_friction_ * x[omega]) * inverse_inertia_;
+    if (feels_road_) [[unlikely]]
+      dx[omega] -= road_load_.torque(x[omega]) * inverse_inertia_;
     dx[theta] = x[omega];
     if constexpr (Appended::size > 0) {
       const PlantQuantities<T> q{
@@ -149,6 +155,10 @@ class DrivePlant {
   [[nodiscard]] T i_dc() const noexcept SEXTANT_NONBLOCKING { return inverter_.dc_link_current(i_s()); }
   /// Electromagnetic torque. [N·m]
   [[nodiscard]] T tau_e() const noexcept SEXTANT_NONBLOCKING { return machine_.torque(psi_s(), i_s()); }
+  /// Torque of the vehicle on the shaft, opposing positive rotation; zero where there is none. [N·m]
+  [[nodiscard]] T tau_road() const noexcept SEXTANT_NONBLOCKING {
+    return feels_road_ ? road_load_.torque(x_[omega]) : T(0);
+  }
   /// Mechanical speed. [rad/s]
   [[nodiscard]] T omega_m() const noexcept SEXTANT_NONBLOCKING { return x_[omega]; }
   /// Mechanical angle, not wrapped. [rad]
@@ -160,6 +170,11 @@ class DrivePlant {
   [[nodiscard]] const InductionMachine<T>& machine() const noexcept SEXTANT_NONBLOCKING { return machine_; }
   [[nodiscard]] const Inverter<T>& inverter() const noexcept SEXTANT_NONBLOCKING { return inverter_; }
   [[nodiscard]] const Appended& appended_system() const noexcept SEXTANT_NONBLOCKING { return appended_; }
+  /// The same, to change its inputs; integrators start anew.
+  [[nodiscard]] Appended& appended_system() noexcept SEXTANT_NONBLOCKING {
+    ++revision_;
+    return appended_;
+  }
 
  private:
   static constexpr std::size_t appended_size = std::size_t(Appended::size);
@@ -193,8 +208,11 @@ class DrivePlant {
 
   InductionMachine<T> machine_;
   Appended appended_;
-  T inverse_inertia_;   ///< 1/J [1/(kg·m²)]
+  T inverse_inertia_;   ///< 1/(J + J_road) [1/(kg·m²)]
   T viscous_friction_;  ///< B [N·m·s/rad]
+  RoadLoad<T> road_load_;
+  bool on_road_;     ///< the road load is not zero
+  bool feels_road_;  ///< and the speed is not imposed
   Inverter<T> inverter_{};
   PlantInputs<T> inputs_{};
   State x_{State::Zero()};
@@ -241,6 +259,7 @@ void DrivePlant<T, Appended>::jacobian(const State& x, Jacobian& j) const noexce
   j(omega, psi_r_alpha) = torque_gain * s.beta;
   j(omega, psi_r_beta) = -torque_gain * s.alpha;
   j(omega, omega) = -viscous_friction_ * inverse_inertia_;
+  if (on_road_) j(omega, omega) -= road_load_.slope(x[omega]) * inverse_inertia_;
 }
 
 }  // namespace sextant

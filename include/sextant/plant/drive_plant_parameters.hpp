@@ -4,6 +4,7 @@
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/switch_state.hpp"
+#include "sextant/plant/road_load.hpp"
 
 namespace sextant {
 
@@ -11,7 +12,8 @@ namespace sextant {
 template <class T = double>
 struct DrivePlantParameters {
   InductionMachineParameters<T> machine{};
-  T viscous_friction{};  ///< B, torque per speed of bearings and fan [N·m·s/rad]
+  T viscous_friction{};     ///< B, torque per speed of bearings and fan [N·m·s/rad]
+  RoadLoad<T> road_load{};  ///< of the vehicle that the shaft drives; none by default
 
   /// nullptr when the values make a plant, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
@@ -19,7 +21,7 @@ struct DrivePlantParameters {
     if (!(std::isfinite(viscous_friction) && viscous_friction >= T(0))) {
       return "the viscous friction must be finite and not below zero";
     }
-    return nullptr;
+    return road_load.validate();
   }
 };
 

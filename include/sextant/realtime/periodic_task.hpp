@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cerrno>
 #include <cstdint>
 
@@ -33,13 +32,6 @@ class PeriodicTask {
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
     }
     return schedule_.wake(now_ns());
-  }
-
-  /// Calls work(wake) at each deadline until stop becomes true.
-  template <class Work>
-  void run(const std::atomic<bool>& stop, Work&& work) {
-    start();
-    while (!stop.load(std::memory_order_acquire)) work(wait());
   }
 
   [[nodiscard]] const WakeSchedule& schedule() const noexcept { return schedule_; }

@@ -6,6 +6,7 @@
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/torque_command.hpp"
+#include "sextant/core/torque_range.hpp"
 #include "sextant/safety/setpoint_ramp.hpp"
 
 namespace sextant {
@@ -25,8 +26,9 @@ struct AdmittedCommand {
 /// Identity and end-to-end protection were checked on reception; their verdict comes with the command.
 ///   silence beyond `timeout`: ramp to zero within `zero_ramp`, heals by itself;
 ///   silence beyond `lost`: fault, and the lockout returns;
-///   torque beyond `torque_limit`: blocked, the last setpoint holds; three frames in a row: fault.
-///   Of a blocked frame only a disable counts: it neither enables nor resets, and lifts no lockout.
+///   torque beyond `torque_limit` or the contract's range: blocked, the last setpoint holds; three frames in
+///   a row, of either kind: fault. Of a blocked frame only a disable counts: it neither enables nor resets,
+///   and lifts no lockout.
 template <class T = double>
 class CommandGate {
  public:
@@ -51,11 +53,10 @@ class CommandGate {
 
   constexpr explicit CommandGate(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// One control period at t_ns, dt [s] after the one before. `available` is the magnitude of torque that the
-  /// drive can give now [N·m]; `wind_down` asks for a ramp to zero, and holds it there, whatever the command
-  /// says.
-  [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt, T available,
-                                        bool wind_down) noexcept {
+  /// One control period at t_ns, dt [s] after the one before. `available` is what the drive can give now;
+  /// `wind_down` asks for a ramp to zero, and holds it there, whatever the command says.
+  [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
+                                        TorqueRange<T> available, bool wind_down) noexcept {
     AdmittedCommand<T> out;
     const bool valid = command.sequence != 0 && command.e2e == E2eState::valid;
     const bool is_new = command.sequence != sequence_;
@@ -65,14 +66,13 @@ class CommandGate {
     const std::int64_t age_ns = t_ns - alive_ns_;
     const bool lost = age_ns > parameters_.lost_ns;
     if (valid && is_new && !lost) accept(command, out);
+    count_out_of_range(command.out_of_range, is_new);
     if (!valid || lost) lockout_ = true;
 
     if (lost) out.faults.set(Fault::command_lost);
     if (command.e2e == E2eState::invalid) out.faults.set(Fault::command_invalid);
     if (command.bus_off) out.faults.set(Fault::bus_off);
-    if (std::max(blocked_, command.out_of_range) >= parameters_.blocked_limit) {
-      out.faults.set(Fault::command_out_of_range);
-    }
+    if (blocked_ >= parameters_.blocked_limit) out.faults.set(Fault::command_out_of_range);
     out.lockout = lockout_;
     out.enable = enable_ && !lockout_ && !out.faults.any();
     follow(out, age_ns > parameters_.timeout_ns || wind_down || !out.enable, dt, available);
@@ -85,6 +85,9 @@ class CommandGate {
     setpoint_ = T(0);
     ramp_.reset();
   }
+
+  /// Takes back what was admitted: torque starts again from zero and at its rate.
+  constexpr void restart() noexcept { ramp_.reset(); }
 
  private:
   constexpr void accept(const TorqueCommand<T>& command, AdmittedCommand<T>& out) noexcept {
@@ -102,7 +105,15 @@ class CommandGate {
     setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
   }
 
-  constexpr void follow(AdmittedCommand<T>& out, bool to_zero, T dt, T available) noexcept {
+  /// Frames that the receiver dropped for their range are blocked frames as well; it counts them from zero
+  /// after each frame that it accepts.
+  constexpr void count_out_of_range(std::uint32_t in_a_row, bool accepted_one) noexcept {
+    if (accepted_one || in_a_row < out_of_range_) out_of_range_ = 0;
+    blocked_ += in_a_row - out_of_range_;
+    out_of_range_ = in_a_row;
+  }
+
+  constexpr void follow(AdmittedCommand<T>& out, bool to_zero, T dt, TorqueRange<T> available) noexcept {
     if (to_zero) {
       if (!winding_down_) zero_rate_ = std::abs(ramp_.value()) / (T(parameters_.zero_ramp_ns) * T(1e-9));
       winding_down_ = true;
@@ -110,7 +121,7 @@ class CommandGate {
       return;
     }
     winding_down_ = false;
-    const T target = std::clamp(setpoint_, -available, available);
+    const T target = std::clamp(setpoint_, available.lowest, available.highest);
     out.derated = target != setpoint_;
     out.torque = ramp_.step(target, parameters_.torque_rate * dt);
   }
@@ -121,7 +132,8 @@ class CommandGate {
   T zero_rate_{};
   std::int64_t alive_ns_{0};
   std::uint32_t sequence_{0};
-  std::uint32_t blocked_{0};
+  std::uint32_t blocked_{0};       ///< frames in a row, whatever was wrong with their torque [-]
+  std::uint32_t out_of_range_{0};  ///< of these, as the receiver last counted them [-]
   bool enable_{false};
   bool lockout_{true};
   bool winding_down_{false};

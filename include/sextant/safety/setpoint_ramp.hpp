@@ -9,25 +9,19 @@ namespace sextant {
 template <class T = double>
 class SetpointRamp {
  public:
-  /// Moves towards target by at most max_change; returns the new value. `limited()` tells whether the
-  /// target was out of reach.
+  /// Moves towards target by at most max_change; returns the new value.
   constexpr T step(T target, T max_change) noexcept {
     const T change = std::clamp(target - value_, -max_change, max_change);
-    limited_ = change != target - value_;
-    value_ = limited_ ? value_ + change : target;
+    // The target itself, so that rounding never leaves a rest.
+    value_ = change == target - value_ ? target : value_ + change;
     return value_;
   }
 
   [[nodiscard]] constexpr T value() const noexcept { return value_; }
-  [[nodiscard]] constexpr bool limited() const noexcept { return limited_; }
-  constexpr void reset() noexcept {
-    value_ = T(0);
-    limited_ = false;
-  }
+  constexpr void reset() noexcept { value_ = T(0); }
 
  private:
   T value_{};
-  bool limited_{false};
 };
 
 }  // namespace sextant

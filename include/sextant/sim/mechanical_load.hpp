@@ -32,6 +32,11 @@ class MechanicalLoad {
     return imposed_speed_ ? imposed_speed_->value(t_ns) : 0.0;
   }
 
+  /// Its right-hand derivative at t_ns. [rad/s²]
+  [[nodiscard]] double speed_slope(std::int64_t t_ns) const noexcept {
+    return imposed_speed_ ? imposed_speed_->slope(t_ns) : 0.0;
+  }
+
   /// The first instant after t_ns at which a profile jumps or changes its slope. [ns]
   [[nodiscard]] std::int64_t next_corner_ns(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
     const std::int64_t torque_ns = load_torque_.next_corner_ns(t_ns);

@@ -14,13 +14,22 @@ enum class Metric : std::uint8_t {
   torque_ripple_pp,
   torque_ripple_rms,
   torque_bias,
+  torque_error_rms,
+  torque_error_max,
   response_time,
   flux_mean,
   flux_min,
   flux_max,
   switching_frequency,
+  torque_pulse_frequency,
+  dwell_limited,
   peak_current,
   current_thd,
+  energy_from_link,
+  energy_to_link,
+  energy_shaft,
+  energy_copper,
+  speed_error_rms,
   simulated,
   wall,
   realtime_factor
@@ -33,21 +42,31 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 13;
+inline constexpr std::size_t metric_count = 22;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
     {"torque_ripple_pp_nm", "N·m", "largest minus smallest torque error in the window"},
     {"torque_ripple_rms_nm", "N·m", "RMS of the torque error about its mean in the window"},
     {"torque_bias_nm", "N·m", "mean torque error, torque minus reference, in the window"},
-    {"response_time_ms", "ms", "from the step to the first sample at 95 % of it"},
+    {"torque_error_rms_nm", "N·m", "RMS of torque minus reference in the window"},
+    {"torque_error_max_nm", "N·m", "largest magnitude of torque minus reference in the window"},
+    {"response_time_ms", "ms", "from the step until the torque has covered 95 % of it"},
     {"flux_mean_wb", "Wb", "mean stator flux magnitude in the window"},
     {"flux_min_wb", "Wb", "smallest stator flux magnitude in the window"},
     {"flux_max_wb", "Wb", "largest stator flux magnitude in the window"},
     {"switching_frequency_hz", "Hz",
      "turn-ons of an upper switch per second in the window, mean of the legs"},
+    {"torque_pulse_frequency_hz", "Hz",
+     "pulses of the torque comparator per second in the window; sampled: zero vectors left for active ones"},
+    {"dwell_limited", "1", "switching events of the whole run that had to wait for the minimum dwell"},
     {"peak_current_a", "A", "largest phase current of the whole run"},
     {"current_thd_percent", "%", "current harmonics to fundamental in the window"},
+    {"energy_from_link_j", "J", "drawn from the DC link in the window"},
+    {"energy_to_link_j", "J", "fed back into the DC link in the window"},
+    {"energy_shaft_j", "J", "net work of the air-gap torque on the shaft in the window"},
+    {"energy_copper_j", "J", "lost in the windings in the window"},
+    {"speed_error_rms_rad_s", "rad/s", "RMS of speed minus its reference in the window, if there is one"},
     {"simulated_s", "s", "length of the run in the drive's time"},
     {"wall_s", "s", "length of the run in wall time"},
     {"realtime_factor", "1", "simulated time per wall time"},

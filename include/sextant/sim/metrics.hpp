@@ -6,7 +6,11 @@
 
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
+#include "sextant/sim/energy_account.hpp"
 #include "sextant/sim/metric_list.hpp"
+#include "sextant/sim/metrics_sample.hpp"
+#include "sextant/sim/moments.hpp"
+#include "sextant/sim/step_response.hpp"
 
 namespace sextant {
 
@@ -24,26 +28,18 @@ struct MetricsParameters {
   }
 };
 
-/// The true state of drive and plant at one instant; the plant's values, not the estimator's.
-struct MetricsSample {
-  std::int64_t t_ns{};         ///< from the beginning of the run [ns]
-  double torque_reference{};   ///< [N·m]
-  double torque{};             ///< air-gap torque [N·m]
-  SpaceVector<> psi_s{};       ///< stator flux linkage, stationary frame [Wb]
-  SpaceVector<> i_s{};         ///< stator current, stationary frame [A]
-  double omega_m{};            ///< mechanical speed [rad/s]
-  SwitchState switch_state{};  ///< in force from t_ns on
-};
-
-/// Reduces a run to its metrics, in constant memory, from one sample per control period.
+/// Reduces a run to its metrics, in constant memory: a sampled run from one sample per control period
+/// (`add`), an event-exact one from the segments between its instants (`add_segment`). A run uses one of the
+/// two.
 ///
 /// - Torque ripple and bias are those of the error T − T_ref in the window, so that a moving reference does
 ///   not count as ripple.
-/// - The response time runs from `step_ns` to the first sample whose torque has covered 95 % of the way from
-///   the reference before the step to the reference at its first sample. A reference before the first sample
-///   counts as zero.
+/// - The response time runs from `step_ns` until the torque has covered 95 % of the way from the reference
+///   before the step to the reference at the step (`StepResponse`).
 /// - The switching frequency counts turn-ons of each leg's upper switch, which is the switching frequency of
 ///   one device, and averages the legs.
+/// - Pulses of the torque comparator are told by `pulse`. A sampled run has no such event: there the state
+///   that goes from a zero vector to an active one is the pulse.
 /// - Current THD is that of the space vector in the frame of the stator flux. There the fundamental is
 ///   constant, I_1 = mean(i), at any and even at changing speed, and
 ///     THD = sqrt(mean|i|² − |mean i|²) / |mean i|.
@@ -51,8 +47,10 @@ struct MetricsSample {
 ///   load steps has neither, nor a carrier to synchronise with. Ripple of the flux angle itself is thereby
 ///   part of the frame and does not count. For sinusoidal flux and balanced harmonics it is the phase
 ///   currents' THD.
+/// - The energies from and to the link are the integrals of the positive and of the negative part of its
+///   power: in a sampled run of its mean over each control period, in an event-exact run of its instantaneous
+///   value, which is why only their difference compares between the two.
 ///
-/// Means and variances use Welford's recurrence (Technometrics 4(3), 1962), which does not cancel.
 /// A sample that is not finite makes every metric NaN: a broken run must not look like a good one.
 class MetricsAccumulator {
  public:
@@ -62,41 +60,57 @@ class MetricsAccumulator {
   /// Adds a sample; times must not decrease.
   void add(const MetricsSample& sample) noexcept;
 
+  /// Adds the time between two instants. Torque, reference, flux magnitude, current in the flux frame, speed
+  /// and link power run linearly from `before` to `after`, and weigh by their duration; the window cuts a
+  /// segment where its end lies. What jumps, as a reference does, jumps between the `after` of one segment
+  /// and the `before` of the next. A segment without length has no weight.
+  void add_segment(const MetricsSample& before, const MetricsSample& after) noexcept;
+
   /// Tells of a switching edge between two samples, for patterns of several segments and event-exact runs.
   /// `add` does this by itself for its sample's state.
   void commutate(std::int64_t t_ns, SwitchState state) noexcept;
+
+  /// Tells of the beginning of a torque comparator's pulse in an event-exact run.
+  void pulse(std::int64_t t_ns) noexcept;
+
+  /// Tells of an event that has to wait for the minimum dwell in an event-exact run.
+  void defer() noexcept { ++deferred_; }
 
   /// The metrics so far. Those of the simulation's speed are the runner's to fill in.
   [[nodiscard]] MetricList metrics() const noexcept;
 
  private:
-  struct RunningMean {
-    double mean{};
-    double sum_of_squares{};  // of the deviations from the mean
-    double min{std::numeric_limits<double>::infinity()};
-    double max{-std::numeric_limits<double>::infinity()};
+  enum Quantity : Eigen::Index { torque_error, flux, i_flux, i_quadrature, quantities };
 
-    void add(double x, double weight) noexcept;  // weight: one over the number of values, x included
+  struct WindowValues {
+    Moments<quantities>::Values values{};  // current along the stator flux and 90 electrical degrees ahead
+    double speed_error{};
+    DrivePowers powers{};
   };
 
+  [[nodiscard]] static WindowValues window_values(const MetricsSample& sample) noexcept;
+  [[nodiscard]] static WindowValues between(const WindowValues& a, const WindowValues& b,
+                                            double share) noexcept;
+  void note_current(SpaceVector<> i_s) noexcept;
   void add_to_window(const MetricsSample& sample) noexcept;
-  void watch_step(const MetricsSample& sample) noexcept;
-  [[nodiscard]] double switching_frequency() const noexcept;
+  void add_to_window(const WindowValues& a, const WindowValues& b, double seconds) noexcept;
+  void fill_window_metrics(MetricList& m) const noexcept;
 
   MetricsParameters parameters_;
-  RunningMean torque_error_{};
-  RunningMean flux_{};
-  RunningMean i_flux_{};        // current along the stator flux [A]
-  RunningMean i_quadrature_{};  // current 90 electrical degrees ahead of it [A]
-  std::int64_t samples_{0};     // in the window
-  std::int64_t first_ns_{};     // first and last sample in the window
+  StepResponse response_;
+  Moments<quantities> moments_{};
+  double speed_error_squares_{0};
+  EnergyAccount energy_{};
+  std::int64_t first_ns_{};  // first and last sample in the window
   std::int64_t last_ns_{};
-  std::int64_t turn_ons_{0};  // of the three upper switches
+  DrivePowers last_powers_{};
+  std::int64_t turn_ons_{0};     // of the three upper switches
+  std::int64_t activations_{0};  // zero vectors left for active ones
+  std::int64_t pulses_{0};
+  std::int64_t deferred_{0};
   std::optional<SwitchState> switch_state_{};
-  double reference_before_{0};
-  std::optional<double> reference_after_{};
-  std::optional<double> response_ms_{};
   double peak_current_{0};
+  bool event_exact_{false};
   bool any_{false};
   bool finite_{true};
 };

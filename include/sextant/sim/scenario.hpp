@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "sextant/sim/driver.hpp"
 #include "sextant/sim/expectation.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/metrics.hpp"
@@ -12,12 +14,19 @@
 
 namespace sextant {
 
+/// A vehicle whose driver follows a speed by torque commands.
+struct DrivenCycle {
+  ProfileParameters speed{};  ///< of the vehicle, as it shall be [m/s]
+  Driver::Parameters driver{};
+};
+
 /// What happens in a run, and what is expected of it; drive and plant are described apart.
 struct Scenario {
   std::string name{};
   std::string description{};
   std::int64_t duration_ns{1'000'000'000};  ///< [ns]
   ProfileParameters torque_reference{};     ///< [N·m]
+  std::optional<DrivenCycle> cycle{};       ///< its driver gives the torque reference instead
   MechanicalLoad::Parameters load{};
   MetricsParameters metrics{};
   TraceParameters trace{};

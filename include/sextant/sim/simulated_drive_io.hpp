@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/plant/drive_plant.hpp"
@@ -28,6 +29,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
     double u_dc{530.0};              ///< stiff DC-link voltage [V]
     int actuation_delay_periods{0};  ///< 1: a pattern acts one period after it was written [-]
     int hold_periods{1};             ///< periods for which a pattern holds that is not renewed [-]
+    /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
+    std::optional<std::int64_t> load_origin_ns{0};
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
@@ -47,23 +50,32 @@ class SimulatedDriveIo final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
-    const GatePattern acted = acting_until(elapsed_ns);
-    for (const GateSegment& segment : acted.segments()) advance(segment);
+    // Made in place: a copy of a pattern that has just been stored by member stalls.
+    Measurement<double> now{.t_ns = t_ns, .u_dc = parameters_.u_dc, .acted = acting_until(elapsed_ns)};
+    for (const GateSegment& segment : now.acted.segments()) advance(segment);
+    now.i_abc = plant_.i_abc();
+    now.omega_m = plant_.omega_m();
     // No room in `acted` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
-    const bool complete = acted.duration_ns() == elapsed_ns;
-    const bool plausible = complete && !failed_ && plant_.state().allFinite();
-    return {t_ns, plant_.i_abc(), parameters_.u_dc, plant_.omega_m(), acted, plausible};
+    const bool complete = now.acted.duration_ns() == elapsed_ns;
+    now.plausible = complete && !failed_ && plant_.state().allFinite();
+    return now;
   }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
-    active_ = parameters_.actuation_delay_periods == 0 ? pattern : delayed_;
-    delayed_ = pattern;
+    if (parameters_.actuation_delay_periods == 0) {
+      active_ = pattern;
+    } else {
+      active_ = delayed_;
+      delayed_ = pattern;
+    }
   }
 
   [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }
 
-  /// Load torque that acts on the shaft at the plant's present time. [N·m]
-  [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING { return load_.torque(plant_t_ns_); }
+  /// Load torque that acts on the shaft at the plant's present time, a vehicle's included. [N·m]
+  [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING {
+    return load_.torque(load_time(plant_t_ns_)) + plant_.tau_road();
+  }
 
   /// False once an integration has failed; the plant stands still from then on.
   [[nodiscard]] bool healthy() const noexcept SEXTANT_NONBLOCKING { return !failed_; }
@@ -72,8 +84,12 @@ class SimulatedDriveIo final : public DriveIo<double> {
   void start(std::int64_t t_ns) noexcept {
     started_ = true;
     plant_t_ns_ = t_ns;
-    if (load_.imposes_speed()) plant_.set_speed(load_.speed(t_ns));
+    load_origin_ns_ = parameters_.load_origin_ns.value_or(t_ns);
+    if (load_.imposes_speed()) plant_.set_speed(load_.speed(load_time(t_ns)));
   }
+
+  /// The drive's clock, as the profiles of the load count. [ns]
+  [[nodiscard]] std::int64_t load_time(std::int64_t t_ns) const noexcept { return t_ns - load_origin_ns_; }
 
   /// The pattern in force, stretched to the time that has passed since the last read.
   [[nodiscard]] GatePattern acting_until(std::int64_t elapsed_ns) const noexcept {
@@ -97,21 +113,32 @@ class SimulatedDriveIo final : public DriveIo<double> {
   void advance(const GateSegment& segment) noexcept {
     const std::int64_t end_ns = plant_t_ns_ + segment.duration_ns;
     while (!failed_ && plant_t_ns_ < end_ns) {
-      advance(segment.state, std::min(end_ns, load_.next_corner_ns(plant_t_ns_)) - plant_t_ns_);
+      const std::int64_t load_ns = load_time(plant_t_ns_);
+      advance(segment.state, std::min(end_ns - plant_t_ns_, load_.next_corner_ns(load_ns) - load_ns));
     }
   }
 
   /// Over a piece in which the load is linear: its torque acts with its mean.
   void advance(SwitchState state, std::int64_t duration_ns) noexcept {
-    const std::int64_t end_ns = plant_t_ns_ + duration_ns;
-    PlantInputs<double> inputs{state, parameters_.u_dc, load_.torque(plant_t_ns_ + duration_ns / 2),
+    const std::int64_t begin_ns = load_time(plant_t_ns_);
+    PlantInputs<double> inputs{state, parameters_.u_dc, load_.torque(begin_ns + duration_ns / 2),
                                load_.imposes_speed(), 0.0};
     if (inputs.imposed_speed) {
-      inputs.speed_slope = (load_.speed(end_ns) - plant_.omega_m()) / (double(duration_ns) * 1e-9);
+      const double duration_s = double(duration_ns) * 1e-9;
+      // To where the piece leads, not to what a jump at its end makes of it.
+      const double end_speed = load_.speed(begin_ns) + load_.speed_slope(begin_ns) * duration_s;
+      inputs.speed_slope = (end_speed - plant_.omega_m()) / duration_s;
     }
     plant_.set_inputs(inputs);
     failed_ = !integrator_.advance(plant_, duration_ns);
-    plant_t_ns_ = end_ns;
+    plant_t_ns_ += duration_ns;
+    if (inputs.imposed_speed && !failed_) jump_to(load_.speed(begin_ns + duration_ns));
+  }
+
+  /// A step of the imposed speed acts at its instant; what is less than one is rounding.
+  void jump_to(double speed) noexcept {
+    constexpr double rounding_rad_s = 1e-6;
+    if (std::abs(speed - plant_.omega_m()) > rounding_rad_s) plant_.set_speed(speed);
   }
 
   Parameters parameters_;
@@ -121,6 +148,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   GatePattern active_{};
   GatePattern delayed_{};
   std::int64_t plant_t_ns_{0};
+  std::int64_t load_origin_ns_{0};
   bool started_{false};
   bool failed_{false};
 };

@@ -16,6 +16,9 @@ from drive_process import DriveProcess
 from kernel import is_user_mode_linux
 from sextant_py import bus
 from sextant_py.errors import UserError
+from verdict import pytest_runtest_makereport, pytest_sessionfinish
+
+__all__ = ["pytest_runtest_makereport", "pytest_sessionfinish"]
 
 KIND = os.environ.get("SEXTANT_LIVE_BUS", "udp_multicast")
 FULL_HZ = 1000
@@ -23,6 +26,9 @@ SLOW_HZ = 100
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line(
+        "markers", "timing: its assertions are deadlines, which a stalled host can miss; see verdict"
+    )
     config.addinivalue_line("markers", "nightly: in User Mode Linux at times spoilt by the host; see run")
 
 

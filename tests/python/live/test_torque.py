@@ -50,7 +50,8 @@ def response_s(span: Span, torque_nm: float, tolerance_nm: float) -> float:
     received_ns = span.command_received_ns[first]
     there = np.abs(span.torque_mean_nm - torque_nm) <= tolerance_nm
     there[:first] = False
-    assert there.any(), f"{torque_nm:g} N·m was never reached"
+    if not there.any():
+        pytest.fail(f"{torque_nm:g} N·m was never reached")
     return float(span.t_ns[int(np.argmax(there))] - received_ns) * 1e-9
 
 
@@ -60,6 +61,7 @@ def held(span: Span, torque_nm: float) -> Span:
     return span.between(begin_ns, begin_ns + round(HOLD_S * 1e9))
 
 
+@pytest.mark.timing
 @pytest.mark.parametrize("speed_rad_s", [0.0, 30.0, -30.0, 100.0, -100.0])
 def test_steps(speed_rad_s: float, live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]) -> None:
     if abs(speed_rad_s) > SLOW_RAD_S:

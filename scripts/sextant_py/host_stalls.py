@@ -1,6 +1,6 @@
 """Counts how often the host stopped this machine while other work ran: sleeps of a millisecond that took much longer.
 
-Usage: host_stalls.py FILE. Writes the count so far to FILE until it is terminated.
+Usage: host_stalls.py FILE. Writes the count so far, and the longest [ms], to FILE until it is terminated.
 """
 
 import sys

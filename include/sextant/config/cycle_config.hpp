@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "sextant/config/schema.hpp"
+#include "sextant/plant/vehicle_parameters.hpp"
+#include "sextant/sim/driver.hpp"
+#include "sextant/sim/passive_ev_load.hpp"
+#include "sextant/sim/profile.hpp"
+
+namespace sextant {
+
+/// A drive cycle that takes the place of torque profile and load, and what it drives.
+struct CycleConfig {
+  enum class Load : std::uint8_t { passive_ev, vehicle };
+  std::string file{};         ///< of the cycle; empty: none is given
+  ProfileParameters speed{};  ///< of the vehicle, as that file has it [m/s]
+  Load load{Load::passive_ev};
+  std::string table{};  ///< file that passive_ev.rows are from
+  PassiveEvLoad::Parameters passive_ev{};
+  VehicleParameters vehicle{};
+  Driver::Parameters driver{};  ///< its vehicle is the one above
+
+  [[nodiscard]] bool drives_vehicle() const noexcept { return is_given() && load == Load::vehicle; }
+
+  [[nodiscard]] bool is_given() const noexcept { return !file.empty(); }
+
+  /// Empty when usable or not given, else what is wrong.
+  [[nodiscard]] std::string validate() const;
+};
+
+/// Sections cycle, vehicle and driver.
+void describe(Section root, CycleConfig& config);
+
+}  // namespace sextant

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cmath>
+
+#include "sextant/plant/road_load.hpp"
+
+namespace sextant {
+
+/// A vehicle that moves along its road, each of its motors in a wheel, without gears and without slip:
+///   v = r omega_m
+///   m dv/dt = n tau/r − m g (c_rr cos α sgn v + sin α) − 1/2 ρ c_d A v|v|
+/// It loads and slows every motor alike, see `road_load`.
+struct VehicleParameters {
+  double mass{0};                ///< m, all of it; 0: there is no vehicle [kg]
+  int motors{2};                 ///< n, which share the work evenly [-]
+  double wheel_radius{0.3};      ///< r, loaded [m]
+  double rolling_coefficient{};  ///< c_rr [-]
+  double drag_area{};            ///< c_d A [m²]
+  double air_density{1.2};       ///< ρ, at 20 °C and sea level [kg/m³]
+  double grade{};                ///< tan α, above zero uphill [-]
+  double wheel_inertia{};        ///< of each driven wheel without the rotor in it [kg·m²]
+  double standstill_speed{0.1};  ///< below it the rolling resistance fades [m/s]
+
+  [[nodiscard]] bool is_given() const noexcept { return mass > 0; }
+
+  /// nullptr when usable, else what is wrong.
+  [[nodiscard]] const char* validate() const noexcept {
+    const auto at_least_zero = [](double x) { return std::isfinite(x) && x >= 0; };
+    if (!at_least_zero(mass)) return "the mass must be finite and not below zero";
+    if (motors < 1) return "there must be at least one motor";
+    if (!(at_least_zero(wheel_radius) && wheel_radius > 0)) return "the wheel radius must be above zero";
+    if (!at_least_zero(rolling_coefficient)) return "the rolling coefficient must not be below zero";
+    if (!at_least_zero(drag_area)) return "the drag area must not be below zero";
+    if (!at_least_zero(air_density)) return "the air density must not be below zero";
+    if (!std::isfinite(grade)) return "the grade must be finite";
+    if (!at_least_zero(wheel_inertia)) return "the wheel inertia must not be below zero";
+    return at_least_zero(standstill_speed) && standstill_speed > 0
+               ? nullptr
+               : "the standstill speed must be above zero";
+  }
+};
+
+/// The vehicle as one of its motors feels it.
+[[nodiscard]] inline RoadLoad<> road_load(const VehicleParameters& v) noexcept {
+  constexpr double gravity = 9.80665;  // [m/s²]
+  const double share = v.wheel_radius / v.motors;
+  const double cosine = 1.0 / std::sqrt(1.0 + v.grade * v.grade);
+  return {.quadratic_drag = share * 0.5 * v.air_density * v.drag_area * v.wheel_radius * v.wheel_radius,
+          .rolling_torque = share * v.mass * gravity * v.rolling_coefficient * cosine,
+          .rolling_speed = v.standstill_speed / v.wheel_radius,
+          .grade_torque = share * v.mass * gravity * v.grade * cosine,
+          .coupled_inertia = share * v.mass * v.wheel_radius + v.wheel_inertia};
+}
+
+/// Mass that the motors together accelerate when each rotor has this inertia [kg·m²]. [kg]
+[[nodiscard]] inline double accelerated_mass(const VehicleParameters& v, double rotor_inertia) noexcept {
+  return v.mass + v.motors * (v.wheel_inertia + rotor_inertia) / (v.wheel_radius * v.wheel_radius);
+}
+
+}  // namespace sextant

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+
+#include "sextant/sim/event_engine_outcome.hpp"
+#include "sextant/sim/event_exact_system.hpp"
+
+namespace sextant {
+
+/// Moves an event-exact system by the classical Runge-Kutta method of order 4; events are located on the
+/// step's cubic Hermite interpolant by bracketed secants and the state is taken from it there. With steps of
+/// 10 µs and a time constant of 4 ms the interpolation error is some 1e-13 of the fluxes.
+/// Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", II.1 and II.6.
+class FixedStepEventEngine {
+ public:
+  using State = EventExactSystem::State;
+
+  /// Longest step [s].
+  explicit FixedStepEventEngine(double max_step) noexcept : max_step_{max_step} {}
+
+  /// One step towards `duration` [s] from now, or to the first event in it; `detect` false runs past events.
+  [[nodiscard]] EventPiece advance(EventExactSystem& system, double duration, bool detect) noexcept;
+
+  /// The right-hand side or the state has jumped.
+  void restart() noexcept { slope_known_ = false; }
+
+ private:
+  /// Cubic Hermite interpolation between both ends of a step, s from 0 to 1.
+  struct Interpolant {
+    State x0, x1, d0, d1;
+    [[nodiscard]] State at(double s) const noexcept {
+      const double r = 1.0 - s;
+      const double w0 = r * r * (1.0 + 2.0 * s), w1 = s * s * (3.0 - 2.0 * s);
+      const double v0 = s * r * r, v1 = -s * s * r;
+      State x;
+      for (int i = 0; i < EventExactSystem::size; ++i)
+        x[i] = w0 * x0[i] + w1 * x1[i] + v0 * d0[i] + v1 * d1[i];
+      return x;
+    }
+  };
+
+  static State runge_kutta(const EventExactSystem& system, const State& x, const State& k1,
+                           double h) noexcept;
+  /// An event and the fraction of the step at which it has just come.
+  struct Found {
+    int event{-1};  ///< −1 where none comes
+    double s{2.0};
+  };
+  static Found first_event(const EventExactSystem& system, const Interpolant& path) noexcept;
+  /// Value of an event function at a fraction of the step.
+  struct Point {
+    double s, g;
+  };
+  /// Fraction at which the event function, known at the beginning, in the middle and at the end, has just
+  /// fallen below zero, by no more than the tolerance.
+  static double locate(const EventExactSystem& system, const Interpolant& path, int event,
+                       const std::array<double, 3>& g) noexcept;
+  /// Where the parabola through the three values falls to `aim`; may be NaN or outside of the step.
+  static double root_of_parabola(const std::array<double, 3>& g, double aim) noexcept;
+
+  double max_step_;  ///< [s]
+  State slope_{};    ///< dx/dt at the system's present state
+  bool slope_known_{false};
+};
+
+}  // namespace sextant

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "sextant/sim/trace_row.hpp"
+
+namespace sextant {
+
+/// Reduces the plant's values of an interval to one row: minimum and maximum of torque, flux and current,
+/// so that no peak between two rows is lost, the mean of torque and flux, and the last value of the rest.
+///
+/// The values are those of control periods, which weigh the same, or of the ends of segments over which they
+/// run linearly, which weigh by their duration. A NaN makes the mean NaN and leaves minimum and maximum to
+/// the numbers.
+class PlantEnvelope {
+ public:
+  /// Adds one control period.
+  void add(const PlantSample& sample) noexcept {
+    weight_ += 1;
+    torque_sum_ += sample.torque;
+    flux_sum_ += include(sample);
+  }
+
+  /// Adds a segment of an event-exact run, which begins where the one before ended: the plant's state does
+  /// not jump.
+  void add_segment(const PlantSample& before, const PlantSample& after, double seconds) noexcept {
+    if (weight_ == 0) last_flux_ = include(before);
+    const double flux = include(after);
+    weight_ += seconds;
+    torque_sum_ += 0.5 * seconds * (before.torque + after.torque);
+    flux_sum_ += 0.5 * seconds * (last_flux_ + flux);
+    last_flux_ = flux;
+  }
+
+  /// The interval so far, which ends with `last`.
+  [[nodiscard]] PlantRow row(const PlantSample& last) const noexcept {
+    return {.torque_nm = last.torque,
+            .torque_mean_nm = torque_sum_ / weight_,
+            .torque_min_nm = torque_.lowest(),
+            .torque_max_nm = torque_.highest(),
+            .psi_s_wb = magnitude(last.psi_s),
+            .flux_mean_wb = flux_sum_ / weight_,
+            .flux_min_wb = flux_.lowest(),
+            .flux_max_wb = flux_.highest(),
+            .psi_s_alpha_wb = last.psi_s.alpha,
+            .psi_s_beta_wb = last.psi_s.beta,
+            .psi_r_alpha_wb = last.psi_r.alpha,
+            .psi_r_beta_wb = last.psi_r.beta,
+            .current_min_a = std::sqrt(current_squared_.lowest()),
+            .current_max_a = std::sqrt(current_squared_.highest()),
+            .i_a_a = last.i_abc.a,
+            .i_b_a = last.i_abc.b,
+            .i_c_a = last.i_abc.c,
+            .u_dc_v = last.u_dc,
+            .omega_m_rad_s = last.omega_m,
+            .tau_l_nm = last.tau_l};
+  }
+
+  /// Begins the next interval.
+  void reset() noexcept { *this = {}; }
+
+ private:
+  struct Limits {
+    double min{std::numeric_limits<double>::infinity()};
+    double max{-std::numeric_limits<double>::infinity()};
+
+    void include(double x) noexcept {
+      min = x < min ? x : min;
+      max = x > max ? x : max;
+    }
+    // Infinite limits are left only where no value was a number.
+    [[nodiscard]] double lowest() const noexcept {
+      return min > max ? std::numeric_limits<double>::quiet_NaN() : min;
+    }
+    [[nodiscard]] double highest() const noexcept {
+      return min > max ? std::numeric_limits<double>::quiet_NaN() : max;
+    }
+  };
+
+  // Returns the magnitude of the flux.
+  double include(const PlantSample& sample) noexcept {
+    const SpaceVector<> i_s = clarke(sample.i_abc);
+    const double psi = magnitude(sample.psi_s);
+    torque_.include(sample.torque);
+    flux_.include(psi);
+    current_squared_.include(dot(i_s, i_s));
+    return psi;
+  }
+
+  double weight_{0};
+  double torque_sum_{0};
+  double flux_sum_{0};
+  double last_flux_{0};  // at the end of the last segment [Wb]
+  Limits torque_{};
+  Limits flux_{};
+  Limits current_squared_{};
+};
+
+}  // namespace sextant

@@ -1,0 +1,93 @@
+"""Runs a part of the paper's scenarios again and compares with the numbers of docs/paper."""
+
+import argparse
+import os
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from . import paper
+from .errors import run
+from .paper_lab import Lab
+from .paper_numbers import Numbers, differences, load
+from .paper_page import render
+from .paths import ROOT
+
+COMMITTED = ROOT / "docs" / "paper"
+
+
+def measured(mil: Path, jobs: int) -> Numbers:
+    numbers = Numbers()
+    with tempfile.TemporaryDirectory(prefix="sextant_paper_") as work:
+        lab = Lab(mil, Path(work), jobs)
+        try:
+            paper.measure(lab, numbers, True, lambda _: None)
+        finally:
+            lab.close()
+    return numbers
+
+
+def page_differences(directory: Path, numbers: Numbers) -> list[str]:
+    """The page must be what its numbers make of the template, and its pictures must be there."""
+    page = directory / "README.md"
+    written = page.read_text(encoding="utf-8") if page.is_file() else ""
+    wanted = render(numbers)
+    found = []
+    if written != wanted:
+        pairs = zip(written.splitlines(), wanted.splitlines(), strict=False)
+        line = next((k for k, (a, b) in enumerate(pairs, 1) if a != b), "its end")
+        found.append(f"{page.name}: line {line} is not what numbers.json makes of it; scripts/paper_report --page does")
+    for name in paper.PICTURES:
+        if not (directory / f"{name}.png").is_file():
+            found.append(f"{name}.png is missing; scripts/paper_report draws it")
+    return found
+
+
+def changed(numbers: Numbers, name: str) -> Numbers:
+    """The same with one number off by three tolerances."""
+    number = numbers.entries[name]
+    entries = numbers.entries | {name: replace(number, value=number.value + 3 * (number.tolerance or 1))}
+    return Numbers(entries)
+
+
+def self_test(committed: Numbers, now: Numbers) -> list[str]:
+    """What a changed number would have slipped through."""
+    slipped = []
+    for name in now.entries:
+        number = committed.entries[name]
+        if number.tolerance and number.value == number.value and not differences(changed(committed, name), now):
+            slipped.append(f"{name}: a change of three tolerances was not found")
+    on_page = "response/centred/dead/15"
+    if render(changed(committed, on_page)) == render(committed):
+        slipped.append(f"{on_page}: a change does not show on the page")
+    return slipped
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="check_paper", description="Runs a part of the paper's scenarios again and compares with docs/paper."
+    )
+    parser.add_argument("--self-test", action="store_true", help="every number of the part, changed, must be found")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
+    )
+    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    options = parser.parse_args(arguments)
+    committed = load(COMMITTED / "numbers.json")
+    now = measured(paper.find_mil(options.mil), options.jobs)
+    if options.self_test:
+        found = self_test(committed, now)
+        good = f"found: a changed number, whichever of {len(now.entries)}"
+    else:
+        found = differences(committed, now) + page_differences(COMMITTED, committed)
+        good = f"docs/paper: {len(now.entries)} of its {len(committed.entries)} numbers measured again, all hold."
+    for sentence in found:
+        print(f"check_paper: {sentence}", file=sys.stderr)
+    if not found:
+        print(good)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    run("check_paper", main)

@@ -1,0 +1,165 @@
+"""The curves of docs/paper that are made of its numbers."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from .paper_numbers import Numbers
+from .paper_style import EXACT, PAPER, REFERENCE, SAMPLED, THIRD, save, sheet
+
+
+def curve(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Keys as numbers and values, in rising order, without those that are none."""
+    pairs = sorted((float(key), value) for key, value in values.items() if np.isfinite(value))
+    return np.array([k for k, _ in pairs]), np.array([v for _, v in pairs])
+
+
+def response(numbers: Numbers, file: Path) -> None:
+    figure, panels = sheet(1, 2, 3.8)
+    time, surge = panels[0]
+    for reading, colour, label in (("centred", EXACT, "centred sectors"), ("v1", THIRD, "sectors from V1")):
+        time.plot(
+            *curve(numbers.under(f"response/{reading}/dead/")),
+            "o-",
+            color=colour,
+            markersize=4,
+            label=f"{label}, dead machine",
+        )
+        surge.plot(*curve(numbers.under(f"surge/{reading}/")), "o-", color=colour, markersize=4, label=label)
+    time.plot(
+        *curve(numbers.under("response/centred/magnetised/")),
+        "s-",
+        color=SAMPLED,
+        markersize=4,
+        label="magnetised, either reading",
+    )
+    time.axhline(3.7, color=PAPER, linewidth=1.0)
+    time.annotate("paper: 3.7 ms", (128, 3.7), xytext=(0, -11), textcoords="offset points", color=PAPER, ha="right")
+    time.axhline(5, color=REFERENCE, linestyle="--", linewidth=1.0)
+    time.annotate("ABB: 5 ms", (2, 5), xytext=(0, 4), textcoords="offset points")
+    time.set(
+        xlim=(0, 134),
+        ylim=(0, 9.6),
+        title="95 % of a step, event-exact",
+        xlabel="Step [N·m]",
+        ylabel="Response time [ms]",
+    )
+    time.legend(loc="upper left")
+    surge.set(
+        xlim=(0, 134),
+        ylim=(0, 195),
+        title="Largest phase current of the start",
+        xlabel="Step [N·m]",
+        ylabel="Current [A]",
+    )
+    surge.legend(loc="lower right")
+    save(figure, file)
+
+
+def ripple(numbers: Numbers, file: Path) -> None:
+    figure, panels = sheet(1, 2, 4.0)
+    over_speed, limit = panels[0]
+    for torque, colour in ((15, EXACT), (50, THIRD), (130, PAPER)):
+        over_speed.semilogy(
+            *curve(numbers.under(f"ripple/{torque}/")),
+            "o-",
+            color=colour,
+            markersize=4,
+            label=f"{torque} N·m, event-exact",
+        )
+        over_speed.semilogy(
+            *curve(numbers.under(f"ripple_sampled/{torque}/")),
+            "s--",
+            color=colour,
+            markersize=3.5,
+            linewidth=0.9,
+            alpha=0.75,
+            label=f"{torque} N·m, sampled at 25 µs",
+        )
+    over_speed.axhline(0.918, color=REFERENCE, linestyle=":", linewidth=1.0)
+    over_speed.annotate("HB 0.918", (119, 0.918), xytext=(0, -12), textcoords="offset points", ha="right")
+    over_speed.set_yticks([0.5, 1, 2, 5, 10, 20], ["0.5", "1", "2", "5", "10", "20"])
+    over_speed.minorticks_off()
+    over_speed.set(
+        ylim=(0.5, 60), xlim=(0, 122), title="Ripple, peak to peak", xlabel="Speed [rad/s]", ylabel="Ripple [N·m]"
+    )
+    over_speed.legend(loc="upper left", ncols=2, fontsize=8)
+    limit.plot(
+        *curve(numbers.under("limit_speed/")), "o-", color=EXACT, markersize=4, label="measured: ripple below 0.96 N·m"
+    )
+    limit.plot(
+        *curve(numbers.under("limit_speed_calculated/")),
+        color=PAPER,
+        linestyle="--",
+        label="calculated: weakest vector still holds",
+    )
+    limit.set(
+        xlim=(0, 134),
+        ylim=(0, 100),
+        title="Speed up to which the ripple is the band",
+        xlabel="Torque [N·m]",
+        ylabel="Speed [rad/s]",
+    )
+    limit.legend(loc="lower left")
+    save(figure, file)
+
+
+def frequency(numbers: Numbers, file: Path) -> None:
+    figure, panels = sheet(1, 2, 4.0, sharey=True)
+    bands, torques = panels[0]
+    for hb, colour in (("0.5", THIRD), ("0.918", EXACT), ("1", SAMPLED)):
+        for kind, style, label in (("pulse", "-", "comparator"), ("leg", ":", "one leg")):
+            speed, hz = curve(numbers.under(f"{kind}/15/{hb}/"))
+            bands.plot(speed, hz / 1e3, style, color=colour, label=f"HB {hb}, {label}")
+    speed, half = curve(numbers.under("pulse/15/0.5/"))
+    _, full = curve(numbers.under("pulse/15/1/"))
+    bands.plot(
+        speed, (full + 0.164 * (half - full)) / 1e3, "--", color=PAPER, linewidth=1.0, label="paper's line at 0.918"
+    )
+    bands.axhline(39.73, color=PAPER, linewidth=0.8)
+    bands.annotate("paper: 39.73 kHz", (70, 39.73), xytext=(0, 4), textcoords="offset points", color=PAPER, ha="center")
+    for met in numbers.under("met/").values():
+        bands.plot(met, 39.73, "o", color=PAPER, markersize=6, markerfacecolor="white")
+    bands.set(xlim=(0, 130), ylim=(0, 150), title="15 N·m", xlabel="Speed [rad/s]", ylabel="Frequency [kHz]")
+    bands.legend(loc="upper left", ncols=2, fontsize=8)
+    for torque, colour in ((5, THIRD), (15, EXACT), (50, SAMPLED), (130, PAPER)):
+        for kind, style in (("pulse", "-"), ("leg", ":")):
+            speed, hz = curve(numbers.under(f"{kind}/{torque}/0.918/"))
+            torques.plot(speed, hz / 1e3, style, color=colour, label=f"{torque} N·m" if kind == "pulse" else None)
+    torques.set(xlim=(0, 130), title="HB 0.918; dotted: one leg", xlabel="Speed [rad/s]")
+    torques.legend(loc="upper left", ncols=2)
+    save(figure, file)
+
+
+def dead_zone(numbers: Numbers, file: Path) -> None:
+    figure, panels = sheet(1, 1, 3.6)
+    axes = panels[0, 0]
+    slope, begins = curve(numbers.under("dead_zone/ramp/begins/"))
+    _, meets = curve(numbers.under("dead_zone/ramp/meets/"))
+    fine = np.geomspace(slope.min(), slope.max(), 200)
+    axes.loglog(fine, 918 / fine, "--", color=REFERENCE, linewidth=1.0, label="HB by slope")
+    axes.loglog(slope, begins, "o", color=SAMPLED, markersize=5, label="torque begins")
+    axes.loglog(slope, meets, "s-", color=EXACT, markersize=4, label="torque meets its reference")
+    at = numbers["dead_zone/slope_of_22_ms/centred"]
+    axes.axhline(22, color=PAPER, linewidth=0.9)
+    axes.plot(at, 22, "o", color=PAPER, markersize=8, markerfacecolor="none")
+    axes.annotate(f"paper: 22 ms, {at:.1f} N·m/s", (at, 22), xytext=(10, 6), textcoords="offset points", color=PAPER)
+    axes.set_xticks([20, 40, 60, 100, 200, 400], ["20", "40", "60", "100", "200", "400"])
+    axes.set_yticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
+    axes.minorticks_off()
+    axes.set(
+        title="Answer to a reference that rises from zero, dead machine",
+        xlabel="Slope of the reference [N·m/s]",
+        ylabel="Time [ms]",
+    )
+    axes.legend(loc="upper right")
+    save(figure, file)
+
+
+ALL: dict[str, Callable[[Numbers, Path], None]] = {
+    "response": response,
+    "ripple": ripple,
+    "pulse_frequency": frequency,
+    "dead_zone": dead_zone,
+}

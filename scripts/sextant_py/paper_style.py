@@ -1,0 +1,95 @@
+"""How the pictures of docs/paper look, and what several of them draw."""
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from .paper_lab import Trace
+
+EXACT, SAMPLED, REFERENCE, PAPER, THIRD = "#1b4f9c", "#e08e2b", "#111111", "#b3282d", "#3f8f5b"
+MAX_POINTS = 3000
+TORQUE = "torque_{}_nm"  # of `band`
+STYLE = {
+    "font.size": 10,
+    "axes.titlesize": 10.5,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.xmargin": 0.0,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.3,
+    "savefig.dpi": 150,
+    "figure.constrained_layout.use": True,
+}
+
+
+def sheet(rows: int, columns: int = 1, height: float = 4.0, **options) -> tuple[Figure, np.ndarray]:
+    """A figure as wide as a page; its panels as an array."""
+    plt.rcParams.update(STYLE)
+    return plt.subplots(rows, columns, figsize=(9.2, height), squeeze=False, **options)
+
+
+def save(figure: Figure, file: Path) -> None:
+    figure.savefig(file)
+    plt.close(figure)
+
+
+def thinned(trace: Trace, low: str, high: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, minimum and maximum in at most MAX_POINTS blocks: no peak is lost."""
+    size = -(-len(trace.t_s) // MAX_POINTS)
+    starts = np.arange(0, len(trace.t_s), size)
+    return (
+        trace.t_s[starts],
+        np.minimum.reduceat(trace[low], starts),
+        np.maximum.reduceat(trace[high], starts),
+    )
+
+
+def band(axes: Axes, trace: Trace, quantity: str, colour: str, label: str, scale: float = 1.0, **options) -> None:
+    """Between minimum and maximum of a quantity: `torque_{}_nm`, `flux_{}_wb` or `current_{}_a`."""
+    t_s, low, high = thinned(trace, quantity.format("min"), quantity.format("max"))
+    # A line of no width would vanish where minimum and maximum are close.
+    axes.fill_between(t_s * scale, low, high, color=colour, linewidth=0.7, label=label, **options)
+
+
+def line(axes: Axes, trace: Trace, name: str, colour: str, label: str, scale: float = 1.0, **options) -> None:
+    step = -(-len(trace.t_s) // (2 * MAX_POINTS))
+    axes.plot(trace.t_s[::step] * scale, trace[name][::step], color=colour, label=label, **options)
+
+
+def reference(axes: Axes, trace: Trace, scale: float = 1.0, label: str = "reference") -> None:
+    line(axes, trace, "torque_reference_nm", REFERENCE, label, scale, linestyle="--", linewidth=1.0)
+
+
+def legend(axes: Axes, **options) -> None:
+    """Above the panel, right of its title."""
+    axes.legend(**({"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 5, "borderaxespad": 0.2} | options))
+
+
+def gates(trace: Trace, r_s: float = 0.435, u_dc: float = 530) -> np.ndarray:
+    """States of the three upper switches at each row, from the voltage that moved the flux: u = dψ/dt + R_s i.
+
+    Both zero vectors look alike; the drive takes the one that is one switch away from the vector before.
+    """
+    vectors = [(1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), (1, 0, 1)]
+    direction = 2 / 3 * u_dc * np.exp(1j * np.pi / 3 * np.arange(6))
+    i_s = trace["i_a_a"] + 1j * (trace["i_b_a"] - trace["i_c_a"]) / np.sqrt(3)
+    psi = trace["psi_s_alpha_wb"] + 1j * trace["psi_s_beta_wb"]
+    u = np.diff(psi) / np.diff(trace.t_s) + r_s * 0.5 * (i_s[1:] + i_s[:-1])
+    nearest = np.argmin(abs(u[:, None] - np.concatenate((direction, [0]))[None, :]), axis=1)
+    states, zero = [], (0, 0, 0)
+    for vector in nearest:
+        if vector < 6:
+            zero = (0, 0, 0) if vector % 2 == 0 else (1, 1, 1)
+        states.append(zero if vector == 6 else vectors[vector])
+    return np.array([states[0], *states])

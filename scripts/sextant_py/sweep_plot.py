@@ -1,0 +1,228 @@
+"""Pictures of a sweep: a metric against one key as a line or points, against two as a heat map or coloured points."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from .errors import UserError
+from .sweep_file import Sweep, shown
+from .sweep_point import EXPECT_FAILED, FAILED
+from .sweep_store import SweepStore
+
+OK_COLOUR, MISSED_COLOUR, FAILED_COLOUR = "#1b4f9c", "#d95f02", "#b0b0b0"
+LARGEST_LABELLED = 120  # cells with their value written in
+FOOTNOTE = "* an [expect] of the scenario does not hold   × failed or without a value"
+
+
+@dataclass
+class Axis:
+    """A key as a position on an axis. Numbers are themselves; anything else is a place in a list."""
+
+    key: str
+    unit: str
+    log: bool
+    values: list[Any]  # of every point
+    ticks: list[Any] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.ticks = list({shown(value): value for value in self.values}.values())
+        if self.is_number:
+            self.ticks.sort()
+
+    @property
+    def is_number(self) -> bool:
+        return all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.values)
+
+    @property
+    def label(self) -> str:
+        return f"{self.key} [{self.unit}]" if self.unit else self.key
+
+    def texts(self) -> list[str]:
+        return [f"{value:.4g}" if self.is_number else shown(value).strip('"') for value in self.ticks]
+
+    def index(self) -> np.ndarray:
+        places = {shown(value): place for place, value in enumerate(self.ticks)}
+        return np.array([places[shown(value)] for value in self.values])
+
+    def positions(self) -> np.ndarray:
+        return np.array(self.values, dtype=float) if self.is_number else self.index().astype(float)
+
+    def dress(self, axes: Axes, side: str) -> None:
+        """Scale, ticks and label of the side, x or y, that shows positions."""
+        label = {f"{side}label": self.label}
+        if not self.is_number:
+            axes.set(**label, **{f"{side}ticks": range(len(self.ticks)), f"{side}ticklabels": self.texts()})
+        else:
+            axes.set(**label, **{f"{side}scale": "log" if self.log else "linear"})
+        if self.log:
+            which = axes.xaxis if side == "x" else axes.yaxis
+            which.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            which.set_major_formatter("{x:g}")
+            which.set_minor_formatter(NullFormatter())
+
+
+@dataclass
+class Data:
+    """A metric of every point: nan where there is none."""
+
+    label: str
+    values: np.ndarray
+    missed: np.ndarray  # an [expect] does not hold
+    failed: np.ndarray
+
+    @property
+    def drawn(self) -> np.ndarray:
+        return ~self.failed & np.isfinite(self.values)
+
+
+def collect(sweep: Sweep, store: SweepStore, metric: str, unit: str) -> Data:
+    records = [store.records.get(k, {"status": FAILED, "metrics": {}}) for k in range(len(sweep.points))]
+    values = [record["metrics"].get(metric) for record in records]
+    return Data(
+        f"{metric} [{unit}]" if unit else metric,
+        np.array([math.nan if value is None else value for value in values], dtype=float),
+        np.array([record["status"] == EXPECT_FAILED for record in records]),
+        np.array([record["status"] == FAILED for record in records]),
+    )
+
+
+def heat_map(axes: Axes, x: Axis, y: Axis, data: Data) -> bool:
+    """Cells of a grid: the mean over the points in each. Whether any cell needs the footnote."""
+    shape = (len(y.ticks), len(x.ticks))
+    total, count, missed = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
+    places = y.index(), x.index()
+    drawn = data.drawn
+    np.add.at(total, (places[0][drawn], places[1][drawn]), data.values[drawn])
+    np.add.at(count, (places[0][drawn], places[1][drawn]), 1)
+    missed[places[0][data.missed], places[1][data.missed]] = True
+    cells = np.full(shape, math.nan)
+    np.divide(total, count, out=cells, where=count > 0)
+    axes.set_facecolor("#eeeeee")
+    image = axes.imshow(cells, origin="lower", aspect="auto", cmap="viridis")
+    axes.figure.colorbar(image, ax=axes, label=data.label)
+    for axis, which in ((x, axes.xaxis), (y, axes.yaxis)):
+        step = -(-len(axis.ticks) // 12)
+        which.set_ticks(range(0, len(axis.ticks), step), axis.texts()[::step])
+        which.set_label_text(axis.label)
+    if cells.size <= LARGEST_LABELLED:
+        middle = np.nanmean([np.nanmin(cells), np.nanmax(cells)]) if count.any() else 0.0
+        for (row, place), value in np.ndenumerate(cells):
+            text = f"{value:.4g}{'*' if missed[row, place] else ''}" if math.isfinite(value) else "×"
+            colour = "white" if value < middle else "black"
+            axes.text(place, row, text, ha="center", va="center", color=colour, fontsize=9)
+    return bool(missed.any() or np.isnan(cells).any()) and cells.size <= LARGEST_LABELLED
+
+
+def points_along(axes: Axes, x: Axis, data: Data, joined: bool) -> None:
+    """A metric against one key; joined where the points are a grid's."""
+    where, drawn = x.positions(), data.drawn
+    if joined and drawn.any():
+        ticks = np.unique(where[drawn])
+        means = [data.values[drawn & (where == tick)].mean() for tick in ticks]
+        axes.plot(ticks, means, color=OK_COLOUR, linewidth=1.2, zorder=1)
+    good, missed = drawn & ~data.missed, drawn & data.missed
+    axes.scatter(where[good], data.values[good], s=22, color=OK_COLOUR, zorder=2)
+    if missed.any():
+        axes.scatter(
+            where[missed], data.values[missed], s=26, facecolors="white", edgecolors=MISSED_COLOUR, zorder=2,
+            label="an [expect] does not hold",
+        )  # fmt: skip
+    gone = ~drawn
+    if gone.any():
+        bottom = np.zeros(int(gone.sum()))
+        axes.scatter(
+            where[gone], bottom, s=26, marker="x", color=FAILED_COLOUR, clip_on=False, zorder=3,
+            transform=axes.get_xaxis_transform(), label="failed or without a value",
+        )  # fmt: skip
+    x.dress(axes, "x")
+    axes.set_ylabel(data.label)
+    axes.grid(True, alpha=0.3)
+
+
+def coloured_points(axes: Axes, x: Axis, y: Axis, data: Data) -> None:
+    """A random sample over two keys."""
+    across, up, drawn = x.positions(), y.positions(), data.drawn
+    edges = np.where(data.missed, MISSED_COLOUR, "none")
+    points = axes.scatter(across[drawn], up[drawn], c=data.values[drawn], s=36, cmap="viridis", edgecolors=edges[drawn])
+    axes.figure.colorbar(points, ax=axes, label=data.label)
+    if data.missed.any():
+        axes.scatter([], [], s=36, facecolors="none", edgecolors=MISSED_COLOUR, label="an [expect] does not hold")
+    if (~drawn).any():
+        axes.scatter(across[~drawn], up[~drawn], marker="x", color=FAILED_COLOUR, label="failed or without a value")
+    x.dress(axes, "x")
+    y.dress(axes, "y")
+    axes.grid(True, alpha=0.3)
+
+
+def keys_to_draw(sweep: Sweep) -> list[str]:
+    """Those that the file names, or those that take more than one value: two of a grid, all of a random sample."""
+    if sweep.plot.keys:
+        return sweep.plot.keys
+    varied = [key for key in sweep.varied if len({shown(point[key]) for point in sweep.points}) > 1]
+    varied = varied or sweep.varied[:1]
+    return varied[:2] if sweep.seed is None else varied
+
+
+def heading(sweep: Sweep, keys: list[str]) -> str:
+    others = [key for key in sweep.varied if key not in keys and len({shown(point[key]) for point in sweep.points}) > 1]
+    seed = "" if sweep.seed is None else f", seed {sweep.seed}"
+    text = f"{sweep.name}: {sweep.kind} of {len(sweep.points)} points{seed}"
+    return text + (f"\nmean over {', '.join(others)}" if others and sweep.seed is None else "")
+
+
+def panels(count: int) -> tuple[Figure, list[Axes]]:
+    columns = 2 if count == 4 else min(count, 3)
+    rows = -(-count // columns)
+    figure, grid = plt.subplots(
+        rows, columns, squeeze=False, figsize=(7.5 if columns == 1 else 5.2 * columns, 5.2 * rows), layout="constrained"
+    )
+    for spare in grid.flat[count:]:
+        spare.set_visible(False)
+    return figure, list(grid.flat[:count])
+
+
+def draw(sweep: Sweep, store: SweepStore, metric: str, units: dict[str, str]) -> Figure:
+    data = collect(sweep, store, metric, units.get(metric, ""))
+    keys = keys_to_draw(sweep)
+    axes_of = [
+        Axis(key, units.get(key, ""), key in sweep.log_keys, [point[key] for point in sweep.points]) for key in keys
+    ]
+    figure, grid = panels(1 if len(keys) == 2 else len(keys))
+    if len(keys) != 2:
+        for axes, axis in zip(grid, axes_of, strict=True):
+            points_along(axes, axis, data, joined=sweep.seed is None)
+    elif sweep.seed is not None:
+        coloured_points(grid[0], *axes_of, data)
+    elif heat_map(grid[0], *axes_of, data):
+        figure.supxlabel(FOOTNOTE, fontsize=8, color="grey")
+    handles, labels = grid[0].get_legend_handles_labels()
+    if labels:
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
+    figure.suptitle(heading(sweep, keys), fontsize=11)
+    return figure
+
+
+def write(sweep: Sweep, store: SweepStore, directory: Path, units: dict[str, str]) -> list[Path]:
+    """One picture for each metric that the file names."""
+    written = []
+    for metric in sweep.plot.metrics:
+        figure = draw(sweep, store, metric, units)
+        file = directory / f"{metric}.png"
+        try:
+            figure.savefig(file, dpi=120)
+        except OSError as error:
+            raise UserError(f"the plot {file} cannot be written: {error.strerror}.") from None
+        finally:
+            plt.close(figure)
+        written.append(file)
+    return written

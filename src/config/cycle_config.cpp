@@ -1,0 +1,76 @@
+#include "sextant/config/cycle_config.hpp"
+
+#include "sextant/sim/drive_cycle.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr double ns_per_ms = 1e6;
+
+void describe_cycle(Section s, CycleConfig& p) {
+  s.file("file", p.file, "time_s and speed_mph, speed_kmh or speed_m_s",
+         "drive cycle, which takes the place of profile.torque_nm and load",
+         [&p](const std::string& path) { p.speed = read_drive_cycle(path); });
+  s.choice(
+      "load", p.load,
+      {{"passive_ev", CycleConfig::Load::passive_ev}, {"vehicle", CycleConfig::Load::vehicle}},
+      "torque reference and imposed wheel speed looked up by vehicle speed; or a vehicle and its driver");
+  s.file("table", p.table, "torque_nm,vehicle_speed_kmh,wheel_speed_rpm",
+         "steady states that the passive EV load looks up",
+         [&p](const std::string& path) { p.passive_ev.rows = read_passive_ev_table(path); });
+  s.choice("extrapolation", p.passive_ev.extrapolation,
+           {{"linear", PassiveEvLoad::Extrapolation::linear},
+            {"clip", PassiveEvLoad::Extrapolation::clip},
+            {"origin", PassiveEvLoad::Extrapolation::origin}},
+           "torque beyond the table: its outer lines go on; its outer values hold; or from the origin to its "
+           "first row");
+  s.check(p);
+}
+
+void describe(Section s, VehicleParameters& p) {
+  s.number("mass_kg", p.mass, {0, 1e6}, "kg", "all of the vehicle; 0: there is none");
+  s.integer("motors", p.motors, {1, 64}, "", "motors that share the work, each in a wheel");
+  s.number("wheel_radius_m", p.wheel_radius, {0.01, 10}, "m", "loaded");
+  s.number("rolling_coefficient", p.rolling_coefficient, {0, 1}, "", "rolling resistance by weight");
+  s.number("drag_area_m2", p.drag_area, {0, 100}, "m²", "drag coefficient times frontal area");
+  s.number("air_density_kg_m3", p.air_density, {0, 10}, "kg/m³", "of the air around it");
+  s.number("grade_percent", p.grade, {-100, 100}, "%", "rise by run, above zero uphill", 0.01);
+  s.number("wheel_inertia_kg_m2", p.wheel_inertia, {0, 1e4}, "kg·m²",
+           "of each driven wheel without the rotor in it");
+  s.number("standstill_speed_m_s", p.standstill_speed, {1e-4, 10}, "m/s",
+           "below it the rolling resistance fades to zero");
+  s.check(p);
+}
+
+void describe(Section s, Driver::Parameters& p) {
+  s.time("period_ms", p.period_ns, ns_per_ms, {0.01, 1e4}, "ms", "between two decisions of the driver");
+  s.number("bandwidth_rad_s", p.bandwidth, {1e-3, 1e3}, "rad/s", "of the speed loop");
+  s.number("integral_time_s", p.integral_time, {1e-3, 1e4}, "s", "of the speed loop");
+  s.number("torque_limit_nm", p.torque_limit, {1e-3, 1e5}, "N·m", "of each motor, driving and braking");
+  s.check(p);
+}
+
+}  // namespace
+
+std::string CycleConfig::validate() const {
+  if (!is_given()) {
+    if (!table.empty()) return "table is given, but the cycle's file is missing";
+    if (vehicle.is_given()) return "a vehicle is given, but no cycle that it follows";
+    return load == Load::vehicle ? "load is given, but the cycle's file is missing" : "";
+  }
+  if (load == Load::vehicle) {
+    if (!table.empty()) return "table is given, but load is \"vehicle\"";
+    return vehicle.is_given() ? "" : "load \"vehicle\" needs a vehicle: vehicle = \"FILE\"";
+  }
+  if (vehicle.is_given()) return "a vehicle is given, but load is \"passive_ev\"";
+  if (table.empty()) return "load \"passive_ev\" needs a table";
+  return passive_ev.validate();
+}
+
+void describe(Section root, CycleConfig& p) {
+  describe_cycle(root.section("cycle"), p);
+  describe(root.section("vehicle"), p.vehicle);
+  describe(root.section("driver"), p.driver);
+}
+
+}  // namespace sextant

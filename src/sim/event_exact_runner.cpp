@@ -1,0 +1,196 @@
+#include "sextant/sim/event_exact_runner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <optional>
+
+#include "event_exact_reference.hpp"
+#include "event_exact_trace.hpp"
+#include "progress_ticker.hpp"
+#include "sextant/drive/fault_memory.hpp"
+#include "sextant/sim/cvode_event_engine.hpp"
+#include "sextant/sim/event_exact_simulation.hpp"
+#include "sextant/sim/fixed_step_event_engine.hpp"
+#include "sextant/sim/metrics.hpp"
+
+namespace sextant {
+namespace {
+
+/// One event-exact run: the surroundings of the system from stretch to stretch, and what is observed of it.
+template <class Engine>
+class EventExactRun {
+ public:
+  EventExactRun(const EventExactRunner::Parameters& parameters, const Scenario& scenario, Engine& engine,
+                TraceRecorder* trace)
+      : parameters_{parameters},
+        scenario_{scenario},
+        reference_{scenario},
+        load_{scenario.load},
+        protection_{parameters.protection},
+        metrics_{scenario.metrics},
+        system_{parameters.plant, parameters.control, parameters.event_exact.sector_mask},
+        simulation_{parameters.event_exact, system_, engine} {
+    if (trace != nullptr) trace_.emplace(*trace, scenario.trace.interval_us);
+  }
+
+  [[nodiscard]] MilResult run(const MilRunner::Progress& progress) {
+    constexpr std::uint32_t stretches_a_clock_reading = 8;
+    ProgressTicker ticker{progress, stretches_a_clock_reading};
+    start();
+    while (t_ns_ < scenario_.duration_ns && !result_.faults.any()) {
+      if (!run_stretch()) {
+        result_.plant_healthy = false;
+        break;
+      }
+      if (!ticker.tick(double(t_ns_) / double(scenario_.duration_ns))) break;
+    }
+    return finish();
+  }
+
+ private:
+  static constexpr std::int64_t longest_stretch_ns = 1'000'000;
+
+  void start() {
+    if (parameters_.event_exact.initial_flux > 0) system_.magnetise(parameters_.event_exact.initial_flux);
+    if (load_.imposes_speed()) system_.set_speed(load_.speed(0));
+  }
+
+  /// Between the corners of the profiles, within which everything runs in straight lines.
+  [[nodiscard]] EventExactStretch next_stretch() {
+    const EventExactReference::Line reference = reference_.at(t_ns_, system_.plant().omega_m());
+    const std::int64_t end_ns = std::min({scenario_.duration_ns, t_ns_ + longest_stretch_ns, reference.end_ns,
+                                          load_.next_corner_ns(t_ns_), row_end_ns()});
+    EventExactStretch s{.duration_ns = end_ns - t_ns_,
+                        .torque_reference = reference.torque,
+                        .reference_slope = reference.slope,
+                        .u_dc = parameters_.u_dc,
+                        .tau_l = load_.torque(t_ns_ + (end_ns - t_ns_) / 2),
+                        .imposed_speed = load_.imposes_speed()};
+    if (s.imposed_speed) {
+      // Up to the corner, where the profile may jump.
+      const double left = load_.speed(end_ns - 1);
+      s.speed_slope = (left - system_.plant().omega_m()) / (double(s.duration_ns) * 1e-9);
+    }
+    return s;
+  }
+
+  [[nodiscard]] bool run_stretch() {
+    const EventExactStretch stretch = next_stretch();
+    elapsed_ = 0.0;
+    before_ = sample();
+    before_.torque_reference = stretch.torque_reference;
+    if (trace_) trace_->begin(system_, stretch.tau_l);
+    tau_l_ = stretch.tau_l;
+    const std::int64_t row_end = row_end_ns();
+    const bool good = simulation_.run(
+        stretch, [this](double duration) { return observe(duration); }, [this] { note_switching(); });
+    t_ns_ = result_.faults.any() ? result_.fault_ns : t_ns_ + stretch.duration_ns;
+    const bool last = t_ns_ >= scenario_.duration_ns || result_.faults.any();
+    if (trace_ && good && (t_ns_ == row_end || last)) trace_->finish_row(t_ns_, system_);
+    return good;
+  }
+
+  /// False once a protection has tripped.
+  bool observe(double duration) {
+    elapsed_ += duration;
+    const MetricsSample after = sample();
+    metrics_.add_segment(before_, after);
+    if (trace_) trace_->add(system_, duration);
+    for (; deferred_ < simulation_.dwell_limited(); ++deferred_) metrics_.defer();
+    protect(after);
+    before_ = after;
+    return !result_.faults.any();
+  }
+
+  void note_switching() {
+    metrics_.commutate(before_.t_ns, system_.comparators().state());
+    if (const std::int64_t pulses = system_.comparators().torque_pulses(); pulses != pulses_) {
+      metrics_.pulse(before_.t_ns);
+      pulses_ = pulses;
+    }
+    before_.p_dc = parameters_.u_dc * system_.plant().i_dc();
+    if (trace_) trace_->begin(system_, tau_l_);
+  }
+
+  /// End of the trace's present row. [ns]
+  [[nodiscard]] std::int64_t row_end_ns() const {
+    return trace_ ? trace_->row_end_ns(t_ns_) : std::numeric_limits<std::int64_t>::max();
+  }
+
+  [[nodiscard]] MetricsSample sample() const {
+    const EventExactSystem::Plant& plant = system_.plant();
+    const SpaceVector<> psi_s = plant.psi_s();
+    const SpaceVector<> psi_r = plant.psi_r();
+    const SpaceVector<> i_s = plant.machine().stator_current(psi_s, psi_r);
+    const SpaceVector<> i_r = plant.machine().rotor_current(psi_s, psi_r);
+    const InductionMachineParameters<>& m = plant.machine().parameters();
+    const double elapsed_ns = elapsed_ * 1e9;
+    const auto whole_ns = static_cast<std::int64_t>(elapsed_ns);
+    return {.t_ns = t_ns_ + whole_ns,
+            .torque_reference = system_.reference(),
+            .torque = plant.machine().torque(psi_s, i_s),
+            .psi_s = psi_s,
+            .i_s = i_s,
+            .omega_m = plant.omega_m(),
+            .switch_state = system_.comparators().state(),
+            .fraction_ns = elapsed_ns - double(whole_ns),
+            .p_dc = parameters_.u_dc * plant.inverter().dc_link_current(i_s),
+            .p_copper = 1.5 * (m.r_s * dot(i_s, i_s) + m.r_r * dot(i_r, i_r)),
+            .speed_reference = reference_.speed(t_ns_)};
+  }
+
+  void protect(const MetricsSample& now) {
+    const Measurement<> measurement{now.t_ns, inverse_clarke(now.i_s), parameters_.u_dc, now.omega_m, {},
+                                    true};
+    faults_.step(protection_.step(measurement));
+    if (!faults_.latched().any() || result_.faults.any()) return;
+    result_.faults = faults_.latched();
+    result_.first_fault = faults_.first();
+    result_.fault_ns = now.t_ns;
+  }
+
+  [[nodiscard]] MilResult finish() {
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin_;
+    result_.metrics = metrics_.metrics();
+    result_.metrics[Metric::simulated] = double(t_ns_) * 1e-9;
+    result_.metrics[Metric::wall] = wall.count();
+    result_.metrics[Metric::realtime_factor] = result_.metrics[Metric::simulated] / wall.count();
+    result_.final_state = result_.faults.any() ? DriveState::fault : DriveState::torque;
+    return result_;
+  }
+
+  const EventExactRunner::Parameters& parameters_;
+  const Scenario& scenario_;
+  std::chrono::steady_clock::time_point begin_{std::chrono::steady_clock::now()};
+  EventExactReference reference_;
+  MechanicalLoad load_;
+  Protection<> protection_;
+  FaultMemory faults_{};
+  MetricsAccumulator metrics_;
+  EventExactSystem system_;
+  EventExactSimulation<Engine> simulation_;
+  MilResult result_{};
+  std::int64_t t_ns_{0};  ///< beginning of the stretch [ns]
+  double elapsed_{0};     ///< since then [s]
+  double tau_l_{0};       ///< load torque of the stretch [N·m]
+  std::optional<EventExactTrace> trace_{};
+  MetricsSample before_{};
+  std::int64_t pulses_{0};
+  std::int64_t deferred_{0};
+};
+
+}  // namespace
+
+MilResult EventExactRunner::run(const Scenario& scenario, TraceRecorder* trace,
+                                const MilRunner::Progress& progress) {
+  const double max_step = double(parameters_.event_exact.max_step_ns) * 1e-9;
+  if (parameters_.integrator == IntegratorKind::cvode) {
+    CvodeEventEngine engine{parameters_.cvode, max_step};
+    return EventExactRun{parameters_, scenario, engine, trace}.run(progress);
+  }
+  FixedStepEventEngine engine{max_step};
+  return EventExactRun{parameters_, scenario, engine, trace}.run(progress);
+}
+
+}  // namespace sextant

@@ -1,0 +1,154 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+#include "sextant/sim/drive_cycle.hpp"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string configs = SEXTANT_SOURCE_DIR "/configs";
+
+/// A scenario on the shipped machine, with more lines from line 4 on.
+std::string scenario(const std::string& lines) {
+  return "name = \"test\"\nduration_s = 1\nmachine = \"" + shipped_machine + "\"\n" + lines;
+}
+std::string cycle_lines(const std::string& more) {
+  return "[cycle]\nfile = \"" + configs + "/cycles/nycc.csv\"\ntable = \"" + configs +
+         "/vehicles/passive_ev.csv\"\n" + more;
+}
+
+class CycleConfigFile : public ::testing::Test {
+ protected:
+  ScenarioConfig load(const std::string& lines) const {
+    return load_scenario_config(files_.write("s.toml", scenario(lines)));
+  }
+  std::string refusal(const std::string& lines) const {
+    try {
+      (void)load(lines);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "accepted";
+    return {};
+  }
+  const ConfigFiles files_{};
+};
+
+TEST_F(CycleConfigFile, BecomesTorqueReferenceAndImposedSpeed) {
+  const ScenarioConfig config = load(cycle_lines("extrapolation = \"clip\"\n"));
+  const PassiveEvLoad expected{
+      {read_passive_ev_table(configs + "/vehicles/passive_ev.csv"), PassiveEvLoad::Extrapolation::clip}};
+  const Profile speed{read_drive_cycle(configs + "/cycles/nycc.csv")};
+  const Profile torque{config.scenario.torque_reference};
+  ASSERT_TRUE(config.scenario.load.imposed_speed.has_value());
+  const Profile wheel{*config.scenario.load.imposed_speed};
+  for (std::int64_t t = 0; t < 598'000'000'000; t += 1'234'567'890) {
+    EXPECT_NEAR(torque.value(t), expected.torque(speed.value(t)), 1e-6);
+    EXPECT_NEAR(wheel.value(t), expected.wheel_speed(speed.value(t)), 1e-6);
+  }
+}
+
+TEST_F(CycleConfigFile, IsLinearlyExtrapolatedUnlessToldOtherwise) {
+  EXPECT_NEAR(load(cycle_lines("")).scenario.torque_reference.points.front().value, -140.0 / 11.0, 1e-12);
+  EXPECT_EQ(load(cycle_lines("extrapolation = \"origin\"\n")).scenario.torque_reference.points.front().value,
+            0.0);
+}
+
+TEST_F(CycleConfigFile, SurvivesPrintingFromAnotherPlace) {
+  (void)files_.write("sub/c.csv", "time_s,speed_kmh\n0,0\n9,30\n");
+  (void)files_.write("sub/p.csv", "time_s,value\n0,1\n9,2\n");
+  const ScenarioConfig first =
+      load(cycle_lines("file = \"sub/c.csv\"\n").replace(0, cycle_lines("").find("table"), "[cycle]\n"));
+  EXPECT_EQ(first.cycle.speed.points.size(), 2U) << "the path is relative to the scenario";
+  const std::string text = print_config(first);
+  EXPECT_EQ(print_config(load_scenario_config(files_.write("else/where/s.toml", text))), text);
+  const std::string table =
+      print_config(load("[profile.torque_nm]\nshape = \"table\"\nfile = \"sub/p.csv\"\n"));
+  const ScenarioConfig again = load_scenario_config(files_.write("else/where/t.toml", table));
+  EXPECT_EQ(Profile{again.scenario.torque_reference}.value(4'500'000'000), 1.5);
+}
+
+TEST_F(CycleConfigFile, StandsAlone) {
+  const std::string file = files_.path("s.toml");
+  EXPECT_EQ(refusal(cycle_lines("[profile.torque_nm]\nvalue = 5\n")),
+            file + ":4: cycle: give a cycle or profile.torque_nm, not both");
+  EXPECT_EQ(refusal(cycle_lines("[load.torque_nm]\nvalue = 5\n")),
+            file + ":4: cycle: give a cycle or load, not both");
+  EXPECT_EQ(refusal(cycle_lines("[load]\nkind = \"imposed_speed\"\n")),
+            file + ":4: cycle: give a cycle or load, not both");
+}
+
+TEST_F(CycleConfigFile, IsRefusedWithFileLineAndKey) {
+  const std::string file = files_.path("s.toml");
+  EXPECT_THAT(refusal("[cycle]\nfile = \"" + configs + "/cycles/nycc.csv\"\n"),
+              HasSubstr(file + ":4: cycle: load \"passive_ev\" needs a table"));
+  EXPECT_THAT(refusal("[cycle]\ntable = \"" + configs + "/vehicles/passive_ev.csv\"\n"),
+              HasSubstr(file + ":4: cycle: table is given, but the cycle's file is missing"));
+  (void)files_.write("bad.csv", "time_s,speed_kmh\n0,0\n1,fast\n");
+  EXPECT_EQ(refusal("[cycle]\nfile = \"bad.csv\"\n"),
+            file +
+                ":5: cycle.file: expected the path of a CSV file with the columns time_s and speed_mph, "
+                "speed_kmh or speed_m_s, got \"bad.csv\": " +
+                files_.path("bad.csv") + ":3: speed_kmh must be a finite number, not \"fast\"");
+  EXPECT_THAT(refusal("[cycle]\nfile = \"none.csv\"\n"),
+              HasSubstr(files_.path("none.csv") + " cannot be read: No such file or directory"));
+  (void)files_.write("wide.csv", "time_s,value\n0,0\n1,2e5\n");
+  EXPECT_THAT(refusal("[profile.torque_nm]\nshape = \"table\"\nfile = \"wide.csv\"\n"),
+              HasSubstr(files_.path("wide.csv") + ":3: value must be from -100000 to 100000, not 200000"));
+  EXPECT_THAT(refusal("[profile.torque_nm]\nshape = \"table\"\n"),
+              HasSubstr(":4: profile.torque_nm: a table needs the key file"));
+}
+
+TEST_F(CycleConfigFile, AVehicleComesWithItsDriver) {
+  const ScenarioConfig config =
+      load("vehicle = \"" + configs + "/vehicles/micro_ev.toml\"\n[cycle]\nfile = \"" + configs +
+           "/cycles/nycc.csv\"\nload = \"vehicle\"\n[driver]\nbandwidth_rad_s = 2\n");
+  ASSERT_TRUE(config.scenario.cycle.has_value());
+  const Driver::Parameters& driver = config.scenario.cycle->driver;
+  EXPECT_EQ(driver.bandwidth, 2.0);
+  EXPECT_EQ(driver.wheel_radius, 0.2786);
+  EXPECT_NEAR(driver.mass, 200 + 2 * 0.089 / 0.2786 / 0.2786, 1e-9) << "the rotors turn with the wheels";
+  EXPECT_EQ(config.scenario.cycle->speed.points.size(), 599U);
+  // Steady at Table 5's last row: 100 N·m at 80 km/h, with the fit's residual.
+  EXPECT_NEAR(config.drive.plant.plant.road_load.torque(80 / 3.6 / 0.2786), 100, 0.61);
+  const std::string text = print_config(config);
+  EXPECT_EQ(print_config(load_scenario_config(files_.write("else/where/s.toml", text))), text);
+}
+
+TEST_F(CycleConfigFile, AVehicleThatDoesNotFitIsRefused) {
+  const std::string file = files_.path("s.toml");
+  const std::string cycle = "[cycle]\nfile = \"" + configs + "/cycles/nycc.csv\"\nload = \"vehicle\"\n";
+  EXPECT_EQ(refusal(cycle), file + ":4: cycle: load \"vehicle\" needs a vehicle: vehicle = \"FILE\"");
+  EXPECT_THAT(refusal(cycle + "[vehicle]\nmass_kg = 100\n[driver]\ntorque_limit_nm = 200\n"),
+              HasSubstr(file + ":9: driver: torque_limit_nm is above gate.torque_limit_nm"));
+  EXPECT_THAT(refusal(cycle + "[vehicle]\nmass_kg = 100\n[driver]\nperiod_ms = 1000\n"),
+              HasSubstr(file + ":9: driver: the driver's bandwidth is too high for the period"));
+  EXPECT_THAT(
+      refusal(cycle + "table = \"" + configs + "/vehicles/passive_ev.csv\"\n[vehicle]\nmass_kg = 1\n"),
+      HasSubstr("table is given, but load is \"vehicle\""));
+  EXPECT_THAT(refusal(cycle_lines("[vehicle]\nmass_kg = 1\n")),
+              HasSubstr("a vehicle is given, but load is \"passive_ev\""));
+  EXPECT_THAT(refusal("[vehicle]\nmass_kg = 1\n"),
+              HasSubstr("a vehicle is given, but no cycle that it follows"));
+  EXPECT_EQ(refusal("vehicle = \"none.toml\"\n"),
+            file + ":4: vehicle: the vehicle file " + files_.path("none.toml") + " does not exist");
+  const std::string bad = files_.write("bad.toml", "mass_kg = -5\nwheels = 3\n");
+  const std::string why = refusal("vehicle = \"bad.toml\"\n");
+  EXPECT_THAT(why, HasSubstr(bad + ":1: mass_kg: expected a number from 0 to 1000000, got -5"));
+  EXPECT_THAT(why, HasSubstr(bad + ":2: wheels: unknown key"));
+}
+
+TEST_F(CycleConfigFile, AFileOnTheCommandLineIsRelativeToTheWorkingDirectory) {
+  const std::string relative = std::filesystem::relative(configs + "/cycles/nycc.csv").string();
+  const ScenarioConfig config = load_scenario_config(
+      files_.write("s.toml", scenario("")),
+      {"cycle.file=" + relative, "cycle.table=\"" + configs + "/vehicles/passive_ev.csv\""});
+  EXPECT_EQ(config.cycle.speed.points.size(), 599U);
+}
+
+}  // namespace
+}  // namespace sextant

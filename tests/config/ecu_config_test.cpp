@@ -1,0 +1,41 @@
+#include "sextant/config/ecu_config.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+
+namespace sextant {
+namespace {
+
+/// Why the shipped file is refused with these changes; empty when it is not.
+std::string refusal(const std::vector<std::string>& overrides) {
+  try {
+    (void)load_ecu_config(shipped_ecu, overrides);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(EcuConfig, TheWatchdogMustOutlastTwoWakeUps) {
+  EXPECT_NE(refusal({"realtime.watchdog_ms=1.99"}).find("watchdog_ms is too short"), std::string::npos);
+  EXPECT_EQ(refusal({"realtime.watchdog_ms=2"}), "");
+  EXPECT_NE(refusal({"realtime.wake_every_periods=2001", "gate.timeout_ms=60"}), "");
+  EXPECT_EQ(refusal({"realtime.wake_every_periods=2000", "gate.timeout_ms=60"}), "");
+  EXPECT_NE(refusal({"control.period_us=10000", "gate.timeout_ms=1000", "gate.lost_ms=2000"}), "");
+}
+
+TEST(EcuConfig, ACommandMustNotTimeOutBetweenTwoWakeUps) {
+  EXPECT_EQ(refusal({"realtime.wake_every_periods=1600"}),
+            "--set: realtime: wake_every_periods is too large: so many control periods take longer than "
+            "gate.timeout_ms");
+  EXPECT_EQ(refusal({"realtime.wake_every_periods=1599"}), "");
+  EXPECT_NE(refusal({"gate.timeout_ms=1"}).find("wake_every_periods is too large"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace sextant

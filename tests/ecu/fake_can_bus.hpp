@@ -1,0 +1,35 @@
+#pragma once
+
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "sextant/comms/can_bus.hpp"
+
+namespace sextant::test {
+
+/// Keeps what was sent; nothing ever arrives.
+class FakeCanBus final : public CanBus {
+ public:
+  [[nodiscard]] CanSend send(const CanFrame& frame) noexcept override {
+    const std::scoped_lock lock{mutex_};
+    sent_.push_back(frame);
+    return CanSend::ok;
+  }
+  [[nodiscard]] CanReceive receive(CanFrame&, std::chrono::nanoseconds timeout) noexcept override {
+    std::this_thread::sleep_for(timeout);
+    return CanReceive::timeout;
+  }
+  [[nodiscard]] CanBusStats stats() const noexcept override { return {}; }
+
+  [[nodiscard]] std::vector<CanFrame> sent() const {
+    const std::scoped_lock lock{mutex_};
+    return sent_;
+  }
+
+ private:
+  mutable std::mutex mutex_{};
+  std::vector<CanFrame> sent_{};
+};
+
+}  // namespace sextant::test

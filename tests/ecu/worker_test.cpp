@@ -1,0 +1,70 @@
+#include "ecu/worker.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include "ecu/can_receive_thread.hpp"
+#include "ecu/can_transmit_thread.hpp"
+#include "ecu/eventually.hpp"
+#include "ecu/fake_can_bus.hpp"
+#include "ecu/watchdog_thread.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+/// The names of this process's threads.
+std::set<std::string> thread_names() {
+  std::set<std::string> names;
+  std::error_code gone;  // a thread may end while it is looked at
+  for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task", gone}) {
+    std::string name;
+    std::ifstream file{task.path() / "comm"};
+    if (std::getline(file, name)) names.insert(name);
+  }
+  return names;
+}
+
+TEST(Worker, RunsItsBodyUnderItsName) {
+  std::string name;
+  Worker worker{"sextant-test"};
+  worker.start([&name] {
+    char text[16]{};
+    pthread_getname_np(pthread_self(), text, sizeof(text));
+    name = text;
+  });
+  worker.join();
+  worker.join();
+  EXPECT_EQ(name, "sextant-test");
+}
+
+TEST(Worker, MayBeJoinedWithoutAStart) {
+  Worker worker{"sextant-test"};
+  worker.join();
+}
+
+// Names beyond the kernel's 15 characters are refused, and the thread is not to be found.
+TEST(Worker, EveryThreadOfTheDriveGetsItsName) {
+  Crossings crossings{25'000, 40};
+  test::FakeCanBus bus;
+  CanReceiveThread receive{bus, crossings};
+  CanTransmitThread transmit{bus, crossings};
+  WatchdogThread watchdog{1'000'000'000, crossings};
+  receive.start();
+  transmit.start();
+  watchdog.start();
+  for (const char* name : {"sextant-can-rx", "sextant-can-tx", "sextant-wdog"}) {
+    EXPECT_TRUE(test::eventually([name] { return thread_names().contains(name); })) << name;
+  }
+  crossings.stopped.store(true);
+  receive.join();
+  transmit.join();
+  watchdog.join();
+}
+
+}  // namespace
+}  // namespace sextant::ecu

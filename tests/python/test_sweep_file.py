@@ -1,0 +1,183 @@
+"""Files of sweeps: the points they make, and what a bad one is told."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from sextant_py import sweep_file
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+
+GRID = """scenario = "scenario.toml"
+[grid]
+"control.torque_band_upper_nm" = [0.5, 0.918]
+machine.r_r_ohm = { from = 0.4, to = 1.6, count = 3, scale = "log" }
+"""
+RANDOM = """scenario = "scenario.toml"
+[set]
+duration_s = 0.5
+[random]
+samples = 200
+seed = 7
+[random.ranges]
+machine.r_s_ohm = { from = 0.2, to = 0.6 }
+machine.x_m_ohm = { from = 1.0, to = 100.0, scale = "log" }
+plant.integrator = ["cvode", "fixed"]
+"""
+
+
+def parse(directory: Path, text: str) -> sweep_file.Sweep:
+    (directory / "scenario.toml").touch()
+    file = directory / "sweep.toml"
+    file.write_text(text, encoding="utf-8")
+    return sweep_file.load(file)
+
+
+def test_grid_is_every_combination(tmp_path: Path) -> None:
+    sweep = parse(tmp_path, GRID)
+    assert sweep.varied == ["control.torque_band_upper_nm", "machine.r_r_ohm"]
+    bands = [point["control.torque_band_upper_nm"] for point in sweep.points]
+    assert bands == [0.5, 0.5, 0.5, 0.918, 0.918, 0.918]
+    resistances = [point["machine.r_r_ohm"] for point in sweep.points]
+    assert resistances[:3] == resistances[3:]
+    assert (resistances[0], resistances[2]) == (0.4, 1.6)
+    assert resistances[1] == pytest.approx(0.8)  # the geometric mean
+    assert sweep.log_keys == {"machine.r_r_ohm"}
+    assert (sweep.name, sweep.seed, sweep.kind) == ("sweep", None, "grid")
+
+
+def test_linear_ranges_have_equal_steps(tmp_path: Path) -> None:
+    sweep = parse(tmp_path, 'scenario = "scenario.toml"\n[grid]\na.b = { from = 1, to = 3, count = 5 }\n')
+    assert [point["a.b"] for point in sweep.points] == pytest.approx([1, 1.5, 2, 2.5, 3])
+
+
+def test_random_points_lie_in_their_ranges(tmp_path: Path) -> None:
+    sweep = parse(tmp_path, RANDOM)
+    assert len(sweep.points) == 200
+    assert all(0.2 <= point["machine.r_s_ohm"] <= 0.6 for point in sweep.points)
+    assert {point["plant.integrator"] for point in sweep.points} == {"cvode", "fixed"}
+    # Uniform in its logarithm: half of them are below 10, give or take four standard deviations.
+    below = sum(point["machine.x_m_ohm"] < 10 for point in sweep.points)
+    assert abs(below - 100) < 4 * math.sqrt(200 * 0.25)
+    assert sweep.fixed == {"duration_s": 0.5}
+
+
+def test_a_seed_gives_the_same_points_and_more_samples_only_add(tmp_path: Path) -> None:
+    sweep = parse(tmp_path, RANDOM)
+    longer = parse(tmp_path, RANDOM.replace("samples = 200", "samples = 300"))
+    assert longer.points[:200] == sweep.points
+    assert parse(tmp_path, RANDOM.replace("seed = 7", "seed = 8")).points != sweep.points
+
+
+def test_values_as_toml_writes_them() -> None:
+    values = [True, 3, 0.1, 1e-7, 'a "b"', [[0, 5.0], [0.5, 10]]]
+    assert [sweep_file.toml_value(value) for value in values] == [
+        "true",
+        "3",
+        "0.1",
+        "1e-07",
+        '"a \\"b\\""',
+        "[[0, 5.0], [0.5, 10]]",
+    ]
+
+
+def test_lines_of_keys() -> None:
+    text = GRID + '[plot] # what is drawn\nmetrics = ["x"]\n[random.ranges]\n"a" . b = 1\n'
+    keys = ["scenario", "grid", "grid.control.torque_band_upper_nm", "plot.metrics", "random.ranges.a.b"]
+    assert [sweep_file.line_of(text, key) for key in keys] == [1, 2, 3, 6, 8]
+    assert sweep_file.line_of(text, "grid.machine.r_r_ohm.scale") == 4
+    assert sweep_file.line_of(text, "nothing") is None
+
+
+def edited(text: str, old: str, new: str) -> str:
+    assert old in text
+    return text.replace(old, new)
+
+
+BAD = [
+    ("[grid", "", "not valid TOML"),
+    ('scenario = "scenario.toml"', "", "scenario: this key is missing"),
+    ("scenario.toml", "none.toml", ":1: scenario: the scenario file"),
+    ("[grid]", "[grit]", ":2: grit: unknown key; known here are description, grid,"),
+    ("[grid]", "[random]\nseed = 1\n[grid]", "expected either [grid] or [random], got both"),
+    ("[0.5, 0.918]", "[]", ":3: grid.control.torque_band_upper_nm: expected at least one value"),
+    ("[0.5, 0.918]", "[0.5, 0.5]", ":3: grid.control.torque_band_upper_nm: a value is there twice"),
+    ("[0.5, 0.918]", "[0.5, nan]", "a list of them, got nan."),
+    ("[0.5, 0.918]", "0.5", "expected a list of values or { from, to, count, scale }, got 0.5."),
+    ("from = 0.4", "from = 1.7", ":4: grid.machine.r_r_ohm: expected from < to, got 1.7 and 1.6."),
+    ("from = 0.4", "from = inf", ':4: grid.machine.r_r_ohm: expected a finite number for "from", got inf.'),
+    ("from = 0.4, ", "", ':4: grid.machine.r_r_ohm: "from" is missing.'),
+    ("from = 0.4", "from = 0", 'expected "from" above 0 on a log scale, got 0.'),
+    ("count = 3", "count = 1", 'expected "count", a whole number from 2 to 1000000, got 1.'),
+    ("count = 3", "count = 600000", "more than 1000000 points"),
+    (', scale = "log"', ', scale = "square"', 'scale: expected "linear" or "log", got "square".'),
+    (', scale = "log"', ", step = 2", ":4: grid.machine.r_r_ohm.step: unknown key"),
+    ("[grid]", "[set]\nmachine.r_r_ohm = 1\n[grid]", ":3: set.machine.r_r_ohm: this key varies in [grid] as well."),
+    ("[grid]", "time_limit_s = 0\n[grid]", ":2: time_limit_s: expected a number above 0, got 0."),
+    ("[grid]", 'name = "../up"\n[grid]', ":2: name: expected letters, digits"),
+    ("[grid]", '[plot]\nkeys = ["a"]\n[grid]', ':3: plot.keys: "a" does not vary in this sweep;'),
+    ("[grid]", '[plot]\nmetrics = "a"\n[grid]', ":3: plot.metrics: expected a list of names"),
+    ("[grid]", "[grid]\ncontrol.torque_band_upper_nm = [1]", "this key is there twice, with quotes and without."),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "words"), BAD)
+def test_a_bad_file_is_refused_with_line_and_key(tmp_path: Path, old: str, new: str, words: str) -> None:
+    with pytest.raises(UserError) as refusal:
+        parse(tmp_path, edited(GRID, old, new))
+    assert str(refusal.value).startswith(str(tmp_path / "sweep.toml"))
+    assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("seed = 7\n", "", ':4: random: "seed" is missing'),
+        ("seed = 7", "seed = -1", ":6: random.seed: expected a seed, a whole number from 0"),
+        ("samples = 200", "samples = 0", ":5: random.samples: expected how many points"),
+        ('x_m_ohm = { from = 1.0, to = 100.0, scale = "log" }', "x_m_ohm = { from = 1, to = 2, count = 3 }",
+         ":9: random.ranges.machine.x_m_ohm.count: unknown key"),
+        ("duration_s = 0.5", "duration_s = { from = 1, to = 2 }", ":3: set.duration_s: expected one value"),
+    ],
+)  # fmt: skip
+def test_a_bad_random_sample_is_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
+    with pytest.raises(UserError) as refusal:
+        parse(tmp_path, edited(RANDOM, old, new))
+    assert words in str(refusal.value)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="does not exist"):
+        sweep_file.load(tmp_path / "none.toml")
+    with pytest.raises(UserError, match="cannot be read: Is a directory"):
+        sweep_file.load(tmp_path)
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(UserError, match="is not UTF-8 text"):
+        sweep_file.load(tmp_path / "binary.toml")
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "configs" / "sweeps").glob("*.toml")), ids=lambda file: file.name)
+def test_the_examples_are_good(file: Path) -> None:
+    sweep = sweep_file.load(file)
+    assert sweep.name == file.stem
+    assert len(sweep.points) > 1
+    assert sweep.plot.metrics
+
+
+def test_the_band_example_is_table_6() -> None:
+    sweep = sweep_file.load(ROOT / "configs" / "sweeps" / "hysteresis_band.toml")
+    bands = {(p["control.torque_band_upper_nm"], p["control.torque_band_lower_nm"]) for p in sweep.points}
+    values = (0.918, 0.6885, 0.459)  # 100 %, 75 % and 50 % of the paper's band
+    assert bands == {(upper, lower) for upper in values for lower in values}
+
+
+def test_the_page_shows_files_that_are_good(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    grid, sample = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "scenarios" / "reversal.toml").touch()
+    (tmp_path / "sweeps").mkdir()
+    assert len(parse(tmp_path / "sweeps", grid).points) == 10
+    assert len(parse(tmp_path / "sweeps", grid[: grid.index("[grid]")] + sample).points) == 200

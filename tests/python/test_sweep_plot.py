@@ -1,0 +1,148 @@
+"""Table and pictures of a sweep, from records made up here."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+from matplotlib import pyplot as plt
+from sextant_py import sweep_file, sweep_plot, sweep_table
+from sextant_py.sweep_store import SweepStore
+
+GRID = """scenario = "scenario.toml"
+[set]
+duration_s = 0.5
+[grid]
+control.torque_band_upper_nm = [1.5, 0.5, 1.0]
+control.comparator_reading = ["relay", "memoryless"]
+plant.actuation_delay_periods = [0, 1]
+[plot]
+metrics = ["torque_ripple_pp_nm"]
+"""
+RANDOM = """scenario = "scenario.toml"
+[random]
+samples = 8
+seed = 3
+[random.ranges]
+machine.r_s_ohm = { from = 0.2, to = 0.6 }
+machine.r_r_ohm = { from = 0.1, to = 10, scale = "log" }
+[plot]
+metrics = ["torque_ripple_pp_nm"]
+"""
+UNITS = {"torque_ripple_pp_nm": "N·m", "machine.r_r_ohm": "ohm"}
+METRIC = "torque_ripple_pp_nm"
+
+
+def stored(directory: Path, text: str) -> tuple[sweep_file.Sweep, SweepStore]:
+    """The ripple of point k is k; point 1 failed, point 2 missed an expectation, point 3 has no value."""
+    (directory / "scenario.toml").touch()
+    (directory / "sweep.toml").write_text(text, encoding="utf-8")
+    sweep = sweep_file.load(directory / "sweep.toml")
+    store = SweepStore(directory / "out", sweep, "", "")
+    store.open()
+    for k in reversed(range(len(sweep.points))):
+        status = {1: "failed", 2: "expect_failed"}.get(k, "ok")
+        metrics = {METRIC: None if k == 3 else float(k)}
+        store.add({"point": k, "status": status, "reason": 'a, "b"' if k == 1 else "", "metrics": metrics})
+    return sweep, store
+
+
+def test_the_table_has_a_row_for_each_point(tmp_path: Path) -> None:
+    sweep, store = stored(tmp_path, GRID)
+    files = sweep_table.write(sweep_table.build(sweep, store, [METRIC, "duration_s"]), tmp_path, csv=True)
+    assert [file.name for file in files] == ["table.parquet", "table.csv"]
+    table = pyarrow.parquet.read_table(files[0])
+    assert table.column_names == ["point", *sweep.varied, METRIC, "duration_s", "status", "reason"]
+    assert table["point"].to_pylist() == list(range(12))
+    assert table["control.torque_band_upper_nm"].to_pylist() == [1.5] * 4 + [0.5] * 4 + [1.0] * 4
+    assert table["plant.actuation_delay_periods"].to_pylist() == [0, 1] * 6
+    assert table[METRIC].to_pylist() == [0, 1, 2, None, *range(4, 12)]
+    assert table["duration_s"].null_count == 12
+    assert table["status"].to_pylist() == ["ok", "failed", "expect_failed", *["ok"] * 9]
+    assert table.schema.metadata[b"sextant.set"] == b"duration_s = 0.5"
+    same = pyarrow.csv.read_csv(files[1]).to_pydict()
+    assert same["reason"] == table["reason"].to_pylist()
+    assert same["control.comparator_reading"] == table["control.comparator_reading"].to_pylist()
+
+
+@pytest.mark.parametrize(
+    ("values", "kind", "expected"),
+    [
+        ([1, 2], "int64", [1, 2]),
+        ([1, 2.5], "double", [1.0, 2.5]),
+        ([True, False], "bool", [True, False]),
+        ([True, 1], "string", ["true", "1"]),
+        ([[[0, 5]], [[0, 6.5]]], "string", ["[[0, 5]]", "[[0, 6.5]]"]),
+        (["a", "b"], "string", ["a", "b"]),
+        ([2**70, 1], "double", [2.0**70, 1.0]),
+    ],
+)
+def test_columns_of_keys(values: list, kind: str, expected: list) -> None:
+    column = sweep_table.column(values)
+    assert str(column.type) == kind
+    assert column.to_pylist() == expected
+
+
+def test_a_heat_map_shows_the_mean_of_each_cell(tmp_path: Path) -> None:
+    sweep, store = stored(tmp_path, GRID)
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    cells = figure.axes[0].images[0].get_array()
+    # Columns are the bands in rising order: points 4…7, 8…11, 0…3; rows the readings. The delay is averaged over.
+    expected = [[4.5, 8.5, 0.0], [6.5, 10.5, 2.0]]
+    np.testing.assert_allclose(cells.filled(np.nan), expected)
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert texts == ["4.5", "8.5", "0", "6.5", "10.5", "2*"]
+    assert "mean over plant.actuation_delay_periods" in figure.get_suptitle()
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["relay", "memoryless"]
+    plt.close(figure)
+
+
+def test_one_key_of_a_grid_is_a_line(tmp_path: Path) -> None:
+    sweep, store = stored(tmp_path, GRID + 'keys = ["control.torque_band_upper_nm"]\n')
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    line = figure.axes[0].lines[0]
+    np.testing.assert_allclose(line.get_xdata(), [0.5, 1.0, 1.5])
+    np.testing.assert_allclose(line.get_ydata(), [5.5, 9.5, 1.0])
+    assert figure.axes[0].get_ylabel() == "torque_ripple_pp_nm [N·m]"
+    counts = [len(points.get_offsets()) for points in figure.axes[0].collections]
+    assert counts == [9, 1, 2]  # good, with a missed expectation, failed or without a value
+    plt.close(figure)
+
+
+def test_two_keys_of_a_random_sample_are_coloured_points(tmp_path: Path) -> None:
+    sweep, store = stored(tmp_path, RANDOM)
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    axes = figure.axes[0]
+    np.testing.assert_allclose(axes.collections[0].get_array(), [0, 2, 4, 5, 6, 7])
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
+    assert axes.get_ylabel() == "machine.r_r_ohm [ohm]"
+    assert "seed 3" in figure.get_suptitle()
+    plt.close(figure)
+
+
+def test_more_keys_of_a_random_sample_have_a_panel_each(tmp_path: Path) -> None:
+    text = RANDOM.replace("[plot]", 'plant.integrator = ["cvode", "fixed"]\n[plot]')
+    sweep, store = stored(tmp_path, text)
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    shown = [axes.get_xlabel() for axes in figure.axes if axes.get_visible()]
+    assert shown == ["machine.r_s_ohm", "machine.r_r_ohm [ohm]", "plant.integrator"]
+    plt.close(figure)
+
+
+@pytest.mark.parametrize("text", [GRID, RANDOM])
+def test_pictures_are_written(tmp_path: Path, text: str) -> None:
+    sweep, store = stored(tmp_path, text)
+    (picture,) = sweep_plot.write(sweep, store, tmp_path, UNITS)
+    assert picture == tmp_path / f"{METRIC}.png"
+    assert picture.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+
+
+def test_a_sweep_without_a_single_value_is_drawn(tmp_path: Path) -> None:
+    sweep, store = stored(tmp_path, GRID)
+    for record in store.records.values():
+        record["status"] = "failed"
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    figure.savefig(tmp_path / "empty.png")
+    assert {text.get_text() for text in figure.axes[0].texts} == {"×"}
+    plt.close(figure)

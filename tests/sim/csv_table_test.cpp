@@ -1,0 +1,59 @@
+#include "sextant/sim/csv_table.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/text_files.hpp"
+
+namespace sextant {
+namespace {
+
+using testing::ElementsAre;
+using testing::EndsWith;
+
+TEST(CsvTable, ReadsNumbersByColumnAndKnowsTheirLines) {
+  const TextFiles files;
+  const CsvTable t = read_csv(
+      files.write("t.csv", "# where it is from\n\n time_s , value\r\n0,1.5\n\n 2e0 , -3 # a step\n"));
+  EXPECT_THAT(t.columns, ElementsAre("time_s", "value"));
+  EXPECT_THAT(t.rows, ElementsAre(ElementsAre(0, 1.5), ElementsAre(2, -3)));
+  EXPECT_THAT(t.lines, ElementsAre(4, 6));
+  EXPECT_EQ(t.heading_line, 3);
+  EXPECT_EQ(t.column("value"), 1U);
+  EXPECT_EQ(t.place(1), files.path("t.csv") + ":6");
+  EXPECT_EQ(refusal([&t] { (void)t.column("speed"); }),
+            files.path("t.csv") + ":3: expected a column speed, found time_s,value");
+}
+
+TEST(CsvTable, RefusesWhatIsNoTableWithFileAndLine) {
+  const TextFiles files;
+  const struct {
+    const char* text;
+    const char* says;
+  } cases[] = {
+      {"", " is empty: expected a heading and at least one row"},
+      {"# nothing\n", " is empty: expected a heading and at least one row"},
+      {"a,b\n", " is empty: expected a heading and at least one row"},
+      {"a,b\n0,1\n0,fast\n", ":3: b must be a finite number, not \"fast\""},
+      {"a,b\n0,nan\n", ":2: b must be a finite number, not \"nan\""},
+      {"a,b\n-inf,0\n", ":2: a must be a finite number, not \"-inf\""},
+      {"a,b\n1e999,0\n", ":2: a must be a finite number, not \"1e999\""},
+      {"a,b\n0,1 2\n", ":2: b must be a finite number, not \"1 2\""},
+      {"a,b\n0,\n", ":2: b must be a finite number, not \"\""},
+      {"a,b\n0\n", ":2: expected 2 values (a,b), found 1"},
+      {"a,b\n0,1,2\n", ":2: expected 2 values (a,b), found 3"},
+      {"0,1\n1,2\n", ":1: expected a heading with the names of the columns, found \"0,1\""},
+      {"a,\n1,2\n", ":1: expected a heading with the names of the columns, found \"a,\""},
+      {"a,b,a\n1,2,3\n", ":1: the column a is there twice"},
+  };
+  for (const auto& [text, says] : cases) {
+    const std::string file = files.write("t.csv", text);
+    EXPECT_EQ(refusal([&file] { (void)read_csv(file); }), file + says);
+  }
+  EXPECT_EQ(refusal([&files] { (void)read_csv(files.path("no.csv")); }),
+            files.path("no.csv") + " cannot be read: No such file or directory");
+  EXPECT_THAT(refusal([&files] { (void)read_csv(files.path("")); }), EndsWith("it is a directory"));
+}
+
+}  // namespace
+}  // namespace sextant
