@@ -23,6 +23,10 @@ target_compile_options(sextant_flags INTERFACE
   # std::sqrt as one instruction: nobody reads errno. No other liberty with floating point is taken.
   -fno-math-errno)
 
+# Installed libraries must also be of use to a linker that does not optimise across files.
+if(CMAKE_INTERPROCEDURAL_OPTIMIZATION)
+  add_compile_options($<$<CXX_COMPILER_ID:GNU>:-ffat-lto-objects>)
+endif()
 if(SEXTANT_ASSERTIONS)
   foreach(type RELWITHDEBINFO RELEASE)
     string(REPLACE "-DNDEBUG" "" CMAKE_CXX_FLAGS_${type} "${CMAKE_CXX_FLAGS_${type}}")

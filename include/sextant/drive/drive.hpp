@@ -69,9 +69,9 @@ class Drive {
 
     const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
     // Made in place: a copy of what has just been stored by member stalls.
-    DriveOutput<T> out{.pattern = control(measurement, torque_reference), .telemetry = {}};
-    fill(out, measurement, request, admitted, available);
-    out.telemetry.torque_reference = torque_reference;
+    DriveOutput<T> out{.pattern = control(measurement, torque_reference),
+                       .telemetry = telemetry(measurement, request, admitted, available, torque_reference)};
+    out.telemetry.switch_state = out.pattern.last_state();
     if (Protection<T>::is_usable(measurement)) i_before_ = measurement.i_abc;
     return out;
   }
@@ -151,33 +151,35 @@ class Drive {
     return controller_.step(measurement, {mode, torque_reference});
   }
 
-  void fill(DriveOutput<T>& out, const Measurement<T>& measurement, const DriveRequest<T>& request,
-            const AdmittedCommand<T>& admitted, AvailableTorque<T> available) const noexcept {
+  /// All but the switching state, which the pattern tells.
+  [[nodiscard]] Telemetry<T> telemetry(const Measurement<T>& measurement, const DriveRequest<T>& request,
+                                       const AdmittedCommand<T>& admitted, AvailableTorque<T> available,
+                                       T torque_reference) const noexcept {
     const ControlEstimate<T> estimate = controller_.estimate();
-    Telemetry<T>& x = out.telemetry;
-    x.t_ns = measurement.t_ns;
-    x.torque_requested = request.command.torque;
-    x.torque = estimate.torque;
-    x.psi_s = estimate.psi_s;
-    x.psi_s_magnitude = estimate.psi_s_magnitude;
-    x.i_abc = measurement.i_abc;
-    x.u_dc = measurement.u_dc;
-    x.i_dc = dc_link_mean(measurement);
-    x.omega_m = measurement.omega_m;
-    x.torque_motoring = available.motoring;
-    x.torque_regenerating = available.regenerating;
-    x.switch_state = out.pattern.last_state();
-    x.sector = estimate.sector;
-    x.state = state_;
-    x.lockout = admitted.lockout || state_ == DriveState::fault;
-    x.active = faults_.active();
-    x.latched = faults_.latched();
-    x.first_fault = faults_.first();
-    x.fault_total = faults_.total();
-    x.command_received_ns = request.command.received_ns;
-    x.command_sequence = request.command.sequence;
-    x.command_rejected = request.command.rejected;
-    x.command_counter = request.command.counter;
+    return {.t_ns = measurement.t_ns,
+            .torque_requested = request.command.torque,
+            .torque_reference = torque_reference,
+            .torque = estimate.torque,
+            .psi_s = estimate.psi_s,
+            .psi_s_magnitude = estimate.psi_s_magnitude,
+            .i_abc = measurement.i_abc,
+            .u_dc = measurement.u_dc,
+            .i_dc = dc_link_mean(measurement),
+            .omega_m = measurement.omega_m,
+            .torque_motoring = available.motoring,
+            .torque_regenerating = available.regenerating,
+            .switch_state = {},
+            .sector = estimate.sector,
+            .state = state_,
+            .lockout = admitted.lockout || state_ == DriveState::fault,
+            .active = faults_.active(),
+            .latched = faults_.latched(),
+            .first_fault = faults_.first(),
+            .fault_total = faults_.total(),
+            .command_received_ns = request.command.received_ns,
+            .command_sequence = request.command.sequence,
+            .command_rejected = request.command.rejected,
+            .command_counter = request.command.counter};
   }
 
   Parameters parameters_;
