@@ -104,7 +104,13 @@ bool report_scenario(const sextant::ScenarioConfig& config, const std::filesyste
   const RunSummary summary{scenario.name, result.metrics, evaluate(scenario.expectations, result.metrics)};
   write_summary(summary, directory / "summary.json");
   print_summary(summary, stdout);
-  if (!result.plant_healthy) {
+  if (!result.events_ended) {
+    std::fprintf(
+        stderr,
+        "sextant-mil: %s: the events do not end at %.6f s; a longer event_exact.minimum_dwell_ns bounds "
+        "them, event_exact.max_events allows more\n",
+        scenario.name.c_str(), result.metrics[Metric::simulated]);
+  } else if (!result.plant_healthy) {
     std::fprintf(stderr, "sextant-mil: %s: the integrator of the plant failed; the run ends there\n",
                  scenario.name.c_str());
   }

@@ -18,6 +18,8 @@ from . import (
     paper_speed,
     paper_steady,
     paper_steps,
+    paper_vehicle,
+    paper_vehicle_figure,
 )
 from .errors import UserError, run
 from .paper_lab import Lab
@@ -26,7 +28,7 @@ from .paper_page import render
 from .paths import ROOT
 
 DEFAULT = ROOT / "build" / "release" / "apps" / "sextant-mil"
-FIGURES = paper_figures.ALL | paper_cycle_figures.ALL
+FIGURES = paper_figures.ALL | paper_cycle_figures.ALL | paper_vehicle_figure.ALL
 PICTURES = (*FIGURES, *paper_curves.ALL)
 Measure = Callable[[Lab, Numbers, bool], None]
 
@@ -42,7 +44,7 @@ MEASURES: tuple[Measure, ...] = (
     paper_steady.measure_ripple,
     paper_steady.measure_frequency,
     paper_cycle.measure_cycle,
-    paper_cycle.measure_vehicle,
+    paper_vehicle.measure_vehicle,
     paper_cycle.measure_table6,
 )
 

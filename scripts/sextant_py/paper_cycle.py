@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .paper_lab import SAMPLED, SCENARIOS, Lab, Run, Trace
+from .paper_lab import SAMPLED, Lab, Run, Trace
 from .paper_numbers import Numbers
-from .paths import ROOT
 
 EXTENSIONS = ("linear", "clip", "origin")
 BANDS = (0.918, 0.6885, 0.459)
@@ -84,6 +83,8 @@ def cycle_numbers(numbers: Numbers, name: str, run: Run) -> None:
         if not math.isnan(run[metric]):
             numbers.metric(f"{name}/{metric}", run, metric, unit, tolerance, f"{meaning}, NYCC 598 s")
     trace, command = run.trace, run.command
+    net = run["energy_from_link_j"] - run["energy_to_link_j"]
+    numbers.add(f"{name}/net_j", net, "J", -0.02, "from minus to the link", command)
     late = trace.t_s > 0.2
     surge = trace["current_max_a"][late].max()
     numbers.add(f"{name}/surge_worst_a", surge, "A", -0.03, "largest current vector after 0.2 s", command)
@@ -212,25 +213,3 @@ def measure_table6(lab: Lab, numbers: Numbers, quick: bool) -> None:
             "least flux of the first departure",
             command,
         )
-
-
-def measure_vehicle(lab: Lab, numbers: Numbers, quick: bool) -> None:
-    """The vehicle with its driver, where there is a scenario of it."""
-    scenario = "3_5_nycc_vehicle"
-    if quick or not (ROOT / SCENARIOS / f"{scenario}.toml").is_file():
-        return
-    for name, settings in (("exact", {}), ("sampled", SAMPLED)):
-        run = lab.run(scenario, settings)
-        for metric, unit, tolerance in (
-            ("speed_error_rms_rad_s", "rad/s", -0.05),
-            ("torque_error_max_nm", "N·m", -0.2),
-            ("torque_error_rms_nm", "N·m", -0.05),
-            ("energy_from_link_j", "J", -0.02),
-            ("energy_to_link_j", "J", -0.05),
-            ("energy_shaft_j", "J", -0.02),
-            ("energy_copper_j", "J", -0.05),
-            ("peak_current_a", "A", -0.05),
-        ):
-            numbers.metric(
-                f"vehicle/{name}/{metric}", run, metric, unit, tolerance, f"{metric}, NYCC with vehicle and driver"
-            )

@@ -11,6 +11,7 @@ from .paper_rise import SLOPES
 from .paper_speed import LONG, SHORT
 from .paper_steady import TORQUES
 from .paper_steps import REVERSALS_S, STEPS
+from .paper_vehicle import KINDS
 
 TEMPLATE = Path(__file__).with_name("paper_page.md")
 _NUMBER = re.compile(r"\{([\w/.]+):([^{}]+)\}")
@@ -150,8 +151,9 @@ def cycle_table(n: Numbers) -> str:
         ("torque reference below zero [% of the time]", "negative_percent", ".0f"),
         ("pulses of the comparator [kHz]", "torque_pulse_frequency_hz", "k1"),
         ("switching of a leg [kHz]", "switching_frequency_hz", "k1"),
-        ("drawn from the link [kJ]", "energy_from_link_j", "k1"),
-        ("fed back into the link [kJ]", "energy_to_link_j", "k1"),
+        ("drawn from the link, see below [kJ]", "energy_from_link_j", "k1"),
+        ("fed back into the link, see below [kJ]", "energy_to_link_j", "k1"),
+        ("drawn less fed back [kJ]", "net_j", "k1"),
         ("work on the shaft [kJ]", "energy_shaft_j", "k1"),
         ("lost in the windings [kJ]", "energy_copper_j", "k1"),
     )
@@ -161,6 +163,38 @@ def cycle_table(n: Numbers) -> str:
         for what, key, form in lines
     ]
     return table(["NYCC, 598 s", "linear", "clip", "origin", "linear, sampled"], rows)
+
+
+def road_load_table(n: Numbers) -> str:
+    columns = (("speed_kmh", ".0f"), ("torque_nm", ".0f"), ("fit_nm", ".2f"), ("residual_nm", "+.2f"))
+    states = [name.removesuffix("/speed_kmh") for name in n.under("vehicle/fit/") if name.endswith("/speed_kmh")]
+    rows = [[text(n[f"vehicle/fit/{state}/{key}"], form) for key, form in columns] for state in states]
+    return table(["vehicle speed [km/h]", "Table 5 [N·m]", "fit [N·m]", "residual, table − fit [N·m]"], rows)
+
+
+def vehicle_table(n: Numbers) -> str:
+    lines = (
+        ("speed error, RMS [rad/s]", "speed_error_rms_rad_s", ".3f"),
+        ("… at the wheel [m/s]", "speed_error_rms_m_s", ".4f"),
+        ("speed error, worst [km/h]", "speed_error_max_kmh", ".2f"),
+        ("torque error, RMS [N·m]", "torque_error_rms_nm", ".2f"),
+        ("torque error, worst [N·m]", "torque_error_max_nm", ".1f"),
+        ("largest phase current [A]", "peak_current_a", ".0f"),
+        ("time with the flux below 95 % [%]", "flux_low_percent", ".0f"),
+        ("drawn from the link ¹ [kJ]", "energy_from_link_j", "k1"),
+        ("fed back into the link ¹ [kJ]", "energy_to_link_j", "k1"),
+        ("drawn, in means of 10 ms [kJ]", "from_10_ms_j", "k1"),
+        ("fed back, in means of 10 ms [kJ]", "to_10_ms_j", "k1"),
+        ("drawn less fed back [kJ]", "net_j", "k1"),
+        ("net work on the shaft [kJ]", "energy_shaft_j", "k1"),
+        ("lost in the windings [kJ]", "energy_copper_j", "k1"),
+        ("efficiency of motor and inverter, shaft / (drawn − fed back) [%]", "efficiency_percent", ".1f"),
+        ("taken from the shaft by braking [kJ]", "braking_j", "k1"),
+        ("… of which reaches the link while power flows back [%]", "recovered_percent", ".0f"),
+        ("… on balance over all the braking [%]", "recovered_net_percent", ".0f"),
+    )
+    rows = [[what, *(text(n[f"vehicle/{kind}/{key}"], form) for kind in KINDS)] for what, key, form in lines]
+    return table(["NYCC with vehicle and driver, one motor of two", "event-exact", "sampled 25 µs"], rows)
 
 
 def speed_table(n: Numbers) -> str:
@@ -180,6 +214,8 @@ TABLES: dict[str, Callable[[Numbers], str]] = {
     "frequency": frequency_table,
     "table6": table6,
     "cycle": cycle_table,
+    "road_load": road_load_table,
+    "vehicle": vehicle_table,
     "speed": speed_table,
 }
 

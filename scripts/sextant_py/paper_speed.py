@@ -2,10 +2,12 @@
 
 import json
 import re
+import shlex
 import subprocess
 import time
 from pathlib import Path
 
+from .errors import UserError
 from .paper_lab import SCENARIOS, Lab
 from .paper_numbers import Numbers
 from .paths import ROOT
@@ -27,14 +29,18 @@ SAMPLED = ("--set", "mode=sampled", *FIXED)
 
 def real_time(lab: Lab, scenario: str, arguments: tuple[str, ...], repeats: int) -> tuple[float, float]:
     """Best real-time factor with the trace on, and peak of resident memory. [1], [MB]"""
-    command = [lab.mil, SCENARIOS / f"{scenario}.toml", *arguments, "--out", lab.work / "speed"]
+    summary_file = lab.work / "speed" / "summary.json"
+    command = [lab.mil, SCENARIOS / f"{scenario}.toml", *arguments, "--out", summary_file.parent]
     best, memory = 0.0, 0.0
     for _ in range(repeats):
+        summary_file.unlink(missing_ok=True)
         program = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while program.poll() is None:
             memory = max(memory, peak_memory(program.pid))
             time.sleep(0.05)
-        summary = json.loads((lab.work / "speed" / "summary.json").read_text(encoding="utf-8"))
+        if program.returncode not in (0, 1) or not summary_file.is_file():
+            raise UserError(f"{shlex.join(map(str, command))} failed with status {program.returncode}.")
+        summary = json.loads(summary_file.read_text(encoding="utf-8"))
         best = max(best, summary["metrics"]["realtime_factor"])
     return best, memory
 

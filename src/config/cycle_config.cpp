@@ -67,7 +67,7 @@ std::string CycleConfig::validate() const {
   return passive_ev.validate();
 }
 
-void describe(Section root, CycleConfig& p) {
+void describe(const Section& root, CycleConfig& p) {
   describe_cycle(root.section("cycle"), p);
   describe(root.section("vehicle"), p.vehicle);
   describe(root.section("driver"), p.driver);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace sextant {
 namespace {
@@ -78,15 +79,22 @@ void describe(Section s, std::vector<Expectation>& list) {
 }
 
 /// What holds between the parts of a run.
-std::string validate(const Scenario& scenario, std::int64_t period_ns) {
+std::string validate(const Scenario& scenario) {
   const auto demands_response = [](const Expectation& e) {
     return find_metric(e.metric) == Metric::response_time;
   };
   const MetricsParameters& m = scenario.metrics;
-  if (scenario.duration_ns < period_ns) return "the run must last at least one control period";
   if (m.from_ns >= scenario.duration_ns) return "the window of the metrics begins after the run has ended";
   if (m.step_ns && *m.step_ns >= scenario.duration_ns)
     return "the step of the metrics comes after the run has ended";
+  if (m.step_ns && *m.step_ns > 0) {
+    // At 0 a step comes from nothing.
+    if (!scenario.torque_reference.validate().empty()) return {};
+    const Profile reference{scenario.torque_reference};
+    const std::vector<std::int64_t>& jumps = reference.jumps_ns();
+    if (scenario.cycle || std::find(jumps.begin(), jumps.end(), *m.step_ns) == jumps.end())
+      return "metrics.step_s must be 0 or an instant at which the torque reference jumps";
+  }
   if (!m.step_ns &&
       std::any_of(scenario.expectations.begin(), scenario.expectations.end(), demands_response)) {
     return "a response time is expected, but metrics.step_s does not say from when";
@@ -104,6 +112,8 @@ std::string validate_mode(const ScenarioConfig& c) {
              "drive.magnetise_first";
     return {};
   }
+  if (c.scenario.duration_ns < c.drive.direct_torque.period_ns)
+    return "the run must last at least one control period";
   const double periods =
       c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.direct_torque.period_ns);
   if (periods < 0.5 || std::abs(periods - std::round(periods)) > 1e-9 * periods) {
@@ -124,8 +134,12 @@ std::string validate_alone(const ScenarioConfig& c) {
 
 /// The drive refuses a torque that is beyond the limit of its gate.
 std::string validate_driver(const ScenarioConfig& c) {
-  const bool beyond = c.cycle.driver.torque_limit > c.drive.drive.gate.torque_limit;
-  return c.cycle.drives_vehicle() && beyond ? "torque_limit_nm is above gate.torque_limit_nm" : "";
+  if (!c.cycle.drives_vehicle()) return {};
+  if (!c.cycle.speed.points.empty() && c.cycle.speed.points.front().value != 0.0)
+    return "the cycle must begin at rest, where the vehicle is";
+  const bool beyond = c.drive.drive.gate.torque_limit < c.cycle.driver.torque_limit;
+  const bool has_gate = c.mode == ScenarioMode::sampled;
+  return has_gate && beyond ? "torque_limit_nm is above gate.torque_limit_nm" : "";
 }
 
 /// Puts the vehicle on the shaft and its driver into the scenario.
@@ -175,7 +189,7 @@ void describe(Section root, ScenarioConfig& c) {
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us", "one row of the trace");
   trace.check(scenario.trace);
   describe(root.section("expect"), scenario.expectations);
-  root.check([&c] { return validate(c.scenario, c.drive.direct_torque.period_ns); });
+  root.check([&c] { return validate(c.scenario); });
   root.check([&c] { return validate_mode(c); });
 }
 

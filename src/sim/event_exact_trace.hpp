@@ -41,7 +41,7 @@ class EventExactTrace {
     before_ = after;
   }
 
-  /// Writes the row that ends at t_ns. torque_requested: the scenario's reference there. [N·m]
+  /// Writes the row that ends at t_ns.
   void finish_row(std::int64_t t_ns, const EventExactSystem& system) {
     const SpaceVector<> estimate = system.estimated_flux();
     TraceRow row;

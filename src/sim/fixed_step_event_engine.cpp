@@ -8,7 +8,7 @@ namespace {
 
 using Events = EventExactSystem::Events;
 
-/// How far below zero an event function may be at its event: 1e-10 N·m pass in 1e-15 s.
+/// How far below zero an event function may be at its event: 1e-9 N·m pass in 4e-15 s.
 constexpr double tolerance(int event) noexcept {
   return event == ContinuousComparators::torque_above || event == ContinuousComparators::torque_below ? 1e-9
                                                                                                       : 1e-13;

@@ -142,7 +142,6 @@ MetricList MetricsAccumulator::metrics() const noexcept {
   if (!any_ || !finite_) return m;
   m[Metric::peak_current] = peak_current_;
   m[Metric::response_time] = response_.time_ms().value_or(nan);
-  if (event_exact_) m[Metric::dwell_limited] = double(deferred_);
   if (moments_.weight() > 0) fill_window_metrics(m);
   return m;
 }

@@ -19,8 +19,7 @@ constexpr std::size_t buffer_rows = 8 * chunk_rows;
 
 constexpr const char* decimation =
     "Each row is one interval, its time that of the interval's end. *_min* and *_max* are the extremes over "
-    "the "
-    "interval (min/max envelope), *_mean* is the mean over it, all else is the value at its end.";
+    "the interval (min/max envelope), *_mean* is the mean over it, all else is the value at its end.";
 
 hdf5::Handle chunked_and_compressed(int level) {
   hdf5::Handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};

@@ -72,6 +72,19 @@ TEST_F(CycleConfigFile, SurvivesPrintingFromAnotherPlace) {
   EXPECT_EQ(Profile{again.scenario.torque_reference}.value(4'500'000'000), 1.5);
 }
 
+TEST_F(CycleConfigFile, OfAVehicleBeginsAtRest) {
+  (void)files_.write("moving.csv", "time_s,speed_kmh\n0,10\n9,30\n");
+  EXPECT_THAT(refusal("vehicle = \"" + configs +
+                      "/vehicles/micro_ev.toml\"\n[cycle]\nfile = \"moving.csv\"\nload = \"vehicle\"\n"),
+              HasSubstr("must begin at rest"));
+}
+
+TEST_F(CycleConfigFile, AResponseTimeNeedsAJump) {
+  const std::string ramp = "[profile.torque_nm]\nshape = \"linear\"\npoints = [[0, 0], [0.5, 5], [0.5, 9]]\n";
+  EXPECT_THAT(refusal(ramp + "[metrics]\nstep_s = 0.25\n"), HasSubstr("at which the torque reference jumps"));
+  EXPECT_EQ(load(ramp + "[metrics]\nstep_s = 0.5\n").scenario.metrics.step_ns, 500'000'000);
+}
+
 TEST_F(CycleConfigFile, StandsAlone) {
   const std::string file = files_.path("s.toml");
   EXPECT_EQ(refusal(cycle_lines("[profile.torque_nm]\nvalue = 5\n")),

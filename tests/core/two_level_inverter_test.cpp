@@ -55,6 +55,26 @@ TYPED_TEST(TwoLevelInverterOf, DcPowerEqualsStatorPowerInEveryState) {
   }
 }
 
+TYPED_TEST(TwoLevelInverterOf, AnOpenLegFeedsTheLinkThroughItsUpperDiodeOnly) {
+  using T = TypeParam;
+  const ThreePhase<T> i{T(7), T(-4), T(-3)};
+  EXPECT_EQ(dc_link_current(gates_off, i), T(-7)) << "b and c flow back through their upper diodes";
+  EXPECT_EQ(dc_link_current(SwitchState{LegState::high, LegState::off, LegState::low}, i), T(3));
+  EXPECT_EQ(dc_link_current(SwitchState{LegState::off, LegState::high, LegState::high}, i), T(-7));
+}
+
+TYPED_TEST(TwoLevelInverterOf, TheMeanOfAPatternWeighsItsSegments) {
+  using T = TypeParam;
+  const ThreePhase<T> driven{T(8), T(-4), T(-4)};
+  const ThreePhase<T> open{T(2), T(-1), T(-1)};
+  EXPECT_EQ(dc_link_current(GatePattern{}, driven, open), T(0));
+  EXPECT_EQ(dc_link_current(GatePattern{switch_states[1], 100}, driven, open), T(8));
+  EXPECT_EQ(dc_link_current(GatePattern{gates_off, 100}, driven, open), T(-2));
+  GatePattern acted{switch_states[1], 300};
+  acted.append({gates_off, 100});
+  EXPECT_NEAR(dc_link_current(acted, driven, open), T(0.75) * T(8) - T(0.25) * T(2), this->tolerance);
+}
+
 TEST(SwitchState, TheEightStatesAreDrivenAndDiffer) {
   for (unsigned i = 0; i < switch_states.size(); ++i) {
     EXPECT_TRUE(is_driven(switch_states[i]));

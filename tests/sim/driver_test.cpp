@@ -52,6 +52,14 @@ TEST(Driver, FeedsTheAccelerationForwardBothWays) {
   }
 }
 
+TEST(Driver, MeasuresTheTimeBetweenItsDecisionsWhereTheyComeLate) {
+  Driver driver{parameters};
+  for (int k = 0; k < 20; ++k) {
+    const double v = 1.5 * 0.025 * k;
+    EXPECT_NEAR(driver.step(k * 25 * ms, v, v), k == 0 ? 0.0 : torque_for(1.5), 1e-9);
+  }
+}
+
 TEST(Driver, IntegratesTheError) {
   Driver driver{parameters};
   // 0.1 m/s for n periods before: omega_b (e + n T e/T_i)

@@ -97,7 +97,10 @@ TEST(EventExactRunner, WithoutADwellAnEndlessSequenceOfEventsIsReported) {
   s.parameters.control.torque_comparator.reading = ComparatorReading::memoryless;
   s.parameters.event_exact.minimum_dwell_ns = 0;
   s.parameters.event_exact.max_events = 200'000;
-  EXPECT_FALSE(s.run().plant_healthy);
+  const MilResult r = s.run();
+  EXPECT_FALSE(r.plant_healthy);
+  EXPECT_FALSE(r.events_ended);
+  EXPECT_LT(metric(r, Metric::simulated), 0.05);
 }
 
 TEST(EventExactRunner, SectorsThatStartOnV1CannotStartBackwards) {
@@ -139,6 +142,17 @@ TEST(EventExactRunner, AnImposedSpeedFollowsItsProfile) {
   const MilResult r = s.run();
   // Work of a torque near 10 N·m on a triangle of speed: 10 · 20 · 0.2/2.
   EXPECT_NEAR(metric(r, Metric::energy_shaft), (10 + metric(r, Metric::torque_bias)) * 2, 0.05);
+}
+
+TEST(EventExactRunner, AJumpOfTheImposedSpeedActsAtItsInstant) {
+  EventExactSetup s = EventExactSetup::at(10, 0, 0.2);
+  s.parameters.event_exact.initial_flux = 1.1;
+  s.scenario.load.imposed_speed =
+      ProfileParameters{.shape = ProfileShape::steps, .points = {{0, 5}, {0.1, 25}}};
+  s.scenario.metrics = {.from_ns = 100'000'000};
+  // ∫ T dt at a constant speed of 25 rad/s from the jump on.
+  const MilResult r = s.run();
+  EXPECT_NEAR(metric(r, Metric::energy_shaft), (10 + metric(r, Metric::torque_bias)) * 25 * 0.1, 1e-6);
 }
 
 TEST(EventExactRunner, AFreeShaftAcceleratesByTheSurplusOfTorque) {

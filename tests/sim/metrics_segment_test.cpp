@@ -222,15 +222,6 @@ TEST(MetricsSegments, OfAnEventExactRunThePulsesAreThoseTold) {
   EXPECT_NEAR(accumulator.metrics()[Metric::switching_frequency], 100.0 / 3, 1e-9);
 }
 
-TEST(MetricsSegments, CountsWhatTheMinimumDwellHeldBack) {
-  MetricsAccumulator accumulator{{}};
-  accumulator.add_segment({.t_ns = 0}, {.t_ns = 1});
-  EXPECT_EQ(accumulator.metrics()[Metric::dwell_limited], 0);
-  accumulator.defer();
-  accumulator.defer();
-  EXPECT_EQ(accumulator.metrics()[Metric::dwell_limited], 2);
-}
-
 TEST(MetricsSegments, EnergiesAreTheIntegralsOfTheLinesInTheWindow) {
   // Link power falls through zero, torque and speed rise: ∫ 3t (2 + 3t) dt from 0 to 1 s is 6 J.
   const auto signal = [](double t) {

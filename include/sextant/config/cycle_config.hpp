@@ -31,6 +31,6 @@ struct CycleConfig {
 };
 
 /// Sections cycle, vehicle and driver.
-void describe(Section root, CycleConfig& config);
+void describe(const Section& root, CycleConfig& config);
 
 }  // namespace sextant

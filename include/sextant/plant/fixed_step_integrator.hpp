@@ -68,7 +68,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return y;
   }
 
-  [[gnu::flatten]] static bool advance_smoothly(Plant& plant, T h, std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
+  [[gnu::flatten]] static bool advance_smoothly(Plant& plant, T h,
+                                                std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
     State x = plant.state();
     State k1;
     for (std::int64_t n = 0; n < steps; ++n) {

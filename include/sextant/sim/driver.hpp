@@ -47,11 +47,13 @@ class Driver {
   /// Torque of each motor at t_ns, held between the decisions. t_ns must not fall. [m/s] → [N·m]
   double step(std::int64_t t_ns, double v_ref, double v) noexcept SEXTANT_NONBLOCKING {
     if (started_ && t_ns < next_ns_) return torque_;
-    const double period = double(p_.period_ns) * 1e-9;
+    // Since the last decision: late ones are not rare where the caller's steps do not divide the period.
+    const double period = double(started_ ? t_ns - last_ns_ : p_.period_ns) * 1e-9;
     const double acceleration = started_ ? (v_ref - last_v_ref_) / period : 0.0;
     // On the grid of the first decision; a period that is missed altogether is not made up for.
     next_ns_ = started_ && t_ns < next_ns_ + p_.period_ns ? next_ns_ + p_.period_ns : t_ns + p_.period_ns;
     started_ = true;
+    last_ns_ = t_ns;
     last_v_ref_ = v_ref;
 
     const double error = v_ref - v;
@@ -84,6 +86,7 @@ class Driver {
   Parameters p_;
   double torque_per_force_;  ///< r/n [m]
   std::int64_t next_ns_{0};  ///< [ns]
+  std::int64_t last_ns_{0};  ///< of the last decision [ns]
   double last_v_ref_{0};     ///< [m/s]
   double integral_{0};       ///< of the error [m]
   double torque_{0};         ///< [N·m]

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "sextant/sim/event_engine_outcome.hpp"
@@ -41,6 +42,8 @@ class EventExactSimulation {
   template <class Observe, class Switched>
   [[nodiscard]] bool run(const EventExactStretch& stretch, Observe&& observe, Switched&& switched);
 
+  /// False once a stretch has had more events than it may.
+  [[nodiscard]] bool events_ended() const noexcept { return events_ended_; }
   /// Events deferred by the minimum dwell so far. [-]
   [[nodiscard]] std::int64_t dwell_limited() const noexcept { return dwell_limited_; }
   /// Events so far. [-]
@@ -73,6 +76,8 @@ class EventExactSimulation {
   double since_switching_;  ///< [s]
   std::int64_t dwell_limited_{0};
   std::int64_t events_{0};
+  bool events_ended_{true};
+  int event_{-1};  ///< that the engine has stopped at, not yet acted on; one may end a stretch
   EventExactSystem& system_;
   Engine& engine_;
 };
@@ -81,23 +86,26 @@ template <class Engine>
 template <class Observe, class Switched>
 bool EventExactSimulation<Engine>::run(const EventExactStretch& stretch, Observe&& observe,
                                        Switched&& switched) {
+  const bool jumps = std::abs(stretch.torque_reference - system_.reference()) > 1e-9;
   begin(stretch);
   double left = double(stretch.duration_ns) * 1e-9;
   const std::int64_t limit = events_ + 1000 + std::int64_t(left * double(max_events_));
-  bool pending = true;  // the reference may have jumped
-  int event = -1;
+  // An event that ended the last stretch, or a jump of the reference; without either, events within the dwell
+  // are still to be found and counted.
+  bool pending = event_ >= 0 || jumps || since_switching_ >= dwell_ - negligible;
   while (left > negligible) {
-    if (pending) pending = !try_to_settle(event, switched);
-    event = -1;
+    if (pending) pending = !try_to_settle(event_, switched);
+    event_ = -1;
     const double span = pending ? std::min(left, dwell_ - since_switching_) : left;
     const EventPiece piece = engine_.advance(system_, span, !pending);
-    if (piece.outcome == EventOutcome::failed || events_ > limit) return false;
+    events_ended_ = events_ <= limit;
+    if (piece.outcome == EventOutcome::failed || !events_ended_) return false;
     left -= piece.duration;
     since_switching_ += piece.duration;
     if (piece.duration > 0.0 && !observe(piece.duration)) return true;
     if (piece.outcome != EventOutcome::event) continue;
     ++events_;
-    event = piece.event;
+    event_ = piece.event;
     pending = true;
     if (since_switching_ < dwell_ - negligible) ++dwell_limited_;
   }

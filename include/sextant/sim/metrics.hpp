@@ -73,10 +73,8 @@ class MetricsAccumulator {
   /// Tells of the beginning of a torque comparator's pulse in an event-exact run.
   void pulse(std::int64_t t_ns) noexcept;
 
-  /// Tells of an event that has to wait for the minimum dwell in an event-exact run.
-  void defer() noexcept { ++deferred_; }
-
-  /// The metrics so far. Those of the simulation's speed are the runner's to fill in.
+  /// The metrics so far. Those of the simulation's speed and of the minimum dwell are the
+  /// runner's to fill in.
   [[nodiscard]] MetricList metrics() const noexcept;
 
  private:
@@ -107,7 +105,6 @@ class MetricsAccumulator {
   std::int64_t turn_ons_{0};     // of the three upper switches
   std::int64_t activations_{0};  // zero vectors left for active ones
   std::int64_t pulses_{0};
-  std::int64_t deferred_{0};
   std::optional<SwitchState> switch_state_{};
   double peak_current_{0};
   bool event_exact_{false};

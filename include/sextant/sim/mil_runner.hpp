@@ -15,7 +15,8 @@ class TraceRecorder;
 /// How a run ended.
 struct MilResult {
   MetricList metrics{};
-  bool plant_healthy{true};  ///< false: the integrator failed
+  bool plant_healthy{true};  ///< false: the integrator failed, or its events did not end
+  bool events_ended{true};   ///< false: an event-exact run had more events than it may
   DriveState final_state{DriveState::init};
   FaultSet faults{};        ///< latched during the run
   Fault first_fault{};      ///< meaningful while `faults.any()`

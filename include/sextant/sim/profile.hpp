@@ -81,7 +81,7 @@ class Profile {
     return t_ns < 0 ? 0 : piece_at(t_ns).end_ns;
   }
 
-  /// The instants at which the value jumps, in order; a run's step response starts at one of them. [ns]
+  /// The instants at which the value jumps, in order. [ns]
   [[nodiscard]] const std::vector<std::int64_t>& jumps_ns() const noexcept { return jumps_ns_; }
 
  private:

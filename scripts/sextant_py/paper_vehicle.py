@@ -1,0 +1,145 @@
+"""The New York City Cycle with a vehicle and its driver in place of the paper's look-up tables."""
+
+import math
+import tomllib
+
+import numpy as np
+
+from . import road_load
+from .paper_lab import SAMPLED, SCENARIOS, Lab, Run, Trace
+from .paper_numbers import Numbers
+from .paths import ROOT
+
+SCENARIO = "3_5_nycc_vehicle"
+VEHICLE = ROOT / "configs/vehicles/micro_ev.toml"
+MACHINE = ROOT / "configs/machines/paper_3hp.toml"
+CYCLE = ROOT / "configs/cycles/nycc.csv"
+KMH_PER_MPH = 1.609344
+KINDS = {"exact": {}, "sampled": SAMPLED}
+FROM_S = 0.2  # where the scenario's window of metrics begins
+BRAKING_W = -20.0  # shaft power below which the vehicle brakes; at rest it is nearer to zero
+METRICS = (
+    ("speed_error_rms_rad_s", "rad/s", -0.05, "RMS of the speed error"),
+    ("torque_error_max_nm", "N·m", -0.2, "largest torque error"),
+    ("torque_error_rms_nm", "N·m", -0.05, "RMS of the torque error"),
+    ("energy_from_link_j", "J", -0.02, "integral of the link's positive power"),
+    ("energy_to_link_j", "J", -0.05, "integral of the link's negative power"),
+    ("energy_shaft_j", "J", -0.02, "net work on the shaft"),
+    ("energy_copper_j", "J", -0.05, "lost in the windings"),
+    ("peak_current_a", "A", -0.05, "largest phase current"),
+)
+
+
+def wheel_radius_m() -> float:
+    return float(tomllib.loads(VEHICLE.read_text(encoding="utf-8"))["wheel_radius_m"])
+
+
+def vehicle_run(lab: Lab, kind: str) -> Run:
+    return lab.run(SCENARIO, KINDS[kind], trace=True)
+
+
+def speeds(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Of the cycle and of the vehicle at the end of each row. [km/h]"""
+    t_s, mph = np.loadtxt(CYCLE, delimiter=",", skiprows=2, unpack=True)
+    return np.interp(trace.t_s, t_s, KMH_PER_MPH * mph), 3.6 * wheel_radius_m() * trace["omega_m_rad_s"]
+
+
+def shaft_power(trace: Trace) -> np.ndarray:
+    """Mean of each row, with the speed half-way. [W]"""
+    omega = trace["omega_m_rad_s"]
+    return trace["torque_mean_nm"] * 0.5 * (omega + np.concatenate((omega[:1], omega[:-1])))
+
+
+def braking_energies(trace: Trace) -> tuple[float, float, float]:
+    """Taken from the shaft while braking; of it into the link, by rows that feed back and on balance. [J]"""
+    braking = shaft_power(trace) < BRAKING_W
+    seconds = np.diff(trace.t_s, prepend=trace.t_s[0])[braking]
+    shaft, link = shaft_power(trace)[braking], trace["power_w"][braking]
+    return tuple(-float(np.sum(seconds * power)) for power in (shaft, np.minimum(link, 0), link))
+
+
+def magnetising(flux_wb: np.ndarray | float) -> tuple[np.ndarray | float, np.ndarray | float]:
+    """Amplitude of the current that makes this stator flux without torque, and its loss. [A, W]"""
+    machine = tomllib.loads(MACHINE.read_text(encoding="utf-8"))
+    inductance = (machine["x_ls_ohm"] + machine["x_m_ohm"]) / (2 * math.pi * machine["reactance_frequency_hz"])
+    current = flux_wb / inductance
+    return current, 1.5 * machine["r_s_ohm"] * current**2
+
+
+def fit_numbers(numbers: Numbers) -> None:
+    load, command = road_load.fit(), "python -m sextant_py.road_load, in scripts/"
+    for name, value, unit, tolerance, meaning in (
+        ("radius_m", load.wheel_radius_m, "m", 1e-4, "wheel radius, from speed by rpm"),
+        ("rolling", load.rolling_coefficient, "1", 1e-4, "rolling coefficient, not below zero"),
+        ("drag_area_m2", load.drag_area_m2, "m²", 1e-3, "drag area"),
+        ("rms_nm", load.rms_nm, "N·m", 0.01, "RMS of the residuals"),
+        ("worst_nm", load.worst_nm, "N·m", 0.01, "largest residual"),
+    ):
+        numbers.add(f"vehicle/fit/{name}", value, unit, tolerance, f"{meaning}, Table 5", command)
+    for k, (speed, torque, residual) in enumerate(zip(load.speed_m_s, load.torque_nm, load.residual_nm, strict=True)):
+        state = f"steady state {k + 1} of Table 5"
+        for name, value, unit, meaning in (
+            ("speed_kmh", 3.6 * speed, "km/h", "speed"),
+            ("torque_nm", torque, "N·m", "torque of the table"),
+            ("fit_nm", torque - residual, "N·m", "torque of the fit"),
+            ("residual_nm", residual, "N·m", "table minus fit"),
+        ):
+            numbers.add(f"vehicle/fit/{k + 1}/{name}", value, unit, 0.01, f"{meaning}, {state}", command)
+
+
+def run_numbers(numbers: Numbers, name: str, run: Run) -> None:
+    for metric, unit, tolerance, meaning in METRICS:
+        meaning = f"{meaning}, NYCC with vehicle and driver, one motor"
+        numbers.metric(f"{name}/{metric}", run, metric, unit, tolerance, meaning)
+    command, trace = run.command, run.trace
+    wanted, reached = speeds(trace)
+    error, radius = np.abs(reached - wanted), wheel_radius_m()
+    rms = run["speed_error_rms_rad_s"] * radius
+    numbers.add(f"{name}/speed_error_rms_m_s", rms, "m/s", -0.05, "RMS of the speed error, at the wheel", command)
+    numbers.add(f"{name}/speed_error_max_kmh", error.max(), "km/h", 0.02, "largest speed error, rows of 10 ms", command)
+    at_s = trace.t_s[error.argmax()]
+    numbers.add(f"{name}/speed_error_max_s", at_s, "s", None, "when that is", command)
+    late = trace.between(FROM_S, math.inf)
+    worst = np.maximum(-late.error[0], late.error[1]).argmax()
+    numbers.add(f"{name}/torque_error_max_s", late.t_s[worst], "s", None, "when the torque error is largest", command)
+    net = run["energy_from_link_j"] - run["energy_to_link_j"]
+    numbers.add(f"{name}/net_j", net, "J", -0.02, "from minus to the link", command)
+    mean = run["energy_shaft_j"] / run["simulated_s"]
+    numbers.add(f"{name}/shaft_w", mean, "W", -0.02, "mean power on the shaft", command)
+    share = 100 * run["energy_shaft_j"] / net
+    numbers.add(f"{name}/efficiency_percent", share, "%", 1, "shaft / (from - to)", command)
+    closed = 100 * (net - run["energy_shaft_j"] - run["energy_copper_j"]) / net
+    numbers.add(f"{name}/balance_percent", closed, "%", 0.2, "neither shaft nor copper, of (from - to)", command)
+    account_numbers(numbers, name, late, command)
+
+
+def account_numbers(numbers: Numbers, name: str, trace: Trace, command: str) -> None:
+    """What the trace says of braking and of the flux."""
+    seconds, power = np.diff(trace.t_s, prepend=trace.t_s[0]), trace["power_w"]
+    out, back = (float(np.sum(seconds * np.maximum(sign * power, 0))) for sign in (1, -1))
+    numbers.add(f"{name}/from_10_ms_j", out, "J", -0.02, "drawn from the link, means of 10 ms", command)
+    numbers.add(f"{name}/to_10_ms_j", back, "J", -0.05, "fed back into the link, means of 10 ms", command)
+    shaft, fed_back, balance = braking_energies(trace)
+    numbers.add(f"{name}/braking_j", shaft, "J", -0.02, f"taken from the shaft below {BRAKING_W:g} W", command)
+    for key, energy, meaning in (
+        ("recovered", fed_back, "rows of 10 ms that feed the link, by the energy taken from the shaft"),
+        ("recovered_net", balance, "the same less what the other rows draw"),
+    ):
+        numbers.add(f"{name}/{key}_percent", 100 * energy / shaft, "%", 2, f"{meaning}, while braking", command)
+    lost = float(np.sum(seconds * magnetising(trace["flux_mean_wb"])[1]))
+    numbers.add(f"{name}/magnetising_j", lost, "J", -0.05, "loss of the current that makes the flux", command)
+    low = 100 * float(np.mean(trace["flux_mean_wb"] < 0.95 * 1.1))
+    numbers.add(f"{name}/flux_low_percent", low, "%", 1, "share of the time with the flux below 95 %", command)
+
+
+def measure_vehicle(lab: Lab, numbers: Numbers, quick: bool) -> None:
+    """Road load of Table 5, and the cycle with it."""
+    fit_numbers(numbers)
+    current, loss = magnetising(1.1)
+    command = "1.1 Wb / L_s and 3/2 R_s i², configs/machines/paper_3hp.toml"
+    numbers.add("vehicle/magnetising_a", current, "A", 0.01, "magnetising current at 1.1 Wb, amplitude", command)
+    numbers.add("vehicle/magnetising_w", loss, "W", 0.1, "its loss in the stator", command)
+    if quick or not (ROOT / SCENARIOS / f"{SCENARIO}.toml").is_file():
+        return
+    for kind in KINDS:
+        run_numbers(numbers, f"vehicle/{kind}", vehicle_run(lab, kind))
