@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import re
 import statistics
 import sys
 from dataclasses import dataclass
@@ -57,7 +58,7 @@ def figures(result: dict) -> dict[str, float]:
     for run in result["benchmarks"]:
         if run.get("run_type") != "iteration":
             continue
-        name = run["run_name"].removesuffix("/iterations:1")
+        name = re.sub(r"/(iterations|repeats):\d+", "", run["run_name"])
         times.setdefault(name, []).append(run["cpu_time"] * scale[run["time_unit"]])
         if "ratio" in run:
             ratios.setdefault(name, []).append(run["ratio"])
