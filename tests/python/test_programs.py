@@ -4,6 +4,8 @@ import os
 import shutil
 import socket
 import subprocess
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -22,9 +24,11 @@ def program(name: str) -> Path:
     return next(place / name for place in places if (place / name).is_file())
 
 
-def run(name: str, *arguments: object, before: tuple[str, ...] = (), **environment: str) -> subprocess.CompletedProcess:
+def run(
+    name: str | Path, *arguments: object, before: tuple[str, ...] = (), **environment: str
+) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [*before, program(name), *map(str, arguments)],
+        [*before, name if isinstance(name, Path) else program(name), *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=30,
@@ -48,6 +52,18 @@ def check_refusal(found: subprocess.CompletedProcess, name: str, *words: str) ->
 def live(bus_address: str, domain: int) -> tuple[str, ...]:
     """Arguments with which sextant-ecu would run, briefly."""
     return (str(ECU_CONFIG), "--can", bus_address, "--duration", "0.2", "--set", f"dds.domain={domain}")
+
+
+@pytest.fixture
+def for_anyone() -> Iterator[Path]:
+    """Copies of the programs and of configs that any user reaches; the checkout may lie in somebody's private home."""
+    with tempfile.TemporaryDirectory() as directory:
+        place = Path(directory)
+        shutil.copytree(ROOT / "configs", place / "configs")
+        for name in ("sextant-ecu", "sextant-mil"):
+            shutil.copy(program(name), place)
+        subprocess.run(["chmod", "-R", "a+rX", place], check=True)
+        yield place
 
 
 def test_the_arguments_are_good(live: tuple[str, ...]) -> None:
@@ -107,18 +123,22 @@ def test_dds_that_cannot_start(inner: str, word: str, live: tuple[str, ...]) -> 
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="rights can only be given up by one who has them")
-def test_missing_rights_where_they_are_required(live: tuple[str, ...]) -> None:
+def test_missing_rights_where_they_are_required(live: tuple[str, ...], for_anyone: Path) -> None:
     less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--inh-caps=-all")
     limits = ("prlimit", "--rtprio=0", "--memlock=0")
-    found = run("sextant-ecu", *live, "--set", "realtime.required=true", before=(*less, *limits))
+    config = for_anyone / "configs" / "ecu.toml"
+    required = ("--set", "realtime.required=true")
+    found = run(for_anyone / "sextant-ecu", config, *live[1:], *required, before=(*less, *limits))
     check_refusal(found, "sextant-ecu", "realtime.required", "SCHED_FIFO", "CAP_SYS_NICE")
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="rights can only be given up by one who has them")
-def test_missing_rights_are_reported_where_they_are_not_required(live: tuple[str, ...]) -> None:
+def test_missing_rights_are_reported_where_they_are_not_required(live: tuple[str, ...], for_anyone: Path) -> None:
     less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--inh-caps=-all")
-    found = run("sextant-ecu", *live, before=(*less, "prlimit", "--rtprio=0", "--memlock=0"))
-    assert found.returncode == 0
+    config = for_anyone / "configs" / "ecu.toml"
+    limits = ("prlimit", "--rtprio=0", "--memlock=0")
+    found = run(for_anyone / "sextant-ecu", config, *live[1:], before=(*less, *limits))
+    assert found.returncode == 0, found.stderr
     assert "SCHED_FIFO priority 80 was refused" in found.stderr
 
 
@@ -201,13 +221,11 @@ def test_out_that_cannot_be_made(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="needs another user")
-def test_out_that_may_not_be_written(tmp_path: Path) -> None:
-    out = tmp_path / "out"
+def test_out_that_may_not_be_written(for_anyone: Path) -> None:
+    out = for_anyone / "out"
     out.mkdir(mode=0o755)
-    for parent in (tmp_path, *tmp_path.parents):
-        if parent.is_relative_to(tmp_path.parents[2]) and parent.owner() == "root":
-            parent.chmod(parent.stat().st_mode | 0o055)
     less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
-    found = run("sextant-mil", SCENARIO, "--out", out, before=less)
+    scenario = for_anyone / SCENARIO.relative_to(ROOT)
+    found = run(for_anyone / "sextant-mil", scenario, "--out", out, before=less)
     check_refusal(found, "sextant-mil", "out", "Permission denied")
     assert list(out.iterdir()) == []
