@@ -3,24 +3,33 @@
 #include <chrono>
 #include <thread>
 
+#include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/realtime/thread_setup.hpp"
+
 namespace sextant::ecu {
 
 void CanReceiveThread::run() {
   using namespace std::chrono_literals;
+  // A refusal is the control thread's as well, which reports it.
+  if (fifo_priority_ > 0) (void)use_fifo_scheduling(fifo_priority_);
   CanFrame frame;
-  std::uint64_t accepted = 0;
   while (!crossings_.stopped.load(std::memory_order_acquire)) {
     const CanReceive result = bus_.receive(frame, 20ms);
     // These come without waiting; what is queued behind a broken socket cannot be read anyway.
     if (result == CanReceive::down || result == CanReceive::error) std::this_thread::sleep_for(5ms);
-    if (result != CanReceive::got) continue;
-    const FrameVerdict verdict = receiver_.on_frame(frame);
-    if (verdict == FrameVerdict::unrelated) continue;
-    if (verdict == FrameVerdict::accepted) ++accepted;
-    crossings_.command.store(receiver_.command());
-    crossings_.commands_accepted.store(accepted, std::memory_order_relaxed);
-    crossings_.commands_rejected.store(receiver_.command().rejected, std::memory_order_relaxed);
+    if (result == CanReceive::got && take(frame)) hand_over_.record(now_ns() - frame.received_ns);
   }
+}
+
+bool CanReceiveThread::take(const CanFrame& frame) {
+  const FrameVerdict verdict = receiver_.on_frame(frame);
+  if (verdict == FrameVerdict::unrelated) return false;
+  crossings_.command.store(receiver_.command());
+  const bool accepted = verdict == FrameVerdict::accepted;
+  if (accepted) ++accepted_;
+  crossings_.commands_accepted.store(accepted_, std::memory_order_relaxed);
+  crossings_.commands_rejected.store(receiver_.command().rejected, std::memory_order_relaxed);
+  return accepted;
 }
 
 }  // namespace sextant::ecu

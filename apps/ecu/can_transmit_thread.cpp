@@ -9,16 +9,22 @@
 namespace sextant::ecu {
 
 void CanTransmitThread::run() {
+  while (!crossings_.stopped.load(std::memory_order_acquire)) {
+    const std::int64_t until_ns = look(now_ns());
+    std::this_thread::sleep_for(std::chrono::nanoseconds{until_ns - now_ns()});
+  }
+  look_last(now_ns());
+}
+
+std::int64_t CanTransmitThread::look(std::int64_t now_ns) {
   // Faults go out on change, so the status is looked at more often than the shortest cycle time.
   constexpr std::int64_t look_every_ns = 5'000'000;
-  while (!crossings_.stopped.load(std::memory_order_acquire)) {
-    send_due();
-    const std::int64_t now = now_ns();
-    const std::int64_t until = std::clamp(encoder_.next_due_ns(), now, now + look_every_ns);
-    std::this_thread::sleep_for(std::chrono::nanoseconds{until - now});
-  }
-  send_due();
-  // Whatever its cycle says: the vehicle is told how the drive was left.
+  send_due(now_ns);
+  return std::clamp(encoder_.next_due_ns(), now_ns, now_ns + look_every_ns);
+}
+
+void CanTransmitThread::look_last(std::int64_t now_ns) {
+  send_due(now_ns);
   (void)bus_.send(encoder_.frame(StatusMessage::torque_status, crossings_.status.latest(), extras()));
 }
 
@@ -30,8 +36,8 @@ StatusExtras CanTransmitThread::extras() {
   return extras;
 }
 
-void CanTransmitThread::send_due() {
-  for (const CanFrame& frame : encoder_.due(now_ns(), crossings_.status.latest(), extras())) {
+void CanTransmitThread::send_due(std::int64_t now_ns) {
+  for (const CanFrame& frame : encoder_.due(now_ns, crossings_.status.latest(), extras())) {
     (void)bus_.send(frame);
   }
 }

@@ -19,12 +19,16 @@ class CanTransmitThread {
     worker_.start([this] { run(); });
   }
   void join() { worker_.join(); }
+  /// The body of the loop at now_ns: sends what is due and returns when to look again. [ns]
+  std::int64_t look(std::int64_t now_ns);
+  /// The end: what is due, and the state in which the drive was left, whatever its cycle says.
+  void look_last(std::int64_t now_ns);
   /// Values that did not fit into their signals; for after the join. [-]
   [[nodiscard]] std::uint64_t clamped() const noexcept { return encoder_.clamped(); }
 
  private:
   void run();
-  void send_due();
+  void send_due(std::int64_t now_ns);
   [[nodiscard]] StatusExtras extras();
 
   CanBus& bus_;

@@ -56,25 +56,40 @@ class ControlThread {
   ControlThread(const RealtimeParameters& realtime, std::int32_t period_ns, DriveIo<double>& io,
                 Drive<double>& drive, Crossings& crossings);
 
-  /// Starts the thread and waits until it has asked for its rights; returns what it was given.
+  /// Starts the thread and waits until it has asked for its rights; returns what it was given. The thread
+  /// then sleeps until go(), so that whoever judges the rights is not starved by it.
   [[nodiscard]] RightsReport start();
-  void join() { worker_.join(); }
+  /// Lets the control periods begin; once.
+  void go() { answer(true); }
+  /// A thread that was never let go leaves without a period.
+  void join();
 
  private:
-  void run(std::promise<RightsReport>& rights);
-  void wake_up(const WakeSchedule::Wake& wake, std::int64_t woken_ns) noexcept;
+  void run(std::promise<RightsReport>& rights, std::future<bool> may_go);
+  void answer(bool may_go);
+  void wake_up(const WakeSchedule::Wake& wake) noexcept;
+  void beat(std::int64_t woken_ns) noexcept;
+  /// What the time stamps tell of the way to this wake-up.
+  [[nodiscard]] WakeRecord record_of(const WakeSchedule::Wake& wake) noexcept;
   /// The control periods of one wake-up, from its deadline on.
   void run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING;
 
   RealtimeParameters realtime_;
   std::int32_t period_ns_;
-  DriveIo<double>& io_;
+  StageProbe probe_;
+  CommandProbe command_probe_{};
+  StampedIo io_;
   Drive<double>& drive_;
   Crossings& crossings_;
   LiveCommands commands_;
   LiveTelemetry telemetry_;
+  StampedCommands<LiveCommands> stamped_commands_;
+  StampedTelemetry<LiveTelemetry> stamped_telemetry_;
   PeriodicTask task_;
   std::uint64_t periods_{0};
+  std::int64_t finished_ns_{0};
+  std::promise<bool> go_{};
+  bool answered_{false};
   Worker worker_{""};
 };
 

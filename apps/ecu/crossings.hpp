@@ -4,22 +4,30 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "ecu/stage_probe.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/realtime/latest_value.hpp"
+#include "sextant/realtime/miss.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/realtime/ring.hpp"
+#include "sextant/realtime/scheduler_sample.hpp"
 
 namespace sextant::ecu {
 
 /// One wake-up of the control thread, for the statistics.
 struct WakeRecord {
-  std::int64_t deadline_ns{};       ///< the deadline it served [ns]
-  std::int64_t latency_ns{};        ///< from the deadline slept for to the wake-up [ns]
-  std::int64_t body_ns{};           ///< work done in it [ns]
-  std::uint64_t periods{};          ///< control periods run since start [-]
-  std::uint64_t periods_skipped{};  ///< control periods missed since start [-]
-  std::uint64_t overruns{};         ///< late wake-ups since start [-]
+  std::int64_t deadline_ns{};          ///< the deadline it served [ns]
+  std::int64_t latency_ns{};           ///< from the deadline slept for to the wake-up [ns]
+  std::int64_t body_ns{};              ///< work done in it [ns]
+  std::uint64_t periods{};             ///< control periods run since start [-]
+  std::uint64_t periods_skipped{};     ///< control periods missed since start [-]
+  std::uint64_t overruns{};            ///< late wake-ups since start [-]
+  bool overrun{false};                 ///< this one is such
+  bool body_overran{false};            ///< the work before it ended after the deadline slept for
+  Gap gap{};                           ///< the longest that can have made it late
+  std::int64_t longest_gap_ns{};       ///< the longest time between two time stamps since the one before [ns]
+  std::int64_t command_to_gate_ns{0};  ///< from a new command's arrival to its first pattern; 0: none [ns]
 };
 
 /// What the transmit thread needs of the statistics.
@@ -35,13 +43,18 @@ struct Crossings {
   /// For a control period [ns] and so many of them a wake-up [-]. The rings have room for a second: a
   /// telemetry thread that is held up for less loses nothing.
   Crossings(std::int32_t period_ns, int wake_every_periods)
-      : telemetry{a_second_of(period_ns)}, wakes{a_second_of(std::int64_t{period_ns} * wake_every_periods)} {}
+      : telemetry{a_second_of(period_ns)},
+        stages{a_second_of(period_ns)},
+        wakes{a_second_of(std::int64_t{period_ns} * wake_every_periods)} {}
 
   LatestValue<TorqueCommand<double>> command{};     ///< receive thread → control thread
   LatestValue<Telemetry<double>> status{};          ///< control thread → transmit thread
   LatestValue<StatisticsReport> statistics{};       ///< telemetry thread → transmit thread
+  LatestValue<SchedulerSample> scheduler{};         ///< housekeeping → telemetry thread, since start
   Ring<Telemetry<double>> telemetry;                ///< control thread → telemetry thread
+  Ring<StageRecord> stages;                         ///< control thread → telemetry thread
   Ring<WakeRecord> wakes;                           ///< control thread → telemetry thread
+  std::atomic<int> control_thread_id{0};            ///< control thread → housekeeping, as the kernel has it
   std::atomic<std::int64_t> heartbeat_ns{0};        ///< control thread's last wake-up → watchdog [ns]
   std::atomic<std::uint64_t> commands_accepted{0};  ///< receive thread → telemetry thread [-]
   std::atomic<std::uint64_t> commands_rejected{0};  ///< receive thread → telemetry thread [-]

@@ -1,24 +1,20 @@
 #include "ecu/ecu.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "ecu/timing_file.hpp"
+#include "ecu/timing_report.hpp"
 #include "sextant/config/make_controller.hpp"
+#include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
 namespace {
-
-/// The profiles of the load begin with the drive, not with the machine's clock.
-SimulatedPowerStage::Parameters power_stage_parameters(const EcuConfig& config) {
-  SimulatedPowerStage::Parameters p = config.drive.plant;
-  p.io.load_origin_ns.reset();
-  return p;
-}
 
 TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
   const double period_s = double(config.drive.drive.period_ns) * 1e-9;
@@ -27,6 +23,9 @@ TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
   p.wake_every_periods = std::uint32_t(config.realtime.wake_every_periods);
   p.periods_per_sample =
       std::max(1U, std::uint32_t(std::lround(1.0 / (config.dds.telemetry_rate_hz * period_s))));
+  p.timing.gap_limit_ns = config.realtime.gap_limit_ns;
+  p.wait = config.realtime.wait.mode;
+  p.policy = config.realtime.policy;
   p.statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz);
   return p;
 }
@@ -59,20 +58,41 @@ DdsTelemetry::Parameters dds_parameters(const EcuConfig& config) {
           dds_configuration_source(config)};
 }
 
+bool is_hard(const RealtimeParameters& realtime) {
+  return realtime.wake_every_periods == 1;
+}
+
+/// Below the control thread and above all that is not real time; 0 without SCHED_FIFO.
+int receive_priority(const RealtimeParameters& realtime) {
+  const bool wanted = is_hard(realtime) && realtime.policy == SchedulingPolicy::fifo;
+  return wanted ? std::max(1, realtime.priority - 10) : 0;
+}
+
+/// Before any thread is started: all but the control thread stay off its CPU.
+EcuConfig apart(EcuConfig config) {
+  if (const Grant grant = keep_off_cpu(config.realtime.cpu); !grant.granted) {
+    spdlog::warn("real time: {}", grant.sentence);
+  }
+  return config;
+}
+
 }  // namespace
 
 Ecu::Ecu(const EcuConfig& config)
-    : config_{config},
+    : config_{apart(config)},
+      awake_{is_hard(config.realtime)},
       crossings_{config.drive.drive.period_ns, config.realtime.wake_every_periods},
-      power_stage_{power_stage_parameters(config), config.drive.load.parameters()},
+      power_stage_{config},
       controller_{make_controller(config.drive)},
       drive_{config.drive.drive, *controller_},
       bus_{make_can_bus(config.can.bus)},
       dds_{dds_parameters(config)},
       control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_, crossings_},
-      receive_{*bus_, crossings_},
+      receive_{*bus_, crossings_, receive_priority(config.realtime)},
       transmit_{*bus_, crossings_},
-      watchdog_{config.realtime.watchdog_ns, crossings_} {}
+      watchdog_{config.realtime.watchdog_ns, crossings_, [this] { power_stage_.open_gates(); }},
+      monitor_{power_stage_, crossings_},
+      housekeeping_{crossings_} {}
 
 Ecu::~Ecu() {
   stop();
@@ -80,13 +100,19 @@ Ecu::~Ecu() {
 
 void Ecu::start() {
   const RightsReport rights = control_.start();
-  judge_rights(rights.refusals);
+  require_rights(config_.realtime, rights);
+  for (const std::string& sentence : rights.refusals) spdlog::warn("real time: {}", sentence);
+  require_room_for_spinning(config_.realtime, rights);
+  warn_of_unbounded_work();
+  control_.go();
   TelemetryThread::Parameters parameters = telemetry_parameters(config_);
-  parameters.real_time_scheduling = rights.fifo_scheduling;
+  parameters.real_time_scheduling = rights.real_time_scheduling;
   parameters.memory_locked = rights.memory_locked;
   telemetry_ = std::make_unique<TelemetryThread>(parameters, dds_, crossings_);
   telemetry_->start();
   watchdog_.start();
+  monitor_.start();
+  housekeeping_.start();
   receive_.start();
   transmit_.start();
   spdlog::info("drive {} on {}, DDS domain {}: {} control periods of {} us every wake-up", config_.drive_id,
@@ -94,43 +120,45 @@ void Ecu::start() {
                double(config_.drive.drive.period_ns) * 1e-3);
 }
 
-void Ecu::judge_rights(const std::vector<std::string>& refusals) const {
-  if (!refusals.empty() && config_.realtime.required) {
-    throw std::runtime_error(fmt::format("realtime.required is set, and not everything is granted: {}",
-                                         fmt::join(refusals, "; ")));
+void Ecu::warn_of_unbounded_work() const {
+  const IntegratorKind kind = config_.drive.plant.integrator;
+  const bool unbounded = kind == IntegratorKind::cvode || kind == IntegratorKind::erk;
+  if (config_.power_stage != PowerStageKind::simulated || config_.realtime.wake_every_periods > 1 ||
+      !unbounded) {
+    return;
   }
-  for (const std::string& sentence : refusals) spdlog::warn("real time: {}", sentence);
+  spdlog::warn(
+      "real time: plant.integrator = \"{}\" has no bound on its time; with realtime.wake_every_periods = 1 a "
+      "long step misses periods: take \"fixed\"",
+      kind == IntegratorKind::cvode ? "cvode" : "erk");
 }
 
 void Ecu::stop() {
   crossings_.shutdown.store(true, std::memory_order_release);
   control_.join();
+  power_stage_.say_goodbye();
   // Should the control thread never have started, the others still have to leave.
   crossings_.stopped.store(true, std::memory_order_release);
   transmit_.join();
   receive_.join();
   watchdog_.join();
+  monitor_.join();
+  housekeeping_.join();
   if (telemetry_) telemetry_->join();
+}
+
+void Ecu::write_timing(const std::string& file) const {
+  if (telemetry_) ecu::write_timing(file, telemetry_->timing(), receive_.hand_over());
 }
 
 void Ecu::print_report(std::FILE* out) const {
   if (!telemetry_) return;
-  const TelemetryThread::Totals& totals = telemetry_->totals();
-  const LatencySummary latency = totals.latency.summary();
-  const LatencySummary body = totals.body.summary();
-  const auto us = [](std::int64_t ns) { return double(ns) * 1e-3; };
-  const auto row = [&](const char* name, const LatencySummary& s) {
-    fmt::print(out, "  {:<18} p50 {:>8.1f}  p99 {:>8.1f}  max {:>8.1f} us\n", name, us(s.p50_ns),
-               us(s.p99_ns), us(s.max_ns));
-  };
-  fmt::print(out, "control periods {} run, {} missed in {} overruns\n", totals.last.periods,
-             totals.last.periods_skipped, totals.last.overruns);
-  row("wake-up latency", latency);
-  row("work per wake-up", body);
+  print_timing(out, telemetry_->timing());
   if (const std::uint64_t lost = crossings_.wakes.dropped(); lost > 0) {
     fmt::print(out, "  of {} wake-ups latency and work are not in these figures: nobody fetched them\n",
                lost);
   }
+  power_stage_.print_report(out);
   print_commands(out);
   print_can(out);
   print_dds(out);

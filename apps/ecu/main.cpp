@@ -3,6 +3,7 @@
 #include <ctime>
 #include <exception>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,8 @@
 #include <spdlog/spdlog.h>
 
 #include "ecu/ecu.hpp"
+#include "ecu/power_stage.hpp"
+#include "ecu/virtual_run.hpp"
 #include "sextant/config/load_config.hpp"
 
 namespace {
@@ -19,8 +22,12 @@ struct Options {
   std::string config{"configs/ecu.toml"};
   std::optional<std::string> can{};
   std::optional<double> duration_s{};
+  std::string timing_out{};
   std::vector<std::string> overrides{};
   bool print_config{false};
+  bool virtual_time{false};
+  std::vector<std::string> log{};  // none or one
+  sextant::ecu::VirtualRunOptions virtual_run{};
 };
 
 constexpr const char* examples = R"(Examples:
@@ -28,16 +35,41 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu --can udp_multicast:239.74.163.2:43113 a bus for machines without CAN
   sextant-ecu --duration 10 --set plant.integrator=fixed --set realtime.priority=90
   sextant-ecu --print-config                         every key with unit, range and meaning
+  sextant-ecu --virtual-time --profile configs/profiles/demo.csv --frames-out run.log
+                                                     without CAN, DDS and clock, as fast as the machine allows
+  sextant-ecu --virtual-time run.log --telemetry-out run.csv
+                                                     the same from a recording of candump -l or python-can
 It leaves on SIGINT or SIGTERM: torque to zero, gates off.)";
+
+void describe_virtual_time(CLI::App& app, Options& options) {
+  CLI::Option* const virtual_time =
+      app.add_option("--virtual-time", options.log,
+                     "run in virtual time, with commands from this recording, or from --profile")
+          ->expected(0, 1)
+          ->type_name("LOG");
+  const auto add = [&](const char* name, auto& value, const char* what) {
+    app.add_option(name, value, what)->needs(virtual_time)->group("Virtual time");
+  };
+  add("--profile", options.virtual_run.profile, "torque profile for a vehicle to play, .csv");
+  add("--log-interface", options.virtual_run.log_interface, "the interface of a recording that has several");
+  add("--frames-out", options.virtual_run.frames_out, "record the frames of the bus, as candump -l");
+  add("--telemetry-out", options.virtual_run.telemetry_out, "record telemetry, .csv or .h5");
+  add("--bus-seed", options.virtual_run.bus_seed, "let the bus misbehave at random, by this seed");
+}
 
 /// Adds the options to the command line; the result refers to `options`.
 void describe(CLI::App& app, Options& options) {
   app.footer(examples);
+  describe_virtual_time(app, options);
   app.add_option("config", options.config, "configuration file")->capture_default_str();
   app.add_option("--can", options.can, "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>");
-  app.add_option("--duration", options.duration_s, "leave after so many seconds")
+  app.add_option("--duration", options.duration_s,
+                 "leave after so many seconds, of virtual time if it is that")
       ->check(CLI::Range(0.001, 1e9));
   app.add_option("--set", options.overrides, "key=value, overrides the file")->take_all()->expected(1);
+  app.add_option("--timing-out", options.timing_out,
+                 "write the histograms and misses of the control thread, .json; not in virtual time")
+      ->excludes("--virtual-time");
   app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
   app.set_version_flag("--version", SEXTANT_VERSION);
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
@@ -65,6 +97,30 @@ void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
   (void)sigtimedwait(&signals, nullptr, &limit);
 }
 
+/// Only a plant that waits for the drive can follow its time.
+void require_waiting_plant(const sextant::EcuConfig& config) {
+  const bool elsewhere = config.power_stage != sextant::PowerStageKind::simulated;
+  if (!elsewhere || config.hil.pacing == sextant::Pacing::lockstep) return;
+  throw std::runtime_error(
+      "a plant in another process runs in real time unless hil.pacing is \"lockstep\"; --virtual-time needs "
+      "that, or power_stage \"simulated\"");
+}
+
+/// The configured drive in virtual time.
+int run_virtual(const sextant::EcuConfig& config, const Options& options) {
+  require_waiting_plant(config);
+  sextant::ecu::VirtualRunOptions wanted = options.virtual_run;
+  if (!options.log.empty()) wanted.log = options.log.front();
+  wanted.duration_s = options.duration_s;
+  sextant::ecu::PowerStage power_stage{config};
+  sextant::ecu::VirtualRun run{config, wanted, power_stage.io(), [&] { return power_stage.problem(); }};
+  run.run();
+  run.print_report(stdout);
+  if (const std::string problem = power_stage.problem(); !problem.empty()) throw std::runtime_error(problem);
+  run.judge();
+  return 0;
+}
+
 int run(const Options& options) {
   sextant::EcuConfig config = sextant::load_ecu_config(options.config, options.overrides);
   if (options.can) config.can.bus = *options.can;
@@ -72,6 +128,7 @@ int run(const Options& options) {
     std::fputs(sextant::print_config(config).c_str(), stdout);
     return 0;
   }
+  if (options.virtual_time) return run_virtual(config, options);
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = leave_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
@@ -80,6 +137,8 @@ int run(const Options& options) {
   wait_for_end(signals, options.duration_s);
   ecu.stop();
   ecu.print_report(stdout);
+  if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
+  if (const std::string problem = ecu.problem(); !problem.empty()) throw std::runtime_error(problem);
   return 0;
 }
 
@@ -92,6 +151,7 @@ int main(int argc, char** argv) {
   Options options;
   describe(app, options);
   CLI11_PARSE(app, argc, argv);
+  options.virtual_time = app.count("--virtual-time") > 0;
   try {
     return run(options);
   } catch (const std::exception& problem) {

@@ -20,6 +20,25 @@ double us(std::int64_t ns) {
   return double(ns) * 1e-3;
 }
 
+void fill_durations(RealTimeSample& sample, const TimingHistograms& histograms) {
+  const LatencySummary latency = histograms.latency.summary();
+  sample.wake_latency_p50_us = us(latency.p50_ns);
+  sample.wake_latency_p99_us = us(latency.p99_ns);
+  sample.wake_latency_p99_9_us = us(latency.p99_9_ns);
+  sample.wake_latency_p99_99_us = us(latency.p99_99_ns);
+  sample.wake_latency_max_us = us(latency.max_ns);
+  const LatencySummary body = histograms.body.summary();
+  sample.body_p50_us = us(body.p50_ns);
+  sample.body_p99_us = us(body.p99_ns);
+  sample.body_p99_9_us = us(body.p99_9_ns);
+  sample.body_p99_99_us = us(body.p99_99_ns);
+  sample.body_max_us = us(body.max_ns);
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    const LatencySummary stage = histograms.stages[i].summary();
+    sample.stages[i] = {us(stage.p50_ns), us(stage.p99_9_ns), us(stage.max_ns)};
+  }
+}
+
 }  // namespace
 
 std::string reason_for(const Telemetry<double>& t) {
@@ -54,6 +73,7 @@ void TelemetryThread::run() {
   }
   drain_telemetry();
   drain_wakes();
+  timing_.finish();
   publish_statistics();
   report_to_can();
 }
@@ -81,54 +101,64 @@ void TelemetryThread::publish_state(const Telemetry<double>& telemetry) {
 }
 
 void TelemetryThread::drain_wakes() {
+  // Taken before the wake-ups, added after them: a miss that was over by then is in the ring by now.
+  const bool sampled = crossings_.scheduler.update();
+  StageRecord stages;
+  while (crossings_.stages.pop(stages)) timing_.add(stages);
   WakeRecord wake;
   while (crossings_.wakes.pop(wake)) {
-    latency_.record(wake.latency_ns);
-    body_.record(wake.body_ns);
-    totals_.latency.record(wake.latency_ns);
-    totals_.body.record(wake.body_ns);
-    totals_.last = wake;
+    timing_.add(wake);
     report_.worst_body_ns = std::max(report_.worst_body_ns, wake.body_ns);
     report_.worst_latency_ns = std::max(report_.worst_latency_ns, wake.latency_ns);
     if (wake.deadline_ns >= next_report_ns_) report_to_can();
     if (wake.deadline_ns >= next_statistics_ns_) publish_statistics();
   }
+  if (sampled) timing_.add(crossings_.scheduler.value());
 }
 
 void TelemetryThread::publish_statistics() {
-  const LatencySummary latency = latency_.summary();
-  const LatencySummary body = body_.summary();
-  const WakeRecord& last = totals_.last;
-  (void)dds_.write(RealTimeSample{
+  (void)dds_.write(sample());
+  timing_.reset_interval();
+  next_statistics_ns_ = timing_.last().deadline_ns + parameters_.statistics_ns;
+}
+
+RealTimeSample TelemetryThread::sample() const {
+  const WakeRecord& last = timing_.last();
+  const SchedulerSample& scheduler = timing_.scheduler();
+  RealTimeSample sample{
       .t_ns = last.deadline_ns,
       .period_ns = std::uint32_t(parameters_.period_ns),
       .wake_every_periods = parameters_.wake_every_periods,
+      .wait = parameters_.wait,
+      .policy = parameters_.policy,
       .periods = last.periods,
       .periods_skipped = last.periods_skipped,
       .overruns = last.overruns,
-      .wake_latency_p50_us = us(latency.p50_ns),
-      .wake_latency_p99_us = us(latency.p99_ns),
-      .wake_latency_max_us = us(latency.max_ns),
-      .body_p50_us = us(body.p50_ns),
-      .body_p99_us = us(body.p99_ns),
-      .body_max_us = us(body.max_ns),
+      .misses = timing_.causes(),
+      .misses_without_gap = timing_.without_gap(),
+      .gaps = timing_.gaps(),
+      .longest_gap_us = us(timing_.interval().longest_gap_ns),
+      .page_faults = scheduler.minor_faults + scheduler.major_faults,
+      .voluntary_switches = scheduler.voluntary_switches,
+      .involuntary_switches = scheduler.involuntary_switches,
+      .run_delay_us = us(scheduler.run_delay_ns),
+      .steal_us = us(scheduler.steal_ns),
       .telemetry_dropped = crossings_.telemetry.dropped(),
       .commands_received = crossings_.commands_accepted.load(std::memory_order_relaxed),
       .commands_rejected = crossings_.commands_rejected.load(std::memory_order_relaxed),
       .real_time_scheduling = parameters_.real_time_scheduling,
       .memory_locked = parameters_.memory_locked,
-  });
-  latency_.reset();
-  body_.reset();
-  next_statistics_ns_ = last.deadline_ns + parameters_.statistics_ns;
+  };
+  fill_durations(sample, timing_.interval());
+  return sample;
 }
 
 void TelemetryThread::report_to_can() {
-  report_.periods_skipped = totals_.last.periods_skipped;
+  report_.periods_skipped = timing_.last().periods_skipped;
   report_.telemetry_dropped = crossings_.telemetry.dropped();
   crossings_.statistics.store(report_);
   report_ = {};
-  next_report_ns_ = totals_.last.deadline_ns + report_ns;
+  next_report_ns_ = timing_.last().deadline_ns + report_ns;
 }
 
 }  // namespace sextant::ecu

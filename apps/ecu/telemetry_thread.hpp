@@ -4,10 +4,11 @@
 #include <string>
 
 #include "ecu/crossings.hpp"
+#include "ecu/timing_statistics.hpp"
 #include "ecu/worker.hpp"
 #include "sextant/comms/dds_telemetry.hpp"
 #include "sextant/core/telemetry_interval.hpp"
-#include "sextant/realtime/latency_histogram.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant::ecu {
 
@@ -20,25 +21,22 @@ class TelemetryThread {
     std::uint32_t wake_every_periods{40};       ///< control periods a wake-up [-]
     std::uint32_t periods_per_sample{40};       ///< control periods in one DriveTelemetry [-]
     std::int64_t statistics_ns{1'000'000'000};  ///< between two RealTimeStatistics [ns]
-    bool real_time_scheduling{false};           ///< SCHED_FIFO was granted
+    TimingStatistics::Parameters timing{};
+    WaitMode wait{WaitMode::sleep};
+    SchedulingPolicy policy{SchedulingPolicy::fifo};
+    bool real_time_scheduling{false};  ///< SCHED_FIFO or SCHED_DEADLINE was granted
     bool memory_locked{false};
   };
 
-  /// Totals of a run, for the report at the end.
-  struct Totals {
-    LatencyHistogram latency{};
-    LatencyHistogram body{};
-    WakeRecord last{};
-  };
-
   TelemetryThread(const Parameters& parameters, DdsTelemetry& dds, Crossings& crossings)
-      : parameters_{parameters}, dds_{dds}, crossings_{crossings} {}
+      : parameters_{parameters}, dds_{dds}, crossings_{crossings}, timing_{parameters.timing} {}
 
   void start() {
     worker_.start([this] { run(); });
   }
   void join() { worker_.join(); }
-  [[nodiscard]] const Totals& totals() const noexcept { return totals_; }
+  /// Of the run; for after the join.
+  [[nodiscard]] const TimingStatistics& timing() const noexcept { return timing_; }
 
  private:
   void run();
@@ -46,6 +44,7 @@ class TelemetryThread {
   void drain_wakes();
   void publish_state(const Telemetry<double>& telemetry);
   void publish_statistics();
+  [[nodiscard]] RealTimeSample sample() const;
   void report_to_can();
 
   Parameters parameters_;
@@ -54,12 +53,10 @@ class TelemetryThread {
   TelemetryInterval<double> interval_{};
   Telemetry<double> published_{};
   bool any_published_{false};
-  LatencyHistogram latency_{};
-  LatencyHistogram body_{};
+  TimingStatistics timing_;
   std::int64_t next_statistics_ns_{0};
   StatisticsReport report_{};
   std::int64_t next_report_ns_{0};
-  Totals totals_{};
   Worker worker_{"sextant-dds"};
 };
 

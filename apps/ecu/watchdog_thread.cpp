@@ -9,13 +9,19 @@ namespace sextant::ecu {
 
 void WatchdogThread::run() {
   while (!crossings_.stopped.load(std::memory_order_acquire)) {
-    const std::int64_t beat_ns = crossings_.heartbeat_ns.load(std::memory_order_acquire);
-    const bool late = beat_ns != 0 && now_ns() - beat_ns > limit_ns_;
-    // Never withdrawn here: the control thread takes the order once it is back, and the drive latches the
-    // fault.
-    if (late) crossings_.gates_disabled.store(true, std::memory_order_release);
-    std::this_thread::sleep_for(std::chrono::milliseconds{2});
+    look(now_ns());
+    std::this_thread::sleep_for(std::chrono::nanoseconds{look_every_ns});
   }
+}
+
+void WatchdogThread::look(std::int64_t now_ns) {
+  const std::int64_t beat_ns = crossings_.heartbeat_ns.load(std::memory_order_acquire);
+  const bool late = beat_ns != 0 && now_ns - beat_ns > limit_ns_;
+  // Never withdrawn here: the control thread takes the order once it is back, and the drive latches the
+  // fault.
+  if (!late) return;
+  crossings_.gates_disabled.store(true, std::memory_order_release);
+  open_gates_();
 }
 
 }  // namespace sextant::ecu

@@ -46,7 +46,7 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--out", options.out, "directory for traces and summaries")->capture_default_str();
   app.add_option("--set", options.overrides, "key=value, overrides the files")->take_all()->expected(1);
   app.add_option("--integrator", options.integrator, "how the plant is integrated")
-      ->check(CLI::IsMember({"cvode", "fixed"}));
+      ->check(CLI::IsMember({"cvode", "fixed", "exact", "erk"}));
   app.add_flag("--no-trace", options.no_trace, "write the summary only");
   app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
   app.set_version_flag("--version", SEXTANT_VERSION);

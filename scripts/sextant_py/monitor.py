@@ -61,6 +61,17 @@ def fault_names(bits: int) -> list[str]:
     return [fault_choices().get(bit, f"BIT_{bit}") for bit in range(32) if bits >> bit & 1]
 
 
+def missed_by(statistics: Any) -> str:
+    """Overruns by cause, those that there were."""
+    causes = {
+        "machine": statistics.misses_machine,
+        "late wake-up": statistics.misses_late_wake,
+        "gap in a stage": statistics.misses_stage_gap,
+        "own body": statistics.misses_own_body,
+    }
+    return ", ".join(f"{name} {count}" for name, count in causes.items() if count) or "not yet judged"
+
+
 class DriveView:
     """One drive for a person: a panel, or a line."""
 
@@ -120,12 +131,18 @@ class DriveView:
         )
         table.add_row(
             "",
-            f"wake-up latency p50 {r.wake_latency_p50_us:.0f}, p99 {r.wake_latency_p99_us:.0f},"
-            f" max {r.wake_latency_max_us:.0f} µs",
+            f"wake-up latency p50 {r.wake_latency_p50_us:.1f}, p99 {r.wake_latency_p99_us:.1f},"
+            f" max {r.wake_latency_max_us:.1f} µs",
         )
-        table.add_row("", f"work p50 {r.body_p50_us:.0f}, p99 {r.body_p99_us:.0f}, max {r.body_max_us:.0f} µs")
-        rights = "real-time priority" if r.real_time_scheduling else "no real-time priority"
-        table.add_row("", f"{rights}, memory {'locked' if r.memory_locked else 'not locked'}")
+        table.add_row("", f"work p50 {r.body_p50_us:.1f}, p99 {r.body_p99_us:.1f}, max {r.body_max_us:.1f} µs")
+        table.add_row(
+            "", f"read {r.read_p99_9_us:.2f}, drive {r.drive_p99_9_us:.2f}, push {r.push_p99_9_us:.2f} µs (p99.9)"
+        )
+        if r.overruns:
+            table.add_row("missed by", missed_by(r))
+        rights = f"SCHED_{r.policy.name}" if r.real_time_scheduling else "no real-time priority"
+        locked = "locked" if r.memory_locked else "not locked"
+        table.add_row("", f"{rights}, wait {r.wait.name.lower()}, memory {locked}, {r.page_faults} page faults")
         table.add_row("commands", f"{r.commands_received} accepted, {r.commands_rejected} rejected")
 
     def line(self, drive: Drive) -> str:

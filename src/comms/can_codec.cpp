@@ -211,4 +211,27 @@ std::uint16_t command_data_id() noexcept {
   return contract::vcu_torque_command_data_id;
 }
 
+std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame) noexcept {
+  const bool is_other = frame.error || frame.extended || frame.fd || frame.rtr ||
+                        frame.id != SEXTANT_MCU_TORQUE_STATUS_FRAME_ID ||
+                        frame.length != SEXTANT_MCU_TORQUE_STATUS_LENGTH;
+  sextant_mcu_torque_status_t m{};
+  if (is_other || sextant_mcu_torque_status_unpack(&m, frame.data.data(), frame_length) != 0) return {};
+  if (!contract::mcu_torque_status_drive_state.is_in_range(m.drive_state)) return {};
+  TorqueStatus status{
+      .torque = contract::mcu_torque_status_torque_estimated.decode(m.torque_estimated),
+      .torque_admitted = contract::mcu_torque_status_torque_admitted.decode(m.torque_admitted),
+      .state = static_cast<DriveState>(m.drive_state),
+      .lockout = m.lockout != 0,
+      .command_counter = {}};
+  if (m.command_counter != SEXTANT_MCU_TORQUE_STATUS_COMMAND_COUNTER_NONE_CHOICE) {
+    status.command_counter = m.command_counter;
+  }
+  return status;
+}
+
+std::uint16_t torque_status_data_id() noexcept {
+  return contract::mcu_torque_status_data_id;
+}
+
 }  // namespace sextant

@@ -1,10 +1,13 @@
 #include "sextant/comms/dds_telemetry.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "dds_entity.hpp"
 #include "telemetry_conversion.hpp"
@@ -72,20 +75,24 @@ dds_entity_t create_participant(const DdsTelemetry::Parameters& parameters, cons
   return participant;
 }
 
+dds_entity_t create_topic(const DdsTelemetry::Parameters& parameters, dds_entity_t participant,
+                          const dds_topic_descriptor_t& type, const char* name, const LogCapture& log) {
+  const dds_entity_t topic = dds_create_topic(participant, &type, name, nullptr, nullptr);
+  if (topic < 0) fail(parameters, std::string("topic ") + name, topic, log);
+  return topic;
+}
+
 /// A topic's writer with the one instance that this drive has in it.
 template <class Sample>
 class InstanceWriter {
  public:
-  InstanceWriter(const DdsTelemetry::Parameters& parameters, dds_entity_t participant,
-                 const dds_topic_descriptor_t& type, const char* name, const Qos& qos,
-                 const LogCapture& log) {
-    const dds_entity_t topic = dds_create_topic(participant, &type, name, nullptr, nullptr);
-    if (topic < 0) fail(parameters, std::string("topic ") + name, topic, log);
-    writer_ = dds_create_writer(participant, topic, qos.get(), nullptr);
-    if (writer_ < 0) fail(parameters, std::string("the writer of ") + name, writer_, log);
+  InstanceWriter(const DdsTelemetry::Parameters& parameters, dds_entity_t participant, dds_entity_t topic,
+                 const char* name, const Qos& qos, const LogCapture& log)
+      : writer_(dds_create_writer(participant, topic, qos.get(), nullptr)) {
+    if (writer_.get() < 0) fail(parameters, std::string("the writer of ") + name, writer_.get(), log);
     sample_.drive_id = parameters.drive_id;
     dds_instance_handle_t instance = 0;
-    const dds_return_t registered = dds_register_instance(writer_, &instance, &sample_);
+    const dds_return_t registered = dds_register_instance(writer_.get(), &instance, &sample_);
     if (registered < 0) fail(parameters, std::string("the instance of ") + name, registered, log);
   }
 
@@ -96,7 +103,7 @@ class InstanceWriter {
       ++sample_.sequence;
       return DdsWrite::refused;
     }
-    const bool written = dds_write(writer_, &sample_) == DDS_RETCODE_OK;
+    const bool written = dds_write(writer_.get(), &sample_) == DDS_RETCODE_OK;
     ++sample_.sequence;  // a sample that was refused or that DDS did not take is seen as a gap
     ++(written ? counts.written : counts.failed);
     return written ? DdsWrite::ok : DdsWrite::failed;
@@ -104,36 +111,78 @@ class InstanceWriter {
 
   [[nodiscard]] std::uint32_t incompatible_readers() const noexcept {
     dds_offered_incompatible_qos_status_t status{};
-    return dds_get_offered_incompatible_qos_status(writer_, &status) == DDS_RETCODE_OK ? status.total_count
-                                                                                       : 0;
+    return dds_get_offered_incompatible_qos_status(writer_.get(), &status) == DDS_RETCODE_OK
+               ? status.total_count
+               : 0;
   }
 
   [[nodiscard]] std::uint32_t readers() const noexcept {
     dds_publication_matched_status_t status{};
-    return dds_get_publication_matched_status(writer_, &status) == DDS_RETCODE_OK ? status.current_count : 0;
+    return dds_get_publication_matched_status(writer_.get(), &status) == DDS_RETCODE_OK ? status.current_count
+                                                                                        : 0;
   }
 
  private:
-  dds_entity_t writer_{0};
+  DdsEntity writer_;
   Sample sample_{};
 };
 
 }  // namespace
 
-struct DdsTelemetry::Impl {
-  Impl(const Parameters& parameters, const LogCapture& log)
-      : domain(create_domain(parameters, log)),
-        participant(create_participant(parameters, log)),
-        telemetry(parameters, participant.get(), sextant_DriveTelemetry_desc, "sextant/DriveTelemetry",
-                  keep_last_qos(DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE), log),
-        state(parameters, participant.get(), sextant_DriveState_desc, "sextant/DriveState",
-              keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log),
-        statistics(parameters, participant.get(), sextant_RealTimeStatistics_desc,
-                   "sextant/RealTimeStatistics",
-                   keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log) {}
+/// What the drives of a process share: domain, participant and topics.
+struct DdsTelemetry::Session {
+  Session(const Parameters& given, const LogCapture& log)
+      : parameters(given),
+        domain(create_domain(given, log)),
+        participant(create_participant(given, log)),
+        telemetry(topic(sextant_DriveTelemetry_desc, telemetry_name, log)),
+        state(topic(sextant_DriveState_desc, state_name, log)),
+        statistics(topic(sextant_RealTimeStatistics_desc, statistics_name, log)) {}
 
+  [[nodiscard]] dds_entity_t topic(const dds_topic_descriptor_t& type, const char* name,
+                                   const LogCapture& log) const {
+    return create_topic(parameters, participant.get(), type, name, log);
+  }
+
+  static constexpr const char* telemetry_name = "sextant/DriveTelemetry";
+  static constexpr const char* state_name = "sextant/DriveState";
+  static constexpr const char* statistics_name = "sextant/RealTimeStatistics";
+  Parameters parameters;
   DdsEntity domain;
   DdsEntity participant;
+  dds_entity_t telemetry, state, statistics;  // end with the participant
+  std::vector<std::uint32_t> drive_ids{};     // of the drives that live
+};
+
+struct DdsTelemetry::Impl {
+  Impl(std::shared_ptr<Session> shared, std::uint32_t id, const LogCapture& log)
+      : session(std::move(shared)),
+        parameters(for_drive(*session, id)),
+        telemetry(parameters, session->participant.get(), session->telemetry, Session::telemetry_name,
+                  keep_last_qos(DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE), log),
+        state(parameters, session->participant.get(), session->state, Session::state_name,
+              keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log),
+        statistics(parameters, session->participant.get(), session->statistics, Session::statistics_name,
+                   keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log) {
+    session->drive_ids.push_back(id);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl() { std::erase(session->drive_ids, parameters.drive_id); }
+
+  /// Two writers of one key would be one drive to its readers, with two clocks and two counts.
+  static Parameters for_drive(const Session& session, std::uint32_t id) {
+    if (std::ranges::find(session.drive_ids, id) != session.drive_ids.end()) {
+      throw std::runtime_error("this process already publishes a drive with the id " + std::to_string(id) +
+                               "; give each drive its own telemetry.drive_id");
+    }
+    Parameters parameters = session.parameters;
+    parameters.drive_id = id;
+    return parameters;
+  }
+
+  std::shared_ptr<Session> session;  // ends after the writers
+  Parameters parameters;
   InstanceWriter<sextant_DriveTelemetry> telemetry;
   InstanceWriter<sextant_DriveState> state;
   InstanceWriter<sextant_RealTimeStatistics> statistics;
@@ -143,7 +192,12 @@ struct DdsTelemetry::Impl {
 DdsTelemetry::DdsTelemetry(const Parameters& parameters) {
   if (const char* const error = parameters.validate()) throw std::runtime_error(error);
   const LogCapture log;
-  impl_ = std::make_unique<Impl>(parameters, log);
+  impl_ = std::make_unique<Impl>(std::make_shared<Session>(parameters, log), parameters.drive_id, log);
+}
+
+DdsTelemetry::DdsTelemetry(const DdsTelemetry& first, std::uint32_t drive_id) {
+  const LogCapture log;
+  impl_ = std::make_unique<Impl>(first.impl_->session, drive_id, log);
 }
 
 DdsTelemetry::~DdsTelemetry() = default;

@@ -14,6 +14,11 @@ constexpr std::array<unsigned, status_message_count> cycle_times_ms{
     SEXTANT_MCU_FAULTS_CYCLE_TIME_MS,        SEXTANT_MCU_REAL_TIME_CYCLE_TIME_MS,
     SEXTANT_MCU_TEMPERATURES_CYCLE_TIME_MS};
 
+constexpr std::array<std::uint32_t, status_message_count> identifiers{
+    SEXTANT_MCU_TORQUE_STATUS_FRAME_ID, SEXTANT_MCU_MOTION_FRAME_ID, SEXTANT_MCU_ELECTRICAL_FRAME_ID,
+    SEXTANT_MCU_CAPABILITY_FRAME_ID,    SEXTANT_MCU_FAULTS_FRAME_ID, SEXTANT_MCU_REAL_TIME_FRAME_ID,
+    SEXTANT_MCU_TEMPERATURES_FRAME_ID};
+
 TorqueStatus torque_status_of(const Telemetry<double>& x) noexcept {
   TorqueStatus status{.torque = x.torque,
                       .torque_admitted = x.torque_reference,
@@ -59,6 +64,11 @@ EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x,
 
 std::int64_t cycle_time_ns(StatusMessage message) noexcept {
   return std::int64_t{cycle_times_ms[std::size_t(message)]} * 1'000'000;
+}
+
+bool is_status_frame(const CanFrame& frame) noexcept {
+  if (frame.error || frame.extended) return false;
+  return std::ranges::find(identifiers, frame.id) != identifiers.end();
 }
 
 StatusEncoder::StatusEncoder() noexcept

@@ -1,6 +1,7 @@
 #include "telemetry_conversion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 
@@ -15,6 +16,13 @@ static_assert(int{sextant_TORQUE} == int(DriveState::torque));
 static_assert(int{sextant_DERATED} == int(DriveState::derated));
 static_assert(int{sextant_FAULT} == int(DriveState::fault));
 static_assert(int{sextant_SHUTDOWN} == int(DriveState::shutdown));
+
+static_assert(int{sextant_SLEEP} == int(WaitMode::sleep));
+static_assert(int{sextant_SPIN} == int(WaitMode::spin));
+static_assert(int{sextant_HYBRID} == int(WaitMode::hybrid));
+static_assert(int{sextant_OTHER} == int(SchedulingPolicy::other));
+static_assert(int{sextant_FIFO} == int(SchedulingPolicy::fifo));
+static_assert(int{sextant_DEADLINE} == int(SchedulingPolicy::deadline));
 
 sextant_DriveStateKind kind_of(DriveState state) noexcept {
   return static_cast<sextant_DriveStateKind>(state);
@@ -33,6 +41,62 @@ void copy_text(std::string_view text, char (&out)[size]) noexcept {
   };
   while (n > 0 && n < text.size() && continues(n)) --n;
   std::fill(std::copy_n(text.begin(), n, out), out + size, '\0');
+}
+
+struct StageMembers {
+  Stage stage;
+  double sextant_RealTimeStatistics::* p50_us;
+  double sextant_RealTimeStatistics::* p99_9_us;
+  double sextant_RealTimeStatistics::* max_us;
+};
+
+constexpr std::array stage_members{
+    StageMembers{Stage::read, &sextant_RealTimeStatistics::read_p50_us,
+                 &sextant_RealTimeStatistics::read_p99_9_us, &sextant_RealTimeStatistics::read_max_us},
+    StageMembers{Stage::commands, &sextant_RealTimeStatistics::commands_p50_us,
+                 &sextant_RealTimeStatistics::commands_p99_9_us,
+                 &sextant_RealTimeStatistics::commands_max_us},
+    StageMembers{Stage::drive, &sextant_RealTimeStatistics::drive_p50_us,
+                 &sextant_RealTimeStatistics::drive_p99_9_us, &sextant_RealTimeStatistics::drive_max_us},
+    StageMembers{Stage::write, &sextant_RealTimeStatistics::write_p50_us,
+                 &sextant_RealTimeStatistics::write_p99_9_us, &sextant_RealTimeStatistics::write_max_us},
+    StageMembers{Stage::push, &sextant_RealTimeStatistics::push_p50_us,
+                 &sextant_RealTimeStatistics::push_p99_9_us, &sextant_RealTimeStatistics::push_max_us}};
+static_assert(stage_members.size() == stage_count);
+
+bool convert_stages(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
+  bool finite = true;
+  for (const StageMembers& members : stage_members) {
+    const StageFigures& figures = in.stages[static_cast<std::size_t>(members.stage)];
+    out.*members.p50_us = figures.p50_us;
+    out.*members.p99_9_us = figures.p99_9_us;
+    out.*members.max_us = figures.max_us;
+    finite = finite && all_finite({figures.p50_us, figures.p99_9_us, figures.max_us});
+  }
+  return finite;
+}
+
+void convert_misses(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
+  const auto misses = [&in](MissCause cause) { return in.misses[static_cast<std::size_t>(cause)]; };
+  out.misses_machine = misses(MissCause::machine_gap);
+  out.misses_stage_gap = misses(MissCause::stage_gap);
+  out.misses_late_wake = misses(MissCause::late_wake);
+  out.misses_own_body = misses(MissCause::own_body);
+  out.misses_without_gap = in.misses_without_gap;
+  out.gaps = in.gaps;
+  out.longest_gap_us = in.longest_gap_us;
+}
+
+void convert_scheduling(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
+  out.wait = static_cast<sextant_WaitKind>(in.wait);
+  out.policy = static_cast<sextant_SchedulingKind>(in.policy);
+  out.page_faults = in.page_faults;
+  out.voluntary_switches = in.voluntary_switches;
+  out.involuntary_switches = in.involuntary_switches;
+  out.run_delay_us = in.run_delay_us;
+  out.steal_us = in.steal_us;
+  out.real_time_scheduling = in.real_time_scheduling;
+  out.memory_locked = in.memory_locked;
 }
 
 }  // namespace
@@ -95,17 +159,24 @@ bool convert(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept
   out.overruns = in.overruns;
   out.wake_latency_p50_us = in.wake_latency_p50_us;
   out.wake_latency_p99_us = in.wake_latency_p99_us;
+  out.wake_latency_p99_9_us = in.wake_latency_p99_9_us;
+  out.wake_latency_p99_99_us = in.wake_latency_p99_99_us;
   out.wake_latency_max_us = in.wake_latency_max_us;
   out.body_p50_us = in.body_p50_us;
   out.body_p99_us = in.body_p99_us;
+  out.body_p99_9_us = in.body_p99_9_us;
+  out.body_p99_99_us = in.body_p99_99_us;
   out.body_max_us = in.body_max_us;
   out.telemetry_dropped = in.telemetry_dropped;
   out.commands_received = in.commands_received;
   out.commands_rejected = in.commands_rejected;
-  out.real_time_scheduling = in.real_time_scheduling;
-  out.memory_locked = in.memory_locked;
-  return all_finite({in.wake_latency_p50_us, in.wake_latency_p99_us, in.wake_latency_max_us, in.body_p50_us,
-                     in.body_p99_us, in.body_max_us});
+  convert_misses(in, out);
+  convert_scheduling(in, out);
+  return convert_stages(in, out) &&
+         all_finite({in.wake_latency_p50_us, in.wake_latency_p99_us, in.wake_latency_p99_9_us,
+                     in.wake_latency_p99_99_us, in.wake_latency_max_us, in.body_p50_us, in.body_p99_us,
+                     in.body_p99_9_us, in.body_p99_99_us, in.body_max_us, in.longest_gap_us, in.run_delay_us,
+                     in.steal_us});
 }
 
 }  // namespace sextant

@@ -64,9 +64,7 @@ void describe(Section s, Protection<>::Parameters& p) {
   s.check(p);
 }
 
-void describe(Section s, CvodeParameters& p) {
-  s.choice("method", p.method, {{"adams", CvodeMethod::adams_fixed_point}, {"bdf", CvodeMethod::bdf_newton}},
-           "Adams with fixed-point iteration, or BDF with Newton's");
+void describe(Section s, ErrorControl& p) {
   s.number("relative_tolerance", p.relative_tolerance, tolerance, "", "local error of a step, of each state");
   s.number("flux_tolerance_wb", p.flux_tolerance, tolerance, "Wb", "absolute, of flux linkages");
   s.number("speed_tolerance_rad_s", p.speed_tolerance, tolerance, "rad/s", "absolute, of the speed");
@@ -77,9 +75,21 @@ void describe(Section s, CvodeParameters& p) {
   s.check(p);
 }
 
+void describe(Section s, CvodeParameters& p) {
+  s.choice("method", p.method, {{"adams", CvodeMethod::adams_fixed_point}, {"bdf", CvodeMethod::bdf_newton}},
+           "Adams with fixed-point iteration, or BDF with Newton's");
+  describe(s, static_cast<ErrorControl&>(p));
+}
+
+}  // namespace
+
 void describe(Section s, SimulatedPowerStage::Parameters& p) {
-  s.choice("integrator", p.integrator, {{"cvode", IntegratorKind::cvode}, {"fixed", IntegratorKind::fixed}},
-           "SUNDIALS CVODE, or Runge-Kutta of fixed step and bounded time");
+  s.choice("integrator", p.integrator,
+           {{"cvode", IntegratorKind::cvode},
+            {"fixed", IntegratorKind::fixed},
+            {"exact", IntegratorKind::exact},
+            {"erk", IntegratorKind::erk}},
+           "SUNDIALS CVODE; Runge-Kutta of fixed step; exact at frozen speed; SUNDIALS ERKStep");
   s.number("u_dc_v", p.io.u_dc, voltage_v, "V", "stiff DC-link voltage");
   s.integer("actuation_delay_periods", p.io.actuation_delay_periods, {0, 1}, "",
             "control periods between a decision and its pattern; the controller compensates it");
@@ -91,6 +101,11 @@ void describe(Section s, SimulatedPowerStage::Parameters& p) {
   Section fixed = s.section("fixed");
   fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us", "longest integration step");
   fixed.check(p.fixed);
+  Section exact = s.section("exact");
+  exact.time("max_step_us", p.exact.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
+             "longest time over which the speed is frozen; while legs are off plant.fixed counts");
+  exact.check(p.exact);
+  describe(s.section("erk"), p.erk);
 }
 
 void describe(Section s, LoadConfig& p) {
@@ -101,6 +116,8 @@ void describe(Section s, LoadConfig& p) {
   describe(s.section("speed_rad_s"), p.imposed_speed, "rad/s", speed_rad_s);
   s.check(p);
 }
+
+namespace {
 
 /// What stands in the file once and is needed by several.
 void share(DriveConfig& c) {

@@ -5,18 +5,6 @@
 namespace sextant {
 namespace {
 
-void describe(Section s, RealtimeParameters& p) {
-  s.integer("wake_every_periods", p.wake_every_periods, {1, 10'000}, "",
-            "control periods run at each wake-up");
-  s.flag("required", p.required, "refuse to start without the rights to real time");
-  s.integer("priority", p.priority, {1, 98}, "", "SCHED_FIFO priority of the control thread");
-  s.integer("cpu", p.cpu, {-1, 1023}, "", "CPU that the control thread is bound to, -1 for any");
-  s.flag("lock_memory", p.lock_memory, "keep all memory resident");
-  s.time("watchdog_ms", p.watchdog_ns, 1e6, {1, 1e5}, "ms",
-         "without a wake-up for so long the gates are opened");
-  s.check(p);
-}
-
 void describe(Section s, CanConfig& p) {
   s.text("bus", p.bus, "socketcan:<interface> or udp_multicast:<group>:<port>");
 }
@@ -34,17 +22,73 @@ std::string check_wake_period(const EcuConfig& c) {
   if (c.realtime.watchdog_ns < 2 * wake_ns) {
     return "watchdog_ms is too short: it must be at least twice wake_every_periods control periods";
   }
+  if (c.realtime.policy == SchedulingPolicy::deadline && c.realtime.deadline_runtime_ns > wake_ns) {
+    return "deadline_runtime_us is too long: it must fit into wake_every_periods control periods";
+  }
   if (c.drive.drive.gate.timeout_ns <= wake_ns) {
     return "wake_every_periods is too large: so many control periods take longer than gate.timeout_ms";
   }
   return {};
 }
 
+/// A power stage that does not wait for the drive has one pattern a wake-up and acts on it a period later.
+std::string check_power_stage(const EcuConfig& c) {
+  const bool elsewhere = c.power_stage != PowerStageKind::simulated;
+  if (c.power_stage == PowerStageKind::udp && c.hil.pacing == Pacing::lockstep) {
+    return "pacing = \"lockstep\" needs power_stage = \"shared_memory\": datagrams get lost";
+  }
+  if (!elsewhere || c.hil.pacing == Pacing::lockstep) return {};
+  if (c.realtime.wake_every_periods > 1) {
+    return "a plant in real time outside this process does not wait: realtime.wake_every_periods must be 1, "
+           "or hil.pacing \"lockstep\"";
+  }
+  if (c.drive.plant.io.actuation_delay_periods != 1) {
+    return "a plant outside this process acts one period after the decision: "
+           "plant.actuation_delay_periods must be 1";
+  }
+  return {};
+}
+
 }  // namespace
+
+void describe(Section s, RealtimeParameters& p) {
+  s.integer("wake_every_periods", p.wake_every_periods, {1, 10'000}, "",
+            "control periods run at each wake-up");
+  s.flag("required", p.required, "refuse to start without the rights to real time");
+  s.choice("wait", p.wait.mode,
+           {{"sleep", WaitMode::sleep}, {"spin", WaitMode::spin}, {"hybrid", WaitMode::hybrid}},
+           "how the control thread waits for its deadline");
+  s.time("spin_margin_us", p.wait.spin_margin_ns, 1e3, {0, 1e5}, "us",
+         "hybrid: how long before the deadline the sleep ends");
+  s.choice("policy", p.policy,
+           {{"fifo", SchedulingPolicy::fifo},
+            {"deadline", SchedulingPolicy::deadline},
+            {"other", SchedulingPolicy::other}},
+           "scheduling of the control thread");
+  s.time("deadline_runtime_us", p.deadline_runtime_ns, 1e3, {1.024, 1e6}, "us",
+         "SCHED_DEADLINE: processor time in each wake period");
+  s.integer("priority", p.priority, {1, 98}, "", "SCHED_FIFO priority of the control thread");
+  s.integer("cpu", p.cpu, {-1, 1023}, "", "CPU that the control thread is bound to, -1 for any");
+  s.flag("lock_memory", p.lock_memory, "keep all memory resident");
+  s.flag("stage_statistics", p.stage_statistics, "time the stages of each control period");
+  s.time("gap_limit_us", p.gap_limit_ns, 1e3, {0.1, 1e6}, "us",
+         "two time stamps of the control thread further apart are a gap");
+  s.time("watchdog_ms", p.watchdog_ns, 1e6, {1, 1e5}, "ms",
+         "without a wake-up for so long the gates are opened");
+  s.check(p);
+}
 
 void describe(Section root, EcuConfig& c) {
   root.integer("drive_id", c.drive_id, {0, 65'535}, "", "tells drives apart that share a DDS domain");
+  root.choice("power_stage", c.power_stage,
+              {{"simulated", PowerStageKind::simulated},
+               {"shared_memory", PowerStageKind::shared_memory},
+               {"udp", PowerStageKind::udp}},
+              "a plant in this process, in another one of this machine, or on another machine");
   describe(root, c.drive);
+  Section hil = root.section("hil");
+  describe(hil, c.hil);
+  hil.check([&c] { return check_power_stage(c); });
   Section realtime = root.section("realtime");
   describe(realtime, c.realtime);
   realtime.check([&c] { return check_wake_period(c); });

@@ -38,11 +38,18 @@ EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string
   return load<EcuConfig>(file, overrides, {"machine"});
 }
 
+PlantConfig load_plant_config(const std::string& file, const std::vector<std::string>& overrides) {
+  return load<PlantConfig>(file, overrides, {"machine"});
+}
+
 ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides) {
   return load<ScenarioConfig>(file, overrides, {"machine", "vehicle"});
 }
 
 std::string print_config(const EcuConfig& config) {
+  return printed(config);
+}
+std::string print_config(const PlantConfig& config) {
   return printed(config);
 }
 std::string print_config(const ScenarioConfig& config) {

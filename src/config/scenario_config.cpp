@@ -110,6 +110,9 @@ std::string validate_mode(const ScenarioConfig& c) {
     if (c.drive.drive.magnetise_first)
       return "an event-exact run has no drive states, give event_exact.initial_flux_wb instead of "
              "drive.magnetise_first";
+    const IntegratorKind integrator = c.drive.plant.integrator;
+    if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
+      return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";
     return {};
   }
   if (c.scenario.duration_ns < c.drive.direct_torque.period_ns)

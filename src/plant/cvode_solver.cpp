@@ -49,7 +49,7 @@ void discard_message(int, const char*, const char*, char*, void*) {}
 }  // namespace
 
 struct CvodeSolver::Implementation {
-  CvodeProblem problem;
+  OdeProblem problem;
   const void* context{nullptr};
   sundials::Context sundials{};
   Owned<N_Vector, FreeVector> x;
@@ -136,16 +136,16 @@ void CvodeSolver::Implementation::attach_method(const CvodeParameters& parameter
 
 // SUNDIALS allocates in the first call of CVode; a harmless problem, dx/dt = 1 − x, makes it do so now.
 void CvodeSolver::Implementation::prime() {
-  const CvodeProblem real = problem;
+  const OdeProblem real = problem;
   problem.derivative = [](const void* self, const double* state, double* slope) noexcept {
-    for (int i = 0; i < static_cast<const CvodeProblem*>(self)->size; ++i) slope[i] = 1.0 - state[i];
+    for (int i = 0; i < static_cast<const OdeProblem*>(self)->size; ++i) slope[i] = 1.0 - state[i];
   };
   problem.jacobian = [](const void* self, const double*, double* j) noexcept {
-    const int n = static_cast<const CvodeProblem*>(self)->size;
+    const int n = static_cast<const OdeProblem*>(self)->size;
     for (int i = 0; i < n * n; ++i) j[i] = i % (n + 1) == 0 ? -1.0 : 0.0;
   };
   problem.events = [](const void* self, const double* state, double* g) noexcept {
-    std::fill_n(g, static_cast<const CvodeProblem*>(self)->event_count, 0.5 - *state);
+    std::fill_n(g, static_cast<const OdeProblem*>(self)->event_count, 0.5 - *state);
   };
   context = &real;
   const int flag = CVode(memory.get(), 1.0, x.get(), &time, CV_NORMAL);
@@ -153,7 +153,7 @@ void CvodeSolver::Implementation::prime() {
   problem = real;
 }
 
-CvodeSolver::CvodeSolver(const CvodeProblem& problem, const CvodeParameters& parameters,
+CvodeSolver::CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters,
                          std::span<const double> absolute_tolerance)
     : implementation_{std::make_unique<Implementation>()} {
   implementation_->problem = problem;

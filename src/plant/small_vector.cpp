@@ -34,6 +34,19 @@ sunrealtype weighted_rms_norm(N_Vector x, N_Vector w) {
   return std::sqrt(sum / static_cast<sunrealtype>(n));
 }
 
+/// z = Σ c_k x_k; z may be x_0.
+int linear_combination(int count, sunrealtype* c, N_Vector* x, N_Vector z) {
+  const sunindextype n = NV_LENGTH_S(z);
+  sunrealtype* const zs = NV_DATA_S(z);
+  const sunrealtype* const first = NV_DATA_S(x[0]);
+  for (sunindextype i = 0; i < n; ++i) zs[i] = c[0] * first[i];
+  for (int k = 1; k < count; ++k) {
+    const sunrealtype* const xs = NV_DATA_S(x[k]);
+    for (sunindextype i = 0; i < n; ++i) zs[i] += c[k] * xs[i];
+  }
+  return 0;
+}
+
 }  // namespace
 
 N_Vector new_small_vector(int size, SUNContext context) noexcept {
@@ -42,6 +55,12 @@ N_Vector new_small_vector(int size, SUNContext context) noexcept {
   v->ops->nvlinearsum = linear_sum;
   v->ops->nvscale = scale;
   v->ops->nvwrmsnorm = weighted_rms_norm;
+  return v;
+}
+
+N_Vector new_runge_kutta_vector(int size, SUNContext context) noexcept {
+  const N_Vector v = new_small_vector(size, context);
+  if (v != nullptr) v->ops->nvlinearcombination = linear_combination;
   return v;
 }
 

@@ -10,4 +10,7 @@ namespace sextant {
 /// which halves the time of a segment. Clones inherit them. nullptr when memory is out.
 [[nodiscard]] N_Vector new_small_vector(int size, SUNContext context) noexcept;
 
+/// The same for one-step methods, whose stages are sums of many vectors: the sum is taken in one loop too.
+[[nodiscard]] N_Vector new_runge_kutta_vector(int size, SUNContext context) noexcept;
+
 }  // namespace sextant

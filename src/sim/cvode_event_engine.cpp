@@ -9,7 +9,7 @@ namespace {
 using State = EventExactSystem::State;
 using Jacobian = EventExactSystem::Jacobian;
 
-CvodeProblem problem(int event_count) noexcept {
+OdeProblem problem(int event_count) noexcept {
   return {EventExactSystem::size, event_count,
           [](const void* system, const double* x, double* dx) noexcept {
             State slope;

@@ -50,7 +50,7 @@ TraceFile::TraceFile(const std::filesystem::path& file, const Parameters& parame
   const hdf5::Quiet quiet;
   file_ = {H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, append_only().get(), H5P_DEFAULT), H5Fclose};
   write_attributes(parameters);
-  create_columns(parameters.compression);
+  create_columns(parameters);
   hdf5::check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL));
 }
 
@@ -64,12 +64,13 @@ void TraceFile::write_attributes(const Parameters& parameters) {
   hdf5::write_attribute(file_.get(), "decimation", decimation);
 }
 
-void TraceFile::create_columns(int compression) {
-  const hdf5::Handle properties = chunked_and_compressed(compression);
-  const hdf5::Handle plant{H5Gcreate2(file_.get(), "plant", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
+void TraceFile::create_columns(const Parameters& parameters) {
+  const hdf5::Handle properties = chunked_and_compressed(parameters.compression);
   columns_.reserve(drive_columns.size() + plant_columns.size());
   for (const TraceColumn& c : drive_columns)
     columns_.emplace_back(file_.get(), c, properties.get(), buffer_rows);
+  if (!parameters.plant) return;
+  const hdf5::Handle plant{H5Gcreate2(file_.get(), "plant", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
   for (const TraceColumn& c : plant_columns)
     columns_.emplace_back(plant.get(), c, properties.get(), buffer_rows);
 }

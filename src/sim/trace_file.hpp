@@ -24,6 +24,7 @@ class TraceFile {
     std::optional<std::int64_t> control_period_ns{};  ///< none in an event-exact run [ns]
     std::int64_t interval_ns{};                       ///< [ns]
     int compression{};                                ///< deflate level [-]
+    bool plant{true};                                 ///< the plant's true values are known
   };
 
   /// Throws std::runtime_error with the reason if the file cannot be created.
@@ -46,7 +47,7 @@ class TraceFile {
   using Clock = std::chrono::steady_clock;
 
   void write_attributes(const Parameters& parameters);
-  void create_columns(int compression);
+  void create_columns(const Parameters& parameters);
   [[nodiscard]] bool flush_is_due() const;
   [[nodiscard]] int descriptor() const;
   [[nodiscard]] off_t size() const;

@@ -52,7 +52,8 @@ class TraceRecorder::Impl {
               {.scenario = origin.scenario,
                .control_period_ns = origin.control_period_ns,
                .interval_ns = interval_ns(parameters),
-               .compression = parameters.compression},
+               .compression = parameters.compression,
+               .plant = origin.plant},
               on_error ? std::move(on_error) : print_error} {}
 
   ~Impl() { close(); }

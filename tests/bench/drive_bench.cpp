@@ -1,23 +1,23 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "bench/bench_drive.hpp"
+#include "bench/drive_replay.hpp"
+#include "bench/keep.hpp"
 #include "bench/paired.hpp"
 #include "bench/recorded_run.hpp"
+#include "bench/reference_drive.hpp"
 #include "bench/reference_dtc.hpp"
-#include "bench/reference_rk4.hpp"
 
 namespace sextant::bench {
 namespace {
 
 const RecordedRun run = record_run();
-
-/// Makes the compiler believe that the object is used, without copying it as DoNotOptimize would.
-template <class Object>
-void keep(const Object& object) {
-  benchmark::DoNotOptimize(&object);
-  benchmark::ClobberMemory();
-}
 
 void dtc_step_reference(benchmark::State& state) {
   ReferenceDtc dtc;
@@ -52,49 +52,70 @@ void dtc_step(benchmark::State& state) {
 }
 BENCHMARK(dtc_step);
 
-void drive_step(benchmark::State& state) {
-  DirectTorqueController<double> controller{{}};
-  Drive<double> drive{{}, controller};
-  ScenarioCommands commands{ProfileParameters{.value = torque_reference}};
-  std::int64_t t_ns = -ScenarioCommands::hand_shake_periods * 25'000;
-  std::size_t k = 0;
-  for (auto _ : state) {
-    Measurement<double> m = run.measurements[k];
-    m.t_ns = t_ns;
-    const DriveOutput<double> output = drive.step(m, commands.latest(t_ns));
+/// The same by hand.
+struct DriveByHand {
+  void step(const Measurement<double>& m, const DriveRequest<double>& request) {
+    ReferenceRecord output;
+    drive.step(m, request, output);
     keep(output);
-    t_ns += 25'000;
-    k = k + 1 == run.measurements.size() ? 0 : k + 1;
   }
+  void reset_estimate() { drive.reset_estimate(); }
+
+  ReferenceDrive drive{};
+};
+
+/// True when both drives answer the same to the recorded run.
+bool drives_agree() {
+  struct Recorder {
+    std::vector<ReferenceRecord> records{};
+    ReferenceDrive drive{};
+    void step(const Measurement<double>& m, const DriveRequest<double>& request) {
+      drive.step(m, request, records.emplace_back());
+    }
+    void reset_estimate() { drive.reset_estimate(); }
+  };
+  struct OurRecorder {
+    std::vector<DriveOutput<double>> records{};
+    OurDrive ours{};
+    void step(const Measurement<double>& m, const DriveRequest<double>& request) {
+      records.push_back(ours.drive.step(m, request));
+    }
+    void reset_estimate() { ours.reset_estimate(); }
+  };
+  DriveReplay<Recorder> by_hand{run};
+  DriveReplay<OurRecorder> ours{run};
+  by_hand();
+  ours();
+  const auto near = [](double x, double y) { return std::abs(x - y) < 1e-9; };
+  // From the first reset on: by hand, nothing is estimated without torque.
+  for (std::size_t k = ScenarioCommands::hand_shake_periods; k < by_hand.contestant().records.size(); ++k) {
+    const ReferenceRecord& x = by_hand.contestant().records[k];
+    const DriveOutput<double>& y = ours.contestant().records[k];
+    const Telemetry<double>& z = y.telemetry;
+    const bool off = x.vector == ReferenceDrive::gates_off_vector;
+    if (y.pattern.last_state() != (off ? gates_off : switch_states[x.vector])) return false;
+    if (x.state != std::uint8_t(z.state) || x.lockout != z.lockout || x.latched != z.latched.bits())
+      return false;
+    if (!near(x.torque_reference, z.torque_reference) || !near(x.motoring, z.torque_motoring)) return false;
+    if (!off && (!near(x.torque, z.torque) || !near(x.psi, z.psi_s_magnitude) || x.sector != z.sector)) {
+      return false;
+    }
+    if (!near(x.i_dc, z.i_dc)) return false;
+  }
+  return true;
+}
+
+void drive_step(benchmark::State& state) {
+  DriveReplay<OurDrive> replay{run};
+  for (auto _ : state) replay.next();
 }
 BENCHMARK(drive_step);
 
-void plant_rk4_reference(benchmark::State& state) {
-  ReferenceRk4 plant;
-  std::size_t k = 0;
-  for (auto _ : state) {
-    const SpaceVector<> u = stator_voltage(run.patterns[k].last_state(), 530.0);
-    plant.step(u.alpha, u.beta, 15.0, 25e-6);
-    keep(plant);
-    k = k + 1 == run.patterns.size() ? 0 : k + 1;
-  }
+void drive_step_reference(benchmark::State& state) {
+  DriveReplay<DriveByHand> replay{run};
+  for (auto _ : state) replay.next();
 }
-BENCHMARK(plant_rk4_reference);
-
-void plant_period(benchmark::State& state, IntegratorKind kind) {
-  using Plant = DrivePlant<double>;
-  Plant plant{{}};
-  std::unique_ptr<PlantIntegrator<Plant>> integrator = std::make_unique<FixedStepIntegrator<Plant>>();
-  if (kind == IntegratorKind::cvode) integrator = std::make_unique<CvodeIntegrator<Plant>>();
-  std::size_t k = 0;
-  for (auto _ : state) {
-    plant.set_inputs({run.patterns[k].last_state(), 530.0, 15.0, false, 0.0});
-    if (!integrator->advance(plant, 25'000)) state.SkipWithError("the integration failed");
-    k = k + 1 == run.patterns.size() ? 0 : k + 1;
-  }
-}
-BENCHMARK_CAPTURE(plant_period, fixed, IntegratorKind::fixed);
-BENCHMARK_CAPTURE(plant_period, cvode, IntegratorKind::cvode);
+BENCHMARK(drive_step_reference);
 
 /// Counter `ratio`: the DTC step to its hand-written reference, one replay of the recorded run a block.
 void dtc_step_ratio(benchmark::State& state) {
@@ -122,31 +143,97 @@ void dtc_step_ratio(benchmark::State& state) {
 }
 BENCHMARK(dtc_step_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
 
-/// Counter `ratio`: a fixed-step period of the plant to a hand-written Runge-Kutta step of the same
-/// equations.
-void plant_period_ratio(benchmark::State& state) {
-  using Plant = DrivePlant<double>;
-  ReferenceRk4 reference;
-  Plant plant{{}};
-  const std::unique_ptr<PlantIntegrator<Plant>> integrator = std::make_unique<FixedStepIntegrator<Plant>>();
+/// Counter `ratio`: `Drive::step` with every check to the hand-written DTC step, which has none.
+void drive_step_ratio(benchmark::State& state) {
+  ReferenceDtc reference;
+  DriveReplay<OurDrive> ours{run};
   const auto by_hand = [&] {
-    for (const GatePattern& pattern : run.patterns) {
-      const SpaceVector<> u = stator_voltage(pattern.last_state(), 530.0);
-      reference.step(u.alpha, u.beta, torque_reference, 25e-6);
-      keep(reference);
+    reference.reset();
+    for (const Measurement<double>& m : run.measurements) {
+      const GateSegment& acted = m.acted.segments()[0];
+      benchmark::DoNotOptimize(reference.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc,
+                                              int(acted.state.upper_switches()), acted.duration_ns,
+                                              torque_reference));
     }
   };
-  bool good = true;
-  const auto ours = [&] {
-    for (const GatePattern& pattern : run.patterns) {
-      plant.set_inputs({pattern.last_state(), 530.0, torque_reference, false, 0.0});
-      good = integrator->advance(plant, 25'000) && good;
-    }
-  };
-  for (auto _ : state) state.counters["ratio"] = paired_ratio(by_hand, ours, 1000);
-  if (!good) state.SkipWithError("the integration failed");
+  for (auto _ : state) state.counters["ratio"] = paired_ratio(by_hand, ours);
 }
-BENCHMARK(plant_period_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(drive_step_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+/// Counter `ratio`: `Drive::step` to a whole drive written by hand, with the same checks and the same record.
+void drive_step_same_ratio(benchmark::State& state) {
+  if (!drives_agree()) return state.SkipWithError("the drives do not answer the same");
+  DriveReplay<DriveByHand> by_hand{run};
+  DriveReplay<OurDrive> ours{run};
+  for (auto _ : state) state.counters["ratio"] = paired_ratio(by_hand, ours);
+}
+BENCHMARK(drive_step_same_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+/// A whole drive with its plant, and somebody who looks at its telemetry.
+class ClosedLoop {
+ public:
+  explicit ClosedLoop(IntegratorKind integrator) : drive_{integrator} {
+    advance(ScenarioCommands::hand_shake_periods);
+  }
+
+  void advance(std::int64_t periods) {
+    for (std::int64_t k = 0; k < periods; ++k) drive_.run_period(sink_);
+  }
+
+  /// False when something stopped the drive on the way.
+  [[nodiscard]] bool healthy() { return drive_.healthy(); }
+
+ private:
+  struct Sink {
+    void push(const Telemetry<double>& telemetry) noexcept SEXTANT_NONBLOCKING { torque += telemetry.torque; }
+    double torque{};
+  };
+
+  BenchDrive drive_;
+  Sink sink_{};
+};
+
+/// Counter `realtime_factor`: simulated time of the closed loop per CPU time, one Runge-Kutta step (or what
+/// CVODE takes) a control period.
+void closed_loop(benchmark::State& state, IntegratorKind integrator) {
+  ClosedLoop loop{integrator};
+  loop.advance(8'000);
+  constexpr std::int64_t block = 1'000;
+  for (auto _ : state) loop.advance(block);
+  const double simulated_s = double(state.iterations()) * double(block * BenchDrive::period_ns) * 1e-9;
+  state.counters["realtime_factor"] = benchmark::Counter(simulated_s, benchmark::Counter::kIsRate);
+  if (!loop.healthy()) state.SkipWithError("the drive does not produce torque");
+}
+
+void closed_loop_fixed(benchmark::State& state) {
+  closed_loop(state, IntegratorKind::fixed);
+}
+BENCHMARK(closed_loop_fixed);
+
+void closed_loop_cvode(benchmark::State& state) {
+  closed_loop(state, IntegratorKind::cvode);
+}
+BENCHMARK(closed_loop_cvode);
+
+/// Counter `ratio`: what a period of the closed loop costs after that many periods to what it costs at the
+/// beginning of a run.
+void closed_loop_growth(benchmark::State& state) {
+  const std::int64_t age = state.range(0);
+  ClosedLoop old{IntegratorKind::fixed};
+  old.advance(age);
+  ClosedLoop young{IntegratorKind::fixed};
+  // The young loop has not grown older than 10'000 periods by the end.
+  constexpr int block = 10;
+  for (auto _ : state) {
+    state.counters["ratio"] = paired_ratio([&] { young.advance(block); }, [&] { old.advance(block); }, 1000);
+  }
+  if (!old.healthy()) state.SkipWithError("the drive does not produce torque");
+}
+BENCHMARK(closed_loop_growth)
+    ->RangeMultiplier(10)
+    ->Range(10'000, 10'000'000)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace sextant::bench

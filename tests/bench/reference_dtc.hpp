@@ -25,7 +25,7 @@ class ReferenceDtc {
 
   /// Back to the state after power-up.
   void reset() {
-    psi_a_ = psi_b_ = ia_ = ib_ = 0.0;
+    psi_a_ = psi_b_ = ia_ = ib_ = psi_ = tau_ = 0.0;
     torque_ = sector_ = vector_ = 0;
     raise_ = true;
   }
@@ -39,7 +39,9 @@ class ReferenceDtc {
     ia_ = ia;
     ib_ = ib;
     const double psi = std::sqrt(psi_a_ * psi_a_ + psi_b_ * psi_b_);
-    const double error = t_ref - 1.5 * p * (psi_a_ * ib - psi_b_ * ia);
+    psi_ = psi;
+    tau_ = 1.5 * p * (psi_a_ * ib - psi_b_ * ia);
+    const double error = t_ref - tau_;
     if (torque_ > 0 && error < 0.0) torque_ = 0;
     if (torque_ < 0 && error > 0.0) torque_ = 0;
     if (torque_ == 0) torque_ = error > band ? 1 : error < -band ? -1 : 0;
@@ -61,6 +63,13 @@ class ReferenceDtc {
     return vector_;
   }
 
+  /// The estimate of the last step, and the sector 0…5.
+  [[nodiscard]] double psi_a() const { return psi_a_; }
+  [[nodiscard]] double psi_b() const { return psi_b_; }
+  [[nodiscard]] double psi() const { return psi_; }
+  [[nodiscard]] double torque() const { return tau_; }
+  [[nodiscard]] int sector() const { return sector_; }
+
  private:
   double r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1, p = 2.0;
   static constexpr int legs[8] = {0, 1, 3, 2, 6, 4, 5, 7};
@@ -68,7 +77,7 @@ class ReferenceDtc {
                                          {{1, 0, 5}, {2, 0, 4}}, {{2, 0, 6}, {3, 0, 5}},
                                          {{3, 0, 1}, {4, 0, 6}}, {{4, 0, 2}, {5, 0, 1}}};
   double edge_a_[6]{}, edge_b_[6]{}, u_a_[8]{}, u_b_[8]{};
-  double psi_a_{}, psi_b_{}, ia_{}, ib_{};
+  double psi_a_{}, psi_b_{}, ia_{}, ib_{}, psi_{}, tau_{};
   int torque_{0}, sector_{0}, vector_{0};
   bool raise_{true};
 };

@@ -210,5 +210,39 @@ TEST(CanCodec, IdentifiesTheCommand) {
   EXPECT_EQ(with([](CanFrame& f) { f.fd = true; }), CommandIdentity::fd_alias);
 }
 
+TEST(CanCodec, AVehicleReadsTheTorqueStatusThatWasEncoded) {
+  const TorqueStatus sent{.torque = -12.34,
+                          .torque_admitted = 15.0,
+                          .state = DriveState::derated,
+                          .lockout = false,
+                          .command_counter = 7};
+  const auto read = decode_torque_status(encode(sent).frame);
+  ASSERT_TRUE(read);
+  EXPECT_NEAR(read->torque, sent.torque, 0.00501);
+  EXPECT_NEAR(read->torque_admitted, sent.torque_admitted, 1e-9);
+  EXPECT_EQ(read->state, sent.state);
+  EXPECT_EQ(read->lockout, sent.lockout);
+  EXPECT_EQ(read->command_counter, sent.command_counter);
+  EXPECT_FALSE(decode_torque_status(encode(TorqueStatus{}).frame)->command_counter);
+  EXPECT_EQ(torque_status_data_id(), 0x120);
+}
+
+TEST(CanCodec, NoOtherFrameIsATorqueStatus) {
+  const CanFrame good = encode(TorqueStatus{}).frame;
+  const auto with = [&](void (*change)(CanFrame&)) {
+    CanFrame frame = good;
+    change(frame);
+    return decode_torque_status(frame).has_value();
+  };
+  EXPECT_TRUE(with([](CanFrame&) {}));
+  EXPECT_FALSE(with([](CanFrame& f) { f.id = 0x121; }));
+  EXPECT_FALSE(with([](CanFrame& f) { f.error = true; }));
+  EXPECT_FALSE(with([](CanFrame& f) { f.length = 7; }));
+  EXPECT_FALSE(with([](CanFrame& f) { f.rtr = true; }));
+  EXPECT_FALSE(with([](CanFrame& f) { f.extended = true; }));
+  EXPECT_FALSE(with([](CanFrame& f) { f.fd = true; }));
+  EXPECT_FALSE(decode_torque_status(encode(TorqueRequest{}).frame));
+}
+
 }  // namespace
 }  // namespace sextant

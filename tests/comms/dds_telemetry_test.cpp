@@ -4,10 +4,13 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <dds/dds.h>
 #include <gmock/gmock.h>
@@ -178,6 +181,9 @@ TEST_F(DdsTelemetryTest, RefusesNaNAndInfinityInEveryMember) {
   RealTimeSample statistics;
   statistics.body_max_us = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(telemetry_.write(statistics), DdsWrite::refused);
+  RealTimeSample stages;
+  stages.stages.back().max_us = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(telemetry_.write(stages), DdsWrite::refused);
   ASSERT_EQ(telemetry_.write(some_record(), 0), DdsWrite::ok);
   EXPECT_EQ(reader.take().value().sequence, refused);  // the first that was published; the gap tells of them
 }
@@ -229,23 +235,40 @@ TEST_F(DdsTelemetryTest, CutsTheReasonBetweenCharacters) {
 }
 
 TEST_F(DdsTelemetryTest, PublishesStatistics) {
-  ASSERT_EQ(telemetry_.write(RealTimeSample{.t_ns = 5,
-                                            .period_ns = 25'000,
-                                            .wake_every_periods = 40,
-                                            .periods = 40'000,
-                                            .periods_skipped = 3,
-                                            .overruns = 2,
-                                            .wake_latency_p50_us = 1.0,
-                                            .wake_latency_p99_us = 2.0,
-                                            .wake_latency_max_us = 3.0,
-                                            .body_p50_us = 4.0,
-                                            .body_p99_us = 5.0,
-                                            .body_max_us = 6.0,
-                                            .telemetry_dropped = 7,
-                                            .commands_received = 8,
-                                            .commands_rejected = 9,
-                                            .real_time_scheduling = true,
-                                            .memory_locked = true}),
+  ASSERT_EQ(telemetry_.write(RealTimeSample{
+                .t_ns = 5,
+                .period_ns = 25'000,
+                .wake_every_periods = 40,
+                .wait = WaitMode::hybrid,
+                .policy = SchedulingPolicy::deadline,
+                .periods = 40'000,
+                .periods_skipped = 3,
+                .overruns = 2,
+                .misses = {21, 22, 23, 24},
+                .misses_without_gap = 25,
+                .gaps = 26,
+                .longest_gap_us = 27.0,
+                .wake_latency_p50_us = 1.0,
+                .wake_latency_p99_us = 2.0,
+                .wake_latency_p99_9_us = 2.1,
+                .wake_latency_p99_99_us = 2.2,
+                .wake_latency_max_us = 3.0,
+                .body_p50_us = 4.0,
+                .body_p99_us = 5.0,
+                .body_p99_9_us = 5.1,
+                .body_p99_99_us = 5.2,
+                .body_max_us = 6.0,
+                .stages = {StageFigures{31, 32, 33}, {34, 35, 36}, {37, 38, 39}, {40, 41, 42}, {43, 44, 45}},
+                .page_faults = 51,
+                .voluntary_switches = 52,
+                .involuntary_switches = 53,
+                .run_delay_us = 54.0,
+                .steal_us = 55.0,
+                .telemetry_dropped = 7,
+                .commands_received = 8,
+                .commands_rejected = 9,
+                .real_time_scheduling = true,
+                .memory_locked = true}),
             DdsWrite::ok);
   Reader<sextant_RealTimeStatistics> reader(domain, sextant_RealTimeStatistics_desc,
                                             "sextant/RealTimeStatistics", DDS_RELIABILITY_RELIABLE,
@@ -260,6 +283,27 @@ TEST_F(DdsTelemetryTest, PublishesStatistics) {
   EXPECT_EQ(s->wake_latency_max_us, 3.0);
   EXPECT_EQ(s->body_p50_us, 4.0);
   EXPECT_EQ(s->body_max_us, 6.0);
+  EXPECT_EQ(s->wait, sextant_HYBRID);
+  EXPECT_EQ(s->policy, sextant_DEADLINE);
+  EXPECT_EQ(s->misses_machine, 21U);
+  EXPECT_EQ(s->misses_stage_gap, 22U);
+  EXPECT_EQ(s->misses_late_wake, 23U);
+  EXPECT_EQ(s->misses_own_body, 24U);
+  EXPECT_EQ(s->misses_without_gap, 25U);
+  EXPECT_EQ(s->gaps, 26U);
+  EXPECT_EQ(s->longest_gap_us, 27.0);
+  EXPECT_EQ(s->wake_latency_p99_9_us, 2.1);
+  EXPECT_EQ(s->wake_latency_p99_99_us, 2.2);
+  EXPECT_EQ(s->body_p99_9_us, 5.1);
+  EXPECT_EQ(s->body_p99_99_us, 5.2);
+  EXPECT_EQ(
+      (std::array{s->read_p50_us, s->commands_p99_9_us, s->drive_max_us, s->write_p50_us, s->push_max_us}),
+      (std::array{31.0, 35.0, 39.0, 40.0, 45.0}));
+  EXPECT_EQ(s->page_faults, 51U);
+  EXPECT_EQ(s->voluntary_switches, 52U);
+  EXPECT_EQ(s->involuntary_switches, 53U);
+  EXPECT_EQ(s->run_delay_us, 54.0);
+  EXPECT_EQ(s->steal_us, 55.0);
   EXPECT_EQ(s->telemetry_dropped, 7U);
   EXPECT_EQ(s->commands_received, 8U);
   EXPECT_EQ(s->commands_rejected, 9U);
@@ -282,6 +326,54 @@ TEST_F(DdsTelemetryTest, AReaderThatStoppedDoesNotBlockTheWriter) {
   }
   EXPECT_EQ(telemetry_.counts().written, 2000U);
   EXPECT_EQ(telemetry_.counts().failed, 0U);
+}
+
+TEST_F(DdsTelemetryTest, ManyDrivesOfOneProcessAreInstancesOfOneTopic) {
+  constexpr std::uint32_t drives = 64;
+  auto reader = telemetry_reader(domain);
+  wait_for_reader();
+  std::vector<std::unique_ptr<DdsTelemetry>> others;
+  for (std::uint32_t id = 100; id < 100 + drives; ++id) {
+    others.push_back(std::make_unique<DdsTelemetry>(telemetry_, id));
+  }
+  for (int i = 0; i < 2000 && others.back()->readers() == 0; ++i) std::this_thread::sleep_for(1ms);
+  // KEEP_LAST 1 is by instance: were they one, only the last of each round would be left.
+  for (int round = 0; round < 3; ++round) {
+    for (const auto& other : others) ASSERT_EQ(other->write(some_record(), 0), DdsWrite::ok);
+  }
+  std::map<std::uint32_t, std::uint64_t> newest;
+  for (std::uint32_t n = 0; n < drives; ++n) {
+    const auto s = reader.take();
+    ASSERT_TRUE(s) << "only " << n << " drives were seen";
+    newest[s->drive_id] = s->sequence;
+  }
+  ASSERT_EQ(newest.size(), drives);
+  for (const auto& [id, sequence] : newest) EXPECT_EQ(sequence, 2U) << "drive " << id;
+  for (const auto& other : others) EXPECT_EQ(other->counts().written, 3U);
+  EXPECT_EQ(telemetry_.counts().written, 0U);
+}
+
+TEST(DdsTelemetry, ASharedParticipantOutlivesItsFirstDrive) {
+  constexpr std::uint32_t domain = 90;
+  auto first = std::make_unique<DdsTelemetry>(
+      DdsTelemetry::Parameters{.domain_id = domain, .configuration = loopback_configuration()});
+  DdsTelemetry second(*first, 2);
+  first.reset();
+  auto reader = telemetry_reader(domain);
+  for (int i = 0; i < 2000 && second.readers() == 0; ++i) std::this_thread::sleep_for(1ms);
+  ASSERT_EQ(second.write(some_record(), 0), DdsWrite::ok);
+  EXPECT_EQ(reader.take().value().drive_id, 2U);
+  EXPECT_NO_THROW(DdsTelemetry(second, 1)) << "the id of a drive that ended is free again";
+}
+
+TEST(DdsTelemetry, RefusesASecondDriveOfTheSameId) {
+  const DdsTelemetry first({.domain_id = 90, .drive_id = 7, .configuration = loopback_configuration()});
+  try {
+    const DdsTelemetry second(first, 7);
+    FAIL() << "two writers of one key";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("already publishes a drive with the id 7"));
+  }
 }
 
 std::string refusal(const DdsTelemetry::Parameters& parameters) {

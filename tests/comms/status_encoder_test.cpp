@@ -133,5 +133,18 @@ TEST(StatusEncoder, CountsFramesWithAValueBeyondItsRange) {
   EXPECT_EQ(encoder.clamped(), 1U);
 }
 
+TEST(StatusEncoder, ItsFramesAreKnownByTheirIdentifiers) {
+  StatusEncoder encoder;
+  const std::span<const CanFrame> frames = encoder.due(0, some_telemetry(), {});
+  ASSERT_EQ(frames.size(), status_message_count);
+  for (CanFrame frame : frames) {
+    EXPECT_TRUE(is_status_frame(frame));
+    frame.extended = true;
+    EXPECT_FALSE(is_status_frame(frame));
+  }
+  EXPECT_FALSE(is_status_frame(encode(TorqueRequest{}).frame));
+  EXPECT_FALSE(is_status_frame({.id = frames.front().id, .error = true}));
+}
+
 }  // namespace
 }  // namespace sextant

@@ -9,6 +9,8 @@
 namespace sextant {
 
 inline const std::string shipped_ecu = SEXTANT_SOURCE_DIR "/configs/ecu.toml";
+inline const std::string shipped_ecu_hil = SEXTANT_SOURCE_DIR "/configs/ecu_hil.toml";
+inline const std::string shipped_plant = SEXTANT_SOURCE_DIR "/configs/plant.toml";
 inline const std::string shipped_machine = SEXTANT_SOURCE_DIR "/configs/machines/paper_3hp.toml";
 inline const std::string shipped_scenario = SEXTANT_SOURCE_DIR "/configs/scenarios/constant_torque.toml";
 

@@ -34,6 +34,17 @@ TEST(EcuConfig, ACommandMustNotTimeOutBetweenTwoWakeUps) {
             "--set: realtime: wake_every_periods is too large: so many control periods take longer than "
             "gate.timeout_ms");
   EXPECT_EQ(refusal({"realtime.wake_every_periods=1599"}), "");
+}
+
+TEST(EcuConfig, DeadlineSchedulingHasToFit) {
+  const std::string policy = "realtime.policy=deadline";
+  EXPECT_EQ(refusal({policy}), "");
+  EXPECT_EQ(refusal({policy, "realtime.deadline_runtime_us=1000"}), "");
+  EXPECT_NE(refusal({policy, "realtime.deadline_runtime_us=1000.1"}).find("deadline_runtime_us is too long"),
+            std::string::npos);
+  EXPECT_EQ(refusal({"realtime.deadline_runtime_us=1000.1"}), "") << "not in force";
+  EXPECT_NE(refusal({policy, "realtime.wait=spin"}).find("uses up the time"), std::string::npos);
+  EXPECT_NE(refusal({policy, "realtime.cpu=1"}).find("exclude each other"), std::string::npos);
   EXPECT_NE(refusal({"gate.timeout_ms=1"}).find("wake_every_periods is too large"), std::string::npos);
 }
 

@@ -48,6 +48,17 @@ TEST(EventExactConfig, HasNoStateInWhichToMagnetise) {
               HasSubstr("event_exact.initial_flux_wb"));
 }
 
+TEST(EventExactConfig, HasTwoEnginesOnly) {
+  for (const char* integrator : {"exact", "erk"}) {
+    SCOPED_TRACE(integrator);
+    const std::string key = std::string{"plant.integrator="} + integrator;
+    EXPECT_THAT(
+        refusal({"mode=event_exact", key}),
+        HasSubstr("an event-exact run is moved by cvode or fixed, plant.integrator must be one of them"));
+    EXPECT_EQ(refusal({key}), "accepted");
+  }
+}
+
 TEST(EventExactConfig, TakesAnyTraceInterval) {
   EXPECT_EQ(refusal({"mode=event_exact", "trace.interval_us=3"}), "accepted");
   EXPECT_THAT(refusal({"trace.interval_us=3"}), HasSubstr("whole number of control periods"));

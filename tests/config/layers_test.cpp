@@ -136,8 +136,9 @@ TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {
   EXPECT_EQ(
       refusal(shipped_ecu, {"control.flux_refrence_wb=1"}),
       "--set: control.flux_refrence_wb: unknown key; the nearest known one is control.flux_reference_wb");
-  EXPECT_EQ(refusal(shipped_ecu, {"plant.integrator=ode45"}),
-            "--set: plant.integrator: expected \"cvode\" or \"fixed\", got \"ode45\"");
+  EXPECT_EQ(
+      refusal(shipped_ecu, {"plant.integrator=ode45"}),
+      "--set: plant.integrator: expected \"cvode\" or \"fixed\" or \"exact\" or \"erk\", got \"ode45\"");
   EXPECT_EQ(refusal(shipped_ecu, {"gate.lost_ms=20"}),
             "--set: gate: a command cannot be lost before it has timed out");
   for (const char* text :

@@ -44,6 +44,17 @@ TEST(ShippedConfigs, TheLiveDriveRunsThePapersController) {
   EXPECT_LE(gate.timeout_ns + gate.zero_ramp_ns, 60'000'000) << "no torque within 60 ms of silence";
 }
 
+TEST(ShippedConfigs, TheHardDriveHasBoundedWorkAndInsistsOnItsRights) {
+  const EcuConfig config = load_ecu_config(SEXTANT_SOURCE_DIR "/configs/ecu_hard.toml");
+  EXPECT_EQ(config.realtime.wake_every_periods, 1) << "a real power stage does not wait";
+  EXPECT_TRUE(config.realtime.required);
+  EXPECT_TRUE(config.realtime.lock_memory);
+  EXPECT_EQ(config.realtime.policy, SchedulingPolicy::fifo);
+  EXPECT_NE(config.realtime.wait.mode, WaitMode::sleep);
+  EXPECT_EQ(config.drive.plant.integrator, IntegratorKind::fixed);
+  EXPECT_EQ(config.drive.drive.period_ns, 250'000);
+}
+
 TEST(ShippedConfigs, TheScenarioOfThePaperIsReadWhole) {
   const ScenarioConfig config = load_scenario_config(shipped_scenario);
   const Scenario& s = config.scenario;

@@ -295,11 +295,11 @@ TYPED_TEST(DriveOf, WithMagnetiseFirstTorqueWaitsForTheFluxAndStartsFromZero) {
   const auto out = this->run(30 * ms);
   EXPECT_EQ(out.telemetry.state, DriveState::magnetising);
   EXPECT_EQ(this->controller->last_reference.mode, ControlMode::magnetise);
-  this->controller->current_estimate.magnetised = true;
+  this->controller->estimate().magnetised = true;
   EXPECT_EQ(this->step().telemetry.state, DriveState::torque);
   EXPECT_EQ(this->controller->last_reference.torque, T(0));
   // The flux estimate may leave `magnetised` again; torque production does not fall back.
-  this->controller->current_estimate.magnetised = false;
+  this->controller->estimate().magnetised = false;
   this->receive(T(15), true);
   this->run(20 * ms);
   EXPECT_EQ(this->drive->state(), DriveState::torque);
@@ -319,7 +319,7 @@ TYPED_TEST(DriveOf, ATurningMachineIsNotMagnetisedFirst) {
 TYPED_TEST(DriveOf, WithoutMagnetiseFirstTorqueStartsAtOnce) {
   using T = TypeParam;
   this->start(T(15));
-  EXPECT_FALSE(this->controller->current_estimate.magnetised);
+  EXPECT_FALSE(this->controller->estimate().magnetised);
 }
 
 TYPED_TEST(DriveOf, BeyondTheBaseSpeedTheTorqueIsDeratedButBrakingIsNot) {
@@ -366,7 +366,7 @@ TYPED_TEST(DriveOf, NoTorqueIsAdmittedInThePeriodInWhichMagnetisingBegins) {
   } while (out.telemetry.state != DriveState::magnetising && !this->HasFailure());
   EXPECT_EQ(this->controller->last_reference.torque, T(0));
   // Were something left of it, it would come with the first torque.
-  this->controller->current_estimate.magnetised = true;
+  this->controller->estimate().magnetised = true;
   EXPECT_EQ(this->step().telemetry.torque_reference, T(0));
 }
 
@@ -395,7 +395,7 @@ TYPED_TEST(DriveOf, TheLinkCurrentOfAGapIsNotThatOfTheCurrentsBeforeIt) {
 TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   using T = TypeParam;
   this->start(T(15));
-  this->controller->current_estimate = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true};
+  this->controller->estimate() = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true};
   this->request.command.counter = 7;
   this->request.command.rejected = 3;
   this->measurement.acted = GatePattern{switch_states[1], 25'000};

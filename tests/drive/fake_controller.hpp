@@ -9,21 +9,20 @@ template <class T>
 class FakeController final : public Controller<T> {
  public:
   [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
-                                 const ControlReference<T>& reference) noexcept override {
+                                 ControlReference<T> reference) noexcept override {
     ++steps;
     last_measurement = measurement;
     last_reference = reference;
     const bool on = reference.mode != ControlMode::off;
     return GatePattern{on ? switch_states[1] : gates_off, 25'000};
   }
-  [[nodiscard]] ControlEstimate<T> estimate() const noexcept override { return current_estimate; }
+  [[nodiscard]] ControlEstimate<T>& estimate() noexcept { return this->estimate_; }
   void reset() noexcept override { ++resets; }
 
   int steps{0};
   int resets{0};
   Measurement<T> last_measurement{};
   ControlReference<T> last_reference{};
-  ControlEstimate<T> current_estimate{};
 };
 
 }  // namespace sextant::test

@@ -2,9 +2,13 @@
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
+#include <optional>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include "ecu/can_receive_thread.hpp"
 #include "ecu/can_transmit_thread.hpp"
@@ -45,7 +49,10 @@ class ControlThreadTest : public testing::Test {
  protected:
   void TearDown() override { stop(); }
 
-  void start() { (void)control.start(); }
+  void start() {
+    (void)control.start();
+    control.go();
+  }
 
   void stop() {
     crossings.shutdown.store(true);
@@ -95,6 +102,145 @@ TEST_F(ControlThreadTest, EveryThreadTogetherRunsStallsFaultsAndLeaves) {
   }
   EXPECT_EQ(telemetry.state, DriveState::shutdown);
   EXPECT_TRUE(crossings.stopped.load());
+}
+
+/// One control period a wake-up, spinning.
+class HardControlThreadTest : public testing::Test {
+ protected:
+  void TearDown() override {
+    crossings.shutdown.store(true);
+    control.join();
+  }
+
+  /// The first miss whose gap is at least so long [ns].
+  [[nodiscard]] std::optional<WakeRecord> miss_with_gap(std::int64_t gap_ns) {
+    std::optional<WakeRecord> found;
+    WakeRecord wake;
+    const bool seen = test::eventually([&] {
+      while (!found && crossings.wakes.pop(wake)) {
+        if (wake.overrun && wake.gap.longest_ns >= gap_ns) found = wake;
+      }
+      return found.has_value();
+    });
+    EXPECT_EQ(seen, found.has_value());
+    return found;
+  }
+
+  Crossings crossings{250'000, 1};
+  SimulatedPowerStage stage{{.io = {.period_ns = 250'000}, .integrator = IntegratorKind::fixed}, {}};
+  StallingIo io{stage.io()};
+  DirectTorqueController<double> controller{{.period_ns = 250'000}};
+  Drive<double> drive{{.period_ns = 250'000}, controller};
+  RealtimeParameters realtime{
+      .wake_every_periods = 1, .wait = {.mode = WaitMode::spin}, .lock_memory = false};
+  ControlThread control{realtime, 250'000, io, drive, crossings};
+};
+
+TEST_F(HardControlThreadTest, EveryPeriodIsTimedByStage) {
+  (void)control.start();
+  control.go();
+  StageRecord stages{};
+  WakeRecord wake;
+  std::uint64_t periods = 0;
+  std::uint64_t records = 0;
+  EXPECT_TRUE(test::eventually([&] {
+    while (crossings.wakes.pop(wake)) periods = wake.periods;
+    return periods > 100;
+  }));
+  crossings.shutdown.store(true);
+  control.join();
+  while (crossings.wakes.pop(wake)) periods = wake.periods;
+  for (; crossings.stages.pop(stages); ++records) {
+    EXPECT_GT(stages[static_cast<std::size_t>(Stage::read)], 0U);
+    EXPECT_GT(stages[static_cast<std::size_t>(Stage::drive)], 0U);
+  }
+  EXPECT_EQ(records, periods);
+}
+
+TEST_F(HardControlThreadTest, AStallInAStageIsAMissWithItsGapThere) {
+  (void)control.start();
+  control.go();
+  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  io.stall(80'000'000);
+  const std::optional<WakeRecord> miss = miss_with_gap(80'000'000);
+  ASSERT_TRUE(miss.has_value());
+  EXPECT_EQ(miss->gap.place, GapPlace::write);
+  EXPECT_TRUE(miss->body_overran);
+  EXPECT_GE(miss->latency_ns, 79'000'000);
+}
+
+TEST_F(HardControlThreadTest, AStopWhileItWaitsIsAMissWithItsGapThere) {
+  struct sigaction action{};
+  action.sa_handler = [](int) { std::this_thread::sleep_for(std::chrono::milliseconds{80}); };
+  ASSERT_EQ(sigaction(SIGUSR1, &action, nullptr), 0);
+  (void)control.start();
+  control.go();
+  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  // Most of a period is waiting, so that one of a few stops meets it.
+  bool while_waiting = false;
+  for (int i = 0; i < 20 && !while_waiting; ++i) {
+    syscall(SYS_tgkill, getpid(), crossings.control_thread_id.load(), SIGUSR1);
+    const std::optional<WakeRecord> miss = miss_with_gap(80'000'000);
+    ASSERT_TRUE(miss.has_value());
+    while_waiting = miss->gap.place == GapPlace::waiting && !miss->body_overran;
+  }
+  EXPECT_TRUE(while_waiting);
+}
+
+TEST_F(HardControlThreadTest, AStallIsTheLongestGapOfOneWakeUpAndOfNoOther) {
+  (void)control.start();
+  control.go();
+  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  io.stall(80'000'000);
+  WakeRecord wake;
+  int stalled = 0;
+  int after = 0;
+  EXPECT_TRUE(test::eventually([&] {
+    while (crossings.wakes.pop(wake)) {
+      // The machine may add gaps of its own, but hardly one as long.
+      if (wake.longest_gap_ns >= 80'000'000 && wake.longest_gap_ns < 160'000'000) ++stalled;
+      if (stalled > 0) ++after;
+    }
+    return after > 100;
+  }));
+  EXPECT_EQ(stalled, 1);
+}
+
+TEST_F(HardControlThreadTest, NoPeriodRunsBeforeItIsTold) {
+  (void)control.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  EXPECT_EQ(crossings.heartbeat_ns.load(), 0);
+  control.go();
+  EXPECT_TRUE(test::eventually([this] { return crossings.heartbeat_ns.load() != 0; }));
+}
+
+TEST_F(HardControlThreadTest, AThreadThatIsNeverToldLeavesWithoutAPeriod) {
+  (void)control.start();
+  control.join();
+  EXPECT_EQ(crossings.heartbeat_ns.load(), 0);
+  EXPECT_TRUE(crossings.stopped.load());
+}
+
+TEST_F(HardControlThreadTest, AGapThatWasMadeUpForIsNotBlamedLater) {
+  (void)control.start();
+  control.go();
+  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  io.stall(80'000'000);
+  ASSERT_TRUE(miss_with_gap(80'000'000).has_value());
+  WakeRecord wake;
+  EXPECT_TRUE(test::eventually([&] {
+    while (crossings.wakes.pop(wake)) {
+      if (!wake.body_overran && wake.latency_ns == 0) return true;
+    }
+    return false;
+  })) << "it never came back into time";
+  const auto is_clean = [&] {
+    while (crossings.wakes.pop(wake)) {
+      if (!wake.body_overran) return wake.gap.place == GapPlace::waiting && wake.gap.longest_ns < 80'000'000;
+    }
+    return false;
+  };
+  EXPECT_TRUE(test::eventually(is_clean));
 }
 
 }  // namespace

@@ -40,5 +40,23 @@ TEST(DdsTelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistic
   }
 }
 
+// The kernel's word of a stop is in the sample that was taken after it; the next sample knows nothing of it.
+TEST(DdsTelemetryThread, AMissThatWaitsInTheRingIsJudgedByTheSampleThatSawIt) {
+  Crossings crossings{25'000, 1};
+  DdsTelemetry dds{dds_parameters()};
+  TelemetryThread telemetry{{}, dds, crossings};
+  crossings.wakes.push({.deadline_ns = ms,
+                        .latency_ns = ms,
+                        .overrun = true,
+                        .body_overran = true,
+                        .gap = {ms, GapPlace::read},
+                        .longest_gap_ns = ms});
+  crossings.scheduler.store({.t_ns = 50 * ms, .run_delay_ns = ms, .involuntary_switches = 1, .valid = true});
+  crossings.stopped.store(true);
+  telemetry.start();
+  telemetry.join();
+  EXPECT_EQ(telemetry.timing().causes()[static_cast<std::size_t>(MissCause::machine_gap)], 1U);
+}
+
 }  // namespace
 }  // namespace sextant::ecu

@@ -1,5 +1,6 @@
 #include "ecu/watchdog_thread.hpp"
 
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -25,7 +26,8 @@ class WatchdogThreadTest : public testing::Test {
 
   Crossings crossings{25'000, 40};
   LiveCommands commands{crossings};
-  WatchdogThread watchdog{limit_ns, crossings};
+  std::atomic<int> opened{0};
+  WatchdogThread watchdog{limit_ns, crossings, [this] { ++opened; }};
 };
 
 TEST_F(WatchdogThreadTest, ItsOrderStandsUntilTheDriveHasSeenItOnce) {
@@ -38,10 +40,23 @@ TEST_F(WatchdogThreadTest, ItsOrderStandsUntilTheDriveHasSeenItOnce) {
   EXPECT_FALSE(commands.latest(0).external.any());
 }
 
+// Nothing here stands for the control thread: it hangs, and the gates open all the same.
+TEST_F(WatchdogThreadTest, TakesTheGateEnableLineAwayItselfForAsLongAsTheControlThreadHangs) {
+  crossings.heartbeat_ns.store(now_ns() - 2 * limit_ns);
+  watchdog.start();
+  ASSERT_TRUE(test::eventually([this] { return opened.load() >= 3; }));
+  crossings.heartbeat_ns.store(now_ns());
+  std::this_thread::sleep_for(10ms);
+  const int before = opened.load();
+  std::this_thread::sleep_for(30ms);
+  EXPECT_EQ(opened.load(), before);
+}
+
 TEST_F(WatchdogThreadTest, KeepsStillWhileTheControlThreadBeats) {
   crossings.heartbeat_ns.store(now_ns());
   watchdog.start();
   std::this_thread::sleep_for(30ms);
+  EXPECT_EQ(opened.load(), 0);
   EXPECT_FALSE(commands.latest(0).external.any());
 }
 

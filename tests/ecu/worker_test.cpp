@@ -12,6 +12,7 @@
 #include "ecu/can_transmit_thread.hpp"
 #include "ecu/eventually.hpp"
 #include "ecu/fake_can_bus.hpp"
+#include "ecu/housekeeping_thread.hpp"
 #include "ecu/watchdog_thread.hpp"
 
 namespace sextant::ecu {
@@ -54,16 +55,19 @@ TEST(Worker, EveryThreadOfTheDriveGetsItsName) {
   CanReceiveThread receive{bus, crossings};
   CanTransmitThread transmit{bus, crossings};
   WatchdogThread watchdog{1'000'000'000, crossings};
+  HousekeepingThread housekeeping{crossings};
   receive.start();
   transmit.start();
   watchdog.start();
-  for (const char* name : {"sextant-can-rx", "sextant-can-tx", "sextant-wdog"}) {
+  housekeeping.start();
+  for (const char* name : {"sextant-can-rx", "sextant-can-tx", "sextant-wdog", "sextant-house"}) {
     EXPECT_TRUE(test::eventually([name] { return thread_names().contains(name); })) << name;
   }
   crossings.stopped.store(true);
   receive.join();
   transmit.join();
   watchdog.join();
+  housekeeping.join();
 }
 
 }  // namespace

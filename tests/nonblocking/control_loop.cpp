@@ -3,7 +3,11 @@
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/drive/run_cycle.hpp"
+#include "sextant/hil/plant_server.hpp"
+#include "sextant/hil/shared_memory_drive_io.hpp"
+#include "sextant/hil/shared_memory_plant_end.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
 #include "sextant/realtime/latency_histogram.hpp"
 #include "sextant/realtime/latest_value.hpp"
@@ -24,7 +28,11 @@ template class LatestValue<DriveRequest<double>>;
 template class Ring<Telemetry<double>>;
 template class FixedStepIntegrator<DrivePlant<double>>;
 template class FixedStepIntegrator<DrivePlant<float>>;
+template class ExactIntegrator<DrivePlant<double>>;
+template class ExactIntegrator<DrivePlant<float>>;
 template class SimulatedDriveIo<DrivePlant<double>>;
+template class RecordRing<MeasurementRecord, LinkMemory::ring_capacity>;
+template class SequenceCell<CommandRecord>;
 
 namespace {
 
@@ -62,6 +70,20 @@ void scenario_cycle(std::int64_t t_ns, SimulatedDriveIo<DrivePlant<double>>& io,
 void scenario_cycle(std::int64_t t_ns, SimulatedDriveIo<DrivePlant<double>>& io, ScenarioCommands& commands,
                     Drive<double>& drive, Ring<Telemetry<double>>& ring) noexcept SEXTANT_NONBLOCKING {
   run_cycle(t_ns, io, commands, drive, ring);
+}
+
+void linked_cycle(std::int64_t t_ns, SharedMemoryDriveIo& io, Drive<double>& drive,
+                  Ring<Telemetry<double>>& ring) noexcept SEXTANT_NONBLOCKING;
+void linked_cycle(std::int64_t t_ns, SharedMemoryDriveIo& io, Drive<double>& drive,
+                  Ring<Telemetry<double>>& ring) noexcept SEXTANT_NONBLOCKING {
+  CommandCell<double> commands;
+  run_cycle(t_ns, io, commands, drive, ring);
+}
+
+// The plant's period on the other side of a link.
+void plant_cycle(std::int64_t t_ns, PlantServer<SharedMemoryPlantEnd>& server) noexcept SEXTANT_NONBLOCKING;
+void plant_cycle(std::int64_t t_ns, PlantServer<SharedMemoryPlantEnd>& server) noexcept SEXTANT_NONBLOCKING {
+  server.step(t_ns);
 }
 
 }  // namespace sextant

@@ -9,11 +9,9 @@ namespace sextant {
 class SeededController final : public Controller<double> {
  public:
   [[nodiscard]] GatePattern step(const Measurement<double>& measurement,
-                                 const ControlReference<double>& reference) noexcept
-      SEXTANT_NONBLOCKING override {
+                                 ControlReference<double> reference) noexcept SEXTANT_NONBLOCKING override {
     return decide(measurement, reference);
   }
-  [[nodiscard]] ControlEstimate<double> estimate() const noexcept SEXTANT_NONBLOCKING override { return {}; }
   void reset() noexcept SEXTANT_NONBLOCKING override {}
 
  private:

@@ -25,10 +25,16 @@ def _body(kind: str, name: str) -> str:
     return re.search(rf"{kind}\s+{name}\s*{{(.*?)}}", _TEXT, re.DOTALL).group(1)
 
 
-_states = {name.strip(): value for value, name in enumerate(_body("enum", "DriveStateKind").split(","))}
-DriveStateKind = make_idl_enum("DriveStateKind", "sextant.DriveStateKind", _states)
-_TYPES["DriveStateKind"] = DriveStateKind
-_ZEROS[DriveStateKind] = DriveStateKind.INIT
+for _name in re.findall(r"enum\s+(\w+)", _TEXT):
+    _values = {name.strip(): value for value, name in enumerate(_body("enum", _name).split(","))}
+    _TYPES[_name] = make_idl_enum(_name, f"sextant.{_name}", _values)
+    _ZEROS[_TYPES[_name]] = _TYPES[_name](0)
+DriveStateKind = _TYPES["DriveStateKind"]
+
+
+def enum(name: str) -> type:
+    """The enumeration as the contract has it."""
+    return _TYPES[name]
 
 
 def _fields(name: str) -> dict[str, type]:

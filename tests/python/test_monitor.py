@@ -62,7 +62,16 @@ def full_drive() -> dds.Drive:
         telemetry_types.struct("DriveState"), drive_id=7, faults_latched=1 << 8, reason="[too much] current"
     )
     drive.statistics = telemetry_types.sample(
-        telemetry_types.struct("RealTimeStatistics"), drive_id=7, period_ns=25000, periods_skipped=3, overruns=2
+        telemetry_types.struct("RealTimeStatistics"),
+        drive_id=7,
+        period_ns=25000,
+        periods_skipped=3,
+        overruns=2,
+        misses_machine=1,
+        misses_late_wake=1,
+        real_time_scheduling=True,
+        policy=telemetry_types.enum("SchedulingKind").FIFO,
+        page_faults=5,
     )
     return drive
 
@@ -87,6 +96,8 @@ def test_panel_shows_everything_within_eighty_columns() -> None:
         "OVER_CURRENT",
         "3 skipped",
         "2 overruns",
+        "machine 1, late wake-up 1",
+        "SCHED_FIFO, wait sleep, memory not locked, 5 page faults",
     ):
         assert expected in text, text
     assert max(len(line) for line in text.splitlines()) <= 80

@@ -142,6 +142,40 @@ def test_missing_rights_are_reported_where_they_are_not_required(live: tuple[str
     assert "SCHED_FIFO priority 80 was refused" in found.stderr
 
 
+def test_an_absent_cpu_where_rights_are_required(live: tuple[str, ...]) -> None:
+    found = run("sextant-ecu", *live, "--set", "realtime.required=true", "--set", "realtime.cpu=1000")
+    check_refusal(found, "sextant-ecu", "realtime.required", "CPU 1000 was refused", "a CPU that this machine has")
+
+
+@pytest.mark.skipif(
+    Path("/proc/sys/kernel/sched_rt_runtime_us").read_text().strip() == "-1", reason="throttling is off here"
+)
+def test_throttling_where_rights_are_required(live: tuple[str, ...]) -> None:
+    found = run("sextant-ecu", *live, "--set", "realtime.required=true")
+    check_refusal(found, "sextant-ecu", "real-time throttling is on", "sysctl kernel.sched_rt_runtime_us=-1")
+
+
+@pytest.mark.parametrize("wait", ["sleep", "hybrid", "spin"])
+def test_hard_mode_runs_and_tells_its_stages(live: tuple[str, ...], wait: str) -> None:
+    hard = ROOT / "configs" / "ecu_hard.toml"
+    settings = ("realtime.required=false", "realtime.cpu=-1", f"realtime.wait={wait}")
+    found = run("sextant-ecu", hard, *live[1:], *(word for text in settings for word in ("--set", text)))
+    assert found.returncode == 0, found.stderr
+    assert "no bound on its time" not in found.stderr
+    rows = {line[:18].strip(): line.split()[-5:] for line in found.stdout.splitlines()}
+    for stage in ("wake-up latency", "work per wake-up", "read", "commands", "drive", "write", "push"):
+        figures = [float(figure) for figure in rows[stage]]
+        assert figures == sorted(figures), "percentiles grow"
+    assert float(rows["work per wake-up"][0]) >= float(rows["read"][0]) > 0
+
+
+def test_cvode_without_slack_is_warned_of(live: tuple[str, ...]) -> None:
+    settings = ("--set", "realtime.wake_every_periods=1", "--set", "plant.integrator=cvode")
+    found = run("sextant-ecu", *live, *settings, "--set", "control.period_us=250")
+    assert found.returncode == 0, found.stderr
+    assert 'plant.integrator = "cvode" has no bound on its time' in found.stderr
+
+
 BAD_SETTINGS = [
     ("gate.torque_limit_nm=-4", ["gate.torque_limit_nm", "got -4"]),
     ("gate.torque_limit_nm=nan", ["gate.torque_limit_nm", "got nan"]),

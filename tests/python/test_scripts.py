@@ -19,9 +19,13 @@ SHELL_SCRIPTS = [
     "nightly",
     "check_demo",
     "check_format",
+    "check_instructions",
     "check_package",
+    "check_control_thread_audit",
+    "check_rtsan",
+    "work_precision",
 ]
-PYTHON_PROGRAMS = ["vcu", "monitor", "record", "plot", "sweep"]
+PYTHON_PROGRAMS = ["vcu", "monitor", "record", "plot", "sweep", "rt_check"]
 
 
 def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:
@@ -36,7 +40,21 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
     assert found.stderr == ""
 
 
-@pytest.mark.parametrize("name", ["setup", "demo", "bench", "nightly", "check_demo", "check_format", "check_package"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "setup",
+        "demo",
+        "bench",
+        "nightly",
+        "check_demo",
+        "check_format",
+        "check_instructions",
+        "check_package",
+        "check_rtsan",
+        "work_precision",
+    ],
+)
 def test_unknown_arguments_are_refused(name: str) -> None:
     found = run(SCRIPTS / name, "--frobnicate")
     assert found.returncode == 1
@@ -48,6 +66,34 @@ def test_setup_is_quiet_and_quick_when_nothing_is_missing(tmp_path: Path) -> Non
     found = run(SCRIPTS / "setup", cwd=tmp_path, stdin=subprocess.DEVNULL)
     assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
     assert time.monotonic() - began < 10
+
+
+def test_setup_leaves_an_environment_alone_that_it_reaches_by_a_link(elsewhere: Path) -> None:
+    (elsewhere / "scripts" / "packages.txt").write_text("bash\n")
+    (elsewhere / ".cache").mkdir(exist_ok=True)
+    (elsewhere / ".cache" / "guest-kernel").symlink_to(
+        ROOT / ".cache" / "guest-kernel"
+    )  # where it is needed, it is there
+    other = elsewhere / "other checkout"
+    (other / "bin").mkdir(parents=True)
+    (elsewhere / ".venv").symlink_to(other)
+    found = run(elsewhere / "scripts" / "setup")
+    assert found.returncode == 1
+    assert "which has no Python; run scripts/setup there." in found.stderr
+    (other / "bin" / "python").symlink_to("/usr/bin/python3")
+    (other / ".fingerprint").write_text("of the other checkout\n")
+    (elsewhere / "scripts" / "requirements.txt").write_text("# pinned\npip==0.0.1\nno-such-package-here==1.2  # why\n")
+    found = run(elsewhere / "scripts" / "setup")
+    assert (found.returncode, found.stderr) == (0, "")
+    assert found.stdout == (
+        f"setup: .venv links to {other}, which is left as it is and lacks 2 of the Python packages of "
+        "scripts/requirements.txt: pip==0.0.1 no-such-package-here==1.2\n"
+    )
+    (elsewhere / "scripts" / "requirements.txt").write_text("# nothing\n")
+    found = run(elsewhere / "scripts" / "setup")
+    assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
+    assert (other / "bin" / "python").exists()
+    assert (other / ".fingerprint").read_text() == "of the other checkout\n"
 
 
 def test_monitor_from_a_directory_that_cyclone_would_split(tmp_path: Path) -> None:
@@ -73,9 +119,13 @@ def test_format_gate_fails_where_git_lists_nothing(elsewhere: Path) -> None:
 
 @pytest.fixture
 def elsewhere(tmp_path: Path) -> Path:
-    """A copy of the scripts whose machine lacks one package."""
+    """A copy of the scripts whose machine lacks one package, and has vcan."""
     shutil.copytree(SCRIPTS, tmp_path / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "scripts" / "packages.txt").write_text("bash\nno-such-package-here # comment\n")
+    boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    findings = tmp_path / ".cache" / "with_vcan" / boot
+    findings.mkdir(parents=True)
+    (findings / "vcan_works").write_text("yes\n")
     return tmp_path
 
 
@@ -102,6 +152,63 @@ def test_setup_without_rights_names_what_is_missing(elsewhere: Path) -> None:
     assert found.returncode == 1
     expected = "setup: these packages are missing and installing them needs root or sudo: no-such-package-here.\n"
     assert found.stderr == expected
+
+
+def packages_of(name: str) -> set[str]:
+    lines = (SCRIPTS / name).read_text(encoding="utf-8").splitlines()
+    return {word for line in lines for word in line.split("#")[0].split()}
+
+
+def test_what_only_gates_need_is_installed_for_them_alone(elsewhere: Path) -> None:
+    assert packages_of("packages_gates.txt").isdisjoint(packages_of("packages.txt"))
+    for name in ("demo", "test"):
+        assert "--gates" not in (SCRIPTS / name).read_text(encoding="utf-8")
+    assert {"clang-22", "valgrind", "gcc-arm-none-eabi", "qemu-system-arm"} <= packages_of("packages_gates.txt")
+    (elsewhere / "scripts" / "packages.txt").write_text("bash\n")
+    (elsewhere / "scripts" / "packages_gates.txt").write_text("no-such-package-here\n")
+    (elsewhere / ".venv").symlink_to(ROOT / ".venv")
+    found = run(elsewhere / "scripts" / "setup")
+    assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
+    programs = elsewhere / "bin"
+    programs.mkdir()
+    (programs / "apt-get").write_text("#!/bin/sh\nexit 0\n")
+    (programs / "sudo").write_text('#!/bin/sh\nexec "$@"\n')
+    for program in programs.iterdir():
+        program.chmod(0o755)
+    environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+    gates = [
+        ("setup", "--gates"),
+        ("check_rtsan",),
+        ("check_instructions",),
+        ("check_cortex_m",),
+        ("bench", "--only", "control"),
+    ]
+    for name, *arguments in gates:
+        found = run(elsewhere / "scripts" / name, *arguments, env=environment)
+        assert found.returncode == 1, name
+        assert found.stderr == "setup: no package source of this system offers: no-such-package-here.\n", name
+
+
+def test_setup_waits_once_for_a_guest_that_hangs(elsewhere: Path) -> None:
+    """Then it wants QEMU, without another try of User Mode Linux before the next start of the machine."""
+    scripts = elsewhere / "scripts"
+    for name in ("packages.txt", "packages_qemu.txt"):
+        (scripts / name).write_text("bash\n")
+    (elsewhere / ".venv").symlink_to(ROOT / ".venv")
+    calls = elsewhere / "calls"
+    (scripts / "with_vcan").write_text(
+        f'#!/bin/bash\necho "$*" >>"{calls}"\ncase $1 in --native) exit 125 ;; *) exit 124 ;; esac\n'
+    )
+    shutil.rmtree(elsewhere / ".cache" / "with_vcan")
+    kernel = elsewhere / ".cache" / "guest-kernel"
+    kernel.mkdir(parents=True)
+    (kernel / "version").write_text("there already\n")
+    for _ in range(2):
+        found = run(scripts / "setup")
+        assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
+    assert calls.read_text() == "--native true\n--uml -t 60 true\n"
+    findings = list((elsewhere / ".cache" / "with_vcan").glob("*/uml_fails"))
+    assert [file.read_text() for file in findings] == ["a User Mode Linux guest did not end within 60 s\n"]
 
 
 @pytest.mark.parametrize("name", PYTHON_PROGRAMS)

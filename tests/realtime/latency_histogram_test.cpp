@@ -2,6 +2,7 @@
 
 #include <random>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -116,6 +117,32 @@ TEST(LatencyHistogram, CrossesThreadsThroughALatestValue) {
   }
   recorder.join();
   EXPECT_NEAR(static_cast<double>(cell.latest().summary().p50_ns), 10'000.0, 200.0);
+}
+
+TEST(LatencyHistogram, TheSummaryGoesOutToOneInTenThousand) {
+  LatencyHistogram histogram;
+  for (int i = 0; i < 100'000; ++i)
+    histogram.record(i < 99'910 ? 10 : i < 99'991 ? 100 : i < 99'999 ? 1'000 : 10'000);
+  const LatencySummary s = histogram.summary();
+  EXPECT_EQ(s.p50_ns, 10);
+  EXPECT_EQ(s.p99_ns, 10);
+  EXPECT_EQ(s.p99_9_ns, 10);
+  EXPECT_EQ(histogram.percentile_ns(99.92), 100);
+  EXPECT_EQ(s.p99_99_ns, 100);
+  EXPECT_NEAR(double(histogram.percentile_ns(99.995)), 1'000.0, 8.0);
+  EXPECT_EQ(s.max_ns, 10'000);
+}
+
+TEST(LatencyHistogram, ItsBucketsHoldEverySampleInOrder) {
+  LatencyHistogram histogram;
+  for (const std::int64_t ns : {5, 5, 100, 90'000, 1'000'000}) histogram.record(ns);
+  std::vector<std::pair<std::int64_t, std::uint64_t>> buckets;
+  histogram.for_each_bucket([&](std::int64_t ns, std::uint64_t count) { buckets.emplace_back(ns, count); });
+  ASSERT_EQ(buckets.size(), 4U);
+  EXPECT_EQ(buckets[0], std::make_pair(std::int64_t{5}, std::uint64_t{2}));
+  EXPECT_EQ(buckets[1], std::make_pair(std::int64_t{100}, std::uint64_t{1}));
+  EXPECT_NEAR(double(buckets[2].first), 90'000.0, 90'000.0 / 128.0);
+  EXPECT_NEAR(double(buckets[3].first), 1e6, 1e6 / 128.0);
 }
 
 }  // namespace

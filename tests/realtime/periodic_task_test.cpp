@@ -1,8 +1,12 @@
 #include "sextant/realtime/periodic_task.hpp"
 
+#include <chrono>
+#include <csignal>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sys/resource.h>
 
 namespace sextant {
 namespace {
@@ -30,6 +34,67 @@ TEST(PeriodicTask, AStallIsOneOverrunAndIsSkippedOver) {
   EXPECT_GE(wake.periods_skipped, 38) << "2 ms are twenty wake periods, at least the last of which is served";
   EXPECT_EQ(task.schedule().counters().overruns, overruns_before + 1);
   EXPECT_EQ((wake.deadline_ns - origin_ns) % parameters.wake_period_ns(), 0);
+}
+
+TEST(PeriodicTask, NeverWakesBeforeADeadlineHoweverItWaits) {
+  for (const WaitMode mode : {WaitMode::sleep, WaitMode::spin, WaitMode::hybrid}) {
+    SCOPED_TRACE(to_string(mode));
+    const WakeSchedule::Parameters parameters{250'000, 4};
+    PeriodicTask task{parameters, {.mode = mode, .spin_margin_ns = 200'000}};
+    const std::int64_t origin_ns = task.start();
+    for (int i = 0; i < 20; ++i) {
+      const WakeSchedule::Wake wake = task.wait();
+      EXPECT_GE(task.woken_ns(), wake.deadline_ns);
+      EXPECT_LE(task.began_ns(), task.woken_ns());
+      EXPECT_EQ((wake.deadline_ns - origin_ns) % parameters.wake_period_ns(), 0);
+    }
+  }
+}
+
+/// How often the calling thread has given the processor away. [-]
+long times_slept() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_nvcsw;
+}
+
+TEST(PeriodicTask, SleepsAndSpinsAsItIsTold) {
+  const struct {
+    WaitMode mode;
+    long sleeps;
+    bool spins;
+  } cases[] = {{WaitMode::sleep, 1, false}, {WaitMode::spin, 0, true}, {WaitMode::hybrid, 1, true}};
+  for (const auto& expected : cases) {
+    SCOPED_TRACE(to_string(expected.mode));
+    PeriodicTask task{{40'000'000, 1}, {.mode = expected.mode, .spin_margin_ns = 20'000'000}};
+    task.start();
+    const long before = times_slept();
+    task.wait();
+    EXPECT_EQ(times_slept() - before, expected.sleeps);
+    EXPECT_EQ(task.longest_gap_ns() > 0, expected.spins);
+  }
+}
+
+// A signal handler stands for whatever else takes the processor away.
+TEST(PeriodicTask, SeesThatItWasStoppedWhileItSpun) {
+  constexpr std::int64_t stop_ns = 3'000'000;
+  struct sigaction action{};
+  action.sa_handler = [](int) {
+    for (const std::int64_t begin_ns = now_ns(); now_ns() - begin_ns < stop_ns;) {
+    }
+  };
+  ASSERT_EQ(sigaction(SIGUSR1, &action, nullptr), 0);
+  PeriodicTask task{{50'000'000, 1}, {.mode = WaitMode::spin}};
+  const pthread_t self = pthread_self();
+  std::thread other{[self] {
+    std::this_thread::sleep_for(std::chrono::milliseconds{10});
+    pthread_kill(self, SIGUSR1);
+  }};
+  task.start();
+  const WakeSchedule::Wake wake = task.wait();
+  other.join();
+  EXPECT_GE(task.longest_gap_ns(), stop_ns);
+  EXPECT_LT(task.longest_gap_ns(), 50'000'000 + wake.latency_ns);
 }
 
 }  // namespace

@@ -51,7 +51,8 @@ class CommandGateOf : public testing::Test {
     ASSERT_EQ(out.torque, torque);
   }
 
-  CommandGate<T> gate{GateParameters{}};
+  GateParameters gate_parameters{};
+  CommandGate<T> gate{gate_parameters};
   TorqueCommand<T> command{};
   std::int64_t t_ns{5 * ms};
   T available{T(150)};
@@ -251,6 +252,44 @@ TYPED_TEST(CommandGateOf, AGoodFrameBetweenFramesOutsideTheContractStartsTheCoun
     this->receive(T(10), true);
     EXPECT_FALSE(this->run(10 * ms).faults.any());
   }
+}
+
+TYPED_TEST(CommandGateOf, ANewFrameIsJudgedAlsoWhileAllIsWell) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->receive(T(15), true, true);
+  EXPECT_TRUE(this->step().fault_reset);
+  EXPECT_FALSE(this->step().fault_reset);
+  this->receive(T(20), true);
+  EXPECT_EQ(this->run(ms).torque, T(20));
+  this->receive(T(20), false);
+  const auto out = this->step();
+  EXPECT_FALSE(out.enable);
+  EXPECT_LT(out.torque, T(20));
+}
+
+TYPED_TEST(CommandGateOf, AFrameThatIsOldWhenItIsReadRampsToZero) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->receive(T(20), true);
+  this->command.received_ns = this->t_ns - this->gate_parameters.timeout_ns - 1;
+  const auto out = this->step();
+  EXPECT_TRUE(out.enable);
+  EXPECT_LT(out.torque, T(15));
+}
+
+TYPED_TEST(CommandGateOf, AGoodFrameForgetsWhatWasOutsideTheContractBefore) {
+  using T = TypeParam;
+  this->start(T(15));
+  this->command.out_of_range = 2;
+  this->step();
+  this->receive(T(15), true);
+  this->command.out_of_range = 0;
+  this->step();
+  this->command.out_of_range = 2;
+  EXPECT_FALSE(this->step().faults.any());
+  this->command.out_of_range = 3;
+  EXPECT_TRUE(this->step().faults.test(Fault::command_out_of_range));
 }
 
 TYPED_TEST(CommandGateOf, ALimitThatIsNoneBlocksTheFrame) {

@@ -107,5 +107,11 @@ TEST(Allocation, NoneInAHundredThousandPeriodsWithCvode) {
   EXPECT_EQ(allocations_of(IntegratorKind::cvode, 100'000), 0U);
 }
 
+TEST(Allocation, NoneInAHundredThousandPeriodsWithTheOthers) {
+  if (!testing::allocations_are_counted()) GTEST_SKIP() << "a sanitizer has its own allocator";
+  EXPECT_EQ(allocations_of(IntegratorKind::exact, 100'000), 0U);
+  EXPECT_EQ(allocations_of(IntegratorKind::erk, 100'000), 0U);
+}
+
 }  // namespace
 }  // namespace sextant

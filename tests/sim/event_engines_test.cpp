@@ -47,7 +47,11 @@ struct RunToEdges {
 };
 
 CvodeParameters tolerance(double relative) {
-  return {.relative_tolerance = relative, .flux_tolerance = 1e-2 * relative, .speed_tolerance = 1e-8};
+  CvodeParameters p{};
+  p.relative_tolerance = relative;
+  p.flux_tolerance = 1e-2 * relative;
+  p.speed_tolerance = 1e-8;
+  return p;
 }
 
 /// Largest distance of the edges in time [s]; infinite where their sequence differs.

@@ -29,7 +29,11 @@ def idl_members(struct: str) -> set[str]:
 
 
 @pytest.mark.parametrize("name", ["constant_torque", "reversal"])
-@pytest.mark.parametrize("integrator", [[], ["--integrator", "fixed"]], ids=["cvode, by default", "fixed"])
+@pytest.mark.parametrize(
+    "integrator",
+    [[], ["--integrator", "fixed"], ["--integrator", "exact"], ["--integrator", "erk"]],
+    ids=["cvode, by default", "fixed", "exact", "erk"],
+)
 def test_shipped_scenario_passes(integrator, name, tmp_path):
     done = run(SCENARIOS / f"{name}.toml", *integrator, "--out", tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr

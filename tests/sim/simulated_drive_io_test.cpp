@@ -163,6 +163,21 @@ TEST(SimulatedDriveIo, ActedCoversExactlyTheTimeThatPassedAndIsWhatThePlantSaw) 
   }
 }
 
+TEST(SimulatedDriveIo, APatternOfSeveralSegmentsActsInItsOrder) {
+  RecordedIo x;
+  advance_to(x.io, 0);
+  GatePattern pattern;
+  for (const std::size_t n : {1U, 2U, 7U}) pattern.append({switch_states[n], n == 7U ? 5'000 : 10'000});
+  x.io.write(pattern);
+  const Measurement<> m = x.io.read(period_ns);
+  EXPECT_EQ(m.acted, pattern);
+  ASSERT_EQ(x.integrator.calls.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(x.integrator.calls[k].state, pattern.segments()[k].state);
+    EXPECT_EQ(x.integrator.calls[k].duration_ns, pattern.segments()[k].duration_ns);
+  }
+}
+
 TEST(SimulatedDriveIo, ALoadStepActsAtItsInstantAndNotAtTheNextRead) {
   RecordedIo x{{}, load_torque_steps()};
   advance_to(x.io, 0);

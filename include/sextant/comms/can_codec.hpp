@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/comms/status_messages.hpp"
@@ -60,5 +61,12 @@ struct DecodedCommand {
 /// Identifier and E2E data id of VCU_TorqueCommand.
 [[nodiscard]] std::uint32_t command_id() noexcept;
 [[nodiscard]] std::uint16_t command_data_id() noexcept;
+
+/// Reads an MCU_TorqueStatus, as a vehicle does; empty for any other frame. The end-to-end bytes are the
+/// caller's to check.
+[[nodiscard]] std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame) noexcept;
+
+/// E2E data id of MCU_TorqueStatus.
+[[nodiscard]] std::uint16_t torque_status_data_id() noexcept;
 
 }  // namespace sextant

@@ -42,6 +42,11 @@ class DdsTelemetry {
 
   /// Opens the topics. Throws std::runtime_error with one sentence where DDS cannot start.
   explicit DdsTelemetry(const Parameters& parameters);
+
+  /// One more drive of the same process, with the domain and the participant of `first`, which may end
+  /// sooner. Not at once with another constructor or destructor. Throws std::runtime_error with one sentence
+  /// where DDS cannot start or the process already publishes a drive of this id.
+  DdsTelemetry(const DdsTelemetry& first, std::uint32_t drive_id);
   DdsTelemetry(const DdsTelemetry&) = delete;
   DdsTelemetry& operator=(const DdsTelemetry&) = delete;
   ~DdsTelemetry();
@@ -62,6 +67,7 @@ class DdsTelemetry {
   [[nodiscard]] std::uint32_t incompatible_readers() const noexcept;
 
  private:
+  struct Session;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -27,6 +27,9 @@ inline constexpr std::size_t status_message_count = 7;
 /// Cycle time of the message, from the contract. [ns]
 [[nodiscard]] std::int64_t cycle_time_ns(StatusMessage message) noexcept;
 
+/// True for a frame with the identifier of a status message.
+[[nodiscard]] bool is_status_frame(const CanFrame& frame) noexcept;
+
 /// What the status frames carry beside the telemetry of the drive.
 struct StatusExtras {
   DeratingCause derating_cause{DeratingCause::none};

@@ -41,6 +41,10 @@ struct DriveConfig {
 /// Sections machine, control, drive, gate, capability, protection, plant and load.
 void describe(Section root, DriveConfig& config);
 
+/// Sections plant and load alone.
+void describe(Section section, SimulatedPowerStage::Parameters& parameters);
+void describe(Section section, LoadConfig& config);
+
 /// True when a file has said anything of it that makes it more than zero throughout.
 [[nodiscard]] bool is_said(const ProfileParameters& profile);
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "sextant/config/drive_config.hpp"
+#include "sextant/config/hil_config.hpp"
 #include "sextant/config/schema.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 
@@ -21,15 +23,25 @@ struct DdsConfig {
   double statistics_rate_hz{1};    ///< of RealTimeStatistics [Hz]
 };
 
+/// What stands behind the drive's `DriveIo`.
+enum class PowerStageKind : std::uint8_t {
+  simulated,      ///< a plant in this process
+  shared_memory,  ///< a plant in another process of this machine
+  udp             ///< a plant on another machine
+};
+
 /// Everything the live drive is told by its file.
 struct EcuConfig {
   int drive_id{1};  ///< key of the telemetry topics [-]
+  PowerStageKind power_stage{PowerStageKind::simulated};
   DriveConfig drive{};
+  HilParameters hil{};
   RealtimeParameters realtime{};
   CanConfig can{};
   DdsConfig dds{};
 };
 
 void describe(Section root, EcuConfig& config);
+void describe(Section section, RealtimeParameters& parameters);
 
 }  // namespace sextant

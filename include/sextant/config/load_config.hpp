@@ -5,6 +5,7 @@
 
 #include "sextant/config/config_error.hpp"
 #include "sextant/config/ecu_config.hpp"
+#include "sextant/config/plant_config.hpp"
 #include "sextant/config/scenario_config.hpp"
 
 namespace sextant {
@@ -15,12 +16,15 @@ namespace sextant {
 /// a file they name is relative to the working directory. Throws ConfigError with every problem found.
 [[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
                                         const std::vector<std::string>& overrides = {});
+[[nodiscard]] PlantConfig load_plant_config(const std::string& file,
+                                            const std::vector<std::string>& overrides = {});
 [[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,
                                                   const std::vector<std::string>& overrides = {});
 
 /// The configuration in force as a file that can be read back: every key with its value, unit, range, default
 /// and meaning. Optional keys that are not set stand as comments.
 [[nodiscard]] std::string print_config(const EcuConfig& config);
+[[nodiscard]] std::string print_config(const PlantConfig& config);
 [[nodiscard]] std::string print_config(const ScenarioConfig& config);
 
 }  // namespace sextant

@@ -32,7 +32,8 @@ struct ControlEstimate {
   bool magnetised{false};  ///< torque may be asked for
 };
 
-/// The seam behind which control methods are exchanged: measurement and reference in, gate pattern out.
+/// The seam behind which control methods are exchanged: measurement and reference in, gate pattern out. The
+/// estimate is a member and not a virtual function, because the drive reads it in every period.
 template <class T = double>
 class Controller {
  public:
@@ -44,14 +45,16 @@ class Controller {
   /// One control period: updates the estimate from what was measured and decides the coming pattern.
   /// Must be called in every period, also with the gates off.
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
-                                         const ControlReference<T>& reference) noexcept
-      SEXTANT_NONBLOCKING = 0;
-
-  /// The estimate at the last measurement.
-  [[nodiscard]] virtual ControlEstimate<T> estimate() const noexcept SEXTANT_NONBLOCKING = 0;
+                                         ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING = 0;
 
   /// Back to the state after power-up: no flux, comparators at rest.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;
+
+  /// The estimate at the last measurement.
+  [[nodiscard]] const ControlEstimate<T>& estimate() const noexcept SEXTANT_NONBLOCKING { return estimate_; }
+
+ protected:
+  ControlEstimate<T> estimate_{};  ///< kept up to date by `step` and `reset`
 };
 
 }  // namespace sextant

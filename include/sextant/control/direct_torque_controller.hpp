@@ -57,42 +57,67 @@ class DirectTorqueController final : public Controller<T> {
 
   explicit DirectTorqueController(const Parameters& parameters) noexcept
       : parameters_{parameters},
+        acts_at_once_{parameters.actuation_delay_periods == 0},
         estimator_{parameters.machine},
         torque_comparator_{parameters.torque_comparator},
         flux_comparator_{parameters.flux_comparator},
         sector_{parameters.sector},
         magnetiser_{parameters.magnetiser} {}
 
-  [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
-                                 const ControlReference<T>& reference) noexcept SEXTANT_NONBLOCKING override {
-    estimator_.step(measurement);
-    psi_s_magnitude_ = magnitude(estimator_.psi_s());
-    state_ = next_state(measurement, reference);
-    return GatePattern{state_, parameters_.period_ns};
-  }
-
-  [[nodiscard]] ControlEstimate<T> estimate() const noexcept SEXTANT_NONBLOCKING override {
-    const std::uint8_t sector = psi_s_magnitude_ > T(0) ? sector_.sector() : std::uint8_t{0};
-    return {estimator_.psi_s(), psi_s_magnitude_, estimator_.torque(), sector, magnetiser_.done()};
+  [[nodiscard, gnu::always_inline]] GatePattern step(const Measurement<T>& measurement,
+                                                     ControlReference<T> reference) noexcept
+      SEXTANT_NONBLOCKING override {
+    // Nearly every period is of this kind. It is kept free of calls, and so of saved registers.
+    if (measurement.acted.is_driven() && reference.mode == ControlMode::torque && acts_at_once_) [[likely]] {
+      estimate_from(measurement);
+      return commanded(
+          decide(estimate_.psi_s, estimate_.psi_s_magnitude, estimate_.torque, reference.torque));
+    }
+    return step_otherwise(measurement, reference);
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING override {
     estimator_.reset();
-    psi_s_magnitude_ = T(0);
+    estimate_ = {};
     sector_.reset();
     rest();
     state_ = gates_off;
   }
 
  private:
+  using Controller<T>::estimate_;
+
+  /// A period of any kind.
+  [[nodiscard, gnu::noinline]] GatePattern step_otherwise(const Measurement<T>& measurement,
+                                                          ControlReference<T> reference) noexcept {
+    estimate_from(measurement);
+    const SwitchState state = next_state(measurement, reference);
+    estimate_.magnetised = magnetiser_.done();
+    return commanded(state);
+  }
+
+  [[gnu::always_inline]] void estimate_from(const Measurement<T>& measurement) noexcept {
+    estimator_.step(measurement);
+    estimate_.psi_s = estimator_.psi_s();
+    estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
+    estimate_.torque = estimator_.torque();
+  }
+
+  [[nodiscard, gnu::always_inline]] GatePattern commanded(SwitchState state) noexcept {
+    state_ = state;
+    estimate_.sector = estimate_.psi_s_magnitude > T(0) ? sector_.sector() : std::uint8_t{0};
+    return GatePattern{state, parameters_.period_ns};
+  }
+
   [[nodiscard]] SwitchState next_state(const Measurement<T>& measurement,
-                                       const ControlReference<T>& reference) noexcept {
+                                       ControlReference<T> reference) noexcept {
     switch (reference.mode) {
       case ControlMode::torque:
         return torque_state(measurement, reference.torque);
       case ControlMode::magnetise:
         sector_.step(estimator_.psi_s());
-        return magnetiser_.step(psi_s_magnitude_, parameters_.flux_reference, magnitude(estimator_.i_s()));
+        return magnetiser_.step(estimate_.psi_s_magnitude, parameters_.flux_reference,
+                                magnitude(estimator_.i_s()));
       case ControlMode::off:
         break;
     }
@@ -101,10 +126,9 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   /// The paper's Figures 2, 5 and 6 in a row.
-  [[nodiscard, gnu::always_inline]] SwitchState torque_state(const Measurement<T>& measurement,
-                                                             T torque_reference) noexcept {
-    if (parameters_.actuation_delay_periods == 0) {
-      return decide(estimator_.psi_s(), psi_s_magnitude_, estimator_.torque(), torque_reference);
+  [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement, T torque_reference) noexcept {
+    if (acts_at_once_) {
+      return decide(estimate_.psi_s, estimate_.psi_s_magnitude, estimate_.torque, torque_reference);
     }
     const GatePattern in_flight{state_, parameters_.period_ns};
     const FluxAndCurrent<T> ahead = predict(estimator_, measurement.u_dc, measurement.omega_m, in_flight);
@@ -127,12 +151,12 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   Parameters parameters_;
+  bool acts_at_once_;  ///< no actuation delay
   FluxTorqueEstimator<T> estimator_;
   TorqueComparator<T> torque_comparator_;
   FluxComparator<T> flux_comparator_;
   SectorSelector<T> sector_;
   Magnetiser<T> magnetiser_;
-  T psi_s_magnitude_{};
   SwitchState state_{gates_off};
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <array>
 #include <cmath>
-#include <limits>
 
 #include "sextant/control/threshold.hpp"
 
@@ -20,7 +20,10 @@ class FluxComparator {
     }
   };
 
-  constexpr explicit FluxComparator(const Parameters& parameters) noexcept : parameters_{parameters} {}
+  constexpr explicit FluxComparator(const Parameters& parameters) noexcept {
+    thresholds_[0].above = parameters.band;
+    thresholds_[1].below = -parameters.band;
+  }
 
   /// Takes the flux error [Wb]; true: raise the flux, false: lower it.
   constexpr bool step(T error) noexcept {
@@ -31,17 +34,14 @@ class FluxComparator {
   [[nodiscard]] constexpr bool output() const noexcept { return raise_; }
 
   /// The flux error [Wb] at which the present output changes.
-  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept {
-    constexpr T never = std::numeric_limits<T>::infinity();
-    return raise_ ? Thresholds<T>{never, -parameters_.band} : Thresholds<T>{parameters_.band, -never};
-  }
+  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept { return thresholds_[raise_ ? 1 : 0]; }
 
   constexpr void on_crossing(int) noexcept { raise_ = !raise_; }
 
   constexpr void reset() noexcept { raise_ = true; }
 
  private:
-  Parameters parameters_;
+  std::array<Thresholds<T>, 2> thresholds_{};  ///< by output
   bool raise_{true};
 };
 

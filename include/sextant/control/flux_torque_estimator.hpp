@@ -27,24 +27,25 @@ class FluxTorqueEstimator {
       : voltage_model_{machine.r_s},
         current_model_{machine},
         sigma_l_s_{machine.sigma_l_s()},
-        pole_pairs_{machine.pole_pairs} {}
+        torque_gain_{T(1.5) * T(machine.pole_pairs)} {}
 
   /// Takes the measurement at the end of a period and the pattern that acted over it.
   void step(const Measurement<T>& measurement) noexcept {
-    const SpaceVector<T> i_s = clarke(measurement.i_abc);
+    const SpaceVector<T> i_s_before = i_s_;
+    i_s_ = clarke(measurement.i_abc);
     if (measurement.acted.is_driven()) {
-      step_driven(measurement, i_s);
+      coasting_ = false;
+      voltage_model_.step(measurement.acted, measurement.u_dc, i_s_before, i_s_);
     } else {
-      step_coasting(measurement, i_s);
+      step_coasting(measurement, i_s_before);
     }
-    i_s_ = i_s;
     omega_m_ = measurement.omega_m;
   }
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return voltage_model_.psi_s(); }  ///< [Wb]
   [[nodiscard]] constexpr SpaceVector<T> i_s() const noexcept { return i_s_; }                      ///< [A]
   [[nodiscard]] constexpr T torque() const noexcept {
-    return electromagnetic_torque(pole_pairs_, psi_s(), i_s_);  // [N·m]
+    return torque_gain_ * cross(psi_s(), i_s_);  // [N·m]
   }
 
   [[nodiscard]] constexpr const VoltageModel<T>& voltage_model() const noexcept { return voltage_model_; }
@@ -60,26 +61,21 @@ class FluxTorqueEstimator {
   }
 
  private:
-  constexpr void step_driven(const Measurement<T>& measurement, SpaceVector<T> i_s) noexcept {
-    coasting_ = false;
-    voltage_model_.step(measurement.acted, measurement.u_dc, i_s_, i_s);
-  }
-
-  void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s) noexcept {
-    if (!coasting_) current_model_.set(current_model_.psi_r_from(psi_s(), i_s_));
+  void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s_before) noexcept {
+    if (!coasting_) current_model_.set(current_model_.psi_r_from(psi_s(), i_s_before));
     coasting_ = true;
     const T dt = T(measurement.acted.duration_ns()) * T(1e-9);
     const T omega_m = T(0.5) * (omega_m_ + measurement.omega_m);
-    const T dying = std::min(dt, driven_time(measurement.acted) + decay_time(measurement.u_dc));
-    if (dying > T(0)) current_model_.step(T(0.5) * (i_s_ + i_s), omega_m, dying);
-    if (dying < dt) current_model_.step(i_s, omega_m, dt - dying);
-    voltage_model_.set(current_model_.psi_s(i_s));
+    const T dying = std::min(dt, driven_time(measurement.acted) + decay_time(measurement.u_dc, i_s_before));
+    if (dying > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, dying);
+    if (dying < dt) current_model_.step(i_s_, omega_m, dt - dying);
+    voltage_model_.set(current_model_.psi_s(i_s_));
   }
 
   /// How long the current of the last measurement lives on once the gates are open: the diodes put about
   /// 2/3 u_dc against it. What is measured after a longer gap flows by then. [s]
-  [[nodiscard]] T decay_time(T u_dc) const noexcept {
-    return T(1.5) * sigma_l_s_ * magnitude(i_s_) / std::max(u_dc, T(0));
+  [[nodiscard]] T decay_time(T u_dc, SpaceVector<T> i_s_before) const noexcept {
+    return T(1.5) * sigma_l_s_ * magnitude(i_s_before) / std::max(u_dc, T(0));
   }
 
   /// Time until the first leg opens. [s]
@@ -95,7 +91,7 @@ class FluxTorqueEstimator {
   VoltageModel<T> voltage_model_;
   CurrentModel<T> current_model_;
   T sigma_l_s_;
-  int pole_pairs_;
+  T torque_gain_;         ///< 3/2 p [-]
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]
   bool coasting_{true};

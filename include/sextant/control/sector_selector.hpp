@@ -31,20 +31,14 @@ class SectorSelector {
       const T degrees = parameters.sector_start_deg + T(60 * n);
       edges_[unsigned(n)] = polar(T(1), degrees * std::numbers::pi_v<T> / T(180));
     }
+    edges_[6] = edges_[0];
   }
 
-  /// Takes the stator flux [Wb], returns its sector. From any sector at most three edges are crossed.
-  constexpr std::uint8_t step(SpaceVector<T> psi_s) noexcept {
-    for (int passes = 0; passes < 3; ++passes) {
-      const std::array<T, 2> distance = thresholds(psi_s);
-      if (distance[0] < T(0)) {
-        on_crossing(0);
-      } else if (distance[1] < T(0)) {
-        on_crossing(1);
-      } else {
-        break;
-      }
-    }
+  /// Takes the stator flux [Wb], returns its sector.
+  [[gnu::always_inline]] constexpr std::uint8_t step(SpaceVector<T> psi_s) noexcept {
+    const std::array<T, 2> distance = thresholds(psi_s);
+    if (distance[0] < T(0) || distance[1] < T(0)) [[unlikely]]
+      move(psi_s);
     return sector();
   }
 
@@ -53,7 +47,7 @@ class SectorSelector {
   /// Distances [Wb] of ψ_s from the lower and the upper edge of the present sector, positive inside:
   ///   ê_lower × ψ_s  and  ψ_s × ê_upper.
   [[nodiscard]] constexpr std::array<T, 2> thresholds(SpaceVector<T> psi_s) const noexcept {
-    return {cross(edges_[index_], psi_s), cross(psi_s, edges_[index_ == 5U ? 0U : index_ + 1U])};
+    return {cross(edges_[index_], psi_s), cross(psi_s, edges_[index_ + 1U])};
   }
 
   /// Crossing the lower edge (0) leads to the sector before, the upper edge (1) to the one after.
@@ -68,7 +62,21 @@ class SectorSelector {
   constexpr void reset() noexcept { index_ = 0U; }
 
  private:
-  std::array<SpaceVector<T>, 6> edges_{};
+  /// From any sector at most three edges are crossed. Out of line: it is seldom needed.
+  [[gnu::noinline]] constexpr void move(SpaceVector<T> psi_s) noexcept {
+    for (int passes = 0; passes < 3; ++passes) {
+      const std::array<T, 2> distance = thresholds(psi_s);
+      if (distance[0] < T(0)) {
+        on_crossing(0);
+      } else if (distance[1] < T(0)) {
+        on_crossing(1);
+      } else {
+        break;
+      }
+    }
+  }
+
+  std::array<SpaceVector<T>, 7> edges_{};  ///< lower edge of each sector; the first once more at the end
   unsigned index_{0};
 };
 

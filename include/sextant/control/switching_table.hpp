@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "sextant/core/switch_state.hpp"
@@ -26,11 +27,40 @@ inline constexpr std::array<std::array<std::array<VectorNumber, 3>, 2>, 6> optim
     {{{4, zero_vector, 2}, {5, zero_vector, 1}}},  // sector 6
 }};
 
+/// The same with the states of the vectors, gates off standing for a zero vector: one lookup less.
+inline constexpr auto optimum_states = [] {
+  std::array<std::array<std::array<SwitchState, 3>, 2>, 6> states{};
+  for (std::size_t sector = 0; sector < 6; ++sector) {
+    for (std::size_t flux = 0; flux < 2; ++flux) {
+      for (std::size_t torque = 0; torque < 3; ++torque) {
+        const VectorNumber n = optimum_switching_table[sector][flux][torque];
+        if (n != zero_vector) states[sector][flux][torque] = switch_states[n];
+      }
+    }
+  }
+  return states;
+}();
+
+/// `nearest_zero_state` of every state, by its code: counting commutations each time costs 20 instructions.
+inline constexpr std::array<SwitchState, SwitchState::code_count> nearest_zero_states = [] {
+  std::array<SwitchState, SwitchState::code_count> nearest{};
+  constexpr std::array legs{LegState::low, LegState::high, LegState::off};
+  for (const LegState a : legs) {
+    for (const LegState b : legs) {
+      for (const LegState c : legs) {
+        const SwitchState present{a, b, c};
+        const int to_v0 = commutations(present, switch_states[0]);
+        const int to_v7 = commutations(present, switch_states[7]);
+        nearest[present.code()] = to_v0 <= to_v7 ? switch_states[0] : switch_states[7];
+      }
+    }
+  }
+  return nearest;
+}();
+
 /// The zero vector that costs the fewest commutations from `present`; V0 where both cost the same.
 [[nodiscard]] constexpr SwitchState nearest_zero_state(SwitchState present) noexcept {
-  const int to_v0 = commutations(present, switch_states[0]);
-  const int to_v7 = commutations(present, switch_states[7]);
-  return to_v0 <= to_v7 ? switch_states[0] : switch_states[7];
+  return nearest_zero_states[present.code()];
 }
 
 /// Looks up the coming switching state.
@@ -38,9 +68,8 @@ inline constexpr std::array<std::array<std::array<VectorNumber, 3>, 2>, 6> optim
 /// present: the state in force, from which the zero vector is chosen.
 [[nodiscard]] constexpr SwitchState select_state(std::uint8_t sector, bool raise_flux, int torque_demand,
                                                  SwitchState present) noexcept {
-  const VectorNumber n =
-      optimum_switching_table[unsigned(sector - 1)][raise_flux ? 1 : 0][unsigned(torque_demand + 1)];
-  return n == zero_vector ? nearest_zero_state(present) : switch_states[n];
+  const SwitchState active = optimum_states[sector - 1U][raise_flux ? 1U : 0U][unsigned(torque_demand + 1)];
+  return active == gates_off ? nearest_zero_state(present) : active;
 }
 
 }  // namespace sextant

@@ -45,30 +45,32 @@ class TorqueComparator {
   /// Takes the torque error [N·m], returns the output: +1, 0 or −1.
   constexpr int step(T error) noexcept {
     settle(*this, error);
-    return output_;
+    return output();
   }
 
-  [[nodiscard]] constexpr int output() const noexcept { return output_; }
+  [[nodiscard]] constexpr int output() const noexcept { return int(level_) - 1; }
 
   /// Torque errors [N·m] at which the present output changes.
-  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept {
-    return thresholds_[unsigned(output_ + 1)];
-  }
+  [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept { return thresholds_[level_]; }
 
   /// Switches as crossing `i` of `thresholds()` demands.
   constexpr void on_crossing(int i) noexcept {
-    if (output_ != 0) {
-      output_ = 0;
+    if (level_ != hold) {
+      level_ = hold;
     } else {
-      output_ = i == 0 ? 1 : -1;
+      level_ = i == 0 ? raise : lower;
     }
   }
 
-  constexpr void reset() noexcept { output_ = 0; }
+  constexpr void reset() noexcept { level_ = hold; }
 
  private:
-  std::array<Thresholds<T>, 3> thresholds_{};  ///< by output + 1
-  int output_{0};
+  static constexpr unsigned lower = 0;
+  static constexpr unsigned hold = 1;
+  static constexpr unsigned raise = 2;
+
+  std::array<Thresholds<T>, 3> thresholds_{};  ///< by level
+  unsigned level_{hold};                       ///< the output + 1
 };
 
 }  // namespace sextant

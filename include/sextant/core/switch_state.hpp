@@ -26,6 +26,10 @@ class SwitchState {
   /// The legs that are off, by the same bits.
   [[nodiscard]] constexpr unsigned legs_off() const noexcept { return unsigned(bits_) >> 3U ^ 7U; }
 
+  /// The state as a number below `code_count`, to index a table by.
+  [[nodiscard]] constexpr unsigned code() const noexcept { return bits_; }
+  static constexpr unsigned code_count = 64;
+
   friend constexpr bool operator==(SwitchState, SwitchState) noexcept = default;
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "sextant/control/controller.hpp"
 #include "sextant/core/drive_request.hpp"
@@ -59,38 +60,62 @@ class Drive {
   /// One control period. Never allocates, locks, throws, logs or blocks.
   [[nodiscard]] DriveOutput<T> step(const Measurement<T>& measurement,
                                     const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
-    const AvailableTorque<T> available = available_torque(measurement.omega_m);
-    // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
-    const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
-    const AdmittedCommand<T> admitted =
-        gate_.step(request.command, measurement.t_ns, elapsed_s(measurement.t_ns),
-                   available.range(measurement.omega_m), hold_at_zero);
-    update_state(measurement, request, admitted);
-
-    const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
-    // Made in place: a copy of what has just been stored by member stalls.
-    DriveOutput<T> out{.pattern = control(measurement, torque_reference),
-                       .telemetry = telemetry(measurement, request, admitted, available, torque_reference)};
-    out.telemetry.switch_state = out.pattern.last_state();
-    if (Protection<T>::is_usable(measurement)) i_before_ = measurement.i_abc;
-    return out;
+    // The same code twice, of which the first leaves out what `is_usual` has settled: half of all checks.
+    if (is_usual(measurement, request)) [[likely]]
+      return answer(measurement, request, true);
+    return answer_to_any(measurement, request);
   }
 
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
  private:
+  /// True when torque is being produced and may go on: nothing new is asked and nothing is wrong.
+  [[nodiscard]] bool is_usual(const Measurement<T>& measurement,
+                              const DriveRequest<T>& request) const noexcept {
+    return makes_torque(state_) && !request.shutdown && !request.external.any() &&
+           protection_.is_harmless(measurement) && gate_.is_steady(request.command, measurement.t_ns);
+  }
+
+  [[nodiscard, gnu::noinline]] DriveOutput<T> answer_to_any(const Measurement<T>& measurement,
+                                                            const DriveRequest<T>& request) noexcept {
+    return answer(measurement, request, false);
+  }
+
+  /// `usual` is known to the compiler in each of its two places.
+  [[nodiscard, gnu::always_inline]] DriveOutput<T> answer(const Measurement<T>& measurement,
+                                                          const DriveRequest<T>& request,
+                                                          bool usual) noexcept {
+    const FaultSet measured = usual ? FaultSet{} : protection_.step(measurement);
+    const bool usable = !measured.test(Fault::measurement_invalid);
+    const AvailableTorque<T> available = capability_.at(measurement.omega_m);
+    // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
+    const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
+    const T dt = elapsed_s(measurement.t_ns);
+    const TorqueRange<T> range = available.range(measurement.omega_m);
+    const AdmittedCommand<T> admitted =
+        usual ? gate_.pass(request.command, measurement.t_ns, dt, range)
+              : gate_.step(request.command, measurement.t_ns, dt, range, hold_at_zero);
+    if (usual) {  // no fault is active where torque was made, so that there is none to forget
+      state_ = admitted.derated ? DriveState::derated : DriveState::torque;
+    } else {
+      update_state(measured, measurement.omega_m, request, admitted);
+    }
+
+    const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
+    // Made in place: a copy of what has just been stored by member stalls.
+    DriveOutput<T> out{.pattern = control(measurement, usable, torque_reference),
+                       .telemetry = telemetry(measurement, request, admitted, available, torque_reference)};
+    out.telemetry.switch_state = out.pattern.last_state();
+    if (usable) i_before_ = measurement.i_abc;
+    return out;
+  }
+
   /// Time since the last step [s]: one period, or more where late periods were skipped, so that ramps keep
   /// to the clock.
   [[nodiscard]] T elapsed_s(std::int64_t t_ns) noexcept {
-    const std::int64_t elapsed_ns = stepped_ ? t_ns - last_t_ns_ : 0;
+    const std::int64_t elapsed_ns = t_ns - last_t_ns_;
     last_t_ns_ = t_ns;
-    stepped_ = true;
     return T(std::max<std::int64_t>(elapsed_ns, parameters_.period_ns)) * T(1e-9);
-  }
-
-  /// None while the speed is unknown.
-  [[nodiscard]] AvailableTorque<T> available_torque(T omega_m) const noexcept {
-    return std::isfinite(omega_m) ? capability_.at(omega_m) : AvailableTorque<T>{};
   }
 
   /// Mean of the DC-link current since the last measurement. After a gap of several periods the currents of
@@ -99,25 +124,27 @@ class Drive {
   [[nodiscard]] T dc_link_mean(const Measurement<T>& measurement) const noexcept {
     const ThreePhase<T>& x = i_before_;
     const ThreePhase<T>& y = measurement.i_abc;
-    if (measurement.acted.duration_ns() > parameters_.period_ns && !measurement.acted.is_driven()) {
-      return dc_link_current(measurement.acted, x, y);
-    }
+    const GatePattern& acted = measurement.acted;
     const ThreePhase<T> mean{T(0.5) * (x.a + y.a), T(0.5) * (x.b + y.b), T(0.5) * (x.c + y.c)};
-    return dc_link_current(measurement.acted, mean, mean);
+    if (acted.is_driven() && acted.segments().size() == 1) [[likely]] {
+      return driven_dc_link_current(acted.segments().front().state, mean);
+    }
+    const bool opened_long_ago = !acted.is_driven() && acted.duration_ns() > parameters_.period_ns;
+    return opened_long_ago ? dc_link_current(acted, x, y) : dc_link_current(acted, mean, mean);
   }
 
   /// A fault of the command matters only while the gates are on; all others matter always.
-  [[nodiscard]] FaultSet present_faults(const Measurement<T>& measurement, const DriveRequest<T>& request,
+  [[nodiscard]] FaultSet present_faults(FaultSet measured, const DriveRequest<T>& request,
                                         const AdmittedCommand<T>& admitted) const noexcept {
-    FaultSet faults = protection_.step(measurement);
+    FaultSet faults = measured;
     faults |= request.external;
     if (gates_are_on(state_)) faults |= admitted.faults;
     return faults;
   }
 
-  void update_state(const Measurement<T>& measurement, const DriveRequest<T>& request,
+  void update_state(FaultSet measured, T omega_m, const DriveRequest<T>& request,
                     const AdmittedCommand<T>& admitted) noexcept {
-    faults_.step(present_faults(measurement, request, admitted));
+    faults_.step(present_faults(measured, request, admitted));
     const DriveConditions conditions{
         .trip = faults_.active().any(),
         .fault_reset = admitted.fault_reset,
@@ -125,10 +152,14 @@ class Drive {
         .wound_down = admitted.torque == T(0),
         .lockout = admitted.lockout,
         .enable = admitted.enable,
-        .magnetised = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised,
+        .magnetised = !magnetising_helps(omega_m) || controller_.estimate().magnetised,
         .derated = admitted.derated,
     };
     const DriveState next = next_state(state_, conditions);
+    if (next != state_ || next == DriveState::fault) enter(next);
+  }
+
+  void enter(DriveState next) noexcept {
     if (next == DriveState::fault) gate_.lock();
     if (next == DriveState::magnetising && state_ != next) gate_.restart();
     if (state_ == DriveState::fault && next == DriveState::standby) faults_.reset();
@@ -140,8 +171,9 @@ class Drive {
     return parameters_.magnetise_first && std::abs(omega_m) <= parameters_.magnetise_below_speed;
   }
 
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, T torque_reference) noexcept {
-    if (!Protection<T>::is_usable(measurement)) {
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable,
+                                    T torque_reference) noexcept {
+    if (!usable) [[unlikely]] {
       controller_.reset();
       return GatePattern{gates_off, parameters_.period_ns};
     }
@@ -155,7 +187,7 @@ class Drive {
   [[nodiscard]] Telemetry<T> telemetry(const Measurement<T>& measurement, const DriveRequest<T>& request,
                                        const AdmittedCommand<T>& admitted, AvailableTorque<T> available,
                                        T torque_reference) const noexcept {
-    const ControlEstimate<T> estimate = controller_.estimate();
+    const ControlEstimate<T>& estimate = controller_.estimate();
     return {.t_ns = measurement.t_ns,
             .torque_requested = request.command.torque,
             .torque_reference = torque_reference,
@@ -188,8 +220,8 @@ class Drive {
   Protection<T> protection_;
   TorqueCapability<T> capability_;
   FaultMemory faults_{};
-  std::int64_t last_t_ns_{};
-  bool stepped_{false};
+  /// Before the first step half of eternity ahead, so that it counts as one period. [ns]
+  std::int64_t last_t_ns_{std::numeric_limits<std::int64_t>::max() / 2};
   ThreePhase<T> i_before_{};  ///< the last usable phase currents [A]
   DriveState state_{DriveState::init};
 };

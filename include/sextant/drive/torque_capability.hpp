@@ -15,7 +15,9 @@ struct AvailableTorque {
 
   /// The torques that may be asked for at this speed [rad/s], of which the sign tells what motoring is.
   [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {
-    return {omega_m > T(0) ? -regenerating : -motoring, omega_m < T(0) ? regenerating : motoring};
+    if (omega_m > T(0)) return {-regenerating, motoring};
+    if (omega_m < T(0)) return {-motoring, regenerating};
+    return {-motoring, motoring};
   }
 };
 
@@ -43,8 +45,10 @@ class TorqueCapability {
       : parameters_{parameters},
         inverse_range_{T(1) / (parameters.zero_torque_speed - parameters.base_speed)} {}
 
-  /// Available at mechanical speed omega_m [rad/s].
+  /// Available at mechanical speed omega_m [rad/s]; none while the speed is no number.
   [[nodiscard]] constexpr AvailableTorque<T> at(T omega_m) const noexcept {
+    if (std::abs(omega_m) <= parameters_.base_speed) return {parameters_.torque, parameters_.torque};
+    if (!std::isfinite(omega_m)) return {};
     const T over = (std::abs(omega_m) - parameters_.base_speed) * inverse_range_;
     return {parameters_.torque * (T(1) - std::clamp(over, T(0), T(1))), parameters_.torque};
   }

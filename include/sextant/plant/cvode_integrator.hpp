@@ -1,140 +1,15 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <stdexcept>
-#include <string>
-
-#include <Eigen/Core>
-
-#include "sextant/core/nonblocking.hpp"
-#include "sextant/plant/cvode_parameters.hpp"
 #include "sextant/plant/cvode_solver.hpp"
-#include "sextant/plant/plant_integrator.hpp"
+#include "sextant/plant/variable_step_integrator.hpp"
 
 namespace sextant {
 
-/// SUNDIALS CVODE, variable step and order. It continues its solution from segment to segment as long as the
-/// plant's revision stays the same, and starts anew at each jump of the right-hand side. Root finding for
-/// diode events is a second solver that runs only while legs are off.
+/// SUNDIALS CVODE: linear multistep methods of variable step and order.
 template <class Plant>
-  requires std::same_as<typename Plant::Scalar, double>
-class CvodeIntegrator final : public PlantIntegrator<Plant> {
+class CvodeIntegrator final : public VariableStepIntegrator<Plant, CvodeSolver> {
  public:
-  /// Throws std::runtime_error on bad parameters or when CVODE cannot be set up.
-  explicit CvodeIntegrator(const CvodeParameters& parameters = {})
-      : max_events_{checked(parameters).max_events},
-        smooth_{problem(0), parameters, tolerances(parameters)},
-        with_events_{problem(Plant::event_count), parameters, tolerances(parameters)} {}
-
-  SEXTANT_TRUSTED_BEGIN
-  [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
-    if (duration_ns <= 0) return true;
-    const bool good = plant.has_events() ? advance_through_events(plant, duration_ns)
-                                         : advance_smoothly(plant, duration_ns);
-    if (!good) reset();
-    return good;
-  }
-  SEXTANT_TRUSTED_END
-
-  void reset() noexcept SEXTANT_NONBLOCKING override { active_ = nullptr; }
-
- private:
-  using State = typename Plant::State;
-
-  static CvodeParameters checked(const CvodeParameters& parameters) {
-    if (const char* reason = parameters.validate()) {
-      throw std::runtime_error(std::string("CVODE integrator: ") + reason);
-    }
-    return parameters;
-  }
-
-  static CvodeProblem problem(int event_count) noexcept {
-    return {Plant::size, event_count,
-            [](const void* plant, const double* x, double* dx) noexcept {
-              State slope;
-              static_cast<const Plant*>(plant)->derivative(Eigen::Map<const State>(x), slope);
-              Eigen::Map<State>{dx} = slope;
-            },
-            [](const void* plant, const double* x, double* j) noexcept {
-              typename Plant::Jacobian matrix;
-              static_cast<const Plant*>(plant)->jacobian(Eigen::Map<const State>(x), matrix);
-              Eigen::Map<typename Plant::Jacobian>{j} = matrix;
-            },
-            [](const void* plant, const double* x, double* g) noexcept {
-              std::array<double, Plant::event_count> values;
-              static_cast<const Plant*>(plant)->events(Eigen::Map<const State>(x), values);
-              std::copy(values.begin(), values.end(), g);
-            }};
-  }
-
-  static std::array<double, Plant::size> tolerances(const CvodeParameters& parameters) noexcept {
-    std::array<double, Plant::size> t;
-    t.fill(parameters.appended_tolerance);
-    std::fill_n(t.begin(), 4, parameters.flux_tolerance);
-    t[Plant::omega] = parameters.speed_tolerance;
-    t[Plant::theta] = parameters.angle_tolerance;
-    return t;
-  }
-
-  /// Makes the solver continue the plant's solution, anew unless it already does.
-  bool follow(CvodeSolver& solver, const Plant& plant) noexcept {
-    if (active_ == &solver && revision_ == plant.revision()) return true;
-    if (!solver.restart(plant.state().data())) return false;
-    active_ = &solver;
-    revision_ = plant.revision();
-    start_ = 0.0;
-    elapsed_ns_ = 0;
-    return true;
-  }
-
-  bool advance_smoothly(Plant& plant, std::int64_t duration_ns) noexcept {
-    if (!follow(smooth_, plant)) return false;
-    elapsed_ns_ += duration_ns;
-    State x;
-    if (smooth_.advance(&plant, end_time(), x.data()) != CvodeSolver::Outcome::reached) return false;
-    plant.continue_at(x);
-    return true;
-  }
-
-  bool advance_through_events(Plant& plant, std::int64_t duration_ns) noexcept {
-    const Plant before = plant;
-    const bool good = follow(with_events_, plant) && reach_through_events(plant, duration_ns);
-    if (!good) plant = before;
-    return good;
-  }
-
-  bool reach_through_events(Plant& plant, std::int64_t duration_ns) noexcept {
-    elapsed_ns_ += duration_ns;
-    for (int events = 0; events <= max_events_; ++events) {
-      State x;
-      const CvodeSolver::Outcome outcome = with_events_.advance(&plant, end_time(), x.data());
-      if (outcome == CvodeSolver::Outcome::failed) return false;
-      plant.continue_at(x);
-      if (outcome == CvodeSolver::Outcome::reached) return true;
-      const double left = end_time() - with_events_.time();
-      plant.on_event(with_events_.event());
-      if (!follow(with_events_, plant)) return false;
-      if (left <= 0.0) return true;
-      start_ = left;
-    }
-    return false;
-  }
-
-  /// End of the present segment on the solver's clock, which is zero at its restart. Whole nanoseconds are
-  /// counted apart, so that a long run loses no precision. [s]
-  [[nodiscard]] double end_time() const noexcept { return start_ + 1e-9 * double(elapsed_ns_); }
-
-  int max_events_;
-  CvodeSolver smooth_;
-  CvodeSolver with_events_;
-  CvodeSolver* active_{nullptr};  ///< the solver that holds the plant's solution
-  std::uint64_t revision_{};      ///< of the plant at the last restart
-  double start_{};                ///< of the first whole segment, on the solver's clock [s]
-  std::int64_t elapsed_ns_{};     ///< whole segments since then [ns]
+  using VariableStepIntegrator<Plant, CvodeSolver>::VariableStepIntegrator;
 };
 
 }  // namespace sextant

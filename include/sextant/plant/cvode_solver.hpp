@@ -1,32 +1,23 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <span>
 
 #include "sextant/plant/cvode_parameters.hpp"
+#include "sextant/plant/ode_problem.hpp"
 
 namespace sextant {
-
-/// The equations that a CvodeSolver integrates, as plain functions of a context.
-struct CvodeProblem {
-  int size{};         ///< number of states [-]
-  int event_count{};  ///< number of event functions; 0 runs without root finding [-]
-  void (*derivative)(const void* context, const double* x, double* dx) noexcept {};
-  /// ∂(dx/dt)/∂x, column-major.
-  void (*jacobian)(const void* context, const double* x, double* j) noexcept {};
-  /// Event functions; an event is a fall through zero.
-  void (*events)(const void* context, const double* x, double* g) noexcept {};
-};
 
 /// One SUNDIALS CVODE instance. All memory is allocated while constructing.
 /// Source: A. C. Hindmarsh et al., "SUNDIALS", ACM Trans. Math. Software 31(3), 2005.
 class CvodeSolver {
  public:
-  enum class Outcome : std::uint8_t { reached, event, failed };
+  static constexpr const char* name = "CVODE";
+  using Parameters = CvodeParameters;
+  using Outcome = SolverOutcome;
 
   /// absolute_tolerance: one for each state. Throws std::runtime_error when CVODE cannot be set up.
-  CvodeSolver(const CvodeProblem& problem, const CvodeParameters& parameters,
+  CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters,
               std::span<const double> absolute_tolerance);
   ~CvodeSolver();
   CvodeSolver(const CvodeSolver&) = delete;

@@ -95,31 +95,29 @@ class DrivePlant {
 
   /// The right-hand side, dx/dt at x.
   void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
-    const SpaceVector<T> flux_s = stator_flux(x);
-    const SpaceVector<T> flux_r = rotor_flux(x);
-    const SpaceVector<T> i_s = machine_.stator_current(flux_s, flux_r);
-    const SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
-    const SpaceVector<T> dpsi_r = machine_.rotor_flux_derivative(i_r, flux_r, x[omega]);
-    const SpaceVector<T> u_s = stator_voltage_at(dpsi_r);
-    const SpaceVector<T> dpsi_s = machine_.stator_flux_derivative(u_s, i_s);
-    const T tau_e = machine_.torque(flux_s, i_s);
-    dx[psi_s_alpha] = dpsi_s.alpha;
-    dx[psi_s_beta] = dpsi_s.beta;
-    dx[psi_r_alpha] = dpsi_r.alpha;
-    dx[psi_r_beta] = dpsi_r.beta;
-    dx[omega] = inputs_.imposed_speed
-                    ? inputs_.speed_slope
-                    : (tau_e - inputs_.tau_l - viscous_friction_ * x[omega]) * inverse_inertia_;
+    if (inverter_.voltage_is_fixed()) return driven_derivative(x, dx);
+    derivative_at(x, dx, [this](SpaceVector<T> dpsi_r) noexcept SEXTANT_NONBLOCKING {
+      return inverter_.voltage_map()(machine_.emf(dpsi_r));
+    });
+  }
+  /// The same while no leg floats, which spares integrators the question at each of their stages.
+  void driven_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
+    derivative_at(x, dx, [this](SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
+      return inverter_.voltage_map().offset;
+    });
+  }
+
+  /// d²omega_m/dt² at x, whose derivative is dx. [rad/s³]
+  [[nodiscard]] T speed_curvature(const State& x, const State& dx) const noexcept SEXTANT_NONBLOCKING {
+    if (inputs_.imposed_speed) return T(0);
+    // The torque is bilinear in the fluxes.
+    const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
+    const SpaceVector<T> di_s = machine_.stator_current(stator_flux(dx), rotor_flux(dx));
+    T slope = machine_.torque(stator_flux(dx), i_s) + machine_.torque(stator_flux(x), di_s) -
+              viscous_friction_ * dx[omega];
     if (feels_road_) [[unlikely]]
-      dx[omega] -= road_load_.torque(x[omega]) * inverse_inertia_;
-    dx[theta] = x[omega];
-    if constexpr (Appended::size > 0) {
-      const PlantQuantities<T> q{
-          flux_s, flux_r,        i_s,      i_r,     u_s, inputs_.u_dc, inverter_.dc_link_current(i_s),
-          tau_e,  inputs_.tau_l, x[omega], x[theta]};
-      appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
-                           std::span<T, appended_size>{dx.data() + machine_size, appended_size});
-    }
+      slope -= road_load_.slope(x[omega]) * dx[omega];
+    return slope * inverse_inertia_;
   }
 
   /// ∂(dx/dt)/∂x at x. The rows of the appended system are left at zero: nothing depends on it, so that a
@@ -185,9 +183,35 @@ class DrivePlant {
   static SpaceVector<T> rotor_flux(const State& x) noexcept SEXTANT_NONBLOCKING {
     return {x[psi_r_alpha], x[psi_r_beta]};
   }
-  SpaceVector<T> stator_voltage_at(SpaceVector<T> dpsi_r) const noexcept SEXTANT_NONBLOCKING {
-    const StatorVoltageMap<T>& map = inverter_.voltage_map();
-    return inverter_.voltage_is_fixed() ? map.offset : map(machine_.emf(dpsi_r));
+  /// stator_voltage: u_s by dpsi_r/dt.
+  template <class StatorVoltage>
+  void derivative_at(const State& x, State& dx,
+                     const StatorVoltage& stator_voltage) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> flux_s = stator_flux(x);
+    const SpaceVector<T> flux_r = rotor_flux(x);
+    const SpaceVector<T> i_s = machine_.stator_current(flux_s, flux_r);
+    const SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
+    const SpaceVector<T> dpsi_r = machine_.rotor_flux_derivative(i_r, flux_r, x[omega]);
+    const SpaceVector<T> u_s = stator_voltage(dpsi_r);
+    const SpaceVector<T> dpsi_s = machine_.stator_flux_derivative(u_s, i_s);
+    const T tau_e = machine_.torque(flux_s, i_s);
+    dx[psi_s_alpha] = dpsi_s.alpha;
+    dx[psi_s_beta] = dpsi_s.beta;
+    dx[psi_r_alpha] = dpsi_r.alpha;
+    dx[psi_r_beta] = dpsi_r.beta;
+    dx[omega] = inputs_.imposed_speed
+                    ? inputs_.speed_slope
+                    : (tau_e - inputs_.tau_l - viscous_friction_ * x[omega]) * inverse_inertia_;
+    if (feels_road_) [[unlikely]]
+      dx[omega] -= road_load_.torque(x[omega]) * inverse_inertia_;
+    dx[theta] = x[omega];
+    if constexpr (Appended::size > 0) {
+      const PlantQuantities<T> q{
+          flux_s, flux_r,        i_s,      i_r,     u_s, inputs_.u_dc, inverter_.dc_link_current(i_s),
+          tau_e,  inputs_.tau_l, x[omega], x[theta]};
+      appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
+                           std::span<T, appended_size>{dx.data() + machine_size, appended_size});
+    }
   }
   SpaceVector<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> flux_r = rotor_flux(x);

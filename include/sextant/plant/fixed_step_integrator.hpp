@@ -49,12 +49,13 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   static constexpr int bisections = 40;
   static constexpr int max_events_per_step = 16;
 
-  /// The state after a step of h [s] from x with the slope k1 there.
-  static State step(const Plant& plant, const State& x, const State& k1, T h) noexcept SEXTANT_NONBLOCKING {
+  /// The state after a step of h [s] from x with the slope k1 there; slope: dx/dt by x.
+  template <class Slope>
+  static State step(const Slope& slope, const State& x, const State& k1, T h) noexcept SEXTANT_NONBLOCKING {
     State k2, k3, k4;
-    plant.derivative(along(x, T(0.5) * h, k1), k2);
-    plant.derivative(along(x, T(0.5) * h, k2), k3);
-    plant.derivative(along(x, h, k3), k4);
+    slope(along(x, T(0.5) * h, k1), k2);
+    slope(along(x, T(0.5) * h, k2), k3);
+    slope(along(x, h, k3), k4);
     State next;
     for (int i = 0; i < Plant::size; ++i)
       next[i] = x[i] + (h / T(6)) * (k1[i] + T(2) * (k2[i] + k3[i]) + k4[i]);
@@ -70,11 +71,12 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
 
   [[gnu::flatten]] static bool advance_smoothly(Plant& plant, T h,
                                                 std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
+    const auto slope = [&plant](const State& x, State& dx) noexcept { plant.driven_derivative(x, dx); };
     State x = plant.state();
     State k1;
     for (std::int64_t n = 0; n < steps; ++n) {
-      plant.derivative(x, k1);
-      x = step(plant, x, k1, h);
+      slope(x, k1);
+      x = step(slope, x, k1, h);
     }
     if (!x.allFinite()) return false;
     plant.continue_at(x);
@@ -93,14 +95,15 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   }
 
   static bool step_through_events(Plant& plant, T h) noexcept SEXTANT_NONBLOCKING {
+    const auto slope = [&plant](const State& x, State& dx) noexcept { plant.derivative(x, dx); };
     T left = h;
     for (int events = 0; events <= max_events_per_step; ++events) {
       const State x0 = plant.state();
       State k0, k1;
-      plant.derivative(x0, k0);
-      const State x1 = step(plant, x0, k0, left);
+      slope(x0, k0);
+      const State x1 = step(slope, x0, k0, left);
       if (!x1.allFinite()) return false;
-      plant.derivative(x1, k1);
+      slope(x1, k1);
       const Interpolant path{x0, x1, left * k0, left * k1};
       const T crossing = first_crossing(plant, path);
       if (crossing >= T(1)) {
@@ -108,7 +111,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
         return true;
       }
       const int leg = lowest_event(plant, path.at(crossing));
-      plant.continue_at(step(plant, x0, k0, crossing * left));
+      plant.continue_at(step(slope, x0, k0, crossing * left));
       plant.on_event(leg);
       left *= T(1) - crossing;
     }

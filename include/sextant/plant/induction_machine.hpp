@@ -6,6 +6,17 @@
 
 namespace sextant {
 
+/// Coefficients of the electrical equations, which are linear at a given speed:
+///   dpsi_s/dt = −a_ss psi_s + a_sr psi_r + u_s
+///   dpsi_r/dt =  a_rs psi_s − a_rr psi_r + j omega_e psi_r,   omega_e = p omega_m
+template <class T = double>
+struct ElectricalRates {
+  T ss{};  ///< R_s/σL_s [1/s]
+  T sr{};  ///< R_s L_m/(L_s L_r − L_m²) [1/s]
+  T rs{};  ///< R_r L_m/(L_s L_r − L_m²) [1/s]
+  T rr{};  ///< R_r/σL_r [1/s]
+};
+
 /// Equations of the squirrel-cage induction machine with the flux linkages psi_s, psi_r as states.
 ///
 ///   psi_s = L_s i_s + L_m i_r,   psi_r = L_m i_s + L_r i_r
@@ -74,6 +85,11 @@ class InductionMachine {
   [[nodiscard]] constexpr T magnetic_energy(SpaceVector<T> psi_s,
                                             SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
     return T(0.75) * (dot(psi_s, stator_current(psi_s, psi_r)) + dot(psi_r, rotor_current(psi_s, psi_r)));
+  }
+
+  [[nodiscard]] constexpr ElectricalRates<T> electrical_rates() const noexcept SEXTANT_NONBLOCKING {
+    return {parameters_.r_s * inverse_sigma_l_s_, parameters_.r_s * coupling_, parameters_.r_r * coupling_,
+            parameters_.r_r * inverse_sigma_l_r_};
   }
 
   [[nodiscard]] constexpr const InductionMachineParameters<T>& parameters() const noexcept

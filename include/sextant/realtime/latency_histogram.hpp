@@ -13,11 +13,13 @@ namespace sextant {
 
 /// The figures of a histogram that people read.
 struct LatencySummary {
-  std::uint64_t count{};  ///< samples [-]
-  double mean_ns{};       ///< [ns]
-  std::int64_t p50_ns{};  ///< median [ns]
-  std::int64_t p99_ns{};  ///< [ns]
-  std::int64_t max_ns{};  ///< exact [ns]
+  std::uint64_t count{};     ///< samples [-]
+  double mean_ns{};          ///< [ns]
+  std::int64_t p50_ns{};     ///< median [ns]
+  std::int64_t p99_ns{};     ///< [ns]
+  std::int64_t p99_9_ns{};   ///< [ns]
+  std::int64_t p99_99_ns{};  ///< [ns]
+  std::int64_t max_ns{};     ///< exact [ns]
 };
 
 /// Histogram of durations in fixed memory. Buckets are log-linear: every octave is cut into 64 equal parts,
@@ -62,7 +64,21 @@ class LatencyHistogram {
   }
 
   [[nodiscard]] LatencySummary summary() const noexcept {
-    return {count_, mean_ns(), percentile_ns(50.0), percentile_ns(99.0), max_ns_};
+    return {count_,
+            mean_ns(),
+            percentile_ns(50.0),
+            percentile_ns(99.0),
+            percentile_ns(99.9),
+            percentile_ns(99.99),
+            max_ns_};
+  }
+
+  /// Calls f(middle [ns], count) for every bucket that holds samples, the shortest first.
+  template <class F>
+  void for_each_bucket(F&& f) const {
+    for (std::size_t i = 0; i < bucket_count; ++i) {
+      if (buckets_[i] > 0) f(std::min(middle_of(i), max_ns_), buckets_[i]);
+    }
   }
 
  private:

@@ -2,16 +2,42 @@
 
 #include <cstdint>
 
+#include "sextant/realtime/wait_mode.hpp"
+
 namespace sextant {
+
+/// By which rule the kernel gives the control thread a processor.
+enum class SchedulingPolicy : std::uint8_t {
+  other,    ///< the ordinary time sharing: nothing is asked for
+  fifo,     ///< SCHED_FIFO: before every thread of lower priority
+  deadline  ///< SCHED_DEADLINE: a guaranteed time in each wake period, admitted or refused by the kernel
+};
+
+[[nodiscard]] constexpr const char* to_string(SchedulingPolicy policy) noexcept {
+  switch (policy) {
+    case SchedulingPolicy::other:
+      return "other";
+    case SchedulingPolicy::fifo:
+      return "fifo";
+    case SchedulingPolicy::deadline:
+      return "deadline";
+  }
+  return "";
+}
 
 /// How the control thread wakes and what it asks of the operating system.
 struct RealtimeParameters {
   int wake_every_periods{
-      40};                 ///< control periods run at each wake-up; above 1 for an in-process plant only [-]
-  bool required{false};    ///< refuse to start without the rights, instead of reporting it
-  int priority{80};        ///< SCHED_FIFO priority of the control thread, 1…98 [-]
-  int cpu{-1};             ///< the CPU it is bound to, or -1 for any [-]
-  bool lock_memory{true};  ///< keep all memory resident, so that no page fault stops the control thread
+      40};               ///< control periods run at each wake-up; above 1 for an in-process plant only [-]
+  bool required{false};  ///< refuse to start without the rights, instead of reporting it
+  WaitParameters wait{};
+  SchedulingPolicy policy{SchedulingPolicy::fifo};
+  int priority{80};                           ///< SCHED_FIFO priority of the control thread, 1…98 [-]
+  std::int64_t deadline_runtime_ns{100'000};  ///< SCHED_DEADLINE: processor time in each wake period [ns]
+  int cpu{-1};                                ///< the CPU it is bound to, or -1 for any [-]
+  bool lock_memory{true};       ///< keep all memory resident, so that no page fault stops the control thread
+  bool stage_statistics{true};  ///< time stamps between the stages of each control period
+  std::int64_t gap_limit_ns{10'000};  ///< two time stamps further apart are a gap [ns]
 
   std::int64_t watchdog_ns{100'000'000};  ///< without a wake-up for so long the watchdog opens the gates [ns]
 
@@ -21,6 +47,18 @@ struct RealtimeParameters {
     if (priority < 1 || priority > 98) return "the priority must be from 1 to 98";
     if (cpu < -1) return "the CPU must be a number from 0, or -1 for any";
     if (watchdog_ns <= 0) return "the watchdog needs a time above zero";
+    if (wait.spin_margin_ns < 0) return "the margin of hybrid waiting must not be below zero";
+    if (gap_limit_ns <= 0) return "the limit of a gap must be above zero";
+    if (policy != SchedulingPolicy::deadline) return nullptr;
+    if (deadline_runtime_ns < 1'024) return "SCHED_DEADLINE needs a runtime of at least 1.024 us";
+    if (wait.mode == WaitMode::spin) {
+      return "wait = \"spin\" uses up the time that policy = \"deadline\" grants, and the kernel would stop "
+             "the thread in every period; take \"fifo\" or another wait";
+    }
+    if (cpu >= 0) {
+      return "policy = \"deadline\" and a cpu exclude each other: the kernel admits such threads for all "
+             "CPUs only; take \"fifo\", or give the program a cpuset of its own";
+    }
     return nullptr;
   }
 };

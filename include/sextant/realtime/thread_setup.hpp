@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,24 @@ struct Grant {
 /// SCHED_FIFO for the calling thread, so that no ordinary thread delays it. Priority 1…99.
 [[nodiscard]] Grant use_fifo_scheduling(int priority);
 
+/// SCHED_DEADLINE for the calling thread: runtime_ns of processor time in each period_ns, before its end
+/// [ns]. The kernel admits it only while the sum of all such threads fits into the CPUs, and only for threads
+/// that may run on every CPU.
+[[nodiscard]] Grant use_deadline_scheduling(std::int64_t runtime_ns, std::int64_t period_ns);
+
 /// Binds the calling thread to one CPU, so that it neither migrates nor finds cold caches.
 [[nodiscard]] Grant bind_to_cpu(int cpu);
 
+/// Takes a CPU out of those of the calling thread and of threads that it starts from now on, so that a thread
+/// that is bound to it later has it alone. Nothing where the CPU is -1, or the only one.
+[[nodiscard]] Grant keep_off_cpu(int cpu);
+
 /// Keeps all present and future memory of the process resident, and freed heap memory in the process.
 [[nodiscard]] Grant lock_memory();
+
+/// Takes 8 MiB of heap, touches them and gives them back, so that they stay with the process after
+/// lock_memory() and later allocations of any thread find resident memory.
+void prefault_heap();
 
 /// Touches the next 256 KiB of the calling thread's stack, so that their page faults happen now.
 void prefault_stack() noexcept;
@@ -33,14 +47,29 @@ void prefault_stack() noexcept;
 /// second (kernel.sched_rt_runtime_us = 950000); -1 switches that off.
 [[nodiscard]] Grant check_no_throttling(const std::string& path = "/proc/sys/kernel/sched_rt_runtime_us");
 
+/// CPUs of which the calling thread and one that is bound to `cpu` (-1: none) may use any. [-]
+[[nodiscard]] int usable_cpus(int cpu = -1);
+
 /// What the control thread was given.
 struct RightsReport {
-  bool fifo_scheduling{false};
+  bool real_time_scheduling{false};  ///< SCHED_FIFO or SCHED_DEADLINE was asked for and granted
   bool memory_locked{false};
   std::vector<std::string> refusals{};  ///< one sentence each; empty when everything was granted
 };
 
-/// All of the above as the parameters ask, for the calling (control) thread.
-[[nodiscard]] RightsReport set_up_control_thread(const RealtimeParameters& parameters);
+/// All of the above as the parameters ask, for the calling (control) thread that wakes every wake_period_ns
+/// [ns].
+[[nodiscard]] RightsReport set_up_control_thread(const RealtimeParameters& parameters,
+                                                 std::int64_t wake_period_ns);
+
+/// Throws std::runtime_error with every refusal where `realtime.required` asks for all rights.
+void require_rights(const RealtimeParameters& parameters, const RightsReport& rights);
+
+/// Throws std::runtime_error where a thread with these rights would keep everything else from running: one
+/// that spins with SCHED_FIFO on the only CPU.
+void require_room_for_spinning(const RealtimeParameters& parameters, const RightsReport& rights, int cpus);
+inline void require_room_for_spinning(const RealtimeParameters& parameters, const RightsReport& rights) {
+  require_room_for_spinning(parameters, rights, usable_cpus(parameters.cpu));
+}
 
 }  // namespace sextant

@@ -57,6 +57,45 @@ class CommandGate {
   /// `wind_down` asks for a ramp to zero, and holds it there, whatever the command says.
   [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
                                         TorqueRange<T> available, bool wind_down) noexcept {
+    if (is_steady(command, t_ns) && !wind_down) return pass(command, t_ns, dt, available);
+    return judge(command, t_ns, dt, available, wind_down);
+  }
+
+  /// What `step` does where `is_steady` and there is no `wind_down`.
+  [[nodiscard]] AdmittedCommand<T> pass(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
+                                        TorqueRange<T> available) noexcept {
+    AdmittedCommand<T> out{.enable = true, .lockout = false};
+    if (command.sequence != sequence_) renew(command, t_ns);
+    out_of_range_ = 0;
+    follow(out, dt, available);
+    return out;
+  }
+
+  /// True when there is nothing to judge: the bus is well, torque is enabled, and the command is the last one
+  /// and young enough, or a new one that asks for nothing but torque within the limits. It is the usual case,
+  /// and a short way through it; `judge` would answer the same.
+  [[nodiscard]] constexpr bool is_steady(const TorqueCommand<T>& command, std::int64_t t_ns) const noexcept {
+    if (command.e2e != E2eState::valid || command.bus_off || command.out_of_range != 0) return false;
+    if (!enable_ || lockout_ || blocked_ >= parameters_.blocked_limit) return false;
+    if (command.sequence == sequence_) return t_ns - alive_ns_ <= parameters_.timeout_ns;
+    return command.sequence != 0 && command.enable && !command.fault_reset && is_within_limits(command) &&
+           t_ns - command.received_ns <= parameters_.timeout_ns;
+  }
+
+  /// Demands a valid disable before the next enable, as after power-up and after a fault.
+  constexpr void lock() noexcept {
+    lockout_ = true;
+    setpoint_ = T(0);
+    ramp_.reset();
+  }
+
+  /// Takes back what was admitted: torque starts again from zero and at its rate.
+  constexpr void restart() noexcept { ramp_.reset(); }
+
+ private:
+  [[nodiscard, gnu::noinline]] AdmittedCommand<T> judge(const TorqueCommand<T>& command, std::int64_t t_ns,
+                                                        T dt, TorqueRange<T> available,
+                                                        bool wind_down) noexcept {
     AdmittedCommand<T> out;
     const bool valid = command.sequence != 0 && command.e2e == E2eState::valid;
     const bool is_new = command.sequence != sequence_;
@@ -75,25 +114,31 @@ class CommandGate {
     if (blocked_ >= parameters_.blocked_limit) out.faults.set(Fault::command_out_of_range);
     out.lockout = lockout_;
     out.enable = enable_ && !lockout_ && !out.faults.any();
-    follow(out, age_ns > parameters_.timeout_ns || wind_down || !out.enable, dt, available);
+    if (age_ns > parameters_.timeout_ns || wind_down || !out.enable) {
+      wind_down_to_zero(out, dt);
+    } else {
+      follow(out, dt, available);
+    }
     return out;
   }
 
-  /// Demands a valid disable before the next enable, as after power-up and after a fault.
-  constexpr void lock() noexcept {
-    lockout_ = true;
-    setpoint_ = T(0);
-    ramp_.reset();
+  /// Of a NaN, false.
+  [[nodiscard]] constexpr bool is_within_limits(const TorqueCommand<T>& command) const noexcept {
+    return std::abs(command.torque) <= parameters_.torque_limit && command.torque_limit >= T(0);
   }
 
-  /// Takes back what was admitted: torque starts again from zero and at its rate.
-  constexpr void restart() noexcept { ramp_.reset(); }
+  /// Takes a new command over another that is like it in all but torque and time.
+  constexpr void renew(const TorqueCommand<T>& command, std::int64_t t_ns) noexcept {
+    // A stamp from the future must not keep a command alive: it counts from when it was first seen.
+    alive_ns_ = std::min(command.received_ns, t_ns);
+    sequence_ = command.sequence;
+    blocked_ = 0;
+    setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
+  }
 
- private:
   constexpr void accept(const TorqueCommand<T>& command, AdmittedCommand<T>& out) noexcept {
     if (!command.enable) enable_ = false;
-    // Written so that a NaN is blocked.
-    if (!(std::abs(command.torque) <= parameters_.torque_limit && command.torque_limit >= T(0))) {
+    if (!is_within_limits(command)) {
       ++blocked_;
       return;
     }
@@ -113,13 +158,13 @@ class CommandGate {
     out_of_range_ = in_a_row;
   }
 
-  constexpr void follow(AdmittedCommand<T>& out, bool to_zero, T dt, TorqueRange<T> available) noexcept {
-    if (to_zero) {
-      if (!winding_down_) zero_rate_ = std::abs(ramp_.value()) / (T(parameters_.zero_ramp_ns) * T(1e-9));
-      winding_down_ = true;
-      out.torque = ramp_.step(T(0), std::max(zero_rate_, T(1)) * dt);
-      return;
-    }
+  constexpr void wind_down_to_zero(AdmittedCommand<T>& out, T dt) noexcept {
+    if (!winding_down_) zero_rate_ = std::abs(ramp_.value()) / (T(parameters_.zero_ramp_ns) * T(1e-9));
+    winding_down_ = true;
+    out.torque = ramp_.step(T(0), std::max(zero_rate_, T(1)) * dt);
+  }
+
+  constexpr void follow(AdmittedCommand<T>& out, T dt, TorqueRange<T> available) noexcept {
     winding_down_ = false;
     const T target = std::clamp(setpoint_, available.lowest, available.highest);
     out.derated = target != setpoint_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/measurement.hpp"
@@ -33,8 +34,25 @@ class Protection {
            std::isfinite(m.u_dc) && std::isfinite(m.omega_m);
   }
 
-  /// The faults that this measurement shows.
+  /// True when no limit can be broken and no number is other than finite: one comparison each. A NaN compares
+  /// as false. What is not harmless may still be good, as a negative link voltage.
+  [[nodiscard]] bool is_harmless(const Measurement<T>& m) const noexcept {
+    return m.plausible && std::abs(m.i_abc.a) <= parameters_.over_current &&
+           std::abs(m.i_abc.b) <= parameters_.over_current &&
+           std::abs(m.i_abc.c) <= parameters_.over_current &&
+           std::abs(m.u_dc) <= parameters_.dc_over_voltage && std::abs(m.omega_m) <= largest;
+  }
+
+  /// The faults that this measurement shows; `measurement_invalid` when it is not usable.
   [[nodiscard]] FaultSet step(const Measurement<T>& m) const noexcept {
+    if (is_harmless(m)) return {};
+    return judge(m);
+  }
+
+ private:
+  static constexpr T largest = std::numeric_limits<T>::max();
+
+  [[nodiscard, gnu::noinline]] FaultSet judge(const Measurement<T>& m) const noexcept {
     FaultSet faults;
     if (!is_usable(m)) {
       faults.set(Fault::measurement_invalid);
@@ -46,7 +64,6 @@ class Protection {
     return faults;
   }
 
- private:
   Parameters parameters_;
 };
 

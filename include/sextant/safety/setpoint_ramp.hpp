@@ -11,6 +11,7 @@ class SetpointRamp {
  public:
   /// Moves towards target by at most max_change; returns the new value.
   constexpr T step(T target, T max_change) noexcept {
+    if (value_ == target) return value_ = target;  // the usual case
     const T change = std::clamp(target - value_, -max_change, max_change);
     // The target itself, so that rounding never leaves a rest.
     value_ = change == target - value_ ? target : value_ + change;

@@ -5,6 +5,8 @@
 
 #include "sextant/plant/cvode_integrator.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/erk_integrator.hpp"
+#include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/simulated_drive_io.hpp"
@@ -14,24 +16,32 @@ namespace sextant {
 /// Which integrator moves the plant.
 enum class IntegratorKind : std::uint8_t {
   cvode,  ///< SUNDIALS CVODE: error-controlled, the default
-  fixed   ///< Runge-Kutta of order 4 with a fixed step: bounded time
+  fixed,  ///< Runge-Kutta of order 4 with a fixed step: bounded time
+  exact,  ///< exact discretisation at frozen speed: bounded time, no error where the speed is constant
+  erk     ///< SUNDIALS ARKODE, an explicit Runge-Kutta pair: error-controlled, no history
 };
 
 /// Inverter, machine, shaft and their integrator behind one `DriveIo`: what stands in for the hardware.
 class SimulatedPowerStage {
  public:
+  using Plant = DrivePlant<double>;
+
   struct Parameters {
     DrivePlantParameters<double> plant{};
     SimulatedDriveIo<>::Parameters io{};
     IntegratorKind integrator{IntegratorKind::cvode};
     CvodeParameters cvode{};
-    FixedStepParameters fixed{};
+    FixedStepParameters fixed{};  ///< also moves the plant of integrator `exact` while legs are off
+    ExactParameters exact{};
+    ErrorControl erk{};
 
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = plant.validate()) return problem;
       if (const char* problem = io.validate()) return problem;
       if (const char* problem = cvode.validate()) return problem;
-      return fixed.validate();
+      if (const char* problem = fixed.validate()) return problem;
+      if (const char* problem = exact.validate()) return problem;
+      return erk.validate();
     }
   };
 
@@ -44,16 +54,22 @@ class SimulatedPowerStage {
 
   [[nodiscard]] SimulatedDriveIo<>& io() noexcept { return io_; }
 
- private:
-  using Plant = DrivePlant<double>;
-
+  /// The integrator that the parameters name. Throws std::runtime_error when it cannot be set up.
   static std::unique_ptr<PlantIntegrator<Plant>> make_integrator(const Parameters& parameters) {
-    if (parameters.integrator == IntegratorKind::cvode) {
-      return std::make_unique<CvodeIntegrator<Plant>>(parameters.cvode);
+    switch (parameters.integrator) {
+      case IntegratorKind::fixed:
+        return std::make_unique<FixedStepIntegrator<Plant>>(parameters.fixed);
+      case IntegratorKind::exact:
+        return std::make_unique<ExactIntegrator<Plant>>(parameters.exact, parameters.fixed);
+      case IntegratorKind::erk:
+        return std::make_unique<ErkIntegrator<Plant>>(parameters.erk);
+      case IntegratorKind::cvode:
+        break;
     }
-    return std::make_unique<FixedStepIntegrator<Plant>>(parameters.fixed);
+    return std::make_unique<CvodeIntegrator<Plant>>(parameters.cvode);
   }
 
+ private:
   MechanicalLoad load_;
   Plant plant_;
   std::unique_ptr<PlantIntegrator<Plant>> integrator_;

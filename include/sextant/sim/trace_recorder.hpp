@@ -30,6 +30,7 @@ struct TraceParameters {
 struct TraceOrigin {
   std::string scenario{};                           ///< name of the scenario
   std::optional<std::int64_t> control_period_ns{};  ///< none in an event-exact run [ns]
+  bool plant{true};  ///< false: the plant's true values are not known, and the group `plant` is left out
 };
 
 /// Writes a run to an HDF5 file while it goes on.

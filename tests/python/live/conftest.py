@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from drive_process import DriveProcess
-from kernel import is_user_mode_linux
+from kernel import in_guest
 from sextant_py import bus
 from sextant_py.errors import UserError
 from verdict import pytest_runtest_makereport, pytest_sessionfinish
@@ -21,6 +21,7 @@ from verdict import pytest_runtest_makereport, pytest_sessionfinish
 __all__ = ["pytest_runtest_makereport", "pytest_sessionfinish"]
 
 KIND = os.environ.get("SEXTANT_LIVE_BUS", "udp_multicast")
+WATCHDOG_IN_GUEST_MS = 1000
 FULL_HZ = 1000
 SLOW_HZ = 100
 
@@ -29,7 +30,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers", "timing: its assertions are deadlines, which a stalled host can miss; see verdict"
     )
-    config.addinivalue_line("markers", "nightly: in User Mode Linux at times spoilt by the host; see run")
+    config.addinivalue_line("markers", "nightly: in a guest at times spoilt by the host; see run")
 
 
 def _free_port() -> int:
@@ -71,12 +72,15 @@ def no_readers_left() -> Iterator[None]:
 def start_drive(domain: int, tmp_path: Path) -> Iterator[Callable[..., DriveProcess]]:
     """start_drive(bus, key=value…): a running sextant-ecu in the test's DDS domain, ended with the test.
 
-    It publishes DriveTelemetry at 1 kHz; in User Mode Linux, where that takes most of the processor, at telemetry_hz.
+    It publishes DriveTelemetry at 1 kHz; in a guest, where that takes most of the processor, at telemetry_hz.
+    There the watchdog waits longer as well: an emulated processor stands still when code runs for the first time.
     """
     with ExitStack() as stack:
 
         def start(address: str, *settings: str, telemetry_hz: int = SLOW_HZ) -> DriveProcess:
-            rate = f"dds.telemetry_rate_hz={telemetry_hz if is_user_mode_linux() else FULL_HZ}"
-            return stack.enter_context(DriveProcess(address, domain, tmp_path, (rate, *settings)))
+            common = [f"dds.telemetry_rate_hz={telemetry_hz if in_guest() else FULL_HZ}"]
+            if in_guest():
+                common.append(f"realtime.watchdog_ms={WATCHDOG_IN_GUEST_MS}")
+            return stack.enter_context(DriveProcess(address, domain, tmp_path, (*common, *settings)))
 
         yield start

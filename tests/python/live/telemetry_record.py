@@ -93,7 +93,7 @@ class TelemetryRecord:
         self.statistics += self._mine(self._statistics)
 
     def _mine(self, topic: dds.Subscription) -> list[Any]:
-        """New samples of our drive. Taken in small helpings: room for many is expensive in User Mode Linux."""
+        """New samples of our drive. Taken in small helpings: room for many is expensive in a guest."""
         found: list[Any] = []
         while helping := topic.poll(HELPING):
             found += [sample for sample in helping if sample.drive_id == self._drive_id]

@@ -8,13 +8,13 @@ import pytest
 from attempts import commands_apart, undisturbed
 from drive_process import DriveProcess
 from handling import bring_up, regain
-from kernel import is_user_mode_linux
+from kernel import in_guest
 from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
 
 TORQUE_NM = 20.0
 LEAVE_S = 0.100
-LEAVE_IN_USER_MODE_LINUX_S = 1.0
+LEAVE_IN_GUEST_S = 1.0
 REPEATS = 5
 SETTLING_S = 0.4  # starting three processes has kept the processor busy
 TELEMETRY_HZ = 1000  # the end is a matter of milliseconds
@@ -22,7 +22,7 @@ TELEMETRY_HZ = 1000  # the end is a matter of milliseconds
 
 def leave_s() -> float:
     """The 100 ms are the claim of a native kernel."""
-    return LEAVE_IN_USER_MODE_LINUX_S if is_user_mode_linux() else LEAVE_S
+    return LEAVE_IN_GUEST_S if in_guest() else LEAVE_S
 
 
 @pytest.mark.timing

@@ -16,7 +16,7 @@ from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
 
 TORQUE_NM = 20.0
-TELEMETRY_HZ = 500  # in User Mode Linux: 60 ms are judged
+TELEMETRY_HZ = 500  # in a guest: 60 ms are judged
 ZERO_S = 0.060
 LOST_S = 0.200
 NO_TORQUE_NM = 2.0  # mean over 1 ms at low speed: the chatter of the comparators about a reference of zero
@@ -183,7 +183,7 @@ def test_enable_at_power_up_does_nothing(running: tuple[DriveProcess, TelemetryR
 
 
 def set_up(address: str, up: bool) -> None:
-    """Takes the interface down or up, at once: starting a program for it takes its time in User Mode Linux."""
+    """Takes the interface down or up, at once: starting a program for it takes its time in a guest."""
     name = bus.parse(address).channel.encode()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
         fcntl.ioctl(control, SIOCSIFFLAGS, struct.pack("16sh14x", name, IFF_UP if up else 0))

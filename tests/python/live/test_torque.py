@@ -25,7 +25,7 @@ BIAS_NM = {0.0: (-1.0, 1.0), 30.0: (-1.5, 0.5), 100.0: (-3.3, 0.0)}
 SETTLING_NS = 10_000_000
 SHARE_LEFT = 0.8
 SLOW_RAD_S = 30.0
-TELEMETRY_HZ = 500  # in User Mode Linux
+TELEMETRY_HZ = 500  # in a guest
 
 
 def step(record: TelemetryRecord, vehicle: Vehicle, from_nm: float, torque_nm: float) -> Span:

@@ -1,0 +1,98 @@
+#include "ecu/power_stage.hpp"
+
+#include <fmt/format.h>
+
+namespace sextant::ecu {
+namespace {
+
+/// The profiles of the load begin with the drive, not with the machine's clock.
+SimulatedPowerStage::Parameters in_this_process(const EcuConfig& config) {
+  SimulatedPowerStage::Parameters p = config.drive.plant;
+  p.io.load_origin_ns.reset();
+  return p;
+}
+
+}  // namespace
+
+PowerStage::PowerStage(const EcuConfig& config) {
+  switch (config.power_stage) {
+    case PowerStageKind::simulated:
+      simulated_ =
+          std::make_unique<SimulatedPowerStage>(in_this_process(config), config.drive.load.parameters());
+      io_ = &simulated_->io();
+      break;
+    case PowerStageKind::shared_memory:
+      join_shared_memory(config);
+      break;
+    case PowerStageKind::udp:
+      udp_ = std::make_unique<UdpDriveIo>(config.hil, config.drive.drive.period_ns);
+      link_name_ = config.hil.udp_peer;
+      io_ = udp_.get();
+      break;
+  }
+}
+
+void PowerStage::join_shared_memory(const EcuConfig& config) {
+  link_ = std::make_unique<SharedMemoryLink>(config.hil, LinkRole::drive, config.drive.drive.period_ns);
+  link_name_ = config.hil.link;
+  if (config.hil.pacing == Pacing::lockstep) {
+    lockstep_ = std::make_unique<LockstepDriveIo>(*link_, config.hil.lockstep_timeout_ns);
+    io_ = lockstep_.get();
+    return;
+  }
+  shared_memory_ = std::make_unique<SharedMemoryDriveIo>(
+      *link_, MeasurementAssembler::Parameters{config.hil.stale_ns, config.hil.missing_periods});
+  io_ = shared_memory_.get();
+}
+
+void PowerStage::open_gates() noexcept {
+  if (shared_memory_) shared_memory_->open_gates();
+  if (udp_) udp_->open_gates();
+}
+
+void PowerStage::say_goodbye() noexcept {
+  if (link_) link_->say_goodbye();
+  if (udp_) udp_->say_goodbye();
+}
+
+std::string PowerStage::news() {
+  if (!shared_memory_ && !udp_) return {};
+  const bool stale = shared_memory_ ? shared_memory_->stale() : udp_->stale();
+  if (anything_told_ && stale == stale_told_) return {};
+  const bool first = !anything_told_;
+  anything_told_ = true;
+  stale_told_ = stale;
+  const std::string link = "hil " + link_name_ + ": ";
+  if (!stale) return link + "the plant answers; a fault reset takes the drive out of FAULT";
+  if (first) return link + "no plant yet; the drive waits in FAULT (MEASUREMENT_INVALID) with its gates off";
+  return link + "the plant is silent; the drive goes to FAULT (MEASUREMENT_INVALID) with its gates off";
+}
+
+std::string PowerStage::problem() const {
+  if (!lockstep_ || !lockstep_->lost()) return {};
+  return "hil.link: the plant on \"" + link_name_ +
+         (lockstep_->joined() ? "\" died or no longer answers"
+                              : "\" did not come within hil.lockstep_timeout_ms") +
+         "; start sextant-plant with hil.pacing=lockstep";
+}
+
+void PowerStage::print_report(std::FILE* out) const {
+  if (!shared_memory_ && !udp_) return;
+  const MeasurementAssembler::Counters& c = shared_memory_ ? shared_memory_->counters() : udp_->counters();
+  fmt::print(out, "plant {} measurements received, {} missing, {} too many at once\n", c.records, c.missing,
+             c.overfull);
+  fmt::print(out, "  late {} times, silent {} times, started anew {} times\n", c.late, c.stale, c.restarts);
+  if (udp_) print_network(out);
+}
+
+void PowerStage::print_network(std::FILE* out) const {
+  const DatagramReception::Counters& c = udp_->network();
+  fmt::print(out, "datagrams {} received, {} lost, {} reordered, {} repeated, {} late; {} not sent\n",
+             c.received, c.lost, c.reordered, c.repeated, c.late, udp_->unsent());
+  if (c.foreign + c.other_version + c.other_period > 0) {
+    fmt::print(out, "  not taken: {} foreign, {} of another version, {} with another period\n", c.foreign,
+               c.other_version, c.other_period);
+  }
+}
+
+}  // namespace sextant::ecu

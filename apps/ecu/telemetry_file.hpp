@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "sextant/core/telemetry_interval.hpp"
+#include "sextant/sim/telemetry_csv.hpp"
+#include "sextant/sim/trace_recorder.hpp"
+
+namespace sextant::ecu {
+
+/// Telemetry into a file: CSV, or HDF5 in the layout of a recording.
+class TelemetryFile {
+ public:
+  /// By the end of its name, .csv or .h5. For a control period [ns] and so many of them a record [-]. Throws
+  /// std::runtime_error where the name ends otherwise or the file cannot be made.
+  TelemetryFile(const std::string& file, std::int64_t period_ns, std::uint32_t periods_per_record);
+
+  void add(const TelemetryIntervalRecord<double>& record);
+  /// Throws std::runtime_error where something could not be written.
+  void close();
+
+ private:
+  std::optional<TelemetryCsv> csv_{};
+  std::optional<TraceRecorder> trace_{};
+};
+
+}  // namespace sextant::ecu

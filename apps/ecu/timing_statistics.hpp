@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "ecu/crossings.hpp"
+#include "sextant/realtime/latency_histogram.hpp"
+#include "sextant/realtime/miss.hpp"
+
+namespace sextant::ecu {
+
+/// Wake-ups, work and stages over some time.
+struct TimingHistograms {
+  LatencyHistogram latency{};                          ///< from deadline to wake-up
+  LatencyHistogram body{};                             ///< work of one wake-up
+  LatencyHistogram command_to_gate{};                  ///< from a frame's arrival to its first gate pattern
+  std::array<LatencyHistogram, stage_count> stages{};  ///< of one control period
+  std::int64_t longest_gap_ns{};                       ///< between two time stamps [ns]
+
+  void add(const WakeRecord& wake) noexcept;
+  void add(const StageRecord& stages_ns) noexcept;
+};
+
+/// What the telemetry thread makes of the control thread's time stamps: histograms of an interval and of the
+/// run, and the misses with their causes. A gap within a stage waits for what the scheduler's statistics say
+/// of its time before it is counted.
+class TimingStatistics {
+ public:
+  struct Parameters {
+    std::int64_t gap_limit_ns{10'000};  ///< two time stamps further apart are a gap [ns]
+  };
+  using Causes = std::array<std::uint64_t, miss_cause_count>;
+  /// So many of the latest wake-ups are kept for the report. [-]
+  static constexpr std::size_t worst_kept = 10;
+
+  explicit TimingStatistics(const Parameters& parameters) : parameters_{parameters} {}
+
+  void add(const WakeRecord& wake);
+  void add(const StageRecord& stages_ns) noexcept;
+  /// What the kernel counted since start; judges the misses that have waited for it.
+  void add(const SchedulerSample& sample);
+  /// At the end: what still waits is counted by its time stamps alone.
+  void finish();
+  void reset_interval() noexcept { interval_ = {}; }
+
+  [[nodiscard]] const TimingHistograms& interval() const noexcept { return interval_; }
+  [[nodiscard]] const TimingHistograms& total() const noexcept { return total_; }
+  [[nodiscard]] const WakeRecord& last() const noexcept { return last_; }
+  [[nodiscard]] bool is_gap(const Gap& gap) const noexcept {
+    return gap.longest_ns > parameters_.gap_limit_ns;
+  }
+  /// Misses since start by cause. [-]
+  [[nodiscard]] const Causes& causes() const noexcept { return causes_; }
+  /// Misses since start in which no gap was seen. [-]
+  [[nodiscard]] std::uint64_t without_gap() const noexcept { return without_gap_; }
+  /// Wake-ups since start with a gap before them, missed or not. [-]
+  [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
+  [[nodiscard]] const SchedulerSample& scheduler() const noexcept { return scheduler_; }
+  /// The misses with the largest latency, the largest first.
+  [[nodiscard]] const std::vector<Miss>& worst() const noexcept { return worst_; }
+
+ private:
+  /// Without a sample for so long a miss is judged by its time stamps alone. [ns]
+  static constexpr std::int64_t longest_wait_ns = 1'000'000'000;
+  static constexpr std::ptrdiff_t most_waiting = 1024;
+
+  void add_miss(const WakeRecord& wake);
+  void give_up_waiting(std::int64_t now_ns);
+  void count(const Miss& miss);
+
+  Parameters parameters_;
+  TimingHistograms interval_{};
+  TimingHistograms total_{};
+  WakeRecord last_{};
+  Causes causes_{};
+  std::uint64_t without_gap_{0};
+  std::uint64_t gaps_{0};
+  SchedulerSample scheduler_{};
+  std::vector<Miss> pending_{};  // in the order of their deadlines
+  std::vector<Miss> worst_{};
+};
+
+}  // namespace sextant::ecu

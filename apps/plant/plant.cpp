@@ -1,0 +1,199 @@
+#include "plant/plant.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "sextant/realtime/monotonic_clock.hpp"
+
+namespace sextant::plant {
+namespace {
+
+/// In real time the link itself is the period of delay.
+SimulatedPowerStage::Parameters stage_parameters(const PlantConfig& config) {
+  SimulatedPowerStage::Parameters p = config.plant;
+  if (config.hil.pacing == Pacing::real_time) p.io.actuation_delay_periods = 0;
+  return p;
+}
+
+GateGuard::Parameters guard_parameters(const PlantConfig& config) {
+  return {config.period_ns, config.plant.io.hold_periods, config.hil.silence_ns};
+}
+
+double ms(std::int64_t ns) {
+  return double(ns) * 1e-6;
+}
+
+}  // namespace
+
+Plant::Plant(const PlantConfig& config)
+    : config_{config},
+      stage_{stage_parameters(config), config.load.parameters()},
+      task_{{.period_ns = config.period_ns, .wake_every_periods = 1}, config.realtime.wait} {
+  if (config.transport == PlantTransport::udp) {
+    udp_end_ = std::make_unique<UdpPlantEnd>(config.hil, config.period_ns);
+    udp_ = std::make_unique<PlantServer<UdpPlantEnd>>(guard_parameters(config), stage_.io(), *udp_end_);
+    return;
+  }
+  link_ = std::make_unique<SharedMemoryLink>(config.hil, LinkRole::plant, config.period_ns);
+  if (config.hil.pacing == Pacing::lockstep) {
+    lockstep_ = std::make_unique<LockstepPlant>(*link_, stage_.io(), config.hil.lockstep_timeout_ns);
+    return;
+  }
+  shared_memory_end_ = std::make_unique<SharedMemoryPlantEnd>(*link_);
+  shared_memory_ = std::make_unique<PlantServer<SharedMemoryPlantEnd>>(guard_parameters(config), stage_.io(),
+                                                                       *shared_memory_end_);
+}
+
+Plant::~Plant() {
+  stop();
+}
+
+void Plant::start() {
+  std::promise<RightsReport> rights;
+  std::future<RightsReport> answer = rights.get_future();
+  // The thread sleeps until its rights are judged, so that it does not starve the judge.
+  std::promise<void> judged;
+  thread_ =
+      std::thread{[this, &rights, end = judged.get_future()]() mutable { run(rights, std::move(end)); }};
+  try {
+    const RightsReport report = answer.get();
+    require_rights(config_.realtime, report);
+    for (const std::string& sentence : report.refusals) spdlog::warn("real time: {}", sentence);
+    require_room_for_spinning(config_.realtime, report);
+  } catch (...) {
+    stop_.store(true, std::memory_order_release);
+    judged.set_value();
+    throw;
+  }
+  judged.set_value();
+  if (lockstep_) {
+    spdlog::info("plant on {}: in lockstep, waiting for a drive", meeting_point());
+    return;
+  }
+  spdlog::info("plant on {}: a period of {} us", meeting_point(), double(config_.period_ns) * 1e-3);
+}
+
+std::string Plant::meeting_point() const {
+  return udp_ ? "UDP " + config_.hil.udp_listen : "link " + config_.hil.link;
+}
+
+void Plant::run(std::promise<RightsReport>& rights, std::future<void> judged) {
+  if (lockstep_) {
+    rights.set_value({});  // virtual time asks for none
+    judged.wait();
+    run_lockstep();
+  } else {
+    rights.set_value(set_up_control_thread(config_.realtime, task_.schedule().parameters().wake_period_ns()));
+    judged.wait();
+    udp_ ? run_real_time(*udp_) : run_real_time(*shared_memory_);
+  }
+}
+
+void Plant::run_lockstep() {
+  using Outcome = LockstepPlant::Outcome;
+  Outcome outcome = Outcome::waiting;
+  while (!stop_.load(std::memory_order_acquire) &&
+         (outcome == Outcome::waiting || outcome == Outcome::stepped)) {
+    outcome = lockstep_->step();
+  }
+  if (outcome == Outcome::lost) {
+    problem_ = "hil.link: the drive on \"" + config_.hil.link +
+               "\" died or asks nothing any more; the gates are open, start both anew";
+  }
+  ended_.store(true, std::memory_order_release);
+}
+
+template <class Server>
+void Plant::run_real_time(Server& server) {
+  task_.start();
+  while (!stop_.load(std::memory_order_acquire)) {
+    const WakeSchedule::Wake wake = task_.wait();
+    const std::int64_t begin_ns = now_ns();
+    server.step(wake.deadline_ns);
+    body_.record(now_ns() - begin_ns);
+    latency_.record(wake.latency_ns);
+    ++periods_;
+  }
+}
+
+void Plant::stop() {
+  stop_.store(true, std::memory_order_release);
+  if (thread_.joinable()) thread_.join();
+}
+
+void Plant::tell_news() {
+  GateEvent event;
+  if (lockstep_) return;
+  while (events().pop(event)) tell(event);
+}
+
+void Plant::tell(const GateEvent& e) {
+  if (e.cause == GateCause::following) {
+    spdlog::info("gates follow the drive from {:.6f} s on", double(e.t_ns) * 1e-9);
+    return;
+  }
+  if (e.open_since_ns == 0) {
+    spdlog::info("gates are open as from the start: {}", to_string(e.cause));
+    return;
+  }
+  const std::int64_t to_open_ns =
+      e.heard_ns == 0 ? 0 : std::max<std::int64_t>(0, e.open_since_ns - e.heard_ns);
+  longest_to_open_ns_ = std::max(longest_to_open_ns_, to_open_ns);
+  spdlog::warn(
+      "gates stay open since {:.6f} s: {}; last pattern at {:.6f} s, {:.3f} ms before, seen at {:.6f} s",
+      double(e.open_since_ns) * 1e-9, to_string(e.cause), double(e.heard_ns) * 1e-9, ms(to_open_ns),
+      double(e.t_ns) * 1e-9);
+}
+
+void Plant::print_report(std::FILE* out) const {
+  if (lockstep_) {
+    print_lockstep(out);
+  } else {
+    print_real_time(out);
+    if (udp_) print_network(out);
+  }
+}
+
+void Plant::print_lockstep(std::FILE* out) const {
+  const double simulated_s = double(lockstep_->end_ns() - lockstep_->begin_ns()) * 1e-9;
+  fmt::print(out, "plant periods {} in lockstep, {:.6f} s of virtual time\n", lockstep_->steps(),
+             simulated_s);
+}
+
+void Plant::print_real_time(std::FILE* out) const {
+  const auto us = [](std::int64_t ns) { return double(ns) * 1e-3; };
+  const auto row = [&](const char* name, const LatencySummary& s) {
+    fmt::print(out, "  {:<18} p50 {:>8.1f}  p99 {:>8.1f}  max {:>8.1f} us\n", name, us(s.p50_ns),
+               us(s.p99_ns), us(s.max_ns));
+  };
+  const WakeSchedule::Counters& wakes = task_.schedule().counters();
+  fmt::print(out, "plant periods {} run, {} missed in {} overruns\n", periods_, wakes.periods_skipped,
+             wakes.overruns);
+  row("wake-up latency", latency_.summary());
+  row("work per period", body_.summary());
+  const GateGuard::Counters& c = guard().counters();
+  fmt::print(out, "patterns {} taken of {} drives, {} missing, {} unreadable; {} periods held\n", c.commands,
+             c.drives, c.missing, c.unreadable, c.held);
+  fmt::print(out, "gates opened: {} times for a late pattern, {} for a silent drive, {} by the enable line\n",
+             c.late, c.silent, c.disabled);
+  fmt::print(out, "  at most {:.3f} ms after the last pattern of a drive that fell silent or left\n",
+             ms(longest_to_open_ns_));
+  if (const std::uint64_t count = udp_ ? udp_->implausible() : shared_memory_->implausible(); count > 0) {
+    fmt::print(out, "  {} periods without a usable measurement: the integrator has failed\n", count);
+  }
+}
+
+void Plant::print_network(std::FILE* out) const {
+  const DatagramReception::Counters& c = udp_end_->network();
+  fmt::print(out, "datagrams {} received, {} lost, {} reordered, {} repeated, {} late; {} not sent\n",
+             c.received, c.lost, c.reordered, c.repeated, c.late, udp_end_->unsent());
+  if (c.foreign + c.other_version + c.other_period > 0) {
+    fmt::print(out, "  not taken: {} foreign, {} of another version, {} with another period\n", c.foreign,
+               c.other_version, c.other_period);
+  }
+}
+
+}  // namespace sextant::plant

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <cstdio>
+#include <future>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "sextant/config/plant_config.hpp"
+#include "sextant/hil/lockstep_plant.hpp"
+#include "sextant/hil/plant_server.hpp"
+#include "sextant/hil/shared_memory_link.hpp"
+#include "sextant/hil/shared_memory_plant_end.hpp"
+#include "sextant/hil/udp_plant_end.hpp"
+#include "sextant/realtime/latency_histogram.hpp"
+#include "sextant/realtime/periodic_task.hpp"
+#include "sextant/realtime/thread_setup.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
+
+namespace sextant::plant {
+
+/// The plant as a process: the simulated power stage, the link, and the thread that runs both in real time.
+class Plant {
+ public:
+  /// Opens everything. Throws std::runtime_error with one sentence where something cannot be had.
+  explicit Plant(const PlantConfig& config);
+  ~Plant();
+
+  /// Starts the plant's thread. Throws when real-time rights are required and refused.
+  void start();
+
+  /// Ends it; safe to call twice.
+  void stop();
+
+  /// True once the drive of a lockstep has left or died.
+  [[nodiscard]] bool ended() const noexcept { return ended_.load(std::memory_order_acquire); }
+
+  /// Why it could not go on; empty where it could. Once ended.
+  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+
+  /// Logs what has happened to the gates since the last call.
+  void tell_news();
+
+  /// What happened, for people; once stopped.
+  void print_report(std::FILE* out) const;
+
+ private:
+  void run(std::promise<RightsReport>& rights, std::future<void> judged);
+  template <class Server>
+  void run_real_time(Server& server);
+  void run_lockstep();
+  [[nodiscard]] Ring<GateEvent>& events() { return udp_ ? udp_->events() : shared_memory_->events(); }
+  [[nodiscard]] const GateGuard& guard() const { return udp_ ? udp_->guard() : shared_memory_->guard(); }
+  [[nodiscard]] std::string meeting_point() const;
+  void tell(const GateEvent& event);
+  void print_real_time(std::FILE* out) const;
+  void print_lockstep(std::FILE* out) const;
+  void print_network(std::FILE* out) const;
+
+  PlantConfig config_;
+  SimulatedPowerStage stage_;
+  // What the configuration asks for, the others stay empty.
+  std::unique_ptr<SharedMemoryLink> link_{};
+  std::unique_ptr<LockstepPlant> lockstep_{};
+  std::unique_ptr<SharedMemoryPlantEnd> shared_memory_end_{};
+  std::unique_ptr<UdpPlantEnd> udp_end_{};
+  std::unique_ptr<PlantServer<SharedMemoryPlantEnd>> shared_memory_{};
+  std::unique_ptr<PlantServer<UdpPlantEnd>> udp_{};
+  PeriodicTask task_;
+  LatencyHistogram latency_{};
+  LatencyHistogram body_{};
+  std::uint64_t periods_{0};
+  std::int64_t longest_to_open_ns_{0};
+  std::string problem_{};
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> ended_{false};
+  std::thread thread_{};
+};
+
+}  // namespace sextant::plant

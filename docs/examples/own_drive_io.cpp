@@ -1,0 +1,137 @@
+// A DriveIo for hardware of your own, complete: an inverter behind a block of registers, as an FPGA on the
+// bus of a processor offers it. What is yours is the block's layout, its scaling and the way to map it; the
+// rest stays. The end of the file runs a drive on a stand-in for the block, so that this page is compiled and
+// run by the tests.
+#include <cstdint>
+#include <cstdio>
+
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/core/drive_io.hpp"
+#include "sextant/drive/drive.hpp"
+#include "sextant/drive/run_cycle.hpp"
+
+namespace {
+
+using sextant::GatePattern;
+using sextant::LegState;
+using sextant::Measurement;
+
+/// The registers. On a target they are mapped once, before the first period, for instance from /dev/uio0.
+struct InverterRegisters {
+  volatile std::uint32_t period_count;  // grows with each sample of the converters
+  volatile std::uint32_t fault;         // gate driver: desaturation, supply, over-temperature; 0 is good
+  volatile std::int16_t i_a, i_b, i_c;  // phase currents [12.5 mA]
+  volatile std::uint16_t u_dc;          // [25 mV]
+  volatile std::int32_t speed;          // of the encoder [1/1000 rad/s]
+  volatile std::uint32_t gates;         // shadow register, in force from the next sample on: two bits a leg
+  volatile std::uint32_t watchdog;      // the hardware opens the gates when nobody writes here for 200 us
+};
+
+/// The inverter behind the registers. A gate state acts from the sample after it was written, which is a
+/// delay of one period: `plant.actuation_delay_periods = 1`.
+class RegisterDriveIo final : public sextant::DriveIo<double> {
+ public:
+  RegisterDriveIo(InverterRegisters& registers, std::int32_t period_ns) noexcept
+      : registers_{registers}, period_ns_{period_ns} {}
+
+  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
+    const std::uint32_t count = registers_.period_count;
+    const std::uint32_t samples = count - last_count_;
+    last_count_ = count;
+    Measurement<double> m{.t_ns = t_ns};
+    m.i_abc = {12.5e-3 * registers_.i_a, 12.5e-3 * registers_.i_b, 12.5e-3 * registers_.i_c};
+    m.u_dc = 25e-3 * registers_.u_dc;
+    m.omega_m = 1e-3 * registers_.speed;
+    // What acted over the period that ends now was written two periods ago.
+    m.acted = in_force_;
+    in_force_ = written_;
+    // Never pretend: no new sample, or one that we slept through, and nobody knows what acted.
+    m.plausible = started_ ? samples == 1 && registers_.fault == 0 : registers_.fault == 0;
+    started_ = true;
+    return m;
+  }
+
+  void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
+    // This hardware takes one state a period, which direct torque control needs.
+    const sextant::SwitchState s = pattern.last_state();
+    registers_.gates = bits(s.a()) | bits(s.b()) << 2U | bits(s.c()) << 4U;
+    registers_.watchdog = ++beats_;
+    written_ = GatePattern{s, period_ns_};
+  }
+
+ private:
+  static std::uint32_t bits(LegState leg) noexcept SEXTANT_NONBLOCKING {
+    return leg == LegState::off ? 0U : leg == LegState::high ? 2U : 1U;
+  }
+
+  InverterRegisters& registers_;
+  std::int32_t period_ns_;
+  GatePattern written_{};
+  GatePattern in_force_{};
+  std::uint32_t last_count_{0};
+  std::uint32_t beats_{0};
+  bool started_{false};
+};
+
+/// Disable, then enable with 10 N·m.
+struct Commands {
+  [[nodiscard]] sextant::DriveRequest<double> latest(std::int64_t t_ns) noexcept {
+    sextant::DriveRequest<double> request;
+    request.command.enable = t_ns >= 1'000'000;
+    request.command.torque = 10.0;
+    request.command.torque_limit = 150.0;
+    request.command.received_ns = t_ns;
+    request.command.sequence = std::uint32_t(t_ns / 1'000'000 + 1);
+    request.command.e2e = sextant::E2eState::valid;
+    return request;
+  }
+};
+
+struct LastTelemetry {
+  void push(const sextant::Telemetry<double>& t) noexcept { last = t; }
+  sextant::Telemetry<double> last{};
+};
+
+int failures = 0;
+
+void expect(bool holds, const char* what) {
+  std::printf("%s %s\n", holds ? "ok    " : "FAILED", what);
+  failures += holds ? 0 : 1;
+}
+
+}  // namespace
+
+int main() {
+  constexpr std::int32_t period_ns = 25'000;
+  InverterRegisters registers{};
+  registers.u_dc = 21'200;  // 530 V
+  registers.i_a = 80;       // 1 A
+  registers.i_b = -40;
+  registers.i_c = -40;
+
+  RegisterDriveIo io{registers, period_ns};
+  sextant::DirectTorqueController<double> controller{{.actuation_delay_periods = 1}};
+  sextant::Drive<double> drive{{}, controller};
+  Commands commands;
+  LastTelemetry telemetry;
+  std::int64_t t_ns = 0;
+  const auto run = [&](int periods) {
+    for (int n = 0; n < periods; ++n) {
+      registers.period_count = registers.period_count + 1;
+      sextant::run_cycle(t_ns += period_ns, io, commands, drive, telemetry);
+    }
+  };
+
+  run(30);
+  expect(drive.state() == sextant::DriveState::ready && registers.gates == 0, "ready, with its gates open");
+  expect(telemetry.last.u_dc == 530.0 && telemetry.last.i_abc.a == 1.0, "values are scaled");
+  run(30);
+  expect(drive.state() == sextant::DriveState::torque && registers.gates != 0,
+         "enabled, a vector is applied");
+  expect(registers.watchdog == 60, "the hardware's watchdog is served once a period");
+  registers.fault = 1;
+  run(1);
+  expect(drive.state() == sextant::DriveState::fault && registers.gates == 0,
+         "a fault opens the gates in its period");
+  return failures == 0 ? 0 : 1;
+}

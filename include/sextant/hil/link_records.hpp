@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/measurement.hpp"
+#include "sextant/core/nonblocking.hpp"
+
+namespace sextant {
+
+/// What crosses a link, in shared memory and in datagrams alike: fixed-width members without padding, least
+/// significant byte first. A change of anything below is a new `link_layout_version`.
+inline constexpr std::uint32_t link_layout_version = 1;
+static_assert(std::endian::native == std::endian::little, "the records of the link are little-endian");
+
+/// A gate pattern. A leg's bits: upper switch on at bit n, leg off at bit n + 3, n = 0…2 for a…c.
+struct PatternRecord {
+  std::array<std::int32_t, GatePattern::capacity> duration_ns{};  ///< [ns]
+  std::array<std::uint8_t, GatePattern::capacity> legs{};
+  std::uint32_t count{};  ///< segments that hold something [-]
+  std::uint32_t reserved{};
+};
+
+/// Plant → drive, one a plant period.
+struct MeasurementRecord {
+  std::uint64_t sequence{};  ///< of this plant, from 1, without gaps [-]
+  std::int64_t t_ns{};       ///< the instant of the measurement, on the plant's clock [ns]
+  double i_a{};              ///< phase currents, positive into the machine [A]
+  double i_b{};
+  double i_c{};
+  double u_dc{};                     ///< DC-link voltage [V]
+  double omega_m{};                  ///< mechanical speed [rad/s]
+  PatternRecord acted{};             ///< the pattern that acted over the plant period that ends at t_ns
+  std::uint64_t command_sequence{};  ///< the newest command that the plant had taken [-]
+  std::uint32_t generation{};        ///< which start of the plant this is [-]
+  std::uint32_t plausible{};         ///< 0: the plant cannot vouch for it
+};
+
+/// Drive → plant, one a control period.
+struct CommandRecord {
+  std::uint64_t sequence{};    ///< of this drive, from 1, without gaps [-]
+  std::int64_t t_ns{};         ///< beginning of the control period, on the drive's clock [ns]
+  PatternRecord pattern{};     ///< what the inverter shall do over the coming period
+  std::uint32_t generation{};  ///< which start of the drive this is [-]
+  std::uint32_t has_pattern{};
+};
+
+static_assert(sizeof(PatternRecord) == 48 && std::is_trivially_copyable_v<PatternRecord>);
+static_assert(sizeof(MeasurementRecord) == 120 && std::is_trivially_copyable_v<MeasurementRecord>);
+static_assert(sizeof(CommandRecord) == 72 && std::is_trivially_copyable_v<CommandRecord>);
+static_assert(offsetof(MeasurementRecord, acted) == 56 && offsetof(MeasurementRecord, plausible) == 116);
+static_assert(offsetof(CommandRecord, pattern) == 16 && offsetof(CommandRecord, has_pattern) == 68);
+
+[[nodiscard]] inline PatternRecord to_record(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
+  PatternRecord r;
+  for (const GateSegment& segment : pattern.segments()) {
+    r.duration_ns[r.count] = segment.duration_ns;
+    r.legs[r.count] = std::uint8_t(segment.state.upper_switches() | segment.state.legs_off() << 3U);
+    ++r.count;
+  }
+  return r;
+}
+
+/// False, and `pattern` empty, when the record describes none: it comes from another program.
+[[nodiscard]] inline bool to_pattern(const PatternRecord& r,
+                                     GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
+  const auto leg = [](unsigned bits, unsigned n) {
+    if ((bits >> (n + 3U) & 1U) != 0U) return LegState::off;
+    return (bits >> n & 1U) != 0U ? LegState::high : LegState::low;
+  };
+  pattern = {};
+  if (r.count > GatePattern::capacity) return false;
+  GatePattern read;
+  for (std::uint32_t i = 0; i < r.count; ++i) {
+    const unsigned bits = r.legs[i];
+    const bool off_and_on = (bits >> 3U & bits) != 0U;
+    if (bits > 63U || off_and_on || r.duration_ns[i] < 0) return false;
+    read.append({SwitchState{leg(bits, 0), leg(bits, 1), leg(bits, 2)}, r.duration_ns[i]});
+  }
+  pattern = read;
+  return true;
+}
+
+[[nodiscard]] inline MeasurementRecord to_record(const Measurement<double>& m) noexcept SEXTANT_NONBLOCKING {
+  MeasurementRecord r;
+  r.t_ns = m.t_ns;
+  r.i_a = m.i_abc.a;
+  r.i_b = m.i_abc.b;
+  r.i_c = m.i_abc.c;
+  r.u_dc = m.u_dc;
+  r.omega_m = m.omega_m;
+  r.acted = to_record(m.acted);
+  r.plausible = m.plausible ? 1U : 0U;
+  return r;
+}
+
+/// True when no segment drives a leg: nothing but the diodes conducts.
+[[nodiscard]] inline bool all_gates_off(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
+  for (const GateSegment& segment : pattern.segments()) {
+    if (segment.state != gates_off) return false;
+  }
+  return true;
+}
+
+}  // namespace sextant

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "sextant/core/drive_io.hpp"
+#include "sextant/hil/doorbell.hpp"
+#include "sextant/hil/link_memory.hpp"
+#include "sextant/hil/shared_memory_link.hpp"
+
+namespace sextant {
+
+/// A power stage in another process of this machine, in virtual time: read(t) sends the pattern written last,
+/// has the plant brought to t, and waits for its measurement. The drive gives the time, whatever it is; two
+/// runs are equal bit by bit. The actuation delay is that of the plant's configuration.
+class LockstepDriveIo final : public DriveIo<double> {
+ public:
+  /// The link is held by a drive and must outlive this object. Waits for the plant for at most
+  /// `timeout_ns` [ns] a read.
+  LockstepDriveIo(SharedMemoryLink& link, std::int64_t timeout_ns) noexcept;
+
+  /// Not plausible once the plant is lost, and then at once.
+  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override;
+
+  void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
+    pattern_ = pattern;
+    has_pattern_ = true;
+  }
+
+  /// True when the plant has died, left, or not answered in time; from any thread. It does not come back.
+  [[nodiscard]] bool lost() const noexcept { return lost_.load(std::memory_order_acquire); }
+  /// True once the plant has answered; from any thread.
+  [[nodiscard]] bool joined() const noexcept { return joined_.load(std::memory_order_relaxed); }
+
+ private:
+  void request(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING;
+  [[nodiscard]] bool answer(MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING;
+  [[nodiscard]] bool wait_for_answer(MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING;
+
+  SharedMemoryLink& link_;
+  LinkMemory& memory_;
+  std::int64_t timeout_ns_;
+  Doorbell own_bell_;
+  Doorbell plant_bell_;
+  GatePattern pattern_{};
+  std::uint64_t sequence_{0};
+  std::uint32_t plant_generation_{0};
+  bool has_pattern_{false};
+  std::atomic<bool> joined_{false};
+  std::atomic<bool> lost_{false};
+};
+
+}  // namespace sextant

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+
+#include "sextant/core/drive_io.hpp"
+#include "sextant/hil/doorbell.hpp"
+#include "sextant/hil/link_memory.hpp"
+#include "sextant/hil/shared_memory_link.hpp"
+
+namespace sextant {
+
+/// Runs a power stage in virtual time for a drive in another process: waits for a request, advances to its
+/// time with its pattern, answers. Time stands still while the drive is silent.
+class LockstepPlant {
+ public:
+  enum class Outcome : std::uint8_t {
+    stepped,  ///< a request was answered
+    waiting,  ///< none came for a while; the drive has not come yet or still computes
+    left,     ///< the drive has left in order
+    lost      ///< it has died, or asked nothing for longer than the timeout
+  };
+
+  /// The link is held by a plant. Link and stage are not owned and must outlive this object.
+  LockstepPlant(SharedMemoryLink& link, DriveIo<double>& stage, std::int64_t timeout_ns) noexcept;
+
+  /// One request. Waits for at most 20 ms.
+  [[nodiscard]] Outcome step() noexcept;
+
+  [[nodiscard]] std::uint64_t steps() const noexcept { return sequence_; }
+  /// First and last time of the drive, in virtual time. [ns]
+  [[nodiscard]] std::int64_t begin_ns() const noexcept { return begin_ns_; }
+  [[nodiscard]] std::int64_t end_ns() const noexcept { return end_ns_; }
+
+ private:
+  [[nodiscard]] bool take(CommandRecord& command) noexcept;
+  [[nodiscard]] Outcome look_for_drive() noexcept;
+  void answer(const CommandRecord& command) noexcept;
+
+  SharedMemoryLink& link_;
+  LinkMemory& memory_;
+  DriveIo<double>& stage_;
+  std::int64_t timeout_ns_;
+  Doorbell own_bell_;
+  Doorbell drive_bell_;
+  CommandRecord command_{};
+  std::uint64_t sequence_{0};
+  std::int64_t waited_ns_{0};
+  std::int64_t begin_ns_{0};
+  std::int64_t end_ns_{0};
+};
+
+}  // namespace sextant

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+#include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/measurement.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/hil/link_records.hpp"
+
+namespace sextant {
+
+/// The drive's side of a link: makes one measurement of the records that have come since the last one. The
+/// patterns that acted are joined in order, so that the estimator sees all that happened however the two
+/// sides' periods fall; the currents are the newest.
+///
+/// A measurement is not plausible, so that the drive trips, when the plant does not vouch for it, when
+/// records are missing or do not fit the pattern, when the plant has been started anew, and when nothing has
+/// come at `missing_periods` calls in a row: calls, so that a drive that was late itself does not blame the
+/// plant. After `stale_ns` without anything the plant counts as silent.
+class MeasurementAssembler {
+ public:
+  struct Parameters {
+    std::int64_t stale_ns{10'000'000};  ///< without a record for so long the plant is silent [ns]
+    int missing_periods{4};             ///< so many calls in a row without a record are not plausible [-]
+  };
+
+  struct Counters {
+    std::uint64_t records{};   ///< measurements received [-]
+    std::uint64_t missing{};   ///< measurements that never came [-]
+    std::uint64_t overfull{};  ///< times the patterns did not fit in one [-]
+    std::uint64_t restarts{};  ///< times the plant came back as a new one [-]
+    std::uint64_t stale{};     ///< times it fell silent [-]
+    std::uint64_t late{};      ///< times nothing came for `missing_periods` [-]
+  };
+
+  explicit MeasurementAssembler(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// The next record of the link, in order.
+  void add(const MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING {
+    ++counters_.records;
+    if (generation_ != record.generation) {
+      if (generation_ != 0) note_restart();
+      generation_ = record.generation;
+    } else if (record.sequence != newest_.sequence + 1) {
+      counters_.missing += record.sequence - newest_.sequence - 1;
+      usable_ = false;
+    }
+    GatePattern acted;
+    if (!to_pattern(record.acted, acted) || !join(acted)) {
+      ++counters_.overfull;
+      usable_ = false;
+    }
+    usable_ = usable_ && record.plausible != 0;
+    newest_ = record;
+    came_ = true;
+  }
+
+  /// Everything since the last call, as a measurement at t_ns [ns] of the drive's clock.
+  [[nodiscard]] Measurement<double> take(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    if (came_ || !started_) heard_ns_ = t_ns;
+    started_ = true;
+    const bool stale = generation_ == 0 || t_ns - heard_ns_ > parameters_.stale_ns;
+    if (stale && !was_stale_) ++counters_.stale;
+    was_stale_ = stale;
+    count_missing();
+    // Where nothing is new nothing has acted yet: no time, in the state that is still in force.
+    if (came_) last_ = acted_.last_state();
+    Measurement<double> m{.t_ns = t_ns,
+                          .i_abc = {newest_.i_a, newest_.i_b, newest_.i_c},
+                          .u_dc = newest_.u_dc,
+                          .omega_m = newest_.omega_m,
+                          .acted = came_ ? acted_ : GatePattern{last_, 0},
+                          .plausible = usable_ && !stale && missing_ < parameters_.missing_periods};
+    acted_ = {};
+    came_ = false;
+    usable_ = true;
+    return m;
+  }
+
+  [[nodiscard]] const MeasurementRecord& newest() const noexcept SEXTANT_NONBLOCKING { return newest_; }
+  [[nodiscard]] const Counters& counters() const noexcept SEXTANT_NONBLOCKING { return counters_; }
+  /// True while there is no plant, or it is silent.
+  [[nodiscard]] bool stale() const noexcept SEXTANT_NONBLOCKING { return was_stale_; }
+
+ private:
+  void count_missing() noexcept SEXTANT_NONBLOCKING {
+    if (came_ || generation_ == 0) {
+      missing_ = 0;
+      return;
+    }
+    if (missing_ == parameters_.missing_periods) return;
+    if (++missing_ == parameters_.missing_periods) ++counters_.late;
+  }
+
+  void note_restart() noexcept SEXTANT_NONBLOCKING {
+    ++counters_.restarts;
+    usable_ = false;
+    acted_ = {};
+  }
+
+  /// Appends what acted; equal neighbours become one. False when there is no room.
+  [[nodiscard]] bool join(const GatePattern& next) noexcept SEXTANT_NONBLOCKING {
+    GatePattern joined;
+    GateSegment open{};
+    bool any = false;
+    bool fits = true;
+    const auto take = [&](GateSegment segment) {
+      const std::int64_t both = std::int64_t{open.duration_ns} + segment.duration_ns;
+      if (any && open.state == segment.state && both <= std::numeric_limits<std::int32_t>::max()) {
+        open.duration_ns = std::int32_t(both);
+        return;
+      }
+      if (any) fits = joined.append(open) && fits;
+      open = segment;
+      any = true;
+    };
+    for (const GateSegment& segment : acted_.segments()) take(segment);
+    for (const GateSegment& segment : next.segments()) take(segment);
+    if (any) fits = joined.append(open) && fits;
+    acted_ = joined;
+    return fits;
+  }
+
+  Parameters parameters_;
+  MeasurementRecord newest_{};
+  GatePattern acted_{};
+  SwitchState last_{};
+  Counters counters_{};
+  std::int64_t heard_ns_{0};
+  std::uint32_t generation_{0};
+  int missing_{0};
+  bool came_{false};
+  bool started_{false};
+  bool usable_{true};
+  bool was_stale_{true};
+};
+
+}  // namespace sextant

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+
+#include "sextant/core/drive_io.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/hil/gate_guard.hpp"
+#include "sextant/hil/link_records.hpp"
+#include "sextant/realtime/ring.hpp"
+
+namespace sextant {
+
+/// A change of what decides over the gates.
+struct GateEvent {
+  std::int64_t t_ns{};           ///< beginning of the period in which it changed [ns]
+  GateCause cause{};             ///< what decides from now on
+  std::int64_t heard_ns{};       ///< when the last pattern had come [ns]
+  std::int64_t open_since_ns{};  ///< since when no leg is driven [ns]
+};
+
+/// Runs a power stage in real time for a drive in another process, once a plant period:
+/// measure, publish, take the newest pattern, decide over the gates.
+/// End: `take`, `gates_enabled`, `drive_present` and `publish` as SharedMemoryPlantEnd has them.
+template <class End>
+class PlantServer {
+ public:
+  /// Stage and end are not owned and must outlive this object.
+  PlantServer(const GateGuard::Parameters& parameters, DriveIo<double>& stage, End& end)
+      : stage_{stage}, end_{end}, guard_{parameters} {}
+
+  /// The plant period that begins at t_ns [ns].
+  void step(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    const Measurement<double> measured = stage_.read(t_ns);
+    MeasurementRecord record = to_record(measured);
+    record.command_sequence = guard_.command_sequence();
+    end_.publish(record);
+    if (!measured.plausible) ++implausible_;
+
+    CommandRecord command;
+    const bool fresh = end_.take(command);
+    const GateCause before = guard_.cause();
+    stage_.write(guard_.step(t_ns, fresh ? &command : nullptr, end_.gates_enabled(), end_.drive_present()));
+    const GateCause now = guard_.cause();
+    // Late patterns come and go with the scheduling of a desktop; they are counted, not told one by one.
+    const bool hiccup = (before == GateCause::late && now == GateCause::following) || now == GateCause::late;
+    if (now != before && !hiccup) {
+      events_.push({t_ns, now, guard_.heard_ns(), guard_.open_since_ns()});
+    }
+  }
+
+  /// For one other thread.
+  [[nodiscard]] Ring<GateEvent>& events() noexcept { return events_; }
+
+  /// For the thread that steps, or once it has ended.
+  [[nodiscard]] const GateGuard& guard() const noexcept { return guard_; }
+  [[nodiscard]] std::uint64_t implausible() const noexcept { return implausible_; }
+
+ private:
+  DriveIo<double>& stage_;
+  End& end_;
+  GateGuard guard_;
+  Ring<GateEvent> events_{1024};
+  std::uint64_t implausible_{0};
+};
+
+}  // namespace sextant

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+
+#include "sextant/core/drive_io.hpp"
+#include "sextant/hil/link_memory.hpp"
+#include "sextant/hil/measurement_assembler.hpp"
+#include "sextant/hil/shared_memory_link.hpp"
+
+namespace sextant {
+
+/// A power stage in another process of this machine, met in shared memory in real time. Neither call waits,
+/// locks or asks the kernel for anything. A pattern acts from the plant's next period on, so that the drive
+/// sees an actuation delay of one period.
+class SharedMemoryDriveIo final : public DriveIo<double> {
+ public:
+  /// The link is held by a drive and must outlive this object.
+  SharedMemoryDriveIo(SharedMemoryLink& link, const MeasurementAssembler::Parameters& parameters) noexcept
+      : memory_{link.memory()}, generation_{link.generation()}, assembler_{parameters} {}
+
+  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
+    t_ns_ = t_ns;
+    const std::uint64_t newest = memory_.measurements.newest();
+    if (!started_ && newest > 0) seen_ = newest - 1;  // what was before the drive does not matter
+    started_ = true;
+    // Of a plant that ran ahead for longer than the ring holds the rest is lost, and counted by the gap.
+    if (seen_ < newest) seen_ = std::max(seen_, memory_.measurements.oldest() - 1);
+    MeasurementRecord record;
+    while (seen_ < newest) {
+      ++seen_;
+      if (memory_.measurements.read(seen_, record)) assembler_.add(record);
+    }
+    const Measurement<double> m = assembler_.take(t_ns);
+    stale_.store(assembler_.stale(), std::memory_order_relaxed);
+    return m;
+  }
+
+  void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
+    ++sequence_;
+    memory_.command.store({sequence_, t_ns_, to_record(pattern), generation_, 1}, sequence_);
+    // Once cleared, the line closes on open gates only: whoever cleared it has been obeyed by then.
+    std::uint32_t off = 0;
+    if (all_gates_off(pattern)) {
+      memory_.gate_enable.compare_exchange_strong(off, generation_, std::memory_order_acq_rel);
+    }
+  }
+
+  /// Clears the gate-enable line; from any thread.
+  void open_gates() noexcept { memory_.gate_enable.store(0, std::memory_order_release); }
+
+  /// True while there is no plant, or it is silent; from any thread.
+  [[nodiscard]] bool stale() const noexcept { return stale_.load(std::memory_order_relaxed); }
+
+  /// For the thread that reads, or once it has ended.
+  [[nodiscard]] const MeasurementAssembler::Counters& counters() const noexcept {
+    return assembler_.counters();
+  }
+
+ private:
+  LinkMemory& memory_;
+  std::uint32_t generation_;
+  std::uint64_t seen_{0};
+  MeasurementAssembler assembler_;
+  bool started_{false};
+  std::int64_t t_ns_{0};
+  std::uint64_t sequence_{0};
+  std::atomic<bool> stale_{true};
+};
+
+}  // namespace sextant

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/hil/datagram_reception.hpp"
+#include "sextant/hil/hil_parameters.hpp"
+#include "sextant/hil/link_datagram.hpp"
+#include "sextant/hil/udp_socket.hpp"
+
+namespace sextant {
+
+/// The plant's end of a link by datagrams; see SharedMemoryPlantEnd.
+class UdpPlantEnd {
+ public:
+  /// Throws std::runtime_error where the addresses cannot be had.
+  UdpPlantEnd(const HilParameters& parameters, std::int64_t period_ns);
+
+  /// The newest command; false when none newer has come since the last call.
+  [[nodiscard]] bool take(CommandRecord& command) noexcept SEXTANT_NONBLOCKING;
+  [[nodiscard]] bool gates_enabled() const noexcept SEXTANT_NONBLOCKING { return gates_enabled_; }
+  [[nodiscard]] bool drive_present() const noexcept SEXTANT_NONBLOCKING { return present_; }
+  void publish(MeasurementRecord record) noexcept SEXTANT_NONBLOCKING;
+
+  /// For the thread that takes, or once it has ended.
+  [[nodiscard]] const DatagramReception::Counters& network() const noexcept { return reception_.counters(); }
+  [[nodiscard]] std::uint64_t unsent() const noexcept { return unsent_; }
+
+ private:
+  UdpSocket socket_;
+  std::int64_t period_ns_;
+  std::uint32_t generation_;
+  DatagramReception reception_;
+  MeasurementDatagram out_{};
+  CommandRecord newest_{};
+  std::uint64_t sequence_{0};
+  std::uint64_t unsent_{0};
+  bool gates_enabled_{false};
+  bool present_{false};
+};
+
+}  // namespace sextant

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/plant/electrical_transition.hpp"
+#include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/plant/plant_integrator.hpp"
+
+namespace sextant {
+
+/// What bounds the time of an exact discretisation.
+struct ExactParameters {
+  std::int32_t max_step_ns{25'000};  ///< longest time over which the speed is frozen [ns]
+
+  /// nullptr when usable, else what is wrong.
+  [[nodiscard]] const char* validate() const noexcept {
+    return max_step_ns > 0 ? nullptr : "the longest step must be above zero";
+  }
+};
+
+/// Exact discretisation at frozen speed, in bounded time. At a constant speed the electrical equations are
+/// linear and the fluxes move without error (`ElectricalTransition`). Over a step the speed is frozen at its
+/// mean, predicted from its first two derivatives; what its rise does beside is added to first order. The
+/// speed itself follows by the trapezoidal rule corrected by its second derivative, the angle and the
+/// appended system by the trapezoidal rule alone.
+///
+/// Where the speed is constant, fluxes and torque are exact to rounding whatever the step. Where it changes,
+/// fluxes, torque and speed are of order 3 in the step, angle and appended system of order 2. The transition
+/// is kept and computed anew whenever the speed or the step has changed, and by nothing else: when another
+/// plant, that is another machine, is given, `reset()` is due first.
+///
+/// While a leg is off the plant is moved by the fixed step of Runge and Kutta, which locates the diode
+/// events. Source: M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19, 2010; S. Blanes
+/// et al., "The Magnus expansion and some of its applications", Physics Reports 470, 2009.
+template <class Plant>
+class ExactIntegrator final : public PlantIntegrator<Plant> {
+ public:
+  using T = typename Plant::Scalar;
+  using State = typename Plant::State;
+
+  /// The parameters must be valid.
+  explicit ExactIntegrator(const ExactParameters& parameters = {},
+                           const FixedStepParameters& legs_off = {}) noexcept
+      : max_step_ns_{parameters.max_step_ns}, legs_off_{legs_off} {}
+
+  [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
+    if (duration_ns <= 0) return true;
+    if (plant.has_events()) return legs_off_.advance(plant, duration_ns);
+    const std::int64_t steps =
+        duration_ns <= max_step_ns_ ? 1 : (duration_ns + max_step_ns_ - 1) / max_step_ns_;
+    const T h = T(duration_ns) * T(1e-9) / T(steps);
+    State x = plant.state();
+    for (std::int64_t n = 0; n < steps; ++n) x = step(plant, x, h);
+    if (!x.allFinite()) return false;
+    plant.continue_at(x);
+    return true;
+  }
+
+  void reset() noexcept SEXTANT_NONBLOCKING override { prepared_h_ = T(0); }
+
+ private:
+  static constexpr T half = T(1) / T(2);
+  static constexpr T sixth = T(1) / T(6);
+  static constexpr T twelfth = T(1) / T(12);
+
+  State step(const Plant& plant, const State& x, T h) noexcept SEXTANT_NONBLOCKING {
+    State k0;
+    plant.driven_derivative(x, k0);
+    const T curvature = plant.speed_curvature(x, k0);
+    State next = x;
+    move_fluxes(plant, k0, curvature, h, next);
+    for (int i = Plant::omega; i < Plant::size; ++i) next[i] = x[i] + h * k0[i];
+    next[Plant::omega] += half * (h * h) * curvature;
+    State k1;
+    plant.driven_derivative(next, k1);
+    for (int i = Plant::omega; i < Plant::size; ++i) next[i] = x[i] + half * h * (k0[i] + k1[i]);
+    next[Plant::omega] += twelfth * (h * h) * (curvature - plant.speed_curvature(next, k1));
+    return next;
+  }
+
+  /// x becomes the state at the end of the step as far as the fluxes go; k0 is the slope at its beginning.
+  void move_fluxes(const Plant& plant, const State& k0, T curvature, T h,
+                   State& x) noexcept SEXTANT_NONBLOCKING {
+    const T p = T(plant.machine().parameters().pole_pairs);
+    const ElectricalRates<T> rates = plant.machine().electrical_rates();
+    const T acceleration = k0[Plant::omega];
+    const T rise = h * (half * acceleration + sixth * h * curvature);
+    prepare(rates, p * (x[Plant::omega] + rise), h);
+
+    const FluxPair<T> turned{rotate_90(SpaceVector<T>{x[Plant::psi_s_alpha], x[Plant::psi_s_beta]}),
+                             rotate_90(SpaceVector<T>{x[Plant::psi_r_alpha], x[Plant::psi_r_beta]})};
+    const FluxPair<T> slope{
+        {k0[Plant::psi_s_alpha], k0[Plant::psi_s_beta]},
+        SpaceVector<T>{k0[Plant::psi_r_alpha], k0[Plant::psi_r_beta]} + (p * rise) * turned.r};
+    const FluxPair<T> change = transition_(slope);
+    // What the speed's rise within the step does beside its mean: Magnus' commutator, h³/12 [A', A] x.
+    const T c = twelfth * (h * h * h) * p * (acceleration + half * h * curvature);
+    const SpaceVector<T> change_s = change.s - (c * rates.sr) * turned.r;
+    const SpaceVector<T> change_r = change.r + (c * rates.rs) * turned.s;
+    x[Plant::psi_s_alpha] += change_s.alpha;
+    x[Plant::psi_s_beta] += change_s.beta;
+    x[Plant::psi_r_alpha] += change_r.alpha;
+    x[Plant::psi_r_beta] += change_r.beta;
+  }
+
+  void prepare(const ElectricalRates<T>& rates, T omega_e, T h) noexcept SEXTANT_NONBLOCKING {
+    if (omega_e == prepared_omega_e_ && h == prepared_h_) return;
+    transition_.prepare(rates, omega_e, h);
+    prepared_omega_e_ = omega_e;
+    prepared_h_ = h;
+  }
+
+  std::int64_t max_step_ns_;             ///< [ns]
+  FixedStepIntegrator<Plant> legs_off_;  ///< moves the plant through diode events
+  ElectricalTransition<T> transition_{};
+  T prepared_omega_e_{};  ///< of the transition [rad/s]
+  T prepared_h_{};        ///< of the transition; 0: none [s]
+};
+
+}  // namespace sextant

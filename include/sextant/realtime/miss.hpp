@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "sextant/core/nonblocking.hpp"
+
+namespace sextant {
+
+/// The stages of a control period, in their order.
+enum class Stage : std::uint8_t {
+  read,      ///< `DriveIo::read`; a simulated plant is integrated here
+  commands,  ///< the newest command is fetched
+  drive,     ///< `Drive::step`: command gate, protections, controller
+  write,     ///< `DriveIo::write`
+  push       ///< telemetry into its ring
+};
+
+inline constexpr std::size_t stage_count = 5;
+
+[[nodiscard]] constexpr const char* to_string(Stage stage) noexcept {
+  constexpr std::array names{"read", "commands", "drive", "write", "push"};
+  return names[static_cast<std::size_t>(stage)];
+}
+
+/// Between which two time stamps of the control thread a gap was seen. The first are the stages.
+enum class GapPlace : std::uint8_t { read, commands, drive, write, push, between, waiting };
+
+[[nodiscard]] constexpr const char* to_string(GapPlace place) noexcept {
+  constexpr std::array names{"in read", "in commands",    "in drive",     "in write",
+                             "in push", "between stages", "while waiting"};
+  return names[static_cast<std::size_t>(place)];
+}
+
+/// The longest time between two successive time stamps of the control thread.
+struct Gap {
+  std::int64_t longest_ns{0};  ///< [ns]
+  GapPlace place{GapPlace::between};
+
+  constexpr void see(std::int64_t duration_ns, GapPlace where) noexcept SEXTANT_NONBLOCKING {
+    if (duration_ns <= longest_ns) return;
+    longest_ns = duration_ns;
+    place = where;
+  }
+};
+
+/// Why a deadline was missed.
+enum class MissCause : std::uint8_t {
+  machine_gap,  ///< the machine stopped the thread: a gap while it did nothing but read the clock, or a gap
+                ///< in its work for the whole of which it waited for a processor or time was stolen
+  stage_gap,  ///< a gap within one stage that nobody explains: the stage itself, or a hypervisor or firmware
+              ///< that does not say so
+  late_wake,  ///< asleep, and woken late by the kernel
+  own_body    ///< no gap: the work took longer than the period
+};
+
+inline constexpr std::size_t miss_cause_count = 4;
+
+[[nodiscard]] constexpr const char* to_string(MissCause cause) noexcept {
+  constexpr std::array names{"machine stopped us", "gap in a stage", "late wake-up", "own body"};
+  return names[static_cast<std::size_t>(cause)];
+}
+
+/// One overrun.
+struct Miss {
+  std::int64_t t_ns{};        ///< the deadline that was missed, on the drive's clock [ns]
+  std::int64_t latency_ns{};  ///< from it to the wake-up [ns]
+  Gap gap{};                  ///< the longest since the last wake-up in time
+  bool body_overran{};        ///< the work before it ended after that deadline
+  MissCause cause{MissCause::own_body};
+};
+
+/// The cause as far as the control thread's own time stamps tell it; gap_limit_ns: what counts as a gap [ns].
+[[nodiscard]] constexpr MissCause visible_cause(const Miss& miss, std::int64_t gap_limit_ns) noexcept {
+  if (miss.gap.longest_ns > gap_limit_ns) {
+    return miss.gap.place == GapPlace::waiting ? MissCause::machine_gap : MissCause::stage_gap;
+  }
+  return miss.body_overran ? MissCause::own_body : MissCause::late_wake;
+}
+
+}  // namespace sextant

@@ -1,0 +1,149 @@
+"""The work-precision diagram of the plant integrators and the table beside it."""
+
+import json
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+
+from . import errors
+from .paths import ROOT
+
+DATA = ROOT / "docs" / "work_precision.json"
+PICTURE = ROOT / "docs" / "images" / "work_precision.png"
+PAGE = ROOT / "docs" / "performance_plant.md"
+BEGIN, END = "<!-- table: scripts/work_precision -->", "<!-- end of the table -->"
+CONTRACT_NM = 1e-6
+SERIES = {
+    "fixed": ("fixed", "#1b4f9c", "o"),
+    "exact": ("exact", "#3f8f5b", "s"),
+    "erk": ("erk", "#7a3b9a", "D"),
+    "cvode": ("cvode, Adams", "#b3282d", "^"),
+    "cvode_bdf": ("cvode, BDF", "#e08e2b", "v"),
+}
+STYLE = {
+    "font.size": 10,
+    "axes.titlesize": 10.5,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "savefig.dpi": 150,
+    "figure.constrained_layout.use": True,
+}
+SHAFTS = {"free_shaft": "Shaft follows the torques", "constant_speed": "Constant speed"}
+# Where the labels of a series stand, in points from their marks.
+OFFSETS = {"fixed": (7, -4, "left"), "exact": (7, 3, "left"), "erk": (7, 3, "left")}
+BESIDE = {"cvode": (-6, -10, "right"), "cvode_bdf": (7, 2, "left")}
+
+
+def points_of(panel: dict, integrator: str) -> list[dict]:
+    """In order of their error; a default that repeats a setting is left out."""
+    found = [p for p in panel["points"] if p["integrator"] == integrator]
+    if integrator == "cvode":
+        found = [p for p in found if not p["default"]]
+    return sorted(found, key=lambda p: p["cpu_s_per_simulated_s"])
+
+
+def label(point: dict) -> str:
+    return point["setting"].removeprefix("default, ").replace(" us", " µs").replace("1e-0", "1e-")
+
+
+def draw_series(axes: Axes, panel: dict, integrator: str) -> None:
+    name, colour, marker = SERIES[integrator]
+    points = points_of(panel, integrator)
+    x = [p["torque_error_nm"] for p in points]
+    y = [p["cpu_s_per_simulated_s"] for p in points]
+    axes.loglog(x, y, color=colour, marker=marker, markersize=5.5, linewidth=1.2, label=name)
+    dx, dy, side = (OFFSETS | BESIDE)[integrator]
+    written = {"erk": points, "fixed": points[:1], "exact": points[:1]}.get(integrator, points)
+    for point in written:
+        position = (point["torque_error_nm"], point["cpu_s_per_simulated_s"])
+        axes.annotate(label(point), position, (dx, dy), textcoords="offset points", ha=side, fontsize=7.5, color=colour)
+
+
+def draw(data: dict, file: Path) -> None:
+    plt.rcParams.update(STYLE)
+    figure, panels = plt.subplots(1, 2, figsize=(9.2, 4.6), sharex=True, sharey=True)
+    for axes, (key, title) in zip(panels, SHAFTS.items(), strict=True):
+        for integrator in SERIES:
+            draw_series(axes, data[key], integrator)
+        axes.axvline(CONTRACT_NM, color="#777777", linewidth=0.8, linestyle="--")
+        axes.set_title(title)
+        axes.set_xlabel("largest error of the torque over the run [N·m]")
+    panels[0].set_xlim(2e-12, 3.0)
+    panels[0].set_ylabel("processor time per simulated second [s/s]")
+    panels[0].text(
+        CONTRACT_NM * 0.75, panels[0].get_ylim()[0] * 1.15, "1e-6 N·m", fontsize=7.5, ha="right", color="#555555"
+    )
+    panels[1].legend(loc="lower right", fontsize=9)
+    figure.savefig(file)
+    plt.close(figure)
+
+
+def table(data: dict) -> list[str]:
+    """The integrators as they come, without any setting."""
+    rows = [
+        "| `plant.integrator` | torque error [N·m] | at constant speed [N·m] | times real time "
+        "| a period: median, 99.9 %, worst [µs] |",
+        "|---|---|---|---|---|",
+    ]
+    held = {p["integrator"]: p for p in data["constant_speed"]["points"] if p["default"]}
+    for point in data["free_shaft"]["points"]:
+        if not point["default"]:
+            continue
+        period = point["period_us"]
+        rows.append(
+            f"| `{point['integrator']}` | {point['torque_error_nm']:.1e} | "
+            f"{held[point['integrator']]['torque_error_nm']:.1e} | {1 / point['cpu_s_per_simulated_s']:.0f} | "
+            f"{period['median']:.2f}, {period['p99_9']:.2f}, {period['max_of_least_of_9']:.2f} |"
+        )
+    return rows
+
+
+def renew(page: Path, rows: list[str]) -> None:
+    """Puts the rows between the two marks of the page."""
+    text = page.read_text(encoding="utf-8")
+    if text.count(BEGIN) != 1 or text.count(END) != 1:
+        raise errors.UserError(f"{page} must hold the marks {BEGIN} and {END} once each.")
+    before, rest = text.split(BEGIN)
+    after = rest.split(END)[1]
+    page.write_text(f"{before}{BEGIN}\n" + "\n".join(rows) + f"\n{END}{after}", encoding="utf-8")
+
+
+def rounded(value: object) -> object:
+    """Four digits are enough to publish."""
+    if isinstance(value, float):
+        return float(f"{value:.4g}")
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    return [rounded(item) for item in value] if isinstance(value, list) else value
+
+
+def main(arguments: list[str]) -> int:
+    source = Path(arguments[0])
+    try:
+        data = rounded(json.loads(source.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise errors.UserError(f"{source} cannot be read as a measurement: {error}") from None
+    lines = [json.dumps(p) for shaft in SHAFTS for p in data[shaft]["points"]]
+    if len(lines) < 2:
+        raise errors.UserError(f"{source} holds no points.")
+    DATA.write_text(json.dumps(data).replace("}, {", "},\n{") + "\n", encoding="utf-8")
+    PICTURE.parent.mkdir(parents=True, exist_ok=True)
+    draw(data, PICTURE)
+    rows = table(data)
+    renew(PAGE, rows)
+    print("\n".join(rows))
+    print(f"\nwritten: {PICTURE.relative_to(ROOT)}, {DATA.relative_to(ROOT)}, {PAGE.relative_to(ROOT)}")
+    return 0
+
+
+if __name__ == "__main__":
+    errors.run("work_precision", main)

@@ -1,0 +1,53 @@
+#include "sextant/config/plant_config.hpp"
+
+#include <string>
+
+#include "sextant/config/ecu_config.hpp"
+
+namespace sextant {
+namespace {
+
+void share(PlantConfig& c) {
+  InductionMachineParameters<>& machine = c.plant.plant.machine;
+  machine = apply(c.machine, machine, c.machine.reactance_frequency_hz.value_or(50.0));
+  c.plant.io.period_ns = c.period_ns;
+  c.plant.io.load_origin_ns.reset();
+}
+
+std::string check_pacing(const PlantConfig& c) {
+  if (c.hil.pacing == Pacing::lockstep) {
+    if (c.transport == PlantTransport::udp) {
+      return "pacing = \"lockstep\" needs transport = \"shared_memory\": datagrams get lost";
+    }
+    return {};
+  }
+  if (c.realtime.wake_every_periods > 1) {
+    return "a plant in real time runs each period in its time: realtime.wake_every_periods must be 1";
+  }
+  if (c.plant.io.actuation_delay_periods != 1) {
+    return "in real time a pattern acts one period after the measurement that it answers: "
+           "plant.actuation_delay_periods must be 1";
+  }
+  return {};
+}
+
+}  // namespace
+
+void describe(Section root, PlantConfig& c) {
+  root.choice("transport", c.transport,
+              {{"shared_memory", PlantTransport::shared_memory}, {"udp", PlantTransport::udp}},
+              "how the drive is met: on this machine, or over a network");
+  root.time("period_us", c.period_ns, 1e3, {1, 1e5}, "us", "plant period; the drive's control period");
+  describe(root.section("machine"), c.machine, true);
+  root.derive([&c] { share(c); });
+  describe(root.section("plant"), c.plant);
+  root.section("machine").check(c.plant.plant);
+  root.section("plant").check(c.plant.io);
+  describe(root.section("load"), c.load);
+  Section hil = root.section("hil");
+  describe(hil, c.hil);
+  hil.check([&c] { return check_pacing(c); });
+  describe(root.section("realtime"), c.realtime);
+}
+
+}  // namespace sextant

@@ -1,0 +1,74 @@
+#include "sextant/hil/lockstep_drive_io.hpp"
+
+#include <algorithm>
+
+#include "sextant/hil/link_records.hpp"
+
+namespace sextant {
+namespace {
+
+/// Between two looks at whether the plant still lives. [ns]
+constexpr std::int64_t look_ns = 20'000'000;
+
+}  // namespace
+
+LockstepDriveIo::LockstepDriveIo(SharedMemoryLink& link, std::int64_t timeout_ns) noexcept
+    : link_{link},
+      memory_{link.memory()},
+      timeout_ns_{timeout_ns},
+      own_bell_{memory_.drive.doorbell, memory_.plant.asleep},
+      plant_bell_{memory_.plant.doorbell, memory_.drive.asleep} {}
+
+Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+  Measurement<double> m{.t_ns = t_ns, .plausible = false};
+  if (lost()) return m;
+  request(t_ns);
+  MeasurementRecord record;
+  if (!wait_for_answer(record)) {
+    lost_.store(true, std::memory_order_release);
+    return m;
+  }
+  // A plant that was started anew has another state than the drive believes.
+  const bool same = plant_generation_ == 0 || plant_generation_ == record.generation;
+  plant_generation_ = record.generation;
+  m.i_abc = {record.i_a, record.i_b, record.i_c};
+  m.u_dc = record.u_dc;
+  m.omega_m = record.omega_m;
+  m.plausible = to_pattern(record.acted, m.acted) && record.plausible != 0 && same;
+  joined_.store(true, std::memory_order_relaxed);
+  return m;
+}
+
+void LockstepDriveIo::request(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+  ++sequence_;
+  memory_.command.store({sequence_, t_ns, to_record(pattern_), link_.generation(), has_pattern_ ? 1U : 0U},
+                        sequence_);
+  has_pattern_ = false;
+  own_bell_.ring();
+}
+
+bool LockstepDriveIo::answer(MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING {
+  const std::uint64_t newest = memory_.measurements.newest();
+  return newest != 0 && memory_.measurements.read(newest, record) && record.command_sequence == sequence_ &&
+         record.generation == memory_.plant.generation.load(std::memory_order_acquire);
+}
+
+SEXTANT_TRUSTED_BEGIN
+
+bool LockstepDriveIo::wait_for_answer(MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING {
+  std::int64_t waited_ns = 0;
+  bool was_there = joined();
+  for (;;) {
+    const std::uint32_t seen = plant_bell_.value();
+    if (answer(record)) return true;
+    if (plant_bell_.wait(seen, std::min(look_ns, timeout_ns_))) continue;
+    waited_ns += look_ns;
+    const bool is_there = link_.other_is_attached();
+    if (waited_ns >= timeout_ns_ || (was_there && !is_there)) return false;
+    was_there = was_there || is_there;
+  }
+}
+
+SEXTANT_TRUSTED_END
+
+}  // namespace sextant

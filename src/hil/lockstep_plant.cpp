@@ -1,0 +1,64 @@
+#include "sextant/hil/lockstep_plant.hpp"
+
+#include "sextant/hil/link_records.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t look_ns = 20'000'000;
+
+}  // namespace
+
+LockstepPlant::LockstepPlant(SharedMemoryLink& link, DriveIo<double>& stage, std::int64_t timeout_ns) noexcept
+    : link_{link},
+      memory_{link.memory()},
+      stage_{stage},
+      timeout_ns_{timeout_ns},
+      own_bell_{memory_.plant.doorbell, memory_.drive.asleep},
+      drive_bell_{memory_.drive.doorbell, memory_.plant.asleep} {}
+
+LockstepPlant::Outcome LockstepPlant::step() noexcept {
+  const std::uint32_t seen = drive_bell_.value();
+  CommandRecord command;
+  if (!take(command)) {
+    if (!drive_bell_.wait(seen, look_ns)) return look_for_drive();
+    if (!take(command)) return Outcome::waiting;
+  }
+  waited_ns_ = 0;
+  answer(command);
+  return Outcome::stepped;
+}
+
+/// A request may have come before this plant did; what an earlier drive has left is none.
+bool LockstepPlant::take(CommandRecord& command) noexcept {
+  CommandRecord found;
+  if (memory_.command.load(found) == 0) return false;
+  if (found.generation != memory_.drive.generation.load(std::memory_order_acquire)) return false;
+  if (found.sequence == command_.sequence && found.generation == command_.generation) return false;
+  command_ = found;
+  command = found;
+  return true;
+}
+
+LockstepPlant::Outcome LockstepPlant::look_for_drive() noexcept {
+  if (sequence_ == 0) return Outcome::waiting;
+  if (memory_.drive.present.load(std::memory_order_acquire) == 0) return Outcome::left;
+  waited_ns_ += look_ns;
+  if (waited_ns_ >= timeout_ns_ || !link_.other_is_attached()) return Outcome::lost;
+  return Outcome::waiting;
+}
+
+void LockstepPlant::answer(const CommandRecord& command) noexcept {
+  GatePattern pattern;
+  if (command.has_pattern != 0 && to_pattern(command.pattern, pattern)) stage_.write(pattern);
+  if (sequence_ == 0) begin_ns_ = command.t_ns;
+  end_ns_ = command.t_ns;
+  MeasurementRecord record = to_record(stage_.read(command.t_ns));
+  record.sequence = ++sequence_;
+  record.command_sequence = command.sequence;
+  record.generation = link_.generation();
+  memory_.measurements.push(record);
+  own_bell_.ring();
+}
+
+}  // namespace sextant

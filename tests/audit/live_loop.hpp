@@ -1,0 +1,94 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <thread>
+
+#include "ecu/control_thread.hpp"
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/sim/simulated_drive_io.hpp"
+
+namespace sextant::audit {
+
+/// The live control thread on a simulated power stage of fixed step, with all that crosses to and from it:
+/// the calling thread plays the receive, transmit and telemetry threads. Torque of both signs, disabled at
+/// times, so that diode events are among what runs.
+class LiveLoop {
+ public:
+  /// `Around` is a DriveIo that is made of another one and sits between the thread and the power stage.
+  template <class Around>
+  LiveLoop(const RealtimeParameters& realtime, std::int32_t period_ns, Around&& around)
+      : crossings_{period_ns, realtime.wake_every_periods},
+        io_{{.period_ns = period_ns}, plant_, integrator_, load_},
+        controller_{{.period_ns = period_ns}},
+        drive_{{.period_ns = period_ns}, controller_},
+        control_{realtime, period_ns, around(io_), drive_, crossings_} {}
+
+  [[nodiscard]] RightsReport start() {
+    RightsReport rights = control_.start();
+    control_.go();
+    return rights;
+  }
+
+  /// Feeds and drains until `done` holds.
+  template <class Condition>
+  void run_until(Condition&& done) {
+    while (!done()) {
+      command();
+      drain();
+      std::this_thread::sleep_for(std::chrono::milliseconds{2});
+    }
+  }
+
+  void stop() {
+    crossings_.shutdown.store(true, std::memory_order_release);
+    run_until([this] { return crossings_.stopped.load(std::memory_order_acquire); });
+    control_.join();
+    drain();
+  }
+
+  [[nodiscard]] const ecu::WakeRecord& last_wake() const noexcept { return last_wake_; }
+  [[nodiscard]] double peak_torque() const noexcept { return peak_torque_; }
+
+ private:
+  void command() {
+    ++sequence_;
+    // A reset, then a disable, then work: a fault by a machine that stopped is over within 40 ms.
+    const std::uint32_t phase = sequence_ % 20;
+    crossings_.command.store({.torque = sequence_ % 8 < 4 ? 15.0 : -15.0,
+                              .torque_limit = 100.0,
+                              .enable = phase > 1,
+                              .fault_reset = phase == 0,
+                              .received_ns = now_ns(),
+                              .sequence = sequence_,
+                              .e2e = E2eState::valid});
+  }
+
+  void drain() {
+    Telemetry<double> telemetry;
+    while (crossings_.telemetry.pop(telemetry)) peak_torque_ = std::max(peak_torque_, telemetry.torque);
+    ecu::StageRecord stages;
+    while (crossings_.stages.pop(stages)) {
+    }
+    while (crossings_.wakes.pop(last_wake_)) {
+    }
+    (void)crossings_.status.latest();
+  }
+
+  ecu::Crossings crossings_;
+  MechanicalLoad load_{{.imposed_speed = ProfileParameters{.value = 30.0}}};
+  DrivePlant<double> plant_{{}};
+  FixedStepIntegrator<DrivePlant<double>> integrator_{};
+  SimulatedDriveIo<DrivePlant<double>> io_;
+  DirectTorqueController<double> controller_;
+  Drive<double> drive_;
+  ecu::ControlThread control_;
+  ecu::WakeRecord last_wake_{};
+  double peak_torque_{0.0};
+  std::uint32_t sequence_{0};
+};
+
+}  // namespace sextant::audit

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "bench/keep.hpp"
+#include "bench/recorded_run.hpp"
+
+namespace sextant::bench {
+
+inline constexpr std::int64_t period_ns = 25'000;
+
+/// A whole drive that produces torque and replays a recorded run, with a new command at the beginning of
+/// each replay: one in 192 periods, which is a frame each 4.8 ms. A period costs no more than the contestant:
+/// the time is written into the record itself, and one request is used over and over.
+/// Contestant: `void step(const Measurement<double>&, const DriveRequest<double>&)` and `void
+/// reset_estimate()`.
+template <class Contestant>
+class DriveReplay {
+ public:
+  explicit DriveReplay(const RecordedRun& run) : measurements_{run.measurements} {
+    request_.command.torque_limit = std::numeric_limits<double>::max();
+    request_.command.e2e = E2eState::valid;
+    for (int k = 0; k < ScenarioCommands::hand_shake_periods; ++k) {
+      command(0.0, k + 1 == ScenarioCommands::hand_shake_periods);
+      step(measurements_.front());
+    }
+  }
+
+  void operator()() {
+    for (std::size_t k = 0; k < measurements_.size(); ++k) next();
+  }
+
+  void next() {
+    if (k_ == 0) {
+      contestant_.reset_estimate();  // the flux estimate is an integral: a replay must not drift
+      command(torque_reference, true);
+    }
+    step(measurements_[k_]);
+    if (++k_ == measurements_.size()) k_ = 0;
+  }
+
+  [[nodiscard]] const Contestant& contestant() const { return contestant_; }
+
+ private:
+  void command(double torque, bool enable) {
+    request_.command.torque = torque;
+    request_.command.enable = enable;
+    request_.command.received_ns = t_ns_;
+    ++request_.command.sequence;
+  }
+
+  void step(Measurement<double>& m) {
+    m.t_ns = t_ns_;
+    contestant_.step(m, request_);
+    t_ns_ += period_ns;
+  }
+
+  std::vector<Measurement<double>> measurements_;
+  Contestant contestant_{};
+  DriveRequest<double> request_{};
+  std::int64_t t_ns_{0};
+  std::size_t k_{0};
+};
+
+/// The drive under test.
+struct OurDrive {
+  void step(const Measurement<double>& m, const DriveRequest<double>& request) {
+    const DriveOutput<double> output = drive.step(m, request);
+    keep(output);
+  }
+  void reset_estimate() { controller.reset(); }
+
+  DirectTorqueController<double> controller{{}};
+  Drive<double> drive{{}, controller};
+};
+
+}  // namespace sextant::bench

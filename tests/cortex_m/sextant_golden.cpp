@@ -1,0 +1,210 @@
+// sextant_golden: records a closed-loop run of the drive in `float`, and replays it, in `float` or `double`.
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "cortex_m/golden/golden_record.hpp"
+#include "cortex_m/golden/plant_replay.hpp"
+#include "cortex_m/golden/vehicle.hpp"
+#include "sextant/drive/run_cycle.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
+
+namespace sextant::golden {
+namespace {
+
+template <class T>
+[[nodiscard]] Measurement<T> converted(const auto& m) {
+  return {.t_ns = m.t_ns,
+          .i_abc = {T(m.i_abc.a), T(m.i_abc.b), T(m.i_abc.c)},
+          .u_dc = T(m.u_dc),
+          .omega_m = T(m.omega_m),
+          .acted = m.acted,
+          .plausible = m.plausible};
+}
+
+template <class T>
+[[nodiscard]] DriveRequest<T> converted(const DriveRequest<float>& r) {
+  const TorqueCommand<float>& c = r.command;
+  return {.command = {.torque = T(c.torque),
+                      .torque_limit = T(c.torque_limit),
+                      .enable = c.enable,
+                      .fault_reset = c.fault_reset,
+                      .received_ns = c.received_ns,
+                      .sequence = c.sequence,
+                      .counter = c.counter,
+                      .e2e = c.e2e,
+                      .rejected = c.rejected,
+                      .out_of_range = c.out_of_range,
+                      .bus_off = c.bus_off},
+          .shutdown = r.shutdown,
+          .external = r.external};
+}
+
+/// The simulated power stage as a microcontroller sees it, and what it saw last.
+class FloatIo final : public DriveIo<float> {
+ public:
+  explicit FloatIo(DriveIo<double>& inner) : inner_{inner} {}
+  Measurement<float> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
+    last_ = converted<float>(inner_.read(t_ns));
+    if (t_ns == bad_sensor_ms * 1'000'000LL) last_.i_abc.a = std::numeric_limits<float>::quiet_NaN();
+    return last_;
+  }
+  void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override { inner_.write(pattern); }
+  [[nodiscard]] const Measurement<float>& last() const { return last_; }
+
+ private:
+  DriveIo<double>& inner_;
+  Measurement<float> last_{};
+};
+
+struct Vehicle {
+  DriveRequest<float> last{};
+  DriveRequest<float> latest(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    return last = request_at(t_ns);
+  }
+};
+
+struct NoTelemetry {
+  void push(const Telemetry<float>&) noexcept SEXTANT_NONBLOCKING {}
+};
+
+[[nodiscard]] std::vector<Input> record(const Setup& setup) {
+  SimulatedPowerStage::Parameters stage_parameters;
+  stage_parameters.plant = plant_parameters<double>();
+  stage_parameters.integrator = IntegratorKind::fixed;
+  stage_parameters.io.period_ns = setup.period_ns;
+  stage_parameters.io.actuation_delay_periods = setup.actuation_delay_periods;
+  MechanicalLoad::Parameters load;
+  load.load_torque.value = load_torque<double>;
+  SimulatedPowerStage stage{stage_parameters, load};
+  FloatIo io{stage.io()};
+  DirectTorqueController<float> controller{controller_parameters<float>(setup)};
+  Drive<float> drive{drive_parameters<float>(setup), controller};
+  Vehicle vehicle;
+  NoTelemetry telemetry;
+  std::vector<Input> inputs;
+  for (std::int64_t t_ns = 0; t_ns < end_ms * 1'000'000LL; t_ns += setup.period_ns) {
+    run_cycle(t_ns, io, vehicle, drive, telemetry);
+    inputs.push_back({io.last(), vehicle.last});
+    for (const Late& l : late) {
+      if (t_ns == l.at_ms * 1'000'000LL) t_ns += std::int64_t{l.periods} * setup.period_ns;
+    }
+  }
+  return inputs;
+}
+
+template <class Value>
+void write(std::ofstream& file, const Value* values, std::size_t count) {
+  file.write(reinterpret_cast<const char*>(values), std::streamsize(count * sizeof(Value)));
+}
+
+void save(const std::string& name, Setup setup, const std::vector<Input>& inputs) {
+  std::ofstream file{name, std::ios::binary};
+  setup.input_size = sizeof(Input);
+  setup.periods = std::uint32_t(inputs.size());
+  write(file, &setup, 1);
+  write(file, inputs.data(), inputs.size());
+  file.flush();
+  if (!file) throw std::runtime_error{"cannot write \"" + name + "\""};
+}
+
+[[nodiscard]] std::vector<Input> load(const std::string& name, Setup& setup) {
+  std::ifstream file{name, std::ios::binary};
+  file.read(reinterpret_cast<char*>(&setup), sizeof setup);
+  if (!file || setup.input_size != sizeof(Input)) {
+    throw std::runtime_error{"\"" + name + "\" is no file of golden inputs; \"record\" makes one"};
+  }
+  std::vector<Input> inputs(setup.periods);
+  file.read(reinterpret_cast<char*>(inputs.data()), std::streamsize(inputs.size() * sizeof(Input)));
+  if (!file) throw std::runtime_error{"\"" + name + "\" ends early; \"record\" makes it anew"};
+  return inputs;
+}
+
+/// By how much a replay moves what the controller compares with: tells which decisions hang on rounding.
+struct Shifts {
+  double torque{0};      ///< of the request [N·m]
+  double flux{0};        ///< of the reference [Wb]
+  double sector_deg{0};  ///< of the sectors [°]
+  double current{0};     ///< of the magnetiser's levels [A]
+};
+
+template <class T>
+[[nodiscard]] typename DirectTorqueController<T>::Parameters shifted(const Setup& setup, const Shifts& by) {
+  typename DirectTorqueController<T>::Parameters p = controller_parameters<T>(setup);
+  p.flux_reference += T(by.flux);
+  p.sector.sector_start_deg += T(by.sector_deg);
+  p.magnetiser.current_limit += T(by.current);
+  p.magnetiser.hand_over_current += T(by.current);
+  return p;
+}
+
+template <class T>
+void replay(const std::string& from, const std::string& to, const Shifts& shifts) {
+  Setup setup;
+  const std::vector<Input> inputs = load(from, setup);
+  DirectTorqueController<T> controller{shifted<T>(setup, shifts)};
+  Drive<T> drive{drive_parameters<T>(setup), controller};
+  PlantReplay<T> plant;
+  std::ofstream file{to, std::ios::binary};
+  for (const Input& input : inputs) {
+    DriveRequest<T> request = converted<T>(input.request);
+    request.command.torque += T(shifts.torque);
+    const Output output = output_of(drive.step(converted<T>(input.measurement), request));
+    if (!plant.step(input.measurement)) throw std::runtime_error{"the integration of the plant failed"};
+    const PlantOutput plant_output = plant.output();
+    write(file, &output, 1);
+    write(file, &plant_output, 1);
+  }
+  file.flush();
+  if (!file) throw std::runtime_error{"cannot write \"" + to + "\""};
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Records a closed-loop run of the drive in float, and replays it."};
+  app.require_subcommand(1);
+  std::string inputs;
+  std::string outputs;
+  std::string scalar{"float"};
+  Setup setup;
+  Shifts shifts;
+  CLI::App* recording = app.add_subcommand("record", "Runs drive and plant; writes what the drive got.");
+  recording->add_option("inputs", inputs, "file to write")->required();
+  recording->add_option("--delay", setup.actuation_delay_periods, "actuation delay [periods]")
+      ->check(CLI::Range(0, 1));
+  CLI::App* replaying = app.add_subcommand("replay", "Gives the inputs to a drive; writes its answers.");
+  replaying->add_option("inputs", inputs, "file to read")->required();
+  replaying->add_option("outputs", outputs, "file to write")->required();
+  replaying->add_option("--scalar", scalar, "arithmetic")->check(CLI::IsMember({"float", "double"}));
+  replaying->add_option("--shift-torque", shifts.torque, "added to the torque request [N·m]");
+  replaying->add_option("--shift-flux", shifts.flux, "added to the flux reference [Wb]");
+  replaying->add_option("--shift-sector", shifts.sector_deg, "added to the sectors' start [°]");
+  replaying->add_option("--shift-current", shifts.current, "added to the magnetiser's current levels [A]");
+  CLI11_PARSE(app, argc, argv);
+  if (recording->parsed()) {
+    save(inputs, setup, record(setup));
+  } else if (scalar == "float") {
+    replay<float>(inputs, outputs, shifts);
+  } else {
+    replay<double>(inputs, outputs, shifts);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace sextant::golden
+
+int main(int argc, char** argv) {
+  try {
+    return sextant::golden::run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "sextant_golden: %s\n", e.what());
+    return 1;
+  }
+}

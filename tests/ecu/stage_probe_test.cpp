@@ -1,0 +1,122 @@
+#include "ecu/stage_probe.hpp"
+
+#include <gtest/gtest.h>
+
+#include "sextant/realtime/monotonic_clock.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+constexpr std::int64_t busy_ns = 300'000;
+
+void work(std::int64_t duration_ns) {
+  for (const std::int64_t begin_ns = now_ns(); now_ns() - begin_ns < duration_ns;) {
+  }
+}
+
+/// Takes its time in one of its calls.
+class SlowIo final : public DriveIo<double> {
+ public:
+  std::int64_t read_ns{0};
+  std::int64_t write_ns{0};
+  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept override {
+    work(read_ns);
+    return {.t_ns = t_ns};
+  }
+  void write(const GatePattern&) noexcept override { work(write_ns); }
+};
+
+struct SlowCommands {
+  std::int64_t latest_ns{0};
+  DriveRequest<double> latest(std::int64_t) noexcept {
+    work(latest_ns);
+    return {};
+  }
+};
+
+struct SlowSink {
+  std::int64_t push_ns{0};
+  void push(const Telemetry<double>&) noexcept { work(push_ns); }
+};
+
+/// One period with each stage at its place; `drive_ns` is the time of the drive.
+struct Period {
+  StageProbe probe{true};
+  SlowIo slow_io{};
+  SlowCommands slow_commands{};
+  SlowSink slow_sink{};
+  Ring<StageRecord> records{4};
+  CommandProbe command_probe{};
+  StampedIo io{slow_io, probe, command_probe};
+  StampedCommands<SlowCommands> commands{slow_commands, probe, command_probe};
+  StampedTelemetry<SlowSink> sink{slow_sink, probe, records};
+
+  StageRecord run(std::int64_t drive_ns = 0) {
+    probe.wake();
+    (void)io.read(1);
+    (void)commands.latest(1);
+    work(drive_ns);
+    io.write({});
+    sink.push({});
+    StageRecord record{};
+    EXPECT_TRUE(records.pop(record));
+    return record;
+  }
+};
+
+TEST(StageProbe, TheTimeOfAStageIsCountedAsThatStages) {
+  for (std::size_t slow = 0; slow < stage_count; ++slow) {
+    SCOPED_TRACE(to_string(static_cast<Stage>(slow)));
+    Period period;
+    std::int64_t drive_ns = 0;
+    std::array<std::int64_t*, stage_count> times{&period.slow_io.read_ns, &period.slow_commands.latest_ns,
+                                                 &drive_ns, &period.slow_io.write_ns,
+                                                 &period.slow_sink.push_ns};
+    *times[slow] = busy_ns;
+    const StageRecord record = period.run(drive_ns);
+    // The counter's scale is good to a thousandth.
+    EXPECT_GE(record[slow], std::uint32_t(0.998 * busy_ns));
+    EXPECT_EQ(std::size_t(std::ranges::max_element(record) - record.begin()), slow)
+        << "unless the machine stopped";
+    EXPECT_EQ(period.probe.gap().longest_ns, record[slow]);
+    EXPECT_EQ(period.probe.gap().place, static_cast<GapPlace>(slow));
+  }
+}
+
+TEST(StageProbe, WhatLiesBetweenTheStagesIsSeenAsAGap) {
+  Period period;
+  period.probe.wake();
+  work(busy_ns);
+  (void)period.io.read(1);
+  EXPECT_GE(period.probe.gap().longest_ns, std::int64_t(0.998 * busy_ns));
+  EXPECT_EQ(period.probe.gap().place, GapPlace::between);
+}
+
+TEST(StageProbe, TimeThatNoStampCoversIsAGap) {
+  StageProbe probe{true};
+  probe.wake();
+  probe.finish(busy_ns);
+  EXPECT_GT(probe.gap().longest_ns, busy_ns / 2);
+  EXPECT_LE(probe.gap().longest_ns, busy_ns);
+}
+
+TEST(StageProbe, OneThatIsOffRecordsNothing) {
+  StageProbe probe{false};
+  SlowIo slow;
+  slow.read_ns = busy_ns;
+  CommandProbe command_probe;
+  StampedIo io{slow, probe, command_probe};
+  SlowSink slow_sink;
+  Ring<StageRecord> records{4};
+  StampedTelemetry<SlowSink> sink{slow_sink, probe, records};
+  probe.wake();
+  (void)io.read(1);
+  sink.push({});
+  probe.finish(busy_ns);
+  StageRecord record{};
+  EXPECT_FALSE(records.pop(record));
+  EXPECT_EQ(probe.gap().longest_ns, 0);
+}
+
+}  // namespace
+}  // namespace sextant::ecu

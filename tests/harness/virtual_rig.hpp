@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "ecu/virtual_ecu.hpp"
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/harness/disturbed_drive_io.hpp"
+#include "sextant/harness/log_replay.hpp"
+#include "sextant/harness/random_bus_events.hpp"
+#include "sextant/harness/virtual_vehicle.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
+
+namespace sextant::test {
+
+inline constexpr std::int64_t ms = 1'000'000;  // [ns]
+
+/// What a rig is made of.
+struct VirtualRigParameters {
+  double torque{15.0};          ///< that the vehicle asks for [N·m]
+  double omega_m{40.0};         ///< imposed on the shaft [rad/s]
+  int wake_every_periods{1};    ///< [-]
+  std::vector<BusEvent> bus{};  ///< what happens on the bus
+  std::vector<LateWake> late_wakes{};
+  VirtualVehicle::Parameters vehicle{};
+  std::int64_t vehicle_duration_ns{never_ns};
+  Drive<>::Parameters drive{};
+  std::vector<LoggedFrame> log{};  ///< played in the vehicle's place where there is one
+};
+
+/// The whole live drive with its plant and a vehicle, in virtual time.
+class VirtualRig {
+ public:
+  static constexpr std::int32_t period_ns = 25'000;
+
+  explicit VirtualRig(const VirtualRigParameters& p = {})
+      : torque{p.torque},
+        stage_{{.integrator = IntegratorKind::fixed},
+               {.imposed_speed = ProfileParameters{.value = p.omega_m}}},
+        io{stage_.io()},
+        controller_{DirectTorqueController<>::Parameters{}},
+        drive_{p.drive, controller_},
+        bus{clock, p.bus},
+        replay{p.log, bus},
+        vehicle{p.vehicle, clock, bus, [this](std::int64_t) { return torque; }, p.vehicle_duration_ns},
+        recorder{40, {.period = [this](const Telemetry<double>& t) { see(t); }}},
+        ecu{{.period_ns = period_ns, .realtime = {.wake_every_periods = p.wake_every_periods}},
+            clock,
+            bus,
+            io,
+            drive_,
+            recorder,
+            LateWakes{p.late_wakes}} {
+    timeline.add(bus.party());
+    timeline.add(p.log.empty() ? vehicle.party() : replay.party());
+    ecu.join(timeline);
+  }
+
+  void run_until(std::int64_t t_ns) { timeline.run_until(t_ns); }
+  void run_for(std::int64_t duration_ns) { run_until(clock.now_ns() + duration_ns); }
+
+  /// Through the hand-shake until the drive has produced torque for 50 ms; false when it does not.
+  [[nodiscard]] bool start() {
+    run_until(200 * ms);
+    return makes_torque(now().state);
+  }
+
+  [[nodiscard]] const Telemetry<double>& now() const noexcept { return ecu.telemetry(); }
+  [[nodiscard]] DrivePlant<double> plant() { return stage_.io().plant(); }
+  /// Forgets when what happened first.
+  void forget() { first_fault_ns = first_zero_ns = never_ns; }
+
+  double torque;                          ///< that the vehicle asks for [N·m]
+  std::int64_t first_fault_ns{never_ns};  ///< the first period in FAULT [ns]
+  std::int64_t first_zero_ns{never_ns};   ///< the first period without admitted torque [ns]
+  std::function<void(const Telemetry<double>&)> on_period{};
+
+ private:
+  void see(const Telemetry<double>& t) {
+    if (t.state == DriveState::fault && first_fault_ns == never_ns) first_fault_ns = t.t_ns;
+    if (t.torque_reference == 0.0 && first_zero_ns == never_ns) first_zero_ns = t.t_ns;
+    if (on_period) on_period(t);
+  }
+
+  SimulatedPowerStage stage_;
+
+ public:
+  VirtualClock clock{};
+  DisturbedDriveIo io;
+
+ private:
+  DirectTorqueController<double> controller_;
+  Drive<double> drive_;
+
+ public:
+  VirtualCanBus bus;
+  LogReplay replay;
+  VirtualVehicle vehicle;
+  RunRecorder recorder;
+  ecu::VirtualEcu ecu;
+  VirtualTimeline timeline{clock};
+};
+
+}  // namespace sextant::test

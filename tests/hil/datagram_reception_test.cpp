@@ -1,0 +1,138 @@
+#include "sextant/hil/datagram_reception.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t period_ns = 250'000;
+constexpr std::size_t size = sizeof(CommandDatagram);
+
+class DatagramReceptionTest : public testing::Test {
+ protected:
+  /// The datagram with that number, which was under way for 1 ms and so much more [ns].
+  bool arrives(std::uint64_t sequence, std::int64_t delay_ns = 0) {
+    DatagramHeader h;
+    h.kind = std::uint16_t(DatagramKind::command);
+    h.sequence = sequence;
+    h.period_ns = period_ns;
+    h.count = 1;
+    h.generation = generation;
+    h.sent_ns = std::int64_t(sequence) * period_ns;
+    now_ns = h.sent_ns + 1'000'000 + delay_ns;
+    return reception.accept(change(h), size, size, now_ns);
+  }
+  [[nodiscard]] const DatagramReception::Counters& counters() const { return reception.counters(); }
+
+  DatagramReception reception{DatagramKind::command, period_ns};
+  DatagramHeader (*change)(DatagramHeader) = [](DatagramHeader h) { return h; };
+  std::uint32_t generation{100};
+  std::int64_t now_ns{0};
+};
+
+TEST_F(DatagramReceptionTest, WhatComesInOrderIsCountedAndNothingElse) {
+  for (std::uint64_t n = 5; n < 200; ++n) EXPECT_TRUE(arrives(n));
+  EXPECT_EQ(counters().received, 195U);
+  EXPECT_EQ(counters().lost + counters().reordered + counters().repeated + counters().late, 0U)
+      << "what was sent before we came is not lost";
+}
+
+TEST_F(DatagramReceptionTest, WhatNeverComesIsLostAndWhatComesLaterIsNot) {
+  (void)arrives(1);
+  (void)arrives(5);
+  EXPECT_EQ(counters().lost, 3U);
+  EXPECT_TRUE(arrives(3));
+  EXPECT_EQ(counters().lost, 2U);
+  EXPECT_EQ(counters().reordered, 1U);
+  EXPECT_TRUE(arrives(3));
+  EXPECT_EQ(counters().repeated, 1U);
+  EXPECT_EQ(counters().reordered, 1U);
+  (void)arrives(200);
+  EXPECT_EQ(counters().lost, 2U + 194U);
+}
+
+TEST_F(DatagramReceptionTest, MoreThanTwoPeriodsBeyondTheFastestIsLate) {
+  (void)arrives(1, 200'000);
+  (void)arrives(2);
+  (void)arrives(3, 2 * period_ns);
+  EXPECT_EQ(counters().late, 0U);
+  (void)arrives(4, 2 * period_ns + 1000);
+  EXPECT_EQ(counters().late, 1U);
+}
+
+TEST_F(DatagramReceptionTest, ClocksThatPartSlowlyAreNotLateness) {
+  for (std::uint64_t n = 1; n < 400'000; ++n)
+    (void)arrives(n, std::int64_t(n) * period_ns / 20'000);  // 50 ppm
+  EXPECT_EQ(counters().late, 0U);
+}
+
+TEST_F(DatagramReceptionTest, ANewStartBeginsAnewAndAStragglerOfTheOldOneIsNotTaken) {
+  for (std::uint64_t n = 1; n < 50; ++n) (void)arrives(n);
+  generation = 7;  // at random: a later start may have a smaller number
+  EXPECT_TRUE(arrives(1));
+  EXPECT_EQ(counters().restarts, 1U);
+  EXPECT_EQ(counters().lost, 0U);
+  generation = 100;
+  EXPECT_FALSE(arrives(50));
+  EXPECT_EQ(counters().foreign, 1U);
+}
+
+TEST_F(DatagramReceptionTest, ACountThatTheDatagramCannotHoldIsForeign) {
+  change = [](DatagramHeader h) { return h.count = 0, h; };
+  EXPECT_FALSE(arrives(1));
+  change = [](DatagramHeader h) { return h.count = 2, h; };
+  EXPECT_FALSE(arrives(2));
+  EXPECT_EQ(counters().foreign, 2U);
+  DatagramReception measurements{DatagramKind::measurement, period_ns};
+  DatagramHeader h;
+  h.kind = std::uint16_t(DatagramKind::measurement);
+  h.period_ns = period_ns;
+  h.generation = 1;
+  h.count = MeasurementDatagram::capacity;
+  EXPECT_TRUE(measurements.accept(h, size, size, 0));
+  ++h.count;
+  EXPECT_FALSE(measurements.accept(h, size, size, 0));
+}
+
+TEST_F(DatagramReceptionTest, ClocksAtBothEndsOfTheirRangeAreNoError) {
+  for (const std::int64_t sent_ns : {std::numeric_limits<std::int64_t>::min(), std::int64_t{0},
+                                     std::numeric_limits<std::int64_t>::max()}) {
+    for (const std::int64_t received_ns : {std::int64_t{0}, std::numeric_limits<std::int64_t>::max() / 2}) {
+      DatagramReception fresh{DatagramKind::command, period_ns};
+      DatagramHeader h;
+      h.kind = std::uint16_t(DatagramKind::command);
+      h.sequence = 1;
+      h.period_ns = period_ns;
+      h.generation = 1;
+      h.count = 1;
+      h.sent_ns = sent_ns;
+      EXPECT_TRUE(fresh.accept(h, size, size, received_ns));
+      EXPECT_EQ(fresh.counters().late, 0U);
+    }
+  }
+}
+
+TEST_F(DatagramReceptionTest, WhatIsNotForUsIsRefusedAndCountedByItsReason) {
+  change = [](DatagramHeader h) { return h.magic ^= 1U, h; };
+  EXPECT_FALSE(arrives(1));
+  change = [](DatagramHeader h) { return h.kind = 1, h; };
+  EXPECT_FALSE(arrives(2));
+  change = [](DatagramHeader h) { return ++h.version, h; };
+  EXPECT_FALSE(arrives(3));
+  change = [](DatagramHeader h) { return h.period_ns += 1, h; };
+  EXPECT_FALSE(arrives(4));
+  EXPECT_EQ(counters().foreign, 2U);
+  EXPECT_EQ(counters().other_version, 1U);
+  EXPECT_EQ(counters().other_period, 1U);
+  DatagramHeader h;
+  h.kind = std::uint16_t(DatagramKind::command);
+  h.period_ns = period_ns;
+  EXPECT_FALSE(reception.accept(h, size - 1, size, 0)) << "cut off";
+  EXPECT_FALSE(reception.accept(h, 3, size, 0));
+  EXPECT_EQ(counters().received, 0U);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,146 @@
+// Drive and plant in lockstep, as two threads with a link between them.
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "hil/test_link.hpp"
+#include "sextant/hil/lockstep_drive_io.hpp"
+#include "sextant/hil/lockstep_plant.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int32_t period_ns = 25'000;
+
+/// A first-order plant whose result depends on every pattern and on their order.
+class Stage final : public DriveIo<double> {
+ public:
+  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept override {
+    x_ += (double(pattern_.last_state().upper_switches()) - 0.3 * x_) * double(t_ns - t_ns_) * 1e-5;
+    t_ns_ = t_ns;
+    return {.t_ns = t_ns, .i_abc = {x_, -x_, 0}, .u_dc = 530, .omega_m = 2 * x_, .acted = pattern_};
+  }
+  void write(const GatePattern& pattern) noexcept override { pattern_ = pattern; }
+
+ private:
+  GatePattern pattern_{};
+  double x_{1};
+  std::int64_t t_ns_{0};
+};
+
+class PlantThread {
+ public:
+  explicit PlantThread(const HilParameters& p) : thread_{[this, p] { run(p); }} {}
+  ~PlantThread() { join(); }
+  void join() {
+    if (thread_.joinable()) thread_.join();
+  }
+  void stop() { stop_ = true; }
+  [[nodiscard]] LockstepPlant::Outcome outcome() const { return outcome_; }
+
+ private:
+  void run(const HilParameters& p) {
+    SharedMemoryLink link{p, LinkRole::plant, period_ns};
+    Stage stage;
+    LockstepPlant plant{link, stage, p.lockstep_timeout_ns};
+    using Outcome = LockstepPlant::Outcome;
+    do outcome_ = plant.step();
+    while (!stop_ && (outcome_ == Outcome::stepped || outcome_ == Outcome::waiting));
+  }
+
+  std::atomic<bool> stop_{false};
+  std::atomic<LockstepPlant::Outcome> outcome_{LockstepPlant::Outcome::waiting};
+  std::thread thread_;
+};
+
+std::vector<double> run(const HilParameters& parameters, int periods) {
+  SharedMemoryLink link{parameters, LinkRole::drive, period_ns};
+  LockstepDriveIo io{link, parameters.lockstep_timeout_ns};
+  std::vector<double> trace;
+  for (int k = 0; k < periods; ++k) {
+    const Measurement<double> m = io.read(std::int64_t{k} * period_ns);
+    EXPECT_TRUE(m.plausible) << "period " << k;
+    EXPECT_EQ(m.t_ns, std::int64_t{k} * period_ns);
+    trace.push_back(m.i_abc.a);
+    io.write({switch_states[m.i_abc.a > 3.0 ? 0 : std::size_t(k % 7 + 1)], period_ns});
+  }
+  return trace;
+}
+
+class LockstepTest : public testing::Test {
+ protected:
+  LockstepTest() { link.parameters.pacing = Pacing::lockstep; }
+  test::TestLink link;
+};
+
+TEST_F(LockstepTest, TwoRunsAreEqualBitByBitAndEqualOneInTheSameProcess) {
+  std::vector<std::vector<double>> traces;
+  for (int n = 0; n < 2; ++n) {
+    PlantThread plant{link.parameters};
+    traces.push_back(run(link.parameters, 5000));
+    plant.join();
+    EXPECT_EQ(plant.outcome(), LockstepPlant::Outcome::left);
+  }
+  Stage stage;
+  std::vector<double> direct;
+  for (int k = 0; k < 5000; ++k) {
+    const Measurement<double> m = stage.read(std::int64_t{k} * period_ns);
+    direct.push_back(m.i_abc.a);
+    stage.write({switch_states[m.i_abc.a > 3.0 ? 0 : std::size_t(k % 7 + 1)], period_ns});
+  }
+  EXPECT_EQ(traces[0], traces[1]);
+  EXPECT_EQ(traces[0], direct);
+  EXPECT_NE(traces[0].front(), traces[0].back());
+}
+
+TEST_F(LockstepTest, TheDriveMayComeFirst) {
+  std::optional<PlantThread> plant;
+  std::thread later{[&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds{150});
+    plant.emplace(link.parameters);
+  }};
+  EXPECT_EQ(run(link.parameters, 10).size(), 10U);
+  later.join();
+}
+
+TEST_F(LockstepTest, ADriveWithoutAPlantGivesUpAfterItsTimeAndStaysSo) {
+  link.parameters.lockstep_timeout_ns = 60'000'000;
+  SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
+  LockstepDriveIo io{drive, link.parameters.lockstep_timeout_ns};
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_FALSE(io.read(0).plausible);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds{60});
+  EXPECT_TRUE(io.lost());
+  EXPECT_FALSE(io.joined());
+  EXPECT_FALSE(io.read(period_ns).plausible);
+}
+
+TEST_F(LockstepTest, APlantThatGoesIsNoticedLongBeforeTheTimeout) {
+  std::optional<PlantThread> plant{std::in_place, link.parameters};
+  SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
+  LockstepDriveIo io{drive, 600'000'000'000};
+  ASSERT_TRUE(io.read(0).plausible);
+  plant->stop();
+  plant->join();
+  EXPECT_FALSE(io.read(period_ns).plausible);
+  EXPECT_TRUE(io.lost());
+  EXPECT_TRUE(io.joined());
+}
+
+TEST_F(LockstepTest, ADriveThatAsksNothingIsLostAfterTheTimeout) {
+  link.parameters.lockstep_timeout_ns = 60'000'000;
+  PlantThread plant{link.parameters};
+  SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
+  LockstepDriveIo io{drive, 10'000'000'000};
+  ASSERT_TRUE(io.read(0).plausible);
+  plant.join();
+  EXPECT_EQ(plant.outcome(), LockstepPlant::Outcome::lost);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,218 @@
+// Drive and plant over the loopback interface, in one process, period by period.
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "sextant/hil/udp_drive_io.hpp"
+#include "sextant/hil/udp_plant_end.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int32_t period_ns = 1'000'000;
+const GatePattern v1{switch_states[1], period_ns};
+const GatePattern open{gates_off, period_ns};
+
+/// A free port of the loopback interface.
+int free_port() {
+  const int file = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  bind(file, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  getsockname(file, reinterpret_cast<sockaddr*>(&address), &length);
+  close(file);
+  return ntohs(address.sin_port);
+}
+
+class UdpLinkTest : public testing::Test {
+ protected:
+  UdpLinkTest() {
+    const int port = free_port();
+    int other_port = port;
+    while (other_port == port) other_port = free_port();
+    const std::string here = "127.0.0.1:" + std::to_string(port);
+    const std::string there = "127.0.0.1:" + std::to_string(other_port);
+    drive_parameters.udp_listen = plant_parameters.udp_peer = here;
+    drive_parameters.udp_peer = plant_parameters.udp_listen = there;
+    drive.emplace(drive_parameters, period_ns);
+    plant.emplace(plant_parameters, period_ns);
+    (void)drive->read(0);  // the first one discards what has queued up
+  }
+
+  void publish(SwitchState acted) {
+    Measurement<double> m{.t_ns = t_ns += period_ns, .u_dc = 530, .acted = {acted, period_ns}};
+    plant->publish(to_record(m));
+  }
+  Measurement<double> read() { return drive->read(t_ns); }
+
+  HilParameters drive_parameters{};
+  HilParameters plant_parameters{};
+  std::optional<UdpDriveIo> drive{};
+  std::optional<UdpPlantEnd> plant{};
+  std::int64_t t_ns{0};
+};
+
+TEST_F(UdpLinkTest, MeasurementsComeOverAndAreJoined) {
+  EXPECT_FALSE(read().plausible);
+  publish(switch_states[1]);
+  EXPECT_TRUE(read().plausible);
+  publish(switch_states[1]);
+  publish(switch_states[2]);
+  const Measurement<double> m = read();
+  EXPECT_TRUE(m.plausible);
+  EXPECT_EQ(m.u_dc, 530.0);
+  GatePattern expected = v1;
+  expected.append({switch_states[2], period_ns});
+  EXPECT_EQ(m.acted, expected);
+  EXPECT_EQ(drive->network().received, 3U);
+}
+
+TEST_F(UdpLinkTest, WhatQueuedUpBeforeTheFirstReadIsNoMeasurementAndNoLoss) {
+  drive.reset();
+  drive.emplace(drive_parameters, period_ns);
+  for (int n = 0; n < 50; ++n) publish(switch_states[1]);
+  EXPECT_FALSE(read().plausible);
+  publish(switch_states[2]);
+  const Measurement<double> m = read();
+  EXPECT_EQ(m.acted, (GatePattern{switch_states[2], period_ns}));
+  EXPECT_EQ(drive->network().received, 1U);
+  EXPECT_EQ(drive->network().lost, 0U);
+}
+
+TEST_F(UdpLinkTest, PatternsAndTheEnableLineComeOver) {
+  CommandRecord command;
+  EXPECT_FALSE(plant->take(command));
+  drive->write(v1);
+  ASSERT_TRUE(plant->take(command));
+  EXPECT_FALSE(plant->gates_enabled()) << "the line closes on open gates only";
+  drive->write(open);
+  drive->write(v1);
+  ASSERT_TRUE(plant->take(command));
+  EXPECT_TRUE(plant->gates_enabled());
+  EXPECT_TRUE(plant->drive_present());
+  GatePattern pattern;
+  EXPECT_TRUE(to_pattern(command.pattern, pattern));
+  EXPECT_EQ(pattern, v1);
+  EXPECT_EQ(command.sequence, 3U);
+  EXPECT_FALSE(plant->take(command)) << "each once";
+  drive->open_gates();
+  ASSERT_TRUE(plant->take(command));
+  EXPECT_FALSE(plant->gates_enabled());
+  drive->write(v1);
+  ASSERT_TRUE(plant->take(command));
+  EXPECT_FALSE(plant->gates_enabled()) << "a torque pattern does not bring it back";
+}
+
+TEST_F(UdpLinkTest, ADriveThatLeavesSaysSo) {
+  CommandRecord command;
+  drive->write(open);
+  ASSERT_TRUE(plant->take(command));
+  drive.reset();
+  ASSERT_TRUE(plant->take(command));
+  EXPECT_FALSE(plant->drive_present());
+  EXPECT_FALSE(plant->gates_enabled());
+}
+
+TEST_F(UdpLinkTest, APlantThatStoodStillFollowsTheNewestCommandAndNoOlderOne) {
+  drive->write(open);
+  for (int n = 0; n < 50; ++n) drive->write(v1);  // the plant stands still meanwhile
+  drive->open_gates();
+  CommandRecord command;
+  ASSERT_TRUE(plant->take(command));
+  EXPECT_EQ(command.sequence, 52U);
+  EXPECT_FALSE(plant->gates_enabled());
+  EXPECT_FALSE(plant->take(command)) << "nothing is left of what queued up";
+}
+
+// More than the kernel keeps: the newest of them are lost, so that the newest that is there is an old one.
+TEST_F(UdpLinkTest, APlantThatStoodStillForLongWaitsForTheNextCommand) {
+  drive->write(open);
+  for (int n = 0; n < 3000; ++n) drive->write(v1);
+  drive->open_gates();
+  CommandRecord command;
+  EXPECT_FALSE(plant->take(command));
+  drive->write(v1);
+  ASSERT_TRUE(plant->take(command));
+  EXPECT_EQ(command.sequence, 3003U);
+  EXPECT_FALSE(plant->gates_enabled());
+}
+
+/// Stands where the drive is, drops what it is told to and passes the rest on.
+class UdpLossTest : public UdpLinkTest, public testing::WithParamInterface<int> {};
+
+TEST_P(UdpLossTest, LostDatagramsAreMadeUpForByTheNextUpToSevenInARow) {
+  publish(switch_states[1]);
+  ASSERT_TRUE(read().plausible);
+  // The datagrams go to a socket that is closed before it is read: lost on the way.
+  const int lost = GetParam();
+  drive.reset();
+  for (int n = 0; n < lost; ++n) publish(switch_states[1]);
+  MeasurementDatagram datagram;
+  DatagramReception reception{DatagramKind::measurement, period_ns};
+  UdpSocket other{drive_parameters.udp_listen, drive_parameters.udp_peer};
+  publish(switch_states[2]);
+  ASSERT_EQ(other.receive(std::as_writable_bytes(std::span{&datagram, 1})), sizeof datagram);
+  ASSERT_TRUE(reception.accept(datagram.header, sizeof datagram, sizeof datagram, 0));
+  MeasurementAssembler assembler{{.stale_ns = 1'000'000'000}};
+  // What the drive had before.
+  MeasurementRecord first = datagram.records[0];
+  first.sequence = 1;
+  assembler.add(first);
+  (void)assembler.take(0);
+  for (std::size_t n = datagram.header.count; n-- > 0;) {
+    if (datagram.records[n].sequence > assembler.newest().sequence) assembler.add(datagram.records[n]);
+  }
+  const Measurement<double> m = assembler.take(0);
+  EXPECT_EQ(m.plausible, lost <= 7);
+  if (lost <= 7) {
+    EXPECT_EQ(m.acted.duration_ns(), std::int64_t{lost + 1} * period_ns) << "nothing is missing";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Losses, UdpLossTest, testing::Values(0, 1, 6, 7, 8, 20));
+
+TEST_F(UdpLinkTest, AddressesThatAreNoneAreRefusedByName) {
+  const auto refusal = [](const std::string& listen, const std::string& peer) -> std::string {
+    try {
+      const UdpSocket refused{listen, peer};
+    } catch (const std::runtime_error& problem) {
+      return problem.what();
+    }
+    return "accepted";
+  };
+  using ::testing::HasSubstr;
+  for (const char* bad :
+       {"", "nowhere", "1.2.3.4", "1.2.3.4:", "1.2.3.4:0", "1.2.3.4:65536", "a.b:1", "1.2.3.4:5x"}) {
+    EXPECT_THAT(refusal("0.0.0.0:47999", bad), HasSubstr("hil.udp_peer: \"" + std::string{bad} + "\""))
+        << bad;
+    EXPECT_THAT(refusal(bad, "127.0.0.1:1"), HasSubstr("hil.udp_listen: \"" + std::string{bad} + "\""))
+        << bad;
+  }
+  EXPECT_THAT(refusal(drive_parameters.udp_listen, "127.0.0.1:1"), HasSubstr("cannot be listened on"));
+}
+
+TEST_F(UdpLinkTest, APlantThatIsNotThereIsNoError) {
+  plant.reset();
+  for (int n = 0; n < 50; ++n) {
+    drive->write(open);
+    EXPECT_FALSE(drive->read(t_ns += period_ns).plausible);
+  }
+  plant.emplace(plant_parameters, period_ns);
+  publish(switch_states[1]);
+  EXPECT_TRUE(read().plausible);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,200 @@
+#include "sextant/plant/exact_integrator.hpp"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "plant/switching_run.hpp"
+#include "sextant/plant/drive_plant.hpp"
+
+namespace sextant {
+namespace {
+
+using Plant = DrivePlant<double>;
+
+template <class T>
+PlantInputs<T> supply() {
+  PlantInputs<T> inputs{};
+  inputs.u_dc = T(530);
+  inputs.tau_l = T(5);
+  return inputs;
+}
+
+double torque_error(const std::vector<double>& a, const std::vector<double>& b) {
+  double error = 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) error = std::max(error, std::abs(a[n] - b[n]));
+  return error;
+}
+
+/// Torque at the end of each period of a switching sequence.
+std::vector<double> torques(Plant plant, PlantIntegrator<Plant>& integrator, PlantInputs<double> inputs) {
+  std::vector<double> tau_e;
+  for (const SwitchState state : switching_sequence(4000, 17)) {
+    inputs.state = state;
+    plant.set_inputs(inputs);
+    EXPECT_TRUE(integrator.advance(plant, switching_period_ns));
+    tau_e.push_back(plant.tau_e());
+  }
+  return tau_e;
+}
+
+TEST(ExactIntegrator, HasNoErrorAtConstantSpeedWhateverTheStep) {
+  const auto end = [](PlantIntegrator<Plant>& integrator) {
+    Plant plant{DrivePlantParameters<double>{}};
+    plant.set_speed(120.0);
+    PlantInputs<double> inputs = supply<double>();
+    inputs.imposed_speed = true;
+    for (const std::size_t vector : {1U, 2U, 0U, 3U}) {
+      inputs.state = switch_states[vector];
+      plant.set_inputs(inputs);
+      EXPECT_TRUE(integrator.advance(plant, 10'000'000));
+    }
+    return plant;
+  };
+  FixedStepIntegrator<Plant> fine{FixedStepParameters{1'000}};
+  const Plant reference = end(fine);
+  for (const std::int32_t step_ns : {1'000, 25'000, 10'000'000}) {
+    SCOPED_TRACE(step_ns);
+    ExactIntegrator<Plant> exact{ExactParameters{step_ns}};
+    const Plant plant = end(exact);
+    EXPECT_LT(magnitude(plant.psi_s() - reference.psi_s()), 1e-11 * magnitude(reference.psi_s()));
+    EXPECT_LT(magnitude(plant.psi_r() - reference.psi_r()), 1e-11 * magnitude(reference.psi_r()));
+    EXPECT_EQ(plant.omega_m(), 120.0);
+    EXPECT_NEAR(plant.theta_m(), 120.0 * 0.04, 1e-11);
+  }
+}
+
+/// The order that two steps show, against a fine Runge-Kutta run.
+double order(const Plant& start, const PlantInputs<double>& inputs) {
+  FixedStepIntegrator<Plant> fine{FixedStepParameters{500}};
+  ExactIntegrator<Plant> coarse{ExactParameters{25'000}};
+  ExactIntegrator<Plant> halved{ExactParameters{6'250}};
+  const std::vector<double> reference = torques(start, fine, inputs);
+  const double ratio = torque_error(torques(start, coarse, inputs), reference) /
+                       torque_error(torques(start, halved, inputs), reference);
+  return std::log2(ratio) / 2.0;
+}
+
+TEST(ExactIntegrator, IsOfOrderThreeWhereTheSpeedChanges) {
+  const Plant free_shaft{DrivePlantParameters<double>{}};
+  EXPECT_NEAR(order(free_shaft, supply<double>()), 3.0, 0.3);
+
+  PlantInputs<double> ramp = supply<double>();
+  ramp.imposed_speed = true;
+  ramp.speed_slope = 4000.0;
+  EXPECT_NEAR(order(free_shaft, ramp), 3.0, 0.3);
+
+  // Friction and road load, too, are part of it.
+  DrivePlantParameters<double> loaded{};
+  loaded.machine.inertia = 0.002;
+  loaded.viscous_friction = 0.05;
+  loaded.road_load = {.quadratic_drag = 1e-4, .rolling_torque = 2.0};
+  Plant vehicle{loaded};
+  vehicle.set_speed(20.0);
+  EXPECT_NEAR(order(vehicle, supply<double>()), 3.0, 0.5);
+}
+
+TEST(ExactIntegrator, AngleIsOfOrderTwo) {
+  const auto end = [](PlantIntegrator<Plant>& integrator) {
+    Plant plant{DrivePlantParameters<double>{}};
+    PlantInputs<double> inputs = supply<double>();
+    inputs.imposed_speed = false;
+    EXPECT_TRUE(run(plant, integrator, switching_sequence(2000, 5), inputs));
+    return plant.theta_m();
+  };
+  FixedStepIntegrator<Plant> fine{FixedStepParameters{1'000}};
+  ExactIntegrator<Plant> coarse{ExactParameters{25'000}};
+  ExactIntegrator<Plant> halved{ExactParameters{6'250}};
+  const double reference = end(fine);
+  EXPECT_NEAR(std::log2((end(coarse) - reference) / (end(halved) - reference)) / 2.0, 2.0, 0.3);
+}
+
+TEST(ExactIntegrator, WhileLegsAreOffItIsTheFixedStep) {
+  const std::vector<SwitchState> open{600, gates_off};
+  Plant by_exact{DrivePlantParameters<double>{}};
+  by_exact.set_fluxes({1.1, 0.0}, {1.05, 0.0});
+  by_exact.set_speed(230.0);
+  Plant by_fixed = by_exact;
+  ExactIntegrator<Plant> exact{{}, FixedStepParameters{5'000}};
+  FixedStepIntegrator<Plant> fixed{FixedStepParameters{5'000}};
+  ASSERT_TRUE(run(by_exact, exact, open, supply<double>()));
+  ASSERT_TRUE(run(by_fixed, fixed, open, supply<double>()));
+  EXPECT_EQ(by_exact.state(), by_fixed.state());
+}
+
+TEST(ExactIntegrator, TakesUpEachChangeOfSpeedStepAndPlant) {
+  // One integrator with all that it remembers against new ones.
+  ExactIntegrator<Plant> old{ExactParameters{100'000}};
+  Plant plant{DrivePlantParameters<double>{}};
+  PlantInputs<double> inputs = supply<double>();
+  inputs.state = switch_states[1];
+  inputs.imposed_speed = true;
+  const auto expect_same = [&](std::int64_t duration_ns) {
+    Plant twin = plant;
+    ExactIntegrator<Plant> fresh{ExactParameters{100'000}};
+    ASSERT_TRUE(old.advance(plant, duration_ns));
+    ASSERT_TRUE(fresh.advance(twin, duration_ns));
+    EXPECT_EQ(plant.state(), twin.state());
+  };
+  plant.set_inputs(inputs);
+  expect_same(25'000);
+  expect_same(10'000);
+  plant.set_speed(77.0);
+  expect_same(10'000);
+  DrivePlantParameters<double> other{};
+  other.machine.r_s = 3.0;
+  plant = Plant{other};
+  plant.set_inputs(inputs);
+  plant.set_speed(77.0);
+  old.reset();
+  expect_same(10'000);
+}
+
+TEST(ExactIntegrator, FloatPlantFollowsTheDoubleOne) {
+  Plant plant_d{DrivePlantParameters<double>{}};
+  DrivePlant<float> plant_f{DrivePlantParameters<float>{}};
+  ExactIntegrator<Plant> integrator_d;
+  ExactIntegrator<DrivePlant<float>> integrator_f;
+  const auto sequence = switching_sequence(4000, 9);
+  ASSERT_TRUE(run(plant_d, integrator_d, sequence, supply<double>()));
+  ASSERT_TRUE(run(plant_f, integrator_f, sequence, supply<float>()));
+  EXPECT_NEAR(double(plant_f.psi_s().alpha), plant_d.psi_s().alpha, 1e-3);
+  EXPECT_NEAR(double(plant_f.psi_s().beta), plant_d.psi_s().beta, 1e-3);
+  EXPECT_NEAR(double(plant_f.omega_m()), plant_d.omega_m(), 1e-2);
+  ASSERT_TRUE(run(plant_f, integrator_f, std::vector<SwitchState>(800, gates_off), supply<float>()));
+  EXPECT_LT(magnitude(plant_f.i_s()), 1e-3F);
+}
+
+TEST(ExactIntegrator, FailureKeepsTheOldState) {
+  ExactIntegrator<Plant> integrator;
+  for (const SwitchState state :
+       {switch_states[1], SwitchState{LegState::high, LegState::low, LegState::off}}) {
+    Plant plant{DrivePlantParameters<double>{}};
+    plant.set_fluxes({0.5, 0.1}, {0.5, 0.1});
+    PlantInputs<double> inputs = supply<double>();
+    inputs.state = state;
+    inputs.tau_l = std::numeric_limits<double>::quiet_NaN();
+    plant.set_inputs(inputs);
+    const Plant::State before = plant.state();
+    EXPECT_FALSE(integrator.advance(plant, 50'000));
+    EXPECT_EQ(plant.state(), before);
+    plant.set_inputs(supply<double>());
+    EXPECT_TRUE(integrator.advance(plant, 50'000));
+  }
+}
+
+TEST(ExactIntegrator, NoTimeIsNoChangeAndParametersAreChecked) {
+  Plant plant{DrivePlantParameters<double>{}};
+  plant.set_speed(3.0);
+  const Plant::State before = plant.state();
+  ExactIntegrator<Plant> integrator;
+  EXPECT_TRUE(integrator.advance(plant, 0));
+  EXPECT_EQ(plant.state(), before);
+  EXPECT_EQ(ExactParameters{}.validate(), nullptr);
+  EXPECT_NE(ExactParameters{0}.validate(), nullptr);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,387 @@
+"""scripts/bench: verdicts, what is read of Google Benchmark, kept figures, the page, stages that fail."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from sextant_py.bench import __main__ as bench
+from sextant_py.bench import peers, precision, report, speed, telemetry
+from sextant_py.bench.figure import MISSED, NOT_JUDGED, OK, PUBLISHED, Figure, NotMeasurableError, number, unmeasured
+from sextant_py.bench.google import GoogleResult
+from sextant_py.bench.lab import Lab, Stage
+from sextant_py.bench.results import Results, StageResult
+from sextant_py.bench.stages import STAGES
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+
+
+def google_run(name: str, repetition: int = 0, **values: object) -> dict:
+    return {
+        "run_name": name,
+        "run_type": "iteration",
+        "repetition_index": repetition,
+        "cpu_time": 2.0,
+        "real_time": 9.0,
+        "time_unit": "us",
+    } | values
+
+
+@pytest.mark.parametrize(
+    ("value", "limits", "verdict"),
+    [
+        (1.2, {"at_most": 1.2}, OK),
+        (1.2001, {"at_most": 1.2}, MISSED),
+        (250.0, {"at_least": 250.0}, OK),
+        (249.9, {"at_least": 250.0}, MISSED),
+        (0.98, {"at_least": 0.9, "at_most": 1.1}, OK),
+        (0.8, {"at_least": 0.9, "at_most": 1.1}, MISSED),
+        (math.nan, {"at_most": 1.2}, MISSED),
+        (math.nan, {"at_least": 1.2}, MISSED),
+        (7.0, {}, PUBLISHED),
+        (None, {"at_most": 1.2}, NOT_JUDGED),
+        (None, {}, NOT_JUDGED),
+    ],
+)
+def test_verdicts(value: float | None, limits: dict, verdict: str) -> None:
+    assert Figure("x", value, **limits).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (1.2345, "1.23"),
+        (0.0269, "0.0269"),
+        (8838.4, "8 838"),
+        (153.2, "153"),
+        (4e-9, "4e-9"),
+        (2.5e7, "2.5e7"),
+        (math.nan, "nan"),
+        (math.inf, "inf"),
+    ],
+)
+def test_numbers(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+def test_google_benchmark_is_read_by_repetition() -> None:
+    result = GoogleResult(
+        {
+            "benchmarks": [
+                google_run("a/iterations:1", cpu_time=3.0, ratio=1.5, threads=1),
+                google_run("a/iterations:1", 1, cpu_time=2.5, ratio=1.1),
+                google_run("a/iterations:1", 2, cpu_time=9.0, ratio=1.2),
+                google_run("a/iterations:1", 3, cpu_time=0.1, run_type="aggregate", ratio=77.0),
+                google_run("b/8/repeats:3", time_unit="ms", realtime_factor=4.0),
+                google_run("replay", items_per_second=5e7),
+                google_run("bad", error_occurred=True, error_message="the drive makes no torque"),
+            ]
+        }
+    )
+    assert result.figure("m", "a", "cpu_ns", "least").value == 2500.0
+    assert result.median("a", "ratio") == 1.2
+    assert result.figure("m", "a", "ratio", "most").value == 1.5
+    assert result.figure("m", "b/8", "cpu_ns", "least").value == 2e6
+    assert result.figure("m", "replay", "cpu_ns", "least").value == pytest.approx(20.0)  # of one of many items
+    assert result.figure("m", "a", "ratio", "most", at_most=1.4).verdict == MISSED
+    assert result.figure("m", "a", "ratio", "least", at_most=1.4).value == 1.1
+    failed = result.figure("m", "bad", "ratio", at_most=1.4, note="of a settled drive")
+    assert (failed.verdict, failed.note) == (MISSED, "the drive makes no torque")
+    missing = result.figure("m", "none", "ratio", at_most=1.4)
+    assert missing.verdict == MISSED
+    assert "no benchmark none" in missing.note
+    assert not result.has("a", "threads")
+
+
+def ages(**ratios: float) -> GoogleResult:
+    return GoogleResult({"benchmarks": [google_run(f"closed_loop_growth/{k[1:]}", ratio=v) for k, v in ratios.items()]})
+
+
+def test_a_cost_that_grows_with_the_length_of_the_run_is_seen() -> None:
+    flat = speed.flatness(ages(n10000=1.01, n10000000=1.05))
+    assert (flat.verdict, flat.value) == (OK, 1.05)
+    assert "10 000 000 periods" in flat.note
+    assert speed.flatness(ages(n10000=1.3, n10000000=1.05)).verdict == MISSED
+    assert speed.flatness(ages()).verdict == MISSED
+
+
+def peer_round(fixed: float, motulator: float, gem: float) -> dict:
+    return {"ours": {"fixed": fixed, "cvode": fixed / 30}} | {
+        tool: {"factor": factor, "version": "1"}
+        for tool, factor in (("motulator", motulator), ("gem", gem), ("gem_euler", 2 * gem))
+    }
+
+
+def test_peers_are_compared_within_a_round() -> None:
+    # The second round ran on a machine half as fast: the ratios stand.
+    rounds = [peer_round(200, 0.025, 0.16), peer_round(100, 0.0125, 0.08), peer_round(200, 0.025, 0.25)]
+    figures = {figure.measure: figure for figure in peers.compare(rounds)}
+    against_motulator = figures["simulated seconds a second, ours / motulator, current-vector control with PWM"]
+    assert (against_motulator.value, against_motulator.verdict) == (pytest.approx(8000), OK)
+    gem = figures["simulated seconds a second, ours / gym-electric-motor, finite control set, no controller"]
+    assert (gem.value, gem.verdict) == (pytest.approx(1250), OK)
+    euler = figures["simulated seconds a second, ours / gym-electric-motor with its Euler solver"]
+    assert euler.verdict == PUBLISHED
+    slow = peers.compare([peer_round(100, 0.025, 0.16)])
+    assert [figure.verdict for figure in slow[:2]] == [MISSED, MISSED]
+
+
+def test_a_peer_that_ran_something_else_is_refused(tmp_path: Path) -> None:
+    peer = tmp_path / "peer"
+    peer.write_text('#!/bin/sh\necho \'{"version": "1", "simulated_s": 1, "cpu_s": 2, "torque": 20}\'\n')
+    peer.chmod(0o755)
+    with pytest.raises(UserError, match=r"stands at 20\.0 N·m"):
+        peers.run_peer(Lab(), peer, "gem", 1.0)
+
+
+def test_peers_that_cannot_be_installed_are_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> Path:
+        raise UserError("no network")
+
+    monkeypatch.setattr(peers, "install", fail)
+    figures = peers.peers(Lab())
+    assert [(f.verdict, f.note, f.at_least) for f in figures] == [
+        (NOT_JUDGED, "no network", 5000.0),
+        (NOT_JUDGED, "no network", 1000.0),
+    ]
+
+
+def work_precision(difference: float, error: float) -> dict:
+    """difference: to CVODE at 1e-12; to that at 1e-10 it is a hundred times as much."""
+
+    def point(integrator: str, setting: str, default: bool, value: float) -> dict:
+        return {
+            "integrator": integrator,
+            "setting": setting,
+            "default": default,
+            "torque_error_nm": value / difference * error,
+            "torque_difference_to_cvode_1e_10_nm": 100.0 * value,
+            "torque_difference_to_cvode_1e_12_nm": value,
+        }
+
+    points = [
+        point("fixed", "2.5 us", False, 9.0),
+        point("exact", "25 us", True, 9.0),
+        point("fixed", "25 us", True, difference),
+    ]
+    return {"free_shaft": {"torque_error_of_cvode_nm": {"1e-10": 3e-5, "1e-12": 3e-7}, "points": points}}
+
+
+def test_the_error_of_the_fixed_step_is_that_of_its_default_step() -> None:
+    against_cvode, true, loose = precision.figures(work_precision(3e-7, 4e-9))
+    assert (against_cvode.value, against_cvode.verdict) == (3e-7, OK)
+    assert "3e-7" in against_cvode.note
+    assert (true.value, true.verdict) == (pytest.approx(4e-9), OK)
+    assert (loose.value, loose.verdict) == (pytest.approx(3e-5), PUBLISHED)
+    assert "1e-10 itself is 3e-5 N·m" in loose.note
+    assert [f.verdict for f in precision.figures(work_precision(2e-6, 1.1e-6))] == [MISSED, MISSED, PUBLISHED]
+    for other in ({}, {"free_shaft": {"points": []}}):
+        with pytest.raises(UserError, match="another form than expected"):
+            precision.figures(other)
+
+
+def test_a_missing_program_is_not_judged(tmp_path: Path) -> None:
+    assert [f.verdict for f in precision.precision(Lab(programs=tmp_path))] == [NOT_JUDGED]
+
+
+def some_results() -> Results:
+    return Results(
+        {
+            "plant": StageResult(
+                "the plant", [Figure("ratio | of it", 1.1, "x", at_most=1.2, note="in turns")], 3.0, 0.5
+            ),
+            "control": StageResult("the step", [Figure("too slow", 1.4, "x", at_most=1.2), Figure("time", 12.0, "ns")]),
+            "live": StageResult("from elsewhere", [unmeasured("wake-up", "no cyclictest", at_most=1.1, unit="x")]),
+        }
+    )
+
+
+def test_results_survive_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "deep" / "bench.json"
+    results = some_results()
+    results.write(file)
+    assert Results.read(file) == results
+    assert json.loads(file.read_text())["stages"]["control"]["figures"][0]["verdict"] == MISSED
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": 1, "stages": {"a": {}}}', '{"format": 2, "stages": {}}'])
+def test_a_file_of_something_else_is_refused_in_a_sentence(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "bench.json"
+    file.write_text(text)
+    with pytest.raises(UserError, match=r"bench\.json"):
+        Results.read(file)
+
+
+def test_stages_come_in_their_order_and_strangers_last() -> None:
+    assert [name for name, _ in some_results().in_order(["control", "plant"])] == ["control", "plant", "live"]
+
+
+def test_the_page_has_every_figure_once() -> None:
+    stages = some_results().in_order(["control", "plant"])
+    judged, published = report.judged_table(stages), report.published_table(stages)
+    assert judged.splitlines()[2:] == [
+        "| too slow | ≤ 1.2 × | 1.4 × | **MISSED** | `scripts/bench --only control` |",
+        "| ratio \\| of it (in turns) | ≤ 1.2 × | 1.1 × | ok | `scripts/bench --only plant` |",
+        "| wake-up (no cyclictest) | ≤ 1.1 × | – | **NOT JUDGED** | `scripts/bench --only live` |",
+    ]
+    assert published.splitlines()[2:] == ["| time | 12 ns | `scripts/bench --only control` |"]
+
+
+def test_text_is_put_between_the_marks_and_nowhere_else() -> None:
+    page = "a\n<!-- x -->\nold\n<!-- end of x -->\nb\n"
+    once = report.put(page, "x", r"new \1")
+    assert once == "a\n<!-- x -->\nnew \\1\n<!-- end of x -->\nb\n"
+    assert report.put(once, "x", r"new \1") == once
+    with pytest.raises(UserError, match="no pair of marks"):
+        report.put("a\n", "x", "new")
+    with pytest.raises(UserError, match="no pair of marks"):
+        report.put(page + page, "x", "new")
+
+
+@pytest.fixture
+def two_stages(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(lab: Lab) -> list[Figure]:
+        lab.run("/no/such/program")
+        raise AssertionError
+
+    monkeypatch.setattr(
+        bench,
+        "STAGES",
+        (
+            Stage("good", "a good one", 1, lambda _: [Figure("slow", 2.0, "x", at_most=1.0)]),
+            Stage("broken", "a broken one", 1, broken),
+        ),
+    )
+
+
+@pytest.mark.usefixtures("two_stages")
+def test_a_stage_that_fails_is_told_and_does_not_stop_the_others(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "bench.json"
+    assert bench.main(["--out", str(out)]) == 0
+    assert bench.main(["--out", str(out), "--judge"]) == 1
+    printed = capsys.readouterr().out
+    assert "bench: MISSED: stage broken: /no/such/program cannot be run: No such file or directory" in printed
+    assert "bench: MISSED: slow" in printed
+    assert bench.main(["--out", str(out), "--judge", "--only", "broken"]) == 1
+    assert set(Results.read(out).stages) == {"good", "broken"}
+
+
+def judged(monkeypatch: pytest.MonkeyPatch, out: Path, *figures: Figure) -> int:
+    monkeypatch.setattr(bench, "STAGES", (Stage("one", "one", 1, lambda _: list(figures)),))
+    return bench.main(["--out", str(out / "bench.json"), "--judge"])
+
+
+def test_the_exit_status_tells_missed_from_not_judged(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good, missed = Figure("a", 1.0, at_most=2.0), Figure("b", 3.0, at_most=2.0)
+    known = Figure("c", 2.5, at_most=2.0, accepted_at_most=2.8, accepted_because="so it is")
+    beyond = Figure("d", 2.9, at_most=2.0, accepted_at_most=2.8, accepted_because="so it is")
+    away = unmeasured("e", "no cyclictest", at_most=1.1)
+    broken = GoogleResult(
+        {"benchmarks": [google_run("sample", error_occurred=True, error_message="a sample did not arrive")]}
+    ).figure("f", "sample", "ratio", at_most=1.1)
+    assert judged(monkeypatch, tmp_path, good) == 0
+    assert judged(monkeypatch, tmp_path, good, known) == 0
+    assert "missed as accepted: c: 2.5, accepted up to 2.8: so it is" in capsys.readouterr().out
+    assert judged(monkeypatch, tmp_path, good, known, away) == 77
+    assert judged(monkeypatch, tmp_path, away, missed) == 1
+    assert judged(monkeypatch, tmp_path, beyond) == 1
+    assert judged(monkeypatch, tmp_path, away, broken) == 1
+    assert "MISSED: f: a sample did not arrive" in capsys.readouterr().out
+    assert bench.main(["--out", str(tmp_path / "bench.json"), "--report"]) == 0
+    assert judged(monkeypatch, tmp_path, Figure("g", math.nan, at_most=2.0, accepted_at_most=2.8)) == 1
+
+
+def test_what_is_not_installed_is_not_judged_and_what_crashes_is_missed(tmp_path: Path) -> None:
+    lab = Lab(out=tmp_path)
+    with pytest.raises(NotMeasurableError, match="cannot be run"):
+        lab.run("no-such-program-of-the-system")
+    for command in (["sh", "-c", "kill -SEGV $$"], ["false"], ["/no/such/program"]):
+        with pytest.raises(UserError) as found:
+            lab.run(*command)
+        assert not isinstance(found.value, NotMeasurableError)
+    assert lab.run("sh", "-c", "echo found; exit 1", accept=(0, 1)) == "found\n"
+    with_vcan = tmp_path / "with_vcan"
+    with_vcan.write_text("#!/bin/sh\nexit $1\n")
+    with_vcan.chmod(0o755)
+    with pytest.raises(NotMeasurableError, match="no kernel with vcan"):
+        lab.run("env", with_vcan, "125")
+    with pytest.raises(UserError, match="failed"):
+        lab.run("env", with_vcan, "3")
+
+
+def test_an_accepted_miss_is_shown_as_one() -> None:
+    known = Figure("ratio", 2.5, "x", at_most=2.0, accepted_at_most=2.8, accepted_because="more is asked")
+    beyond = Figure("ratio", 2.9, "x", at_most=2.0, accepted_at_most=2.8, accepted_because="more is asked")
+    rows = report.judged_table([("control", StageResult("the step", [known, beyond]))]).splitlines()[2:]
+    assert "| **MISSED**, accepted up to 2.8 ×: more is asked |" in rows[0]
+    assert "| **MISSED**, beyond what is accepted, 2.8 × |" in rows[1]
+    assert Figure("ratio", 1.5, "x", at_most=2.0, accepted_at_most=2.8).acceptance == ""
+
+
+def pushes(full: float, room: float, clock: float = 27.0) -> GoogleResult:
+    return GoogleResult(
+        {
+            "benchmarks": [
+                google_run("telemetry_push_full", p50_ns=full, clock_ns=clock),
+                google_run("telemetry_push", p50_ns=room, clock_ns=clock),
+            ]
+        }
+    )
+
+
+def test_a_full_ring_is_judged_without_the_clock() -> None:
+    good = telemetry.full_ring(pushes(29.0, 35.0))
+    assert (good.value, good.verdict) == (0.25, OK)
+    # With the clock on both sides these two would be 1.09.
+    slow = telemetry.full_ring(pushes(38.0, 35.0))
+    assert (slow.value, slow.verdict) == (1.375, MISSED)
+    assert telemetry.full_ring(pushes(26.0, 35.0)).value == 0.0
+    assert telemetry.full_ring(pushes(29.0, 27.0)).verdict == NOT_JUDGED
+    broken = {"benchmarks": [google_run("telemetry_push_full", error_occurred=True, error_message="room left")]}
+    assert (telemetry.full_ring(GoogleResult(broken)).verdict, telemetry.full_ring(GoogleResult(broken)).note) == (
+        MISSED,
+        "room left",
+    )
+
+
+@pytest.mark.usefixtures("two_stages")
+def test_figures_of_elsewhere_join_and_reach_the_page(tmp_path: Path) -> None:
+    out, other, page = tmp_path / "bench.json", tmp_path / "live.json", tmp_path / "page.md"
+    Results({"live": StageResult("from elsewhere", [Figure("body", 1.0, "x", at_most=1.3)])}).write(other)
+    marks = "".join(f"<!-- {name} figures -->\n<!-- end of {name} figures -->\n" for name in ("judged", "published"))
+    page.write_text(marks)
+    command = ["--out", str(out), "--only", "good", "--add", str(other), "--page", str(page), "--write-page"]
+    assert bench.main(command) == 0
+    assert "| body | ≤ 1.3 × | 1 × | ok | `scripts/bench --only live` |" in page.read_text()
+    assert "**MISSED**" in page.read_text()
+
+
+def test_unknown_stages_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match='there is no stage "nonsense"; the stages are control, plant'):
+        bench.main(["--out", str(tmp_path / "bench.json"), "--only", "control,nonsense"])
+    with pytest.raises(UserError, match="holds no figures yet"):
+        bench.main(["--out", str(tmp_path / "bench.json"), "--report"])
+
+
+def test_a_program_that_hangs_is_ended(tmp_path: Path) -> None:
+    lab = Lab(out=tmp_path)
+    lab.deadline = 0.0
+    with pytest.raises(UserError, match="sleep took longer than the stage may"):
+        lab.run("sleep", "30")
+
+
+def test_the_page_is_written_by_the_stages_that_there_are() -> None:
+    """Each known stage has rows in the committed page, and no row calls a stage that is gone."""
+    text = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+    names = {stage.name for stage in STAGES}
+    called = set()
+    for line in text.splitlines():
+        if line.startswith("| ") and "`scripts/bench --only " in line:
+            called.add(line.rsplit("--only ", 1)[1].split("`")[0])
+    assert called <= names
+    assert called >= names - {"instructions"}  # its rows name scripts/check_instructions

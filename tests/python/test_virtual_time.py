@@ -1,0 +1,214 @@
+"""sextant-ecu --virtual-time: recordings of can-utils and python-can go in and come out, and runs repeat."""
+
+import csv
+import itertools
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import can
+import h5py
+import pytest
+from sextant_py import bus as can_bus
+from sextant_py import e2e
+from sextant_py.contract import Contract
+from sextant_py.paths import LOOPBACK, ROOT
+
+ECU_CONFIG = ROOT / "configs" / "ecu.toml"
+QUICK = ("--set", "plant.integrator=fixed", "--set", "machine.inertia_kg_m2=0.5")
+PERIOD_S = 0.01
+
+
+def program() -> Path:
+    """sextant-ecu of the directory that SEXTANT_BIN names, or else of a preset's build."""
+    places = [Path(os.environ["SEXTANT_BIN"])] if "SEXTANT_BIN" in os.environ else []
+    places += [ROOT / "build" / preset / "apps" for preset in ("dev", "release")]
+    return next(place / "sextant-ecu" for place in places if (place / "sextant-ecu").is_file())
+
+
+def start(*arguments: object) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [program(), ECU_CONFIG, *QUICK, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        stdin=subprocess.DEVNULL,
+    )
+
+
+def run(*arguments: object) -> str:
+    """The report of a run that went well."""
+    found = start("--virtual-time", *arguments)
+    assert found.returncode == 0, found.stderr
+    return found.stdout
+
+
+def digest(report: str) -> str:
+    return re.search(r"^digest .*$", report, re.MULTILINE).group()
+
+
+def telemetry(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture
+def profile(tmp_path: Path) -> Path:
+    """Half a second of torque, both ways."""
+    path = tmp_path / "profile.csv"
+    path.write_text("time_s,torque_nm\n0,15\n0.25,15\n0.25,-10\n0.5,-10\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def commands(tmp_path: Path) -> Path:
+    """A vehicle's side of half a second, written by python-can: disable, then 12 N·m."""
+    path = tmp_path / "commands.log"
+    contract = Contract()
+    with can.CanutilsLogWriter(path, channel="can0") as writer:
+        for n in range(50):
+            signals = {"TorqueRequest": 12.0 if n >= 10 else 0.0, "TorqueLimit": 150.0, "Enable": int(n >= 10)}
+            frame = contract.encode("VCU_TorqueCommand", {**signals, "FaultReset": 0}, n % e2e.COUNTER_COUNT)
+            frame.timestamp = 1_700_000_000 + n * PERIOD_S
+            writer.on_message_received(frame)
+    return path
+
+
+def test_a_recording_of_python_can_drives_the_drive(commands: Path, tmp_path: Path) -> None:
+    report = run(commands, "--telemetry-out", tmp_path / "run.csv")
+    assert "commands 48 accepted, 0 rejected" in report  # the first two only make the E2E state valid
+    assert "left in TORQUE, 0 faults" in report
+    rows = [row for row in telemetry(tmp_path / "run.csv") if 200e6 < int(row["t_ns"]) < 480e6]
+    assert {row["state"] for row in rows} == {"TORQUE"}
+    assert sum(float(row["torque_mean_nm"]) for row in rows) / len(rows) == pytest.approx(12.0, abs=2.5)
+
+
+def test_python_can_reads_what_was_recorded(profile: Path, tmp_path: Path) -> None:
+    log = tmp_path / "run.log"
+    run("--profile", profile, "--frames-out", log)
+    contract = Contract()
+    checker = e2e.Checker(contract.data_id("MCU_TorqueStatus"))
+    statuses = []
+    seen = set()
+    for frame in can.LogReader(log):
+        name, signals = contract.decode(frame)
+        seen.add(name)
+        if name == "MCU_TorqueStatus":
+            assert checker.check(bytes(frame.data)) is not e2e.Result.ERROR
+            statuses.append((frame.timestamp, signals))
+    assert len(seen) == len(contract.database.messages)
+    cyclic = [time for time, _ in statuses[:-1]]  # the last one tells of the shutdown, due or not
+    assert all(b - a == pytest.approx(PERIOD_S, abs=1e-5) for a, b in itertools.pairwise(cyclic))
+    assert {"STANDBY", "READY", "TORQUE", "SHUTDOWN"} <= {str(signals["DriveState"]) for _, signals in statuses}
+    assert str(statuses[-1][1]["DriveState"]) == "SHUTDOWN"
+
+
+@pytest.mark.skipif(shutil.which("log2asc") is None, reason="can-utils are not installed")
+def test_can_utils_read_what_was_recorded(profile: Path, tmp_path: Path) -> None:
+    log = tmp_path / "run.log"
+    run("--profile", profile, "--frames-out", log)
+    found = subprocess.run(["log2asc", "-I", log, "vcan0"], capture_output=True, text=True, timeout=30, check=True)
+    frames = [line for line in found.stdout.splitlines() if re.search(r" (Rx|Tx) ", line)]
+    assert len(frames) == len(log.read_text(encoding="utf-8").splitlines())
+
+
+def test_a_replay_of_its_own_recording_is_the_same_run(profile: Path, tmp_path: Path) -> None:
+    names = [tmp_path / name for name in ("a.log", "a.csv", "b.log", "b.csv")]
+    first = run("--profile", profile, "--frames-out", names[0], "--telemetry-out", names[1])
+    second = run(names[0], "--frames-out", names[2], "--telemetry-out", names[3])
+    assert digest(first) == digest(second)
+    assert names[0].read_bytes() == names[2].read_bytes()
+    assert names[1].read_bytes() == names[3].read_bytes()
+
+
+def test_a_seed_is_a_run(profile: Path) -> None:
+    # A vehicle may not get through its profile on such a bus; the run is the same all the same.
+    reports = [start("--virtual-time", "--profile", profile, "--bus-seed", seed).stdout for seed in (3, 3, 4)]
+    assert digest(reports[0]) == digest(reports[1]) != digest(reports[2])
+    assert "disturbed with seed 3" in reports[0]
+
+
+def test_cvode_repeats_as_well(profile: Path) -> None:
+    reports = [run("--profile", profile, "--set", "plant.integrator=cvode") for _ in range(2)]
+    assert digest(reports[0]) == digest(reports[1]) != digest(run("--profile", profile))
+
+
+def test_hdf5_and_csv_hold_the_same(profile: Path, tmp_path: Path) -> None:
+    run("--profile", profile, "--telemetry-out", tmp_path / "run.h5")
+    run("--profile", profile, "--telemetry-out", tmp_path / "run.csv")
+    rows = telemetry(tmp_path / "run.csv")
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert set(file) == set(rows[0])  # and no group `plant`: the drive does not know it
+        assert list(file["torque_mean_nm"]) == [float(row["torque_mean_nm"]) for row in rows]
+        assert list(file["t_ns"]) == [int(row["t_ns"]) for row in rows]
+
+
+def test_a_live_recording_replays(bus_address: str, domain: int, tmp_path: Path) -> None:
+    """sextant-ecu and scripts/vcu over a real bus, recorded by python-can; the replay does what the drive did."""
+    log = tmp_path / "live.log"
+    table = tmp_path / "profile.csv"
+    table.write_text("time_s,torque_nm\n0,14\n0.8,14\n", encoding="utf-8")
+    arguments = [program(), ECU_CONFIG, *QUICK, "--can", bus_address, "--set", f"dds.domain={domain}"]
+    listener = can_bus.open_bus(can_bus.parse(bus_address))
+    with can.CanutilsLogWriter(log) as writer:
+        notifier = can.Notifier(listener, [writer])
+        loopback = {**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8")}
+        quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        drive = subprocess.Popen(arguments, **quiet, env=loopback)
+        try:
+            vcu = [ROOT / "scripts" / "vcu", "--profile", table, "--can", bus_address, "--quiet"]
+            subprocess.run(vcu, check=True, timeout=60)
+        finally:
+            drive.terminate()
+            drive.wait(10)
+            notifier.stop()
+            listener.shutdown()
+    report = run(log, "--telemetry-out", tmp_path / "run.csv")
+    assert re.search(r"commands \d+ accepted, 0 rejected", report), report
+    torque = [row for row in telemetry(tmp_path / "run.csv") if row["state"] == "TORQUE"]
+    assert 0.7 < len(torque) * 1e-3 < 1.2
+    middle = torque[100:700]
+    assert sum(float(row["torque_mean_nm"]) for row in middle) / len(middle) == pytest.approx(14.0, abs=2.5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), ("nothing says what to run", "--profile")),
+        (("gone.log",), ("gone.log cannot be read",)),
+        (("{commands}", "--profile", "{profile}"), ("not from both",)),
+        (("{commands}", "--log-interface", "vcan7"), ("holds frames of can0",)),
+        (("{commands}", "--telemetry-out", "run.txt"), ("must end in .csv or .h5",)),
+        (("{commands}", "--frames-out", "/no/where.log"), ("/no/where.log cannot be written",)),
+        (("{commands}", "--frames-out", "{commands}"), ("read and written at once",)),
+        (("{profile}",), ("profile.csv:1: expected a time",)),
+        (("--profile", "{commands}"), ("commands.log:2",)),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    arguments: tuple[str, ...], words: tuple[str, ...], commands: Path, profile: Path
+) -> None:
+    before = commands.read_bytes()
+    found = start("--virtual-time", *(text.format(commands=commands, profile=profile) for text in arguments))
+    assert found.returncode == 1
+    assert found.stdout == ""
+    assert len(found.stderr.splitlines()) == 1
+    assert found.stderr.startswith("sextant-ecu: ")
+    for word in words:
+        assert word in found.stderr
+    assert commands.read_bytes() == before
+
+
+def test_a_vehicle_that_is_let_down_says_so(profile: Path) -> None:
+    found = start("--virtual-time", "--profile", profile, "--set", "protection.over_current_a=20")
+    assert found.returncode == 1
+    assert "went to FAULT (OVER_CURRENT)" in found.stderr
+    assert "left in FAULT, 1 faults, first OVER_CURRENT" in found.stdout
+
+
+def test_its_options_need_virtual_time(profile: Path) -> None:
+    found = start("--profile", profile)
+    assert found.returncode != 0
+    assert "--virtual-time" in found.stderr
