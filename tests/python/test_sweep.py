@@ -26,8 +26,7 @@ control.flux_reference_wb = [0.9, 1.1]
 [plot]
 metrics = ["torque_ripple_pp_nm"]
 """
-# The same points, each long enough to be interrupted.
-SLOW = QUICK.replace("duration_s = 0.25", "duration_s = 20").replace("[set]", "time_limit_s = 100\n[set]")
+ENDLESS = QUICK.replace("duration_s = 0.25", "duration_s = 100000").replace("[set]", "time_limit_s = 100\n[set]")
 
 
 def program() -> Path:
@@ -87,7 +86,8 @@ class Bench:
                 command = (process / "cmdline").read_bytes()
             except OSError:
                 continue
-            if command.startswith(os.fsencode(self.mil)):
+            # A program, or a script and its shell. The sweep itself names the program further behind.
+            if any(word.startswith(os.fsencode(self.mil)) for word in command.split(b"\0")[:2]):
                 found.append(int(process.name))
         return found
 
@@ -177,13 +177,37 @@ def test_a_random_sample_prints_its_seed_and_repeats(bench: Bench) -> None:
     assert len({ripple for _, ripple in outcomes[0]}) == 20
 
 
-def crashing(bench: Bench, where: str) -> None:
-    """A sextant-mil that dies of a segmentation fault at the points whose call has these words."""
-    real = bench.mil.rename(bench.directory / "real-sextant-mil")
+def wrapped(bench: Bench, where: str, command: str) -> Path:
+    """A sextant-mil that does something else first at the points whose call has these words. Returns the real one."""
+    real = bench.mil.rename(bench.mil.with_name(bench.mil.name + "-real"))
     bench.mil.write_text(
-        f'#!/bin/sh\ncase "$*" in *--print-config*) ;; *{where}*) kill -SEGV $$ ;; esac\nexec {real} "$@"\n'
+        f'#!/bin/sh\ncase "$*" in *--print-config*) ;; *{where}*) {command} ;; esac\nexec {real} "$@"\n'
     )
     bench.mil.chmod(0o755)
+    return real
+
+
+def crashing(bench: Bench, where: str) -> None:
+    """A sextant-mil that dies of a segmentation fault at the points whose call has these words."""
+    wrapped(bench, where, "kill -SEGV $$")
+
+
+@dataclass
+class Hold:
+    """Points that run until they are released, however fast the machine is."""
+
+    file: Path
+    real: Path
+
+    def release(self) -> None:
+        self.file.unlink()
+
+
+def held(bench: Bench, where: str = "") -> Hold:
+    """A sextant-mil that waits at the points whose call has these words."""
+    file = bench.directory / "hold"
+    file.touch()
+    return Hold(file, wrapped(bench, where, f"while [ -e {file} ]; do sleep 0.02; done"))
 
 
 def test_failed_points_have_a_reason_and_stop_nothing(bench: Bench) -> None:
@@ -209,7 +233,7 @@ def test_failed_points_have_a_reason_and_stop_nothing(bench: Bench) -> None:
 
 
 def test_a_point_beyond_its_time_limit_is_ended(bench: Bench) -> None:
-    bench.write(SLOW.replace("duration_s = 20", "duration_s = 100000").replace("[20, 25, 50]", "[20]"))
+    bench.write(ENDLESS.replace("[20, 25, 50]", "[20]"))
     found = bench.run("--time-limit", "0.5")
     assert found.returncode == 1
     assert {row["reason"] for row in bench.rows()} == {"no result within the time limit of 0.5 s"}
@@ -223,34 +247,42 @@ def test_a_drive_that_trips_has_failed(bench: Bench) -> None:
     assert all(row["status"] == "failed" and "the drive tripped with" in row["reason"] for row in bench.rows())
 
 
+LAST = "control.period_us=50"  # the last two of the six points
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_sweep_resumes(bench: Bench, number: int) -> None:
-    bench.write(SLOW)
+    hold = held(bench, LAST)
+    bench.write(QUICK)
     sweep = bench.start("--workers", "1")
-    eventually(lambda: len(bench.records()) >= 2 and bench.programs())
+    eventually(lambda: len(bench.records()) == 4 and bench.programs())
     _, said = end(sweep, number)
     assert sweep.returncode == 130, said
     eventually(lambda: bench.programs() == [], 5)
     kept = bench.records()
-    assert 2 <= len(kept) < 6
+    assert sorted(kept) == [0, 1, 2, 3]
     assert "failed" not in {record["status"] for record in kept.values()}
-    assert said.splitlines()[-1].startswith(f"sweep: interrupted; {len(kept)} of 6 points are finished and kept in")
+    assert said.splitlines()[-1].startswith("sweep: interrupted; 4 of 6 points are finished and kept in")
+    hold.release()
     found = bench.run()
     assert found.returncode == 0, found.stderr
-    assert f"{6 - len(kept)} points to run" in found.stdout
+    assert "2 points to run" in found.stdout
     after = bench.records()
     assert {k: after[k] for k in kept} == kept
     assert [row["point"] for row in bench.rows()] == list(range(6))
 
 
 def test_a_killed_sweep_resumes(bench: Bench) -> None:
-    bench.write(SLOW)
+    hold = held(bench, LAST)
+    bench.write(QUICK)
     sweep = bench.start("--workers", "1")
-    eventually(lambda: len(bench.records()) >= 2)
+    eventually(lambda: len(bench.records()) == 4)
     end(sweep, signal.SIGKILL)
     kept = bench.records()
+    assert len(kept) == 4
     with (bench.out / "points.jsonl").open("a") as file:
         file.write('{"point": 5, "sta')
+    hold.release()
     found = bench.run()
     assert found.returncode == 0, found.stderr
     after = bench.records()
@@ -259,15 +291,20 @@ def test_a_killed_sweep_resumes(bench: Bench) -> None:
 
 
 def test_two_sweeps_run_beside_each_other_but_not_in_one_directory(bench: Bench, tmp_path: Path) -> None:
-    bench.write(SLOW)
+    hold = held(bench, LAST)
+    bench.write(QUICK)
     sweep = bench.start("--workers", "1")
     eventually(lambda: bench.records())
     found = bench.run()
     assert found.returncode == 1
     assert "another sweep runs in" in found.stderr
-    found = bench.run("--out", str(tmp_path / "other"), "--workers", "1", "--no-plot")
+    other = Bench(bench.directory, hold.real)
+    found = other.run("--out", str(tmp_path / "other"), "--workers", "1", "--no-plot")
     assert (found.returncode, found.stderr) == (0, "")
-    end(sweep)
+    assert sweep.poll() is None
+    hold.release()
+    _, said = sweep.communicate(timeout=120)
+    assert (sweep.returncode, said) == (0, "")
 
 
 def test_dry_run_prints_the_points(bench: Bench) -> None:
@@ -368,17 +405,21 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
 
 
 def test_a_scheduler_and_two_workers(bench: Bench, cluster: Cluster) -> None:
-    bench.write(SLOW)
-    found = bench.run("--scheduler", cluster.address)
-    assert found.returncode == 0, found.stderr
-    assert f"2 at a time on scheduler {cluster.address}" in found.stdout
+    hold = held(bench)
+    bench.write(QUICK)
+    sweep = bench.start("--scheduler", cluster.address)
+    eventually(lambda: len(bench.programs()) == 2)
+    hold.release()
+    printed, said = sweep.communicate(timeout=120)
+    assert sweep.returncode == 0, said
+    assert f"2 at a time on scheduler {cluster.address}" in printed
     assert {record["worker"] for record in bench.records().values()} == {"first", "second"}
     assert len(bench.rows()) == 6
-    assert all(row["simulated_s"] == pytest.approx(20) for row in bench.rows())
+    assert all(row["simulated_s"] == pytest.approx(0.25) for row in bench.rows())
 
 
 def test_interrupted_workers_end_their_points(bench: Bench, cluster: Cluster) -> None:
-    bench.write(SLOW.replace("duration_s = 20", "duration_s = 100000"))
+    bench.write(ENDLESS)
     sweep = bench.start("--scheduler", cluster.address)
     eventually(lambda: len(bench.programs()) == 2)
     _, said = end(sweep, signal.SIGINT)
@@ -389,24 +430,28 @@ def test_interrupted_workers_end_their_points(bench: Bench, cluster: Cluster) ->
 
 
 def test_a_worker_that_dies_does_not_stop_the_rest(bench: Bench, cluster: Cluster) -> None:
-    bench.write(SLOW)
+    hold = held(bench, LAST)
+    bench.write(QUICK)
     sweep = bench.start("--scheduler", cluster.address)
-    eventually(lambda: bench.records())
+    eventually(lambda: len(bench.records()) == 4 and len(bench.programs()) == 2)
     cluster.workers["first"].kill()
+    hold.release()
     _, said = sweep.communicate(timeout=120)
     assert sweep.returncode == 0, said
     assert len(bench.rows()) == 6
 
 
 def test_a_scheduler_that_dies_leaves_what_is_finished(bench: Bench, cluster: Cluster) -> None:
-    bench.write(SLOW)
+    hold = held(bench, LAST)
+    bench.write(QUICK)
     sweep = bench.start("--scheduler", cluster.address)
-    eventually(lambda: bench.records())
+    eventually(lambda: len(bench.records()) == 4)
     cluster.scheduler.kill()
     _, said = sweep.communicate(timeout=60)
     assert sweep.returncode == 1
     assert said == "sweep: the Dask scheduler is gone; the finished points are kept and the same command resumes.\n"
     kept = bench.records()
+    hold.release()
     assert bench.run().returncode == 0
     assert {k: bench.records()[k] for k in kept} == kept
 
