@@ -17,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include "support/allocation_counter.hpp"
+#include "support/dds_domain.hpp"
 #include "telemetry.h"
 
 namespace sextant {
@@ -24,6 +25,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::allocations;
+using testing::dds_domain;
 
 std::string loopback_configuration() {
   std::ifstream file(SEXTANT_SOURCE_DIR "/configs/cyclonedds_loopback.xml");
@@ -79,13 +81,12 @@ Reader<sextant_DriveState> state_reader(std::uint32_t domain) {
 
 class DdsTelemetryTest : public ::testing::Test {
  protected:
-  static constexpr std::uint32_t domain = 87;
-
   void wait_for_reader() {
     for (int i = 0; i < 2000 && telemetry_.readers() == 0; ++i) std::this_thread::sleep_for(1ms);
     ASSERT_EQ(telemetry_.readers(), 1U);
   }
 
+  const std::uint32_t domain{dds_domain(10)};
   DdsTelemetry telemetry_{{.domain_id = domain, .drive_id = 42, .configuration = loopback_configuration()}};
 };
 
@@ -354,7 +355,7 @@ TEST_F(DdsTelemetryTest, ManyDrivesOfOneProcessAreInstancesOfOneTopic) {
 }
 
 TEST(DdsTelemetry, ASharedParticipantOutlivesItsFirstDrive) {
-  constexpr std::uint32_t domain = 90;
+  const std::uint32_t domain = dds_domain(20);
   auto first = std::make_unique<DdsTelemetry>(
       DdsTelemetry::Parameters{.domain_id = domain, .configuration = loopback_configuration()});
   DdsTelemetry second(*first, 2);
@@ -367,7 +368,8 @@ TEST(DdsTelemetry, ASharedParticipantOutlivesItsFirstDrive) {
 }
 
 TEST(DdsTelemetry, RefusesASecondDriveOfTheSameId) {
-  const DdsTelemetry first({.domain_id = 90, .drive_id = 7, .configuration = loopback_configuration()});
+  const DdsTelemetry first(
+      {.domain_id = dds_domain(20), .drive_id = 7, .configuration = loopback_configuration()});
   try {
     const DdsTelemetry second(first, 7);
     FAIL() << "two writers of one key";
@@ -406,7 +408,8 @@ TEST(DdsTelemetry, SaysWhereAConfigurationThatWasRefusedComesFrom) {
 }
 
 TEST(DdsTelemetry, RefusesASecondConfigurationOfARunningDomain) {
-  const DdsTelemetry::Parameters parameters{.domain_id = 89, .configuration = loopback_configuration()};
+  const DdsTelemetry::Parameters parameters{.domain_id = dds_domain(20),
+                                            .configuration = loopback_configuration()};
   const DdsTelemetry first(parameters);
   EXPECT_THAT(refusal(parameters), ::testing::HasSubstr("already runs in this process"));
 }

@@ -6,6 +6,7 @@
 
 #include "ecu/eventually.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
+#include "support/dds_domain.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -14,7 +15,8 @@ constexpr std::int64_t ms = 1'000'000;
 
 /// On its own domain, within this machine.
 DdsTelemetry::Parameters dds_parameters() {
-  return {.domain_id = 91, .configuration = "file://" SEXTANT_SOURCE_DIR "/configs/cyclonedds_loopback.xml"};
+  return {.domain_id = testing::dds_domain(30),
+          .configuration = "file://" SEXTANT_SOURCE_DIR "/configs/cyclonedds_loopback.xml"};
 }
 
 // The topic's rate is configured; the CAN signals are those of the last second whatever it is.

@@ -143,16 +143,18 @@ def test_the_lines_of_a_trace_end_with_the_program(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "sentence"),
+    ("command", "limit_s", "sentence"),
     [
-        (["false"], "false fails with status 1"),
-        (["sleep", "30"], "does not come to its end within 0.2 s"),
-        (["sh", "-c", "echo 1 > trace.fifo; exec sleep 30"], "does not come to its end within 0.2 s"),
-        (["/no/such/emulator"], "cannot be run"),
+        (["false"], 60.0, "false fails with status 1"),
+        (["sleep", "60"], 0.2, "does not come to its end within 0.2 s"),
+        (["sh", "-c", "echo 1 > trace.fifo; exec sleep 60"], 0.2, "does not come to its end within 0.2 s"),
+        (["/no/such/emulator"], 60.0, "cannot be run"),
     ],
 )
-def test_an_emulator_that_fails_or_hangs_is_ended(tmp_path: Path, command: list[str], sentence: str) -> None:
-    with pytest.raises(UserError, match=sentence), lines_through(tmp_path / "trace.fifo", command, 0.2) as lines:
+def test_an_emulator_that_fails_or_hangs_is_ended(
+    tmp_path: Path, command: list[str], limit_s: float, sentence: str
+) -> None:
+    with pytest.raises(UserError, match=sentence), lines_through(tmp_path / "trace.fifo", command, limit_s) as lines:
         list(lines)
 
 

@@ -147,10 +147,10 @@ def test_an_absent_cpu_where_rights_are_required(live: tuple[str, ...]) -> None:
     check_refusal(found, "sextant-ecu", "realtime.required", "CPU 1000 was refused", "a CPU that this machine has")
 
 
-@pytest.mark.skipif(
-    Path("/proc/sys/kernel/sched_rt_runtime_us").read_text().strip() == "-1", reason="throttling is off here"
-)
 def test_throttling_where_rights_are_required(live: tuple[str, ...]) -> None:
+    runtime = Path("/proc/sys/kernel/sched_rt_runtime_us")
+    if not runtime.exists() or runtime.read_text().strip() == "-1":
+        pytest.skip("NOT TESTED: real-time throttling is off here")
     found = run("sextant-ecu", *live, "--set", "realtime.required=true")
     check_refusal(found, "sextant-ecu", "real-time throttling is on", "sysctl kernel.sched_rt_runtime_us=-1")
 

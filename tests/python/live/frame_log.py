@@ -10,6 +10,7 @@ import can
 from sextant_py import bus
 
 RECEIVE_BUFFER = "4000000"  # bytes
+STARTING_S = 5.0  # at most, of candump
 
 
 @dataclass(frozen=True)
@@ -37,10 +38,17 @@ class FrameLog:
                 self._candump = subprocess.Popen(
                     ["candump", "-L", "-r", RECEIVE_BUFFER, self._address.channel], stdout=out
                 )
+            self._wait_for_a_frame()
         else:
             self._bus = bus.open_bus(self._address)
             self._notifier = can.Notifier(self._bus, [self._take], timeout=0.1)
         return self
+
+    def _wait_for_a_frame(self) -> None:
+        """A guest takes its time to start a program; a drive sends every few milliseconds."""
+        deadline_s = time.monotonic() + STARTING_S
+        while self._file.stat().st_size == 0 and time.monotonic() < deadline_s:
+            time.sleep(0.01)
 
     def _take(self, message: can.Message) -> None:
         self._frames.append(RawFrame(message.timestamp, message.arbitration_id, bytes(message.data)))
