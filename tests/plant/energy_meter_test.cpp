@@ -33,9 +33,7 @@ void expect_balance(const Plant& plant, double initial_magnetic, double relative
 
 /// A switching run, then gates off at speed, then one leg alone off.
 void run_all(Plant& plant, PlantIntegrator<Plant>& integrator) {
-  PlantInputs<double> inputs{};
-  inputs.u_dc = 530.0;
-  inputs.tau_l = 5.0;
+  PlantInputs<double> inputs = supply();
   ASSERT_TRUE(run(plant, integrator, switching_sequence(4000, 11), inputs));
   ASSERT_TRUE(run(plant, integrator, std::vector<SwitchState>(200, gates_off), inputs));
   std::vector<SwitchState> open_phase = switching_sequence(2000, 12);

@@ -50,9 +50,7 @@ Plant start() {
 
 /// Driven, then gates off, driven again, one leg open, gates off at a speed at which the machine rectifies.
 void go(Plant& plant, PlantIntegrator<Plant>& integrator) {
-  PlantInputs<double> inputs{};
-  inputs.u_dc = 530.0;
-  inputs.tau_l = 5.0;
+  PlantInputs<double> inputs = supply();
   ASSERT_TRUE(run(plant, integrator, switching_sequence(2000, 11), inputs));
   ASSERT_TRUE(run(plant, integrator, std::vector<SwitchState>(100, gates_off), inputs));
   ASSERT_TRUE(run(plant, integrator, switching_sequence(1500, 13), inputs));

@@ -13,6 +13,15 @@ namespace sextant {
 
 constexpr std::int64_t switching_period_ns = 25'000;
 
+/// 530 V and a load of 5 N·m, gates off.
+template <class T = double>
+PlantInputs<T> supply() {
+  PlantInputs<T> inputs{};
+  inputs.u_dc = T(530);
+  inputs.tau_l = T(5);
+  return inputs;
+}
+
 /// A sequence of switching states at 25 µs that turns the flux at about 25 Hz: for each sixth of a turn a
 /// random mix of its active vector and both zero vectors.
 inline std::vector<SwitchState> switching_sequence(std::size_t periods, unsigned seed) {
