@@ -1,0 +1,87 @@
+"""The house of docs/architecture.md is the one that is built: folders, what they include, what they link."""
+
+import re
+from pathlib import Path
+
+import pytest
+from sextant_py.paths import ROOT
+
+PUBLIC = ROOT / "include" / "sextant"
+ROW = re.compile(r"^\| `(\w+)` \| .* \| (.*) \|$", re.MULTILINE)
+INCLUDE = re.compile(r'^#include "sextant/(\w+)/', re.MULTILINE)
+LINKED = re.compile(r"\bPUBLIC\b((?:\s+[\w:]+)+?)\s*(?:PRIVATE|\))")
+# SUNDIALS, Cyclone DDS, the kernel's CAN, sockets, HDF5, toml++.
+THIRD_PARTY = re.compile(
+    r"^#include <((?:arkode|cvode|nvector|sun\w+|dds|linux|toml\+\+)/.*|(?:hdf5|toml)\.\w+|sys/socket\.h)>",
+    re.MULTILINE,
+)
+
+
+def house() -> dict[str, set[str]]:
+    """Of each folder, those that the table lets it depend on."""
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    section = page.split("\n## The house\n")[1].split("\n## ")[0]
+    rows = {folder: set(re.findall(r"`(\w+)`", cell)) for folder, cell in ROW.findall(section)}
+    rows.pop("apps")  # everything
+    return rows
+
+
+def text_of(*files: Path) -> str:
+    return "\n".join(file.read_text(encoding="utf-8") for file in files)
+
+
+def included_by(folder: str) -> set[str]:
+    files = [*(PUBLIC / folder).rglob("*.hpp"), *(ROOT / "src" / folder).rglob("*.?pp")]
+    return set(INCLUDE.findall(text_of(*files))) - {folder}
+
+
+def linked_by(folder: str) -> set[str]:
+    text = (ROOT / "src" / folder / "CMakeLists.txt").read_text(encoding="utf-8")
+    library = text[text.index(f"sextant_add_library({folder}") :]
+    return set(re.findall(r"sextant::(\w+)", LINKED.search(library)[1]))
+
+
+def reached_from(folder: str, rows: dict[str, set[str]]) -> set[str]:
+    """Every folder that it depends on, over others too."""
+    reached: set[str] = set()
+    left = set(rows[folder])
+    while left:
+        reached |= left
+        left = set().union(*(rows[found] for found in left)) - reached
+    return reached
+
+
+HOUSE = house()
+
+
+def test_every_folder_has_its_row() -> None:
+    assert set(HOUSE) == {path.name for path in PUBLIC.iterdir()}
+    assert set(HOUSE) == {path.name for path in (ROOT / "src").iterdir()}
+
+
+@pytest.mark.parametrize("folder", HOUSE)
+def test_a_folder_includes_what_its_row_says(folder: str) -> None:
+    assert included_by(folder) == HOUSE[folder]
+
+
+@pytest.mark.parametrize("folder", HOUSE)
+def test_a_folder_links_what_its_row_says(folder: str) -> None:
+    assert linked_by(folder) == HOUSE[folder]
+
+
+@pytest.mark.parametrize("folder", HOUSE)
+def test_there_are_no_cycles(folder: str) -> None:
+    assert folder not in reached_from(folder, HOUSE)
+
+
+def test_plant_and_drive_never_include_each_other() -> None:
+    assert "plant" not in reached_from("drive", HOUSE)
+    assert not reached_from("plant", HOUSE) & {"control", "safety", "drive"}
+
+
+def test_only_src_includes_third_party_interfaces() -> None:
+    files = [*PUBLIC.rglob("*.hpp"), *(ROOT / "apps").rglob("*.?pp")]
+    assert THIRD_PARTY.findall(text_of(*files)) == []
+    assert len(THIRD_PARTY.findall(text_of(*(ROOT / "src").rglob("*.?pp")))) >= 10, (
+        "the pattern finds what it looks for"
+    )
