@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from . import (
+    mil_program,
     paper_curves,
     paper_cycle,
     paper_cycle_figures,
@@ -27,7 +28,6 @@ from .paper_numbers import Numbers, load
 from .paper_page import render
 from .paths import ROOT
 
-DEFAULT = ROOT / "build" / "release" / "apps" / "sextant-mil"
 FIGURES = paper_figures.ALL | paper_cycle_figures.ALL | paper_vehicle_figure.ALL
 PICTURES = (*FIGURES, *paper_curves.ALL)
 Measure = Callable[[Lab, Numbers, bool], None]
@@ -47,18 +47,6 @@ MEASURES: tuple[Measure, ...] = (
     paper_vehicle.measure_vehicle,
     paper_cycle.measure_table6,
 )
-
-
-def find_mil(wanted: Path | None) -> Path:
-    program = (wanted or DEFAULT).resolve()
-    if program.is_file() and os.access(program, os.X_OK):
-        return program
-    if wanted:
-        raise UserError(f"--mil: {wanted} is not a program.")
-    raise UserError(
-        "build/release/apps/sextant-mil is not built yet: cmake --preset release && "
-        "cmake --build --preset release --target sextant-mil does it; --mil PATH names another."
-    )
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
@@ -135,7 +123,7 @@ def main(arguments: list[str]) -> int:
         write_page(options.out)
         return 0
     with tempfile.TemporaryDirectory(prefix="sextant_paper_") as work:
-        lab = Lab(find_mil(options.mil), Path(work), options.jobs)
+        lab = Lab(mil_program.find(options.mil), Path(work), options.jobs)
         try:
             report(lab, options.out, options.quick)
         finally:

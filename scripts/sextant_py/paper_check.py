@@ -7,7 +7,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from . import paper
+from . import mil_program, paper
 from .errors import run
 from .paper_lab import Lab
 from .paper_numbers import Numbers, differences, load
@@ -75,7 +75,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
     committed = load(COMMITTED / "numbers.json")
-    now = measured(paper.find_mil(options.mil), options.jobs)
+    now = measured(mil_program.find(options.mil), options.jobs)
     if options.self_test:
         found = self_test(committed, now)
         good = f"found: a changed number, whichever of {len(now.entries)}"

@@ -10,32 +10,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .figure_style import STYLE
 from .paper_lab import Trace
 
 EXACT, SAMPLED, REFERENCE, PAPER, THIRD = "#1b4f9c", "#e08e2b", "#111111", "#b3282d", "#3f8f5b"
 MAX_POINTS = 3000
 TORQUE = "torque_{}_nm"  # of `band`
-STYLE = {
-    "font.size": 10,
-    "axes.titlesize": 10.5,
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "grid.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.xmargin": 0.0,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "lines.linewidth": 1.3,
-    "savefig.dpi": 150,
-    "figure.constrained_layout.use": True,
-}
+PAPER_STYLE = STYLE | {"axes.xmargin": 0.0, "legend.fontsize": 9, "lines.linewidth": 1.3}
 
 
 def sheet(rows: int, columns: int = 1, height: float = 4.0, **options) -> tuple[Figure, np.ndarray]:
     """A figure as wide as a page; its panels as an array."""
-    plt.rcParams.update(STYLE)
+    plt.rcParams.update(PAPER_STYLE)
     return plt.subplots(rows, columns, figsize=(9.2, height), squeeze=False, **options)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from . import sweep_file, sweep_program
+from . import mil_program, sweep_file, sweep_program
 from .errors import run
 from .paths import ROOT
 from .sweep_file import Sweep, toml_value
@@ -159,7 +159,7 @@ def write_results(
 
 
 def perform(sweep: Sweep, options: argparse.Namespace) -> int:
-    program = sweep_program.find(options.mil)
+    program = mil_program.find(options.mil)
     scenario = sweep_program.examine(program, sweep)
     directory = options.out or ROOT / "out" / "sweeps" / sweep.name
     configuration = sweep_program.contents(scenario, sweep)

@@ -1,7 +1,6 @@
 """sextant-mil as a sweep sees it: how it is called, and what it says of a scenario without running it."""
 
 import hashlib
-import os
 import re
 import subprocess
 from dataclasses import dataclass
@@ -9,11 +8,9 @@ from pathlib import Path
 
 from . import sweep_file
 from .errors import UserError
-from .paths import ROOT
 from .sweep_file import Settings, Sweep, toml_value
 from .sweep_point import clean_reason
 
-DEFAULT = ROOT / "build" / "release" / "apps" / "sextant-mil"
 FIRST_POINTS = 20  # tried for values with which the scenario can stand
 LONGEST_NAME = 255  # that a file can have [byte]
 _HEADING = re.compile(r"^\[([\w.]+)\]$")
@@ -42,19 +39,6 @@ class Scenario:
     def metrics(self) -> list[str]:
         """Every metric that a run has."""
         return re.findall(r"^\[expect\.(\w+)\]$", self.text, re.MULTILINE)
-
-
-def find(wanted: Path | None) -> Path:
-    """The program, by its full path."""
-    program = (wanted or DEFAULT).resolve()
-    if program.is_file() and os.access(program, os.X_OK):
-        return program
-    if wanted:
-        raise UserError(f"--mil: {wanted} is not a program.")
-    raise UserError(
-        "build/release/apps/sextant-mil is not built yet: cmake --preset release && "
-        "cmake --build --preset release --target sextant-mil does it; --mil PATH names another."
-    )
 
 
 def fingerprint(program: Path) -> str:

@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 from . import errors
+from .figure_style import STYLE
 from .paths import ROOT
 
 DATA = ROOT / "docs" / "work_precision.json"
@@ -23,19 +24,6 @@ SERIES = {
     "erk": ("erk", "#7a3b9a", "D"),
     "cvode": ("cvode, Adams", "#b3282d", "^"),
     "cvode_bdf": ("cvode, BDF", "#e08e2b", "v"),
-}
-STYLE = {
-    "font.size": 10,
-    "axes.titlesize": 10.5,
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "grid.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "savefig.dpi": 150,
-    "figure.constrained_layout.use": True,
 }
 SHAFTS = {"free_shaft": "Shaft follows the torques", "constant_speed": "Constant speed"}
 # Where the labels of a series stand, in points from their marks.

@@ -2,9 +2,9 @@
 
 import itertools
 import os
-import socket
 
 import pytest
+from free_bus import free_udp_port, multicast_address, reason_against
 
 _offsets = itertools.count()
 
@@ -18,20 +18,13 @@ def domain() -> int:
 @pytest.fixture
 def udp_port() -> int:
     """A UDP port that is free."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("", 0))
-        return probe.getsockname()[1]
+    return free_udp_port()
 
 
 @pytest.fixture
 def bus_address(udp_port: int) -> str:
     """A CAN bus of one's own over UDP multicast; skipped where the machine has no route for it."""
-    from sextant_py import bus
-    from sextant_py.errors import UserError
-
-    address = f"udp_multicast:239.74.163.2:{udp_port}"
-    try:
-        bus.open_bus(bus.parse(address)).shutdown()
-    except UserError as error:
-        pytest.skip(str(error))
+    address = multicast_address(udp_port)
+    if reason := reason_against(address):
+        pytest.skip(reason)
     return address

@@ -4,11 +4,10 @@ import ctypes
 import os
 import re
 import signal
-import subprocess
 import time
 from pathlib import Path
 
-from drive_process import program
+from programs import ProgramProcess, overrides, program
 from sextant_py.paths import LOOPBACK, ROOT
 
 PLANT = ROOT / "configs" / "plant.toml"
@@ -18,36 +17,16 @@ SLOW = ("plant.u_dc_v=200",)
 PERIOD_US = 250
 
 
-class Side:
-    """One program of the two; a context that ends it whatever happened."""
+class Side(ProgramProcess):
+    """One program of the two."""
 
     def __init__(self, name: str, config: Path, folder: Path, settings: tuple[str, ...]) -> None:
         self.name = name
-        self.command = [str(program(name)), str(config)]
-        for setting in settings:
-            self.command += ["--set", setting]
-        self._out = folder / f"{name}.{time.monotonic_ns()}.out"
-        self._process: subprocess.Popen | None = None
-
-    def __enter__(self) -> "Side":
-        with self._out.open("wb") as out:
-            self._process = subprocess.Popen(
-                self.command,
-                stdin=subprocess.DEVNULL,
-                stdout=out,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8")},
-            )
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._process.poll() is None:
-            self._process.terminate()
-            try:
-                self._process.wait(5)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
+        super().__init__(
+            [program(name), config, *overrides(settings)],
+            folder / f"{name}.{time.monotonic_ns()}.out",
+            env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8")},
+        )
 
     def kill(self) -> int:
         """SIGKILL; the time at which it was sent, on CLOCK_MONOTONIC [ns]."""
@@ -70,14 +49,11 @@ class Side:
     def status(self, timeout_s: float) -> int:
         return self._process.wait(timeout_s)
 
-    def text(self) -> str:
-        return self._out.read_text(encoding="utf-8")
-
     def wait_for(self, words: str, timeout_s: float = 10.0, count: int = 1) -> str:
         """Its output, once it holds the words so many times."""
         end = time.monotonic() + timeout_s
         while self.text().count(words) < count:
-            assert self._process.poll() is None, f"{self.name} has ended: {self.text()}"
+            assert self.is_running(), f"{self.name} has ended: {self.text()}"
             assert time.monotonic() < end, f"{self.name} never said {words!r}: {self.text()}"
             time.sleep(0.005)
         return self.text()

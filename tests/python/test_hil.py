@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from drive_process import program
 from handling import bring_up, make_ready
 from hil_processes import DRIVE, PLANT, HeldThread, control_thread, drive_side, openings_ns, plant_side
+from programs import overrides, program
 from sextant_py.paths import ROOT
 from telemetry_record import TelemetryRecord
 from vehicle import Vehicle
@@ -192,9 +192,7 @@ def test_watchdog_opens_the_gates_while_the_control_thread_hangs(
 
 
 def refusal(name: str, config: Path, *settings: str) -> str:
-    command = [program(name), config]
-    for setting in settings:
-        command += ["--set", setting]
+    command = [program(name), config, *overrides(settings)]
     found = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
     assert found.returncode == 1, found
     lines = [line for line in found.stderr.splitlines() if line.startswith(f"{name}: ")]

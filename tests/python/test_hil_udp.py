@@ -15,9 +15,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
-from drive_process import program
 from handling import bring_up, make_ready
 from hil_processes import Side, drive_side, openings_ns, plant_side
+from programs import program
 from sextant_py.paths import ROOT
 from telemetry_record import TelemetryRecord
 from vehicle import Vehicle

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sextant_py import paper, paper_check, paper_cycle, paper_rise, paper_steady, paper_steps, paper_style
+from sextant_py import mil_program, paper, paper_check, paper_cycle, paper_rise, paper_steady, paper_steps, paper_style
 from sextant_py.errors import UserError
 from sextant_py.paper_lab import SCENARIOS, Lab, Trace
 from sextant_py.paper_numbers import Number, Numbers, differences, load
@@ -228,7 +228,7 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
 
 def test_bad_arguments() -> None:
     with pytest.raises(UserError, match=r"--mil: .* is not a program"):
-        paper.find_mil(Path("/no/such/program"))
+        mil_program.find(Path("/no/such/program"))
     with pytest.raises(UserError, match="--jobs: at least one"):
         paper.parse_arguments(["--jobs", "0"])
 

@@ -9,19 +9,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from programs import program
 from sextant_py.paths import LOOPBACK, ROOT
 
 SCENARIO = ROOT / "configs" / "scenarios" / "constant_torque.toml"
 ECU_CONFIG = ROOT / "configs" / "ecu.toml"
 CRASH_WORDS = ("terminate called", "what():", "Aborted", "Segmentation", "Sanitizer", "Traceback", "filesystem error")
 NOBODY = 65534
-
-
-def program(name: str) -> Path:
-    """A program of the directory that SEXTANT_BIN names, or else of a preset's build."""
-    places = [Path(os.environ["SEXTANT_BIN"])] if "SEXTANT_BIN" in os.environ else []
-    places += [ROOT / "build" / preset / "apps" for preset in ("dev", "release")]
-    return next(place / name for place in places if (place / name).is_file())
 
 
 def run(

@@ -10,21 +10,19 @@ import pytest
 from sextant_py.paths import ROOT
 
 SCRIPTS = ROOT / "scripts"
-SHELL_SCRIPTS = [
+WITHOUT_OPERANDS = [
     "setup",
-    "with_vcan",
     "demo",
-    "test",
     "bench",
     "nightly",
     "check_demo",
     "check_format",
     "check_instructions",
     "check_package",
-    "check_control_thread_audit",
     "check_rtsan",
     "work_precision",
 ]
+SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_audit"]
 PYTHON_PROGRAMS = ["vcu", "monitor", "record", "plot", "sweep", "rt_check"]
 
 
@@ -40,21 +38,7 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
     assert found.stderr == ""
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "setup",
-        "demo",
-        "bench",
-        "nightly",
-        "check_demo",
-        "check_format",
-        "check_instructions",
-        "check_package",
-        "check_rtsan",
-        "work_precision",
-    ],
-)
+@pytest.mark.parametrize("name", WITHOUT_OPERANDS)
 def test_unknown_arguments_are_refused(name: str) -> None:
     found = run(SCRIPTS / name, "--frobnicate")
     assert found.returncode == 1

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pyarrow.parquet
 import pytest
+from programs import program
 from sextant_py.paths import ROOT
 
 SCENARIO = ROOT / "configs" / "scenarios" / "constant_torque.toml"
@@ -27,13 +28,6 @@ control.flux_reference_wb = [0.9, 1.1]
 metrics = ["torque_ripple_pp_nm"]
 """
 ENDLESS = QUICK.replace("duration_s = 0.25", "duration_s = 100000").replace("[set]", "time_limit_s = 100\n[set]")
-
-
-def program() -> Path:
-    """sextant-mil of the directory that SEXTANT_BIN names, or else of a preset's build."""
-    places = [Path(os.environ["SEXTANT_BIN"])] if "SEXTANT_BIN" in os.environ else []
-    places += [ROOT / "build" / preset / "apps" for preset in ("dev", "release")]
-    return next(place / "sextant-mil" for place in places if (place / "sextant-mil").is_file())
 
 
 @dataclass
@@ -96,7 +90,7 @@ class Bench:
 def bench(tmp_path: Path) -> Bench:
     """Its sextant-mil has a path of its own, by which its processes are known."""
     mil = tmp_path / "copy-of-sextant-mil"
-    mil.write_bytes(program().read_bytes())
+    mil.write_bytes(program("sextant-mil").read_bytes())
     mil.chmod(0o755)
     return Bench(tmp_path, mil)
 

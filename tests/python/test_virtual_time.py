@@ -11,6 +11,7 @@ from pathlib import Path
 import can
 import h5py
 import pytest
+from programs import program
 from sextant_py import bus as can_bus
 from sextant_py import e2e
 from sextant_py.contract import Contract
@@ -21,16 +22,9 @@ QUICK = ("--set", "plant.integrator=fixed", "--set", "machine.inertia_kg_m2=0.5"
 PERIOD_S = 0.01
 
 
-def program() -> Path:
-    """sextant-ecu of the directory that SEXTANT_BIN names, or else of a preset's build."""
-    places = [Path(os.environ["SEXTANT_BIN"])] if "SEXTANT_BIN" in os.environ else []
-    places += [ROOT / "build" / preset / "apps" for preset in ("dev", "release")]
-    return next(place / "sextant-ecu" for place in places if (place / "sextant-ecu").is_file())
-
-
 def start(*arguments: object) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [program(), ECU_CONFIG, *QUICK, *map(str, arguments)],
+        [program("sextant-ecu"), ECU_CONFIG, *QUICK, *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=60,
@@ -150,7 +144,7 @@ def test_a_live_recording_replays(bus_address: str, domain: int, tmp_path: Path)
     log = tmp_path / "live.log"
     table = tmp_path / "profile.csv"
     table.write_text("time_s,torque_nm\n0,14\n0.8,14\n", encoding="utf-8")
-    arguments = [program(), ECU_CONFIG, *QUICK, "--can", bus_address, "--set", f"dds.domain={domain}"]
+    arguments = [program("sextant-ecu"), ECU_CONFIG, *QUICK, "--can", bus_address, "--set", f"dds.domain={domain}"]
     listener = can_bus.open_bus(can_bus.parse(bus_address))
     with can.CanutilsLogWriter(log) as writer:
         notifier = can.Notifier(listener, [writer])

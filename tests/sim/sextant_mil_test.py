@@ -77,19 +77,13 @@ def test_results_stay_in_the_directory_that_was_named(name, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def short_reversal(out: Path, setting: str) -> subprocess.CompletedProcess:
+    quick = ("--integrator", "fixed", "--no-trace", "--set", "duration_s=0.5")
+    return run(SCENARIOS / "reversal.toml", "--out", out, *quick, "--set", setting)
+
+
 def test_failed_expectation_fails_the_run(tmp_path):
-    done = run(
-        SCENARIOS / "reversal.toml",
-        "--integrator",
-        "fixed",
-        "--out",
-        tmp_path,
-        "--no-trace",
-        "--set",
-        "duration_s=0.5",
-        "--set",
-        "expect.peak_current_a={max=1}",
-    )
+    done = short_reversal(tmp_path, "expect.peak_current_a={max=1}")
     assert done.returncode == 1, done.stdout + done.stderr
     expect = json.loads((tmp_path / "summary.json").read_text())["expect"]
     failed = [expectation for expectation in expect if not expectation["pass"]]
@@ -99,18 +93,7 @@ def test_failed_expectation_fails_the_run(tmp_path):
 
 
 def test_trip_fails_the_run_and_is_named(tmp_path):
-    done = run(
-        SCENARIOS / "reversal.toml",
-        "--integrator",
-        "fixed",
-        "--out",
-        tmp_path,
-        "--no-trace",
-        "--set",
-        "duration_s=0.5",
-        "--set",
-        "protection.over_current_a=50",
-    )
+    done = short_reversal(tmp_path, "protection.over_current_a=50")
     assert done.returncode == 1
     assert "OVER_CURRENT" in done.stderr
 

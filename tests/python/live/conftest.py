@@ -6,16 +6,14 @@ The environment says what is tested: SEXTANT_BIN is the directory of the program
 
 import gc
 import os
-import socket
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from drive_process import DriveProcess
+from free_bus import free_udp_port, multicast_address, reason_against
 from kernel import in_guest
-from sextant_py import bus
-from sextant_py.errors import UserError
 from verdict import pytest_runtest_makereport, pytest_sessionfinish
 
 __all__ = ["pytest_runtest_makereport", "pytest_sessionfinish"]
@@ -33,19 +31,11 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "nightly: in a guest at times spoilt by the host; see run")
 
 
-def _free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("", 0))
-        return probe.getsockname()[1]
-
-
 def _address(index: int) -> str:
-    address = f"socketcan:vcan{index}" if KIND == "socketcan" else f"udp_multicast:239.74.163.2:{_free_port()}"
-    try:
-        bus.open_bus(bus.parse(address)).shutdown()
-    except UserError as error:
+    address = f"socketcan:vcan{index}" if KIND == "socketcan" else multicast_address(free_udp_port())
+    if reason := reason_against(address):
         # A bus that is asked for by name has to be there.
-        (pytest.fail if "SEXTANT_LIVE_BUS" in os.environ else pytest.skip)(str(error))
+        (pytest.fail if "SEXTANT_LIVE_BUS" in os.environ else pytest.skip)(reason)
     return address
 
 

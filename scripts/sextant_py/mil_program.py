@@ -1,0 +1,22 @@
+"""Where sextant-mil is."""
+
+import os
+from pathlib import Path
+
+from .errors import UserError
+from .paths import ROOT
+
+DEFAULT = ROOT / "build" / "release" / "apps" / "sextant-mil"
+
+
+def find(wanted: Path | None) -> Path:
+    """The program, by its full path."""
+    program = (wanted or DEFAULT).resolve()
+    if program.is_file() and os.access(program, os.X_OK):
+        return program
+    if wanted:
+        raise UserError(f"--mil: {wanted} is not a program.")
+    raise UserError(
+        "build/release/apps/sextant-mil is not built yet: cmake --preset release && "
+        "cmake --build --preset release --target sextant-mil does it; --mil PATH names another."
+    )
