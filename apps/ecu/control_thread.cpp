@@ -53,7 +53,7 @@ void ControlThread::run(std::promise<RightsReport>& rights, std::future<bool> ma
 void ControlThread::wake_up(const WakeSchedule::Wake& wake) noexcept {
   const std::int64_t woken_ns = task_.woken_ns();
   probe_.wake();
-  beat(woken_ns);
+  crossings_.beat(woken_ns, realtime_.watchdog_ns);
   WakeRecord record = record_of(wake);
   run_periods(wake.deadline_ns);
   crossings_.status.store(telemetry_.last());
@@ -63,14 +63,6 @@ void ControlThread::wake_up(const WakeSchedule::Wake& wake) noexcept {
   record.command_to_gate_ns = command_probe_.take();
   probe_.finish(record.body_ns);
   crossings_.wakes.push(record);
-}
-
-void ControlThread::beat(std::int64_t woken_ns) noexcept {
-  const std::int64_t before_ns = crossings_.heartbeat_ns.exchange(woken_ns, std::memory_order_acq_rel);
-  // Where everything stood still, the watchdog has seen nothing.
-  if (before_ns != 0 && woken_ns - before_ns > realtime_.watchdog_ns) {
-    crossings_.gates_disabled.store(true, std::memory_order_release);
-  }
 }
 
 WakeRecord ControlThread::record_of(const WakeSchedule::Wake& wake) noexcept {

@@ -68,7 +68,6 @@ class ControlThread {
   void run(std::promise<RightsReport>& rights, std::future<bool> may_go);
   void answer(bool may_go);
   void wake_up(const WakeSchedule::Wake& wake) noexcept;
-  void beat(std::int64_t woken_ns) noexcept;
   /// What the time stamps tell of the way to this wake-up.
   [[nodiscard]] WakeRecord record_of(const WakeSchedule::Wake& wake) noexcept;
   /// The control periods of one wake-up, from its deadline on.

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "ecu/stage_probe.hpp"
+#include "sextant/core/nonblocking.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/realtime/latest_value.hpp"
@@ -46,6 +47,15 @@ struct Crossings {
       : telemetry{a_second_of(period_ns)},
         stages{a_second_of(period_ns)},
         wakes{a_second_of(std::int64_t{period_ns} * wake_every_periods)} {}
+
+  /// The control thread's heartbeat. After an absence of more than `limit_ns` [ns] it orders the gates off
+  /// itself: where everything stood still, the watchdog has seen nothing.
+  void beat(std::int64_t woken_ns, std::int64_t limit_ns) noexcept SEXTANT_NONBLOCKING {
+    const std::int64_t before_ns = heartbeat_ns.exchange(woken_ns, std::memory_order_acq_rel);
+    if (before_ns != 0 && woken_ns - before_ns > limit_ns) {
+      gates_disabled.store(true, std::memory_order_release);
+    }
+  }
 
   LatestValue<TorqueCommand<double>> command{};     ///< receive thread → control thread
   LatestValue<Telemetry<double>> status{};          ///< control thread → transmit thread

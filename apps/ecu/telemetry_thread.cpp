@@ -13,9 +13,6 @@ bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
   return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched;
 }
 
-/// What MCU_RealTime calls the last second, whatever the rate of RealTimeStatistics. [ns]
-constexpr std::int64_t report_ns = ns_per_s;
-
 double us(std::int64_t ns) {
   return double(ns) * 1e-3;
 }
@@ -65,7 +62,7 @@ std::string reason_for(const Telemetry<double>& t) {
 
 void TelemetryThread::run() {
   next_statistics_ns_ = now_ns() + parameters_.statistics_ns;
-  next_report_ns_ = now_ns() + report_ns;
+  report_.start(now_ns());
   while (!crossings_.stopped.load(std::memory_order_acquire)) {
     drain_telemetry();
     drain_wakes();
@@ -75,7 +72,7 @@ void TelemetryThread::run() {
   drain_wakes();
   timing_.finish();
   publish_statistics();
-  report_to_can();
+  report_.hand_over(timing_.last());
 }
 
 void TelemetryThread::drain_telemetry() {
@@ -108,9 +105,7 @@ void TelemetryThread::drain_wakes() {
   WakeRecord wake;
   while (crossings_.wakes.pop(wake)) {
     timing_.add(wake);
-    report_.worst_body_ns = std::max(report_.worst_body_ns, wake.body_ns);
-    report_.worst_latency_ns = std::max(report_.worst_latency_ns, wake.latency_ns);
-    if (wake.deadline_ns >= next_report_ns_) report_to_can();
+    report_.add(wake);
     if (wake.deadline_ns >= next_statistics_ns_) publish_statistics();
   }
   if (sampled) timing_.add(crossings_.scheduler.value());
@@ -151,14 +146,6 @@ RealTimeSample TelemetryThread::sample() const {
   };
   fill_durations(sample, timing_.interval());
   return sample;
-}
-
-void TelemetryThread::report_to_can() {
-  report_.periods_skipped = timing_.last().periods_skipped;
-  report_.telemetry_dropped = crossings_.telemetry.dropped();
-  crossings_.statistics.store(report_);
-  report_ = {};
-  next_report_ns_ = timing_.last().deadline_ns + report_ns;
 }
 
 }  // namespace sextant::ecu

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "ecu/can_report.hpp"
 #include "ecu/crossings.hpp"
 #include "ecu/timing_statistics.hpp"
 #include "ecu/worker.hpp"
@@ -29,7 +30,11 @@ class TelemetryThread {
   };
 
   TelemetryThread(const Parameters& parameters, DdsTelemetry& dds, Crossings& crossings)
-      : parameters_{parameters}, dds_{dds}, crossings_{crossings}, timing_{parameters.timing} {}
+      : parameters_{parameters},
+        dds_{dds},
+        crossings_{crossings},
+        timing_{parameters.timing},
+        report_{crossings} {}
 
   void start() {
     worker_.start([this] { run(); });
@@ -45,7 +50,6 @@ class TelemetryThread {
   void publish_state(const Telemetry<double>& telemetry);
   void publish_statistics();
   [[nodiscard]] RealTimeSample sample() const;
-  void report_to_can();
 
   Parameters parameters_;
   DdsTelemetry& dds_;
@@ -55,8 +59,7 @@ class TelemetryThread {
   bool any_published_{false};
   TimingStatistics timing_;
   std::int64_t next_statistics_ns_{0};
-  StatisticsReport report_{};
-  std::int64_t next_report_ns_{0};
+  CanReport report_;
   Worker worker_{"sextant-dds"};
 };
 

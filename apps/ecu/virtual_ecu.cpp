@@ -1,15 +1,8 @@
 #include "ecu/virtual_ecu.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace sextant::ecu {
-namespace {
-
-/// What MCU_RealTime calls the last second. [ns]
-constexpr std::int64_t report_ns = ns_per_s;
-
-}  // namespace
 
 VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, VirtualCanBus& bus,
                        DriveIo<double>& io, Drive<double>& drive, RunRecorder& recorder, LateWakes late_wakes)
@@ -28,10 +21,11 @@ VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, 
       telemetry_{crossings_},
       schedule_{
           {.period_ns = parameters.period_ns, .wake_every_periods = parameters.realtime.wake_every_periods}},
-      next_report_ns_{clock.now_ns() + report_ns},
+      report_{crossings_},
       next_look_ns_{clock.now_ns()},
       next_transmit_ns_{clock.now_ns()} {
   schedule_.start(clock.now_ns());
+  report_.start(clock.now_ns());
   bus_.listen([this](const CanFrame& frame) { recorder_.add(frame, clock_.now_ns()); });
 }
 
@@ -63,15 +57,13 @@ void VirtualEcu::wake_up() {
   const std::int64_t now = clock_.now_ns();
   late_wakes_.woken(schedule_.next_deadline_ns());
   const WakeSchedule::Wake wake = schedule_.wake(now);
-  // As the control thread does: it judges its own absence as well.
-  const std::int64_t before_ns = crossings_.heartbeat_ns.exchange(now, std::memory_order_acq_rel);
-  if (before_ns != 0 && now - before_ns > parameters_.realtime.watchdog_ns) {
-    crossings_.gates_disabled.store(true, std::memory_order_release);
-  }
+  crossings_.beat(now, parameters_.realtime.watchdog_ns);
   run_periods(wake.deadline_ns);
   crossings_.status.store(telemetry_.last());
   drain();
-  report(wake);
+  report_.add({.deadline_ns = wake.deadline_ns,
+               .latency_ns = wake.latency_ns,
+               .periods_skipped = schedule_.counters().periods_skipped});
   if (drive_.state() != DriveState::shutdown) return;
   crossings_.stopped.store(true, std::memory_order_release);
   next_transmit_ns_ = now;
@@ -86,16 +78,6 @@ void VirtualEcu::run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCK
 void VirtualEcu::drain() {
   Telemetry<double> telemetry;
   while (crossings_.telemetry.pop(telemetry)) recorder_.add(telemetry);
-}
-
-void VirtualEcu::report(const WakeSchedule::Wake& wake) {
-  report_.worst_latency_ns = std::max(report_.worst_latency_ns, wake.latency_ns);
-  if (wake.deadline_ns < next_report_ns_) return;
-  report_.periods_skipped = schedule_.counters().periods_skipped;
-  report_.telemetry_dropped = crossings_.telemetry.dropped();
-  crossings_.statistics.store(report_);
-  report_ = {};
-  next_report_ns_ = wake.deadline_ns + report_ns;
 }
 
 void VirtualEcu::transmit() {

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "ecu/can_receive_thread.hpp"
+#include "ecu/can_report.hpp"
 #include "ecu/can_transmit_thread.hpp"
 #include "ecu/control_thread.hpp"
 #include "ecu/crossings.hpp"
@@ -60,7 +61,6 @@ class VirtualEcu {
   void wake_up();
   void run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING;
   void drain();
-  void report(const WakeSchedule::Wake& wake);
   void transmit();
 
   Parameters parameters_;
@@ -77,8 +77,7 @@ class VirtualEcu {
   LiveCommands commands_;
   LiveTelemetry telemetry_;
   WakeSchedule schedule_;
-  StatisticsReport report_{};
-  std::int64_t next_report_ns_;
+  CanReport report_;
   std::int64_t next_look_ns_;
   std::int64_t next_transmit_ns_;
   bool said_last_{false};
