@@ -1,16 +1,15 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
-#include <exception>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 
+#include "common/live_program.hpp"
+#include "common/program.hpp"
 #include "ecu/ecu.hpp"
 #include "ecu/power_stage.hpp"
 #include "ecu/virtual_run.hpp"
@@ -18,13 +17,12 @@
 
 namespace {
 
+constexpr const char* program_name = "sextant-ecu";
+
 struct Options {
-  std::string config{"configs/ecu.toml"};
+  sextant::LiveOptions live{.config = "configs/ecu.toml"};
   std::optional<std::string> can{};
-  std::optional<double> duration_s{};
   std::string timing_out{};
-  std::vector<std::string> overrides{};
-  bool print_config{false};
   bool virtual_time{false};
   std::vector<std::string> log{};  // none or one
   sextant::ecu::VirtualRunOptions virtual_run{};
@@ -59,30 +57,13 @@ void describe_virtual_time(CLI::App& app, Options& options) {
 
 /// Adds the options to the command line; the result refers to `options`.
 void describe(CLI::App& app, Options& options) {
-  app.footer(examples);
+  sextant::describe_program(app, program_name, examples);
   describe_virtual_time(app, options);
-  app.add_option("config", options.config, "configuration file")->capture_default_str();
+  sextant::describe_live(app, options.live, "leave after so many seconds, of virtual time if it is that");
   app.add_option("--can", options.can, "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>");
-  app.add_option("--duration", options.duration_s,
-                 "leave after so many seconds, of virtual time if it is that")
-      ->check(CLI::Range(0.001, 1e9));
-  app.add_option("--set", options.overrides, "key=value, overrides the file")->take_all()->expected(1);
   app.add_option("--timing-out", options.timing_out,
                  "write the histograms and misses of the control thread, .json; not in virtual time")
       ->excludes("--virtual-time");
-  app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
-  app.set_version_flag("--version", SEXTANT_VERSION);
-  app.failure_message([](const CLI::App*, const CLI::Error& error) {
-    return "sextant-ecu: " + std::string{error.what()} + "; sextant-ecu --help tells more\n";
-  });
-}
-
-sigset_t leave_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  return set;
 }
 
 /// Returns when a signal asks to leave or the time is over.
@@ -111,7 +92,7 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   require_waiting_plant(config);
   sextant::ecu::VirtualRunOptions wanted = options.virtual_run;
   if (!options.log.empty()) wanted.log = options.log.front();
-  wanted.duration_s = options.duration_s;
+  wanted.duration_s = options.live.duration_s;
   sextant::ecu::PowerStage power_stage{config};
   sextant::ecu::VirtualRun run{config, wanted, power_stage.io(), [&] { return power_stage.problem(); }};
   run.run();
@@ -122,19 +103,18 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
 }
 
 int run(const Options& options) {
-  sextant::EcuConfig config = sextant::load_ecu_config(options.config, options.overrides);
+  sextant::EcuConfig config = sextant::load_ecu_config(options.live.config, options.live.overrides);
   if (options.can) config.can.bus = *options.can;
-  if (options.print_config) {
+  if (options.live.print_config) {
     std::fputs(sextant::print_config(config).c_str(), stdout);
     return 0;
   }
   if (options.virtual_time) return run_virtual(config, options);
   // Blocked before any thread starts, so that only wait_for_end gets them.
-  const sigset_t signals = leave_signals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const sigset_t signals = sextant::block_leave_signals();
   sextant::ecu::Ecu ecu{config};
   ecu.start();
-  wait_for_end(signals, options.duration_s);
+  wait_for_end(signals, options.live.duration_s);
   ecu.stop();
   ecu.print_report(stdout);
   if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
@@ -145,17 +125,11 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("sextant-ecu"));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  sextant::start_log(program_name);
   CLI::App app{"Sextant: the live drive. Takes torque commands over CAN, publishes telemetry over DDS."};
   Options options;
   describe(app, options);
   CLI11_PARSE(app, argc, argv);
   options.virtual_time = app.count("--virtual-time") > 0;
-  try {
-    return run(options);
-  } catch (const std::exception& problem) {
-    std::fprintf(stderr, "sextant-ecu: %s\n", problem.what());
-    return 1;
-  }
+  return sextant::run_program(program_name, 1, [&] { return run(options); });
 }

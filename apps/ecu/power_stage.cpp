@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "common/network_report.hpp"
+
 namespace sextant::ecu {
 namespace {
 
@@ -82,17 +84,7 @@ void PowerStage::print_report(std::FILE* out) const {
   fmt::print(out, "plant {} measurements received, {} missing, {} too many at once\n", c.records, c.missing,
              c.overfull);
   fmt::print(out, "  late {} times, silent {} times, started anew {} times\n", c.late, c.stale, c.restarts);
-  if (udp_) print_network(out);
-}
-
-void PowerStage::print_network(std::FILE* out) const {
-  const DatagramReception::Counters& c = udp_->network();
-  fmt::print(out, "datagrams {} received, {} lost, {} reordered, {} repeated, {} late; {} not sent\n",
-             c.received, c.lost, c.reordered, c.repeated, c.late, udp_->unsent());
-  if (c.foreign + c.other_version + c.other_period > 0) {
-    fmt::print(out, "  not taken: {} foreign, {} of another version, {} with another period\n", c.foreign,
-               c.other_version, c.other_period);
-  }
+  if (udp_) print_network(out, udp_->network(), udp_->unsent());
 }
 
 }  // namespace sextant::ecu

@@ -42,7 +42,6 @@ class PowerStage {
 
  private:
   void join_shared_memory(const EcuConfig& config);
-  void print_network(std::FILE* out) const;
 
   std::unique_ptr<SimulatedPowerStage> simulated_{};
   std::unique_ptr<SharedMemoryLink> link_{};

@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "common/program.hpp"
 #include "mil/progress_bar.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
@@ -22,6 +23,8 @@
 #include "sextant/sim/trace_recorder.hpp"
 
 namespace {
+
+constexpr const char* program_name = "sextant-mil";
 
 struct Options {
   std::vector<std::string> scenarios{};
@@ -41,7 +44,7 @@ Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DI
 exits with 0 only if every [expect] holds.)";
 
 void describe(CLI::App& app, Options& options) {
-  app.footer(examples);
+  sextant::describe_program(app, program_name, examples);
   app.add_option("scenarios", options.scenarios, "scenario files")->required()->type_name("SCENARIO.toml");
   app.add_option("--out", options.out, "directory for traces and summaries")->capture_default_str();
   app.add_option("--set", options.overrides, "key=value, overrides the files")->take_all()->expected(1);
@@ -49,10 +52,6 @@ void describe(CLI::App& app, Options& options) {
       ->check(CLI::IsMember({"cvode", "fixed", "exact", "erk"}));
   app.add_flag("--no-trace", options.no_trace, "write the summary only");
   app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
-  app.set_version_flag("--version", SEXTANT_VERSION);
-  app.failure_message([](const CLI::App*, const CLI::Error& error) {
-    return "sextant-mil: " + std::string{error.what()} + "; sextant-mil --help tells more\n";
-  });
 }
 
 void make_directory(const std::filesystem::path& directory) {
@@ -168,10 +167,5 @@ int main(int argc, char** argv) {
   Options options;
   describe(app, options);
   CLI11_PARSE(app, argc, argv);
-  try {
-    return run(options);
-  } catch (const std::exception& problem) {
-    std::fprintf(stderr, "sextant-mil: %s\n", problem.what());
-    return 2;
-  }
+  return sextant::run_program(program_name, 2, [&] { return run(options); });
 }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "common/network_report.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::plant {
@@ -153,7 +154,7 @@ void Plant::print_report(std::FILE* out) const {
     print_lockstep(out);
   } else {
     print_real_time(out);
-    if (udp_) print_network(out);
+    if (udp_) print_network(out, udp_end_->network(), udp_end_->unsent());
   }
 }
 
@@ -183,16 +184,6 @@ void Plant::print_real_time(std::FILE* out) const {
              ms(longest_to_open_ns_));
   if (const std::uint64_t count = udp_ ? udp_->implausible() : shared_memory_->implausible(); count > 0) {
     fmt::print(out, "  {} periods without a usable measurement: the integrator has failed\n", count);
-  }
-}
-
-void Plant::print_network(std::FILE* out) const {
-  const DatagramReception::Counters& c = udp_end_->network();
-  fmt::print(out, "datagrams {} received, {} lost, {} reordered, {} repeated, {} late; {} not sent\n",
-             c.received, c.lost, c.reordered, c.repeated, c.late, udp_end_->unsent());
-  if (c.foreign + c.other_version + c.other_period > 0) {
-    fmt::print(out, "  not taken: {} foreign, {} of another version, {} with another period\n", c.foreign,
-               c.other_version, c.other_period);
   }
 }
 

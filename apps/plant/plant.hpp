@@ -57,7 +57,6 @@ class Plant {
   void tell(const GateEvent& event);
   void print_real_time(std::FILE* out) const;
   void print_lockstep(std::FILE* out) const;
-  void print_network(std::FILE* out) const;
 
   PlantConfig config_;
   SimulatedPowerStage stage_;

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <csignal>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+namespace sextant {
+
+/// What the programs that run until they are told to leave have in common on their command lines.
+struct LiveOptions {
+  std::string config{};
+  std::optional<double> duration_s{};
+  std::vector<std::string> overrides{};
+  bool print_config{false};
+};
+
+/// Adds them; the result refers to `options`. duration: what `--duration` does.
+inline void describe_live(CLI::App& app, LiveOptions& options, const char* duration) {
+  app.add_option("config", options.config, "configuration file")->capture_default_str();
+  app.add_option("--duration", options.duration_s, duration)->check(CLI::Range(0.001, 1e9));
+  app.add_option("--set", options.overrides, "key=value, overrides the file")->take_all()->expected(1);
+  app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
+}
+
+/// The log goes to stderr, with the time of day.
+inline void start_log(const std::string& name) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt(name));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+}
+
+/// Blocks the signals that ask a program to leave, for this thread and all that it starts, and returns them
+/// for sigwaitinfo() and its kin: no other thread gets them.
+[[nodiscard]] inline sigset_t block_leave_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  return set;
+}
+
+}  // namespace sextant

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace sextant {
+
+/// What every program has on its command line: help that ends in examples, its version, and one sentence for
+/// whatever is wrong with it.
+inline void describe_program(CLI::App& app, const std::string& name, const char* examples) {
+  app.footer(examples);
+  app.set_version_flag("--version", SEXTANT_VERSION);
+  app.failure_message([name](const CLI::App*, const CLI::Error& error) {
+    return name + ": " + error.what() + "; " + name + " --help tells more\n";
+  });
+}
+
+/// Runs a program to its exit status. What it throws becomes a sentence on stderr and the status `failure`.
+template <class Run>
+int run_program(const char* name, int failure, const Run& run) {
+  try {
+    return run();
+  } catch (const std::exception& problem) {
+    std::fprintf(stderr, "%s: %s\n", name, problem.what());
+    return failure;
+  }
+}
+
+}  // namespace sextant
