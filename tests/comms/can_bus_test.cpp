@@ -1,23 +1,16 @@
 #include "sextant/comms/can_bus.hpp"
 
-#include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "comms/refusal.hpp"
+
 namespace sextant {
 namespace {
 
-/// The sentence with which an address is refused.
-std::string refusal(const std::string& address) {
-  try {
-    (void)make_can_bus(address);
-  } catch (const std::runtime_error& e) {
-    return e.what();
-  }
-  return "";
-}
+using testing::refusal;
 
 TEST(CanBus, RefusesUnknownAddressesWithASentence) {
   for (const char* const address : {"", "can0", "vcan:vcan0", "Socketcan:vcan0", "udp:239.74.163.2:43113"}) {

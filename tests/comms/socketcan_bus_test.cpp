@@ -1,7 +1,6 @@
 #include <chrono>
 #include <cstdlib>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -9,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "comms/command_frames.hpp"
+#include "comms/refusal.hpp"
 #include "sextant/comms/can_bus.hpp"
 #include "sextant/comms/command_receiver.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
@@ -18,18 +18,10 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::command_frame;
+using testing::refusal;
 
 void run(const std::string& command) {
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
-}
-
-std::string refusal(const std::string& address) {
-  try {
-    (void)make_can_bus(address);
-  } catch (const std::runtime_error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 class SocketCanBusTest : public ::testing::Test {

@@ -154,6 +154,17 @@ TEST(CommandCampaign, Row6ACounterJumpIsRefusedOnceAndFollowed) {
   });
 }
 
+/// Rows 7 and 8, for a frame that is sent beside the vehicle's.
+void expect_dropped(Running& r, const CampaignCase& c, const CanFrame& frame, FrameVerdict expected) {
+  r.rig.bus.add({.kind = BusEventKind::insert, .begin_ns = c.at_ns, .frame = frame});
+  const HoldsSetpoint watch{r.rig};
+  const std::uint32_t rejected = r.rig.now().command_rejected;
+  r.rig.run_for(100 * ms);
+  EXPECT_TRUE(watch.held());
+  EXPECT_EQ(r.rig.now().command_rejected, rejected + 1);
+  EXPECT_EQ(r.rig.ecu.receiver().count(expected), 1U);
+}
+
 TEST(CommandCampaign, Row7WrongDataIdAndCounter15AreDropped) {
   for_seeds(seeds, [](CampaignCase& c) {
     Running r{c};
@@ -171,13 +182,7 @@ TEST(CommandCampaign, Row7WrongDataIdAndCounter15AreDropped) {
       testing::protect(frame, std::uint16_t(command_data_id() ^ (nibble << 8U)), 3);
       expected = FrameVerdict::wrong_data_id;
     }
-    r.rig.bus.add({.kind = BusEventKind::insert, .begin_ns = c.at_ns, .frame = frame});
-    const HoldsSetpoint watch{r.rig};
-    const std::uint32_t rejected = r.rig.now().command_rejected;
-    r.rig.run_for(100 * ms);
-    EXPECT_TRUE(watch.held());
-    EXPECT_EQ(r.rig.now().command_rejected, rejected + 1);
-    EXPECT_EQ(r.rig.ecu.receiver().count(expected), 1U);
+    expect_dropped(r, c, frame, expected);
   });
 }
 
@@ -201,13 +206,7 @@ TEST(CommandCampaign, Row8FramesOfAnotherShapeAreDropped) {
       frame.fd = true;
       expected = FrameVerdict::fd_alias;
     }
-    r.rig.bus.add({.kind = BusEventKind::insert, .begin_ns = c.at_ns, .frame = frame});
-    const HoldsSetpoint watch{r.rig};
-    const std::uint32_t rejected = r.rig.now().command_rejected;
-    r.rig.run_for(100 * ms);
-    EXPECT_TRUE(watch.held());
-    EXPECT_EQ(r.rig.now().command_rejected, rejected + 1);
-    EXPECT_EQ(r.rig.ecu.receiver().count(expected), 1U);
+    expect_dropped(r, c, frame, expected);
   });
 }
 
