@@ -89,7 +89,7 @@ class ControlThread {
   std::int64_t finished_ns_{0};
   std::promise<bool> go_{};
   bool answered_{false};
-  Worker worker_{""};
+  Worker worker_{"sextant-control"};
 };
 
 }  // namespace sextant::ecu

@@ -8,7 +8,7 @@ namespace sextant::ecu {
 
 void Worker::start(std::function<void()> body) {
   thread_ = std::thread{[name = name_, run = std::move(body)] {
-    if (*name != '\0') (void)name_thread(name);
+    (void)name_thread(name);
     run();
   }};
 }

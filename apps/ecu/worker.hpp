@@ -8,7 +8,7 @@ namespace sextant::ecu {
 /// A thread with a name for `ps`, `top` and traces.
 class Worker {
  public:
-  /// At most 15 characters. An empty name leaves the process's.
+  /// At most 15 characters.
   explicit Worker(const char* name) : name_{name} {}
 
   /// Runs `body` on a thread of its own; an exception of it ends the process.

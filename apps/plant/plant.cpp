@@ -99,6 +99,7 @@ void Plant::run_lockstep() {
   while (!stop_.load(std::memory_order_acquire) &&
          (outcome == Outcome::waiting || outcome == Outcome::stepped)) {
     outcome = lockstep_->step();
+    if (outcome == Outcome::stepped) joined_.store(true, std::memory_order_relaxed);
   }
   if (outcome == Outcome::lost) {
     problem_ = "hil.link: the drive on \"" + config_.hil.link +
@@ -126,9 +127,18 @@ void Plant::stop() {
 }
 
 void Plant::tell_news() {
+  if (lockstep_) {
+    tell_joined();
+    return;
+  }
   GateEvent event;
-  if (lockstep_) return;
   while (events().pop(event)) tell(event);
+}
+
+void Plant::tell_joined() {
+  if (joined_told_ || !joined_.load(std::memory_order_relaxed)) return;
+  joined_told_ = true;
+  spdlog::info("plant on {}: a drive has joined the lockstep", meeting_point());
 }
 
 void Plant::tell(const GateEvent& e) {

@@ -40,7 +40,7 @@ class Plant {
   /// Why it could not go on; empty where it could. Once ended.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
-  /// Logs what has happened to the gates since the last call.
+  /// Logs what has happened since the last call: to the gates, or that a drive has joined the lockstep.
   void tell_news();
 
   /// What happened, for people; once stopped.
@@ -54,6 +54,7 @@ class Plant {
   [[nodiscard]] Ring<GateEvent>& events() { return udp_ ? udp_->events() : shared_memory_->events(); }
   [[nodiscard]] const GateGuard& guard() const { return udp_ ? udp_->guard() : shared_memory_->guard(); }
   [[nodiscard]] std::string meeting_point() const;
+  void tell_joined();
   void tell(const GateEvent& event);
   void print_real_time(std::FILE* out) const;
   void print_lockstep(std::FILE* out) const;
@@ -73,7 +74,9 @@ class Plant {
   std::uint64_t periods_{0};
   std::int64_t longest_to_open_ns_{0};
   std::string problem_{};
+  bool joined_told_{false};
   std::atomic<bool> stop_{false};
+  std::atomic<bool> joined_{false};
   std::atomic<bool> ended_{false};
   std::thread thread_{};
 };

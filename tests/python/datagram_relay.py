@@ -1,14 +1,23 @@
-"""A network between plant and drive that loses, delays and swaps datagrams, by a seed: datagram_relay.py --help."""
+"""A network between plant and drive that loses, delays and swaps datagrams, by a seed: datagram_relay.py --help.
+
+It begins as a sound one. SIGUSR1 makes it lossy, the next SIGUSR1 sound again, so that both sides are there to count
+what it does. SIGTERM ends it with its counts.
+"""
 
 import argparse
 import heapq
 import json
+import os
 import random
 import select
 import signal
 import socket
 import sys
 import time
+
+PRIORITY = 15  # below plant and drive, above all else
+RECEIVE_BUFFER = 4_000_000  # bytes: what came while it stood still is not lost
+SO_RCVBUFFORCE = 33
 
 
 def address(text: str) -> tuple[str, int]:
@@ -25,21 +34,47 @@ class Way:
         self._out = out
         self._target = target
         self._waiting: list[tuple[float, int, bytes]] = []
-        self.counts = {"came": 0, "dropped": 0, "delayed": 0}
+        self.is_lossy = False
+        self.counts = {"came": 0, "dropped": 0, "delayed": 0, "unsent": 0}
 
     def take(self, datagram: bytes, now: float) -> None:
         self.counts["came"] += 1
-        if self._random.random() < self._arguments.loss:
+        if not self.is_lossy:
+            self._send(datagram)
+        elif self._random.random() < self._arguments.loss:
             self.counts["dropped"] += 1
         elif self._random.random() < self._arguments.delayed:
             self.counts["delayed"] += 1
             heapq.heappush(self._waiting, (now + self._arguments.delay_ms * 1e-3, self.counts["came"], datagram))
         else:
-            self._out.sendto(datagram, self._target)
+            self._send(datagram)
 
     def send_due(self, now: float) -> None:
         while self._waiting and self._waiting[0][0] <= now:
-            self._out.sendto(heapq.heappop(self._waiting)[2], self._target)
+            self._send(heapq.heappop(self._waiting)[2])
+
+    def _send(self, datagram: bytes) -> None:
+        try:
+            self._out.sendto(datagram, self._target)
+        except OSError:  # a wire that is cut, a side that is not there
+            self.counts["unsent"] += 1
+
+
+def listening(at: str) -> socket.socket:
+    found = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        found.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BUFFER)
+    except PermissionError:
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+    found.bind(address(at))
+    return found
+
+
+def ask_for_priority() -> None:
+    try:
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(PRIORITY))
+    except PermissionError:
+        print("datagram_relay: no right to real-time scheduling here", file=sys.stderr)
 
 
 def main() -> None:
@@ -53,16 +88,21 @@ def main() -> None:
     parser.add_argument("--delay-ms", type=float, default=2.0)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    to_drive = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    to_drive.bind(address(arguments.drive_side))
-    to_plant = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    to_plant.bind(address(arguments.plant_side))
+    ask_for_priority()
+    to_drive = listening(arguments.drive_side)
+    to_plant = listening(arguments.plant_side)
     ways = {
         to_plant: Way(arguments, arguments.seed, to_drive, address(arguments.drive)),
         to_drive: Way(arguments, arguments.seed + 1, to_plant, address(arguments.plant)),
     }
     ended = []
     signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
+
+    def change(*_: object) -> None:
+        for way in ways.values():
+            way.is_lossy = not way.is_lossy
+
+    signal.signal(signal.SIGUSR1, change)
     print("ready", flush=True)
     while not ended:
         ready, _, _ = select.select(list(ways), [], [], 0.0005)

@@ -5,7 +5,9 @@ import os
 import re
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from programs import ProgramProcess, overrides, program
 from sextant_py.paths import LOOPBACK, ROOT
@@ -15,6 +17,7 @@ DRIVE = ROOT / "configs" / "ecu_hil.toml"
 # Slow enough for two processes on a machine that others share; the low link voltage keeps a period's torque small.
 SLOW = ("plant.u_dc_v=200",)
 PERIOD_US = 250
+CONTROL_THREAD = "sextant-control"
 
 
 class Side(ProgramProcess):
@@ -35,8 +38,20 @@ class Side(ProgramProcess):
         self._process.wait()
         return sent_ns
 
-    def signal(self, how: signal.Signals) -> None:
-        self._process.send_signal(how)
+    def stop(self) -> int:
+        """SIGSTOP; the time at which it was sent, on CLOCK_MONOTONIC [ns].
+
+        It goes to the control thread: a process stands still once the thread that gets the signal has run, and one of
+        ordinary priority may not run for long on a busy machine.
+        """
+        thread_id = thread_named(self.process_id, CONTROL_THREAD)
+        sent_ns = time.monotonic_ns()
+        if ctypes.CDLL(None, use_errno=True).tgkill(self.process_id, thread_id, signal.SIGSTOP) != 0:
+            raise OSError(ctypes.get_errno(), "tgkill")
+        return sent_ns
+
+    def go_on(self) -> None:
+        self._process.send_signal(signal.SIGCONT)
 
     @property
     def process_id(self) -> int:
@@ -49,14 +64,17 @@ class Side(ProgramProcess):
     def status(self, timeout_s: float) -> int:
         return self._process.wait(timeout_s)
 
-    def wait_for(self, words: str, timeout_s: float = 10.0, count: int = 1) -> str:
-        """Its output, once it holds the words so many times."""
+    def wait_for(self, words: str, timeout_s: float = 10.0, count: int = 1) -> None:
+        """Until its output holds the words so many times."""
+        self.wait_until(lambda text: text.count(words) >= count, f"{words!r}", timeout_s)
+
+    def wait_until(self, condition: Callable[[str], bool], what: str, timeout_s: float = 10.0) -> None:
+        """Until its output satisfies the condition."""
         end = time.monotonic() + timeout_s
-        while self.text().count(words) < count:
+        while not condition(self.text()):
             assert self.is_running(), f"{self.name} has ended: {self.text()}"
-            assert time.monotonic() < end, f"{self.name} never said {words!r}: {self.text()}"
+            assert time.monotonic() < end, f"{self.name} never said {what}: {self.text()}"
             time.sleep(0.005)
-        return self.text()
 
 
 def plant_side(link: str, folder: Path, *settings: str) -> Side:
@@ -79,10 +97,24 @@ def drive_side(link: str, bus: str, domain: int, folder: Path, *settings: str) -
     return Side("sextant-ecu", DRIVE, folder, own)
 
 
-def openings_ns(plant_text: str, cause: str) -> list[tuple[int, int, int]]:
-    """Of each opening for that cause: when the gates opened, the last pattern's time, when it was seen [ns]."""
+class Opening(NamedTuple):
+    """Gates that opened, in times of CLOCK_MONOTONIC [ns]."""
+
+    opened_ns: int
+    pattern_ns: int  # when the last pattern had come
+    seen_ns: int  # when its cause was seen
+
+
+def openings(plant_text: str, cause: str) -> list[Opening]:
+    """Each time that closed gates opened for that cause. A plant that has had no drive yet says it in other words."""
     pattern = rf"gates stay open since ([\d.]+) s: {cause}; last pattern at ([\d.]+) s, .* seen at ([\d.]+) s"
-    return [tuple(round(float(x) * 1e9) for x in found) for found in re.findall(pattern, plant_text)]
+    return [Opening(*(round(float(x) * 1e9) for x in found)) for found in re.findall(pattern, plant_text)]
+
+
+def opening_after(plant: Side, cause: str, before: int) -> Opening:
+    """The first opening for that cause beside those `before` it, once there is one."""
+    plant.wait_until(lambda text: len(openings(text, cause)) > before, f"that the gates open because {cause}")
+    return openings(plant.text(), cause)[before]
 
 
 PTRACE_SEIZE, PTRACE_INTERRUPT, PTRACE_DETACH = 0x4206, 0x4207, 17
@@ -111,9 +143,9 @@ class HeldThread:
         self._ask(PTRACE_DETACH)
 
 
-def control_thread(process_id: int) -> int:
-    """The thread of a process that has real-time scheduling."""
+def thread_named(process_id: int, name: str) -> int:
+    """The thread of a process that has this name."""
     for task in Path(f"/proc/{process_id}/task").iterdir():
-        if os.sched_getscheduler(int(task.name)) == os.SCHED_FIFO:
+        if (task / "comm").read_text(encoding="utf-8").strip() == name:
             return int(task.name)
-    raise AssertionError("no thread has real-time scheduling")
+    raise AssertionError(f"no thread is called {name}")

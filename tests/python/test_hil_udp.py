@@ -1,12 +1,15 @@
 """Plant and drive on two machines: two network namespaces with a lossy way between them.
 
 The middle namespace holds a relay that drops, delays and swaps datagrams by a seed, because not every kernel has
-netem. Who is not root cannot make namespaces; these tests are then skipped.
+netem. Who is not root cannot make namespaces; tests that need them are then skipped, aloud.
 """
 
 import json
 import os
+import random
 import re
+import signal
+import socket
 import subprocess
 import sys
 import time
@@ -15,18 +18,49 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
-from handling import bring_up, make_ready
-from hil_processes import Side, drive_side, openings_ns, plant_side
+from hil_handling import Delay, Rig, at_torque, held_within, to_torque
+from hil_processes import Side, drive_side, opening_after, openings, plant_side
+from host_watch import HostWatch
+from network_interface import set_up
 from programs import program
 from sextant_py.paths import ROOT
 from telemetry_record import TelemetryRecord
 from vehicle import Vehicle
 
-pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="NOT TESTED: only root makes network namespaces")
+needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="NOT TESTED: only root makes network namespaces")
 
 TORQUE_NM = 10.0
 PERIOD_US = 500
 RELAY = ROOT / "tests" / "python" / "datagram_relay.py"
+PLANT_PORT = 47811  # in a namespace of its own
+CUT_SEEN_NS = 20_000_000
+SILENT = "the drive is silent"
+
+
+def free_ports(count: int) -> list[int]:
+    """Free UDP ports below those that the kernel hands out, and where no DDS domain has one (7400 + 250·domain on)."""
+    candidates = [port for port in range(10_000, 32_768) if (port - 7400) % 250 >= 220]
+    found = []
+    for port in random.sample(candidates, len(candidates)):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", port))
+            except OSError:
+                continue
+        found.append(port)
+        if len(found) == count:
+            return found
+    raise AssertionError("no free UDP ports")
+
+
+def dropped_by_kernel(process_id: int, address: str) -> int:
+    """Datagrams for which a socket of that process's network had no room; "a.b.c.d:port" is what it is bound to."""
+    host, port = address.split(":")
+    bound = f"{socket.inet_aton(host)[::-1].hex()}:{int(port):04x}".upper()
+    rows = [line.split() for line in Path(f"/proc/{process_id}/net/udp").read_text().splitlines()[1:]]
+    drops = [int(row[-1]) for row in rows if row[1] == bound]
+    assert len(drops) == 1, f"{address} is bound {len(drops)} times"
+    return drops[0]
 
 
 def ip(*arguments: str) -> None:
@@ -43,6 +77,11 @@ class Network:
         self.subnet = 1 + os.getpid() % 250
         self.plant_space = f"sextant_plant_{os.getpid()}"
         self.wire = f"sxw{os.getpid() % 10**6}"
+        drive_port, relay_port = free_ports(2)
+        self.drive_address = f"127.0.0.1:{drive_port}"
+        self.drive_side = f"127.0.0.1:{relay_port}"
+        self.plant_side = f"10.83.{self.subnet}.1:{relay_port}"
+        self.plant_address = f"10.83.{self.subnet}.2:{PLANT_PORT}"
 
     def __enter__(self) -> "Network":
         far = f"{self.wire}p"
@@ -60,21 +99,15 @@ class Network:
         subprocess.run(["ip", "netns", "delete", self.plant_space], capture_output=True, check=False)
 
     def cut(self) -> None:
-        ip("link", "set", self.wire, "down")
+        set_up(self.wire, False)
 
     def mend(self) -> None:
-        ip("link", "set", self.wire, "up")
+        set_up(self.wire, True)
 
     @contextmanager
     def relay(self, *settings: str) -> Iterator[subprocess.Popen]:
-        command = [sys.executable, str(RELAY), "--drive-side", "127.0.0.1:47911", "--drive", "127.0.0.1:47910"]
-        command += [
-            "--plant-side",
-            f"10.83.{self.subnet}.1:47911",
-            "--plant",
-            f"10.83.{self.subnet}.2:47811",
-            *settings,
-        ]
+        command = [sys.executable, str(RELAY), "--drive-side", self.drive_side, "--drive", self.drive_address]
+        command += ["--plant-side", self.plant_side, "--plant", self.plant_address, *settings]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
                 assert process.stdout.readline() == "ready\n"
@@ -87,8 +120,8 @@ class Network:
         own = (
             "transport=udp",
             f"period_us={PERIOD_US}",
-            f'hil.udp_listen="10.83.{self.subnet}.2:47811"',
-            f'hil.udp_peer="10.83.{self.subnet}.1:47911"',
+            f'hil.udp_listen="{self.plant_address}"',
+            f'hil.udp_peer="{self.plant_side}"',
         )
         side = plant_side("none", folder, *own, "plant.u_dc_v=60", "plant.hold_periods=3", *settings)
         side.command = ["ip", "netns", "exec", self.plant_space, *side.command]
@@ -98,8 +131,8 @@ class Network:
         own = (
             "power_stage=udp",
             f"control.period_us={PERIOD_US}",
-            'hil.udp_listen="127.0.0.1:47910"',
-            'hil.udp_peer="127.0.0.1:47911"',
+            f'hil.udp_listen="{self.drive_address}"',
+            f'hil.udp_peer="{self.drive_side}"',
             "hil.stale_ms=30",
             "hil.missing_periods=60",
             "plant.u_dc_v=60",
@@ -120,16 +153,9 @@ def datagrams(report: str) -> dict[str, int]:
     return dict(zip(("received", "lost", "reordered", "repeated", "late"), map(int, found.groups()), strict=True))
 
 
-def to_torque(record: TelemetryRecord, vehicle: Vehicle) -> None:
-    record.wait_until_heard()
-    vehicle.demand(fault_reset=True)
-    record.wait_for_state("STANDBY", "READY")
-    make_ready(record, vehicle)
-    bring_up(record, vehicle, TORQUE_NM)
-
-
+@needs_root
 def test_torque_over_a_network_that_loses_and_swaps(
-    network: Network, bus_address: str, domain: int, tmp_path: Path
+    network: Network, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
 ) -> None:
     lossy = ("--loss", "0.02", "--delayed", "0.02", "--delay-ms", "4", "--seed", "7")
     record = TelemetryRecord(domain)
@@ -137,52 +163,71 @@ def test_torque_over_a_network_that_loses_and_swaps(
         with network.drive(bus_address, domain, tmp_path) as drive, Vehicle(bus_address) as vehicle:
             vehicle.demand()
             drive.wait_for("the plant answers")
-            to_torque(record, vehicle)
-            span = record.run(1.5).last(1.0)
+
+            def no_room() -> dict[str, int]:
+                return {
+                    "measurements": dropped_by_kernel(drive.process_id, network.drive_address)
+                    + dropped_by_kernel(relay.pid, network.plant_side),
+                    "commands": dropped_by_kernel(plant.process_id, network.plant_address)
+                    + dropped_by_kernel(relay.pid, network.drive_side),
+                }
+
+            no_room_before = no_room()  # what has come to a socket that nobody read yet
+            relay.send_signal(signal.SIGUSR1)  # lossy from now on, and sound again before a side leaves
+            # A network that loses one in fifty does not stop the drive.
+            span = at_torque(Rig(record, vehicle, host), TORQUE_NM, 1.5).last(1.0)
             print(f"torque {span.torque_mean_nm.mean():.2f} N·m of {TORQUE_NM} N·m")
-            assert "FAULT" not in span.states, "a network that loses one in fifty stopped the drive"
+            relay.send_signal(signal.SIGUSR1)
+            time.sleep(0.2)
+            no_room_meanwhile = {way: count - no_room_before[way] for way, count in no_room().items()}
             assert drive.leave() == 0
         assert plant.leave() == 0
         relay.terminate()
         relay_counts = json.loads(relay.stdout.read())
-    print(relay_counts)
+    print(relay_counts, "no room:", no_room_meanwhile)
     for side, way in ((drive, "measurements"), (plant, "commands")):
-        seen = datagrams(side.text())
-        print(side.name, seen)
-        # What was under way when a side came or left is counted by the one and not by the other.
-        assert seen["lost"] == pytest.approx(relay_counts[way]["dropped"], rel=0.25, abs=20)
-        assert seen["lost"] > 0
-        assert seen["reordered"] == pytest.approx(relay_counts[way]["delayed"], rel=0.25, abs=20)
-        assert seen["late"] >= seen["reordered"] * 0.5
+        check_counts(side, relay_counts[way], no_room_meanwhile[way])
 
 
+def check_counts(side: Side, relayed: dict[str, int], no_room: int) -> None:
+    """What a side has seen of a network is what the network has done."""
+    seen = datagrams(side.text())
+    print(side.name, seen)
+    assert min(relayed["dropped"], relayed["delayed"]) >= 20
+    assert seen["lost"] == pytest.approx(relayed["dropped"] + no_room, abs=3)
+    assert seen["reordered"] == pytest.approx(relayed["delayed"], abs=3)
+    assert seen["late"] >= seen["reordered"] * 0.5
+
+
+@needs_root
 def test_a_cut_wire_opens_the_gates_and_trips_the_drive_and_both_come_back(
-    network: Network, bus_address: str, domain: int, tmp_path: Path
+    network: Network, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
 ) -> None:
-    record = TelemetryRecord(domain)
     with (
         network.relay(),
         network.plant(tmp_path) as plant,
         network.drive(bus_address, domain, tmp_path) as drive,
         Vehicle(bus_address) as vehicle,
     ):
+        rig = Rig(TelemetryRecord(domain), vehicle, host)
         vehicle.demand()
         drive.wait_for("the plant answers")
-        to_torque(record, vehicle)
-        silences = len(openings_ns(plant.text(), "the drive is silent"))
-        network.cut()
-        cut_ns = time.monotonic_ns()
-        plant.wait_for("the drive is silent", count=silences + 1)
-        record.wait_for_state("FAULT")
-        opened_ns, _, seen_ns = openings_ns(plant.text(), "the drive is silent")[-1]
-        print(
-            f"gates open {(opened_ns - cut_ns) * 1e-6:.1f} ms after the cut, seen at {(seen_ns - cut_ns) * 1e-6:.1f} ms"
-        )
-        assert seen_ns - cut_ns <= 50_000_000
-        drive.wait_for("the plant is silent")
-        network.mend()
-        drive.wait_for("the plant answers", count=2)
-        to_torque(record, vehicle)
+
+        def measure() -> Delay:
+            at_torque(rig, TORQUE_NM, 0.1)
+            silences, answers = (drive.text().count(f"the plant {does}") for does in ("is silent", "answers"))
+            before = len(openings(plant.text(), SILENT))
+            cut_ns = time.monotonic_ns()
+            network.cut()
+            opening = opening_after(plant, SILENT, before)
+            rig.record.wait_for_state("FAULT")
+            drive.wait_for("the plant is silent", count=silences + 1)
+            network.mend()
+            drive.wait_for("the plant answers", count=answers + 1)
+            return Delay(cut_ns, opening.seen_ns)
+
+        held_within("cut to gates open", CUT_SEEN_NS, measure, host)
+        to_torque(rig, TORQUE_NM)
         assert drive.leave() == 0
         assert plant.leave() == 0
 

@@ -1,4 +1,4 @@
-"""What becomes of a failing live test: tests/python/live/run and the verdict it asks pytest for."""
+"""What becomes of a failing live test: tests/python/live/run, judged below it, and the verdict they ask pytest for."""
 
 import os
 import re
@@ -10,12 +10,13 @@ import pytest
 from sextant_py.paths import ROOT
 
 LIVE = ROOT / "tests" / "python" / "live"
+JUDGED = ROOT / "tests" / "python" / "judged"
 ONLY_TIMING_FAILED = 70
 SKIPPED = 77
 
 TESTS = """
 import pytest
-from telemetry_record import NotSeenError
+from failures import NotSeenError, SpoiltByHostError
 
 @pytest.mark.timing
 def test_late():
@@ -55,6 +56,13 @@ def test_set_up(broken):
 @pytest.mark.timing
 def test_skipped():
     pytest.skip("not here")
+
+@pytest.mark.skipif(True, reason="nor here")
+def test_skipped_by_mark():
+    pass
+
+def test_spoilt():
+    raise SpoiltByHostError("three times")
 """
 
 
@@ -64,6 +72,12 @@ def test_skipped():
         ("test_late", ONLY_TIMING_FAILED),
         ("test_late or test_late_too or test_in_time or test_skipped", ONLY_TIMING_FAILED),
         ("test_in_time or test_skipped", 0),
+        ("test_skipped", SKIPPED),
+        ("test_skipped or test_skipped_by_mark", SKIPPED),
+        ("test_skipped or test_late", ONLY_TIMING_FAILED),
+        ("test_spoilt", ONLY_TIMING_FAILED),
+        ("test_spoilt or test_late", ONLY_TIMING_FAILED),
+        ("test_spoilt or test_wrong", 1),
         ("test_wrong", 1),
         ("test_late or test_wrong", 1),
         ("test_late or test_never_seen", 1),
@@ -110,11 +124,12 @@ exit "$status"
 
 
 class Tree:
-    """A tree in which only run is real."""
+    """A tree in which only run and judged are real."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self._write("tests/python/live/run", (LIVE / "run").read_text(encoding="utf-8"))
+        for script in (LIVE / "run", JUDGED):
+            self._write(str(script.relative_to(ROOT)), script.read_text(encoding="utf-8"))
         self._write(".venv/bin/python", PYTHON)
         self._write("build/dev/apps/sextant-ecu", "#!/bin/sh\n")
         self._write("scripts/with_vcan", '#!/bin/bash\nshift 2\nexec "$@"\n')
@@ -126,14 +141,19 @@ class Tree:
         path.chmod(0o755)
 
     def run(self, *arguments: str, statuses: list[int], stalls: int = 0, **more: str) -> subprocess.CompletedProcess:
+        return self.start("live/run", *arguments, statuses=statuses, stalls=stalls, **more)
+
+    def start(
+        self, script: str, *arguments: str, statuses: list[int], stalls: int, **more: str
+    ) -> subprocess.CompletedProcess:
         (self.root / "statuses").write_text("".join(f"{status}\n" for status in statuses))
         environment = {key: value for key, value in os.environ.items() if not key.startswith("SEXTANT_")}
         return subprocess.run(
-            [self.root / "tests/python/live/run", *arguments],
+            [self.root / "tests/python" / script, *arguments],
             capture_output=True,
             text=True,
             timeout=30,
-            cwd="/",
+            cwd=self.root if script == "judged" else "/",
             env={**environment, "STALLS": f"{stalls} 31", **more},
         )
 
@@ -156,6 +176,7 @@ def tree(tmp_path: Path) -> Tree:
         ([1, 70], 5, SKIPPED),
         ([70, 70], 4, 1),
         ([70, 1], 9, 1),
+        ([77], 0, SKIPPED),
         ([1, 1], 9, 1),
         ([4], 9, 1),
         ([124], 9, 1),
@@ -165,9 +186,28 @@ def tree(tmp_path: Path) -> Tree:
 def test_exit_status_of_run(kind: str, statuses: list[int], stalls: int, expected: int, tree: Tree) -> None:
     found = tree.run(kind, statuses=statuses, stalls=stalls)
     assert found.returncode == expected, found.stderr
-    assert ("NOT JUDGED" in found.stderr) == (expected == SKIPPED)
+    assert ("NOT JUDGED" in found.stderr) == (70 in statuses and expected == SKIPPED)
+    assert ("NOT TESTED" in found.stderr) == (77 in statuses)
     calls = tree.calls()
     assert ["--last-failed" in call for call in calls] == [False, True][: len(statuses)]
+
+
+@pytest.mark.parametrize(
+    ("statuses", "stalls", "expected"),
+    [
+        ([0], 9, 0),
+        ([1], 9, 1),
+        ([70, 0], 0, 0),
+        ([70, 70], 5, SKIPPED),
+        ([70, 70], 4, 1),
+        ([70, 1], 9, 1),
+        ([77], 0, 77),
+    ],
+)
+def test_judged_repeats_only_deadlines(statuses: list[int], stalls: int, expected: int, tree: Tree) -> None:
+    found = tree.start("judged", ".venv/bin/python", "-m", "pytest", statuses=statuses, stalls=stalls)
+    assert found.returncode == expected, found.stderr
+    assert tree.calls() == ["-m pytest", "-m pytest --last-failed"][: len(statuses)]
 
 
 def test_run_once_measures_once(tree: Tree) -> None:

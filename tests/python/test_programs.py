@@ -116,7 +116,7 @@ def test_dds_that_cannot_start(inner: str, word: str, live: tuple[str, ...]) -> 
     check_refusal(found, "sextant-ecu", "DDS cannot start", word)
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="rights can only be given up by one who has them")
+@pytest.mark.skipif(os.geteuid() != 0, reason="NOT TESTED: rights can only be given up by one who has them")
 def test_missing_rights_where_they_are_required(live: tuple[str, ...], for_anyone: Path) -> None:
     less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--inh-caps=-all")
     limits = ("prlimit", "--rtprio=0", "--memlock=0")
@@ -126,7 +126,7 @@ def test_missing_rights_where_they_are_required(live: tuple[str, ...], for_anyon
     check_refusal(found, "sextant-ecu", "realtime.required", "SCHED_FIFO", "CAP_SYS_NICE")
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="rights can only be given up by one who has them")
+@pytest.mark.skipif(os.geteuid() != 0, reason="NOT TESTED: rights can only be given up by one who has them")
 def test_missing_rights_are_reported_where_they_are_not_required(live: tuple[str, ...], for_anyone: Path) -> None:
     less = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--inh-caps=-all")
     config = for_anyone / "configs" / "ecu.toml"
@@ -248,7 +248,7 @@ def test_out_that_cannot_be_made(tmp_path: Path) -> None:
     check_refusal(found, "sextant-mil", "file/out cannot be made", "Not a directory", "--out")
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="needs another user")
+@pytest.mark.skipif(os.geteuid() != 0, reason="NOT TESTED: needs another user")
 def test_out_that_may_not_be_written(for_anyone: Path) -> None:
     out = for_anyone / "out"
     out.mkdir(mode=0o755)

@@ -7,15 +7,12 @@ from typing import Any
 import numpy as np
 from cyclonedds.core import Policy, Qos
 from cyclonedds.util import duration
+from failures import NotSeenError
 from sextant_py import dds
 
 POLL_S = 0.02
 DEPTH = 5000
 HELPING = 32
-
-
-class NotSeenError(AssertionError):
-    """What a test waited for did not come."""
 
 
 class Span:

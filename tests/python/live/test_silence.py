@@ -1,8 +1,5 @@
 """Lockout at power-up, silence of the vehicle, a bus that goes down: what the drive does, by its own stamps."""
 
-import fcntl
-import socket
-import struct
 import time
 from collections.abc import Callable
 
@@ -11,6 +8,7 @@ import pytest
 from attempts import silence_spoilt, undisturbed
 from drive_process import DriveProcess
 from handling import bring_up, regain
+from network_interface import set_up
 from sextant_py import bus
 from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
@@ -22,8 +20,6 @@ LOST_S = 0.200
 NO_TORQUE_NM = 2.0  # mean over 1 ms at low speed: the chatter of the comparators about a reference of zero
 COMMAND_LOST = 0
 COMMAND_LOST_BIT = 1 << COMMAND_LOST
-SIOCSIFFLAGS = 0x8914
-IFF_UP = 0x1
 
 
 @pytest.fixture
@@ -182,18 +178,12 @@ def test_enable_at_power_up_does_nothing(running: tuple[DriveProcess, TelemetryR
         bring_up(record, vehicle, TORQUE_NM)
 
 
-def set_up(address: str, up: bool) -> None:
-    """Takes the interface down or up, at once: starting a program for it takes its time in a guest."""
-    name = bus.parse(address).channel.encode()
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
-        fcntl.ioctl(control, SIOCSIFFLAGS, struct.pack("16sh14x", name, IFF_UP if up else 0))
-
-
 def interrupted(record: TelemetryRecord, address: str, down_s: float) -> Span:
     begin = len(record.samples)
-    set_up(address, False)
+    interface = bus.parse(address).channel
+    set_up(interface, False)
     time.sleep(down_s)
-    set_up(address, True)
+    set_up(interface, True)
     record.run(0.3)
     return Span(record.samples[begin:])
 
