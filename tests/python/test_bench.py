@@ -275,6 +275,23 @@ def test_a_stage_that_fails_is_told_and_does_not_stop_the_others(
     assert set(Results.read(out).stages) == {"good", "broken"}
 
 
+@pytest.mark.parametrize("error", [KeyError("wake_latency"), json.JSONDecodeError("no value", "", 0)])
+def test_an_error_that_nobody_expected_is_a_miss_of_its_stage_alone(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], error: Exception
+) -> None:
+    def broken(_: Lab) -> list[Figure]:
+        raise error
+
+    good = Stage("good", "a good one", 1, lambda _: [Figure("quick", 1.0, at_most=2.0)])
+    monkeypatch.setattr(bench, "STAGES", (Stage("broken", "a broken one", 1, broken), good))
+    out = tmp_path / "bench.json"
+    assert bench.main(["--out", str(out), "--judge"]) == 1
+    printed = capsys.readouterr()
+    assert f"bench: MISSED: stage broken: {type(error).__name__}: " in printed.out
+    assert "Traceback" in printed.err
+    assert Results.read(out).stages["good"].figures[0].verdict == OK
+
+
 def judged(monkeypatch: pytest.MonkeyPatch, out: Path, *figures: Figure) -> int:
     monkeypatch.setattr(bench, "STAGES", (Stage("one", "one", 1, lambda _: list(figures)),))
     return bench.main(["--out", str(out / "bench.json"), "--judge"])

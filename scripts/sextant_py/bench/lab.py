@@ -19,7 +19,7 @@ NO_KERNEL = 125  # exit status of scripts/with_vcan
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of the benchmark. `run` returns its figures; a UserError from it fails the stage and not the others, a
+    """A part of the benchmark. `run` returns its figures; an exception from it fails the stage and not the others, a
     NotMeasurableError leaves the stage unjudged."""
 
     name: str  # as in --only

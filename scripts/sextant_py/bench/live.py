@@ -10,7 +10,7 @@ from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
 from . import live_runs
-from .figure import Figure, failed, unmeasured
+from .figure import Figure, failed, report_unexpected, unmeasured
 from .histogram import Histogram
 from .lab import Lab, Stage
 from .live_plot import draw_latency
@@ -202,7 +202,8 @@ def live(lab: Lab) -> list[Figure]:
         lab.say(name)
         try:
             figures += part()
-        except UserError as error:  # of the other parts the figures still count
+        except Exception as error:  # of the other parts the figures still count
+            report_unexpected(error)
             figures.append(failed(f"live: {name}", error))
     summaries = {name: histogram.summary() for name, histogram in distributions.items() if histogram.count}
     (lab.out / LATENCIES).write_text(json.dumps(summaries, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
