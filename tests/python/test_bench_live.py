@@ -3,10 +3,11 @@
 import json
 import math
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
-from sextant_py.bench import gates, live, live_runs
+from sextant_py.bench import commanded_run, gates, live, live_runs
 from sextant_py.bench.figure import MISSED, NOT_JUDGED, OK, PUBLISHED, NotMeasurableError
 from sextant_py.bench.histogram import Histogram
 from sextant_py.bench.lab import Lab
@@ -103,6 +104,28 @@ def test_a_late_wake_up_counts_for_as_long_as_it_was_waited_for() -> None:
     assert wake.percentile_ns(99.0) == 0
     assert wake.by_time(250_000).percentile_ns(90.0) == 0
     assert wake.by_time(250_000).percentile_ns(91.0) == 2_500_000
+
+
+class Bus:
+    """One on which the drive is in this state, or silent."""
+
+    def __init__(self, state: str | None) -> None:
+        self.state = lambda: state
+        self.start = self.stop = self.shutdown = lambda: None
+
+
+@pytest.mark.parametrize(("state", "answers"), [("STANDBY", True), (None, False)])
+def test_the_vehicle_waits_until_the_drive_is_heard(
+    monkeypatch: pytest.MonkeyPatch, state: str | None, answers: bool
+) -> None:
+    monkeypatch.setattr(commanded_run.can_bus, "open_bus", lambda _: Bus(state))
+    monkeypatch.setattr(commanded_run, "Reports", lambda bus, _: bus)
+    with subprocess.Popen(["sleep", "60"]) as drive:
+        assert commanded_run.drive_answers("socketcan:vcan0", drive, 0.1) is answers
+        commanded_run.leave(drive)
+    if state is None:
+        with pytest.raises(UserError, match="ended at once"):
+            commanded_run.drive_answers("socketcan:vcan0", drive, 10.0)
 
 
 def told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, **answer: object) -> dict:

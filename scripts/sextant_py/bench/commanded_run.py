@@ -83,6 +83,16 @@ def cyclictest_beside(out: Path | None) -> Iterator[None]:
             reference.send_signal(signal.SIGINT)
 
 
+def leave(drive: subprocess.Popen) -> None:
+    """In order, so that it writes its timing; a drive that does not is killed."""
+    drive.terminate()
+    try:
+        drive.wait(30.0)
+    except subprocess.TimeoutExpired:
+        drive.kill()
+        drive.wait()
+
+
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--can", required=True)
@@ -109,7 +119,7 @@ def main(argv: list[str]) -> int:
                 with cyclictest_beside(arguments.reference_out):
                     told["ended_early"] = command_it(arguments.can)
         finally:
-            drive.terminate()
+            leave(drive)
     if drive.returncode != 0:
         raise UserError(f"sextant-ecu failed with status {drive.returncode}")
     print(json.dumps(told))
