@@ -74,8 +74,18 @@ def test_a_command_may_take_a_period_and_the_wake_ups(way_us: int, verdict: str,
 
 def test_a_slow_receive_thread_does_not_excuse_itself() -> None:
     judged, own_part = live.command_figures("vcan", commanded(900, hand_over_us=800), {})
-    assert judged.verdict == MISSED
+    assert (judged.verdict, judged.is_accepted_miss) == (MISSED, False)
     assert own_part.value == pytest.approx(20.0)
+    reading, _ = live.command_figures("vcan", commanded(330, hand_over_us=80), {})
+    assert (reading.verdict, reading.is_accepted_miss) == (MISSED, True)
+
+
+def test_a_stop_of_the_guest_stops_its_vehicle_too() -> None:
+    # Ten commands would have come in the stop, had the vehicle run on.
+    stopped = {"wake_latency": {"buckets": [[0, 400], [100_000_000, 1]], "max_ns": 100_000_000}}
+    native, _ = live.command_figures("vcan", commanded(900, **stopped), {})
+    guest, _ = live.command_figures("vcan", commanded(900, where="uml", **stopped), {})
+    assert (native.verdict, guest.verdict) == (OK, MISSED)
 
 
 def test_commands_that_reach_no_gate_pattern_are_missed_wherever_it_was() -> None:

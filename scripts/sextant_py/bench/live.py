@@ -163,7 +163,9 @@ def command_figures(bus: str, timing: dict, distributions: dict[str, Histogram])
         ("wake-up of the control thread beside it", wake),
     ):
         distributions[f"{text}, {bus}{GUESTS.get(timing['where'], '')}"] = histogram
-    sides = (way, hand_over, reference, wake.by_time(timing["period_us"] * 1000))
+    # A command comes at any time. But what stops a guest stops the vehicle in it as well.
+    met = wake.by_time(timing["period_us"] * 1000) if timing["where"] == "native" else wake
+    sides = (way, hand_over, reference, met)
     way_us, hand_over_us, reference_us, wake_us = (side.percentile_ns(99.0) * 1e-3 for side in sides)
     note = f"{way.count} frames; {way_us:.0f} / ({timing['period_us']} + {reference_us:.0f} + {wake_us:.1f}) µs"
     if timing["ended_early"]:
@@ -171,7 +173,15 @@ def command_figures(bus: str, timing: dict, distributions: dict[str, Histogram])
     if emulated:
         return [unmeasured(measure, f"in a guest with an emulated processor, asleep at 1 ms: {note}")]
     return [
-        Figure(measure, way_us / (timing["period_us"] + reference_us + wake_us), unit="x", at_most=1.0, note=note),
+        Figure(
+            measure,
+            way_us / (timing["period_us"] + reference_us + wake_us),
+            unit="x",
+            at_most=1.0,
+            note=note,
+            accepted_at_most=1.25,
+            accepted_because="to take a frame from the socket, check and decode it is work besides the wake-up",
+        ),
         Figure(
             f"of it the receive thread's part / wake-up of cyclictest in its place, 99 %, {bus}",
             hand_over_us / reference_us,
