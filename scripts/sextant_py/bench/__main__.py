@@ -11,7 +11,7 @@ from pathlib import Path
 from sextant_py.errors import UserError, run
 from sextant_py.paths import ROOT
 
-from .figure import failed
+from .figure import failed, report_unexpected
 from .lab import Lab, Stage
 from .live import write_latency
 from .report import terminal, verdicts, write_page
@@ -47,7 +47,8 @@ def measure(stages: list[Stage], lab: Lab, keep: Callable[[Results], None]) -> R
         began, load = time.monotonic(), os.getloadavg()[0]
         try:
             figures = stage.run(lab)
-        except UserError as error:
+        except Exception as error:  # whatever it is, the other stages still count
+            report_unexpected(error)
             figures = [failed(f"stage {stage.name}", error)]
         results.stages[stage.name] = StageResult(stage.title, figures, time.monotonic() - began, load)
         keep(results)

@@ -1,6 +1,8 @@
 """A measured figure, its target and its verdict."""
 
 import math
+import sys
+import traceback
 from dataclasses import asdict, dataclass
 
 from sextant_py.errors import UserError
@@ -96,6 +98,19 @@ def unmeasured(measure: str, why: str, **options) -> Figure:
     return Figure(measure, None, **(options | {"note": why}))
 
 
-def failed(measure: str, error: UserError | str, **options) -> Figure:
+def failed(measure: str, error: Exception | str, **options) -> Figure:
     """A figure that is missing because something failed. It misses, unless it cannot be had here."""
-    return unmeasured(measure, str(error), **options, broken=not isinstance(error, NotMeasurableError))
+    return unmeasured(measure, sentence(error), **options, broken=not isinstance(error, NotMeasurableError))
+
+
+def sentence(error: Exception | str) -> str:
+    """What went wrong, in a line. An error that nobody expected is named by its kind."""
+    if isinstance(error, UserError | str):
+        return str(error)
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def report_unexpected(error: Exception) -> None:
+    """Where an error came from, for whoever mends it; a UserError says all by itself."""
+    if not isinstance(error, UserError):
+        traceback.print_exception(error, file=sys.stderr)

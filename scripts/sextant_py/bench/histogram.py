@@ -38,6 +38,14 @@ class Histogram:
                 return float(value)
         return math.nan
 
+    def by_time(self, period_ns: int) -> "Histogram":
+        """Of wake-up latencies: each weighted by how long its wake-up was waited for. So their percentiles are those
+        of something that comes at any time: it meets a late wake-up more often than one in time."""
+        return Histogram(Counter({ns: count * (period_ns + ns) for ns, count in self.counts.items()}), self.max_ns)
+
+    def part_above(self, limit_ns: float) -> float:
+        return sum(count for ns, count in self.counts.items() if ns > limit_ns) / self.count
+
     def exceeded(self) -> tuple[list[float], list[float]]:
         """Durations [µs] in ascending order, and the part of all samples that is at least so long."""
         durations, parts, left = [], [], self.count

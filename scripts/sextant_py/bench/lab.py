@@ -19,7 +19,7 @@ NO_KERNEL = 125  # exit status of scripts/with_vcan
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of the benchmark. `run` returns its figures; a UserError from it fails the stage and not the others, a
+    """A part of the benchmark. `run` returns its figures; an exception from it fails the stage and not the others, a
     NotMeasurableError leaves the stage unjudged."""
 
     name: str  # as in --only
@@ -37,6 +37,7 @@ class Lab:
     """Runs programs within the time of the present stage."""
 
     programs: Path = ROOT / "build" / "release" / "tests" / "bench"
+    audit: Path = ROOT / "build" / "release" / "tests" / "audit" / "sextant_control_thread_audit"
     out: Path = ROOT / "out" / "bench"
     deadline: float = field(default_factory=lambda: time.monotonic() + 3600.0)
 

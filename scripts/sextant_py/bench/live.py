@@ -9,24 +9,33 @@ from pathlib import Path
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
-from . import live_runs
-from .figure import Figure, failed, unmeasured
+from . import gates, live_runs
+from .figure import Figure, failed, number, report_unexpected, unmeasured
 from .histogram import Histogram
 from .lab import Lab, Stage
 from .live_plot import draw_latency
 from .report import put
 
 PLOT = ROOT / "docs" / "images" / "latency.png"
-AUDIT = ROOT / "build" / "dev" / "tests" / "audit" / "sextant_control_thread_audit"
-AUDIT_COMMAND = "scripts/check_control_thread_audit"
 AUDITED = ("heap allocations", "locks", "page faults", "system calls")
+AUDIT_MEASURE = "allocations, locks, page faults and system calls of the control thread"
+AUDITS = (  # as scripts/check_control_thread_audit
+    ("10⁷ periods, spin mode", ("--periods", "10000000", "--period-us", "5", "--wait", "spin")),
+    ("10⁶ periods asleep, beyond clock_nanosleep", ("--periods", "1000000", "--period-us", "25", "--wait", "sleep")),
+    (
+        "10⁵ periods in spin mode with the plant behind shared memory",
+        ("--periods", "100000", "--period-us", "100", "--wait", "spin", "--shared-memory"),
+    ),
+)
 WAKE_ROUNDS, WAKE_SECONDS = 6, 5
 BODY_ROUNDS, BODY_SECONDS = 4, 3
 SPIN_SECONDS = 60
 LOCKSTEP_RUNS, LOCKSTEP_SECONDS = 3, 10
 SPIN = {"control__period_us": 25, "realtime__wait": "spin"}
 UNSTAMPED = {**SPIN, "realtime__stage_statistics": "false"}
+CVODE = {**SPIN, "plant__integrator": "cvode"}
 SHIPPED, ASLEEP, REFERENCE = "hard mode as shipped (hybrid wait)", "hard mode asleep (wait = sleep)", "cyclictest"
+GUESTS = {"uml": " of a User Mode Linux guest", "qemu": " of an emulated guest"}
 LATENCIES = "latency.json"  # in the folder of the results: every distribution of this stage
 
 
@@ -36,7 +45,7 @@ def spread(values: list[float]) -> str:
 
 def wakes(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
     rounds: list[dict[str, Histogram]] = []
-    for number in range(WAKE_ROUNDS):
+    for turn in range(WAKE_ROUNDS):
         shipped = live_runs.ecu(lab, "wake_hybrid", WAKE_SECONDS, realtime__wait="hybrid")
         asleep = live_runs.ecu(lab, "wake_sleep", WAKE_SECONDS, realtime__wait="sleep")
         rounds.append(
@@ -46,7 +55,7 @@ def wakes(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
                 REFERENCE: live_runs.cyclictest(lab, WAKE_SECONDS, 250),
             }
         )
-        lab.say(f"wake-ups, round {number + 1} of {WAKE_ROUNDS}")
+        lab.say(f"wake-ups, round {turn + 1} of {WAKE_ROUNDS}")
     for name in (REFERENCE, SHIPPED, ASLEEP):
         distributions[name] = sum((one[name] for one in rounds), Histogram())
     figures = []
@@ -113,61 +122,117 @@ def lost_share(timing: dict) -> float:
 
 
 def commands(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
-    vcan = (str(ROOT / "scripts" / "with_vcan"), "--time-limit", "120", "--")
+    # To the host a guest is one more program: what SCHED_FIFO is worth inside begins with what it is outside.
+    guest = () if live_runs.refusal_of_real_time() else ("chrt", "--rr", "5")
+    vcan = (*guest, str(ROOT / "scripts" / "with_vcan"), "--time-limit", "300", "--")
     figures = []
     for name, bus, inside in (("vcan", "socketcan:vcan0", vcan), ("udp multicast", live_runs.BUS, ())):
-        measure = (
-            "CAN frame received to first gate pattern"
-            f" / (one period + wake-ups of receive and control thread), 99 %, {name}"
-        )
         try:
-            timing = live_runs.commanded(lab, f"command_{name.split()[0]}", bus, inside)
+            timing = live_runs.commanded_beside_cyclictest(lab, f"command_{name.split()[0]}", bus, inside)
         except UserError as error:
-            figures.append(failed(measure, error))
+            figures.append(failed(command_measure(name), error))
             continue
-        way, hand_over, wake = (
-            Histogram.from_json(timing[key]) for key in ("command_to_gate", "command_hand_over", "wake_latency")
-        )
-        if way.count == 0:
-            figures.append(unmeasured(measure, "the drive was not ready in time for a command"))
-            continue
-        distributions[f"command to gate, {name}"] = way
-        distributions[f"of it until the receive thread has handed it over, {name}"] = hand_over
-        distributions[f"wake-up of the control thread beside it, {name}"] = wake
-        way_us, hand_over_us, wake_us = (side.percentile_ns(99.0) * 1e-3 for side in (way, hand_over, wake))
-        allowed = f"({timing['period_us']} + {hand_over_us:.0f} + {wake_us:.1f}) µs"
-        note = f"{way.count} frames; {way_us:.0f} / {allowed}"
-        if timing["where"] == "qemu":  # its processor is emulated: its times are not a machine's
-            figures.append(unmeasured(measure, f"in a guest with an emulated processor, asleep at 1 ms: {note}"))
-            continue
-        ratio = way_us / (timing["period_us"] + hand_over_us + wake_us)
-        figures.append(Figure(measure, ratio, unit="x", at_most=1.0, note=note))
+        figures += command_figures(name, timing, distributions)
     return figures
 
 
-def audit(lab: Lab) -> list[Figure]:
-    measure = "allocations, locks, page faults and system calls of the control thread in 10⁷ periods, spin mode"
-    if not AUDIT.exists():
-        return [unmeasured(measure, f"{AUDIT_COMMAND} builds and runs it", command=AUDIT_COMMAND)]
-    text = lab.run(AUDIT, "--periods", "10000000", "--period-us", "5", "--wait", "spin", accept=(0, 1))
-    lines = [re.search(rf"^  {name} +(\d+)  (?:ok|FOUND)", text, re.MULTILINE) for name in AUDITED]
-    if not all(lines):
-        return [failed(measure, f"it says: {text.strip()[-200:]}", command=AUDIT_COMMAND)]
-    counts = [int(line[1]) for line in lines]
+def command_measure(bus: str) -> str:
+    return f"CAN frame received to first gate pattern / (one period + own wake-ups), 99 %, {bus}"
+
+
+def command_figures(bus: str, timing: dict, distributions: dict[str, Histogram]) -> list[Figure]:
+    """Of one commanded run. What is allowed comes from elsewhere than what is judged: the wake-up of the control thread
+    from its deadlines, that of the receive thread from cyclictest in its place."""
+    measure = command_measure(bus)
+    way, hand_over, wake = (
+        Histogram.from_json(timing[key]) for key in ("command_to_gate", "command_hand_over", "wake_latency")
+    )
+    reference: Histogram = timing["reference"]
+    emulated = timing["where"] == "qemu"  # its times are not a machine's
+    if hand_over.count == 0:
+        why = f"no command was accepted: {timing['ended_early'] or 'none came'}"
+        return [unmeasured(measure, why) if emulated else failed(measure, why)]
+    if way.count == 0:
+        return [failed(measure, f"of {hand_over.count} accepted commands none was seen in a gate pattern")]
+    if reference.count == 0:
+        return [unmeasured(measure, "cyclictest counted nothing beside it")]
+    for text, histogram in (
+        ("command to gate", way),
+        ("of it until the receive thread has handed it over", hand_over),
+        ("cyclictest in the receive thread's place beside it", reference),
+        ("wake-up of the control thread beside it", wake),
+    ):
+        distributions[f"{text}, {bus}{GUESTS.get(timing['where'], '')}"] = histogram
+    # A command comes at any time. But what stops a guest stops the vehicle in it as well.
+    met = wake.by_time(timing["period_us"] * 1000) if timing["where"] == "native" else wake
+    sides = (way, hand_over, reference, met)
+    way_us, hand_over_us, reference_us, wake_us = (side.percentile_ns(99.0) * 1e-3 for side in sides)
+    note = f"{way.count} frames; {way_us:.0f} / ({timing['period_us']} + {reference_us:.0f} + {wake_us:.1f}) µs"
+    if timing["ended_early"]:
+        note += f"; {timing['ended_early']}"
+    if emulated:
+        return [unmeasured(measure, f"in a guest with an emulated processor, asleep at 1 ms: {note}")]
     return [
         Figure(
             measure,
-            sum(counts),
-            at_most=0,
-            wanted="0",
-            text="/".join(map(str, counts)),
-            command=AUDIT_COMMAND,
-        )
+            way_us / (timing["period_us"] + reference_us + wake_us),
+            unit="x",
+            at_most=1.0,
+            note=note,
+            accepted_at_most=1.25,
+            accepted_because="to take a frame from the socket, check and decode it is work besides the wake-up",
+        ),
+        Figure(
+            f"of it the receive thread's part / wake-up of cyclictest in its place, 99 %, {bus}",
+            hand_over_us / reference_us,
+            unit="x",
+            note=f"{hand_over_us:.0f} / {reference_us:.0f} µs; socket, checks and decoding are in it",
+        ),
     ]
 
 
+def cvode(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
+    """The adaptive integrator in a live period of 25 µs, while commands are followed. Its time has no bound, so that
+    the longest counts; the catching up after a stop of the machine is in it."""
+    timing = live_runs.commanded(lab, "cvode", live_runs.BUS, (), *live_runs.settings(**CVODE))
+    body = Histogram.from_json(timing["body"])
+    name = "a 25 µs period that integrates with CVODE, following commands"
+    distributions[f"body of {name}"] = body
+    p50_us, p99_9_us = (body.percentile_ns(percent) * 1e-3 for percent in (50.0, 99.9))
+    note = f"{body.count} wake-ups; median {number(p50_us)} µs, 99.9 % {number(p99_9_us)} µs"
+    if timing["ended_early"]:
+        note += f"; {timing['ended_early']}"
+    return [
+        Figure(f"longest body of {name}", body.max_ns * 1e-3, unit="µs", note=note),
+        Figure("part of these bodies that took longer than the period", 100.0 * body.part_above(25_000), unit="%"),
+        Figure("part of the periods that were skipped in that run", lost_share(timing), unit="%"),
+    ]
+
+
+def audit(lab: Lab) -> list[Figure]:
+    figures = []
+    for name, options in AUDITS:
+        lab.say(f"audit, {name}")
+        try:
+            figures.append(audited(lab, f"{AUDIT_MEASURE}, {name}", options))
+        except UserError as error:  # of the other runs the figures still count
+            figures.append(failed(f"{AUDIT_MEASURE}, {name}", error))
+    return figures
+
+
+def audited(lab: Lab, measure: str, options: tuple[str, ...]) -> Figure:
+    text = lab.run(lab.audit, *options, accept=(0, 1))
+    if "(memory is not locked)" in text:
+        return unmeasured(measure, "memory cannot be locked here; scripts/rt_check says how to get it")
+    lines = [re.search(rf"^  {name} +(\d+)  (?:ok|FOUND)", text, re.MULTILINE) for name in AUDITED]
+    if not all(lines):
+        return failed(measure, f"it says: {text.strip()[-200:]}")
+    counts = [int(line[1]) for line in lines]
+    return Figure(measure, sum(counts), at_most=0, wanted="0", text="/".join(map(str, counts)))
+
+
 def lockstep(lab: Lab) -> list[Figure]:
-    runs = [live_runs.lockstep(lab, number, LOCKSTEP_SECONDS) for number in range(LOCKSTEP_RUNS)]
+    runs = [live_runs.lockstep(lab, turn, LOCKSTEP_SECONDS) for turn in range(LOCKSTEP_RUNS)]
     factors = [run.realtime_factor for run in runs]
     return [
         Figure(
@@ -196,13 +261,17 @@ def live(lab: Lab) -> list[Figure]:
         ("body", lambda: body(lab, distributions)),
         ("spin mode", lambda: spin(lab, distributions)),
         ("commands", lambda: commands(lab, distributions)),
+        ("CVODE", lambda: cvode(lab, distributions)),
         ("audit", lambda: audit(lab)),
+        ("gates of a killed drive", lambda: gates.killed(lab)),
+        ("gates of a drive that hangs", lambda: gates.hung(lab)),
         ("lockstep", lambda: lockstep(lab)),
     ):
         lab.say(name)
         try:
             figures += part()
-        except UserError as error:  # of the other parts the figures still count
+        except Exception as error:  # of the other parts the figures still count
+            report_unexpected(error)
             figures.append(failed(f"live: {name}", error))
     summaries = {name: histogram.summary() for name, histogram in distributions.items() if histogram.count}
     (lab.out / LATENCIES).write_text(json.dumps(summaries, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -247,4 +316,4 @@ def write_latency(page: Path, results: Path, copy_plot: bool) -> None:
         shutil.copyfile(plot, PLOT)
 
 
-LIVE = Stage("live", "the live drive: wake-ups, work, commands, lockstep", 330, live)
+LIVE = Stage("live", "the live drive: wake-ups, work, commands, audit, gates, lockstep", 400, live)

@@ -25,11 +25,33 @@ HARD = ROOT / "configs" / "ecu_hard.toml"
 PROFILE = ROOT / "configs" / "profiles" / "demo.csv"
 BUS = "udp_multicast:239.74.163.2:43177"
 PRIORITY = 80
+RECEIVE_PRIORITY = PRIORITY - 10  # of the drive's receive thread
+# What cyclictest says where it may not do what ours may not either.
+REFUSED = re.compile(r"scheduling policy|mlockall|permission|permitted|privileges", re.IGNORECASE)
 
 
 def measured_cpu() -> int:
     """The last of the CPUs that this process may use: the first gets most of the interrupts."""
     return max(os.sched_getaffinity(0))
+
+
+def other_cpus() -> str:
+    """Where the drive's other threads run, as taskset and cyclictest write it."""
+    cpus = os.sched_getaffinity(0)
+    return ",".join(map(str, sorted(cpus - {measured_cpu()} or cpus)))
+
+
+def refusal_of_real_time() -> str:
+    """Why threads of this process get no SCHED_FIFO, in a sentence; empty where they do. Our programs would run on
+    without it, and their latencies would say nothing."""
+    done = subprocess.run(["chrt", "--fifo", str(PRIORITY), "true"], capture_output=True, text=True)
+    return "" if done.returncode == 0 else "SCHED_FIFO is refused here; scripts/rt_check says how to get it"
+
+
+def require_real_time() -> None:
+    """Throws NotMeasurableError where the control thread would be refused SCHED_FIFO."""
+    if refusal := refusal_of_real_time():
+        raise NotMeasurableError(refusal)
 
 
 def environment() -> dict[str, str]:
@@ -56,6 +78,7 @@ def ecu_command(timing: Path, seconds: float, bus: str, **values: object) -> lis
 
 def ecu(lab: Lab, name: str, seconds: float, **values: object) -> dict:
     """The timing of a run of the live drive in hard mode, without commands."""
+    require_real_time()
     file = lab.out / f"{name}.json"
     file.unlink(missing_ok=True)
     lab.run("env", f"CYCLONEDDS_URI={environment()['CYCLONEDDS_URI']}", *ecu_command(file, seconds, BUS, **values))
@@ -63,23 +86,38 @@ def ecu(lab: Lab, name: str, seconds: float, **values: object) -> dict:
 
 
 def empty_loop(lab: Lab, seconds: float, period_us: float, wait: str) -> dict:
-    return json.loads(
+    timing = json.loads(
         lab.run(
             lab.programs / "sextant_empty_loop",
             *("--period-us", str(period_us), "--duration", str(seconds), "--wait", wait),
             *("--cpu", str(measured_cpu()), "--priority", str(PRIORITY)),
         )
     )
+    if not timing["real_time_scheduling"]:
+        raise NotMeasurableError("the empty loop was refused SCHED_FIFO; scripts/rt_check says how to get it")
+    return timing
 
 
 def cyclictest(lab: Lab, seconds: int, period_us: int) -> Histogram:
     """Latency of each of its wake-ups; with the same policy, priority and CPU as ours."""
     if shutil.which("cyclictest") is None:
         raise NotMeasurableError("cyclictest is missing; scripts/setup --gates installs it.")
-    text = lab.run(
-        *("cyclictest", "--mlockall", "--threads=1", f"--priority={PRIORITY}", f"--interval={period_us}"),
-        *(f"--affinity={measured_cpu()}", "--nsecs", "--verbose", f"--duration={seconds}"),
-    )
+    try:
+        text = lab.run(*cyclictest_command(seconds, period_us, PRIORITY, str(measured_cpu())))
+    except UserError as error:
+        kind = NotMeasurableError if REFUSED.search(str(error)) else UserError
+        raise kind(str(error)) from error
+    return cyclictest_latency(text)
+
+
+def cyclictest_command(seconds: int, period_us: int, priority: int, cpus: str) -> list[str]:
+    return [
+        *("cyclictest", "--mlockall", "--threads=1", f"--priority={priority}", f"--interval={period_us}"),
+        *(f"--affinity={cpus}", "--nsecs", "--verbose", f"--duration={seconds}"),
+    ]
+
+
+def cyclictest_latency(text: str) -> Histogram:
     return Histogram.of(int(value) for value in re.findall(r"^\s*0:\s*\d+:\s*(\d+)$", text, re.MULTILINE))
 
 
@@ -132,15 +170,31 @@ def lockstep(lab: Lab, number: int, seconds: float) -> LockstepRun:
     return LockstepRun(float(factor[1]) / float(factor[2]), digest[1])
 
 
-def commanded(lab: Lab, name: str, bus: str, inside: tuple[str, ...] = ()) -> dict:
-    """The timing of a run that follows commands at 100 Hz, with the kernel that it ran on as `where`. inside: the
-    program that gives it its bus."""
+def commanded_beside_cyclictest(lab: Lab, name: str, bus: str, inside: tuple[str, ...] = ()) -> dict:
+    """As `commanded`, and as `reference` the wake-ups of cyclictest in the receive thread's place."""
+    if shutil.which("cyclictest") is None:
+        raise NotMeasurableError("cyclictest is missing; scripts/setup --gates installs it.")
+    out = lab.out / f"{name}.cyclictest"
+    out.unlink(missing_ok=True)
+    timing = commanded(lab, name, bus, inside, "--reference-out", str(out))
+    return timing | {"reference": cyclictest_latency(out.read_text(encoding="utf-8"))}
+
+
+def commanded(lab: Lab, name: str, bus: str, inside: tuple[str, ...] = (), *options: str) -> dict:
+    """The timing of a run that follows commands at 100 Hz, with what the run tells of itself (`where`, `period_us`,
+    `ended_early`). inside: the program that gives it its bus."""
     file = lab.out / f"{name}.json"
     file.unlink(missing_ok=True)
-    own = [sys.executable, "-m", "sextant_py.bench.commanded_run", "--can", bus, "--timing-out", str(file)]
+    own = [sys.executable, "-m", "sextant_py.bench.commanded_run", "--can", bus, "--timing-out", str(file), *options]
     passed = (f"{key}={value}" for key, value in environment().items() if key in ENVIRONMENT)
-    where, period_us = lab.run("env", *passed, *inside, *own).split()[-2:]
-    return json.loads(file.read_text(encoding="utf-8")) | {"where": where, "period_us": int(period_us)}
+    told = json.loads(lab.run("env", *passed, *inside, *own).splitlines()[-1])
+    if told["refused"]:
+        raise NotMeasurableError(told["refused"])
+    if not told["answered"]:
+        # An emulated processor may be too slow for anything.
+        kind = NotMeasurableError if told["where"] == "qemu" else UserError
+        raise kind(f"the drive was not heard on {bus}")
+    return json.loads(file.read_text(encoding="utf-8")) | told
 
 
 ENVIRONMENT = ("CYCLONEDDS_URI", "PYTHONPATH")
