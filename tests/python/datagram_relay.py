@@ -1,7 +1,7 @@
 """A network between plant and drive that loses, delays and swaps datagrams, by a seed: datagram_relay.py --help.
 
 It begins as a sound one. SIGUSR1 makes it lossy, the next SIGUSR1 sound again, so that both sides are there to count
-what it does. SIGTERM ends it with its counts.
+what it does. SIGTERM ends it with its counts. --stalls names a file for when it stood still, as host_watch.py has it.
 """
 
 import argparse
@@ -14,10 +14,14 @@ import signal
 import socket
 import sys
 import time
+from pathlib import Path
+from typing import TextIO
 
 PRIORITY = 15  # below plant and drive, above all else
 RECEIVE_BUFFER = 4_000_000  # bytes: what came while it stood still is not lost
 SO_RCVBUFFORCE = 33
+WAIT_S = 0.0005
+STALL_S = WAIT_S + 0.001
 
 
 def address(text: str) -> tuple[str, int]:
@@ -70,6 +74,22 @@ def listening(at: str) -> socket.socket:
     return found
 
 
+class Stalls:
+    """When this program stood still: both sides then saw a network that did."""
+
+    def __init__(self, out: TextIO) -> None:
+        self._out = out
+        self._out.write("watching\n")
+        self._last = time.monotonic()
+
+    def turn(self) -> None:
+        """Once a turn of the loop."""
+        now = time.monotonic()
+        if now - self._last > STALL_S:
+            self._out.write(f"{self._last:.6f} {now:.6f}\n")
+        self._last = now
+
+
 def ask_for_priority() -> None:
     try:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(PRIORITY))
@@ -87,6 +107,7 @@ def main() -> None:
     parser.add_argument("--delayed", type=float, default=0.0, help="share of datagrams that are delayed")
     parser.add_argument("--delay-ms", type=float, default=2.0)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--stalls", type=Path, default=Path(os.devnull))
     arguments = parser.parse_args()
     ask_for_priority()
     to_drive = listening(arguments.drive_side)
@@ -103,13 +124,16 @@ def main() -> None:
             way.is_lossy = not way.is_lossy
 
     signal.signal(signal.SIGUSR1, change)
-    print("ready", flush=True)
-    while not ended:
-        ready, _, _ = select.select(list(ways), [], [], 0.0005)
-        for one in ready:
-            ways[one].take(one.recv(2048), time.monotonic())
-        for way in ways.values():
-            way.send_due(time.monotonic())
+    with arguments.stalls.open("w", encoding="ascii", buffering=1) as out:
+        stalls = Stalls(out)
+        print("ready", flush=True)
+        while not ended:
+            ready, _, _ = select.select(list(ways), [], [], WAIT_S)
+            stalls.turn()
+            for one in ready:
+                ways[one].take(one.recv(2048), time.monotonic())
+            for way in ways.values():
+                way.send_due(time.monotonic())
     print(json.dumps({"measurements": ways[to_plant].counts, "commands": ways[to_drive].counts}))
 
 

@@ -31,6 +31,11 @@ class Side(ProgramProcess):
             env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8")},
         )
 
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        super().__exit__(kind, *rest)
+        if kind is not None:
+            print(f"{self.name}, of a test that fails:\n{self.text()}")
+
     def kill(self) -> int:
         """SIGKILL; the time at which it was sent, on CLOCK_MONOTONIC [ns]."""
         sent_ns = time.monotonic_ns()

@@ -25,6 +25,7 @@ class HostWatch:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._watchers: dict[Path, subprocess.Popen] = {}
+        self._more_logs: list[Path] = []
 
     def __enter__(self) -> "HostWatch":
         environment = {**os.environ, "PYTHONPATH": str(ROOT / "scripts")}
@@ -48,11 +49,15 @@ class HostWatch:
     def process_ids(self) -> list[int]:
         return [watcher.pid for watcher in self._watchers.values()]
 
+    def listen_to(self, log: Path) -> None:
+        """From now on also counts as a stall what another program has written of itself, in the same form."""
+        self._more_logs.append(log)
+
     def stood_still_ns(self, begin_ns: int, end_ns: int) -> int:
         """How long the processors stood still between two times of CLOCK_MONOTONIC, the sum of all [ns]."""
         time.sleep(SETTLING_S)
         total = 0
-        for log in self._watchers:
+        for log in [*self._watchers, *self._more_logs]:
             # The last line may still be being written.
             for line in log.read_text().split("\n")[1:-1]:
                 stall_begin_ns, stall_end_ns = (round(float(word) * 1e9) for word in line.split())

@@ -65,14 +65,17 @@ def test_a_delay_is_excused_by_a_stall_that_explains_it(
     [
         (MEASUREMENT_INVALID, 25_000_000, True),
         (COMMAND_LOST, 200_000_000, True),
-        (MEASUREMENT_INVALID, 5_000_000, False),
+        (MEASUREMENT_INVALID, 1_500_000, False),
         (OVER_CURRENT, 25_000_000, False),
     ],
 )
 def test_a_trip_is_excused_by_a_stall_that_can_have_caused_it(fault: int, still_ns: int, is_excused: bool) -> None:
-    state = SimpleNamespace(first_fault=fault, reason="of the test")
-    record = SimpleNamespace(run=lambda seconds: None, states=[state])
-    rig = Rig(record, None, SimpleNamespace(stood_still_ns=lambda begin_ns, end_ns: still_ns))
+    earlier, state = (
+        SimpleNamespace(first_fault=fault, reason="of the test", state=SimpleNamespace(name="FAULT"), t_ns=t_ns)
+        for t_ns in (-1_000_000_000, 2_000_000_000)
+    )
+    record = SimpleNamespace(run=lambda seconds: None, states=[earlier, state])
+    rig = Rig(record, None, standing_still((2_000_000_000 - still_ns, 2_000_000_000), (0, 1_000_000_000)))
     if is_excused:
         excuse_trip(rig, 0)
     else:

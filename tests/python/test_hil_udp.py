@@ -105,12 +105,15 @@ class Network:
         set_up(self.wire, True)
 
     @contextmanager
-    def relay(self, *settings: str) -> Iterator[subprocess.Popen]:
+    def relay(self, folder: Path, host: HostWatch, *settings: str) -> Iterator[subprocess.Popen]:
+        stalls = folder / "relay.stalls"
         command = [sys.executable, str(RELAY), "--drive-side", self.drive_side, "--drive", self.drive_address]
-        command += ["--plant-side", self.plant_side, "--plant", self.plant_address, *settings]
+        command += ["--plant-side", self.plant_side, "--plant", self.plant_address]
+        command += ["--stalls", str(stalls), *settings]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
                 assert process.stdout.readline() == "ready\n"
+                host.listen_to(stalls)
                 yield process
             finally:
                 process.terminate()
@@ -159,7 +162,7 @@ def test_torque_over_a_network_that_loses_and_swaps(
 ) -> None:
     lossy = ("--loss", "0.02", "--delayed", "0.02", "--delay-ms", "4", "--seed", "7")
     record = TelemetryRecord(domain)
-    with network.relay(*lossy) as relay, network.plant(tmp_path) as plant:
+    with network.relay(tmp_path, host, *lossy) as relay, network.plant(tmp_path) as plant:
         with network.drive(bus_address, domain, tmp_path) as drive, Vehicle(bus_address) as vehicle:
             vehicle.demand()
             drive.wait_for("the plant answers")
@@ -204,7 +207,7 @@ def test_a_cut_wire_opens_the_gates_and_trips_the_drive_and_both_come_back(
     network: Network, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
 ) -> None:
     with (
-        network.relay(),
+        network.relay(tmp_path, host),
         network.plant(tmp_path) as plant,
         network.drive(bus_address, domain, tmp_path) as drive,
         Vehicle(bus_address) as vehicle,
