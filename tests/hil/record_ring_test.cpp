@@ -106,9 +106,10 @@ TEST(RecordRing, AReaderInTimeGetsEachRecordOnceAndASlowOneLosesWholeRecords) {
   std::uint64_t got = 0;
   while (seen < last) {
     const std::uint64_t newest = ring->newest();
-    if (seen < newest && ring->oldest() > seen + 1) {
-      lost += ring->oldest() - 1 - seen;
-      seen = ring->oldest() - 1;
+    const std::uint64_t oldest = ring->oldest();  // once: it moves on
+    if (seen < newest && oldest > seen + 1) {
+      lost += oldest - 1 - seen;
+      seen = oldest - 1;
     }
     for (Record r; seen < newest;) {
       ++seen;
