@@ -49,9 +49,18 @@ TEST(SequenceCell, AWriterThatDiedWhileWritingLeavesNothingAndIsReplaced) {
   reinterpret_cast<std::atomic<std::uint64_t>*>(&cell)->store(3);
   Record r;
   EXPECT_EQ(cell.load(r), 0U);
-  cell.store(record_of(7), 1);
-  EXPECT_EQ(cell.load(r), 1U);
+  cell.store(record_of(7), cell.number() + 1);
+  EXPECT_EQ(cell.load(r), 3U);
   EXPECT_EQ(r.words[0], 7U);
+}
+
+TEST(SequenceCell, AWriterThatTakesOverUsesNoNumberTwice) {
+  SequenceCell<Record> cell;
+  EXPECT_EQ(cell.number(), 0U);
+  for (std::uint64_t n = 1; n <= 5; ++n) cell.store(record_of(n), n);
+  EXPECT_EQ(cell.number(), 5U);
+  reinterpret_cast<std::atomic<std::uint64_t>*>(&cell)->store(11);  // died while it wrote record 6
+  EXPECT_EQ(cell.number(), 6U);
 }
 
 TEST(SequenceCell, AReaderSeesWholeRecordsInOrderWhileTheyAreWritten) {
