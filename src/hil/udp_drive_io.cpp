@@ -11,7 +11,7 @@ UdpDriveIo::UdpDriveIo(const HilParameters& parameters, std::int64_t period_ns)
     : socket_{parameters.udp_listen, parameters.udp_peer},
       period_ns_{period_ns},
       generation_{random_generation()},
-      reception_{DatagramKind::measurement, period_ns},
+      reception_{DatagramKind::measurement, period_ns, parameters.stale_ns},
       assembler_{assembler_parameters(parameters, period_ns)},
       // No start has the numbers of another: what a plant has taken is this drive's, or is not.
       sequence_{std::uint64_t{generation_} << 32U} {}

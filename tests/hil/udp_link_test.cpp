@@ -207,7 +207,7 @@ TEST_P(UdpLossTest, LostDatagramsAreMadeUpForByTheNextUpToSevenInARow) {
   drive.reset();
   for (int n = 0; n < lost; ++n) publish(switch_states[1]);
   MeasurementDatagram datagram;
-  DatagramReception reception{DatagramKind::measurement, period_ns};
+  DatagramReception reception{DatagramKind::measurement, period_ns, 10'000'000};
   UdpSocket other{drive_parameters.udp_listen, drive_parameters.udp_peer};
   publish(switch_states[2]);
   ASSERT_EQ(other.receive(std::as_writable_bytes(std::span{&datagram, 1})), sizeof datagram);
