@@ -1,4 +1,7 @@
-"""A network between plant and drive that loses, delays and swaps datagrams, by a seed: datagram_relay.py --help."""
+"""A network between plant and drive that loses, delays and swaps datagrams, by a seed: datagram_relay.py --help.
+
+SIGUSR1 cuts the way from the drive to the plant, and that alone; SIGUSR2 mends it.
+"""
 
 import argparse
 import heapq
@@ -25,11 +28,12 @@ class Way:
         self._out = out
         self._target = target
         self._waiting: list[tuple[float, int, bytes]] = []
+        self.is_cut = False
         self.counts = {"came": 0, "dropped": 0, "delayed": 0}
 
     def take(self, datagram: bytes, now: float) -> None:
         self.counts["came"] += 1
-        if self._random.random() < self._arguments.loss:
+        if self.is_cut or self._random.random() < self._arguments.loss:
             self.counts["dropped"] += 1
         elif self._random.random() < self._arguments.delayed:
             self.counts["delayed"] += 1
@@ -61,6 +65,12 @@ def main() -> None:
         to_plant: Way(arguments, arguments.seed, to_drive, address(arguments.drive)),
         to_drive: Way(arguments, arguments.seed + 1, to_plant, address(arguments.plant)),
     }
+
+    def cut(signal_number: int, _: object) -> None:
+        ways[to_drive].is_cut = signal_number == signal.SIGUSR1
+
+    signal.signal(signal.SIGUSR1, cut)
+    signal.signal(signal.SIGUSR2, cut)
     ended = []
     signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
     print("ready", flush=True)

@@ -7,6 +7,7 @@ netem. Who is not root cannot make namespaces; these tests are then skipped.
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -195,3 +196,32 @@ def test_addresses_that_are_none_are_refused_in_one_sentence() -> None:
     assert found.returncode == 1
     assert found.stderr.startswith('sextant-plant: hil.udp_peer: "nowhere" is no <IPv4 address>:<port>')
     assert found.stderr.count("\n") == 1
+
+
+def test_a_way_cut_in_one_direction_trips_the_drive_and_torque_does_not_come_back_by_itself(
+    network: Network, bus_address: str, domain: int, tmp_path: Path
+) -> None:
+    """The drive goes on getting measurements; only its patterns get lost."""
+    record = TelemetryRecord(domain)
+    with (
+        network.relay() as relay,
+        network.plant(tmp_path) as plant,
+        network.drive(bus_address, domain, tmp_path) as drive,
+        Vehicle(bus_address) as vehicle,
+    ):
+        vehicle.demand()
+        drive.wait_for("the plant answers")
+        to_torque(record, vehicle)
+        silences = len(openings_ns(plant.text(), "the drive is silent"))
+        relay.send_signal(signal.SIGUSR1)
+        plant.wait_for("the drive is silent", count=silences + 1)
+        record.wait_for_state("FAULT", timeout_s=2.0)
+        drive.wait_for("the plant does not take the drive's patterns")
+        record.run(0.1)
+        assert record.states[-1].reason.startswith("MEASUREMENT_INVALID")
+        relay.send_signal(signal.SIGUSR2)
+        # The vehicle goes on demanding torque, as before: it is not given without a reset.
+        assert set(record.run(0.3).states) == {"FAULT"}
+        to_torque(record, vehicle)
+        assert drive.leave() == 0
+        assert plant.leave() == 0
