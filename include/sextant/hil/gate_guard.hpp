@@ -85,11 +85,11 @@ class GateGuard {
     if (shows_open_gates) armed_ = true;
     if (!withdrawn) cause_ = judge(t_ns, fresh != nullptr);
     settle(before, enabled);
-    const GatePattern acts = cause_ == GateCause::following ? pattern_ : off();
-    const bool off_now = all_gates_off(acts);
+    const bool acts = cause_ == GateCause::following;
+    const bool off_now = !acts || pattern_is_off_;
     if (off_now && !off_) open_since_ns_ = t_ns;
     off_ = off_now;
-    return acts;
+    return acts ? pattern_ : off();
   }
 
   [[nodiscard]] GateCause cause() const noexcept SEXTANT_NONBLOCKING { return cause_; }
@@ -132,7 +132,8 @@ class GateGuard {
     const bool readable = to_pattern(command.pattern, pattern_);
     if (!readable) ++counters_.unreadable;
     if (pattern_.segments().empty()) pattern_ = off();
-    return readable && all_gates_off(pattern_);
+    pattern_is_off_ = all_gates_off(pattern_);
+    return readable && pattern_is_off_;
   }
 
   /// True, with its cause, when the drive has lost the gates until it has shown them open. Periods count that
@@ -188,6 +189,7 @@ class GateGuard {
   bool armed_{false};  // the drive has shown open gates since it lost them
   bool line_was_on_{false};
   bool has_news_{false};
+  bool pattern_is_off_{true};
   bool off_{true};
 };
 
