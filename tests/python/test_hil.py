@@ -328,3 +328,31 @@ def test_a_run_in_virtual_time_ends_with_its_plant(link: str, bus_address: str, 
             plant.kill()
             assert drive.status(10) == 1
         assert f'sextant-ecu: hil.link: the plant on "{link}" died or no longer answers' in drive.text()
+
+
+def test_a_drive_that_stood_still_for_less_than_its_watchdog_finds_the_gates_locked(
+    link: str, bus_address: str, domain: int, tmp_path: Path
+) -> None:
+    """Neither its watchdog nor the command gate has seen anything; the plant has given it up meanwhile."""
+    record = TelemetryRecord(domain)
+    with (
+        plant_side(link, tmp_path) as plant,
+        drive_side(link, bus_address, domain, tmp_path, "realtime.watchdog_ms=5000") as drive,
+        Vehicle(bus_address) as vehicle,
+    ):
+        vehicle.demand()
+        record.wait_until_heard()
+        reset_if_needed(record, vehicle)
+        bring_up(record, vehicle, TORQUE_NM)
+        silences = len(openings_ns(plant.text(), SILENT))
+        drive.signal(signal.SIGSTOP)
+        plant.wait_for(SILENT, count=silences + 1)
+        drive.signal(signal.SIGCONT)
+        plant.wait_for("the drive is locked out until it shows open gates")
+        drive.wait_for("the plant keeps its gates open against the drive's pattern")
+        record.wait_for_state("FAULT")
+        assert last_fault(record)[0] == MEASUREMENT_INVALID
+        reset(record, vehicle)
+        bring_up(record, vehicle, TORQUE_NM)
+        assert drive.leave() == 0
+        assert plant.leave() == 0
