@@ -14,6 +14,21 @@ SimulatedPowerStage::Parameters in_this_process(const EcuConfig& config) {
   return p;
 }
 
+const char* sentence(PowerStage::Plant plant) {
+  switch (plant) {
+    case PowerStage::Plant::answers:
+      return "the plant answers; a fault reset takes the drive out of FAULT";
+    case PowerStage::Plant::deaf:
+      return "the plant does not take the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID) "
+             "with "
+             "its gates off";
+    case PowerStage::Plant::silent:
+    case PowerStage::Plant::unknown:
+      break;
+  }
+  return "the plant is silent; the drive goes to FAULT (MEASUREMENT_INVALID) with its gates off";
+}
+
 }  // namespace
 
 PowerStage::PowerStage(const EcuConfig& config) {
@@ -43,7 +58,7 @@ void PowerStage::join_shared_memory(const EcuConfig& config) {
     return;
   }
   shared_memory_ = std::make_unique<SharedMemoryDriveIo>(
-      *link_, MeasurementAssembler::Parameters{config.hil.stale_ns, config.hil.missing_periods});
+      *link_, assembler_parameters(config.hil, config.drive.drive.period_ns));
   io_ = shared_memory_.get();
 }
 
@@ -59,15 +74,22 @@ void PowerStage::say_goodbye() noexcept {
 
 std::string PowerStage::news() {
   if (!shared_memory_ && !udp_) return {};
-  const bool stale = shared_memory_ ? shared_memory_->stale() : udp_->stale();
-  if (anything_told_ && stale == stale_told_) return {};
-  const bool first = !anything_told_;
-  anything_told_ = true;
-  stale_told_ = stale;
+  const LinkState& state = shared_memory_ ? shared_memory_->state() : udp_->state();
+  const Plant plant = state.stale() ? Plant::silent : state.unheard() ? Plant::deaf : Plant::answers;
   const std::string link = "hil " + link_name_ + ": ";
-  if (!stale) return link + "the plant answers; a fault reset takes the drive out of FAULT";
-  if (first) return link + "no plant yet; the drive waits in FAULT (MEASUREMENT_INVALID) with its gates off";
-  return link + "the plant is silent; the drive goes to FAULT (MEASUREMENT_INVALID) with its gates off";
+  const bool refused = refusals_told_ != state.refusals();
+  if (told_ != plant) {
+    const bool never_came = told_ == Plant::unknown && plant == Plant::silent;
+    told_ = plant;
+    return link + (never_came
+                       ? "no plant yet; the drive waits in FAULT (MEASUREMENT_INVALID) with its gates off"
+                       : sentence(plant));
+  }
+  refusals_told_ = state.refusals();
+  if (!refused) return {};
+  return link +
+         "the plant keeps its gates open against the drive's pattern; the drive goes to FAULT "
+         "(MEASUREMENT_INVALID) with its gates off";
 }
 
 std::string PowerStage::problem() const {
@@ -84,6 +106,10 @@ void PowerStage::print_report(std::FILE* out) const {
   fmt::print(out, "plant {} measurements received, {} missing, {} too many at once\n", c.records, c.missing,
              c.overfull);
   fmt::print(out, "  late {} times, silent {} times, started anew {} times\n", c.late, c.stale, c.restarts);
+  if (c.unheard + c.refused > 0) {
+    fmt::print(out, "  took no pattern {} times, kept its gates open against {} patterns\n", c.unheard,
+               c.refused);
+  }
   if (udp_) print_network(out, udp_->network(), udp_->unsent());
 }
 

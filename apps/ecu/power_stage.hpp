@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -18,6 +19,14 @@ namespace sextant::ecu {
 /// in this process, or a link to a plant elsewhere.
 class PowerStage {
  public:
+  /// What the drive knows of a plant at the other end of a link.
+  enum class Plant : std::uint8_t {
+    unknown,
+    silent,
+    deaf,  ///< its measurements come, the drive's patterns do not reach it
+    answers
+  };
+
   /// Throws std::runtime_error with one sentence where it cannot be had.
   explicit PowerStage(const EcuConfig& config);
 
@@ -29,8 +38,8 @@ class PowerStage {
   /// Tells the plant that the drive leaves in order; once the control thread has ended.
   void say_goodbye() noexcept;
 
-  /// One sentence when the plant has appeared or fallen silent since the last call, else empty. For one
-  /// thread.
+  /// One sentence when the plant has appeared, fallen silent or deaf, or kept its gates open against a
+  /// pattern since the last call, else empty. For one thread.
   [[nodiscard]] std::string news();
 
   /// Why there is no use in going on: the plant of a lockstep is gone. Empty where there is none; from any
@@ -50,8 +59,8 @@ class PowerStage {
   std::unique_ptr<UdpDriveIo> udp_{};
   std::string link_name_{};
   DriveIo<double>* io_{nullptr};
-  bool stale_told_{false};
-  bool anything_told_{false};
+  Plant told_{Plant::unknown};
+  std::uint64_t refusals_told_{0};
 };
 
 }  // namespace sextant::ecu

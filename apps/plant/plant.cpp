@@ -190,6 +190,10 @@ void Plant::print_real_time(std::FILE* out) const {
              c.drives, c.missing, c.unreadable, c.held);
   fmt::print(out, "gates opened: {} times for a late pattern, {} for a silent drive, {} by the enable line\n",
              c.late, c.silent, c.disabled);
+  if (c.locked_out + c.outdated > 0) {
+    fmt::print(out, "  kept open: {} times until the drive had shown open gates; {} patterns came too old\n",
+               c.locked_out, c.outdated);
+  }
   fmt::print(out, "  at most {:.3f} ms after the last pattern of a drive that fell silent or left\n",
              ms(longest_to_open_ns_));
   if (const std::uint64_t count = udp_ ? udp_->implausible() : shared_memory_->implausible(); count > 0) {

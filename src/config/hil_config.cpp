@@ -10,8 +10,10 @@ void describe(Section s, HilParameters& p) {
             "drive: so many control periods in a row without a measurement and it trips");
   s.time("stale_ms", p.stale_ns, 1e6, {0.01, 1e5}, "ms",
          "drive: without a measurement for so long it trips, and the plant counts as silent");
-  s.time("silence_ms", p.silence_ns, 1e6, {0.01, 1e5}, "ms",
-         "plant: without a pattern for so long the drive counts as dead and the gates are opened");
+  s.time(
+      "silence_ms", p.silence_ns, 1e6, {0.01, 1e5}, "ms",
+      "plant: without a pattern for so long the drive counts as dead and the gates are opened; drive: when "
+      "the plant takes no pattern for so long it trips");
   s.time("lockstep_timeout_ms", p.lockstep_timeout_ns, 1e6, {1, 1e7}, "ms",
          "lockstep: longest wait for the other side, by the clock on the wall");
   s.text("udp_listen", p.udp_listen, "own <IPv4 address>:<port>; 0.0.0.0 listens on every address");

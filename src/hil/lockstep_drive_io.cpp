@@ -17,7 +17,8 @@ LockstepDriveIo::LockstepDriveIo(SharedMemoryLink& link, std::int64_t timeout_ns
       memory_{link.memory()},
       timeout_ns_{timeout_ns},
       own_bell_{memory_.drive.doorbell, memory_.plant.asleep},
-      plant_bell_{memory_.plant.doorbell, memory_.drive.asleep} {}
+      plant_bell_{memory_.plant.doorbell, memory_.drive.asleep},
+      sequence_{memory_.command.number()} {}
 
 Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
   Measurement<double> m{.t_ns = t_ns, .plausible = false};

@@ -11,8 +11,10 @@ UdpDriveIo::UdpDriveIo(const HilParameters& parameters, std::int64_t period_ns)
     : socket_{parameters.udp_listen, parameters.udp_peer},
       period_ns_{period_ns},
       generation_{random_generation()},
-      reception_{DatagramKind::measurement, period_ns},
-      assembler_{{parameters.stale_ns, parameters.missing_periods}} {}
+      reception_{DatagramKind::measurement, period_ns, parameters.stale_ns},
+      assembler_{assembler_parameters(parameters, period_ns)},
+      // No start has the numbers of another: what a plant has taken is this drive's, or is not.
+      sequence_{std::uint64_t{generation_} << 32U} {}
 
 UdpDriveIo::~UdpDriveIo() {
   say_goodbye();
@@ -35,7 +37,7 @@ Measurement<double> UdpDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NONBLOC
     if (reception_.accept(datagram.header, size, sizeof datagram, clock_ns())) take(datagram);
   }
   const Measurement<double> m = assembler_.take(t_ns);
-  stale_.store(assembler_.stale(), std::memory_order_relaxed);
+  state_.publish(assembler_);
   return m;
 }
 
@@ -60,9 +62,10 @@ void UdpDriveIo::take(const MeasurementDatagram& datagram) noexcept SEXTANT_NONB
 }
 
 void UdpDriveIo::write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
-  send(pattern, false);
+  const bool open = all_gates_off(pattern);
+  assembler_.wrote(send(pattern, false), !open);
   // Once taken away, the line comes back with open gates only.
-  if (all_gates_off(pattern)) gates_enabled_.store(true, std::memory_order_release);
+  if (open) gates_enabled_.store(true, std::memory_order_release);
 }
 
 void UdpDriveIo::open_gates() noexcept {
@@ -70,7 +73,7 @@ void UdpDriveIo::open_gates() noexcept {
   send({}, false);
 }
 
-void UdpDriveIo::send(const GatePattern& pattern, bool leaving) noexcept SEXTANT_NONBLOCKING {
+std::uint64_t UdpDriveIo::send(const GatePattern& pattern, bool leaving) noexcept SEXTANT_NONBLOCKING {
   // A pattern with a later number than that of open_gates() has seen the line taken away.
   const std::uint64_t sequence = sequence_.fetch_add(1, std::memory_order_acq_rel) + 1;
   CommandDatagram d;
@@ -84,6 +87,7 @@ void UdpDriveIo::send(const GatePattern& pattern, bool leaving) noexcept SEXTANT
   d.gate_enable = gates_enabled_.load(std::memory_order_acquire) ? 1U : 0U;
   d.leaving = leaving ? 1U : 0U;
   if (!socket_.send(std::as_bytes(std::span{&d, 1}))) unsent_.fetch_add(1, std::memory_order_relaxed);
+  return sequence;
 }
 
 }  // namespace sextant

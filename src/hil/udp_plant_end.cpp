@@ -12,7 +12,7 @@ UdpPlantEnd::UdpPlantEnd(const HilParameters& parameters, std::int64_t period_ns
     : socket_{parameters.udp_listen, parameters.udp_peer},
       period_ns_{period_ns},
       generation_{random_generation()},
-      reception_{DatagramKind::command, period_ns} {}
+      reception_{DatagramKind::command, period_ns, parameters.silence_ns} {}
 
 bool UdpPlantEnd::take(CommandRecord& command) noexcept SEXTANT_NONBLOCKING {
   // Where more have queued up the kernel may have thrown away the newest for want of room, and where the

@@ -8,6 +8,7 @@ namespace sextant {
 namespace {
 
 constexpr std::int64_t period_ns = 250'000;
+constexpr std::int64_t quiet_ns = 5'000'000;
 constexpr std::size_t size = sizeof(CommandDatagram);
 
 class DatagramReceptionTest : public testing::Test {
@@ -26,7 +27,19 @@ class DatagramReceptionTest : public testing::Test {
   }
   [[nodiscard]] const DatagramReception::Counters& counters() const { return reception.counters(); }
 
-  DatagramReception reception{DatagramKind::command, period_ns};
+  /// The same of another start, so long after the newest [ns].
+  bool arrives_from(std::uint32_t start, std::uint64_t sequence, std::int64_t after_ns) {
+    DatagramHeader h;
+    h.kind = std::uint16_t(DatagramKind::command);
+    h.sequence = sequence;
+    h.period_ns = period_ns;
+    h.count = 1;
+    h.generation = start;
+    now_ns += after_ns;
+    return reception.accept(h, size, size, now_ns);
+  }
+
+  DatagramReception reception{DatagramKind::command, period_ns, quiet_ns};
   DatagramHeader (*change)(DatagramHeader) = [](DatagramHeader h) { return h; };
   std::uint32_t generation{100};
   std::int64_t now_ns{0};
@@ -70,13 +83,42 @@ TEST_F(DatagramReceptionTest, ClocksThatPartSlowlyAreNotLateness) {
 
 TEST_F(DatagramReceptionTest, ANewStartBeginsAnewAndAStragglerOfTheOldOneIsNotTaken) {
   for (std::uint64_t n = 1; n < 50; ++n) (void)arrives(n);
-  generation = 7;  // at random: a later start may have a smaller number
-  EXPECT_TRUE(arrives(1));
+  EXPECT_TRUE(arrives_from(7, 1, quiet_ns + 1)) << "at random: a later start may have a smaller number";
   EXPECT_EQ(counters().restarts, 1U);
   EXPECT_EQ(counters().lost, 0U);
-  generation = 100;
-  EXPECT_FALSE(arrives(50));
+  EXPECT_FALSE(arrives_from(100, 50, period_ns));
   EXPECT_EQ(counters().foreign, 1U);
+}
+
+TEST_F(DatagramReceptionTest, WhileTheAdoptedStartLivesNoOtherTakesItsPlace) {
+  for (std::uint64_t n = 1; n < 50; ++n) {
+    ASSERT_TRUE(arrives_from(100, n, period_ns));
+    ASSERT_FALSE(arrives_from(7, n, 0));
+    ASSERT_FALSE(arrives_from(8, n, 0));
+  }
+  EXPECT_EQ(counters().restarts, 0U);
+  EXPECT_FALSE(arrives_from(7, 50, quiet_ns)) << "not yet quiet for longer than the limit";
+  EXPECT_TRUE(arrives_from(7, 51, 1));
+}
+
+// Three starts, and what the network still held of each: the living one is always heard again.
+TEST_F(DatagramReceptionTest, AStragglerOfAnyEarlierStartDoesNotLockTheLivingOneOut) {
+  ASSERT_TRUE(arrives_from(1, 10, 0));
+  ASSERT_TRUE(arrives_from(2, 1, 2 * quiet_ns));
+  ASSERT_TRUE(arrives_from(3, 1, 2 * quiet_ns));
+  EXPECT_FALSE(arrives_from(1, 11, 1));
+  EXPECT_FALSE(arrives_from(2, 2, 1));
+  for (std::uint64_t n = 2; n < 100; ++n) ASSERT_TRUE(arrives_from(3, n, period_ns)) << n;
+  // It is quiet for a while, and just then a straggler comes: taken for a new start, and given up for it.
+  ASSERT_TRUE(arrives_from(1, 12, 2 * quiet_ns));
+  std::int64_t refused_ns = 0;
+  std::uint64_t n = 100;
+  while (!arrives_from(3, n++, period_ns)) {
+    refused_ns += period_ns;
+    ASSERT_LE(refused_ns, quiet_ns);
+  }
+  for (; n < 300; ++n) ASSERT_TRUE(arrives_from(3, n, period_ns)) << n;
+  EXPECT_EQ(counters().restarts, 4U);
 }
 
 TEST_F(DatagramReceptionTest, ACountThatTheDatagramCannotHoldIsForeign) {
@@ -85,7 +127,7 @@ TEST_F(DatagramReceptionTest, ACountThatTheDatagramCannotHoldIsForeign) {
   change = [](DatagramHeader h) { return h.count = 2, h; };
   EXPECT_FALSE(arrives(2));
   EXPECT_EQ(counters().foreign, 2U);
-  DatagramReception measurements{DatagramKind::measurement, period_ns};
+  DatagramReception measurements{DatagramKind::measurement, period_ns, quiet_ns};
   DatagramHeader h;
   h.kind = std::uint16_t(DatagramKind::measurement);
   h.period_ns = period_ns;
@@ -100,7 +142,7 @@ TEST_F(DatagramReceptionTest, ClocksAtBothEndsOfTheirRangeAreNoError) {
   for (const std::int64_t sent_ns : {std::numeric_limits<std::int64_t>::min(), std::int64_t{0},
                                      std::numeric_limits<std::int64_t>::max()}) {
     for (const std::int64_t received_ns : {std::int64_t{0}, std::numeric_limits<std::int64_t>::max() / 2}) {
-      DatagramReception fresh{DatagramKind::command, period_ns};
+      DatagramReception fresh{DatagramKind::command, period_ns, quiet_ns};
       DatagramHeader h;
       h.kind = std::uint16_t(DatagramKind::command);
       h.sequence = 1;

@@ -22,25 +22,47 @@ class GateGuardTest : public testing::Test {
   GatePattern period(const CommandRecord* c, bool enabled) {
     const GatePattern acts = guard.step(t_ns, c, enabled, present);
     t_ns += period_ns;
+    news += guard.has_news() ? 1 : 0;
     return acts;
   }
+  /// Until the drive counts as dead.
+  void fall_silent() {
+    for (int n = 0; n < 60 && guard.cause() != GateCause::silent; ++n) (void)nothing();
+    ASSERT_EQ(guard.cause(), GateCause::silent);
+  }
 
-  GateGuard guard{{.period_ns = period_ns, .hold_periods = 2, .silence_ns = 5'000'000}};
+  GateGuard guard{{.period_ns = period_ns, .hold_periods = 2, .silence_ns = 5'000'000, .same_clock = true}};
   std::int64_t t_ns{7'000'000'000};
   std::uint64_t sequence{0};
   std::uint32_t generation{1};
   bool present{true};
+  int news{0};
+};
+
+/// The same with a drive that has shown open gates, as each does long before it drives them.
+class GateGuardOfAReadyDrive : public GateGuardTest {
+ protected:
+  GateGuardOfAReadyDrive() { (void)command(open); }
 };
 
 TEST_F(GateGuardTest, StaysOpenUntilADriveWrites) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(nothing(), open);
   EXPECT_EQ(guard.cause(), GateCause::absent);
+  EXPECT_EQ(command(open), open);
   EXPECT_EQ(command(v1), v1);
   EXPECT_EQ(guard.cause(), GateCause::following);
   EXPECT_EQ(guard.counters().drives, 1U);
 }
 
-TEST_F(GateGuardTest, HoldsALatePatternAsLongAsItMayAndThenOpens) {
+TEST_F(GateGuardTest, ADriveThatIsMetWhileItDrivesIsLockedOutUntilItShowsOpenGates) {
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(command(v1), open);
+  EXPECT_EQ(guard.cause(), GateCause::locked_out);
+  EXPECT_EQ(guard.counters().locked_out, 1U);
+  EXPECT_EQ(command(open), open);
+  EXPECT_EQ(command(v1), v1);
+}
+
+TEST_F(GateGuardOfAReadyDrive, HoldsALatePatternAsLongAsItMayAndThenOpens) {
   EXPECT_EQ(command(v1), v1);
   EXPECT_EQ(nothing(), v1) << "the second period of two";
   EXPECT_EQ(nothing(), open);
@@ -51,7 +73,7 @@ TEST_F(GateGuardTest, HoldsALatePatternAsLongAsItMayAndThenOpens) {
   EXPECT_EQ(guard.counters().held, 1U);
 }
 
-TEST_F(GateGuardTest, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
+TEST_F(GateGuardOfAReadyDrive, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
   (void)command(v1);
   const std::int64_t last_ns = t_ns - period_ns;
   while (guard.cause() != GateCause::silent) {
@@ -65,23 +87,90 @@ TEST_F(GateGuardTest, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
   EXPECT_EQ(guard.counters().silent, 1U);
 }
 
-TEST_F(GateGuardTest, OpensAtOnceWhenTheLineGoesOffWhateverIsWritten) {
+// A drive that was stopped in the middle of a period writes a pattern of before when it goes on.
+TEST_F(GateGuardOfAReadyDrive, AfterASilenceTorquePatternsStayWithoutEffectUntilTheDriveHasShownOpenGates) {
+  (void)command(v1);
+  fall_silent();
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(command(v1), open) << i;
+  EXPECT_EQ(guard.cause(), GateCause::locked_out);
+  EXPECT_EQ(guard.counters().locked_out, 1U);
+  EXPECT_EQ(command(open), open);
+  EXPECT_EQ(command(v1), v1);
+  EXPECT_EQ(guard.cause(), GateCause::following);
+}
+
+TEST_F(GateGuardOfAReadyDrive, APatternThatDescribesNoneDoesNotShowOpenGates) {
+  (void)command(v1);
+  fall_silent();
+  CommandRecord bad{++sequence, t_ns, to_record(open), generation, 1};
+  bad.pattern.count = 9;
+  EXPECT_EQ(period(&bad, true), open);
+  EXPECT_EQ(command(v1), open);
+  EXPECT_EQ(guard.cause(), GateCause::locked_out);
+}
+
+TEST_F(GateGuardOfAReadyDrive, APatternOlderThanTheLimitIsNone) {
+  (void)command(v1);
+  (void)nothing();
+  const std::int64_t age_ns = 5'000'000 + 2 * period_ns;  // a pattern is up to two periods under way
+  CommandRecord old{++sequence, t_ns - age_ns - 1, to_record(open), generation, 1};
+  EXPECT_EQ(period(&old, true), open);
+  EXPECT_EQ(guard.cause(), GateCause::late) << "as if nothing had come";
+  EXPECT_EQ(guard.counters().outdated, 1U);
+  EXPECT_EQ(guard.command_sequence(), sequence - 1) << "the drive is not told that it was heard";
+  CommandRecord just_in_time{++sequence, t_ns - age_ns, to_record(v1), generation, 1};
+  EXPECT_EQ(period(&just_in_time, true), v1);
+  EXPECT_EQ(guard.counters().outdated, 1U);
+}
+
+TEST_F(GateGuardOfAReadyDrive, APatternOfAnotherMachinesClockHasNoAge) {
+  guard = GateGuard{{.period_ns = period_ns, .hold_periods = 2, .silence_ns = 5'000'000}};
+  const CommandRecord far{++sequence, -1'000'000'000'000'000, to_record(open), generation, 1};
+  (void)period(&far, true);
+  EXPECT_EQ(guard.cause(), GateCause::following);
+}
+
+// A machine that stood still as a whole: the drive could not write, the plant could not look.
+TEST_F(GateGuardOfAReadyDrive, TimeInWhichThePlantItselfStoodStillIsNoSilence) {
+  (void)command(v1);
+  t_ns += 20'000'000;
+  EXPECT_EQ(nothing(), open) << "the pattern's time is over all the same";
+  EXPECT_EQ(guard.cause(), GateCause::late);
+  EXPECT_EQ(guard.counters().silent, 0U);
+  EXPECT_EQ(command(v1), v1);
+}
+
+TEST_F(GateGuardOfAReadyDrive, OpensAtOnceWhenTheLineGoesOffWhateverIsWritten) {
   (void)command(v1);
   EXPECT_EQ(command(v1, false), open);
   EXPECT_EQ(guard.cause(), GateCause::disabled);
   EXPECT_EQ(nothing(), open) << "the line alone brings nothing back";
+  EXPECT_EQ(command(v1), open) << "nor does a torque pattern";
+  EXPECT_EQ(command(open), open);
   EXPECT_EQ(command(v1), v1);
   EXPECT_EQ(guard.counters().disabled, 1U);
 }
 
-TEST_F(GateGuardTest, OpensAtOnceWhenTheDriveLeaves) {
+TEST_F(GateGuardOfAReadyDrive, OpenGatesThatTheDriveShowsJustBeforeItSetsTheLineCount) {
+  (void)command(v1);
+  (void)command(v1, false);
+  EXPECT_EQ(command(open, false), open);
+  EXPECT_EQ(nothing(false), open);
+  EXPECT_EQ(command(v1), v1);
+}
+
+TEST_F(GateGuardOfAReadyDrive, OpensAtOnceWhenTheDriveLeaves) {
   (void)command(v1);
   present = false;
   EXPECT_EQ(nothing(), open);
   EXPECT_EQ(guard.cause(), GateCause::absent);
+  present = true;
+  EXPECT_EQ(command(v1), open) << "another one has to show open gates first";
+  EXPECT_EQ(command(open), open);
+  EXPECT_EQ(command(v1), v1);
 }
 
-TEST_F(GateGuardTest, ANewDriveIsRecognisedAndItsCountBeginsAnew) {
+TEST_F(GateGuardOfAReadyDrive, ANewDriveIsRecognisedAndItsCountBeginsAnew) {
   for (int i = 0; i < 10; ++i) (void)command(v1);
   generation = 2;
   sequence = 0;
@@ -93,17 +182,43 @@ TEST_F(GateGuardTest, ANewDriveIsRecognisedAndItsCountBeginsAnew) {
   EXPECT_EQ(guard.counters().missing, 3U);
 }
 
-TEST_F(GateGuardTest, APatternThatDescribesNoneOpensTheGates) {
-  CommandRecord bad{1, t_ns, to_record(v1), 1, 1};
+TEST_F(GateGuardOfAReadyDrive, APatternThatDescribesNoneOpensTheGates) {
+  CommandRecord bad{++sequence, t_ns, to_record(v1), 1, 1};
   bad.pattern.count = 9;
   EXPECT_EQ(period(&bad, true), open);
-  bad = {2, t_ns, to_record(v1), 1, 1};
+  bad = {++sequence, t_ns, to_record(v1), 1, 1};
   bad.pattern.legs[0] = 0b001'001;  // a leg both off and on
   EXPECT_EQ(period(&bad, true), open);
   EXPECT_EQ(guard.counters().unreadable, 2U);
 }
 
-TEST_F(GateGuardTest, AnEmptyPatternIsGatesOffForAPeriod) {
+TEST_F(GateGuardTest, ALineThatWasNeverOnDoesNotGoOff) {
+  (void)nothing(false);
+  (void)command(open, false);  // the drive sets the line right after its first pattern
+  EXPECT_EQ(guard.cause(), GateCause::disabled);
+  EXPECT_EQ(guard.counters().disabled, 0U);
+  EXPECT_EQ(news, 0) << "nothing has changed for the gates";
+  (void)command(open);
+  EXPECT_EQ(guard.cause(), GateCause::following);
+  EXPECT_EQ(news, 1);
+  (void)command(open, false);
+  EXPECT_EQ(guard.counters().disabled, 1U);
+  EXPECT_EQ(news, 2);
+}
+
+TEST_F(GateGuardTest, TheLineOfADriveThatWasStartedAnewHasNotGoneOffEither) {
+  (void)command(open);
+  (void)command(v1);
+  fall_silent();
+  generation = 2;
+  const int before = news;
+  (void)command(open, false);
+  EXPECT_EQ(guard.cause(), GateCause::disabled);
+  EXPECT_EQ(guard.counters().disabled, 0U);
+  EXPECT_EQ(news, before);
+}
+
+TEST_F(GateGuardOfAReadyDrive, AnEmptyPatternIsGatesOffForAPeriod) {
   EXPECT_EQ(command(GatePattern{}), open);
 }
 

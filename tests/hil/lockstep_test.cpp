@@ -98,6 +98,18 @@ TEST_F(LockstepTest, TwoRunsAreEqualBitByBitAndEqualOneInTheSameProcess) {
   EXPECT_NE(traces[0].front(), traces[0].back());
 }
 
+TEST_F(LockstepTest, TheRequestsOfADriveThatWasStartedAnewGoOn) {
+  const SharedMemoryLink plant{link.parameters, LinkRole::plant, period_ns};
+  for (const std::uint64_t expected : {1U, 2U}) {
+    SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
+    LockstepDriveIo io{drive, 1};
+    (void)io.read(0);  // asks, and finds nobody who answers
+    CommandRecord request;
+    EXPECT_EQ(plant.memory().command.load(request), expected);
+    EXPECT_EQ(request.sequence, expected);
+  }
+}
+
 TEST_F(LockstepTest, TheDriveMayComeFirst) {
   std::optional<PlantThread> plant;
   std::thread later{[&] {

@@ -12,6 +12,7 @@ namespace {
 constexpr std::int32_t period_ns = 100'000;
 constexpr std::int64_t stale_ns = 1'000'000;
 constexpr int missing_periods = 4;
+constexpr int unheard_periods = 10;
 
 GatePattern state(int vector, std::int32_t duration_ns = period_ns) {
   return {switch_states[std::size_t(vector)], duration_ns};
@@ -26,13 +27,25 @@ class MeasurementAssemblerTest : public testing::Test {
     MeasurementRecord r = to_record(m);
     r.generation = generation;
     r.sequence = ++sequence;
+    r.command_sequence = taken;
     return r;
   }
 
-  MeasurementAssembler assembler{{.stale_ns = stale_ns, .missing_periods = missing_periods}};
+  /// One period of a drive that writes this; `acted` is what the plant made of the pattern it took last.
+  Measurement<double> period(const GatePattern& written, const GatePattern& acted) {
+    assembler.add(record(acted));
+    const Measurement<double> m = assembler.take(plant_ns);
+    assembler.wrote(++number, written.is_driven());
+    return m;
+  }
+
+  MeasurementAssembler assembler{
+      {.stale_ns = stale_ns, .missing_periods = missing_periods, .unheard_periods = unheard_periods}};
   std::uint64_t sequence{0};
   std::uint32_t generation{1};
   std::int64_t plant_ns{0};
+  std::uint64_t number{1000};  // of the drive's command; that of an earlier drive at first
+  std::uint64_t taken{0};      // of the command that the plant took last
 };
 
 TEST_F(MeasurementAssemblerTest, JoinsWhatActedAndTakesTheNewestValues) {
@@ -173,6 +186,88 @@ TEST_F(MeasurementAssemblerTest, APlantThatDoesNotVouchIsNotPlausible) {
   bad.acted.legs[0] = 0xFF;
   assembler.add(bad);
   EXPECT_FALSE(assembler.take(0).plausible);
+}
+
+// The way to the plant is cut, that back is not.
+TEST_F(MeasurementAssemblerTest, APlantThatTakesNoPatternOfTheDriveIsNotPlausible) {
+  for (const std::uint64_t stands_at : {std::uint64_t{0}, std::uint64_t{1000}, std::uint64_t{99'999}}) {
+    SCOPED_TRACE(stands_at);  // no drive, the one before this one, one with other numbers
+    taken = stands_at;
+    assembler = MeasurementAssembler{{stale_ns, missing_periods, unheard_periods}};
+    EXPECT_TRUE(period(state(0), state(0)).plausible) << "nothing was written that it could have taken";
+    for (int n = 1; n < unheard_periods; ++n) EXPECT_TRUE(period(state(0), state(0)).plausible) << n;
+    for (int n = 0; n < 30; ++n) EXPECT_FALSE(period(state(0), state(0)).plausible) << n;
+    EXPECT_TRUE(assembler.unheard());
+    EXPECT_FALSE(assembler.stale()) << "it is there";
+    EXPECT_EQ(assembler.counters().unheard, 1U);
+    taken = number;
+    EXPECT_TRUE(period(state(0), state(0)).plausible) << "and it heals";
+    EXPECT_FALSE(assembler.unheard());
+  }
+}
+
+TEST_F(MeasurementAssemblerTest, APlantThatTakesPatternsLateIsPlausibleHoweverLongTheWay) {
+  for (int n = 0; n < 200; ++n) {
+    constexpr int way = unheard_periods - 1;
+    if (n >= way) taken = number - way + 1;
+    EXPECT_TRUE(period(state(1), state(1)).plausible) << n;
+  }
+  EXPECT_EQ(assembler.counters().unheard, 0U);
+}
+
+TEST_F(MeasurementAssemblerTest, NoMeasurementIsNoWordOfThePlantAboutPatterns) {
+  (void)period(state(1), state(1));
+  for (int n = 0; n < 3 * unheard_periods; ++n) {
+    assembler.wrote(++number, true);
+    (void)assembler.take(plant_ns);
+  }
+  EXPECT_FALSE(assembler.unheard());
+}
+
+TEST_F(MeasurementAssemblerTest, OpenGatesAgainstADrivenPatternThatThePlantTookAreNotPlausible) {
+  const GatePattern open{gates_off, period_ns};
+  for (int n = 0; n < 20; ++n) {
+    taken = number;
+    EXPECT_TRUE(period(open, open).plausible) << "the drive wants no other";
+  }
+  taken = number;
+  EXPECT_TRUE(period(state(1), open).plausible) << "it has taken an open pattern";
+  taken = number;
+  EXPECT_FALSE(period(state(1), open).plausible) << "it has taken a driven one";
+  EXPECT_EQ(assembler.counters().refused, 1U);
+  taken = number;
+  EXPECT_TRUE(period(open, state(1)).plausible);
+  taken = number;
+  EXPECT_TRUE(period(open, open).plausible);
+  EXPECT_EQ(assembler.counters().refused, 1U);
+}
+
+TEST_F(MeasurementAssemblerTest, GatesThatOpenBecauseAPatternWasLateAreNoRefusal) {
+  const GatePattern open{gates_off, period_ns};
+  taken = 0;
+  (void)period(state(1), open);
+  for (int round = 0; round < 5; ++round) {
+    taken = number;
+    EXPECT_TRUE(period(state(1), state(1)).plausible);
+    for (int n = 0; n < 3; ++n) EXPECT_TRUE(period(state(1), open).plausible) << "nothing newer was taken";
+  }
+  GatePattern opened_in_between{switch_states[1], period_ns / 2};
+  opened_in_between.append({gates_off, period_ns / 2});
+  taken = number;
+  EXPECT_TRUE(period(state(1), opened_in_between).plausible);
+  EXPECT_EQ(assembler.counters().refused, 0U);
+}
+
+TEST(AssemblerParameters, ADriveWaitsForAnAnswerAsLongAsThePlantWaitsForAPattern) {
+  HilParameters p;
+  p.silence_ns = 5'000'000;
+  p.missing_periods = 4;
+  EXPECT_EQ(assembler_parameters(p, 100'000).unheard_periods, 50);
+  EXPECT_EQ(assembler_parameters(p, 300'000).unheard_periods, 17);
+  p.missing_periods = 80;
+  EXPECT_EQ(assembler_parameters(p, 100'000).unheard_periods, 80) << "not stricter than about measurements";
+  EXPECT_EQ(assembler_parameters(p, 100'000).missing_periods, 80);
+  EXPECT_EQ(assembler_parameters(p, 100'000).stale_ns, p.stale_ns);
 }
 
 }  // namespace

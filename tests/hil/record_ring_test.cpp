@@ -49,9 +49,18 @@ TEST(SequenceCell, AWriterThatDiedWhileWritingLeavesNothingAndIsReplaced) {
   reinterpret_cast<std::atomic<std::uint64_t>*>(&cell)->store(3);
   Record r;
   EXPECT_EQ(cell.load(r), 0U);
-  cell.store(record_of(7), 1);
-  EXPECT_EQ(cell.load(r), 1U);
+  cell.store(record_of(7), cell.number() + 1);
+  EXPECT_EQ(cell.load(r), 3U);
   EXPECT_EQ(r.words[0], 7U);
+}
+
+TEST(SequenceCell, AWriterThatTakesOverUsesNoNumberTwice) {
+  SequenceCell<Record> cell;
+  EXPECT_EQ(cell.number(), 0U);
+  for (std::uint64_t n = 1; n <= 5; ++n) cell.store(record_of(n), n);
+  EXPECT_EQ(cell.number(), 5U);
+  reinterpret_cast<std::atomic<std::uint64_t>*>(&cell)->store(11);  // died while it wrote record 6
+  EXPECT_EQ(cell.number(), 6U);
 }
 
 TEST(SequenceCell, AReaderSeesWholeRecordsInOrderWhileTheyAreWritten) {
@@ -106,9 +115,10 @@ TEST(RecordRing, AReaderInTimeGetsEachRecordOnceAndASlowOneLosesWholeRecords) {
   std::uint64_t got = 0;
   while (seen < last) {
     const std::uint64_t newest = ring->newest();
-    if (seen < newest && ring->oldest() > seen + 1) {
-      lost += ring->oldest() - 1 - seen;
-      seen = ring->oldest() - 1;
+    const std::uint64_t oldest = ring->oldest();  // once: it moves on
+    if (seen < newest && oldest > seen + 1) {
+      lost += oldest - 1 - seen;
+      seen = oldest - 1;
     }
     for (Record r; seen < newest;) {
       ++seen;

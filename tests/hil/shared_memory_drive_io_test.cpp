@@ -73,11 +73,34 @@ class SharedMemoryDriveIoTest : public testing::Test {
   void plant_alone_for(std::int64_t ns) {
     for (const std::int64_t end = t_ns + ns; t_ns < end;) plant_alone();
   }
+  /// One period of both, of a drive that makes torque until a measurement trips it. Returns whether it does.
+  bool torque_period() {
+    t_ns += period_ns;
+    plant->step(t_ns);
+    const bool plausible = drive->io.read(t_ns).plausible;
+    tripped = tripped || !plausible;
+    drive->io.write(tripped ? open : v1);
+    return !tripped;
+  }
+  void bring_to_torque() {
+    for (int n = 0; n < 5; ++n) (void)period(open);
+    for (int n = 0; n < 20; ++n) ASSERT_TRUE(torque_period());
+    ASSERT_EQ(plant->stage.pattern, v1);
+  }
+  /// Both sides are safe, and stay so: the drive tripped, the gates open.
+  void expect_both_safe() {
+    for (int n = 0; n < 20; ++n) {
+      (void)torque_period();
+      ASSERT_EQ(plant->stage.pattern, open);
+    }
+    EXPECT_TRUE(tripped);
+  }
 
   test::TestLink link;
   std::optional<PlantSide> plant{std::in_place, link.parameters};
   std::optional<DriveSide> drive{std::in_place, link.parameters};
   std::int64_t t_ns{1'000'000'000};
+  bool tripped{false};
 };
 
 TEST_F(SharedMemoryDriveIoTest, APatternActsOverTheNextPlantPeriodAndIsMeasured) {
@@ -116,10 +139,10 @@ TEST_F(SharedMemoryDriveIoTest, ADriveThatTakesItsTimeToStartBeginsWithTheNewest
 TEST_F(SharedMemoryDriveIoTest, ADriveWithoutAPlantIsNotPlausibleUntilOneComes) {
   plant.reset();
   for (int n = 0; n < 20; ++n) EXPECT_FALSE(drive->cycle(t_ns += period_ns, open).plausible);
-  EXPECT_TRUE(drive->io.stale());
+  EXPECT_TRUE(drive->io.state().stale());
   plant.emplace(link.parameters);
   EXPECT_TRUE(period(open).plausible);
-  EXPECT_FALSE(drive->io.stale());
+  EXPECT_FALSE(drive->io.state().stale());
 }
 
 TEST_F(SharedMemoryDriveIoTest, APlantThatDiesAndComesBackIsSeenBothTimes) {
@@ -189,6 +212,22 @@ TEST_F(SharedMemoryDriveIoTest, ANewDriveHasToShowOpenGatesFirst) {
   EXPECT_EQ(plant->server.guard().counters().drives, 2U);
 }
 
+// A plant that is stopped in the middle of a copy tells by the number alone that it was another record.
+TEST_F(SharedMemoryDriveIoTest, TheNumbersOfADriveThatWasStartedAnewGoOn) {
+  for (int n = 0; n < 10; ++n) (void)period(open);
+  CommandRecord last;
+  EXPECT_EQ(plant->link.memory().command.load(last), 10U);
+  EXPECT_EQ(last.sequence, 10U);
+  drive.reset();
+  drive.emplace(link.parameters);
+  (void)period(open);
+  EXPECT_EQ(plant->link.memory().command.load(last), 11U);
+  EXPECT_EQ(last.sequence, 11U);
+  plant_alone();
+  EXPECT_EQ(plant->server.guard().counters().missing, 0U);
+  EXPECT_EQ(plant->server.guard().counters().drives, 2U);
+}
+
 TEST_F(SharedMemoryDriveIoTest, APlantThatComesAfterTheDriveDoesNotObeyWhatWasWrittenBefore) {
   plant.reset();
   (void)drive->cycle(t_ns, open);
@@ -196,6 +235,62 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatComesAfterTheDriveDoesNotObeyWhatWasWr
   plant.emplace(link.parameters);
   plant_alone();
   EXPECT_EQ(plant->stage.pattern, open);
+}
+
+// Stopped between reading and writing: what it writes when it goes on is torque of before.
+TEST_F(SharedMemoryDriveIoTest,
+       ADriveThatWasStoppedInMidPeriodForLongerThanTheSilenceTripsAndTheGatesStayOpen) {
+  for (const std::int64_t stopped_ns : {5'500'000, 50'000'000, 2'000'000'000}) {
+    SCOPED_TRACE(stopped_ns);
+    tripped = false;
+    bring_to_torque();
+    plant->step(t_ns += period_ns);
+    (void)drive->io.read(t_ns);
+    plant_alone_for(stopped_ns);
+    EXPECT_EQ(plant->server.guard().cause(), GateCause::silent);
+    drive->io.write(v1);
+    int periods = 0;
+    while (torque_period()) {
+      ASSERT_EQ(plant->stage.pattern, open);
+      ASSERT_LT(++periods, 5) << "the drive never found out";
+    }
+    expect_both_safe();
+  }
+}
+
+TEST_F(SharedMemoryDriveIoTest, ADriveThatWasAwayForLessThanTheSilenceGoesOn) {
+  bring_to_torque();
+  for (int round = 0; round < 10; ++round) {
+    plant_alone_for(4'000'000);
+    for (int n = 0; n < 3; ++n) EXPECT_TRUE(torque_period());
+    EXPECT_EQ(plant->stage.pattern, v1);
+  }
+}
+
+TEST_F(SharedMemoryDriveIoTest, ALineThatSomebodyElseTookAwayTripsTheDrive) {
+  bring_to_torque();
+  plant->link.memory().gate_enable.store(0);
+  int periods = 0;
+  while (torque_period()) ASSERT_LT(++periods, 5);
+  expect_both_safe();
+  EXPECT_GT(drive->io.state().refusals(), 0U);
+  EXPECT_FALSE(drive->io.state().unheard());
+}
+
+TEST_F(SharedMemoryDriveIoTest, APlantThatTakesNoPatternsAnyMoreTripsTheDrive) {
+  bring_to_torque();
+  plant_alone();  // takes the newest, follows it and lets it run out
+  plant_alone();
+  MeasurementRecord record = to_record(Measurement<double>{.u_dc = 530, .acted = open});
+  record.command_sequence = plant->server.guard().command_sequence();
+  int periods = 0;
+  for (; !tripped && periods < 1000; ++periods) {
+    plant->end.publish(record);
+    tripped = !drive->cycle(t_ns += period_ns, v1).plausible;
+  }
+  EXPECT_TRUE(drive->io.state().unheard());
+  EXPECT_EQ(periods, 1 + MeasurementAssembler::Parameters{}.unheard_periods)
+      << "the first tells of the newest";
 }
 
 TEST_F(SharedMemoryDriveIoTest, ADriveThatSleptLongerThanTheRingLosesRecordsAndSaysSo) {

@@ -51,9 +51,11 @@ class UdpLinkTest : public testing::Test {
     (void)drive->read(0);  // the first one discards what has queued up
   }
 
-  void publish(SwitchState acted) {
+  void publish(SwitchState acted, std::uint64_t command_taken = 0) {
     Measurement<double> m{.t_ns = t_ns += period_ns, .u_dc = 530, .acted = {acted, period_ns}};
-    plant->publish(to_record(m));
+    MeasurementRecord record = to_record(m);
+    record.command_sequence = command_taken;
+    plant->publish(record);
   }
   Measurement<double> read() { return drive->read(t_ns); }
 
@@ -96,6 +98,7 @@ TEST_F(UdpLinkTest, PatternsAndTheEnableLineComeOver) {
   EXPECT_FALSE(plant->take(command));
   drive->write(v1);
   ASSERT_TRUE(plant->take(command));
+  const std::uint64_t first = command.sequence;
   EXPECT_FALSE(plant->gates_enabled()) << "the line closes on open gates only";
   drive->write(open);
   drive->write(v1);
@@ -105,7 +108,7 @@ TEST_F(UdpLinkTest, PatternsAndTheEnableLineComeOver) {
   GatePattern pattern;
   EXPECT_TRUE(to_pattern(command.pattern, pattern));
   EXPECT_EQ(pattern, v1);
-  EXPECT_EQ(command.sequence, 3U);
+  EXPECT_EQ(command.sequence, first + 2);
   EXPECT_FALSE(plant->take(command)) << "each once";
   drive->open_gates();
   ASSERT_TRUE(plant->take(command));
@@ -126,27 +129,71 @@ TEST_F(UdpLinkTest, ADriveThatLeavesSaysSo) {
 }
 
 TEST_F(UdpLinkTest, APlantThatStoodStillFollowsTheNewestCommandAndNoOlderOne) {
+  CommandRecord command;
   drive->write(open);
+  ASSERT_TRUE(plant->take(command));
+  const std::uint64_t first = command.sequence;
   for (int n = 0; n < 50; ++n) drive->write(v1);  // the plant stands still meanwhile
   drive->open_gates();
-  CommandRecord command;
   ASSERT_TRUE(plant->take(command));
-  EXPECT_EQ(command.sequence, 52U);
+  EXPECT_EQ(command.sequence, first + 51);
   EXPECT_FALSE(plant->gates_enabled());
   EXPECT_FALSE(plant->take(command)) << "nothing is left of what queued up";
 }
 
 // More than the kernel keeps: the newest of them are lost, so that the newest that is there is an old one.
 TEST_F(UdpLinkTest, APlantThatStoodStillForLongWaitsForTheNextCommand) {
+  CommandRecord command;
   drive->write(open);
+  ASSERT_TRUE(plant->take(command));
+  const std::uint64_t first = command.sequence;
   for (int n = 0; n < 3000; ++n) drive->write(v1);
   drive->open_gates();
-  CommandRecord command;
   EXPECT_FALSE(plant->take(command));
   drive->write(v1);
   ASSERT_TRUE(plant->take(command));
-  EXPECT_EQ(command.sequence, 3003U);
+  EXPECT_EQ(command.sequence, first + 3002);
   EXPECT_FALSE(plant->gates_enabled());
+}
+
+// Only the way from the drive to the plant is cut: the plant opens its gates, and the drive finds out.
+TEST_F(UdpLinkTest, ADriveWhoseCommandsGetLostTripsThoughMeasurementsCome) {
+  CommandRecord command;
+  for (int n = 0; n < 20; ++n) {
+    publish(switch_states[1], command.sequence);
+    EXPECT_TRUE(read().plausible) << n;
+    drive->write(n == 0 ? open : v1);
+    ASSERT_TRUE(plant->take(command));
+  }
+  int periods = 0;
+  bool plausible = true;
+  while (plausible && periods < 100) {
+    // What came over last acts, then nothing.
+    publish(periods == 0 ? switch_states[1] : gates_off, command.sequence);
+    plausible = read().plausible;
+    drive->write(v1);  // nobody takes it
+    ++periods;
+  }
+  EXPECT_EQ(periods, 1 + int(drive_parameters.silence_ns / period_ns));
+  EXPECT_TRUE(drive->state().unheard());
+  EXPECT_FALSE(drive->state().stale());
+}
+
+// The numbers that a plant had from an earlier drive are no answer to this one.
+TEST_F(UdpLinkTest, EachStartOfADriveHasNumbersOfItsOwn) {
+  CommandRecord command;
+  for (int n = 0; n < 10; ++n) drive->write(open);
+  ASSERT_TRUE(plant->take(command));
+  const std::uint64_t before = command.sequence;
+  drive.reset();
+  drive.emplace(drive_parameters, period_ns);
+  (void)read();
+  for (int n = 0; n < 20; ++n) {
+    publish(gates_off, before);
+    (void)read();
+    drive->write(open);
+  }
+  EXPECT_TRUE(drive->state().unheard());
 }
 
 /// Stands where the drive is, drops what it is told to and passes the rest on.
@@ -160,7 +207,7 @@ TEST_P(UdpLossTest, LostDatagramsAreMadeUpForByTheNextUpToSevenInARow) {
   drive.reset();
   for (int n = 0; n < lost; ++n) publish(switch_states[1]);
   MeasurementDatagram datagram;
-  DatagramReception reception{DatagramKind::measurement, period_ns};
+  DatagramReception reception{DatagramKind::measurement, period_ns, 10'000'000};
   UdpSocket other{drive_parameters.udp_listen, drive_parameters.udp_peer};
   publish(switch_states[2]);
   ASSERT_EQ(other.receive(std::as_writable_bytes(std::span{&datagram, 1})), sizeof datagram);

@@ -1,7 +1,8 @@
 """A network between plant and drive that loses, delays and swaps datagrams, by a seed: datagram_relay.py --help.
 
 It begins as a sound one. SIGUSR1 makes it lossy, the next SIGUSR1 sound again, so that both sides are there to count
-what it does. SIGTERM ends it with its counts. --stalls names a file for when it stood still, as host_watch.py has it.
+what it does. SIGUSR2 cuts the way from the drive to the plant, and that alone; the next mends it. SIGTERM ends it with
+its counts. --stalls names a file for when it stood still, as host_watch.py has it.
 """
 
 import argparse
@@ -39,11 +40,14 @@ class Way:
         self._target = target
         self._waiting: list[tuple[float, int, bytes]] = []
         self.is_lossy = False
+        self.is_cut = False
         self.counts = {"came": 0, "dropped": 0, "delayed": 0, "unsent": 0}
 
     def take(self, datagram: bytes, now: float) -> None:
         self.counts["came"] += 1
-        if not self.is_lossy:
+        if self.is_cut:
+            self.counts["dropped"] += 1
+        elif not self.is_lossy:
             self._send(datagram)
         elif self._random.random() < self._arguments.loss:
             self.counts["dropped"] += 1
@@ -123,7 +127,11 @@ def main() -> None:
         for way in ways.values():
             way.is_lossy = not way.is_lossy
 
+    def cut_or_mend(*_: object) -> None:
+        ways[to_drive].is_cut = not ways[to_drive].is_cut
+
     signal.signal(signal.SIGUSR1, change)
+    signal.signal(signal.SIGUSR2, cut_or_mend)
     with arguments.stalls.open("w", encoding="ascii", buffering=1) as out:
         stalls = Stalls(out)
         print("ready", flush=True)

@@ -32,6 +32,8 @@ MEANT = pytest.approx(TORQUE_NM, abs=4.0)
 OPEN_WITHIN_NS = 10_000_000
 SILENT = "the drive is silent"
 LINE_OFF = "the gate-enable line is off"
+LOCKED_OUT = "the drive is locked out until it shows open gates"
+KEPT_OPEN = "the plant keeps its gates open against the drive's pattern"
 JOINED = "a drive has joined the lockstep"
 
 
@@ -317,3 +319,29 @@ def test_a_run_in_virtual_time_ends_with_its_plant(link: str, bus_address: str, 
             plant.kill()
             assert drive.status(LOSS_SEEN_S) == 1
         assert f'sextant-ecu: hil.link: the plant on "{link}" died or no longer answers' in drive.text()
+
+
+def test_a_drive_that_stood_still_for_less_than_its_watchdog_finds_the_gates_locked(
+    link: str, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+) -> None:
+    """Neither its watchdog nor the command gate has seen anything; the plant has given it up meanwhile."""
+    with (
+        plant_side(link, tmp_path) as plant,
+        drive_side(link, bus_address, domain, tmp_path, "realtime.watchdog_ms=5000") as drive,
+        Vehicle(bus_address) as vehicle,
+    ):
+        rig = Rig(TelemetryRecord(domain), vehicle, host)
+        vehicle.demand()
+        at_torque(rig, TORQUE_NM, 0.1)
+        silences = len(openings(plant.text(), SILENT))
+        lock_outs, refusals = plant.text().count(LOCKED_OUT), drive.text().count(KEPT_OPEN)
+        drive.stop()
+        opening_after(plant, SILENT, silences)
+        drive.go_on()
+        plant.wait_for(LOCKED_OUT, count=lock_outs + 1)
+        drive.wait_for(KEPT_OPEN, count=refusals + 1)
+        rig.record.wait_for_state("FAULT")
+        assert last_fault(rig.record)[0] == MEASUREMENT_INVALID
+        to_torque(rig, TORQUE_NM)
+        assert drive.leave() == 0
+        assert plant.leave() == 0

@@ -35,6 +35,7 @@ RELAY = ROOT / "tests" / "python" / "datagram_relay.py"
 PLANT_PORT = 47811  # in a namespace of its own
 CUT_SEEN_NS = 20_000_000
 SILENT = "the drive is silent"
+DEAF = "the plant does not take the drive's patterns"
 
 
 def free_ports(count: int) -> list[int]:
@@ -230,6 +231,36 @@ def test_a_cut_wire_opens_the_gates_and_trips_the_drive_and_both_come_back(
             return Delay(cut_ns, opening.seen_ns)
 
         held_within("cut to gates open", CUT_SEEN_NS, measure, host)
+        to_torque(rig, TORQUE_NM)
+        assert drive.leave() == 0
+        assert plant.leave() == 0
+
+
+@needs_root
+def test_a_way_cut_in_one_direction_trips_the_drive_and_torque_does_not_come_back_by_itself(
+    network: Network, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+) -> None:
+    """The drive goes on getting measurements; only its patterns get lost."""
+    with (
+        network.relay(tmp_path, host) as relay,
+        network.plant(tmp_path) as plant,
+        network.drive(bus_address, domain, tmp_path) as drive,
+        Vehicle(bus_address) as vehicle,
+    ):
+        rig = Rig(TelemetryRecord(domain), vehicle, host)
+        vehicle.demand()
+        drive.wait_for("the plant answers")
+        at_torque(rig, TORQUE_NM, 0.1)
+        silences, deaf = len(openings(plant.text(), SILENT)), drive.text().count(DEAF)
+        relay.send_signal(signal.SIGUSR2)  # cut
+        opening_after(plant, SILENT, silences)
+        rig.record.wait_for_state("FAULT", timeout_s=2.0)
+        drive.wait_for(DEAF, count=deaf + 1)
+        rig.record.run(0.1)
+        assert rig.record.states[-1].reason.startswith("MEASUREMENT_INVALID")
+        relay.send_signal(signal.SIGUSR2)  # mended
+        # The vehicle goes on demanding torque, as before: it is not given without a reset.
+        assert set(rig.record.run(0.3).states) == {"FAULT"}
         to_torque(rig, TORQUE_NM)
         assert drive.leave() == 0
         assert plant.leave() == 0

@@ -11,6 +11,11 @@ namespace sextant {
 
 /// Judges what arrives from the other side of a network: whether it is for us, and what the network did to
 /// it.
+///
+/// A peer that was started anew is taken up once the start before has been quiet for `quiet_ns`, as long as
+/// it takes to count as dead. What a network still holds of an earlier start does therefore not displace the
+/// living one; where it comes in a moment in which that is quiet itself, it is heard for `quiet_ns` at most.
+/// Starts are told apart by a number at random, because no clock need be right.
 class DatagramReception {
  public:
   struct Counters {
@@ -20,13 +25,13 @@ class DatagramReception {
     std::uint64_t repeated{};       ///< came again [-]
     std::uint64_t late{};           ///< took more than two periods longer than the fastest [-]
     std::uint64_t restarts{};       ///< starts of the peer that have been seen, but the first [-]
-    std::uint64_t foreign{};        ///< not of this program, or malformed [-]
+    std::uint64_t foreign{};        ///< not of this program, of another start of it, or malformed [-]
     std::uint64_t other_version{};  ///< of another version of this program [-]
     std::uint64_t other_period{};   ///< of a peer with another period [-]
   };
 
-  DatagramReception(DatagramKind kind, std::int64_t period_ns) noexcept
-      : kind_{kind}, period_ns_{period_ns} {}
+  DatagramReception(DatagramKind kind, std::int64_t period_ns, std::int64_t quiet_ns) noexcept
+      : kind_{kind}, period_ns_{period_ns}, quiet_ns_{quiet_ns} {}
 
   /// True when the datagram is the peer's, whether or not something newer has come. `size`: its length
   /// [bytes]; `wanted`: that of its kind.
@@ -37,7 +42,8 @@ class DatagramReception {
     if (h.kind != std::uint16_t(kind_) || size != wanted) return refuse(counters_.foreign);
     if (h.count < 1 || h.count > most_records()) return refuse(counters_.foreign);
     if (h.period_ns != period_ns_) return refuse(counters_.other_period);
-    if (h.generation != generation_ && !is_new_start(h)) return refuse(counters_.foreign);
+    if (h.generation != generation_ && !is_new_start(h, now_ns)) return refuse(counters_.foreign);
+    heard_ns_ = now_ns;
     ++counters_.received;
     judge_order(h.sequence);
     judge_time(transit_ns(h, now_ns), now_ns);
@@ -64,11 +70,13 @@ class DatagramReception {
     return std::clamp(difference, -far_ns, far_ns);
   }
 
-  /// False for a straggler of the start before this one.
-  [[nodiscard]] bool is_new_start(const DatagramHeader& h) noexcept SEXTANT_NONBLOCKING {
-    if (h.generation == 0 || h.generation == previous_generation_) return false;
-    if (generation_ != 0) ++counters_.restarts;
-    previous_generation_ = generation_;
+  /// False while the start before it lives.
+  [[nodiscard]] bool is_new_start(const DatagramHeader& h, std::int64_t now_ns) noexcept SEXTANT_NONBLOCKING {
+    if (h.generation == 0) return false;
+    if (generation_ != 0) {
+      if (now_ns - heard_ns_ <= quiet_ns_) return false;
+      ++counters_.restarts;
+    }
     generation_ = h.generation;
     newest_ = h.sequence - 1;
     seen_ = ~std::uint64_t{0};
@@ -109,13 +117,14 @@ class DatagramReception {
 
   DatagramKind kind_;
   std::int64_t period_ns_;
+  std::int64_t quiet_ns_;
   Counters counters_{};
   std::uint64_t newest_{0};
   std::uint64_t seen_{0};
+  std::int64_t heard_ns_{0};
   std::int64_t judged_ns_{0};
   std::int64_t fastest_ns_{0};
   std::uint32_t generation_{0};
-  std::uint32_t previous_generation_{0};  // 0: none
   bool fastest_known_{false};
 };
 

@@ -19,7 +19,7 @@ struct DatagramHeader {
   std::uint32_t magic{datagram_magic};
   std::uint16_t version{std::uint16_t{link_layout_version}};
   std::uint16_t kind{};
-  std::uint64_t sequence{};    ///< of this sender and kind, from 1, without gaps [-]
+  std::uint64_t sequence{};    ///< of this sender and kind, without gaps [-]
   std::int64_t sent_ns{};      ///< on the sender's clock [ns]
   std::int64_t period_ns{};    ///< the sender's period [ns]
   std::uint32_t generation{};  ///< which start of the sender this is, at random, never 0 [-]

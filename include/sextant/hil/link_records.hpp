@@ -42,7 +42,7 @@ struct MeasurementRecord {
 
 /// Drive → plant, one a control period.
 struct CommandRecord {
-  std::uint64_t sequence{};    ///< of this drive, from 1, without gaps [-]
+  std::uint64_t sequence{};    ///< without gaps, and another one for each start of the drive [-]
   std::int64_t t_ns{};         ///< beginning of the control period, on the drive's clock [ns]
   PatternRecord pattern{};     ///< what the inverter shall do over the coming period
   std::uint32_t generation{};  ///< which start of the drive this is [-]

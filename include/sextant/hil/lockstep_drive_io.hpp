@@ -43,7 +43,7 @@ class LockstepDriveIo final : public DriveIo<double> {
   Doorbell own_bell_;
   Doorbell plant_bell_;
   GatePattern pattern_{};
-  std::uint64_t sequence_{0};
+  std::uint64_t sequence_;
   std::uint32_t plant_generation_{0};
   bool has_pattern_{false};
   std::atomic<bool> joined_{false};

@@ -7,6 +7,7 @@
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/hil/hil_parameters.hpp"
 #include "sextant/hil/link_records.hpp"
 
 namespace sextant {
@@ -19,11 +20,17 @@ namespace sextant {
 /// records are missing or do not fit the pattern, when the plant has been started anew, and when nothing has
 /// come at `missing_periods` calls in a row: calls, so that a drive that was late itself does not blame the
 /// plant. After `stale_ns` without anything the plant counts as silent.
+///
+/// Nor is it when the plant does not do what the drive says: when `unheard_periods` measurements in a row
+/// tell of no newer pattern that it took (the way to it is cut, that back is not), and at once when it took a
+/// pattern and opened the gates against it (its gate driver has locked the drive out, or the gate-enable line
+/// is off). Gates that opened because a pattern was late are no refusal: nothing newer was taken then.
 class MeasurementAssembler {
  public:
   struct Parameters {
     std::int64_t stale_ns{10'000'000};  ///< without a record for so long the plant is silent [ns]
     int missing_periods{4};             ///< so many calls in a row without a record are not plausible [-]
+    int unheard_periods{50};  ///< so many calls in a row with records, but with no newer pattern taken [-]
   };
 
   struct Counters {
@@ -33,9 +40,22 @@ class MeasurementAssembler {
     std::uint64_t restarts{};  ///< times the plant came back as a new one [-]
     std::uint64_t stale{};     ///< times it fell silent [-]
     std::uint64_t late{};      ///< times nothing came for `missing_periods` [-]
+    std::uint64_t unheard{};   ///< times no newer pattern was taken for `unheard_periods` [-]
+    std::uint64_t refused{};   ///< patterns against which the plant opened its gates [-]
   };
 
   explicit MeasurementAssembler(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// The drive has written the command with that number, the first or the next. `driven`: it drives a leg.
+  void wrote(std::uint64_t number, bool driven) noexcept SEXTANT_NONBLOCKING {
+    if (written_ == 0) taken_ = number - 1;
+    written_ = number;
+    if (!driven) {
+      driven_since_ = none;
+    } else if (driven_since_ == none) {
+      driven_since_ = number;
+    }
+  }
 
   /// The next record of the link, in order.
   void add(const MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING {
@@ -52,6 +72,10 @@ class MeasurementAssembler {
       ++counters_.overfull;
       usable_ = false;
     }
+    if (is_refusal(record.command_sequence, acted)) {
+      ++counters_.refused;
+      usable_ = false;
+    }
     usable_ = usable_ && record.plausible != 0;
     newest_ = record;
     came_ = true;
@@ -65,16 +89,19 @@ class MeasurementAssembler {
     if (stale && !was_stale_) ++counters_.stale;
     was_stale_ = stale;
     count_missing();
+    count_unheard();
     // Where nothing is new nothing has acted yet: no time, in the state that is still in force.
     if (came_) last_ = acted_.last_state();
-    Measurement<double> m{.t_ns = t_ns,
-                          .i_abc = {newest_.i_a, newest_.i_b, newest_.i_c},
-                          .u_dc = newest_.u_dc,
-                          .omega_m = newest_.omega_m,
-                          .acted = came_ ? acted_ : GatePattern{last_, 0},
-                          .plausible = usable_ && !stale && missing_ < parameters_.missing_periods};
+    Measurement<double> m{
+        .t_ns = t_ns,
+        .i_abc = {newest_.i_a, newest_.i_b, newest_.i_c},
+        .u_dc = newest_.u_dc,
+        .omega_m = newest_.omega_m,
+        .acted = came_ ? acted_ : GatePattern{last_, 0},
+        .plausible = usable_ && !stale && missing_ < parameters_.missing_periods && !unheard()};
     acted_ = {};
     came_ = false;
+    heard_ = false;
     usable_ = true;
     return m;
   }
@@ -83,8 +110,29 @@ class MeasurementAssembler {
   [[nodiscard]] const Counters& counters() const noexcept SEXTANT_NONBLOCKING { return counters_; }
   /// True while there is no plant, or it is silent.
   [[nodiscard]] bool stale() const noexcept SEXTANT_NONBLOCKING { return was_stale_; }
+  /// True while the plant is there and does not take what the drive writes.
+  [[nodiscard]] bool unheard() const noexcept SEXTANT_NONBLOCKING {
+    return unheard_ >= parameters_.unheard_periods;
+  }
 
  private:
+  static constexpr std::uint64_t none = std::numeric_limits<std::uint64_t>::max();
+
+  /// What acted over a period is the plant's answer to the command that it took at its beginning. Numbers
+  /// that are not of this drive, or not newer, are no answer.
+  [[nodiscard]] bool is_refusal(std::uint64_t taken, const GatePattern& acted) noexcept SEXTANT_NONBLOCKING {
+    if (taken <= taken_ || taken > written_) return false;
+    taken_ = taken;
+    heard_ = true;
+    return taken >= driven_since_ && acted.duration_ns() > 0 && all_gates_off(acted);
+  }
+
+  void count_unheard() noexcept SEXTANT_NONBLOCKING {
+    if (heard_) unheard_ = 0;
+    if (heard_ || !came_ || written_ == 0 || unheard()) return;
+    if (++unheard_ == parameters_.unheard_periods) ++counters_.unheard;
+  }
+
   void count_missing() noexcept SEXTANT_NONBLOCKING {
     if (came_ || generation_ == 0) {
       missing_ = 0;
@@ -129,12 +177,25 @@ class MeasurementAssembler {
   SwitchState last_{};
   Counters counters_{};
   std::int64_t heard_ns_{0};
+  std::uint64_t written_{0};          // number of the newest own command; 0: none yet
+  std::uint64_t taken_{none};         // of the newest own one that the plant has taken
+  std::uint64_t driven_since_{none};  // of the first of the driven ones that the drive writes now
   std::uint32_t generation_{0};
   int missing_{0};
+  int unheard_{0};
   bool came_{false};
+  bool heard_{false};  // the plant has taken a newer command
   bool started_{false};
   bool usable_{true};
   bool was_stale_{true};
 };
+
+/// For a drive with this period [ns]. It waits for a word of its patterns as long as the plant waits for one
+/// of them before it gives the drive up.
+[[nodiscard]] inline MeasurementAssembler::Parameters assembler_parameters(const HilParameters& p,
+                                                                           std::int64_t period_ns) noexcept {
+  const auto silence_periods = int((p.silence_ns + period_ns - 1) / period_ns);
+  return {p.stale_ns, p.missing_periods, std::max(p.missing_periods, silence_periods)};
+}
 
 }  // namespace sextant

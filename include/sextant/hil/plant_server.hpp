@@ -20,13 +20,14 @@ struct GateEvent {
 
 /// Runs a power stage in real time for a drive in another process, once a plant period:
 /// measure, publish, take the newest pattern, decide over the gates.
-/// End: `take`, `gates_enabled`, `drive_present` and `publish` as SharedMemoryPlantEnd has them.
+/// End: `take`, `gates_enabled`, `drive_present`, `publish` and `same_clock` as SharedMemoryPlantEnd has
+/// them.
 template <class End>
 class PlantServer {
  public:
   /// Stage and end are not owned and must outlive this object.
   PlantServer(const GateGuard::Parameters& parameters, DriveIo<double>& stage, End& end)
-      : stage_{stage}, end_{end}, guard_{parameters} {}
+      : stage_{stage}, end_{end}, guard_{on_this_link(parameters)} {}
 
   /// The plant period that begins at t_ns [ns].
   void step(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
@@ -38,13 +39,9 @@ class PlantServer {
 
     CommandRecord command;
     const bool fresh = end_.take(command);
-    const GateCause before = guard_.cause();
     stage_.write(guard_.step(t_ns, fresh ? &command : nullptr, end_.gates_enabled(), end_.drive_present()));
-    const GateCause now = guard_.cause();
-    // Late patterns come and go with the scheduling of a desktop; they are counted, not told one by one.
-    const bool hiccup = (before == GateCause::late && now == GateCause::following) || now == GateCause::late;
-    if (now != before && !hiccup) {
-      events_.push({t_ns, now, guard_.heard_ns(), guard_.open_since_ns()});
+    if (guard_.has_news()) {
+      events_.push({t_ns, guard_.cause(), guard_.heard_ns(), guard_.open_since_ns()});
     }
   }
 
@@ -56,6 +53,11 @@ class PlantServer {
   [[nodiscard]] std::uint64_t implausible() const noexcept { return implausible_; }
 
  private:
+  static GateGuard::Parameters on_this_link(GateGuard::Parameters parameters) noexcept {
+    parameters.same_clock = End::same_clock;
+    return parameters;
+  }
+
   DriveIo<double>& stage_;
   End& end_;
   GateGuard guard_;

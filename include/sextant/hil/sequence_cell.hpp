@@ -16,6 +16,9 @@ namespace sextant {
 /// that was being written then counts as none. The writer never waits; a reader tries a bounded number of
 /// times.
 ///
+/// Numbers grow over all writers: one that takes over goes on from number(). A reader that was stopped in the
+/// middle of a copy meanwhile would otherwise meet the same stamp at the end of another record.
+///
 /// A record is moved in atomic words: what a reader and a writer touch at once is no data race. A word is
 /// stored with release order and loaded with acquire order, so that who has seen a word of a newer record
 /// also sees the stamp that was set before it.
@@ -25,12 +28,17 @@ class SequenceCell {
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
 
  public:
-  /// Writer: `number` from 1; a reader gets it with the record.
+  /// Writer: `number` from 1 and above all before; a reader gets it with the record.
   void store(const Record& record, std::uint64_t number) noexcept SEXTANT_NONBLOCKING {
     const auto words = std::bit_cast<Words>(record);
     stamp_.store(2 * number - 1, std::memory_order_relaxed);
     for (std::size_t i = 0; i < count; ++i) words_[i].store(words[i], std::memory_order_release);
     stamp_.store(2 * number, std::memory_order_release);
+  }
+
+  /// Writer: the number after which to go on, that of a record left half written among them; 0 at first.
+  [[nodiscard]] std::uint64_t number() const noexcept SEXTANT_NONBLOCKING {
+    return (stamp_.load(std::memory_order_relaxed) + 1) / 2;
   }
 
   /// Reader: the number of the record that was copied; 0, and nothing copied, when there is none or it was

@@ -6,6 +6,7 @@
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/hil/link_memory.hpp"
+#include "sextant/hil/link_state.hpp"
 #include "sextant/hil/measurement_assembler.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
 
@@ -18,7 +19,10 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
  public:
   /// The link is held by a drive and must outlive this object.
   SharedMemoryDriveIo(SharedMemoryLink& link, const MeasurementAssembler::Parameters& parameters) noexcept
-      : memory_{link.memory()}, generation_{link.generation()}, assembler_{parameters} {}
+      : memory_{link.memory()},
+        generation_{link.generation()},
+        assembler_{parameters},
+        sequence_{memory_.command.number()} {}
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     t_ns_ = t_ns;
@@ -33,7 +37,7 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
       if (memory_.measurements.read(seen_, record)) assembler_.add(record);
     }
     const Measurement<double> m = assembler_.take(t_ns);
-    stale_.store(assembler_.stale(), std::memory_order_relaxed);
+    state_.publish(assembler_);
     return m;
   }
 
@@ -41,8 +45,10 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
     ++sequence_;
     memory_.command.store({sequence_, t_ns_, to_record(pattern), generation_, 1}, sequence_);
     // Once cleared, the line closes on open gates only: whoever cleared it has been obeyed by then.
+    const bool open = all_gates_off(pattern);
+    assembler_.wrote(sequence_, !open);
     std::uint32_t off = 0;
-    if (all_gates_off(pattern)) {
+    if (open) {
       memory_.gate_enable.compare_exchange_strong(off, generation_, std::memory_order_acq_rel);
     }
   }
@@ -50,8 +56,8 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
   /// Clears the gate-enable line; from any thread.
   void open_gates() noexcept { memory_.gate_enable.store(0, std::memory_order_release); }
 
-  /// True while there is no plant, or it is silent; from any thread.
-  [[nodiscard]] bool stale() const noexcept { return stale_.load(std::memory_order_relaxed); }
+  /// What the drive knows of the plant; from any thread.
+  [[nodiscard]] const LinkState& state() const noexcept { return state_; }
 
   /// For the thread that reads, or once it has ended.
   [[nodiscard]] const MeasurementAssembler::Counters& counters() const noexcept {
@@ -65,8 +71,8 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
   MeasurementAssembler assembler_;
   bool started_{false};
   std::int64_t t_ns_{0};
-  std::uint64_t sequence_{0};
-  std::atomic<bool> stale_{true};
+  std::uint64_t sequence_;
+  LinkState state_{};
 };
 
 }  // namespace sextant

@@ -11,6 +11,8 @@ namespace sextant {
 /// The plant's end of a link in shared memory.
 class SharedMemoryPlantEnd {
  public:
+  static constexpr bool same_clock = true;  ///< both sides read the clock of one machine
+
   /// The link is held by a plant and must outlive this object.
   explicit SharedMemoryPlantEnd(SharedMemoryLink& link) noexcept
       : memory_{link.memory()}, generation_{link.generation()} {

@@ -6,6 +6,7 @@
 #include "sextant/core/drive_io.hpp"
 #include "sextant/hil/datagram_reception.hpp"
 #include "sextant/hil/hil_parameters.hpp"
+#include "sextant/hil/link_state.hpp"
 #include "sextant/hil/measurement_assembler.hpp"
 #include "sextant/hil/udp_socket.hpp"
 
@@ -29,8 +30,8 @@ class UdpDriveIo final : public DriveIo<double> {
   /// Says that the drive leaves in order; once its control thread has ended.
   void say_goodbye() noexcept;
 
-  /// True while there is no plant, or it is silent; from any thread.
-  [[nodiscard]] bool stale() const noexcept { return stale_.load(std::memory_order_relaxed); }
+  /// What the drive knows of the plant; from any thread.
+  [[nodiscard]] const LinkState& state() const noexcept { return state_; }
 
   /// For the thread that reads, or once it has ended.
   [[nodiscard]] const MeasurementAssembler::Counters& counters() const noexcept {
@@ -42,7 +43,8 @@ class UdpDriveIo final : public DriveIo<double> {
  private:
   void discard_what_has_queued_up(MeasurementDatagram& datagram) noexcept SEXTANT_NONBLOCKING;
   void take(const MeasurementDatagram& datagram) noexcept SEXTANT_NONBLOCKING;
-  void send(const GatePattern& pattern, bool leaving) noexcept SEXTANT_NONBLOCKING;
+  /// Returns the command's number.
+  std::uint64_t send(const GatePattern& pattern, bool leaving) noexcept SEXTANT_NONBLOCKING;
 
   UdpSocket socket_;
   std::int64_t period_ns_;
@@ -51,10 +53,10 @@ class UdpDriveIo final : public DriveIo<double> {
   MeasurementAssembler assembler_;
   bool started_{false};
   std::atomic<std::int64_t> t_ns_{0};
-  std::atomic<std::uint64_t> sequence_{0};
+  std::atomic<std::uint64_t> sequence_;
   std::atomic<std::uint64_t> unsent_{0};
   std::atomic<bool> gates_enabled_{false};
-  std::atomic<bool> stale_{true};
+  LinkState state_{};
 };
 
 }  // namespace sextant

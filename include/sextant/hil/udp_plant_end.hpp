@@ -13,6 +13,8 @@ namespace sextant {
 /// The plant's end of a link by datagrams; see SharedMemoryPlantEnd.
 class UdpPlantEnd {
  public:
+  static constexpr bool same_clock = false;
+
   /// Throws std::runtime_error where the addresses cannot be had.
   UdpPlantEnd(const HilParameters& parameters, std::int64_t period_ns);
 
