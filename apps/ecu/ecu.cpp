@@ -23,7 +23,8 @@ TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
   p.wake_every_periods = std::uint32_t(config.realtime.wake_every_periods);
   p.periods_per_sample =
       std::max(1U, std::uint32_t(std::lround(1.0 / (config.dds.telemetry_rate_hz * period_s))));
-  p.timing.gap_limit_ns = config.realtime.gap_limit_ns;
+  p.timing = {config.realtime.gap_limit_ns,
+              std::int64_t{config.drive.drive.period_ns} * config.realtime.wake_every_periods};
   p.wait = config.realtime.wait.mode;
   p.policy = config.realtime.policy;
   p.statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz);

@@ -34,7 +34,7 @@ void TimingStatistics::add_miss(const WakeRecord& wake) {
             .latency_ns = wake.latency_ns,
             .gap = wake.gap,
             .body_overran = wake.body_overran};
-  miss.cause = visible_cause(miss, parameters_.gap_limit_ns);
+  miss.cause = visible_cause(miss, parameters_.wake_period_ns);
   if (miss.cause != MissCause::stage_gap) {
     count(miss);
     return;
@@ -73,7 +73,7 @@ void TimingStatistics::finish() {
 
 void TimingStatistics::count(const Miss& miss) {
   ++causes_[static_cast<std::size_t>(miss.cause)];
-  if (!is_gap(miss.gap)) ++without_gap_;
+  if (miss.cause == MissCause::late_wake || miss.cause == MissCause::own_body) ++without_gap_;
   const auto place =
       std::ranges::find_if(worst_, [&miss](const Miss& known) { return known.latency_ns < miss.latency_ns; });
   worst_.insert(place, miss);

@@ -29,7 +29,8 @@ struct TimingHistograms {
 class TimingStatistics {
  public:
   struct Parameters {
-    std::int64_t gap_limit_ns{10'000};  ///< two time stamps further apart are a gap [ns]
+    std::int64_t gap_limit_ns{10'000};       ///< two time stamps further apart are a gap [ns]
+    std::int64_t wake_period_ns{1'000'000};  ///< of the control thread [ns]
   };
   using Causes = std::array<std::uint64_t, miss_cause_count>;
   /// So many of the latest wake-ups are kept for the report. [-]
@@ -48,12 +49,9 @@ class TimingStatistics {
   [[nodiscard]] const TimingHistograms& interval() const noexcept { return interval_; }
   [[nodiscard]] const TimingHistograms& total() const noexcept { return total_; }
   [[nodiscard]] const WakeRecord& last() const noexcept { return last_; }
-  [[nodiscard]] bool is_gap(const Gap& gap) const noexcept {
-    return gap.longest_ns > parameters_.gap_limit_ns;
-  }
   /// Misses since start by cause. [-]
   [[nodiscard]] const Causes& causes() const noexcept { return causes_; }
-  /// Misses since start in which no gap was seen. [-]
+  /// Misses since start for which no gap accounts. [-]
   [[nodiscard]] std::uint64_t without_gap() const noexcept { return without_gap_; }
   /// Wake-ups since start with a gap before them, missed or not. [-]
   [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
