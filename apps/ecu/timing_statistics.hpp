@@ -40,7 +40,9 @@ class TimingStatistics {
 
   void add(const WakeRecord& wake);
   void add(const StageRecord& stages_ns) noexcept;
-  /// What the kernel counted since start; judges the misses that have waited for it.
+  /// What the kernel counted since start; judges the misses that were over by then. A stop may lie across a
+  /// sample: the kernel counts the switch where it begins and the waiting where it ends. So what no gap has
+  /// spent of a sample's growth serves the next sample as well, and no other.
   void add(const SchedulerSample& sample);
   /// At the end: what still waits is counted by its time stamps alone.
   void finish();
@@ -76,6 +78,7 @@ class TimingStatistics {
   std::uint64_t without_gap_{0};
   std::uint64_t gaps_{0};
   SchedulerSample scheduler_{};
+  SchedulerSample left_over_{};  // of what the last sample has grown by: it has explained nothing yet
   std::vector<Miss> pending_{};  // in the order of their deadlines
   std::vector<Miss> worst_{};
 };

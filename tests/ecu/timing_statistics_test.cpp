@@ -73,6 +73,55 @@ TEST_F(TimingStatisticsTest, AGapInAStageWaitsForTheKernelsWord) {
   EXPECT_EQ(statistics->without_gap(), 0U);
 }
 
+// The processor is taken at 80 ms and given back at 130 ms.
+TEST_F(TimingStatisticsTest, AStopAcrossASampleIsTheMachines) {
+  statistics->add(SchedulerSample{.t_ns = 100 * ms, .involuntary_switches = 1, .valid = true});
+  statistics->add(miss_at(130 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 200 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  EXPECT_EQ(count(MissCause::machine_gap), 1U);
+}
+
+// The sample comes while the work after the miss still runs: the miss is in the ring only later.
+TEST_F(TimingStatisticsTest, AMissThatComesAfterItsSampleIsJudgedWithIt) {
+  statistics->add(
+      SchedulerSample{.t_ns = 100 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  statistics->add(miss_at(99 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 200 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  EXPECT_EQ(count(MissCause::machine_gap), 1U);
+}
+
+TEST_F(TimingStatisticsTest, WhatIsLeftOverIsForgottenAfterOneSample) {
+  for (int k = 1; k <= 2; ++k) {
+    statistics->add(SchedulerSample{
+        .t_ns = k * 100 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  }
+  statistics->add(miss_at(250 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 300 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  EXPECT_EQ(count(MissCause::stage_gap), 1U);
+}
+
+TEST_F(TimingStatisticsTest, WhatHasExplainedAGapIsNotLeftOver) {
+  for (int k = 1; k <= 2; ++k) {
+    statistics->add(miss_at(k * 100 * ms - 10 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+    statistics->add(SchedulerSample{
+        .t_ns = k * 100 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  }
+  EXPECT_EQ(count(MissCause::machine_gap), 1U);
+  EXPECT_EQ(count(MissCause::stage_gap), 1U);
+}
+
+// What a long stop skips lies before the deadline that is served: the miss was over at 100 ms.
+TEST_F(TimingStatisticsTest, AMissIsOverWhenTheThreadWokeUp) {
+  statistics->add(miss_at(100 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 101 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  ASSERT_EQ(count(MissCause::machine_gap), 1U);
+  EXPECT_EQ(statistics->worst().front().t_ns, 50 * ms) << "the deadline that was missed";
+}
+
 TEST_F(TimingStatisticsTest, LongWorkWithoutAGapIsOursWhateverTheMachineDid) {
   statistics->add(miss_at(10 * ms, 300'000, {}, true));
   statistics->add(SchedulerSample{.t_ns = 40 * ms,
@@ -166,7 +215,7 @@ TEST_F(TimingStatisticsTest, TheReportNamesStagesCausesAndTheWorst) {
   EXPECT_THAT(text, HasSubstr("machine stopped us 1\n"));
   EXPECT_THAT(text, HasSubstr("without a gap      0\n"));
   EXPECT_THAT(
-      text, HasSubstr("at 1.500000 s: 300.0 us late, gap of 400.0 us, while waiting: machine stopped us\n"));
+      text, HasSubstr("at 1.499750 s: 300.0 us late, gap of 400.0 us, while waiting: machine stopped us\n"));
   EXPECT_THAT(text, HasSubstr("7 page faults"));
   EXPECT_THAT(text, HasSubstr("6 forced on it"));
   for (const char* const stage : {"read", "commands", "drive", "write", "push"})
