@@ -61,6 +61,18 @@ struct RealtimeParameters {
     }
     return nullptr;
   }
+
+  /// The same for what has to fit into a wake period (wake_period_ns [ns]).
+  [[nodiscard]] constexpr const char* validate(std::int64_t wake_period_ns) const noexcept {
+    if (policy == SchedulingPolicy::deadline && deadline_runtime_ns > wake_period_ns) {
+      return "deadline_runtime_us is too long: it must fit into the wake period";
+    }
+    if (wait.mode == WaitMode::hybrid && wait.spin_margin_ns >= wake_period_ns) {
+      return "spin_margin_us is too long: wait = \"hybrid\" never sleeps unless it is shorter than the wake "
+             "period; shorten it, or take \"spin\"";
+    }
+    return nullptr;
+  }
 };
 
 }  // namespace sextant
