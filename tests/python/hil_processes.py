@@ -136,8 +136,9 @@ class HeldThread:
 
 
 def control_thread(process_id: int) -> int:
-    """The thread of a process that has real-time scheduling."""
+    """The thread of a drive that has real-time scheduling and the program's own name; its helpers have theirs."""
     for task in Path(f"/proc/{process_id}/task").iterdir():
-        if os.sched_getscheduler(int(task.name)) == os.SCHED_FIFO:
+        named = (task / "comm").read_text(encoding="utf-8").strip() == "sextant-ecu"
+        if named and os.sched_getscheduler(int(task.name)) == os.SCHED_FIFO:
             return int(task.name)
-    raise AssertionError("no thread has real-time scheduling")
+    raise AssertionError("no control thread has real-time scheduling")

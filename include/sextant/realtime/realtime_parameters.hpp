@@ -25,6 +25,9 @@ enum class SchedulingPolicy : std::uint8_t {
   return "";
 }
 
+/// SCHED_FIFO priority of the watchdog in hard real time, where it is granted [-].
+inline constexpr int watchdog_priority = 99;
+
 /// How the control thread wakes and what it asks of the operating system.
 struct RealtimeParameters {
   int wake_every_periods{
@@ -43,7 +46,7 @@ struct RealtimeParameters {
 
   [[nodiscard]] constexpr const char* validate() const noexcept {
     if (wake_every_periods < 1) return "a wake-up must run at least one control period";
-    // 99 is left to the kernel's own threads and to the watchdog of last resort.
+    // 99 is left to the kernel's own threads and to the watchdog.
     if (priority < 1 || priority > 98) return "the priority must be from 1 to 98";
     if (cpu < -1) return "the CPU must be a number from 0, or -1 for any";
     if (watchdog_ns <= 0) return "the watchdog needs a time above zero";
