@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "ecu/eventually.hpp"
+#include "ecu/flood_limit.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::ecu {

@@ -85,7 +85,9 @@ def test_a_recording_of_python_can_drives_the_drive(commands: Path, tmp_path: Pa
     assert sum(float(row["torque_mean_nm"]) for row in rows) / len(rows) == pytest.approx(12.0, abs=2.5)
 
 
-def test_a_long_ramp_to_zero_has_its_time(profile: Path, tmp_path: Path) -> None:
+def test_a_long_ramp_to_zero_has_its_time(tmp_path: Path) -> None:
+    profile = tmp_path / "profile.csv"
+    profile.write_text("time_s,torque_nm\n0,15\n20,15\n", encoding="utf-8")
     settings = ("--set", "gate.zero_ramp_ms=5000", "--duration", "0.5")
     report = run("--profile", profile, "--telemetry-out", tmp_path / "run.csv", *settings)
     assert "left in TORQUE, 0 faults" in report
