@@ -13,7 +13,7 @@ ControlThread::ControlThread(const RealtimeParameters& realtime, std::int32_t pe
                              Drive<double>& drive, Crossings& crossings)
     : realtime_{realtime},
       period_ns_{period_ns},
-      probe_{realtime.stage_statistics},
+      probe_{realtime.stage_statistics, realtime.gap_limit_ns},
       io_{io, probe_, command_probe_},
       drive_{drive},
       crossings_{crossings},
@@ -72,14 +72,17 @@ WakeRecord ControlThread::record_of(const WakeSchedule::Wake& wake) noexcept {
   if (!body_overran) probe_.clear_gap();
   probe_.see(task_.longest_gap_ns(), GapPlace::waiting);
   const WakeSchedule::Counters& counters = task_.schedule().counters();
-  return {.deadline_ns = wake.deadline_ns,
-          .latency_ns = wake.latency_ns,
-          .periods_skipped = counters.periods_skipped,
-          .overruns = counters.overruns,
-          .overrun = wake.overrun(),
-          .body_overran = body_overran,
-          .gap = probe_.gap(),
-          .longest_gap_ns = probe_.take_longest_ns()};
+  const WakeRecord record{.deadline_ns = wake.deadline_ns,
+                          .latency_ns = wake.latency_ns,
+                          .periods_skipped = counters.periods_skipped,
+                          .overruns = counters.overruns,
+                          .overrun = wake.overrun(),
+                          .body_overran = body_overran,
+                          .gap = probe_.gap(),
+                          .longest_gap_ns = probe_.take_longest_ns()};
+  // A gap that has made its miss makes no other: what comes after it is another's work.
+  probe_.fade_gap(wake.overrun() ? 0 : wake.latency_ns);
+  return record;
 }
 
 void ControlThread::run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING {

@@ -26,7 +26,7 @@ struct WakeRecord {
   std::uint64_t overruns{};            ///< late wake-ups since start [-]
   bool overrun{false};                 ///< this one is such
   bool body_overran{false};            ///< the work before it ended after the deadline slept for
-  Gap gap{};                           ///< the longest that can have made it late
+  Gap gap{};                           ///< what can have made it late
   std::int64_t longest_gap_ns{};       ///< the longest time between two time stamps since the one before [ns]
   std::int64_t command_to_gate_ns{0};  ///< from a new command's arrival to its first pattern; 0: none [ns]
 };

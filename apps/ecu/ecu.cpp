@@ -23,7 +23,8 @@ TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
   p.wake_every_periods = std::uint32_t(config.realtime.wake_every_periods);
   p.periods_per_sample =
       std::max(1U, std::uint32_t(std::lround(1.0 / (config.dds.telemetry_rate_hz * period_s))));
-  p.timing.gap_limit_ns = config.realtime.gap_limit_ns;
+  p.timing = {config.realtime.gap_limit_ns,
+              std::int64_t{config.drive.drive.period_ns} * config.realtime.wake_every_periods};
   p.wait = config.realtime.wait.mode;
   p.policy = config.realtime.policy;
   p.statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz);
@@ -62,10 +63,15 @@ bool is_hard(const RealtimeParameters& realtime) {
   return realtime.wake_every_periods == 1;
 }
 
+/// SCHED_FIFO priority of the control thread in hard real time; 0 without.
+int control_priority(const RealtimeParameters& realtime) {
+  return is_hard(realtime) && realtime.policy == SchedulingPolicy::fifo ? realtime.priority : 0;
+}
+
 /// Below the control thread and above all that is not real time; 0 without SCHED_FIFO.
 int receive_priority(const RealtimeParameters& realtime) {
-  const bool wanted = is_hard(realtime) && realtime.policy == SchedulingPolicy::fifo;
-  return wanted ? std::max(1, realtime.priority - 10) : 0;
+  const int control = control_priority(realtime);
+  return control > 0 ? std::max(1, control - 10) : 0;
 }
 
 /// Before any thread is started: all but the control thread stay off its CPU.
@@ -90,7 +96,8 @@ Ecu::Ecu(const EcuConfig& config)
       control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_, crossings_},
       receive_{*bus_, crossings_, receive_priority(config.realtime)},
       transmit_{*bus_, crossings_},
-      watchdog_{config.realtime.watchdog_ns, crossings_, [this] { power_stage_.open_gates(); }},
+      watchdog_{config.realtime.watchdog_ns, crossings_, [this] { power_stage_.open_gates(); },
+                control_priority(config.realtime)},
       monitor_{power_stage_, crossings_},
       housekeeping_{crossings_} {}
 

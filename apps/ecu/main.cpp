@@ -14,6 +14,7 @@
 #include "ecu/power_stage.hpp"
 #include "ecu/virtual_run.hpp"
 #include "sextant/config/load_config.hpp"
+#include "sextant/realtime/monotonic_clock.hpp"
 
 namespace {
 
@@ -73,9 +74,12 @@ void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
     }
     return;
   }
-  const auto whole = static_cast<time_t>(*duration_s);
-  const timespec limit{whole, static_cast<long>((*duration_s - double(whole)) * 1e9)};
-  (void)sigtimedwait(&signals, nullptr, &limit);
+  // A process that was stopped and continued comes back early, without one of these signals.
+  const std::int64_t end_ns = sextant::now_ns() + std::int64_t(*duration_s * 1e9);
+  for (std::int64_t left_ns = end_ns - sextant::now_ns(); left_ns > 0; left_ns = end_ns - sextant::now_ns()) {
+    const timespec limit{left_ns / sextant::ns_per_s, left_ns % sextant::ns_per_s};
+    if (sigtimedwait(&signals, nullptr, &limit) > 0) return;
+  }
 }
 
 /// Only a plant that waits for the drive can follow its time.

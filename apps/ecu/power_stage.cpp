@@ -94,9 +94,10 @@ std::string PowerStage::news() {
 
 std::string PowerStage::problem() const {
   if (!lockstep_ || !lockstep_->lost()) return {};
-  return "hil.link: the plant on \"" + link_name_ +
-         (lockstep_->joined() ? "\" died or no longer answers"
-                              : "\" did not come within hil.lockstep_timeout_ms") +
+  const char* const what = lockstep_->joined()      ? "died or no longer answers"
+                           : lockstep_->was_there() ? "came, but died or did not answer"
+                                                    : "did not come within hil.lockstep_timeout_ms";
+  return "hil.link: the plant on \"" + link_name_ + "\" " + what +
          "; start sextant-plant with hil.pacing=lockstep";
 }
 

@@ -24,7 +24,9 @@ using StageRecord = std::array<std::uint32_t, stage_count>;
 /// control thread and costs one reading of the processor's counter a stage.
 class StageProbe {
  public:
-  explicit StageProbe(bool on) noexcept : counter_{on ? 5'000'000 : 0}, on_{on} {}
+  /// gap_limit_ns: two stamps further apart are a gap [ns].
+  StageProbe(bool on, std::int64_t gap_limit_ns) noexcept
+      : counter_{on ? 5'000'000 : 0}, on_{on}, gap_limit_ns_{gap_limit_ns} {}
 
   /// At a wake-up: a new chain of stamps.
   void wake() noexcept SEXTANT_NONBLOCKING {
@@ -57,13 +59,16 @@ class StageProbe {
   [[nodiscard]] const StageRecord& record() const noexcept SEXTANT_NONBLOCKING { return record_; }
   /// A time between two stamps that the control thread took itself. [ns]
   void see(std::int64_t duration_ns, GapPlace where) noexcept SEXTANT_NONBLOCKING {
-    gap_.see(duration_ns, where);
+    gap_.see(duration_ns, where, gap_limit_ns_);
     longest_ns_ = std::max(longest_ns_, duration_ns);
   }
 
-  /// The longest that can have made a wake-up late, until the control thread clears it.
+  /// What can have made a wake-up late, until the control thread clears it or lets it fade.
   [[nodiscard]] const Gap& gap() const noexcept SEXTANT_NONBLOCKING { return gap_; }
   void clear_gap() noexcept SEXTANT_NONBLOCKING { gap_ = {}; }
+  void fade_gap(std::int64_t latency_ns) noexcept SEXTANT_NONBLOCKING {
+    gap_.fade(latency_ns, gap_limit_ns_);
+  }
 
   /// The longest since the last call, whatever came of it. [ns]
   [[nodiscard]] std::int64_t take_longest_ns() noexcept SEXTANT_NONBLOCKING {
@@ -80,6 +85,7 @@ class StageProbe {
 
   CycleCounter counter_;
   bool on_;
+  std::int64_t gap_limit_ns_;
   std::uint64_t first_{0};
   std::uint64_t last_{0};
   StageRecord record_{};

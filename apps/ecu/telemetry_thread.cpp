@@ -98,7 +98,8 @@ void TelemetryThread::publish_state(const Telemetry<double>& telemetry) {
 }
 
 void TelemetryThread::drain_wakes() {
-  // Taken before the wake-ups, added after them: a miss that was over by then is in the ring by now.
+  // Taken before the wake-ups, added after them: a miss that was over by then is in the ring by now, but for
+  // one whose work still runs, and that finds what the sample has left over.
   const bool sampled = crossings_.scheduler.update();
   StageRecord stages;
   while (crossings_.stages.pop(stages)) timing_.add(stages);

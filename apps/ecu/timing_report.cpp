@@ -27,7 +27,7 @@ void print_misses(std::FILE* out, const TimingStatistics& statistics) {
   fmt::print(out, "  {:<18} {}\n", "without a gap", statistics.without_gap());
   for (const Miss& miss : statistics.worst()) {
     fmt::print(out, "    at {:.6f} s: {:.1f} us late, ", double(miss.t_ns) * 1e-9, us(miss.latency_ns));
-    if (statistics.is_gap(miss.gap)) {
+    if (miss.gap.longest_ns > 0) {
       fmt::print(out, "gap of {:.1f} us, {}: ", us(miss.gap.longest_ns), to_string(miss.gap.place));
     }
     fmt::print(out, "{}\n", to_string(miss.cause));

@@ -30,11 +30,13 @@ void TimingStatistics::add(const StageRecord& stages_ns) noexcept {
 }
 
 void TimingStatistics::add_miss(const WakeRecord& wake) {
-  Miss miss{.t_ns = wake.deadline_ns,
+  // The deadline slept for: what was skipped lies between it and the one that was served.
+  const std::int64_t skipped_ns = wake.latency_ns - wake.latency_ns % parameters_.wake_period_ns;
+  Miss miss{.t_ns = wake.deadline_ns - skipped_ns,
             .latency_ns = wake.latency_ns,
             .gap = wake.gap,
             .body_overran = wake.body_overran};
-  miss.cause = visible_cause(miss, parameters_.gap_limit_ns);
+  miss.cause = visible_cause(miss, parameters_.wake_period_ns);
   if (miss.cause != MissCause::stage_gap) {
     count(miss);
     return;
@@ -52,18 +54,20 @@ void TimingStatistics::give_up_waiting(std::int64_t now_ns) {
 }
 
 void TimingStatistics::add(const SchedulerSample& sample) {
-  SchedulerSample growth = sample.since(scheduler_);
+  const SchedulerSample growth = sample.since(scheduler_);
+  SchedulerSample unspent = growth.and_left_over(left_over_);
   scheduler_ = sample;
   const auto later = std::ranges::find_if(
       pending_, [&sample](const Miss& miss) { return miss.t_ns + miss.latency_ns > sample.t_ns; });
   for (auto miss = pending_.begin(); miss != later; ++miss) {
-    if (growth.explains(miss->gap.longest_ns)) {
-      growth.spend(miss->gap.longest_ns);
+    if (unspent.explains(miss->gap.longest_ns)) {
+      unspent.spend(miss->gap.longest_ns);
       miss->cause = MissCause::machine_gap;
     }
     count(*miss);
   }
   pending_.erase(pending_.begin(), later);
+  left_over_ = unspent.at_most(growth);
 }
 
 void TimingStatistics::finish() {
@@ -73,7 +77,7 @@ void TimingStatistics::finish() {
 
 void TimingStatistics::count(const Miss& miss) {
   ++causes_[static_cast<std::size_t>(miss.cause)];
-  if (!is_gap(miss.gap)) ++without_gap_;
+  if (miss.cause == MissCause::late_wake || miss.cause == MissCause::own_body) ++without_gap_;
   const auto place =
       std::ranges::find_if(worst_, [&miss](const Miss& known) { return known.latency_ns < miss.latency_ns; });
   worst_.insert(place, miss);

@@ -29,7 +29,8 @@ struct TimingHistograms {
 class TimingStatistics {
  public:
   struct Parameters {
-    std::int64_t gap_limit_ns{10'000};  ///< two time stamps further apart are a gap [ns]
+    std::int64_t gap_limit_ns{10'000};       ///< two time stamps further apart are a gap [ns]
+    std::int64_t wake_period_ns{1'000'000};  ///< of the control thread [ns]
   };
   using Causes = std::array<std::uint64_t, miss_cause_count>;
   /// So many of the latest wake-ups are kept for the report. [-]
@@ -39,7 +40,9 @@ class TimingStatistics {
 
   void add(const WakeRecord& wake);
   void add(const StageRecord& stages_ns) noexcept;
-  /// What the kernel counted since start; judges the misses that have waited for it.
+  /// What the kernel counted since start; judges the misses that were over by then. A stop may lie across a
+  /// sample: the kernel counts the switch where it begins and the waiting where it ends. So what no gap has
+  /// spent of a sample's growth serves the next sample as well, and no other.
   void add(const SchedulerSample& sample);
   /// At the end: what still waits is counted by its time stamps alone.
   void finish();
@@ -48,12 +51,9 @@ class TimingStatistics {
   [[nodiscard]] const TimingHistograms& interval() const noexcept { return interval_; }
   [[nodiscard]] const TimingHistograms& total() const noexcept { return total_; }
   [[nodiscard]] const WakeRecord& last() const noexcept { return last_; }
-  [[nodiscard]] bool is_gap(const Gap& gap) const noexcept {
-    return gap.longest_ns > parameters_.gap_limit_ns;
-  }
   /// Misses since start by cause. [-]
   [[nodiscard]] const Causes& causes() const noexcept { return causes_; }
-  /// Misses since start in which no gap was seen. [-]
+  /// Misses since start for which no gap accounts. [-]
   [[nodiscard]] std::uint64_t without_gap() const noexcept { return without_gap_; }
   /// Wake-ups since start with a gap before them, missed or not. [-]
   [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
@@ -78,6 +78,7 @@ class TimingStatistics {
   std::uint64_t without_gap_{0};
   std::uint64_t gaps_{0};
   SchedulerSample scheduler_{};
+  SchedulerSample left_over_{};  // of what the last sample has grown by: it has explained nothing yet
   std::vector<Miss> pending_{};  // in the order of their deadlines
   std::vector<Miss> worst_{};
 };

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::int64_t slice_ns = 10'000'000;          // between two looks at whether it is over
 constexpr std::int64_t hand_shake_ns = 10 * ns_per_s;  // longer no vehicle waits for a drive
-constexpr std::int64_t shutdown_ns = ns_per_s;         // far more than any ramp to zero
+constexpr std::int64_t shutdown_ns = ns_per_s;         // beyond the ramp to zero: to the last status frames
 
 template <class... Args>
 [[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) {
@@ -138,14 +138,19 @@ void VirtualRun::run() {
   const auto begin = std::chrono::steady_clock::now();
   run_to_end();
   before_shutdown_ = ecu_.telemetry();
+  before_shutdown_ns_ = clock_.now_ns();
   ecu_.shut_down();
-  const std::int64_t deadline_ns = clock_.now_ns() + shutdown_ns;
+  const std::int64_t limit_ns = config_.drive.drive.gate.zero_ramp_ns + shutdown_ns;
+  const std::int64_t deadline_ns = clock_.now_ns() + limit_ns;
   while (!ecu_.stopped() && timeline_.step(deadline_ns)) {
   }
   wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (!ecu_.stopped()) refuse("the drive did not shut down within a second of virtual time");
+  // Whatever became of the run: what was recorded of it is of use.
   if (frames_) frames_->close();
   if (telemetry_) telemetry_->close();
+  if (!ecu_.stopped()) {
+    refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
+  }
 }
 
 void VirtualRun::run_to_end() {
@@ -163,7 +168,9 @@ void VirtualRun::run_to_end() {
 
 void VirtualRun::judge() const {
   if (!vehicle_) return;
-  if (!vehicle_->enabled_ns()) refuse("the drive was not ready within {} s", hand_shake_ns / ns_per_s);
+  if (!vehicle_->enabled_ns()) {
+    refuse("the drive was not ready within {} s", double(before_shutdown_ns_) * 1e-9);
+  }
   if (before_shutdown_.latched.any()) {
     refuse("the drive went to FAULT ({}) while it followed {}", to_string(before_shutdown_.first_fault),
            options_.profile);

@@ -80,6 +80,7 @@ class VirtualRun {
   std::optional<CandumpWriter> frames_{};
   std::optional<TelemetryFile> telemetry_{};
   Telemetry<double> before_shutdown_{};
+  std::int64_t before_shutdown_ns_{0};
   double wall_s_{0.0};
 };
 

@@ -11,13 +11,21 @@ namespace sextant::ecu {
 
 /// The watchdog: orders the gates off when the control thread has not woken up for too long, and takes the
 /// gate-enable line away itself where there is one, so that the gates open while that thread still hangs. It
-/// shares nothing with the control thread but two atomics and that line.
+/// shares nothing with the control thread but two atomics and that line. In hard real time it stands above
+/// every other thread of the process: what keeps a processor busy for ever, the control thread among them,
+/// does not keep the gates closed.
 class WatchdogThread {
  public:
   /// `open_gates` is called from this thread, every 2 ms while the control thread is late.
+  /// `control_priority`: SCHED_FIFO priority of the control thread, 0 for none [-]; with one this thread asks
+  /// for `watchdog_priority`, and where that is refused for the control thread's.
   WatchdogThread(
-      std::int64_t limit_ns, Crossings& crossings, std::function<void()> open_gates = [] {})
-      : limit_ns_{limit_ns}, crossings_{crossings}, open_gates_{std::move(open_gates)} {}
+      std::int64_t limit_ns, Crossings& crossings, std::function<void()> open_gates = [] {},
+      int control_priority = 0)
+      : limit_ns_{limit_ns},
+        crossings_{crossings},
+        open_gates_{std::move(open_gates)},
+        control_priority_{control_priority} {}
 
   void start() {
     worker_.start([this] { run(); });
@@ -29,10 +37,12 @@ class WatchdogThread {
 
  private:
   void run();
+  void ask_for_priority() const;
 
   std::int64_t limit_ns_;
   Crossings& crossings_;
   std::function<void()> open_gates_;
+  int control_priority_;
   Worker worker_{"sextant-wdog"};
 };
 

@@ -27,10 +27,21 @@ double ms(std::int64_t ns) {
   return double(ns) * 1e-6;
 }
 
+/// Before any thread is started: all but the plant's thread stay off its CPU, this one too, which has to
+/// leave in time. In lockstep no thread is bound to one.
+PlantConfig apart(PlantConfig config) {
+  if (config.hil.pacing == Pacing::lockstep) return config;
+  if (const Grant grant = keep_off_cpu(config.realtime.cpu); !grant.granted) {
+    spdlog::warn("real time: {}", grant.sentence);
+  }
+  return config;
+}
+
 }  // namespace
 
 Plant::Plant(const PlantConfig& config)
-    : config_{config},
+    : config_{apart(config)},
+      awake_{config.hil.pacing == Pacing::real_time},
       stage_{stage_parameters(config), config.load.parameters()},
       task_{{.period_ns = config.period_ns, .wake_every_periods = 1}, config.realtime.wait} {
   if (config.transport == PlantTransport::udp) {

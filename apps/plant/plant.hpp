@@ -16,6 +16,7 @@
 #include "sextant/hil/udp_plant_end.hpp"
 #include "sextant/realtime/latency_histogram.hpp"
 #include "sextant/realtime/periodic_task.hpp"
+#include "sextant/realtime/processor_latency.hpp"
 #include "sextant/realtime/thread_setup.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 
@@ -60,6 +61,7 @@ class Plant {
   void print_lockstep(std::FILE* out) const;
 
   PlantConfig config_;
+  ProcessorLatency awake_;
   SimulatedPowerStage stage_;
   // What the configuration asks for, the others stay empty.
   std::unique_ptr<SharedMemoryLink> link_{};

@@ -22,9 +22,7 @@ std::string check_wake_period(const EcuConfig& c) {
   if (c.realtime.watchdog_ns < 2 * wake_ns) {
     return "watchdog_ms is too short: it must be at least twice wake_every_periods control periods";
   }
-  if (c.realtime.policy == SchedulingPolicy::deadline && c.realtime.deadline_runtime_ns > wake_ns) {
-    return "deadline_runtime_us is too long: it must fit into wake_every_periods control periods";
-  }
+  if (const char* const problem = c.realtime.validate(wake_ns)) return problem;
   if (c.drive.drive.gate.timeout_ns <= wake_ns) {
     return "wake_every_periods is too large: so many control periods take longer than gate.timeout_ms";
   }

@@ -31,6 +31,13 @@ std::string check_pacing(const PlantConfig& c) {
   return {};
 }
 
+/// A plant in lockstep waits for its drive, not for a deadline.
+std::string check_wake_period(const PlantConfig& c) {
+  if (c.hil.pacing == Pacing::lockstep) return {};
+  const char* const problem = c.realtime.validate(c.period_ns);
+  return problem == nullptr ? "" : problem;
+}
+
 }  // namespace
 
 void describe(Section root, PlantConfig& c) {
@@ -47,7 +54,9 @@ void describe(Section root, PlantConfig& c) {
   Section hil = root.section("hil");
   describe(hil, c.hil);
   hil.check([&c] { return check_pacing(c); });
-  describe(root.section("realtime"), c.realtime);
+  Section realtime = root.section("realtime");
+  describe(realtime, c.realtime);
+  realtime.check([&c] { return check_wake_period(c); });
 }
 
 }  // namespace sextant

@@ -37,6 +37,7 @@ Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NO
   m.omega_m = record.omega_m;
   m.plausible = to_pattern(record.acted, m.acted) && record.plausible != 0 && same;
   joined_.store(true, std::memory_order_relaxed);
+  was_there_.store(true, std::memory_order_relaxed);
   return m;
 }
 
@@ -58,15 +59,14 @@ SEXTANT_TRUSTED_BEGIN
 
 bool LockstepDriveIo::wait_for_answer(MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING {
   std::int64_t waited_ns = 0;
-  bool was_there = joined();
   for (;;) {
     const std::uint32_t seen = plant_bell_.value();
     if (answer(record)) return true;
     if (plant_bell_.wait(seen, std::min(look_ns, timeout_ns_))) continue;
     waited_ns += look_ns;
     const bool is_there = link_.other_is_attached();
-    if (waited_ns >= timeout_ns_ || (was_there && !is_there)) return false;
-    was_there = was_there || is_there;
+    if (is_there) was_there_.store(true, std::memory_order_relaxed);
+    if (waited_ns >= timeout_ns_ || (was_there() && !is_there)) return false;
   }
 }
 

@@ -95,6 +95,7 @@ bool SharedMemoryLink::try_attach(const HilParameters& parameters, std::int64_t 
   const bool is_new = !check_header(found, status.st_size);
   lock = byte_lock(F_WRLCK, byte_of(role_));
   if (fcntl(file_, F_OFD_SETLK, &lock) != 0) {
+    if (errno != EAGAIN && errno != EACCES) fail("hil.link: /dev/shm" + name_ + " cannot be locked");
     throw std::runtime_error(std::string{"hil.link: \""} + parameters.link + "\" already has a " +
                              name_of(role_) + "; stop that one, or choose another name for both sides");
   }

@@ -1,5 +1,6 @@
 #include "sextant/realtime/scheduler_sample.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
@@ -62,6 +63,28 @@ SchedulerSample SchedulerSample::since(const SchedulerSample& before) const noex
           involuntary_switches - before.involuntary_switches,
           minor_faults - before.minor_faults,
           major_faults - before.major_faults,
+          valid};
+}
+
+SchedulerSample SchedulerSample::and_left_over(const SchedulerSample& earlier) const noexcept {
+  return {t_ns,
+          run_delay_ns + earlier.run_delay_ns,
+          steal_ns + earlier.steal_ns,
+          voluntary_switches + earlier.voluntary_switches,
+          involuntary_switches + earlier.involuntary_switches,
+          minor_faults + earlier.minor_faults,
+          major_faults + earlier.major_faults,
+          valid};
+}
+
+SchedulerSample SchedulerSample::at_most(const SchedulerSample& limit) const noexcept {
+  return {t_ns,
+          std::min(run_delay_ns, limit.run_delay_ns),
+          std::min(steal_ns, limit.steal_ns),
+          std::min(voluntary_switches, limit.voluntary_switches),
+          std::min(involuntary_switches, limit.involuntary_switches),
+          std::min(minor_faults, limit.minor_faults),
+          std::min(major_faults, limit.major_faults),
           valid};
 }
 

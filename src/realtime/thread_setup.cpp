@@ -177,7 +177,7 @@ RightsReport set_up_control_thread(const RealtimeParameters& parameters, std::in
   if (parameters.lock_memory) report.memory_locked = note(lock_memory());
   prefault_heap();
   prefault_stack();
-  if (parameters.cpu >= 0) note(bind_to_cpu(parameters.cpu));
+  if (parameters.cpu >= 0 && note(bind_to_cpu(parameters.cpu))) report.cpu = parameters.cpu;
   if (parameters.policy == SchedulingPolicy::fifo) {
     report.real_time_scheduling = note(use_fifo_scheduling(parameters.priority));
   }

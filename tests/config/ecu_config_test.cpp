@@ -48,5 +48,13 @@ TEST(EcuConfig, DeadlineSchedulingHasToFit) {
   EXPECT_NE(refusal({"gate.timeout_ms=1"}).find("wake_every_periods is too large"), std::string::npos);
 }
 
+TEST(EcuConfig, HybridWaitingHasToSleep) {
+  EXPECT_EQ(refusal({"realtime.wait=hybrid", "realtime.spin_margin_us=999.9"}), "");
+  EXPECT_NE(
+      refusal({"realtime.wait=hybrid", "realtime.spin_margin_us=1000"}).find("spin_margin_us is too long"),
+      std::string::npos);
+  EXPECT_EQ(refusal({"realtime.wait=spin", "realtime.spin_margin_us=1000"}), "");
+}
+
 }  // namespace
 }  // namespace sextant

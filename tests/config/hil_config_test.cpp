@@ -57,6 +57,14 @@ TEST(HilConfig, APlantInRealTimeDoesNotWaitForSeveralPeriodsAWakeUp) {
               HasSubstr("realtime.wake_every_periods must be 1"));
 }
 
+TEST(HilConfig, APlantThatWaitsByTheHybridWayHasToSleep) {
+  EXPECT_THAT(plant_refusal({"realtime.wait=hybrid", "realtime.spin_margin_us=100"}),
+              HasSubstr("spin_margin_us is too long"));
+  EXPECT_EQ(plant_refusal({"realtime.wait=hybrid", "realtime.spin_margin_us=99"}), "accepted");
+  EXPECT_EQ(plant_refusal({"realtime.wait=hybrid", "realtime.spin_margin_us=100", "hil.pacing=lockstep"}),
+            "accepted");
+}
+
 TEST(HilConfig, ALinkInRealTimeIsADelayOfOnePeriod) {
   EXPECT_THAT(drive_refusal({"plant.actuation_delay_periods=0"}),
               HasSubstr("plant.actuation_delay_periods must be 1"));

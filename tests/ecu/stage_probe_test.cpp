@@ -8,6 +8,7 @@ namespace sextant::ecu {
 namespace {
 
 constexpr std::int64_t busy_ns = 300'000;
+constexpr std::int64_t limit_ns = 10'000;
 
 void work(std::int64_t duration_ns) {
   for (const std::int64_t begin_ns = now_ns(); now_ns() - begin_ns < duration_ns;) {
@@ -41,7 +42,7 @@ struct SlowSink {
 
 /// One period with each stage at its place; `drive_ns` is the time of the drive.
 struct Period {
-  StageProbe probe{true};
+  StageProbe probe{true, limit_ns};
   SlowIo slow_io{};
   SlowCommands slow_commands{};
   SlowSink slow_sink{};
@@ -93,15 +94,28 @@ TEST(StageProbe, WhatLiesBetweenTheStagesIsSeenAsAGap) {
 }
 
 TEST(StageProbe, TimeThatNoStampCoversIsAGap) {
-  StageProbe probe{true};
+  StageProbe probe{true, limit_ns};
   probe.wake();
   probe.finish(busy_ns);
   EXPECT_GT(probe.gap().longest_ns, busy_ns / 2);
   EXPECT_LE(probe.gap().longest_ns, busy_ns);
 }
 
+TEST(StageProbe, WhatIsShorterThanTheLimitIsNoGapButTimeAllTheSame) {
+  StageProbe probe{true, limit_ns};
+  probe.see(limit_ns, GapPlace::between);
+  EXPECT_EQ(probe.gap().longest_ns, 0);
+  probe.see(limit_ns + 1, GapPlace::waiting);
+  probe.see(limit_ns + 2, GapPlace::between);
+  EXPECT_EQ(probe.gap().longest_ns, limit_ns + 2);
+  EXPECT_EQ(probe.gap().sum_ns, 2 * limit_ns + 3);
+  EXPECT_EQ(probe.take_longest_ns(), limit_ns + 2);
+  probe.fade_gap(limit_ns);
+  EXPECT_EQ(probe.gap().sum_ns, 0);
+}
+
 TEST(StageProbe, OneThatIsOffRecordsNothing) {
-  StageProbe probe{false};
+  StageProbe probe{false, limit_ns};
   SlowIo slow;
   slow.read_ns = busy_ns;
   CommandProbe command_probe;

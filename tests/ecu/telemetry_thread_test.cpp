@@ -51,7 +51,7 @@ TEST(DdsTelemetryThread, AMissThatWaitsInTheRingIsJudgedByTheSampleThatSawIt) {
                         .latency_ns = ms,
                         .overrun = true,
                         .body_overran = true,
-                        .gap = {ms, GapPlace::read},
+                        .gap = {ms, GapPlace::read, ms},
                         .longest_gap_ns = ms});
   crossings.scheduler.store({.t_ns = 50 * ms, .run_delay_ns = ms, .involuntary_switches = 1, .valid = true});
   crossings.stopped.store(true);

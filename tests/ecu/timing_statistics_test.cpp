@@ -18,6 +18,13 @@ using ::testing::Not;
 
 constexpr std::int64_t ms = 1'000'000;
 
+constexpr std::int64_t wake_period_ns = 250'000;
+
+/// One gap, and nothing else.
+Gap gap_of(std::int64_t duration_ns, GapPlace place) {
+  return {duration_ns, place, duration_ns};
+}
+
 WakeRecord miss_at(std::int64_t t_ns, std::int64_t latency_ns, Gap gap, bool body_overran) {
   return {.deadline_ns = t_ns,
           .latency_ns = latency_ns,
@@ -36,12 +43,12 @@ class TimingStatisticsTest : public ::testing::Test {
     return std::accumulate(statistics->causes().begin(), statistics->causes().end(), std::uint64_t{0});
   }
 
-  std::unique_ptr<TimingStatistics> statistics =
-      std::make_unique<TimingStatistics>(TimingStatistics::Parameters{.gap_limit_ns = 10'000});
+  std::unique_ptr<TimingStatistics> statistics = std::make_unique<TimingStatistics>(
+      TimingStatistics::Parameters{.gap_limit_ns = 10'000, .wake_period_ns = wake_period_ns});
 };
 
 TEST_F(TimingStatisticsTest, AMissWhileWaitingNeedsNoWitness) {
-  statistics->add(miss_at(1 * ms, 300'000, {300'000, GapPlace::waiting}, false));
+  statistics->add(miss_at(1 * ms, 300'000, gap_of(300'000, GapPlace::waiting), false));
   statistics->add(miss_at(2 * ms, 200'000, {}, false));
   EXPECT_EQ(count(MissCause::machine_gap), 1U);
   EXPECT_EQ(count(MissCause::late_wake), 1U);
@@ -50,7 +57,7 @@ TEST_F(TimingStatisticsTest, AMissWhileWaitingNeedsNoWitness) {
 }
 
 TEST_F(TimingStatisticsTest, AGapInAStageWaitsForTheKernelsWord) {
-  const WakeRecord in_a_stage = miss_at(10 * ms, 300'000, {400'000, GapPlace::read}, true);
+  const WakeRecord in_a_stage = miss_at(10 * ms, 300'000, gap_of(400'000, GapPlace::read), true);
   statistics->add(in_a_stage);
   EXPECT_EQ(counted(), 0U);
   statistics->add(SchedulerSample{.t_ns = 10 * ms, .valid = true});
@@ -59,11 +66,60 @@ TEST_F(TimingStatisticsTest, AGapInAStageWaitsForTheKernelsWord) {
       SchedulerSample{.t_ns = 11 * ms, .run_delay_ns = 400'000, .involuntary_switches = 1, .valid = true});
   EXPECT_EQ(count(MissCause::machine_gap), 1U);
 
-  statistics->add(miss_at(20 * ms, 300'000, {400'000, GapPlace::read}, true));
+  statistics->add(miss_at(20 * ms, 300'000, gap_of(400'000, GapPlace::read), true));
   statistics->add(
       SchedulerSample{.t_ns = 30 * ms, .run_delay_ns = 799'999, .involuntary_switches = 2, .valid = true});
   EXPECT_EQ(count(MissCause::stage_gap), 1U) << "grown by less than the gap";
   EXPECT_EQ(statistics->without_gap(), 0U);
+}
+
+// The processor is taken at 80 ms and given back at 130 ms.
+TEST_F(TimingStatisticsTest, AStopAcrossASampleIsTheMachines) {
+  statistics->add(SchedulerSample{.t_ns = 100 * ms, .involuntary_switches = 1, .valid = true});
+  statistics->add(miss_at(130 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 200 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  EXPECT_EQ(count(MissCause::machine_gap), 1U);
+}
+
+// The sample comes while the work after the miss still runs: the miss is in the ring only later.
+TEST_F(TimingStatisticsTest, AMissThatComesAfterItsSampleIsJudgedWithIt) {
+  statistics->add(
+      SchedulerSample{.t_ns = 100 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  statistics->add(miss_at(99 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 200 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  EXPECT_EQ(count(MissCause::machine_gap), 1U);
+}
+
+TEST_F(TimingStatisticsTest, WhatIsLeftOverIsForgottenAfterOneSample) {
+  for (int k = 1; k <= 2; ++k) {
+    statistics->add(SchedulerSample{
+        .t_ns = k * 100 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  }
+  statistics->add(miss_at(250 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 300 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  EXPECT_EQ(count(MissCause::stage_gap), 1U);
+}
+
+TEST_F(TimingStatisticsTest, WhatHasExplainedAGapIsNotLeftOver) {
+  for (int k = 1; k <= 2; ++k) {
+    statistics->add(miss_at(k * 100 * ms - 10 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+    statistics->add(SchedulerSample{
+        .t_ns = k * 100 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  }
+  EXPECT_EQ(count(MissCause::machine_gap), 1U);
+  EXPECT_EQ(count(MissCause::stage_gap), 1U);
+}
+
+// What a long stop skips lies before the deadline that is served: the miss was over at 100 ms.
+TEST_F(TimingStatisticsTest, AMissIsOverWhenTheThreadWokeUp) {
+  statistics->add(miss_at(100 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
+  statistics->add(
+      SchedulerSample{.t_ns = 101 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
+  ASSERT_EQ(count(MissCause::machine_gap), 1U);
+  EXPECT_EQ(statistics->worst().front().t_ns, 50 * ms) << "the deadline that was missed";
 }
 
 TEST_F(TimingStatisticsTest, LongWorkWithoutAGapIsOursWhateverTheMachineDid) {
@@ -79,25 +135,26 @@ TEST_F(TimingStatisticsTest, LongWorkWithoutAGapIsOursWhateverTheMachineDid) {
 }
 
 TEST_F(TimingStatisticsTest, OneTheftExplainsOneGap) {
-  for (int k = 0; k < 3; ++k) statistics->add(miss_at(k * ms, 300'000, {6 * ms, GapPlace::drive}, true));
+  for (int k = 0; k < 3; ++k)
+    statistics->add(miss_at(k * ms, 300'000, gap_of(6 * ms, GapPlace::drive), true));
   statistics->add(SchedulerSample{.t_ns = 40 * ms, .steal_ns = 10 * ms, .valid = true});
   EXPECT_EQ(count(MissCause::machine_gap), 1U);
   EXPECT_EQ(count(MissCause::stage_gap), 2U);
 }
 
 TEST_F(TimingStatisticsTest, WithoutTheKernelsWordTheStampsDecideAfterASecond) {
-  statistics->add(miss_at(0, 300'000, {400'000, GapPlace::read}, true));
-  statistics->add(miss_at(999 * ms, 300'000, {400'000, GapPlace::read}, true));
+  statistics->add(miss_at(0, 300'000, gap_of(400'000, GapPlace::read), true));
+  statistics->add(miss_at(999 * ms, 300'000, gap_of(400'000, GapPlace::read), true));
   EXPECT_EQ(counted(), 0U);
-  statistics->add(miss_at(1'000 * ms, 300'000, {400'000, GapPlace::read}, true));
+  statistics->add(miss_at(1'000 * ms, 300'000, gap_of(400'000, GapPlace::read), true));
   EXPECT_EQ(count(MissCause::stage_gap), 1U);
   for (int k = 0; k < 5'000; ++k)
-    statistics->add(miss_at(1'000 * ms + k, 300'000, {400'000, GapPlace::read}, true));
+    statistics->add(miss_at(1'000 * ms + k, 300'000, gap_of(400'000, GapPlace::read), true));
   EXPECT_EQ(count(MissCause::stage_gap), 3U + 5'000U - 1'024U) << "so many wait, and no more";
 }
 
 TEST_F(TimingStatisticsTest, WhatNobodyJudgedIsCountedAtTheEnd) {
-  statistics->add(miss_at(10 * ms, 300'000, {400'000, GapPlace::drive}, true));
+  statistics->add(miss_at(10 * ms, 300'000, gap_of(400'000, GapPlace::drive), true));
   statistics->add(miss_at(11 * ms, 300'000, {}, true));
   EXPECT_EQ(count(MissCause::stage_gap), 0U);
   statistics->finish();
@@ -109,7 +166,8 @@ TEST_F(TimingStatisticsTest, WhatNobodyJudgedIsCountedAtTheEnd) {
 
 TEST_F(TimingStatisticsTest, TheLatestWakeUpsAreKeptTheLatestFirst) {
   for (int k = 1; k <= 50; ++k) {
-    statistics->add(miss_at(k * ms, (k * 37 % 50 + 1) * 1'000'000, {20'000'000, GapPlace::waiting}, false));
+    statistics->add(
+        miss_at(k * ms, (k * 37 % 50 + 1) * 1'000'000, gap_of(20'000'000, GapPlace::waiting), false));
   }
   ASSERT_EQ(statistics->worst().size(), TimingStatistics::worst_kept);
   for (std::size_t i = 0; i < TimingStatistics::worst_kept; ++i) {
@@ -144,7 +202,7 @@ std::string report(const TimingStatistics& statistics) {
 
 TEST_F(TimingStatisticsTest, TheReportNamesStagesCausesAndTheWorst) {
   EXPECT_THAT(report(*statistics), Not(HasSubstr("without a gap")));
-  WakeRecord miss = miss_at(1'500 * ms, 300'000, {400'000, GapPlace::waiting}, false);
+  WakeRecord miss = miss_at(1'500 * ms, 300'000, gap_of(400'000, GapPlace::waiting), false);
   miss.periods = 9;
   miss.periods_skipped = 3;
   miss.overruns = 1;
@@ -157,7 +215,7 @@ TEST_F(TimingStatisticsTest, TheReportNamesStagesCausesAndTheWorst) {
   EXPECT_THAT(text, HasSubstr("machine stopped us 1\n"));
   EXPECT_THAT(text, HasSubstr("without a gap      0\n"));
   EXPECT_THAT(
-      text, HasSubstr("at 1.500000 s: 300.0 us late, gap of 400.0 us, while waiting: machine stopped us\n"));
+      text, HasSubstr("at 1.499750 s: 300.0 us late, gap of 400.0 us, while waiting: machine stopped us\n"));
   EXPECT_THAT(text, HasSubstr("7 page faults"));
   EXPECT_THAT(text, HasSubstr("6 forced on it"));
   for (const char* const stage : {"read", "commands", "drive", "write", "push"})

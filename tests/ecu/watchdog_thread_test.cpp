@@ -5,10 +5,13 @@
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
 
 #include "ecu/control_thread.hpp"
 #include "ecu/eventually.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -66,6 +69,37 @@ TEST_F(WatchdogThreadTest, KeepsStillBeforeTheFirstHeartbeat) {
   watchdog.start();
   std::this_thread::sleep_for(30ms);
   EXPECT_FALSE(commands.latest(0).external.any());
+}
+
+/// The SCHED_FIFO priority of the calling thread; 0 without.
+int fifo_priority() {
+  int policy = 0;
+  sched_param parameters{};
+  if (pthread_getschedparam(pthread_self(), &policy, &parameters) != 0 || policy != SCHED_FIFO) return 0;
+  return parameters.sched_priority;
+}
+
+/// What a thread gets that asks for it.
+int granted_priority(int priority) {
+  bool granted = false;
+  std::thread{[&] { granted = use_fifo_scheduling(priority).granted; }}.join();
+  return granted ? priority : 0;
+}
+
+TEST(WatchdogPriority, IsAboveTheControlThreadWhereThatIsRealTime) {
+  for (const int control_priority : {0, 80}) {
+    Crossings crossings{250'000, 1};
+    std::atomic<int> priority{-1};
+    WatchdogThread watchdog{1, crossings, [&] { priority = fifo_priority(); }, control_priority};
+    crossings.heartbeat_ns.store(1);
+    watchdog.start();
+    EXPECT_TRUE(test::eventually([&] { return priority.load() >= 0; }));
+    crossings.stopped.store(true);
+    watchdog.join();
+    const int highest = granted_priority(watchdog_priority);
+    const int wanted = highest > 0 ? highest : granted_priority(control_priority);
+    EXPECT_EQ(priority.load(), control_priority == 0 ? 0 : wanted);
+  }
 }
 
 }  // namespace

@@ -129,7 +129,22 @@ TEST_F(LockstepTest, ADriveWithoutAPlantGivesUpAfterItsTimeAndStaysSo) {
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds{60});
   EXPECT_TRUE(io.lost());
   EXPECT_FALSE(io.joined());
+  EXPECT_FALSE(io.was_there());
   EXPECT_FALSE(io.read(period_ns).plausible);
+}
+
+TEST_F(LockstepTest, APlantThatCameAndDiedBeforeItAnsweredIsToldFromNone) {
+  SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
+  LockstepDriveIo io{drive, 600'000'000'000};
+  std::thread shortly{[&] {
+    const SharedMemoryLink plant{link.parameters, LinkRole::plant, period_ns};
+    while (!io.was_there()) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }};
+  EXPECT_FALSE(io.read(0).plausible);
+  shortly.join();
+  EXPECT_TRUE(io.lost());
+  EXPECT_FALSE(io.joined());
+  EXPECT_TRUE(io.was_there());
 }
 
 TEST_F(LockstepTest, APlantThatGoesIsNoticedLongBeforeTheTimeout) {

@@ -179,6 +179,19 @@ def test_watchdog_opens_the_gates_while_the_control_thread_hangs(
         held_within("hang of the control thread to gates open", limit_ns, measure, host)
 
 
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="it needs two CPUs")
+def test_the_plants_thread_has_its_cpu_alone(link: str, tmp_path: Path) -> None:
+    cpus = os.sched_getaffinity(0)
+    cpu = max(cpus)
+    with plant_side(link, tmp_path, f"realtime.cpu={cpu}") as plant:
+        plant.wait_for("plant on link")
+        tasks = {int(task.name) for task in Path(f"/proc/{plant.process_id}/task").iterdir()}
+        alone = {task for task in tasks if os.sched_getaffinity(task) == {cpu}}
+        assert len(alone) == 1 and plant.process_id not in alone
+        assert all(os.sched_getaffinity(task) == cpus - {cpu} for task in tasks - alone)
+        assert plant.leave() == 0
+
+
 def refusal(name: str, config: Path, *settings: str) -> str:
     command = [program(name), config, *overrides(settings)]
     found = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)

@@ -2,9 +2,11 @@
 
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -147,6 +149,20 @@ def test_throttling_where_rights_are_required(live: tuple[str, ...]) -> None:
         pytest.skip("NOT TESTED: real-time throttling is off here")
     found = run("sextant-ecu", *live, "--set", "realtime.required=true")
     check_refusal(found, "sextant-ecu", "real-time throttling is on", "sysctl kernel.sched_rt_runtime_us=-1")
+
+
+def test_a_stop_in_between_does_not_shorten_a_run(live: tuple[str, ...]) -> None:
+    duration_s = 1.5
+    begin = time.monotonic()
+    command = [program("sextant-ecu"), *live[:3], "--duration", str(duration_s), *live[5:]]
+    environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8")}
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment) as drive:
+        assert any(b"control periods of" in line for line in drive.stderr), "it never started"
+        for how in (signal.SIGSTOP, signal.SIGCONT):
+            time.sleep(0.1)
+            drive.send_signal(how)
+        assert drive.wait(20) == 0
+    assert time.monotonic() - begin >= duration_s
 
 
 @pytest.mark.parametrize("wait", ["sleep", "hybrid", "spin"])

@@ -77,6 +77,22 @@ def test_a_recording_of_python_can_drives_the_drive(commands: Path, tmp_path: Pa
     assert sum(float(row["torque_mean_nm"]) for row in rows) / len(rows) == pytest.approx(12.0, abs=2.5)
 
 
+def test_a_long_ramp_to_zero_has_its_time(tmp_path: Path) -> None:
+    profile = tmp_path / "profile.csv"
+    profile.write_text("time_s,torque_nm\n0,15\n20,15\n", encoding="utf-8")
+    settings = ("--set", "gate.zero_ramp_ms=5000", "--duration", "0.5")
+    report = run("--profile", profile, "--telemetry-out", tmp_path / "run.csv", *settings)
+    assert "left in TORQUE, 0 faults" in report
+    last = telemetry(tmp_path / "run.csv")[-1]
+    assert int(last["t_ns"]) > 4e9
+
+
+def test_a_run_too_short_for_the_hand_shake_says_how_short_it_was(profile: Path) -> None:
+    found = start("--virtual-time", "--profile", profile, "--duration", "0.005")
+    assert found.returncode == 1
+    assert "the drive was not ready within 0.005 s" in found.stderr
+
+
 def test_python_can_reads_what_was_recorded(profile: Path, tmp_path: Path) -> None:
     log = tmp_path / "run.log"
     run("--profile", profile, "--frames-out", log)

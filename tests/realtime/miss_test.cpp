@@ -6,32 +6,70 @@ namespace sextant {
 namespace {
 
 constexpr std::int64_t limit_ns = 10'000;
+constexpr std::int64_t wake_period_ns = 25'000;
 
-TEST(Miss, TheGapDecidesBeforeTheWork) {
+/// One gap, and nothing else.
+constexpr Gap gap_of(std::int64_t duration_ns, GapPlace place) {
+  return {duration_ns, place, duration_ns};
+}
+
+TEST(Miss, AGapThatIsLongEnoughDecidesBeforeTheWork) {
   for (const bool body_overran : {false, true}) {
-    const Miss waiting{.gap = {limit_ns + 1, GapPlace::waiting}, .body_overran = body_overran};
-    EXPECT_EQ(visible_cause(waiting, limit_ns), MissCause::machine_gap);
+    const Miss waiting{
+        .latency_ns = 35'000, .gap = gap_of(10'001, GapPlace::waiting), .body_overran = body_overran};
+    EXPECT_EQ(visible_cause(waiting, wake_period_ns), MissCause::machine_gap);
     for (const GapPlace place : {GapPlace::read, GapPlace::push, GapPlace::between}) {
-      const Miss working{.gap = {limit_ns + 1, place}, .body_overran = body_overran};
-      EXPECT_EQ(visible_cause(working, limit_ns), MissCause::stage_gap);
+      const Miss working{.latency_ns = 35'000, .gap = gap_of(10'001, place), .body_overran = body_overran};
+      EXPECT_EQ(visible_cause(working, wake_period_ns), MissCause::stage_gap);
     }
   }
 }
 
-TEST(Miss, WithoutAGapItIsTheWorkOrTheWakeUp) {
-  const Gap no_gap{limit_ns, GapPlace::waiting};
-  EXPECT_EQ(visible_cause({.gap = no_gap, .body_overran = true}, limit_ns), MissCause::own_body);
-  EXPECT_EQ(visible_cause({.gap = no_gap, .body_overran = false}, limit_ns), MissCause::late_wake);
+TEST(Miss, AShortGapDoesNotExcuseALongWork) {
+  for (const GapPlace place : {GapPlace::waiting, GapPlace::read}) {
+    const Miss miss{.latency_ns = 1'000'000, .gap = gap_of(10'100, place), .body_overran = true};
+    EXPECT_EQ(visible_cause(miss, wake_period_ns), MissCause::own_body);
+  }
+  const Gap just_too_short = gap_of(40'000 - wake_period_ns, GapPlace::read);
+  EXPECT_EQ(
+      visible_cause({.latency_ns = 40'000, .gap = just_too_short, .body_overran = true}, wake_period_ns),
+      MissCause::own_body);
 }
 
-TEST(Miss, AGapIsTheLongestThatWasSeen) {
+TEST(Miss, SeveralGapsAccountForItTogether) {
+  const Gap gaps{2'000'000, GapPlace::read, 2'060'000};
+  EXPECT_EQ(visible_cause({.latency_ns = 2'060'000, .gap = gaps, .body_overran = true}, wake_period_ns),
+            MissCause::stage_gap);
+}
+
+TEST(Miss, WithoutAGapItIsTheWorkOrTheWakeUp) {
+  EXPECT_EQ(visible_cause({.latency_ns = 25'000, .body_overran = true}, wake_period_ns), MissCause::own_body);
+  EXPECT_EQ(visible_cause({.latency_ns = 25'000, .body_overran = false}, wake_period_ns),
+            MissCause::late_wake);
+}
+
+TEST(Miss, AGapIsTheLongestThatWasSeenAndTheSumOfAll) {
   Gap gap;
-  gap.see(5, GapPlace::read);
-  gap.see(7, GapPlace::waiting);
-  gap.see(6, GapPlace::drive);
-  gap.see(7, GapPlace::push);
+  gap.see(5, GapPlace::read, 4);
+  gap.see(7, GapPlace::waiting, 4);
+  gap.see(4, GapPlace::commands, 4);
+  gap.see(6, GapPlace::drive, 4);
+  gap.see(7, GapPlace::push, 4);
   EXPECT_EQ(gap.longest_ns, 7);
   EXPECT_EQ(gap.place, GapPlace::waiting);
+  EXPECT_EQ(gap.sum_ns, 25);
+}
+
+TEST(Miss, AGapThatWasMadeUpForFades) {
+  Gap gap = gap_of(20'000, GapPlace::read);
+  gap.fade(30'000, limit_ns);
+  EXPECT_EQ(gap.sum_ns, 20'000) << "something else has made it later still";
+  gap.fade(15'000, limit_ns);
+  EXPECT_EQ(gap.sum_ns, 15'000);
+  EXPECT_EQ(gap.longest_ns, 20'000);
+  gap.fade(limit_ns, limit_ns);
+  EXPECT_EQ(gap.sum_ns, 0);
+  EXPECT_EQ(gap.longest_ns, 0);
 }
 
 TEST(Miss, EveryPlaceAndCauseHasItsOwnName) {

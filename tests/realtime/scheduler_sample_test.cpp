@@ -93,6 +93,37 @@ TEST(SchedulerSample, WhatExplainedOneGapExplainsNoOther) {
   EXPECT_FALSE(growth.explains(100));
   EXPECT_EQ(growth.run_delay_ns, 50);
   EXPECT_EQ(growth.steal_ns, 50);
+  EXPECT_EQ(growth.involuntary_switches, 8U) << "one gap by a switch, two by theft";
+}
+
+TEST(SchedulerSample, ASwitchThatMadeOneGapMadeNoOther) {
+  SchedulerSample growth{.run_delay_ns = 900, .involuntary_switches = 1, .valid = true};
+  growth.spend(100);
+  EXPECT_FALSE(growth.explains(100));
+}
+
+TEST(SchedulerSample, WhatIsLeftOverIsAddedAndCutMemberByMember) {
+  const SchedulerSample earlier{1, 2, 3, 4, 5, 6, 7, false};
+  const SchedulerSample growth{100, 10, 20, 30, 40, 50, 60, true};
+  const SchedulerSample both = growth.and_left_over(earlier);
+  EXPECT_EQ(both.t_ns, 100);
+  EXPECT_EQ(both.run_delay_ns, 12);
+  EXPECT_EQ(both.steal_ns, 23);
+  EXPECT_EQ(both.voluntary_switches, 34U);
+  EXPECT_EQ(both.involuntary_switches, 45U);
+  EXPECT_EQ(both.minor_faults, 56U);
+  EXPECT_EQ(both.major_faults, 67U);
+  EXPECT_TRUE(both.valid);
+  const SchedulerSample cut = both.at_most(growth);
+  EXPECT_EQ(cut.t_ns, 100);
+  EXPECT_EQ(cut.run_delay_ns, 10);
+  EXPECT_EQ(cut.steal_ns, 20);
+  EXPECT_EQ(cut.voluntary_switches, 30U);
+  EXPECT_EQ(cut.involuntary_switches, 40U);
+  EXPECT_EQ(cut.minor_faults, 50U);
+  EXPECT_EQ(cut.major_faults, 60U);
+  EXPECT_EQ(growth.at_most(both).steal_ns, 20);
+  EXPECT_TRUE(cut.valid);
 }
 
 TEST(SchedulerSample, GrowthIsTakenMemberByMember) {

@@ -114,6 +114,33 @@ TEST(ThreadSetup, TheCpusThatTheControlThreadMayUseCountAsWell) {
   });
 }
 
+TEST(ThreadSetup, ACpuThatWasRefusedIsNoRoomForSpinning) {
+  on_a_thread([] {
+    ASSERT_TRUE(bind_to_cpu(sched_getcpu()).granted);
+    RealtimeParameters p;
+    p.wait.mode = WaitMode::spin;
+    p.cpu = 1'000;
+    p.lock_memory = false;
+    p.policy = SchedulingPolicy::other;
+    RightsReport rights = set_up_control_thread(p, 1'000'000);
+    EXPECT_EQ(rights.cpu, -1);
+    p.policy = SchedulingPolicy::fifo;
+    rights.real_time_scheduling = true;
+    EXPECT_THROW(require_room_for_spinning(p, rights), std::runtime_error);
+  });
+}
+
+TEST(ThreadSetup, ACpuThatWasGrantedCountsAsRoomForSpinning) {
+  on_a_thread([] {
+    const int own = sched_getcpu();
+    RealtimeParameters p;
+    p.cpu = own;
+    p.lock_memory = false;
+    p.policy = SchedulingPolicy::other;
+    EXPECT_EQ(set_up_control_thread(p, 1'000'000).cpu, own);
+  });
+}
+
 TEST(ThreadSetup, MoreDeadlineThreadsThanCpusAreRefused) {
   std::ifstream throttling{"/proc/sys/kernel/sched_rt_runtime_us"};
   long runtime_us = 0;
@@ -290,6 +317,26 @@ TEST(ThreadSetup, ParametersAreChecked) {
   p.cpu = -1;
   p.deadline_runtime_ns = 1'000;
   EXPECT_NE(p.validate(), nullptr);
+}
+
+TEST(ThreadSetup, HybridWaitingHasToSleepAndADeadlineThreadsTimeToFit) {
+  RealtimeParameters p;
+  p.wait.spin_margin_ns = 50'000;
+  for (const WaitMode mode : {WaitMode::sleep, WaitMode::spin}) {
+    p.wait.mode = mode;
+    EXPECT_EQ(p.validate(25'000), nullptr) << "the margin is not in force";
+  }
+  p.wait.mode = WaitMode::hybrid;
+  for (const SchedulingPolicy policy :
+       {SchedulingPolicy::fifo, SchedulingPolicy::other, SchedulingPolicy::deadline}) {
+    p.policy = policy;
+    p.deadline_runtime_ns = 20'000;
+    EXPECT_THAT(p.validate(25'000), HasSubstr("spin_margin_us is too long"));
+    EXPECT_THAT(p.validate(50'000), HasSubstr("never sleeps"));
+    EXPECT_EQ(p.validate(50'001), nullptr);
+  }
+  p.deadline_runtime_ns = 50'002;
+  EXPECT_THAT(p.validate(50'001), HasSubstr("deadline_runtime_us is too long"));
 }
 
 }  // namespace

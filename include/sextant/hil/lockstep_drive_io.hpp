@@ -31,6 +31,8 @@ class LockstepDriveIo final : public DriveIo<double> {
   [[nodiscard]] bool lost() const noexcept { return lost_.load(std::memory_order_acquire); }
   /// True once the plant has answered; from any thread.
   [[nodiscard]] bool joined() const noexcept { return joined_.load(std::memory_order_relaxed); }
+  /// True once a plant has held the link, whether it has answered or not; from any thread.
+  [[nodiscard]] bool was_there() const noexcept { return was_there_.load(std::memory_order_relaxed); }
 
  private:
   void request(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING;
@@ -47,6 +49,7 @@ class LockstepDriveIo final : public DriveIo<double> {
   std::uint32_t plant_generation_{0};
   bool has_pattern_{false};
   std::atomic<bool> joined_{false};
+  std::atomic<bool> was_there_{false};
   std::atomic<bool> lost_{false};
 };
 

@@ -33,15 +33,28 @@ enum class GapPlace : std::uint8_t { read, commands, drive, write, push, between
   return names[static_cast<std::size_t>(place)];
 }
 
-/// The longest time between two successive time stamps of the control thread.
+/// The gaps that can have made a wake-up late: times between two successive time stamps of the control thread
+/// above a limit.
 struct Gap {
-  std::int64_t longest_ns{0};  ///< [ns]
-  GapPlace place{GapPlace::between};
+  std::int64_t longest_ns{0};         ///< 0: none [ns]
+  GapPlace place{GapPlace::between};  ///< of the longest
+  std::int64_t sum_ns{0};             ///< of all [ns]
 
-  constexpr void see(std::int64_t duration_ns, GapPlace where) noexcept SEXTANT_NONBLOCKING {
+  /// A time between two stamps [ns]; up to limit_ns [ns] it is no gap.
+  constexpr void see(std::int64_t duration_ns, GapPlace where,
+                     std::int64_t limit_ns) noexcept SEXTANT_NONBLOCKING {
+    if (duration_ns <= limit_ns) return;
+    sum_ns += duration_ns;
     if (duration_ns <= longest_ns) return;
     longest_ns = duration_ns;
     place = where;
+  }
+
+  /// After a wake-up that was late by latency_ns [ns]: no more than that can make the next ones late, and up
+  /// to limit_ns [ns] nothing.
+  constexpr void fade(std::int64_t latency_ns, std::int64_t limit_ns) noexcept SEXTANT_NONBLOCKING {
+    if (sum_ns > latency_ns) sum_ns = latency_ns;
+    if (sum_ns <= limit_ns) *this = {};
   }
 };
 
@@ -52,7 +65,7 @@ enum class MissCause : std::uint8_t {
   stage_gap,  ///< a gap within one stage that nobody explains: the stage itself, or a hypervisor or firmware
               ///< that does not say so
   late_wake,  ///< asleep, and woken late by the kernel
-  own_body    ///< no gap: the work took longer than the period
+  own_body    ///< no gap that accounts for it: the work took longer than the period
 };
 
 inline constexpr std::size_t miss_cause_count = 4;
@@ -66,14 +79,20 @@ inline constexpr std::size_t miss_cause_count = 4;
 struct Miss {
   std::int64_t t_ns{};        ///< the deadline that was missed, on the drive's clock [ns]
   std::int64_t latency_ns{};  ///< from it to the wake-up [ns]
-  Gap gap{};                  ///< the longest since the last wake-up in time
+  Gap gap{};                  ///< since the last wake-up in time, or the last miss
   bool body_overran{};        ///< the work before it ended after that deadline
   MissCause cause{MissCause::own_body};
 };
 
-/// The cause as far as the control thread's own time stamps tell it; gap_limit_ns: what counts as a gap [ns].
-[[nodiscard]] constexpr MissCause visible_cause(const Miss& miss, std::int64_t gap_limit_ns) noexcept {
-  if (miss.gap.longest_ns > gap_limit_ns) {
+/// Whether the gaps account for the miss: without them the wake-up would have been late by less than a wake
+/// period (wake_period_ns [ns]), which is no miss. A short gap does not excuse a long work.
+[[nodiscard]] constexpr bool gaps_account_for(const Miss& miss, std::int64_t wake_period_ns) noexcept {
+  return miss.gap.sum_ns > 0 && miss.latency_ns - miss.gap.sum_ns < wake_period_ns;
+}
+
+/// The cause as far as the control thread's own time stamps tell it.
+[[nodiscard]] constexpr MissCause visible_cause(const Miss& miss, std::int64_t wake_period_ns) noexcept {
+  if (gaps_account_for(miss, wake_period_ns)) {
     return miss.gap.place == GapPlace::waiting ? MissCause::machine_gap : MissCause::stage_gap;
   }
   return miss.body_overran ? MissCause::own_body : MissCause::late_wake;

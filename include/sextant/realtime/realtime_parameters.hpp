@@ -25,6 +25,9 @@ enum class SchedulingPolicy : std::uint8_t {
   return "";
 }
 
+/// SCHED_FIFO priority of the watchdog in hard real time, where it is granted [-].
+inline constexpr int watchdog_priority = 99;
+
 /// How the control thread wakes and what it asks of the operating system.
 struct RealtimeParameters {
   int wake_every_periods{
@@ -43,7 +46,7 @@ struct RealtimeParameters {
 
   [[nodiscard]] constexpr const char* validate() const noexcept {
     if (wake_every_periods < 1) return "a wake-up must run at least one control period";
-    // 99 is left to the kernel's own threads and to the watchdog of last resort.
+    // 99 is left to the kernel's own threads and to the watchdog.
     if (priority < 1 || priority > 98) return "the priority must be from 1 to 98";
     if (cpu < -1) return "the CPU must be a number from 0, or -1 for any";
     if (watchdog_ns <= 0) return "the watchdog needs a time above zero";
@@ -58,6 +61,18 @@ struct RealtimeParameters {
     if (cpu >= 0) {
       return "policy = \"deadline\" and a cpu exclude each other: the kernel admits such threads for all "
              "CPUs only; take \"fifo\", or give the program a cpuset of its own";
+    }
+    return nullptr;
+  }
+
+  /// The same for what has to fit into a wake period (wake_period_ns [ns]).
+  [[nodiscard]] constexpr const char* validate(std::int64_t wake_period_ns) const noexcept {
+    if (policy == SchedulingPolicy::deadline && deadline_runtime_ns > wake_period_ns) {
+      return "deadline_runtime_us is too long: it must fit into the wake period";
+    }
+    if (wait.mode == WaitMode::hybrid && wait.spin_margin_ns >= wake_period_ns) {
+      return "spin_margin_us is too long: wait = \"hybrid\" never sleeps unless it is shorter than the wake "
+             "period; shorten it, or take \"spin\"";
     }
     return nullptr;
   }

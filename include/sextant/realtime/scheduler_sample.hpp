@@ -18,6 +18,10 @@ struct SchedulerSample {
 
   /// Growth since an earlier one, which may be empty; time and validity are the later one's.
   [[nodiscard]] SchedulerSample since(const SchedulerSample& before) const noexcept;
+  /// Growth together with what an earlier one has left over; time and validity are the later one's.
+  [[nodiscard]] SchedulerSample and_left_over(const SchedulerSample& earlier) const noexcept;
+  /// Member by member no more than `limit`; time and validity stay.
+  [[nodiscard]] SchedulerSample at_most(const SchedulerSample& limit) const noexcept;
 
   /// Whether growth like this can explain that a thread stood still for gap_ns [ns]: the processor was taken
   /// from it and it waited for one for at least that long, or the hypervisor took at least that much time.
@@ -27,10 +31,14 @@ struct SchedulerSample {
     return valid && (steal_ns >= gap_ns || (involuntary_switches > 0 && run_delay_ns >= gap_ns));
   }
 
-  /// Takes gap_ns [ns] out of what explained it, so that it explains no other gap.
+  /// Takes gap_ns [ns] out of what explained it, and the switch with it, so that it explains no other gap.
   void spend(std::int64_t gap_ns) noexcept {
-    std::int64_t& witness = involuntary_switches > 0 && run_delay_ns >= gap_ns ? run_delay_ns : steal_ns;
-    witness -= gap_ns;
+    if (involuntary_switches > 0 && run_delay_ns >= gap_ns) {
+      --involuntary_switches;
+      run_delay_ns -= gap_ns;
+    } else {
+      steal_ns -= gap_ns;
+    }
   }
 };
 

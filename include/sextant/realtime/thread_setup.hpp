@@ -54,6 +54,7 @@ void prefault_stack() noexcept;
 struct RightsReport {
   bool real_time_scheduling{false};  ///< SCHED_FIFO or SCHED_DEADLINE was asked for and granted
   bool memory_locked{false};
+  int cpu{-1};                          ///< the CPU that it was bound to; -1: none [-]
   std::vector<std::string> refusals{};  ///< one sentence each; empty when everything was granted
 };
 
@@ -66,10 +67,10 @@ struct RightsReport {
 void require_rights(const RealtimeParameters& parameters, const RightsReport& rights);
 
 /// Throws std::runtime_error where a thread with these rights would keep everything else from running: one
-/// that spins with SCHED_FIFO on the only CPU.
+/// that spins with SCHED_FIFO on the only CPU. `cpus`: how many this process and that thread may use [-].
 void require_room_for_spinning(const RealtimeParameters& parameters, const RightsReport& rights, int cpus);
 inline void require_room_for_spinning(const RealtimeParameters& parameters, const RightsReport& rights) {
-  require_room_for_spinning(parameters, rights, usable_cpus(parameters.cpu));
+  require_room_for_spinning(parameters, rights, usable_cpus(rights.cpu));
 }
 
 }  // namespace sextant

@@ -1,0 +1,62 @@
+#include "ecu/can_receive_thread.hpp"
+
+#include <atomic>
+#include <chrono>
+
+#include <gtest/gtest.h>
+
+#include "ecu/eventually.hpp"
+#include "ecu/flood_limit.hpp"
+#include "sextant/realtime/monotonic_clock.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+/// Has a frame that nobody knows for whoever asks, at once.
+class FloodedBus final : public CanBus {
+ public:
+  [[nodiscard]] CanSend send(const CanFrame&) noexcept override { return CanSend::ok; }
+  [[nodiscard]] CanReceive receive(CanFrame& frame, std::chrono::nanoseconds) noexcept override {
+    frame = {};
+    frame.received_ns = 1;
+    ++received_;
+    return CanReceive::got;
+  }
+  [[nodiscard]] CanBusStats stats() const noexcept override { return {}; }
+  [[nodiscard]] std::int64_t received() const { return received_.load(); }
+
+ private:
+  std::atomic<std::int64_t> received_{0};
+};
+
+TEST(FloodLimit, PausesAfterSoManyFramesInARow) {
+  FloodLimit limit;
+  for (int round = 0; round < 3; ++round) {
+    for (int n = 1; n < FloodLimit::most_in_a_row; ++n) EXPECT_FALSE(limit.see(100, 99));
+    EXPECT_TRUE(limit.see(100, 99));
+  }
+}
+
+TEST(FloodLimit, AFrameThatWasWaitedForEndsTheRow) {
+  FloodLimit limit;
+  for (int n = 1; n < FloodLimit::most_in_a_row; ++n) EXPECT_FALSE(limit.see(100, 99));
+  EXPECT_FALSE(limit.see(100, 100));
+  EXPECT_FALSE(limit.see(100, 99));
+}
+
+// No machine is too slow for it: the bound is from above.
+TEST(CanReceiveThread, AFloodLeavesTheProcessorToOthers) {
+  Crossings crossings{25'000, 1};
+  FloodedBus bus;
+  CanReceiveThread receive{bus, crossings};
+  const std::int64_t begin_ns = now_ns();
+  receive.start();
+  EXPECT_TRUE(test::eventually([&] { return bus.received() > 20 * FloodLimit::most_in_a_row; }));
+  crossings.stopped.store(true);
+  receive.join();
+  const std::int64_t pauses = (now_ns() - begin_ns) / FloodLimit::pause_ns;
+  EXPECT_LE(bus.received(), (pauses + 1) * FloodLimit::most_in_a_row);
+}
+
+}  // namespace
+}  // namespace sextant::ecu
