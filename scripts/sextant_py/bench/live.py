@@ -35,6 +35,7 @@ SPIN = {"control__period_us": 25, "realtime__wait": "spin"}
 UNSTAMPED = {**SPIN, "realtime__stage_statistics": "false"}
 CVODE = {**SPIN, "plant__integrator": "cvode"}
 SHIPPED, ASLEEP, REFERENCE = "hard mode as shipped (hybrid wait)", "hard mode asleep (wait = sleep)", "cyclictest"
+WAY = "command to gate, "  # and the bus
 GUESTS = {"uml": " of a User Mode Linux guest", "qemu": " of an emulated guest"}
 LATENCIES = "latency.json"  # in the folder of the results: every distribution of this stage
 
@@ -157,7 +158,7 @@ def command_figures(bus: str, timing: dict, distributions: dict[str, Histogram])
     if reference.count == 0:
         return [unmeasured(measure, "cyclictest counted nothing beside it")]
     for text, histogram in (
-        ("command to gate", way),
+        (WAY.rstrip(", "), way),
         ("of it until the receive thread has handed it over", hand_over),
         ("cyclictest in the receive thread's place beside it", reference),
         ("wake-up of the control thread beside it", wake),
@@ -277,7 +278,7 @@ def live(lab: Lab) -> list[Figure]:
     (lab.out / LATENCIES).write_text(json.dumps(summaries, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     draw_latency(
         {name: distributions[name] for name in (REFERENCE, SHIPPED, ASLEEP) if name in distributions},
-        {name: distributions[name] for name in distributions if name.startswith("command to gate")},
+        {name.removeprefix(WAY): shown for name, shown in distributions.items() if name.startswith(WAY)},
         lab.out / PLOT.name,
     )
     return figures
