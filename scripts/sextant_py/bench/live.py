@@ -10,7 +10,7 @@ from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
 from . import gates, live_runs
-from .figure import Figure, failed, number, report_unexpected, unmeasured
+from .figure import Figure, failed, report_unexpected, unmeasured
 from .histogram import Histogram
 from .lab import Lab, Stage
 from .live_plot import draw_latency
@@ -46,7 +46,7 @@ def spread(values: list[float]) -> str:
 
 def wakes(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
     rounds: list[dict[str, Histogram]] = []
-    for turn in range(WAKE_ROUNDS):
+    for number in range(WAKE_ROUNDS):
         shipped = live_runs.ecu(lab, "wake_hybrid", WAKE_SECONDS, realtime__wait="hybrid")
         asleep = live_runs.ecu(lab, "wake_sleep", WAKE_SECONDS, realtime__wait="sleep")
         rounds.append(
@@ -56,7 +56,7 @@ def wakes(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
                 REFERENCE: live_runs.cyclictest(lab, WAKE_SECONDS, 250),
             }
         )
-        lab.say(f"wake-ups, round {turn + 1} of {WAKE_ROUNDS}")
+        lab.say(f"wake-ups, round {number + 1} of {WAKE_ROUNDS}")
     for name in (REFERENCE, SHIPPED, ASLEEP):
         distributions[name] = sum((one[name] for one in rounds), Histogram())
     figures = []
@@ -200,7 +200,7 @@ def cvode(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
     name = "a 25 µs period that integrates with CVODE, following commands"
     distributions[f"body of {name}"] = body
     p50_us, p99_9_us = (body.percentile_ns(percent) * 1e-3 for percent in (50.0, 99.9))
-    note = f"{body.count} wake-ups; median {number(p50_us)} µs, 99.9 % {number(p99_9_us)} µs"
+    note = f"{body.count} wake-ups; median {p50_us:.3g} µs, 99.9 % {p99_9_us:.3g} µs"
     if timing["ended_early"]:
         note += f"; {timing['ended_early']}"
     return [
@@ -233,7 +233,7 @@ def audited(lab: Lab, measure: str, options: tuple[str, ...]) -> Figure:
 
 
 def lockstep(lab: Lab) -> list[Figure]:
-    runs = [live_runs.lockstep(lab, turn, LOCKSTEP_SECONDS) for turn in range(LOCKSTEP_RUNS)]
+    runs = [live_runs.lockstep(lab, number, LOCKSTEP_SECONDS) for number in range(LOCKSTEP_RUNS)]
     factors = [run.realtime_factor for run in runs]
     return [
         Figure(
