@@ -102,8 +102,9 @@ def cyclictest(lab: Lab, seconds: int, period_us: int) -> Histogram:
     try:
         text = lab.run(*cyclictest_command(seconds, period_us, PRIORITY, str(measured_cpu())))
     except UserError as error:
-        kind = NotMeasurableError if REFUSED.search(str(error)) else UserError
-        raise kind(str(error)) from error
+        if REFUSED.search(str(error)):
+            raise NotMeasurableError(str(error)) from error
+        raise
     return cyclictest_latency(text)
 
 
