@@ -166,7 +166,13 @@ def test_without_rights_nothing_is_judged(monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setattr(live_runs, "refusal_of_real_time", lambda: "SCHED_FIFO is refused here")
     lab = Lab(out=tmp_path)
     monkeypatch.setattr(lab, "run", lambda *_, **__: pytest.fail("it ran all the same"))
-    for part in (lambda: live.wakes(lab, {}), lambda: live.spin(lab, {}), lambda: gates.killed(lab)):
+    parts = (
+        lambda: live.wakes(lab, {}),
+        lambda: live.body(lab, {}),
+        lambda: live.spin(lab, {}),
+        lambda: gates.killed(lab),
+    )
+    for part in parts:
         with pytest.raises(NotMeasurableError, match="SCHED_FIFO is refused here"):
             part()
 
@@ -189,13 +195,6 @@ def test_a_refusal_of_cyclictest_is_not_judged(
     with pytest.raises(UserError) as found:
         live_runs.cyclictest(Lab(out=tmp_path), 1, 250)
     assert type(found.value) is kind
-
-
-def test_an_empty_loop_without_rights_is_not_judged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    lab = Lab(out=tmp_path)
-    monkeypatch.setattr(lab, "run", lambda *_: '{"real_time_scheduling": false}')
-    with pytest.raises(NotMeasurableError, match="empty loop"):
-        live_runs.empty_loop(lab, 1.0, 25.0, "spin")
 
 
 def test_without_a_bus_nothing_is_judged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
 from . import gates, live_runs
-from .figure import Figure, failed, number, report_unexpected, unmeasured
+from .figure import Figure, failed, report_unexpected, unmeasured
 from .histogram import Histogram
 from .lab import Lab, Stage
 from .live_plot import draw_latency
@@ -35,6 +35,7 @@ SPIN = {"control__period_us": 25, "realtime__wait": "spin"}
 UNSTAMPED = {**SPIN, "realtime__stage_statistics": "false"}
 CVODE = {**SPIN, "plant__integrator": "cvode"}
 SHIPPED, ASLEEP, REFERENCE = "hard mode as shipped (hybrid wait)", "hard mode asleep (wait = sleep)", "cyclictest"
+WAY = "command to gate, "  # and the bus
 GUESTS = {"uml": " of a User Mode Linux guest", "qemu": " of an emulated guest"}
 LATENCIES = "latency.json"  # in the folder of the results: every distribution of this stage
 
@@ -45,7 +46,7 @@ def spread(values: list[float]) -> str:
 
 def wakes(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
     rounds: list[dict[str, Histogram]] = []
-    for turn in range(WAKE_ROUNDS):
+    for number in range(WAKE_ROUNDS):
         shipped = live_runs.ecu(lab, "wake_hybrid", WAKE_SECONDS, realtime__wait="hybrid")
         asleep = live_runs.ecu(lab, "wake_sleep", WAKE_SECONDS, realtime__wait="sleep")
         rounds.append(
@@ -55,7 +56,7 @@ def wakes(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
                 REFERENCE: live_runs.cyclictest(lab, WAKE_SECONDS, 250),
             }
         )
-        lab.say(f"wake-ups, round {turn + 1} of {WAKE_ROUNDS}")
+        lab.say(f"wake-ups, round {number + 1} of {WAKE_ROUNDS}")
     for name in (REFERENCE, SHIPPED, ASLEEP):
         distributions[name] = sum((one[name] for one in rounds), Histogram())
     figures = []
@@ -157,7 +158,7 @@ def command_figures(bus: str, timing: dict, distributions: dict[str, Histogram])
     if reference.count == 0:
         return [unmeasured(measure, "cyclictest counted nothing beside it")]
     for text, histogram in (
-        ("command to gate", way),
+        (WAY.rstrip(", "), way),
         ("of it until the receive thread has handed it over", hand_over),
         ("cyclictest in the receive thread's place beside it", reference),
         ("wake-up of the control thread beside it", wake),
@@ -199,7 +200,7 @@ def cvode(lab: Lab, distributions: dict[str, Histogram]) -> list[Figure]:
     name = "a 25 µs period that integrates with CVODE, following commands"
     distributions[f"body of {name}"] = body
     p50_us, p99_9_us = (body.percentile_ns(percent) * 1e-3 for percent in (50.0, 99.9))
-    note = f"{body.count} wake-ups; median {number(p50_us)} µs, 99.9 % {number(p99_9_us)} µs"
+    note = f"{body.count} wake-ups; median {p50_us:.3g} µs, 99.9 % {p99_9_us:.3g} µs"
     if timing["ended_early"]:
         note += f"; {timing['ended_early']}"
     return [
@@ -232,7 +233,7 @@ def audited(lab: Lab, measure: str, options: tuple[str, ...]) -> Figure:
 
 
 def lockstep(lab: Lab) -> list[Figure]:
-    runs = [live_runs.lockstep(lab, turn, LOCKSTEP_SECONDS) for turn in range(LOCKSTEP_RUNS)]
+    runs = [live_runs.lockstep(lab, number, LOCKSTEP_SECONDS) for number in range(LOCKSTEP_RUNS)]
     factors = [run.realtime_factor for run in runs]
     return [
         Figure(
@@ -277,7 +278,7 @@ def live(lab: Lab) -> list[Figure]:
     (lab.out / LATENCIES).write_text(json.dumps(summaries, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     draw_latency(
         {name: distributions[name] for name in (REFERENCE, SHIPPED, ASLEEP) if name in distributions},
-        {name: distributions[name] for name in distributions if name.startswith("command to gate")},
+        {name.removeprefix(WAY): shown for name, shown in distributions.items() if name.startswith(WAY)},
         lab.out / PLOT.name,
     )
     return figures

@@ -23,7 +23,7 @@ def draw_latency(wakes: dict[str, Histogram], commands: dict[str, Histogram], fi
             axes.step(durations, parts, where="pre", color=colour, label=f"{label}, n = {histogram.count}")
         axes.set(title=title, xlabel="longer than [µs]", ylabel="part of all", xscale="log", yscale="log")
         if curves:
-            axes.legend(loc="lower left")
+            axes.legend(loc="lower left", fontsize="small")
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.autoscale_view()
