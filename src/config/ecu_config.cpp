@@ -58,6 +58,8 @@ void describe(Section s, RealtimeParameters& p) {
            "how the control thread waits for its deadline");
   s.time("spin_margin_us", p.wait.spin_margin_ns, 1e3, {0, 1e5}, "us",
          "hybrid: how long before the deadline the sleep ends");
+  s.time("tick_lead_us", p.wait.tick_lead_ns, 1e3, {0, 1e5}, "us",
+         "deadlines stand so long before the kernel's timer ticks; 0: anywhere");
   s.choice("policy", p.policy,
            {{"fifo", SchedulingPolicy::fifo},
             {"deadline", SchedulingPolicy::deadline},

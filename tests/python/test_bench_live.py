@@ -4,11 +4,13 @@ import json
 import math
 import os
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
 from sextant_py.bench import commanded_run, gates, live, live_runs
 from sextant_py.bench.figure import MISSED, NOT_JUDGED, OK, PUBLISHED, NotMeasurableError
+from sextant_py.bench.google import GoogleResult
 from sextant_py.bench.histogram import Histogram
 from sextant_py.bench.lab import Lab
 from sextant_py.errors import UserError
@@ -45,6 +47,37 @@ def test_wake_ups_are_judged_by_the_ratio_of_a_round(
     monkeypatch.setattr(live_runs, "cyclictest", lambda *_: Histogram.of([10_000]))
     figures = live.wakes(Lab(out=tmp_path), {})
     assert [figure.verdict for figure in figures] == [verdict] * 4
+
+
+@pytest.mark.parametrize(
+    ("ours_ns", "verdict", "accepted"), [(390, OK, False), (392, MISSED, True), (9_000, MISSED, False)]
+)
+def test_a_body_is_judged_beside_the_empty_loop_of_its_round(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, ours_ns: int, verdict: str, accepted: bool
+) -> None:
+    asked: list[dict] = []
+
+    def loop(*_: object, **options: float) -> dict:
+        asked.append(options)
+        return {"body": histogram_json(200)}
+
+    step = {"run_type": "iteration", "run_name": "peer_loop/fixed", "cpu_time": 100.0, "time_unit": "ns"}
+    monkeypatch.setattr(live_runs, "ecu", lambda *_, **__: {"body": histogram_json(ours_ns)})
+    monkeypatch.setattr(live_runs, "empty_loop", loop)
+    monkeypatch.setattr(Lab, "google", lambda *_, **__: GoogleResult({"benchmarks": [step]}))
+    distributions: dict[str, Histogram] = {}
+    judged, *published = live.body(Lab(out=tmp_path), distributions)
+    assert (judged.verdict, judged.is_accepted_miss) == (verdict, accepted)
+    assert f"{ours_ns} ns / (200 + 100 ns)" in judged.note
+    assert [figure.verdict for figure in published] == [PUBLISHED] * 3
+    assert [figure.value for figure in published[1:]] == [ours_ns / 200] * 2
+    assert {"tick_lead_us": 6, "busy_ns": ours_ns - 200.0} in asked, "the busy body takes as long as ours"
+    assert set(distributions) == set(live.BODIES.values())
+
+
+def test_the_loops_wait_as_the_drive_does() -> None:
+    realtime = tomllib.loads(live_runs.HARD.read_text(encoding="utf-8"))["realtime"]
+    assert realtime["tick_lead_us"] == live.TICK_LEAD_US
 
 
 def commanded(way_us: float | None, hand_over_us: float | None = 40.0, **told: object) -> dict:

@@ -24,6 +24,13 @@ TEST(PeriodicTask, NeverWakesBeforeADeadlineAndStaysOnTheGrid) {
   }
 }
 
+TEST(PeriodicTask, TellsItsDeadlinesApartFromTheKernelsTicks) {
+  constexpr std::int64_t lead_ns = 6'000;
+  PeriodicTask task{{50'000, 1}, {.mode = WaitMode::spin, .tick_lead_ns = lead_ns}};
+  task.start();
+  for (int i = 0; i < 20; ++i) EXPECT_EQ((task.wait().deadline_ns + lead_ns) % 50'000, 0);
+}
+
 TEST(PeriodicTask, AStallIsOneOverrunAndIsSkippedOver) {
   const WakeSchedule::Parameters parameters{50'000, 2};
   PeriodicTask task{parameters};

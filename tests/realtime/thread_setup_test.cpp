@@ -304,6 +304,9 @@ TEST(ThreadSetup, ParametersAreChecked) {
   p.wait.spin_margin_ns = -1;
   EXPECT_NE(p.validate(), nullptr);
   p = {};
+  p.wait.tick_lead_ns = -1;
+  EXPECT_NE(p.validate(), nullptr);
+  p = {};
   p.gap_limit_ns = 0;
   EXPECT_NE(p.validate(), nullptr);
   p = {};

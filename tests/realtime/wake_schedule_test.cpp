@@ -85,6 +85,19 @@ TEST(WakeSchedule, KeepsPhaseAndAccountsForEveryPeriodWhateverTheLatency) {
   }
 }
 
+TEST(WakeSchedule, TheGridCanStandBeforeWholeMultiplesOfTheWakePeriod) {
+  constexpr std::int64_t lead_ns = 6'000;
+  for (const std::int64_t period_ns : {25'000, 250'000, 1'000}) {
+    for (const std::int64_t now_ns : {0L, 1L, 18'999L, 19'000L, 19'001L, 7'000'000'012'345L}) {
+      SCOPED_TRACE(testing::Message() << period_ns << " from " << now_ns);
+      const std::int64_t origin_ns = WakeSchedule::origin_before_tick(now_ns, lead_ns, period_ns);
+      EXPECT_GE(origin_ns, now_ns);
+      EXPECT_LT(origin_ns, now_ns + period_ns) << "no period is wasted";
+      EXPECT_EQ((origin_ns + lead_ns) % period_ns, 0);
+    }
+  }
+}
+
 TEST(WakeSchedule, ParametersAreChecked) {
   EXPECT_EQ(WakeSchedule::Parameters{}.validate(), nullptr);
   EXPECT_NE((WakeSchedule::Parameters{0, 1}.validate()), nullptr);

@@ -23,9 +23,14 @@ class PeriodicTask {
   explicit PeriodicTask(const WakeSchedule::Parameters& parameters, const WaitParameters& wait = {}) noexcept
       : schedule_{parameters}, wait_{wait} {}
 
-  /// Lays the grid of deadlines; the first is one wake period from now. Returns the grid's origin. [ns]
+  /// Lays the grid of deadlines; the first is one wake period from now, and up to one more where the grid
+  /// goes by the kernel's ticks. Returns the grid's origin. [ns]
   std::int64_t start() noexcept {
-    const std::int64_t origin_ns = now_ns();
+    std::int64_t origin_ns = now_ns();
+    if (wait_.tick_lead_ns > 0) {
+      origin_ns = WakeSchedule::origin_before_tick(origin_ns, wait_.tick_lead_ns,
+                                                   schedule_.parameters().wake_period_ns());
+    }
     schedule_.start(origin_ns);
     return origin_ns;
   }

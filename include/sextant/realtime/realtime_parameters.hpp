@@ -51,6 +51,7 @@ struct RealtimeParameters {
     if (cpu < -1) return "the CPU must be a number from 0, or -1 for any";
     if (watchdog_ns <= 0) return "the watchdog needs a time above zero";
     if (wait.spin_margin_ns < 0) return "the margin of hybrid waiting must not be below zero";
+    if (wait.tick_lead_ns < 0) return "the time from a deadline to the kernel's tick must not be below zero";
     if (gap_limit_ns <= 0) return "the limit of a gap must be above zero";
     if (policy != SchedulingPolicy::deadline) return nullptr;
     if (deadline_runtime_ns < 1'024) return "SCHED_DEADLINE needs a runtime of at least 1.024 us";

@@ -49,6 +49,13 @@ class WakeSchedule {
 
   explicit constexpr WakeSchedule(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
+  /// The first instant from now_ns on that lies lead_ns before a whole multiple of the wake period [ns].
+  [[nodiscard]] static constexpr std::int64_t origin_before_tick(std::int64_t now_ns, std::int64_t lead_ns,
+                                                                 std::int64_t wake_period_ns) noexcept {
+    const std::int64_t beyond = (now_ns + lead_ns) % wake_period_ns;
+    return beyond == 0 ? now_ns : now_ns + wake_period_ns - beyond;
+  }
+
   /// Lays the grid through origin_ns [ns]; the first deadline is one wake period later.
   constexpr void start(std::int64_t origin_ns) noexcept SEXTANT_NONBLOCKING {
     counters_ = {};

@@ -85,12 +85,15 @@ def ecu(lab: Lab, name: str, seconds: float, **values: object) -> dict:
     return json.loads(file.read_text(encoding="utf-8"))
 
 
-def empty_loop(lab: Lab, seconds: float, period_us: float, wait: str) -> dict:
+def empty_loop(lab: Lab, seconds: float, period_us: float, wait: str, **options: float) -> dict:
+    """options: of its command line, with "_" for each dash."""
+    words = (word for key, value in options.items() for word in (f"--{key.replace('_', '-')}", str(value)))
     return json.loads(
         lab.run(
             lab.programs / "sextant_empty_loop",
             *("--period-us", str(period_us), "--duration", str(seconds), "--wait", wait),
             *("--cpu", str(measured_cpu()), "--priority", str(PRIORITY)),
+            *words,
         )
     )
 
