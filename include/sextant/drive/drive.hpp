@@ -110,7 +110,7 @@ class Drive {
     // Made in place: a copy of what has just been stored by member stalls.
     DriveOutput<T> out{.pattern = control(measurement, usable, torque_reference),
                        .telemetry = telemetry(measurement, request, admitted, available, state,
-                                              torque_reference, out.pattern.last_state())};
+                                              torque_reference, out.pattern)};
     if (usable) i_before_ = measurement.i_abc;
     return out;
   }
@@ -198,7 +198,7 @@ class Drive {
   [[nodiscard]] Telemetry<T> telemetry(const Measurement<T>& measurement, const DriveRequest<T>& request,
                                        const AdmittedCommand<T>& admitted, AvailableTorque<T> available,
                                        DriveState state, T torque_reference,
-                                       SwitchState switch_state) const noexcept {
+                                       const GatePattern& pattern) const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
     return {.t_ns = measurement.t_ns,
             .i_abc = measurement.i_abc,
@@ -216,7 +216,7 @@ class Drive {
             .latched = faults_.latched(),
             .fault_total = faults_.total(),
             .first_fault = faults_.first(),
-            .switch_state = switch_state,
+            .switch_state = pattern.last_state(),
             .command_received_ns = request.command.received_ns,
             .command_sequence = request.command.sequence,
             .command_rejected = request.command.rejected,
