@@ -29,15 +29,21 @@ class DriveReplay {
     }
   }
 
+  /// One replay. The loop has nothing in it but the contestant and the time, as that of a bare controller.
   void operator()() {
-    for (std::size_t k = 0; k < measurements_.size(); ++k) next();
+    begin();
+    std::int64_t t_ns = t_ns_;
+    for (Measurement<double>& m : measurements_) {
+      m.t_ns = t_ns;
+      contestant_.step(m, request_);
+      t_ns += period_ns;
+    }
+    t_ns_ = t_ns;
   }
 
+  /// One period; replays follow one another.
   void next() {
-    if (k_ == 0) {
-      contestant_.reset_estimate();  // the flux estimate is an integral: a replay must not drift
-      command(torque_reference, true);
-    }
+    if (k_ == 0) begin();
     step(measurements_[k_]);
     if (++k_ == measurements_.size()) k_ = 0;
   }
@@ -45,6 +51,11 @@ class DriveReplay {
   [[nodiscard]] const Contestant& contestant() const { return contestant_; }
 
  private:
+  void begin() {
+    contestant_.reset_estimate();  // the flux estimate is an integral: a replay must not drift
+    command(torque_reference, true);
+  }
+
   void command(double torque, bool enable) {
     request_.command.torque = torque;
     request_.command.enable = enable;
@@ -67,7 +78,7 @@ class DriveReplay {
 
 /// The drive under test.
 struct OurDrive {
-  void step(const Measurement<double>& m, const DriveRequest<double>& request) {
+  [[gnu::always_inline]] void step(const Measurement<double>& m, const DriveRequest<double>& request) {
     const DriveOutput<double> output = drive.step(m, request);
     keep(output);
   }

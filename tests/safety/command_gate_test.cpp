@@ -61,6 +61,54 @@ class CommandGateOf : public testing::Test {
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(CommandGateOf, Scalars);
 
+// Where the gate says that it is settled, its answer is that of the whole way; and it says so at no other
+// time.
+TYPED_TEST(CommandGateOf, ItIsSettledWhileTheSetpointIsAdmittedAndAvailable) {
+  using T = TypeParam;
+  const auto settled = [this] { return this->gate.is_settled(this->command, this->available); };
+  this->start(T(100));
+  EXPECT_TRUE(settled());
+  EXPECT_EQ(this->gate.settled().torque, this->step().torque);
+  EXPECT_TRUE(this->gate.settled().enable);
+  EXPECT_FALSE(this->gate.settled().lockout);
+
+  this->available = T(99);
+  EXPECT_FALSE(settled());
+  this->step();
+  this->available = T(150);
+  EXPECT_FALSE(settled()) << "less than the setpoint was admitted last";
+  this->step();
+  EXPECT_TRUE(settled());
+
+  this->receive(T(-100), true);
+  EXPECT_FALSE(settled()) << "the new command has not been taken";
+  EXPECT_EQ(this->run(ms).torque, T(-100));
+  EXPECT_TRUE(settled());
+
+  this->gate.restart();
+  EXPECT_FALSE(settled());
+  this->run(ms);
+  EXPECT_TRUE(settled());
+
+  this->wind_down = true;
+  this->step();
+  EXPECT_FALSE(settled());
+  this->wind_down = false;
+  this->run(ms);
+  EXPECT_TRUE(settled());
+
+  this->gate.lock();
+  EXPECT_FALSE(settled());
+}
+
+TYPED_TEST(CommandGateOf, SilenceUnsettlesItAndSoDoesAnAvailableTorqueThatIsNoNumber) {
+  using T = TypeParam;
+  this->start(T(10));
+  EXPECT_FALSE(this->gate.is_settled(this->command, this->nan));
+  this->run(41 * ms);  // silent beyond the timeout: it winds down
+  EXPECT_FALSE(this->gate.is_settled(this->command, T(150)));
+}
+
 TYPED_TEST(CommandGateOf, WithoutAnyCommandItStaysLocked) {
   const auto out = this->run(300 * ms);
   EXPECT_TRUE(out.lockout);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 
@@ -77,7 +78,7 @@ class SectorSelector {
   }
 
   std::array<SpaceVector<T>, 7> edges_{};  ///< lower edge of each sector; the first once more at the end
-  unsigned index_{0};
+  std::size_t index_{0};                   ///< as wide as an address, which is made of it
 };
 
 }  // namespace sextant

@@ -27,14 +27,15 @@ inline constexpr std::array<std::array<std::array<VectorNumber, 3>, 2>, 6> optim
     {{{4, zero_vector, 2}, {5, zero_vector, 1}}},  // sector 6
 }};
 
-/// The same with the states of the vectors, gates off standing for a zero vector: one lookup less.
+/// The same by sector 1…6, with the states of the vectors, gates off standing for a zero vector: one lookup
+/// less. Row 0 and the fourth column are there for the address alone, which then takes shifts.
 inline constexpr auto optimum_states = [] {
-  std::array<std::array<std::array<SwitchState, 3>, 2>, 6> states{};
+  std::array<std::array<std::array<SwitchState, 4>, 2>, 7> states{};
   for (std::size_t sector = 0; sector < 6; ++sector) {
     for (std::size_t flux = 0; flux < 2; ++flux) {
       for (std::size_t torque = 0; torque < 3; ++torque) {
         const VectorNumber n = optimum_switching_table[sector][flux][torque];
-        if (n != zero_vector) states[sector][flux][torque] = switch_states[n];
+        if (n != zero_vector) states[sector + 1][flux][torque] = switch_states[n];
       }
     }
   }
@@ -68,7 +69,7 @@ inline constexpr std::array<SwitchState, SwitchState::code_count> nearest_zero_s
 /// present: the state in force, from which the zero vector is chosen.
 [[nodiscard]] constexpr SwitchState select_state(std::uint8_t sector, bool raise_flux, int torque_demand,
                                                  SwitchState present) noexcept {
-  const SwitchState active = optimum_states[sector - 1U][raise_flux ? 1U : 0U][unsigned(torque_demand + 1)];
+  const SwitchState active = optimum_states[sector][raise_flux ? 1U : 0U][unsigned(torque_demand + 1)];
   return active == gates_off ? nearest_zero_state(present) : active;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "sextant/control/threshold.hpp"
@@ -65,12 +66,12 @@ class TorqueComparator {
   constexpr void reset() noexcept { level_ = hold; }
 
  private:
-  static constexpr unsigned lower = 0;
-  static constexpr unsigned hold = 1;
-  static constexpr unsigned raise = 2;
+  static constexpr std::size_t lower = 0;
+  static constexpr std::size_t hold = 1;
+  static constexpr std::size_t raise = 2;
 
   std::array<Thresholds<T>, 3> thresholds_{};  ///< by level
-  unsigned level_{hold};                       ///< the output + 1
+  std::size_t level_{hold};                    ///< the output + 1
 };
 
 }  // namespace sextant

@@ -10,32 +10,34 @@
 namespace sextant {
 
 /// What the drive knows at the end of one control period. Trivially copyable: it crosses threads by value.
+/// Members that come from one place stand together and in that place's order, so that they are copied in
+/// pairs: a record is filled in every period.
 template <class T = double>
 struct Telemetry {
   std::int64_t t_ns{};      ///< instant of the measurement, on the drive's clock [ns]
-  T torque_requested{};     ///< the request as received [N·m]
-  T torque_reference{};     ///< what the command gate admitted [N·m]
-  T torque{};               ///< estimated torque [N·m]
-  SpaceVector<T> psi_s{};   ///< estimated stator flux linkage, stationary frame [Wb]
-  T psi_s_magnitude{};      ///< its magnitude [Wb]
   ThreePhase<T> i_abc{};    ///< measured phase currents [A]
   T u_dc{};                 ///< measured DC-link voltage [V]
-  T i_dc{};                 ///< DC-link current, mean of the period that ended, from pattern and currents [A]
   T omega_m{};              ///< measured mechanical speed [rad/s]
+  T i_dc{};                 ///< DC-link current, mean of the period that ended, from pattern and currents [A]
+  SpaceVector<T> psi_s{};   ///< estimated stator flux linkage, stationary frame [Wb]
+  T psi_s_magnitude{};      ///< its magnitude [Wb]
+  T torque{};               ///< estimated torque [N·m]
+  T torque_requested{};     ///< the request as received [N·m]
+  T torque_reference{};     ///< what the command gate admitted [N·m]
   T torque_motoring{};      ///< torque available now for motoring, magnitude [N·m]
   T torque_regenerating{};  ///< the same for regenerating [N·m]
-  SwitchState switch_state{};  ///< state commanded at the end of the coming period
-  std::uint8_t sector{};       ///< sector of the stator flux, 1…6; 0 without flux
-  DriveState state{DriveState::init};
-  bool lockout{true};                  ///< a valid disable has yet to be seen
-  FaultSet active{};                   ///< faults present in this period
-  FaultSet latched{};                  ///< faults since the last reset
-  Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
+  FaultSet active{};        ///< faults present in this period
+  FaultSet latched{};       ///< faults since the last reset
   std::uint32_t fault_total{};         ///< latched faults since start
+  Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
+  SwitchState switch_state{};          ///< state commanded at the end of the coming period
   std::int64_t command_received_ns{};  ///< receive time of the command acted on [ns]
   std::uint32_t command_sequence{};    ///< accepted frames so far; 0 while none has come
   std::uint32_t command_rejected{};    ///< frames dropped so far
   std::uint8_t command_counter{};      ///< E2E counter of the command acted on
+  std::uint8_t sector{};               ///< sector of the stator flux, 1…6; 0 without flux
+  DriveState state{DriveState::init};
+  bool lockout{true};  ///< a valid disable has yet to be seen
 };
 
 }  // namespace sextant

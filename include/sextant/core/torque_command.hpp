@@ -17,9 +17,9 @@ struct TorqueCommand {
   bool fault_reset{false};     ///< latched faults may be cleared
   std::int64_t received_ns{};  ///< when the frame arrived, on the drive's clock [ns]
   std::uint32_t sequence{};    ///< counts accepted frames; 0 while none has come
+  std::uint32_t rejected{};    ///< frames dropped: CRC, repeated or lost counter, length, data id
   std::uint8_t counter{};      ///< the E2E counter of the frame, echoed in the status
   E2eState e2e{E2eState::no_data};
-  std::uint32_t rejected{};      ///< frames dropped: CRC, repeated or lost counter, length, data id
   std::uint32_t out_of_range{};  ///< consecutive frames whose torque was outside the contract's range
   bool bus_off{false};           ///< the CAN controller has left the bus
 };

@@ -58,8 +58,8 @@ class Drive {
         capability_{parameters.capability} {}
 
   /// One control period. Never allocates, locks, throws, logs or blocks.
-  [[nodiscard]] DriveOutput<T> step(const Measurement<T>& measurement,
-                                    const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::always_inline]] DriveOutput<T> step(
+      const Measurement<T>& measurement, const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
     // The same code twice, of which the first leaves out what `is_usual` has settled: half of all checks.
     if (is_usual(measurement, request)) [[likely]]
       return answer(measurement, request, true);
@@ -72,8 +72,11 @@ class Drive {
   /// True when torque is being produced and may go on: nothing new is asked and nothing is wrong.
   [[nodiscard]] bool is_usual(const Measurement<T>& measurement,
                               const DriveRequest<T>& request) const noexcept {
-    return makes_torque(state_) && !request.shutdown && !request.external.any() &&
-           protection_.is_harmless(measurement) && gate_.is_steady(request.command, measurement.t_ns);
+    return makes_torque(state_) && (unsigned(request.shutdown) | request.external.bits()) == 0 &&
+           protection_.is_harmless(measurement) && gate_.is_steady(request.command, measurement.t_ns) &&
+           // Asked last and in this order, so that the speed is compared once for this and for the
+           // capability.
+           (capability_.is_full(measurement.omega_m) || std::isfinite(measurement.omega_m));
   }
 
   [[nodiscard, gnu::noinline]] DriveOutput<T> answer_to_any(const Measurement<T>& measurement,
@@ -90,32 +93,39 @@ class Drive {
     const AvailableTorque<T> available = capability_.at(measurement.omega_m);
     // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
     const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
-    const T dt = elapsed_s(measurement.t_ns);
-    const TorqueRange<T> range = available.range(measurement.omega_m);
+    const std::int64_t elapsed_ns = measurement.t_ns - last_t_ns_;
+    last_t_ns_ = measurement.t_ns;
     const AdmittedCommand<T> admitted =
-        usual ? gate_.pass(request.command, measurement.t_ns, dt, range)
-              : gate_.step(request.command, measurement.t_ns, dt, range, hold_at_zero);
+        usual && gate_.is_settled(request.command, available.either_way())
+            ? gate_.settled()
+            : admit(measurement, request, elapsed_ns, available, usual, hold_at_zero);
     if (usual) {  // no fault is active where torque was made, so that there is none to forget
       state_ = admitted.derated ? DriveState::derated : DriveState::torque;
     } else {
       update_state(measured, measurement.omega_m, request, admitted);
     }
 
-    const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
+    const DriveState state = state_;  // known here, but no longer after a virtual call
+    const T torque_reference = makes_torque(state) ? admitted.torque : T(0);
     // Made in place: a copy of what has just been stored by member stalls.
     DriveOutput<T> out{.pattern = control(measurement, usable, torque_reference),
-                       .telemetry = telemetry(measurement, request, admitted, available, torque_reference)};
-    out.telemetry.switch_state = out.pattern.last_state();
+                       .telemetry = telemetry(measurement, request, admitted, available, state,
+                                              torque_reference, out.pattern)};
     if (usable) i_before_ = measurement.i_abc;
     return out;
   }
 
-  /// Time since the last step [s]: one period, or more where late periods were skipped, so that ramps keep
-  /// to the clock.
-  [[nodiscard]] T elapsed_s(std::int64_t t_ns) noexcept {
-    const std::int64_t elapsed_ns = t_ns - last_t_ns_;
-    last_t_ns_ = t_ns;
-    return T(std::max<std::int64_t>(elapsed_ns, parameters_.period_ns)) * T(1e-9);
+  /// Whatever the command is. It takes effect over one period, or over more where late periods were skipped,
+  /// so that ramps keep to the clock.
+  [[nodiscard, gnu::always_inline]] AdmittedCommand<T> admit(const Measurement<T>& measurement,
+                                                             const DriveRequest<T>& request,
+                                                             std::int64_t elapsed_ns,
+                                                             AvailableTorque<T> available, bool usual,
+                                                             bool hold_at_zero) noexcept {
+    const T dt = T(std::max<std::int64_t>(elapsed_ns, parameters_.period_ns)) * T(1e-9);
+    const TorqueRange<T> range = available.range(measurement.omega_m);
+    return usual ? gate_.pass(request.command, measurement.t_ns, dt, range)
+                 : gate_.step(request.command, measurement.t_ns, dt, range, hold_at_zero);
   }
 
   /// Mean of the DC-link current since the last measurement. After a gap of several periods the currents of
@@ -125,12 +135,14 @@ class Drive {
     const ThreePhase<T>& x = i_before_;
     const ThreePhase<T>& y = measurement.i_abc;
     const GatePattern& acted = measurement.acted;
-    const ThreePhase<T> mean{T(0.5) * (x.a + y.a), T(0.5) * (x.b + y.b), T(0.5) * (x.c + y.c)};
+    const ThreePhase<T> sum{x.a + y.a, x.b + y.b, x.c + y.c};
     if (acted.is_driven() && acted.segments().size() == 1) [[likely]] {
-      return driven_dc_link_current(acted.segments().front().state, mean);
+      return T(0.5) * driven_dc_link_current(acted.segments().front().state, sum);
     }
-    const bool opened_long_ago = !acted.is_driven() && acted.duration_ns() > parameters_.period_ns;
-    return opened_long_ago ? dc_link_current(acted, x, y) : dc_link_current(acted, mean, mean);
+    if (!acted.is_driven() && acted.duration_ns() > parameters_.period_ns)
+      return dc_link_current(acted, x, y);
+    const ThreePhase<T> mean{T(0.5) * sum.a, T(0.5) * sum.b, T(0.5) * sum.c};
+    return dc_link_current(acted, mean, mean);
   }
 
   /// A fault of the command matters only while the gates are on; all others matter always.
@@ -183,35 +195,35 @@ class Drive {
     return controller_.step(measurement, {mode, torque_reference});
   }
 
-  /// All but the switching state, which the pattern tells.
   [[nodiscard]] Telemetry<T> telemetry(const Measurement<T>& measurement, const DriveRequest<T>& request,
                                        const AdmittedCommand<T>& admitted, AvailableTorque<T> available,
-                                       T torque_reference) const noexcept {
+                                       DriveState state, T torque_reference,
+                                       const GatePattern& pattern) const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
     return {.t_ns = measurement.t_ns,
-            .torque_requested = request.command.torque,
-            .torque_reference = torque_reference,
-            .torque = estimate.torque,
-            .psi_s = estimate.psi_s,
-            .psi_s_magnitude = estimate.psi_s_magnitude,
             .i_abc = measurement.i_abc,
             .u_dc = measurement.u_dc,
-            .i_dc = dc_link_mean(measurement),
             .omega_m = measurement.omega_m,
+            .i_dc = dc_link_mean(measurement),
+            .psi_s = estimate.psi_s,
+            .psi_s_magnitude = estimate.psi_s_magnitude,
+            .torque = estimate.torque,
+            .torque_requested = request.command.torque,
+            .torque_reference = torque_reference,
             .torque_motoring = available.motoring,
             .torque_regenerating = available.regenerating,
-            .switch_state = {},
-            .sector = estimate.sector,
-            .state = state_,
-            .lockout = admitted.lockout || state_ == DriveState::fault,
             .active = faults_.active(),
             .latched = faults_.latched(),
-            .first_fault = faults_.first(),
             .fault_total = faults_.total(),
+            .first_fault = faults_.first(),
+            .switch_state = pattern.last_state(),
             .command_received_ns = request.command.received_ns,
             .command_sequence = request.command.sequence,
             .command_rejected = request.command.rejected,
-            .command_counter = request.command.counter};
+            .command_counter = request.command.counter,
+            .sector = estimate.sector,
+            .state = state,
+            .lockout = admitted.lockout || state == DriveState::fault};
   }
 
   Parameters parameters_;

@@ -31,8 +31,8 @@ class FaultMemory {
  private:
   FaultSet active_{};
   FaultSet latched_{};
-  Fault first_{};
   std::uint32_t total_{0};
+  Fault first_{};
 };
 
 }  // namespace sextant

@@ -13,6 +13,9 @@ struct AvailableTorque {
   T motoring{};      ///< [N·m]
   T regenerating{};  ///< magnitude [N·m]
 
+  /// A magnitude that may be asked for with either sign at any speed: braking gives no less than motoring.
+  [[nodiscard]] constexpr T either_way() const noexcept { return motoring; }
+
   /// The torques that may be asked for at this speed [rad/s], of which the sign tells what motoring is.
   [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {
     if (omega_m > T(0)) return {-regenerating, motoring};
@@ -45,9 +48,14 @@ class TorqueCapability {
       : parameters_{parameters},
         inverse_range_{T(1) / (parameters.zero_torque_speed - parameters.base_speed)} {}
 
+  /// True up to the base speed, where the full torque is available; false of a NaN.
+  [[nodiscard]] constexpr bool is_full(T omega_m) const noexcept {
+    return std::abs(omega_m) <= parameters_.base_speed;
+  }
+
   /// Available at mechanical speed omega_m [rad/s]; none while the speed is no number.
   [[nodiscard]] constexpr AvailableTorque<T> at(T omega_m) const noexcept {
-    if (std::abs(omega_m) <= parameters_.base_speed) return {parameters_.torque, parameters_.torque};
+    if (is_full(omega_m)) return {parameters_.torque, parameters_.torque};
     if (!std::isfinite(omega_m)) return {};
     const T over = (std::abs(omega_m) - parameters_.base_speed) * inverse_range_;
     return {parameters_.torque * (T(1) - std::clamp(over, T(0), T(1))), parameters_.torque};

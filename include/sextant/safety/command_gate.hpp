@@ -62,21 +62,34 @@ class CommandGate {
   }
 
   /// What `step` does where `is_steady` and there is no `wind_down`.
-  [[nodiscard]] AdmittedCommand<T> pass(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
-                                        TorqueRange<T> available) noexcept {
+  [[nodiscard, gnu::always_inline]] AdmittedCommand<T> pass(const TorqueCommand<T>& command,
+                                                            std::int64_t t_ns, T dt,
+                                                            TorqueRange<T> available) noexcept {
+    if (command.sequence != sequence_) [[unlikely]]
+      renew(command, t_ns);
     AdmittedCommand<T> out{.enable = true, .lockout = false};
-    if (command.sequence != sequence_) renew(command, t_ns);
-    out_of_range_ = 0;
     follow(out, dt, available);
     return out;
+  }
+
+  /// True when, where `is_steady`, `pass` would change nothing: the command is known, its setpoint was
+  /// admitted last, and a torque of that magnitude is available with `either_way` [N·m], whatever its sign.
+  [[nodiscard]] constexpr bool is_settled(const TorqueCommand<T>& command, T either_way) const noexcept {
+    return command.sequence == sequence_ && settled_ && std::abs(setpoint_) <= either_way;
+  }
+
+  /// What `pass` answers where `is_settled`.
+  [[nodiscard]] constexpr AdmittedCommand<T> settled() const noexcept {
+    return {.torque = setpoint_, .enable = true, .lockout = false};
   }
 
   /// True when there is nothing to judge: the bus is well, torque is enabled, and the command is the last one
   /// and young enough, or a new one that asks for nothing but torque within the limits. It is the usual case,
   /// and a short way through it; `judge` would answer the same.
-  [[nodiscard]] constexpr bool is_steady(const TorqueCommand<T>& command, std::int64_t t_ns) const noexcept {
-    if (command.e2e != E2eState::valid || command.bus_off || command.out_of_range != 0) return false;
-    if (!enable_ || lockout_ || blocked_ >= parameters_.blocked_limit) return false;
+  [[nodiscard, gnu::always_inline]] constexpr bool is_steady(const TorqueCommand<T>& command,
+                                                             std::int64_t t_ns) const noexcept {
+    if (!follows_ || command.e2e != E2eState::valid) return false;
+    if ((unsigned(command.bus_off) | command.out_of_range) != 0) return false;  // one branch for both
     if (command.sequence == sequence_) return t_ns - alive_ns_ <= parameters_.timeout_ns;
     return command.sequence != 0 && command.enable && !command.fault_reset && is_within_limits(command) &&
            t_ns - command.received_ns <= parameters_.timeout_ns;
@@ -85,12 +98,17 @@ class CommandGate {
   /// Demands a valid disable before the next enable, as after power-up and after a fault.
   constexpr void lock() noexcept {
     lockout_ = true;
+    follows_ = false;
+    settled_ = false;
     setpoint_ = T(0);
     ramp_.reset();
   }
 
   /// Takes back what was admitted: torque starts again from zero and at its rate.
-  constexpr void restart() noexcept { ramp_.reset(); }
+  constexpr void restart() noexcept {
+    ramp_.reset();
+    settled_ = false;
+  }
 
  private:
   [[nodiscard, gnu::noinline]] AdmittedCommand<T> judge(const TorqueCommand<T>& command, std::int64_t t_ns,
@@ -119,6 +137,8 @@ class CommandGate {
     } else {
       follow(out, dt, available);
     }
+    if (winding_down_) settled_ = false;
+    follows_ = out.enable && !winding_down_ && out_of_range_ == 0;
     return out;
   }
 
@@ -133,6 +153,7 @@ class CommandGate {
     alive_ns_ = std::min(command.received_ns, t_ns);
     sequence_ = command.sequence;
     blocked_ = 0;
+    settled_ = false;
     setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
   }
 
@@ -169,6 +190,7 @@ class CommandGate {
     const T target = std::clamp(setpoint_, available.lowest, available.highest);
     out.derated = target != setpoint_;
     out.torque = ramp_.step(target, parameters_.torque_rate * dt);
+    settled_ = out.torque == setpoint_;
   }
 
   Parameters parameters_;
@@ -182,6 +204,8 @@ class CommandGate {
   bool enable_{false};
   bool lockout_{true};
   bool winding_down_{false};
+  bool settled_{false};  ///< what was admitted last is the setpoint
+  bool follows_{false};  ///< the command was followed when it was last judged, with nothing against it
 };
 
 }  // namespace sextant

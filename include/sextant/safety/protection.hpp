@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/measurement.hpp"
@@ -34,24 +33,22 @@ class Protection {
            std::isfinite(m.u_dc) && std::isfinite(m.omega_m);
   }
 
-  /// True when no limit can be broken and no number is other than finite: one comparison each. A NaN compares
-  /// as false. What is not harmless may still be good, as a negative link voltage.
+  /// True when no limit of currents and link voltage can be broken, so that they are finite: one comparison
+  /// each. A NaN compares as false. What is not harmless may still be good, as a negative link voltage. The
+  /// speed has no limit here; who asks has to see himself that it is finite.
   [[nodiscard]] bool is_harmless(const Measurement<T>& m) const noexcept {
     return m.plausible && std::abs(m.i_abc.a) <= parameters_.over_current &&
            std::abs(m.i_abc.b) <= parameters_.over_current &&
-           std::abs(m.i_abc.c) <= parameters_.over_current &&
-           std::abs(m.u_dc) <= parameters_.dc_over_voltage && std::abs(m.omega_m) <= largest;
+           std::abs(m.i_abc.c) <= parameters_.over_current && std::abs(m.u_dc) <= parameters_.dc_over_voltage;
   }
 
   /// The faults that this measurement shows; `measurement_invalid` when it is not usable.
   [[nodiscard]] FaultSet step(const Measurement<T>& m) const noexcept {
-    if (is_harmless(m)) return {};
+    if (is_harmless(m) && std::isfinite(m.omega_m)) return {};
     return judge(m);
   }
 
  private:
-  static constexpr T largest = std::numeric_limits<T>::max();
-
   [[nodiscard, gnu::noinline]] FaultSet judge(const Measurement<T>& m) const noexcept {
     FaultSet faults;
     if (!is_usable(m)) {

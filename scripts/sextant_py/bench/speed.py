@@ -19,7 +19,7 @@ def control(lab: Lab) -> list[Figure]:
             "ratio",
             unit="x",
             at_most=2.0,
-            accepted_at_most=2.8,
+            accepted_at_most=2.5,
             accepted_because="a drive is asked 3.4 times what the bare DTC is",
         ),
         result.figure(
