@@ -19,9 +19,7 @@ const char* sentence(PowerStage::Plant plant) {
     case PowerStage::Plant::answers:
       return "the plant answers; a fault reset takes the drive out of FAULT";
     case PowerStage::Plant::deaf:
-      return "the plant does not take the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID) "
-             "with "
-             "its gates off";
+      return "the plant does not take the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID)";
     case PowerStage::Plant::silent:
     case PowerStage::Plant::unknown:
       break;
