@@ -65,17 +65,17 @@ TYPED_TEST(TelemetryIntervalOf, OnePeriodIsItsOwnMeanMinimumAndMaximum) {
 
 TEST(TelemetryInterval, OtherValuesAreThoseOfTheLastPeriod) {
   TelemetryInterval<> interval;
-  interval.add(Telemetry<>{.t_ns = 1, .torque_requested = 99, .omega_m = 98, .sector = 1});
+  interval.add(Telemetry<>{.t_ns = 1, .omega_m = 98, .torque_requested = 99, .sector = 1});
   interval.add(Telemetry<>{.t_ns = 25'001,
-                           .torque_requested = 20,
-                           .torque_reference = 15,
-                           .psi_s = polar(1.1, 2.5),
                            .i_abc = {1, 2, -3},
                            .omega_m = -40,
-                           .sector = 4,
-                           .state = DriveState::derated,
+                           .psi_s = polar(1.1, 2.5),
+                           .torque_requested = 20,
+                           .torque_reference = 15,
                            .command_received_ns = 777,
-                           .command_counter = 9});
+                           .command_counter = 9,
+                           .sector = 4,
+                           .state = DriveState::derated});
   const auto r = interval.record();
   EXPECT_EQ(r.t_ns, 25'001);
   EXPECT_EQ(r.torque_requested_nm, 20);

@@ -123,10 +123,10 @@ const TraceOrigin origin{.scenario = "bench run", .control_period_ns = period_ns
 
 Telemetry<> telemetry(std::int64_t k) {
   return {.t_ns = k * period_ns,
-          .torque = double(k),
-          .psi_s_magnitude = 1.1,
           .u_dc = 530,
           .omega_m = 0.5 * double(k),
+          .psi_s_magnitude = 1.1,
+          .torque = double(k),
           .sector = std::uint8_t(k % 6 + 1),
           .state = DriveState::torque};
 }
