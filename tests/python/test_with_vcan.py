@@ -89,20 +89,24 @@ sender.shutdown(); receiver.shutdown()
     assert found.stdout.startswith("there is no CAN interface vcan9; a virtual one is made, as root, by")
 
 
-def test_two_at_once_do_not_hear_each_other(tmp_path: Path) -> None:
-    # The listener hears itself before the talker begins, and listens until the talker has ended.
-    listen = """candump vcan0 >heard &
-until grep -q 111 heard; do cansend vcan0 111#01; sleep 0.1; done
-touch ready; until [ -e done ]; do sleep 0.1; done; kill $!; grep -c 321 heard; exit 0"""
-    talk = """until [ -e ready ]; do sleep 0.1; done
-for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 321#01; sleep 0.05; done; touch done"""
-    commands = [[WITH_VCAN, "timeout", "90", "bash", "-c", script] for script in (listen, talk)]
+def test_two_at_once_do_not_hear_each_other() -> None:
+    # Each hears itself. They share no file that is up to date in both, so that the clock tells whether they met.
+    script = """date +%s.%N >&2; timeout 12 candump vcan0 &
+for i in $(seq 100); do cansend vcan0 $0#01; sleep 0.1; done; date +%s.%N >&2; wait; exit 0"""
+    names = ("111", "321")
     running = [
-        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path) for command in commands
+        subprocess.Popen(
+            [WITH_VCAN, "bash", "-c", script, name], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        for name in names
     ]
     results = [process.communicate(timeout=120) for process in running]
     assert [process.returncode for process in running] == [0, 0], results
-    assert results[0][0] == b"0\n"
+    for name, (heard, _) in zip(names, results, strict=True):
+        assert {line.split()[1] for line in heard.splitlines()} == {name}, results
+    spans = [[float(line) for line in said.splitlines() if line[0].isdigit()] for _, said in results]
+    if max(span[0] for span in spans) >= min(span[1] for span in spans):
+        pytest.skip("NOT TESTED: the one had ended before the other began")
 
 
 def test_time_limit() -> None:
