@@ -219,7 +219,7 @@ def check_limits(machine: Machine, cpu: int | None) -> Finding:
     return change(
         "rights",
         f"limits rtprio {rtprio}, memlock {memory}",
-        'add "@realtime - rtprio 98" and "@realtime - memlock unlimited" to /etc/security/limits.d/realtime.conf,'
+        'add "@realtime - rtprio 99" and "@realtime - memlock unlimited" to /etc/security/limits.d/realtime.conf,'
         " join the group realtime and log in again; or setcap cap_sys_nice,cap_ipc_lock+ep sextant-ecu",
     )
 

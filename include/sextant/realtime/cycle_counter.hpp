@@ -47,10 +47,6 @@ class CycleCounter {
     return static_cast<std::int64_t>(to - from) < 0 ? 0 : to_ns(to - from);
   }
 
-  /// Whether the processor's counter is used, rather than the clock.
-  [[nodiscard]] bool native() const noexcept { return native_; }
-  [[nodiscard]] double ns_per_tick() const noexcept { return ns_per_tick_; }
-
  private:
   struct Pair {
     std::uint64_t ticks;
