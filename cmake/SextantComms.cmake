@@ -1,6 +1,4 @@
-# What the CAN codec and the DDS telemetry are made of: Cyclone DDS, msgpack, and the code generated from the two
-# contracts in configs/interfaces.
-find_package(CycloneDDS 0.10 REQUIRED)
+# What the CAN codec is made of: msgpack, and the code generated from the contract in configs/interfaces.
 find_package(msgpack 4 CONFIG REQUIRED)
 
 # The Python that has cantools; -DSEXTANT_PYTHON names another. Looked for anew in each run of CMake, because

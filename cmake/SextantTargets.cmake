@@ -77,7 +77,7 @@ function(sextant_add_tests folder)
   target_link_libraries(${target} PRIVATE sextant_flags sextant::${folder} ${arg_LIBRARIES} GTest::gmock_main)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_compile_definitions(${target} PRIVATE SEXTANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${target} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  gtest_discover_tests(${target} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 480 PROPERTIES TIMEOUT 1200)
 endfunction()
 
 # sextant_add_program(<name> SOURCES files... [LIBRARIES targets...])

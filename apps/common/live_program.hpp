@@ -33,14 +33,25 @@ inline void start_log(const std::string& name) {
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
 }
 
+/// Whether whoever started this program wants it to ignore the signal, as nohup does.
+[[nodiscard]] inline bool is_ignored(int signal) {
+  struct sigaction action{};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 /// Blocks the signals that ask a program to leave, for this thread and all that it starts, and returns them
-/// for sigwaitinfo() and its kin: no other thread gets them.
+/// for sigwaitinfo() and its kin: no other thread gets them. SIGHUP, of a terminal that is closed, is one of
+/// them unless it was ignored. A pipe whose reader has left ends nothing from now on: what is written to it
+/// is lost.
 [[nodiscard]] inline sigset_t block_leave_signals() {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  if (!is_ignored(SIGHUP)) sigaddset(&set, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGCHLD, SIG_DFL);  // one who ignores it would never learn that a child has ended
   return set;
 }
 

@@ -30,12 +30,14 @@ void CanReceiveThread::run() {
 bool CanReceiveThread::take(const CanFrame& frame) {
   const FrameVerdict verdict = receiver_.on_frame(frame);
   if (verdict == FrameVerdict::unrelated) return false;
+  if (verdict == FrameVerdict::other_drive) {
+    crossings_.other_drive_ns.store(frame.received_ns, std::memory_order_relaxed);
+    return false;
+  }
   crossings_.command.store(receiver_.command());
-  const bool accepted = verdict == FrameVerdict::accepted;
-  if (accepted) ++accepted_;
-  crossings_.commands_accepted.store(accepted_, std::memory_order_relaxed);
-  crossings_.commands_rejected.store(receiver_.command().rejected, std::memory_order_relaxed);
-  return accepted;
+  crossings_.commands_accepted.store(receiver_.count(FrameVerdict::accepted), std::memory_order_relaxed);
+  crossings_.commands_rejected.store(receiver_.rejected(), std::memory_order_relaxed);
+  return verdict == FrameVerdict::accepted;
 }
 
 }  // namespace sextant::ecu

@@ -36,7 +36,6 @@ class CanReceiveThread {
   Crossings& crossings_;
   int fifo_priority_;
   CommandReceiver receiver_{};
-  std::uint64_t accepted_{0};
   LatencyHistogram hand_over_{};
   Worker worker_{"sextant-can-rx"};
 };

@@ -37,7 +37,7 @@ class CommandProbe {
   [[nodiscard]] static std::int64_t clock_ns() noexcept SEXTANT_NONBLOCKING { return now_ns(); }
   SEXTANT_TRUSTED_END
 
-  std::uint32_t sequence_{0};
+  std::uint64_t sequence_{0};
   bool waiting_{false};
   std::int64_t arrival_ns_{0};
   std::int64_t longest_ns_{0};

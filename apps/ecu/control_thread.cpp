@@ -24,10 +24,8 @@ ControlThread::ControlThread(const RealtimeParameters& realtime, std::int32_t pe
       task_{{.period_ns = period_ns, .wake_every_periods = realtime.wake_every_periods}, realtime.wait} {}
 
 RightsReport ControlThread::start() {
-  std::promise<RightsReport> rights;
-  std::future<RightsReport> answer = rights.get_future();
-  worker_.start([this, &rights] { run(rights, go_.get_future()); });
-  return answer.get();
+  worker_.start([this] { run(go_.get_future()); });
+  return rights_.get_future().get();
 }
 
 void ControlThread::answer(bool may_go) {
@@ -41,9 +39,9 @@ void ControlThread::join() {
   worker_.join();
 }
 
-void ControlThread::run(std::promise<RightsReport>& rights, std::future<bool> may_go) {
+void ControlThread::run(std::future<bool> may_go) {
   crossings_.control_thread_id.store(gettid(), std::memory_order_release);
-  rights.set_value(set_up_control_thread(realtime_, task_.schedule().parameters().wake_period_ns()));
+  rights_.set_value(set_up_control_thread(realtime_, task_.schedule().parameters().wake_period_ns()));
   const bool goes = may_go.get();
   finished_ns_ = task_.start();
   while (goes && drive_.state() != DriveState::shutdown) wake_up(task_.wait());
@@ -53,7 +51,7 @@ void ControlThread::run(std::promise<RightsReport>& rights, std::future<bool> ma
 void ControlThread::wake_up(const WakeSchedule::Wake& wake) noexcept {
   const std::int64_t woken_ns = task_.woken_ns();
   probe_.wake();
-  crossings_.beat(woken_ns, realtime_.watchdog_ns);
+  crossings_.beat(woken_ns);
   WakeRecord record = record_of(wake);
   run_periods(wake.deadline_ns);
   crossings_.status.store(telemetry_.last());

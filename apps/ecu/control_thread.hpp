@@ -15,17 +15,22 @@
 namespace sextant::ecu {
 
 /// The newest command, and what the rest of the process demands. The watchdog's order is taken, not only
-/// read, so that it cannot be withdrawn before the drive has seen it.
+/// read, so that it cannot be withdrawn before the drive has seen it. Another drive on the bus is a fault for
+/// as long as it is heard, and for `other_drive_hold_ns` more.
 class LiveCommands {
  public:
+  static constexpr std::int64_t other_drive_hold_ns = ns_per_s;  ///< [ns]
+
   explicit LiveCommands(Crossings& crossings) noexcept : crossings_{crossings} {}
 
-  [[nodiscard]] DriveRequest<double> latest(std::int64_t) noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] DriveRequest<double> latest(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
     DriveRequest<double> request{
         crossings_.command.latest(), crossings_.shutdown.load(std::memory_order_acquire), {}};
     const bool disabled = crossings_.gates_disabled.load(std::memory_order_relaxed) &&
                           crossings_.gates_disabled.exchange(false, std::memory_order_acq_rel);
     if (disabled) request.external.set(Fault::watchdog);
+    const std::int64_t heard_ns = crossings_.other_drive_ns.load(std::memory_order_relaxed);
+    if (heard_ns != 0 && t_ns - heard_ns < other_drive_hold_ns) request.external.set(Fault::second_master);
     return request;
   }
 
@@ -65,7 +70,7 @@ class ControlThread {
   void join();
 
  private:
-  void run(std::promise<RightsReport>& rights, std::future<bool> may_go);
+  void run(std::future<bool> may_go);
   void answer(bool may_go);
   void wake_up(const WakeSchedule::Wake& wake) noexcept;
   /// What the time stamps tell of the way to this wake-up.
@@ -87,6 +92,8 @@ class ControlThread {
   PeriodicTask task_;
   std::uint64_t periods_{0};
   std::int64_t finished_ns_{0};
+  // Of this object, which outlives the thread: who sets a value may still be at it when another has it.
+  std::promise<RightsReport> rights_{};
   std::promise<bool> go_{};
   bool answered_{false};
   Worker worker_{"sextant-control"};

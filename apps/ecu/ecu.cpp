@@ -1,16 +1,22 @@
 #include "ecu/ecu.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "ecu/command_report.hpp"
+#include "ecu/dds_settings.hpp"
 #include "ecu/timing_file.hpp"
 #include "ecu/timing_report.hpp"
+#include "sextant/comms/can_codec.hpp"
 #include "sextant/config/make_controller.hpp"
+#include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
@@ -31,32 +37,12 @@ TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
   return p;
 }
 
-/// The configuration of Cyclone DDS, with defaults in front of it for leaving in time. A writer that goes
-/// away waits until its readers have acknowledged everything, for 1 s unless told otherwise, and asks them
-/// every 100 ms. What comes later in the list has the last word.
-std::string dds_configuration(const EcuConfig& config) {
-  std::string text =
-      "<CycloneDDS><Domain><Internal><HeartbeatInterval min=\"2 ms\" minsched=\"5 ms\">10 "
-      "ms</HeartbeatInterval>"
-      "<WriterLingerDuration>30 ms</WriterLingerDuration></Internal></Domain></CycloneDDS>";
-  const char* const environment = std::getenv("CYCLONEDDS_URI");
-  const std::string given = !config.dds.config_uri.empty() ? config.dds.config_uri
-                            : environment != nullptr       ? std::string{environment}
-                                                           : std::string{};
-  if (!given.empty()) text += "," + given;
-  return text;
-}
-
-/// Where the part comes from that is not ours; empty where there is none.
-std::string dds_configuration_source(const EcuConfig& config) {
-  if (!config.dds.config_uri.empty()) return "dds.config_uri = \"" + config.dds.config_uri + "\"";
-  const char* const environment = std::getenv("CYCLONEDDS_URI");
-  return environment != nullptr ? "the environment, CYCLONEDDS_URI=" + std::string{environment} : "";
-}
-
-DdsTelemetry::Parameters dds_parameters(const EcuConfig& config) {
-  return {std::uint32_t(config.dds.domain), std::uint32_t(config.drive_id), dds_configuration(config),
-          dds_configuration_source(config)};
+TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
+  const DdsSettings settings = dds_settings(config.dds, std::getenv("CYCLONEDDS_URI"));
+  return {.domain_id = std::uint32_t(config.dds.domain),
+          .drive_id = std::uint32_t(config.drive_id),
+          .configuration = settings.configuration,
+          .configuration_source = settings.source};
 }
 
 bool is_hard(const RealtimeParameters& realtime) {
@@ -87,17 +73,17 @@ EcuConfig apart(EcuConfig config) {
 Ecu::Ecu(const EcuConfig& config)
     : config_{apart(config)},
       awake_{is_hard(config.realtime)},
-      crossings_{config.drive.drive.period_ns, config.realtime.wake_every_periods},
+      crossings_{config.drive.drive.period_ns, config.realtime.wake_every_periods,
+                 config.realtime.watchdog_ns},
       power_stage_{config},
       controller_{make_controller(config.drive)},
       drive_{config.drive.drive, *controller_},
-      bus_{make_can_bus(config.can.bus)},
-      dds_{dds_parameters(config)},
+      bus_{make_can_bus(config.can.bus, drive_identifiers())},
+      publisher_{publisher_parameters(config)},
       control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_, crossings_},
       receive_{*bus_, crossings_, receive_priority(config.realtime)},
-      transmit_{*bus_, crossings_},
-      watchdog_{config.realtime.watchdog_ns, crossings_, [this] { power_stage_.open_gates(); },
-                control_priority(config.realtime)},
+      transmit_{*bus_, crossings_, [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
+      watchdog_{crossings_, [this] { power_stage_.open_gates(); }, control_priority(config.realtime)},
       monitor_{power_stage_, crossings_},
       housekeeping_{crossings_} {}
 
@@ -106,6 +92,7 @@ Ecu::~Ecu() {
 }
 
 void Ecu::start() {
+  require_lone_drive();
   const RightsReport rights = control_.start();
   require_rights(config_.realtime, rights);
   for (const std::string& sentence : rights.refusals) spdlog::warn("real time: {}", sentence);
@@ -115,7 +102,8 @@ void Ecu::start() {
   TelemetryThread::Parameters parameters = telemetry_parameters(config_);
   parameters.real_time_scheduling = rights.real_time_scheduling;
   parameters.memory_locked = rights.memory_locked;
-  telemetry_ = std::make_unique<TelemetryThread>(parameters, dds_, crossings_);
+  telemetry_ = std::make_unique<TelemetryThread>(parameters, publisher_.sender(), crossings_,
+                                                 [this](std::int64_t now_ns) { publisher_.look(now_ns); });
   telemetry_->start();
   watchdog_.start();
   monitor_.start();
@@ -125,6 +113,23 @@ void Ecu::start() {
   spdlog::info("drive {} on {}, DDS domain {}: {} control periods of {} us every wake-up", config_.drive_id,
                config_.can.bus, config_.dds.domain, config_.realtime.wake_every_periods,
                double(config_.drive.drive.period_ns) * 1e-3);
+}
+
+void Ecu::require_lone_drive() {
+  constexpr std::int64_t listen_ns = 200'000'000;  // twenty of its MCU_TorqueStatus
+  CanFrame frame;
+  const std::int64_t end_ns = now_ns() + listen_ns;
+  for (std::int64_t left_ns = listen_ns; left_ns > 0; left_ns = end_ns - now_ns()) {
+    const CanReceive result = bus_->receive(frame, std::chrono::nanoseconds{left_ns});
+    if (result == CanReceive::got) (void)receive_.take(frame);
+    if (crossings_.other_drive_ns.load(std::memory_order_relaxed) != 0) {
+      throw std::runtime_error(
+          "another drive sends MCU_TorqueStatus on " + config_.can.bus +
+          ", and the identifiers are the same for every drive_id: give each drive a bus of "
+          "its own");
+    }
+    if (result == CanReceive::down || result == CanReceive::error) return;
+  }
 }
 
 void Ecu::warn_of_unbounded_work() const {
@@ -152,6 +157,7 @@ void Ecu::stop() {
   monitor_.join();
   housekeeping_.join();
   if (telemetry_) telemetry_->join();
+  publisher_.leave();
 }
 
 void Ecu::write_timing(const std::string& file) const {
@@ -166,19 +172,9 @@ void Ecu::print_report(std::FILE* out) const {
                lost);
   }
   power_stage_.print_report(out);
-  print_commands(out);
+  print_commands(out, receive_.receiver());
   print_can(out);
   print_dds(out);
-}
-
-void Ecu::print_commands(std::FILE* out) const {
-  fmt::print(out, "commands {} accepted, {} rejected\n", crossings_.commands_accepted.load(),
-             crossings_.commands_rejected.load());
-  for (std::size_t i = 0; i < frame_verdict_count; ++i) {
-    const auto verdict = static_cast<FrameVerdict>(i);
-    const std::uint64_t count = receive_.receiver().count(verdict);
-    if (rejected(verdict) && count > 0) fmt::print(out, "  {:<18} {}\n", to_string(verdict), count);
-  }
 }
 
 void Ecu::print_can(std::FILE* out) const {
@@ -195,16 +191,22 @@ void Ecu::print_can(std::FILE* out) const {
 }
 
 void Ecu::print_dds(std::FILE* out) const {
-  const DdsTelemetryCounts counts = dds_.counts();
+  const CountsMessage counts = publisher_.counts();
   fmt::print(out, "telemetry {} published, {} periods dropped\n", counts.written,
              crossings_.telemetry.dropped());
   if (counts.refused > 0) {
     fmt::print(out, "  {} samples not published: a value was no finite number\n", counts.refused);
   }
   if (counts.failed > 0) fmt::print(out, "  {} samples not taken by DDS\n", counts.failed);
-  if (const std::uint32_t readers = dds_.incompatible_readers(); readers > 0) {
+  if (counts.incompatible_readers > 0) {
     fmt::print(out, "  {} readers got nothing: they ask for a quality of service that is not offered\n",
-               readers);
+               counts.incompatible_readers);
+  }
+  if (const std::uint64_t lost = publisher_.sender().dropped(); lost > 0) {
+    fmt::print(out, "  {} samples not published: sextant-telemetry did not take them\n", lost);
+  }
+  if (publisher_.restarts() > 0) {
+    fmt::print(out, "  sextant-telemetry was started again {} times\n", publisher_.restarts());
   }
 }
 

@@ -11,6 +11,7 @@
 #include "ecu/housekeeping_thread.hpp"
 #include "ecu/power_stage.hpp"
 #include "ecu/power_stage_monitor.hpp"
+#include "ecu/telemetry_process.hpp"
 #include "ecu/telemetry_thread.hpp"
 #include "ecu/watchdog_thread.hpp"
 #include "sextant/config/ecu_config.hpp"
@@ -41,8 +42,9 @@ class Ecu {
   void print_report(std::FILE* out) const;
 
  private:
+  /// Listens before it speaks. Throws where another drive is heard.
+  void require_lone_drive();
   void warn_of_unbounded_work() const;
-  void print_commands(std::FILE* out) const;
   void print_can(std::FILE* out) const;
   void print_dds(std::FILE* out) const;
 
@@ -53,7 +55,7 @@ class Ecu {
   std::unique_ptr<Controller<double>> controller_;
   Drive<double> drive_;
   std::unique_ptr<CanBus> bus_;
-  DdsTelemetry dds_;
+  TelemetryProcess publisher_;
   ControlThread control_;
   CanReceiveThread receive_;
   CanTransmitThread transmit_;

@@ -15,6 +15,7 @@
 #include "ecu/virtual_run.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/realtime/thread_setup.hpp"
 
 namespace {
 
@@ -38,7 +39,7 @@ constexpr const char* examples = R"(Examples:
                                                      without CAN, DDS and clock, as fast as the machine allows
   sextant-ecu --virtual-time run.log --telemetry-out run.csv
                                                      the same from a recording of candump -l or python-can
-It leaves on SIGINT or SIGTERM: torque to zero, gates off.)";
+It leaves on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
 
 void describe_virtual_time(CLI::App& app, Options& options) {
   CLI::Option* const virtual_time =
@@ -116,12 +117,14 @@ int run(const Options& options) {
   if (options.virtual_time) return run_virtual(config, options);
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
+  if (config.realtime.lock_memory) sextant::reserve_little_memory();
   sextant::ecu::Ecu ecu{config};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();
-  ecu.print_report(stdout);
+  // First what nobody has to be there to read: a terminal may have been closed.
   if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
+  ecu.print_report(stdout);
   if (const std::string problem = ecu.problem(); !problem.empty()) throw std::runtime_error(problem);
   return 0;
 }

@@ -4,6 +4,9 @@
 #include <chrono>
 #include <thread>
 
+#include <fmt/format.h>
+
+#include "ecu/silent_drive.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::ecu {
@@ -45,13 +48,15 @@ std::string reason_for(const Telemetry<double>& t) {
     case DriveState::standby:
       return t.command_sequence == 0 ? "no valid command yet" : "locked out until a valid disable";
     case DriveState::ready:
-      return "waiting for enable";
+      return t.torque_motoring == 0.0 && t.torque_regenerating == 0.0
+                 ? "no torque available at this speed and link voltage"
+                 : "waiting for enable";
     case DriveState::magnetising:
       return "building up flux";
     case DriveState::torque:
-      return "following the torque command";
+      return "torque reference as requested";
     case DriveState::derated:
-      return "less torque available than requested";
+      return "torque reference below the request: less is available";
     case DriveState::fault:
       return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
     case DriveState::shutdown:
@@ -64,8 +69,7 @@ void TelemetryThread::run() {
   next_statistics_ns_ = now_ns() + parameters_.statistics_ns;
   report_.start(now_ns());
   while (!crossings_.stopped.load(std::memory_order_acquire)) {
-    drain_telemetry();
-    drain_wakes();
+    look(now_ns());
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
   drain_telemetry();
@@ -75,24 +79,49 @@ void TelemetryThread::run() {
   report_.hand_over(timing_.last());
 }
 
+void TelemetryThread::look(std::int64_t now_ns) {
+  drain_telemetry();
+  drain_wakes();
+  watch_control_thread(now_ns);
+  look_(now_ns);
+}
+
+void TelemetryThread::watch_control_thread(std::int64_t now_ns) {
+  constexpr std::int64_t tell_every_ns = 50'000'000;
+  if (!crossings_.control_silent(now_ns)) {
+    next_silence_ns_ = now_ns;
+    return;
+  }
+  if (now_ns < next_silence_ns_) return;
+  next_silence_ns_ = now_ns + tell_every_ns;
+  const std::int64_t silent_ns = now_ns - crossings_.heartbeat_ns.load(std::memory_order_acquire);
+  publish_state(status_of_silent_drive(newest_),
+                fmt::format("WATCHDOG: control thread silent for {} ms", silent_ns / 1'000'000));
+  any_published_ = false;  // its next record tells how it stands, whatever was told before
+}
+
 void TelemetryThread::drain_telemetry() {
   Telemetry<double> telemetry;
   while (crossings_.telemetry.pop(telemetry)) {
+    newest_ = telemetry;
     interval_.add(telemetry);
     if (!any_published_ || !same_state(telemetry, published_)) publish_state(telemetry);
     if (interval_.count() < parameters_.periods_per_sample) continue;
-    (void)dds_.write(interval_.record(), crossings_.telemetry.dropped());
+    sender_.write(interval_.record(), crossings_.telemetry.dropped());
     interval_.reset();
   }
 }
 
 void TelemetryThread::publish_state(const Telemetry<double>& telemetry) {
-  const std::string reason = reason_for(telemetry);
+  publish_state(telemetry, reason_for(telemetry));
+}
+
+void TelemetryThread::publish_state(const Telemetry<double>& telemetry, const std::string& reason) {
   DriveStateSample sample{
       telemetry.t_ns,        telemetry.state, telemetry.lockout, telemetry.active, telemetry.latched, {},
       telemetry.fault_total, reason};
   if (telemetry.latched.any()) sample.first_fault = telemetry.first_fault;
-  (void)dds_.write(sample);
+  sender_.write(sample);
   published_ = telemetry;
   any_published_ = true;
 }
@@ -113,7 +142,7 @@ void TelemetryThread::drain_wakes() {
 }
 
 void TelemetryThread::publish_statistics() {
-  (void)dds_.write(sample());
+  sender_.write(sample());
   timing_.reset_interval();
   next_statistics_ns_ = timing_.last().deadline_ns + parameters_.statistics_ns;
 }

@@ -1,20 +1,22 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 
 #include "ecu/can_report.hpp"
 #include "ecu/crossings.hpp"
+#include "ecu/telemetry_sender.hpp"
 #include "ecu/timing_statistics.hpp"
 #include "ecu/worker.hpp"
-#include "sextant/comms/dds_telemetry.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant::ecu {
 
-/// The telemetry thread: drains the rings, publishes intervals, state changes and statistics over DDS.
-/// Whatever DDS does, the control thread never waits for it.
+/// The telemetry thread: drains the rings and hands intervals, state changes and statistics to the process
+/// that publishes them. While the control thread is silent it says so in the place of the drive.
 class TelemetryThread {
  public:
   struct Parameters {
@@ -29,10 +31,14 @@ class TelemetryThread {
     bool memory_locked{false};
   };
 
-  TelemetryThread(const Parameters& parameters, DdsTelemetry& dds, Crossings& crossings)
+  /// `look` is called from this thread, every millisecond, with the time [ns]: it looks after the process.
+  TelemetryThread(
+      const Parameters& parameters, TelemetrySender& sender, Crossings& crossings,
+      std::function<void(std::int64_t)> look = [](std::int64_t) {})
       : parameters_{parameters},
-        dds_{dds},
+        sender_{sender},
         crossings_{crossings},
+        look_{std::move(look)},
         timing_{parameters.timing},
         report_{crossings} {}
 
@@ -42,21 +48,28 @@ class TelemetryThread {
   void join() { worker_.join(); }
   /// Of the run; for after the join.
   [[nodiscard]] const TimingStatistics& timing() const noexcept { return timing_; }
+  /// The body of the loop at now_ns.
+  void look(std::int64_t now_ns);
 
  private:
   void run();
   void drain_telemetry();
   void drain_wakes();
   void publish_state(const Telemetry<double>& telemetry);
+  void publish_state(const Telemetry<double>& telemetry, const std::string& reason);
+  void watch_control_thread(std::int64_t now_ns);
   void publish_statistics();
   [[nodiscard]] RealTimeSample sample() const;
 
   Parameters parameters_;
-  DdsTelemetry& dds_;
+  TelemetrySender& sender_;
   Crossings& crossings_;
+  std::function<void(std::int64_t)> look_;
   TelemetryInterval<double> interval_{};
-  Telemetry<double> published_{};
+  Telemetry<double> newest_{};     // of the drive
+  Telemetry<double> published_{};  // as DriveState
   bool any_published_{false};
+  std::int64_t next_silence_ns_{0};  // when to tell of it again
   TimingStatistics timing_;
   std::int64_t next_statistics_ns_{0};
   CanReport report_;

@@ -13,10 +13,11 @@ VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, 
       drive_{drive},
       recorder_{recorder},
       late_wakes_{std::move(late_wakes)},
-      crossings_{parameters.period_ns, parameters.realtime.wake_every_periods},
+      crossings_{parameters.period_ns, parameters.realtime.wake_every_periods,
+                 parameters.realtime.watchdog_ns},
       receive_{bus, crossings_},
       transmit_{bus, crossings_},
-      watchdog_{parameters.realtime.watchdog_ns, crossings_},
+      watchdog_{crossings_},
       commands_{crossings_},
       telemetry_{crossings_},
       schedule_{
@@ -57,7 +58,7 @@ void VirtualEcu::wake_up() {
   const std::int64_t now = clock_.now_ns();
   late_wakes_.woken(schedule_.next_deadline_ns());
   const WakeSchedule::Wake wake = schedule_.wake(now);
-  crossings_.beat(now, parameters_.realtime.watchdog_ns);
+  crossings_.beat(now);
   run_periods(wake.deadline_ns);
   crossings_.status.store(telemetry_.last());
   drain();

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "ecu/command_report.hpp"
 #include "sextant/harness/random_bus_events.hpp"
 #include "sextant/sim/csv_table.hpp"
 
@@ -184,23 +185,12 @@ void VirtualRun::print_report(std::FILE* out) const {
   const WakeSchedule::Counters& wakes = ecu_.wakes();
   fmt::print(out, "control periods {} run, {} missed in {} overruns\n", recorder_.periods(),
              wakes.periods_skipped, wakes.overruns);
-  print_commands(out);
+  print_commands(out, ecu_.receiver());
   print_can(out);
   fmt::print(out, "left in {}, {} faults", to_string(before_shutdown_.state), before_shutdown_.fault_total);
   if (before_shutdown_.latched.any()) fmt::print(out, ", first {}", to_string(before_shutdown_.first_fault));
   fmt::print(out, "\ndigest {:016x}: telemetry {:016x}, frames {:016x}\n", recorder_.digest(),
              recorder_.telemetry_digest(), recorder_.frames_digest());
-}
-
-void VirtualRun::print_commands(std::FILE* out) const {
-  const CommandReceiver& receiver = ecu_.receiver();
-  fmt::print(out, "commands {} accepted, {} rejected\n", receiver.count(FrameVerdict::accepted),
-             receiver.command().rejected);
-  for (std::size_t i = 0; i < frame_verdict_count; ++i) {
-    const auto verdict = static_cast<FrameVerdict>(i);
-    const std::uint64_t count = receiver.count(verdict);
-    if (rejected(verdict) && count > 0) fmt::print(out, "  {:<18} {}\n", to_string(verdict), count);
-  }
 }
 
 void VirtualRun::print_can(std::FILE* out) const {

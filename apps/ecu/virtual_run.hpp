@@ -59,7 +59,6 @@ class VirtualRun {
   void disturb_bus();
   void run_to_end();
   [[nodiscard]] std::int64_t source_end_ns() const noexcept;
-  void print_commands(std::FILE* out) const;
   void print_can(std::FILE* out) const;
 
   EcuConfig config_;

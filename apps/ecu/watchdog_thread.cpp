@@ -25,13 +25,9 @@ void WatchdogThread::run() {
 }
 
 void WatchdogThread::look(std::int64_t now_ns) {
-  const std::int64_t beat_ns = crossings_.heartbeat_ns.load(std::memory_order_acquire);
-  const bool late = beat_ns != 0 && now_ns - beat_ns > limit_ns_;
-  // Never withdrawn here: the control thread takes the order once it is back, and the drive latches the
+  // The order is never withdrawn here: the control thread takes it once it is back, and the drive latches the
   // fault.
-  if (!late) return;
-  crossings_.gates_disabled.store(true, std::memory_order_release);
-  open_gates_();
+  if (crossings_.control_silent(now_ns)) open_gates_();
 }
 
 }  // namespace sextant::ecu

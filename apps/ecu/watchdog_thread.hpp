@@ -19,13 +19,9 @@ class WatchdogThread {
   /// `open_gates` is called from this thread, every 2 ms while the control thread is late.
   /// `control_priority`: SCHED_FIFO priority of the control thread, 0 for none [-]; with one this thread asks
   /// for `watchdog_priority`, and where that is refused for the control thread's.
-  WatchdogThread(
-      std::int64_t limit_ns, Crossings& crossings, std::function<void()> open_gates = [] {},
-      int control_priority = 0)
-      : limit_ns_{limit_ns},
-        crossings_{crossings},
-        open_gates_{std::move(open_gates)},
-        control_priority_{control_priority} {}
+  explicit WatchdogThread(
+      Crossings& crossings, std::function<void()> open_gates = [] {}, int control_priority = 0)
+      : crossings_{crossings}, open_gates_{std::move(open_gates)}, control_priority_{control_priority} {}
 
   void start() {
     worker_.start([this] { run(); });
@@ -39,7 +35,6 @@ class WatchdogThread {
   void run();
   void ask_for_priority() const;
 
-  std::int64_t limit_ns_;
   Crossings& crossings_;
   std::function<void()> open_gates_;
   int control_priority_;

@@ -1,20 +1,20 @@
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <unistd.h>
+#include <fmt/format.h>
 
+#include "common/build_commit.hpp"
 #include "common/program.hpp"
+#include "mil/interruption.hpp"
 #include "mil/progress_bar.hpp"
+#include "mil/result_directory.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
 #include "sextant/sim/mil_runner.hpp"
@@ -40,8 +40,9 @@ constexpr const char* examples = R"(Examples:
   sextant-mil configs/scenarios/*.toml --integrator fixed
   sextant-mil configs/scenarios/reversal.toml --set control.torque_band_upper_nm=0.5 --out out/half_band
   sextant-mil configs/scenarios/reversal.toml --print-config
-Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario) and
-exits with 0 only if every [expect] holds.)";
+Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario), in the
+place of those of an earlier run. Exit status: 0 if every run passes, 1 if one does not, 2 if the command or a
+file is wrong, 130 or 143 after SIGINT or SIGTERM, which close the trace and write the summary.)";
 
 void describe(CLI::App& app, Options& options) {
   sextant::describe_program(app, program_name, examples);
@@ -54,21 +55,14 @@ void describe(CLI::App& app, Options& options) {
   app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
 }
 
-void make_directory(const std::filesystem::path& directory) {
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (!error) return;
-  throw std::runtime_error("the directory " + directory.string() + " cannot be made: " + error.message() +
-                           "; --out names another");
-}
-
 sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
                                const sextant::MilRunner::Progress& progress) {
   using namespace sextant;
-  SimulatedPowerStage power_stage{config.drive.plant, config.scenario.load};
+  MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
   const auto controller = make_controller(config.drive);
+  const auto* comparators = dynamic_cast<const DirectTorqueController<>*>(controller.get());
   Drive<double> drive{config.drive.drive, *controller};
-  MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns};
+  MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns, comparators};
   return runner.run(config.scenario, trace, progress);
 }
 
@@ -85,41 +79,77 @@ sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
           sampled ? std::optional<std::int64_t>{config.drive.drive.period_ns} : std::nullopt};
 }
 
-/// One scenario, from its file to its summary; false when it did not pass.
-bool report_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& directory,
-                     bool with_trace) {
+/// What else is to be said of a run, in a sentence; empty where there is nothing.
+std::string problem_of(const sextant::MilResult& result) {
+  if (!result.events_ended) {
+    return fmt::format(
+        "the events do not end at {:.6f} s; a longer event_exact.minimum_dwell_ns bounds them, "
+        "event_exact.max_events allows more",
+        result.metrics[sextant::Metric::simulated]);
+  }
+  if (!result.plant_reachable) {
+    return "the plant's stator flux left what the DC link can feed: the integration has gone wrong; choose "
+           "smaller steps or tolerances in [plant], or another plant.integrator";
+  }
+  return result.plant_healthy ? "" : "the integrator of the plant failed; the run ends there";
+}
+
+/// Tells on standard error why a run did not pass, where the table does not.
+void tell(const sextant::RunSummary& summary) {
+  using sextant::Verdict;
+  const char* const name = summary.scenario.c_str();
+  if (!summary.problem.empty()) std::fprintf(stderr, "sextant-mil: %s: %s\n", name, summary.problem.c_str());
+  switch (summary.verdict()) {
+    case Verdict::tripped:
+      std::fprintf(stderr,
+                   "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [gate]\n",
+                   name, to_string(summary.faults.front().fault), double(summary.faults.front().t_ns) * 1e-9);
+      break;
+    case Verdict::not_balanced:
+      std::fprintf(
+          stderr,
+          "sextant-mil: %s: %.2g of the energy is unaccounted for, so that its figures do not count; "
+          "choose a shorter step or tighter tolerances in [plant]\n",
+          name, summary.metrics[sextant::Metric::energy_unaccounted]);
+      break;
+    case Verdict::interrupted:
+      std::fprintf(stderr, "sextant-mil: %s: interrupted at %.6f s\n", name,
+                   summary.metrics[sextant::Metric::simulated]);
+      break;
+    default:
+      if (summary.expected_fault && summary.faults.empty())
+        std::fprintf(stderr, "sextant-mil: %s: %s was expected and did not come\n", name,
+                     to_string(summary.expected_fault->fault));
+  }
+}
+
+/// One scenario, from its file to its summary.
+sextant::Verdict report_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& out,
+                                 bool with_trace, const sextant::mil::Interruption& interruption) {
   using namespace sextant;
   const Scenario& scenario = config.scenario;
-  make_directory(directory);
+  const mil::ResultDirectory directory{out};
   std::optional<TraceRecorder> trace;
-  if (with_trace) trace.emplace(directory / "trace.h5", scenario.trace, origin(config));
+  if (with_trace) trace.emplace(directory.trace(), scenario.trace, origin(config));
 
   mil::ProgressBar bar{scenario.name, stderr};
-  const MilResult result =
-      run_scenario(config, trace ? &*trace : nullptr, [&bar](double fraction) { return bar.show(fraction); });
+  const MilResult result = run_scenario(config, trace ? &*trace : nullptr, [&](double fraction) {
+    bar.show(fraction);
+    return interruption.signal() == 0;
+  });
   bar.finish();
   if (trace) trace->close();
 
-  const RunSummary summary{scenario.name, result.metrics, evaluate(scenario.expectations, result.metrics)};
-  write_summary(summary, directory / "summary.json");
+  RunSummary summary = summarise(scenario, result);
+  summary.trace_error = trace ? trace->error() : "";
+  summary.problem = problem_of(result);
+  summary.configuration = config_json(config);
+  summary.version = SEXTANT_VERSION;
+  summary.commit = build_commit;
+  write_summary(summary, directory.summary());
   print_summary(summary, stdout);
-  if (!result.events_ended) {
-    std::fprintf(
-        stderr,
-        "sextant-mil: %s: the events do not end at %.6f s; a longer event_exact.minimum_dwell_ns bounds "
-        "them, event_exact.max_events allows more\n",
-        scenario.name.c_str(), result.metrics[Metric::simulated]);
-  } else if (!result.plant_healthy) {
-    std::fprintf(stderr, "sextant-mil: %s: the integrator of the plant failed; the run ends there\n",
-                 scenario.name.c_str());
-  }
-  if (result.faults.any()) {
-    std::fprintf(stderr,
-                 "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [gate]\n",
-                 scenario.name.c_str(), to_string(result.first_fault), double(result.fault_ns) * 1e-9);
-  }
-  const bool written = !trace || trace->error().empty();
-  return summary.passed() && result.plant_healthy && !result.faults.any() && written;
+  tell(summary);
+  return summary.verdict();
 }
 
 /// Results are kept under the scenarios' names: each needs one of its own, and one that stays in --out.
@@ -147,6 +177,7 @@ int run(Options options) {
     configs.push_back(sextant::load_scenario_config(file, options.overrides));
   }
   if (!options.print_config) check_names(options.scenarios, configs);
+  const sextant::mil::Interruption interruption;
   bool passed = true;
   for (const sextant::ScenarioConfig& config : configs) {
     if (options.print_config) {
@@ -154,8 +185,10 @@ int run(Options options) {
       continue;
     }
     const bool alone = configs.size() == 1;
-    passed &=
-        report_scenario(config, alone ? options.out : options.out / config.scenario.name, !options.no_trace);
+    const std::filesystem::path out = alone ? options.out : options.out / config.scenario.name;
+    const sextant::Verdict verdict = report_scenario(config, out, !options.no_trace, interruption);
+    passed &= verdict == sextant::Verdict::pass;
+    if (interruption.signal() != 0) return interruption.status();
   }
   return passed ? 0 : 1;
 }
@@ -166,6 +199,6 @@ int main(int argc, char** argv) {
   CLI::App app{"Sextant: runs scenarios of the drive with its model in the loop."};
   Options options;
   describe(app, options);
-  CLI11_PARSE(app, argc, argv);
+  if (const std::optional<int> status = sextant::parse_command_line(app, argc, argv)) return *status;
   return sextant::run_program(program_name, 2, [&] { return run(options); });
 }

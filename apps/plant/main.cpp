@@ -12,6 +12,7 @@
 #include "plant/plant.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/realtime/thread_setup.hpp"
 
 namespace {
 
@@ -23,7 +24,7 @@ constexpr const char* examples = R"(Examples:
   sextant-plant --set hil.pacing=lockstep       virtual time: the plant waits for the drive
   sextant-plant --duration 10 --set period_us=250 --set load.torque_nm.value=5
   sextant-plant --print-config                  every key with unit, range and meaning
-It leaves on SIGINT or SIGTERM. Without a living drive its gates are open.)";
+It leaves on SIGINT, SIGTERM or SIGHUP. Without a living drive its gates are open.)";
 
 /// Returns when a signal asks to leave, the time is over, or the plant has ended by itself.
 void run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, std::optional<double> duration_s) {
@@ -44,6 +45,7 @@ int run(const sextant::LiveOptions& options) {
   }
   // Blocked before any thread starts, so that only run_until_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
+  if (config.realtime.lock_memory) sextant::reserve_little_memory();
   sextant::plant::Plant plant{config};
   plant.start();
   run_until_end(plant, signals, options.duration_s);

@@ -64,23 +64,19 @@ Plant::~Plant() {
 }
 
 void Plant::start() {
-  std::promise<RightsReport> rights;
-  std::future<RightsReport> answer = rights.get_future();
   // The thread sleeps until its rights are judged, so that it does not starve the judge.
-  std::promise<void> judged;
-  thread_ =
-      std::thread{[this, &rights, end = judged.get_future()]() mutable { run(rights, std::move(end)); }};
+  thread_ = std::thread{[this] { run(judged_.get_future()); }};
   try {
-    const RightsReport report = answer.get();
+    const RightsReport report = rights_.get_future().get();
     require_rights(config_.realtime, report);
     for (const std::string& sentence : report.refusals) spdlog::warn("real time: {}", sentence);
     require_room_for_spinning(config_.realtime, report);
   } catch (...) {
     stop_.store(true, std::memory_order_release);
-    judged.set_value();
+    judged_.set_value();
     throw;
   }
-  judged.set_value();
+  judged_.set_value();
   if (lockstep_) {
     spdlog::info("plant on {}: in lockstep, waiting for a drive", meeting_point());
     return;
@@ -92,13 +88,14 @@ std::string Plant::meeting_point() const {
   return udp_ ? "UDP " + config_.hil.udp_listen : "link " + config_.hil.link;
 }
 
-void Plant::run(std::promise<RightsReport>& rights, std::future<void> judged) {
+void Plant::run(std::future<void> judged) {
   if (lockstep_) {
-    rights.set_value({});  // virtual time asks for none
+    rights_.set_value({});  // virtual time asks for none
     judged.wait();
     run_lockstep();
   } else {
-    rights.set_value(set_up_control_thread(config_.realtime, task_.schedule().parameters().wake_period_ns()));
+    rights_.set_value(
+        set_up_control_thread(config_.realtime, task_.schedule().parameters().wake_period_ns()));
     judged.wait();
     udp_ ? run_real_time(*udp_) : run_real_time(*shared_memory_);
   }

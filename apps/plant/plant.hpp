@@ -48,7 +48,7 @@ class Plant {
   void print_report(std::FILE* out) const;
 
  private:
-  void run(std::promise<RightsReport>& rights, std::future<void> judged);
+  void run(std::future<void> judged);
   template <class Server>
   void run_real_time(Server& server);
   void run_lockstep();
@@ -77,6 +77,9 @@ class Plant {
   std::int64_t longest_to_open_ns_{0};
   std::string problem_{};
   bool joined_told_{false};
+  // Of this object, which outlives the thread: who sets a value may still be at it when another has it.
+  std::promise<RightsReport> rights_{};
+  std::promise<void> judged_{};
   std::atomic<bool> stop_{false};
   std::atomic<bool> joined_{false};
   std::atomic<bool> ended_{false};

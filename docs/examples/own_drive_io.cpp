@@ -34,11 +34,11 @@ class RegisterDriveIo final : public sextant::DriveIo<double> {
   RegisterDriveIo(InverterRegisters& registers, std::int32_t period_ns) noexcept
       : registers_{registers}, period_ns_{period_ns} {}
 
-  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
+  [[nodiscard]] Measurement<double> read(std::int64_t /*t_ns*/) noexcept SEXTANT_NONBLOCKING override {
     const std::uint32_t count = registers_.period_count;
     const std::uint32_t samples = count - last_count_;
     last_count_ = count;
-    Measurement<double> m{.t_ns = t_ns};
+    Measurement<double> m;
     m.i_abc = {12.5e-3 * registers_.i_a, 12.5e-3 * registers_.i_b, 12.5e-3 * registers_.i_c};
     m.u_dc = 25e-3 * registers_.u_dc;
     m.omega_m = 1e-3 * registers_.speed;
@@ -81,7 +81,7 @@ struct Commands {
     request.command.torque = 10.0;
     request.command.torque_limit = 150.0;
     request.command.received_ns = t_ns;
-    request.command.sequence = std::uint32_t(t_ns / 1'000'000 + 1);
+    request.command.sequence = std::uint64_t(t_ns / 1'000'000 + 1);
     request.command.e2e = sextant::E2eState::valid;
     return request;
   }

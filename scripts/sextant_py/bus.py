@@ -5,11 +5,13 @@ import fcntl
 import ipaddress
 import socket
 import struct
+import tomllib
 from dataclasses import dataclass
 
 import can
 
 from .errors import UserError
+from .paths import ECU
 
 DEFAULT_PORT = 43113
 DEFAULT_MULTICAST = f"udp_multicast:239.74.163.2:{DEFAULT_PORT}"
@@ -17,6 +19,14 @@ ADDRESS_FORMS = f"socketcan:INTERFACE (socketcan:vcan0) or udp_multicast:GROUP[:
 
 _SIOCGIFFLAGS = 0x8913
 _IFF_UP = 0x1
+
+
+def default_address() -> str:
+    """The bus that configs/ecu.toml names: a VCU and an ECU that are told nothing meet on it."""
+    try:
+        return str(tomllib.loads(ECU.read_text(encoding="utf-8"))["can"]["bus"])
+    except (OSError, ValueError, KeyError) as error:
+        raise UserError(f"{ECU} names no CAN bus ({error}); --can names one.") from None
 
 
 @dataclass(frozen=True)

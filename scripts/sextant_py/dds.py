@@ -123,7 +123,7 @@ class Node:
 
 
 class Subscription:
-    """One topic, read with the type that its writer announces."""
+    """One topic, read with the type that its writer announces, or with the contract's where it announces none."""
 
     def __init__(self, node: Node, topic: str, qos: Qos) -> None:
         self.topic = topic
@@ -161,8 +161,7 @@ class Subscription:
 
     def _discover_type(self, writer: DcpsEndpoint) -> type | None:
         if writer.type_id is None:
-            self._refused[writer.key] = f"its type {writer.type_name} comes without a description"
-            return None
+            return self._contract_type(writer)
         try:
             found, _ = get_types_for_typeid(self._node.participant, writer.type_id, duration(seconds=1))
         except DDSException:
@@ -175,6 +174,16 @@ class Subscription:
             )
             return None
         return found
+
+    def _contract_type(self, writer: DcpsEndpoint) -> type | None:
+        """The type of the contract, for a writer that tells the name of its type alone."""
+        from . import telemetry_types
+
+        name = self.topic.partition("/")[2]
+        if writer.type_name == f"sextant::{name}":
+            return telemetry_types.struct(name)
+        self._refused[writer.key] = f"its type {writer.type_name} comes without a description"
+        return None
 
     def _on_incompatible_qos(self, _reader: DataReader, status: Any) -> None:
         self._incompatible = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")

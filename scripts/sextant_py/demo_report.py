@@ -12,6 +12,7 @@ from rich.table import Table
 
 from .dds import contract_fields
 from .errors import UserError, run
+from .tracking import TOLERANCE_NM, TOLERANCE_SHARE, Tracking
 
 STEP_NM = 5.0
 SETTLED = 0.95
@@ -95,6 +96,16 @@ def energy_kj(recording: dict[str, np.ndarray]) -> tuple[float, float]:
     return float(work[work > 0].sum()), float(-work[work < 0].sum())
 
 
+def followed(commands: Commands, recording: dict[str, np.ndarray], during: np.ndarray) -> str:
+    """In how far the drive delivered what was asked of it."""
+    tracking = Tracking()
+    t_ns = recording["t_ns"][during]
+    samples = zip(t_ns / 1e9, commands.torque_at(t_ns), recording["torque_mean_nm"][during], strict=True)
+    for time_s, asked_nm, delivered_nm in samples:
+        tracking.add(time_s, asked_nm, delivered_nm)
+    return tracking.sentence() or f"never by more than {TOLERANCE_NM:g} N·m or {TOLERANCE_SHARE:.0%}"
+
+
 def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict | None) -> list[tuple[str, str]]:
     """The lines of the table."""
     begin_ns, end_ns = commands.span_ns()
@@ -113,6 +124,7 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
         ("torque delivered (1 ms mean)", f"{mean[during].min():+.1f} … {mean[during].max():+.1f} N·m"),
         ("tracking error", f"{error.mean():+.3f} N·m mean, {np.sqrt(np.mean(error**2)):.3f} N·m RMS"),
     ]
+    table.append(("torque beside the request", followed(commands, recording, during)))
     quiet = settled(recording, during)
     if quiet.any():
         band = (recording["torque_max_nm"] - recording["torque_min_nm"])[quiet]

@@ -4,7 +4,7 @@ import argparse
 import enum
 import json
 import math
-import sys
+import textwrap
 import time
 from functools import cache
 from typing import Any
@@ -18,12 +18,17 @@ from rich.text import Text
 from .contract import Contract
 from .dds import Drive, Telemetry
 from .errors import UserError, run
+from .tracking import Tracking
 
 REFRESH_S = 0.1
 LINE_EVERY_S = 1.0
 STALE_S = 1.0
 PATIENCE_S = 2.0
 BAR_WIDTH = 41
+LABEL_WIDTH = 11
+FRAME_WIDTH = 6  # of a panel: its border, and the space between label and value
+NARROWEST = 20  # of the values of a panel; below it they are cut off
+FOLLOWING = ("TORQUE", "DERATED")  # states in which the torque answers to the request
 STYLES = {"TORQUE": "bold green", "MAGNETISING": "cyan", "READY": "cyan", "DERATED": "yellow", "FAULT": "bold red"}
 
 
@@ -61,7 +66,7 @@ def fault_names(bits: int) -> list[str]:
     return [fault_choices().get(bit, f"BIT_{bit}") for bit in range(32) if bits >> bit & 1]
 
 
-def missed_by(statistics: Any) -> str:
+def missed_by(statistics: Any) -> list[str]:
     """Overruns by cause, those that there were."""
     causes = {
         "machine": statistics.misses_machine,
@@ -69,7 +74,19 @@ def missed_by(statistics: Any) -> str:
         "gap in a stage": statistics.misses_stage_gap,
         "own body": statistics.misses_own_body,
     }
-    return ", ".join(f"{name} {count}" for name, count in causes.items() if count) or "not yet judged"
+    found = [f"{name} {count}" for name, count in causes.items() if count] or ["not yet judged"]
+    return [f"{part}," for part in found[:-1]] + found[-1:]
+
+
+def packed(parts: list[str], width: int) -> list[str]:
+    """The parts in order, as many on a line as fit into the width."""
+    lines = [parts[0]]
+    for part in parts[1:]:
+        if len(lines[-1]) + 1 + len(part) <= width:
+            lines[-1] += f" {part}"
+        else:
+            lines.append(part.strip())
+    return lines
 
 
 class DriveView:
@@ -77,19 +94,44 @@ class DriveView:
 
     def __init__(self) -> None:
         self._peak_nm = 1.0
+        self._tracking = Tracking()
+        self._seen_ns = -1
 
-    def panel(self, drive: Drive) -> Panel:
+    def _track(self, t: Any) -> None:
+        if t.t_ns == self._seen_ns:
+            return
+        self._seen_ns = t.t_ns
+        if t.state.name in FOLLOWING:
+            self._tracking.add(t.t_ns / 1e9, t.torque_requested_nm, t.torque_mean_nm)
+        else:
+            self._tracking.pause()
+
+    def _deviation(self) -> str | None:
+        """In how far the drive does not follow the request, now."""
+        off_nm = self._tracking.deviation_nm
+        return f"NOT FOLLOWING: {off_nm:+.1f} N·m beside the request" if off_nm else None
+
+    def panel(self, drive: Drive, width: int) -> Panel:
+        """As wide as the terminal, width [columns]."""
         table = Table.grid(padding=(0, 2))
-        table.add_column(justify="right", style="dim", no_wrap=True, min_width=11)
-        table.add_column()
+        table.add_column(justify="right", style="dim", no_wrap=True, min_width=LABEL_WIDTH)
+        table.add_column(no_wrap=True, overflow="ellipsis")
+        self._width = max(width - LABEL_WIDTH - FRAME_WIDTH, NARROWEST)
         if drive.telemetry is not None:
+            self._track(drive.telemetry)
             self._add_telemetry(table, drive.telemetry)
         if drive.state is not None:
             self._add_state(table, drive.state)
         if drive.statistics is not None:
             self._add_statistics(table, drive.statistics)
-        table.add_row("telemetry", f"{drive.received} samples read, {drive.lost} passed over")
+        self._add(table, "telemetry", f"{drive.received} samples read,", f"{drive.lost} passed over")
         return Panel(table, title=self._title(drive), title_align="left")
+
+    def _add(self, table: Table, label: str, *parts: str, style: str = "") -> None:
+        """A row of parts that stay together, on as many lines as the width asks for."""
+        for line in packed(list(parts), self._width):
+            table.add_row(label, Text(line, style))
+            label = ""
 
     def _title(self, drive: Drive) -> Text:
         state = drive.telemetry.state.name if drive.telemetry is not None else "?"
@@ -102,53 +144,68 @@ class DriveView:
     def _add_telemetry(self, table: Table, t: Any) -> None:
         self._peak_nm = max(self._peak_nm, abs(t.torque_min_nm), abs(t.torque_max_nm), abs(t.torque_reference_nm))
         scale = rounded_up(self._peak_nm)
-        bar = torque_bar(t.torque_min_nm, t.torque_mean_nm, t.torque_max_nm, t.torque_reference_nm, scale, BAR_WIDTH)
-        table.add_row("torque", f"{-scale:+5g} {bar} {scale:+g} N·m")
-        table.add_row(
-            "",
-            f"{t.torque_mean_nm:+8.2f} N·m mean   {t.torque_min_nm:+8.2f} … {t.torque_max_nm:+.2f}",
-        )
-        table.add_row("", f"{t.torque_reference_nm:+8.2f} N·m reference, {t.torque_requested_nm:+.2f} requested")
-        table.add_row("stator flux", f"{t.flux_mean_wb:8.4f} Wb mean    {t.flux_min_wb:8.4f} … {t.flux_max_wb:.4f}")
-        table.add_row("current", f"{t.current_mean_a:8.2f} A mean     {t.current_min_a:8.2f} … {t.current_max_a:.2f}")
-        table.add_row("speed", f"{t.speed_rad_s:+8.2f} rad/s      {t.speed_rad_s * 30 / math.pi:+8.1f} rpm")
-        table.add_row("DC link", f"{t.u_dc_v:8.1f} V          {t.i_dc_a:+8.2f} A    {t.power_w / 1e3:+.3f} kW")
+        ends = f"{-scale:+5g} ", f" {scale:+g} N·m"
+        width = min(BAR_WIDTH, max(self._width - len("".join(ends)), 3))
+        bar = torque_bar(t.torque_min_nm, t.torque_mean_nm, t.torque_max_nm, t.torque_reference_nm, scale, width)
+        self._add(table, "torque", bar.join(ends))
+        self._add(table, "", f"{t.torque_mean_nm:+8.2f} N·m mean ", f"{t.torque_min_nm:+8.2f} … {t.torque_max_nm:+.2f}")
+        self._add(table, "", f"{t.torque_reference_nm:+8.2f} N·m reference,", f"{t.torque_requested_nm:+.2f} requested")
+        if deviation := self._deviation():
+            self._add(table, "", deviation, style="bold red")
+        flux, current = f"{t.flux_min_wb:8.4f} … {t.flux_max_wb:.4f}", f"{t.current_min_a:8.2f} … {t.current_max_a:.2f}"
+        self._add(table, "stator flux", f"{t.flux_mean_wb:8.4f} Wb mean  ", flux)
+        self._add(table, "current", f"{t.current_mean_a:8.2f} A mean   ", current)
+        self._add(table, "speed", f"{t.speed_rad_s:+8.2f} rad/s    ", f"{t.speed_rad_s * 30 / math.pi:+8.1f} rpm")
+        self._add(table, "DC link", f"{t.u_dc_v:8.1f} V        ", f"{t.i_dc_a:+8.2f} A  ", f"{t.power_w / 1e3:+.3f} kW")
 
     def _add_state(self, table: Table, s: Any) -> None:
-        table.add_row("reason", Text(s.reason or "-"))
-        table.add_row("lockout", "yes: a valid disable has yet to be seen" if s.lockout else "no")
+        self._add(table, "reason", *textwrap.wrap(s.reason or "-", self._width))
+        self._add(table, "lockout", *(("yes:", "a valid disable has yet to be seen") if s.lockout else ("no",)))
         latched, active = fault_names(s.faults_latched), fault_names(s.faults_active)
         style = "bold red" if latched or active else ""
-        table.add_row(
-            "faults", Text(f"active {', '.join(active) or 'none'}; latched {', '.join(latched) or 'none'}", style)
-        )
+        for label, what, names in (("faults", "active", active), ("", "latched", latched)):
+            self._add(table, label, f"{what} {', '.join(names) or 'none'}", style=style)
 
     def _add_statistics(self, table: Table, r: Any) -> None:
-        table.add_row(
+        self._add(
+            table,
             "real time",
-            f"{r.period_ns / 1e3:g} µs × {r.wake_every_periods} a wake-up, {r.periods} periods,"
-            f" {r.periods_skipped} skipped, {r.overruns} overruns",
+            f"{r.period_ns / 1e3:g} µs × {r.wake_every_periods} a wake-up,",
+            f"{r.periods} periods,",
+            f"{r.periods_skipped} skipped,",
+            f"{r.overruns} overruns",
         )
-        table.add_row(
+        self._add(
+            table,
             "",
-            f"wake-up latency p50 {r.wake_latency_p50_us:.1f}, p99 {r.wake_latency_p99_us:.1f},"
-            f" max {r.wake_latency_max_us:.1f} µs",
+            f"wake-up latency p50 {r.wake_latency_p50_us:.1f},",
+            f"p99 {r.wake_latency_p99_us:.1f},",
+            f"max {r.wake_latency_max_us:.1f} µs",
         )
-        table.add_row("", f"work p50 {r.body_p50_us:.1f}, p99 {r.body_p99_us:.1f}, max {r.body_max_us:.1f} µs")
-        table.add_row(
-            "", f"read {r.read_p99_9_us:.2f}, drive {r.drive_p99_9_us:.2f}, push {r.push_p99_9_us:.2f} µs (p99.9)"
+        self._add(
+            table, "", f"work p50 {r.body_p50_us:.1f},", f"p99 {r.body_p99_us:.1f},", f"max {r.body_max_us:.1f} µs"
+        )
+        self._add(
+            table,
+            "",
+            f"read {r.read_p99_9_us:.2f},",
+            f"drive {r.drive_p99_9_us:.2f},",
+            f"push {r.push_p99_9_us:.2f} µs (p99.9)",
         )
         if r.overruns:
-            table.add_row("missed by", missed_by(r))
+            self._add(table, "missed by", *missed_by(r))
         rights = f"SCHED_{r.policy.name}" if r.real_time_scheduling else "no real-time priority"
         locked = "locked" if r.memory_locked else "not locked"
-        table.add_row("", f"{rights}, wait {r.wait.name.lower()}, memory {locked}, {r.page_faults} page faults")
-        table.add_row("commands", f"{r.commands_received} accepted, {r.commands_rejected} rejected")
+        self._add(
+            table, "", f"{rights},", f"wait {r.wait.name.lower()},", f"memory {locked},", f"{r.page_faults} page faults"
+        )
+        self._add(table, "commands", f"{r.commands_received} accepted,", f"{r.commands_rejected} rejected")
 
     def line(self, drive: Drive) -> str:
         t, s, r = drive.telemetry, drive.state, drive.statistics
         parts = [f"drive {drive.drive_id}"]
         if t is not None:
+            self._track(t)
             parts += [
                 t.state.name,
                 f"torque {t.torque_mean_nm:+.2f} N·m ({t.torque_min_nm:+.2f} … {t.torque_max_nm:+.2f}) of"
@@ -162,6 +219,8 @@ class DriveView:
             parts.append(f"{r.periods_skipped} periods skipped")
         if s is not None and s.faults_latched:
             parts.append(f"FAULTS {', '.join(fault_names(s.faults_latched))}")
+        if deviation := self._deviation():
+            parts.append(deviation)
         if time.monotonic() - drive.heard_s > STALE_S:
             parts.append(f"silent for {time.monotonic() - drive.heard_s:.0f} s")
         return "  ".join(parts)
@@ -208,7 +267,7 @@ class Monitor:
 
     def screen(self) -> Group:
         drives = sorted(self._telemetry.drives.values(), key=lambda drive: drive.drive_id)
-        parts: list[Any] = [self._view(drive).panel(drive) for drive in drives]
+        parts: list[Any] = [self._view(drive).panel(drive, self._console.width) for drive in drives]
         parts += [Text(problem, style="yellow") for problem in self._problems()]
         return Group(*parts) if parts else Group(Text("listening …", style="dim"))
 
@@ -269,7 +328,7 @@ def main(arguments: list[str]) -> int:
     else:
         end_s = time.monotonic() + (options.duration or math.inf)
         try:
-            if sys.stdout.isatty():
+            if console.is_terminal and not console.is_dumb_terminal:
                 monitor.show_in_place(end_s)
             else:
                 monitor.print_lines(end_s)

@@ -101,7 +101,8 @@ def cycle_numbers(numbers: Numbers, name: str, run: Run) -> None:
 
 def distortion_numbers(numbers: Numbers, name: str, run: Run) -> None:
     """Where torque leaves its band, and what is asked of it."""
-    balance = run["energy_from_link_j"] - run["energy_to_link_j"] - run["energy_shaft_j"] - run["energy_copper_j"]
+    used = run["energy_shaft_j"] + run["energy_copper_j"] + run["energy_field_j"]
+    balance = run["energy_from_link_j"] - run["energy_to_link_j"] - used
     closed = 100 * balance / run["energy_from_link_j"]
     command, reference = run.command, run.trace["torque_reference_nm"]
     numbers.add(f"{name}/balance_percent", closed, "%", 0.05, "energy unaccounted for, of that drawn", command)

@@ -108,8 +108,10 @@ def run_numbers(numbers: Numbers, name: str, run: Run) -> None:
     numbers.add(f"{name}/shaft_w", mean, "W", -0.02, "mean power on the shaft", command)
     share = 100 * run["energy_shaft_j"] / net
     numbers.add(f"{name}/efficiency_percent", share, "%", 1, "shaft / (from - to)", command)
-    closed = 100 * (net - run["energy_shaft_j"] - run["energy_copper_j"]) / net
-    numbers.add(f"{name}/balance_percent", closed, "%", 0.2, "neither shaft nor copper, of (from - to)", command)
+    closed = 100 * (net - run["energy_shaft_j"] - run["energy_copper_j"] - run["energy_field_j"]) / net
+    numbers.add(
+        f"{name}/balance_percent", closed, "%", 0.2, "neither shaft nor copper nor field, of (from - to)", command
+    )
     account_numbers(numbers, name, late, command)
 
 

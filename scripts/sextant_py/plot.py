@@ -1,4 +1,4 @@
-"""Draws torque, stator flux, speed and current of a trace or a recording over time."""
+"""Draws torque, stator flux, speed and current of a trace or a recording over time, and what else a trace holds."""
 
 import argparse
 from dataclasses import dataclass
@@ -36,9 +36,12 @@ def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -
             values = {
                 name: data[()] for name, data in file.items() if isinstance(data, h5py.Dataset) and data.ndim == 1
             }
-            plant = file.get("plant")
-            if isinstance(plant, h5py.Group):
-                values |= {f"plant/{name}": data[()] for name, data in plant.items() if isinstance(data, h5py.Dataset)}
+            for folder in ("plant", "control"):
+                group = file.get(folder)
+                if isinstance(group, h5py.Group):
+                    values |= {
+                        f"{folder}/{name}": data[()] for name, data in group.items() if isinstance(data, h5py.Dataset)
+                    }
     except FileNotFoundError:
         raise UserError(f"{path} does not exist.") from None
     except OSError:
@@ -109,9 +112,51 @@ def draw_speed(axes: Axes, signals: Signals) -> None:
     axes.plot(blocks(signals.time_s, "mean"), blocks(speed, "mean"), color=MEASURED, linewidth=1.2)
 
 
+# What a trace holds beside its standard signals: heading and signals of a panel.
+FURTHER_PANELS = (
+    ("Switching states of the legs a, b, c", ("plant/switch_a", "plant/switch_b", "plant/switch_c")),
+    ("Comparator outputs", ("control/torque_comparator", "control/flux_comparator")),
+    ("Stator voltage [V]", ("plant/u_s_alpha_v", "plant/u_s_beta_v")),
+    ("DC-link current at the end of each row [A]", ("plant/i_dc_a",)),
+    ("Rotor current [A]", ("plant/i_r_alpha_a", "plant/i_r_beta_a")),
+    ("Shaft angle [rad]", ("plant/theta_m_rad",)),
+    (
+        "Energies [J]",
+        ("plant/energy_link_j", "plant/energy_shaft_j", "plant/energy_copper_j", "plant/energy_field_j"),
+    ),
+)
+LEVELS = {"plant/switch_a": 0, "plant/switch_b": 2, "plant/switch_c": 4, "control/flux_comparator": 3}
+
+
+def further_panels(signals: Signals) -> list[tuple[str, tuple[str, ...]]]:
+    """The panels of which there is at least one signal."""
+    known = ((heading, tuple(n for n in names if n in signals.values)) for heading, names in FURTHER_PANELS)
+    return [(heading, names) for heading, names in known if names]
+
+
+def draw_lines(axes: Axes, signals: Signals, names: tuple[str, ...]) -> None:
+    """Each signal by its name. Those of two or three levels stand above each other, as steps."""
+    for name in names:
+        values = signals.values[name]
+        label = name.split("/")[-1]
+        if np.issubdtype(values.dtype, np.integer):
+            axes.step(signals.time_s, values + LEVELS.get(name, 0), where="pre", linewidth=0.8, label=label)
+            axes.set_yticks([])
+        else:
+            axes.plot(blocks(signals.time_s, "mean"), blocks(values, "mean"), linewidth=1.2, label=label)
+
+
 def draw(signals: Signals, title: str, output: Path) -> None:
-    """Four panels over one time axis, to a PNG."""
-    figure, panels = plt.subplots(4, 1, sharex=True, figsize=(11, 12), height_ratios=(3, 2, 2, 2), layout="constrained")
+    """Four panels over one time axis, and one for each further group of signals that there is, to a PNG."""
+    further = further_panels(signals)
+    figure, panels = plt.subplots(
+        4 + len(further),
+        1,
+        sharex=True,
+        figsize=(11, 12 + 2.5 * len(further)),
+        height_ratios=(3, 2, 2, 2, *(2 for _ in further)),
+        layout="constrained",
+    )
     figure.suptitle(title, fontsize=13)
     draw_torque(panels[0], signals)
     draw_quantity(panels[1], signals, "flux", "wb")
@@ -122,7 +167,10 @@ def draw(signals: Signals, title: str, output: Path) -> None:
         "Stator flux linkage [Wb]",
         "Rotor speed, mechanical [rad/s]",
         "Stator current vector [A]",
+        *(heading for heading, _ in further),
     )
+    for axes, (_, names) in zip(panels[4:], further, strict=True):
+        draw_lines(axes, signals, names)
     for axes, heading in zip(panels, headings, strict=True):
         axes.set_title(heading, loc="left", fontsize=11)
         axes.grid(True, alpha=0.3)

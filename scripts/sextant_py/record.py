@@ -3,6 +3,8 @@
 import argparse
 import csv
 import enum
+import io
+import os
 import signal
 import time
 from pathlib import Path
@@ -12,6 +14,7 @@ from typing import Any, Protocol, Self
 import h5py
 import numpy as np
 
+from .append_file import AppendFile
 from .dds import Telemetry
 from .errors import UserError, run
 from .units import unit_of
@@ -21,7 +24,7 @@ POLL_S = 0.05
 
 
 class Sink(Protocol):
-    """A file that takes rows of values."""
+    """A file that takes rows of values. OSError: the rows found no room; what was appended before stays readable."""
 
     def append(self, rows: list[list[Any]]) -> None: ...
 
@@ -32,30 +35,58 @@ class CsvSink:
     """One line a sample."""
 
     def __init__(self, path: Path, names: list[str]) -> None:
-        self._file = path.open("w", encoding="utf-8", newline="")
-        self._writer = csv.writer(self._file)
-        self._writer.writerow(names)
+        self._file = AppendFile(path)
+        try:
+            self.append([names])
+        except OSError:
+            self._file.close()
+            raise
 
     def append(self, rows: list[list[Any]]) -> None:
-        self._writer.writerows(rows)
+        text = io.StringIO(newline="")
+        csv.writer(text).writerows(rows)
+        self._file.append(text.getvalue())
 
     def close(self) -> None:
         self._file.close()
 
 
 class Hdf5Sink:
-    """One dataset a signal, with its unit, in the root group: the layout of a trace."""
+    """One dataset a signal, with its unit, in the root group: the layout of a trace.
+
+    HDF5 loses the whole file, and crashes at exit, where its own writes find no room. So the room is taken first, for
+    more than the rows can need: every chunk they touch and its index.
+    """
+
+    CHUNK_ROWS = 4096
+    VALUE_BYTES = 8
+    INDEX_BYTES = 16_384
 
     def __init__(self, path: Path, names: list[str], first: list[Any]) -> None:
-        self._file = h5py.File(path, "w")
-        self._datasets = []
-        for name, value in zip(names, first, strict=True):
-            kind = np.float64 if isinstance(value, float) else np.int64
-            dataset = self._file.create_dataset(name, shape=(0,), maxshape=(None,), dtype=kind, chunks=(4096,))
-            dataset.attrs["unit"] = unit_of(name)
-            self._datasets.append(dataset)
+        # Space that was given up is not used again: what one flush left behind stays whole during the next.
+        self._file = h5py.File(path, "w", fs_strategy="none")
+        self._datasets: list[h5py.Dataset] = []
+        try:
+            self._reserve(len(names), 0)
+            for name, value in zip(names, first, strict=True):
+                self._datasets.append(self._create(name, value))
+            self._file.flush()
+        except OSError:
+            self._file.close()
+            raise
+
+    def _create(self, name: str, value: Any) -> h5py.Dataset:
+        kind = np.float64 if isinstance(value, float) else np.int64
+        dataset = self._file.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(self.CHUNK_ROWS,))
+        dataset.attrs["unit"] = unit_of(name)
+        return dataset
+
+    def _reserve(self, columns: int, rows: int) -> None:
+        bytes_a_column = (rows + 2 * self.CHUNK_ROWS) * self.VALUE_BYTES + self.INDEX_BYTES
+        os.posix_fallocate(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), columns * bytes_a_column)
 
     def append(self, rows: list[list[Any]]) -> None:
+        self._reserve(len(self._datasets), len(rows))
         for dataset, column in zip(self._datasets, zip(*rows, strict=True), strict=True):
             dataset.resize(dataset.shape[0] + len(rows), axis=0)
             dataset[-len(rows) :] = column
@@ -95,21 +126,24 @@ class Recorder:
         samples = [sample for sample in samples if sample.drive_id == self._drive_id]
         if not samples:
             return
-        if self._sink is None:
-            self._open(samples[0])
-        self._sink.append([row_of(sample, self._names) for sample in samples])
+        rows = [row_of(sample, self._names or list(sample.__annotations__)) for sample in samples]
+        try:
+            if self._sink is None:
+                self._open(samples[0], rows[0])
+            self._sink.append(rows)
+        except OSError as error:
+            kept = f"; its first {self.count} samples are kept" if self.count else ""
+            reason = os.strerror(error.errno) if error.errno else error
+            raise UserError(f"the recording {self._path} cannot be written: {reason}{kept}.") from None
         self.count += len(samples)
 
-    def _open(self, sample: Any) -> None:
+    def _open(self, sample: Any, row: list[Any]) -> None:
         self._names = list(sample.__annotations__)
-        try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            if self._path.suffix == ".csv":
-                self._sink = CsvSink(self._path, self._names)
-            else:
-                self._sink = Hdf5Sink(self._path, self._names, row_of(sample, self._names))
-        except OSError as error:
-            raise UserError(f"the recording {self._path} cannot be written: {error.strerror or error}.") from None
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        if self._path.suffix == ".csv":
+            self._sink = CsvSink(self._path, self._names)
+        else:
+            self._sink = Hdf5Sink(self._path, self._names, row)
 
     def lost(self) -> int:
         drive = self.telemetry.drives.get(self._drive_id)

@@ -3,11 +3,11 @@
 import fcntl
 import hashlib
 import json
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TextIO
 
+from .append_file import AppendFile
 from .errors import UserError
 from .sweep_file import Sweep
 from .sweep_point import EXPECT_FAILED, FAILED, OK
@@ -32,7 +32,7 @@ class SweepStore:
             "the scenario or a file that it names": digest(configuration),
             "the program sextant-mil": program,
         }
-        self._log: TextIO | None = None
+        self._log: AppendFile | None = None
         self._lock = self._take_lock()
 
     @property
@@ -69,7 +69,7 @@ class SweepStore:
             self.records = {k: record for k, record in self.records.items() if record["status"] != FAILED}
         self._write_state()
         self._rewrite_records()
-        self._log = self.points_file.open("a", encoding="utf-8")
+        self._log = AppendFile(self.points_file, keep=True)
 
     def _check_state(self) -> None:
         try:
@@ -124,11 +124,16 @@ class SweepStore:
 
     def _replace(self, file: Path, text: str) -> None:
         part = file.with_name(file.name + ".part")
-        with part.open("w", encoding="utf-8") as out:
-            out.write(text)
-            out.flush()
-            os.fsync(out.fileno())
-        part.rename(file)
+        try:
+            out = AppendFile(part)
+            try:
+                out.append(text)
+                out.sync()
+            finally:
+                out.close()
+            part.rename(file)
+        except OSError as error:
+            raise _unwritable(file, error) from None
 
     def missing(self) -> list[int]:
         return [k for k in range(len(self._sweep.points)) if k not in self.records]
@@ -138,13 +143,11 @@ class SweepStore:
         if self._log is None:
             raise RuntimeError("the store is not open")
         try:
-            self._log.write(_line(record))
-            # An interruption from here on finds the line in the buffer, which close() writes.
+            self._log.append(_line(record))
             self.records[record["point"]] = record
-            self._log.flush()
-            os.fsync(self._log.fileno())
+            self._log.sync()
         except OSError as error:
-            raise UserError(f"{self.points_file} cannot be written: {error.strerror}.") from None
+            raise _unwritable(self.points_file, error) from None
 
     def count(self, status: str) -> int:
         return sum(record["status"] == status for record in self.records.values())
@@ -156,6 +159,10 @@ class SweepStore:
         if self._log is not None:
             self._log.close()
         self._lock.close()
+
+
+def _unwritable(file: Path, error: OSError) -> UserError:
+    return UserError(f"{file} cannot be written: {error.strerror}; the same command goes on once there is room.")
 
 
 def _line(record: dict) -> str:

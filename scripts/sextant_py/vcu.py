@@ -19,11 +19,13 @@ from . import bus as can_bus
 from . import e2e, profile
 from .contract import Contract
 from .errors import UserError, run
+from .tracking import Tracking
 
 COMMAND = "VCU_TorqueCommand"
 STATUS = "MCU_TorqueStatus"
 STANDING_STATES = ("READY",)
 RUNNING_STATES = ("MAGNETISING", "TORQUE", "DERATED")
+FOLLOWING_STATES = ("TORQUE", "DERATED")  # in which the torque answers to the request
 SILENCE_S = 0.5
 DISABLE_FRAMES = 10
 LOG_FIELDS = ("t_ns", "torque_nm", "enable", "counter")
@@ -42,8 +44,8 @@ class Reports:
     bus: can.BusABC
     contract: Contract
     latest: dict[str, dict] = field(default_factory=dict)
-    heard_s: dict[str, float] = field(default_factory=dict)
     refused: int = 0
+    _silent_periods: int = 0
     _checkers: dict[str, e2e.Checker] = field(default_factory=dict)
     _stop: threading.Event = field(default_factory=threading.Event)
     _thread: threading.Thread | None = None
@@ -79,7 +81,8 @@ class Reports:
                 self.refused += 1
                 return
         self.latest[name] = signals
-        self.heard_s[name] = time.monotonic()
+        if name == STATUS:
+            self._silent_periods = 0
 
     def state(self) -> str | None:
         status = self.latest.get(STATUS)
@@ -89,9 +92,11 @@ class Reports:
         status = self.latest.get(STATUS)
         return bool(status) and not status["Lockout"] and self.state() in STANDING_STATES
 
-    def silence_s(self) -> float:
-        heard = self.heard_s.get(STATUS)
-        return float("inf") if heard is None else time.monotonic() - heard
+    def is_silent(self, period_s: float) -> bool:
+        """Whether no status has come for SILENCE_S; to be asked once a period. Counted in periods in which this program
+        ran: time in which the machine stood still is no silence of the drive."""
+        self._silent_periods += 1
+        return STATUS not in self.latest or self._silent_periods * period_s > SILENCE_S
 
     def first_fault(self) -> str:
         return str(self.latest.get("MCU_Faults", {}).get("FirstFault", "no reason reported"))
@@ -103,6 +108,7 @@ class Commander:
     def __init__(self, bus: can.BusABC, contract: Contract, period_s: float, torque_limit_nm: float) -> None:
         self._bus = bus
         self._contract = contract
+        self.period_s = period_s
         self._period_ns = round(period_s * 1e9)
         self._torque_limit_nm = torque_limit_nm
         self._counter = 0
@@ -184,8 +190,9 @@ def shake_hands(commander: Commander, reports: Reports, progress: Progress, time
     """Sends disable frames until the drive is ready for an enable."""
     deadline = time.monotonic() + timeout_s
     while not reports.ready():
+        is_silent = reports.is_silent(commander.period_s)
         if time.monotonic() > deadline:
-            _refuse_handshake(reports, timeout_s)
+            _refuse_handshake(reports, timeout_s, is_silent)
         in_fault = reports.state() == "FAULT"
         if in_fault and not reset:
             raise UserError(f"the drive is in FAULT ({reports.first_fault()}); --reset-faults asks it to clear them.")
@@ -195,10 +202,10 @@ def shake_hands(commander: Commander, reports: Reports, progress: Progress, time
     progress.say(f"the drive is ready ({describe(reports)})")
 
 
-def _refuse_handshake(reports: Reports, timeout_s: float) -> None:
+def _refuse_handshake(reports: Reports, timeout_s: float, is_silent: bool) -> None:
     if reports.refused and not reports.latest.get(STATUS):
         raise UserError(f"{reports.refused} status frames came, but none with a valid CRC and data ID.")
-    if reports.silence_s() > SILENCE_S:
+    if is_silent:
         raise UserError(f"no answer from a drive within {timeout_s:g} s; is sextant-ecu running on this bus?")
     lockout = reports.latest[STATUS]["Lockout"]
     raise UserError(
@@ -207,8 +214,24 @@ def _refuse_handshake(reports: Reports, timeout_s: float) -> None:
     )
 
 
+def compare(tracking: Tracking, reports: Reports, time_s: float, torque_nm: float, enable: bool) -> str:
+    """Takes in the drive's torque beside the one asked for; what is to be said of it now."""
+    status = reports.latest.get(STATUS)
+    if status is None or not enable or reports.state() not in FOLLOWING_STATES:
+        tracking.pause()
+        return ""
+    tracking.add(time_s, torque_nm, float(status["TorqueEstimated"]))
+    off_nm = tracking.deviation_nm
+    return f"  NOT FOLLOWING: {off_nm:+.1f} N·m beside the request" if off_nm else ""
+
+
 def play(
-    commander: Commander, reports: Reports, torque: profile.Profile, progress: Progress, watch: bool
+    commander: Commander,
+    reports: Reports,
+    torque: profile.Profile,
+    progress: Progress,
+    tracking: Tracking,
+    watch: bool,
 ) -> tuple[int, str | None]:
     """Plays the profile. Returns when it began [ns] and, where it had to end early, why."""
     start_ns = commander.wait()
@@ -217,10 +240,11 @@ def play(
     while (time_s := (due_ns - start_ns) / 1e9) <= torque.duration_s:
         torque_nm, enable = torque.at(time_s)
         commander.send(torque_nm, enable)
-        progress.show(f"{time_s:6.2f} s  request {torque_nm:+7.2f} N·m  drive: {describe(reports)}")
+        off = compare(tracking, reports, time_s, torque_nm, enable)
+        progress.show(f"{time_s:6.2f} s  request {torque_nm:+7.2f} N·m  drive: {describe(reports)}{off}")
         if watch:
             was_running = was_running or reports.state() in RUNNING_STATES
-            if reports.silence_s() > SILENCE_S:
+            if reports.is_silent(commander.period_s):
                 return start_ns, f"the drive fell silent {time_s:.2f} s into the profile."
             if was_running and reports.state() == "FAULT":
                 return start_ns, f"the drive went to FAULT ({reports.first_fault()}) {time_s:.2f} s into the profile."
@@ -263,7 +287,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--can", default=can_bus.DEFAULT_MULTICAST, metavar="BUS", help="default: %(default)s")
+    parser.add_argument("--can", metavar="BUS", help="default: the bus that configs/ecu.toml names")
     parser.add_argument("--profile", required=True, metavar="FILE", help="torque profile, .csv or .toml")
     parser.add_argument("--interpolation", choices=profile.INTERPOLATIONS, help="instead of the profile's own")
     parser.add_argument("--rate", type=float, default=100.0, metavar="HZ", help="frames a second (default: 100)")
@@ -289,18 +313,19 @@ def main(arguments: list[str]) -> int:
     if not 1 <= options.rate <= 1000:
         raise UserError("--rate must be between 1 and 1000 Hz.")
     limit_nm = options.torque_limit if options.torque_limit is not None else contract.limits(COMMAND, "TorqueLimit")[1]
-    address = can_bus.parse(options.can)
+    address = can_bus.parse(options.can or can_bus.default_address())
     progress = Progress(options.quiet)
     bus = can_bus.open_bus(address)
     reports = Reports(bus, contract)
     commander = Commander(bus, contract, 1.0 / options.rate, limit_nm)
+    tracking = Tracking()
     start_ns, failure = None, None
     reports.start()
     try:
         progress.say(f"playing {options.profile} ({torque.duration_s:g} s) on {address}")
         if not options.no_handshake:
             shake_hands(commander, reports, progress, options.timeout, options.reset_faults)
-        start_ns, failure = play(commander, reports, torque, progress, watch=not options.no_handshake)
+        start_ns, failure = play(commander, reports, torque, progress, tracking, watch=not options.no_handshake)
     except cantools.database.EncodeError as error:
         raise UserError(f"a command does not fit the contract: {error}.") from None
     finally:
@@ -309,6 +334,8 @@ def main(arguments: list[str]) -> int:
             write_log(options.log, address, start_ns, 1.0 / options.rate, commander)
     if failure:
         raise UserError(failure)
+    if deviation := tracking.sentence():
+        print(f"vcu: {deviation}.", file=sys.stderr)
     progress.say(
         f"played; {len(commander.sent)} frames sent, {commander.skipped} periods skipped ({describe(reports)})"
     )

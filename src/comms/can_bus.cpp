@@ -20,21 +20,23 @@ std::uint16_t parse_port(std::string_view text, std::string_view address) {
   return port;
 }
 
-std::unique_ptr<CanBus> make_udp_multicast(std::string_view rest, std::string_view address) {
+std::unique_ptr<CanBus> make_udp_multicast(std::string_view rest, std::string_view address,
+                                           std::span<const CanIdentifier> wanted) {
   const std::size_t colon = rest.rfind(':');
   const std::string_view port = colon == std::string_view::npos ? std::string_view{} : rest.substr(colon + 1);
-  return std::make_unique<UdpMulticastBus>(std::string(rest.substr(0, colon)), parse_port(port, address));
+  return std::make_unique<UdpMulticastBus>(std::string(rest.substr(0, colon)), parse_port(port, address),
+                                           wanted);
 }
 
 }  // namespace
 
-std::unique_ptr<CanBus> make_can_bus(std::string_view address) {
+std::unique_ptr<CanBus> make_can_bus(std::string_view address, std::span<const CanIdentifier> wanted) {
   const std::size_t colon = address.find(':');
   const std::string_view kind = address.substr(0, colon);
   const std::string_view rest =
       colon == std::string_view::npos ? std::string_view{} : address.substr(colon + 1);
-  if (kind == "socketcan") return std::make_unique<SocketCanBus>(std::string(rest));
-  if (kind == "udp_multicast") return make_udp_multicast(rest, address);
+  if (kind == "socketcan") return std::make_unique<SocketCanBus>(std::string(rest), wanted);
+  if (kind == "udp_multicast") return make_udp_multicast(rest, address, wanted);
   throw std::runtime_error("the CAN address \"" + std::string(address) +
                            "\" is not known: use socketcan:<interface> or udp_multicast:<group>:<port>");
 }

@@ -204,6 +204,15 @@ DecodedCommand decode_command(const CanFrame& frame) noexcept {
           .in_range = torque.is_in_range(m.torque_request) && limit.is_in_range(m.torque_limit)};
 }
 
+std::span<const CanIdentifier> drive_identifiers() noexcept {
+  static constexpr std::array<CanIdentifier, 3> identifiers{{
+      {.id = SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID},
+      {.id = SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID, .extended = true},
+      {.id = SEXTANT_MCU_TORQUE_STATUS_FRAME_ID},
+  }};
+  return identifiers;
+}
+
 std::uint32_t command_id() noexcept {
   return SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID;
 }

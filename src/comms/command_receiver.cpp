@@ -50,12 +50,14 @@ const char* to_string(FrameVerdict v) noexcept {
   switch (v) {
     case FrameVerdict::accepted:
       return "accepted";
-    case FrameVerdict::not_valid_yet:
-      return "E2E state not valid yet";
     case FrameVerdict::unrelated:
       return "unrelated";
     case FrameVerdict::error_frame:
       return "error frame";
+    case FrameVerdict::other_drive:
+      return "another drive";
+    case FrameVerdict::not_valid_yet:
+      return "E2E state not valid yet";
     case FrameVerdict::wrong_length:
       return "wrong length";
     case FrameVerdict::remote_frame:
@@ -86,12 +88,13 @@ CommandReceiver::CommandReceiver(const Parameters& parameters) noexcept
 FrameVerdict CommandReceiver::on_frame(const CanFrame& frame) noexcept {
   const FrameVerdict verdict = judge(frame);
   ++counts_[std::size_t(verdict)];
-  if (rejected(verdict)) ++command_.rejected;
+  if (is_rejection(verdict)) command_.rejected = static_cast<std::uint32_t>(++rejected_);
   return verdict;
 }
 
 FrameVerdict CommandReceiver::judge(const CanFrame& frame) noexcept {
   if (frame.error) return on_error_frame(frame);
+  if (other_drive_.sent(frame)) return FrameVerdict::other_drive;
   const FrameVerdict identity = verdict_of(identify_command(frame));
   if (identity != FrameVerdict::accepted) return identity;
 
@@ -105,21 +108,29 @@ FrameVerdict CommandReceiver::judge(const CanFrame& frame) noexcept {
 
 FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
   const DecodedCommand decoded = decode_command(frame);
-  if (!decoded.in_range) {
+  if (!decoded.in_range && decoded.request.enable) {
     ++command_.out_of_range;
     return FrameVerdict::out_of_range;
   }
-  command_.torque = decoded.request.torque;
-  command_.torque_limit = decoded.request.torque_limit;
-  command_.enable = decoded.request.enable;
-  command_.fault_reset = decoded.request.fault_reset;
+  // The numbers of a disable that lie beyond the contract, "not available" among them, are nobody's torque.
+  accept(decoded.in_range ? decoded.request : TorqueRequest{.fault_reset = decoded.request.fault_reset});
   command_.received_ns = frame.received_ns;
   command_.counter = decoded.counter;
   command_.out_of_range = 0;
   ++command_.sequence;
-  // A command that comes through proves the bus; the hold lets the control thread see a short bus-off.
+  // A command that comes through proves the bus, unless it was on its way before.
   if (frame.received_ns - bus_off_ns_ >= parameters_.bus_off_hold_ns) command_.bus_off = false;
   return FrameVerdict::accepted;
+}
+
+void CommandReceiver::accept(const TorqueRequest& request) noexcept {
+  command_.torque = request.torque;
+  command_.torque_limit = request.torque_limit;
+  command_.enable = request.enable;
+  command_.fault_reset = request.fault_reset;
+  // The control thread may not see this command, only a later one.
+  if (!request.enable) ++command_.disables;
+  if (!request.enable && request.fault_reset) ++command_.resets;
 }
 
 FrameVerdict CommandReceiver::on_error_frame(const CanFrame& frame) noexcept {

@@ -37,6 +37,17 @@ canid_t can_id_of(const CanFrame& frame) noexcept {
          (frame.error ? CAN_ERR_FLAG : 0U);
 }
 
+/// Data, remote and FD frames of these identifiers.
+std::vector<can_filter> filters_for(std::span<const CanIdentifier> wanted) {
+  if (wanted.empty()) return {{.can_id = 0, .can_mask = 0}};
+  std::vector<can_filter> filters;
+  for (const auto [id, extended] : wanted) {
+    const canid_t bits = extended ? CAN_EFF_MASK : CAN_SFF_MASK;
+    filters.push_back({.can_id = id | (extended ? CAN_EFF_FLAG : 0U), .can_mask = bits | CAN_EFF_FLAG});
+  }
+  return filters;
+}
+
 CanFrame from_kernel(const canfd_frame& in, bool fd) noexcept {
   CanFrame frame;
   frame.error = (in.can_id & CAN_ERR_FLAG) != 0;
@@ -55,7 +66,8 @@ bool means_down(int error) noexcept {
 
 }  // namespace
 
-SocketCanBus::SocketCanBus(const std::string& interface) : interface_(interface), socket_(open_socket()) {
+SocketCanBus::SocketCanBus(const std::string& interface, std::span<const CanIdentifier> wanted)
+    : interface_(interface), filters_(filters_for(wanted)), socket_(open_socket()) {
   if (interface.empty() || interface.size() >= IFNAMSIZ || if_nametoindex(interface.c_str()) == 0) {
     throw std::runtime_error("there is no network interface \"" + interface +
                              "\": \"ip link show type can\" and \"ip link show type vcan\" list the CAN "
@@ -86,9 +98,8 @@ bool SocketCanBus::bind_interface() const noexcept {
   address.can_ifindex = static_cast<int>(if_nametoindex(interface_.c_str()));
   if (address.can_ifindex == 0) return false;  // index 0 would mean every interface
   // An interface that is removed takes the socket's filters with it.
-  constexpr can_filter everything{.can_id = 0, .can_mask = 0};
-  if (setsockopt(socket_.fd(), SOL_CAN_RAW, CAN_RAW_FILTER, &everything, sizeof(everything)) != 0)
-    return false;
+  const auto size = static_cast<socklen_t>(filters_.size() * sizeof(can_filter));
+  if (setsockopt(socket_.fd(), SOL_CAN_RAW, CAN_RAW_FILTER, filters_.data(), size) != 0) return false;
   return bind(socket_.fd(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
 }
 

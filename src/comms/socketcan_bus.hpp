@@ -1,6 +1,10 @@
 #pragma once
 
+#include <span>
 #include <string>
+#include <vector>
+
+#include <linux/can.h>
 
 #include "can_bus_counters.hpp"
 #include "sextant/comms/can_bus.hpp"
@@ -10,10 +14,11 @@ namespace sextant {
 
 /// A CAN interface of Linux (CAN_RAW): can0, vcan0. Error frames and CAN FD frames are received too, so that
 /// they can be judged rather than missed. When the interface goes down or away, the receiving thread binds
-/// the socket again as soon as it is back.
+/// the socket again as soon as it is back. The kernel leaves out what is not wanted.
 class SocketCanBus final : public CanBus {
  public:
-  explicit SocketCanBus(const std::string& interface);
+  /// Without `wanted` identifiers every frame is.
+  explicit SocketCanBus(const std::string& interface, std::span<const CanIdentifier> wanted = {});
 
   [[nodiscard]] CanSend send(const CanFrame& frame) noexcept override;
   [[nodiscard]] CanReceive receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept override;
@@ -27,6 +32,7 @@ class SocketCanBus final : public CanBus {
   [[nodiscard]] CanReceive on_receive_error(int error) noexcept;
 
   std::string interface_;
+  std::vector<can_filter> filters_;
   Socket socket_;
   Receiver receiver_;
   CanBusCounters counters_;

@@ -35,6 +35,11 @@ FaultReport fault_report_of(const Telemetry<double>& x) noexcept {
   return report;
 }
 
+/// Messages that hold nothing but what was measured or estimated.
+bool is_measurement(StatusMessage message) noexcept {
+  return message == StatusMessage::motion || message == StatusMessage::electrical;
+}
+
 bool same(const FaultReport& a, const FaultReport& b) noexcept {
   return a.active == b.active && a.latched == b.latched && a.first == b.first && a.total == b.total;
 }
@@ -91,7 +96,9 @@ std::span<const CanFrame> StatusEncoder::due(std::int64_t now_ns, const Telemetr
   const FaultReport faults = fault_report_of(drive);
   std::size_t n = 0;
   for (std::size_t i = 0; i < status_message_count; ++i) {
-    if (is_due(i, now_ns, faults)) frames_[n++] = frame(static_cast<StatusMessage>(i), drive, extras);
+    const auto message = static_cast<StatusMessage>(i);
+    if (!is_due(i, now_ns, faults) || (is_measurement(message) && !extras.measured)) continue;
+    frames_[n++] = frame(message, drive, extras);
   }
   sent_faults_ = faults;
   return {frames_.data(), n};

@@ -1,14 +1,18 @@
 #include "udp_multicast_bus.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
+#include <thread>
 
 #include <arpa/inet.h>
+#include <net/if.h>
 
 #include "can_datagram.hpp"
+#include "multicast_route.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant {
@@ -52,18 +56,28 @@ double wall_clock_s() noexcept {
 
 }  // namespace
 
-UdpMulticastBus::UdpMulticastBus(const std::string& group, std::uint16_t port)
+UdpMulticastBus::UdpMulticastBus(const std::string& group, std::uint16_t port,
+                                 std::span<const CanIdentifier> wanted)
     : name_("udp_multicast:" + group + ":" + std::to_string(port)),
+      wanted_(wanted.begin(), wanted.end()),
       sending_(open_socket()),
       receiving_(open_socket()) {
   const sockaddr_in address = group_address(group, port);
+  interface_ = outgoing_interface(address.sin_addr);
   open_sender(address);
   open_receiver(address);
 }
 
 void UdpMulticastBus::open_sender(const sockaddr_in& group) {
+  // A connected socket has a source address, and what has one leaves by the interface of that address,
+  // whatever the routes say: over lo it would not, beside a default route, and nobody who follows the routes
+  // would hear it.
+  ip_mreqn leaving{};
+  leaving.imr_ifindex = interface_;
   const bool configured =
-      sending_.set(IPPROTO_IP, IP_MULTICAST_TTL, 1) && sending_.set(IPPROTO_IP, IP_MULTICAST_LOOP, 1);
+      sending_.set(IPPROTO_IP, IP_MULTICAST_TTL, 1) && sending_.set(IPPROTO_IP, IP_MULTICAST_LOOP, 1) &&
+      (interface_ == 0 ||
+       setsockopt(sending_.fd(), IPPROTO_IP, IP_MULTICAST_IF, &leaving, sizeof(leaving)) == 0);
   socklen_t length = sizeof(own_);
   if (configured && connect(sending_.fd(), generic(group), sizeof(group)) == 0 &&
       getsockname(sending_.fd(), reinterpret_cast<sockaddr*>(&own_), &length) == 0) {
@@ -79,6 +93,7 @@ void UdpMulticastBus::open_sender(const sockaddr_in& group) {
 void UdpMulticastBus::open_receiver(const sockaddr_in& group) {
   ip_mreqn membership{};
   membership.imr_multiaddr = group.sin_addr;
+  membership.imr_ifindex = interface_;
   const bool good =
       receiving_.set(SOL_SOCKET, SO_REUSEADDR, 1) && receiving_.set(SOL_SOCKET, SO_REUSEPORT, 1) &&
       receiving_.set(SOL_SOCKET, SO_TIMESTAMPNS, 1) && receiving_.set(SOL_SOCKET, SO_RXQ_OVFL, 1) &&
@@ -99,42 +114,73 @@ CanSend UdpMulticastBus::send(const CanFrame& frame) noexcept {
 }
 
 CanReceive UdpMulticastBus::receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept {
+  // A flood of what nobody wants must not keep a processor from what has a lower priority than the caller.
+  constexpr std::chrono::milliseconds pause{1};
   const std::int64_t deadline = now_ns() + timeout.count();
   for (;;) {
-    const CanReceive result = read(frame);
-    if (result != CanReceive::timeout) return result;
+    const Look look = read(frame);
+    if (look.result != CanReceive::timeout) return look.result;
     const std::int64_t left = deadline - now_ns();
-    if (left <= 0 || receiver_.wait(receiving_.fd(), std::chrono::nanoseconds(left)) <= 0) {
+    if (left <= 0) return CanReceive::timeout;
+    if (look.more) {
+      std::this_thread::sleep_for(pause);
+    } else if (receiver_.wait(receiving_.fd(), std::chrono::nanoseconds(left)) <= 0) {
       return CanReceive::timeout;
     }
   }
 }
 
-/// Reads until a frame of somebody else or nothing is left. Of a flood of others it reads a bounded number at
-/// once; the caller's time limit decides whether it goes on.
-CanReceive UdpMulticastBus::read(CanFrame& frame) noexcept {
+/// Reads until a wanted frame of somebody else or nothing is left. Of all others it reads a bounded number at
+/// once.
+UdpMulticastBus::Look UdpMulticastBus::read(CanFrame& frame) noexcept {
   constexpr int most_skipped = 64;
   std::array<std::byte, largest_datagram> buffer;
   for (int i = 0; i < most_skipped; ++i) {
     const Reception r = receiver_.read(receiving_.fd(), buffer);
     if (r.length < 0) {
-      if (r.error == EAGAIN || r.error == EINTR) return CanReceive::timeout;
-      return means_down(r.error) ? CanReceive::down : CanReceive::error;
+      if (r.error == EAGAIN || r.error == EINTR) return {};
+      return {means_down(r.error) ? CanReceive::down : CanReceive::error};
     }
-    if (r.has_overflow) counters_.on_overflow_total(r.overflow);
-    if (is_own(r.sender)) continue;
-    const auto bytes = std::span(buffer).first(static_cast<std::size_t>(r.length));
-    const auto received = unpack_datagram({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    if (!received) {
-      counters_.receive_malformed.fetch_add(1, std::memory_order_relaxed);
-      continue;
-    }
-    frame = *received;
-    frame.received_ns = r.received_ns;
-    counters_.on_received(frame);
-    return CanReceive::got;
+    if (take(r, buffer, frame)) return {CanReceive::got};
   }
-  return CanReceive::timeout;
+  return {.more = true};
+}
+
+/// True for a wanted frame of somebody else.
+bool UdpMulticastBus::take(const Reception& reception, std::span<const std::byte> buffer,
+                           CanFrame& frame) noexcept {
+  if (reception.has_overflow) counters_.on_overflow_total(reception.overflow);
+  if (is_own(reception.sender)) {
+    heard_itself_.store(true, std::memory_order_relaxed);
+    return false;
+  }
+  const auto bytes = buffer.first(static_cast<std::size_t>(reception.length));
+  const auto received = unpack_datagram({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!received) {
+    counters_.receive_malformed.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
+  if (!is_wanted(*received)) return false;
+  frame = *received;
+  frame.received_ns = reception.received_ns;
+  counters_.on_received(frame);
+  return true;
+}
+
+bool UdpMulticastBus::is_wanted(const CanFrame& frame) const noexcept {
+  if (wanted_.empty() || frame.error) return true;
+  return std::ranges::find(wanted_, CanIdentifier{frame.id, frame.extended}) != wanted_.end();
+}
+
+std::string UdpMulticastBus::trouble() const {
+  constexpr std::uint64_t plenty = 1000;  // a few seconds of status frames
+  if (heard_itself_.load(std::memory_order_relaxed) || counters_.stats().sent < plenty) return {};
+  std::array<char, IF_NAMESIZE> interface{"?"};
+  (void)if_indextoname(static_cast<unsigned>(interface_), interface.data());
+  return name_ + ": of more than " + std::to_string(plenty) + " frames sent over the interface " +
+         interface.data() +
+         " none came back, so that no program of this machine hears the drive: look at \"ip route " +
+         "get\" for the group, and for a firewall that drops multicast";
 }
 
 bool UdpMulticastBus::is_own(const sockaddr_storage& sender) const noexcept {

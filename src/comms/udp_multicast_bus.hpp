@@ -1,7 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <netinet/in.h>
 
@@ -13,26 +16,41 @@ namespace sextant {
 
 /// A CAN bus on a UDP multicast group, as python-can's interface `udp_multicast` speaks it. It sends from a
 /// socket of its own, so that its own frames, which the kernel loops back, are told apart by their sender.
+/// Both sockets keep to the interface to which the routes led when it was opened.
 class UdpMulticastBus final : public CanBus {
  public:
-  UdpMulticastBus(const std::string& group, std::uint16_t port);
+  /// Without `wanted` identifiers every frame is.
+  UdpMulticastBus(const std::string& group, std::uint16_t port, std::span<const CanIdentifier> wanted = {});
 
   [[nodiscard]] CanSend send(const CanFrame& frame) noexcept override;
   [[nodiscard]] CanReceive receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept override;
   [[nodiscard]] CanBusStats stats() const noexcept override { return counters_.stats(); }
+  [[nodiscard]] std::string trouble() const override;
 
  private:
+  /// What a look at the socket found: what `receive` returns, or that there is more to look through.
+  struct Look {
+    CanReceive result{CanReceive::timeout};
+    bool more{false};
+  };
+
   void open_sender(const sockaddr_in& group);
   void open_receiver(const sockaddr_in& group);
   [[nodiscard]] bool is_own(const sockaddr_storage& sender) const noexcept;
-  [[nodiscard]] CanReceive read(CanFrame& frame) noexcept;
+  [[nodiscard]] bool is_wanted(const CanFrame& frame) const noexcept;
+  [[nodiscard]] Look read(CanFrame& frame) noexcept;
+  [[nodiscard]] bool take(const Reception& reception, std::span<const std::byte> buffer,
+                          CanFrame& frame) noexcept;
 
   std::string name_;
+  std::vector<CanIdentifier> wanted_;
+  int interface_{0};  // index; 0: whatever the routes say
   Socket sending_;
   Socket receiving_;
   sockaddr_in own_{};
   Receiver receiver_;
   CanBusCounters counters_;
+  std::atomic<bool> heard_itself_{false};
 };
 
 }  // namespace sextant

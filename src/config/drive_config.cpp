@@ -1,5 +1,16 @@
 #include "sextant/config/drive_config.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "number_text.hpp"
+#include "sextant/drive/drive_limits.hpp"
 #include "sextant/sim/profile_table.hpp"
 
 namespace sextant {
@@ -15,32 +26,62 @@ constexpr Range<double> current_a{0.1, 1e5};
 constexpr Range<double> voltage_v{1, 2e4};
 constexpr Range<double> tolerance{1e-14, 1e-1};
 
-void describe(Section s, TorqueComparator<>::Parameters& p) {
-  s.number("torque_band_upper_nm", p.upper_band, torque_magnitude_nm, "N·m",
-           "band of the upper torque relay");
-  s.number("torque_band_lower_nm", p.lower_band, torque_magnitude_nm, "N·m",
-           "band of the lower torque relay, as a magnitude");
-  s.choice("comparator_reading", p.reading,
+/// What machine, flux reference and link say of the limits. It is asked for when they have been read.
+DriveLimits<> limits_of(const DriveConfig& c) {
+  return drive_limits(c.direct_torque.machine, c.direct_torque.flux_reference, c.plant.io.u_dc);
+}
+
+/// The flux with which the machine meets the link's linear voltage limit at the frequency of its data sheet:
+/// its rated flux, where link and machine are made for each other. No number without that frequency. [Wb]
+double flux_of_link(const DriveConfig& c) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const double frequency_hz = c.machine.reactance_frequency_hz.value_or(none);
+  return linear_voltage(c.plant.io.u_dc) / (2.0 * std::numbers::pi * frequency_hz);
+}
+
+void describe_comparators(Section s, DriveConfig& c) {
+  TorqueComparator<>::Parameters& torque = c.direct_torque.torque_comparator;
+  const auto torque_band = [&c] { return limits_of(c).torque_band; };
+  s.derived("torque_band_upper_nm", torque.upper_band, torque_magnitude_nm, "N·m",
+            "band of the upper torque relay", torque_band);
+  s.derived("torque_band_lower_nm", torque.lower_band, torque_magnitude_nm, "N·m",
+            "band of the lower torque relay, as a magnitude", torque_band);
+  s.choice("comparator_reading", torque.reading,
            {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},
            "torque relays with memory, or the band alone");
+  s.derived("flux_band_wb", c.direct_torque.flux_comparator.band, {1e-6, 1}, "Wb",
+            "half the width of the flux hysteresis", [&c] { return limits_of(c).flux_band; });
 }
 
-void describe(Section s, DirectTorqueController<>::Parameters& p) {
+/// The direct torque controller.
+void describe_controller(Section s, DriveConfig& c) {
+  DirectTorqueController<>::Parameters& p = c.direct_torque;
   s.time("period_us", p.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
-  s.number("flux_reference_wb", p.flux_reference, flux_wb, "Wb", "stator flux linkage");
-  describe(s, p.torque_comparator);
-  s.number("flux_band_wb", p.flux_comparator.band, {1e-6, 1}, "Wb", "half the width of the flux hysteresis");
+  s.derived(
+      "flux_reference_wb", p.flux_reference, flux_wb, "Wb", "stator flux linkage",
+      [&c] { return flux_of_link(c); },
+      "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
+  describe_comparators(s, c);
   s.number("sector_start_deg", p.sector.sector_start_deg, {-180, 180}, "deg",
            "lower edge of sector 1, from voltage vector 1");
-  s.number("magnetising_current_a", p.magnetiser.current_limit, current_a, "A",
-           "limit while the flux is built up at standstill");
-  s.number("hand_over_current_a", p.magnetiser.hand_over_current, current_a, "A",
-           "largest current at which torque control takes over from magnetising");
+  s.derived("magnetising_current_a", p.magnetiser.current_limit, current_a, "A",
+            "limit while the flux is built up at standstill",
+            [&c] { return limits_of(c).magnetising_current; });
+  s.derived("hand_over_current_a", p.magnetiser.hand_over_current, current_a, "A",
+            "largest current at which torque control takes over from magnetising",
+            [&c] { return limits_of(c).hand_over_current; });
   s.check(p);
+  s.check([&c]() -> std::string {
+    if (zero_torque_speed(c.direct_torque.machine, c.direct_torque.flux_reference, c.plant.io.u_dc) > 0.0)
+      return {};
+    return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";
+  });
 }
 
-void describe(Section s, CommandGate<>::Parameters& p) {
-  s.number("torque_limit_nm", p.torque_limit, torque_magnitude_nm, "N·m", "a command beyond it is blocked");
+void describe_gate(Section s, DriveConfig& c) {
+  CommandGate<>::Parameters& p = c.drive.gate;
+  s.derived("torque_limit_nm", p.torque_limit, torque_magnitude_nm, "N·m", "a command beyond it is blocked",
+            [&c] { return limits_of(c).torque; });
   s.number("torque_rate_nm_s", p.torque_rate, {1e-3, 1e9}, "N·m/s", "largest rate of the admitted torque");
   s.time("timeout_ms", p.timeout_ns, ns_per_ms, {1, 1e4}, "ms",
          "age at which the torque starts to ramp to zero");
@@ -50,17 +91,38 @@ void describe(Section s, CommandGate<>::Parameters& p) {
   s.check(p);
 }
 
-void describe(Section s, TorqueCapability<>::Parameters& p) {
-  s.number("torque_nm", p.torque, torque_magnitude_nm, "N·m", "available up to the base speed");
-  s.number("base_speed_rad_s", p.base_speed, {1e-3, 1e4}, "rad/s", "up to it all torque is available");
-  s.number("zero_torque_speed_rad_s", p.zero_torque_speed, {1e-3, 1e4}, "rad/s",
-           "at it no motoring torque is left");
+/// A speed of the typed curve; it need not be said.
+void curve_speed(Section& s, const char* key, double& member, const char* meaning) {
+  s.add(key, "rad/s", meaning,
+        NumberField{{1e-3, 1e4},
+                    [&member] { return std::isfinite(member) ? std::optional{member} : std::nullopt; },
+                    [&member](double x) { member = x; }});
+}
+
+void describe_capability(Section s, DriveConfig& c) {
+  TorqueCapability<>::Parameters& p = c.drive.capability;
+  s.derived("torque_nm", p.torque, torque_magnitude_nm, "N·m", "largest torque announced and admitted",
+            [&c] { return c.drive.gate.torque_limit; });
+  s.number("voltage_use", p.voltage_use, {0.1, 1}, "", "share of u_dc/sqrt(3) that a torque may need");
+  curve_speed(s, "base_speed_rad_s", p.base_speed,
+              "from it on the motoring torque falls linearly; not set: as far as the link's voltage lasts");
+  curve_speed(s, "zero_torque_speed_rad_s", p.zero_torque_speed,
+              "from it on there is no motoring torque; not set: as far as the link's voltage lasts");
+  s.derive([&c, &p] {
+    p.machine = c.direct_torque.machine;
+    p.flux_reference = c.direct_torque.flux_reference;
+  });
   s.check(p);
 }
 
-void describe(Section s, Protection<>::Parameters& p) {
-  s.number("over_current_a", p.over_current, current_a, "A", "trip level of any phase current's magnitude");
-  s.number("dc_over_voltage_v", p.dc_over_voltage, voltage_v, "V", "trip level of the DC link");
+void describe_protection(Section s, DriveConfig& c) {
+  Protection<>::Parameters& p = c.drive.protection;
+  s.derived("over_current_a", p.over_current, current_a, "A", "trip level of any phase current's magnitude",
+            [&c] { return limits_of(c).over_current; });
+  s.derived("dc_over_voltage_v", p.dc_over_voltage, voltage_v, "V", "trip level of the DC link",
+            [&c] { return limits_of(c).dc_over_voltage; });
+  s.derived("over_speed_rad_s", p.over_speed, {1e-3, 1e4}, "rad/s", "trip level of the speed, both ways",
+            [&c] { return limits_of(c).over_speed; });
   s.check(p);
 }
 
@@ -81,6 +143,25 @@ void describe(Section s, CvodeParameters& p) {
   describe(s, static_cast<ErrorControl&>(p));
 }
 
+/// A machine that takes too many fixed steps in a period: its run would not end in a time that makes sense.
+std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
+  constexpr double most_steps_a_period = 1000;
+  const bool fixed = p.integrator == IntegratorKind::fixed || p.integrator == IntegratorKind::exact;
+  if (!fixed || p.plant.validate() != nullptr) return {};
+  const double longest_s =
+      FixedStepIntegrator<SimulatedPowerStage::Plant>::longest_step(SimulatedPowerStage::Plant{p.plant});
+  const double steps = double(p.io.period_ns) * 1e-9 / longest_s;
+  if (steps <= most_steps_a_period) return {};
+  std::array<char, 400> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "integrator = \"%s\" would take %.3g steps of %.3g ns in a period, %g are allowed: the leakage "
+      "inductances of this [machine] are too small for its resistances; integrator = \"cvode\" with "
+      "cvode.method = \"bdf\" is for stiff machines",
+      p.integrator == IntegratorKind::fixed ? "fixed" : "exact", steps, longest_s * 1e9, most_steps_a_period);
+  return text.data();
+}
+
 }  // namespace
 
 void describe(Section s, SimulatedPowerStage::Parameters& p) {
@@ -99,13 +180,16 @@ void describe(Section s, SimulatedPowerStage::Parameters& p) {
            "bearings and fan, torque per speed");
   describe(s.section("cvode"), p.cvode);
   Section fixed = s.section("fixed");
-  fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us", "longest integration step");
+  fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
+             "longest integration step; a machine that is too fast for it gets shorter ones");
   fixed.check(p.fixed);
   Section exact = s.section("exact");
   exact.time("max_step_us", p.exact.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
-             "longest time over which the speed is frozen; while legs are off plant.fixed counts");
+             "longest time over which the speed is frozen, less on a light shaft; while legs are off "
+             "plant.fixed counts");
   exact.check(p.exact);
   describe(s.section("erk"), p.erk);
+  s.check([&p] { return check_stiffness(p); });
 }
 
 void describe(Section s, LoadConfig& p) {
@@ -131,6 +215,14 @@ void share(DriveConfig& c) {
 }
 
 }  // namespace
+
+std::string validate_link(const DriveConfig& c) {
+  const double link = c.plant.io.u_dc;
+  const double trip = c.drive.protection.dc_over_voltage;
+  if (!(link > trip)) return {};
+  return number_text(link) + " V is above protection.dc_over_voltage_v, " + number_text(trip) +
+         " V: the drive would trip at once; lower the link or raise the trip level";
+}
 
 bool is_said(const ProfileParameters& p) {
   return p.shape != ProfileShape::constant || p.value != 0.0 || !p.points.empty() || !p.table.empty();
@@ -184,7 +276,7 @@ void describe(Section root, DriveConfig& c) {
   Section control = root.section("control");
   control.choice("controller", c.controller, {{"dtc", ControllerKind::direct_torque}},
                  "direct torque control");
-  describe(control, c.direct_torque);
+  describe_controller(control, c);
   Section estimate = control.section("machine_estimate");
   describe(estimate, c.machine_estimate, false);
   estimate.check([&c]() -> std::string {
@@ -197,9 +289,14 @@ void describe(Section root, DriveConfig& c) {
   drive.flag("magnetise_first", c.drive.magnetise_first, "build up the flux at standstill before torque");
   drive.number("magnetise_below_speed_rad_s", c.drive.magnetise_below_speed, {0, 1e3}, "rad/s",
                "a faster machine starts without magnetising first");
-  describe(root.section("gate"), c.drive.gate);
-  describe(root.section("capability"), c.drive.capability);
-  describe(root.section("protection"), c.drive.protection);
+  // The controller's check of its current limit leaves the flux to stand after three rotor time constants.
+  drive.derived("magnetise_timeout_ms", c.magnetise_timeout_ms, {1, 1e6}, "ms",
+                "time after which flux that does not stand is a fault",
+                [&c] { return std::max(1000.0, 5e3 * c.direct_torque.machine.tau_r()); });
+  root.derive([&c] { c.drive.magnetise_timeout_ns = std::llround(c.magnetise_timeout_ms * ns_per_ms); });
+  describe_gate(root.section("gate"), c);
+  describe_capability(root.section("capability"), c);
+  describe_protection(root.section("protection"), c);
   describe(root.section("plant"), c.plant);
   drive.check([&c]() -> std::string {
     // What its parts have to say is said where they are described.

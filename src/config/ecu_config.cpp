@@ -11,7 +11,8 @@ void describe(Section s, CanConfig& p) {
 
 void describe(Section s, DdsConfig& p) {
   s.integer("domain", p.domain, {0, 230}, "", "DDS domain");
-  s.text("config_uri", p.config_uri, "Cyclone DDS configuration; empty: CYCLONEDDS_URI decides", true);
+  s.text("config_uri", p.config_uri,
+         "Cyclone DDS configuration; empty: CYCLONEDDS_URI decides, without it the loopback interface", true);
   s.number("telemetry_rate_hz", p.telemetry_rate_hz, {1, 10'000}, "Hz", "rate of DriveTelemetry");
   s.number("statistics_rate_hz", p.statistics_rate_hz, {0.01, 100}, "Hz", "rate of RealTimeStatistics");
 }
@@ -86,6 +87,8 @@ void describe(Section root, EcuConfig& c) {
                {"udp", PowerStageKind::udp}},
               "a plant in this process, in another one of this machine, or on another machine");
   describe(root, c.drive);
+  root.section("plant").section("u_dc_v").check(
+      [&c] { return c.power_stage == PowerStageKind::simulated ? validate_link(c.drive) : std::string{}; });
   Section hil = root.section("hil");
   describe(hil, c.hil);
   hil.check([&c] { return check_power_stage(c); });

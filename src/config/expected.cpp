@@ -30,6 +30,7 @@ struct Expected {
   std::string operator()(const FileField& f) const {
     return "the path of a CSV file with the columns " + f.columns;
   }
+  std::string operator()(const NamesField& f) const { return "a list, not empty, of " + f.what; }
 };
 
 }  // namespace

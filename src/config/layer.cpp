@@ -8,6 +8,8 @@
 #include <system_error>
 #include <utility>
 
+#include "sextant/files/text_lines.hpp"
+
 namespace sextant {
 namespace {
 
@@ -16,8 +18,7 @@ namespace {
 }
 
 std::string file_text(const std::string& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) refuse(file, 0, "", "cannot be read: it is a directory");
+  if (std::string reason = why_unreadable(file); !reason.empty()) refuse(file, 0, "", std::move(reason));
   std::ifstream stream{file, std::ios::binary};
   if (!stream) refuse(file, 0, "", "cannot be read: " + std::generic_category().message(errno));
   std::ostringstream text;
@@ -76,14 +77,28 @@ std::string Layer::resolved(const std::string& path) const {
   return (std::filesystem::path{file}.parent_path() / path).lexically_normal().string();
 }
 
+namespace {
+
+/// One part of a dotted path; `name[k]` is item k of a list.
+const toml::node* child(const toml::node& node, std::string_view part) {
+  const toml::table* table = node.as_table();
+  if (table == nullptr) return nullptr;
+  const std::size_t bracket = part.find('[');
+  const toml::node* found = table->get(part.substr(0, bracket));
+  if (bracket == std::string_view::npos || found == nullptr) return found;
+  const toml::array* list = found->as_array();
+  return list == nullptr ? nullptr : list->get(std::stoul(std::string{part.substr(bracket + 1)}));
+}
+
+}  // namespace
+
 const toml::node* Layer::find(std::string_view path) const {
   if (!prefix.empty() && path != prefix && !path.starts_with(prefix + ".")) return nullptr;
   const std::string local = local_path(path);
   const toml::node* node = &table;
   for (std::size_t begin = 0; begin < local.size();) {
     const std::size_t end = std::min(local.find('.', begin), local.size());
-    const toml::table* inner = node->as_table();
-    node = inner == nullptr ? nullptr : inner->get(std::string_view{local}.substr(begin, end - begin));
+    node = child(*node, std::string_view{local}.substr(begin, end - begin));
     if (node == nullptr) return nullptr;
     begin = end + 1;
   }

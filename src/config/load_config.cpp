@@ -56,4 +56,9 @@ std::string print_config(const ScenarioConfig& config) {
   return printed(config);
 }
 
+std::string config_json(const ScenarioConfig& config) {
+  ScenarioConfig copy = config;
+  return print_json(schema_of(copy));
+}
+
 }  // namespace sextant

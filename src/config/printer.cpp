@@ -1,5 +1,6 @@
 #include "printer.hpp"
 
+#include <cmath>
 #include <string_view>
 
 #include "expected.hpp"
@@ -46,6 +47,11 @@ struct Value {
     }
     return "[" + text + "]";
   }
+  std::string operator()(const NamesField& f) const {
+    std::string text;
+    for (const std::string& name : f.get()) text += (text.empty() ? "" : ", ") + quoted(name);
+    return "[" + text + "]";
+  }
   std::string operator()(const FileField& f) const { return f.get().empty() ? "" : quoted(f.get()); }
 };
 
@@ -54,19 +60,63 @@ std::string comment(const Field& field, const std::string& preset) {
   if (!field.unit.empty()) text += " [" + field.unit + "]";
   text += "; " + expected(field.kind);
   if (field.required) return text + "; required";
+  if (field.derived) return text + "; default derived from machine and link";
   return text + "; default " + (preset.empty() ? "not set" : preset);
 }
 
+/// The heading of a table; of an item of a list where the path ends in `[k]`.
+std::string heading(const std::string& path) {
+  std::string name;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (path[i] == '[') i = path.find(']', i) + 1;
+    if (i < path.size()) name += path[i];
+  }
+  return path.ends_with(']') ? "[[" + name + "]]" : "[" + name + "]";
+}
+
+/// The same with the items that its lists have now.
+Schema expanded(const Schema& schema, const Schema& sizes) {
+  Schema whole = schema;
+  for (std::size_t i = 0; i < schema.lists.size(); ++i) schema.lists[i].expand(whole, sizes.lists[i].size());
+  return whole;
+}
+
+/// The value as JSON; null for an optional one that is not set.
+struct JsonValue {
+  std::string operator()(const NumberField& f) const {
+    const auto x = f.get();
+    return x && std::isfinite(*x) ? number_text(*x) : "null";
+  }
+  std::string operator()(const PointsField& f) const { return Value{}(f); }
+  std::string operator()(const TextField& f) const { return quoted(f.get()); }
+  template <class F>
+  std::string operator()(const F& f) const {
+    const std::string text = Value{}(f);
+    return text.empty() ? "null" : text;
+  }
+};
+
 }  // namespace
 
-std::string print(const Schema& schema, const Schema& defaults) {
+std::string print_json(const Schema& schema) {
+  std::string text;
+  for (const Field& field : expanded(schema, schema).fields) {
+    text += (text.empty() ? "" : ",\n") + quoted(field.path) + ": ";
+    text += std::visit(JsonValue{}, field.kind);
+  }
+  return "{" + text + "}";
+}
+
+std::string print(const Schema& described, const Schema& described_defaults) {
+  const Schema schema = expanded(described, described);
+  const Schema defaults = expanded(described_defaults, described);
   std::string text;
   std::string table;
   for (std::size_t i = 0; i < schema.fields.size(); ++i) {
     const Field& field = schema.fields[i];
     const std::size_t dot = field.path.rfind('.');
     const std::string parent = dot == std::string::npos ? "" : field.path.substr(0, dot);
-    if (parent != table) text += "\n[" + parent + "]\n";
+    if (parent != table) text += "\n" + heading(parent) + "\n";
     table = parent;
     const std::string key = field.path.substr(dot == std::string::npos ? 0 : dot + 1);
     const std::string value = std::visit(Value{}, field.kind);

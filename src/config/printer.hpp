@@ -10,4 +10,7 @@ namespace sextant {
 /// an untouched struct.
 [[nodiscard]] std::string print(const Schema& schema, const Schema& defaults);
 
+/// The same values as one JSON object, dotted keys to values; null for an optional key that is not set.
+[[nodiscard]] std::string print_json(const Schema& schema);
+
 }  // namespace sextant

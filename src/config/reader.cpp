@@ -21,6 +21,36 @@ std::optional<double> number(const toml::node& node, Range<double> range) {
   return x && within(*x, range) ? x : std::nullopt;
 }
 
+/// Levenshtein distance: insertions, deletions and replacements from a to b.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0U : 1U);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// The name that is written most like `word`.
+template <class Names>
+std::string nearest(const Names& names, std::string_view word) {
+  std::string best;
+  std::size_t least = std::string::npos;
+  for (const std::string& name : names) {
+    const std::size_t distance = edit_distance(word, name);
+    if (distance >= least) continue;
+    least = distance;
+    best = name;
+  }
+  return best;
+}
+
 /// Sets a field from a node; false when the node does not hold what the field expects.
 struct Assign {
   const toml::node& node;
@@ -62,6 +92,22 @@ struct Assign {
     why = f.set(layer.resolved(value->get()));
     return why.empty();
   }
+  bool operator()(const NamesField& f) {
+    const toml::array* list = node.as_array();
+    if (list == nullptr || list->empty()) return false;
+    std::vector<std::string> names;
+    for (const toml::node& item : *list) {
+      const auto name = item.value<std::string>();
+      if (!name) return false;
+      if (std::find(f.known.begin(), f.known.end(), *name) == f.known.end()) {
+        why = "there is no \"" + *name + "\"; the nearest known one is \"" + nearest(f.known, *name) + "\"";
+        return false;
+      }
+      names.push_back(*name);
+    }
+    f.set(std::move(names));
+    return true;
+  }
   bool operator()(const PointsField& f) const {
     const toml::array* list = node.as_array();
     if (list == nullptr) return false;
@@ -79,22 +125,6 @@ struct Assign {
   }
 };
 
-/// Levenshtein distance: insertions, deletions and replacements from a to b.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0U : 1U);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 class Reader {
  public:
   Reader(const Schema& schema, const std::vector<Layer>& layers) : schema_{schema}, layers_{layers} {
@@ -105,6 +135,7 @@ class Reader {
         tables_.insert(field.path.substr(0, dot));
       }
     }
+    for (const TableList& list : schema.lists) tables_.insert(list.path);
   }
 
   void read() {
@@ -145,9 +176,10 @@ class Reader {
     for (auto&& [key, node] : table) {
       const std::string inner = (path.empty() ? "" : path + ".") + std::string{key.str()};
       if (keys_.contains(inner)) continue;
+      if (check_list(layer, node, inner)) continue;
       if (!tables_.contains(inner)) {
         problems_.push_back(layer.problem(
-            &node, inner, "unknown key; the nearest known one is " + layer.local_path(nearest(inner))));
+            &node, inner, "unknown key; the nearest known one is " + layer.local_path(nearest_path(inner))));
       } else if (const toml::table* inner_table = node.as_table()) {
         check_keys(layer, *inner_table, inner);
       } else {
@@ -156,19 +188,29 @@ class Reader {
     }
   }
 
-  [[nodiscard]] std::string nearest(const std::string& path) const {
-    std::string best;
-    std::size_t least = std::string::npos;
-    for (const auto* names : {&keys_, &tables_}) {
-      for (const std::string& name : *names) {
-        const std::size_t distance = edit_distance(path, name);
-        if (distance < least) {
-          least = distance;
-          best = name;
-        }
-      }
+  /// True where a list of tables belongs: its items are walked, or what is there instead is a problem.
+  bool check_list(const Layer& layer, const toml::node& node, const std::string& path) {
+    const auto list = std::find_if(schema_.lists.begin(), schema_.lists.end(),
+                                   [&path](const TableList& l) { return l.path == path; });
+    if (list == schema_.lists.end()) return false;
+    const toml::array* items = node.as_array();
+    if (items == nullptr || !is_list_of_tables(*items)) {
+      problems_.push_back(layer.problem(&node, path, "expected a list of tables, got " + shown(node)));
+      return true;
     }
-    return best;
+    for (std::size_t k = 0; k < items->size(); ++k)
+      check_keys(layer, *items->get(k)->as_table(), list->item(k));
+    return true;
+  }
+
+  static bool is_list_of_tables(const toml::array& items) {
+    return std::all_of(items.begin(), items.end(), [](const toml::node& item) { return item.is_table(); });
+  }
+
+  [[nodiscard]] std::string nearest_path(const std::string& path) const {
+    std::vector<std::string> names{keys_.begin(), keys_.end()};
+    names.insert(names.end(), tables_.begin(), tables_.end());
+    return nearest(names, path);
   }
 
   void check_required() {
@@ -222,7 +264,16 @@ class Reader {
 }  // namespace
 
 void read(const Schema& schema, const std::vector<Layer>& layers) {
-  Reader{schema, layers}.read();
+  Schema whole = schema;
+  for (const TableList& list : schema.lists) {
+    std::size_t items = 0;
+    for (const Layer& layer : layers) {
+      const toml::node* node = layer.find(list.path);
+      if (node != nullptr && node->is_array()) items = std::max(items, node->as_array()->size());
+    }
+    list.expand(whole, items);
+  }
+  Reader{whole, layers}.read();
 }
 
 }  // namespace sextant

@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "number_text.hpp"
 
 namespace sextant {
 namespace {
@@ -14,27 +17,32 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr Range<double> time_s{0, 1e6};
 
-std::int64_t to_ns(double s) {
+std::int64_t to_ns_of(double s) {
   return std::llround(s * ns_per_s);
 }
 
-void describe(Section s, MetricsParameters& p) {
+/// An end of a window that need not be said.
+void window_end(Section& s, const char* key, std::int64_t& to_ns, const char* meaning) {
   constexpr std::int64_t end = std::numeric_limits<std::int64_t>::max();
-  s.time("window_from_s", p.from_ns, ns_per_s, time_s, "s", "beginning of the window of steady metrics");
-  s.add("window_to_s", "s", "end of that window; not set: the end of the run",
+  s.add(key, "s", meaning,
         NumberField{time_s,
-                    [&p]() -> std::optional<double> {
-                      if (p.to_ns == end) return std::nullopt;
-                      return static_cast<double>(p.to_ns) / ns_per_s;
+                    [&to_ns]() -> std::optional<double> {
+                      if (to_ns == end) return std::nullopt;
+                      return static_cast<double>(to_ns) / ns_per_s;
                     },
-                    [&p](double x) { p.to_ns = to_ns(x); }});
+                    [&to_ns](double x) { to_ns = to_ns_of(x); }});
+}
+
+void describe(Section s, MetricsParameters& p) {
+  s.time("window_from_s", p.from_ns, ns_per_s, time_s, "s", "beginning of the window of steady metrics");
+  window_end(s, "window_to_s", p.to_ns, "end of that window; not set: the end of the run");
   s.add("step_s", "s", "instant of the torque step whose response time is taken",
         NumberField{time_s,
                     [&p]() -> std::optional<double> {
                       if (!p.step_ns) return std::nullopt;
                       return static_cast<double>(*p.step_ns) / ns_per_s;
                     },
-                    [&p](double x) { p.step_ns = to_ns(x); }});
+                    [&p](double x) { p.step_ns = to_ns_of(x); }});
   s.check(p);
 }
 
@@ -78,11 +86,77 @@ void describe(Section s, std::vector<Expectation>& list) {
   });
 }
 
+void describe(Section s, WindowExpectation& w) {
+  s.time("from_s", w.window.from_ns, ns_per_s, time_s, "s", "beginning of a window with limits of its own");
+  window_end(s, "to_s", w.window.to_ns, "end of that window; not set: the end of the run");
+  describe(s, w.limits);
+  s.check([&w]() -> std::string {
+    if (w.window.to_ns <= w.window.from_ns) return "the window must end after it begins";
+    return w.limits.empty() ? "the window has no limit" : "";
+  });
+}
+
+/// The trip that is expected, if any.
+void describe_fault(Section s, ScenarioConfig& c) {
+  std::vector<std::string> names{"none"};
+  for (int k = 0; k < fault_count; ++k) names.emplace_back(to_string(static_cast<Fault>(k)));
+  const auto set = [&c](std::string_view name) {
+    c.expected_fault.reset();
+    for (int k = 0; k < fault_count; ++k) {
+      if (name == to_string(static_cast<Fault>(k))) c.expected_fault = static_cast<Fault>(k);
+    }
+  };
+  const auto get = [&c] { return std::string{c.expected_fault ? to_string(*c.expected_fault) : "none"}; };
+  s.add("fault", "", "the fault that has to trip the drive first; none: a trip is no success",
+        ChoiceField{std::move(names), get, set});
+  s.time("fault_from_s", c.expected_fault_window.from_ns, ns_per_s, time_s, "s",
+         "earliest time of that fault");
+  window_end(s, "fault_to_s", c.expected_fault_window.to_ns,
+             "latest time of that fault; not set: the end of the run");
+  s.check([&c]() -> std::string {
+    const TimeWindow& w = c.expected_fault_window;
+    const bool is_limited = w.from_ns != 0 || w.to_ns != TimeWindow{}.to_ns;
+    if (is_limited && !c.expected_fault) return "fault_from_s and fault_to_s need a fault";
+    return w.to_ns < w.from_ns ? "fault_to_s must not be before fault_from_s" : "";
+  });
+}
+
+/// The largest magnitude that a profile reaches in a run.
+double largest(const ProfileParameters& parameters, std::int64_t duration_ns) {
+  const bool whole_sine = parameters.shape == ProfileShape::sine &&
+                          static_cast<double>(duration_ns) * parameters.frequency_hz >= ns_per_s;
+  if (whole_sine) return std::abs(parameters.value) + std::abs(parameters.amplitude);
+  const Profile profile{parameters};
+  double most = 0;
+  for (std::int64_t t = 0; t <= duration_ns;) {
+    const std::int64_t next = profile.next_corner_ns(t);
+    const std::int64_t last = std::min(next - 1, duration_ns);
+    most = std::max({most, std::abs(profile.value(t)), std::abs(profile.value(last))});
+    t = next;
+  }
+  return most;
+}
+
+/// Empty when the gate lets the torque reference of the run pass, else a sentence. A gate belongs to a
+/// sampled run; a driver has a limit of its own.
+std::string validate_torque(const ScenarioConfig& c) {
+  if (c.mode != ScenarioMode::sampled || c.expected_fault || c.cycle.drives_vehicle()) return {};
+  if (!c.scenario.torque_reference.validate().empty()) return {};
+  const double most = largest(c.scenario.torque_reference, c.scenario.duration_ns);
+  const double limit = c.drive.drive.gate.torque_limit;
+  if (!(most > limit)) return {};
+  return "the torque reaches " + number_text(most) + " N·m, beyond gate.torque_limit_nm, " +
+         number_text(limit) + " N·m: the drive would block it and trip; lower it or raise the limit";
+}
+
 /// What holds between the parts of a run.
 std::string validate(const Scenario& scenario) {
   const auto demands_response = [](const Expectation& e) {
     return find_metric(e.metric) == Metric::response_time;
   };
+  for (const WindowExpectation& w : scenario.windows) {
+    if (w.window.from_ns >= scenario.duration_ns) return "a window of [[expect.window]] begins after the run";
+  }
   const MetricsParameters& m = scenario.metrics;
   if (m.from_ns >= scenario.duration_ns) return "the window of the metrics begins after the run has ended";
   if (m.step_ns && *m.step_ns >= scenario.duration_ns)
@@ -95,26 +169,37 @@ std::string validate(const Scenario& scenario) {
     if (scenario.cycle || std::find(jumps.begin(), jumps.end(), *m.step_ns) == jumps.end())
       return "metrics.step_s must be 0 or an instant at which the torque reference jumps";
   }
-  if (!m.step_ns &&
-      std::any_of(scenario.expectations.begin(), scenario.expectations.end(), demands_response)) {
+  const auto one_demands_response = [&demands_response](const std::vector<Expectation>& list) {
+    return std::any_of(list.begin(), list.end(), demands_response);
+  };
+  const bool in_a_window =
+      std::any_of(scenario.windows.begin(), scenario.windows.end(),
+                  [&](const WindowExpectation& w) { return one_demands_response(w.limits); });
+  if (!m.step_ns && (in_a_window || one_demands_response(scenario.expectations))) {
     return "a response time is expected, but metrics.step_s does not say from when";
   }
   return {};
 }
 
-/// What holds between the mode of a run and its other parts.
-std::string validate_mode(const ScenarioConfig& c) {
-  if (c.mode == ScenarioMode::event_exact) {
-    if (c.drive.plant.io.actuation_delay_periods != 0)
-      return "an event-exact run has no control period, plant.actuation_delay_periods must be 0";
-    if (c.drive.drive.magnetise_first)
-      return "an event-exact run has no drive states, give event_exact.initial_flux_wb instead of "
-             "drive.magnetise_first";
-    const IntegratorKind integrator = c.drive.plant.integrator;
-    if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
-      return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";
-    return {};
-  }
+/// What an event-exact run cannot do without, or not with.
+std::string validate_event_exact(const ScenarioConfig& c) {
+  if (c.mode != ScenarioMode::event_exact) return {};
+  if (!has_continuous_comparators(c.drive.controller))
+    return "an event-exact run has comparators in continuous time, control.controller must be \"dtc\"";
+  if (c.drive.plant.io.actuation_delay_periods != 0)
+    return "an event-exact run has no control period, plant.actuation_delay_periods must be 0";
+  if (c.drive.drive.magnetise_first)
+    return "an event-exact run has no drive states, give event_exact.initial_flux_wb instead of "
+           "drive.magnetise_first";
+  const IntegratorKind integrator = c.drive.plant.integrator;
+  if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
+    return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";
+  return {};
+}
+
+/// What holds between the control period of a sampled run and its other parts.
+std::string validate_sampling(const ScenarioConfig& c) {
+  if (c.mode != ScenarioMode::sampled) return {};
   if (c.scenario.duration_ns < c.drive.direct_torque.period_ns)
     return "the run must last at least one control period";
   const double periods =
@@ -161,6 +246,9 @@ void prescribe(ScenarioConfig& c) {
   Scenario& scenario = c.scenario;
   scenario.torque_reference = c.torque_nm;
   scenario.load = c.drive.load.parameters();
+  scenario.expected_fault.reset();
+  if (c.expected_fault)
+    scenario.expected_fault = FaultExpectation{*c.expected_fault, c.expected_fault_window};
   if (!c.cycle.is_given() || !c.cycle.validate().empty()) return;
   if (c.cycle.drives_vehicle()) return prescribe_vehicle(c);
   PassiveEvLoad::Profiles profiles = PassiveEvLoad{c.cycle.passive_ev}.along(c.cycle.speed);
@@ -190,10 +278,26 @@ void describe(Section root, ScenarioConfig& c) {
   describe(root.section("metrics"), scenario.metrics);
   Section trace = root.section("trace");
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us", "one row of the trace");
+  trace.names("signals", scenario.trace.signals, trace_signals(),
+              "groups (\"all\", \"standard\", \"switching\", \"voltage\", \"link\", \"rotor\", \"shaft\", "
+              "\"energy\", "
+              "\"comparators\") and signals (\"plant/i_dc_a\")",
+              "what the trace holds beside the time");
   trace.check(scenario.trace);
-  describe(root.section("expect"), scenario.expectations);
+  Section expect = root.section("expect");
+  describe_fault(expect, c);
+  describe(expect, scenario.expectations);
+  expect.list<WindowExpectation>("window", scenario.windows,
+                                 [](Section s, WindowExpectation& w) { describe(std::move(s), w); });
+  root.section("plant").section("u_dc_v").check(
+      [&c] { return c.expected_fault ? std::string{} : validate_link(c.drive); });
+  root.section("profile").section("torque_nm").check([&c] {
+    return c.cycle.is_given() ? std::string{} : validate_torque(c);
+  });
+  root.section("cycle").check([&c] { return c.cycle.is_given() ? validate_torque(c) : std::string{}; });
   root.check([&c] { return validate(c.scenario); });
-  root.check([&c] { return validate_mode(c); });
+  root.section("mode").check([&c] { return validate_event_exact(c); });
+  root.check([&c] { return validate_sampling(c); });
 }
 
 }  // namespace sextant

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <filesystem>
-#include <fstream>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -13,10 +11,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sextant/files/text_lines.hpp"
+
 namespace sextant {
 namespace {
 
 constexpr std::int64_t ns_per_second = 1'000'000'000;
+constexpr std::int64_t longest_gap_ns = std::int64_t{24} * 3600 * ns_per_second;
 constexpr std::uint32_t error_flag = 0x2000'0000;  // CAN_ERR_FLAG of linux/can.h
 constexpr std::uint32_t extended_mask = 0x1FFF'FFFF;
 
@@ -131,6 +132,14 @@ CanFrame parse_frame(std::string_view text) {
   return frame;
 }
 
+/// Of two frames that follow each other.
+void check_order(std::int64_t before_ns, std::int64_t t_ns) {
+  if (t_ns < before_ns) refuse("the time goes back; a log must be in order of time");
+  if (t_ns - before_ns <= longest_gap_ns) return;
+  refuse("the time jumps ahead by {:.6f} s; a log may be silent for {} s: correct the time, or cut the log",
+         double(t_ns - before_ns) / double(ns_per_second), longest_gap_ns / ns_per_second);
+}
+
 }  // namespace
 
 LoggedFrame parse_candump(std::string_view line) {
@@ -162,26 +171,18 @@ std::string format_candump(const LoggedFrame& logged) {
 }
 
 std::vector<LoggedFrame> read_candump(const std::string& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) refuse("{} cannot be read: it is a directory", file);
-  std::ifstream stream{file};
-  if (!stream) refuse("{} cannot be read: {}", file, std::generic_category().message(errno));
+  TextLines lines{file};
   std::vector<LoggedFrame> log;
-  int number_of_line = 0;
-  for (std::string line; std::getline(stream, line);) {
-    ++number_of_line;
+  for (std::string line; lines.next(line);) {
     std::string_view rest = line;
     if (next_word(rest).empty()) continue;
     try {
       log.push_back(parse_candump(line));
+      if (log.size() > 1) check_order(log[log.size() - 2].t_ns, log.back().t_ns);
     } catch (const std::runtime_error& problem) {
-      refuse("{}:{}: {}", file, number_of_line, problem.what());
-    }
-    if (log.size() > 1 && log.back().t_ns < log[log.size() - 2].t_ns) {
-      refuse("{}:{}: the time goes back; a log must be in order of time", file, number_of_line);
+      lines.refuse(problem.what());
     }
   }
-  if (stream.bad()) refuse("{} cannot be read to its end: an error behind line {}", file, number_of_line);
   if (log.empty())
     refuse("{} holds no frame: expected lines as (1699999999.123456) can0 110#0C10000098", file);
   return log;

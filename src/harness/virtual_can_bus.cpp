@@ -182,7 +182,7 @@ CanReceive VirtualCanBus::receive(CanFrame& frame, std::chrono::nanoseconds) noe
   if (in_force(BusEventKind::interface_down)) return CanReceive::down;
   if (next_arrival_ns() > clock_.now_ns()) return CanReceive::timeout;
   frame = arrivals_.front().frame;
-  arrivals_.erase(arrivals_.begin());
+  arrivals_.pop_front();
   ++stats_.received;
   if (frame.error) ++stats_.error_frames;
   if (frame.error && (frame.id & can_error_bus_off) != 0) ++stats_.bus_off;

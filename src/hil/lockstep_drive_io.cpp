@@ -21,7 +21,7 @@ LockstepDriveIo::LockstepDriveIo(SharedMemoryLink& link, std::int64_t timeout_ns
       sequence_{memory_.command.number()} {}
 
 Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
-  Measurement<double> m{.t_ns = t_ns, .plausible = false};
+  Measurement<double> m{.plausible = false};
   if (lost()) return m;
   request(t_ns);
   MeasurementRecord record;

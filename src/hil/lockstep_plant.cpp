@@ -53,7 +53,7 @@ void LockstepPlant::answer(const CommandRecord& command) noexcept {
   if (command.has_pattern != 0 && to_pattern(command.pattern, pattern)) stage_.write(pattern);
   if (sequence_ == 0) begin_ns_ = command.t_ns;
   end_ns_ = command.t_ns;
-  MeasurementRecord record = to_record(stage_.read(command.t_ns));
+  MeasurementRecord record = to_record(command.t_ns, stage_.read(command.t_ns));
   record.sequence = ++sequence_;
   record.command_sequence = command.sequence;
   record.generation = link_.generation();

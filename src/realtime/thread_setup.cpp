@@ -100,6 +100,17 @@ Grant keep_off_cpu(int cpu) {
                  "give the process a CPU more");
 }
 
+void reserve_little_memory() {
+  constexpr std::size_t stack_bytes = std::size_t{1024} * 1024;
+  mallopt(M_ARENA_MAX, 1);
+  pthread_attr_t attributes;
+  if (pthread_attr_init(&attributes) != 0) return;
+  // What is refused costs memory, and nothing else.
+  (void)pthread_attr_setstacksize(&attributes, stack_bytes);
+  (void)pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+}
+
 Grant lock_memory() {
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
     return refused("locking memory was refused", errno,

@@ -1,17 +1,15 @@
 #include "sextant/sim/csv_table.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string_view>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "sextant/files/text_lines.hpp"
 
 namespace sextant {
 namespace {
@@ -92,21 +90,16 @@ std::string CsvTable::place(std::size_t row) const {
 }
 
 CsvTable read_csv(const std::string& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) refuse("{} cannot be read: it is a directory", file);
-  std::ifstream stream{file};
-  if (!stream) refuse("{} cannot be read: {}", file, std::generic_category().message(errno));
+  TextLines lines{file};
   CsvTable table;
   table.file = file;
-  int line = 0;
-  for (std::string text; std::getline(stream, text);) {
-    ++line;
+  for (std::string text; lines.next(text);) {
     std::vector<std::string> cells = cells_of(text);
     if (cells.empty()) continue;
     if (table.columns.empty()) {
-      set_heading(table, line, std::move(cells));
+      set_heading(table, lines.number(), std::move(cells));
     } else {
-      add_row(table, line, cells);
+      add_row(table, lines.number(), cells);
     }
   }
   if (table.rows.empty()) refuse("{} is empty: expected a heading and at least one row", file);

@@ -10,7 +10,8 @@ using State = EventExactSystem::State;
 using Jacobian = EventExactSystem::Jacobian;
 
 OdeProblem problem(int event_count) noexcept {
-  return {EventExactSystem::size, event_count,
+  return {EventExactSystem::size,
+          event_count,
           [](const void* system, const double* x, double* dx) noexcept {
             State slope;
             static_cast<const EventExactSystem*>(system)->derivative(Eigen::Map<const State>(x), slope);
@@ -25,7 +26,8 @@ OdeProblem problem(int event_count) noexcept {
             EventExactSystem::Events values;
             static_cast<const EventExactSystem*>(system)->events(Eigen::Map<const State>(x), values);
             std::copy(values.begin(), values.end(), g);
-          }};
+          },
+          EventExactSystem::meter};
 }
 
 /// The estimator's flux is held to the tolerance of the machine's.
@@ -35,6 +37,7 @@ std::array<double, EventExactSystem::size> tolerances(const CvodeParameters& par
   t[EventExactSystem::Plant::omega] = parameters.speed_tolerance;
   t[EventExactSystem::Plant::theta] = parameters.angle_tolerance;
   t[EventExactSystem::torque_reference] = parameters.appended_tolerance;
+  std::fill(t.begin() + EventExactSystem::meter, t.end(), parameters.appended_tolerance);
   return t;
 }
 

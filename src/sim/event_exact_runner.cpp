@@ -8,12 +8,13 @@
 
 #include "event_exact_reference.hpp"
 #include "event_exact_trace.hpp"
+#include "plant_look.hpp"
 #include "progress_ticker.hpp"
+#include "run_metrics.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/sim/cvode_event_engine.hpp"
 #include "sextant/sim/event_exact_simulation.hpp"
 #include "sextant/sim/fixed_step_event_engine.hpp"
-#include "sextant/sim/metrics.hpp"
 
 namespace sextant {
 namespace {
@@ -29,7 +30,7 @@ class EventExactRun {
         reference_{scenario},
         load_{scenario.load},
         protection_{parameters.protection},
-        metrics_{scenario.metrics},
+        metrics_{scenario},
         system_{parameters.plant, parameters.control, parameters.event_exact.sector_mask},
         simulation_{parameters.event_exact, system_, engine} {
     if (trace != nullptr) trace_.emplace(*trace, scenario.trace.interval_us);
@@ -45,7 +46,8 @@ class EventExactRun {
         result_.events_ended = simulation_.events_ended();
         break;
       }
-      if (!ticker.tick(double(t_ns_) / double(scenario_.duration_ns))) break;
+      result_.stopped = !ticker.tick(double(t_ns_) / double(scenario_.duration_ns));
+      if (result_.stopped) break;
     }
     return finish();
   }
@@ -90,7 +92,8 @@ class EventExactRun {
     const std::int64_t row_end = row_end_ns();
     const bool good = simulation_.run(
         stretch, [this](double duration) { return observe(duration); }, [this] { note_switching(); });
-    if (!good) {
+    result_.plant_reachable = system_.plant().is_reachable();
+    if (!good || !result_.plant_reachable) {
       t_ns_ += std::llround(elapsed_ * 1e9);
       return false;
     }
@@ -105,18 +108,23 @@ class EventExactRun {
     elapsed_ += duration;
     const MetricsSample after = sample();
     metrics_.add_segment(before_, after);
+    note_pulses();
     if (trace_) trace_->add(system_, duration);
     protect(after);
     before_ = after;
     return !result_.faults.any();
   }
 
+  /// Those that began as the piece did.
+  void note_pulses() {
+    const std::int64_t pulses = system_.comparators().torque_pulses();
+    if (pulses == pulses_) return;
+    metrics_.pulse(before_.t_ns, pulses - pulses_);
+    pulses_ = pulses;
+  }
+
   void note_switching() {
     metrics_.commutate(before_.t_ns, system_.comparators().state());
-    if (const std::int64_t pulses = system_.comparators().torque_pulses(); pulses != pulses_) {
-      metrics_.pulse(before_.t_ns);
-      pulses_ = pulses;
-    }
     before_.p_dc = parameters_.u_dc * system_.plant().i_dc();
     if (trace_) trace_->begin(system_, tau_l_);
   }
@@ -128,34 +136,22 @@ class EventExactRun {
 
   [[nodiscard]] MetricsSample sample() const {
     const EventExactSystem::Plant& plant = system_.plant();
-    const SpaceVector<> psi_s = plant.psi_s();
-    const SpaceVector<> psi_r = plant.psi_r();
-    const SpaceVector<> i_s = plant.machine().stator_current(psi_s, psi_r);
-    const SpaceVector<> i_r = plant.machine().rotor_current(psi_s, psi_r);
-    const InductionMachineParameters<>& m = plant.machine().parameters();
+    const PlantInstant<EventExactSystem::Plant> now{plant.state(), plant.u_s(), plant.i_dc()};
+    MetricsSample sample =
+        PlantLook{plant.machine(), now, EventExactSystem::meter}.metrics_sample(parameters_.u_dc);
     const double elapsed_ns = elapsed_ * 1e9;
     const auto whole_ns = static_cast<std::int64_t>(elapsed_ns);
-    return {.t_ns = t_ns_ + whole_ns,
-            .torque_reference = system_.reference(),
-            .torque = plant.machine().torque(psi_s, i_s),
-            .psi_s = psi_s,
-            .i_s = i_s,
-            .omega_m = plant.omega_m(),
-            .switch_state = system_.comparators().state(),
-            .fraction_ns = elapsed_ns - double(whole_ns),
-            .p_dc = parameters_.u_dc * plant.inverter().dc_link_current(i_s),
-            .p_copper = 1.5 * (m.r_s * dot(i_s, i_s) + m.r_r * dot(i_r, i_r)),
-            .speed_reference = reference_.speed(t_ns_ + whole_ns)};
+    sample.t_ns = t_ns_ + whole_ns;
+    sample.fraction_ns = elapsed_ns - double(whole_ns);
+    sample.torque_reference = system_.reference();
+    sample.speed_reference = reference_.speed(sample.t_ns);
+    return sample;
   }
 
   void protect(const MetricsSample& now) {
-    const Measurement<> measurement{now.t_ns, inverse_clarke(now.i_s), parameters_.u_dc, now.omega_m, {},
-                                    true};
+    const Measurement<> measurement{inverse_clarke(now.i_s), parameters_.u_dc, now.omega_m, {}, true};
     faults_.step(protection_.step(measurement));
-    if (!faults_.latched().any() || result_.faults.any()) return;
-    result_.faults = faults_.latched();
-    result_.first_fault = faults_.first();
-    result_.fault_ns = now.t_ns;
+    result_.note_faults(faults_.latched(), faults_.first(), now.t_ns);
   }
 
   [[nodiscard]] MilResult finish() {
@@ -165,6 +161,7 @@ class EventExactRun {
     result_.metrics[Metric::simulated] = double(t_ns_) * 1e-9;
     result_.metrics[Metric::wall] = wall.count();
     result_.metrics[Metric::realtime_factor] = result_.metrics[Metric::simulated] / wall.count();
+    result_.window_metrics = metrics_.window_metrics(result_.metrics);
     result_.final_state = result_.faults.any() ? DriveState::fault : DriveState::torque;
     return result_;
   }
@@ -176,7 +173,7 @@ class EventExactRun {
   MechanicalLoad load_;
   Protection<> protection_;
   FaultMemory faults_{};
-  MetricsAccumulator metrics_;
+  RunMetrics metrics_;
   EventExactSystem system_;
   EventExactSimulation<Engine> simulation_;
   MilResult result_{};

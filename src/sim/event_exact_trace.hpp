@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "plant_look.hpp"
 #include "sextant/sim/event_exact_system.hpp"
 #include "sextant/sim/plant_envelope.hpp"
 #include "sextant/sim/trace_recorder.hpp"
@@ -37,7 +38,7 @@ class EventExactTrace {
     torque_.add(before_.torque, after.torque, duration);
     flux_.add(before_.flux, after.flux, duration);
     current_.add(before_.current, after.current, duration);
-    link_.add(before_.i_dc, after.i_dc, duration);
+    link_.add(before_.plant.i_dc, after.plant.i_dc, duration);
     before_ = after;
   }
 
@@ -46,6 +47,8 @@ class EventExactTrace {
     const SpaceVector<> estimate = system.estimated_flux();
     TraceRow row;
     row.plant = plant_.row(before_.plant);
+    row.control = {std::int8_t(system.comparators().torque_demand()),
+                   std::int8_t(system.comparators().flux_demand() ? 1 : 0)};
     row.drive = {.t_ns = t_ns,
                  .torque_requested_nm = system.reference(),
                  .torque_reference_nm = system.reference(),
@@ -95,21 +98,17 @@ class EventExactTrace {
     double torque{};   ///< [N·m]
     double flux{};     ///< [Wb]
     double current{};  ///< [A]
-    double i_dc{};     ///< [A]
   };
 
   [[nodiscard]] Look look(const EventExactSystem& system) const noexcept {
     const EventExactSystem::Plant& p = system.plant();
-    const SpaceVector<> psi_s = p.psi_s();
-    const SpaceVector<> psi_r = p.psi_r();
-    const SpaceVector<> i_s = p.machine().stator_current(psi_s, psi_r);
+    const PlantInstant<EventExactSystem::Plant> now{p.state(), p.u_s(), p.i_dc()};
+    const PlantLook plant{p.machine(), now, EventExactSystem::meter};
     const SpaceVector<> estimate = system.estimated_flux();
-    return {.plant = {p.machine().torque(psi_s, i_s), tau_l_ + p.tau_road(), psi_s, psi_r,
-                      inverse_clarke(i_s), p.inputs().u_dc, p.omega_m()},
-            .torque = system.estimated_torque(estimate, i_s),
+    return {.plant = plant.trace_sample(p.inputs().state, p.inputs().u_dc, tau_l_ + p.tau_road()),
+            .torque = system.estimated_torque(estimate, plant.i_s),
             .flux = magnitude(estimate),
-            .current = magnitude(i_s),
-            .i_dc = p.inverter().dc_link_current(i_s)};
+            .current = magnitude(plant.i_s)};
   }
 
   TraceRecorder& recorder_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/plant/fixed_step_integrator.hpp"
+
 namespace sextant {
 namespace {
 
@@ -31,7 +33,9 @@ FixedStepEventEngine::State FixedStepEventEngine::runge_kutta(const EventExactSy
 }
 
 EventPiece FixedStepEventEngine::advance(EventExactSystem& system, double duration, bool detect) noexcept {
-  const double h = std::min(duration, max_step_);
+  // The same bound as that of the sampled engine.
+  const double bound = FixedStepIntegrator<EventExactSystem::Plant>::longest_step(system.plant());
+  const double h = std::min(std::min(duration, max_step_), bound);
   Interpolant path;
   path.x0 = system.state();
   if (!slope_known_) system.derivative(path.x0, slope_);

@@ -17,14 +17,6 @@ bool is_finite(const MetricsSample& s) noexcept {
   return 0 * sum == 0;
 }
 
-bool is_zero_vector(SwitchState s) noexcept {
-  return is_driven(s) && (s.upper_switches() == 0U || s.upper_switches() == 7U);
-}
-
-bool is_active_vector(SwitchState s) noexcept {
-  return is_driven(s) && !is_zero_vector(s);
-}
-
 int turn_ons(SwitchState before, SwitchState now) noexcept {
   const unsigned on = now.upper_switches() & ~before.upper_switches();
   return int((on & 1U) + (on >> 1U & 1U) + (on >> 2U));
@@ -41,26 +33,17 @@ MetricsAccumulator::MetricsAccumulator(const MetricsParameters& parameters)
   if (const char* wrong = parameters.validate()) throw std::runtime_error{std::string{"metrics: "} + wrong};
 }
 
-void MetricsAccumulator::add(const MetricsSample& sample) noexcept {
-  any_ = true;
-  finite_ = finite_ && is_finite(sample);
-  if (!finite_) return;
-  note_current(sample.i_s);
-  commutate(sample.t_ns, sample.switch_state);
-  if (sample.t_ns >= parameters_.from_ns && sample.t_ns <= parameters_.to_ns) add_to_window(sample);
-  if (response_.watching()) response_.add(sample);
-}
-
 void MetricsAccumulator::add_segment(const MetricsSample& before, const MetricsSample& after) noexcept {
   any_ = true;
-  event_exact_ = true;
   finite_ = finite_ && is_finite(before) && is_finite(after);
   if (!finite_) return;
   note_current(before.i_s);
   note_current(after.i_s);
+  note_reference(before, after);
   const double begin_ns = before.since(parameters_.from_ns);
   const double duration_ns = double(after.t_ns - before.t_ns) + (after.fraction_ns - before.fraction_ns);
   if (duration_ns <= 0) return;
+  balance_.add(before.energies, after.energies, before.p_dc, after.p_dc, duration_ns * 1e-9);
   if (response_.watching()) response_.add_segment(before, after);
   if (begin_ns + duration_ns <= 0 || before.t_ns >= parameters_.to_ns) return;
   WindowValues a = window_values(before);
@@ -77,16 +60,24 @@ void MetricsAccumulator::add_segment(const MetricsSample& before, const MetricsS
 void MetricsAccumulator::commutate(std::int64_t t_ns, SwitchState state) noexcept {
   if (switch_state_ == state) return;
   // An edge on the window's first instant belongs to the time before it.
-  const bool begun = event_exact_ ? t_ns > parameters_.from_ns : moments_.weight() > 0;
-  if (switch_state_ && begun && t_ns <= parameters_.to_ns) {
+  if (switch_state_ && t_ns > parameters_.from_ns && t_ns <= parameters_.to_ns)
     turn_ons_ += turn_ons(*switch_state_, state);
-    activations_ += int(is_zero_vector(*switch_state_) && is_active_vector(state));
-  }
   switch_state_ = state;
 }
 
-void MetricsAccumulator::pulse(std::int64_t t_ns) noexcept {
-  pulses_ += int(t_ns > parameters_.from_ns && t_ns <= parameters_.to_ns);
+void MetricsAccumulator::pulse(std::int64_t t_ns, std::int64_t count) noexcept {
+  if (t_ns > parameters_.from_ns && t_ns <= parameters_.to_ns) pulses_ += count;
+}
+
+void MetricsAccumulator::note_reference(const MetricsSample& before, const MetricsSample& after) noexcept {
+  constexpr double rounding_nm = 1e-6;
+  if (before.t_ns >= parameters_.to_ns) return;
+  if (after.t_ns <= parameters_.from_ns - settling_ns) {
+    reference_ = after.torque_reference;
+  } else if (std::abs(before.torque_reference - reference_) > rounding_nm ||
+             std::abs(after.torque_reference - reference_) > rounding_nm) {
+    steady_ = false;
+  }
 }
 
 MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const MetricsSample& s) noexcept {
@@ -95,17 +86,19 @@ MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const Metrics
   const SpaceVector<> axis = psi > 0 ? (1 / psi) * s.psi_s : SpaceVector<>{1, 0};
   return {{s.torque - s.torque_reference, psi, dot(axis, s.i_s), cross(axis, s.i_s)},
           s.omega_m - s.speed_reference,
-          {s.p_dc, s.p_copper, s.torque, s.omega_m}};
+          s.p_dc,
+          s.energies};
 }
 
 MetricsAccumulator::WindowValues MetricsAccumulator::between(const WindowValues& a, const WindowValues& b,
                                                              double share) noexcept {
-  const DrivePowers& p = a.powers;
-  const DrivePowers& q = b.powers;
+  const DriveEnergies& e = a.energies;
+  const DriveEnergies& f = b.energies;
   return {a.values + share * (b.values - a.values),
           line(a.speed_error, b.speed_error, share),
-          {line(p.link, q.link, share), line(p.copper, q.copper, share), line(p.torque, q.torque, share),
-           line(p.speed, q.speed, share)}};
+          line(a.p_dc, b.p_dc, share),
+          {line(e.link, f.link, share), line(e.copper, f.copper, share), line(e.shaft, f.shaft, share),
+           line(e.field, f.field, share)}};
 }
 
 void MetricsAccumulator::note_current(SpaceVector<> i_s) noexcept {
@@ -115,23 +108,13 @@ void MetricsAccumulator::note_current(SpaceVector<> i_s) noexcept {
   peak_current_ = std::max({peak_current_, std::abs(i.a), std::abs(i.b), std::abs(i.c)});
 }
 
-void MetricsAccumulator::add_to_window(const MetricsSample& sample) noexcept {
-  const WindowValues x = window_values(sample);
-  if (moments_.weight() > 0) {
-    energy_.add_period(last_powers_, x.powers, double(sample.t_ns - last_ns_) * 1e-9);
-  } else {
-    first_ns_ = sample.t_ns;
-  }
-  last_ns_ = sample.t_ns;
-  last_powers_ = x.powers;
-  moments_.add(x.values);
-  speed_error_squares_ += x.speed_error * x.speed_error;
-}
-
 void MetricsAccumulator::add_to_window(const WindowValues& a, const WindowValues& b,
                                        double seconds) noexcept {
   moments_.add_line(a.values, b.values, seconds);
-  energy_.add_segment(a.powers, b.powers, seconds);
+  const auto current = 0.5 * (a.values + b.values);
+  current_.add({current[i_flux], current[i_quadrature]}, seconds);
+  if (switch_state_ && !is_driven(*switch_state_)) steady_ = false;
+  energy_.add(a.energies, b.energies, a.p_dc, b.p_dc, seconds);
   const double x = a.speed_error;
   const double y = b.speed_error;
   speed_error_squares_ += seconds * ((x * x + x * y + y * y) * (1.0 / 3));
@@ -142,6 +125,7 @@ MetricList MetricsAccumulator::metrics() const noexcept {
   if (!any_ || !finite_) return m;
   m[Metric::peak_current] = peak_current_;
   m[Metric::response_time] = response_.time_ms().value_or(nan);
+  m[Metric::energy_unaccounted] = balance_.unaccounted();
   if (moments_.weight() > 0) fill_window_metrics(m);
   return m;
 }
@@ -159,19 +143,20 @@ void MetricsAccumulator::fill_window_metrics(MetricList& m) const noexcept {
   m[Metric::flux_mean] = mean[flux];
   m[Metric::flux_min] = min[flux];
   m[Metric::flux_max] = max[flux];
-  const double fundamental = std::hypot(mean[i_flux], mean[i_quadrature]);
+  const SpaceVector<> fundamental{mean[i_flux], mean[i_quadrature]};
   const double harmonics = std::sqrt(variance[i_flux] + variance[i_quadrature]);
-  m[Metric::current_thd] = fundamental > 0 ? 100 * harmonics / fundamental : nan;
+  const bool lasts = steady_ && magnitude(fundamental) > 0 && current_.agrees_with(fundamental);
+  m[Metric::current_thd] = lasts ? 100 * harmonics / magnitude(fundamental) : nan;
   m[Metric::speed_error_rms] = std::sqrt(speed_error_squares_ / moments_.weight());
-  const double seconds = event_exact_ ? moments_.weight() : double(last_ns_ - first_ns_) * 1e-9;
-  if (seconds <= 0) return;
+  const double seconds = moments_.weight();
   constexpr double legs = 3;
   m[Metric::switching_frequency] = double(turn_ons_) / legs / seconds;
-  m[Metric::torque_pulse_frequency] = double(event_exact_ ? pulses_ : activations_) / seconds;
+  m[Metric::torque_pulse_frequency] = has_pulses_ ? double(pulses_) / seconds : nan;
   m[Metric::energy_from_link] = energy_.from_link();
   m[Metric::energy_to_link] = energy_.to_link();
   m[Metric::energy_shaft] = energy_.shaft();
   m[Metric::energy_copper] = energy_.copper();
+  m[Metric::energy_field] = energy_.field();
 }
 
 }  // namespace sextant

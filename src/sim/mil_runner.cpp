@@ -2,9 +2,10 @@
 
 #include <chrono>
 
+#include "plant_look.hpp"
 #include "progress_ticker.hpp"
+#include "run_metrics.hpp"
 #include "sextant/drive/run_cycle.hpp"
-#include "sextant/sim/metrics.hpp"
 #include "sextant/sim/scenario_commands.hpp"
 #include "sextant/sim/trace_recorder.hpp"
 
@@ -17,54 +18,114 @@ struct LastTelemetry {
   void push(const Telemetry<double>& t) noexcept SEXTANT_NONBLOCKING { value = t; }
 };
 
-/// The plant's true state, each quantity computed once.
-struct PlantLook {
-  explicit PlantLook(const DrivePlant<double>& plant) noexcept
-      : psi_s{plant.psi_s()},
-        psi_r{plant.psi_r()},
-        i_s{plant.machine().stator_current(psi_s, psi_r)},
-        i_r{plant.machine().rotor_current(psi_s, psi_r)},
-        torque{plant.machine().torque(psi_s, i_s)},
-        omega_m{plant.omega_m()} {}
-
-  SpaceVector<> psi_s, psi_r, i_s, i_r;
-  double torque, omega_m;
-};
-
-PlantSample sample_plant(const PlantLook& plant, const SimulatedDriveIo<>& io) {
-  return {
-      plant.torque, io.tau_l(), plant.psi_s, plant.psi_r, inverse_clarke(plant.i_s), io.plant().inputs().u_dc,
-      plant.omega_m};
-}
-
-MetricsSample sample_metrics(const Telemetry<double>& now, const ScenarioCommands& commands,
-                             const PlantLook& plant, const InductionMachineParameters<>& machine) {
-  return {
-      .t_ns = now.t_ns,
-      .torque_reference = commands.reference(now.t_ns),
-      .torque = plant.torque,
-      .psi_s = plant.psi_s,
-      .i_s = plant.i_s,
-      .omega_m = plant.omega_m,
-      .switch_state = now.switch_state,
-      .p_dc = now.u_dc * now.i_dc,
-      .p_copper = 1.5 * (machine.r_s * dot(plant.i_s, plant.i_s) + machine.r_r * dot(plant.i_r, plant.i_r)),
-      .speed_reference = commands.speed_reference(now.t_ns)};
-}
-
-void note_faults(MilResult& result, const Telemetry<double>& now) {
-  if (now.latched.any() && !result.faults.any()) {
-    result.first_fault = now.first_fault;
-    result.fault_ns = now.t_ns;
+/// What is observed of a sampled run: the gate segments between its control periods, and its periods.
+class SampledObserver {
+ public:
+  SampledObserver(const Scenario& scenario, const MeteredPowerStage::Io& io,
+                  const DirectTorqueController<>* comparators, TraceRecorder* trace)
+      : metrics_{scenario}, io_{io}, comparators_{comparators}, trace_{trace} {
+    if (comparators_ == nullptr) metrics_.has_no_pulses();
   }
-  result.faults |= now.latched;
-}
+
+  /// A control period that has run, before time zero too; `now` is its telemetry.
+  void period(const Telemetry<double>& now, const ScenarioCommands& commands) {
+    if (now.t_ns > 0) add_segments(commands);
+    note_comparators(now.t_ns);
+    t_ns_ = now.t_ns;
+    reference_ = commands.reference(now.t_ns);
+    reference_slope_ = commands.reference_slope(now.t_ns);
+    if (trace_ != nullptr && now.t_ns >= 0)
+      trace_->add(now, trace_sample(look(end_of_period())), comparator_sample());
+  }
+
+  [[nodiscard]] const RunMetrics& metrics() const noexcept { return metrics_; }
+
+ private:
+  using Instant = PlantInstant<MeteredPlant>;
+
+  /// The segments that acted since the last period. The reference runs in a line from that period on; what
+  /// jumps between two periods acts with the second.
+  void add_segments(const ScenarioCommands& commands) {
+    std::int64_t elapsed_ns = 0;
+    for (const ActedSegment<MeteredPlant>& segment : io_.log().segments()) {
+      const PlantLook begin = look(segment.begin);
+      const PlantLook end = look(segment.end);
+      const MetricsSample before = metrics_sample(begin, elapsed_ns, commands);
+      metrics_.commutate(before.t_ns, segment.state);
+      elapsed_ns += segment.duration_ns;
+      metrics_.add_segment(before, metrics_sample(end, elapsed_ns, commands));
+      if (trace_ == nullptr) continue;
+      trace_->add_segment(trace_sample(begin), trace_sample(end), double(segment.duration_ns) * 1e-9);
+    }
+  }
+
+  /// A pulse begins where the output becomes +1 or −1.
+  void note_comparators(std::int64_t t_ns) {
+    if (comparators_ == nullptr) return;
+    const int demand = comparators_->torque_demand();
+    if (demand != 0 && demand != demand_ && t_ns >= 0) metrics_.pulse(t_ns);
+    demand_ = demand;
+  }
+
+  [[nodiscard]] MetricsSample metrics_sample(const PlantLook& now, std::int64_t elapsed_ns,
+                                             const ScenarioCommands& commands) const noexcept {
+    MetricsSample sample = now.metrics_sample(io_.plant().inputs().u_dc);
+    sample.t_ns = t_ns_ + elapsed_ns;
+    sample.torque_reference = reference_ + reference_slope_ * (double(elapsed_ns) * 1e-9);
+    sample.speed_reference = commands.speed_reference(sample.t_ns);
+    return sample;
+  }
+
+  [[nodiscard]] PlantSample trace_sample(const PlantLook& now) const noexcept {
+    const MeteredPlant& plant = io_.plant();
+    return now.trace_sample(plant.inputs().state, plant.inputs().u_dc, io_.tau_l());
+  }
+
+  [[nodiscard]] PlantLook look(const Instant& now) const noexcept {
+    return {io_.plant().machine(), now, MeteredPlant::appended};
+  }
+
+  /// The plant as the period found it.
+  [[nodiscard]] Instant end_of_period() const noexcept {
+    const MeteredPlant& plant = io_.plant();
+    return {plant.state(), plant.u_s(), plant.i_dc()};
+  }
+
+  [[nodiscard]] ComparatorSample comparator_sample() const noexcept {
+    if (comparators_ == nullptr) return {};
+    return {std::int8_t(comparators_->torque_demand()), std::int8_t(comparators_->flux_demand() ? 1 : 0)};
+  }
+
+  RunMetrics metrics_;
+  const MeteredPowerStage::Io& io_;
+  const DirectTorqueController<>* comparators_;
+  TraceRecorder* trace_;
+  std::int64_t t_ns_{0};       ///< the last period [ns]
+  double reference_{0};        ///< torque asked for from there on [N·m]
+  double reference_slope_{0};  ///< [N·m/s]
+  int demand_{0};              ///< the torque comparator's last output
+};
 
 }  // namespace
 
+void MilResult::note_faults(FaultSet latched, Fault first, std::int64_t t_ns) {
+  if (!latched.any() || latched == faults) return;
+  if (!faults.any()) {
+    first_fault = first;
+    fault_ns = t_ns;
+    fault_times.push_back({first, t_ns});
+    faults.set(first);
+  }
+  for (int k = 0; k < fault_count; ++k) {
+    const auto fault = static_cast<Fault>(k);
+    if (latched.test(fault) && !faults.test(fault)) fault_times.push_back({fault, t_ns});
+  }
+  faults |= latched;
+}
+
 MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress) {
   ScenarioCommands commands{scenario};
-  MetricsAccumulator metrics{scenario.metrics};
+  SampledObserver observer{scenario, io_, comparators_, trace};
   LastTelemetry telemetry;
   ProgressTicker ticker{progress, 1024};
   MilResult result;
@@ -75,22 +136,25 @@ MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const P
   for (; t_ns <= scenario.duration_ns && io_.healthy(); t_ns += period_ns_) {
     run_cycle(t_ns, io_, commands, drive_, telemetry);
     const Telemetry<double>& now = telemetry.value;
-    note_faults(result, now);
+    result.note_faults(now.latched, now.first_fault, now.t_ns);
     commands.note_speed(now.omega_m);
+    if (!io_.healthy()) break;  // a state that no machine can have is not recorded
+    observer.period(now, commands);
     if (t_ns < 0) continue;
     simulated_ns = t_ns;
-    const PlantLook plant{io_.plant()};
-    metrics.add(sample_metrics(now, commands, plant, io_.plant().machine().parameters()));
-    if (trace != nullptr) trace->add(now, sample_plant(plant, io_));
-    if (!ticker.tick(double(t_ns) / double(scenario.duration_ns))) break;
+    if (ticker.tick(double(t_ns) / double(scenario.duration_ns))) continue;
+    result.stopped = true;
+    break;
   }
 
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  result.metrics = metrics.metrics();
+  result.metrics = observer.metrics().metrics();
   result.metrics[Metric::simulated] = double(simulated_ns) * 1e-9;
   result.metrics[Metric::wall] = wall.count();
   result.metrics[Metric::realtime_factor] = result.metrics[Metric::simulated] / wall.count();
+  result.window_metrics = observer.metrics().window_metrics(result.metrics);
   result.plant_healthy = io_.healthy();
+  result.plant_reachable = io_.plant().is_reachable();
   result.final_state = drive_.state();
   return result;
 }

@@ -41,9 +41,82 @@ std::string value_text(double x) {
   return std::isfinite(x) ? fmt::format("{:.5g}", x) : std::string{"-"};
 }
 
-const char* verdict(bool pass, bool colour) {
-  if (!colour) return pass ? "pass" : "FAIL";
-  return pass ? "\x1b[32mpass\x1b[0m" : "\x1b[1;31mFAIL\x1b[0m";
+std::string coloured(bool good, const std::string& word, bool colour) {
+  if (!colour) return word;
+  return (good ? "\x1b[32m" : "\x1b[1;31m") + word + "\x1b[0m";
+}
+
+std::string judged(bool pass, bool colour) {
+  return coloured(pass, pass ? "pass" : "FAIL", colour);
+}
+
+std::string verdict_text(const RunSummary& summary, bool colour) {
+  const Verdict verdict = summary.verdict();
+  std::string word{to_string(verdict)};
+  if (verdict == Verdict::fail) word = "FAIL";
+  std::replace(word.begin(), word.end(), '_', ' ');
+  return coloured(verdict == Verdict::pass, word, colour);
+}
+
+double in_seconds(std::int64_t t_ns) {
+  return double(t_ns) / 1e9;
+}
+
+/// An end that is none is infinite, which JSON writes as null.
+Json window_of(const TimeWindow& window) {
+  const bool ends = window.to_ns != TimeWindow{}.to_ns;
+  return {{"from_s", in_seconds(window.from_ns)}, {"to_s", ends ? Json(in_seconds(window.to_ns)) : Json()}};
+}
+
+std::string window_text(const TimeWindow& window) {
+  const std::string end =
+      window.to_ns == TimeWindow{}.to_ns ? "the end" : fmt::format("{:g} s", in_seconds(window.to_ns));
+  return fmt::format("{:g} s to {}", in_seconds(window.from_ns), end);
+}
+
+Json expectation_of(const ExpectationResult& e) {
+  Json row;
+  row["metric"] = e.limit.metric;
+  row["limit"] = limit_of(e.limit);
+  row["value"] = number(e.value);
+  row["pass"] = e.pass;
+  if (e.window) row["window"] = window_of(*e.window);
+  return row;
+}
+
+Json faults_of(const RunSummary& summary) {
+  Json faults = Json::array();
+  for (const LatchedFault& f : summary.faults)
+    faults.push_back({{"fault", to_string(f.fault)}, {"t_s", in_seconds(f.t_ns)}});
+  return faults;
+}
+
+Json expected_fault_of(const RunSummary& summary) {
+  if (!summary.expected_fault) return {};
+  Json expected = window_of(summary.expected_fault->window);
+  expected["fault"] = to_string(summary.expected_fault->fault);
+  expected["pass"] = summary.faults_as_expected();
+  return expected;
+}
+
+void append_faults(std::string& text, const RunSummary& summary, bool colour) {
+  for (const LatchedFault& f : summary.faults)
+    text += fmt::format("  fault {} at {:.6f} s\n", to_string(f.fault), in_seconds(f.t_ns));
+  if (!summary.expected_fault) return;
+  const FaultExpectation& expected = *summary.expected_fault;
+  text += fmt::format("  expected {}, {}  {}\n", to_string(expected.fault), window_text(expected.window),
+                      judged(summary.faults_as_expected(), colour));
+}
+
+/// Limits over windows of their own.
+void append_windows(std::string& text, const RunSummary& summary, bool colour) {
+  for (const ExpectationResult& e : summary.expectations) {
+    const std::optional<Metric> found = find_metric(e.limit.metric);
+    if (!e.window || !found) continue;
+    const MetricInfo& metric = info(*found);
+    text += fmt::format("  {:<25} {:>11} {:<5}  {:<17} {}  {}\n", metric.name, value_text(e.value),
+                        metric.unit, limit_text(e.limit), judged(e.pass, colour), window_text(*e.window));
+  }
 }
 
 // A metric without expectations has one line, one with several a line for each.
@@ -53,10 +126,10 @@ void append_metric(std::string& text, const RunSummary& summary, std::size_t ind
   const auto line = fmt::format("  {:<25} {:>11} {:<5}", metric.name, value, metric.unit);
   bool demanded = false;
   for (const ExpectationResult& e : summary.expectations) {
-    if (e.limit.metric != metric.name) continue;
+    if (e.window || e.limit.metric != metric.name) continue;
     demanded = true;
     fmt::format_to(std::back_inserter(text), "{}  {:<17} {}\n", line, limit_text(e.limit),
-                   verdict(e.pass, colour));
+                   judged(e.pass, colour));
   }
   if (!demanded) text += line + '\n';
 }
@@ -67,26 +140,80 @@ void append_metric(std::string& text, const RunSummary& summary, std::size_t ind
 
 }  // namespace
 
+const char* to_string(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::interrupted:
+      return "interrupted";
+    case Verdict::plant_failed:
+      return "plant_failed";
+    case Verdict::tripped:
+      return "tripped";
+    case Verdict::not_balanced:
+      return "not_balanced";
+    case Verdict::trace_incomplete:
+      return "trace_incomplete";
+    case Verdict::fail:
+      return "fail";
+    case Verdict::pass:
+      return "pass";
+  }
+  return "?";
+}
+
 bool RunSummary::passed() const noexcept {
   return std::all_of(expectations.begin(), expectations.end(), [](const auto& e) { return e.pass; });
+}
+
+bool RunSummary::faults_as_expected() const noexcept {
+  if (!expected_fault) return faults.empty();
+  return !faults.empty() && faults.front().fault == expected_fault->fault &&
+         expected_fault->window.contains(faults.front().t_ns);
+}
+
+Verdict RunSummary::verdict() const noexcept {
+  if (stopped) return Verdict::interrupted;
+  if (!plant_healthy) return Verdict::plant_failed;
+  if (!faults.empty() && !faults_as_expected()) return Verdict::tripped;
+  if (metrics[Metric::energy_unaccounted] > largest_unaccounted) return Verdict::not_balanced;
+  if (!trace_error.empty()) return Verdict::trace_incomplete;
+  return passed() && faults_as_expected() ? Verdict::pass : Verdict::fail;
+}
+
+RunSummary summarise(const Scenario& scenario, const MilResult& result) {
+  RunSummary summary{.scenario = scenario.name,
+                     .metrics = result.metrics,
+                     .expectations = evaluate(scenario.expectations, result.metrics),
+                     .faults = result.fault_times,
+                     .expected_fault = scenario.expected_fault,
+                     .stopped = result.stopped,
+                     .plant_healthy = result.plant_healthy};
+  for (std::size_t k = 0; k < scenario.windows.size(); ++k) {
+    for (ExpectationResult& judged : evaluate(scenario.windows[k].limits, result.window_metrics.at(k))) {
+      judged.window = scenario.windows[k].window;
+      summary.expectations.push_back(std::move(judged));
+    }
+  }
+  return summary;
 }
 
 std::string to_json(const RunSummary& summary) {
   Json json;
   json["scenario"] = summary.scenario;
+  json["verdict"] = to_string(summary.verdict());
   json["metrics"] = Json::object();
   for (std::size_t k = 0; k < metric_count; ++k) {
     json["metrics"][metric_catalogue[k].name] = number(summary.metrics.values()[k]);
   }
   json["expect"] = Json::array();
-  for (const ExpectationResult& e : summary.expectations) {
-    Json row;
-    row["metric"] = e.limit.metric;
-    row["limit"] = limit_of(e.limit);
-    row["value"] = number(e.value);
-    row["pass"] = e.pass;
-    json["expect"].push_back(std::move(row));
-  }
+  for (const ExpectationResult& e : summary.expectations) json["expect"].push_back(expectation_of(e));
+  json["faults"] = faults_of(summary);
+  json["expected_fault"] = expected_fault_of(summary);
+  if (!summary.problem.empty()) json["problem"] = summary.problem;
+  if (!summary.trace_error.empty()) json["trace_error"] = summary.trace_error;
+  const Json configuration = Json::parse(summary.configuration, nullptr, false);
+  if (!configuration.is_discarded()) json["configuration"] = configuration;
+  if (!summary.version.empty()) json["version"] = summary.version;
+  if (!summary.commit.empty()) json["commit"] = summary.commit;
   // A name that is not valid UTF-8 is replaced, not refused: it came from a file name at worst.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -114,9 +241,20 @@ void write_summary(const RunSummary& summary, const std::filesystem::path& file)
   }
 }
 
+std::optional<std::string> scenario_of_summary(const std::filesystem::path& file) {
+  std::ifstream in{file, std::ios::binary};
+  const Json json = Json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("metrics") || !json.contains("expect")) return std::nullopt;
+  const auto scenario = json.find("scenario");
+  if (scenario == json.end() || !scenario->is_string()) return std::nullopt;
+  return scenario->get<std::string>();
+}
+
 std::string format_summary(const RunSummary& summary, bool colour) {
-  std::string text = fmt::format("{}: {}\n", summary.scenario, verdict(summary.passed(), colour));
+  std::string text = fmt::format("{}: {}\n", summary.scenario, verdict_text(summary, colour));
+  append_faults(text, summary, colour);
   for (std::size_t k = 0; k < metric_count; ++k) append_metric(text, summary, k, colour);
+  append_windows(text, summary, colour);
   return text;
 }
 

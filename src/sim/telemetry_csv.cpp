@@ -42,6 +42,9 @@ void append(std::string& line, const TraceColumn& column, const TraceRow& row) {
     case ColumnType::uint8:
       fmt::format_to(out, "{}", value_of<std::uint8_t>(column, row));
       return;
+    case ColumnType::int8:
+      fmt::format_to(out, "{}", int(value_of<std::int8_t>(column, row)));
+      return;
     case ColumnType::drive_state:
       line += to_string(value_of<DriveState>(column, row));
       return;
@@ -63,7 +66,7 @@ TelemetryCsv::TelemetryCsv(std::string file)
 
 void TelemetryCsv::add(const TelemetryIntervalRecord<double>& record) {
   if (!stream_ || std::ferror(stream_.get()) != 0) return;
-  const TraceRow row{.drive = record, .plant = {}};
+  const TraceRow row{.drive = record, .plant = {}, .control = {}};
   line_.clear();
   for (const TraceColumn& column : drive_columns) {
     if (!line_.empty()) line_ += ',';

@@ -23,6 +23,8 @@ hdf5::Handle memory_type(ColumnType type) {
       return {H5Tcopy(H5T_NATIVE_UINT32), H5Tclose};
     case ColumnType::uint8:
       return {H5Tcopy(H5T_NATIVE_UINT8), H5Tclose};
+    case ColumnType::int8:
+      return {H5Tcopy(H5T_NATIVE_INT8), H5Tclose};
     case ColumnType::drive_state:
       return drive_state_type();
   }

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
 #include <type_traits>
 
 #include "sextant/sim/trace_row.hpp"
@@ -11,7 +14,7 @@ namespace sextant {
 
 static_assert(std::is_trivially_copyable_v<TraceRow> && std::is_standard_layout_v<TraceRow>);
 
-enum class ColumnType : std::uint8_t { float64, int64, uint32, uint8, drive_state };
+enum class ColumnType : std::uint8_t { float64, int64, uint32, uint8, int8, drive_state };
 
 template <class T>
 [[nodiscard]] constexpr ColumnType column_type() noexcept {
@@ -19,82 +22,116 @@ template <class T>
   if constexpr (std::is_same_v<T, std::int64_t>) return ColumnType::int64;
   if constexpr (std::is_same_v<T, std::uint32_t>) return ColumnType::uint32;
   if constexpr (std::is_same_v<T, std::uint8_t>) return ColumnType::uint8;
+  if constexpr (std::is_same_v<T, std::int8_t>) return ColumnType::int8;
   if constexpr (std::is_same_v<T, DriveState>) return ColumnType::drive_state;
 }
 
 /// One signal of the trace: a dataset, and where its value lies in a row.
 struct TraceColumn {
+  const char* folder;  // HDF5 group of the file; empty: its root
   const char* name;
+  const char* group;  // signals that are chosen together
   const char* unit;
   const char* description;
   ColumnType type;
   std::size_t offset;  // [byte]
   std::size_t size;    // [byte]
+
+  [[nodiscard]] std::string path() const { return *folder == '\0' ? name : std::string{folder} + '/' + name; }
 };
 
-#define SEXTANT_COLUMN(group, member, unit, description)                          \
-  TraceColumn {                                                                   \
-    #member, unit, description, column_type<decltype(TraceRow{}.group.member)>(), \
-        offsetof(TraceRow, group) + offsetof(decltype(TraceRow{}.group), member), \
-        sizeof(TraceRow{}.group.member)                                           \
+#define SEXTANT_COLUMN(folder, member_of, member, group, unit, description)                          \
+  TraceColumn {                                                                                      \
+    folder, #member, group, unit, description, column_type<decltype(TraceRow{}.member_of.member)>(), \
+        offsetof(TraceRow, member_of) + offsetof(decltype(TraceRow{}.member_of), member),            \
+        sizeof(TraceRow{}.member_of.member)                                                          \
   }
+#define SEXTANT_DRIVE(member, unit, description) \
+  SEXTANT_COLUMN("", drive, member, "standard", unit, description)
+#define SEXTANT_PLANT(member, group, unit, description) \
+  SEXTANT_COLUMN("plant", plant, member, group, unit, description)
+#define SEXTANT_CONTROL(member, unit, description) \
+  SEXTANT_COLUMN("control", control, member, "comparators", unit, description)
 
-inline constexpr std::array drive_columns{
-    SEXTANT_COLUMN(drive, t_ns, "ns", "last control period of the interval"),
-    SEXTANT_COLUMN(drive, periods, "1", "control periods in the interval"),
-    SEXTANT_COLUMN(drive, torque_requested_nm, "N·m", "requested torque"),
-    SEXTANT_COLUMN(drive, torque_reference_nm, "N·m", "torque reference, as admitted by the command gate"),
-    SEXTANT_COLUMN(drive, torque_mean_nm, "N·m", "estimated torque, mean over the interval"),
-    SEXTANT_COLUMN(drive, torque_min_nm, "N·m", "estimated torque, minimum over the interval"),
-    SEXTANT_COLUMN(drive, torque_max_nm, "N·m", "estimated torque, maximum over the interval"),
-    SEXTANT_COLUMN(drive, flux_mean_wb, "Wb", "magnitude of the estimated stator flux linkage, mean"),
-    SEXTANT_COLUMN(drive, flux_min_wb, "Wb", "magnitude of the estimated stator flux linkage, minimum"),
-    SEXTANT_COLUMN(drive, flux_max_wb, "Wb", "magnitude of the estimated stator flux linkage, maximum"),
-    SEXTANT_COLUMN(drive, current_mean_a, "A", "magnitude of the stator current vector, mean"),
-    SEXTANT_COLUMN(drive, current_min_a, "A", "magnitude of the stator current vector, minimum"),
-    SEXTANT_COLUMN(drive, current_max_a, "A", "magnitude of the stator current vector, maximum"),
-    SEXTANT_COLUMN(drive, i_a_a, "A", "measured current of phase a"),
-    SEXTANT_COLUMN(drive, i_b_a, "A", "measured current of phase b"),
-    SEXTANT_COLUMN(drive, i_c_a, "A", "measured current of phase c"),
-    SEXTANT_COLUMN(drive, flux_angle_rad, "rad",
-                   "angle of the estimated stator flux from phase a, electrical"),
-    SEXTANT_COLUMN(drive, speed_rad_s, "rad/s", "measured mechanical speed"),
-    SEXTANT_COLUMN(drive, u_dc_v, "V", "measured DC-link voltage, mean"),
-    SEXTANT_COLUMN(drive, i_dc_a, "A", "DC-link current, mean"),
-    SEXTANT_COLUMN(drive, power_w, "W", "electrical power at the DC link, mean"),
-    SEXTANT_COLUMN(drive, state, "1", "state of the drive"),
-    SEXTANT_COLUMN(drive, sector, "1", "sector of the stator flux, 1 to 6, 0 without flux"),
-    SEXTANT_COLUMN(drive, command_counter, "1", "E2E counter of the command acted on"),
-    SEXTANT_COLUMN(drive, command_received_ns, "ns", "when that command was received"),
+/// Every signal; the first, the time, is in every trace.
+inline constexpr std::array trace_columns{
+    SEXTANT_DRIVE(t_ns, "ns", "last control period of the interval"),
+    SEXTANT_DRIVE(periods, "1", "control periods in the interval"),
+    SEXTANT_DRIVE(torque_requested_nm, "N·m", "requested torque"),
+    SEXTANT_DRIVE(torque_reference_nm, "N·m", "torque reference, as admitted by the command gate"),
+    SEXTANT_DRIVE(torque_mean_nm, "N·m", "estimated torque, mean over the interval"),
+    SEXTANT_DRIVE(torque_min_nm, "N·m", "estimated torque, minimum over the interval"),
+    SEXTANT_DRIVE(torque_max_nm, "N·m", "estimated torque, maximum over the interval"),
+    SEXTANT_DRIVE(flux_mean_wb, "Wb", "magnitude of the estimated stator flux linkage, mean"),
+    SEXTANT_DRIVE(flux_min_wb, "Wb", "magnitude of the estimated stator flux linkage, minimum"),
+    SEXTANT_DRIVE(flux_max_wb, "Wb", "magnitude of the estimated stator flux linkage, maximum"),
+    SEXTANT_DRIVE(current_mean_a, "A", "magnitude of the stator current vector, mean"),
+    SEXTANT_DRIVE(current_min_a, "A", "magnitude of the stator current vector, minimum"),
+    SEXTANT_DRIVE(current_max_a, "A", "magnitude of the stator current vector, maximum"),
+    SEXTANT_DRIVE(i_a_a, "A", "measured current of phase a"),
+    SEXTANT_DRIVE(i_b_a, "A", "measured current of phase b"),
+    SEXTANT_DRIVE(i_c_a, "A", "measured current of phase c"),
+    SEXTANT_DRIVE(flux_angle_rad, "rad", "angle of the estimated stator flux from phase a, electrical"),
+    SEXTANT_DRIVE(speed_rad_s, "rad/s", "measured mechanical speed"),
+    SEXTANT_DRIVE(u_dc_v, "V", "measured DC-link voltage, mean"),
+    SEXTANT_DRIVE(i_dc_a, "A", "DC-link current, mean"),
+    SEXTANT_DRIVE(power_w, "W", "electrical power at the DC link, mean"),
+    SEXTANT_DRIVE(state, "1", "state of the drive"),
+    SEXTANT_DRIVE(sector, "1", "sector of the stator flux, 1 to 6, 0 without flux"),
+    SEXTANT_DRIVE(command_counter, "1", "E2E counter of the command acted on"),
+    SEXTANT_DRIVE(command_received_ns, "ns", "when that command was received"),
+    SEXTANT_PLANT(torque_nm, "standard", "N·m", "air-gap torque"),
+    SEXTANT_PLANT(torque_mean_nm, "standard", "N·m", "air-gap torque, mean over the interval"),
+    SEXTANT_PLANT(torque_min_nm, "standard", "N·m", "air-gap torque, minimum over the interval"),
+    SEXTANT_PLANT(torque_max_nm, "standard", "N·m", "air-gap torque, maximum over the interval"),
+    SEXTANT_PLANT(psi_s_wb, "standard", "Wb", "magnitude of the stator flux linkage"),
+    SEXTANT_PLANT(flux_mean_wb, "standard", "Wb",
+                  "magnitude of the stator flux linkage, mean over the interval"),
+    SEXTANT_PLANT(flux_min_wb, "standard", "Wb",
+                  "magnitude of the stator flux linkage, minimum over the interval"),
+    SEXTANT_PLANT(flux_max_wb, "standard", "Wb",
+                  "magnitude of the stator flux linkage, maximum over the interval"),
+    SEXTANT_PLANT(psi_s_alpha_wb, "standard", "Wb", "stator flux linkage, stationary frame, along phase a"),
+    SEXTANT_PLANT(psi_s_beta_wb, "standard", "Wb", "stator flux linkage, stationary frame, 90 degrees ahead"),
+    SEXTANT_PLANT(psi_r_alpha_wb, "standard", "Wb", "rotor flux linkage, stationary frame, along phase a"),
+    SEXTANT_PLANT(psi_r_beta_wb, "standard", "Wb", "rotor flux linkage, stationary frame, 90 degrees ahead"),
+    SEXTANT_PLANT(current_min_a, "standard", "A",
+                  "magnitude of the stator current vector, minimum over the interval"),
+    SEXTANT_PLANT(current_max_a, "standard", "A",
+                  "magnitude of the stator current vector, maximum over the interval"),
+    SEXTANT_PLANT(i_a_a, "standard", "A", "current of phase a"),
+    SEXTANT_PLANT(i_b_a, "standard", "A", "current of phase b"),
+    SEXTANT_PLANT(i_c_a, "standard", "A", "current of phase c"),
+    SEXTANT_PLANT(u_dc_v, "standard", "V", "DC-link voltage"),
+    SEXTANT_PLANT(omega_m_rad_s, "standard", "rad/s", "mechanical speed"),
+    SEXTANT_PLANT(tau_l_nm, "standard", "N·m", "load torque"),
+    SEXTANT_PLANT(switch_a, "switching", "1", "leg a: 1 upper switch on, 0 lower switch on, -1 both off"),
+    SEXTANT_PLANT(switch_b, "switching", "1", "leg b: 1 upper switch on, 0 lower switch on, -1 both off"),
+    SEXTANT_PLANT(switch_c, "switching", "1", "leg c: 1 upper switch on, 0 lower switch on, -1 both off"),
+    SEXTANT_PLANT(u_s_alpha_v, "voltage", "V", "stator voltage, stationary frame, along phase a"),
+    SEXTANT_PLANT(u_s_beta_v, "voltage", "V", "stator voltage, stationary frame, 90 degrees ahead"),
+    SEXTANT_PLANT(i_dc_a, "link", "A", "current drawn from the DC link at the end of the interval"),
+    SEXTANT_PLANT(i_r_alpha_a, "rotor", "A",
+                  "rotor current, referred to the stator, stationary frame, along phase a"),
+    SEXTANT_PLANT(i_r_beta_a, "rotor", "A",
+                  "rotor current, referred to the stator, stationary frame, 90 degrees ahead"),
+    SEXTANT_PLANT(theta_m_rad, "shaft", "rad", "mechanical angle of the shaft, not wrapped"),
+    SEXTANT_PLANT(energy_link_j, "energy", "J", "energy drawn from the DC link since the run began"),
+    SEXTANT_PLANT(energy_copper_j, "energy", "J", "energy lost in the windings since the run began"),
+    SEXTANT_PLANT(energy_shaft_j, "energy", "J", "work of the air-gap torque since the run began"),
+    SEXTANT_PLANT(energy_field_j, "energy", "J", "energy of the magnetic field"),
+    SEXTANT_CONTROL(torque_comparator, "1", "torque comparator: 1 raise the torque, -1 lower it, 0 hold"),
+    SEXTANT_CONTROL(flux_comparator, "1", "flux comparator: 1 raise the flux, 0 lower it"),
 };
 
-inline constexpr std::array plant_columns{
-    SEXTANT_COLUMN(plant, torque_nm, "N·m", "air-gap torque"),
-    SEXTANT_COLUMN(plant, torque_mean_nm, "N·m", "air-gap torque, mean over the interval"),
-    SEXTANT_COLUMN(plant, torque_min_nm, "N·m", "air-gap torque, minimum over the interval"),
-    SEXTANT_COLUMN(plant, torque_max_nm, "N·m", "air-gap torque, maximum over the interval"),
-    SEXTANT_COLUMN(plant, psi_s_wb, "Wb", "magnitude of the stator flux linkage"),
-    SEXTANT_COLUMN(plant, flux_mean_wb, "Wb", "magnitude of the stator flux linkage, mean over the interval"),
-    SEXTANT_COLUMN(plant, flux_min_wb, "Wb",
-                   "magnitude of the stator flux linkage, minimum over the interval"),
-    SEXTANT_COLUMN(plant, flux_max_wb, "Wb",
-                   "magnitude of the stator flux linkage, maximum over the interval"),
-    SEXTANT_COLUMN(plant, psi_s_alpha_wb, "Wb", "stator flux linkage, stationary frame, along phase a"),
-    SEXTANT_COLUMN(plant, psi_s_beta_wb, "Wb", "stator flux linkage, stationary frame, 90 degrees ahead"),
-    SEXTANT_COLUMN(plant, psi_r_alpha_wb, "Wb", "rotor flux linkage, stationary frame, along phase a"),
-    SEXTANT_COLUMN(plant, psi_r_beta_wb, "Wb", "rotor flux linkage, stationary frame, 90 degrees ahead"),
-    SEXTANT_COLUMN(plant, current_min_a, "A",
-                   "magnitude of the stator current vector, minimum over the interval"),
-    SEXTANT_COLUMN(plant, current_max_a, "A",
-                   "magnitude of the stator current vector, maximum over the interval"),
-    SEXTANT_COLUMN(plant, i_a_a, "A", "current of phase a"),
-    SEXTANT_COLUMN(plant, i_b_a, "A", "current of phase b"),
-    SEXTANT_COLUMN(plant, i_c_a, "A", "current of phase c"),
-    SEXTANT_COLUMN(plant, u_dc_v, "V", "DC-link voltage"),
-    SEXTANT_COLUMN(plant, omega_m_rad_s, "rad/s", "mechanical speed"),
-    SEXTANT_COLUMN(plant, tau_l_nm, "N·m", "load torque"),
-};
+/// Those of the drive, which stand first.
+inline constexpr std::span drive_columns{
+    trace_columns.data(), std::size_t(std::count_if(trace_columns.begin(), trace_columns.end(),
+                                                    [](const TraceColumn& c) { return *c.folder == '\0'; }))};
 
+#undef SEXTANT_CONTROL
+#undef SEXTANT_PLANT
+#undef SEXTANT_DRIVE
 #undef SEXTANT_COLUMN
 
 }  // namespace sextant

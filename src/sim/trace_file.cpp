@@ -1,5 +1,6 @@
 #include "trace_file.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -7,6 +8,8 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
+
+#include "sextant/sim/trace_recorder.hpp"
 
 namespace sextant {
 namespace {
@@ -32,6 +35,21 @@ hdf5::Handle chunked_and_compressed(int level) {
   return properties;
 }
 
+/// The time belongs to every trace.
+bool is_chosen(const TraceColumn& column, const std::vector<std::string>& signals) {
+  if (&column == trace_columns.data()) return true;
+  return std::any_of(signals.begin(), signals.end(), [&column](const std::string& name) {
+    return name == "all" || name == column.group || name == column.path();
+  });
+}
+
+/// A group of the file, made where there is none; the root has no name.
+hdf5::Handle open_folder(hid_t file, const char* name) {
+  if (*name == '\0') return {H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose};
+  if (H5Lexists(file, name, H5P_DEFAULT) > 0) return {H5Gopen2(file, name, H5P_DEFAULT), H5Gclose};
+  return {H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
+}
+
 /// Space in the file that has been given up is not used again, so that what a flush left behind stays
 /// readable while, and if only half of, the next one is written.
 hdf5::Handle append_only() {
@@ -41,6 +59,15 @@ hdf5::Handle append_only() {
 }
 
 }  // namespace
+
+bool is_trace(const std::filesystem::path& file) {
+  const hdf5::Quiet quiet;
+  if (!std::filesystem::is_regular_file(file)) return false;
+  const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (id < 0) return false;
+  const hdf5::Handle opened{id, H5Fclose};
+  return H5Aexists(opened.get(), "sextant_version") > 0;
+}
 
 TraceFile::TraceFile(const std::filesystem::path& file, const Parameters& parameters,
                      std::function<void(const std::string&)> on_error)
@@ -66,13 +93,13 @@ void TraceFile::write_attributes(const Parameters& parameters) {
 
 void TraceFile::create_columns(const Parameters& parameters) {
   const hdf5::Handle properties = chunked_and_compressed(parameters.compression);
-  columns_.reserve(drive_columns.size() + plant_columns.size());
-  for (const TraceColumn& c : drive_columns)
-    columns_.emplace_back(file_.get(), c, properties.get(), buffer_rows);
-  if (!parameters.plant) return;
-  const hdf5::Handle plant{H5Gcreate2(file_.get(), "plant", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
-  for (const TraceColumn& c : plant_columns)
-    columns_.emplace_back(plant.get(), c, properties.get(), buffer_rows);
+  columns_.reserve(trace_columns.size());
+  for (const TraceColumn& c : trace_columns) {
+    const bool known = parameters.plant || *c.folder == '\0';
+    if (!known || !is_chosen(c, parameters.signals)) continue;
+    const hdf5::Handle folder = open_folder(file_.get(), c.folder);
+    columns_.emplace_back(folder.get(), c, properties.get(), buffer_rows);
+  }
 }
 
 void TraceFile::append(const TraceRow& row) {

@@ -25,6 +25,7 @@ class TraceFile {
     std::int64_t interval_ns{};                       ///< [ns]
     int compression{};                                ///< deflate level [-]
     bool plant{true};                                 ///< the plant's true values are known
+    std::vector<std::string> signals{};               ///< names of signals and of groups
   };
 
   /// Throws std::runtime_error with the reason if the file cannot be created.

@@ -1,5 +1,6 @@
 #include "sextant/sim/trace_recorder.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sextant/sim/trace_reducer.hpp"
+#include "trace_columns.hpp"
 #include "trace_file.hpp"
 
 namespace sextant {
@@ -22,6 +24,15 @@ std::int64_t interval_ns(const TraceParameters& parameters) {
   const std::int64_t ns = std::llround(parameters.interval_us * 1e3);
   if (ns < 1) throw std::runtime_error{"the trace interval must be at least 1 ns"};
   return ns;
+}
+
+std::vector<std::string> known(std::vector<std::string> signals) {
+  const std::vector<std::string> names = trace_signals();
+  for (const std::string& signal : signals) {
+    if (std::find(names.begin(), names.end(), signal) == names.end())
+      throw std::runtime_error{fmt::format("there is no trace signal \"{}\"", signal)};
+  }
+  return signals;
 }
 
 std::uint32_t whole_periods(std::int64_t interval_ns, std::int64_t control_period_ns) {
@@ -43,6 +54,15 @@ std::optional<TraceReducer> make_reducer(std::int64_t interval_ns, const TraceOr
 
 }  // namespace
 
+std::vector<std::string> trace_signals() {
+  std::vector<std::string> names{"all"};
+  for (const TraceColumn& c : trace_columns) {
+    if (std::find(names.begin(), names.end(), c.group) == names.end()) names.emplace_back(c.group);
+  }
+  for (const TraceColumn& c : trace_columns) names.push_back(c.path());
+  return names;
+}
+
 class TraceRecorder::Impl {
  public:
   Impl(const std::filesystem::path& file, const TraceParameters& parameters, const TraceOrigin& origin,
@@ -53,17 +73,21 @@ class TraceRecorder::Impl {
                .control_period_ns = origin.control_period_ns,
                .interval_ns = interval_ns(parameters),
                .compression = parameters.compression,
-               .plant = origin.plant},
+               .plant = origin.plant,
+               .signals = known(parameters.signals)},
               on_error ? std::move(on_error) : print_error} {}
 
   ~Impl() { close(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  void add(const Telemetry<>& telemetry, const PlantSample& plant) {
-    if (!reducer_) throw std::logic_error{"an event-exact run has no control periods to record"};
-    if (!file_.is_open()) return;
-    if (reducer_->add(telemetry, plant)) file_.append(reducer_->take());
+  void add_segment(const PlantSample& before, const PlantSample& after, double seconds) {
+    reducer().add_segment(before, after, seconds);
+  }
+
+  void add(const Telemetry<>& telemetry, const PlantSample& plant, ComparatorSample comparators) {
+    TraceReducer& rows = reducer();
+    if (rows.add(telemetry, plant, comparators)) file_.append(rows.take());
   }
 
   void add_row(const TraceRow& row) { file_.append(row); }
@@ -78,6 +102,11 @@ class TraceRecorder::Impl {
   [[nodiscard]] const std::string& error() const noexcept { return file_.error(); }
 
  private:
+  TraceReducer& reducer() {
+    if (!reducer_) throw std::logic_error{"an event-exact run has no control periods to record"};
+    return *reducer_;
+  }
+
   std::optional<TraceReducer> reducer_;  // none in an event-exact run
   TraceFile file_;
 };
@@ -95,8 +124,12 @@ TraceRecorder::~TraceRecorder() = default;
 TraceRecorder::TraceRecorder(TraceRecorder&&) noexcept = default;
 TraceRecorder& TraceRecorder::operator=(TraceRecorder&&) noexcept = default;
 
-void TraceRecorder::add(const Telemetry<>& telemetry, const PlantSample& plant) {
-  impl_->add(telemetry, plant);
+void TraceRecorder::add_segment(const PlantSample& before, const PlantSample& after, double seconds) {
+  impl_->add_segment(before, after, seconds);
+}
+void TraceRecorder::add(const Telemetry<>& telemetry, const PlantSample& plant,
+                        ComparatorSample comparators) {
+  impl_->add(telemetry, plant, comparators);
 }
 void TraceRecorder::add_row(const TraceRow& row) {
   impl_->add_row(row);

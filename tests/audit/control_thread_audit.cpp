@@ -23,6 +23,7 @@
 #include "audit/lock_counter.hpp"
 #include "audit/system_call_trap.hpp"
 #include "sextant/realtime/scheduler_sample.hpp"
+#include "sextant/realtime/thread_setup.hpp"
 #include "support/allocation_counter.hpp"
 
 namespace sextant::audit {
@@ -186,6 +187,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "commit this violation once")
       ->check(CLI::IsMember({"none", "allocation", "lock", "page_fault", "system_call"}));
   CLI11_PARSE(app, argc, argv);
+  sextant::reserve_little_memory();  // as the programs do
   try {
     return sextant::audit::run(options);
   } catch (const std::exception& problem) {

@@ -57,7 +57,7 @@ class LiveLoop {
   void command() {
     ++sequence_;
     // A reset, then a disable, then work: a fault by a machine that stopped is over within 40 ms.
-    const std::uint32_t phase = sequence_ % 20;
+    const std::uint64_t phase = sequence_ % 20;
     crossings_.command.store({.torque = sequence_ % 8 < 4 ? 15.0 : -15.0,
                               .torque_limit = 100.0,
                               .enable = phase > 1,
@@ -88,7 +88,7 @@ class LiveLoop {
   ecu::ControlThread control_;
   ecu::WakeRecord last_wake_{};
   double peak_torque_{0.0};
-  std::uint32_t sequence_{0};
+  std::uint64_t sequence_{0};
 };
 
 }  // namespace sextant::audit

@@ -54,9 +54,9 @@ BENCHMARK(dtc_step);
 
 /// The same by hand.
 struct DriveByHand {
-  void step(const Measurement<double>& m, const DriveRequest<double>& request) {
+  void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request) {
     ReferenceRecord output;
-    drive.step(m, request, output);
+    drive.step(t_ns, m, request, output);
     keep(output);
   }
   void reset_estimate() { drive.reset_estimate(); }
@@ -69,16 +69,16 @@ bool drives_agree() {
   struct Recorder {
     std::vector<ReferenceRecord> records{};
     ReferenceDrive drive{};
-    void step(const Measurement<double>& m, const DriveRequest<double>& request) {
-      drive.step(m, request, records.emplace_back());
+    void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request) {
+      drive.step(t_ns, m, request, records.emplace_back());
     }
     void reset_estimate() { drive.reset_estimate(); }
   };
   struct OurRecorder {
     std::vector<DriveOutput<double>> records{};
     OurDrive ours{};
-    void step(const Measurement<double>& m, const DriveRequest<double>& request) {
-      records.push_back(ours.drive.step(m, request));
+    void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request) {
+      records.push_back(ours.drive.step(t_ns, m, request));
     }
     void reset_estimate() { ours.reset_estimate(); }
   };

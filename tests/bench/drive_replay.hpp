@@ -15,7 +15,7 @@ inline constexpr std::int64_t period_ns = 25'000;
 /// A whole drive that produces torque and replays a recorded run, with a new command at the beginning of
 /// each replay: one in 192 periods, which is a frame each 4.8 ms. A period costs no more than the contestant:
 /// the time is written into the record itself, and one request is used over and over.
-/// Contestant: `void step(const Measurement<double>&, const DriveRequest<double>&)` and `void
+/// Contestant: `void step(std::int64_t, const Measurement<double>&, const DriveRequest<double>&)` and `void
 /// reset_estimate()`.
 template <class Contestant>
 class DriveReplay {
@@ -33,9 +33,8 @@ class DriveReplay {
   void operator()() {
     begin();
     std::int64_t t_ns = t_ns_;
-    for (Measurement<double>& m : measurements_) {
-      m.t_ns = t_ns;
-      contestant_.step(m, request_);
+    for (const Measurement<double>& m : measurements_) {
+      contestant_.step(t_ns, m, request_);
       t_ns += period_ns;
     }
     t_ns_ = t_ns;
@@ -63,9 +62,8 @@ class DriveReplay {
     ++request_.command.sequence;
   }
 
-  void step(Measurement<double>& m) {
-    m.t_ns = t_ns_;
-    contestant_.step(m, request_);
+  void step(const Measurement<double>& m) {
+    contestant_.step(t_ns_, m, request_);
     t_ns_ += period_ns;
   }
 
@@ -78,8 +76,9 @@ class DriveReplay {
 
 /// The drive under test.
 struct OurDrive {
-  [[gnu::always_inline]] void step(const Measurement<double>& m, const DriveRequest<double>& request) {
-    const DriveOutput<double> output = drive.step(m, request);
+  [[gnu::always_inline]] void step(std::int64_t t_ns, const Measurement<double>& m,
+                                   const DriveRequest<double>& request) {
+    const DriveOutput<double> output = drive.step(t_ns, m, request);
     keep(output);
   }
   void reset_estimate() { controller.reset(); }

@@ -15,9 +15,9 @@
 
 #include "bench/bench_drive.hpp"
 #include "bench/cpu_clock.hpp"
-#include "sextant/comms/dds_telemetry.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/telemetry_interval.hpp"
+#include "sextant/dds/dds_telemetry.hpp"
 #include "sextant/realtime/ring.hpp"
 #include "telemetry.h"
 

@@ -25,7 +25,8 @@ struct ReferenceRecord {
   std::uint8_t first_fault;
   std::uint32_t fault_total;
   std::int64_t command_received_ns;
-  std::uint32_t command_sequence, command_rejected;
+  std::uint64_t command_sequence;
+  std::uint32_t command_rejected;
   std::uint8_t command_counter;
 };
 
@@ -35,7 +36,8 @@ struct ReferenceRecord {
 /// happens without torque: magnetising, and the estimate while the gates are off.
 class ReferenceDrive {
  public:
-  void step(const Measurement<double>& m, const DriveRequest<double>& request, ReferenceRecord& out) {
+  void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request,
+            ReferenceRecord& out) {
     const TorqueCommand<double>& command = request.command;
 
     std::uint32_t faults = request.external.bits();
@@ -54,23 +56,38 @@ class ReferenceDrive {
     const double lowest = m.omega_m > 0.0 ? -torque_limit : -motoring;
     const double highest = m.omega_m < 0.0 ? torque_limit : motoring;
 
-    const std::int64_t elapsed_ns = started_ ? std::max(m.t_ns - last_ns_, period_ns) : period_ns;
-    last_ns_ = m.t_ns;
+    const std::int64_t elapsed_ns = started_ ? std::max(t_ns - last_ns_, period_ns) : period_ns;
+    last_ns_ = t_ns;
     started_ = true;
-    const bool valid = command.sequence != 0 && command.e2e == E2eState::valid;
+    const bool valid = command.e2e == E2eState::valid;
     const bool fresh = command.sequence != sequence_;
-    if (fresh) alive_ns_ = std::min(command.received_ns, m.t_ns);
+    const bool disabled = command.disables != disables_;
+    const bool unseen_reset = command.resets != resets_;
+    disables_ = command.disables;
+    resets_ = command.resets;
+    if (fresh) alive_ns_ = std::min(command.received_ns, t_ns);
     sequence_ = command.sequence;
-    const std::int64_t age_ns = m.t_ns - alive_ns_;
+    const std::int64_t age_ns = t_ns - alive_ns_;
     const bool lost = age_ns > lost_ns;
     bool reset = false;
+    if (valid && disabled && !lost) {
+      enable_ = false;
+      blocked_ = 0;
+      setpoint_ = 0.0;
+      reset = unseen_reset;
+      if (!unseen_reset) lockout_ = false;
+    }
     if (valid && fresh && !lost) {
-      if (!command.enable) enable_ = false;
-      if (std::abs(command.torque) <= torque_limit && command.torque_limit >= 0.0) {
+      if (!command.enable) {
+        enable_ = false;
         blocked_ = 0;
-        enable_ = command.enable;
-        reset = command.fault_reset;
-        if (!command.enable && !command.fault_reset) lockout_ = false;
+        setpoint_ = 0.0;
+        reset = reset || command.fault_reset;
+        if (!command.fault_reset) lockout_ = false;
+      } else if (std::abs(command.torque) <= torque_limit && command.torque_limit >= 0.0) {
+        blocked_ = 0;
+        enable_ = true;
+        reset = reset || command.fault_reset;
         setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
       } else {
         ++blocked_;
@@ -85,11 +102,14 @@ class ReferenceDrive {
     if (command.e2e == E2eState::invalid) command_faults |= 2U;
     if (command.bus_off) command_faults |= 1U << 4U;
     if (blocked_ >= 3) command_faults |= 4U;
-    const bool enable = enable_ && !lockout_ && command_faults == 0;
+    const bool enable = enable_ && !disabled && !lockout_ && command_faults == 0;
     bool derated = false;
     double target = 0.0;
     double rate = torque_rate;
-    if (age_ns > timeout_ns || request.shutdown || !enable) {
+    if (!enable) {
+      ramp_ = 0.0;
+      winding_down_ = false;
+    } else if (age_ns > timeout_ns || request.shutdown) {
       if (!winding_down_) zero_rate_ = std::abs(ramp_) * 100.0;
       winding_down_ = true;
       rate = std::max(zero_rate_, 1.0);
@@ -152,7 +172,7 @@ class ReferenceDrive {
       i_c_ = m.i_abc.c;
     }
 
-    out.t_ns = m.t_ns;
+    out.t_ns = t_ns;
     out.torque_requested = command.torque;
     out.torque_reference = reference;
     out.torque = dtc_.torque();
@@ -192,7 +212,8 @@ class ReferenceDrive {
   ReferenceDtc dtc_{};
   double setpoint_{}, ramp_{}, zero_rate_{}, i_a_{}, i_b_{}, i_c_{};
   std::int64_t last_ns_{}, alive_ns_{};
-  std::uint32_t sequence_{}, blocked_{}, out_of_range_{}, latched_{}, fault_total_{};
+  std::uint64_t sequence_{};
+  std::uint32_t disables_{}, resets_{}, blocked_{}, out_of_range_{}, latched_{}, fault_total_{};
   std::uint8_t state_{}, first_fault_{};
   bool started_{}, enable_{}, lockout_{true}, winding_down_{};
 };

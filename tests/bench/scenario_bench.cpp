@@ -20,7 +20,7 @@ MilResult run(const ScenarioConfig& config, TraceRecorder* trace) {
   if (config.mode == ScenarioMode::event_exact) {
     return EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, {});
   }
-  SimulatedPowerStage power_stage{config.drive.plant, config.scenario.load};
+  MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
   const auto controller = make_controller(config.drive);
   Drive<double> drive{config.drive.drive, *controller};
   return MilRunner{drive, power_stage.io(), config.drive.drive.period_ns}.run(config.scenario, trace, {});

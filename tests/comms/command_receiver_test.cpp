@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <random>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -58,6 +59,7 @@ TEST(CommandReceiver, TakesNothingBeforeTheStreamIsValid) {
   EXPECT_EQ(receiver.command().e2e, E2eState::no_data);
   EXPECT_EQ(receiver.on_frame(command_frame(0, 5.0)), FrameVerdict::not_valid_yet);
   EXPECT_EQ(receiver.on_frame(command_frame(1, 5.0)), FrameVerdict::not_valid_yet);
+  EXPECT_EQ(receiver.command().rejected, 2U);
   EXPECT_EQ(receiver.command().sequence, 0U);
   EXPECT_FALSE(receiver.command().enable);
   EXPECT_EQ(receiver.on_frame(command_frame(2, 5.0)), FrameVerdict::accepted);
@@ -77,7 +79,7 @@ TEST_F(CommandReceiverTest, TakesOverAGoodFrame) {
   EXPECT_EQ(c.received_ns, 30 * ms);
   EXPECT_EQ(c.counter, 3);
   EXPECT_EQ(c.sequence, 2U);
-  EXPECT_EQ(c.rejected, 0U);
+  EXPECT_EQ(c.rejected, 2U) << "those before the stream was valid";
 }
 
 TEST_F(CommandReceiverTest, OneOrTwoLostFramesAreNoMatter) {
@@ -156,6 +158,148 @@ TEST_F(CommandReceiverTest, OutOfRangeIsBlockedAndItsStreakCounted) {
   EXPECT_EQ(receiver_.command().out_of_range, 0U);
 }
 
+/// A disable whose torque and limit are these words. [raw]
+CanFrame disable_with(std::uint16_t torque, std::uint16_t limit, std::uint8_t counter,
+                      bool fault_reset = false) {
+  CanFrame frame = encode(TorqueRequest{.fault_reset = fault_reset}).frame;
+  for (unsigned i = 0; i < 2; ++i) {
+    frame.data[2 + i] = std::uint8_t(torque >> 8 * i);
+    frame.data[4 + i] = std::uint8_t(limit >> 8 * i);
+  }
+  protect(frame, command_data_id(), counter);
+  frame.received_ns = (10 * counter) * ms;
+  return frame;
+}
+
+TEST_F(CommandReceiverTest, ADisableIsOneWhateverItsTorqueIs) {
+  std::uint8_t counter = 3;
+  for (const unsigned torque : {0x8000U, 0x7FFFU, 0x61A9U, 0x0000U}) {
+    for (const unsigned limit : {0xFFFFU, 0x61A9U, 0x0000U}) {
+      SCOPED_TRACE(torque * 65'536U + limit);
+      EXPECT_EQ(receiver_.on_frame(disable_with(std::uint16_t(torque), std::uint16_t(limit), counter)),
+                FrameVerdict::accepted);
+      const TorqueCommand<double>& c = receiver_.command();
+      EXPECT_FALSE(c.enable);
+      EXPECT_EQ(c.torque, 0.0);
+      EXPECT_EQ(c.torque_limit, 0.0);
+      EXPECT_EQ(c.received_ns, (10 * counter) * ms) << "the age is that of the disable";
+      EXPECT_EQ(c.out_of_range, 0U);
+      EXPECT_EQ(c.counter, counter);
+      counter = std::uint8_t(counter + 1);
+    }
+  }
+}
+
+TEST_F(CommandReceiverTest, ADisableEndsARowOfFramesOutOfRange) {
+  CanFrame wild = command_frame(3, 250.0, 30 * ms);
+  wild.data[3] = 0x7F;
+  protect(wild, command_data_id(), 3);
+  expect_rejected(wild, FrameVerdict::out_of_range);
+  EXPECT_EQ(receiver_.on_frame(disable_with(0x8000, 0xFFFF, 4)), FrameVerdict::accepted);
+  EXPECT_EQ(receiver_.command().out_of_range, 0U);
+}
+
+TEST_F(CommandReceiverTest, CountsDisablesAndThoseThatReset) {
+  EXPECT_EQ(receiver_.command().disables, 0U);
+  EXPECT_EQ(receiver_.on_frame(command_frame(3, 5.0, 30 * ms, false)), FrameVerdict::accepted);
+  expect_accepted(4);
+  EXPECT_EQ(receiver_.command().disables, 1U) << "an enable does not take it back";
+  EXPECT_EQ(receiver_.command().resets, 0U);
+  EXPECT_EQ(receiver_.on_frame(disable_with(0x8000, 0, 5, true)), FrameVerdict::accepted);
+  expect_accepted(6);
+  EXPECT_EQ(receiver_.command().disables, 2U);
+  EXPECT_EQ(receiver_.command().resets, 1U);
+  expect_rejected(command_frame(6, 5.0, 30 * ms, false), FrameVerdict::repeated);
+  EXPECT_EQ(receiver_.command().disables, 2U) << "only what was accepted counts";
+}
+
+/// A frame of the bus: a good command most of the time, else one with anything about it changed.
+CanFrame random_frame(std::mt19937_64& dice, std::uint8_t& counter) {
+  CanFrame frame = command_frame(counter, double(dice() % 400) - 200.0, 0, dice() % 2 == 0);
+  counter = std::uint8_t((counter + 1) % 15);
+  switch (dice() % 24) {
+    case 0:
+      frame.data[dice() % 8] ^= std::uint8_t(1U << dice() % 8);
+      break;
+    case 1:
+      frame.id = std::uint32_t(dice() % 0x800);
+      break;
+    case 2:
+      frame.length = std::uint8_t(dice() % 9);
+      break;
+    case 3:
+      frame.rtr = true;
+      break;
+    case 4:
+      frame.extended = true;
+      break;
+    case 5:
+      frame.fd = true;
+      break;
+    case 6:
+      frame.error = true;
+      frame.id = std::uint32_t(dice() % 0x200);
+      break;
+    case 7:
+      counter = std::uint8_t(dice() % 15);
+      break;
+    case 8:
+      for (std::size_t i = 2; i < 6; ++i) frame.data[i] = std::uint8_t(dice());
+      protect(frame, command_data_id(), std::uint8_t(dice() % 16));
+      break;
+    case 9:
+      for (std::size_t i = 0; i < 8; ++i) frame.data[i] = std::uint8_t(dice());
+      break;
+    default:
+      break;
+  }
+  return frame;
+}
+
+TEST(CommandReceiverProperty, EveryFrameIsAcceptedOrRejectedForOneCauseOrNoCommand) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937_64 dice{seed};
+    CommandReceiver receiver;
+    std::uint64_t commands = 0;
+    std::uint8_t counter = 0;
+    constexpr std::uint64_t frames = 10'000;
+    for (std::uint64_t n = 1; n <= frames; ++n) {
+      const CanFrame frame = random_frame(dice, counter);
+      const std::uint64_t accepted = receiver.count(FrameVerdict::accepted);
+      const FrameVerdict verdict = receiver.on_frame(frame);
+      if (!frame.error && frame.id == command_id()) ++commands;
+      ASSERT_EQ(receiver.count(FrameVerdict::accepted) - accepted,
+                verdict == FrameVerdict::accepted ? 1U : 0U);
+      ASSERT_EQ(receiver.count(FrameVerdict::accepted) + receiver.command().rejected, commands)
+          << "frame " << n << ": " << to_string(verdict);
+      ASSERT_EQ(receiver.command().sequence, receiver.count(FrameVerdict::accepted));
+    }
+    std::uint64_t verdicts = 0;
+    for (std::size_t v = 0; v < frame_verdict_count; ++v) {
+      verdicts += receiver.count(static_cast<FrameVerdict>(v));
+    }
+    EXPECT_EQ(verdicts, frames);
+    EXPECT_GT(receiver.count(FrameVerdict::not_valid_yet), 100U) << "the case was met";
+  }
+}
+
+TEST_F(CommandReceiverTest, AValidStreamOfStatusIsAnotherDrive) {
+  const auto status = [](std::uint8_t counter) {
+    CanFrame frame = encode(TorqueStatus{.command_counter = {}}).frame;
+    protect(frame, torque_status_data_id(), counter);
+    return frame;
+  };
+  const std::uint64_t rejected = receiver_.rejected();
+  EXPECT_EQ(receiver_.on_frame(status(0)), FrameVerdict::unrelated);
+  EXPECT_EQ(receiver_.on_frame(status(1)), FrameVerdict::unrelated);
+  EXPECT_EQ(receiver_.on_frame(status(2)), FrameVerdict::other_drive);
+  EXPECT_EQ(receiver_.on_frame(status(2)), FrameVerdict::unrelated) << "a repetition proves nobody";
+  EXPECT_EQ(receiver_.on_frame(status(3)), FrameVerdict::other_drive);
+  EXPECT_EQ(receiver_.rejected(), rejected) << "they are no commands";
+  expect_accepted(3);
+}
+
 TEST_F(CommandReceiverTest, ABurstOfBadCrcsInvalidatesAndTheStreamRecovers) {
   for (std::uint8_t i = 0; i < 3; ++i) {
     EXPECT_EQ(receiver_.command().e2e, E2eState::valid);
@@ -193,10 +337,23 @@ TEST_F(CommandReceiverTest, BusOffIsShownUntilACommandProvesTheBus) {
   const CanFrame bus_off{.id = can_error_bus_off, .error = true, .length = 8, .received_ns = 25 * ms};
   EXPECT_EQ(receiver_.on_frame(bus_off), FrameVerdict::error_frame);
   EXPECT_TRUE(receiver_.command().bus_off);
-  EXPECT_EQ(receiver_.command().rejected, 0U);
+  EXPECT_EQ(receiver_.command().rejected, 2U) << "those before the stream was valid";
   receiver_.on_frame(command_frame(3, 5.0, 30 * ms));  // too soon for the control thread to have seen it
   EXPECT_TRUE(receiver_.command().bus_off);
   receiver_.on_frame(command_frame(4, 5.0, 45 * ms));
+  EXPECT_FALSE(receiver_.command().bus_off);
+}
+
+TEST_F(CommandReceiverTest, ABusOffThatIsReportedAgainAndAgainIsOne) {
+  for (int i = 0; i < 20; ++i) {
+    receiver_.on_frame(
+        {.id = can_error_bus_off, .error = true, .length = 8, .received_ns = (25 + 5 * i) * ms});
+    receiver_.on_frame(command_frame(std::uint8_t((3 + i) % 15), 5.0, (27 + 5 * i) * ms));
+    EXPECT_TRUE(receiver_.command().bus_off) << i;
+  }
+  receiver_.on_frame(command_frame(8, 5.0, 139 * ms));
+  EXPECT_TRUE(receiver_.command().bus_off);
+  receiver_.on_frame(command_frame(9, 5.0, 140 * ms));
   EXPECT_FALSE(receiver_.command().bus_off);
 }
 

@@ -59,6 +59,31 @@ TEST(EventExactConfig, HasTwoEnginesOnly) {
   }
 }
 
+// There is one controller today; the next one must not be run as this one without a word.
+TEST(EventExactConfig, NeedsAControllerOfComparators) {
+  EXPECT_TRUE(has_continuous_comparators(ControllerKind::direct_torque));
+  ScenarioConfig c = load_scenario_config(shipped_scenario, {"mode=event_exact"});
+  Schema schema;
+  describe(Section{schema}, c);
+  const auto problems_at_mode = [&schema] {
+    std::string text;
+    for (const Check& check : schema.checks) {
+      if (check.path == "mode") text += check.problem();
+    }
+    return text;
+  };
+  EXPECT_EQ(problems_at_mode(), "");
+  c.drive.controller = static_cast<ControllerKind>(255);
+  EXPECT_THAT(problems_at_mode(), HasSubstr("control.controller must be \"dtc\""));
+  c.mode = ScenarioMode::sampled;
+  EXPECT_EQ(problems_at_mode(), "");
+}
+
+TEST(EventExactConfig, IsRefusedAtTheLineOfItsMode) {
+  EXPECT_THAT(refusal({"mode=event_exact", "plant.actuation_delay_periods=1"}),
+              HasSubstr("--set: mode: an event-exact run has no control period"));
+}
+
 TEST(EventExactConfig, TakesAnyTraceInterval) {
   EXPECT_EQ(refusal({"mode=event_exact", "trace.interval_us=3"}), "accepted");
   EXPECT_THAT(refusal({"trace.interval_us=3"}), HasSubstr("whole number of control periods"));

@@ -72,6 +72,9 @@ struct WrongValues {
   List operator()(const FileField&) const {
     return {"1", "true", "\"\"", "[\"a.csv\"]", "{ x = 1 }", "\"nowhere.csv\"", "\".\"", "\"wrong.toml\""};
   }
+  List operator()(const NamesField& f) const {
+    return {"1", "true", "\"" + f.known.front() + "\"", "[]", "[1]", "[\"nonsense\"]", "{ x = 1 }"};
+  }
 };
 
 /// A complete file of one kind, in which single lines can be changed.
@@ -101,16 +104,18 @@ std::vector<Kind> kinds() {
        print_config(ecu),
        [](const std::string& file) { return print_config(load_ecu_config(file)); },
        {"machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h", "machine.reactance_frequency_hz",
-        "control.period_us", "control.flux_reference_wb", "gate.timeout_ms", "capability.base_speed_rad_s",
+        "machine.r_s_ohm", "control.period_us", "control.flux_reference_wb",
+        "control.machine_estimate.r_s_ohm", "gate.timeout_ms", "capability.base_speed_rad_s",
         "load.torque_nm.shape", "load.speed_rad_s.shape", "load.speed_rad_s.value", "load.speed_rad_s.points",
-        "load.speed_rad_s.file", "power_stage", "realtime.wake_every_periods"}},
+        "load.speed_rad_s.file", "plant.u_dc_v", "power_stage", "realtime.wake_every_periods"}},
       {"plant",
        schema_of(plant),
        print_config(plant),
        [](const std::string& file) { return print_config(load_plant_config(file)); },
-       {"machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h", "plant.actuation_delay_periods",
-        "load.torque_nm.shape", "load.speed_rad_s.shape", "load.speed_rad_s.value", "load.speed_rad_s.points",
-        "load.speed_rad_s.file", "realtime.wake_every_periods"}},
+       {"machine.r_s_ohm", "machine.r_r_ohm", "machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h",
+        "plant.actuation_delay_periods", "load.torque_nm.shape", "load.speed_rad_s.shape",
+        "load.speed_rad_s.value", "load.speed_rad_s.points", "load.speed_rad_s.file",
+        "realtime.wake_every_periods"}},
       {"scenario",
        schema_of(scenario),
        print_config(scenario),
@@ -119,8 +124,10 @@ std::vector<Kind> kinds() {
         "machine.l_lr_h",
         "machine.l_m_h",
         "machine.reactance_frequency_hz",
+        "machine.r_s_ohm",
         "control.period_us",
         "control.flux_reference_wb",
+        "control.machine_estimate.r_s_ohm",
         "gate.timeout_ms",
         "capability.base_speed_rad_s",
         "load.kind",
@@ -128,7 +135,9 @@ std::vector<Kind> kinds() {
         "load.speed_rad_s.value",
         "load.speed_rad_s.points",
         "load.speed_rad_s.file",
+        "plant.u_dc_v",
         "profile.torque_nm.shape",
+        "profile.torque_nm.value",
         "cycle.file",
         "cycle.load",
         "cycle.table",
@@ -137,6 +146,8 @@ std::vector<Kind> kinds() {
         "driver.bandwidth_rad_s",
         "metrics.window_from_s",
         "metrics.step_s",
+        "expect.fault_from_s",
+        "expect.fault_to_s",
         "expect.torque_ripple_pp_nm.min",
         "expect.torque_bias_nm.min",
         "expect.response_time_ms.min",
@@ -272,6 +283,7 @@ TEST_P(EveryKey, IsSetByItsOwnValue) {
                                             : f.columns + "\n10,25,241\n20,36,342\n";
       return "\"" + files->write("other.csv", text) + "\"";
     }
+    std::string operator()(const NamesField& f) const { return "[\"" + f.known.back() + "\"]"; }
     const ConfigFiles* files;
   } other{&files_};
   std::vector<std::string> refused;

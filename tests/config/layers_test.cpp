@@ -90,6 +90,19 @@ TEST(ConfigFile, ValuesThatContradictEachOtherAreRefusedWithTheirSection) {
   EXPECT_EQ(refusal(flux), flux + ":2: control: the flux band must be below the flux reference");
 }
 
+TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
+  const ConfigFiles files;
+  // No limits follow from a machine almost without leakage.
+  const std::string limits =
+      "[gate]\ntorque_limit_nm = 100\n[protection]\nover_current_a = 200\n"
+      "[control]\ntorque_band_upper_nm = 1\ntorque_band_lower_nm = 1\n";
+  const std::string stiff = "[machine]\nfile = \"" + shipped_machine + "\"\nl_ls_h = 1e-9\nl_lr_h = 1e-9\n" +
+                            limits + "[plant]\nintegrator = ";
+  EXPECT_THAT(refusal(files.write("fixed.toml", stiff + "\"fixed\"\n")),
+              HasSubstr("plant: integrator = \"fixed\" would take"));
+  EXPECT_EQ(refusal(files.write("cvode.toml", stiff + "\"cvode\"\n")), "accepted");
+}
+
 TEST(ConfigFile, APeriodSaidOnceReachesEveryoneWhoNeedsIt) {
   const DriveConfig drive =
       load_ecu_config(shipped_ecu, {"control.period_us=62.5", "plant.actuation_delay_periods=1"}).drive;

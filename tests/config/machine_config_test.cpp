@@ -50,7 +50,9 @@ TEST(MachineConfig, WithoutAFrequencyOfTheirOwnReactancesHoldAtTheGivenOne) {
 }
 
 TEST(MachineConfig, TheShippedMachineIsTableTwo) {
-  const auto machine = machine_of(load_ecu_config(shipped_ecu));
+  const ConfigFiles files;
+  const std::string file = files.write("ecu.toml", "machine = \"" + shipped_machine + "\"\n");
+  const auto machine = machine_of(load_ecu_config(file));
   const InductionMachineParameters<> paper;
   EXPECT_EQ(machine.r_s, 0.435);
   EXPECT_EQ(machine.r_r, 0.816);
@@ -117,12 +119,14 @@ TEST(MachineConfig, ReactancesOfTheEstimateNeedAFrequencyAsWell) {
                   "r_s_ohm = 1\nr_r_ohm = 1\nl_ls_h = 0.002\nl_lr_h = 0.002\nl_m_h = 0.08\npoles = 4\n"
                   "inertia_kg_m2 = 0.1\n");
   const auto ecu = [&](const std::string& estimate) {
-    return files.write("ecu.toml", "machine = \"" + motor + "\"\n[control.machine_estimate]\n" + estimate);
+    return files.write("ecu.toml", "machine = \"" + motor +
+                                       "\"\n[control]\nflux_reference_wb = 1\n[control.machine_estimate]\n" +
+                                       estimate);
   };
   const std::string wrong = ecu("x_m_ohm = 30\n");
   EXPECT_EQ(
       refusal([&] { (void)load_ecu_config(wrong); }),
-      wrong + ":2: control.machine_estimate: reactance_frequency_hz is missing, which the reactances need");
+      wrong + ":4: control.machine_estimate: reactance_frequency_hz is missing, which the reactances need");
   const std::string right = ecu("x_m_ohm = 30\nreactance_frequency_hz = 60\n");
   EXPECT_NEAR(load_ecu_config(right).drive.direct_torque.machine.l_m, 30.0 / (120.0 * std::numbers::pi),
               1e-15);

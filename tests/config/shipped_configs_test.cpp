@@ -97,7 +97,7 @@ TEST(ShippedConfigs, APrintedConfigurationSaysWhatEachKeyMeans) {
   const std::string text = print_config(load_ecu_config(shipped_ecu));
   EXPECT_THAT(text,
               HasSubstr("flux_reference_wb = 1.1  # stator flux linkage [Wb]; a number from 0.01 to 10; "
-                        "default 1.1\n"));
+                        "default derived from machine and link\n"));
   EXPECT_THAT(text,
               HasSubstr("\n[control.machine_estimate]\n# r_s_ohm =  # stator resistance [ohm]; a number"));
 }

@@ -1,5 +1,8 @@
 #include "sextant/control/flux_torque_estimator.hpp"
 
+#include <cfenv>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "control/reference_machine.hpp"
@@ -77,6 +80,27 @@ TYPED_TEST(FluxTorqueEstimatorOf, APeriodOfWhichAPartWasOffCountsAsCoasting) {
   m.acted = mixed;
   this->estimator.step(m);
   EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
+}
+
+// A link without voltage puts nothing against a current, and a current of zero is no reason to divide by it.
+TYPED_TEST(FluxTorqueEstimatorOf, AnOpenInverterWithoutLinkVoltageIsNoDivisionByZero) {
+  using T = TypeParam;
+  for (const T u_dc : {T(0), T(-0.0), T(-5), T(1e-30), T(530)}) {
+    for (const T current : {T(0), T(10)}) {
+      for (const std::int32_t periods : {0, 1, 200}) {
+        FluxTorqueEstimator<T> fresh{{}};
+        Measurement<T> m;
+        m.u_dc = u_dc;
+        m.acted = GatePattern{gates_off, periods * period_ns};
+        m.i_abc = {current, -current / T(2), -current / T(2)};
+        std::feclearexcept(FE_ALL_EXCEPT);
+        fresh.step(m);
+        fresh.step(m);
+        EXPECT_EQ(std::fetestexcept(FE_INVALID | FE_DIVBYZERO), 0) << u_dc << " V, " << current << " A";
+        EXPECT_TRUE(std::isfinite(magnitude(fresh.psi_s())));
+      }
+    }
+  }
 }
 
 TYPED_TEST(FluxTorqueEstimatorOf, ForgetsTheFluxOnReset) {

@@ -33,7 +33,6 @@ class ReferenceMachine {
       const int steps = (segment.duration_ns + 4'999) / 5'000;
       for (int k = 0; k < steps; ++k) rk4(voltage(segment.state), segment.duration_ns * 1e-9 / steps);
     }
-    t_ns_ += pattern.duration_ns();
   }
 
   /// Gates off: the phase currents are taken to die linearly within the period; the rotor flux goes on.
@@ -50,14 +49,12 @@ class ReferenceMachine {
     const Complex k4 = slope(dt, psi_r + dt * k3);
     psi_r += dt / 6 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
     psi_s = p_.l_m / p_.l_r() * psi_r;
-    t_ns_ += period_ns;
   }
 
   /// What a drive would measure now, after `acted`.
   template <class T>
   [[nodiscard]] Measurement<T> measure(const GatePattern& acted) const {
     Measurement<T> m;
-    m.t_ns = t_ns_;
     const Complex i = i_s();
     const double half_sqrt3 = 0.5 * std::sqrt(3.0);
     m.i_abc = {T(i.real()), T(-0.5 * i.real() + half_sqrt3 * i.imag()),
@@ -101,7 +98,6 @@ class ReferenceMachine {
 
   InductionMachineParameters<double> p_;
   double u_dc_;
-  std::int64_t t_ns_{0};
 };
 
 /// The machine's parameters in another scalar.

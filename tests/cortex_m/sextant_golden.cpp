@@ -21,8 +21,7 @@ namespace {
 
 template <class T>
 [[nodiscard]] Measurement<T> converted(const auto& m) {
-  return {.t_ns = m.t_ns,
-          .i_abc = {T(m.i_abc.a), T(m.i_abc.b), T(m.i_abc.c)},
+  return {.i_abc = {T(m.i_abc.a), T(m.i_abc.b), T(m.i_abc.c)},
           .u_dc = T(m.u_dc),
           .omega_m = T(m.omega_m),
           .acted = m.acted,
@@ -38,6 +37,8 @@ template <class T>
                       .fault_reset = c.fault_reset,
                       .received_ns = c.received_ns,
                       .sequence = c.sequence,
+                      .disables = c.disables,
+                      .resets = c.resets,
                       .rejected = c.rejected,
                       .counter = c.counter,
                       .e2e = c.e2e,
@@ -92,7 +93,7 @@ struct NoTelemetry {
   std::vector<Input> inputs;
   for (std::int64_t t_ns = 0; t_ns < end_ms * 1'000'000LL; t_ns += setup.period_ns) {
     run_cycle(t_ns, io, vehicle, drive, telemetry);
-    inputs.push_back({io.last(), vehicle.last});
+    inputs.push_back({t_ns, io.last(), vehicle.last});
     for (const Late& l : late) {
       if (t_ns == l.at_ms * 1'000'000LL) t_ns += std::int64_t{l.periods} * setup.period_ns;
     }
@@ -156,7 +157,7 @@ void replay(const std::string& from, const std::string& to, const Shifts& shifts
   for (const Input& input : inputs) {
     DriveRequest<T> request = converted<T>(input.request);
     request.command.torque += T(shifts.torque);
-    const Output output = output_of(drive.step(converted<T>(input.measurement), request));
+    const Output output = output_of(drive.step(input.t_ns, converted<T>(input.measurement), request));
     if (!plant.step(input.measurement)) throw std::runtime_error{"the integration of the plant failed"};
     const PlantOutput plant_output = plant.output();
     write(file, &output, 1);

@@ -15,10 +15,9 @@ using Calls = std::vector<std::string>;
 class RecordingIo final : public DriveIo<double> {
  public:
   explicit RecordingIo(Calls& calls) : calls_{calls} {}
-  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept override {
+  [[nodiscard]] Measurement<double> read(std::int64_t /*t_ns*/) noexcept override {
     calls_.push_back("read");
     Measurement<double> m;
-    m.t_ns = t_ns;
     m.u_dc = 530;
     m.omega_m = 42;
     return m;
@@ -92,6 +91,41 @@ TEST(RunCycle, WhatIsWrittenIsWhatTheControllerDecided) {
   receive(true);
   EXPECT_EQ(io.written.last_state(), switch_states[1]);
   EXPECT_EQ(sink.last.state, DriveState::torque);
+}
+
+// The measurement carries no time: a power stage cannot keep an old command alive.
+TEST(RunCycle, SilenceEndsTheTorqueByTheTimeOfTheCycle) {
+  Calls calls;
+  RecordingIo io{calls};
+  RecordingCommands commands{calls};
+  RecordingSink sink{calls};
+  test::FakeController<double> controller;
+  Drive<double> drive{Drive<double>::Parameters{}, controller};
+  constexpr std::int64_t ms = 1'000'000;
+  std::int64_t t_ns = 0;
+  const auto run_to = [&](std::int64_t end_ns) {
+    while (t_ns < end_ns) run_cycle(t_ns += 25'000, io, commands, drive, sink);
+  };
+  const auto receive = [&](bool enable) {
+    auto& c = commands.request.command;
+    c = {
+        .torque = 20, .torque_limit = 150, .enable = enable, .received_ns = t_ns, .sequence = c.sequence + 1};
+    c.e2e = E2eState::valid;
+  };
+  receive(false);
+  run_to(5 * ms);
+  receive(true);
+  run_to(10 * ms);
+  ASSERT_EQ(sink.last.torque_reference, 20);
+  run_to(5 * ms + 60 * ms);
+  EXPECT_EQ(sink.last.torque_reference, 0);
+  run_to(5 * ms + 201 * ms);
+  EXPECT_EQ(sink.last.state, DriveState::fault);
+  EXPECT_EQ(sink.last.first_fault, Fault::command_lost);
+  EXPECT_EQ(io.written.last_state(), gates_off);
+  run_to(10'000 * ms);
+  EXPECT_EQ(sink.last.state, DriveState::fault);
+  EXPECT_EQ(sink.last.t_ns, t_ns);
 }
 
 }  // namespace

@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include "comms/command_frames.hpp"
+#include "ecu/control_thread.hpp"
 #include "ecu/eventually.hpp"
+#include "ecu/fake_can_bus.hpp"
 #include "ecu/flood_limit.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
@@ -56,6 +59,26 @@ TEST(CanReceiveThread, AFloodLeavesTheProcessorToOthers) {
   receive.join();
   const std::int64_t pauses = (now_ns() - begin_ns) / FloodLimit::pause_ns;
   EXPECT_LE(bus.received(), (pauses + 1) * FloodLimit::most_in_a_row);
+}
+
+CanFrame status_of_another(std::uint8_t counter, std::int64_t received_ns) {
+  CanFrame frame = encode(TorqueStatus{.command_counter = {}}).frame;
+  sextant::testing::protect(frame, torque_status_data_id(), counter);
+  frame.received_ns = received_ns;
+  return frame;
+}
+
+TEST(CanReceiveThread, AnotherDriveIsAFaultForASecondAfterItWasHeard) {
+  Crossings crossings{25'000, 1};
+  test::FakeCanBus bus;
+  CanReceiveThread receive{bus, crossings};
+  LiveCommands commands{crossings};
+  for (std::uint8_t n = 0; n < 2; ++n) (void)receive.take(status_of_another(n, ns_per_s));
+  EXPECT_FALSE(commands.latest(ns_per_s).external.any()) << "two frames may be anybody's";
+  EXPECT_FALSE(receive.take(status_of_another(2, ns_per_s)));
+  EXPECT_TRUE(commands.latest(ns_per_s).external.test(Fault::second_master));
+  EXPECT_TRUE(commands.latest(2 * ns_per_s - 1).external.test(Fault::second_master));
+  EXPECT_FALSE(commands.latest(2 * ns_per_s).external.any());
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "ecu/can_transmit_thread.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "ecu/eventually.hpp"
@@ -40,6 +42,140 @@ TEST(CanTransmitThread, TheLastTorqueStatusSaysShutdownWhenEverThatComes) {
     transmit.join();
     EXPECT_EQ(content(torque_statuses(bus.sent()).back()), expected) << "run " << run;
   }
+}
+
+constexpr std::int64_t ms = 1'000'000;
+
+/// A drive under torque whose control thread beat last at `last_beat_ns`; looked at every 5 ms from there on.
+class SilentControlThread : public testing::Test {
+ protected:
+  SilentControlThread() {
+    Telemetry<double> status;
+    status.state = DriveState::torque;
+    status.lockout = false;
+    status.torque = 40.0;
+    status.torque_reference = 40.0;
+    status.torque_motoring = 100.0;
+    status.torque_regenerating = 100.0;
+    status.omega_m = 50.0;
+    crossings.heartbeat_ns.store(last_beat_ns);
+    crossings.status.store(status);
+  }
+
+  /// What is sent in (begin, end], both after the last beat. [ns]
+  std::vector<CanFrame> sent_between(std::int64_t begin_ns, std::int64_t end_ns) {
+    look_until(begin_ns);
+    const std::size_t before = bus.sent().size();
+    look_until(end_ns);
+    const std::vector<CanFrame> all = bus.sent();
+    return {all.begin() + std::ptrdiff_t(before), all.end()};
+  }
+
+  static constexpr std::int64_t last_beat_ns = 1'000 * ms;
+
+  Crossings crossings{25'000, 40};
+  test::FakeCanBus bus;
+  CanTransmitThread transmit{bus, crossings};
+
+ private:
+  void look_until(std::int64_t end_ns) {
+    while (next_ns_ <= last_beat_ns + end_ns) next_ns_ = std::max(transmit.look(next_ns_), next_ns_ + ms);
+  }
+
+  std::int64_t next_ns_{last_beat_ns};
+};
+
+DriveState state_of(const CanFrame& frame) {
+  return decode_torque_status(frame).value().state;
+}
+
+TEST_F(SilentControlThread, IsAFaultOnTheBusWithinAHundredMilliseconds) {
+  const std::vector<CanFrame> young = torque_statuses(sent_between(-1, 20 * ms));
+  ASSERT_FALSE(young.empty());
+  for (const CanFrame& frame : young) EXPECT_EQ(state_of(frame), DriveState::torque);
+  const std::vector<CanFrame> last = torque_statuses(sent_between(89 * ms, 100 * ms));
+  ASSERT_FALSE(last.empty());
+  for (const CanFrame& frame : torque_statuses(sent_between(100 * ms, 1'000 * ms))) {
+    const TorqueStatus status = decode_torque_status(frame).value();
+    EXPECT_EQ(status.state, DriveState::fault);
+    EXPECT_TRUE(status.lockout);
+    EXPECT_EQ(status.torque, 0.0);
+    EXPECT_EQ(status.torque_admitted, 0.0);
+  }
+  EXPECT_EQ(state_of(last.back()), DriveState::fault);
+}
+
+TEST_F(SilentControlThread, NamesTheWatchdogAndOffersNoTorque) {
+  const FaultReport watchdog = [] {
+    FaultReport report{.first = Fault::watchdog, .total = 1};
+    report.active.set(Fault::watchdog);
+    report.latched.set(Fault::watchdog);
+    return report;
+  }();
+  std::size_t faults = 0;
+  std::size_t capabilities = 0;
+  for (const CanFrame& frame : sent_between(100 * ms, 500 * ms)) {
+    if (frame.id == encode(watchdog).frame.id) {
+      ++faults;
+      EXPECT_EQ(frame.data, encode(watchdog).frame.data);
+    }
+    if (frame.id == encode(Capability{}).frame.id) {
+      ++capabilities;
+      EXPECT_EQ(content(frame), content(encode(Capability{}).frame));
+    }
+  }
+  EXPECT_GE(faults, 3U);
+  EXPECT_GE(capabilities, 3U);
+}
+
+TEST_F(SilentControlThread, NobodyMeasuresSoThatNoMeasurementIsSent) {
+  const auto measured = [](const CanFrame& frame) {
+    return frame.id == encode(Motion{}).frame.id || frame.id == encode(Electrical{}).frame.id;
+  };
+  EXPECT_GT(std::ranges::count_if(sent_between(-1, 20 * ms), measured), 0);
+  EXPECT_EQ(std::ranges::count_if(sent_between(100 * ms, 500 * ms), measured), 0);
+}
+
+TEST_F(SilentControlThread, KeepsTheFaultThatWasThereBefore) {
+  Telemetry<double> status;
+  status.state = DriveState::fault;
+  status.latched.set(Fault::over_current);
+  status.first_fault = Fault::over_current;
+  status.fault_total = 3;
+  crossings.status.store(status);
+  FaultReport expected{.latched = status.latched, .first = Fault::over_current, .total = 4};
+  expected.active.set(Fault::watchdog);
+  expected.latched.set(Fault::watchdog);
+  const CanFrame frame = encode(expected).frame;
+  const std::vector<CanFrame> sent = sent_between(100 * ms, 300 * ms);
+  const auto found = std::ranges::find(sent, frame.id, &CanFrame::id);
+  ASSERT_NE(found, sent.end());
+  EXPECT_EQ(found->data, frame.data);
+}
+
+// What was said has to become true: a drive that comes back finds the order to open its gates.
+TEST_F(SilentControlThread, IsOrderedOffByWhoSaysSo) {
+  (void)sent_between(0, 20 * ms);
+  EXPECT_FALSE(crossings.gates_disabled.load());
+  (void)sent_between(20 * ms, 100 * ms);
+  EXPECT_TRUE(crossings.gates_disabled.load());
+}
+
+TEST_F(SilentControlThread, ThatIsBackIsBelievedAgain) {
+  (void)sent_between(0, 300 * ms);
+  crossings.heartbeat_ns.store(last_beat_ns + 300 * ms);
+  const std::vector<CanFrame> sent = torque_statuses(sent_between(300 * ms, 320 * ms));
+  ASSERT_FALSE(sent.empty());
+  EXPECT_EQ(state_of(sent.back()), DriveState::torque) << "the drive itself tells what became of it";
+}
+
+TEST_F(SilentControlThread, HasShutDownWhereItSaidSo) {
+  Telemetry<double> status;
+  status.state = DriveState::shutdown;
+  crossings.status.store(status);
+  crossings.stopped.store(true);
+  transmit.look_last(last_beat_ns + 10'000 * ms);
+  EXPECT_EQ(state_of(torque_statuses(bus.sent()).back()), DriveState::shutdown);
 }
 
 }  // namespace

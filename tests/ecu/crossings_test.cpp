@@ -24,15 +24,15 @@ TEST(Crossings, TheRingsHoldASecond) {
 
 TEST(Crossings, AnAbsenceIsOrderedOffByTheBeatThatEndsIt) {
   constexpr std::int64_t limit_ns = 5'000'000;
-  Crossings crossings{25'000, 1};
-  crossings.beat(50 * limit_ns, limit_ns);
+  Crossings crossings{25'000, 1, limit_ns};
+  crossings.beat(50 * limit_ns);
   EXPECT_FALSE(crossings.gates_disabled.load()) << "nothing was there before the first beat";
-  crossings.beat(51 * limit_ns, limit_ns);
+  crossings.beat(51 * limit_ns);
   EXPECT_FALSE(crossings.gates_disabled.load());
-  crossings.beat(52 * limit_ns + 1, limit_ns);
+  crossings.beat(52 * limit_ns + 1);
   EXPECT_TRUE(crossings.gates_disabled.load());
   EXPECT_EQ(crossings.heartbeat_ns.load(), 52 * limit_ns + 1);
-  crossings.beat(53 * limit_ns, limit_ns);
+  crossings.beat(53 * limit_ns);
   EXPECT_TRUE(crossings.gates_disabled.load()) << "only who reads the order takes it";
 }
 

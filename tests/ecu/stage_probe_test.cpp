@@ -1,5 +1,8 @@
 #include "ecu/stage_probe.hpp"
 
+#include <algorithm>
+#include <numeric>
+
 #include <gtest/gtest.h>
 
 #include "sextant/realtime/monotonic_clock.hpp"
@@ -20,9 +23,9 @@ class SlowIo final : public DriveIo<double> {
  public:
   std::int64_t read_ns{0};
   std::int64_t write_ns{0};
-  [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept override {
+  [[nodiscard]] Measurement<double> read(std::int64_t /*t_ns*/) noexcept override {
     work(read_ns);
-    return {.t_ns = t_ns};
+    return {};
   }
   void write(const GatePattern&) noexcept override { work(write_ns); }
 };
@@ -74,23 +77,37 @@ TEST(StageProbe, TheTimeOfAStageIsCountedAsThatStages) {
                                                  &drive_ns, &period.slow_io.write_ns,
                                                  &period.slow_sink.push_ns};
     *times[slow] = busy_ns;
+    const std::int64_t begin_ns = now_ns();
     const StageRecord record = period.run(drive_ns);
-    // The counter's scale is good to a thousandth.
+    const auto all_ns = double(now_ns() - begin_ns);
+    // The counter's scale is good to a thousandth. Counted there, and nowhere a second time, however long the
+    // machine keeps the thread from running.
     EXPECT_GE(record[slow], std::uint32_t(0.998 * busy_ns));
-    EXPECT_EQ(std::size_t(std::ranges::max_element(record) - record.begin()), slow)
-        << "unless the machine stopped";
-    EXPECT_EQ(period.probe.gap().longest_ns, record[slow]);
-    EXPECT_EQ(period.probe.gap().place, static_cast<GapPlace>(slow));
+    EXPECT_LE(std::accumulate(record.begin(), record.end(), 0.0), 1.002 * all_ns);
+    // The longest of them is the gap, unless the machine stopped between two stages for longer.
+    const auto longest = std::ranges::max_element(record);
+    const Gap gap = period.probe.gap();
+    EXPECT_GE(gap.longest_ns, *longest);
+    if (gap.longest_ns == *longest) {
+      EXPECT_EQ(gap.place, static_cast<GapPlace>(longest - record.begin()));
+    } else {
+      EXPECT_EQ(gap.place, GapPlace::between);
+    }
   }
 }
 
 TEST(StageProbe, WhatLiesBetweenTheStagesIsSeenAsAGap) {
-  Period period;
-  period.probe.wake();
-  work(busy_ns);
-  (void)period.io.read(1);
-  EXPECT_GE(period.probe.gap().longest_ns, std::int64_t(0.998 * busy_ns));
-  EXPECT_EQ(period.probe.gap().place, GapPlace::between);
+  // A machine that stops within the stage for longer makes that the longest; not every time.
+  bool between = false;
+  for (int i = 0; i < 100 && !between; ++i) {
+    Period period;
+    period.probe.wake();
+    work(busy_ns);
+    (void)period.io.read(1);
+    EXPECT_GE(period.probe.gap().longest_ns, std::int64_t(0.998 * busy_ns));
+    between = period.probe.gap().place == GapPlace::between;
+  }
+  EXPECT_TRUE(between);
 }
 
 TEST(StageProbe, TimeThatNoStampCoversIsAGap) {

@@ -1,31 +1,39 @@
 #include "ecu/telemetry_thread.hpp"
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "ecu/eventually.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
-#include "support/dds_domain.hpp"
 
 namespace sextant::ecu {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-/// On its own domain, within this machine.
-DdsTelemetry::Parameters dds_parameters() {
-  return {.domain_id = testing::dds_domain(30),
-          .configuration = "file://" SEXTANT_SOURCE_DIR "/configs/cyclonedds_loopback.xml"};
+/// The newest DriveState that has arrived at the other end; nothing where none has.
+std::optional<StateMessage> newest_state(MessageSocket& socket) {
+  std::optional<StateMessage> newest;
+  std::array<std::byte, 4096> buffer{};
+  while (const auto message = socket.receive(buffer)) {
+    if (kind_of(*message) == TelemetryMessageKind::state) newest = content_of<StateMessage>(*message);
+  }
+  return newest;
 }
 
 // The topic's rate is configured; the CAN signals are those of the last second whatever it is.
-TEST(DdsTelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistics) {
+TEST(TelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistics) {
   for (const std::int64_t statistics_ns : {10 * ms, 100'000 * ms}) {
     SCOPED_TRACE(statistics_ns);
     Crossings crossings{25'000, 1};
-    DdsTelemetry dds{dds_parameters()};
-    TelemetryThread telemetry{{.statistics_ns = statistics_ns}, dds, crossings};
+    TelemetrySender sender;
+    TelemetryThread telemetry{{.statistics_ns = statistics_ns}, sender, crossings};
     telemetry.start();
     const std::int64_t begin_ns = now_ns() + 100 * ms;
     for (int k = 0; k <= 1000; ++k) {
@@ -43,10 +51,10 @@ TEST(DdsTelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistic
 }
 
 // The kernel's word of a stop is in the sample that was taken after it; the next sample knows nothing of it.
-TEST(DdsTelemetryThread, AMissThatWaitsInTheRingIsJudgedByTheSampleThatSawIt) {
+TEST(TelemetryThread, AMissThatWaitsInTheRingIsJudgedByTheSampleThatSawIt) {
   Crossings crossings{25'000, 1};
-  DdsTelemetry dds{dds_parameters()};
-  TelemetryThread telemetry{{}, dds, crossings};
+  TelemetrySender sender;
+  TelemetryThread telemetry{{}, sender, crossings};
   crossings.wakes.push({.deadline_ns = ms,
                         .latency_ns = ms,
                         .overrun = true,
@@ -58,6 +66,49 @@ TEST(DdsTelemetryThread, AMissThatWaitsInTheRingIsJudgedByTheSampleThatSawIt) {
   telemetry.start();
   telemetry.join();
   EXPECT_EQ(telemetry.timing().causes()[static_cast<std::size_t>(MissCause::machine_gap)], 1U);
+}
+
+// The drive says nothing more, so that what it said last would stand for ever.
+TEST(TelemetryThread, ASilentControlThreadIsToldInThePlaceOfTheDrive) {
+  constexpr std::int64_t limit_ns = 100 * ms;
+  Crossings crossings{25'000, 1, limit_ns};
+  TelemetrySender sender;
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  TelemetryThread telemetry{{}, sender, crossings};
+  const std::int64_t beat_ns = 1'000 * ms;
+  crossings.beat(beat_ns);
+  Telemetry<double> record;
+  record.t_ns = beat_ns;
+  record.state = DriveState::torque;
+  crossings.telemetry.push(record);
+
+  telemetry.look(beat_ns + limit_ns);
+  auto told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().state, DriveState::torque);
+
+  telemetry.look(beat_ns + limit_ns + ms);
+  told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().state, DriveState::fault);
+  EXPECT_EQ(told->sample().first_fault, Fault::watchdog);
+  EXPECT_EQ(told->sample().t_ns, beat_ns);
+  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread silent for 101 ms");
+
+  telemetry.look(beat_ns + limit_ns + 1'000 * ms);
+  told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread silent for 1100 ms");
+
+  // It is back, and says itself what has become of it.
+  crossings.beat(beat_ns + limit_ns + 1'000 * ms);
+  crossings.telemetry.push(record);
+  telemetry.look(beat_ns + limit_ns + 1'001 * ms);
+  told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().state, DriveState::torque);
+  EXPECT_EQ(told->sample().reason, "torque reference as requested");
 }
 
 }  // namespace

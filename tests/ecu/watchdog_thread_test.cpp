@@ -27,10 +27,10 @@ class WatchdogThreadTest : public testing::Test {
     watchdog.join();
   }
 
-  Crossings crossings{25'000, 40};
+  Crossings crossings{25'000, 40, limit_ns};
   LiveCommands commands{crossings};
   std::atomic<int> opened{0};
-  WatchdogThread watchdog{limit_ns, crossings, [this] { ++opened; }};
+  WatchdogThread watchdog{crossings, [this] { ++opened; }};
 };
 
 TEST_F(WatchdogThreadTest, ItsOrderStandsUntilTheDriveHasSeenItOnce) {
@@ -88,9 +88,9 @@ int granted_priority(int priority) {
 
 TEST(WatchdogPriority, IsAboveTheControlThreadWhereThatIsRealTime) {
   for (const int control_priority : {0, 80}) {
-    Crossings crossings{250'000, 1};
+    Crossings crossings{250'000, 1, 1};
     std::atomic<int> priority{-1};
-    WatchdogThread watchdog{1, crossings, [&] { priority = fifo_priority(); }, control_priority};
+    WatchdogThread watchdog{crossings, [&] { priority = fifo_priority(); }, control_priority};
     crossings.heartbeat_ns.store(1);
     watchdog.start();
     EXPECT_TRUE(test::eventually([&] { return priority.load() >= 0; }));

@@ -54,7 +54,7 @@ TEST(Worker, EveryThreadOfTheDriveGetsItsName) {
   test::FakeCanBus bus;
   CanReceiveThread receive{bus, crossings};
   CanTransmitThread transmit{bus, crossings};
-  WatchdogThread watchdog{1'000'000'000, crossings};
+  WatchdogThread watchdog{crossings};
   HousekeepingThread housekeeping{crossings};
   receive.start();
   transmit.start();

@@ -135,6 +135,9 @@ TEST_F(CandumpLogTest, NamesFileAndLineOfWhatItCannotRead) {
       {"(2.000000) can0 110#00 X", "nothing but R or T"},
       {"(2.000000) can0 110#00 R R", "nothing but R or T"},
       {"(0.500000) can0 110#00", "time goes back"},
+      {"(86401.000001) can0 110#00", "jumps ahead by 86400.000001 s"},
+      {"(8999999999.000000) can0 110#00", "a log may be silent for 86400 s"},
+      {"(2.000000) can0 110#" + std::string(4096, '0'), "longer than 4096 bytes"},
   };
   for (const auto& [line, complaint] : cases) {
     write(good + "\n" + line + "\n");
@@ -144,7 +147,14 @@ TEST_F(CandumpLogTest, NamesFileAndLineOfWhatItCannotRead) {
   }
 }
 
+TEST_F(CandumpLogTest, ADayOfSilenceIsRead) {
+  write("(1.000000) can0 110#00\n(86401.000000) can0 110#00\n");
+  EXPECT_EQ(read_candump(file).size(), 2U);
+}
+
 TEST_F(CandumpLogTest, RefusesFilesThatAreNone) {
+  EXPECT_THAT(message_of([&] { (void)read_candump("/dev/zero"); }),
+              HasSubstr("/dev/zero cannot be read: it is a device"));
   EXPECT_THAT(message_of([&] { (void)read_candump(file); }), HasSubstr("cannot be read: No such file"));
   EXPECT_THAT(message_of([&] { (void)read_candump(directory.string()); }), HasSubstr("is a directory"));
   // Its first byte is at address zero, where nothing can be read.

@@ -1,6 +1,7 @@
 // Rows 1 to 12, 17 and 18 of the fault list, in virtual time: what happens to commands, through codec, gate
 // and cycle. docs/architecture.md, "Fault reactions".
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -55,7 +56,7 @@ TEST(CommandCampaign, Row1OneOrTwoLostFramesAreBridged) {
     const auto lost = std::uint32_t(c.between(1, 2));
     r.rig.bus.add({.kind = BusEventKind::lose, .begin_ns = c.at_ns, .count = lost});
     const HoldsSetpoint watch{r.rig};
-    const std::uint32_t before = r.rig.now().command_sequence;
+    const std::uint64_t before = r.rig.now().command_sequence;
     const std::uint32_t rejected = r.rig.now().command_rejected;
     r.rig.run_for(100 * ms);
     EXPECT_TRUE(watch.held());
@@ -345,6 +346,131 @@ TEST(CommandCampaign, Row17BusOffTripsWithin10Ms) {
     r.rig.run_for(away_ns + 400 * ms);
     EXPECT_EQ(r.rig.now().state, DriveState::torque);
     EXPECT_EQ(r.rig.bus.stats().bus_off, 1U);
+  });
+}
+
+// A controller that falls off again and again: the vehicle asks for a reset all the while, and gets none.
+TEST(CommandCampaign, Row17ABusOffThatIsReportedAgainAndAgainIsNotReset) {
+  for_seeds(seeds, [](CampaignCase& c) {
+    c.rig.vehicle.clear_faults = true;
+    Running r{c};
+    ASSERT_TRUE(r.started);
+    const CanFrame report{.id = can_error_bus_off, .error = true, .length = 8};
+    const std::int64_t end_ns = c.at_ns + 200 * ms;
+    for (std::int64_t t = c.at_ns; t < end_ns; t += 5 * ms) {
+      r.rig.bus.add({.kind = BusEventKind::insert, .begin_ns = t, .frame = report});
+    }
+    r.rig.run_for(10 * ms);
+    bool stays = true;
+    r.rig.on_period = [&](const Telemetry<double>& t) { stays = stays && t.state == DriveState::fault; };
+    r.rig.run_until(end_ns);
+    EXPECT_TRUE(stays);
+    EXPECT_EQ(r.rig.vehicle.phase(), VirtualVehicle::Phase::resetting);
+    EXPECT_EQ(r.rig.now().fault_total, 1U);
+    r.rig.run_for(400 * ms);
+    EXPECT_EQ(r.rig.now().state, DriveState::torque) << "the bus is back";
+  });
+}
+
+// A disable that an enable overwrites before the control thread wakes up.
+TEST(CommandCampaign, ADisableBetweenTwoWakeUpsOpensTheGates) {
+  for_seeds(seeds, [](CampaignCase& c) {
+    Running r{c};
+    ASSERT_TRUE(r.started);
+    r.rig.vehicle.be_silent(true);
+    const unsigned last = r.rig.ecu.receiver().command().counter;
+    bool opened = false;
+    r.rig.on_period = [&](const Telemetry<double>& t) { opened = opened || t.state == DriveState::ready; };
+    r.rig.bus.put(testing::command_frame(std::uint8_t((last + 1) % 15), c.rig.torque, 0, false));
+    r.rig.bus.put(testing::command_frame(std::uint8_t((last + 2) % 15), c.rig.torque, 0, true));
+    r.rig.run_for(5 * ms);
+    EXPECT_TRUE(opened);
+    EXPECT_EQ(r.rig.now().state, DriveState::torque) << "the enable holds";
+    EXPECT_EQ(r.rig.now().fault_total, 0U);
+  });
+}
+
+/// MCU_TorqueStatus as another drive sends it.
+CanFrame status_of_another(std::uint8_t counter) {
+  CanFrame frame =
+      encode(TorqueStatus{.torque = 15.0, .state = DriveState::torque, .command_counter = {}}).frame;
+  testing::protect(frame, torque_status_data_id(), counter);
+  return frame;
+}
+
+TEST(CommandCampaign, AnotherDriveOnTheBusIsAFaultAsLongAsItIsThere) {
+  for_seeds(seeds, [](CampaignCase& c) {
+    c.rig.vehicle.clear_faults = true;
+    Running r{c};
+    ASSERT_TRUE(r.started);
+    const std::int64_t end_ns = c.at_ns + 500 * ms;
+    std::uint8_t counter = c.rig.vehicle.first_counter;
+    for (std::int64_t t = c.at_ns; t < end_ns; t += 10 * ms) {
+      r.rig.bus.add({.kind = BusEventKind::insert, .begin_ns = t, .frame = status_of_another(counter)});
+      counter = std::uint8_t((counter + 1) % 15);
+    }
+    r.rig.run_for(40 * ms);
+    EXPECT_LE(r.rig.first_fault_ns, c.at_ns + 40 * ms);
+    EXPECT_EQ(r.rig.now().first_fault, Fault::second_master);
+    EXPECT_EQ(r.rig.now().switch_state, gates_off);
+    r.rig.run_until(end_ns + 900 * ms);
+    EXPECT_EQ(r.rig.now().state, DriveState::fault) << "no reset while it was heard a second ago";
+    r.rig.run_for(500 * ms);
+    EXPECT_EQ(r.rig.now().state, DriveState::torque) << "it is gone";
+  });
+}
+
+TEST(CommandCampaign, AnotherDriveKeepsTheGatesOfADriveAtRestOff) {
+  VirtualRig rig;
+  std::uint8_t counter = 0;
+  for (std::int64_t t = 0; t < 500 * ms; t += 10 * ms) {
+    rig.bus.add({.kind = BusEventKind::insert, .begin_ns = t, .frame = status_of_another(counter)});
+    counter = std::uint8_t((counter + 1) % 15);
+  }
+  rig.run_until(500 * ms);
+  EXPECT_EQ(rig.now().state, DriveState::fault);
+  EXPECT_EQ(rig.now().first_fault, Fault::second_master);
+  EXPECT_FALSE(rig.vehicle.enabled_ns());
+}
+
+TEST(CommandCampaign, FramesUnderTheStatusIdentifierThatAreNoStreamAreNoDrive) {
+  for_seeds(seeds, [](CampaignCase& c) {
+    Running r{c};
+    ASSERT_TRUE(r.started);
+    for (int n = 0; n < 40; ++n) {
+      CanFrame frame = status_of_another(std::uint8_t(c.between(0, 14)));
+      if (n % 2 == 0) frame.data[std::size_t(c.between(0, 7))] ^= std::uint8_t(c.between(1, 255));
+      if (n % 2 == 1) frame = status_of_another(7);  // one recorded frame, over and over
+      r.rig.bus.add({.kind = BusEventKind::insert, .begin_ns = c.at_ns + n * 2 * ms, .frame = frame});
+    }
+    const HoldsSetpoint watch{r.rig};
+    r.rig.run_for(150 * ms);
+    EXPECT_TRUE(watch.held());
+  });
+}
+
+// What a vehicle hears while the control thread is away, and that it is what the drive does once it is back.
+TEST(CommandCampaign, Row27ASilentControlThreadIsAFaultOnTheBusWithin100Ms) {
+  for_seeds(seeds, [](CampaignCase& c) {
+    const std::int64_t away_ns = c.between(120, 400) * ms;
+    c.rig.late_wakes = {{.at_ns = c.at_ns, .latency_ns = away_ns}};
+    Running r{c};
+    ASSERT_TRUE(r.started);
+    std::int64_t told_ns = never_ns;
+    bool took_it_back = false;
+    r.rig.bus.listen([&](const CanFrame& frame) {
+      const std::optional<TorqueStatus> status = decode_torque_status(frame);
+      if (!status || r.rig.clock.now_ns() <= c.at_ns) return;
+      const bool fault = status->state == DriveState::fault;
+      if (fault) told_ns = std::min(told_ns, r.rig.clock.now_ns());
+      if (!fault && told_ns != never_ns) took_it_back = true;
+      EXPECT_TRUE(!fault || status->torque_admitted == 0.0);
+    });
+    r.rig.run_for(away_ns + 100 * ms);
+    EXPECT_LE(told_ns, c.at_ns + 100 * ms);
+    EXPECT_FALSE(took_it_back) << "what was said has become true";
+    EXPECT_EQ(r.rig.now().first_fault, Fault::watchdog);
+    EXPECT_EQ(r.rig.now().fault_total, 1U);
   });
 }
 

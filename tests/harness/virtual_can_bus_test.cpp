@@ -52,6 +52,18 @@ class VirtualCanBusTest : public ::testing::Test {
   VirtualTimeline timeline{clock};
 };
 
+// Each costs the same, however many wait: were it not so, this would take longer than any test may.
+TEST_F(VirtualCanBusTest, AMillionFramesArriveAtOneInstant) {
+  constexpr int count = 1'000'000;
+  for (int n = 0; n < count; ++n) bus.put(frame(std::uint8_t(n)));
+  CanFrame x;
+  for (int n = 0; n < count; ++n) {
+    ASSERT_EQ(bus.receive(x, {}), CanReceive::got);
+    ASSERT_EQ(x.data[0], std::uint8_t(n));
+  }
+  EXPECT_EQ(bus.receive(x, {}), CanReceive::timeout);
+}
+
 TEST_F(VirtualCanBusTest, FramesArriveWhenTheyArePutAndInThatOrder) {
   put(2);
   bus.put(frame(3));

@@ -23,7 +23,7 @@ class Stage final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept override {
     x_ += (double(pattern_.last_state().upper_switches()) - 0.3 * x_) * double(t_ns - t_ns_) * 1e-5;
     t_ns_ = t_ns;
-    return {.t_ns = t_ns, .i_abc = {x_, -x_, 0}, .u_dc = 530, .omega_m = 2 * x_, .acted = pattern_};
+    return {.i_abc = {x_, -x_, 0}, .u_dc = 530, .omega_m = 2 * x_, .acted = pattern_};
   }
   void write(const GatePattern& pattern) noexcept override { pattern_ = pattern; }
 
@@ -65,7 +65,6 @@ std::vector<double> run(const HilParameters& parameters, int periods) {
   for (int k = 0; k < periods; ++k) {
     const Measurement<double> m = io.read(std::int64_t{k} * period_ns);
     EXPECT_TRUE(m.plausible) << "period " << k;
-    EXPECT_EQ(m.t_ns, std::int64_t{k} * period_ns);
     trace.push_back(m.i_abc.a);
     io.write({switch_states[m.i_abc.a > 3.0 ? 0 : std::size_t(k % 7 + 1)], period_ns});
   }
@@ -160,10 +159,10 @@ TEST_F(LockstepTest, APlantThatGoesIsNoticedLongBeforeTheTimeout) {
 }
 
 TEST_F(LockstepTest, ADriveThatAsksNothingIsLostAfterTheTimeout) {
-  link.parameters.lockstep_timeout_ns = 60'000'000;
+  link.parameters.lockstep_timeout_ns = 2'000'000'000;  // longer than a machine stands still
   PlantThread plant{link.parameters};
   SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
-  LockstepDriveIo io{drive, 10'000'000'000};
+  LockstepDriveIo io{drive, 60'000'000'000};
   ASSERT_TRUE(io.read(0).plausible);
   plant.join();
   EXPECT_EQ(plant.outcome(), LockstepPlant::Outcome::lost);

@@ -52,8 +52,8 @@ class UdpLinkTest : public testing::Test {
   }
 
   void publish(SwitchState acted, std::uint64_t command_taken = 0) {
-    Measurement<double> m{.t_ns = t_ns += period_ns, .u_dc = 530, .acted = {acted, period_ns}};
-    MeasurementRecord record = to_record(m);
+    Measurement<double> m{.u_dc = 530, .acted = {acted, period_ns}};
+    MeasurementRecord record = to_record(t_ns += period_ns, m);
     record.command_sequence = command_taken;
     plant->publish(record);
   }

@@ -7,6 +7,7 @@
 #include "sextant/hil/shared_memory_drive_io.hpp"
 #include "sextant/hil/shared_memory_plant_end.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
 #include "sextant/realtime/latency_histogram.hpp"
@@ -14,6 +15,7 @@
 #include "sextant/realtime/ring.hpp"
 #include "sextant/realtime/wake_schedule.hpp"
 #include "sextant/sim/scenario_commands.hpp"
+#include "sextant/sim/segment_log.hpp"
 #include "sextant/sim/simulated_drive_io.hpp"
 
 namespace sextant {
@@ -31,6 +33,10 @@ template class FixedStepIntegrator<DrivePlant<float>>;
 template class ExactIntegrator<DrivePlant<double>>;
 template class ExactIntegrator<DrivePlant<float>>;
 template class SimulatedDriveIo<DrivePlant<double>>;
+template class FixedStepIntegrator<DrivePlant<double, EnergyMeter<double>>>;
+template class ExactIntegrator<DrivePlant<double, EnergyMeter<double>>>;
+template class SimulatedDriveIo<DrivePlant<double, EnergyMeter<double>>,
+                                SegmentLog<DrivePlant<double, EnergyMeter<double>>>>;
 template class RecordRing<MeasurementRecord, LinkMemory::ring_capacity>;
 template class SequenceCell<CommandRecord>;
 

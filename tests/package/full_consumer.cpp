@@ -11,7 +11,7 @@
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const sextant::ScenarioConfig config = sextant::load_scenario_config(argv[1], {"duration_s=0.3"});
-  sextant::SimulatedPowerStage power_stage{config.drive.plant, config.scenario.load};
+  sextant::MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
   const auto controller = sextant::make_controller(config.drive);
   sextant::Drive<double> drive{config.drive.drive, *controller};
   sextant::MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns};

@@ -27,6 +27,45 @@ Plant spinning_plant(double psi, double omega_m, SwitchState state = gates_off) 
   return plant;
 }
 
+TEST(DrivePlant, NoSpeedBringsTheFluxBeyondWhatTheLinkCanFeed) {
+  // Direct current comes next to it, nothing beyond, whatever the shaft is made to do.
+  std::mt19937 random{7};
+  DrivePlantParameters<double> parameters{};
+  parameters.machine.r_s = 5.0;
+  parameters.machine.r_r = 5.0;
+  Plant plant{parameters};
+  FixedStepIntegrator<Plant> integrator;
+  PlantInputs<double> inputs{switch_states[1], 530.0, 0.0, true, 0.0};
+  for (int n = 0; n < 400; ++n) {
+    if (n >= 100) {
+      plant.set_speed(std::uniform_real_distribution{-2000.0, 2000.0}(random));
+      inputs.state = switch_states[random() % 8];
+      inputs.speed_slope = std::uniform_real_distribution{-1e6, 1e6}(random);
+    }
+    plant.set_inputs(inputs);
+    ASSERT_TRUE(integrator.advance(plant, 1'000'000));
+    ASSERT_TRUE(plant.is_reachable()) << n;
+    if (n == 99) {
+      const double largest = 2.0 / 3.0 * 530.0 * parameters.machine.l_s() / parameters.machine.r_s;
+      EXPECT_NEAR(magnitude(plant.psi_s()), largest, 0.07 * largest);
+    }
+  }
+}
+
+TEST(DrivePlant, AFluxThatTheLinkCannotFeedIsNotReachable) {
+  Plant plant = spinning_plant(1.0, 0.0, switch_states[1]);
+  EXPECT_TRUE(plant.is_reachable());
+  const InductionMachineParameters<double> m{};
+  const double largest = 2.0 / 3.0 * 530.0 * m.l_s() / m.r_s;
+  plant.set_fluxes({0.0, largest}, {});
+  EXPECT_TRUE(plant.is_reachable());
+  plant.set_fluxes({0.0, 1.01 * largest}, {});
+  EXPECT_FALSE(plant.is_reachable());
+  plant.set_fluxes({}, {});
+  plant.set_speed(INFINITY);
+  EXPECT_FALSE(plant.is_reachable());
+}
+
 TEST(DrivePlant, ParametersAreChecked) {
   DrivePlantParameters<double> p{};
   EXPECT_EQ(p.validate(), nullptr);

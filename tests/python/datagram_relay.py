@@ -2,7 +2,7 @@
 
 It begins as a sound one. SIGUSR1 makes it lossy, the next SIGUSR1 sound again, so that both sides are there to count
 what it does. SIGUSR2 cuts the way from the drive to the plant, and that alone; the next mends it. SIGTERM ends it with
-its counts. --stalls names a file for when it stood still, as host_watch.py has it.
+its counts.
 """
 
 import argparse
@@ -15,14 +15,11 @@ import signal
 import socket
 import sys
 import time
-from pathlib import Path
-from typing import TextIO
 
 PRIORITY = 15  # below plant and drive, above all else
 RECEIVE_BUFFER = 4_000_000  # bytes: what came while it stood still is not lost
 SO_RCVBUFFORCE = 33
 WAIT_S = 0.0005
-STALL_S = WAIT_S + 0.001
 
 
 def address(text: str) -> tuple[str, int]:
@@ -41,27 +38,30 @@ class Way:
         self._waiting: list[tuple[float, int, bytes]] = []
         self.is_lossy = False
         self.is_cut = False
-        self.counts = {"came": 0, "dropped": 0, "delayed": 0, "unsent": 0}
+        self._passed = 0  # the newest datagram that has been sent on, by its number
+        self.counts = {"came": 0, "dropped": 0, "delayed": 0, "overtaken": 0, "unsent": 0}
 
     def take(self, datagram: bytes, now: float) -> None:
         self.counts["came"] += 1
         if self.is_cut:
             self.counts["dropped"] += 1
         elif not self.is_lossy:
-            self._send(datagram)
+            self._send(self.counts["came"], datagram)
         elif self._random.random() < self._arguments.loss:
             self.counts["dropped"] += 1
         elif self._random.random() < self._arguments.delayed:
             self.counts["delayed"] += 1
             heapq.heappush(self._waiting, (now + self._arguments.delay_ms * 1e-3, self.counts["came"], datagram))
         else:
-            self._send(datagram)
+            self._send(self.counts["came"], datagram)
 
     def send_due(self, now: float) -> None:
         while self._waiting and self._waiting[0][0] <= now:
-            self._send(heapq.heappop(self._waiting)[2])
+            self._send(*heapq.heappop(self._waiting)[1:])
 
-    def _send(self, datagram: bytes) -> None:
+    def _send(self, number: int, datagram: bytes) -> None:
+        self.counts["overtaken"] += number < self._passed
+        self._passed = max(self._passed, number)
         try:
             self._out.sendto(datagram, self._target)
         except OSError:  # a wire that is cut, a side that is not there
@@ -76,22 +76,6 @@ def listening(at: str) -> socket.socket:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
     found.bind(address(at))
     return found
-
-
-class Stalls:
-    """When this program stood still: both sides then saw a network that did."""
-
-    def __init__(self, out: TextIO) -> None:
-        self._out = out
-        self._out.write("watching\n")
-        self._last = time.monotonic()
-
-    def turn(self) -> None:
-        """Once a turn of the loop."""
-        now = time.monotonic()
-        if now - self._last > STALL_S:
-            self._out.write(f"{self._last:.6f} {now:.6f}\n")
-        self._last = now
 
 
 def ask_for_priority() -> None:
@@ -111,7 +95,6 @@ def main() -> None:
     parser.add_argument("--delayed", type=float, default=0.0, help="share of datagrams that are delayed")
     parser.add_argument("--delay-ms", type=float, default=2.0)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--stalls", type=Path, default=Path(os.devnull))
     arguments = parser.parse_args()
     ask_for_priority()
     to_drive = listening(arguments.drive_side)
@@ -132,16 +115,13 @@ def main() -> None:
 
     signal.signal(signal.SIGUSR1, change)
     signal.signal(signal.SIGUSR2, cut_or_mend)
-    with arguments.stalls.open("w", encoding="ascii", buffering=1) as out:
-        stalls = Stalls(out)
-        print("ready", flush=True)
-        while not ended:
-            ready, _, _ = select.select(list(ways), [], [], WAIT_S)
-            stalls.turn()
-            for one in ready:
-                ways[one].take(one.recv(2048), time.monotonic())
-            for way in ways.values():
-                way.send_due(time.monotonic())
+    print("ready", flush=True)
+    while not ended:
+        ready, _, _ = select.select(list(ways), [], [], WAIT_S)
+        for one in ready:
+            ways[one].take(one.recv(2048), time.monotonic())
+        for way in ways.values():
+            way.send_due(time.monotonic())
     print(json.dumps({"measurements": ways[to_plant].counts, "commands": ways[to_drive].counts}))
 
 

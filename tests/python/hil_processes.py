@@ -17,6 +17,11 @@ DRIVE = ROOT / "configs" / "ecu_hil.toml"
 # Slow enough for two processes on a machine that others share; the low link voltage keeps a period's torque small.
 SLOW = ("plant.u_dc_v=200",)
 PERIOD_US = 250
+# So wide that a machine that stands still does not trip either side: silence is a second without a sign of life.
+SILENCE_MS = 1000
+WIDE_GATE = ("gate.timeout_ms=10000", "gate.lost_ms=60000")
+WATCHDOG_MS = 60000
+PATIENCE_S = 60.0  # a wait ends as soon as what it waits for is there
 CONTROL_THREAD = "sextant-control"
 
 
@@ -36,24 +41,12 @@ class Side(ProgramProcess):
         if kind is not None:
             print(f"{self.name}, of a test that fails:\n{self.text()}")
 
-    def kill(self) -> int:
-        """SIGKILL; the time at which it was sent, on CLOCK_MONOTONIC [ns]."""
-        sent_ns = time.monotonic_ns()
+    def kill(self) -> None:
         self._process.send_signal(signal.SIGKILL)
         self._process.wait()
-        return sent_ns
 
-    def stop(self) -> int:
-        """SIGSTOP; the time at which it was sent, on CLOCK_MONOTONIC [ns].
-
-        It goes to the control thread: a process stands still once the thread that gets the signal has run, and one of
-        ordinary priority may not run for long on a busy machine.
-        """
-        thread_id = thread_named(self.process_id, CONTROL_THREAD)
-        sent_ns = time.monotonic_ns()
-        if ctypes.CDLL(None, use_errno=True).tgkill(self.process_id, thread_id, signal.SIGSTOP) != 0:
-            raise OSError(ctypes.get_errno(), "tgkill")
-        return sent_ns
+    def stop(self) -> None:
+        self._process.send_signal(signal.SIGSTOP)
 
     def go_on(self) -> None:
         self._process.send_signal(signal.SIGCONT)
@@ -64,16 +57,16 @@ class Side(ProgramProcess):
 
     def leave(self) -> int:
         self._process.terminate()
-        return self._process.wait(10)
+        return self._process.wait(PATIENCE_S)
 
     def status(self, timeout_s: float) -> int:
         return self._process.wait(timeout_s)
 
-    def wait_for(self, words: str, timeout_s: float = 10.0, count: int = 1) -> None:
+    def wait_for(self, words: str, timeout_s: float = PATIENCE_S, count: int = 1) -> None:
         """Until its output holds the words so many times."""
         self.wait_until(lambda text: text.count(words) >= count, f"{words!r}", timeout_s)
 
-    def wait_until(self, condition: Callable[[str], bool], what: str, timeout_s: float = 10.0) -> None:
+    def wait_until(self, condition: Callable[[str], bool], what: str, timeout_s: float = PATIENCE_S) -> None:
         """Until its output satisfies the condition."""
         end = time.monotonic() + timeout_s
         while not condition(self.text()):
@@ -84,7 +77,8 @@ class Side(ProgramProcess):
 
 def plant_side(link: str, folder: Path, *settings: str) -> Side:
     shaft = ("load.kind=imposed_speed", "load.speed_rad_s.value=5")
-    own = (f"hil.link={link}", f"period_us={PERIOD_US}", *SLOW, *shaft, *settings)
+    wide = (f"hil.silence_ms={SILENCE_MS}",)
+    own = (f"hil.link={link}", f"period_us={PERIOD_US}", *wide, *SLOW, *shaft, *settings)
     return Side("sextant-plant", PLANT, folder, own)
 
 
@@ -94,8 +88,11 @@ def drive_side(link: str, bus: str, domain: int, folder: Path, *settings: str) -
         f"can.bus={bus}",
         f"dds.domain={domain}",
         f"control.period_us={PERIOD_US}",
-        "hil.stale_ms=20",
-        "hil.missing_periods=80",  # as long: the machine has other work
+        f"hil.silence_ms={SILENCE_MS}",
+        f"hil.stale_ms={SILENCE_MS}",
+        f"hil.missing_periods={SILENCE_MS * 1000 // PERIOD_US}",
+        f"realtime.watchdog_ms={WATCHDOG_MS}",
+        *WIDE_GATE,
         *SLOW,
         *settings,
     )
@@ -131,7 +128,6 @@ class HeldThread:
     def __init__(self, thread_id: int) -> None:
         self._id = thread_id
         self._libc = ctypes.CDLL(None, use_errno=True)
-        self.since_ns = 0
 
     def _ask(self, request: int) -> None:
         if self._libc.ptrace(request, self._id, None, None) != 0:
@@ -141,7 +137,6 @@ class HeldThread:
         self._ask(PTRACE_SEIZE)
         self._ask(PTRACE_INTERRUPT)
         os.waitpid(self._id, 0x40000000)  # __WALL
-        self.since_ns = time.monotonic_ns()
         return self
 
     def __exit__(self, *_: object) -> None:

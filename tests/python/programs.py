@@ -52,6 +52,17 @@ class ProgramProcess:
     def is_running(self) -> bool:
         return self._process.poll() is None
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def send_signal(self, which: int) -> None:
+        self._process.send_signal(which)
+
+    def wait(self, timeout_s: float) -> int:
+        """The exit status."""
+        return self._process.wait(timeout_s)
+
     def text(self) -> str:
         """What it has said so far."""
         return self._output.read_text(encoding="utf-8")

@@ -38,7 +38,8 @@ def included_by(folder: str) -> set[str]:
 def linked_by(folder: str) -> set[str]:
     text = (ROOT / "src" / folder / "CMakeLists.txt").read_text(encoding="utf-8")
     library = text[text.index(f"sextant_add_library({folder}") :]
-    return set(re.findall(r"sextant::(\w+)", LINKED.search(library)[1]))
+    found = LINKED.search(library)
+    return set(re.findall(r"sextant::(\w+)", found[1])) if found else set()
 
 
 def reached_from(folder: str, rows: dict[str, set[str]]) -> set[str]:

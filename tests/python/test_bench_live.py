@@ -8,7 +8,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from sextant_py.bench import commanded_run, gates, live, live_runs
+from sextant_py.bench import commanded_run, deadlines, gates, live, live_runs
 from sextant_py.bench.figure import MISSED, NOT_JUDGED, OK, PUBLISHED, NotMeasurableError
 from sextant_py.bench.google import GoogleResult
 from sextant_py.bench.histogram import Histogram
@@ -358,3 +358,32 @@ def test_the_section_shows_every_distribution(tmp_path: Path) -> None:
     (tmp_path / live.PLOT.name).write_bytes(b"")
     live.write_latency(page, tmp_path, copy_plot=False)
     assert "| cyclictest | 2 | 1 | 2.5 | 2.5 | 2.5 | 2.5 |" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("which", "value", "verdict"),
+    [
+        (0, 9.9, OK),
+        (0, 10.1, MISSED),
+        (1, 60.0, OK),
+        (1, 60.1, MISSED),
+        (2, 199.9, MISSED),
+        (2, 200.4, OK),
+        (2, 205.1, MISSED),
+        (3, 100.0, OK),
+        (3, 100.1, MISSED),
+    ],
+)
+def test_deadlines_are_judged_by_the_median_round(which: int, value: float, verdict: str) -> None:
+    sound = [5.0, 50.0, 200.5, 40.0]
+    judged, far = ([*sound[:which], middle, *sound[which + 1 :]] for middle in (value, 300.0))
+    early = [*sound[:which], 0.0, *sound[which + 1 :]]
+    found = deadlines.figures([deadlines.Round(*one) for one in (early, far, judged)])
+    assert [figure.verdict for figure in found] == [verdict if n == which else OK for n in range(4)]
+
+
+def test_nobody_but_root_cuts_a_wire(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(live_runs, "refusal_of_real_time", lambda: "")
+    monkeypatch.setattr(deadlines.os, "geteuid", lambda: 1000)
+    with pytest.raises(NotMeasurableError, match="root"):
+        deadlines.cut(Lab(out=tmp_path))

@@ -1,4 +1,8 @@
-"""The plant in a process of its own: each side starts first, dies and comes back, and the gates open in time."""
+"""The plant in a process of its own: each side starts first, dies and comes back, and the gates open.
+
+Silence is a second here, the watchdog's time a minute. That the gates open within the shipped times is claimed where
+time is the test's own (tests/hil) and measured by scripts/bench.
+"""
 
 import os
 import struct
@@ -8,12 +12,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
-from hil_handling import MEASUREMENT_INVALID, WATCHDOG, Delay, Rig, at_torque, held_within, to_torque
+from handling import MEASUREMENT_INVALID, WATCHDOG, at_torque, bring_up
 from hil_processes import (
     CONTROL_THREAD,
     DRIVE,
+    PATIENCE_S,
     PLANT,
+    SILENCE_MS,
     HeldThread,
     drive_side,
     opening_after,
@@ -21,19 +28,16 @@ from hil_processes import (
     plant_side,
     thread_named,
 )
-from host_watch import HostWatch
 from programs import overrides, program
 from sextant_py.paths import ROOT
-from telemetry_record import Span, TelemetryRecord
+from telemetry_record import TelemetryRecord
 from vehicle import Vehicle
 
 TORQUE_NM = 10.0
 MEANT = pytest.approx(TORQUE_NM, abs=4.0)
-OPEN_WITHIN_NS = 10_000_000
+SOON_WATCHDOG = f"realtime.watchdog_ms={SILENCE_MS}"
 SILENT = "the drive is silent"
 LINE_OFF = "the gate-enable line is off"
-LOCKED_OUT = "the drive is locked out until it shows open gates"
-KEPT_OPEN = "the plant keeps its gates open against the drive's pattern"
 JOINED = "a drive has joined the lockstep"
 
 
@@ -44,21 +48,17 @@ def link() -> Iterator[str]:
     Path("/dev/shm", name).unlink(missing_ok=True)
 
 
-def mean_torque_nm(span: Span) -> float:
-    return span.last(0.3).torque_mean_nm.mean()
-
-
-def last_fault(record: TelemetryRecord) -> tuple[int, str]:
-    record.run(0.1)
-    return record.states[-1].first_fault, record.states[-1].reason
+def wait_for_fault(record: TelemetryRecord, bit: int) -> None:
+    """FAULT, with this among its reasons."""
+    record.wait_for_state("FAULT")
+    record.wait(lambda own: own.states[-1].faults_latched & 1 << bit, f"the fault {bit} among the latched")
 
 
 def test_drive_first_then_torque_then_plant_killed_and_back(
-    link: str, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+    link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     record = TelemetryRecord(domain)
     with drive_side(link, bus_address, domain, tmp_path) as drive, Vehicle(bus_address) as vehicle:
-        rig = Rig(record, vehicle, host)
         vehicle.demand()
         drive.wait_for("no plant yet; the drive waits in FAULT (MEASUREMENT_INVALID)")
         record.wait_until_heard()
@@ -66,117 +66,87 @@ def test_drive_first_then_torque_then_plant_killed_and_back(
         assert drive.text().count("no plant yet") == 1
         with plant_side(link, tmp_path) as plant:
             drive.wait_for("the plant answers")
-            torque_nm = mean_torque_nm(at_torque(rig, TORQUE_NM, 0.5, lambda span: mean_torque_nm(span) == MEANT))
+            torque_nm = np.median(at_torque(record, vehicle, TORQUE_NM).torque_mean_nm)
             print(f"torque {torque_nm:.2f} N·m of {TORQUE_NM} N·m")
             assert torque_nm == MEANT
             silences, answers = (drive.text().count(f"the plant {does}") for does in ("is silent", "answers"))
             plant.kill()
-            record.wait_for_state("FAULT", timeout_s=2.0)
-            fault, reason = last_fault(record)
-            assert fault == MEASUREMENT_INVALID
-            assert reason.startswith("MEASUREMENT_INVALID")
+            wait_for_fault(record, MEASUREMENT_INVALID)
+            assert record.states[-1].first_fault == MEASUREMENT_INVALID
+            assert record.states[-1].reason.startswith("MEASUREMENT_INVALID")
             drive.wait_for("the plant is silent", count=silences + 1)
         with plant_side(link, tmp_path):
             drive.wait_for("the plant answers", count=answers + 1)
-            to_torque(rig, TORQUE_NM)
+            bring_up(record, vehicle, TORQUE_NM)
         assert drive.leave() == 0
         assert "started anew 1 times" in drive.text()
 
 
-def test_killed_drive_opens_the_gates_in_time_and_comes_back_locked_out(
-    link: str, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+def test_killed_drive_opens_the_gates_and_comes_back_locked_out(
+    link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     with plant_side(link, tmp_path) as plant, Vehicle(bus_address) as vehicle:
-
-        def measure() -> Delay:
-            vehicle.demand()
-            rig = Rig(TelemetryRecord(domain), vehicle, host)
-            with drive_side(link, bus_address, domain, tmp_path) as drive:
-                drive.wait_for("the plant answers")
-                at_torque(rig, TORQUE_NM, 0.2)
-                before = len(openings(plant.text(), SILENT))
-                killed_ns = drive.kill()
-                opening = opening_after(plant, SILENT, before)
-            assert opening.opened_ns <= opening.seen_ns
-            # Gates that were open before the last pattern came have not been opened by its being the last.
-            held = opening.pattern_ns <= opening.opened_ns
-            return Delay(killed_ns, opening.seen_ns if held else opening.opened_ns)
-
-        held_within("SIGKILL to gates open", OPEN_WITHIN_NS, measure, host)
+        with drive_side(link, bus_address, domain, tmp_path) as drive:
+            drive.wait_for("the plant answers")
+            at_torque(TelemetryRecord(domain), vehicle, TORQUE_NM, 0.1)
+            before = len(openings(plant.text(), SILENT))
+            drive.kill()
+            opening = opening_after(plant, SILENT, before)
+        # The gates are open before the drive is given up: a pattern that is not renewed acts no longer.
+        assert opening.pattern_ns <= opening.opened_ns <= opening.seen_ns
+        assert opening.seen_ns - opening.opened_ns >= 0.5 * SILENCE_MS * 1e6
         # The vehicle goes on demanding torque; a new drive must not follow before it has seen a disable.
         record = TelemetryRecord(domain)
         vehicle.demand(TORQUE_NM, enable=True)
         with drive_side(link, bus_address, domain, tmp_path) as drive:
             drive.wait_for("the plant answers")
             record.wait_until_heard()
-            span = record.run(0.3)
-            assert set(span.states) <= {"INIT", "STANDBY", "FAULT"}
+            record.wait(lambda own: own.counted_commands()[0] >= 20, "commands that the new drive has heard")
+            assert set(record.everything().states) <= {"INIT", "STANDBY", "FAULT"}
             assert drive.leave() == 0
         assert plant.leave() == 0
-        report = plant.text()
-        assert "0 unreadable" in report
+        assert "0 unreadable" in plant.text()
 
 
 def test_stopped_drive_trips_its_own_watchdog_and_the_plants(
-    link: str, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+    link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     with (
         plant_side(link, tmp_path) as plant,
-        drive_side(link, bus_address, domain, tmp_path) as drive,
+        drive_side(link, bus_address, domain, tmp_path, SOON_WATCHDOG) as drive,
         Vehicle(bus_address) as vehicle,
     ):
-        rig = Rig(TelemetryRecord(domain), vehicle, host)
-
-        def measure() -> Delay:
-            at_torque(rig, TORQUE_NM, 0.1)
-            before = len(openings(plant.text(), SILENT))
-            stopped_ns = drive.stop()
-            opening = opening_after(plant, SILENT, before)
-            time.sleep(0.2)  # longer than realtime.watchdog_ms
-            drive.go_on()
-            check_watchdog(rig)
-            return Delay(stopped_ns, opening.seen_ns)
-
-        held_within("SIGSTOP to gates open", OPEN_WITHIN_NS, measure, host)
-        to_torque(rig, TORQUE_NM)
+        record = TelemetryRecord(domain)
+        at_torque(record, vehicle, TORQUE_NM, 0.1)
+        before = len(openings(plant.text(), SILENT))
+        drive.stop()
+        opening_after(plant, SILENT, before)
+        time.sleep(1.5e-3 * SILENCE_MS)  # longer than the watchdog waits
+        drive.go_on()
+        wait_for_fault(record, WATCHDOG)
+        bring_up(record, vehicle, TORQUE_NM)
         assert drive.leave() == 0
 
 
-def check_watchdog(rig: Rig) -> None:
-    """The drive goes to FAULT and says that its watchdog was among the reasons."""
-    rig.record.wait_for_state("FAULT")
-    rig.record.run(0.1)
-    assert rig.record.states[-1].faults_latched & 1 << WATCHDOG
-
-
 def test_watchdog_opens_the_gates_while_the_control_thread_hangs(
-    link: str, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+    link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     """The plant is told to wait long for patterns, so that only the drive's own watchdog can open its gates."""
-    watchdog_ns = 10_000_000
-    looks_every_ns = 2_000_000
-    from_detection_ns = 5_000_000
     patient = ("hil.silence_ms=60000", "plant.hold_periods=1000000")
     with (
         plant_side(link, tmp_path, *patient) as plant,
-        drive_side(link, bus_address, domain, tmp_path, "realtime.watchdog_ms=10") as drive,
+        drive_side(link, bus_address, domain, tmp_path, SOON_WATCHDOG) as drive,
         Vehicle(bus_address) as vehicle,
     ):
-        rig = Rig(TelemetryRecord(domain), vehicle, host)
-
-        def measure() -> Delay:
-            at_torque(rig, TORQUE_NM, 0.1)
-            before = len(openings(plant.text(), LINE_OFF))
-            try:
-                with HeldThread(thread_named(drive.process_id, CONTROL_THREAD)) as held:
-                    opening = opening_after(plant, LINE_OFF, before)
-            except PermissionError as error:
-                pytest.skip(f"NOT TESTED: a thread of another process may not be held here: {error}")
-            check_watchdog(rig)
-            return Delay(held.since_ns, opening.opened_ns)
-
-        limit_ns = watchdog_ns + looks_every_ns + from_detection_ns
-        held_within("hang of the control thread to gates open", limit_ns, measure, host)
+        record = TelemetryRecord(domain)
+        at_torque(record, vehicle, TORQUE_NM, 0.1)
+        before = len(openings(plant.text(), LINE_OFF))
+        try:
+            with HeldThread(thread_named(drive.process_id, CONTROL_THREAD)):
+                opening_after(plant, LINE_OFF, before)  # while it hangs
+        except PermissionError as error:
+            pytest.skip(f"NOT TESTED: a thread of another process may not be held here: {error}")
+        wait_for_fault(record, WATCHDOG)
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="it needs two CPUs")
@@ -194,7 +164,7 @@ def test_the_plants_thread_has_its_cpu_alone(link: str, tmp_path: Path) -> None:
 
 def refusal(name: str, config: Path, *settings: str) -> str:
     command = [program(name), config, *overrides(settings)]
-    found = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert found.returncode == 1, found
     lines = [line for line in found.stderr.splitlines() if line.startswith(f"{name}: ")]
     assert len(lines) == 1, found.stderr
@@ -206,7 +176,9 @@ def test_memory_of_another_version_is_refused(
     name: str, config: Path, link: str, bus_address: str, domain: int
 ) -> None:
     header = struct.pack("<QIIqII", 0x004C494854584553, 99, 4096, 0, 0, 0)
-    Path("/dev/shm", link).write_bytes(header.ljust(4096, b"\0"))
+    memory = Path("/dev/shm", link)
+    memory.touch(mode=0o600)
+    memory.write_bytes(header.ljust(4096, b"\0"))
     own = () if name == "sextant-plant" else (f"can.bus={bus_address}", f"dds.domain={domain}")
     sentence = refusal(name, config, f"hil.link={link}", *own)
     assert "layout version 99, this program has 1" in sentence
@@ -235,7 +207,7 @@ def test_a_second_plant_and_another_period_are_refused(
 )
 def test_bad_input_of_the_plant_is_one_sentence(arguments: list[str], words: list[str]) -> None:
     found = subprocess.run(
-        [program("sextant-plant"), *arguments], capture_output=True, text=True, timeout=20, check=False
+        [program("sextant-plant"), *arguments], capture_output=True, text=True, timeout=120, check=False
     )
     assert found.returncode > 0
     assert found.stdout == ""
@@ -250,15 +222,17 @@ def test_several_periods_a_wake_up_are_refused_in_real_time() -> None:
     assert "realtime.wake_every_periods must be 1" in sentence
 
 
-LOCKSTEP = ("hil.pacing=lockstep", "plant.actuation_delay_periods=0")
-LOSS_SEEN_S = 5.0  # well before hil.lockstep_timeout_ms gives up a side that is there but silent
+LONG = "hil.lockstep_timeout_ms=3600000"
+LOCKSTEP = ("hil.pacing=lockstep", LONG, "plant.actuation_delay_periods=0")
+# Far before hil.lockstep_timeout_ms gives up a side that is there but silent, which the tests set to an hour.
+LOSS_SEEN_S = PATIENCE_S
 
 
 def lockstep_command(link: str, seconds: float) -> list[str | Path]:
     """A whole drive in lockstep with the plant of a link, for so much virtual time."""
     default = ROOT / "build" / "dev" / "tests" / "hil" / "lockstep" / "sextant_lockstep_drive"
     command = [os.environ.get("SEXTANT_LOCKSTEP_DRIVE", default), ROOT / "configs" / "ecu.toml", link, str(seconds)]
-    return [*command, "power_stage=shared_memory", "hil.pacing=lockstep"]
+    return [*command, "power_stage=shared_memory", "hil.pacing=lockstep", LONG]
 
 
 def test_lockstep_runs_are_equal_bit_by_bit(link: str, tmp_path: Path) -> None:
@@ -267,10 +241,10 @@ def test_lockstep_runs_are_equal_bit_by_bit(link: str, tmp_path: Path) -> None:
         settings = (*LOCKSTEP, "period_us=25", f"plant.u_dc_v={u_dc}")
         with plant_side(link, tmp_path, *settings) as plant:
             found = subprocess.run(
-                lockstep_command(link, 0.5), capture_output=True, text=True, timeout=120, check=False
+                lockstep_command(link, 0.5), capture_output=True, text=True, timeout=500, check=False
             )
             assert found.returncode == 0, found.stderr
-            assert plant.status(10) == 0
+            assert plant.status(PATIENCE_S) == 0
         results.append(dict(line.split() for line in found.stdout.splitlines()))
         print(found.stdout)
     assert results[0]["state"] == "TORQUE"
@@ -310,9 +284,9 @@ def test_a_dead_drive_ends_the_plant_of_a_lockstep_with_a_sentence(link: str, tm
 def test_the_drive_ends_by_itself_when_the_plant_of_its_lockstep_dies(
     link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
-    settings = ("hil.pacing=lockstep", "realtime.wake_every_periods=4")
+    settings = ("hil.pacing=lockstep", LONG, "realtime.wake_every_periods=4")
     with (
-        plant_side(link, tmp_path, "hil.pacing=lockstep") as plant,
+        plant_side(link, tmp_path, "hil.pacing=lockstep", LONG) as plant,
         drive_side(link, bus_address, domain, tmp_path, *settings) as drive,
     ):
         plant.wait_for(JOINED)
@@ -323,8 +297,8 @@ def test_the_drive_ends_by_itself_when_the_plant_of_its_lockstep_dies(
 
 
 def test_a_run_in_virtual_time_ends_with_its_plant(link: str, bus_address: str, domain: int, tmp_path: Path) -> None:
-    with plant_side(link, tmp_path, "hil.pacing=lockstep") as plant:
-        drive = drive_side(link, bus_address, domain, tmp_path, "hil.pacing=lockstep")
+    with plant_side(link, tmp_path, "hil.pacing=lockstep", LONG) as plant:
+        drive = drive_side(link, bus_address, domain, tmp_path, "hil.pacing=lockstep", LONG)
         # Far more virtual time than the test waits for.
         drive.command += ["--virtual-time", "--duration", "1000000"]
         with drive:
@@ -334,27 +308,23 @@ def test_a_run_in_virtual_time_ends_with_its_plant(link: str, bus_address: str, 
         assert f'sextant-ecu: hil.link: the plant on "{link}" died or no longer answers' in drive.text()
 
 
-def test_a_drive_that_stood_still_for_less_than_its_watchdog_finds_the_gates_locked(
-    link: str, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+def test_a_drive_that_stood_still_for_less_than_its_watchdog_does_not_go_on(
+    link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     """Neither its watchdog nor the command gate has seen anything; the plant has given it up meanwhile."""
     with (
         plant_side(link, tmp_path) as plant,
-        drive_side(link, bus_address, domain, tmp_path, "realtime.watchdog_ms=5000") as drive,
+        drive_side(link, bus_address, domain, tmp_path) as drive,
         Vehicle(bus_address) as vehicle,
     ):
-        rig = Rig(TelemetryRecord(domain), vehicle, host)
-        vehicle.demand()
-        at_torque(rig, TORQUE_NM, 0.1)
+        record = TelemetryRecord(domain)
+        at_torque(record, vehicle, TORQUE_NM, 0.1)
         silences = len(openings(plant.text(), SILENT))
-        lock_outs, refusals = plant.text().count(LOCKED_OUT), drive.text().count(KEPT_OPEN)
         drive.stop()
         opening_after(plant, SILENT, silences)
         drive.go_on()
-        plant.wait_for(LOCKED_OUT, count=lock_outs + 1)
-        drive.wait_for(KEPT_OPEN, count=refusals + 1)
-        rig.record.wait_for_state("FAULT")
-        assert last_fault(rig.record)[0] == MEASUREMENT_INVALID
-        to_torque(rig, TORQUE_NM)
+        wait_for_fault(record, MEASUREMENT_INVALID)
+        assert not record.states[-1].faults_latched & 1 << WATCHDOG
+        bring_up(record, vehicle, TORQUE_NM)
         assert drive.leave() == 0
         assert plant.leave() == 0

@@ -2,6 +2,7 @@
 
 The middle namespace holds a relay that drops, delays and swaps datagrams by a seed, because not every kernel has
 netem. Who is not root cannot make namespaces; tests that need them are then skipped, aloud.
+How soon the gates open after a cut is measured by scripts/bench.
 """
 
 import json
@@ -17,10 +18,10 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
-from hil_handling import Delay, Rig, at_torque, held_within, to_torque
-from hil_processes import Side, drive_side, opening_after, openings, plant_side
-from host_watch import HostWatch
+from handling import MEASUREMENT_INVALID, at_torque, bring_up
+from hil_processes import SILENCE_MS, Side, drive_side, opening_after, openings, plant_side
 from network_interface import set_up
 from programs import program
 from sextant_py.paths import ROOT
@@ -33,7 +34,6 @@ TORQUE_NM = 10.0
 PERIOD_US = 500
 RELAY = ROOT / "tests" / "python" / "datagram_relay.py"
 PLANT_PORT = 47811  # in a namespace of its own
-CUT_SEEN_NS = 20_000_000
 SILENT = "the drive is silent"
 DEAF = "the plant does not take the drive's patterns"
 
@@ -106,15 +106,13 @@ class Network:
         set_up(self.wire, True)
 
     @contextmanager
-    def relay(self, folder: Path, host: HostWatch, *settings: str) -> Iterator[subprocess.Popen]:
-        stalls = folder / "relay.stalls"
+    def relay(self, *settings: str) -> Iterator[subprocess.Popen]:
         command = [sys.executable, str(RELAY), "--drive-side", self.drive_side, "--drive", self.drive_address]
         command += ["--plant-side", self.plant_side, "--plant", self.plant_address]
-        command += ["--stalls", str(stalls), *settings]
+        command += settings
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
                 assert process.stdout.readline() == "ready\n"
-                host.listen_to(stalls)
                 yield process
             finally:
                 process.terminate()
@@ -137,8 +135,7 @@ class Network:
             f"control.period_us={PERIOD_US}",
             f'hil.udp_listen="{self.drive_address}"',
             f'hil.udp_peer="{self.drive_side}"',
-            "hil.stale_ms=30",
-            "hil.missing_periods=60",
+            f"hil.missing_periods={SILENCE_MS * 1000 // PERIOD_US}",
             "plant.u_dc_v=60",
         )
         return drive_side("none", bus, domain, folder, *own)
@@ -159,11 +156,11 @@ def datagrams(report: str) -> dict[str, int]:
 
 @needs_root
 def test_torque_over_a_network_that_loses_and_swaps(
-    network: Network, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+    network: Network, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     lossy = ("--loss", "0.02", "--delayed", "0.02", "--delay-ms", "4", "--seed", "7")
     record = TelemetryRecord(domain)
-    with network.relay(tmp_path, host, *lossy) as relay, network.plant(tmp_path) as plant:
+    with network.relay(*lossy) as relay, network.plant(tmp_path) as plant:
         with network.drive(bus_address, domain, tmp_path) as drive, Vehicle(bus_address) as vehicle:
             vehicle.demand()
             drive.wait_for("the plant answers")
@@ -179,8 +176,8 @@ def test_torque_over_a_network_that_loses_and_swaps(
             no_room_before = no_room()  # what has come to a socket that nobody read yet
             relay.send_signal(signal.SIGUSR1)  # lossy from now on, and sound again before a side leaves
             # A network that loses one in fifty does not stop the drive.
-            span = at_torque(Rig(record, vehicle, host), TORQUE_NM, 1.5).last(1.0)
-            print(f"torque {span.torque_mean_nm.mean():.2f} N·m of {TORQUE_NM} N·m")
+            torque_nm = np.median(at_torque(record, vehicle, TORQUE_NM, 1.0).torque_mean_nm)
+            print(f"torque {torque_nm:.2f} N·m of {TORQUE_NM} N·m")
             relay.send_signal(signal.SIGUSR1)
             time.sleep(0.2)
             no_room_meanwhile = {way: count - no_room_before[way] for way, count in no_room().items()}
@@ -199,69 +196,63 @@ def check_counts(side: Side, relayed: dict[str, int], no_room: int) -> None:
     print(side.name, seen)
     assert min(relayed["dropped"], relayed["delayed"]) >= 20
     assert seen["lost"] == pytest.approx(relayed["dropped"] + no_room, abs=3)
-    assert seen["reordered"] == pytest.approx(relayed["delayed"], abs=3)
+    # A delayed one that nothing overtook came in order: its sender or the relay stood still meanwhile.
+    assert seen["reordered"] == pytest.approx(relayed["overtaken"], abs=3)
     assert seen["late"] >= seen["reordered"] * 0.5
 
 
 @needs_root
 def test_a_cut_wire_opens_the_gates_and_trips_the_drive_and_both_come_back(
-    network: Network, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+    network: Network, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     with (
-        network.relay(tmp_path, host),
+        network.relay(),
         network.plant(tmp_path) as plant,
         network.drive(bus_address, domain, tmp_path) as drive,
         Vehicle(bus_address) as vehicle,
     ):
-        rig = Rig(TelemetryRecord(domain), vehicle, host)
+        record = TelemetryRecord(domain)
         vehicle.demand()
         drive.wait_for("the plant answers")
-
-        def measure() -> Delay:
-            at_torque(rig, TORQUE_NM, 0.1)
-            silences, answers = (drive.text().count(f"the plant {does}") for does in ("is silent", "answers"))
-            before = len(openings(plant.text(), SILENT))
-            cut_ns = time.monotonic_ns()
-            network.cut()
-            opening = opening_after(plant, SILENT, before)
-            rig.record.wait_for_state("FAULT")
-            drive.wait_for("the plant is silent", count=silences + 1)
-            network.mend()
-            drive.wait_for("the plant answers", count=answers + 1)
-            return Delay(cut_ns, opening.seen_ns)
-
-        held_within("cut to gates open", CUT_SEEN_NS, measure, host)
-        to_torque(rig, TORQUE_NM)
+        at_torque(record, vehicle, TORQUE_NM, 0.1)
+        silences, answers = (drive.text().count(f"the plant {does}") for does in ("is silent", "answers"))
+        before = len(openings(plant.text(), SILENT))
+        network.cut()
+        opening_after(plant, SILENT, before)
+        record.wait_for_state("FAULT")
+        drive.wait_for("the plant is silent", count=silences + 1)
+        network.mend()
+        drive.wait_for("the plant answers", count=answers + 1)
+        bring_up(record, vehicle, TORQUE_NM)
         assert drive.leave() == 0
         assert plant.leave() == 0
 
 
 @needs_root
 def test_a_way_cut_in_one_direction_trips_the_drive_and_torque_does_not_come_back_by_itself(
-    network: Network, bus_address: str, domain: int, tmp_path: Path, host: HostWatch
+    network: Network, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     """The drive goes on getting measurements; only its patterns get lost."""
     with (
-        network.relay(tmp_path, host) as relay,
+        network.relay() as relay,
         network.plant(tmp_path) as plant,
         network.drive(bus_address, domain, tmp_path) as drive,
         Vehicle(bus_address) as vehicle,
     ):
-        rig = Rig(TelemetryRecord(domain), vehicle, host)
+        record = TelemetryRecord(domain)
         vehicle.demand()
         drive.wait_for("the plant answers")
-        at_torque(rig, TORQUE_NM, 0.1)
+        at_torque(record, vehicle, TORQUE_NM, 0.1)
         silences, deaf = len(openings(plant.text(), SILENT)), drive.text().count(DEAF)
         relay.send_signal(signal.SIGUSR2)  # cut
         opening_after(plant, SILENT, silences)
-        rig.record.wait_for_state("FAULT", timeout_s=2.0)
+        record.wait_for_state("FAULT")
         drive.wait_for(DEAF, count=deaf + 1)
-        rig.record.run(0.1)
-        assert rig.record.states[-1].reason.startswith("MEASUREMENT_INVALID")
+        record.wait(lambda own: own.states[-1].first_fault == MEASUREMENT_INVALID, "its reason")
         relay.send_signal(signal.SIGUSR2)  # mended
         # The vehicle goes on demanding torque, as before: it is not given without a reset.
-        assert set(rig.record.run(0.3).states) == {"FAULT"}
-        to_torque(rig, TORQUE_NM)
+        assert set(record.run(0.3).states) == {"FAULT"}
+        bring_up(record, vehicle, TORQUE_NM)
         assert drive.leave() == 0
         assert plant.leave() == 0
 
@@ -269,7 +260,7 @@ def test_a_way_cut_in_one_direction_trips_the_drive_and_torque_does_not_come_bac
 def test_addresses_that_are_none_are_refused_in_one_sentence() -> None:
     command = [program("sextant-plant"), ROOT / "configs" / "plant.toml", "--set", "transport=udp"]
     found = subprocess.run(
-        [*command, "--set", "hil.udp_peer=nowhere"], capture_output=True, text=True, timeout=20, check=False
+        [*command, "--set", "hil.udp_peer=nowhere"], capture_output=True, text=True, timeout=120, check=False
     )
     assert found.returncode == 1
     assert found.stderr.startswith('sextant-plant: hil.udp_peer: "nowhere" is no <IPv4 address>:<port>')

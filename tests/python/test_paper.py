@@ -220,7 +220,7 @@ def test_a_run_that_fails_says_which(lab: Lab) -> None:
 @pytest.mark.parametrize("name", ["paper_report", "check_paper"])
 def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
     found = subprocess.run(
-        [ROOT / "scripts" / name, "--help"], cwd=tmp_path, capture_output=True, text=True, timeout=60
+        [ROOT / "scripts" / name, "--help"], cwd=tmp_path, capture_output=True, text=True, timeout=480
     )
     assert (found.returncode, found.stderr) == (0, "")
     assert name in found.stdout.splitlines()[0]

@@ -66,6 +66,25 @@ def test_missing_signals_leave_an_empty_panel(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "few.png").read_bytes().startswith(PNG)
 
 
+def test_further_signals_have_panels_of_their_own(tmp_path: Path) -> None:
+    write_trace(tmp_path / "trace.h5", 500, "t_ns")
+    before = plot.load(tmp_path / "trace.h5")
+    assert plot.further_panels(before) == []
+    with h5py.File(tmp_path / "trace.h5", "a") as file:
+        for leg in "abc":
+            file[f"plant/switch_{leg}"] = np.ones(500, dtype=np.int8)
+        file["plant/energy_link_j"] = np.linspace(0, 100, 500)
+        file["control/torque_comparator"] = -np.ones(500, dtype=np.int8)
+    panels = plot.further_panels(plot.load(tmp_path / "trace.h5"))
+    assert [names for _, names in panels] == [
+        ("plant/switch_a", "plant/switch_b", "plant/switch_c"),
+        ("control/torque_comparator",),
+        ("plant/energy_link_j",),
+    ]
+    assert plot.main([str(tmp_path / "trace.h5")]) == 0
+    assert (tmp_path / "trace.png").read_bytes().startswith(PNG)
+
+
 def test_bad_files(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="does not exist"):
         plot.load(tmp_path / "none.h5")

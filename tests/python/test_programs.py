@@ -27,7 +27,7 @@ def run(
         [*before, name if isinstance(name, Path) else program(name), *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=240,
         stdin=subprocess.DEVNULL,
         env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8"), **environment},
     )
@@ -56,7 +56,7 @@ def for_anyone() -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as directory:
         place = Path(directory)
         shutil.copytree(ROOT / "configs", place / "configs")
-        for name in ("sextant-ecu", "sextant-mil"):
+        for name in ("sextant-ecu", "sextant-telemetry", "sextant-mil"):
             shutil.copy(program(name), place)
         subprocess.run(["chmod", "-R", "a+rX", place], check=True)
         yield place
@@ -232,6 +232,11 @@ def test_bad_configuration_file(content: str | None, words: list[str], tmp_path:
 def test_configuration_that_is_a_directory(tmp_path: Path) -> None:
     check_refusal(run("sextant-ecu", tmp_path), "sextant-ecu", "directory")
     check_refusal(run("sextant-mil", tmp_path), "sextant-mil", "directory")
+
+
+@pytest.mark.parametrize("name", ["sextant-ecu", "sextant-mil"])
+def test_configuration_that_is_a_device(name: str) -> None:
+    check_refusal(run(name, "/dev/zero"), name, "/dev/zero", "cannot be read: it is a device")
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,10 @@
 
 import csv
 import json
+import os
+import re
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -9,13 +13,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import telemetry_types
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
-from sextant_py import dds, demo_report, record
+from sextant_py import dds, demo_report, record, telemetry_types
 from sextant_py.errors import UserError
 
 COUNT = 400
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 
 
 def publish(domain: int, go: threading.Event, done: threading.Event) -> None:
@@ -32,7 +36,7 @@ def publish(domain: int, go: threading.Event, done: threading.Event) -> None:
         values = {"sequence": index, "t_ns": index * 1_000_000, "torque_mean_nm": index / 8, "state": state}
         writer.write(sample(kind, drive_id=1, **values))
         time.sleep(0.001)
-    done.wait(20)
+    done.wait(120)
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".csv"])
@@ -43,7 +47,7 @@ def test_every_sample_of_one_drive_is_recorded(tmp_path: Path, domain: int, suff
     thread.start()
     try:
         with record.Recorder(path, domain, drive_id=1) as recorder:
-            end_s = time.monotonic() + 20
+            end_s = time.monotonic() + 120
             while recorder.count < COUNT and time.monotonic() < end_s:
                 recorder.poll()
                 if recorder.telemetry.stream.samples:
@@ -67,6 +71,57 @@ def test_every_sample_of_one_drive_is_recorded(tmp_path: Path, domain: int, suff
             rows = list(csv.DictReader(file))
         assert [float(row["torque_mean_nm"]) for row in rows] == [index / 8 for index in range(COUNT)]
         assert tuple(rows[0]) == dds.contract_fields("DriveTelemetry")
+
+
+FILL_A_DISK = """
+import resource, sys
+from pathlib import Path
+from types import SimpleNamespace
+from sextant_py import record
+from sextant_py.errors import run
+
+class Samples:
+    def __init__(self, *_): self.drives, self.next = {}, 0
+    def poll(self):
+        self.next += 1000
+        class Sample(SimpleNamespace):
+            __annotations__ = {"drive_id": int, "t_ns": int, "torque_mean_nm": float}
+        return [Sample(drive_id=1, t_ns=k, torque_mean_nm=k / 8) for k in range(self.next - 1000, self.next)]
+
+def fill(arguments):
+    record.Telemetry = Samples
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(arguments[1]), resource.RLIM_INFINITY))
+    with record.Recorder(Path(arguments[0])) as recorder:
+        for _ in range(1000):
+            recorder.poll()
+
+run("record", fill)
+"""
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".csv"])
+@pytest.mark.parametrize("room", [100, 1_000_000])
+def test_a_full_disk_ends_a_recording_with_a_sentence_and_keeps_what_is_there(
+    tmp_path: Path, suffix: str, room: int
+) -> None:
+    path = tmp_path / f"recording{suffix}"
+    command = [sys.executable, "-c", FILL_A_DISK, str(path), str(room)]
+    environment = {**os.environ, "PYTHONPATH": str(SCRIPTS)}
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 1, ended.stderr
+    assert ended.stderr.startswith(f"record: the recording {path} cannot be written: File too large")
+    assert ended.stderr.count("\n") == 1
+    kept = re.search(r"first (\d+) samples are kept", ended.stderr)
+    if kept is None:
+        assert room == 100
+        return
+    if suffix == ".h5":
+        with h5py.File(path) as file:
+            times = file["t_ns"][()]
+    else:
+        with path.open() as file:
+            times = np.array([int(row["t_ns"]) for row in csv.DictReader(file)])
+    assert np.array_equal(times, np.arange(int(kept[1])))
 
 
 def write_run(folder: Path) -> tuple[Path, Path]:

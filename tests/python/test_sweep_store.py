@@ -1,6 +1,7 @@
 """Finished points on disk: kept, refused when another sweep's, and whole after an interruption."""
 
 import json
+import resource
 from pathlib import Path
 
 import pytest
@@ -139,3 +140,23 @@ def test_directories_that_are_none(begun: Path, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UserError, match="cannot be written: File exists"):
         SweepStore(tmp_path / "file", sweep_of(tmp_path), "", "")
+
+
+def test_a_full_disk_is_a_sentence_and_keeps_every_finished_point(begun: Path) -> None:
+    store = opened(begun)
+    finished = store.missing()[0]
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    size = (begun / "out" / "points.jsonl").stat().st_size
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size + 10, limits[1]))
+    try:
+        with pytest.raises(UserError, match=r"points\.jsonl cannot be written: File too large"):
+            store.add(record(finished))
+        store.close()
+        with pytest.raises(UserError, match="cannot be written: File too large"):
+            opened(begun)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (begun / "out" / "points.jsonl").stat().st_size == size
+    store = opened(begun)
+    assert finished in store.missing()
+    store.close()

@@ -11,12 +11,21 @@ from fake_drive import FakeDrive
 from sextant_py.paths import ROOT
 
 PERIOD_S = 0.01
+PROFILE_S = 0.6
 
 
 @pytest.fixture
 def profile(tmp_path: Path) -> Path:
     path = tmp_path / "profile.csv"
     path.write_text("time_s,torque_nm\n0,0\n0.2,0\n0.2,20\n0.6,20\n0.6,0\n")
+    return path
+
+
+@pytest.fixture
+def long_profile(tmp_path: Path) -> Path:
+    """One that no test waits for the end of."""
+    path = tmp_path / "long.csv"
+    path.write_text("time_s,torque_nm\n0,20\n600,20\n")
     return path
 
 
@@ -29,12 +38,20 @@ def enabled(drive: FakeDrive) -> list[bool]:
     return [str(command["Enable"]) == "ENABLE" for _, command in drive.accepted]
 
 
+def wait_for_disables(drive: FakeDrive, count: int) -> None:
+    """Until the last so many commands that the drive has taken were disables; it may lag behind."""
+    deadline = time.monotonic() + 240
+    while any(enabled(drive)[-count:]) and time.monotonic() < deadline:
+        time.sleep(0.02)
+
+
 def test_hand_shake_profile_and_disable(bus_address: str, profile: Path, tmp_path: Path) -> None:
     log_file = tmp_path / "log.json"
     with FakeDrive(bus_address) as drive:
         vcu = start(bus_address, profile, "--log", str(log_file))
-        output, errors = vcu.communicate(timeout=30)
+        output, errors = vcu.communicate(timeout=240)
         assert vcu.returncode == 0, errors
+        wait_for_disables(drive, 5)
         flags = enabled(drive)
         assert not flags[0]
         assert not flags[-1]
@@ -46,17 +63,18 @@ def test_hand_shake_profile_and_disable(bus_address: str, profile: Path, tmp_pat
 
     log = json.loads(log_file.read_text())
     sent = log["commands"]
-    assert len(sent) == pytest.approx(len(drive.accepted), abs=2)
+    assert len(sent) - len(drive.accepted) in range(6)  # the first ones only make the counter known
     assert [command["counter"] for command in sent] == [index % 15 for index in range(len(sent))]
     times = [command["t_ns"] for command in sent if command["enable"]]
     assert times[0] >= log["profile_start_ns"]
-    mean_period_s = (times[-1] - times[0]) / (len(times) - 1 + log["skipped_periods"]) / 1e9
-    assert mean_period_s == pytest.approx(PERIOD_S, rel=0.05)
+    # One frame a period of the profile, where the machine had time for it; the rest was skipped, not made up for.
+    assert len(times) <= PROFILE_S / PERIOD_S + 1
+    assert len(times) + log["skipped_periods"] >= PROFILE_S / PERIOD_S
 
 
 def test_no_drive_is_said(bus_address: str, profile: Path) -> None:
     vcu = start(bus_address, profile, "--timeout", "0.5")
-    _, errors = vcu.communicate(timeout=30)
+    _, errors = vcu.communicate(timeout=240)
     assert vcu.returncode == 1
     assert errors == "vcu: no answer from a drive within 0.5 s; is sextant-ecu running on this bus?\n"
 
@@ -64,7 +82,7 @@ def test_no_drive_is_said(bus_address: str, profile: Path) -> None:
 def test_a_drive_that_stays_locked_is_said(bus_address: str, profile: Path) -> None:
     with FakeDrive(bus_address, stubborn=True) as drive:
         vcu = start(bus_address, profile, "--timeout", "0.5")
-        _, errors = vcu.communicate(timeout=30)
+        _, errors = vcu.communicate(timeout=240)
         assert vcu.returncode == 1
         assert "it reports STANDBY and lockout" in errors
         assert not any(enabled(drive))
@@ -73,30 +91,32 @@ def test_a_drive_that_stays_locked_is_said(bus_address: str, profile: Path) -> N
 def test_without_hand_shake_the_first_frame_enables(bus_address: str, profile: Path) -> None:
     with FakeDrive(bus_address) as drive:
         vcu = start(bus_address, profile, "--no-handshake")
-        _, errors = vcu.communicate(timeout=30)
+        _, errors = vcu.communicate(timeout=240)
         assert vcu.returncode == 0, errors
         assert enabled(drive)[0]
 
 
-def test_a_fault_ends_the_profile(bus_address: str, profile: Path) -> None:
+def test_a_fault_ends_the_profile(bus_address: str, long_profile: Path) -> None:
     with FakeDrive(bus_address, fault_after=30) as drive:
-        vcu = start(bus_address, profile)
-        _, errors = vcu.communicate(timeout=30)
+        vcu = start(bus_address, long_profile)
+        _, errors = vcu.communicate(timeout=240)
         assert vcu.returncode == 1
         assert "the drive went to FAULT" in errors
+        wait_for_disables(drive, 5)
         assert not enabled(drive)[-1]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
-def test_interrupted_it_disables(bus_address: str, profile: Path, number: signal.Signals) -> None:
+def test_interrupted_it_disables(bus_address: str, long_profile: Path, number: signal.Signals) -> None:
     with FakeDrive(bus_address) as drive:
-        vcu = start(bus_address, profile)
-        deadline = time.monotonic() + 20
+        vcu = start(bus_address, long_profile)
+        deadline = time.monotonic() + 240
         while True not in enabled(drive) and time.monotonic() < deadline:
             time.sleep(0.02)
         vcu.send_signal(number)
-        vcu.communicate(timeout=30)
+        vcu.communicate(timeout=240)
         assert vcu.returncode == 130
+        wait_for_disables(drive, 5)
         assert enabled(drive)[-5:] == [False] * 5
 
 
@@ -104,7 +124,7 @@ def test_a_torque_outside_the_contract_is_refused(bus_address: str, tmp_path: Pa
     profile = tmp_path / "high.csv"
     profile.write_text("time_s,torque_nm\n0,0\n1,4000\n")
     vcu = start(bus_address, profile)
-    _, errors = vcu.communicate(timeout=30)
+    _, errors = vcu.communicate(timeout=240)
     assert vcu.returncode == 1
     assert "leaves the contract's range of torque" in errors
     assert errors.count("\n") == 1

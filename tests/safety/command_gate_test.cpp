@@ -61,54 +61,6 @@ class CommandGateOf : public testing::Test {
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(CommandGateOf, Scalars);
 
-// Where the gate says that it is settled, its answer is that of the whole way; and it says so at no other
-// time.
-TYPED_TEST(CommandGateOf, ItIsSettledWhileTheSetpointIsAdmittedAndAvailable) {
-  using T = TypeParam;
-  const auto settled = [this] { return this->gate.is_settled(this->command, this->available); };
-  this->start(T(100));
-  EXPECT_TRUE(settled());
-  EXPECT_EQ(this->gate.settled().torque, this->step().torque);
-  EXPECT_TRUE(this->gate.settled().enable);
-  EXPECT_FALSE(this->gate.settled().lockout);
-
-  this->available = T(99);
-  EXPECT_FALSE(settled());
-  this->step();
-  this->available = T(150);
-  EXPECT_FALSE(settled()) << "less than the setpoint was admitted last";
-  this->step();
-  EXPECT_TRUE(settled());
-
-  this->receive(T(-100), true);
-  EXPECT_FALSE(settled()) << "the new command has not been taken";
-  EXPECT_EQ(this->run(ms).torque, T(-100));
-  EXPECT_TRUE(settled());
-
-  this->gate.restart();
-  EXPECT_FALSE(settled());
-  this->run(ms);
-  EXPECT_TRUE(settled());
-
-  this->wind_down = true;
-  this->step();
-  EXPECT_FALSE(settled());
-  this->wind_down = false;
-  this->run(ms);
-  EXPECT_TRUE(settled());
-
-  this->gate.lock();
-  EXPECT_FALSE(settled());
-}
-
-TYPED_TEST(CommandGateOf, SilenceUnsettlesItAndSoDoesAnAvailableTorqueThatIsNoNumber) {
-  using T = TypeParam;
-  this->start(T(10));
-  EXPECT_FALSE(this->gate.is_settled(this->command, this->nan));
-  this->run(41 * ms);  // silent beyond the timeout: it winds down
-  EXPECT_FALSE(this->gate.is_settled(this->command, T(150)));
-}
-
 TYPED_TEST(CommandGateOf, WithoutAnyCommandItStaysLocked) {
   const auto out = this->run(300 * ms);
   EXPECT_TRUE(out.lockout);
@@ -350,19 +302,183 @@ TYPED_TEST(CommandGateOf, ALimitThatIsNoneBlocksTheFrame) {
   }
 }
 
-TYPED_TEST(CommandGateOf, OfABlockedFrameOnlyADisableCounts) {
+TYPED_TEST(CommandGateOf, ABlockedFrameNeitherEnablesNorResets) {
   using T = TypeParam;
-  this->receive(this->nan, false, true);
-  auto out = this->step();
-  EXPECT_TRUE(out.lockout);
-  EXPECT_FALSE(out.fault_reset);
   this->receive(T(0), false);
   this->step();
-  this->receive(this->nan, true);
-  EXPECT_FALSE(this->step().enable);
+  this->receive(this->nan, true, true);
+  const auto out = this->step();
+  EXPECT_FALSE(out.enable);
+  EXPECT_FALSE(out.fault_reset);
   this->receive(T(15), true);
   EXPECT_TRUE(this->step().enable);
+}
+
+// A vehicle that asks for no torque may well say that it has none to ask for.
+TYPED_TEST(CommandGateOf, ADisableIsADisableWhateverItsTorque) {
+  using T = TypeParam;
+  const T infinity = std::numeric_limits<T>::infinity();
+  for (const T torque : {T(150.1), T(-400), this->nan, infinity, -infinity}) {
+    SCOPED_TRACE(torque);
+    this->gate = CommandGate<T>{{}};
+    this->start(T(15));
+    for (int frame = 0; frame < 10; ++frame) {
+      this->receive(torque, false);
+      const auto out = this->run(10 * ms);
+      EXPECT_FALSE(out.enable);
+      EXPECT_FALSE(out.faults.any()) << "frame " << frame;
+      EXPECT_EQ(out.torque, T(0));
+    }
+    this->receive(T(15), true);
+    EXPECT_EQ(this->run(ms).torque, T(15));
+  }
+}
+
+TYPED_TEST(CommandGateOf, ADisableEndsTheLockoutAndAResetResetsWhateverTheirTorque) {
+  this->receive(this->nan, false, true);
+  this->command.torque_limit = this->nan;
+  auto out = this->step();
+  EXPECT_TRUE(out.fault_reset);
+  EXPECT_TRUE(out.lockout) << "a frame that resets is spent on the reset";
   this->receive(this->nan, false);
+  this->command.torque_limit = this->nan;
+  EXPECT_FALSE(this->step().lockout);
+}
+
+TYPED_TEST(CommandGateOf, ADisableBetweenBlockedFramesBreaksTheirRow) {
+  using T = TypeParam;
+  this->start(T(15));
+  for (int frame = 0; frame < 6; ++frame) {
+    this->receive(T(400), frame % 3 != 2);
+    EXPECT_FALSE(this->run(10 * ms).faults.any());
+  }
+}
+
+// The control thread sees the newest command only: what came between is known by its count.
+TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenDisablesForAPeriodAndTorqueStartsFromZero) {
+  using T = TypeParam;
+  this->gate = CommandGate<T>{{.torque_rate = T(1000)}};
+  this->receive(T(0), false);
+  this->step();
+  this->receive(T(15), true);
+  ASSERT_EQ(this->run(20 * ms).torque, T(15));
+  ++this->command.disables;
+  this->receive(T(15), true);
+  auto out = this->step();
+  EXPECT_FALSE(out.enable);
+  EXPECT_FALSE(out.lockout);
+  EXPECT_EQ(out.torque, T(0));
+  out = this->step();
+  EXPECT_TRUE(out.enable);
+  EXPECT_NEAR(out.torque, T(0.025), T(1e-6));
+}
+
+TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenByABlockedFrameHolds) {
+  using T = TypeParam;
+  this->start(T(15));
+  ++this->command.disables;
+  this->receive(T(400), true);
+  EXPECT_FALSE(this->run(10 * ms).enable);
+  this->receive(T(15), true);
+  EXPECT_TRUE(this->step().enable);
+}
+
+TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenEndsTheLockout) {
+  using T = TypeParam;
+  ++this->command.disables;
+  this->receive(T(15), true);
+  auto out = this->step();
+  EXPECT_FALSE(out.lockout);
+  EXPECT_FALSE(out.enable);
+  out = this->step();
+  EXPECT_TRUE(out.enable);
+}
+
+TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenEndsNoLockoutWhileTheCheckIsNotValidOrTheCommandLost) {
+  using T = TypeParam;
+  ++this->command.disables;
+  this->receive(T(15), true);
+  this->command.e2e = E2eState::init;
+  EXPECT_TRUE(this->step().lockout);
+  this->command.e2e = E2eState::valid;
+  EXPECT_TRUE(this->step().lockout) << "that disable has been judged";
+
+  ++this->command.disables;
+  this->receive(T(15), true);
+  this->command.received_ns -= 201 * ms;
+  EXPECT_TRUE(this->step().lockout);
+  this->receive(T(15), true);
+  EXPECT_TRUE(this->step().lockout);
+}
+
+TYPED_TEST(CommandGateOf, AResetThatWasOverwrittenResetsAndItsDisableEndsNoLockout) {
+  using T = TypeParam;
+  ++this->command.disables;
+  ++this->command.resets;
+  this->receive(T(15), true);
+  auto out = this->step();
+  EXPECT_TRUE(out.fault_reset);
+  EXPECT_TRUE(out.lockout);
+  out = this->step();
+  EXPECT_FALSE(out.fault_reset);
+  EXPECT_TRUE(out.lockout);
+}
+
+// A disable that is the newest command came after every reset; of one that was overwritten that is not known.
+TYPED_TEST(CommandGateOf, WhereResetAndDisableCameAtOnceTheOrderDecidesAboutTheLockout) {
+  using T = TypeParam;
+  this->command.disables += 2;
+  ++this->command.resets;
+  this->receive(T(0), false);
+  auto out = this->step();
+  EXPECT_TRUE(out.fault_reset);
+  EXPECT_FALSE(out.lockout);
+
+  this->gate.lock();
+  this->command.disables += 2;
+  ++this->command.resets;
+  this->receive(T(15), true);
+  out = this->step();
+  EXPECT_TRUE(out.fault_reset);
+  EXPECT_TRUE(out.lockout);
+}
+
+TYPED_TEST(CommandGateOf, ADisableThatAResettingEnableOverwroteEndsNoLockout) {
+  using T = TypeParam;
+  this->gate.lock();
+  ++this->command.disables;
+  this->receive(T(20), true);
+  this->command.fault_reset = true;
+  const auto out = this->step();
+  EXPECT_TRUE(out.fault_reset);
+  EXPECT_TRUE(out.lockout) << "whether the disable came after the reset is not known";
+  EXPECT_FALSE(out.enable);
+}
+
+TYPED_TEST(CommandGateOf, NoMoreIsAdmittedThanIsAvailableHoweverSlowTheTorqueFalls) {
+  using T = TypeParam;
+  this->start(T(100));
+  this->run(ms);
+  this->available = T(30);
+  EXPECT_LE(this->step().torque, T(30));
+  this->wind_down = true;
+  this->available = T(10);
+  EXPECT_LE(this->step().torque, T(10));
+}
+
+TYPED_TEST(CommandGateOf, CountsMayWrap) {
+  using T = TypeParam;
+  this->command.sequence = std::numeric_limits<decltype(this->command.sequence)>::max() - 2;
+  this->command.disables = std::numeric_limits<decltype(this->command.disables)>::max();
+  this->start(T(15));
+  for (int frame = 0; frame < 5; ++frame) {
+    this->receive(T(15), true);
+    const auto out = this->run(10 * ms);
+    EXPECT_TRUE(out.enable) << "sequence " << this->command.sequence;
+    EXPECT_FALSE(out.lockout);
+    EXPECT_EQ(out.torque, T(15));
+  }
+  ++this->command.disables;
   EXPECT_FALSE(this->step().enable);
 }
 

@@ -25,7 +25,7 @@ class ProtectionOf : public testing::Test {
     set.set(f);
     return set;
   }
-  Protection<T> protection{{.over_current = T(200), .dc_over_voltage = T(700)}};
+  Protection<T> protection{{.over_current = T(200), .dc_over_voltage = T(700), .over_speed = T(160)}};
 };
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(ProtectionOf, Scalars);
@@ -57,6 +57,17 @@ TYPED_TEST(ProtectionOf, OverVoltageIsSeenAboveItsLevel) {
   EXPECT_EQ(this->protection.step(m), this->only(Fault::dc_over_voltage));
 }
 
+TYPED_TEST(ProtectionOf, OverSpeedIsSeenBothWays) {
+  using T = TypeParam;
+  for (const T sign : {T(-1), T(1)}) {
+    Measurement<T> m = this->healthy();
+    m.omega_m = sign * T(160);
+    EXPECT_FALSE(this->protection.step(m).any());
+    m.omega_m = sign * T(160.1);
+    EXPECT_EQ(this->protection.step(m), this->only(Fault::over_speed));
+  }
+}
+
 TYPED_TEST(ProtectionOf, EveryNumberMustBeFinite) {
   using T = TypeParam;
   for (const T bad : {this->nan, this->infinity, -this->infinity}) {
@@ -83,6 +94,7 @@ TYPED_TEST(ProtectionOf, RefusesTripLevelsThatAreNone) {
   for (const T bad : {T(0), T(-1), this->nan, this->infinity}) {
     EXPECT_NE((Parameters{.over_current = bad}.validate()), nullptr);
     EXPECT_NE((Parameters{.dc_over_voltage = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.over_speed = bad}.validate()), nullptr);
   }
 }
 

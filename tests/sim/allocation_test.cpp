@@ -70,7 +70,7 @@ class ControlThread {
   CellCommands commands_{};
   Ring<Telemetry<double>> telemetry_{256};
   std::int64_t t_ns_{0};
-  std::uint32_t sequence_{0};
+  std::uint64_t sequence_{0};
   double peak_torque_{0.0};
 };
 

@@ -10,6 +10,8 @@ namespace {
 
 using testing::ElementsAre;
 using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
 
 TEST(CsvTable, ReadsNumbersByColumnAndKnowsTheirLines) {
   const TextFiles files;
@@ -53,6 +55,9 @@ TEST(CsvTable, RefusesWhatIsNoTableWithFileAndLine) {
   EXPECT_EQ(refusal([&files] { (void)read_csv(files.path("no.csv")); }),
             files.path("no.csv") + " cannot be read: No such file or directory");
   EXPECT_THAT(refusal([&files] { (void)read_csv(files.path("")); }), EndsWith("it is a directory"));
+  EXPECT_THAT(refusal([] { (void)read_csv("/dev/zero"); }), HasSubstr("it is a device"));
+  const std::string file = files.write("t.csv", "a,b\n0,1 #" + std::string(5000, 'x'));
+  EXPECT_THAT(refusal([&file] { (void)read_csv(file); }), StartsWith(file + ":2: the line is longer than"));
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ class DriveRig {
   SimulatedPowerStage stage_;
   DirectTorqueController<double> controller_;
   Drive<double> drive_;
-  std::uint32_t sequence_{0};
+  std::uint64_t sequence_{0};
 };
 
 }  // namespace sextant

@@ -257,9 +257,9 @@ TEST(DriveWithPlant, ASkippedMillisecondDoesNotLoseTheMachine) {
   }
 }
 
-// A gap of many periods reaches the estimator as one pattern. Beyond the base speed the diodes conduct in it.
+// A gap of many periods reaches the estimator as one pattern.
 TEST(DriveWithPlant, AGapOfManyPeriodsAtSpeedLosesNeitherTheFluxNorTheMachine) {
-  for (const double omega_m : {100.0, 150.0, -150.0}) {
+  for (const double omega_m : {100.0, 130.0, -130.0}) {
     for (const int gap_ms : {1, 2, 5, 10, 20, 50}) {
       SCOPED_TRACE(testing::Message() << gap_ms << " ms at " << omega_m << " rad/s");
       DriveRig rig{RigParameters::at_speed(omega_m)};
@@ -269,13 +269,11 @@ TEST(DriveWithPlant, AGapOfManyPeriodsAtSpeedLosesNeitherTheFluxNorTheMachine) {
       const double torque = rig.watch(0.1).mean_torque;
       rig.t_ns += gap_ms * 1'000'000;
       rig.step();
-      const bool diodes_conduct = std::abs(omega_m) > 115.0;
-      EXPECT_LT(magnitude(rig.telemetry.psi_s - rig.plant().psi_s()), diodes_conduct ? 0.02 : 0.002);
+      EXPECT_LT(magnitude(rig.telemetry.psi_s - rig.plant().psi_s()), 0.002);
       const auto after = rig.watch(0.1);
       EXPECT_LT(after.peak_current, gap_ms > 20 ? 95.0 : 60.0)
           << "after 50 ms the flux has to be built up anew";
-      // Beyond the base speed the voltage does not suffice for the torque asked for.
-      EXPECT_NEAR(after.mean_torque, torque, diodes_conduct ? 4.0 : 1.0);
+      EXPECT_NEAR(after.mean_torque, torque, 1.0);
       EXPECT_EQ(rig.drive().state(), DriveState::torque);
     }
   }

@@ -150,9 +150,10 @@ TEST(EventExactRunner, AJumpOfTheImposedSpeedActsAtItsInstant) {
   s.scenario.load.imposed_speed =
       ProfileParameters{.shape = ProfileShape::steps, .points = {{0, 5}, {0.1, 25}}};
   s.scenario.metrics = {.from_ns = 100'000'000};
-  // ∫ T dt at a constant speed of 25 rad/s from the jump on.
+  // ∫ T dt at a constant speed of 25 rad/s from the jump on. The bias takes the torque along lines between
+  // events.
   const MilResult r = s.run();
-  EXPECT_NEAR(metric(r, Metric::energy_shaft), (10 + metric(r, Metric::torque_bias)) * 25 * 0.1, 1e-6);
+  EXPECT_NEAR(metric(r, Metric::energy_shaft), (10 + metric(r, Metric::torque_bias)) * 25 * 0.1, 2e-3);
 }
 
 TEST(EventExactRunner, AFreeShaftAcceleratesByTheSurplusOfTorque) {

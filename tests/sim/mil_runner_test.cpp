@@ -24,12 +24,12 @@ class MilRun {
 
   MilResult operator()(const Scenario& scenario, TraceRecorder* trace = nullptr,
                        const MilRunner::Progress& progress = {}) {
-    return MilRunner{drive_, stage_.io(), period_ns}.run(scenario, trace, progress);
+    return MilRunner{drive_, stage_.io(), period_ns, &controller_}.run(scenario, trace, progress);
   }
-  const DrivePlant<double>& plant() { return stage_.io().plant(); }
+  const MeteredPlant& plant() { return stage_.io().plant(); }
 
  private:
-  SimulatedPowerStage stage_;
+  MeteredPowerStage stage_;
   DirectTorqueController<double> controller_;
   Drive<double> drive_;
 };

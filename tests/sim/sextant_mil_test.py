@@ -5,6 +5,7 @@ import math
 import os
 import re
 import resource
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -96,6 +97,179 @@ def test_trip_fails_the_run_and_is_named(tmp_path):
     done = short_reversal(tmp_path, "protection.over_current_a=50")
     assert done.returncode == 1
     assert "OVER_CURRENT" in done.stderr
+
+
+def summary_of(out: Path) -> dict:
+    return json.loads((out / "summary.json").read_text())
+
+
+@pytest.mark.parametrize("period_us", [25, 50, 100, 200])
+@pytest.mark.parametrize("integrator", ["cvode", "fixed", "exact", "erk"])
+def test_energies_of_a_sampled_run_balance(integrator, period_us, tmp_path):
+    """The plant's own meter counts them, however long the control period is."""
+    settings = (f"control.period_us={period_us}", "duration_s=1", "plant.fixed.max_step_us=25")
+    words = [word for setting in settings for word in ("--set", setting)]
+    run(SCENARIOS / "constant_torque.toml", "--integrator", integrator, "--no-trace", *words, "--out", tmp_path)
+    m = summary_of(tmp_path)["metrics"]
+    net = m["energy_from_link_j"] - m["energy_to_link_j"]
+    left = net - m["energy_shaft_j"] - m["energy_copper_j"] - m["energy_field_j"]
+    assert abs(left) < 1e-4 * m["energy_from_link_j"]
+    assert m["energy_unaccounted"] < 1e-4
+    # The losses are those of the currents, which hardly depend on the period.
+    assert m["energy_copper_j"] > 20
+
+
+def test_both_modes_count_energies_alike(tmp_path):
+    scenario = SCENARIOS / "paper" / "3_1_constant_torque.toml"
+    for mode, settings in (("sampled", ("control.period_us=5",)), ("event_exact", ())):
+        words = [word for s in (f"mode={mode}", "duration_s=0.5", *settings) for word in ("--set", s)]
+        run(scenario, "--integrator", "fixed", "--no-trace", *words, "--out", tmp_path / mode)
+    sampled, exact = (summary_of(tmp_path / mode)["metrics"] for mode in ("sampled", "event_exact"))
+    assert exact["energy_unaccounted"] < 1e-4
+    for name in ("energy_from_link_j", "energy_to_link_j", "energy_copper_j"):
+        assert sampled[name] == pytest.approx(exact[name], rel=0.15), name
+
+
+def test_a_run_that_does_not_balance_says_so(tmp_path):
+    """Tolerances far too loose for the machine: its figures do not count."""
+    loose = ("relative_tolerance", "flux_tolerance_wb", "appended_tolerance")
+    words = [word for name in loose for word in ("--set", f"plant.cvode.{name}=0.1")]
+    few = ("--no-trace", "--set", "duration_s=0.5", "--set", "protection.over_current_a=1e4")
+    done = run(SCENARIOS / "constant_torque.toml", *few, *words, "--out", tmp_path)
+    assert done.returncode == 1
+    assert summary_of(tmp_path)["verdict"] == "not_balanced", done.stdout
+    assert "not balanced" in done.stdout and "unaccounted for" in done.stderr
+
+
+def test_pulses_of_the_comparator_are_those_of_the_trace(tmp_path):
+    settings = ("duration_s=0.5", "metrics.window_from_s=0.1", "trace.interval_us=25", 'trace.signals=["comparators"]')
+    words = [word for s in settings for word in ("--set", s)]
+    run(SCENARIOS / "constant_torque.toml", "--integrator", "fixed", *words, "--out", tmp_path)
+    with h5py.File(tmp_path / "trace.h5") as trace:
+        output, t = trace["control/torque_comparator"][...], trace["t_ns"][...]
+    begins = (output[1:] != 0) & (output[1:] != output[:-1]) & (t[1:] > 100_000_000) & (t[1:] <= 500_000_000)
+    counted = summary_of(tmp_path)["metrics"]["torque_pulse_frequency_hz"]
+    assert counted == pytest.approx(begins.sum() / 0.4, rel=1e-6)
+    assert counted > 6000
+
+
+def test_thd_is_given_only_where_the_torque_stands_still(tmp_path):
+    quick = ("--integrator", "fixed", "--no-trace")
+    run(SCENARIOS / "constant_torque.toml", *quick, "--out", tmp_path / "steady")
+    assert 1 < summary_of(tmp_path / "steady")["metrics"]["current_thd_percent"] < 20
+    done = run(SCENARIOS / "reversal.toml", *quick, "--out", tmp_path / "moving")
+    assert summary_of(tmp_path / "moving")["metrics"]["current_thd_percent"] is None
+    assert re.search(r"current_thd_percent +- %", done.stdout)
+
+
+def test_a_trip_without_expectations_is_no_pass(tmp_path):
+    done = short_reversal(tmp_path, "protection.over_current_a=50")
+    summary = summary_of(tmp_path)
+    assert done.returncode == 1 and summary["verdict"] == "tripped"
+    assert "tripped" in done.stdout.splitlines()[0]
+    assert summary["faults"][0]["fault"] == "OVER_CURRENT" and 0 < summary["faults"][0]["t_s"] < 0.01
+
+
+@pytest.mark.parametrize(
+    ("expected", "status", "verdict"),
+    [
+        ('{fault="OVER_CURRENT"}', 0, "pass"),
+        ('{fault="OVER_CURRENT",fault_to_s=0.01}', 0, "pass"),
+        ('{fault="OVER_CURRENT",fault_from_s=0.4}', 1, "tripped"),
+        ('{fault="DC_OVER_VOLTAGE"}', 1, "tripped"),
+    ],
+)
+def test_a_trip_can_be_what_is_expected(expected, status, verdict, tmp_path):
+    text = (SCENARIOS / "reversal.toml").read_text().replace("../machines", str(ROOT / "configs" / "machines"))
+    scenario = tmp_path / "trip.toml"
+    scenario.write_text(text[: text.index("[expect]")])
+    settings = ("protection.over_current_a=50", "duration_s=0.5", f"expect={expected}")
+    words = [word for s in settings for word in ("--set", s)]
+    done = run(scenario, "--integrator", "fixed", "--no-trace", *words, "--out", tmp_path / "out")
+    summary = summary_of(tmp_path / "out")
+    assert (done.returncode, summary["verdict"]) == (status, verdict), done.stdout + done.stderr
+    assert summary["expected_fault"]["pass"] is (status == 0)
+
+
+def test_an_expected_trip_that_does_not_come_fails(tmp_path):
+    done = short_reversal(tmp_path, "expect.fault=OVER_CURRENT")
+    assert done.returncode == 1 and summary_of(tmp_path)["verdict"] == "fail"
+    assert "OVER_CURRENT was expected and did not come" in done.stderr
+
+
+def test_limits_of_a_window_are_judged_in_it(tmp_path):
+    holds, misses = "torque_bias_nm={min=-3,max=3}", "flux_mean_wb={min=1.09}"
+    done = short_reversal(tmp_path, f"expect.window=[{{from_s=0.1,to_s=0.3,{holds}}},{{from_s=0,to_s=0.01,{misses}}}]")
+    rows = [row for row in summary_of(tmp_path)["expect"] if "window" in row]
+    assert [row["pass"] for row in rows] == [True, False]
+    assert rows[0]["window"] == {"from_s": 0.1, "to_s": 0.3}
+    assert done.returncode == 1 and "0 s to 0.01 s" in done.stdout
+
+
+def test_the_summary_says_what_was_run(tmp_path):
+    short_reversal(tmp_path, "control.torque_band_upper_nm=0.75")
+    summary = summary_of(tmp_path)
+    assert summary["configuration"]["control.torque_band_upper_nm"] == 0.75
+    assert summary["configuration"]["machine.r_s_ohm"] > 0
+    assert summary["configuration"]["duration_s"] == 0.5
+    assert summary["configuration"]["profile.torque_nm.points"][0] == [0, 15]
+    assert re.fullmatch(r"\d+\.\d+\.\d+", summary["version"])
+    assert re.fullmatch(r"unknown|[\w.-]+", summary["commit"])
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize("mode", ["sampled", "event_exact"])
+def test_an_interrupted_run_leaves_trace_and_summary(mode, name, status, tmp_path):
+    scenario = SCENARIOS / "paper" / "3_1_constant_torque.toml"
+    settings = (f"mode={mode}", "duration_s=10000", "plant.integrator=fixed", "trace.interval_us=10000")
+    words = [word for setting in settings for word in ("--set", setting)]
+    command = [os.environ["SEXTANT_MIL"], str(scenario), *words, "--out", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as program:
+        deadline = time.monotonic() + 50
+        while not (tmp_path / "trace.h5").exists():
+            assert program.poll() is None and time.monotonic() < deadline
+            time.sleep(0.05)
+        time.sleep(0.5)
+        program.send_signal(getattr(signal, name))
+        said = program.communicate(timeout=50)[1]
+    assert program.returncode == status and "interrupted at" in said
+    summary = summary_of(tmp_path)
+    assert summary["verdict"] == "interrupted" and summary["metrics"]["simulated_s"] > 0
+    with h5py.File(tmp_path / "trace.h5") as trace:
+        assert trace["t_ns"][-1] == pytest.approx(1e9 * summary["metrics"]["simulated_s"], abs=2e7)
+
+
+def test_an_earlier_result_is_replaced_aloud(tmp_path):
+    short_reversal(tmp_path, "name=first")
+    (tmp_path / "plot.png").write_text("of mine")
+    done = short_reversal(tmp_path, "name=second")
+    assert re.search(
+        rf'{tmp_path}: replaces the result of "first" of \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d UTC', done.stderr
+    )
+    assert summary_of(tmp_path)["scenario"] == "second"
+    assert (tmp_path / "plot.png").read_text() == "of mine"
+
+
+def test_a_trace_does_not_outlive_its_summary(tmp_path):
+    run(SCENARIOS / "reversal.toml", "--set", "duration_s=0.5", "--integrator", "fixed", "--out", tmp_path)
+    assert (tmp_path / "trace.h5").exists()
+    short_reversal(tmp_path, "name=second")
+    assert not (tmp_path / "trace.h5").exists()
+
+
+@pytest.mark.parametrize("name", ["summary.json", "trace.h5"])
+def test_a_file_that_is_no_result_is_not_replaced(name, tmp_path):
+    (tmp_path / name).write_text('{"mine": 1}')
+    done = short_reversal(tmp_path, "name=second")
+    assert done.returncode == 2 and f"{name} is there and is no result of sextant-mil" in done.stderr
+    assert (tmp_path / name).read_text() == '{"mine": 1}'
+
+
+@pytest.mark.parametrize("arguments", [(), ("--nonsense",), ("a.toml", "--integrator", "euler")])
+def test_a_wrong_command_line_is_one_sentence_and_status_2(arguments):
+    done = run(*arguments)
+    assert done.returncode == 2 and len(done.stderr.strip().splitlines()) == 1
+    assert "--help" in done.stderr
 
 
 def test_missing_scenario_is_one_sentence(tmp_path):

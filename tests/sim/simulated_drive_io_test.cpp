@@ -325,6 +325,17 @@ TEST(SimulatedDriveIo, AStateThatIsNotFiniteIsNotPlausible) {
   EXPECT_FALSE(x.io.read(period_ns).plausible);
 }
 
+TEST(SimulatedDriveIo, AStateThatTheLinkCannotFeedEndsThePlant) {
+  RecordedIo x;
+  advance_to(x.io, 0);
+  x.io.write(vector(1));
+  EXPECT_TRUE(x.io.read(period_ns).plausible);
+  x.plant.set_fluxes({100.0, 0.0}, {99.0, 0.0});
+  x.io.write(vector(1));
+  EXPECT_FALSE(x.io.read(2 * period_ns).plausible);
+  EXPECT_FALSE(x.io.healthy());
+}
+
 TEST(SimulatedDriveIo, RefusesParametersThatMakeNoPowerStage) {
   EXPECT_EQ(Io::Parameters{}.validate(), nullptr);
   EXPECT_NE((Io::Parameters{.period_ns = 0}.validate()), nullptr);

@@ -72,6 +72,47 @@ TEST_F(SummaryFile, HoldsScenarioMetricsAndJudgedExpectations) {
   EXPECT_EQ(expect[2].at("pass"), false);
 }
 
+TEST_F(SummaryFile, TheFirstVerdictThatAppliesCounts) {
+  RunSummary s{.scenario = "x"};
+  EXPECT_EQ(s.verdict(), Verdict::pass);
+  s.expectations = evaluate(std::vector<Expectation>{{"torque_bias_nm", {}, 1.0}}, s.metrics);
+  EXPECT_EQ(s.verdict(), Verdict::fail);
+  s.trace_error = "disk full";
+  EXPECT_EQ(s.verdict(), Verdict::trace_incomplete);
+  s.metrics[Metric::energy_unaccounted] = 1.1e-4;
+  EXPECT_EQ(s.verdict(), Verdict::not_balanced);
+  s.metrics[Metric::energy_unaccounted] = 0.9e-4;
+  EXPECT_EQ(s.verdict(), Verdict::trace_incomplete);
+  s.faults = {{Fault::over_current, 5'000'000}};
+  EXPECT_EQ(s.verdict(), Verdict::tripped);
+  s.plant_healthy = false;
+  EXPECT_EQ(s.verdict(), Verdict::plant_failed);
+  s.stopped = true;
+  EXPECT_EQ(s.verdict(), Verdict::interrupted);
+}
+
+TEST_F(SummaryFile, AnExpectedFaultIsTheFirstOneInItsWindow) {
+  RunSummary s{.scenario = "x", .expected_fault = FaultExpectation{Fault::over_current, {1'000, 2'000}}};
+  EXPECT_EQ(s.verdict(), Verdict::fail) << "it has not come";
+  s.faults = {{Fault::over_current, 1'500}, {Fault::dc_over_voltage, 1'600}};
+  EXPECT_EQ(s.verdict(), Verdict::pass);
+  EXPECT_EQ(nlohmann::json::parse(to_json(s)).at("faults")[1].at("fault"), "DC_OVER_VOLTAGE");
+  s.faults[0].t_ns = 2'500;
+  EXPECT_EQ(s.verdict(), Verdict::tripped) << "too late";
+  s.faults = {{Fault::dc_over_voltage, 1'500}, {Fault::over_current, 1'600}};
+  EXPECT_EQ(s.verdict(), Verdict::tripped) << "another one was first";
+}
+
+TEST_F(SummaryFile, IsKnownAgainByItsScenario) {
+  write_summary(example(), folder_ / "summary.json");
+  EXPECT_EQ(scenario_of_summary(folder_ / "summary.json"), "paper_3_1");
+  std::ofstream{folder_ / "mine.json"} << R"({"scenario": "x"})";
+  EXPECT_FALSE(scenario_of_summary(folder_ / "mine.json"));
+  std::ofstream{folder_ / "text"} << "no JSON";
+  EXPECT_FALSE(scenario_of_summary(folder_ / "text"));
+  EXPECT_FALSE(scenario_of_summary(folder_ / "missing"));
+}
+
 TEST_F(SummaryFile, KeepsTheOrderOfTheCatalogue) {
   const std::string json = to_json(example());
   std::size_t last = 0;

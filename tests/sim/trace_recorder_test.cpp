@@ -136,7 +136,10 @@ PlantSample plant(std::int64_t k) {
 }
 
 void record(TraceRecorder& recorder, std::int64_t begin, std::int64_t end) {
-  for (std::int64_t k = begin; k < end; ++k) recorder.add(telemetry(k), plant(k));
+  for (std::int64_t k = begin; k < end; ++k) {
+    recorder.add_segment(plant(k), plant(k), 1e-9 * double(period_ns));
+    recorder.add(telemetry(k), plant(k));
+  }
 }
 
 /// Runs `body` in a child process and returns what it exits with, or minus the signal that ended it.
@@ -174,7 +177,9 @@ TEST_F(TraceRecorderTest, OneRowPerIntervalWithMeanMinimumAndMaximum) {
   EXPECT_THAT(trace.read("state"), testing::Each(double(DriveState::torque)));
   EXPECT_THAT(trace.read("speed_rad_s"), testing::ElementsAre(19.5, 39.5, 59.5));
   EXPECT_THAT(trace.read("plant/torque_nm"), testing::ElementsAre(-39, -79, -119));
-  EXPECT_THAT(trace.read("plant/torque_mean_nm"), testing::ElementsAre(-19.5, -59.5, -99.5));
+  EXPECT_THAT(trace.read("plant/torque_mean_nm"),
+              testing::ElementsAre(testing::DoubleNear(-19.5, 1e-12), testing::DoubleNear(-59.5, 1e-12),
+                                   testing::DoubleNear(-99.5, 1e-12)));
   EXPECT_THAT(trace.read("plant/torque_min_nm"), testing::ElementsAre(-39, -79, -119));
   EXPECT_THAT(trace.read("plant/torque_max_nm"), testing::ElementsAre(0, -40, -80));
   EXPECT_THAT(trace.read("plant/psi_s_wb"), testing::Each(testing::DoubleEq(1.0)));
@@ -213,6 +218,63 @@ TEST_F(TraceRecorderTest, HasEverySignalOfTheIdlWithUnitAndDescription) {
   }
   EXPECT_EQ(trace.text("torque_mean_nm", "unit"), "N·m");
   EXPECT_EQ(trace.text("plant/psi_s_wb", "unit"), "Wb");
+}
+
+TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
+  const PlantSample sample{.u_dc = 530,
+                           .theta_m = 12.5,
+                           .i_dc = -7,
+                           .state = {LegState::high, LegState::low, LegState::off},
+                           .u_s = {100, -50},
+                           .i_r = {3, 4},
+                           .energies = {.link = 9, .copper = 5, .shaft = 3, .field = 1}};
+  {
+    TraceRecorder recorder{
+        file_,
+        {.interval_us = 25, .signals = {"switching", "plant/i_dc_a", "energy", "comparators"}},
+        origin};
+    recorder.add(telemetry(1), sample, {.torque = -1, .flux = 1});
+  }
+  const TraceFile trace{file_};
+  EXPECT_THAT(trace.datasets("/"), testing::UnorderedElementsAre("t_ns", "plant", "control"));
+  EXPECT_THAT(trace.datasets("/plant"),
+              testing::UnorderedElementsAre("switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j",
+                                            "energy_copper_j", "energy_shaft_j", "energy_field_j"));
+  EXPECT_THAT(trace.read("plant/switch_a"), testing::ElementsAre(1));
+  EXPECT_THAT(trace.read("plant/switch_b"), testing::ElementsAre(0));
+  EXPECT_THAT(trace.read("plant/switch_c"), testing::ElementsAre(-1));
+  EXPECT_THAT(trace.read("plant/i_dc_a"), testing::ElementsAre(-7));
+  EXPECT_THAT(trace.read("plant/energy_link_j"), testing::ElementsAre(9));
+  EXPECT_THAT(trace.read("plant/energy_field_j"), testing::ElementsAre(1));
+  EXPECT_THAT(trace.read("control/torque_comparator"), testing::ElementsAre(-1));
+  EXPECT_THAT(trace.read("control/flux_comparator"), testing::ElementsAre(1));
+}
+
+TEST_F(TraceRecorderTest, HoldsEverySignalOnDemandWithUnitAndDescription) {
+  TraceRecorder{file_, {.signals = {"all"}}, origin};
+  const TraceFile trace{file_};
+  int datasets = 0;
+  for (const std::string& name : trace_signals()) {
+    if (name == "t_ns" || name.find('_') == std::string::npos) continue;
+    ++datasets;
+    EXPECT_FALSE(trace.text(name, "unit").empty()) << name;
+    EXPECT_FALSE(trace.text(name, "description").empty()) << name;
+  }
+  EXPECT_GT(datasets, 50);
+}
+
+TEST_F(TraceRecorderTest, RefusesASignalThatItDoesNotKnow) {
+  EXPECT_THROW((TraceRecorder{file_, {.signals = {"standard", "swiching"}}, origin}), std::runtime_error);
+  EXPECT_THROW((TraceRecorder{file_, {.signals = {}}, origin}), std::runtime_error);
+}
+
+TEST_F(TraceRecorderTest, IsToldFromOtherFiles) {
+  TraceRecorder{file_, {}, origin};
+  EXPECT_TRUE(is_trace(file_));
+  EXPECT_FALSE(is_trace(folder_));
+  EXPECT_FALSE(is_trace(folder_ / "missing.h5"));
+  std::ofstream{folder_ / "notes.h5"} << "mine";
+  EXPECT_FALSE(is_trace(folder_ / "notes.h5"));
 }
 
 TEST_F(TraceRecorderTest, FileSaysWhichRunItBelongsTo) {
@@ -256,6 +318,7 @@ TEST_F(TraceRecorderTest, FinishedRowsOfAnEventExactRunAreWrittenAsTheyAre) {
 TEST_F(TraceRecorderTest, AnEventExactRunHasNoControlPeriods) {
   TraceRecorder recorder{file_, {}, {.scenario = "exact", .control_period_ns = {}}};
   EXPECT_THROW(recorder.add(telemetry(0), plant(0)), std::logic_error);
+  EXPECT_THROW(recorder.add_segment(plant(0), plant(0), 1e-6), std::logic_error);
 }
 
 TEST_F(TraceRecorderTest, ThePlantsFluxAndCurrentAreAnEnvelope) {
@@ -265,12 +328,13 @@ TEST_F(TraceRecorderTest, ThePlantsFluxAndCurrentAreAnEnvelope) {
       PlantSample p = plant(k);
       p.psi_s = polar(1.0 + 0.1 * double(k), double(k));
       p.i_abc = inverse_clarke(polar(k == 1 ? 70.0 : 10.0 + double(k), double(k)));
+      recorder.add_segment(p, p, 1e-9 * double(period_ns));
       recorder.add(telemetry(k), p);
     }
   }
   const TraceFile trace{file_};
   const auto near = [](double x) { return testing::ElementsAre(testing::DoubleNear(x, 1e-12)); };
-  EXPECT_THAT(trace.read("plant/flux_mean_wb"), near(1.15));
+  EXPECT_THAT(trace.read("plant/flux_mean_wb"), near((1.0 + 1.05 + 1.15 + 1.25) / 4));
   EXPECT_THAT(trace.read("plant/flux_min_wb"), near(1.0));
   EXPECT_THAT(trace.read("plant/flux_max_wb"), near(1.3));
   EXPECT_THAT(trace.read("plant/current_min_a"), near(10));

@@ -10,8 +10,9 @@ namespace {
 constexpr std::int64_t period_ns = 25'000;
 
 bool add(TraceReducer& reducer, std::int64_t k) {
-  return reducer.add({.t_ns = k * period_ns, .torque = double(k)},
-                     {.torque = -double(k), .omega_m = 10 + double(k)});
+  const PlantSample plant{.torque = -double(k), .omega_m = 10 + double(k)};
+  reducer.add_segment(plant, plant, 25e-6);
+  return reducer.add({.t_ns = k * period_ns, .torque = double(k)}, plant);
 }
 
 TEST(TraceReducer, CompletesARowWithItsLastPeriod) {

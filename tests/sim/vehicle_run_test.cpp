@@ -79,7 +79,7 @@ TEST(VehicleRun, TheSpeedFollowsAndTheMotorBrakes) {
 
 TEST(VehicleRun, TheRunnerTakesTheDriver) {
   const RigParameters p = vehicle_rig();
-  SimulatedPowerStage stage{p.stage, p.load};
+  MeteredPowerStage stage{p.stage, p.load};
   DirectTorqueController<double> controller{p.controller};
   Drive<double> drive{p.drive, controller};
   Scenario scenario = drive_away_and_brake();

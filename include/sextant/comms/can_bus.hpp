@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "sextant/comms/can_frame.hpp"
@@ -50,10 +52,17 @@ class CanBus {
   [[nodiscard]] virtual CanReceive receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept = 0;
 
   [[nodiscard]] virtual CanBusStats stats() const noexcept = 0;
+
+  /// What is wrong with the bus as a whole for all that can be seen from here, in one sentence; empty where
+  /// nothing is.
+  [[nodiscard]] virtual std::string trouble() const { return {}; }
 };
 
-/// Opens the bus at an address, `socketcan:<interface>` or `udp_multicast:<IPv4 group>:<port>`.
-/// Throws std::runtime_error with one sentence that says what is wrong and what to do.
-[[nodiscard]] std::unique_ptr<CanBus> make_can_bus(std::string_view address);
+/// Opens the bus at an address, `socketcan:<interface>` or `udp_multicast:<IPv4 group>:<port>`. Frames of
+/// other than the `wanted` identifiers are never received and counted nowhere, of a CAN interface not even by
+/// this process; with none given every frame is. Error frames always are. Throws std::runtime_error with one
+/// sentence that says what is wrong and what to do.
+[[nodiscard]] std::unique_ptr<CanBus> make_can_bus(std::string_view address,
+                                                   std::span<const CanIdentifier> wanted = {});
 
 }  // namespace sextant

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/comms/status_messages.hpp"
@@ -57,6 +58,10 @@ struct DecodedCommand {
 
 /// Reads the payload of a frame that `identify_command` calls `command`.
 [[nodiscard]] DecodedCommand decode_command(const CanFrame& frame) noexcept;
+
+/// What a drive has to see of a bus: the command, in each of the disguises that `identify_command` tells
+/// apart, and MCU_TorqueStatus, which only another drive sends.
+[[nodiscard]] std::span<const CanIdentifier> drive_identifiers() noexcept;
 
 /// Identifier and E2E data id of VCU_TorqueCommand.
 [[nodiscard]] std::uint32_t command_id() noexcept;

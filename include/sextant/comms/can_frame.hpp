@@ -17,6 +17,14 @@ struct CanFrame {
   std::int64_t received_ns{};           ///< arrival on CLOCK_MONOTONIC; 0 for a frame to send [ns]
 };
 
+/// An identifier of the bus.
+struct CanIdentifier {
+  std::uint32_t id{};    ///< 11 or 29 bits
+  bool extended{false};  ///< 29-bit identifier
+
+  friend constexpr bool operator==(CanIdentifier, CanIdentifier) noexcept = default;
+};
+
 /// Bit of `CanFrame::id` in an error frame: the controller has left the bus.
 inline constexpr std::uint32_t can_error_bus_off = 0x40;
 

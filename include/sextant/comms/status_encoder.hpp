@@ -35,6 +35,7 @@ struct StatusExtras {
   DeratingCause derating_cause{DeratingCause::none};
   RealTimeReport real_time{};
   Temperatures temperatures{};
+  bool measured{true};  ///< false: nobody measures, so that MCU_Motion and MCU_Electrical are not sent
 };
 
 /// Makes the status frames of the drive, protected and counted. It belongs to the transmit thread.

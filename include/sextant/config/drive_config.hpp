@@ -14,6 +14,15 @@ namespace sextant {
 
 enum class ControllerKind : std::uint8_t { direct_torque };
 
+/// True when the controller decides by thresholds alone, which an event-exact run can watch for.
+[[nodiscard]] constexpr bool has_continuous_comparators(ControllerKind kind) {
+  switch (kind) {
+    case ControllerKind::direct_torque:
+      return true;
+  }
+  return false;
+}
+
 /// What the shaft is connected to.
 struct LoadConfig {
   enum class Kind : std::uint8_t { torque, imposed_speed };
@@ -34,12 +43,16 @@ struct DriveConfig {
   ControllerKind controller{ControllerKind::direct_torque};
   DirectTorqueController<>::Parameters direct_torque{};
   Drive<>::Parameters drive{};
+  double magnetise_timeout_ms{1000};  ///< as the file gives it, or as it follows from the machine [ms]
   SimulatedPowerStage::Parameters plant{};
   LoadConfig load{};
 };
 
 /// Sections machine, control, drive, gate, capability, protection, plant and load.
 void describe(Section root, DriveConfig& config);
+
+/// Empty when the link is below the level at which the drive trips, else a sentence.
+[[nodiscard]] std::string validate_link(const DriveConfig& config);
 
 /// Sections plant and load alone.
 void describe(Section section, SimulatedPowerStage::Parameters& parameters);

@@ -12,7 +12,7 @@ namespace sextant {
 
 /// The CAN bus that commands come from and status goes to.
 struct CanConfig {
-  std::string bus{"socketcan:vcan0"};  ///< backend:interface, or backend:group:port
+  std::string bus{"udp_multicast:239.74.163.2:43113"};  ///< backend:interface, or backend:group:port
 };
 
 /// Telemetry over DDS.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "sextant/config/cycle_config.hpp"
 #include "sextant/config/drive_config.hpp"
@@ -18,12 +19,14 @@ enum class ScenarioMode : std::uint8_t {
 
 /// A run of the simulated drive, as one file describes it.
 struct ScenarioConfig {
-  Scenario scenario{};            ///< its torque reference and load are made of the members below
+  Scenario scenario{};  ///< its torque reference, load and expected fault are made of the members below
   ProfileParameters torque_nm{};  ///< [N·m]
   CycleConfig cycle{};            ///< where it is given, it takes the place of torque_nm and drive.load
   DriveConfig drive{};
   ScenarioMode mode{ScenarioMode::sampled};
   EventExactParameters event_exact{};
+  std::optional<Fault> expected_fault{};
+  TimeWindow expected_fault_window{};
 
   /// What an event-exact runner needs of it.
   [[nodiscard]] EventExactRunner::Parameters event_exact_runner() const;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -62,8 +64,15 @@ struct FileField {
   std::function<std::string()> get;             ///< absolute path; empty where none is set
   std::function<std::string(std::string)> set;  ///< reads the file; empty, or what is wrong with it
 };
-using FieldKind =
-    std::variant<NumberField, IntegerField, FlagField, TextField, ChoiceField, PointsField, FileField>;
+/// A list of names out of those that are known.
+struct NamesField {
+  std::vector<std::string> known;
+  std::string what;  ///< the known names, as a message sums them up
+  std::function<std::vector<std::string>()> get;
+  std::function<void(std::vector<std::string>)> set;
+};
+using FieldKind = std::variant<NumberField, IntegerField, FlagField, TextField, ChoiceField, PointsField,
+                               FileField, NamesField>;
 
 /// One key of a configuration file.
 struct Field {
@@ -72,6 +81,7 @@ struct Field {
   std::string meaning{};  ///< one line for the reader of the file
   FieldKind kind;
   bool required{false};  ///< the file has to say it; there is no default
+  bool derived{false};   ///< its default follows from machine and link
 };
 
 /// Two keys that say the same thing in two ways; a file may use one of them.
@@ -87,10 +97,23 @@ struct Check {
   std::function<std::string()> problem;
 };
 
+struct Schema;
+
+/// A list of tables, written [[path]]; its items are described once it is known how many there are.
+struct TableList {
+  std::string path{};
+  std::function<std::size_t()> size;                          ///< items that there are
+  std::function<void(Schema& schema, std::size_t n)> expand;  ///< makes n items and describes them
+
+  /// Path of an item: `path[k]`.
+  [[nodiscard]] std::string item(std::size_t k) const { return path + "[" + std::to_string(k) + "]"; }
+};
+
 /// Everything that a kind of configuration file may say, bound to the members of one struct tree. The
 /// description is written once; reading, printing and the tests all walk it.
 struct Schema {
   std::vector<Field> fields{};
+  std::vector<TableList> lists{};
   std::vector<Alternative> alternatives{};
   std::vector<std::function<void()>> derivations{};  ///< run in order when everything has been read
   std::vector<Check> checks{};                       ///< run after the derivations
@@ -124,6 +147,29 @@ class Section {
               const char* meaning) {
     add(key, unit, meaning,
         NumberField{range, [&member] { return member; }, [&member](double x) { member = x; }});
+  }
+
+  /// A number whose default follows from machine and link: `rule` gives it once everything has been read and
+  /// the derivations described before have run. Where nothing within the range follows, the file has to say
+  /// the key; `otherwise` tells why that may be.
+  void derived(const std::string& key, double& member, Range<double> range, const char* unit,
+               const char* meaning, const std::function<double()>& rule,
+               const std::string& otherwise = "no usable value follows from machine and link") {
+    const auto said = std::make_shared<bool>(false);
+    add(key, unit, meaning,
+        NumberField{range, [&member] { return member; },
+                    [&member, said](double x) {
+                      member = x;
+                      *said = true;
+                    }});
+    schema_->fields.back().derived = true;
+    derive([&member, said, rule] {
+      if (!*said) member = rule();
+    });
+    schema_->checks.push_back({path(key), [&member, said, range, otherwise]() -> std::string {
+                                 if (*said || (member >= range.min && member <= range.max)) return {};
+                                 return "missing: " + otherwise;
+                               }});
   }
 
   /// A time, kept as integer nanoseconds; `unit_ns` is the length of the key's unit [ns].
@@ -195,6 +241,27 @@ class Section {
       return {};
     };
     add(key, "", meaning, FileField{columns, [&member] { return member; }, set});
+  }
+
+  /// A list of names, each one of `known`, which `what` sums up.
+  void names(const std::string& key, std::vector<std::string>& member, std::vector<std::string> known,
+             const char* what, const char* meaning) {
+    add(key, "", meaning,
+        NamesField{std::move(known), what, [&member] { return member; },
+                   [&member](std::vector<std::string> x) { member = std::move(x); }});
+  }
+
+  /// A list of tables, [[key]]; `describe_item` describes the section of one of them.
+  template <class Item>
+  void list(const std::string& key, std::vector<Item>& items,
+            std::function<void(Section, Item&)> describe_item) {
+    TableList list{path(key), [&items] { return items.size(); }, {}};
+    list.expand = [&items, describe_item = std::move(describe_item), at = list](Schema& schema,
+                                                                                std::size_t n) {
+      items.resize(n);
+      for (std::size_t k = 0; k < n; ++k) describe_item(Section{schema, at.item(k)}, items[k]);
+    };
+    schema_->lists.push_back(std::move(list));
   }
 
   /// Any other way to and from a member.

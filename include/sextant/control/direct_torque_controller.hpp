@@ -84,6 +84,11 @@ class DirectTorqueController final : public Controller<T> {
     state_ = gates_off;
   }
 
+  /// What the torque comparator has last said: +1 raise the torque, −1 lower it, 0 hold.
+  [[nodiscard]] int torque_demand() const noexcept SEXTANT_NONBLOCKING { return torque_comparator_.output(); }
+  /// What the flux comparator has last said: true to raise the flux.
+  [[nodiscard]] bool flux_demand() const noexcept SEXTANT_NONBLOCKING { return flux_comparator_.output(); }
+
  private:
   using Controller<T>::estimate_;
 

@@ -66,16 +66,19 @@ class FluxTorqueEstimator {
     coasting_ = true;
     const T dt = T(measurement.acted.duration_ns()) * T(1e-9);
     const T omega_m = T(0.5) * (omega_m_ + measurement.omega_m);
-    const T dying = std::min(dt, driven_time(measurement.acted) + decay_time(measurement.u_dc, i_s_before));
+    const T dying =
+        std::min(dt, driven_time(measurement.acted) + decay_time(measurement.u_dc, i_s_before, dt));
     if (dying > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, dying);
     if (dying < dt) current_model_.step(i_s_, omega_m, dt - dying);
     voltage_model_.set(current_model_.psi_s(i_s_));
   }
 
-  /// How long the current of the last measurement lives on once the gates are open: the diodes put about
-  /// 2/3 u_dc against it. What is measured after a longer gap flows by then. [s]
-  [[nodiscard]] T decay_time(T u_dc, SpaceVector<T> i_s_before) const noexcept {
-    return T(1.5) * sigma_l_s_ * magnitude(i_s_before) / std::max(u_dc, T(0));
+  /// How much of dt the current of the last measurement lives on once the gates are open: the diodes put
+  /// about 2/3 u_dc against it. What is measured after a longer gap flows by then. All of dt where there is
+  /// no link voltage, whatever the current. [s]
+  [[nodiscard]] T decay_time(T u_dc, SpaceVector<T> i_s_before, T dt) const noexcept {
+    const T volt_seconds = T(1.5) * sigma_l_s_ * magnitude(i_s_before);
+    return volt_seconds < u_dc * dt ? volt_seconds / u_dc : dt;
   }
 
   /// Time until the first leg opens. [s]

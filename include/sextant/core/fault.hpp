@@ -10,7 +10,7 @@ enum class Fault : std::uint8_t {
   command_lost = 0,          ///< no valid command for longer than the limit
   command_invalid = 1,       ///< the E2E state machine reached INVALID
   command_out_of_range = 2,  ///< three commands in a row beyond the contract or the configured limit
-  second_master = 3,         ///< two senders use the command's identifier
+  second_master = 3,         ///< another drive sends on this drive's bus
   bus_off = 4,               ///< the CAN controller left the bus
   measurement_invalid = 5,   ///< NaN, infinity, or the power stage did not answer
   current_sum = 6,           ///< phase currents do not add up to zero
@@ -23,7 +23,7 @@ enum class Fault : std::uint8_t {
   over_temperature = 13,     ///< winding or inverter too hot
   torque_plausibility = 14,  ///< delivered torque does not follow the admitted torque
   open_phase = 15,           ///< a phase carries no current
-  flux_lost = 16,            ///< estimated flux near zero while producing torque
+  flux_lost = 16,            ///< estimated flux near zero while producing torque, or never built up
   overrun = 17,              ///< too many late control periods in a row
   watchdog = 18,             ///< the independent watchdog disabled the gates
   transmit_lost = 19         ///< status frames cannot be sent

@@ -1,16 +1,14 @@
 #pragma once
 
-#include <cstdint>
-
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
 
 namespace sextant {
 
-/// What the drive knows of the power stage at the beginning of a control period.
+/// What the drive knows of the power stage at the beginning of a control period. It carries no time: that is
+/// the drive's own, an argument of its step.
 template <class T = double>
 struct Measurement {
-  std::int64_t t_ns{};    ///< the instant of the measurement, on the drive's clock [ns]
   ThreePhase<T> i_abc{};  ///< phase currents, positive into the machine [A]
   T u_dc{};               ///< DC-link voltage [V]
   T omega_m{};            ///< mechanical speed [rad/s]

@@ -14,7 +14,7 @@ namespace sextant {
 /// pairs: a record is filled in every period.
 template <class T = double>
 struct Telemetry {
-  std::int64_t t_ns{};      ///< instant of the measurement, on the drive's clock [ns]
+  std::int64_t t_ns{};      ///< beginning of the control period, on the drive's clock [ns]
   ThreePhase<T> i_abc{};    ///< measured phase currents [A]
   T u_dc{};                 ///< measured DC-link voltage [V]
   T omega_m{};              ///< measured mechanical speed [rad/s]
@@ -32,7 +32,7 @@ struct Telemetry {
   Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
   SwitchState switch_state{};          ///< state commanded at the end of the coming period
   std::int64_t command_received_ns{};  ///< receive time of the command acted on [ns]
-  std::uint32_t command_sequence{};    ///< accepted frames so far; 0 while none has come
+  std::uint64_t command_sequence{};    ///< accepted frames so far; 0 while none has come
   std::uint32_t command_rejected{};    ///< frames dropped so far
   std::uint8_t command_counter{};      ///< E2E counter of the command acted on
   std::uint8_t sector{};               ///< sector of the stator flux, 1…6; 0 without flux

@@ -7,6 +7,7 @@
 
 #include "sextant/control/controller.hpp"
 #include "sextant/core/drive_request.hpp"
+#include "sextant/core/elapsed.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/telemetry.hpp"
@@ -34,6 +35,7 @@ class Drive {
     std::int32_t period_ns{25'000};  ///< control period [ns]
     bool magnetise_first{false};     ///< wait in MAGNETISING until the flux stands, before torque [-]
     T magnetise_below_speed{T(5)};   ///< above it, torque starts without magnetising first [rad/s]
+    std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
     typename CommandGate<T>::Parameters gate{};
     typename Protection<T>::Parameters protection{};
     typename TorqueCapability<T>::Parameters capability{};
@@ -43,6 +45,7 @@ class Drive {
       if (!(std::isfinite(magnetise_below_speed) && magnetise_below_speed >= T(0))) {
         return "the speed below which to magnetise must not be below zero";
       }
+      if (magnetise_timeout_ns <= 0) return "the time for magnetising must be above zero";
       if (const char* problem = gate.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
       return capability.validate();
@@ -57,75 +60,55 @@ class Drive {
         protection_{parameters.protection},
         capability_{parameters.capability} {}
 
-  /// One control period. Never allocates, locks, throws, logs or blocks.
-  [[nodiscard, gnu::always_inline]] DriveOutput<T> step(
-      const Measurement<T>& measurement, const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
-    // The same code twice, of which the first leaves out what `is_usual` has settled: half of all checks.
-    if (is_usual(measurement, request)) [[likely]]
-      return answer(measurement, request, true);
-    return answer_to_any(measurement, request);
-  }
-
-  [[nodiscard]] DriveState state() const noexcept { return state_; }
-
- private:
-  /// True when torque is being produced and may go on: nothing new is asked and nothing is wrong.
-  [[nodiscard]] bool is_usual(const Measurement<T>& measurement,
-                              const DriveRequest<T>& request) const noexcept {
-    return makes_torque(state_) && (unsigned(request.shutdown) | request.external.bits()) == 0 &&
-           protection_.is_harmless(measurement) && gate_.is_steady(request.command, measurement.t_ns) &&
-           // Asked last and in this order, so that the speed is compared once for this and for the
-           // capability.
-           (capability_.is_full(measurement.omega_m) || std::isfinite(measurement.omega_m));
-  }
-
-  [[nodiscard, gnu::noinline]] DriveOutput<T> answer_to_any(const Measurement<T>& measurement,
-                                                            const DriveRequest<T>& request) noexcept {
-    return answer(measurement, request, false);
-  }
-
-  /// `usual` is known to the compiler in each of its two places.
-  [[nodiscard, gnu::always_inline]] DriveOutput<T> answer(const Measurement<T>& measurement,
-                                                          const DriveRequest<T>& request,
-                                                          bool usual) noexcept {
-    const FaultSet measured = usual ? FaultSet{} : protection_.step(measurement);
+  /// The control period that begins at t_ns, on the clock that also stamps the commands [ns]. Where that
+  /// clock steps back, ages begin anew; where it steps forward, they are as old as it says. Never allocates,
+  /// locks, throws, logs or blocks.
+  [[nodiscard]] DriveOutput<T> step(std::int64_t t_ns, const Measurement<T>& measurement,
+                                    const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
+    // A period, or more where late ones were skipped: ramps and time-outs keep to the clock.
+    const std::int64_t elapsed_ns = std::max<std::int64_t>(elapsed(last_t_ns_, t_ns), parameters_.period_ns);
+    last_t_ns_ = t_ns;
+    const FaultSet measured = protection_.step(measurement);
     const bool usable = !measured.test(Fault::measurement_invalid);
-    const AvailableTorque<T> available = capability_.at(measurement.omega_m);
-    // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
-    const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
-    const std::int64_t elapsed_ns = measurement.t_ns - last_t_ns_;
-    last_t_ns_ = measurement.t_ns;
+    const AvailableTorque<T> available = capability_.step(measurement.omega_m, measurement.u_dc);
     const AdmittedCommand<T> admitted =
-        usual && gate_.is_settled(request.command, available.either_way())
-            ? gate_.settled()
-            : admit(measurement, request, elapsed_ns, available, usual, hold_at_zero);
-    if (usual) {  // no fault is active where torque was made, so that there is none to forget
-      state_ = admitted.derated ? DriveState::derated : DriveState::torque;
-    } else {
-      update_state(measured, measurement.omega_m, request, admitted);
-    }
+        admit(request, t_ns, elapsed_ns, available.range(measurement.omega_m));
+    const bool flux_stands = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised;
+    const FaultSet missing_flux = judge_magnetising(flux_stands, elapsed_ns);
+    update_state(present_faults(measured, missing_flux, request, admitted), flux_stands, available.producible,
+                 request, admitted);
 
     const DriveState state = state_;  // known here, but no longer after a virtual call
     const T torque_reference = makes_torque(state) ? admitted.torque : T(0);
     // Made in place: a copy of what has just been stored by member stalls.
     DriveOutput<T> out{.pattern = control(measurement, usable, torque_reference),
-                       .telemetry = telemetry(measurement, request, admitted, available, state,
+                       .telemetry = telemetry(t_ns, measurement, request, admitted, available, state,
                                               torque_reference, out.pattern)};
     if (usable) i_before_ = measurement.i_abc;
     return out;
   }
 
-  /// Whatever the command is. It takes effect over one period, or over more where late periods were skipped,
-  /// so that ramps keep to the clock.
-  [[nodiscard, gnu::always_inline]] AdmittedCommand<T> admit(const Measurement<T>& measurement,
-                                                             const DriveRequest<T>& request,
-                                                             std::int64_t elapsed_ns,
-                                                             AvailableTorque<T> available, bool usual,
-                                                             bool hold_at_zero) noexcept {
-    const T dt = T(std::max<std::int64_t>(elapsed_ns, parameters_.period_ns)) * T(1e-9);
-    const TorqueRange<T> range = available.range(measurement.omega_m);
-    return usual ? gate_.pass(request.command, measurement.t_ns, dt, range)
-                 : gate_.step(request.command, measurement.t_ns, dt, range, hold_at_zero);
+  [[nodiscard]] DriveState state() const noexcept { return state_; }
+
+ private:
+  [[nodiscard]] AdmittedCommand<T> admit(const DriveRequest<T>& request, std::int64_t t_ns,
+                                         std::int64_t elapsed_ns, TorqueRange<T> available) noexcept {
+    // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
+    const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
+    return gate_.step(request.command, t_ns, T(elapsed_ns) * T(1e-9), available, hold_at_zero);
+  }
+
+  /// Flux that does not stand in time will not come: the estimate is wrong, or no current flows.
+  [[nodiscard]] FaultSet judge_magnetising(bool flux_stands, std::int64_t elapsed_ns) noexcept {
+    FaultSet faults;
+    if (state_ != DriveState::magnetising || flux_stands) {
+      magnetising_left_ns_ = parameters_.magnetise_timeout_ns;
+    } else if (elapsed_ns >= magnetising_left_ns_) {
+      faults.set(Fault::flux_lost);
+    } else {
+      magnetising_left_ns_ -= elapsed_ns;
+    }
+    return faults;
   }
 
   /// Mean of the DC-link current since the last measurement. After a gap of several periods the currents of
@@ -146,25 +129,28 @@ class Drive {
   }
 
   /// A fault of the command matters only while the gates are on; all others matter always.
-  [[nodiscard]] FaultSet present_faults(FaultSet measured, const DriveRequest<T>& request,
+  [[nodiscard]] FaultSet present_faults(FaultSet measured, FaultSet missing_flux,
+                                        const DriveRequest<T>& request,
                                         const AdmittedCommand<T>& admitted) const noexcept {
     FaultSet faults = measured;
+    faults |= missing_flux;
     faults |= request.external;
     if (gates_are_on(state_)) faults |= admitted.faults;
     return faults;
   }
 
-  void update_state(FaultSet measured, T omega_m, const DriveRequest<T>& request,
+  void update_state(FaultSet present, bool flux_stands, bool producible, const DriveRequest<T>& request,
                     const AdmittedCommand<T>& admitted) noexcept {
-    faults_.step(present_faults(measured, request, admitted));
+    faults_.step(present);
     const DriveConditions conditions{
-        .trip = faults_.active().any(),
+        .trip = present.any(),
         .fault_reset = admitted.fault_reset,
         .shutdown = request.shutdown,
         .wound_down = admitted.torque == T(0),
         .lockout = admitted.lockout,
         .enable = admitted.enable,
-        .magnetised = !magnetising_helps(omega_m) || controller_.estimate().magnetised,
+        .producible = producible,
+        .magnetised = flux_stands,
         .derated = admitted.derated,
     };
     const DriveState next = next_state(state_, conditions);
@@ -173,7 +159,7 @@ class Drive {
 
   void enter(DriveState next) noexcept {
     if (next == DriveState::fault) gate_.lock();
-    if (next == DriveState::magnetising && state_ != next) gate_.restart();
+    if (next == DriveState::ready || next == DriveState::magnetising) gate_.restart();
     if (state_ == DriveState::fault && next == DriveState::standby) faults_.reset();
     state_ = next;
   }
@@ -195,12 +181,12 @@ class Drive {
     return controller_.step(measurement, {mode, torque_reference});
   }
 
-  [[nodiscard]] Telemetry<T> telemetry(const Measurement<T>& measurement, const DriveRequest<T>& request,
-                                       const AdmittedCommand<T>& admitted, AvailableTorque<T> available,
-                                       DriveState state, T torque_reference,
+  [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement,
+                                       const DriveRequest<T>& request, const AdmittedCommand<T>& admitted,
+                                       AvailableTorque<T> available, DriveState state, T torque_reference,
                                        const GatePattern& pattern) const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
-    return {.t_ns = measurement.t_ns,
+    return {.t_ns = t_ns,
             .i_abc = measurement.i_abc,
             .u_dc = measurement.u_dc,
             .omega_m = measurement.omega_m,
@@ -232,9 +218,10 @@ class Drive {
   Protection<T> protection_;
   TorqueCapability<T> capability_;
   FaultMemory faults_{};
-  /// Before the first step half of eternity ahead, so that it counts as one period. [ns]
-  std::int64_t last_t_ns_{std::numeric_limits<std::int64_t>::max() / 2};
-  ThreePhase<T> i_before_{};  ///< the last usable phase currents [A]
+  /// Before the first step at the end of time, so that it counts as one period. [ns]
+  std::int64_t last_t_ns_{std::numeric_limits<std::int64_t>::max()};
+  std::int64_t magnetising_left_ns_{0};  ///< until MAGNETISING is a fault [ns]
+  ThreePhase<T> i_before_{};             ///< the last usable phase currents [A]
   DriveState state_{DriveState::init};
 };
 

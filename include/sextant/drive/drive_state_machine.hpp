@@ -12,6 +12,7 @@ struct DriveConditions {
   bool wound_down{false};   ///< the admitted torque has reached zero
   bool lockout{true};       ///< a valid disable has yet to be seen
   bool enable{false};       ///< torque production is wanted and admitted
+  bool producible{false};   ///< link voltage and speed allow the machine to be held at zero torque
   bool magnetised{false};   ///< flux is there, or is not waited for
   bool derated{false};      ///< less than the request is admitted
 };
@@ -26,7 +27,8 @@ struct DriveConditions {
 
 /// The state of the coming period. A trip opens the gates whatever else is asked; a fault is left only by a
 /// reset while no fault is present, and then through the lockout. A shutdown waits for the torque to wind
-/// down, or for nothing where the gates are open anyway.
+/// down, or for nothing where the gates are open anyway. Where the voltage does not even suffice for zero
+/// torque the gates are open; torque returns by itself.
 [[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {
   if (state == DriveState::shutdown) return state;
   if (c.shutdown && (c.trip || c.wound_down || !gates_are_on(state))) return DriveState::shutdown;
@@ -34,7 +36,7 @@ struct DriveConditions {
   if (state == DriveState::init) return DriveState::standby;
   if (state == DriveState::fault) return c.fault_reset ? DriveState::standby : state;
   if (c.lockout) return DriveState::standby;
-  if (!c.enable) return DriveState::ready;
+  if (!c.enable || !c.producible) return DriveState::ready;
   if (state == DriveState::standby) return DriveState::ready;
   if (!c.magnetised && state != DriveState::torque && state != DriveState::derated)
     return DriveState::magnetising;

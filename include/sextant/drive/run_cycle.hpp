@@ -18,7 +18,7 @@ void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T>& 
                TelemetrySink& telemetry) noexcept SEXTANT_NONBLOCKING {
   const Measurement<T> measurement = io.read(t_ns);
   const DriveRequest<T> request = commands.latest(t_ns);
-  const DriveOutput<T> output = drive.step(measurement, request);
+  const DriveOutput<T> output = drive.step(t_ns, measurement, request);
   io.write(output.pattern);
   telemetry.push(output.telemetry);
 }

@@ -1,20 +1,22 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
 #include "sextant/core/torque_range.hpp"
+#include "sextant/drive/steady_state.hpp"
 
 namespace sextant {
 
 /// The torque that may be asked for at a speed, when motoring and when regenerating.
 template <class T = double>
 struct AvailableTorque {
-  T motoring{};      ///< [N·m]
-  T regenerating{};  ///< magnitude [N·m]
-
-  /// A magnitude that may be asked for with either sign at any speed: braking gives no less than motoring.
-  [[nodiscard]] constexpr T either_way() const noexcept { return motoring; }
+  T motoring{};            ///< [N·m]
+  T regenerating{};        ///< magnitude [N·m]
+  bool producible{false};  ///< the machine can be held at zero torque, so that the gates may be on
 
   /// The torques that may be asked for at this speed [rad/s], of which the sign tells what motoring is.
   [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {
@@ -24,46 +26,137 @@ struct AvailableTorque {
   }
 };
 
-/// Torque over speed: full torque up to the base speed; beyond it, motoring torque falls linearly to nothing
-/// at the zero-torque speed, because the link voltage no longer overcomes the EMF. Braking keeps full torque.
+/// The torque that machine and link can produce at a speed, at constant stator flux. Its steady state must
+/// not need more voltage than the inverter has in every direction:
+///   (R_s i_d)² + (R_s i_q + ω_e ψ)² ≤ (voltage_use · u_dc/√3)²,   ω_e = p ω_m + ω_slip
+/// with i_d, i_q and ω_slip of `steady_state`. Braking needs less voltage than motoring, so that at high
+/// speed only braking torques remain. They are not available where zero torque is not among them: the drive
+/// could not end them but by opening its gates. A typed curve narrows the motoring torque further: full up to
+/// its base speed, from there falling linearly to nothing at its zero-torque speed.
 template <class T = double>
 class TorqueCapability {
  public:
   struct Parameters {
-    T torque{T(150)};             ///< up to base speed [N·m]
-    T base_speed{T(115)};         ///< mechanical [rad/s]
-    T zero_torque_speed{T(180)};  ///< mechanical [rad/s]
+    static constexpr T unlimited = std::numeric_limits<T>::infinity();
+
+    InductionMachineParameters<T> machine{};  ///< the machine as the controller believes it to be
+    T flux_reference{T(1.1)};                 ///< ψ [Wb]
+    T voltage_use{T(0.98)};                   ///< share of u_dc/√3 that a torque may need [-]
+    T reentry{T(0.03)};              ///< share of u_dc/√3 to spare before torque is available again [-]
+    T torque{T(150)};                ///< largest magnitude, at any speed [N·m]
+    T base_speed{unlimited};         ///< of the typed curve; unlimited: its zero-torque speed [rad/s]
+    T zero_torque_speed{unlimited};  ///< of the typed curve; unlimited: there is no such curve [rad/s]
 
     [[nodiscard]] const char* validate() const noexcept {
+      if (const char* problem = machine.validate()) return problem;
+      if (!(std::isfinite(flux_reference) && flux_reference > T(0))) {
+        return "the flux reference must be above zero";
+      }
+      if (!(voltage_use > T(0) && voltage_use <= T(1))) return "the share of voltage must be in (0, 1]";
+      if (!(reentry >= T(0) && reentry < voltage_use)) {
+        return "the voltage to spare must be below the share of voltage";
+      }
       if (!(std::isfinite(torque) && torque > T(0))) return "the available torque must be above zero";
-      if (!(std::isfinite(base_speed) && base_speed > T(0))) return "the base speed must be above zero";
-      if (!(std::isfinite(zero_torque_speed) && zero_torque_speed > base_speed)) {
+      if (!(base_speed > T(0))) return "the base speed must be above zero";
+      if (!(zero_torque_speed > T(0))) return "the zero-torque speed must be above zero";
+      if (std::isfinite(base_speed) && !std::isfinite(zero_torque_speed)) {
+        return "a base speed needs a zero-torque speed";
+      }
+      if (std::isfinite(base_speed) && !(zero_torque_speed > base_speed)) {
         return "the zero-torque speed must be above the base speed";
       }
       return nullptr;
     }
   };
 
-  constexpr explicit TorqueCapability(const Parameters& parameters) noexcept
+  explicit TorqueCapability(const Parameters& parameters) noexcept
       : parameters_{parameters},
-        inverse_range_{T(1) / (parameters.zero_torque_speed - parameters.base_speed)} {}
-
-  /// True up to the base speed, where the full torque is available; false of a NaN.
-  [[nodiscard]] constexpr bool is_full(T omega_m) const noexcept {
-    return std::abs(omega_m) <= parameters_.base_speed;
+        base_speed_{std::min(parameters.base_speed, parameters.zero_torque_speed)},
+        back_emf_{T(parameters.machine.pole_pairs) * parameters.flux_reference} {
+    const T breakdown = breakdown_torque(parameters.machine, parameters.flux_reference);
+    const T torque = std::min(parameters.torque, breakdown);
+    const T last_slip = relative_slip(torque, breakdown);
+    for (std::size_t k = 0; k <= last; ++k) {
+      const auto s = steady_state(parameters.machine, parameters.flux_reference, last_slip * T(k) / T(last));
+      const T u_d = parameters.machine.r_s * s.i_d;
+      points_[k] = {.torque = s.torque,
+                    .u_d_squared = u_d * u_d,
+                    .u_q = parameters.machine.r_s * s.i_q + s.omega_slip * parameters.flux_reference};
+    }
+    points_[last].torque = torque;  // without a rounding error
   }
 
-  /// Available at mechanical speed omega_m [rad/s]; none while the speed is no number.
-  [[nodiscard]] constexpr AvailableTorque<T> at(T omega_m) const noexcept {
-    if (is_full(omega_m)) return {parameters_.torque, parameters_.torque};
-    if (!std::isfinite(omega_m)) return {};
-    const T over = (std::abs(omega_m) - parameters_.base_speed) * inverse_range_;
-    return {parameters_.torque * (T(1) - std::clamp(over, T(0), T(1))), parameters_.torque};
+  /// What is available now, at mechanical speed omega_m [rad/s] and link voltage u_dc [V]; nothing while one
+  /// of them is no number. Once nothing was, the speed has to fall, or the voltage to rise, by `reentry`.
+  [[nodiscard]] AvailableTorque<T> step(T omega_m, T u_dc) noexcept {
+    const T spare = producible_ ? T(0) : parameters_.reentry;
+    producible_ = holds_zero(emf(omega_m), limit(u_dc, parameters_.voltage_use - spare));
+    return producible_ ? at(omega_m, u_dc) : AvailableTorque<T>{};
+  }
+
+  /// The same without memory.
+  [[nodiscard]] AvailableTorque<T> at(T omega_m, T u_dc) const noexcept {
+    const T e = emf(omega_m);
+    const T u_squared = limit(u_dc, parameters_.voltage_use);
+    if (!holds_zero(e, u_squared)) return {};
+    return {.motoring = std::min(largest(e, T(1), u_squared), typed_curve(std::abs(omega_m))),
+            .regenerating = largest(e, T(-1), u_squared),
+            .producible = true};
   }
 
  private:
+  /// One steady state of positive torque. With negative torque u_q has the other sign.
+  struct Point {
+    T torque;       ///< [N·m]
+    T u_d_squared;  ///< (R_s i_d)² [V²]
+    T u_q;          ///< R_s i_q + ω_slip ψ: the voltage across the flux without that of the speed [V]
+  };
+  static constexpr std::size_t last = 32;
+
+  /// Voltage that the speed alone induces, p |ω_m| ψ. [V]
+  [[nodiscard]] T emf(T omega_m) const noexcept { return back_emf_ * std::abs(omega_m); }
+
+  /// Square of the voltage at hand; below zero without any. [V²]
+  [[nodiscard]] static T limit(T u_dc, T use) noexcept {
+    const T u = use * linear_voltage(u_dc);
+    return u > T(0) ? u * u : T(-1);
+  }
+
+  /// Square of the voltage at point k; `sign` is 1 when motoring, -1 when braking. [V²]
+  [[nodiscard]] T need(std::size_t k, T e, T sign) const noexcept {
+    const T u_q = e + sign * points_[k].u_q;
+    return points_[k].u_d_squared + u_q * u_q;
+  }
+
+  [[nodiscard]] bool holds_zero(T e, T u_squared) const noexcept { return need(0, e, T(1)) <= u_squared; }
+
+  /// Largest torque of that sign up to which the voltage lasts, where it lasts for zero torque. Between two
+  /// points the needed square of the voltage is taken as linear, which is above what it is. [N·m]
+  [[nodiscard]] T largest(T e, T sign, T u_squared) const noexcept {
+    if (need(last, e, sign) <= u_squared) return points_[last].torque;
+    std::size_t below = 0;
+    for (std::size_t above = last; above - below > 1;) {
+      const std::size_t middle = (below + above) / 2;
+      (need(middle, e, sign) <= u_squared ? below : above) = middle;
+    }
+    const T from = need(below, e, sign);
+    const T share = (u_squared - from) / (need(below + 1, e, sign) - from);
+    return points_[below].torque + share * (points_[below + 1].torque - points_[below].torque);
+  }
+
+  /// Motoring torque of the typed curve. [N·m]
+  [[nodiscard]] T typed_curve(T speed) const noexcept {
+    if (speed <= base_speed_) return parameters_.torque;
+    if (speed >= parameters_.zero_torque_speed) return T(0);
+    const T range = parameters_.zero_torque_speed - base_speed_;
+    return parameters_.torque * (parameters_.zero_torque_speed - speed) / range;
+  }
+
   Parameters parameters_;
-  T inverse_range_;  ///< of the speeds over which the torque falls [s/rad]
+  T base_speed_;  ///< of the typed curve [rad/s]
+  T back_emf_;    ///< p ψ [V·s/rad]
+  std::array<Point, last + 1> points_{};
+  bool producible_{true};
 };
 
 }  // namespace sextant

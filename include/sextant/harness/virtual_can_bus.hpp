@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -92,8 +93,8 @@ class VirtualCanBus final : public CanBus {
   std::vector<Armed> events_{};  // by their beginnings
   std::size_t first_live_{0};    // all before it have ended
   std::uint32_t added_{0};
-  std::vector<Arrival> arrivals_{};  // in order of arrival
-  std::vector<CanFrame> held_{};     // that wait for the next one to overtake
+  std::deque<Arrival> arrivals_{};  // in order of arrival
+  std::vector<CanFrame> held_{};    // that wait for the next one to overtake
   std::vector<Listener> listeners_{};
   std::vector<Listener> watchers_{};
   CanBusStats stats_{};

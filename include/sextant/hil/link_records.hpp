@@ -85,9 +85,10 @@ static_assert(offsetof(CommandRecord, pattern) == 16 && offsetof(CommandRecord, 
   return true;
 }
 
-[[nodiscard]] inline MeasurementRecord to_record(const Measurement<double>& m) noexcept SEXTANT_NONBLOCKING {
+[[nodiscard]] inline MeasurementRecord to_record(std::int64_t t_ns,
+                                                 const Measurement<double>& m) noexcept SEXTANT_NONBLOCKING {
   MeasurementRecord r;
-  r.t_ns = m.t_ns;
+  r.t_ns = t_ns;
   r.i_a = m.i_abc.a;
   r.i_b = m.i_abc.b;
   r.i_c = m.i_abc.c;

@@ -93,7 +93,6 @@ class MeasurementAssembler {
     // Where nothing is new nothing has acted yet: no time, in the state that is still in force.
     if (came_) last_ = acted_.last_state();
     Measurement<double> m{
-        .t_ns = t_ns,
         .i_abc = {newest_.i_a, newest_.i_b, newest_.i_c},
         .u_dc = newest_.u_dc,
         .omega_m = newest_.omega_m,

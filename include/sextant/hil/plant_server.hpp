@@ -32,7 +32,7 @@ class PlantServer {
   /// The plant period that begins at t_ns [ns].
   void step(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
     const Measurement<double> measured = stage_.read(t_ns);
-    MeasurementRecord record = to_record(measured);
+    MeasurementRecord record = to_record(t_ns, measured);
     record.command_sequence = guard_.command_sequence();
     end_.publish(record);
     if (!measured.plausible) ++implausible_;

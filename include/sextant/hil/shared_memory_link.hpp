@@ -1,10 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "sextant/hil/hil_parameters.hpp"
+#include "sextant/hil/link_file.hpp"
 #include "sextant/hil/link_memory.hpp"
+#include "sextant/hil/mapped_object.hpp"
 
 namespace sextant {
 
@@ -15,15 +18,15 @@ enum class LinkRole : std::uint8_t { plant, drive };
 /// once and its memory is used again.
 class SharedMemoryLink {
  public:
-  /// Throws std::runtime_error with one sentence when the memory is another program's or another version's,
-  /// when the other side runs with another period or pacing, or when this role is taken.
+  /// Throws std::runtime_error with one sentence when the memory is another user's, another program's or
+  /// another version's, when other users may reach it, when a lock on it is never given up, when the other
+  /// side runs with another period or pacing, or when this role is taken.
   SharedMemoryLink(const HilParameters& parameters, LinkRole role, std::int64_t period_ns);
   SharedMemoryLink(const SharedMemoryLink&) = delete;
   SharedMemoryLink& operator=(const SharedMemoryLink&) = delete;
   ~SharedMemoryLink();
 
-  [[nodiscard]] LinkMemory& memory() const noexcept { return *memory_; }
-  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+  [[nodiscard]] LinkMemory& memory() const noexcept { return memory_->get(); }
   /// This side's start, from 1.
   [[nodiscard]] std::uint32_t generation() const noexcept { return generation_; }
   [[nodiscard]] LinkSide& own() const noexcept;
@@ -38,14 +41,14 @@ class SharedMemoryLink {
  private:
   [[nodiscard]] bool try_attach(const HilParameters& parameters, std::int64_t period_ns);
   void join(const HilParameters& parameters, std::int64_t period_ns);
+  void check_other(const HilParameters& parameters, std::int64_t period_ns) const;
+  void begin_anew(const HilParameters& parameters, std::int64_t period_ns);
   [[nodiscard]] bool check_header(const LinkHeader& found, std::int64_t file_bytes) const;
   void map();
-  void release() noexcept;
 
-  std::string name_;  // with its leading slash
   LinkRole role_;
-  int file_{-1};
-  LinkMemory* memory_{nullptr};
+  std::unique_ptr<LinkFile> file_{};
+  std::unique_ptr<MappedObject<LinkMemory>> memory_{};
   std::uint32_t generation_{0};
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -47,6 +48,12 @@ class DrivePlant {
         road_load_{parameters.road_load},
         on_road_{parameters.road_load.acts()},
         feels_road_{on_road_} {
+    const InductionMachineParameters<T>& m = parameters.machine;
+    const ElectricalRates<T> rates = machine_.electrical_rates();
+    const T p = T(m.pole_pairs);
+    damping_ = rates.ss + rates.rr;
+    shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
+    flux_per_volt_ = (T(1) + rounding) * T(2) / T(3) * m.l_s() / m.r_s;
     settle_inverter();
   }
 
@@ -120,6 +127,28 @@ class DrivePlant {
     return slope * inverse_inertia_;
   }
 
+  /// How fast the fluxes move at the present speed: the eigenvalues of their equations are no larger. [1/s]
+  [[nodiscard]] T electrical_rate() const noexcept SEXTANT_NONBLOCKING {
+    return damping_ + std::abs(T(machine_.parameters().pole_pairs) * x_[omega]);
+  }
+  /// How fast torque and speed oscillate against each other at the present fluxes, squared: at most
+  ///   3/2 p² k_r/σL_s |psi_s| |psi_r| / (J + J_road),
+  /// the slope of the torque by the rotor's angle; 0 where the speed is imposed. [1/s²]
+  [[nodiscard]] T shaft_rate_squared() const noexcept SEXTANT_NONBLOCKING {
+    if (inputs_.imposed_speed) return T(0);
+    return shaft_gain_ * (dot(psi_s(), psi_s()) + dot(psi_r(), psi_r()));
+  }
+
+  /// False when the state is not finite, or when the stator flux linkage is larger than the DC link can make
+  /// it, whatever the speed does:
+  ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
+  ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
+  /// |u_s| ≤ 2/3 u_dc. An integration that goes beyond it has left the machine's equations.
+  [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
+    const T limit = flux_per_volt_ * inputs_.u_dc;
+    return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
+  }
+
   /// ∂(dx/dt)/∂x at x. The rows of the appended system are left at zero: nothing depends on it, so that a
   /// Newton iteration loses one step there and no accuracy.
   void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
@@ -176,6 +205,8 @@ class DrivePlant {
 
  private:
   static constexpr std::size_t appended_size = std::size_t(Appended::size);
+  /// By which the largest flux may be passed without a reason.
+  static constexpr T rounding = T(1e-3);
 
   static SpaceVector<T> stator_flux(const State& x) noexcept SEXTANT_NONBLOCKING {
     return {x[psi_s_alpha], x[psi_s_beta]};
@@ -237,6 +268,9 @@ class DrivePlant {
   RoadLoad<T> road_load_;
   bool on_road_;     ///< the road load is not zero
   bool feels_road_;  ///< and the speed is not imposed
+  T damping_;        ///< R_s/σL_s + R_r/σL_r [1/s]
+  T shaft_gain_;     ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
+  T flux_per_volt_;  ///< largest |psi_s| by u_dc [s]
   Inverter<T> inverter_{};
   PlantInputs<T> inputs_{};
   State x_{State::Zero()};

@@ -2,17 +2,20 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/plant/plant_integrator.hpp"
+#include "sextant/plant/step_count.hpp"
 
 namespace sextant {
 
 /// What bounds the time of a fixed-step integration.
 struct FixedStepParameters {
-  std::int32_t max_step_ns{25'000};  ///< longest step; a segment is divided into equal ones [ns]
+  std::int32_t max_step_ns{
+      25'000};  ///< longest step; a machine that is too fast for it gets shorter ones [ns]
 
   /// nullptr when usable, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
@@ -20,9 +23,11 @@ struct FixedStepParameters {
   }
 };
 
-/// Classical Runge-Kutta method of order 4 with equal steps, in bounded time. While legs are off, diode
-/// events are located within the step by bisection on its cubic Hermite interpolant and the step is taken up
-/// to the event.
+/// Classical Runge-Kutta method of order 4 with equal steps, in bounded time. A segment is divided into steps
+/// of at most `max_step_ns` and of at most `largest_angle` divided by the plant's fastest rate at the
+/// beginning of the segment, so that the error stays below 1e-6 of the peak torque and the method far inside
+/// its region of stability (2.8) at any speed, on any machine. While legs are off, diode events are located
+/// within the step by bisection on its cubic Hermite interpolant and the step is taken up to the event.
 /// Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", II.1 and II.6.
 template <class Plant>
 class FixedStepIntegrator final : public PlantIntegrator<Plant> {
@@ -30,24 +35,49 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   using T = typename Plant::Scalar;
   using State = typename Plant::State;
 
+  /// Largest product of a step and of the plant's fastest rate. The error goes with its fourth power; at 0.04
+  /// it was at most 3e-7 of the peak torque on the machines of tests/python/machines.py. [-]
+  static constexpr T largest_angle = T(0.04);
+
   /// The parameters must be valid.
   explicit FixedStepIntegrator(const FixedStepParameters& parameters = {}) noexcept
       : max_step_ns_{parameters.max_step_ns} {}
 
   [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
     if (duration_ns <= 0) return true;
-    const std::int64_t steps =
-        duration_ns <= max_step_ns_ ? 1 : (duration_ns + max_step_ns_ - 1) / max_step_ns_;
     const T total = T(duration_ns) * T(1e-9);
+    const std::int64_t steps = steps_for(plant, duration_ns, total);
+    if (steps == 0) return false;
     const T h = steps == 1 ? total : total / T(steps);
     return plant.has_events() ? advance_through_events(plant, h, steps) : advance_smoothly(plant, h, steps);
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING override {}
 
+  /// The longest step for the plant as it is. [s]
+  [[nodiscard]] static T longest_step(const Plant& plant) noexcept SEXTANT_NONBLOCKING {
+    return largest_angle / std::sqrt(fastest_rate_squared(plant));
+  }
+
  private:
   static constexpr int bisections = 40;
   static constexpr int max_events_per_step = 16;
+
+  static T fastest_rate_squared(const Plant& plant) noexcept SEXTANT_NONBLOCKING {
+    const T electrical = plant.electrical_rate();
+    return electrical * electrical + plant.shaft_rate_squared();
+  }
+
+  /// 0 when they are too many.
+  [[nodiscard]] std::int64_t steps_for(const Plant& plant, std::int64_t duration_ns,
+                                       T duration) const noexcept SEXTANT_NONBLOCKING {
+    const std::int64_t steps = steps_of(duration_ns, max_step_ns_);
+    const T step = steps == 1 ? duration : duration / T(steps);
+    const T square = step * step * fastest_rate_squared(plant);
+    if (square <= largest_angle * largest_angle) [[likely]]
+      return steps;
+    return at_least(steps, T(steps) * std::sqrt(square) / largest_angle);
+  }
 
   /// The state after a step of h [s] from x with the slope k1 there; slope: dx/dt by x.
   template <class Slope>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace sextant {
 
@@ -13,6 +14,9 @@ struct OdeProblem {
   void (*jacobian)(const void* context, const double* x, double* j) noexcept {};
   /// Event functions; an event is a fall through zero.
   void (*events)(const void* context, const double* x, double* g) noexcept {};
+  /// The states from here on are integrals that nothing depends on and that grow without bound, as a meter's:
+  /// the relative tolerance does not count for them, or their error would grow with them.
+  int relative_states{std::numeric_limits<int>::max()};
 };
 
 /// Where a solver stopped: at the end of the segment, at an event before it, or nowhere of use.

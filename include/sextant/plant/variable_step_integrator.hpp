@@ -55,7 +55,8 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
   }
 
   static OdeProblem problem(int event_count) noexcept {
-    return {Plant::size, event_count,
+    return {Plant::size,
+            event_count,
             [](const void* plant, const double* x, double* dx) noexcept {
               State slope;
               static_cast<const Plant*>(plant)->derivative(Eigen::Map<const State>(x), slope);
@@ -70,7 +71,8 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
               std::array<double, Plant::event_count> values;
               static_cast<const Plant*>(plant)->events(Eigen::Map<const State>(x), values);
               std::copy(values.begin(), values.end(), g);
-            }};
+            },
+            Plant::machine_size};
   }
 
   static std::array<double, Plant::size> tolerances(const Parameters& parameters) noexcept {

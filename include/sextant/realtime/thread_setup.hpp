@@ -30,6 +30,11 @@ struct Grant {
 /// that is bound to it later has it alone. Nothing where the CPU is -1, or the only one.
 [[nodiscard]] Grant keep_off_cpu(int cpu);
 
+/// Keeps small what lock_memory() will lock: all threads share one heap, where each would reserve 64 MiB of
+/// addresses for one of its own, and the stacks of threads that start from now on have 1 MiB instead of 8
+/// MiB. For the beginning of a program, before its first thread starts.
+void reserve_little_memory();
+
 /// Keeps all present and future memory of the process resident, and freed heap memory in the process.
 [[nodiscard]] Grant lock_memory();
 

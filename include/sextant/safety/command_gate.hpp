@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/core/elapsed.hpp"
 #include "sextant/core/fault.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/core/torque_range.hpp"
@@ -17,7 +18,7 @@ struct AdmittedCommand {
   T torque{};               ///< the reference for the controller [N·m]
   bool enable{false};       ///< torque production wanted, and the gate agrees
   bool lockout{true};       ///< a valid disable has yet to be seen
-  bool fault_reset{false};  ///< true in the one period in which a valid reset arrives
+  bool fault_reset{false};  ///< true in the one period in which a valid reset arrives, with no command fault
   bool derated{false};      ///< less is admitted than was requested, for want of available torque
   FaultSet faults{};        ///< command faults present now
 };
@@ -26,9 +27,11 @@ struct AdmittedCommand {
 /// Identity and end-to-end protection were checked on reception; their verdict comes with the command.
 ///   silence beyond `timeout`: ramp to zero within `zero_ramp`, heals by itself;
 ///   silence beyond `lost`: fault, and the lockout returns;
-///   torque beyond `torque_limit` or the contract's range: blocked, the last setpoint holds; three frames in
-///   a row, of either kind: fault. Of a blocked frame only a disable counts: it neither enables nor resets,
-///   and lifts no lockout.
+///   enable with a torque beyond `torque_limit` or the contract's range: blocked, the last setpoint holds and
+///   nothing else of the frame counts; three such frames in a row: fault;
+///   disable: gates off for this period at least, torque starts again from zero, and the lockout ends unless
+///   the frame also resets. Its torque is not looked at, so that no disable is blocked. One that a newer
+///   command overwrote before this period counts all the same.
 template <class T = double>
 class CommandGate {
  public:
@@ -57,72 +60,25 @@ class CommandGate {
   /// `wind_down` asks for a ramp to zero, and holds it there, whatever the command says.
   [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
                                         TorqueRange<T> available, bool wind_down) noexcept {
-    if (is_steady(command, t_ns) && !wind_down) return pass(command, t_ns, dt, available);
-    return judge(command, t_ns, dt, available, wind_down);
-  }
-
-  /// What `step` does where `is_steady` and there is no `wind_down`.
-  [[nodiscard, gnu::always_inline]] AdmittedCommand<T> pass(const TorqueCommand<T>& command,
-                                                            std::int64_t t_ns, T dt,
-                                                            TorqueRange<T> available) noexcept {
-    if (command.sequence != sequence_) [[unlikely]]
-      renew(command, t_ns);
-    AdmittedCommand<T> out{.enable = true, .lockout = false};
-    follow(out, dt, available);
-    return out;
-  }
-
-  /// True when, where `is_steady`, `pass` would change nothing: the command is known, its setpoint was
-  /// admitted last, and a torque of that magnitude is available with `either_way` [N·m], whatever its sign.
-  [[nodiscard]] constexpr bool is_settled(const TorqueCommand<T>& command, T either_way) const noexcept {
-    return command.sequence == sequence_ && settled_ && std::abs(setpoint_) <= either_way;
-  }
-
-  /// What `pass` answers where `is_settled`.
-  [[nodiscard]] constexpr AdmittedCommand<T> settled() const noexcept {
-    return {.torque = setpoint_, .enable = true, .lockout = false};
-  }
-
-  /// True when there is nothing to judge: the bus is well, torque is enabled, and the command is the last one
-  /// and young enough, or a new one that asks for nothing but torque within the limits. It is the usual case,
-  /// and a short way through it; `judge` would answer the same.
-  [[nodiscard, gnu::always_inline]] constexpr bool is_steady(const TorqueCommand<T>& command,
-                                                             std::int64_t t_ns) const noexcept {
-    if (!follows_ || command.e2e != E2eState::valid) return false;
-    if ((unsigned(command.bus_off) | command.out_of_range) != 0) return false;  // one branch for both
-    if (command.sequence == sequence_) return t_ns - alive_ns_ <= parameters_.timeout_ns;
-    return command.sequence != 0 && command.enable && !command.fault_reset && is_within_limits(command) &&
-           t_ns - command.received_ns <= parameters_.timeout_ns;
-  }
-
-  /// Demands a valid disable before the next enable, as after power-up and after a fault.
-  constexpr void lock() noexcept {
-    lockout_ = true;
-    follows_ = false;
-    settled_ = false;
-    setpoint_ = T(0);
-    ramp_.reset();
-  }
-
-  /// Takes back what was admitted: torque starts again from zero and at its rate.
-  constexpr void restart() noexcept {
-    ramp_.reset();
-    settled_ = false;
-  }
-
- private:
-  [[nodiscard, gnu::noinline]] AdmittedCommand<T> judge(const TorqueCommand<T>& command, std::int64_t t_ns,
-                                                        T dt, TorqueRange<T> available,
-                                                        bool wind_down) noexcept {
     AdmittedCommand<T> out;
-    const bool valid = command.sequence != 0 && command.e2e == E2eState::valid;
+    const bool valid = command.e2e == E2eState::valid;
     const bool is_new = command.sequence != sequence_;
-    // A stamp from the future must not keep a command alive: it counts from when it was first seen.
-    if (is_new) alive_ns_ = std::min(command.received_ns, t_ns);
+    const bool disabled = command.disables != disables_;
+    const bool reset = command.resets != resets_;
+    disables_ = command.disables;
+    resets_ = command.resets;
+    if (is_new) alive_ns_ = command.received_ns;
     sequence_ = command.sequence;
-    const std::int64_t age_ns = t_ns - alive_ns_;
+    // A stamp from the future must not keep a command alive: it counts from when it was first seen. A clock
+    // that was set back makes such stamps as well.
+    alive_ns_ = std::min(alive_ns_, t_ns);
+    const std::int64_t age_ns = elapsed(alive_ns_, t_ns);
     const bool lost = age_ns > parameters_.lost_ns;
-    if (valid && is_new && !lost) accept(command, out);
+    if (valid && !lost) {
+      if (disabled) disable(reset || command.fault_reset);
+      const bool new_one_resets = is_new && accept(command);
+      out.fault_reset = reset || new_one_resets;
+    }
     count_out_of_range(command.out_of_range, is_new);
     if (!valid || lost) lockout_ = true;
 
@@ -130,45 +86,61 @@ class CommandGate {
     if (command.e2e == E2eState::invalid) out.faults.set(Fault::command_invalid);
     if (command.bus_off) out.faults.set(Fault::bus_off);
     if (blocked_ >= parameters_.blocked_limit) out.faults.set(Fault::command_out_of_range);
+    if (out.faults.any()) out.fault_reset = false;
     out.lockout = lockout_;
-    out.enable = enable_ && !lockout_ && !out.faults.any();
-    if (age_ns > parameters_.timeout_ns || wind_down || !out.enable) {
-      wind_down_to_zero(out, dt);
+    out.enable = enable_ && !disabled && !lockout_ && !out.faults.any();
+    if (!out.enable) {
+      restart();
+    } else if (age_ns > parameters_.timeout_ns || wind_down) {
+      wind_down_to_zero(out, dt, available);
     } else {
       follow(out, dt, available);
     }
-    if (winding_down_) settled_ = false;
-    follows_ = out.enable && !winding_down_ && out_of_range_ == 0;
     return out;
   }
 
+  /// Demands a valid disable before the next enable, as after power-up and after a fault.
+  constexpr void lock() noexcept {
+    lockout_ = true;
+    setpoint_ = T(0);
+    ramp_.reset();
+  }
+
+  /// Takes back what was admitted: torque starts again from zero and at its rate.
+  constexpr void restart() noexcept {
+    ramp_.reset();
+    winding_down_ = false;
+  }
+
+ private:
   /// Of a NaN, false.
   [[nodiscard]] constexpr bool is_within_limits(const TorqueCommand<T>& command) const noexcept {
     return std::abs(command.torque) <= parameters_.torque_limit && command.torque_limit >= T(0);
   }
 
-  /// Takes a new command over another that is like it in all but torque and time.
-  constexpr void renew(const TorqueCommand<T>& command, std::int64_t t_ns) noexcept {
-    // A stamp from the future must not keep a command alive: it counts from when it was first seen.
-    alive_ns_ = std::min(command.received_ns, t_ns);
-    sequence_ = command.sequence;
-    blocked_ = 0;
-    settled_ = false;
-    setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
-  }
-
-  constexpr void accept(const TorqueCommand<T>& command, AdmittedCommand<T>& out) noexcept {
-    if (!command.enable) enable_ = false;
+  /// Takes a new command; true when it resets.
+  constexpr bool accept(const TorqueCommand<T>& command) noexcept {
+    if (!command.enable) {
+      disable(command.fault_reset);
+      return command.fault_reset;
+    }
     if (!is_within_limits(command)) {
       ++blocked_;
-      return;
+      return false;
     }
     blocked_ = 0;
-    enable_ = command.enable;
-    out.fault_reset = command.fault_reset;
-    // A frame that also resets is spent on the reset: the disable has to come after it.
-    if (!command.enable && !command.fault_reset) lockout_ = false;
+    enable_ = true;
     setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
+    return command.fault_reset;
+  }
+
+  /// A frame that also resets is spent on the reset: the disable that ends the lockout has to come after it.
+  /// Where both were overwritten their order is not known, and the lockout stays.
+  constexpr void disable(bool resets) noexcept {
+    enable_ = false;
+    blocked_ = 0;
+    setpoint_ = T(0);
+    if (!resets) lockout_ = false;
   }
 
   /// Frames that the receiver dropped for their range are blocked frames as well; it counts them from zero
@@ -179,18 +151,20 @@ class CommandGate {
     out_of_range_ = in_a_row;
   }
 
-  constexpr void wind_down_to_zero(AdmittedCommand<T>& out, T dt) noexcept {
+  constexpr void wind_down_to_zero(AdmittedCommand<T>& out, T dt, TorqueRange<T> available) noexcept {
     if (!winding_down_) zero_rate_ = std::abs(ramp_.value()) / (T(parameters_.zero_ramp_ns) * T(1e-9));
     winding_down_ = true;
-    out.torque = ramp_.step(T(0), std::max(zero_rate_, T(1)) * dt);
+    ramp_.step(T(0), std::max(zero_rate_, T(1)) * dt);
+    out.torque = ramp_.limit(available.lowest, available.highest);
   }
 
   constexpr void follow(AdmittedCommand<T>& out, T dt, TorqueRange<T> available) noexcept {
     winding_down_ = false;
     const T target = std::clamp(setpoint_, available.lowest, available.highest);
     out.derated = target != setpoint_;
-    out.torque = ramp_.step(target, parameters_.torque_rate * dt);
-    settled_ = out.torque == setpoint_;
+    ramp_.step(target, parameters_.torque_rate * dt);
+    // What is available may fall faster than the torque's own rate.
+    out.torque = ramp_.limit(available.lowest, available.highest);
   }
 
   Parameters parameters_;
@@ -198,14 +172,14 @@ class CommandGate {
   T setpoint_{};
   T zero_rate_{};
   std::int64_t alive_ns_{0};
-  std::uint32_t sequence_{0};
+  std::uint64_t sequence_{0};
+  std::uint32_t disables_{0};
+  std::uint32_t resets_{0};
   std::uint32_t blocked_{0};       ///< frames in a row, whatever was wrong with their torque [-]
   std::uint32_t out_of_range_{0};  ///< of these, as the receiver last counted them [-]
   bool enable_{false};
   bool lockout_{true};
   bool winding_down_{false};
-  bool settled_{false};  ///< what was admitted last is the setpoint
-  bool follows_{false};  ///< the command was followed when it was last judged, with nothing against it
 };
 
 }  // namespace sextant

@@ -15,12 +15,14 @@ class Protection {
   struct Parameters {
     T over_current{T(200)};     ///< trip level of any phase current's magnitude [A]
     T dc_over_voltage{T(700)};  ///< trip level of the DC link [V]
+    T over_speed{T(167)};       ///< trip level of the mechanical speed's magnitude [rad/s]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (!(std::isfinite(over_current) && over_current > T(0))) return "the current trip must be above zero";
       if (!(std::isfinite(dc_over_voltage) && dc_over_voltage > T(0))) {
         return "the DC-link voltage trip must be above zero";
       }
+      if (!(std::isfinite(over_speed) && over_speed > T(0))) return "the speed trip must be above zero";
       return nullptr;
     }
   };
@@ -33,23 +35,8 @@ class Protection {
            std::isfinite(m.u_dc) && std::isfinite(m.omega_m);
   }
 
-  /// True when no limit of currents and link voltage can be broken, so that they are finite: one comparison
-  /// each. A NaN compares as false. What is not harmless may still be good, as a negative link voltage. The
-  /// speed has no limit here; who asks has to see himself that it is finite.
-  [[nodiscard]] bool is_harmless(const Measurement<T>& m) const noexcept {
-    return m.plausible && std::abs(m.i_abc.a) <= parameters_.over_current &&
-           std::abs(m.i_abc.b) <= parameters_.over_current &&
-           std::abs(m.i_abc.c) <= parameters_.over_current && std::abs(m.u_dc) <= parameters_.dc_over_voltage;
-  }
-
   /// The faults that this measurement shows; `measurement_invalid` when it is not usable.
   [[nodiscard]] FaultSet step(const Measurement<T>& m) const noexcept {
-    if (is_harmless(m) && std::isfinite(m.omega_m)) return {};
-    return judge(m);
-  }
-
- private:
-  [[nodiscard, gnu::noinline]] FaultSet judge(const Measurement<T>& m) const noexcept {
     FaultSet faults;
     if (!is_usable(m)) {
       faults.set(Fault::measurement_invalid);
@@ -58,9 +45,11 @@ class Protection {
     const T peak = std::max({std::abs(m.i_abc.a), std::abs(m.i_abc.b), std::abs(m.i_abc.c)});
     if (peak > parameters_.over_current) faults.set(Fault::over_current);
     if (m.u_dc > parameters_.dc_over_voltage) faults.set(Fault::dc_over_voltage);
+    if (std::abs(m.omega_m) > parameters_.over_speed) faults.set(Fault::over_speed);
     return faults;
   }
 
+ private:
   Parameters parameters_;
 };
 

@@ -18,6 +18,9 @@ class SetpointRamp {
     return value_;
   }
 
+  /// Moves into [lowest, highest] at once; returns the new value.
+  constexpr T limit(T lowest, T highest) noexcept { return value_ = std::clamp(value_, lowest, highest); }
+
   [[nodiscard]] constexpr T value() const noexcept { return value_; }
   constexpr void reset() noexcept { value_ = T(0); }
 

@@ -52,6 +52,7 @@ class ContinuousComparators {
 
   [[nodiscard]] SwitchState state() const noexcept { return state_; }
   [[nodiscard]] int torque_demand() const noexcept { return torque_.output(); }
+  [[nodiscard]] bool flux_demand() const noexcept { return flux_.output(); }
   /// Sector of the stator flux, 1…6.
   [[nodiscard]] std::uint8_t sector() const noexcept { return sector_.sector(); }
   /// Times at which the torque comparator has left its zero output, since construction. [-]

@@ -23,7 +23,7 @@ struct CsvTable {
 };
 
 /// Reads a file with at least one row. Throws std::runtime_error with one sentence that names file, line and
-/// column.
+/// column, also beyond the bounds of TextLines.
 [[nodiscard]] CsvTable read_csv(const std::string& file);
 
 }  // namespace sextant

@@ -1,35 +1,34 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sextant {
 
-/// Powers at the boundaries of the drive at one instant.
-struct DrivePowers {
-  double link{};    ///< drawn from the DC link [W]
-  double copper{};  ///< lost in the windings [W]
-  double torque{};  ///< air-gap torque [N·m]
-  double speed{};   ///< mechanical [rad/s]
+/// Readings of the plant's energy meter, and the energy of its field, at one instant. NaN: not known. [J]
+struct DriveEnergies {
+  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  double link{unknown};    ///< drawn from the DC link
+  double copper{unknown};  ///< lost in the windings
+  double shaft{unknown};   ///< work of the air-gap torque
+  double field{unknown};   ///< stored in the magnetic field
 };
 
-/// Integrates the powers of a drive. An unknown power, NaN, makes its own energies NaN and no other.
+/// Adds up energies over segments of a run, from the readings of a meter that is integrated with the plant.
+/// What flows out of the link and what flows back are told apart by the link's power at the ends of a
+/// segment, between which it runs linearly. An unknown reading makes its own energy NaN and no other.
 class EnergyAccount {
  public:
-  /// A control period, over which the link's power is `b.link` and the rest follows the trapezoidal rule.
-  void add_period(const DrivePowers& a, const DrivePowers& b, double seconds) noexcept {
-    net_link_ += seconds * b.link;
-    gross_link_ += seconds * std::abs(b.link);
-    shaft_ += 0.5 * seconds * (a.torque * a.speed + b.torque * b.speed);
-    copper_ += 0.5 * seconds * (a.copper + b.copper);
-  }
-
-  /// A segment over which link power, torque and speed run linearly. The copper losses, which are quadratic
-  /// there, follow the trapezoidal rule.
-  void add_segment(const DrivePowers& a, const DrivePowers& b, double seconds) noexcept {
-    net_link_ += 0.5 * seconds * (a.link + b.link);
-    gross_link_ += 0.5 * seconds * gross(a.link, b.link);
-    shaft_ += seconds / 6 * (a.torque * (2 * a.speed + b.speed) + b.torque * (a.speed + 2 * b.speed));
-    copper_ += 0.5 * seconds * (a.copper + b.copper);
+  /// Readings of the meter and powers of the link [W] at both ends of a segment, or of the share of one.
+  void add(const DriveEnergies& a, const DriveEnergies& b, double power_a, double power_b,
+           double seconds) noexcept {
+    const double net = b.link - a.link;
+    net_link_ += net;
+    gross_link_ += gross(net, power_a, power_b, seconds);
+    shaft_ += b.shaft - a.shaft;
+    copper_ += b.copper - a.copper;
+    field_ += b.field - a.field;
   }
 
   /// Integral of the positive part of the link's power. [J]
@@ -39,18 +38,32 @@ class EnergyAccount {
   /// Net work of the torque. [J]
   [[nodiscard]] double shaft() const noexcept { return shaft_; }
   [[nodiscard]] double copper() const noexcept { return copper_; }  ///< [J]
+  /// Change of the field's energy. [J]
+  [[nodiscard]] double field() const noexcept { return field_; }
+
+  /// What the balance  link = shaft + copper + field  leaves over, as a share of all that has flowed: across
+  /// the link either way, into the shaft, the windings and the field; 0 where next to nothing has. [-]
+  [[nodiscard]] double unaccounted() const noexcept {
+    constexpr double nothing_j = 1e-6;
+    const double sum = gross_link_ + std::abs(shaft_) + std::abs(copper_) + std::abs(field_);
+    if (sum < nothing_j) return 0;
+    return std::abs(net_link_ - shaft_ - copper_ - field_) / sum;
+  }
 
  private:
-  // Twice the mean magnitude of the line from a to b.
-  static double gross(double a, double b) noexcept {
-    const double sum = std::abs(a) + std::abs(b);
-    return a * b < 0 ? (a * a + b * b) / sum : sum;
+  // What has crossed the link, either way, along a line of power from a to b; never less than the net, which
+  // is known better.
+  static double gross(double net, double a, double b, double seconds) noexcept {
+    const double least = std::abs(net) + 0 * (a + b);  // NaN where a power is
+    if (!(a * b < 0)) return least;
+    return std::max(least, 0.5 * seconds * (a * a + b * b) / (std::abs(a) + std::abs(b)));
   }
 
   double net_link_{};
   double gross_link_{};
   double shaft_{};
   double copper_{};
+  double field_{};
 };
 
 }  // namespace sextant

@@ -1,31 +1,38 @@
 #pragma once
 
+#include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/energy_meter.hpp"
 #include "sextant/sim/continuous_comparators.hpp"
 #include "sextant/sim/continuous_estimator.hpp"
 
 namespace sextant {
 
 /// Drive and plant as one hybrid system: the plant's differential equation with the drive's estimator
-/// appended, and the comparators whose events switch the inverter. This is what a variable-step block diagram
-/// of the paper's Figure 1 computes. An engine moves the state; the owner handles its events.
+/// and a meter of its energies appended, and the comparators whose events switch the inverter. This is what a
+/// variable-step block diagram of the paper's Figure 1 computes. An engine moves the state; the owner handles
+/// its events.
 ///
 /// The gates are always driven: event-exact runs have no drive states and no protections of their own.
 class EventExactSystem {
  public:
-  using Plant = DrivePlant<double, ContinuousEstimator>;
+  using Plant = DrivePlant<double, AppendedPair<ContinuousEstimator, EnergyMeter<double>>>;
   using State = Plant::State;
   using Jacobian = Plant::Jacobian;
   using Events = ContinuousComparators::Events;
   static constexpr int size = Plant::size;
   static constexpr int event_count = ContinuousComparators::event_count;
+  /// Index of the energy meter's first state.
+  static constexpr int meter = Plant::appended + ContinuousEstimator::size;
   static constexpr int psi_alpha = Plant::appended + int(ContinuousEstimator::psi_alpha);
   static constexpr int psi_beta = Plant::appended + int(ContinuousEstimator::psi_beta);
   static constexpr int torque_reference = Plant::appended + int(ContinuousEstimator::torque_reference);
 
   EventExactSystem(const DrivePlantParameters<>& plant, const DirectTorqueController<>::Parameters& control,
                    double sector_mask) noexcept
-      : plant_{plant, ContinuousEstimator{control.machine.r_s}},
+      : plant_{plant,
+               {ContinuousEstimator{control.machine.r_s},
+                EnergyMeter<double>{plant.machine.r_s, plant.machine.r_r}}},
         comparators_{control, sector_mask},
         torque_gain_{1.5 * control.machine.pole_pairs} {}
 
@@ -56,7 +63,7 @@ class EventExactSystem {
     State x = plant_.state();
     x[torque_reference] = torque;
     plant_.continue_at(x);
-    plant_.appended_system().set_reference_slope(slope);
+    plant_.appended_system().first.set_reference_slope(slope);
   }
 
   /// Surroundings of the plant from now on; the switching state is the comparators'.

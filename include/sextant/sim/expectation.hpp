@@ -1,13 +1,26 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "sextant/core/fault.hpp"
 #include "sextant/sim/metric_list.hpp"
 
 namespace sextant {
+
+/// A stretch of a run, both ends included.
+struct TimeWindow {
+  std::int64_t from_ns{0};                                       ///< [ns]
+  std::int64_t to_ns{std::numeric_limits<std::int64_t>::max()};  ///< [ns]
+
+  [[nodiscard]] constexpr bool contains(std::int64_t t_ns) const noexcept {
+    return t_ns >= from_ns && t_ns <= to_ns;
+  }
+};
 
 /// What a scenario demands of one metric; the bounds themselves are allowed.
 struct Expectation {
@@ -24,6 +37,19 @@ struct ExpectationResult {
   Expectation limit{};
   double value{};  ///< in the metric's unit; NaN if the run gave none
   bool pass{false};
+  std::optional<TimeWindow> window{};  ///< over which the metric was taken, where it is not the run's own
+};
+
+/// Limits that hold over a window of their own.
+struct WindowExpectation {
+  TimeWindow window{};
+  std::vector<Expectation> limits{};
+};
+
+/// A trip that a scenario expects.
+struct FaultExpectation {
+  Fault fault{};        ///< that latches first
+  TimeWindow window{};  ///< in which it latches
 };
 
 /// Judges every expectation, in order. A NaN value fails, and so does a metric that does not exist.

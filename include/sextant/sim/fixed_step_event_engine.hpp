@@ -15,7 +15,7 @@ class FixedStepEventEngine {
  public:
   using State = EventExactSystem::State;
 
-  /// Longest step [s].
+  /// Longest step [s]; a machine that is too fast for it gets shorter ones, as with `FixedStepIntegrator`.
   explicit FixedStepEventEngine(double max_step) noexcept : max_step_{max_step} {}
 
   /// One step towards `duration` [s] from now, or to the first event in it; `detect` false runs past events.

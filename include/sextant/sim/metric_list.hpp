@@ -29,6 +29,8 @@ enum class Metric : std::uint8_t {
   energy_to_link,
   energy_shaft,
   energy_copper,
+  energy_field,
+  energy_unaccounted,
   speed_error_rms,
   simulated,
   wall,
@@ -42,7 +44,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 22;
+inline constexpr std::size_t metric_count = 24;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -58,14 +60,21 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
     {"switching_frequency_hz", "Hz",
      "turn-ons of an upper switch per second in the window, mean of the legs"},
     {"torque_pulse_frequency_hz", "Hz",
-     "pulses of the torque comparator per second in the window; sampled: zero vectors left for active ones"},
+     "pulses of the torque comparator, which begin where its output becomes +1 or -1, per second in the "
+     "window"},
     {"dwell_limited", "1", "switching events of the whole run that had to wait for the minimum dwell"},
     {"peak_current_a", "A", "largest phase current of the whole run"},
-    {"current_thd_percent", "%", "current harmonics to fundamental in the window"},
+    {"current_thd_percent", "%",
+     "current harmonics to fundamental in the window; none unless torque reference and fundamental stand "
+     "still"},
     {"energy_from_link_j", "J", "drawn from the DC link in the window"},
     {"energy_to_link_j", "J", "fed back into the DC link in the window"},
     {"energy_shaft_j", "J", "net work of the air-gap torque on the shaft in the window"},
     {"energy_copper_j", "J", "lost in the windings in the window"},
+    {"energy_field_j", "J", "change of the magnetic field's energy in the window"},
+    {"energy_unaccounted", "1",
+     "of the whole run: energy from the link that is neither work nor loss nor field, as a share of what has "
+     "flowed"},
     {"speed_error_rms_rad_s", "rad/s", "RMS of speed minus its reference in the window, if there is one"},
     {"simulated_s", "s", "length of the run in the drive's time"},
     {"wall_s", "s", "length of the run in wall time"},

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "sextant/core/space_vector.hpp"
-#include "sextant/core/switch_state.hpp"
+#include "sextant/sim/energy_account.hpp"
 
 namespace sextant {
 
@@ -12,17 +12,15 @@ namespace sextant {
 ///
 /// What is NaN by default is unknown unless given; the metrics that need it are NaN then.
 struct MetricsSample {
-  std::int64_t t_ns{};         ///< from the beginning of the run [ns]
-  double torque_reference{};   ///< [N·m]
-  double torque{};             ///< air-gap torque [N·m]
-  SpaceVector<> psi_s{};       ///< stator flux linkage, stationary frame [Wb]
-  SpaceVector<> i_s{};         ///< stator current, stationary frame [A]
-  double omega_m{};            ///< mechanical speed [rad/s]
-  SwitchState switch_state{};  ///< in force from t_ns on; unused in segments
-  double fraction_ns{};  ///< of a nanosecond by which the instant is later than t_ns; segments only [ns]
-  /// Power drawn from the DC link, u_dc i_dc; of a control period the mean of the one that ended. [W]
-  double p_dc{std::numeric_limits<double>::quiet_NaN()};
-  double p_copper{std::numeric_limits<double>::quiet_NaN()};         ///< lost in both windings [W]
+  std::int64_t t_ns{};        ///< from the beginning of the run [ns]
+  double torque_reference{};  ///< [N·m]
+  double torque{};            ///< air-gap torque [N·m]
+  SpaceVector<> psi_s{};      ///< stator flux linkage, stationary frame [Wb]
+  SpaceVector<> i_s{};        ///< stator current, stationary frame [A]
+  double omega_m{};           ///< mechanical speed [rad/s]
+  double fraction_ns{};       ///< of a nanosecond by which the instant is later than t_ns [ns]
+  double p_dc{std::numeric_limits<double>::quiet_NaN()};             ///< drawn from the DC link [W]
+  DriveEnergies energies{};                                          ///< read from the plant's meter
   double speed_reference{std::numeric_limits<double>::quiet_NaN()};  ///< mechanical [rad/s]
 
   /// Time since `origin_ns`, exact to 1e-7 ns within a second of it. [ns]

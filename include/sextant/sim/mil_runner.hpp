@@ -2,25 +2,40 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
+#include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/drive/drive.hpp"
 #include "sextant/sim/metric_list.hpp"
 #include "sextant/sim/scenario.hpp"
-#include "sextant/sim/simulated_drive_io.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
 
 namespace sextant {
 
 class TraceRecorder;
 
+/// A fault of a run, and when it latched.
+struct LatchedFault {
+  Fault fault{};
+  std::int64_t t_ns{};  ///< before 0 in the hand-shake [ns]
+};
+
 /// How a run ended.
 struct MilResult {
   MetricList metrics{};
-  bool plant_healthy{true};  ///< false: the integrator failed, or its events did not end
-  bool events_ended{true};   ///< false: an event-exact run had more events than it may
+  std::vector<MetricList> window_metrics{};  ///< of each of the scenario's windows
+  bool plant_healthy{true};                  ///< false: the integration failed, or one of the two below
+  bool plant_reachable{true};                ///< false: the plant's state has left what the DC link can feed
+  bool events_ended{true};                   ///< false: an event-exact run had more events than it may
+  bool stopped{false};                       ///< the caller has ended it before its time
   DriveState final_state{DriveState::init};
-  FaultSet faults{};        ///< latched during the run
-  Fault first_fault{};      ///< meaningful while `faults.any()`
-  std::int64_t fault_ns{};  ///< when it latched; before 0 in the hand-shake [ns]
+  FaultSet faults{};                        ///< latched during the run
+  Fault first_fault{};                      ///< meaningful while `faults.any()`
+  std::int64_t fault_ns{};                  ///< when it latched; before 0 in the hand-shake [ns]
+  std::vector<LatchedFault> fault_times{};  ///< every one of `faults`, in the order in which they latched
+
+  /// Takes what is latched at t_ns; `first`: the one that came first.
+  void note_faults(FaultSet latched, Fault first, std::int64_t t_ns);
 };
 
 /// Runs a scenario with the model in the loop, as fast as the machine allows: the same `run_cycle` as the
@@ -30,17 +45,20 @@ class MilRunner {
   /// Told now and then how far the run is, 0…1; false stops it.
   using Progress = std::function<bool(double fraction)>;
 
-  /// Drive and power stage are not owned; both must be as after construction.
-  MilRunner(Drive<double>& drive, SimulatedDriveIo<>& io, std::int32_t period_ns) noexcept
-      : drive_{drive}, io_{io}, period_ns_{period_ns} {}
+  /// Drive and power stage are not owned; both must be as after construction. `comparators`: the drive's
+  /// controller where it is direct torque control, whose comparators are told in metrics and trace.
+  MilRunner(Drive<double>& drive, MeteredPowerStage::Io& io, std::int32_t period_ns,
+            const DirectTorqueController<>* comparators = nullptr) noexcept
+      : drive_{drive}, io_{io}, period_ns_{period_ns}, comparators_{comparators} {}
 
   /// Runs the whole scenario. `trace` may be null. Throws what the scenario's parts throw on bad parameters.
   [[nodiscard]] MilResult run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress);
 
  private:
   Drive<double>& drive_;
-  SimulatedDriveIo<>& io_;
+  MeteredPowerStage::Io& io_;
   std::int32_t period_ns_;
+  const DirectTorqueController<>* comparators_;
 };
 
 }  // namespace sextant

@@ -6,8 +6,8 @@
 
 namespace sextant {
 
-/// Mean, variance, minimum and maximum of n quantities, from single values or from pieces over which they run
-/// linearly. The weight of a value is 1, that of a piece is the caller's choice.
+/// Mean, variance, minimum and maximum of n quantities, from pieces over which they run linearly. The weight
+/// of a piece is the caller's choice.
 ///
 /// The sums are those of the deviation from the first value: they do not cancel as sums of squares do and
 /// need no division for each value, as Welford's recurrence does (Chan, Golub, LeVeque: Algorithms for
@@ -16,17 +16,6 @@ template <int n>
 class Moments {
  public:
   using Values = Eigen::Array<double, n, 1>;
-
-  /// Adds a value of weight 1.
-  void add(const Values& x) noexcept {
-    if (weight_ == 0) origin_ = x;
-    const Values deviation = x - origin_;
-    weight_ += 1;
-    sum_ += deviation;
-    sum_of_squares_ += deviation * deviation;
-    min_ = min_.min(x);
-    max_ = max_.max(x);
-  }
 
   /// Adds straight lines from a to b. Along them the mean square is the square of the middle and (b − a)²/12.
   void add_line(const Values& a, const Values& b, double weight) noexcept {

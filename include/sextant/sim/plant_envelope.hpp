@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "sextant/sim/trace_row.hpp"
@@ -10,20 +11,12 @@ namespace sextant {
 /// Reduces the plant's values of an interval to one row: minimum and maximum of torque, flux and current,
 /// so that no peak between two rows is lost, the mean of torque and flux, and the last value of the rest.
 ///
-/// The values are those of control periods, which weigh the same, or of the ends of segments over which they
-/// run linearly, which weigh by their duration. A NaN makes the mean NaN and leaves minimum and maximum to
-/// the numbers.
+/// The values are those of the ends of segments, over which they run linearly and which weigh by their
+/// duration. An interval without any is that of one instant. A NaN makes the mean NaN and leaves minimum and
+/// maximum to the numbers.
 class PlantEnvelope {
  public:
-  /// Adds one control period.
-  void add(const PlantSample& sample) noexcept {
-    weight_ += 1;
-    torque_sum_ += sample.torque;
-    flux_sum_ += include(sample);
-  }
-
-  /// Adds a segment of an event-exact run, which begins where the one before ended: the plant's state does
-  /// not jump.
+  /// Adds a segment, which begins where the one before ended: the plant's state does not jump.
   void add_segment(const PlantSample& before, const PlantSample& after, double seconds) noexcept {
     if (weight_ == 0) last_flux_ = include(before);
     const double flux = include(after);
@@ -35,6 +28,11 @@ class PlantEnvelope {
 
   /// The interval so far, which ends with `last`.
   [[nodiscard]] PlantRow row(const PlantSample& last) const noexcept {
+    if (weight_ == 0) {
+      PlantEnvelope instant;
+      instant.add_segment(last, last, 1);
+      return instant.row(last);
+    }
     return {.torque_nm = last.torque,
             .torque_mean_nm = torque_sum_ / weight_,
             .torque_min_nm = torque_.lowest(),
@@ -54,7 +52,20 @@ class PlantEnvelope {
             .i_c_a = last.i_abc.c,
             .u_dc_v = last.u_dc,
             .omega_m_rad_s = last.omega_m,
-            .tau_l_nm = last.tau_l};
+            .tau_l_nm = last.tau_l,
+            .theta_m_rad = last.theta_m,
+            .i_dc_a = last.i_dc,
+            .u_s_alpha_v = last.u_s.alpha,
+            .u_s_beta_v = last.u_s.beta,
+            .i_r_alpha_a = last.i_r.alpha,
+            .i_r_beta_a = last.i_r.beta,
+            .energy_link_j = last.energies.link,
+            .energy_copper_j = last.energies.copper,
+            .energy_shaft_j = last.energies.shaft,
+            .energy_field_j = last.energies.field,
+            .switch_a = leg(last.state.a()),
+            .switch_b = leg(last.state.b()),
+            .switch_c = leg(last.state.c())};
   }
 
   /// Begins the next interval.
@@ -77,6 +88,11 @@ class PlantEnvelope {
       return min > max ? std::numeric_limits<double>::quiet_NaN() : max;
     }
   };
+
+  static std::int8_t leg(LegState state) noexcept {
+    if (state == LegState::off) return -1;
+    return state == LegState::high ? 1 : 0;
+  }
 
   // Returns the magnitude of the flux.
   double include(const PlantSample& sample) noexcept {

@@ -31,6 +31,8 @@ struct Scenario {
   MetricsParameters metrics{};
   TraceParameters trace{};
   std::vector<Expectation> expectations{};
+  std::vector<WindowExpectation> windows{};          ///< limits over parts of the run
+  std::optional<FaultExpectation> expected_fault{};  ///< empty: a trip is no success
 };
 
 }  // namespace sextant

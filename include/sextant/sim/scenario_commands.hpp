@@ -45,6 +45,11 @@ class ScenarioCommands {
     return driver_ ? driver_->torque() : profile_.value(t_ns);
   }
 
+  /// How the torque reference goes on from t_ns to its next corner; a driver's stands still. [N·m/s]
+  [[nodiscard]] double reference_slope(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
+    return driver_ ? 0.0 : profile_.slope(t_ns);
+  }
+
   /// The shaft's speed that a driver aims at; NaN without one. [rad/s]
   [[nodiscard]] double speed_reference(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
     return driver_ ? driver_->wheel_speed(profile_.value(t_ns)) : std::numeric_limits<double>::quiet_NaN();
@@ -57,7 +62,7 @@ class ScenarioCommands {
   Profile profile_;  ///< torque reference [N·m], or the driver's speed reference [m/s]
   std::optional<Driver> driver_{};
   double omega_m_{0};  ///< [rad/s]
-  std::uint32_t sequence_{0};
+  std::uint64_t sequence_{0};
 };
 
 }  // namespace sextant

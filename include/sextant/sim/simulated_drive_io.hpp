@@ -9,8 +9,28 @@
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/sim/mechanical_load.hpp"
+#include "sextant/sim/segment_log.hpp"
 
 namespace sextant {
+
+/// How the simulated power stage behaves.
+struct SimulatedDriveIoParameters {
+  std::int32_t period_ns{25'000};  ///< control period [ns]
+  double u_dc{530.0};              ///< stiff DC-link voltage [V]
+  int actuation_delay_periods{0};  ///< 1: a pattern acts one period after it was written [-]
+  int hold_periods{1};             ///< periods for which a pattern holds that is not renewed [-]
+  /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
+  std::optional<std::int64_t> load_origin_ns{0};
+
+  [[nodiscard]] const char* validate() const noexcept {
+    if (period_ns <= 0) return "the control period must be above zero";
+    if (!(std::isfinite(u_dc) && u_dc > 0.0)) return "the DC-link voltage must be above zero";
+    if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
+      return "the actuation delay must be 0 or 1 periods";
+    }
+    return hold_periods >= 1 ? nullptr : "a pattern must hold for at least one period";
+  }
+};
 
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
@@ -20,27 +40,11 @@ namespace sextant {
 /// paper's machine by 250 N·m, and a zero vector at speed by half of that; with open gates the torque falls
 /// to zero and comes back with the next pattern. `Measurement::acted` tells all of it, for which a pattern
 /// needs one segment to spare; the measurement is not plausible where it cannot, nor after a gap of more than
-/// a second.
-template <class Plant = DrivePlant<double>>
+/// a second. `Log` keeps what the plant went through in the last read, for who wants to look at it.
+template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
-  struct Parameters {
-    std::int32_t period_ns{25'000};  ///< control period [ns]
-    double u_dc{530.0};              ///< stiff DC-link voltage [V]
-    int actuation_delay_periods{0};  ///< 1: a pattern acts one period after it was written [-]
-    int hold_periods{1};             ///< periods for which a pattern holds that is not renewed [-]
-    /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
-    std::optional<std::int64_t> load_origin_ns{0};
-
-    [[nodiscard]] const char* validate() const noexcept {
-      if (period_ns <= 0) return "the control period must be above zero";
-      if (!(std::isfinite(u_dc) && u_dc > 0.0)) return "the DC-link voltage must be above zero";
-      if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
-        return "the actuation delay must be 0 or 1 periods";
-      }
-      return hold_periods >= 1 ? nullptr : "a pattern must hold for at least one period";
-    }
-  };
+  using Parameters = SimulatedDriveIoParameters;
 
   /// Plant, integrator and load are not owned and must outlive this object.
   SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,
@@ -49,6 +53,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
+    log_.clear();
     // One segment, read in time, is nearly all that table-based control sees. It needs no cutting, which
     // takes longer than all else that stands here.
     const bool in_time = t_ns - plant_t_ns_ == parameters_.period_ns;
@@ -58,12 +63,11 @@ class SimulatedDriveIo final : public DriveIo<double> {
     advance({state, parameters_.period_ns});
     // Made in place and all at once: a copy of what has just been stored by member stalls, and what is first
     // made empty is cleared by the slowest of instructions.
-    return {.t_ns = t_ns,
-            .i_abc = plant_.i_abc(),
+    return {.i_abc = plant_.i_abc(),
             .u_dc = parameters_.u_dc,
             .omega_m = plant_.omega_m(),
             .acted = GatePattern{state, parameters_.period_ns},
-            .plausible = is_sound()};
+            .plausible = healthy()};
   }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
@@ -77,12 +81,16 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }
 
+  /// What acted in the last read, and what it did to the plant.
+  [[nodiscard]] const Log& log() const noexcept SEXTANT_NONBLOCKING { return log_; }
+
   /// Load torque that acts on the shaft at the plant's present time, a vehicle's included. [N·m]
   [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING {
     return load_.torque(load_time(plant_t_ns_)) + plant_.tau_road();
   }
 
-  /// False once an integration has failed; the plant stands still from then on.
+  /// False once an integration has failed or has left what the DC link can feed; the plant stands still from
+  /// then on.
   [[nodiscard]] bool healthy() const noexcept SEXTANT_NONBLOCKING { return !failed_; }
 
  private:
@@ -99,19 +107,15 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// A read of any pattern, after any time.
   [[nodiscard, gnu::noinline]] Measurement<double> read_stretched(std::int64_t t_ns) noexcept {
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
-    Measurement<double> now{.t_ns = t_ns, .u_dc = parameters_.u_dc, .acted = acting_until(elapsed_ns)};
+    Measurement<double> now{.u_dc = parameters_.u_dc, .acted = acting_until(elapsed_ns)};
     for (const GateSegment& segment : now.acted.segments()) advance(segment);
     now.i_abc = plant_.i_abc();
     now.omega_m = plant_.omega_m();
     // No room in `acted` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
     const bool complete = now.acted.duration_ns() == elapsed_ns;
-    now.plausible = complete && is_sound();
+    now.plausible = complete && healthy();
     return now;
   }
-
-  /// True while the integration goes well. One test for the whole state: a sum with anything in it that is
-  /// not finite is not.
-  [[nodiscard]] bool is_sound() const noexcept { return !failed_ && std::isfinite(plant_.state().sum()); }
 
   /// The pattern in force, stretched to the time that has passed since the last read.
   [[nodiscard]] GatePattern acting_until(std::int64_t elapsed_ns) const noexcept {
@@ -133,20 +137,28 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   /// In pieces between the corners of the load, so that a load step acts at its instant.
   void advance(const GateSegment& segment) noexcept {
+    if (failed_) return;
     const std::int64_t end_ns = plant_t_ns_ + segment.duration_ns;
+    bool first = true;
     while (!failed_ && plant_t_ns_ < end_ns) {
       const std::int64_t load_ns = load_time(plant_t_ns_);
       const std::int64_t to_corner_ns = load_.next_corner_ns(load_ns) - load_ns;
       const std::int64_t left_ns = end_ns - plant_t_ns_;
-      advance(segment.state, std::min(left_ns, to_corner_ns));
+      const std::int64_t piece_ns = std::min(left_ns, to_corner_ns);
+      set_inputs(segment.state, piece_ns);
+      if (first) log_.begin(plant_);
+      first = false;
+      failed_ = !integrator_.advance(plant_, piece_ns) || !plant_.is_reachable();
+      plant_t_ns_ += piece_ns;
       if (to_corner_ns <= left_ns && load_.imposes_speed() && !failed_) {
         jump_to(load_.speed(load_time(plant_t_ns_)));
       }
     }
+    if (!failed_ && !first) log_.end(plant_, segment.duration_ns);
   }
 
-  /// Over a piece in which the load is linear: its torque acts with its mean.
-  void advance(SwitchState state, std::int64_t duration_ns) noexcept {
+  /// For a piece in which the load is linear: its torque acts with its mean.
+  void set_inputs(SwitchState state, std::int64_t duration_ns) noexcept {
     const std::int64_t begin_ns = load_time(plant_t_ns_);
     PlantInputs<double> inputs{state, parameters_.u_dc, load_.torque(begin_ns + duration_ns / 2),
                                load_.imposes_speed(), 0.0};
@@ -158,8 +170,6 @@ class SimulatedDriveIo final : public DriveIo<double> {
       if (change != 0.0) inputs.speed_slope = change / duration_s;
     }
     plant_.set_inputs(inputs);
-    failed_ = !integrator_.advance(plant_, duration_ns);
-    plant_t_ns_ += duration_ns;
   }
 
   /// A step of the imposed speed acts at its instant; what is less than one is rounding.
@@ -172,6 +182,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   Plant& plant_;
   PlantIntegrator<Plant>& integrator_;
   const MechanicalLoad& load_;
+  Log log_{};
   GatePattern active_{};
   GatePattern delayed_{};
   std::int64_t plant_t_ns_{0};

@@ -5,6 +5,7 @@
 
 #include "sextant/plant/cvode_integrator.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/erk_integrator.hpp"
 #include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
@@ -21,38 +22,45 @@ enum class IntegratorKind : std::uint8_t {
   erk     ///< SUNDIALS ARKODE, an explicit Runge-Kutta pair: error-controlled, no history
 };
 
+/// What a simulated power stage is made of.
+struct SimulatedPowerStageParameters {
+  DrivePlantParameters<double> plant{};
+  SimulatedDriveIoParameters io{};
+  IntegratorKind integrator{IntegratorKind::cvode};
+  CvodeParameters cvode{};
+  FixedStepParameters fixed{};  ///< also moves the plant of integrator `exact` while legs are off
+  ExactParameters exact{};
+  ErrorControl erk{};
+
+  [[nodiscard]] const char* validate() const noexcept {
+    if (const char* problem = plant.validate()) return problem;
+    if (const char* problem = io.validate()) return problem;
+    if (const char* problem = cvode.validate()) return problem;
+    if (const char* problem = fixed.validate()) return problem;
+    if (const char* problem = exact.validate()) return problem;
+    return erk.validate();
+  }
+};
+
+/// A plant whose energies are metered and integrated with it.
+using MeteredPlant = DrivePlant<double, EnergyMeter<double>>;
+
 /// Inverter, machine, shaft and their integrator behind one `DriveIo`: what stands in for the hardware.
-class SimulatedPowerStage {
+template <class PlantType, class Log>
+class BasicSimulatedPowerStage {
  public:
-  using Plant = DrivePlant<double>;
-
-  struct Parameters {
-    DrivePlantParameters<double> plant{};
-    SimulatedDriveIo<>::Parameters io{};
-    IntegratorKind integrator{IntegratorKind::cvode};
-    CvodeParameters cvode{};
-    FixedStepParameters fixed{};  ///< also moves the plant of integrator `exact` while legs are off
-    ExactParameters exact{};
-    ErrorControl erk{};
-
-    [[nodiscard]] const char* validate() const noexcept {
-      if (const char* problem = plant.validate()) return problem;
-      if (const char* problem = io.validate()) return problem;
-      if (const char* problem = cvode.validate()) return problem;
-      if (const char* problem = fixed.validate()) return problem;
-      if (const char* problem = exact.validate()) return problem;
-      return erk.validate();
-    }
-  };
+  using Plant = PlantType;
+  using Io = SimulatedDriveIo<Plant, Log>;
+  using Parameters = SimulatedPowerStageParameters;
 
   /// Throws std::runtime_error when the integrator cannot be set up or the load is malformed.
-  SimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
+  BasicSimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
       : load_{load},
-        plant_{parameters.plant},
+        plant_{make_plant(parameters.plant)},
         integrator_{make_integrator(parameters)},
         io_{parameters.io, plant_, *integrator_, load_} {}
 
-  [[nodiscard]] SimulatedDriveIo<>& io() noexcept { return io_; }
+  [[nodiscard]] Io& io() noexcept { return io_; }
 
   /// The integrator that the parameters name. Throws std::runtime_error when it cannot be set up.
   static std::unique_ptr<PlantIntegrator<Plant>> make_integrator(const Parameters& parameters) {
@@ -70,10 +78,24 @@ class SimulatedPowerStage {
   }
 
  private:
+  static Plant make_plant(const DrivePlantParameters<double>& parameters) {
+    if constexpr (Plant::size == Plant::machine_size) {
+      return Plant{parameters};
+    } else {
+      return Plant{parameters, EnergyMeter<double>{parameters.machine.r_s, parameters.machine.r_r}};
+    }
+  }
+
   MechanicalLoad load_;
   Plant plant_;
   std::unique_ptr<PlantIntegrator<Plant>> integrator_;
-  SimulatedDriveIo<> io_;
+  Io io_;
 };
+
+/// The power stage of a live drive.
+using SimulatedPowerStage = BasicSimulatedPowerStage<DrivePlant<double>, NoSegmentLog<DrivePlant<double>>>;
+
+/// The power stage of a run that is judged: its energies are metered and every gate segment is told.
+using MeteredPowerStage = BasicSimulatedPowerStage<MeteredPlant, SegmentLog<MeteredPlant>>;
 
 }  // namespace sextant

@@ -18,24 +18,17 @@ class StepResponse {
   /// False once the torque has responded or cannot respond any more.
   [[nodiscard]] bool watching() const noexcept { return watching_; }
 
-  /// The response is that of the first sample that has responded.
-  void add(const MetricsSample& sample) noexcept {
-    if (sample.t_ns < step_ns_) {
-      reference_before_ = sample.torque_reference;
-      return;
-    }
-    respond(sample.since(step_ns_), 0, sample.torque_reference, sample.torque, sample.torque);
-  }
-
   /// Torque and reference run linearly from `before` to `after`; the response is that of the line. The
-  /// reference steps between two segments, where it jumps at the step within a picosecond.
+  /// reference steps between two segments, where it jumps within a picosecond of the step, or first jumps
+  /// after it: a sampled drive takes a step over at its next control period.
   void add_segment(const MetricsSample& before, const MetricsSample& after) noexcept {
     const double begin_ns = before.since(step_ns_);
     const double end_ns = after.since(step_ns_);
     if (end_ns <= rounding_ns) {
       reference_before_ = after.torque_reference;
     } else if (begin_ns < -rounding_ns) {
-      watching_ = false;  // no jump within a segment, so that this is no step
+      reference_before_ = before.torque_reference;
+      watching_ = before.torque_reference == after.torque_reference;  // along a line there is no step
     } else {
       respond(begin_ns, end_ns - begin_ns, before.torque_reference, before.torque, after.torque);
     }

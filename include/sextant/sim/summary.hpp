@@ -1,32 +1,77 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/sim/expectation.hpp"
 #include "sextant/sim/metric_list.hpp"
+#include "sextant/sim/mil_runner.hpp"
+#include "sextant/sim/scenario.hpp"
 
 namespace sextant {
 
+/// What is to be said of a run in one word. The first that applies counts.
+enum class Verdict : std::uint8_t {
+  interrupted,       ///< ended from outside before its time
+  plant_failed,      ///< the plant's integration gave up
+  tripped,           ///< a fault that was not expected latched
+  not_balanced,      ///< more than 1e-4 of the energy is unaccounted for
+  trace_incomplete,  ///< the trace could not be written to its end
+  fail,              ///< a limit does not hold, or an expected fault did not come
+  pass
+};
+
+/// As it stands in summaries: `pass`, `not_balanced`, …
+[[nodiscard]] const char* to_string(Verdict verdict) noexcept;
+
 /// How a run turned out.
 struct RunSummary {
+  /// Share of the energy that may be unaccounted for in a run that counts. [-]
+  static constexpr double largest_unaccounted = 1e-4;
+
   std::string scenario{};
   MetricList metrics{};
   std::vector<ExpectationResult> expectations{};
+  std::vector<LatchedFault> faults{};  ///< in the order in which they latched
+  std::optional<FaultExpectation> expected_fault{};
+  bool stopped{false};          ///< ended from outside before its time
+  bool plant_healthy{true};     ///< false: the plant's integration gave up
+  std::string trace_error{};    ///< why the trace ends early; empty when it does not
+  std::string problem{};        ///< what else is to be said of the run, in a sentence
+  std::string configuration{};  ///< in force, as JSON; empty where there is none
+  std::string version{};        ///< of the program
+  std::string commit{};         ///< that the program was built from
 
   /// True when every expectation holds; also when there is none.
   [[nodiscard]] bool passed() const noexcept;
+
+  /// True when no fault was expected and none came, or when the first one is the one that was expected, in
+  /// its window.
+  [[nodiscard]] bool faults_as_expected() const noexcept;
+
+  [[nodiscard]] Verdict verdict() const noexcept;
 };
 
-/// The summary as JSON: `scenario`, `metrics` (name to value, null where the run gave none) and `expect`, a
-/// list of `metric`, `limit` (an object with `min`, `max` or both), `value` and `pass`.
+/// What is known of a run once it has ended; trace, configuration and program are the caller's to add.
+[[nodiscard]] RunSummary summarise(const Scenario& scenario, const MilResult& result);
+
+/// The summary as JSON: `scenario`, `verdict`, `metrics` (name to value, null where the run gave none),
+/// `expect`, a list of `metric`, `limit` (an object with `min`, `max` or both), `value`, `pass` and, for a
+/// limit over a window of its own, `window` (`from_s`, `to_s`); `faults`, a list of `fault` and `t_s`;
+/// `expected_fault`, null or an object with `fault`, `from_s`, `to_s` and `pass`; `configuration`, dotted
+/// keys to values; `version` and `commit`.
 [[nodiscard]] std::string to_json(const RunSummary& summary);
 
 /// Writes the JSON to a file so that a reader finds the old file or the new one, never a part.
 /// Throws std::runtime_error with file and reason.
 void write_summary(const RunSummary& summary, const std::filesystem::path& file);
+
+/// What a summary file says of an earlier run: its scenario. Empty where the file is no summary.
+[[nodiscard]] std::optional<std::string> scenario_of_summary(const std::filesystem::path& file);
 
 /// The summary as an aligned table for people, with ANSI colours if wanted.
 [[nodiscard]] std::string format_summary(const RunSummary& summary, bool colour);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sextant/core/telemetry.hpp"
 #include "sextant/sim/trace_row.hpp"
@@ -16,15 +17,25 @@ namespace sextant {
 struct TraceParameters {
   double interval_us{1000};  ///< one row of the trace; sampled: a whole number of control periods [µs]
   int compression{0};        ///< deflate level 0 to 9; 1 writes a quarter of the bytes in twice the time [-]
+  /// What is written beside `t_ns`: names of signals and of groups of them (`trace_signals`).
+  std::vector<std::string> signals{"standard"};
 
   [[nodiscard]] const char* validate() const noexcept {
     if (!std::isfinite(interval_us) || interval_us <= 0)
       return "the trace interval must be finite and above zero";
     if (interval_us > 1e9) return "the trace interval must be at most 1000 s";
     if (compression < 0 || compression > 9) return "the trace compression must be between 0 and 9";
+    if (signals.empty()) return "the trace needs at least one signal";
     return nullptr;
   }
 };
+
+/// Everything that `TraceParameters::signals` may name, groups first: `standard`, `switching`, `voltage`,
+/// `link`, `rotor`, `shaft`, `energy`, `comparators`, `all`, and each dataset by its path in the file.
+[[nodiscard]] std::vector<std::string> trace_signals();
+
+/// True when a file is a trace that a `TraceRecorder` began.
+[[nodiscard]] bool is_trace(const std::filesystem::path& file);
 
 /// What a trace says of the run it belongs to.
 struct TraceOrigin {
@@ -37,11 +48,14 @@ struct TraceOrigin {
 ///
 /// One dataset per signal, one row per interval. The root group holds the members of
 /// `TelemetryIntervalRecord` under the names of configs/interfaces/telemetry.idl; the group `plant` holds the
-/// plant's true values on the same rows. Every dataset carries the attributes `unit` and `description`;
-/// the file carries `scenario`, `sextant_version`, `mode` (`sampled` or `event_exact`), `control_period_ns`
-/// if there is one, `interval_ns` and `decimation`, which says that a row is a min/max envelope.
+/// plant's true values on the same rows, the group `control` what the comparators say. Which of them are
+/// written is the choice of `TraceParameters::signals`. Every dataset carries the attributes `unit` and
+/// `description`; the file carries `scenario`, `sextant_version`, `mode` (`sampled` or `event_exact`),
+/// `control_period_ns` if there is one, `interval_ns` and `decimation`, which says that a row is a min/max
+/// envelope.
 ///
-/// A sampled run gives its control periods (`add`), an event-exact one finished rows (`add_row`).
+/// A sampled run gives its gate segments (`add_segment`) and control periods (`add`), an event-exact one
+/// finished rows (`add_row`).
 ///
 /// Rows are written about once a second of wall time, and the file is complete in itself after each time, so
 /// that of an interrupted run all but the last second can be read.
@@ -58,9 +72,13 @@ class TraceRecorder {
   TraceRecorder(TraceRecorder&&) noexcept;
   TraceRecorder& operator=(TraceRecorder&&) noexcept;
 
-  /// Adds one control period of a sampled run. After an error of writing this does nothing.
-  /// Throws std::logic_error in an event-exact run.
-  void add(const Telemetry<>& telemetry, const PlantSample& plant);
+  /// Adds a gate segment of a sampled run: the plant at both of its ends, and its length [s]. Throws
+  /// std::logic_error in an event-exact run.
+  void add_segment(const PlantSample& before, const PlantSample& after, double seconds);
+
+  /// Adds one control period of a sampled run, after its segments. After an error of writing this does
+  /// nothing. Throws std::logic_error in an event-exact run.
+  void add(const Telemetry<>& telemetry, const PlantSample& plant, ComparatorSample comparators = {});
 
   /// Adds a finished row. After an error of writing this does nothing.
   void add_row(const TraceRow& row);

@@ -14,11 +14,17 @@ class TraceReducer {
  public:
   explicit TraceReducer(std::uint32_t periods_per_row) noexcept : periods_per_row_{periods_per_row} {}
 
-  /// Adds a control period; true when it completes the row.
-  [[nodiscard]] bool add(const Telemetry<>& telemetry, const PlantSample& plant) noexcept {
+  /// Adds a gate segment of the control period to come: the plant at both of its ends, and its length [s].
+  void add_segment(const PlantSample& before, const PlantSample& after, double seconds) noexcept {
+    plant_.add_segment(before, after, seconds);
+  }
+
+  /// Adds a control period, with the plant at its end; true when it completes the row.
+  [[nodiscard]] bool add(const Telemetry<>& telemetry, const PlantSample& plant,
+                         ComparatorSample comparators = {}) noexcept {
     drive_.add(telemetry);
-    plant_.add(plant);
     last_plant_ = plant;
+    comparators_ = comparators;
     return drive_.count() >= periods_per_row_;
   }
 
@@ -27,7 +33,9 @@ class TraceReducer {
 
   /// The row so far, complete or not; the next period begins a new one.
   [[nodiscard]] TraceRow take() noexcept {
-    const TraceRow row{.drive = drive_.record(), .plant = plant_.row(last_plant_)};
+    const TraceRow row{.drive = drive_.record(),
+                       .plant = plant_.row(last_plant_),
+                       .control = {comparators_.torque, comparators_.flux}};
     drive_.reset();
     plant_.reset();
     return row;
@@ -38,6 +46,7 @@ class TraceReducer {
   TelemetryInterval<> drive_{};
   PlantEnvelope plant_{};
   PlantSample last_plant_{};
+  ComparatorSample comparators_{};
 };
 
 }  // namespace sextant

@@ -10,7 +10,7 @@ from pathlib import Path
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
-from . import gates, live_runs
+from . import deadlines, gates, live_runs
 from .figure import Figure, failed, report_unexpected, unmeasured
 from .histogram import Histogram
 from .lab import Lab, Stage
@@ -331,6 +331,8 @@ def live(lab: Lab) -> list[Figure]:
         ("audit", lambda: audit(lab)),
         ("gates of a killed drive", lambda: gates.killed(lab)),
         ("gates of a drive that hangs", lambda: gates.hung(lab)),
+        ("gates behind a wire that is cut", lambda: deadlines.cut(lab)),
+        ("deadlines", lambda: deadlines.deadlines(lab)),
         ("lockstep", lambda: lockstep(lab)),
     ):
         lab.say(name)
@@ -382,4 +384,4 @@ def write_latency(page: Path, results: Path, copy_plot: bool) -> None:
         shutil.copyfile(plot, PLOT)
 
 
-LIVE = Stage("live", "the live drive: wake-ups, work, commands, audit, gates, lockstep", 470, live)
+LIVE = Stage("live", "the live drive: wake-ups, work, commands, audit, gates, deadlines, lockstep", 510, live)

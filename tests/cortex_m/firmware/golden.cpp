@@ -40,7 +40,7 @@ struct Calibration {
   asm volatile(".rept 2000\n nop\n .endr");
 }
 [[gnu::noipa]] DriveOutput<float> step_drive(Drive<float>& drive, const Input& input) {
-  return drive.step(input.measurement, input.request);
+  return drive.step(input.t_ns, input.measurement, input.request);
 }
 [[gnu::noipa]] GatePattern step_controller(DirectTorqueController<float>& controller,
                                            const Measurement<float>& measurement,

@@ -49,10 +49,9 @@ class RegisterDriveIo final : public DriveIo<float> {
             2.0F * std::numbers::pi_v<float> /
             (parameters.edges_per_turn * float(speed_periods) * float(parameters.period_ns) * 1e-9F)} {}
 
-  [[nodiscard]] Measurement<float> read(std::int64_t t_ns) noexcept override {
+  [[nodiscard]] Measurement<float> read(std::int64_t /*t_ns*/) noexcept override {
     const CurrentConverter& adc = CurrentConverter::instance();
-    return {.t_ns = t_ns,
-            .i_abc = {current(adc.result[0]), current(adc.result[1]), current(adc.result[2])},
+    return {.i_abc = {current(adc.result[0]), current(adc.result[1]), current(adc.result[2])},
             .u_dc = parameters_.volt_per_count * float(adc.result[3]),
             .omega_m = speed(),
             .acted = std::exchange(acting_, next_)};

@@ -20,6 +20,7 @@ struct Setup {
 
 /// What the drive got in one period.
 struct Input {
+  std::int64_t t_ns{};  ///< beginning of the period [ns]
   Measurement<float> measurement{};
   DriveRequest<float> request{};
 };

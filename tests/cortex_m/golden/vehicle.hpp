@@ -61,7 +61,7 @@ inline constexpr std::array<Late, 2> late{{{172, 3}, {200, 40}}};
                      .enable = order.enable,
                      .fault_reset = order.fault_reset,
                      .received_ns = frame * frame_ns,
-                     .sequence = std::uint32_t(frame + 1),
+                     .sequence = std::uint64_t(frame + 1),
                      .counter = std::uint8_t(frame % 15),
                      .e2e = E2eState::valid};
   if (t_ns == watchdog_ms * 1'000'000LL) request.external.set(Fault::watchdog);

@@ -49,7 +49,7 @@ class Steps {
     request.command.torque = t_ns / every_ns % 2 == 0 ? 15.0 : -15.0;
     request.command.received_ns = t_ns;
     request.command.torque_limit = 150.0;
-    request.command.sequence = std::uint32_t(t_ns / 10'000'000 + 1);
+    request.command.sequence = std::uint64_t(t_ns / 10'000'000 + 1);
     request.command.e2e = sextant::E2eState::valid;
     return request;
   }

@@ -11,18 +11,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from drive_process import DriveProcess
+from drive_process import WIDE, DriveProcess
 from free_bus import free_udp_port, multicast_address, reason_against
 from kernel import in_guest
 
 KIND = os.environ.get("SEXTANT_LIVE_BUS", "udp_multicast")
-WATCHDOG_IN_GUEST_MS = 1000
-FULL_HZ = 1000
-SLOW_HZ = 100
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "nightly: in a guest at times spoilt by the host; see run")
+# A guest is slow: a control thread that has more to do than there is time leaves nothing to the rest.
+IN_GUEST = ("dds.telemetry_rate_hz=100", "realtime.wake_every_periods=200", "realtime.stage_statistics=false")
 
 
 def _address(index: int) -> str:
@@ -55,17 +50,11 @@ def no_readers_left() -> Iterator[None]:
 
 @pytest.fixture
 def start_drive(domain: int, tmp_path: Path) -> Iterator[Callable[..., DriveProcess]]:
-    """start_drive(bus, key=value…): a running sextant-ecu in the test's DDS domain, ended with the test.
-
-    It publishes DriveTelemetry at 1 kHz; in a guest, where that takes most of the processor, at telemetry_hz.
-    There the watchdog waits longer as well: an emulated processor stands still when code runs for the first time.
-    """
+    """start_drive(bus, key=value…): a running sextant-ecu in the test's DDS domain, ended with the test."""
     with ExitStack() as stack:
 
-        def start(address: str, *settings: str, telemetry_hz: int = SLOW_HZ) -> DriveProcess:
-            common = [f"dds.telemetry_rate_hz={telemetry_hz if in_guest() else FULL_HZ}"]
-            if in_guest():
-                common.append(f"realtime.watchdog_ms={WATCHDOG_IN_GUEST_MS}")
+        def start(address: str, *settings: str) -> DriveProcess:
+            common = (*WIDE, *(IN_GUEST if in_guest() else ()))
             return stack.enter_context(DriveProcess(address, domain, tmp_path, (*common, *settings)))
 
         yield start

@@ -1,6 +1,8 @@
-"""Raw frames of a bus with their arrival times: by candump on SocketCAN, by python-can on UDP multicast."""
+"""Raw frames of a bus in their order: by candump on SocketCAN, by python-can on UDP multicast."""
 
+import os
 import re
+import socket
 import subprocess
 import time
 from dataclasses import dataclass
@@ -10,18 +12,18 @@ import can
 from sextant_py import bus
 
 RECEIVE_BUFFER = "4000000"  # bytes
-STARTING_S = 5.0  # at most, of candump
+SO_RCVBUFFORCE = 33
+STARTING_S = 60.0  # at most, of candump
 
 
 @dataclass(frozen=True)
 class RawFrame:
-    time_s: float
     frame_id: int
     data: bytes
 
 
 class FrameLog:
-    """Listens for the time of a `with`. Times are those of the wall clock, as candump has them."""
+    """Listens for the time of a `with`."""
 
     def __init__(self, address: str, folder: Path) -> None:
         self._address = bus.parse(address)
@@ -41,6 +43,7 @@ class FrameLog:
             self._wait_for_a_frame()
         else:
             self._bus = bus.open_bus(self._address)
+            widen(self._bus)
             self._notifier = can.Notifier(self._bus, [self._take], timeout=0.1)
         return self
 
@@ -51,7 +54,7 @@ class FrameLog:
             time.sleep(0.01)
 
     def _take(self, message: can.Message) -> None:
-        self._frames.append(RawFrame(message.timestamp, message.arbitration_id, bytes(message.data)))
+        self._frames.append(RawFrame(message.arbitration_id, bytes(message.data)))
 
     def _stop(self) -> None:
         if self._candump is not None:
@@ -64,17 +67,26 @@ class FrameLog:
             self._bus.shutdown()
             self._notifier = None
 
-    def until(self, end_s: float) -> list[RawFrame]:
-        """Stops listening; what came until then."""
-        time.sleep(0.1)
+    def frames(self) -> list[RawFrame]:
+        """Stops listening; what has come."""
         self._stop()
-        return [frame for frame in self._frames if frame.time_s <= end_s]
+        return self._frames
 
     def __exit__(self, *_: object) -> None:
         self._stop()
 
 
+def widen(opened: can.BusABC) -> None:
+    """Room in the kernel for what comes while the listener is kept from running."""
+    receiver = socket.socket(fileno=os.dup(opened.fileno()))
+    with receiver:
+        try:
+            receiver.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, int(RECEIVE_BUFFER))
+        except PermissionError:
+            receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, int(RECEIVE_BUFFER))
+
+
 def parse_candump(text: str) -> list[RawFrame]:
     """Frames of candump's log format, "(1700000000.123456) vcan0 123#DEADBEEF"."""
-    found = re.findall(r"^\((\d+\.\d+)\) \S+ ([0-9A-F]{3})#([0-9A-F]*)", text, re.MULTILINE)
-    return [RawFrame(float(when), int(frame_id, 16), bytes.fromhex(data)) for when, frame_id, data in found]
+    found = re.findall(r"^\(\d+\.\d+\) \S+ ([0-9A-F]{3})#([0-9A-F]*)", text, re.MULTILINE)
+    return [RawFrame(int(frame_id, 16), bytes.fromhex(data)) for frame_id, data in found]

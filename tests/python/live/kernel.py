@@ -17,6 +17,6 @@ def in_guest() -> bool:
 
 
 def native_kernel_only() -> None:
-    """Ends a test whose claim needs the time that a guest does not leave."""
+    """Ends a test that needs more processor time than a guest has."""
     if in_guest():
-        pytest.skip("claim of a native kernel; shown by live.udp_multicast")
+        pytest.skip("it needs a native kernel; live.udp_multicast runs it")

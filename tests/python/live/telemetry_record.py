@@ -5,14 +5,15 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
 from cyclonedds.core import Policy, Qos
 from cyclonedds.util import duration
-from failures import NotSeenError
 from sextant_py import dds
 
 POLL_S = 0.02
 DEPTH = 5000
 HELPING = 32
+PATIENCE_S = 60.0  # a wait ends as soon as what it waits for is there
 
 
 class Span:
@@ -33,35 +34,6 @@ class Span:
 
     def where(self, keep: np.ndarray) -> "Span":
         return Span([sample for sample, kept in zip(self.samples, keep, strict=True) if kept])
-
-    def between(self, begin_ns: int, end_ns: int) -> "Span":
-        """Samples whose interval ends in (begin_ns, end_ns]."""
-        return self.where((self.t_ns > begin_ns) & (self.t_ns <= end_ns))
-
-    def last(self, seconds: float) -> "Span":
-        """The samples of the last so many seconds."""
-        return self.where(self.t_ns > self.t_ns[-1] - seconds * 1e9)
-
-    @property
-    def interval_ns(self) -> float:
-        """Time from one sample to the next."""
-        return float(np.median(np.diff(self.t_ns)))
-
-    def command_times_ns(self) -> np.ndarray:
-        """Receive times of the commands that the drive acted on, each once."""
-        return np.unique(self.command_received_ns)
-
-    def stalls_ns(self) -> list[tuple[int, int]]:
-        """Where the host kept the drive from running, or samples from arriving: begin and end of each such gap."""
-        late = np.flatnonzero(np.diff(self.t_ns) > 1.5 * self.interval_ns)
-        return [(int(self.t_ns[i]), int(self.t_ns[i + 1])) for i in late]
-
-    def without_stalls(self, settling_ns: int) -> "Span":
-        """Without the samples up to settling_ns after a gap: in it the last switching state went on acting."""
-        keep = np.ones(len(self), dtype=bool)
-        for _, end_ns in self.stalls_ns():
-            keep &= (self.t_ns < end_ns) | (self.t_ns >= end_ns + settling_ns)
-        return self.where(keep)
 
 
 class TelemetryRecord:
@@ -101,7 +73,7 @@ class TelemetryRecord:
     def _connected(self) -> bool:
         return all(topic.samples for topic in (self._stream, self._states, self._statistics))
 
-    def wait(self, condition: Callable[["TelemetryRecord"], Any], what: str, timeout_s: float = 10.0) -> Any:
+    def wait(self, condition: Callable[["TelemetryRecord"], Any], what: str, timeout_s: float = PATIENCE_S) -> Any:
         """Polls until the condition holds; returns its value."""
         deadline = time.monotonic() + timeout_s
         while True:
@@ -109,10 +81,11 @@ class TelemetryRecord:
             if value := condition(self):
                 return value
             if time.monotonic() > deadline:
-                raise NotSeenError(f"waited {timeout_s:g} s for {what}; {self._last_words()}")
+                pytest.fail(f"waited {timeout_s:g} s for {what}; {self.last_words()}")
             time.sleep(POLL_S)
 
-    def _last_words(self) -> str:
+    def last_words(self) -> str:
+        """What is known of the drive, for whoever waited in vain."""
         reasons = [topic.diagnosis() for topic in (self._stream, self._states, self._statistics)]
         if any(reasons):
             return "; ".join(reason for reason in reasons if reason)
@@ -120,20 +93,20 @@ class TelemetryRecord:
         return f"the drive is in {last.state.name} ({state.reason}), {last.torque_reference_nm:g} N·m admitted"
 
     def wait_until_heard(self) -> None:
-        self.wait(lambda own: own.samples and own.states and own.statistics, "all three topics", 20.0)
+        self.wait(lambda own: own.samples and own.states and own.statistics, "all three topics")
 
-    def wait_for_state(self, *names: str, timeout_s: float = 10.0) -> None:
+    def wait_for_state(self, *names: str) -> None:
         found = " or ".join(names)
-        self.wait(lambda own: own.samples and own.samples[-1].state.name in names, f"state {found}", timeout_s)
+        self.wait(lambda own: own.samples and own.samples[-1].state.name in names, f"state {found}")
 
     def run(self, seconds: float) -> Span:
         """The samples of the next so many seconds, on the drive's clock."""
         self.poll()
         if not self.samples:
-            raise NotSeenError("no telemetry has been heard")
+            pytest.fail("no telemetry has been heard")
         first, begin_ns = len(self.samples), self.samples[-1].t_ns
         end_ns = begin_ns + round(seconds * 1e9)
-        self.wait(lambda own: own.samples[-1].t_ns >= end_ns, f"{seconds:g} s of telemetry", seconds + 10.0)
+        self.wait(lambda own: own.samples[-1].t_ns >= end_ns, f"{seconds:g} s of telemetry", seconds + PATIENCE_S)
         return Span(self.samples[first:])
 
     def everything(self) -> Span:
@@ -145,5 +118,5 @@ class TelemetryRecord:
         self.poll()
         known = len(self.statistics)
         # The first to come may have been under way already.
-        self.wait(lambda own: len(own.statistics) >= known + 2, "RealTimeStatistics", 5.0)
+        self.wait(lambda own: len(own.statistics) >= known + 2, "RealTimeStatistics")
         return self.statistics[-1].commands_received, self.statistics[-1].commands_rejected

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+
+namespace sextant::mil {
+
+/// The directory of one run's results, `trace.h5` and `summary.json`.
+class ResultDirectory {
+ public:
+  /// Makes the directory, or takes over one that there is. What an earlier run has left is taken away and
+  /// told on standard error, so that no file of it stands beside those of the new one. Throws
+  /// std::runtime_error with a sentence where the directory cannot be made, or has a file of one of these
+  /// names that is no result.
+  explicit ResultDirectory(std::filesystem::path directory);
+
+  [[nodiscard]] std::filesystem::path trace() const { return directory_ / "trace.h5"; }
+  [[nodiscard]] std::filesystem::path summary() const { return directory_ / "summary.json"; }
+
+ private:
+  void clear() const;
+
+  std::filesystem::path directory_;
+};
+
+}  // namespace sextant::mil

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace sextant {
+
+enum class MessageSend : std::uint8_t {
+  sent,
+  full,   ///< the kernel's buffer has no room; nothing was sent
+  closed  ///< the other end is gone
+};
+
+/// One end of a connection between two processes of a machine: whole messages, in order (SOCK_SEQPACKET). It
+/// never waits but in `wait`, and shares no memory: whatever becomes of the process at the other end, this
+/// one sees a closed connection.
+class MessageSocket {
+ public:
+  /// Two ends that are connected, both closed in programs that are started. Throws std::system_error.
+  [[nodiscard]] static std::pair<MessageSocket, MessageSocket> pair();
+
+  /// True where the descriptor is such an end.
+  [[nodiscard]] static bool is_one(int fd) noexcept;
+
+  MessageSocket() noexcept = default;
+  /// Takes the descriptor over.
+  explicit MessageSocket(int fd) noexcept : fd_{fd} {}
+  MessageSocket(MessageSocket&& other) noexcept : fd_{std::exchange(other.fd_, -1)} {}
+  MessageSocket& operator=(MessageSocket&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  MessageSocket(const MessageSocket&) = delete;
+  MessageSocket& operator=(const MessageSocket&) = delete;
+  ~MessageSocket();
+
+  [[nodiscard]] int fd() const noexcept { return fd_; }
+
+  MessageSend send(std::span<const std::byte> message) const noexcept;
+  /// A plain struct as one message.
+  template <class T>
+  MessageSend send_struct(const T& message) const noexcept {
+    static_assert(std::is_trivially_copyable_v<T>);
+    return send(std::as_bytes(std::span{&message, 1}));
+  }
+
+  /// The next message, in `buffer`; cut to its size. Nothing where none is there, an empty one where none can
+  /// come any more.
+  [[nodiscard]] std::optional<std::span<const std::byte>> receive(std::span<std::byte> buffer) const noexcept;
+
+  /// Waits for a message or the end, for at most `timeout`. True where `receive` has something to say.
+  [[nodiscard]] bool wait(std::chrono::milliseconds timeout) const noexcept;
+
+  /// Says that nothing more will be sent; what was sent still arrives, and messages can still be received.
+  void finish() const noexcept;
+
+ private:
+  int fd_{-1};
+};
+
+}  // namespace sextant

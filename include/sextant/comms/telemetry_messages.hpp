@@ -1,0 +1,129 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include "sextant/comms/telemetry_samples.hpp"
+#include "sextant/core/telemetry_interval.hpp"
+
+namespace sextant {
+
+/// @file
+/// What a drive and the process that publishes its telemetry say to each other through a `MessageSocket`.
+/// Both are programs of one build: the structs go as they lie in memory, and the first message says by
+/// `telemetry_messages_version` and its size that they are the same.
+
+constexpr std::uint32_t telemetry_messages_version = 1;
+
+/// The descriptor at which the publisher finds its end of the socket. [-]
+constexpr int telemetry_process_descriptor = 3;
+
+enum class TelemetryMessageKind : std::uint32_t {
+  // drive → publisher
+  start = 1,  ///< StartMessage and two texts: configuration, where it comes from
+  interval,
+  state,
+  statistics,
+  // publisher → drive
+  ready,    ///< DDS has started
+  refused,  ///< DDS has not; a text, one sentence
+  counts
+};
+
+/// The first message.
+struct StartMessage {
+  TelemetryMessageKind kind{TelemetryMessageKind::start};
+  std::uint32_t version{telemetry_messages_version};
+  std::uint32_t domain_id{0};
+  std::uint32_t drive_id{1};
+  std::uint32_t configuration_bytes{0};  ///< of the text that follows; the rest is the other text [-]
+  bool type_information{true};           ///< see DdsTelemetry::Parameters
+};
+
+/// A sample of DriveTelemetry.
+struct IntervalMessage {
+  TelemetryMessageKind kind{TelemetryMessageKind::interval};
+  std::uint64_t sequence{};
+  std::uint64_t dropped{};
+  TelemetryIntervalRecord<double> record{};
+};
+
+/// A sample of DriveState.
+struct StateMessage {
+  StateMessage() = default;
+  StateMessage(std::uint64_t number, const DriveStateSample& given) noexcept
+      : sequence{number}, state{given} {
+    const std::size_t bytes = std::min(given.reason.size(), reason.size() - 1);
+    std::copy_n(given.reason.begin(), bytes, reason.begin());
+    state.reason = {};
+  }
+
+  /// Its reason refers to this message.
+  [[nodiscard]] DriveStateSample sample() const noexcept {
+    DriveStateSample result = state;
+    result.reason = std::string_view{reason.data()};
+    return result;
+  }
+
+  TelemetryMessageKind kind{TelemetryMessageKind::state};
+  std::uint64_t sequence{};
+  DriveStateSample state{};        ///< but for its reason
+  std::array<char, 128> reason{};  ///< more than is published, so that the publisher cuts it
+};
+
+/// A sample of RealTimeStatistics.
+struct StatisticsMessage {
+  TelemetryMessageKind kind{TelemetryMessageKind::statistics};
+  std::uint64_t sequence{};
+  RealTimeSample sample{};
+};
+
+/// `ready`, and the head of `refused`.
+struct AnswerMessage {
+  TelemetryMessageKind kind{TelemetryMessageKind::ready};
+};
+
+/// Since the publisher's start. [-]
+struct CountsMessage {
+  TelemetryMessageKind kind{TelemetryMessageKind::counts};
+  std::uint64_t written{};
+  std::uint64_t refused{};
+  std::uint64_t failed{};
+  std::uint64_t incompatible_readers{};
+};
+
+/// What a message is; nothing where it is too short to tell.
+[[nodiscard]] inline std::optional<TelemetryMessageKind> kind_of(
+    std::span<const std::byte> message) noexcept {
+  TelemetryMessageKind kind{TelemetryMessageKind::start};
+  if (message.size() < sizeof kind) return {};
+  std::memcpy(&kind, message.data(), sizeof kind);
+  return kind;
+}
+
+/// The struct at the beginning of a message; nothing where the message is shorter.
+template <class T>
+[[nodiscard]] std::optional<T> content_of(std::span<const std::byte> message) noexcept {
+  static_assert(std::is_trivially_copyable_v<T>);
+  if (message.size() < sizeof(T)) return {};
+  T content{};
+  std::memcpy(&content, message.data(), sizeof(T));
+  return content;
+}
+
+/// The text that follows a struct of type T.
+template <class T>
+[[nodiscard]] std::string_view text_after(std::span<const std::byte> message) noexcept {
+  if (message.size() <= sizeof(T)) return {};
+  const std::span<const std::byte> text = message.subspan(sizeof(T));
+  return {reinterpret_cast<const char*>(text.data()), text.size()};
+}
+
+}  // namespace sextant

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <netinet/in.h>
+
+namespace sextant {
+
+/// The index of the interface over which this machine's routes send to `group`, as unbound sockets do; 0 with
+/// errno where there is none (ENETUNREACH) or the kernel does not tell.
+[[nodiscard]] int outgoing_interface(in_addr group) noexcept;
+
+}  // namespace sextant

@@ -1,0 +1,18 @@
+#include "sextant/comms/other_drive.hpp"
+
+#include <algorithm>
+
+#include "sextant/comms/can_codec.hpp"
+
+namespace sextant {
+
+OtherDrive::OtherDrive() noexcept : checker_{torque_status_data_id()} {}
+
+bool OtherDrive::sent(const CanFrame& frame) noexcept {
+  if (!decode_torque_status(frame)) return false;
+  e2e::Data data{};
+  std::copy_n(frame.data.begin(), data.size(), data.begin());
+  return usable(checker_.check(data)) && checker_.state() == E2eState::valid;
+}
+
+}  // namespace sextant

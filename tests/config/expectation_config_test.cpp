@@ -1,0 +1,140 @@
+// What a scenario expects of its run, and what it must not ask of its drive.
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+
+namespace sextant {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const std::string head =
+    "name = \"x\"\nduration_s = 2\nmachine = \"" SEXTANT_SOURCE_DIR "/configs/machines/paper_3hp.toml\"\n";
+
+class ExpectationConfig : public ::testing::Test {
+ protected:
+  ScenarioConfig load(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    file_ = files_.write("scenario.toml", head + text);
+    return load_scenario_config(file_, overrides);
+  }
+  /// Why it is refused.
+  std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    try {
+      (void)load(text, overrides);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "accepted";
+    return {};
+  }
+  ConfigFiles files_{};
+  std::string file_{};
+};
+
+const std::string two_windows = R"(
+[profile.torque_nm]
+value = 15
+[[expect.window]]
+from_s = 0.5
+to_s = 1
+torque_bias_nm = { min = -2, max = 1 }
+[[expect.window]]
+from_s = 1.5
+flux_mean_wb.max = 1.2
+)";
+
+TEST_F(ExpectationConfig, WindowsHaveLimitsOfTheirOwn) {
+  const ScenarioConfig c = load(two_windows);
+  ASSERT_EQ(c.scenario.windows.size(), 2U);
+  const WindowExpectation& first = c.scenario.windows[0];
+  EXPECT_EQ(first.window.from_ns, 500'000'000);
+  EXPECT_EQ(first.window.to_ns, 1'000'000'000);
+  ASSERT_EQ(first.limits.size(), 1U);
+  EXPECT_EQ(first.limits[0].metric, "torque_bias_nm");
+  EXPECT_EQ(first.limits[0].min, -2);
+  EXPECT_EQ(first.limits[0].max, 1);
+  const WindowExpectation& second = c.scenario.windows[1];
+  EXPECT_EQ(second.window.to_ns, TimeWindow{}.to_ns);
+  EXPECT_EQ(second.limits.at(0).metric, "flux_mean_wb");
+  EXPECT_TRUE(c.scenario.expectations.empty());
+}
+
+TEST_F(ExpectationConfig, WindowsSurviveTheRoundTrip) {
+  const std::string printed = print_config(load(two_windows));
+  EXPECT_EQ(print_config(load_scenario_config(files_.write("printed.toml", printed))), printed);
+  EXPECT_THAT(printed, HasSubstr("[[expect.window]]"));
+  EXPECT_THAT(printed, HasSubstr("[expect.window.torque_bias_nm]"));
+}
+
+TEST_F(ExpectationConfig, WrongWindowsAreRefusedWithFileLineAndKey) {
+  EXPECT_THAT(refusal("[[expect.window]]\nfrom_s = 0.5\nto_s = \"late\"\n"),
+              HasSubstr(file_ + ":6: expect.window[0].to_s: expected a number"));
+  EXPECT_THAT(refusal("[[expect.window]]\ntorque_bias = { max = 1 }\n"),
+              HasSubstr("expect.window[0].torque_bias: unknown key; the nearest known one is "
+                        "expect.window[0].torque_bias_nm"));
+  EXPECT_THAT(refusal("[[expect.window]]\nfrom_s = 0.5\n"), HasSubstr("the window has no limit"));
+  EXPECT_THAT(refusal("[[expect.window]]\nfrom_s = 1\nto_s = 0.5\nflux_mean_wb.max = 1\n"),
+              HasSubstr("the window must end after it begins"));
+  EXPECT_THAT(refusal("[[expect.window]]\nfrom_s = 3\nflux_mean_wb.max = 1\n"),
+              HasSubstr("begins after the run"));
+  EXPECT_THAT(refusal("[expect]\nwindow = 3\n"),
+              HasSubstr("expect.window: expected a list of tables, got 3"));
+}
+
+TEST_F(ExpectationConfig, AFaultIsExpectedByItsName) {
+  EXPECT_FALSE(load("").scenario.expected_fault);
+  const ScenarioConfig c = load("[expect]\nfault = \"OVER_CURRENT\"\nfault_from_s = 0.1\nfault_to_s = 0.2\n");
+  ASSERT_TRUE(c.scenario.expected_fault);
+  EXPECT_EQ(c.scenario.expected_fault->fault, Fault::over_current);
+  EXPECT_EQ(c.scenario.expected_fault->window.from_ns, 100'000'000);
+  EXPECT_EQ(c.scenario.expected_fault->window.to_ns, 200'000'000);
+  EXPECT_THAT(refusal("[expect]\nfault = \"OVERCURRENT\"\n"), HasSubstr(":5: expect.fault: expected "));
+  EXPECT_THAT(refusal("[expect]\nfault_to_s = 1\n"), HasSubstr("need a fault"));
+}
+
+TEST_F(ExpectationConfig, ALinkAboveItsOwnTripLevelIsRefused) {
+  EXPECT_THAT(refusal("[protection]\ndc_over_voltage_v = 500\n[plant]\nu_dc_v = 530\n"),
+              HasSubstr(file_ + ":7: plant.u_dc_v: 530 V is above protection.dc_over_voltage_v, 500 V"));
+  EXPECT_NO_THROW(load("[protection]\ndc_over_voltage_v = 530\n[plant]\nu_dc_v = 530\n"));
+  EXPECT_NO_THROW(
+      load("[protection]\ndc_over_voltage_v = 500\n[plant]\nu_dc_v = 530\n[expect]\nfault = "
+           "\"DC_OVER_VOLTAGE\"\n"))
+      << "the trip is what the scenario shows";
+  EXPECT_THROW((void)load_ecu_config(shipped_ecu, {"protection.dc_over_voltage_v=500"}), ConfigError);
+}
+
+TEST_F(ExpectationConfig, ATorqueBeyondTheGatesLimitIsRefused) {
+  const std::string gate = "[gate]\ntorque_limit_nm = 20\n";
+  EXPECT_THAT(
+      refusal(gate + "[profile.torque_nm]\nvalue = -20.5\n"),
+      HasSubstr(":6: profile.torque_nm: the torque reaches 20.5 N·m, beyond gate.torque_limit_nm, 20 N·m"));
+  EXPECT_THAT(refusal(gate + "[profile.torque_nm]\nshape = \"sine\"\nvalue = 10\namplitude = 10.5\n"),
+              HasSubstr("reaches 20.5 N·m"));
+  EXPECT_THAT(refusal(gate + "[profile.torque_nm]\nshape = \"steps\"\npoints = [[0, 5], [1, 21]]\n"),
+              HasSubstr("reaches 21 N·m"));
+  EXPECT_NO_THROW(load(gate + "[profile.torque_nm]\nshape = \"steps\"\npoints = [[0, 5], [3, 21]]\n"))
+      << "beyond the end of the run";
+  EXPECT_NO_THROW(load(gate + "[profile.torque_nm]\nvalue = 20\n"));
+  EXPECT_NO_THROW(load("mode = \"event_exact\"\n" + gate + "[profile.torque_nm]\nvalue = 21\n"))
+      << "an event-exact run has no gate";
+  EXPECT_NO_THROW(
+      load(gate + "[profile.torque_nm]\nvalue = 21\n[expect]\nfault = \"COMMAND_OUT_OF_RANGE\"\n"));
+}
+
+TEST_F(ExpectationConfig, TheSignalsOfATraceAreKnownByName) {
+  EXPECT_THAT(load("").scenario.trace.signals, ElementsAre("standard"));
+  EXPECT_THAT(load("[trace]\nsignals = [\"energy\", \"plant/i_dc_a\"]\n").scenario.trace.signals,
+              ElementsAre("energy", "plant/i_dc_a"));
+  EXPECT_THAT(load("", {"trace.signals=[\"all\"]"}).scenario.trace.signals, ElementsAre("all"));
+  EXPECT_THAT(refusal("[trace]\nsignals = [\"plant/i_dc\"]\n"),
+              HasSubstr("there is no \"plant/i_dc\"; the nearest known one is \"plant/i_dc_a\""));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,149 @@
+// Limits that a file does not name follow from machine and link.
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+#include "sextant/drive/drive_limits.hpp"
+
+namespace sextant {
+namespace {
+
+using testing::HasSubstr;
+
+/// A traction machine of 200 kW, or one of 250 W.
+const std::string large =
+    "r_s_ohm = 0.012\nr_r_ohm = 0.009\nl_ls_h = 1.4e-4\nl_lr_h = 1.6e-4\nl_m_h = 5.2e-3\npoles = 6\n"
+    "inertia_kg_m2 = 4\n";
+const std::string small =
+    "r_s_ohm = 25\nr_r_ohm = 22\nl_ls_h = 0.06\nl_lr_h = 0.06\nl_m_h = 1.1\npoles = 4\n"
+    "inertia_kg_m2 = 3e-4\n";
+
+class LimitsConfig : public testing::Test {
+ protected:
+  [[nodiscard]] std::string own(const std::string& machine, const std::string& rest) const {
+    (void)files_.write("own.toml", machine);
+    return files_.write("ecu.toml", "machine = \"own.toml\"\n" + rest);
+  }
+  [[nodiscard]] static std::string refusal(const std::string& file,
+                                           const std::vector<std::string>& overrides = {}) {
+    try {
+      (void)load_ecu_config(file, overrides);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  ConfigFiles files_{};
+};
+
+TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
+  const struct {
+    const std::string& machine;
+    double psi;
+    double u_dc;
+  } cases[] = {{large, 0.9, 560}, {small, 0.9, 540}, {small, 0.3, 200}};
+  for (const auto& x : cases) {
+    SCOPED_TRACE(x.machine);
+    const std::string file = own(x.machine, "[control]\nflux_reference_wb = " + std::to_string(x.psi) +
+                                                "\n[plant]\nu_dc_v = " + std::to_string(x.u_dc) + "\n");
+    const DriveConfig c = load_ecu_config(file).drive;
+    const InductionMachineParameters<>& m = c.plant.plant.machine;
+    EXPECT_EQ(c.drive.capability.machine.l_m, m.l_m);
+    EXPECT_EQ(c.drive.capability.flux_reference, x.psi);
+    const double breakdown =
+        0.75 * m.pole_pairs * m.l_m * m.l_m / (m.l_s() * m.l_r() * m.sigma_l_s()) * x.psi * x.psi;
+    EXPECT_NEAR(c.drive.gate.torque_limit, 0.4 * breakdown, 1e-9 * breakdown);
+    EXPECT_EQ(c.drive.capability.torque, c.drive.gate.torque_limit);
+    EXPECT_NEAR(c.drive.protection.dc_over_voltage, 1.3 * x.u_dc, 1e-9);
+    EXPECT_NEAR(c.direct_torque.magnetiser.current_limit, 3.0 * x.psi / m.l_s(), 1e-9);
+    EXPECT_NEAR(c.direct_torque.flux_comparator.band, 0.01 * x.psi, 1e-12);
+    EXPECT_NEAR(c.direct_torque.torque_comparator.upper_band, 0.0025 * breakdown, 1e-9 * breakdown);
+    EXPECT_NEAR(c.drive.protection.over_speed, 1.2 * x.u_dc / std::sqrt(3.0) / (m.pole_pairs * x.psi),
+                0.1 * c.drive.protection.over_speed)
+        << "but for the drop in the resistance";
+    EXPECT_GT(c.drive.protection.over_current, steady_state(m, x.psi, 1.0).current());
+  }
+}
+
+TEST_F(LimitsConfig, StandWhereTheFileNamesThem) {
+  const std::string file =
+      own(large,
+          "[control]\nflux_reference_wb = 0.9\ntorque_band_upper_nm = 3\ntorque_band_lower_nm = 4\n"
+          "flux_band_wb = 0.02\nmagnetising_current_a = 900\nhand_over_current_a = 800\n"
+          "[gate]\ntorque_limit_nm = 700\n[capability]\ntorque_nm = 600\n[protection]\n"
+          "over_current_a = 1234\ndc_over_voltage_v = 810\nover_speed_rad_s = 333\n");
+  const DriveConfig c = load_ecu_config(file).drive;
+  EXPECT_EQ(c.direct_torque.flux_reference, 0.9);
+  EXPECT_EQ(c.direct_torque.torque_comparator.upper_band, 3);
+  EXPECT_EQ(c.direct_torque.torque_comparator.lower_band, 4);
+  EXPECT_EQ(c.direct_torque.flux_comparator.band, 0.02);
+  EXPECT_EQ(c.direct_torque.magnetiser.current_limit, 900);
+  EXPECT_EQ(c.direct_torque.magnetiser.hand_over_current, 800);
+  EXPECT_EQ(c.drive.gate.torque_limit, 700);
+  EXPECT_EQ(c.drive.capability.torque, 600);
+  EXPECT_EQ(c.drive.protection.over_current, 1234);
+  EXPECT_EQ(c.drive.protection.dc_over_voltage, 810);
+  EXPECT_EQ(c.drive.protection.over_speed, 333);
+}
+
+TEST_F(LimitsConfig, FollowTheControllersIdeaOfTheMachine) {
+  const DriveConfig c = load_ecu_config(shipped_ecu, {"control.machine_estimate.l_m_h=0.07"}).drive;
+  EXPECT_EQ(c.drive.capability.machine.l_m, 0.07);
+  EXPECT_NE(c.plant.plant.machine.l_m, 0.07);
+}
+
+TEST_F(LimitsConfig, NoShippedDriveAnnouncesMoreThanItsVoltageAllows) {
+  for (const char* name : {"ecu.toml", "ecu_hil.toml", "ecu_hard.toml"}) {
+    SCOPED_TRACE(name);
+    const DriveConfig c = load_ecu_config(SEXTANT_SOURCE_DIR "/configs/" + std::string{name}).drive;
+    const TorqueCapability<> capability{c.drive.capability};
+    EXPECT_EQ(capability.at(50.0, 530.0).motoring, 150.0);
+    EXPECT_LE(capability.at(115.0, 530.0).motoring, 131.0);
+    EXPECT_LE(capability.at(130.0, 530.0).motoring, 51.0);
+    EXPECT_FALSE(capability.at(150.0, 530.0).producible);
+    EXPECT_NEAR(c.drive.protection.over_speed, 167.0, 0.5);
+  }
+}
+
+TEST_F(LimitsConfig, TheFluxFollowsFromLinkAndFrequencyOrHasToBeSaid) {
+  const std::string with_frequency = own(large + "reactance_frequency_hz = 60\n", "[plant]\nu_dc_v = 600\n");
+  EXPECT_NEAR(load_ecu_config(with_frequency).drive.direct_torque.flux_reference,
+              600.0 / std::sqrt(3.0) / (2.0 * std::acos(-1.0) * 60.0), 1e-12);
+  const std::string without = own(large, "");
+  EXPECT_THAT(refusal(without),
+              HasSubstr(without + ": control.flux_reference_wb: missing: the machine names no "
+                                  "reactance_frequency_hz"));
+}
+
+TEST_F(LimitsConfig, AFluxThatTheLinkCannotFeedIsRefused) {
+  const std::string file = own(small, "[control]\nflux_reference_wb = 0.9\n[plant]\nu_dc_v = 30\n");
+  EXPECT_THAT(refusal(file), HasSubstr(file + ":2: control: the link cannot feed flux_reference_wb even at "
+                                              "standstill: lower it or raise plant.u_dc_v"));
+}
+
+TEST_F(LimitsConfig, ATypedCurveNeedsItsEnd) {
+  EXPECT_THAT(refusal(shipped_ecu, {"capability.base_speed_rad_s=80"}),
+              HasSubstr("capability: a base speed needs a zero-torque speed"));
+  const DriveConfig c = load_ecu_config(shipped_ecu, {"capability.base_speed_rad_s=80",
+                                                      "capability.zero_torque_speed_rad_s=100"})
+                            .drive;
+  EXPECT_EQ(c.drive.capability.base_speed, 80);
+  EXPECT_EQ(c.drive.capability.zero_torque_speed, 100);
+}
+
+TEST_F(LimitsConfig, ArePrintedWithTheirOrigin) {
+  const std::string text = print_config(load_ecu_config(shipped_ecu));
+  EXPECT_THAT(text, HasSubstr("torque_limit_nm = 150 "));
+  EXPECT_THAT(text, testing::ContainsRegex("over_speed_rad_s = 166[.][0-9]+  # [^\n]*default derived from "
+                                           "machine and link\n"));
+  EXPECT_THAT(text, HasSubstr("# base_speed_rad_s = "));
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,144 @@
+"""The torque of every integrator at its defaults against an integration of its own, on eleven machines.
+
+The machines are driven by a table-based direct torque control that stands here, sampled at 25 µs, which reverses its
+torque whenever the speed gets high. The switching sequence that comes of it is played to the power stage of the
+programs.
+"""
+
+import json
+import os
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from machines import Machine, published, random_machines
+from reference_machine import ReferenceMachines
+from scipy.integrate import solve_ivp
+from sextant_py.paths import ROOT
+
+SEED = 20261122
+PERIOD_NS = 25_000
+PERIODS = 20_000
+LIMIT = 1e-6  # of peak torque
+INTEGRATORS = ("cvode", "erk", "fixed", "exact")
+VECTORS = np.array([0, *np.exp(1j * np.pi / 3 * np.arange(6)), 0])
+
+
+@cache
+def machines() -> list[Machine]:
+    random = np.random.default_rng(SEED)
+    between = 0.25 * 800 ** ((np.arange(1, 5) + random.uniform(-0.4, 0.4, 4)) / 5)
+    return published() + random_machines(random, [0.25, *between, 200.0])
+
+
+class TableControl:
+    """Direct torque control by sector and two comparators; it sees the true state."""
+
+    def __init__(self, cast: list[Machine]) -> None:
+        self._flux = np.array([m.flux for m in cast])
+        self._rated = np.array([m.rated_torque for m in cast])
+        self._turn_back = 0.7 * np.array([m.base_speed for m in cast])
+        self._direction = np.ones(len(cast))
+
+    def vectors(self, plant: ReferenceMachines) -> np.ndarray:
+        self._direction = np.where(np.abs(plant.omega) > self._turn_back, -np.sign(plant.omega), self._direction)
+        error = 1.5 * self._direction - plant.torque() / self._rated
+        step = np.where(np.abs(plant.psi_s) < self._flux, 1, 2)
+        sector = np.round(np.angle(plant.psi_s) / (np.pi / 3)).astype(int)
+        active = 1 + (sector + np.where(error > 0, step, -step)) % 6
+        return np.where(np.abs(error) > 0.15, active, np.where(active % 2 == 0, 7, 0))
+
+
+@cache
+def reference(periods: int = PERIODS) -> tuple[np.ndarray, np.ndarray]:
+    """Voltage vectors and torques, [period, machine]."""
+    cast = machines()
+    plant, control = ReferenceMachines(cast), TableControl(cast)
+    volts = 2 / 3 * np.array([m.u_dc for m in cast])
+    vectors, torques = np.zeros((periods, len(cast)), dtype=int), np.zeros((periods, len(cast)))
+    for k in range(periods):
+        vectors[k] = control.vectors(plant)
+        plant.advance(volts * VECTORS[vectors[k]], 1e-9 * PERIOD_NS)
+        torques[k] = plant.torque()
+    return vectors, torques
+
+
+def played(machine: Machine, tau_l: float, vectors: np.ndarray) -> dict[str, list[float]]:
+    """Torques by integrator."""
+    default = ROOT / "build" / "dev" / "tests" / "sim" / "trajectories" / "sextant_trajectories"
+    task = {
+        "machine": {
+            key: getattr(machine, key) for key in ("r_s", "r_r", "l_ls", "l_lr", "l_m", "pole_pairs", "inertia")
+        },
+        "u_dc": machine.u_dc,
+        "period_ns": PERIOD_NS,
+        "tau_l": tau_l,
+        "sequence": "".join(map(str, vectors)),
+    }
+    program = Path(os.environ.get("SEXTANT_TRAJECTORIES", default))
+    run = subprocess.run([program], input=json.dumps(task), capture_output=True, text=True, check=True)
+    return json.loads(run.stdout)
+
+
+@pytest.mark.parametrize("index", range(11))
+def test_every_integrator_is_within_a_millionth_of_peak_torque(index: int) -> None:
+    machine = machines()[index]
+    vectors, torques = reference()
+    truth = torques[:, index]
+    peak = np.abs(truth).max()
+    assert peak > 0.8 * machine.rated_torque
+    tau_l = ReferenceMachines(machines()).tau_l[index]
+    errors = {}
+    for integrator, tau_e in played(machine, tau_l, vectors[:, index]).items():
+        assert len(tau_e) == PERIODS, f"{integrator} failed"
+        errors[integrator] = np.abs(np.array(tau_e) - truth).max() / peak
+    print(f"seed {SEED}, {machine.name}: peak {peak:.4g} N·m,", ", ".join(f"{k} {v:.1e}" for k, v in errors.items()))
+    assert set(errors) == set(INTEGRATORS)
+    assert max(errors.values()) <= LIMIT, f"seed {SEED}, {machine}: {errors}"
+
+
+def test_the_reference_is_exact_to_rounding() -> None:
+    """Half the step and another order do not move it by more than rounding does."""
+    cast = machines()
+    vectors, torques = reference()
+    plant = ReferenceMachines(cast)
+    volts = 2 / 3 * np.array([m.u_dc for m in cast])
+    for k in range(2000):
+        for _ in range(2):
+            plant.advance(volts * VECTORS[vectors[k]], 0.5e-9 * PERIOD_NS, order=9)
+        assert np.all(np.abs(plant.torque() - torques[k]) < 1e-11 * np.abs(torques).max(axis=0))
+
+
+@pytest.mark.parametrize("index", range(11))
+def test_the_reference_is_that_of_scipy(index: int) -> None:
+    """DOP853 at a relative tolerance of 1e-11, started anew at each edge, over the first periods: the start, which is
+    where fluxes and speed move most."""
+    machine, periods = machines()[index], 800
+    vectors, torques = reference()
+    l_s, l_r = machine.l_ls + machine.l_m, machine.l_lr + machine.l_m
+    determinant = l_s * l_r - machine.l_m**2
+    tau_l = ReferenceMachines(machines()).tau_l[index]
+
+    def currents(x: np.ndarray) -> tuple[complex, complex]:
+        psi_s, psi_r = complex(x[0], x[1]), complex(x[2], x[3])
+        return (l_r * psi_s - machine.l_m * psi_r) / determinant, (l_s * psi_r - machine.l_m * psi_s) / determinant
+
+    def torque(x: np.ndarray) -> float:
+        return 1.5 * machine.pole_pairs * (complex(x[0], -x[1]) * currents(x)[0]).imag
+
+    def slope(_t: float, x: np.ndarray, u_s: complex) -> list[float]:
+        i_s, i_r = currents(x)
+        d_s = u_s - machine.r_s * i_s
+        d_r = -machine.r_r * i_r + 1j * machine.pole_pairs * x[4] * complex(x[2], x[3])
+        return [d_s.real, d_s.imag, d_r.real, d_r.imag, (torque(x) - tau_l) / machine.inertia]
+
+    state, worst = np.zeros(5), 0.0
+    scale = np.array([machine.flux] * 4 + [machine.base_speed])
+    for k in range(periods):
+        u_s = 2 / 3 * machine.u_dc * complex(VECTORS[vectors[k, index]])
+        run = solve_ivp(slope, (0, 1e-9 * PERIOD_NS), state, "DOP853", args=(u_s,), rtol=1e-11, atol=1e-13 * scale)
+        state = run.y[:, -1]
+        worst = max(worst, abs(torque(state) - torques[k, index]))
+    assert worst <= 1e-8 * np.abs(torques[:, index]).max()

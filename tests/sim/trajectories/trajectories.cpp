@@ -1,0 +1,65 @@
+// The torque of one machine over a switching sequence, by each integrator of the simulated power stage at its
+// defaults. Standard input and output are one JSON object each; see tests/python/test_trajectories.py.
+
+#include <cstdint>
+#include <cstdio>
+#include <iostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "sextant/sim/simulated_power_stage.hpp"
+
+namespace sextant {
+namespace {
+
+InductionMachineParameters<> machine_of(const nlohmann::json& j) {
+  return {.r_s = j.at("r_s"),
+          .r_r = j.at("r_r"),
+          .l_ls = j.at("l_ls"),
+          .l_lr = j.at("l_lr"),
+          .l_m = j.at("l_m"),
+          .pole_pairs = j.at("pole_pairs"),
+          .inertia = j.at("inertia")};
+}
+
+/// Torque at the end of each period [N·m]; shorter than the sequence where the power stage has failed.
+std::vector<double> torques(const nlohmann::json& task, IntegratorKind integrator) {
+  SimulatedPowerStage::Parameters parameters;
+  parameters.integrator = integrator;
+  parameters.plant.machine = machine_of(task.at("machine"));
+  parameters.io.u_dc = task.at("u_dc");
+  parameters.io.period_ns = task.at("period_ns");
+  MechanicalLoad::Parameters load;
+  load.load_torque = ProfileParameters{.value = task.at("tau_l")};
+  SimulatedPowerStage stage{parameters, load};
+  SimulatedDriveIo<>& io = stage.io();
+  std::int64_t t_ns = 0;
+  (void)io.read(t_ns);
+  std::vector<double> tau_e;
+  for (const char vector : task.at("sequence").get<std::string>()) {
+    io.write({switch_states[std::size_t(vector - '0')], parameters.io.period_ns});
+    t_ns += parameters.io.period_ns;
+    if (!io.read(t_ns).plausible) break;
+    tau_e.push_back(io.plant().tau_e());
+  }
+  return tau_e;
+}
+
+}  // namespace
+}  // namespace sextant
+
+int main() {
+  using sextant::IntegratorKind;
+  const nlohmann::json task = nlohmann::json::parse(std::cin);
+  nlohmann::json result;
+  for (const auto& [name, integrator] : {std::pair{"cvode", IntegratorKind::cvode},
+                                         {"erk", IntegratorKind::erk},
+                                         {"fixed", IntegratorKind::fixed},
+                                         {"exact", IntegratorKind::exact}}) {
+    result[name] = sextant::torques(task, integrator);
+  }
+  std::puts(result.dump().c_str());
+}
