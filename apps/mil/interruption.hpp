@@ -5,14 +5,17 @@
 
 namespace sextant::mil {
 
-/// SIGINT and SIGTERM end a run in order; a second one of them ends the program at once.
+/// The first SIGINT or SIGTERM ends a run in order; the next one of either ends the program at once.
 class Interruption {
  public:
   Interruption() {
     struct sigaction action{};
-    action.sa_handler = [](int signal) { caught = signal; };
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+    action.sa_handler = [](int signal) {
+      caught = signal;
+      restore_defaults();
+    };
+    for (const int signal : ending) sigaddset(&action.sa_mask, signal);
+    for (const int signal : ending) sigaction(signal, &action, nullptr);
   }
 
   /// The signal that has come; 0 while none has.
@@ -22,6 +25,14 @@ class Interruption {
   [[nodiscard]] int status() const noexcept { return 128 + caught; }
 
  private:
+  static constexpr std::array ending{SIGINT, SIGTERM};
+
+  static void restore_defaults() {
+    struct sigaction action{};
+    action.sa_handler = SIG_DFL;
+    for (const int signal : ending) sigaction(signal, &action, nullptr);
+  }
+
   static inline volatile std::sig_atomic_t caught = 0;
 };
 

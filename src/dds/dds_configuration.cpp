@@ -114,12 +114,19 @@ std::size_t check_fragment(std::string_view text) {
   }
 }
 
+constexpr std::size_t largest_file = std::size_t{1} << 20;  // [bytes]
+
 void check_file(std::string_view uri) {
   constexpr std::string_view scheme = "file://";
   const bool is_uri = uri.substr(0, scheme.size()) == scheme;
   std::ifstream file{std::string{is_uri ? uri.substr(scheme.size()) : uri}, std::ios::binary};
   if (!file) return;
-  const std::string text{std::istreambuf_iterator<char>{file}, {}};
+  std::string text(largest_file + 1, '\0');
+  file.read(text.data(), std::streamsize(text.size()));
+  text.resize(std::size_t(file.gcount()));
+  if (text.size() > largest_file) {
+    throw std::runtime_error{std::string{uri} + " is no configuration: it has more than 1 MiB"};
+  }
   try {
     ElementReader{text}.read_document();
   } catch (const std::exception& problem) {

@@ -1,7 +1,5 @@
 #include "sextant/plant/cvode_solver.hpp"
 
-#include <cmath>
-
 #include <cvode/cvode.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
@@ -33,25 +31,11 @@ struct CvodeSolver::Implementation : SundialsSolution {
   Owned<SUNLinearSolver, FreeLinearSolver> linear_solver{};
   Owned<SUNNonlinearSolver, FreeNonlinearSolver> nonlinear_solver{};
   std::unique_ptr<void, FreeCvode> memory{};
-  double relative_tolerance;  ///< [-]
 
   Implementation(const OdeProblem& ode, const CvodeParameters& parameters,
                  std::span<const double> absolute_tolerance);
   void attach_method(const CvodeParameters& parameters);
   void find_events();
-
-  /// What an error of each state is divided by, inverse: 1 / (relative |x| + absolute).
-  static int weights(N_Vector x, N_Vector w, void* user) {
-    const auto& self = *static_cast<const Implementation*>(static_cast<const SundialsSolution*>(user));
-    const double* const state = N_VGetArrayPointer(x);
-    const double* const absolute = N_VGetArrayPointer(self.tolerance.get());
-    double* const weight = N_VGetArrayPointer(w);
-    for (int i = 0; i < self.problem.size; ++i) {
-      const double relative = i < self.problem.relative_states ? self.relative_tolerance : 0.0;
-      weight[i] = 1.0 / (relative * std::abs(state[i]) + absolute[i]);
-    }
-    return 0;
-  }
 
   static int jacobian(sunrealtype, N_Vector x, N_Vector, SUNMatrix j, void* user, N_Vector, N_Vector,
                       N_Vector) {
@@ -63,7 +47,7 @@ struct CvodeSolver::Implementation : SundialsSolution {
 
 CvodeSolver::Implementation::Implementation(const OdeProblem& ode, const CvodeParameters& parameters,
                                             std::span<const double> absolute_tolerance)
-    : SundialsSolution{"CVODE", ode}, relative_tolerance{parameters.relative_tolerance} {
+    : SundialsSolution{"CVODE", ode, parameters.relative_tolerance} {
   allocate(new_small_vector, absolute_tolerance);
   memory.reset(
       CVodeCreate(parameters.method == CvodeMethod::adams_fixed_point ? CV_ADAMS : CV_BDF, sundials));

@@ -25,7 +25,7 @@ struct ErkSolver::Implementation : SundialsSolution {
 
 ErkSolver::Implementation::Implementation(const OdeProblem& ode, const ErrorControl& parameters,
                                           std::span<const double> absolute_tolerance)
-    : SundialsSolution{"ARKODE", ode} {
+    : SundialsSolution{"ARKODE", ode, parameters.relative_tolerance} {
   allocate(new_runge_kutta_vector, absolute_tolerance);
   memory.reset(ERKStepCreate(derivative, 0.0, x.get(), sundials));
   require(memory != nullptr, "ERKStepCreate");
@@ -33,8 +33,7 @@ ErkSolver::Implementation::Implementation(const OdeProblem& ode, const ErrorCont
           "ERKStepSetErrHandlerFn");
   require(ERKStepSetUserData(memory.get(), as_user_data()) == ARK_SUCCESS, "ERKStepSetUserData");
   require(ERKStepSetTableNum(memory.get(), ARKODE_DORMAND_PRINCE_7_4_5) == ARK_SUCCESS, "ERKStepSetTableNum");
-  require(ERKStepSVtolerances(memory.get(), parameters.relative_tolerance, tolerance.get()) == ARK_SUCCESS,
-          "ERKStepSVtolerances");
+  require(ERKStepWFtolerances(memory.get(), weights) == ARK_SUCCESS, "ERKStepWFtolerances");
   if (problem.event_count > 0) find_events();
   prime([this] {
     require(ERKStepEvolve(memory.get(), 1.0, x.get(), &time, ARK_NORMAL) >= ARK_SUCCESS, "ERKStepEvolve");

@@ -13,8 +13,11 @@ constexpr int unrecoverable = -1;
 
 }  // namespace
 
-SundialsSolution::SundialsSolution(const char* library_name, const OdeProblem& ode)
-    : library{library_name}, problem{ode}, fired(static_cast<std::size_t>(ode.event_count), 0) {}
+SundialsSolution::SundialsSolution(const char* library_name, const OdeProblem& ode, double relative)
+    : library{library_name},
+      problem{ode},
+      relative_tolerance{relative},
+      fired(static_cast<std::size_t>(ode.event_count), 0) {}
 
 void SundialsSolution::require(bool good, const char* call) const {
   if (!good) throw std::runtime_error(std::string(library) + " cannot be set up: " + call + " failed");
@@ -80,6 +83,18 @@ int SundialsSolution::derivative(sunrealtype, N_Vector x, N_Vector dx, void* use
 int SundialsSolution::events(sunrealtype, N_Vector x, sunrealtype* g, void* user) {
   const auto& self = *static_cast<const SundialsSolution*>(user);
   self.problem.events(self.context, N_VGetArrayPointer(x), g);
+  return 0;
+}
+
+int SundialsSolution::weights(N_Vector x, N_Vector w, void* user) {
+  const auto& self = *static_cast<const SundialsSolution*>(user);
+  const double* const state = N_VGetArrayPointer(x);
+  const double* const absolute = N_VGetArrayPointer(self.tolerance.get());
+  double* const weight = N_VGetArrayPointer(w);
+  for (int i = 0; i < self.problem.size; ++i) {
+    const double relative = i < self.problem.relative_states ? self.relative_tolerance : 0.0;
+    weight[i] = 1.0 / (relative * std::abs(state[i]) + absolute[i]);
+  }
   return 0;
 }
 

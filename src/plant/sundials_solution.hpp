@@ -23,8 +23,8 @@ using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Free>;
 /// What every solver of SUNDIALS needs besides its own memory: the problem, the vectors, the functions that
 /// SUNDIALS calls back, and where the last advance stopped.
 struct SundialsSolution {
-  /// library: its name in the message of `require`.
-  SundialsSolution(const char* library, const OdeProblem& problem);
+  /// library: its name in the message of `require`. relative_tolerance: for the problem's relative states [-].
+  SundialsSolution(const char* library, const OdeProblem& problem, double relative_tolerance);
   SundialsSolution(const SundialsSolution&) = delete;
   SundialsSolution& operator=(const SundialsSolution&) = delete;
 
@@ -63,12 +63,15 @@ struct SundialsSolution {
   [[nodiscard]] void* as_user_data() noexcept { return this; }
   static int derivative(sunrealtype, N_Vector x, N_Vector dx, void* user);
   static int events(sunrealtype, N_Vector x, sunrealtype* g, void* user);
+  /// The weight of an error of each state: 1 / (relative |x| + absolute).
+  static int weights(N_Vector x, N_Vector w, void* user);
   /// Failures are reported by return values; SUNDIALS' own messages would go to stderr from the control
   /// thread.
   static void discard_message(int, const char*, const char*, char*, void*) {}
 
   const char* library;
   OdeProblem problem;
+  double relative_tolerance;  ///< [-]
   const void* context{nullptr};
   sundials::Context sundials{};
   Owned<N_Vector, FreeVector> x{};

@@ -103,8 +103,9 @@ class EventExactRun {
     return true;
   }
 
-  /// False once a protection has tripped.
+  /// False once the plant has left what its link can feed, which is not recorded, or a protection has tripped.
   bool observe(double duration) {
+    if (!system_.plant().is_reachable()) return false;
     elapsed_ += duration;
     const MetricsSample after = sample();
     metrics_.add_segment(before_, after);

@@ -174,7 +174,8 @@ Verdict RunSummary::verdict() const noexcept {
   if (stopped) return Verdict::interrupted;
   if (!plant_healthy) return Verdict::plant_failed;
   if (!faults.empty() && !faults_as_expected()) return Verdict::tripped;
-  if (metrics[Metric::energy_unaccounted] > largest_unaccounted) return Verdict::not_balanced;
+  // A balance that is no number does not close.
+  if (!(metrics[Metric::energy_unaccounted] <= largest_unaccounted)) return Verdict::not_balanced;
   if (!trace_error.empty()) return Verdict::trace_incomplete;
   return passed() && faults_as_expected() ? Verdict::pass : Verdict::fail;
 }

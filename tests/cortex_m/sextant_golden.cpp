@@ -130,7 +130,7 @@ void save(const std::string& name, Setup setup, const std::vector<Input>& inputs
 
 /// By how much a replay moves what the controller compares with: tells which decisions hang on rounding.
 struct Shifts {
-  double torque{0};      ///< of the request [N·m]
+  double torque{0};      ///< of the torque reference [N·m]
   double flux{0};        ///< of the reference [Wb]
   double sector_deg{0};  ///< of the sectors [°]
   double current{0};     ///< of the magnetiser's levels [A]
@@ -146,18 +146,39 @@ template <class T>
   return p;
 }
 
+/// The controller with another torque reference.
+template <class T>
+class ShiftedTorque final : public Controller<T> {
+ public:
+  ShiftedTorque(Controller<T>& inner, T by) : inner_{inner}, by_{by} {}
+  GatePattern step(const Measurement<T>& measurement,
+                   ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING override {
+    const GatePattern pattern = inner_.step(measurement, {reference.mode, reference.torque + by_});
+    this->estimate_ = inner_.estimate();
+    return pattern;
+  }
+  void reset() noexcept SEXTANT_NONBLOCKING override {
+    inner_.reset();
+    this->estimate_ = inner_.estimate();
+  }
+
+ private:
+  Controller<T>& inner_;
+  T by_;
+};
+
 template <class T>
 void replay(const std::string& from, const std::string& to, const Shifts& shifts) {
   Setup setup;
   const std::vector<Input> inputs = load(from, setup);
   DirectTorqueController<T> controller{shifted<T>(setup, shifts)};
-  Drive<T> drive{drive_parameters<T>(setup), controller};
+  ShiftedTorque<T> shifted_controller{controller, T(shifts.torque)};
+  Drive<T> drive{drive_parameters<T>(setup), shifted_controller};
   PlantReplay<T> plant;
   std::ofstream file{to, std::ios::binary};
   for (const Input& input : inputs) {
-    DriveRequest<T> request = converted<T>(input.request);
-    request.command.torque += T(shifts.torque);
-    const Output output = output_of(drive.step(input.t_ns, converted<T>(input.measurement), request));
+    const Output output =
+        output_of(drive.step(input.t_ns, converted<T>(input.measurement), converted<T>(input.request)));
     if (!plant.step(input.measurement)) throw std::runtime_error{"the integration of the plant failed"};
     const PlantOutput plant_output = plant.output();
     write(file, &output, 1);
@@ -183,7 +204,7 @@ int run(int argc, char** argv) {
   replaying->add_option("inputs", inputs, "file to read")->required();
   replaying->add_option("outputs", outputs, "file to write")->required();
   replaying->add_option("--scalar", scalar, "arithmetic")->check(CLI::IsMember({"float", "double"}));
-  replaying->add_option("--shift-torque", shifts.torque, "added to the torque request [N·m]");
+  replaying->add_option("--shift-torque", shifts.torque, "added to the torque reference [N·m]");
   replaying->add_option("--shift-flux", shifts.flux, "added to the flux reference [Wb]");
   replaying->add_option("--shift-sector", shifts.sector_deg, "added to the sectors' start [°]");
   replaying->add_option("--shift-current", shifts.current, "added to the magnetiser's current levels [A]");

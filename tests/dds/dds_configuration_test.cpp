@@ -74,5 +74,9 @@ TEST(DdsConfiguration, NamesTheFileAndTheLine) {
   EXPECT_THAT(refusal(closed_anonymously.uri()), HasSubstr("line 1"));
 }
 
+TEST(DdsConfiguration, RefusesAFileWithoutEnd) {
+  EXPECT_THAT(refusal("file:///dev/zero"), HasSubstr("more than 1 MiB"));
+}
+
 }  // namespace
 }  // namespace sextant

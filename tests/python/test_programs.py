@@ -1,5 +1,6 @@
 """The programs with bad input: one clear sentence on stderr, an exit status that is not zero, nothing half-written."""
 
+import json
 import os
 import shutil
 import signal
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from programs import program
+from programs import ProgramProcess, program
 from sextant_py.paths import LOOPBACK, ROOT
 
 SCENARIO = ROOT / "configs" / "scenarios" / "constant_torque.toml"
@@ -278,3 +279,31 @@ def test_out_that_may_not_be_written(for_anyone: Path) -> None:
     found = run(for_anyone / "sextant-mil", scenario, "--out", out, before=less)
     check_refusal(found, "sextant-mil", "out", "Permission denied")
     assert list(out.iterdir()) == []
+
+
+@pytest.fixture
+def long_run(tmp_path: Path) -> Iterator[ProgramProcess]:
+    """A simulation of hours that has begun, with its results in tmp_path/out."""
+    out = tmp_path / "out"
+    command = [program("sextant-mil"), SCENARIO, "--set", "duration_s=10000", "--out", out]
+    with ProgramProcess(command, tmp_path / "said") as process:
+        deadline_s = time.monotonic() + 60
+        while not (out / "trace.h5").is_file():
+            assert process.is_running(), process.text()
+            assert time.monotonic() < deadline_s, "it never started"
+            time.sleep(0.02)
+        yield process
+
+
+def test_an_interrupted_run_leaves_its_summary(long_run: ProgramProcess, tmp_path: Path) -> None:
+    long_run.send_signal(signal.SIGINT)
+    assert long_run.wait(60) == 128 + signal.SIGINT
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["verdict"] == "interrupted"
+    assert "interrupted at" in long_run.text()
+
+
+def test_a_second_signal_ends_a_run_at_once(long_run: ProgramProcess, tmp_path: Path) -> None:
+    for how in (signal.SIGSTOP, signal.SIGINT, signal.SIGTERM, signal.SIGCONT):
+        long_run.send_signal(how)
+    assert long_run.wait(60) == -signal.SIGTERM
+    assert not (tmp_path / "out" / "summary.json").exists()

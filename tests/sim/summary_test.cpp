@@ -43,8 +43,16 @@ class SummaryFile : public testing::Test {
   std::filesystem::path folder_;
 };
 
+/// Of a run whose energies add up.
+RunSummary balanced() {
+  RunSummary s{.scenario = "x"};
+  s.metrics[Metric::energy_unaccounted] = 0;
+  return s;
+}
+
 RunSummary example() {
-  RunSummary s{.scenario = "paper_3_1", .metrics = {}, .expectations = {}};
+  RunSummary s = balanced();
+  s.scenario = "paper_3_1";
   s.metrics[Metric::torque_ripple_pp] = 9.25;
   s.metrics[Metric::torque_bias] = -0.3;
   const std::vector<Expectation> e{
@@ -73,13 +81,15 @@ TEST_F(SummaryFile, HoldsScenarioMetricsAndJudgedExpectations) {
 }
 
 TEST_F(SummaryFile, TheFirstVerdictThatAppliesCounts) {
-  RunSummary s{.scenario = "x"};
+  RunSummary s = balanced();
   EXPECT_EQ(s.verdict(), Verdict::pass);
   s.expectations = evaluate(std::vector<Expectation>{{"torque_bias_nm", {}, 1.0}}, s.metrics);
   EXPECT_EQ(s.verdict(), Verdict::fail);
   s.trace_error = "disk full";
   EXPECT_EQ(s.verdict(), Verdict::trace_incomplete);
   s.metrics[Metric::energy_unaccounted] = 1.1e-4;
+  EXPECT_EQ(s.verdict(), Verdict::not_balanced);
+  s.metrics[Metric::energy_unaccounted] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(s.verdict(), Verdict::not_balanced);
   s.metrics[Metric::energy_unaccounted] = 0.9e-4;
   EXPECT_EQ(s.verdict(), Verdict::trace_incomplete);
@@ -92,7 +102,8 @@ TEST_F(SummaryFile, TheFirstVerdictThatAppliesCounts) {
 }
 
 TEST_F(SummaryFile, AnExpectedFaultIsTheFirstOneInItsWindow) {
-  RunSummary s{.scenario = "x", .expected_fault = FaultExpectation{Fault::over_current, {1'000, 2'000}}};
+  RunSummary s = balanced();
+  s.expected_fault = FaultExpectation{Fault::over_current, {1'000, 2'000}};
   EXPECT_EQ(s.verdict(), Verdict::fail) << "it has not come";
   s.faults = {{Fault::over_current, 1'500}, {Fault::dc_over_voltage, 1'600}};
   EXPECT_EQ(s.verdict(), Verdict::pass);
