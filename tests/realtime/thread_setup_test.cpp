@@ -223,15 +223,16 @@ TEST(ThreadSetup, ACpuThatDoesNotExistIsRefused) {
 TEST(ThreadSetup, StacksOfLaterThreadsAreSmallAndLargeEnough) {
   constexpr std::size_t used_before_the_first_period = 256 * 1024;
   reserve_little_memory();
-  // The stack of a thread itself is larger under ThreadSanitizer, which adds what it needs.
-  pthread_attr_t attributes;
-  ASSERT_EQ(pthread_getattr_default_np(&attributes), 0);
-  std::size_t bytes = 0;
-  EXPECT_EQ(pthread_attr_getstacksize(&attributes, &bytes), 0);
-  pthread_attr_destroy(&attributes);
-  EXPECT_LE(bytes, std::size_t{1024} * 1024);
-  EXPECT_GE(bytes, 2 * used_before_the_first_period);
-  on_a_thread([] { prefault_stack(); });
+  on_a_thread([] {
+    pthread_attr_t attributes;
+    ASSERT_EQ(pthread_getattr_np(pthread_self(), &attributes), 0);
+    std::size_t bytes = 0;
+    EXPECT_EQ(pthread_attr_getstacksize(&attributes, &bytes), 0);
+    pthread_attr_destroy(&attributes);
+    EXPECT_LE(bytes, std::size_t{1024} * 1024);
+    EXPECT_GE(bytes, 2 * used_before_the_first_period);
+    prefault_stack();
+  });
 }
 
 TEST(ThreadSetup, NamesTheThread) {

@@ -80,7 +80,8 @@ Truth truth(const DrivePlantParameters<>& parameters) {
   std::int64_t n = 0, turn_ons = 0, t = 0;
   SwitchState before{};
   for (std::int64_t period = 0; t < end_ns; ++period) {
-    for (const GateSegment& segment : space_vector_pattern(period).segments()) {
+    const GatePattern pattern = space_vector_pattern(period);
+    for (const GateSegment& segment : pattern.segments()) {
       plant.set_inputs({segment.state, 530, 0, true, 0});
       const unsigned on = segment.state.upper_switches() & ~before.upper_switches();
       if (t > begin_ns) turn_ons += (on & 1U) + (on >> 1U & 1U) + (on >> 2U);
