@@ -7,7 +7,7 @@ back as a vehicle does, by reset, disable and enable. Any other fault is a failu
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
@@ -20,6 +20,8 @@ PATIENCE_S = 120.0
 TORQUE_STEP_NM = 0.006  # a torque as CAN carries it
 SETTLED_S = 0.03
 PIECE_S = 0.05
+
+T = TypeVar("T")
 
 
 def state(record: TelemetryRecord) -> str:
@@ -93,6 +95,23 @@ def at_torque(record: TelemetryRecord, vehicle: Vehicle, torque_nm: float, secon
         if len(found) * interval_s(record) >= seconds and is_admitted(record, torque_nm):
             return Span(found)
     raise pytest.fail.Exception(f"never {seconds:g} s in TORQUE: {record.last_words()}")
+
+
+def untripped(record: TelemetryRecord, act: Callable[[], T]) -> T:
+    """What `act` gives of a time in which the drive did not trip.
+
+    Where the machine stood still for so long that it did, `act` comes again; it brings the drive back itself.
+    """
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        record.wait_until_heard()
+        first = len(record.samples)
+        found = act()
+        record.poll()
+        if "FAULT" not in Span(record.samples[first:]).states:
+            return found
+        check_excusable(record)
+    raise pytest.fail.Exception(f"the drive tripped each time: {record.last_words()}")
 
 
 def interval_s(record: TelemetryRecord) -> float:
