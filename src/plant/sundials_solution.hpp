@@ -23,7 +23,8 @@ using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Free>;
 /// What every solver of SUNDIALS needs besides its own memory: the problem, the vectors, the functions that
 /// SUNDIALS calls back, and where the last advance stopped.
 struct SundialsSolution {
-  /// library: its name in the message of `require`. relative_tolerance: for the problem's relative states [-].
+  /// library: its name in the message of `require`. relative_tolerance: for the problem's relative states
+  /// [-].
   SundialsSolution(const char* library, const OdeProblem& problem, double relative_tolerance);
   SundialsSolution(const SundialsSolution&) = delete;
   SundialsSolution& operator=(const SundialsSolution&) = delete;

@@ -103,7 +103,8 @@ class EventExactRun {
     return true;
   }
 
-  /// False once the plant has left what its link can feed, which is not recorded, or a protection has tripped.
+  /// False once the plant has left what its link can feed, which is not recorded, or a protection has
+  /// tripped.
   bool observe(double duration) {
     if (!system_.plant().is_reachable()) return false;
     elapsed_ += duration;

@@ -550,6 +550,37 @@ TYPED_TEST(DriveOf, WithoutLinkVoltageTheGatesAreOff) {
   EXPECT_EQ(this->step().telemetry.state, DriveState::torque);
 }
 
+/// A measurement beyond every trip level, one quantity at a time.
+template <class T>
+std::array<Measurement<T>, 3> extremes(const Measurement<T>& usual) {
+  constexpr T beyond = T(1e6);
+  std::array<Measurement<T>, 3> found{usual, usual, usual};
+  found[0].i_abc.a = beyond;
+  found[1].u_dc = beyond;
+  found[2].omega_m = beyond;
+  return found;
+}
+
+TYPED_TEST(DriveOf, EveryRowOfTheProtectionRulesTripsADriveThatMakesTorque) {
+  using T = TypeParam;
+  for (const ProtectionRule<T>& rule : protection_rules<T>) {
+    const Measurement<T> usual = this->measurement;
+    bool tripped = false;
+    for (const Measurement<T>& extreme : extremes(usual)) {
+      if (!rule.is_violated(extreme, {})) continue;
+      this->restart();
+      this->start(T(15));
+      this->measurement = extreme;
+      const auto out = this->step();
+      EXPECT_EQ(out.telemetry.state, DriveState::fault);
+      EXPECT_TRUE(out.telemetry.latched.test(rule.fault)) << to_string(rule.fault);
+      this->measurement = usual;
+      tripped = true;
+    }
+    EXPECT_TRUE(tripped) << to_string(rule.fault) << ": extremes() has no measurement that violates it";
+  }
+}
+
 TYPED_TEST(DriveOf, OverSpeedIsAFaultThatIsLeftByResetDisableEnable) {
   using T = TypeParam;
   for (const T sign : {T(1), T(-1)}) {

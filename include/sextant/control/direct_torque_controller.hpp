@@ -57,23 +57,22 @@ class DirectTorqueController final : public Controller<T> {
 
   explicit DirectTorqueController(const Parameters& parameters) noexcept
       : parameters_{parameters},
-        acts_at_once_{parameters.actuation_delay_periods == 0},
         estimator_{parameters.machine},
         torque_comparator_{parameters.torque_comparator},
         flux_comparator_{parameters.flux_comparator},
         sector_{parameters.sector},
         magnetiser_{parameters.magnetiser} {}
 
-  [[nodiscard, gnu::always_inline]] GatePattern step(const Measurement<T>& measurement,
-                                                     ControlReference<T> reference) noexcept
-      SEXTANT_NONBLOCKING override {
-    // Nearly every period is of this kind. It is kept free of calls, and so of saved registers.
-    if (measurement.acted.is_driven() && reference.mode == ControlMode::torque && acts_at_once_) [[likely]] {
-      estimate_from(measurement);
-      return commanded(
-          decide(estimate_.psi_s, estimate_.psi_s_magnitude, estimate_.torque, reference.torque));
-    }
-    return step_otherwise(measurement, reference);
+  [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
+                                 ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING override {
+    estimator_.step(measurement);
+    estimate_.psi_s = estimator_.psi_s();
+    estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
+    estimate_.torque = estimator_.torque();
+    state_ = next_state(measurement, reference);
+    estimate_.magnetised = magnetiser_.done();
+    estimate_.sector = estimate_.psi_s_magnitude > T(0) ? sector_.sector() : std::uint8_t{0};
+    return GatePattern{state_, parameters_.period_ns};
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING override {
@@ -84,35 +83,13 @@ class DirectTorqueController final : public Controller<T> {
     state_ = gates_off;
   }
 
-  /// What the torque comparator has last said: +1 raise the torque, −1 lower it, 0 hold.
+  /// Output of the torque comparator: +1 raise the torque, −1 lower it, 0 hold.
   [[nodiscard]] int torque_demand() const noexcept SEXTANT_NONBLOCKING { return torque_comparator_.output(); }
-  /// What the flux comparator has last said: true to raise the flux.
+  /// Output of the flux comparator: true to raise the flux.
   [[nodiscard]] bool flux_demand() const noexcept SEXTANT_NONBLOCKING { return flux_comparator_.output(); }
 
  private:
   using Controller<T>::estimate_;
-
-  /// A period of any kind.
-  [[nodiscard, gnu::noinline]] GatePattern step_otherwise(const Measurement<T>& measurement,
-                                                          ControlReference<T> reference) noexcept {
-    estimate_from(measurement);
-    const SwitchState state = next_state(measurement, reference);
-    estimate_.magnetised = magnetiser_.done();
-    return commanded(state);
-  }
-
-  [[gnu::always_inline]] void estimate_from(const Measurement<T>& measurement) noexcept {
-    estimator_.step(measurement);
-    estimate_.psi_s = estimator_.psi_s();
-    estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
-    estimate_.torque = estimator_.torque();
-  }
-
-  [[nodiscard, gnu::always_inline]] GatePattern commanded(SwitchState state) noexcept {
-    state_ = state;
-    estimate_.sector = estimate_.psi_s_magnitude > T(0) ? sector_.sector() : std::uint8_t{0};
-    return GatePattern{state, parameters_.period_ns};
-  }
 
   [[nodiscard]] SwitchState next_state(const Measurement<T>& measurement,
                                        ControlReference<T> reference) noexcept {
@@ -132,7 +109,7 @@ class DirectTorqueController final : public Controller<T> {
 
   /// The paper's Figures 2, 5 and 6 in a row.
   [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement, T torque_reference) noexcept {
-    if (acts_at_once_) {
+    if (parameters_.actuation_delay_periods == 0) {
       return decide(estimate_.psi_s, estimate_.psi_s_magnitude, estimate_.torque, torque_reference);
     }
     const GatePattern in_flight{state_, parameters_.period_ns};
@@ -141,8 +118,8 @@ class DirectTorqueController final : public Controller<T> {
     return decide(ahead.psi_s, magnitude(ahead.psi_s), torque, torque_reference);
   }
 
-  [[nodiscard, gnu::always_inline]] SwitchState decide(SpaceVector<T> psi_s, T psi_s_magnitude, T torque,
-                                                       T torque_reference) noexcept {
+  [[nodiscard]] SwitchState decide(SpaceVector<T> psi_s, T psi_s_magnitude, T torque,
+                                   T torque_reference) noexcept {
     const int torque_demand = torque_comparator_.step(torque_reference - torque);
     const bool raise_flux = flux_comparator_.step(parameters_.flux_reference - psi_s_magnitude);
     return select_state(sector_.step(psi_s), raise_flux, torque_demand, state_);
@@ -156,7 +133,6 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   Parameters parameters_;
-  bool acts_at_once_;  ///< no actuation delay
   FluxTorqueEstimator<T> estimator_;
   TorqueComparator<T> torque_comparator_;
   FluxComparator<T> flux_comparator_;

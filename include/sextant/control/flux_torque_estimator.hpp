@@ -30,7 +30,7 @@ class FluxTorqueEstimator {
         torque_gain_{T(1.5) * T(machine.pole_pairs)} {}
 
   /// Takes the measurement at the end of a period and the pattern that acted over it.
-  [[gnu::always_inline]] void step(const Measurement<T>& measurement) noexcept {
+  void step(const Measurement<T>& measurement) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
     if (measurement.acted.is_driven()) {

@@ -36,10 +36,18 @@ class SectorSelector {
   }
 
   /// Takes the stator flux [Wb], returns its sector.
-  [[gnu::always_inline]] constexpr std::uint8_t step(SpaceVector<T> psi_s) noexcept {
-    const std::array<T, 2> distance = thresholds(psi_s);
-    if (distance[0] < T(0) || distance[1] < T(0)) [[unlikely]]
-      move(psi_s);
+  constexpr std::uint8_t step(SpaceVector<T> psi_s) noexcept {
+    constexpr int most_crossings = 3;  // to the opposite sector
+    for (int n = 0; n < most_crossings; ++n) {
+      const std::array<T, 2> distance = thresholds(psi_s);
+      if (distance[0] < T(0)) {
+        on_crossing(0);
+      } else if (distance[1] < T(0)) {
+        on_crossing(1);
+      } else {
+        break;
+      }
+    }
     return sector();
   }
 
@@ -63,22 +71,8 @@ class SectorSelector {
   constexpr void reset() noexcept { index_ = 0U; }
 
  private:
-  /// From any sector at most three edges are crossed. Out of line: it is seldom needed.
-  [[gnu::noinline]] constexpr void move(SpaceVector<T> psi_s) noexcept {
-    for (int passes = 0; passes < 3; ++passes) {
-      const std::array<T, 2> distance = thresholds(psi_s);
-      if (distance[0] < T(0)) {
-        on_crossing(0);
-      } else if (distance[1] < T(0)) {
-        on_crossing(1);
-      } else {
-        break;
-      }
-    }
-  }
-
   std::array<SpaceVector<T>, 7> edges_{};  ///< lower edge of each sector; the first once more at the end
-  std::size_t index_{0};                   ///< as wide as an address, which is made of it
+  std::size_t index_{0};                   ///< the sector − 1
 };
 
 }  // namespace sextant

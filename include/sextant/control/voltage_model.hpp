@@ -21,25 +21,19 @@ class VoltageModel {
 
   /// Advances ψ_s over the period in which `acted` was in force, at whose end i_s [A] and u_dc [V] were
   /// measured and at whose beginning the current was i_s_before [A]. Every leg must have been driven.
-  [[gnu::always_inline]] constexpr void step(const GatePattern& acted, T u_dc, SpaceVector<T> i_s_before,
-                                             SpaceVector<T> i_s) noexcept {
+  constexpr void step(const GatePattern& acted, T u_dc, SpaceVector<T> i_s_before,
+                      SpaceVector<T> i_s) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_s_before + i_s);
-    // Table-based control has one segment; a loop costs it a fifth of this function.
-    if (acted.segments().size() == 1) [[likely]]
-      return step(acted.segments().front(), u_dc, i_mean);
-    for (const GateSegment& segment : acted.segments()) step(segment, u_dc, i_mean);
+    for (const GateSegment& segment : acted.segments()) {
+      const T dt = T(segment.duration_ns) * T(1e-9);
+      psi_s_ += dt * derivative(stator_voltage(segment.state, u_dc), i_mean);
+    }
   }
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
   constexpr void set(SpaceVector<T> psi_s) noexcept { psi_s_ = psi_s; }
 
  private:
-  [[gnu::always_inline]] constexpr void step(const GateSegment& segment, T u_dc,
-                                             SpaceVector<T> i_mean) noexcept {
-    const T dt = T(segment.duration_ns) * T(1e-9);
-    psi_s_ += dt * derivative(stator_voltage(segment.state, u_dc), i_mean);
-  }
-
   T r_s_;
   SpaceVector<T> psi_s_{};
 };

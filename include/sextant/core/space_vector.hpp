@@ -46,7 +46,7 @@ template <class T>
 }
 
 template <class T>
-[[nodiscard, gnu::always_inline]] inline T magnitude(SpaceVector<T> a) noexcept {
+[[nodiscard]] T magnitude(SpaceVector<T> a) noexcept {
   return std::sqrt(dot(a, a));
 }
 

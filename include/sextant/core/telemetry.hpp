@@ -10,8 +10,6 @@
 namespace sextant {
 
 /// What the drive knows at the end of one control period. Trivially copyable: it crosses threads by value.
-/// Members that come from one place stand together and in that place's order, so that they are copied in
-/// pairs: a record is filled in every period.
 template <class T = double>
 struct Telemetry {
   std::int64_t t_ns{};      ///< beginning of the control period, on the drive's clock [ns]

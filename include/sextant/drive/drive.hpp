@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <optional>
 
 #include "sextant/control/controller.hpp"
 #include "sextant/core/drive_request.hpp"
@@ -66,7 +66,8 @@ class Drive {
   [[nodiscard]] DriveOutput<T> step(std::int64_t t_ns, const Measurement<T>& measurement,
                                     const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
     // A period, or more where late ones were skipped: ramps and time-outs keep to the clock.
-    const std::int64_t elapsed_ns = std::max<std::int64_t>(elapsed(last_t_ns_, t_ns), parameters_.period_ns);
+    const std::int64_t elapsed_ns =
+        std::max<std::int64_t>(elapsed(last_t_ns_.value_or(t_ns), t_ns), parameters_.period_ns);
     last_t_ns_ = t_ns;
     const FaultSet measured = protection_.step(measurement);
     const bool usable = !measured.test(Fault::measurement_invalid);
@@ -74,18 +75,16 @@ class Drive {
     const AdmittedCommand<T> admitted =
         admit(request, t_ns, elapsed_ns, available.range(measurement.omega_m));
     const bool flux_stands = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised;
-    const FaultSet missing_flux = judge_magnetising(flux_stands, elapsed_ns);
+    const FaultSet missing_flux = evaluate_magnetising(flux_stands, elapsed_ns);
     update_state(present_faults(measured, missing_flux, request, admitted), flux_stands, available.producible,
                  request, admitted);
 
-    const DriveState state = state_;  // known here, but no longer after a virtual call
-    const T torque_reference = makes_torque(state) ? admitted.torque : T(0);
-    // Made in place: a copy of what has just been stored by member stalls.
-    DriveOutput<T> out{.pattern = control(measurement, usable, torque_reference),
-                       .telemetry = telemetry(t_ns, measurement, request, admitted, available, state,
-                                              torque_reference, out.pattern)};
+    const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
+    const GatePattern pattern = control(measurement, usable, torque_reference);
+    const Telemetry<T> record =
+        telemetry(t_ns, measurement, request, admitted, available, torque_reference, pattern);
     if (usable) i_before_ = measurement.i_abc;
-    return out;
+    return {pattern, record};
   }
 
   [[nodiscard]] DriveState state() const noexcept { return state_; }
@@ -99,7 +98,7 @@ class Drive {
   }
 
   /// Flux that does not stand in time will not come: the estimate is wrong, or no current flows.
-  [[nodiscard]] FaultSet judge_magnetising(bool flux_stands, std::int64_t elapsed_ns) noexcept {
+  [[nodiscard]] FaultSet evaluate_magnetising(bool flux_stands, std::int64_t elapsed_ns) noexcept {
     FaultSet faults;
     if (state_ != DriveState::magnetising || flux_stands) {
       magnetising_left_ns_ = parameters_.magnetise_timeout_ns;
@@ -115,17 +114,13 @@ class Drive {
   /// before count while the gates were still driven, and those of now for the rest: they die within the first
   /// part of a millisecond. [A]
   [[nodiscard]] T dc_link_mean(const Measurement<T>& measurement) const noexcept {
-    const ThreePhase<T>& x = i_before_;
-    const ThreePhase<T>& y = measurement.i_abc;
+    const ThreePhase<T>& before = i_before_;
+    const ThreePhase<T>& now = measurement.i_abc;
+    const ThreePhase<T> mean{T(0.5) * (before.a + now.a), T(0.5) * (before.b + now.b),
+                             T(0.5) * (before.c + now.c)};
     const GatePattern& acted = measurement.acted;
-    const ThreePhase<T> sum{x.a + y.a, x.b + y.b, x.c + y.c};
-    if (acted.is_driven() && acted.segments().size() == 1) [[likely]] {
-      return T(0.5) * driven_dc_link_current(acted.segments().front().state, sum);
-    }
-    if (!acted.is_driven() && acted.duration_ns() > parameters_.period_ns)
-      return dc_link_current(acted, x, y);
-    const ThreePhase<T> mean{T(0.5) * sum.a, T(0.5) * sum.b, T(0.5) * sum.c};
-    return dc_link_current(acted, mean, mean);
+    const bool is_gap = !acted.is_driven() && acted.duration_ns() > parameters_.period_ns;
+    return dc_link_current(acted, is_gap ? before : mean, is_gap ? now : mean);
   }
 
   /// A fault of the command matters only while the gates are on; all others matter always.
@@ -171,7 +166,7 @@ class Drive {
 
   [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable,
                                     T torque_reference) noexcept {
-    if (!usable) [[unlikely]] {
+    if (!usable) {
       controller_.reset();
       return GatePattern{gates_off, parameters_.period_ns};
     }
@@ -183,7 +178,7 @@ class Drive {
 
   [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement,
                                        const DriveRequest<T>& request, const AdmittedCommand<T>& admitted,
-                                       AvailableTorque<T> available, DriveState state, T torque_reference,
+                                       AvailableTorque<T> available, T torque_reference,
                                        const GatePattern& pattern) const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
     return {.t_ns = t_ns,
@@ -208,8 +203,8 @@ class Drive {
             .command_rejected = request.command.rejected,
             .command_counter = request.command.counter,
             .sector = estimate.sector,
-            .state = state,
-            .lockout = admitted.lockout || state == DriveState::fault};
+            .state = state_,
+            .lockout = admitted.lockout || state_ == DriveState::fault};
   }
 
   Parameters parameters_;
@@ -218,10 +213,9 @@ class Drive {
   Protection<T> protection_;
   TorqueCapability<T> capability_;
   FaultMemory faults_{};
-  /// Before the first step at the end of time, so that it counts as one period. [ns]
-  std::int64_t last_t_ns_{std::numeric_limits<std::int64_t>::max()};
-  std::int64_t magnetising_left_ns_{0};  ///< until MAGNETISING is a fault [ns]
-  ThreePhase<T> i_before_{};             ///< the last usable phase currents [A]
+  std::optional<std::int64_t> last_t_ns_{};  ///< of the period before [ns]
+  std::int64_t magnetising_left_ns_{0};      ///< until MAGNETISING is a fault [ns]
+  ThreePhase<T> i_before_{};                 ///< the last usable phase currents [A]
   DriveState state_{DriveState::init};
 };
 

@@ -8,6 +8,8 @@
 #include "sextant/core/fault.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/core/torque_range.hpp"
+#include "sextant/safety/command_limits.hpp"
+#include "sextant/safety/command_rules.hpp"
 #include "sextant/safety/setpoint_ramp.hpp"
 
 namespace sextant {
@@ -23,36 +25,21 @@ struct AdmittedCommand {
   FaultSet faults{};        ///< command faults present now
 };
 
-/// The last check between a vehicle's command and the drive: age, range, rate, availability and lockout.
-/// Identity and end-to-end protection were checked on reception; their verdict comes with the command.
+/// The last check between a vehicle's command and the drive. The rules of command_rules.hpp say what is
+/// dropped, held, ramped or latched; identity and end-to-end protection were checked on reception, and their
+/// result comes with the command. What the rules leave is limited here:
 ///   silence beyond `timeout`: ramp to zero within `zero_ramp`, heals by itself;
 ///   silence beyond `lost`: fault, and the lockout returns;
 ///   enable with a torque beyond `torque_limit` or the contract's range: blocked, the last setpoint holds and
-///   nothing else of the frame counts; three such frames in a row: fault;
+///   nothing else of the frame counts; `blocked_limit` such frames in a row: fault;
 ///   disable: gates off for this period at least, torque starts again from zero, and the lockout ends unless
-///   the frame also resets. Its torque is not looked at, so that no disable is blocked. One that a newer
-///   command overwrote before this period counts all the same.
+///   the frame also resets. Its torque does not matter, so that no disable is blocked. One that a newer
+///   command overwrote before this period counts all the same;
+///   the torque reference stays within what is available and changes at no more than `torque_rate`.
 template <class T = double>
 class CommandGate {
  public:
-  struct Parameters {
-    T torque_limit{T(150)};                 ///< largest magnitude a command may have [N·m]
-    T torque_rate{T(1e6)};                  ///< largest rate of the admitted torque [N·m/s]
-    std::int64_t timeout_ns{40'000'000};    ///< age at which the torque starts to ramp to zero [ns]
-    std::int64_t zero_ramp_ns{10'000'000};  ///< duration of that ramp, from whatever torque [ns]
-    std::int64_t lost_ns{200'000'000};      ///< age at which the command counts as lost [ns]
-    std::uint32_t blocked_limit{3};         ///< blocked frames in a row that make a fault [-]
-
-    [[nodiscard]] const char* validate() const noexcept {
-      if (!(std::isfinite(torque_limit) && torque_limit > T(0))) return "the torque limit must be above zero";
-      if (!(std::isfinite(torque_rate) && torque_rate > T(0))) return "the torque rate must be above zero";
-      if (timeout_ns <= 0) return "the command timeout must be above zero";
-      if (zero_ramp_ns <= 0) return "the ramp to zero must take longer than zero";
-      if (lost_ns < timeout_ns) return "a command cannot be lost before it has timed out";
-      if (blocked_limit == 0) return "at least one blocked frame makes a fault";
-      return nullptr;
-    }
-  };
+  using Parameters = CommandLimits<T>;
 
   constexpr explicit CommandGate(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
@@ -60,38 +47,18 @@ class CommandGate {
   /// `wind_down` asks for a ramp to zero, and holds it there, whatever the command says.
   [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
                                         TorqueRange<T> available, bool wind_down) noexcept {
+    CommandFacts<T> facts = update_facts(command, t_ns, wind_down);
     AdmittedCommand<T> out;
-    const bool valid = command.e2e == E2eState::valid;
-    const bool is_new = command.sequence != sequence_;
-    const bool disabled = command.disables != disables_;
-    const bool reset = command.resets != resets_;
-    disables_ = command.disables;
-    resets_ = command.resets;
-    if (is_new) alive_ns_ = command.received_ns;
-    sequence_ = command.sequence;
-    // A stamp from the future must not keep a command alive: it counts from when it was first seen. A clock
-    // that was set back makes such stamps as well.
-    alive_ns_ = std::min(alive_ns_, t_ns);
-    const std::int64_t age_ns = elapsed(alive_ns_, t_ns);
-    const bool lost = age_ns > parameters_.lost_ns;
-    if (valid && !lost) {
-      if (disabled) disable(reset || command.fault_reset);
-      const bool new_one_resets = is_new && accept(command);
-      out.fault_reset = reset || new_one_resets;
-    }
-    count_out_of_range(command.out_of_range, is_new);
-    if (!valid || lost) lockout_ = true;
-
-    if (lost) out.faults.set(Fault::command_lost);
-    if (command.e2e == E2eState::invalid) out.faults.set(Fault::command_invalid);
-    if (command.bus_off) out.faults.set(Fault::bus_off);
-    if (blocked_ >= parameters_.blocked_limit) out.faults.set(Fault::command_out_of_range);
+    out.fault_reset = evaluate_frames(facts);
+    facts.blocked = blocked_;
+    const CommandActions actions = evaluate(period_rules<T>, facts, parameters_);
+    out.faults = actions.faults;
     if (out.faults.any()) out.fault_reset = false;
     out.lockout = lockout_;
-    out.enable = enable_ && !disabled && !lockout_ && !out.faults.any();
+    out.enable = enable_ && !facts.disabled && !lockout_ && !out.faults.any();
     if (!out.enable) {
       restart();
-    } else if (age_ns > parameters_.timeout_ns || wind_down) {
+    } else if (actions.ramp) {
       wind_down_to_zero(out, dt, available);
     } else {
       follow(out, dt, available);
@@ -113,25 +80,53 @@ class CommandGate {
   }
 
  private:
-  /// Of a NaN, false.
-  [[nodiscard]] constexpr bool is_within_limits(const TorqueCommand<T>& command) const noexcept {
-    return std::abs(command.torque) <= parameters_.torque_limit && command.torque_limit >= T(0);
+  /// Age and changes of the command since the last period.
+  [[nodiscard]] constexpr CommandFacts<T> update_facts(const TorqueCommand<T>& command, std::int64_t t_ns,
+                                                       bool wind_down) noexcept {
+    const bool is_new = command.sequence != sequence_;
+    const bool disabled = command.disables != disables_;
+    const bool reset = command.resets != resets_;
+    sequence_ = command.sequence;
+    disables_ = command.disables;
+    resets_ = command.resets;
+    if (is_new) alive_ns_ = command.received_ns;
+    // The age of a stamp from the future, or of one before the clock was set back, counts from this period.
+    alive_ns_ = std::min(alive_ns_, t_ns);
+    return {.command = command,
+            .age_ns = elapsed(alive_ns_, t_ns),
+            .is_new = is_new,
+            .disabled = disabled,
+            .reset = reset,
+            .wind_down = wind_down};
   }
 
-  /// Takes a new command; true when it resets.
-  constexpr bool accept(const TorqueCommand<T>& command) noexcept {
+  /// Takes over what the rules leave of the frames that have come; true where one of them resets.
+  [[nodiscard]] constexpr bool evaluate_frames(const CommandFacts<T>& facts) noexcept {
+    const CommandActions actions = evaluate(frame_rules<T>, facts, parameters_);
+    bool resets = false;
+    if (actions.drop) {
+      lockout_ = true;
+    } else {
+      if (facts.disabled) disable(facts.reset || facts.command.fault_reset);
+      const bool taken_over = facts.is_new && take_over(facts.command, actions.hold);
+      resets = facts.reset || (taken_over && facts.command.fault_reset);
+    }
+    count_out_of_range(facts.command.out_of_range, facts.is_new);
+    return resets;
+  }
+
+  /// Takes over a new frame; false where it is blocked.
+  constexpr bool take_over(const TorqueCommand<T>& command, bool blocked) noexcept {
     if (!command.enable) {
       disable(command.fault_reset);
-      return command.fault_reset;
-    }
-    if (!is_within_limits(command)) {
+    } else if (blocked) {
       ++blocked_;
-      return false;
+    } else {
+      blocked_ = 0;
+      enable_ = true;
+      setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
     }
-    blocked_ = 0;
-    enable_ = true;
-    setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
-    return command.fault_reset;
+    return !blocked;
   }
 
   /// A frame that also resets is spent on the reset: the disable that ends the lockout has to come after it.

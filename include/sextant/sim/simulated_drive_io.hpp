@@ -54,20 +54,16 @@ class SimulatedDriveIo final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
     log_.clear();
-    // One segment, read in time, is nearly all that table-based control sees. It needs no cutting, which
-    // takes longer than all else that stands here.
-    const bool in_time = t_ns - plant_t_ns_ == parameters_.period_ns;
-    if (!in_time || active_.segments().size() != 1) [[unlikely]]
-      return read_stretched(t_ns);
-    const SwitchState state = active_.last_state();
-    advance({state, parameters_.period_ns});
-    // Made in place and all at once: a copy of what has just been stored by member stalls, and what is first
-    // made empty is cleared by the slowest of instructions.
+    const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
+    const GatePattern acted = acting_until(elapsed_ns);
+    for (const GateSegment& segment : acted.segments()) advance(segment);
+    // No room in `acted` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
+    const bool complete = acted.duration_ns() == elapsed_ns;
     return {.i_abc = plant_.i_abc(),
             .u_dc = parameters_.u_dc,
             .omega_m = plant_.omega_m(),
-            .acted = GatePattern{state, parameters_.period_ns},
-            .plausible = healthy()};
+            .acted = acted,
+            .plausible = complete && healthy()};
   }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
@@ -103,19 +99,6 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   /// The drive's clock, as the profiles of the load count. [ns]
   [[nodiscard]] std::int64_t load_time(std::int64_t t_ns) const noexcept { return t_ns - load_origin_ns_; }
-
-  /// A read of any pattern, after any time.
-  [[nodiscard, gnu::noinline]] Measurement<double> read_stretched(std::int64_t t_ns) noexcept {
-    const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
-    Measurement<double> now{.u_dc = parameters_.u_dc, .acted = acting_until(elapsed_ns)};
-    for (const GateSegment& segment : now.acted.segments()) advance(segment);
-    now.i_abc = plant_.i_abc();
-    now.omega_m = plant_.omega_m();
-    // No room in `acted` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
-    const bool complete = now.acted.duration_ns() == elapsed_ns;
-    now.plausible = complete && healthy();
-    return now;
-  }
 
   /// The pattern in force, stretched to the time that has passed since the last read.
   [[nodiscard]] GatePattern acting_until(std::int64_t elapsed_ns) const noexcept {

@@ -1,0 +1,144 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/core/fault.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/core/torque_command.hpp"
+#include "sextant/safety/command_limits.hpp"
+
+namespace sextant {
+
+/// What the rules of the command's supervision look at in one control period.
+template <class T = double>
+struct CommandFacts {
+  const TorqueCommand<T>& command;
+  std::int64_t age_ns{};    ///< since the newest accepted frame was received [ns]
+  bool is_new{false};       ///< the newest frame has not been evaluated before
+  bool disabled{false};     ///< a frame with Enable = 0 has come since the last period
+  bool reset{false};        ///< a disable with FaultReset = 1 has come since the last period
+  bool wind_down{false};    ///< the drive asks for zero torque
+  std::uint32_t blocked{};  ///< frames in a row that were blocked for their torque [-]
+};
+
+/// What follows where a rule applies.
+enum class CommandAction : std::uint8_t {
+  drop,   ///< nothing of the frame counts, and the lockout returns
+  hold,   ///< the frame is blocked: the last setpoint holds
+  ramp,   ///< the torque reference ramps to zero
+  latch,  ///< the rule's fault is present
+};
+
+/// One rule: where `applies` is true, `action` follows.
+template <class T = double>
+struct CommandRule {
+  CommandAction action{};
+  bool (*applies)(const CommandFacts<T>&, const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING{};
+  Fault fault{};  ///< of action `latch`
+};
+
+namespace command_rule {
+
+template <class T>
+[[nodiscard]] constexpr bool e2e_is_not_valid(const CommandFacts<T>& facts,
+                                              const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  return facts.command.e2e != E2eState::valid;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool e2e_is_invalid(const CommandFacts<T>& facts,
+                                            const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  return facts.command.e2e == E2eState::invalid;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool is_lost(const CommandFacts<T>& facts,
+                                     const CommandLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.age_ns > limits.lost_ns;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool has_timed_out(const CommandFacts<T>& facts,
+                                           const CommandLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.age_ns > limits.timeout_ns;
+}
+
+/// A new frame that enables, with a torque beyond `torque_limit` or one that is no number. A disable is never
+/// out of range.
+template <class T>
+[[nodiscard]] constexpr bool is_out_of_range(const CommandFacts<T>& facts,
+                                             const CommandLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  const TorqueCommand<T>& c = facts.command;
+  const bool in_range = std::abs(c.torque) <= limits.torque_limit && c.torque_limit >= T(0);
+  return facts.is_new && c.enable && !in_range;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool is_blocked_in_a_row(
+    const CommandFacts<T>& facts, const CommandLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.blocked >= limits.blocked_limit;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool is_bus_off(const CommandFacts<T>& facts,
+                                        const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  return facts.command.bus_off;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool drive_winds_down(const CommandFacts<T>& facts,
+                                              const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  return facts.wind_down;
+}
+
+}  // namespace command_rule
+
+/// The rules on the frames that have come, evaluated before anything of a frame counts.
+template <class T = double>
+inline constexpr std::array frame_rules{
+    CommandRule<T>{CommandAction::drop, command_rule::e2e_is_not_valid<T>},
+    CommandRule<T>{CommandAction::drop, command_rule::is_lost<T>},
+    CommandRule<T>{CommandAction::hold, command_rule::is_out_of_range<T>},
+};
+
+/// The rules on the command in force, evaluated once the frames have been counted.
+template <class T = double>
+inline constexpr std::array period_rules{
+    CommandRule<T>{CommandAction::ramp, command_rule::has_timed_out<T>},
+    CommandRule<T>{CommandAction::ramp, command_rule::drive_winds_down<T>},
+    CommandRule<T>{CommandAction::latch, command_rule::is_lost<T>, Fault::command_lost},
+    CommandRule<T>{CommandAction::latch, command_rule::e2e_is_invalid<T>, Fault::command_invalid},
+    CommandRule<T>{CommandAction::latch, command_rule::is_blocked_in_a_row<T>, Fault::command_out_of_range},
+    CommandRule<T>{CommandAction::latch, command_rule::is_bus_off<T>, Fault::bus_off},
+};
+
+/// The actions of all rules that apply.
+struct CommandActions {
+  bool drop{false};
+  bool hold{false};
+  bool ramp{false};
+  FaultSet faults{};
+
+  constexpr void add(CommandAction action, Fault fault) noexcept {
+    drop |= action == CommandAction::drop;
+    hold |= action == CommandAction::hold;
+    ramp |= action == CommandAction::ramp;
+    if (action == CommandAction::latch) faults.set(fault);
+  }
+};
+
+/// Evaluates every rule, in order.
+template <class T, std::size_t size>
+[[nodiscard]] constexpr CommandActions evaluate(const std::array<CommandRule<T>, size>& rules,
+                                                const CommandFacts<T>& facts,
+                                                const CommandLimits<T>& limits) noexcept {
+  CommandActions actions;
+  for (const CommandRule<T>& rule : rules) {
+    if (rule.applies(facts, limits)) actions.add(rule.action, rule.fault);
+  }
+  return actions;
+}
+
+}  // namespace sextant
