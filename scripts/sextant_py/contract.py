@@ -29,6 +29,19 @@ class Contract:
         except KeyError:
             raise UserError(f"the CAN contract has no message {name}.") from None
 
+    def faults(self) -> dict[str, int]:
+        """The faults by name, each with its bit in the masks of CAN and DDS: the value table of FirstFault."""
+        choices = self.message("MCU_Faults").get_signal_by_name("FirstFault").choices
+        return {str(name): value for value, name in choices.items() if str(name) != "NONE"}
+
+    def version(self) -> tuple[int, int]:
+        """Major and minor number, as the drive sends them in MCU_Identification."""
+        major, minor = self.database.version.split(".")
+        return int(major), int(minor)
+
+    def messages_of_the_drive(self) -> dict[str, cantools.database.can.Message]:
+        return {message.name: message for message in self.database.messages if "MCU" in message.senders}
+
     def limits(self, message: str, signal: str) -> tuple[float, float]:
         """Smallest and largest physical value of a signal, in its unit."""
         found = self.message(message).get_signal_by_name(signal)

@@ -22,8 +22,8 @@ TOLERANCES = {
 DECISIONS = ("legs", "sector", "state", "lockout", "latched")
 _FLOATS = list(TOLERANCES)
 OUTPUT = np.dtype(
-    [(name, "<f4") for name in _FLOATS[:5]]
-    + [("latched", "<u4")]
+    [("latched", "<u8")]
+    + [(name, "<f4") for name in _FLOATS[:5]]
     + [(name, "u1") for name in ("legs", "sector", "state", "lockout")]
     + [(name, "<f4") for name in _FLOATS[5:]]
 )

@@ -55,15 +55,13 @@ def torque_bar(smallest: float, mean: float, largest: float, reference: float, f
 
 
 @cache
-def fault_choices() -> dict[int, str]:
-    """Fault names by bit, as the CAN contract has them."""
-    choices = Contract().message("MCU_Faults").get_signal_by_name("FirstFault").choices or {}
-    return {int(bit): str(name) for bit, name in choices.items()}
+def faults_by_bit() -> dict[int, str]:
+    return {bit: name for name, bit in Contract().faults().items()}
 
 
 def fault_names(bits: int) -> list[str]:
     """The names of the faults whose bits are set."""
-    return [fault_choices().get(bit, f"BIT_{bit}") for bit in range(32) if bits >> bit & 1]
+    return [faults_by_bit().get(bit, f"BIT_{bit}") for bit in range(64) if bits >> bit & 1]
 
 
 def missed_by(statistics: Any) -> list[str]:

@@ -23,6 +23,7 @@ from .tracking import Tracking
 
 COMMAND = "VCU_TorqueCommand"
 STATUS = "MCU_TorqueStatus"
+IDENTIFICATION = "MCU_Identification"
 STANDING_STATES = ("READY",)
 RUNNING_STATES = ("MAGNETISING", "TORQUE", "DERATED")
 FOLLOWING_STATES = ("TORQUE", "DERATED")  # in which the torque answers to the request
@@ -97,6 +98,15 @@ class Reports:
         ran: time in which the machine stood still is no silence of the drive."""
         self._silent_periods += 1
         return STATUS not in self.latest or self._silent_periods * period_s > SILENCE_S
+
+    def other_contract(self) -> str | None:
+        """What is wrong where the drive has said that its frames mean something else; None otherwise."""
+        said = self.latest.get(IDENTIFICATION)
+        if said is None or said["ContractMajor"] == self.contract.version()[0]:
+            return None
+        theirs = f"{said['ContractMajor']}.{said['ContractMinor']}"
+        ours = ".".join(map(str, self.contract.version()))
+        return f"the drive speaks version {theirs} of the CAN contract, this program {ours}."
 
     def first_fault(self) -> str:
         return str(self.latest.get("MCU_Faults", {}).get("FirstFault", "no reason reported"))
@@ -193,6 +203,8 @@ def shake_hands(commander: Commander, reports: Reports, progress: Progress, time
         is_silent = reports.is_silent(commander.period_s)
         if time.monotonic() > deadline:
             _refuse_handshake(reports, timeout_s, is_silent)
+        if other := reports.other_contract():
+            raise UserError(other)
         in_fault = reports.state() == "FAULT"
         if in_fault and not reset:
             raise UserError(f"the drive is in FAULT ({reports.first_fault()}); --reset-faults asks it to clear them.")
@@ -243,6 +255,8 @@ def play(
         off = compare(tracking, reports, time_s, torque_nm, enable)
         progress.show(f"{time_s:6.2f} s  request {torque_nm:+7.2f} N·m  drive: {describe(reports)}{off}")
         if watch:
+            if other := reports.other_contract():
+                return start_ns, other
             was_running = was_running or reports.state() in RUNNING_STATES
             if reports.is_silent(commander.period_s):
                 return start_ns, f"the drive fell silent {time_s:.2f} s into the profile."

@@ -53,42 +53,33 @@ EncodedFrame frame_of(std::uint32_t id, const Message& message,
   return result;
 }
 
-using FaultsMessage = sextant_mcu_faults_t;
-struct FaultBits {
-  Fault fault;
-  std::uint8_t FaultsMessage::* active;
-  std::uint8_t FaultsMessage::* latched;
-};
-
-constexpr std::array<FaultBits, fault_count> fault_bits{{
-    {Fault::command_lost, &FaultsMessage::active_command_lost, &FaultsMessage::latched_command_lost},
-    {Fault::command_invalid, &FaultsMessage::active_command_invalid, &FaultsMessage::latched_command_invalid},
-    {Fault::command_out_of_range, &FaultsMessage::active_command_out_of_range,
-     &FaultsMessage::latched_command_out_of_range},
-    {Fault::second_master, &FaultsMessage::active_second_master, &FaultsMessage::latched_second_master},
-    {Fault::bus_off, &FaultsMessage::active_bus_off, &FaultsMessage::latched_bus_off},
-    {Fault::measurement_invalid, &FaultsMessage::active_measurement_invalid,
-     &FaultsMessage::latched_measurement_invalid},
-    {Fault::current_sum, &FaultsMessage::active_current_sum, &FaultsMessage::latched_current_sum},
-    {Fault::current_sensor, &FaultsMessage::active_current_sensor, &FaultsMessage::latched_current_sensor},
-    {Fault::over_current, &FaultsMessage::active_over_current, &FaultsMessage::latched_over_current},
-    {Fault::dc_over_voltage, &FaultsMessage::active_dc_over_voltage, &FaultsMessage::latched_dc_over_voltage},
-    {Fault::dc_under_voltage, &FaultsMessage::active_dc_under_voltage,
-     &FaultsMessage::latched_dc_under_voltage},
-    {Fault::speed_sensor, &FaultsMessage::active_speed_sensor, &FaultsMessage::latched_speed_sensor},
-    {Fault::over_speed, &FaultsMessage::active_over_speed, &FaultsMessage::latched_over_speed},
-    {Fault::over_temperature, &FaultsMessage::active_over_temperature,
-     &FaultsMessage::latched_over_temperature},
-    {Fault::torque_plausibility, &FaultsMessage::active_torque_plausibility,
-     &FaultsMessage::latched_torque_plausibility},
-    {Fault::open_phase, &FaultsMessage::active_open_phase, &FaultsMessage::latched_open_phase},
-    {Fault::flux_lost, &FaultsMessage::active_flux_lost, &FaultsMessage::latched_flux_lost},
-    {Fault::overrun, &FaultsMessage::active_overrun, &FaultsMessage::latched_overrun},
-    {Fault::watchdog, &FaultsMessage::active_watchdog, &FaultsMessage::latched_watchdog},
-    {Fault::transmit_lost, &FaultsMessage::active_transmit_lost, &FaultsMessage::latched_transmit_lost},
-}};
+/// Sets the signal of each fault of the set.
+template <class Message, std::size_t n>
+void mark(Message& message, const std::array<contract::FaultSignal<Message>, n>& signals,
+          FaultSet faults) noexcept {
+  for (const auto& x : signals) message.*x.signal = faults.test(x.fault) ? 1 : 0;
+}
 
 }  // namespace
+
+// The enumerations have the values of the contract.
+static_assert(int(DriveState::init) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_INIT_CHOICE);
+static_assert(int(DriveState::standby) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_STANDBY_CHOICE);
+static_assert(int(DriveState::ready) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_READY_CHOICE);
+static_assert(int(DriveState::magnetising) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_MAGNETISING_CHOICE);
+static_assert(int(DriveState::torque) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_TORQUE_CHOICE);
+static_assert(int(DriveState::derated) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_DERATED_CHOICE);
+static_assert(int(DriveState::fault) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_FAULT_CHOICE);
+static_assert(int(DriveState::shutdown) == SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_SHUTDOWN_CHOICE);
+static_assert(int(DeratingCause::none) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_NONE_CHOICE);
+static_assert(int(DeratingCause::current_limit) ==
+              SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_CURRENT_LIMIT_CHOICE);
+static_assert(int(DeratingCause::voltage_limit) ==
+              SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_VOLTAGE_LIMIT_CHOICE);
+static_assert(int(DeratingCause::temperature) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_TEMPERATURE_CHOICE);
+static_assert(int(DeratingCause::dc_link_limit) ==
+              SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_DC_LINK_LIMIT_CHOICE);
+static_assert(int(DeratingCause::gates_open) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_GATES_OFF_CHOICE);
 
 EncodedFrame encode(const TorqueStatus& x) noexcept {
   Packer pack;
@@ -121,7 +112,6 @@ EncodedFrame encode(const Electrical& x) noexcept {
   m.dc_current = pack(contract::mcu_electrical_dc_current, x.i_dc);
   m.phase_current_rms =
       pack(contract::mcu_electrical_phase_current_rms, x.i_s_magnitude / std::numbers::sqrt2);
-  m.electrical_power = pack(contract::mcu_electrical_electrical_power, x.u_dc * x.i_dc);
   return frame_of(SEXTANT_MCU_ELECTRICAL_FRAME_ID, m, sextant_mcu_electrical_pack, pack.clamped());
 }
 
@@ -137,14 +127,22 @@ EncodedFrame encode(const Capability& x) noexcept {
 EncodedFrame encode(const FaultReport& x) noexcept {
   Packer pack;
   sextant_mcu_faults_t m{};
-  for (const FaultBits& bits : fault_bits) {
-    m.*bits.active = x.active.test(bits.fault) ? 1 : 0;
-    m.*bits.latched = x.latched.test(bits.fault) ? 1 : 0;
-  }
   m.first_fault = x.first ? pack(contract::mcu_faults_first_fault, double(*x.first))
                           : std::uint8_t{SEXTANT_MCU_FAULTS_FIRST_FAULT_NONE_CHOICE};
   m.fault_total = pack.saturated(contract::mcu_faults_fault_total, double(x.total));
   return frame_of(SEXTANT_MCU_FAULTS_FRAME_ID, m, sextant_mcu_faults_pack, pack.clamped());
+}
+
+EncodedFrame encode(const ActiveFaults& x) noexcept {
+  sextant_mcu_faults_active_t m{};
+  mark(m, contract::mcu_faults_active_signals, x.faults);
+  return frame_of(SEXTANT_MCU_FAULTS_ACTIVE_FRAME_ID, m, sextant_mcu_faults_active_pack, false);
+}
+
+EncodedFrame encode(const LatchedFaults& x) noexcept {
+  sextant_mcu_faults_latched_t m{};
+  mark(m, contract::mcu_faults_latched_signals, x.faults);
+  return frame_of(SEXTANT_MCU_FAULTS_LATCHED_FRAME_ID, m, sextant_mcu_faults_latched_pack, false);
 }
 
 EncodedFrame encode(const RealTimeReport& x) noexcept {
@@ -170,6 +168,16 @@ EncodedFrame encode(const Temperatures& x) noexcept {
   m.inverter_temperature = pack(contract::mcu_temperatures_inverter_temperature, x.inverter,
                                 contract::mcu_temperatures_inverter_temperature_not_available);
   return frame_of(SEXTANT_MCU_TEMPERATURES_FRAME_ID, m, sextant_mcu_temperatures_pack, pack.clamped());
+}
+
+EncodedFrame encode(const Identification& x) noexcept {
+  sextant_mcu_identification_t m{};
+  m.contract_major = contract::version_major;
+  m.contract_minor = contract::version_minor;
+  m.software_major = x.software_major;
+  m.software_minor = x.software_minor;
+  m.software_patch = x.software_patch;
+  return frame_of(SEXTANT_MCU_IDENTIFICATION_FRAME_ID, m, sextant_mcu_identification_pack, false);
 }
 
 EncodedFrame encode(const TorqueRequest& x) noexcept {

@@ -8,16 +8,16 @@
 namespace sextant {
 namespace {
 
-constexpr std::array<unsigned, status_message_count> cycle_times_ms{
-    SEXTANT_MCU_TORQUE_STATUS_CYCLE_TIME_MS, SEXTANT_MCU_MOTION_CYCLE_TIME_MS,
-    SEXTANT_MCU_ELECTRICAL_CYCLE_TIME_MS,    SEXTANT_MCU_CAPABILITY_CYCLE_TIME_MS,
-    SEXTANT_MCU_FAULTS_CYCLE_TIME_MS,        SEXTANT_MCU_REAL_TIME_CYCLE_TIME_MS,
-    SEXTANT_MCU_TEMPERATURES_CYCLE_TIME_MS};
+/// In the order of StatusMessage.
+constexpr std::array<contract::Message, status_message_count> messages{
+    contract::mcu_torque_status, contract::mcu_motion,        contract::mcu_electrical,
+    contract::mcu_capability,    contract::mcu_faults,        contract::mcu_real_time,
+    contract::mcu_temperatures,  contract::mcu_faults_active, contract::mcu_faults_latched,
+    contract::mcu_identification};
 
-constexpr std::array<std::uint32_t, status_message_count> identifiers{
-    SEXTANT_MCU_TORQUE_STATUS_FRAME_ID, SEXTANT_MCU_MOTION_FRAME_ID, SEXTANT_MCU_ELECTRICAL_FRAME_ID,
-    SEXTANT_MCU_CAPABILITY_FRAME_ID,    SEXTANT_MCU_FAULTS_FRAME_ID, SEXTANT_MCU_REAL_TIME_FRAME_ID,
-    SEXTANT_MCU_TEMPERATURES_FRAME_ID};
+constexpr Identification identification{.software_major = SEXTANT_VERSION_MAJOR,
+                                        .software_minor = SEXTANT_VERSION_MINOR,
+                                        .software_patch = SEXTANT_VERSION_PATCH};
 
 TorqueStatus torque_status_of(const Telemetry<double>& x) noexcept {
   TorqueStatus status{.torque = x.torque,
@@ -30,7 +30,7 @@ TorqueStatus torque_status_of(const Telemetry<double>& x) noexcept {
 }
 
 FaultReport fault_report_of(const Telemetry<double>& x) noexcept {
-  FaultReport report{.active = x.active, .latched = x.latched, .first = {}, .total = x.fault_total};
+  FaultReport report{.first = {}, .total = x.fault_total};
   if (x.latched.any()) report.first = x.first_fault;
   return report;
 }
@@ -40,8 +40,10 @@ bool is_measurement(StatusMessage message) noexcept {
   return message == StatusMessage::motion || message == StatusMessage::electrical;
 }
 
-bool same(const FaultReport& a, const FaultReport& b) noexcept {
-  return a.active == b.active && a.latched == b.latched && a.first == b.first && a.total == b.total;
+/// Messages that go out when a fault comes or goes.
+bool is_of_faults(StatusMessage message) noexcept {
+  return message == StatusMessage::faults || message == StatusMessage::faults_active ||
+         message == StatusMessage::faults_latched;
 }
 
 EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x,
@@ -60,26 +62,33 @@ EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x,
     case StatusMessage::real_time:
       return encode(extras.real_time);
     case StatusMessage::temperatures:
+      return encode(extras.temperatures);
+    case StatusMessage::faults_active:
+      return encode(ActiveFaults{x.active});
+    case StatusMessage::faults_latched:
+      return encode(LatchedFaults{x.latched});
+    case StatusMessage::identification:
       break;
   }
-  return encode(extras.temperatures);
+  return encode(identification);
 }
 
 }  // namespace
 
 std::int64_t cycle_time_ns(StatusMessage message) noexcept {
-  return std::int64_t{cycle_times_ms[std::size_t(message)]} * 1'000'000;
+  return messages[std::size_t(message)].cycle_time_ms * 1'000'000;
 }
 
 bool is_status_frame(const CanFrame& frame) noexcept {
   if (frame.error || frame.extended) return false;
-  return std::ranges::find(identifiers, frame.id) != identifiers.end();
+  return std::ranges::find(messages, frame.id, &contract::Message::id) != messages.end();
 }
 
-StatusEncoder::StatusEncoder() noexcept
-    : torque_status_(contract::mcu_torque_status_data_id),
-      motion_(contract::mcu_motion_data_id),
-      capability_(contract::mcu_capability_data_id) {}
+StatusEncoder::StatusEncoder() noexcept {
+  for (std::size_t i = 0; i < status_message_count; ++i) {
+    if (const auto& data_id = messages[i].data_id) protectors_[i].emplace(*data_id);
+  }
+}
 
 CanFrame StatusEncoder::frame(StatusMessage message, const Telemetry<double>& drive,
                               const StatusExtras& extras) noexcept {
@@ -94,24 +103,28 @@ std::span<const CanFrame> StatusEncoder::due(std::int64_t now_ns, const Telemetr
   if (!started_) next_ns_.fill(now_ns);
   started_ = true;
   const FaultReport faults = fault_report_of(drive);
+  const bool faults_changed =
+      drive.active != sent_active_ || drive.latched != sent_latched_ || faults != sent_faults_;
   std::size_t n = 0;
   for (std::size_t i = 0; i < status_message_count; ++i) {
     const auto message = static_cast<StatusMessage>(i);
-    if (!is_due(i, now_ns, faults) || (is_measurement(message) && !extras.measured)) continue;
+    if (!is_due(i, now_ns, faults_changed) || (is_measurement(message) && !extras.measured)) continue;
     frames_[n++] = frame(message, drive, extras);
   }
+  sent_active_ = drive.active;
+  sent_latched_ = drive.latched;
   sent_faults_ = faults;
   return {frames_.data(), n};
 }
 
-bool StatusEncoder::is_due(std::size_t message, std::int64_t now_ns, const FaultReport& faults) noexcept {
+bool StatusEncoder::is_due(std::size_t message, std::int64_t now_ns, bool faults_changed) noexcept {
   const auto kind = static_cast<StatusMessage>(message);
   if (now_ns >= next_ns_[message]) {
     const std::int64_t cycle = cycle_time_ns(kind);
     next_ns_[message] += ((now_ns - next_ns_[message]) / cycle + 1) * cycle;
     return true;
   }
-  return kind == StatusMessage::faults && !same(faults, sent_faults_);
+  return faults_changed && is_of_faults(kind);
 }
 
 std::int64_t StatusEncoder::next_due_ns() const noexcept {
@@ -119,11 +132,8 @@ std::int64_t StatusEncoder::next_due_ns() const noexcept {
 }
 
 void StatusEncoder::protect(StatusMessage message, CanFrame& frame) noexcept {
-  E2eProtector* const protector = message == StatusMessage::torque_status ? &torque_status_
-                                  : message == StatusMessage::motion      ? &motion_
-                                  : message == StatusMessage::capability  ? &capability_
-                                                                          : nullptr;
-  if (protector == nullptr) return;
+  std::optional<E2eProtector>& protector = protectors_[std::size_t(message)];
+  if (!protector) return;
   e2e::Data data{};
   std::copy_n(frame.data.begin(), data.size(), data.begin());
   protector->protect(data);

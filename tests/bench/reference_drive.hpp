@@ -21,7 +21,7 @@ struct ReferenceRecord {
   std::int32_t duration_ns;
   std::uint8_t vector, sector, state;
   bool lockout;
-  std::uint32_t active, latched;
+  std::uint64_t active, latched;
   std::uint8_t first_fault;
   std::uint32_t fault_total;
   std::int64_t command_received_ns;
@@ -40,7 +40,7 @@ class ReferenceDrive {
             ReferenceRecord& out) {
     const TorqueCommand<double>& command = request.command;
 
-    std::uint32_t faults = request.external.bits();
+    std::uint64_t faults = request.external.bits();
     const bool usable = m.plausible && std::isfinite(m.i_abc.a) && std::isfinite(m.i_abc.b) &&
                         std::isfinite(m.i_abc.c) && std::isfinite(m.u_dc) && std::isfinite(m.omega_m);
     if (!usable) {
@@ -125,10 +125,10 @@ class ReferenceDrive {
     }
 
     if (state_ >= 3 && state_ <= 5) faults |= command_faults;
-    for (std::uint32_t left = faults & ~latched_; left != 0; left &= left - 1) {
+    for (std::uint64_t left = faults & ~latched_; left != 0; left &= left - 1) {
       const auto fault = std::uint8_t(std::countr_zero(left));
       if (latched_ == 0) first_fault_ = fault;
-      latched_ |= 1U << fault;
+      latched_ |= std::uint64_t{1} << fault;
       ++fault_total_;
     }
     const bool driving = state_ >= 3 && state_ <= 5;
@@ -213,7 +213,8 @@ class ReferenceDrive {
   double setpoint_{}, ramp_{}, zero_rate_{}, i_a_{}, i_b_{}, i_c_{};
   std::int64_t last_ns_{}, alive_ns_{};
   std::uint64_t sequence_{};
-  std::uint32_t disables_{}, resets_{}, blocked_{}, out_of_range_{}, latched_{}, fault_total_{};
+  std::uint32_t disables_{}, resets_{}, blocked_{}, out_of_range_{}, fault_total_{};
+  std::uint64_t latched_{};
   std::uint8_t state_{}, first_fault_{};
   bool started_{}, enable_{}, lockout_{true}, winding_down_{};
 };

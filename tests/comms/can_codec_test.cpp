@@ -102,7 +102,6 @@ TEST(CanCodec, CarriesElectricalQuantities) {
   EXPECT_NEAR(sextant_mcu_electrical_dc_voltage_decode(m.dc_voltage), 530.0, 1e-9);
   EXPECT_NEAR(sextant_mcu_electrical_dc_current_decode(m.dc_current), -4.0, 1e-9);
   EXPECT_NEAR(sextant_mcu_electrical_phase_current_rms_decode(m.phase_current_rms), 10.0, 1e-9);
-  EXPECT_NEAR(sextant_mcu_electrical_electrical_power_decode(m.electrical_power), -2120.0, 1e-9);
 }
 
 TEST(CanCodec, CarriesCapability) {
@@ -115,19 +114,34 @@ TEST(CanCodec, CarriesCapability) {
   EXPECT_EQ(m.derating_cause, SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_TEMPERATURE_CHOICE);
 }
 
+/// The frame as one number, as a VCU without a DBC would take it; the end-to-end bytes are its lowest 16
+/// bits.
+std::uint64_t bits_of(const EncodedFrame& encoded) {
+  std::uint64_t bits = 0;
+  for (std::size_t byte = 8; byte-- > 0;) bits = bits << 8U | encoded.frame.data[byte];
+  return bits;
+}
+
 TEST(CanCodec, PutsEachFaultOnTheBitOfItsValue) {
   for (int i = 0; i < fault_count; ++i) {
+    const auto fault = static_cast<Fault>(i);
     FaultSet one;
-    one.set(static_cast<Fault>(i));
-    const EncodedFrame encoded =
-        encode(FaultReport{.active = one, .latched = one, .first = static_cast<Fault>(i), .total = 3});
-    std::uint64_t bits = 0;
-    for (std::size_t byte = 8; byte-- > 0;) bits = bits << 8U | encoded.frame.data[byte];
-    EXPECT_EQ(bits & 0xFFFFFU, std::uint64_t{1} << i) << to_string(static_cast<Fault>(i));
-    EXPECT_EQ(bits >> 20U & 0xFFFFFU, std::uint64_t{1} << i) << to_string(static_cast<Fault>(i));
-    EXPECT_EQ(bits >> 40U & 0x1FU, std::uint64_t(i));
-    EXPECT_EQ(bits >> 48U, 3U);
+    one.set(fault);
+    EXPECT_EQ(encode(ActiveFaults{one}).frame.id, 0x127U);
+    EXPECT_EQ(bits_of(encode(ActiveFaults{one})), std::uint64_t{1} << (16 + i)) << to_string(fault);
+    EXPECT_EQ(encode(LatchedFaults{one}).frame.id, 0x128U);
+    EXPECT_EQ(bits_of(encode(LatchedFaults{one})), std::uint64_t{1} << (16 + i)) << to_string(fault);
+    const std::uint64_t report = bits_of(encode(FaultReport{.first = fault, .total = 3}));
+    EXPECT_EQ(report, std::uint64_t(i) << 16U | std::uint64_t{3} << 32U);
   }
+}
+
+TEST(CanCodec, IdentifiesTheSoftware) {
+  const auto m = unpack(encode(Identification{.software_major = 1, .software_minor = 2, .software_patch = 3}),
+                        0x129, sextant_mcu_identification_unpack);
+  EXPECT_EQ(m.software_major, 1);
+  EXPECT_EQ(m.software_minor, 2);
+  EXPECT_EQ(m.software_patch, 3);
 }
 
 TEST(CanCodec, SaysThatThereIsNoFault) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -49,7 +50,8 @@ TEST(StatusEncoder, TakesItsSignalsFromTheTelemetry) {
   sextant_mcu_electrical_unpack(&e, encoder.frame(StatusMessage::electrical, x, {}).data.data(), 8);
   EXPECT_NEAR(sextant_mcu_electrical_phase_current_rms_decode(e.phase_current_rms), 10.0 / std::sqrt(2.0),
               0.01);
-  EXPECT_NEAR(sextant_mcu_electrical_electrical_power_decode(e.electrical_power), 1060.0, 1e-9);
+  EXPECT_NEAR(sextant_mcu_electrical_dc_voltage_decode(e.dc_voltage), 530.0, 1e-9);
+  EXPECT_NEAR(sextant_mcu_electrical_dc_current_decode(e.dc_current), 2.0, 1e-9);
   sextant_mcu_capability_t c{};
   const StatusExtras extras{.derating_cause = DeratingCause::current_limit};
   sextant_mcu_capability_unpack(&c, encoder.frame(StatusMessage::capability, x, extras).data.data(), 8);
@@ -66,13 +68,22 @@ TEST(StatusEncoder, EchoesNoCounterBeforeTheFirstCommand) {
   EXPECT_EQ(t.command_counter, SEXTANT_MCU_TORQUE_STATUS_COMMAND_COUNTER_NONE_CHOICE);
 }
 
+TEST(StatusEncoder, SaysWhichSoftwareItIs) {
+  StatusEncoder encoder;
+  sextant_mcu_identification_t m{};
+  sextant_mcu_identification_unpack(&m, encoder.frame(StatusMessage::identification, {}, {}).data.data(), 8);
+  EXPECT_EQ(std::to_string(m.software_major) + "." + std::to_string(m.software_minor) + "." +
+                std::to_string(m.software_patch),
+            SEXTANT_VERSION);
+}
+
 TEST(StatusEncoder, ProtectedStreamsPassTheCheckOfTheirReceiver) {
   StatusEncoder encoder;
   std::map<std::uint32_t, E2eChecker> checkers;
-  for (const unsigned id : {0x120U, 0x121U, 0x123U}) {
+  for (const unsigned id : {0x120U, 0x121U, 0x122U, 0x123U, 0x124U, 0x127U, 0x128U, 0x129U}) {
     checkers.emplace(id, E2eChecker(static_cast<std::uint16_t>(id)));
   }
-  for (std::int64_t t = 0; t < 2000 * ms; t += 10 * ms) {
+  for (std::int64_t t = 0; t < 5000 * ms; t += 10 * ms) {
     for (const CanFrame& frame : encoder.due(t, some_telemetry(), {})) {
       const auto checker = checkers.find(frame.id);
       if (checker == checkers.end()) continue;
@@ -90,10 +101,16 @@ TEST(StatusEncoder, SendsEachMessageAtItsCycleTime) {
   for (std::int64_t t = 5 * ms; t < 2005 * ms; t += ms) {
     for (const CanFrame& frame : encoder.due(t, some_telemetry(), {})) ++sent[frame.id];
   }
-  EXPECT_EQ(
-      sent,
-      (std::map<std::uint32_t, int>{
-          {0x120, 200}, {0x121, 200}, {0x122, 200}, {0x123, 20}, {0x124, 20}, {0x125, 2}, {0x126, 20}}));
+  EXPECT_EQ(sent, (std::map<std::uint32_t, int>{{0x120, 200},
+                                                {0x121, 200},
+                                                {0x122, 200},
+                                                {0x123, 20},
+                                                {0x124, 20},
+                                                {0x125, 2},
+                                                {0x126, 20},
+                                                {0x127, 20},
+                                                {0x128, 20},
+                                                {0x129, 2}}));
 }
 
 TEST(StatusEncoder, SkipsMissedCyclesAndKeepsThePhase) {
@@ -115,14 +132,24 @@ TEST(StatusEncoder, SendsFaultsWhenTheyChange) {
   x.first_fault = Fault::over_current;
   x.fault_total = 1;
   const auto frames = encoder.due(ms, x, {});
-  ASSERT_EQ(frames.size(), 1U);
+  ASSERT_EQ(frames.size(), 3U);
   EXPECT_EQ(frames[0].id, 0x124U);
+  EXPECT_EQ(frames[1].id, 0x127U);
+  EXPECT_EQ(frames[2].id, 0x128U);
   sextant_mcu_faults_t m{};
   sextant_mcu_faults_unpack(&m, frames[0].data.data(), 8);
-  EXPECT_EQ(m.active_over_current, 1);
-  EXPECT_EQ(m.latched_over_current, 1);
   EXPECT_EQ(m.first_fault, SEXTANT_MCU_FAULTS_FIRST_FAULT_OVER_CURRENT_CHOICE);
+  sextant_mcu_faults_active_t active{};
+  sextant_mcu_faults_active_unpack(&active, frames[1].data.data(), 8);
+  EXPECT_EQ(active.active_over_current, 1);
+  sextant_mcu_faults_latched_t latched{};
+  sextant_mcu_faults_latched_unpack(&latched, frames[2].data.data(), 8);
+  EXPECT_EQ(latched.latched_over_current, 1);
   EXPECT_TRUE(encoder.due(2 * ms, x, {}).empty());
+  x.active = {};
+  EXPECT_EQ(encoder.due(3 * ms, x, {}).size(), 3U) << "the fault is gone, and stays latched";
+  x.latched = {};
+  EXPECT_EQ(encoder.due(4 * ms, x, {}).size(), 3U) << "it was reset";
 }
 
 TEST(StatusEncoder, CountsFramesWithAValueBeyondItsRange) {

@@ -12,7 +12,7 @@ TEST(FaultSet, HoldsEachFaultInItsOwnBit) {
   for (int i = 0; i < fault_count; ++i) {
     FaultSet set;
     set.set(static_cast<Fault>(i));
-    EXPECT_EQ(set.bits(), 1U << unsigned(i));
+    EXPECT_EQ(set.bits(), std::uint64_t{1} << unsigned(i));
     EXPECT_EQ(set.count(), 1);
     for (int j = 0; j < fault_count; ++j) EXPECT_EQ(set.test(static_cast<Fault>(j)), i == j);
   }

@@ -12,13 +12,16 @@ COMMAND = "VCU_TorqueCommand"
 class FakeDrive:
     """Answers on a bus until it is closed; remembers every command it accepted or refused."""
 
-    def __init__(self, address: str, fault_after: int | None = None, stubborn: bool = False) -> None:
+    def __init__(
+        self, address: str, fault_after: int | None = None, stubborn: bool = False, contract_major: int | None = None
+    ) -> None:
         self.accepted: list[tuple[float, dict]] = []
         self.refused = 0
         self.state = "STANDBY"
         self._fault_after = fault_after
         self._stubborn = stubborn
         self._contract = Contract()
+        self._contract_major = self._contract.version()[0] if contract_major is None else contract_major
         self._checker = e2e.Checker(self._contract.data_id(COMMAND))
         self._bus = bus.open_bus(bus.parse(address))
         self._stop = threading.Event()
@@ -75,3 +78,6 @@ class FakeDrive:
             "CommandCounter": last.get("Counter", 15),
         }
         self._bus.send(self._contract.encode("MCU_TorqueStatus", status, counter))
+        identification = {"ContractMajor": self._contract_major, "ContractMinor": 0}
+        identification |= {"SoftwareMajor": 0, "SoftwareMinor": 1, "SoftwarePatch": 0}
+        self._bus.send(self._contract.encode("MCU_Identification", identification, counter))

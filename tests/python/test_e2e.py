@@ -7,7 +7,9 @@ import pytest
 from sextant_py import e2e
 from sextant_py.contract import Contract
 
-PROTECTED = ["VCU_TorqueCommand", "MCU_TorqueStatus", "MCU_Motion", "MCU_Capability"]
+MESSAGES = [message.name for message in Contract().database.messages]
+UNPROTECTED = {"MCU_RealTime", "MCU_Temperatures"}
+PROTECTED = [name for name in MESSAGES if name not in UNPROTECTED]
 
 
 @pytest.mark.parametrize(("counter", "expected"), [(0, "2a10000000000000"), (1, "7711000000000000")])
@@ -72,6 +74,10 @@ def test_counter_sequence() -> None:
 def test_counter_fifteen_is_refused() -> None:
     with pytest.raises(ValueError, match="15"):
         e2e.protect(bytearray(8), 0x110, 15)
+
+
+def test_every_frame_is_protected_but_these() -> None:
+    assert {name for name in MESSAGES if Contract().data_id(name) is None} == UNPROTECTED
 
 
 @pytest.mark.parametrize("name", PROTECTED)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from fake_drive import FakeDrive
+from sextant_py.contract import Contract
 from sextant_py.paths import ROOT
 
 PERIOD_S = 0.01
@@ -118,6 +119,16 @@ def test_interrupted_it_disables(bus_address: str, long_profile: Path, number: s
         assert vcu.returncode == 130
         wait_for_disables(drive, 5)
         assert enabled(drive)[-5:] == [False] * 5
+
+
+def test_a_drive_with_another_contract_is_said(bus_address: str, long_profile: Path) -> None:
+    with FakeDrive(bus_address, contract_major=77) as drive:
+        vcu = start(bus_address, long_profile)
+        _, errors = vcu.communicate(timeout=240)
+        assert vcu.returncode == 1
+        major, minor = Contract().version()
+        assert f"the drive speaks version 77.0 of the CAN contract, this program {major}.{minor}." in errors
+        wait_for_disables(drive, 1)
 
 
 def test_a_torque_outside_the_contract_is_refused(bus_address: str, tmp_path: Path) -> None:

@@ -20,12 +20,9 @@ ECU_CONFIG = ROOT / "configs" / "ecu.toml"
 QUICK = ("--set", "plant.integrator=fixed")
 PERIOD_S = 0.01
 CYCLES_S = {
-    "MCU_TorqueStatus": 0.01,
-    "MCU_Motion": 0.01,
-    "MCU_Electrical": 0.01,
-    "MCU_Capability": 0.1,
-    "MCU_Faults": 0.1,
-    "MCU_Temperatures": 0.1,
+    name: message.cycle_time / 1e3
+    for name, message in Contract().messages_of_the_drive().items()
+    if message.cycle_time <= 100
 }
 
 
@@ -126,6 +123,8 @@ def test_python_can_reads_what_was_recorded(profile: Path, tmp_path: Path) -> No
         if name == "MCU_TorqueStatus":
             assert checker.check(bytes(frame.data)) is not e2e.Result.ERROR
     assert len(sent) == len(contract.database.messages)
+    said = sent["MCU_Identification"][0][1]
+    assert (said["ContractMajor"], said["ContractMinor"]) == contract.version()
     statuses = sent["MCU_TorqueStatus"]
     for name, cycle_s in CYCLES_S.items():
         # The last status tells of the shutdown and the last faults of what they are, due or not.

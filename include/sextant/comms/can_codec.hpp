@@ -24,8 +24,11 @@ struct EncodedFrame {
 [[nodiscard]] EncodedFrame encode(const Electrical& x) noexcept;
 [[nodiscard]] EncodedFrame encode(const Capability& x) noexcept;
 [[nodiscard]] EncodedFrame encode(const FaultReport& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const ActiveFaults& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const LatchedFaults& x) noexcept;
 [[nodiscard]] EncodedFrame encode(const RealTimeReport& x) noexcept;
 [[nodiscard]] EncodedFrame encode(const Temperatures& x) noexcept;
+[[nodiscard]] EncodedFrame encode(const Identification& x) noexcept;
 
 /// VCU_TorqueCommand.
 struct TorqueRequest {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "sextant/comms/can_codec.hpp"
@@ -19,10 +20,13 @@ enum class StatusMessage : std::uint8_t {
   capability,
   faults,
   real_time,
-  temperatures
+  temperatures,
+  faults_active,
+  faults_latched,
+  identification
 };
 
-inline constexpr std::size_t status_message_count = 7;
+inline constexpr std::size_t status_message_count = 10;
 
 /// Cycle time of the message, from the contract. [ns]
 [[nodiscard]] std::int64_t cycle_time_ns(StatusMessage message) noexcept;
@@ -47,8 +51,8 @@ class StatusEncoder {
                                const StatusExtras& extras) noexcept;
 
   /// The frames that are due at now_ns [ns, any fixed clock], at most one of each message: all of them at the
-  /// first call, then each by its cycle time with its phase kept, and MCU_Faults when its content changed.
-  /// Cycles that passed without a call are skipped. The frames stay valid until the next call.
+  /// first call, then each by its cycle time with its phase kept, and the three of the faults when one of
+  /// them changed. Cycles that passed without a call are skipped. The frames stay valid until the next call.
   [[nodiscard]] std::span<const CanFrame> due(std::int64_t now_ns, const Telemetry<double>& drive,
                                               const StatusExtras& extras) noexcept;
 
@@ -60,11 +64,11 @@ class StatusEncoder {
 
  private:
   void protect(StatusMessage message, CanFrame& frame) noexcept;
-  [[nodiscard]] bool is_due(std::size_t message, std::int64_t now_ns, const FaultReport& faults) noexcept;
+  [[nodiscard]] bool is_due(std::size_t message, std::int64_t now_ns, bool faults_changed) noexcept;
 
-  E2eProtector torque_status_;
-  E2eProtector motion_;
-  E2eProtector capability_;
+  std::array<std::optional<E2eProtector>, status_message_count> protectors_{};  ///< of the protected ones
+  FaultSet sent_active_{};
+  FaultSet sent_latched_{};
   FaultReport sent_faults_{};
   std::array<std::int64_t, status_message_count> next_ns_{};
   std::array<CanFrame, status_message_count> frames_{};

@@ -51,10 +51,19 @@ struct Capability {
 
 /// MCU_Faults.
 struct FaultReport {
-  FaultSet active{};             ///< present now
-  FaultSet latched{};            ///< since the last reset
-  std::optional<Fault> first{};  ///< the first that latched; empty for none
+  std::optional<Fault> first{};  ///< the first that latched since the last reset; empty for none
   std::uint64_t total{};         ///< latched faults since start [-]
+  friend bool operator==(const FaultReport&, const FaultReport&) noexcept = default;
+};
+
+/// MCU_FaultsActive.
+struct ActiveFaults {
+  FaultSet faults{};  ///< present now
+};
+
+/// MCU_FaultsLatched.
+struct LatchedFaults {
+  FaultSet faults{};  ///< since the last reset
 };
 
 /// MCU_RealTime.
@@ -70,6 +79,13 @@ struct Temperatures {
   std::optional<double> stator{};    ///< winding [°C]
   std::optional<double> rotor{};     ///< cage [°C]
   std::optional<double> inverter{};  ///< hottest switch [°C]
+};
+
+/// MCU_Identification. The version of the contract is that of the file from which the codec is made.
+struct Identification {
+  std::uint8_t software_major{};
+  std::uint8_t software_minor{};
+  std::uint8_t software_patch{};
 };
 
 }  // namespace sextant

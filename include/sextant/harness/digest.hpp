@@ -44,7 +44,7 @@ class Digest {
                            x.torque_motoring, x.torque_regenerating}) {
       add(v);
     }
-    add(std::uint64_t{x.active.bits()} | std::uint64_t{x.latched.bits()} << 32U);
+    add(x.active.bits() ^ std::rotl(x.latched.bits(), 32));
     add(std::uint64_t{x.fault_total} | std::uint64_t{x.sector} << 32U |
         std::uint64_t{static_cast<std::uint8_t>(x.state)} << 40U |
         std::uint64_t{static_cast<std::uint8_t>(x.first_fault)} << 48U | bit(x.lockout, 56));

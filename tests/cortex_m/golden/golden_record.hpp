@@ -29,18 +29,18 @@ static_assert(std::is_trivially_copyable_v<Input>);
 
 /// What the drive answered, and what it knew then. scripts/sextant_py/golden.py reads it, then a PlantOutput.
 struct Output {
+  std::uint64_t latched{};   ///< faults, as bits
   float torque{};            ///< estimated [N·m]
   float torque_reference{};  ///< admitted [N·m]
   float psi_s_alpha{};       ///< estimated [Wb]
   float psi_s_beta{};        ///< estimated [Wb]
   float i_dc{};              ///< mean of the DC-link current [A]
-  std::uint32_t latched{};   ///< faults, as bits
   std::uint8_t legs{};       ///< gate pattern: upper switches, and from bit 3 the legs that are off
   std::uint8_t sector{};
   std::uint8_t state{};  ///< DriveState
   std::uint8_t lockout{};
 };
-static_assert(sizeof(Output) == 28);
+static_assert(sizeof(Output) == 32);
 
 /// The plant at the end of the period that ended with an input, from the patterns that acted alone.
 struct PlantOutput {
@@ -62,12 +62,12 @@ template <class T>
 [[nodiscard]] constexpr Output output_of(const DriveOutput<T>& step) noexcept {
   const Telemetry<T>& t = step.telemetry;
   const SwitchState legs = step.pattern.last_state();
-  return {.torque = float(t.torque),
+  return {.latched = t.latched.bits(),
+          .torque = float(t.torque),
           .torque_reference = float(t.torque_reference),
           .psi_s_alpha = float(t.psi_s.alpha),
           .psi_s_beta = float(t.psi_s.beta),
           .i_dc = float(t.i_dc),
-          .latched = t.latched.bits(),
           .legs = std::uint8_t(legs.upper_switches() | legs.legs_off() << 3U),
           .sector = t.sector,
           .state = std::uint8_t(t.state),

@@ -25,7 +25,7 @@ class Digest {
       add(std::bit_cast<std::uint64_t>(x));
     }
     add(std::uint64_t(t.t_ns));
-    add(std::uint64_t(t.state) << 32U | t.latched.bits());
+    add(std::uint64_t(t.state) << 32U ^ t.latched.bits());
     last_ = t;
   }
   [[nodiscard]] std::uint64_t value() const noexcept { return value_; }

@@ -11,10 +11,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pytest
+from sextant_py.contract import Contract
 from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
 
-COMMAND_LOST, MEASUREMENT_INVALID, WATCHDOG = 0, 5, 18
+FAULTS = Contract().faults()
+COMMAND_LOST, MEASUREMENT_INVALID, WATCHDOG = (
+    FAULTS[name] for name in ("COMMAND_LOST", "MEASUREMENT_INVALID", "WATCHDOG")
+)
 OF_A_STALL = {COMMAND_LOST, MEASUREMENT_INVALID, WATCHDOG}
 PATIENCE_S = 120.0
 TORQUE_STEP_NM = 0.006  # a torque as CAN carries it

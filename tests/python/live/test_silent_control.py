@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 from drive_process import DriveProcess
-from handling import at_torque, bring_up
+from handling import WATCHDOG, at_torque, bring_up
 from held_thread import HeldThread
 from status_frames import ANSWER_S, StatusFrames
 from telemetry_record import TelemetryRecord
@@ -13,7 +13,6 @@ from vehicle import Vehicle
 TORQUE_NM = 40.0
 WATCHDOG_MS = 1000
 STATUSES = 50
-WATCHDOG = 18
 MEASUREMENTS = {"MCU_Motion", "MCU_Electrical"}
 
 
@@ -30,9 +29,9 @@ def check_silent(frames: StatusFrames) -> None:
         assert status["TorqueAdmitted"] == 0
         assert status["Lockout"] == 1
     assert not seen & MEASUREMENTS
-    faults = frames.next("MCU_Faults")
-    assert faults["ActiveWatchdog"] == 1
-    assert faults["LatchedWatchdog"] == 1
+    assert str(frames.next("MCU_Faults")["FirstFault"]) == "WATCHDOG"
+    assert frames.next("MCU_FaultsActive")["ActiveWatchdog"] == 1
+    assert frames.next("MCU_FaultsLatched")["LatchedWatchdog"] == 1
     capability = frames.next("MCU_Capability")
     assert capability["TorqueMotoring"] == 0
     assert capability["TorqueRegenerating"] == 0

@@ -19,16 +19,9 @@ from vehicle import Vehicle
 TORQUE_NM = 25.0
 SPEED_RAD_S = 30.0
 LISTEN_S = 3.5
-PROTECTED = {"MCU_TorqueStatus", "MCU_Motion", "MCU_Capability"}
-CYCLES_MS = {
-    "MCU_TorqueStatus": 10,
-    "MCU_Motion": 10,
-    "MCU_Electrical": 10,
-    "MCU_Capability": 100,
-    "MCU_Faults": 100,
-    "MCU_RealTime": 1000,
-    "MCU_Temperatures": 100,
-}
+MESSAGES = Contract().messages_of_the_drive()
+CYCLES_MS = {name: message.cycle_time for name, message in MESSAGES.items()}
+PROTECTED = [name for name in MESSAGES if Contract().data_id(name) is not None]
 
 
 def recorded(log: FrameLog, record: TelemetryRecord, vehicle: Vehicle) -> tuple[dict[str, list[RawFrame]], Span]:
@@ -128,12 +121,14 @@ def check_electrical(electrical: dict[str, np.ndarray], span: Span) -> None:
     near(peak_a, span.current_mean_a, 0.1 * np.median(span.current_mean_a), "current")
     # The power on the shaft and the copper losses come out of the link.
     assert np.mean(span.power_w) > 0.8 * np.mean(span.torque_mean_nm) * SPEED_RAD_S
-    assert np.mean(electrical["ElectricalPower"]) > 0
+    assert np.mean(electrical["DcVoltage"] * electrical["DcCurrent"]) > 0
 
 
 def check_slow_frames(signals: dict[str, dict[str, np.ndarray]]) -> None:
     assert set(signals["MCU_Capability"]["TorqueMotoring"]) == {150.0}
     faults = signals["MCU_Faults"]
     assert set(faults["FirstFault"]) == {"NONE"}
-    assert not any(faults[key].any() for key in faults if key.startswith(("Active", "Latched")))
+    for mask in (signals["MCU_FaultsActive"], signals["MCU_FaultsLatched"]):
+        assert not any(mask[key].any() for key in mask if key.startswith(("Active", "Latched")))
+    assert set(signals["MCU_Identification"]["ContractMajor"]) == {Contract().version()[0]}
     assert np.all(signals["MCU_RealTime"]["TelemetryDropped"] == 0)

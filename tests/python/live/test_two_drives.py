@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from drive_process import DriveProcess
-from handling import at_torque, bring_up
+from handling import FAULTS, at_torque, bring_up
 from kernel import native_kernel_only
 from telemetry_record import TelemetryRecord
 from vehicle import Vehicle
 
-SECOND_MASTER_BIT = 1 << 3
+SECOND_MASTER_BIT = 1 << FAULTS["SECOND_MASTER"]
 
 
 def test_a_second_drive_on_the_bus_makes_no_torque(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 from drive_process import DriveProcess
-from handling import make_ready
+from handling import FAULTS, make_ready
 from kernel import native_kernel_only
 from status_frames import StatusFrames
 from telemetry_record import TelemetryRecord
@@ -16,7 +16,6 @@ from vehicle import Vehicle
 TORQUE_NM = 20.0
 BEYOND_THE_VOLTAGE_RAD_S = 150.0  # of 530 V and 1.1 Wb: it lasts up to 136
 BEYOND_THE_TRIP_RAD_S = 170.0
-OVER_SPEED = 12
 
 
 def imposed(speed_rad_s: float) -> tuple[str, str]:
@@ -55,6 +54,6 @@ def test_over_speed_is_a_fault(live_bus: str, domain: int, start_drive: Callable
     with StatusFrames(live_bus) as frames:
         record.wait_for_state("FAULT")
         record.wait(lambda own: own.states[-1].first_fault >= 0, "the reason of the FAULT")
-        assert record.states[-1].first_fault == OVER_SPEED
-        assert frames.next("MCU_Faults")["ActiveOverSpeed"] == 1
+        assert record.states[-1].first_fault == FAULTS["OVER_SPEED"]
+        assert frames.next("MCU_FaultsActive")["ActiveOverSpeed"] == 1
         check_nothing_is_available(frames)
