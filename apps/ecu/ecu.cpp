@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
@@ -10,31 +9,25 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "ecu/command_report.hpp"
-#include "ecu/dds_settings.hpp"
-#include "ecu/timing_file.hpp"
-#include "ecu/timing_report.hpp"
+#include "ecu/run_report.hpp"
+#include "ecu/telemetry/dds_settings.hpp"
+#include "ecu/timing/timing_report.hpp"
 #include "sextant/comms/can_codec.hpp"
-#include "sextant/config/make_controller.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
-#include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
 namespace {
 
-TelemetryThread::Parameters telemetry_parameters(const EcuConfig& config) {
-  const double period_s = double(config.drive.drive.period_ns) * 1e-9;
-  TelemetryThread::Parameters p;
-  p.period_ns = config.drive.drive.period_ns;
-  p.wake_every_periods = std::uint32_t(config.realtime.wake_every_periods);
-  p.periods_per_sample =
-      std::max(1U, std::uint32_t(std::lround(1.0 / (config.dds.telemetry_rate_hz * period_s))));
-  p.timing = {config.realtime.gap_limit_ns,
-              std::int64_t{config.drive.drive.period_ns} * config.realtime.wake_every_periods};
-  p.wait = config.realtime.wait.mode;
-  p.policy = config.realtime.policy;
-  p.statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz);
-  return p;
+TelemetryTask::Parameters telemetry_parameters(const EcuConfig& config) {
+  const std::int64_t wake_period_ns =
+      std::int64_t{config.drive.drive.period_ns} * config.realtime.wake_every_periods;
+  return {.period_ns = config.drive.drive.period_ns,
+          .wake_every_periods = std::uint32_t(config.realtime.wake_every_periods),
+          .periods_per_sample = periods_per_sample(config),
+          .statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz),
+          .timing = {config.realtime.gap_limit_ns, wake_period_ns},
+          .wait = config.realtime.wait.mode,
+          .policy = config.realtime.policy};
 }
 
 TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
@@ -60,32 +53,24 @@ int receive_priority(const RealtimeParameters& realtime) {
   return control > 0 ? std::max(1, control - 10) : 0;
 }
 
-/// Before any thread is started: all but the control thread stay off its CPU.
-EcuConfig apart(EcuConfig config) {
-  if (const Grant grant = keep_off_cpu(config.realtime.cpu); !grant.granted) {
-    spdlog::warn("real time: {}", grant.sentence);
-  }
-  return config;
-}
-
 }  // namespace
 
 Ecu::Ecu(const EcuConfig& config)
-    : config_{apart(config)},
-      awake_{is_hard(config.realtime)},
-      crossings_{config.drive.drive.period_ns, config.realtime.wake_every_periods,
-                 config.realtime.watchdog_ns},
+    : config_{config},
+      processor_latency_{is_hard(config.realtime)},
+      shared_{config.drive.drive.period_ns, config.realtime.wake_every_periods, config.realtime.watchdog_ns},
       power_stage_{config},
-      controller_{make_controller(config.drive)},
-      drive_{config.drive.drive, *controller_},
+      drive_{config.drive},
       bus_{make_can_bus(config.can.bus, drive_identifiers())},
       publisher_{publisher_parameters(config)},
-      control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_, crossings_},
-      receive_{*bus_, crossings_, receive_priority(config.realtime)},
-      transmit_{*bus_, crossings_, [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
-      watchdog_{crossings_, [this] { power_stage_.open_gates(); }, control_priority(config.realtime)},
-      monitor_{power_stage_, crossings_},
-      housekeeping_{crossings_} {}
+      control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_.drive(), shared_},
+      receive_{*bus_, shared_, receive_priority(config.realtime)},
+      transmit_{*bus_, shared_, [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
+      watchdog_{shared_, [this] { power_stage_.inhibit_gates(); }, control_priority(config.realtime)},
+      link_{power_stage_, shared_},
+      housekeeping_{shared_},
+      telemetry_{telemetry_parameters(config), publisher_.sender(), shared_,
+                 [this](std::int64_t now_ns) { publisher_.poll(now_ns); }} {}
 
 Ecu::~Ecu() {
   stop();
@@ -97,16 +82,11 @@ void Ecu::start() {
   require_rights(config_.realtime, rights);
   for (const std::string& sentence : rights.refusals) spdlog::warn("real time: {}", sentence);
   require_room_for_spinning(config_.realtime, rights);
-  warn_of_unbounded_work();
+  warn_of_unbounded_execution();
   control_.go();
-  TelemetryThread::Parameters parameters = telemetry_parameters(config_);
-  parameters.real_time_scheduling = rights.real_time_scheduling;
-  parameters.memory_locked = rights.memory_locked;
-  telemetry_ = std::make_unique<TelemetryThread>(parameters, publisher_.sender(), crossings_,
-                                                 [this](std::int64_t now_ns) { publisher_.look(now_ns); });
-  telemetry_->start();
+  telemetry_.start(rights);
   watchdog_.start();
-  monitor_.start();
+  link_.start();
   housekeeping_.start();
   receive_.start();
   transmit_.start();
@@ -121,8 +101,8 @@ void Ecu::require_lone_drive() {
   const std::int64_t end_ns = now_ns() + listen_ns;
   for (std::int64_t left_ns = listen_ns; left_ns > 0; left_ns = end_ns - now_ns()) {
     const CanReceive result = bus_->receive(frame, std::chrono::nanoseconds{left_ns});
-    if (result == CanReceive::got) (void)receive_.take(frame);
-    if (crossings_.other_drive_ns.load(std::memory_order_relaxed) != 0) {
+    if (result == CanReceive::got) (void)receive_.task().on_frame(frame);
+    if (shared_.other_drive_ns.load(std::memory_order_relaxed) != 0) {
       throw std::runtime_error(
           "another drive sends MCU_TorqueStatus on " + config_.can.bus +
           ", and the identifiers are the same for every drive_id: give each drive a bus of "
@@ -132,7 +112,7 @@ void Ecu::require_lone_drive() {
   }
 }
 
-void Ecu::warn_of_unbounded_work() const {
+void Ecu::warn_of_unbounded_execution() const {
   const IntegratorKind kind = config_.drive.plant.integrator;
   const bool unbounded = kind == IntegratorKind::cvode || kind == IntegratorKind::erk;
   if (config_.power_stage != PowerStageKind::simulated || config_.realtime.wake_every_periods > 1 ||
@@ -146,54 +126,41 @@ void Ecu::warn_of_unbounded_work() const {
 }
 
 void Ecu::stop() {
-  crossings_.shutdown.store(true, std::memory_order_release);
+  shared_.shutdown.store(true, std::memory_order_release);
   control_.join();
   power_stage_.say_goodbye();
   // Should the control thread never have started, the others still have to leave.
-  crossings_.stopped.store(true, std::memory_order_release);
+  shared_.stopped.store(true, std::memory_order_release);
   transmit_.join();
   receive_.join();
   watchdog_.join();
-  monitor_.join();
+  link_.join();
   housekeeping_.join();
-  if (telemetry_) telemetry_->join();
+  telemetry_.join();
   publisher_.leave();
 }
 
 void Ecu::write_timing(const std::string& file) const {
-  if (telemetry_) ecu::write_timing(file, telemetry_->timing(), receive_.hand_over());
+  ecu::write_timing(file, telemetry_.task().timing(), receive_.hand_over());
 }
 
 void Ecu::print_report(std::FILE* out) const {
-  if (!telemetry_) return;
-  print_timing(out, telemetry_->timing());
-  if (const std::uint64_t lost = crossings_.wakes.dropped(); lost > 0) {
-    fmt::print(out, "  of {} wake-ups latency and work are not in these figures: nobody fetched them\n",
+  print_timing(out, telemetry_.task().timing());
+  if (const std::uint64_t lost = shared_.wakes.dropped(); lost > 0) {
+    fmt::print(out,
+               "  of {} wake-ups latency and execution time are not in these figures: the ring was full\n",
                lost);
   }
   power_stage_.print_report(out);
-  print_commands(out, receive_.receiver());
-  print_can(out);
+  print_commands(out, receive_.task().receiver());
+  print_can(out, bus_->stats(), transmit_.task().clamped());
   print_dds(out);
-}
-
-void Ecu::print_can(std::FILE* out) const {
-  const CanBusStats stats = bus_->stats();
-  fmt::print(out, "CAN {} sent, {} not sent, {} received; {} lost and {} unreadable on reception\n",
-             stats.sent, stats.send_dropped, stats.received, stats.receive_overflow, stats.receive_malformed);
-  if (stats.error_frames + stats.reopened > 0) {
-    fmt::print(out, "  {} error frames, {} of them bus-off; interface came back {} times\n",
-               stats.error_frames, stats.bus_off, stats.reopened);
-  }
-  if (transmit_.clamped() > 0) {
-    fmt::print(out, "  {} status frames held a value beyond its signal's range\n", transmit_.clamped());
-  }
 }
 
 void Ecu::print_dds(std::FILE* out) const {
   const CountsMessage counts = publisher_.counts();
   fmt::print(out, "telemetry {} published, {} periods dropped\n", counts.written,
-             crossings_.telemetry.dropped());
+             shared_.telemetry.dropped());
   if (counts.refused > 0) {
     fmt::print(out, "  {} samples not published: a value was no finite number\n", counts.refused);
   }

@@ -4,22 +4,24 @@
 #include <memory>
 #include <string>
 
-#include "ecu/can_receive_thread.hpp"
-#include "ecu/can_transmit_thread.hpp"
-#include "ecu/control_thread.hpp"
-#include "ecu/crossings.hpp"
-#include "ecu/housekeeping_thread.hpp"
+#include "ecu/configured_drive.hpp"
 #include "ecu/power_stage.hpp"
-#include "ecu/power_stage_monitor.hpp"
-#include "ecu/telemetry_process.hpp"
-#include "ecu/telemetry_thread.hpp"
-#include "ecu/watchdog_thread.hpp"
+#include "ecu/shared_state.hpp"
+#include "ecu/telemetry/telemetry_process.hpp"
+#include "ecu/threads/control_thread.hpp"
+#include "ecu/threads/housekeeping_thread.hpp"
+#include "ecu/threads/link_thread.hpp"
+#include "ecu/threads/receive_thread.hpp"
+#include "ecu/threads/telemetry_thread.hpp"
+#include "ecu/threads/transmit_thread.hpp"
+#include "ecu/threads/watchdog_thread.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/realtime/processor_latency.hpp"
 
 namespace sextant::ecu {
 
-/// The live drive: control core, power stage, CAN and DDS, and the threads that join them.
+/// The live drive: the drive with its power stage, CAN and DDS, and the threads between them, which meet in
+/// the shared state. The threads and the process for DDS run on the CPUs of the caller; see keep_off_cpu().
 class Ecu {
  public:
   /// Opens everything. Throws std::runtime_error with one sentence where something cannot be had.
@@ -42,27 +44,25 @@ class Ecu {
   void print_report(std::FILE* out) const;
 
  private:
-  /// Listens before it speaks. Throws where another drive is heard.
+  /// Listens before it sends. Throws where another drive is on the bus.
   void require_lone_drive();
-  void warn_of_unbounded_work() const;
-  void print_can(std::FILE* out) const;
+  void warn_of_unbounded_execution() const;
   void print_dds(std::FILE* out) const;
 
   EcuConfig config_;
-  ProcessorLatency awake_;
-  Crossings crossings_;
+  ProcessorLatency processor_latency_;
+  SharedState shared_;
   PowerStage power_stage_;
-  std::unique_ptr<Controller<double>> controller_;
-  Drive<double> drive_;
+  ConfiguredDrive drive_;
   std::unique_ptr<CanBus> bus_;
   TelemetryProcess publisher_;
   ControlThread control_;
-  CanReceiveThread receive_;
-  CanTransmitThread transmit_;
+  ReceiveThread receive_;
+  TransmitThread transmit_;
   WatchdogThread watchdog_;
-  PowerStageMonitor monitor_;
+  LinkThread link_;
   HousekeepingThread housekeeping_;
-  std::unique_ptr<TelemetryThread> telemetry_{};
+  TelemetryThread telemetry_;
 };
 
 }  // namespace sextant::ecu

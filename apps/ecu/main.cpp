@@ -7,12 +7,13 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <spdlog/spdlog.h>
 
 #include "common/live_program.hpp"
 #include "common/program.hpp"
 #include "ecu/ecu.hpp"
 #include "ecu/power_stage.hpp"
-#include "ecu/virtual_run.hpp"
+#include "ecu/virtual_time/virtual_run.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/realtime/thread_setup.hpp"
@@ -64,7 +65,7 @@ void describe(CLI::App& app, Options& options) {
   sextant::describe_live(app, options.live, "leave after so many seconds, of virtual time if it is that");
   app.add_option("--can", options.can, "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>");
   app.add_option("--timing-out", options.timing_out,
-                 "write the histograms and misses of the control thread, .json; not in virtual time")
+                 "write the histograms and overruns of the control thread, .json; not in virtual time")
       ->excludes("--virtual-time");
 }
 
@@ -103,8 +104,16 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   run.run();
   run.print_report(stdout);
   if (const std::string problem = power_stage.problem(); !problem.empty()) throw std::runtime_error(problem);
-  run.judge();
+  run.require_success();
   return 0;
+}
+
+/// What every thread and the process for DDS inherit, so before the first of them.
+void prepare_process(const sextant::RealtimeParameters& realtime) {
+  if (realtime.lock_memory) sextant::reserve_little_memory();
+  if (const sextant::Grant grant = sextant::keep_off_cpu(realtime.cpu); !grant.granted) {
+    spdlog::warn("real time: {}", grant.sentence);
+  }
 }
 
 int run(const Options& options) {
@@ -117,7 +126,7 @@ int run(const Options& options) {
   if (options.virtual_time) return run_virtual(config, options);
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
-  if (config.realtime.lock_memory) sextant::reserve_little_memory();
+  prepare_process(config.realtime);
   sextant::ecu::Ecu ecu{config};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);

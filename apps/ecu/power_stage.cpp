@@ -18,9 +18,9 @@ const char* sentence(PowerStage::Plant plant) {
   switch (plant) {
     case PowerStage::Plant::answers:
       return "the plant answers; a fault reset takes the drive out of FAULT";
-    case PowerStage::Plant::deaf:
+    case PowerStage::Plant::not_acknowledged:
       return "the plant does not take the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID)";
-    case PowerStage::Plant::silent:
+    case PowerStage::Plant::timed_out:
     case PowerStage::Plant::unknown:
       break;
   }
@@ -60,7 +60,7 @@ void PowerStage::join_shared_memory(const EcuConfig& config) {
   io_ = shared_memory_.get();
 }
 
-void PowerStage::open_gates() noexcept {
+void PowerStage::inhibit_gates() noexcept {
   if (shared_memory_) shared_memory_->open_gates();
   if (udp_) udp_->open_gates();
 }
@@ -70,20 +70,22 @@ void PowerStage::say_goodbye() noexcept {
   if (udp_) udp_->say_goodbye();
 }
 
-std::string PowerStage::news() {
+std::string PowerStage::state_change() {
   if (!shared_memory_ && !udp_) return {};
   const LinkState& state = shared_memory_ ? shared_memory_->state() : udp_->state();
-  const Plant plant = state.stale() ? Plant::silent : state.unheard() ? Plant::deaf : Plant::answers;
+  const Plant plant = state.stale()     ? Plant::timed_out
+                      : state.unheard() ? Plant::not_acknowledged
+                                        : Plant::answers;
   const std::string link = "hil " + link_name_ + ": ";
-  const bool refused = refusals_told_ != state.refusals();
-  if (told_ != plant) {
-    const bool never_came = told_ == Plant::unknown && plant == Plant::silent;
-    told_ = plant;
+  const bool refused = reported_refusals_ != state.refusals();
+  if (reported_ != plant) {
+    const bool never_came = reported_ == Plant::unknown && plant == Plant::timed_out;
+    reported_ = plant;
     return link + (never_came
                        ? "no plant yet; the drive waits in FAULT (MEASUREMENT_INVALID) with its gates off"
                        : sentence(plant));
   }
-  refusals_told_ = state.refusals();
+  reported_refusals_ = state.refusals();
   if (!refused) return {};
   return link +
          "the plant keeps its gates open against the drive's pattern; the drive goes to FAULT "

@@ -15,15 +15,15 @@
 
 namespace sextant::ecu {
 
-/// What stands behind the drive's `DriveIo`, as `power_stage` of the configuration says: the simulated plant
-/// in this process, or a link to a plant elsewhere.
+/// The power stage behind the drive's `DriveIo`, by `power_stage` of the configuration: the simulated plant
+/// in this process, or a link to a plant in another one.
 class PowerStage {
  public:
   /// What the drive knows of a plant at the other end of a link.
   enum class Plant : std::uint8_t {
     unknown,
-    silent,
-    deaf,  ///< its measurements come, the drive's patterns do not reach it
+    timed_out,         ///< no measurements come
+    not_acknowledged,  ///< its measurements come, the drive's patterns do not reach it
     answers
   };
 
@@ -33,14 +33,14 @@ class PowerStage {
   [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
   /// Takes the gate-enable line away, where there is one; from any thread.
-  void open_gates() noexcept;
+  void inhibit_gates() noexcept;
 
-  /// Tells the plant that the drive leaves in order; once the control thread has ended.
+  /// Reports to the plant that the drive leaves in order; once the control thread has ended.
   void say_goodbye() noexcept;
 
-  /// One sentence when the plant has appeared, fallen silent or deaf, or kept its gates open against a
-  /// pattern since the last call, else empty. For one thread.
-  [[nodiscard]] std::string news();
+  /// One sentence when the plant has appeared, timed out, does not acknowledge patterns, or kept its gates
+  /// off against a pattern since the last call, else empty. For one thread.
+  [[nodiscard]] std::string state_change();
 
   /// Why there is no use in going on: the plant of a lockstep is gone. Empty where there is none; from any
   /// thread.
@@ -59,8 +59,8 @@ class PowerStage {
   std::unique_ptr<UdpDriveIo> udp_{};
   std::string link_name_{};
   DriveIo<double>* io_{nullptr};
-  Plant told_{Plant::unknown};
-  std::uint64_t refusals_told_{0};
+  Plant reported_{Plant::unknown};
+  std::uint64_t reported_refusals_{0};
 };
 
 }  // namespace sextant::ecu

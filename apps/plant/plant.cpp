@@ -189,7 +189,7 @@ void Plant::print_real_time(std::FILE* out) const {
                us(s.p99_ns), us(s.max_ns));
   };
   const WakeSchedule::Counters& wakes = task_.schedule().counters();
-  fmt::print(out, "plant periods {} run, {} missed in {} overruns\n", periods_, wakes.periods_skipped,
+  fmt::print(out, "plant periods {} run, {} missed in {} overruns\n", periods_, wakes.periods_missed,
              wakes.overruns);
   row("wake-up latency", latency_.summary());
   row("work per period", body_.summary());

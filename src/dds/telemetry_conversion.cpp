@@ -77,11 +77,11 @@ bool convert_stages(const RealTimeSample& in, sextant_RealTimeStatistics& out) n
 }
 
 void convert_misses(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
-  const auto misses = [&in](MissCause cause) { return in.misses[static_cast<std::size_t>(cause)]; };
-  out.misses_machine = misses(MissCause::machine_gap);
-  out.misses_stage_gap = misses(MissCause::stage_gap);
-  out.misses_late_wake = misses(MissCause::late_wake);
-  out.misses_own_body = misses(MissCause::own_body);
+  const auto misses = [&in](OverrunCause cause) { return in.misses[static_cast<std::size_t>(cause)]; };
+  out.misses_machine = misses(OverrunCause::machine_gap);
+  out.misses_stage_gap = misses(OverrunCause::stage_gap);
+  out.misses_late_wake = misses(OverrunCause::late_wake);
+  out.misses_own_body = misses(OverrunCause::long_execution);
   out.misses_without_gap = in.misses_without_gap;
   out.gaps = in.gaps;
   out.longest_gap_us = in.longest_gap_us;

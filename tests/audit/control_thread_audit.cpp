@@ -155,7 +155,7 @@ int run(const Options& options) {
   loop.stop();
   if (linked) linked->stop();
   fmt::print("{} control periods of {} us, wait = \"{}\", {} of them missed; seed: {}\n", options.periods,
-             options.period_us, options.wait, loop.last_wake().periods_skipped, options.seed);
+             options.period_us, options.wait, loop.last_wake().periods_missed, options.seed);
   if (linked) {
     fmt::print("  plant behind shared memory: {} measurements, {} patterns\n", linked->measurements(),
                linked->patterns());

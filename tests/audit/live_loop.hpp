@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <thread>
 
-#include "ecu/control_thread.hpp"
+#include "ecu/threads/control_thread.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
 #include "sextant/sim/simulated_drive_io.hpp"
@@ -21,11 +21,11 @@ class LiveLoop {
   /// `Around` is a DriveIo that is made of another one and sits between the thread and the power stage.
   template <class Around>
   LiveLoop(const RealtimeParameters& realtime, std::int32_t period_ns, Around&& around)
-      : crossings_{period_ns, realtime.wake_every_periods},
+      : shared_{period_ns, realtime.wake_every_periods},
         io_{{.period_ns = period_ns}, plant_, integrator_, load_},
         controller_{{.period_ns = period_ns}},
         drive_{{.period_ns = period_ns}, controller_},
-        control_{realtime, period_ns, around(io_), drive_, crossings_} {}
+        control_{realtime, period_ns, around(io_), drive_, shared_} {}
 
   [[nodiscard]] RightsReport start() {
     RightsReport rights = control_.start();
@@ -44,8 +44,8 @@ class LiveLoop {
   }
 
   void stop() {
-    crossings_.shutdown.store(true, std::memory_order_release);
-    run_until([this] { return crossings_.stopped.load(std::memory_order_acquire); });
+    shared_.shutdown.store(true, std::memory_order_release);
+    run_until([this] { return shared_.stopped.load(std::memory_order_acquire); });
     control_.join();
     drain();
   }
@@ -58,27 +58,27 @@ class LiveLoop {
     ++sequence_;
     // A reset, then a disable, then work: a fault by a machine that stopped is over within 40 ms.
     const std::uint64_t phase = sequence_ % 20;
-    crossings_.command.store({.torque = sequence_ % 8 < 4 ? 15.0 : -15.0,
-                              .torque_limit = 100.0,
-                              .enable = phase > 1,
-                              .fault_reset = phase == 0,
-                              .received_ns = now_ns(),
-                              .sequence = sequence_,
-                              .e2e = E2eState::valid});
+    shared_.command.store({.torque = sequence_ % 8 < 4 ? 15.0 : -15.0,
+                           .torque_limit = 100.0,
+                           .enable = phase > 1,
+                           .fault_reset = phase == 0,
+                           .received_ns = now_ns(),
+                           .sequence = sequence_,
+                           .e2e = E2eState::valid});
   }
 
   void drain() {
     Telemetry<double> telemetry;
-    while (crossings_.telemetry.pop(telemetry)) peak_torque_ = std::max(peak_torque_, telemetry.torque);
+    while (shared_.telemetry.pop(telemetry)) peak_torque_ = std::max(peak_torque_, telemetry.torque);
     ecu::StageRecord stages;
-    while (crossings_.stages.pop(stages)) {
+    while (shared_.stages.pop(stages)) {
     }
-    while (crossings_.wakes.pop(last_wake_)) {
+    while (shared_.wakes.pop(last_wake_)) {
     }
-    (void)crossings_.status.latest();
+    (void)shared_.status.latest();
   }
 
-  ecu::Crossings crossings_;
+  ecu::SharedState shared_;
   MechanicalLoad load_{{.imposed_speed = ProfileParameters{.value = 30.0}}};
   DrivePlant<double> plant_{{}};
   FixedStepIntegrator<DrivePlant<double>> integrator_{};

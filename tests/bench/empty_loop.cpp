@@ -14,7 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "ecu/timing_file.hpp"
+#include "ecu/timing/timing_report.hpp"
 #include "sextant/realtime/cache_line.hpp"
 #include "sextant/realtime/latency_histogram.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
@@ -35,7 +35,7 @@ struct Options {
 
 struct Result {
   sextant::LatencyHistogram latency{};
-  sextant::LatencyHistogram body{};  // between the reading of the clock at the wake-up and the next
+  sextant::LatencyHistogram execution{};  // between the reading of the clock at the wake-up and the next
   sextant::RightsReport rights{};
 };
 
@@ -98,9 +98,9 @@ void loop(const Options& options, Result& result) {
     const sextant::WakeSchedule::Wake wake = task.wait();
     busy.run();
     lines.run();
-    const std::int64_t body_ns = sextant::now_ns() - task.woken_ns();
+    const std::int64_t execution_ns = sextant::now_ns() - task.woken_ns();
     result.latency.record(wake.latency_ns);
-    result.body.record(body_ns);
+    result.execution.record(execution_ns);
   }
 }
 
@@ -138,7 +138,7 @@ int main(int argc, char** argv) {
   std::thread{loop, std::cref(options), std::ref(result)}.join();
   for (const std::string& refusal : result.rights.refusals) std::fprintf(stderr, "%s\n", refusal.c_str());
   const nlohmann::json timing{{"wake_latency", sextant::ecu::to_json(result.latency)},
-                              {"body", sextant::ecu::to_json(result.body)},
+                              {"body", sextant::ecu::to_json(result.execution)},
                               {"real_time_scheduling", result.rights.real_time_scheduling}};
   std::printf("%s\n", timing.dump().c_str());
   return 0;

@@ -1,4 +1,4 @@
-#include "ecu/control_thread.hpp"
+#include "ecu/threads/control_thread.hpp"
 
 #include <atomic>
 #include <bit>
@@ -11,12 +11,12 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include "ecu/can_receive_thread.hpp"
-#include "ecu/can_transmit_thread.hpp"
 #include "ecu/eventually.hpp"
 #include "ecu/fake_can_bus.hpp"
-#include "ecu/timing_statistics.hpp"
-#include "ecu/watchdog_thread.hpp"
+#include "ecu/threads/receive_thread.hpp"
+#include "ecu/threads/transmit_thread.hpp"
+#include "ecu/threads/watchdog_thread.hpp"
+#include "ecu/timing/timing_statistics.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 
@@ -63,37 +63,37 @@ class ControlThreadTest : public testing::Test {
   }
 
   void stop() {
-    crossings.shutdown.store(true);
+    shared.shutdown.store(true);
     control.join();
   }
 
-  Crossings crossings{period_ns, 40, limit_ns};
+  SharedState shared{period_ns, 40, limit_ns};
   SimulatedPowerStage stage{{.integrator = IntegratorKind::fixed}, {}};
   StallingIo io{stage.io()};
   DirectTorqueController<double> controller{{}};
   Drive<double> drive{{}, controller};
   RealtimeParameters realtime{.lock_memory = false};
-  ControlThread control{realtime, period_ns, io, drive, crossings};
+  ControlThread control{realtime, period_ns, io, drive, shared};
 };
 
 // The process as a whole was held up, so that no watchdog thread could see it.
 TEST_F(ControlThreadTest, AStallIsAWatchdogFaultWithoutAWatchdogToSeeIt) {
   start();
-  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  ASSERT_TRUE(test::eventually([this] { return shared.status.latest().t_ns != 0; }));
   io.stall(stall_ns);
-  EXPECT_TRUE(test::eventually([this] { return crossings.status.latest().latched.test(Fault::watchdog); }));
-  EXPECT_EQ(crossings.status.value().state, DriveState::fault);
+  EXPECT_TRUE(test::eventually([this] { return shared.status.latest().latched.test(Fault::watchdog); }));
+  EXPECT_EQ(shared.status.value().state, DriveState::fault);
   // The plant takes no gap of more than a second, so that the measurement after it is a fault as well.
-  const Telemetry<double>& status = crossings.status.value();
+  const Telemetry<double>& status = shared.status.value();
   EXPECT_EQ(int(status.fault_total), std::popcount(status.latched.bits()))
       << "one stall is one fault of each";
 }
 
 TEST_F(ControlThreadTest, EveryThreadTogetherRunsStallsFaultsAndLeaves) {
   test::FakeCanBus bus;
-  CanReceiveThread receive{bus, crossings};
-  CanTransmitThread transmit{bus, crossings};
-  WatchdogThread watchdog{crossings};
+  ReceiveThread receive{bus, shared};
+  TransmitThread transmit{bus, shared};
+  WatchdogThread watchdog{shared};
   start();
   receive.start();
   transmit.start();
@@ -102,24 +102,24 @@ TEST_F(ControlThreadTest, EveryThreadTogetherRunsStallsFaultsAndLeaves) {
   bool faulted = false;
   io.stall(stall_ns);
   EXPECT_TRUE(test::eventually([&] {
-    while (crossings.telemetry.pop(telemetry)) faulted |= telemetry.latched.test(Fault::watchdog);
+    while (shared.telemetry.pop(telemetry)) faulted |= telemetry.latched.test(Fault::watchdog);
     return faulted;
   }));
   stop();
   transmit.join();
   receive.join();
   watchdog.join();
-  while (crossings.telemetry.pop(telemetry)) {
+  while (shared.telemetry.pop(telemetry)) {
   }
   EXPECT_EQ(telemetry.state, DriveState::shutdown);
-  EXPECT_TRUE(crossings.stopped.load());
+  EXPECT_TRUE(shared.stopped.load());
 }
 
 /// One control period a wake-up, spinning.
 class HardControlThreadTest : public testing::Test {
  protected:
   void TearDown() override {
-    crossings.shutdown.store(true);
+    shared.shutdown.store(true);
     control.join();
   }
 
@@ -128,7 +128,7 @@ class HardControlThreadTest : public testing::Test {
     std::optional<WakeRecord> found;
     WakeRecord wake;
     const bool seen = test::eventually([&] {
-      while (!found && crossings.wakes.pop(wake)) {
+      while (!found && shared.wakes.pop(wake)) {
         if (wake.overrun && wake.gap.longest_ns >= gap_ns) found = wake;
       }
       return found.has_value();
@@ -137,14 +137,14 @@ class HardControlThreadTest : public testing::Test {
     return found;
   }
 
-  Crossings crossings{250'000, 1};
+  SharedState shared{250'000, 1};
   SimulatedPowerStage stage{{.io = {.period_ns = 250'000}, .integrator = IntegratorKind::fixed}, {}};
   StallingIo io{stage.io()};
   DirectTorqueController<double> controller{{.period_ns = 250'000}};
   Drive<double> drive{{.period_ns = 250'000}, controller};
   RealtimeParameters realtime{
       .wake_every_periods = 1, .wait = {.mode = WaitMode::spin}, .lock_memory = false};
-  ControlThread control{realtime, 250'000, io, drive, crossings};
+  ControlThread control{realtime, 250'000, io, drive, shared};
 };
 
 TEST_F(HardControlThreadTest, EveryPeriodIsTimedByStage) {
@@ -155,13 +155,13 @@ TEST_F(HardControlThreadTest, EveryPeriodIsTimedByStage) {
   std::uint64_t periods = 0;
   std::uint64_t records = 0;
   EXPECT_TRUE(test::eventually([&] {
-    while (crossings.wakes.pop(wake)) periods = wake.periods;
+    while (shared.wakes.pop(wake)) periods = wake.periods;
     return periods > 100;
   }));
-  crossings.shutdown.store(true);
+  shared.shutdown.store(true);
   control.join();
-  while (crossings.wakes.pop(wake)) periods = wake.periods;
-  for (; crossings.stages.pop(stages); ++records) {
+  while (shared.wakes.pop(wake)) periods = wake.periods;
+  for (; shared.stages.pop(stages); ++records) {
     EXPECT_GT(stages[static_cast<std::size_t>(Stage::read)], 0U);
     EXPECT_GT(stages[static_cast<std::size_t>(Stage::drive)], 0U);
   }
@@ -171,12 +171,12 @@ TEST_F(HardControlThreadTest, EveryPeriodIsTimedByStage) {
 TEST_F(HardControlThreadTest, AStallInAStageIsAMissWithItsGapThere) {
   (void)control.start();
   control.go();
-  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  ASSERT_TRUE(test::eventually([this] { return shared.status.latest().t_ns != 0; }));
   io.stall(stall_ns);
   const std::optional<WakeRecord> miss = miss_with_gap(stall_ns);
   ASSERT_TRUE(miss.has_value());
   EXPECT_EQ(miss->gap.place, GapPlace::write);
-  EXPECT_TRUE(miss->body_overran);
+  EXPECT_TRUE(miss->execution_overran);
   EXPECT_GE(miss->latency_ns, stall_ns - 1'000'000);
 }
 
@@ -186,14 +186,14 @@ TEST_F(HardControlThreadTest, AStopWhileItWaitsIsAMissWithItsGapThere) {
   ASSERT_EQ(sigaction(SIGUSR1, &action, nullptr), 0);
   (void)control.start();
   control.go();
-  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  ASSERT_TRUE(test::eventually([this] { return shared.status.latest().t_ns != 0; }));
   // Most of a period is waiting, so that one of a few stops meets it.
   bool while_waiting = false;
   for (int i = 0; i < 20 && !while_waiting; ++i) {
-    syscall(SYS_tgkill, getpid(), crossings.control_thread_id.load(), SIGUSR1);
+    syscall(SYS_tgkill, getpid(), shared.control_thread_id.load(), SIGUSR1);
     const std::optional<WakeRecord> miss = miss_with_gap(stall_ns);
     ASSERT_TRUE(miss.has_value());
-    while_waiting = miss->gap.place == GapPlace::waiting && !miss->body_overran;
+    while_waiting = miss->gap.place == GapPlace::waiting && !miss->execution_overran;
   }
   EXPECT_TRUE(while_waiting);
 }
@@ -201,13 +201,13 @@ TEST_F(HardControlThreadTest, AStopWhileItWaitsIsAMissWithItsGapThere) {
 TEST_F(HardControlThreadTest, AStallIsTheLongestGapOfOneWakeUpAndOfNoOther) {
   (void)control.start();
   control.go();
-  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  ASSERT_TRUE(test::eventually([this] { return shared.status.latest().t_ns != 0; }));
   io.stall(stall_ns);
   WakeRecord wake;
   int stalled = 0;
   int after = 0;
   EXPECT_TRUE(test::eventually([&] {
-    while (crossings.wakes.pop(wake)) {
+    while (shared.wakes.pop(wake)) {
       if (wake.longest_gap_ns >= stall_ns) ++stalled;
       if (stalled > 0) ++after;
     }
@@ -219,34 +219,34 @@ TEST_F(HardControlThreadTest, AStallIsTheLongestGapOfOneWakeUpAndOfNoOther) {
 TEST_F(HardControlThreadTest, NoPeriodRunsBeforeItIsTold) {
   (void)control.start();
   std::this_thread::sleep_for(std::chrono::milliseconds{20});
-  EXPECT_EQ(crossings.heartbeat_ns.load(), 0);
+  EXPECT_EQ(shared.heartbeat_ns.load(), 0);
   control.go();
-  EXPECT_TRUE(test::eventually([this] { return crossings.heartbeat_ns.load() != 0; }));
+  EXPECT_TRUE(test::eventually([this] { return shared.heartbeat_ns.load() != 0; }));
 }
 
 TEST_F(HardControlThreadTest, AThreadThatIsNeverToldLeavesWithoutAPeriod) {
   (void)control.start();
   control.join();
-  EXPECT_EQ(crossings.heartbeat_ns.load(), 0);
-  EXPECT_TRUE(crossings.stopped.load());
+  EXPECT_EQ(shared.heartbeat_ns.load(), 0);
+  EXPECT_TRUE(shared.stopped.load());
 }
 
 TEST_F(HardControlThreadTest, AGapThatWasMadeUpForIsNotBlamedLater) {
   (void)control.start();
   control.go();
-  ASSERT_TRUE(test::eventually([this] { return crossings.status.latest().t_ns != 0; }));
+  ASSERT_TRUE(test::eventually([this] { return shared.status.latest().t_ns != 0; }));
   io.stall(stall_ns);
   ASSERT_TRUE(miss_with_gap(stall_ns).has_value());
   WakeRecord wake;
   EXPECT_TRUE(test::eventually([&] {
-    while (crossings.wakes.pop(wake)) {
-      if (!wake.body_overran && wake.latency_ns == 0) return true;
+    while (shared.wakes.pop(wake)) {
+      if (!wake.execution_overran && wake.latency_ns == 0) return true;
     }
     return false;
   })) << "it never came back into time";
   const auto is_clean = [&] {
-    while (crossings.wakes.pop(wake)) {
-      if (wake.body_overran) continue;
+    while (shared.wakes.pop(wake)) {
+      if (wake.execution_overran) continue;
       return wake.gap.longest_ns == 0 ||
              (wake.gap.place == GapPlace::waiting && wake.gap.longest_ns < stall_ns);
     }
@@ -265,7 +265,7 @@ class OverloadedControlThreadTest : public HardControlThreadTest {
                                 .wait = {.mode = WaitMode::spin},
                                 .lock_memory = false,
                                 .gap_limit_ns = gap_limit_ns};
-  ControlThread thread{overloaded, 250'000, io, drive, crossings};
+  ControlThread thread{overloaded, 250'000, io, drive, shared};
 };
 
 // Whatever the machine does to this test: a miss is a gap's only where a gap was seen since the miss before.
@@ -280,19 +280,19 @@ TEST_F(OverloadedControlThreadTest, AnOldGapDoesNotExcuseTheWorkThatFollows) {
   int own = 0;
   int seen_gaps = 0;
   const bool enough = test::eventually([&] {
-    while (crossings.wakes.pop(wake)) {
+    while (shared.wakes.pop(wake)) {
       gap_since_miss |= wake.longest_gap_ns > gap_limit_ns;
       if (!wake.overrun) continue;
       seen_gaps += gap_since_miss ? 1 : 0;
       if (!gap_since_miss && seen_gaps > 0) {
         old_gaps += wake.gap.longest_ns > 0 ? 1 : 0;
-        own += wake.gap.longest_ns == 0 && wake.body_overran ? 1 : 0;
+        own += wake.gap.longest_ns == 0 && wake.execution_overran ? 1 : 0;
       }
       gap_since_miss = false;
     }
     return own + old_gaps > 20;
   });
-  crossings.shutdown.store(true);
+  shared.shutdown.store(true);
   thread.join();
   EXPECT_TRUE(enough);
   EXPECT_GT(own, 0);

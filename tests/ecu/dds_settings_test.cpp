@@ -1,4 +1,4 @@
-#include "ecu/dds_settings.hpp"
+#include "ecu/telemetry/dds_settings.hpp"
 
 #include <fstream>
 #include <iterator>

@@ -1,4 +1,4 @@
-#include "ecu/housekeeping_thread.hpp"
+#include "ecu/threads/housekeeping_thread.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -16,20 +16,20 @@ TEST(HousekeepingThread, TellsWhatBecameOfAnotherThreadSinceItsStart) {
       mmap(nullptr, pages * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(memory, MAP_FAILED);
   ASSERT_EQ(madvise(memory, pages * page, MADV_NOHUGEPAGE), 0);
-  Crossings crossings{25'000, 1};
-  crossings.control_thread_id.store(gettid());
-  HousekeepingThread housekeeping{crossings};
+  SharedState shared{25'000, 1};
+  shared.control_thread_id.store(gettid());
+  HousekeepingThread housekeeping{shared};
   housekeeping.start();
-  ASSERT_TRUE(test::eventually([&] { return crossings.scheduler.update(); }));
-  const SchedulerSample before = crossings.scheduler.value();
+  ASSERT_TRUE(test::eventually([&] { return shared.scheduler.update(); }));
+  const SchedulerSample before = shared.scheduler.value();
   EXPECT_TRUE(before.valid);
   for (std::size_t i = 0; i < pages; ++i) static_cast<volatile char*>(memory)[i * page] = 1;
   EXPECT_TRUE(test::eventually(
-      [&] { return crossings.scheduler.latest().minor_faults >= before.minor_faults + pages; }));
-  EXPECT_GT(crossings.scheduler.value().voluntary_switches, before.voluntary_switches)
+      [&] { return shared.scheduler.latest().minor_faults >= before.minor_faults + pages; }));
+  EXPECT_GT(shared.scheduler.value().voluntary_switches, before.voluntary_switches)
       << "this thread has slept";
-  EXPECT_LT(crossings.scheduler.value().minor_faults, 100'000U) << "counted from its start";
-  crossings.stopped.store(true);
+  EXPECT_LT(shared.scheduler.value().minor_faults, 100'000U) << "counted from its start";
+  shared.stopped.store(true);
   housekeeping.join();
   munmap(memory, pages * page);
 }

@@ -16,7 +16,7 @@
 #include <linux/futex.h>
 #include <sys/syscall.h>
 
-#include "ecu/control_thread.hpp"
+#include "ecu/threads/control_thread.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 
@@ -74,14 +74,14 @@ constexpr std::int32_t period_ns = 25'000;
 TEST(RightsHandover, WhatTheThreadSetsIsThereUntilItHasSetIt) {
   // Where the thread has answered before anybody waits, nobody is woken.
   for (int n = 0; n < 100 && !has_waited.load(); ++n) {
-    Crossings crossings{period_ns, 40};
+    SharedState shared{period_ns, 40};
     SimulatedPowerStage stage{{.integrator = IntegratorKind::fixed}, {}};
     DirectTorqueController<double> controller{{}};
     Drive<double> drive{{}, controller};
-    ControlThread control{{.lock_memory = false}, period_ns, stage.io(), drive, crossings};
+    ControlThread control{{.lock_memory = false}, period_ns, stage.io(), drive, shared};
     watched.store(true);
     (void)control.start();
-    crossings.shutdown.store(true);
+    shared.shutdown.store(true);
     control.join();
     watched.store(false);
   }

@@ -1,10 +1,9 @@
-#include "ecu/stage_probe.hpp"
-
 #include <algorithm>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
+#include "ecu/timing/stamped_cycle.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::ecu {
@@ -120,10 +119,10 @@ TEST(StageProbe, TimeThatNoStampCoversIsAGap) {
 
 TEST(StageProbe, WhatIsShorterThanTheLimitIsNoGapButTimeAllTheSame) {
   StageProbe probe{true, limit_ns};
-  probe.see(limit_ns, GapPlace::between);
+  probe.add(limit_ns, GapPlace::between);
   EXPECT_EQ(probe.gap().longest_ns, 0);
-  probe.see(limit_ns + 1, GapPlace::waiting);
-  probe.see(limit_ns + 2, GapPlace::between);
+  probe.add(limit_ns + 1, GapPlace::waiting);
+  probe.add(limit_ns + 2, GapPlace::between);
   EXPECT_EQ(probe.gap().longest_ns, limit_ns + 2);
   EXPECT_EQ(probe.gap().sum_ns, 2 * limit_ns + 3);
   EXPECT_EQ(probe.take_longest_ns(), limit_ns + 2);

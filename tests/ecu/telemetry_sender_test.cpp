@@ -1,4 +1,4 @@
-#include "ecu/telemetry_sender.hpp"
+#include "ecu/telemetry/telemetry_sender.hpp"
 
 #include <array>
 #include <cstddef>

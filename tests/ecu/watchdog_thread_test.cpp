@@ -1,4 +1,4 @@
-#include "ecu/watchdog_thread.hpp"
+#include "ecu/threads/watchdog_thread.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -8,8 +8,8 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include "ecu/control_thread.hpp"
 #include "ecu/eventually.hpp"
+#include "ecu/tasks/control_task.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/realtime/thread_setup.hpp"
 
@@ -23,33 +23,33 @@ constexpr std::int64_t limit_ns = 60 * ns_per_s;  // no machine is held up for s
 class WatchdogThreadTest : public testing::Test {
  protected:
   void TearDown() override {
-    crossings.stopped.store(true);
+    shared.stopped.store(true);
     watchdog.join();
   }
 
-  Crossings crossings{25'000, 40, limit_ns};
-  LiveCommands commands{crossings};
+  SharedState shared{25'000, 40, limit_ns};
+  SharedCommands commands{shared};
   std::atomic<int> opened{0};
-  WatchdogThread watchdog{crossings, [this] { ++opened; }};
+  WatchdogThread watchdog{shared, [this] { ++opened; }};
 };
 
 TEST_F(WatchdogThreadTest, ItsOrderStandsUntilTheDriveHasSeenItOnce) {
-  crossings.heartbeat_ns.store(now_ns() - 2 * limit_ns);
+  shared.heartbeat_ns.store(now_ns() - 2 * limit_ns);
   watchdog.start();
-  ASSERT_TRUE(test::eventually([this] { return crossings.gates_disabled.load(); }));
-  crossings.heartbeat_ns.store(now_ns());  // the control thread is back
-  std::this_thread::sleep_for(30ms);       // many looks of the watchdog
+  ASSERT_TRUE(test::eventually([this] { return shared.gate_inhibit.load(); }));
+  shared.heartbeat_ns.store(now_ns());  // the control thread is back
+  std::this_thread::sleep_for(30ms);    // many polls of the watchdog
   EXPECT_TRUE(commands.latest(0).external.test(Fault::watchdog));
   EXPECT_FALSE(commands.latest(0).external.any());
 }
 
-// Nothing here stands for the control thread: it hangs, and the gates open all the same.
+// There is no control thread here, as when it hangs: the watchdog acts without it.
 TEST_F(WatchdogThreadTest, TakesTheGateEnableLineAwayItselfForAsLongAsTheControlThreadHangs) {
-  crossings.heartbeat_ns.store(now_ns() - 2 * limit_ns);
+  shared.heartbeat_ns.store(now_ns() - 2 * limit_ns);
   watchdog.start();
   ASSERT_TRUE(test::eventually([this] { return opened.load() >= 3; }));
-  crossings.heartbeat_ns.store(now_ns());
-  // A look that had begun before may still end late; then the count stands.
+  shared.heartbeat_ns.store(now_ns());
+  // A poll that had begun before may still end late; then the count stands.
   EXPECT_TRUE(test::eventually([this] {
     const int before = opened.load();
     std::this_thread::sleep_for(30ms);
@@ -58,7 +58,7 @@ TEST_F(WatchdogThreadTest, TakesTheGateEnableLineAwayItselfForAsLongAsTheControl
 }
 
 TEST_F(WatchdogThreadTest, KeepsStillWhileTheControlThreadBeats) {
-  crossings.heartbeat_ns.store(now_ns());
+  shared.heartbeat_ns.store(now_ns());
   watchdog.start();
   std::this_thread::sleep_for(30ms);
   EXPECT_EQ(opened.load(), 0);
@@ -88,13 +88,13 @@ int granted_priority(int priority) {
 
 TEST(WatchdogPriority, IsAboveTheControlThreadWhereThatIsRealTime) {
   for (const int control_priority : {0, 80}) {
-    Crossings crossings{250'000, 1, 1};
+    SharedState shared{250'000, 1, 1};
     std::atomic<int> priority{-1};
-    WatchdogThread watchdog{crossings, [&] { priority = fifo_priority(); }, control_priority};
-    crossings.heartbeat_ns.store(1);
+    WatchdogThread watchdog{shared, [&] { priority = fifo_priority(); }, control_priority};
+    shared.heartbeat_ns.store(1);
     watchdog.start();
     EXPECT_TRUE(test::eventually([&] { return priority.load() >= 0; }));
-    crossings.stopped.store(true);
+    shared.stopped.store(true);
     watchdog.join();
     const int highest = granted_priority(watchdog_priority);
     const int wanted = highest > 0 ? highest : granted_priority(control_priority);

@@ -35,7 +35,7 @@ TEST(PowerStageCampaign, Row25OneOverrunSkipsWholePeriodsAndKeepsThePhase) {
     rig.run_until(400 * ms);
     const std::int64_t skipped = late_ns / wake * c.rig.wake_every_periods;
     EXPECT_EQ(rig.ecu.wakes().overruns, 1U);
-    EXPECT_EQ(std::int64_t(rig.ecu.wakes().periods_skipped), skipped);
+    EXPECT_EQ(std::int64_t(rig.ecu.wakes().periods_missed), skipped);
     EXPECT_EQ(missing, skipped);
     EXPECT_EQ(rig.now().state, DriveState::torque);
     EXPECT_FALSE(rig.now().latched.any());

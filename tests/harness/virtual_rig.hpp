@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "ecu/virtual_ecu.hpp"
+#include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/harness/disturbed_drive_io.hpp"
 #include "sextant/harness/log_replay.hpp"

@@ -40,7 +40,7 @@ TEST(PeriodicTask, AStallIsOneOverrunAndIsSkippedOver) {
   std::this_thread::sleep_for(std::chrono::milliseconds{2});
   const WakeSchedule::Wake wake = task.wait();
   EXPECT_TRUE(wake.overrun());
-  EXPECT_GE(wake.periods_skipped, 38) << "2 ms are twenty wake periods, at least the last of which is served";
+  EXPECT_GE(wake.periods_missed, 38) << "2 ms are twenty wake periods, at least the last of which is served";
   EXPECT_EQ(task.schedule().counters().overruns, overruns_before + 1);
   EXPECT_EQ((wake.deadline_ns - origin_ns) % parameters.wake_period_ns(), 0);
 }
@@ -89,7 +89,7 @@ TEST(PeriodicTask, SleepsAndSpinsAsItIsTold) {
       const long before = times_slept();
       const std::int64_t entered_ns = now_ns();
       const WakeSchedule::Wake wake = task.wait();
-      if (entered_ns > wake.deadline_ns - margin_ns || wake.periods_skipped > 0) return false;
+      if (entered_ns > wake.deadline_ns - margin_ns || wake.periods_missed > 0) return false;
       EXPECT_EQ(times_slept() - before, expected.sleeps);
       EXPECT_EQ(task.longest_gap_ns() > 0, expected.spins);
       return true;

@@ -34,7 +34,7 @@ TEST(WakeSchedule, FollowsTheTable) {
   }
   EXPECT_EQ(schedule.counters().wakes, 7U);
   EXPECT_EQ(schedule.counters().overruns, 2U);
-  EXPECT_EQ(schedule.counters().periods_skipped, 16U);
+  EXPECT_EQ(schedule.counters().periods_missed, 16U);
 }
 
 TEST(WakeSchedule, CountsOverrunsInARowUntilOneWakeUpIsInTime) {
@@ -48,7 +48,7 @@ TEST(WakeSchedule, CountsOverrunsInARowUntilOneWakeUpIsInTime) {
   schedule.wake(schedule.next_deadline_ns());
   EXPECT_EQ(schedule.counters().overruns_in_a_row, 0U);
   EXPECT_EQ(schedule.counters().overruns, 3U);
-  EXPECT_EQ(schedule.counters().periods_skipped, 6U);
+  EXPECT_EQ(schedule.counters().periods_missed, 6U);
 }
 
 TEST(WakeSchedule, StartForgetsThePast) {
@@ -78,7 +78,7 @@ TEST(WakeSchedule, KeepsPhaseAndAccountsForEveryPeriodWhateverTheLatency) {
       ASSERT_LE(wake.deadline_ns, now_ns);
       ASSERT_GT(wake.deadline_ns + parameters.wake_period_ns(), now_ns);
       const auto run = static_cast<std::int64_t>(schedule.counters().wakes) * parameters.wake_every_periods;
-      const auto skipped = static_cast<std::int64_t>(schedule.counters().periods_skipped);
+      const auto skipped = static_cast<std::int64_t>(schedule.counters().periods_missed);
       ASSERT_EQ((run + skipped) * parameters.period_ns, wake.deadline_ns - origin_ns);
     }
     EXPECT_GT(schedule.counters().overruns, 0U);

@@ -68,9 +68,9 @@ struct LatchedFaults {
 
 /// MCU_RealTime.
 struct RealTimeReport {
-  std::uint64_t periods_missed{};     ///< control periods skipped since start [-]
-  double worst_loop_time{};           ///< longest work of one wake-up in the last second [s]
-  double worst_wake_latency{};        ///< latest wake-up in the last second [s]
+  std::uint64_t periods_missed{};     ///< control periods missed since start [-]
+  double worst_loop_time{};           ///< longest execution time of a wake-up in the last second [s]
+  double worst_wake_latency{};        ///< largest wake-up latency in the last second [s]
   std::uint64_t telemetry_dropped{};  ///< control periods lost to telemetry since start [-]
 };
 

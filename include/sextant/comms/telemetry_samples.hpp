@@ -7,7 +7,7 @@
 
 #include "sextant/core/drive_state.hpp"
 #include "sextant/core/fault.hpp"
-#include "sextant/realtime/miss.hpp"
+#include "sextant/realtime/overrun.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant {
@@ -38,12 +38,12 @@ struct RealTimeSample {
   std::uint32_t period_ns{};           ///< control period [ns]
   std::uint32_t wake_every_periods{};  ///< control periods a wake-up [-]
   WaitMode wait{WaitMode::sleep};
-  SchedulingPolicy policy{SchedulingPolicy::fifo};       ///< as asked for; granted: see real_time_scheduling
-  std::uint64_t periods{};                               ///< run since start [-]
-  std::uint64_t periods_skipped{};                       ///< control periods missed since start [-]
-  std::uint64_t overruns{};                              ///< late wake-ups since start [-]
-  std::array<std::uint64_t, miss_cause_count> misses{};  ///< overruns since start by `MissCause` [-]
-  std::uint64_t misses_without_gap{};                    ///< of them those in which no gap was seen [-]
+  SchedulingPolicy policy{SchedulingPolicy::fifo};  ///< as asked for; granted: see real_time_scheduling
+  std::uint64_t periods{};                          ///< run since start [-]
+  std::uint64_t periods_skipped{};                  ///< control periods missed since start [-]
+  std::uint64_t overruns{};                         ///< late wake-ups since start [-]
+  std::array<std::uint64_t, overrun_cause_count> misses{};  ///< overruns since start by `OverrunCause` [-]
+  std::uint64_t misses_without_gap{};                       ///< of them those in which no gap was seen [-]
   std::uint64_t gaps{};             ///< wake-ups since start with a gap before them, missed or not [-]
   double longest_gap_us{};          ///< between two time stamps, over the interval [µs]
   double wake_latency_p50_us{};     ///< over the interval [µs]

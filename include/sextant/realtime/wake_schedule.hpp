@@ -31,11 +31,11 @@ class WakeSchedule {
 
   /// One wake-up.
   struct Wake {
-    std::int64_t deadline_ns{};  ///< the newest deadline that has passed: the one this wake-up serves [ns]
-    std::int64_t latency_ns{};   ///< from the deadline slept for to the wake-up, at least 0 [ns]
-    std::int64_t periods_skipped{};  ///< control periods that this wake-up leaves out [-]
+    std::int64_t deadline_ns{};     ///< the newest deadline that has passed: the one this wake-up serves [ns]
+    std::int64_t latency_ns{};      ///< from the deadline slept for to the wake-up, at least 0 [ns]
+    std::int64_t periods_missed{};  ///< control periods that this wake-up leaves out [-]
 
-    [[nodiscard]] constexpr bool overrun() const noexcept { return periods_skipped > 0; }
+    [[nodiscard]] constexpr bool overrun() const noexcept { return periods_missed > 0; }
     friend constexpr bool operator==(const Wake&, const Wake&) noexcept = default;
   };
 
@@ -43,7 +43,7 @@ class WakeSchedule {
   struct Counters {
     std::uint64_t wakes{};              ///< wake-ups, late ones included [-]
     std::uint64_t overruns{};           ///< late wake-ups that skipped periods [-]
-    std::uint64_t periods_skipped{};    ///< control periods left out by them [-]
+    std::uint64_t periods_missed{};     ///< control periods left out by them [-]
     std::uint32_t overruns_in_a_row{};  ///< overruns since the last wake-up in time [-]
   };
 
@@ -87,7 +87,7 @@ class WakeSchedule {
  private:
   constexpr void count(const Wake& w) noexcept {
     ++counters_.wakes;
-    counters_.periods_skipped += static_cast<std::uint64_t>(w.periods_skipped);
+    counters_.periods_missed += static_cast<std::uint64_t>(w.periods_missed);
     counters_.overruns += w.overrun() ? 1U : 0U;
     counters_.overruns_in_a_row = w.overrun() ? counters_.overruns_in_a_row + 1U : 0U;
   }

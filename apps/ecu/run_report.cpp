@@ -1,0 +1,29 @@
+#include "ecu/run_report.hpp"
+
+#include <cstddef>
+
+#include <fmt/format.h>
+
+namespace sextant::ecu {
+
+void print_commands(std::FILE* out, const CommandReceiver& receiver) {
+  fmt::print(out, "commands {} accepted, {} rejected\n", receiver.count(FrameVerdict::accepted),
+             receiver.rejected());
+  for (std::size_t i = 0; i < frame_verdict_count; ++i) {
+    const auto verdict = static_cast<FrameVerdict>(i);
+    const std::uint64_t count = receiver.count(verdict);
+    if (is_rejection(verdict) && count > 0) fmt::print(out, "  {:<23} {}\n", to_string(verdict), count);
+  }
+}
+
+void print_can(std::FILE* out, const CanBusStats& stats, std::uint64_t clamped) {
+  fmt::print(out, "CAN {} sent, {} not sent, {} received; {} lost and {} unreadable on reception\n",
+             stats.sent, stats.send_dropped, stats.received, stats.receive_overflow, stats.receive_malformed);
+  if (stats.error_frames + stats.reopened > 0) {
+    fmt::print(out, "  {} error frames, {} of them bus-off; interface came back {} times\n",
+               stats.error_frames, stats.bus_off, stats.reopened);
+  }
+  if (clamped > 0) fmt::print(out, "  {} status frames held a value beyond its signal's range\n", clamped);
+}
+
+}  // namespace sextant::ecu

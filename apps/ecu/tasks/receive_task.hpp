@@ -1,0 +1,39 @@
+#pragma once
+
+#include <atomic>
+
+#include "ecu/shared_state.hpp"
+#include "sextant/comms/can_frame.hpp"
+#include "sextant/comms/command_receiver.hpp"
+
+namespace sextant::ecu {
+
+/// What the receive thread does, apart from the thread: identity, end-to-end protection and range of every
+/// frame, and the newest command to the control thread. Reads no clock.
+class ReceiveTask {
+ public:
+  explicit ReceiveTask(SharedState& shared) noexcept : shared_{shared} {}
+
+  /// True for an accepted command.
+  bool on_frame(const CanFrame& frame) {
+    const FrameVerdict verdict = receiver_.on_frame(frame);
+    if (verdict == FrameVerdict::unrelated) return false;
+    if (verdict == FrameVerdict::other_drive) {
+      shared_.other_drive_ns.store(frame.received_ns, std::memory_order_relaxed);
+      return false;
+    }
+    shared_.command.store(receiver_.command());
+    shared_.commands_accepted.store(receiver_.count(FrameVerdict::accepted), std::memory_order_relaxed);
+    shared_.commands_rejected.store(receiver_.rejected(), std::memory_order_relaxed);
+    return verdict == FrameVerdict::accepted;
+  }
+
+  /// What became of the frames; once the thread has ended.
+  [[nodiscard]] const CommandReceiver& receiver() const noexcept { return receiver_; }
+
+ private:
+  SharedState& shared_;
+  CommandReceiver receiver_{};
+};
+
+}  // namespace sextant::ecu

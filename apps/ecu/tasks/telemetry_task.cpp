@@ -1,0 +1,175 @@
+#include "ecu/tasks/telemetry_task.hpp"
+
+#include <fmt/format.h>
+
+#include "ecu/tasks/timed_out_drive.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
+  return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched;
+}
+
+double us(std::int64_t ns) {
+  return double(ns) * 1e-3;
+}
+
+void fill_durations(RealTimeSample& sample, const TimingHistograms& histograms) {
+  const LatencySummary latency = histograms.latency.summary();
+  sample.wake_latency_p50_us = us(latency.p50_ns);
+  sample.wake_latency_p99_us = us(latency.p99_ns);
+  sample.wake_latency_p99_9_us = us(latency.p99_9_ns);
+  sample.wake_latency_p99_99_us = us(latency.p99_99_ns);
+  sample.wake_latency_max_us = us(latency.max_ns);
+  const LatencySummary execution = histograms.execution.summary();
+  sample.body_p50_us = us(execution.p50_ns);
+  sample.body_p99_us = us(execution.p99_ns);
+  sample.body_p99_9_us = us(execution.p99_9_ns);
+  sample.body_p99_99_us = us(execution.p99_99_ns);
+  sample.body_max_us = us(execution.max_ns);
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    const LatencySummary stage = histograms.stages[i].summary();
+    sample.stages[i] = {us(stage.p50_ns), us(stage.p99_9_ns), us(stage.max_ns)};
+  }
+}
+
+}  // namespace
+
+std::string reason_for(const Telemetry<double>& t) {
+  switch (t.state) {
+    case DriveState::init:
+      return "starting";
+    case DriveState::standby:
+      return t.command_sequence == 0 ? "no valid command yet" : "locked out until a valid disable";
+    case DriveState::ready:
+      return t.torque_motoring == 0.0 && t.torque_regenerating == 0.0
+                 ? "no torque available at this speed and link voltage"
+                 : "waiting for enable";
+    case DriveState::magnetising:
+      return "building up flux";
+    case DriveState::torque:
+      return "torque reference as requested";
+    case DriveState::derated:
+      return "torque reference below the request: less is available";
+    case DriveState::fault:
+      return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
+    case DriveState::shutdown:
+      return "shut down";
+  }
+  return "";
+}
+
+void TelemetryTask::start(std::int64_t now_ns, const RightsReport& rights) {
+  real_time_scheduling_ = rights.real_time_scheduling;
+  memory_locked_ = rights.memory_locked;
+  next_statistics_ns_ = now_ns + parameters_.statistics_ns;
+  report_.start(now_ns);
+}
+
+void TelemetryTask::poll(std::int64_t now_ns) {
+  drain_telemetry();
+  drain_wakes();
+  publish_timeout(now_ns);
+  poll_publisher_(now_ns);
+}
+
+void TelemetryTask::finish() {
+  drain_telemetry();
+  drain_wakes();
+  timing_.finish();
+  publish_statistics();
+  report_.hand_over(timing_.last());
+}
+
+void TelemetryTask::publish_timeout(std::int64_t now_ns) {
+  constexpr std::int64_t repeat_ns = 50'000'000;
+  if (!shared_.control_timed_out(now_ns)) {
+    next_timeout_ns_ = now_ns;
+    return;
+  }
+  if (now_ns < next_timeout_ns_) return;
+  next_timeout_ns_ = now_ns + repeat_ns;
+  const std::int64_t absence_ns = now_ns - shared_.heartbeat_ns.load(std::memory_order_acquire);
+  publish_state(status_of_timed_out_drive(newest_),
+                fmt::format("WATCHDOG: control thread silent for {} ms", absence_ns / 1'000'000));
+  any_published_ = false;  // its next record is published whatever was published before
+}
+
+void TelemetryTask::drain_telemetry() {
+  Telemetry<double> telemetry;
+  while (shared_.telemetry.pop(telemetry)) {
+    newest_ = telemetry;
+    interval_.add(telemetry);
+    if (!any_published_ || !same_state(telemetry, published_)) {
+      publish_state(telemetry, reason_for(telemetry));
+    }
+    if (interval_.count() < parameters_.periods_per_sample) continue;
+    sender_.write(interval_.record(), shared_.telemetry.dropped());
+    interval_.reset();
+  }
+}
+
+void TelemetryTask::publish_state(const Telemetry<double>& telemetry, const std::string& reason) {
+  DriveStateSample sample{
+      telemetry.t_ns,        telemetry.state, telemetry.lockout, telemetry.active, telemetry.latched, {},
+      telemetry.fault_total, reason};
+  if (telemetry.latched.any()) sample.first_fault = telemetry.first_fault;
+  sender_.write(sample);
+  published_ = telemetry;
+  any_published_ = true;
+}
+
+void TelemetryTask::drain_wakes() {
+  // Read before the wake-ups, added after them: an overrun that was over by then is in the ring by now, but
+  // for one whose execution still runs, which finds what the sample has left over.
+  const bool sampled = shared_.scheduler.update();
+  StageRecord stages;
+  while (shared_.stages.pop(stages)) timing_.add(stages);
+  WakeRecord wake;
+  while (shared_.wakes.pop(wake)) {
+    timing_.add(wake);
+    report_.add(wake);
+    if (wake.deadline_ns >= next_statistics_ns_) publish_statistics();
+  }
+  if (sampled) timing_.add(shared_.scheduler.value());
+}
+
+void TelemetryTask::publish_statistics() {
+  sender_.write(sample());
+  timing_.reset_interval();
+  next_statistics_ns_ = timing_.last().deadline_ns + parameters_.statistics_ns;
+}
+
+RealTimeSample TelemetryTask::sample() const {
+  const WakeRecord& last = timing_.last();
+  const SchedulerSample& scheduler = timing_.scheduler();
+  RealTimeSample sample{
+      .t_ns = last.deadline_ns,
+      .period_ns = std::uint32_t(parameters_.period_ns),
+      .wake_every_periods = parameters_.wake_every_periods,
+      .wait = parameters_.wait,
+      .policy = parameters_.policy,
+      .periods = last.periods,
+      .periods_skipped = last.periods_missed,
+      .overruns = last.overruns,
+      .misses = timing_.causes(),
+      .misses_without_gap = timing_.without_gap(),
+      .gaps = timing_.gaps(),
+      .longest_gap_us = us(timing_.interval().longest_gap_ns),
+      .page_faults = scheduler.minor_faults + scheduler.major_faults,
+      .voluntary_switches = scheduler.voluntary_switches,
+      .involuntary_switches = scheduler.involuntary_switches,
+      .run_delay_us = us(scheduler.run_delay_ns),
+      .steal_us = us(scheduler.steal_ns),
+      .telemetry_dropped = shared_.telemetry.dropped(),
+      .commands_received = shared_.commands_accepted.load(std::memory_order_relaxed),
+      .commands_rejected = shared_.commands_rejected.load(std::memory_order_relaxed),
+      .real_time_scheduling = real_time_scheduling_,
+      .memory_locked = memory_locked_,
+  };
+  fill_durations(sample, timing_.interval());
+  return sample;
+}
+
+}  // namespace sextant::ecu

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "ecu/shared_state.hpp"
+#include "ecu/telemetry/telemetry_sender.hpp"
+#include "ecu/timing/can_report.hpp"
+#include "ecu/timing/timing_statistics.hpp"
+#include "sextant/core/telemetry_interval.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
+#include "sextant/realtime/thread_setup.hpp"
+
+namespace sextant::ecu {
+
+/// What the telemetry thread does, apart from the thread: drains the rings and hands intervals, state changes
+/// and statistics to the process that publishes them. While the control thread has timed out it publishes
+/// `status_of_timed_out_drive`. Reads no clock.
+class TelemetryTask {
+ public:
+  struct Parameters {
+    std::int32_t period_ns{25'000};             ///< control period [ns]
+    std::uint32_t wake_every_periods{40};       ///< control periods a wake-up [-]
+    std::uint32_t periods_per_sample{40};       ///< control periods in one DriveTelemetry [-]
+    std::int64_t statistics_ns{1'000'000'000};  ///< between two RealTimeStatistics [ns]
+    TimingStatistics::Parameters timing{};
+    WaitMode wait{WaitMode::sleep};
+    SchedulingPolicy policy{SchedulingPolicy::fifo};
+  };
+
+  /// `poll_publisher` is called at every poll with the time [ns], for the publishing process.
+  TelemetryTask(
+      const Parameters& parameters, TelemetrySender& sender, SharedState& shared,
+      std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {})
+      : parameters_{parameters},
+        sender_{sender},
+        shared_{shared},
+        poll_publisher_{std::move(poll_publisher)},
+        timing_{parameters.timing},
+        report_{shared} {}
+
+  /// The first intervals begin at now_ns [ns]. `rights`: what the control thread was given.
+  void start(std::int64_t now_ns, const RightsReport& rights);
+  void poll(std::int64_t now_ns);
+  /// Once the control thread has ended: publishes the rest.
+  void finish();
+
+  /// Of the run; once the thread has ended.
+  [[nodiscard]] const TimingStatistics& timing() const noexcept { return timing_; }
+
+ private:
+  void drain_telemetry();
+  void drain_wakes();
+  void publish_state(const Telemetry<double>& telemetry, const std::string& reason);
+  void publish_timeout(std::int64_t now_ns);
+  void publish_statistics();
+  [[nodiscard]] RealTimeSample sample() const;
+
+  Parameters parameters_;
+  TelemetrySender& sender_;
+  SharedState& shared_;
+  std::function<void(std::int64_t)> poll_publisher_;
+  bool real_time_scheduling_{false};
+  bool memory_locked_{false};
+  TelemetryInterval<double> interval_{};
+  Telemetry<double> newest_{};     // of the drive
+  Telemetry<double> published_{};  // as DriveState
+  bool any_published_{false};
+  std::int64_t next_timeout_ns_{0};  // when to publish it again
+  TimingStatistics timing_;
+  std::int64_t next_statistics_ns_{0};
+  CanReport report_;
+};
+
+/// Why the drive is in its state, for people. At most 64 characters.
+[[nodiscard]] std::string reason_for(const Telemetry<double>& telemetry);
+
+}  // namespace sextant::ecu

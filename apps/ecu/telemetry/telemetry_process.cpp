@@ -1,0 +1,252 @@
+#include "ecu/telemetry/telemetry_process.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <spdlog/spdlog.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "sextant/realtime/monotonic_clock.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+std::string beside_this_program() {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "sextant-telemetry").string();
+}
+
+/// What the process finds changed: files, signals and scheduling. Memory locks end with the exec.
+class SpawnSettings {
+ public:
+  explicit SpawnSettings(int descriptor) {
+    posix_spawn_file_actions_init(&files_);
+    posix_spawn_file_actions_addopen(&files_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files_, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_adddup2(&files_, descriptor, telemetry_process_descriptor);
+    posix_spawn_file_actions_addclosefrom_np(&files_, telemetry_process_descriptor + 1);
+    posix_spawnattr_init(&attributes_);
+    // What asks the drive to leave, from a terminal for instance, must not end the process before it has
+    // published how the drive left: it leaves when the drive has gone.
+    sigset_t blocked;
+    sigemptyset(&blocked);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&blocked, signal);
+    posix_spawnattr_setsigmask(&attributes_, &blocked);
+    sigset_t all;
+    sigfillset(&all);
+    sigdelset(&all, SIGPIPE);  // a log that nobody reads any more ends no telemetry
+    posix_spawnattr_setsigdefault(&attributes_, &all);
+    // The processors stay those of the drive's other threads: not the control thread's.
+    const sched_param ordinary{};
+    posix_spawnattr_setschedpolicy(&attributes_, SCHED_OTHER);
+    posix_spawnattr_setschedparam(&attributes_, &ordinary);
+    posix_spawnattr_setflags(&attributes_,
+                             POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
+  }
+  SpawnSettings(const SpawnSettings&) = delete;
+  SpawnSettings& operator=(const SpawnSettings&) = delete;
+  ~SpawnSettings() {
+    posix_spawn_file_actions_destroy(&files_);
+    posix_spawnattr_destroy(&attributes_);
+  }
+
+  [[nodiscard]] const posix_spawn_file_actions_t* files() const noexcept { return &files_; }
+  [[nodiscard]] const posix_spawnattr_t* attributes() const noexcept { return &attributes_; }
+
+ private:
+  posix_spawn_file_actions_t files_{};
+  posix_spawnattr_t attributes_{};
+};
+
+std::vector<std::byte> start_message(const TelemetryProcess::Parameters& parameters, bool type_information) {
+  StartMessage head{.domain_id = parameters.domain_id,
+                    .drive_id = parameters.drive_id,
+                    .configuration_bytes = std::uint32_t(parameters.configuration.size()),
+                    .type_information = type_information};
+  const std::string texts = parameters.configuration + parameters.configuration_source;
+  std::vector<std::byte> message(sizeof head + texts.size());
+  std::memcpy(message.data(), &head, sizeof head);
+  std::memcpy(message.data() + sizeof head, texts.data(), texts.size());
+  return message;
+}
+
+bool crashed(int status) {
+  if (!WIFSIGNALED(status)) return false;
+  const int signal = WTERMSIG(status);
+  return signal == SIGSEGV || signal == SIGBUS || signal == SIGABRT || signal == SIGILL || signal == SIGFPE;
+}
+
+std::string describe_end(int status) {
+  if (WIFSIGNALED(status))
+    return fmt::format("by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
+  return fmt::format("with status {}", WEXITSTATUS(status));
+}
+
+}  // namespace
+
+TelemetryProcess::TelemetryProcess(const Parameters& parameters) : parameters_{parameters} {
+  if (parameters_.program.empty()) parameters_.program = beside_this_program();
+  start();
+  try {
+    wait_until_ready();
+  } catch (...) {
+    leave();
+    throw;
+  }
+}
+
+TelemetryProcess::~TelemetryProcess() {
+  leave();
+}
+
+void TelemetryProcess::start() {
+  auto [own, its] = MessageSocket::pair();
+  pid_ = spawn(its.fd());
+  ready_ = false;
+  refusal_.clear();
+  counts_ = {};
+  started_ns_ = now_ns();
+  (void)own.send(start_message(parameters_, type_information_));
+  sender_.connect(std::move(own));
+}
+
+pid_t TelemetryProcess::spawn(int descriptor) const {
+  const SpawnSettings settings{descriptor};
+  std::string name = std::filesystem::path{parameters_.program}.filename().string();
+  std::string drive = fmt::format("--drive={}", parameters_.drive_id);
+  const std::array<char*, 3> arguments{name.data(), drive.data(), nullptr};
+  pid_t pid = 0;
+  // Shares this process's memory until the exec: a fork would make every page of the control thread fault.
+  const int error = posix_spawn(&pid, parameters_.program.c_str(), settings.files(), settings.attributes(),
+                                arguments.data(), environ);
+  if (error == 0) return pid;
+  throw std::runtime_error(
+      fmt::format("{} cannot be started: {}; it publishes the telemetry and belongs "
+                  "beside sextant-ecu",
+                  parameters_.program, std::system_category().message(error)));
+}
+
+void TelemetryProcess::wait_until_ready() {
+  const std::int64_t end_ns = now_ns() + std::int64_t{ready_within_ms} * 1'000'000;
+  bool open = true;
+  while (open && !ready_ && refusal_.empty() && now_ns() < end_ns) {
+    (void)sender_.socket().wait(std::chrono::milliseconds{100});
+    open = take_messages();
+  }
+  if (ready_) return;
+  if (!refusal_.empty()) throw std::runtime_error(refusal_);
+  for (int i = 0; !open && i < left_within_ms && !reaped(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+  throw std::runtime_error(fmt::format("{} {} before DDS had started", parameters_.program,
+                                       pid_ == 0 ? "ended " + describe_end(status_) : "said nothing"));
+}
+
+bool TelemetryProcess::take_messages() {
+  std::array<std::byte, 4096> buffer{};
+  while (const auto message = sender_.socket().receive(buffer)) {
+    if (message->empty()) return false;
+    take(*message);
+  }
+  return true;
+}
+
+void TelemetryProcess::take(std::span<const std::byte> message) {
+  const auto kind = kind_of(message);
+  if (kind == TelemetryMessageKind::ready) ready_ = true;
+  if (kind == TelemetryMessageKind::refused) refusal_ = text_after<AnswerMessage>(message);
+  if (kind == TelemetryMessageKind::counts) counts_ = content_of<CountsMessage>(message).value_or(counts_);
+}
+
+bool TelemetryProcess::reaped() {
+  if (pid_ != 0 && waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = 0;
+  return pid_ == 0;
+}
+
+void TelemetryProcess::poll(std::int64_t now_ns) {
+  if (pid_ == 0) {
+    if (now_ns >= restart_ns_) restart(now_ns);
+    return;
+  }
+  const bool was_ready = ready_;
+  if (sender_.connected() && !take_messages()) sender_.disconnect();
+  if (ready_ && !was_ready) {
+    spdlog::info("telemetry: {} publishes again{}", parameters_.program,
+                 type_information_ ? "" : ", without type information");
+  }
+  if (sender_.connected()) {
+    sender_.send_kept();
+  } else if (reaped()) {
+    schedule_restart(now_ns);
+  }
+}
+
+void TelemetryProcess::schedule_restart(std::int64_t now_ns) {
+  earlier_ = counts();
+  counts_ = {};
+  if (crashed(status_)) type_information_ = false;
+  const std::int64_t delay_ns = now_ns - started_ns_ > healthy_ns ? first_delay_ns : delay_ns_;
+  delay_ns_ = std::min(2 * delay_ns, last_delay_ns);
+  restart_ns_ = now_ns + delay_ns;
+  spdlog::error("telemetry: {} ended {}{}; the drive runs on, DDS is started again in {} ms",
+                parameters_.program, describe_end(status_), refusal_.empty() ? "" : " (" + refusal_ + ")",
+                delay_ns / 1'000'000);
+}
+
+void TelemetryProcess::restart(std::int64_t now_ns) {
+  ++restarts_;
+  try {
+    start();
+  } catch (const std::exception& problem) {
+    restart_ns_ = now_ns + last_delay_ns;
+    spdlog::error("telemetry: {}; the drive runs on", problem.what());
+  }
+}
+
+void TelemetryProcess::leave() {
+  if (pid_ == 0) return;
+  sender_.send_kept();
+  sender_.socket().finish();
+  const std::int64_t end_ns = now_ns() + std::int64_t{left_within_ms} * 1'000'000;
+  bool open = sender_.connected();
+  while (open && now_ns() < end_ns) {
+    (void)sender_.socket().wait(std::chrono::milliseconds{10});
+    open = take_messages();
+  }
+  while (!reaped() && now_ns() < end_ns) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  if (pid_ != 0) {
+    spdlog::error("telemetry: {} did not leave and was killed", parameters_.program);
+    kill(pid_, SIGKILL);
+    (void)waitpid(pid_, &status_, 0);
+    pid_ = 0;
+  }
+  sender_.disconnect();
+}
+
+CountsMessage TelemetryProcess::counts() const noexcept {
+  CountsMessage sum = counts_;
+  sum.written += earlier_.written;
+  sum.refused += earlier_.refused;
+  sum.failed += earlier_.failed;
+  sum.incompatible_readers += earlier_.incompatible_readers;
+  return sum;
+}
+
+}  // namespace sextant::ecu

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include <sys/types.h>
+
+#include "ecu/telemetry/telemetry_sender.hpp"
+#include "sextant/comms/telemetry_messages.hpp"
+
+namespace sextant::ecu {
+
+/// `sextant-telemetry`, the process in which DDS runs: started by the drive, given samples through a
+/// TelemetrySender, and started again where it ended. Nothing that becomes of it, or of a library in it,
+/// reaches the drive: the two share no memory, and the drive never waits for it while it runs.
+///
+/// A process that ended by a crash is started again without type information: a reader that declares a topic
+/// with an int8 or uint8 ends Cyclone DDS 0.10.2 when it fetches that declaration, and would do so again.
+class TelemetryProcess {
+ public:
+  struct Parameters {
+    std::string program{};  ///< file; empty: sextant-telemetry beside the running program
+    std::uint32_t domain_id{0};
+    std::uint32_t drive_id{1};
+    std::string configuration{};         ///< as in DdsTelemetry::Parameters
+    std::string configuration_source{};  ///< the same
+  };
+
+  /// Starts the process and waits until DDS runs in it. Throws std::runtime_error with one sentence where
+  /// either cannot be.
+  explicit TelemetryProcess(const Parameters& parameters);
+  TelemetryProcess(const TelemetryProcess&) = delete;
+  TelemetryProcess& operator=(const TelemetryProcess&) = delete;
+  ~TelemetryProcess();
+
+  [[nodiscard]] TelemetrySender& sender() noexcept { return sender_; }
+  [[nodiscard]] const TelemetrySender& sender() const noexcept { return sender_; }
+
+  /// Takes the messages of the process, and starts it again some time after it has ended. Never waits for it.
+  /// Logs what has happened.
+  void poll(std::int64_t now_ns);
+
+  /// Lets it publish what it was given and leave; kills it where it does not. Safe to call twice.
+  void leave();
+
+  /// Of all processes together.
+  [[nodiscard]] CountsMessage counts() const noexcept;
+  /// How often it was started again. [-]
+  [[nodiscard]] std::uint64_t restarts() const noexcept { return restarts_; }
+
+ private:
+  static constexpr std::int64_t first_delay_ns = 100'000'000;   ///< before it is started again [ns]
+  static constexpr std::int64_t last_delay_ns = 5'000'000'000;  ///< each delay is twice the one before [ns]
+  static constexpr std::int64_t healthy_ns = 10'000'000'000;    ///< after so long the first delay again [ns]
+  static constexpr int ready_within_ms = 60'000;                ///< at start [ms]
+  static constexpr int left_within_ms = 1000;                   ///< [ms]
+
+  void start();
+  [[nodiscard]] pid_t spawn(int descriptor) const;
+  void wait_until_ready();
+  /// False where nothing more can come.
+  bool take_messages();
+  void take(std::span<const std::byte> message);
+  [[nodiscard]] bool reaped();
+  void schedule_restart(std::int64_t now_ns);
+  void restart(std::int64_t now_ns);
+
+  Parameters parameters_;
+  TelemetrySender sender_{};
+  pid_t pid_{0};   // 0: none
+  int status_{0};  // of waitpid, of the last one that ended
+  bool ready_{false};
+  bool type_information_{true};
+  std::string refusal_{};
+  CountsMessage counts_{};   // of this process
+  CountsMessage earlier_{};  // of those before it
+  std::uint64_t restarts_{0};
+  std::int64_t started_ns_{0};
+  std::int64_t delay_ns_{first_delay_ns};  // of the next restart
+  std::int64_t restart_ns_{0};             // when to start it again
+};
+
+}  // namespace sextant::ecu

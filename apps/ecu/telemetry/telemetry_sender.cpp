@@ -1,0 +1,48 @@
+#include "ecu/telemetry/telemetry_sender.hpp"
+
+#include <utility>
+
+namespace sextant::ecu {
+
+void TelemetrySender::connect(MessageSocket socket) noexcept {
+  socket_ = std::move(socket);
+  state_.sent = false;
+  statistics_.sent = false;
+}
+
+void TelemetrySender::disconnect() noexcept {
+  const MessageSocket closed = std::move(socket_);
+}
+
+void TelemetrySender::write(const TelemetryIntervalRecord<double>& record, std::uint64_t dropped) noexcept {
+  const IntervalMessage message{.sequence = intervals_++, .dropped = dropped, .record = record};
+  if (!connected() || socket_.send_struct(message) != MessageSend::sent) ++dropped_;
+}
+
+void TelemetrySender::write(const DriveStateSample& sample) noexcept {
+  keep(state_, StateMessage{states_++, sample});
+}
+
+void TelemetrySender::write(const RealTimeSample& sample) noexcept {
+  keep(statistics_, StatisticsMessage{.sequence = statistics_count_++, .sample = sample});
+}
+
+void TelemetrySender::send_kept() noexcept {
+  send(state_);
+  send(statistics_);
+}
+
+template <class Message>
+void TelemetrySender::keep(Kept<Message>& kept, const Message& message) noexcept {
+  if (kept.message && !kept.sent) ++dropped_;
+  kept = {message, false};
+  send(kept);
+}
+
+template <class Message>
+void TelemetrySender::send(Kept<Message>& kept) noexcept {
+  if (!kept.message || kept.sent || !connected()) return;
+  kept.sent = socket_.send_struct(*kept.message) == MessageSend::sent;
+}
+
+}  // namespace sextant::ecu

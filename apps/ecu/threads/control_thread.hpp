@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <future>
+
+#include "ecu/shared_state.hpp"
+#include "ecu/tasks/control_task.hpp"
+#include "ecu/threads/named_thread.hpp"
+#include "ecu/timing/wake_timer.hpp"
+#include "sextant/core/drive_io.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/drive/drive.hpp"
+#include "sextant/realtime/periodic_task.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
+#include "sextant/realtime/thread_setup.hpp"
+
+namespace sextant::ecu {
+
+/// The control thread: wakes on absolute deadlines, runs the control periods that are due, and stops once the
+/// drive has shut down. Its loop allocates, locks, throws, logs and blocks never.
+class ControlThread {
+ public:
+  ControlThread(const RealtimeParameters& realtime, std::int32_t period_ns, DriveIo<double>& io,
+                Drive<double>& drive, SharedState& shared);
+
+  /// Starts the thread and waits until it has asked for its rights; returns what it was given. The thread
+  /// then sleeps until go(), so that it does not starve the thread that checks the rights.
+  [[nodiscard]] RightsReport start();
+  /// Lets the control periods begin; once.
+  void go() { decide(true); }
+  /// A thread that was never let go ends without a period.
+  void join();
+
+ private:
+  void decide(bool may_go);
+  void run(std::future<bool> may_go);
+  /// The control periods of one wake-up.
+  void run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING;
+
+  RealtimeParameters realtime_;
+  SharedState& shared_;
+  PeriodicTask periodic_;
+  ControlTask task_;
+  WakeTimer timer_;
+  // Members, which outlive the thread: set_value may still be running when the value has been read.
+  std::promise<RightsReport> rights_{};
+  std::promise<bool> go_{};
+  bool decided_{false};
+  NamedThread thread_{"sextant-control"};
+};
+
+}  // namespace sextant::ecu

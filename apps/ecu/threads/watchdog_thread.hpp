@@ -1,0 +1,57 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <thread>
+#include <utility>
+
+#include "ecu/shared_state.hpp"
+#include "ecu/tasks/watchdog_task.hpp"
+#include "ecu/threads/named_thread.hpp"
+#include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
+#include "sextant/realtime/thread_setup.hpp"
+
+namespace sextant::ecu {
+
+/// The watchdog thread: polls its task every 2 ms. It shares nothing with the control thread but two atomics
+/// and the gate-enable line. In hard real time it has the highest priority of the process: a thread that
+/// keeps a processor busy for ever, the control thread among them, does not keep the gates on.
+class WatchdogThread {
+ public:
+  /// `inhibit_gates` is called from this thread, every 2 ms while the control thread has timed out.
+  /// `control_priority`: SCHED_FIFO priority of the control thread, 0 for none [-]; with one this thread asks
+  /// for `watchdog_priority`, and where that is refused for the control thread's.
+  explicit WatchdogThread(
+      SharedState& shared, std::function<void()> inhibit_gates = [] {}, int control_priority = 0)
+      : shared_{shared}, control_priority_{control_priority}, task_{shared, std::move(inhibit_gates)} {}
+
+  void start() {
+    thread_.start([this] { run(); });
+  }
+  void join() { thread_.join(); }
+
+ private:
+  void run() {
+    ask_for_priority();
+    while (!shared_.stopped.load(std::memory_order_acquire)) {
+      task_.poll(now_ns());
+      std::this_thread::sleep_for(std::chrono::nanoseconds{WatchdogTask::poll_every_ns});
+    }
+  }
+
+  void ask_for_priority() const {
+    if (control_priority_ == 0 || use_fifo_scheduling(watchdog_priority).granted) return;
+    // An rtprio limit may end between the two. Any other refusal is the control thread's as well, which
+    // reports it.
+    (void)use_fifo_scheduling(control_priority_);
+  }
+
+  SharedState& shared_;
+  int control_priority_;
+  WatchdogTask task_;
+  NamedThread thread_{"sextant-wdog"};
+};
+
+}  // namespace sextant::ecu

@@ -1,0 +1,36 @@
+#include "ecu/virtual_time/telemetry_file.hpp"
+
+#include <filesystem>
+#include <stdexcept>
+
+namespace sextant::ecu {
+
+TelemetryFile::TelemetryFile(const std::string& file, std::int64_t period_ns,
+                             std::uint32_t periods_per_record) {
+  const std::string kind = std::filesystem::path{file}.extension().string();
+  if (kind == ".csv") {
+    csv_.emplace(file);
+  } else if (kind == ".h5" || kind == ".hdf5") {
+    const TraceParameters parameters{.interval_us = double(period_ns) * double(periods_per_record) * 1e-3};
+    // `close` throws its errors.
+    trace_.emplace(file, parameters,
+                   TraceOrigin{.scenario = "virtual time", .control_period_ns = period_ns, .plant = false},
+                   [](const std::string&) {});
+  } else {
+    throw std::runtime_error{"the telemetry file " + file + " must end in .csv or .h5"};
+  }
+}
+
+void TelemetryFile::add(const TelemetryIntervalRecord<double>& record) {
+  if (csv_) csv_->add(record);
+  if (trace_) trace_->add_row({.drive = record, .plant = {}});
+}
+
+void TelemetryFile::close() {
+  if (csv_) csv_->close();
+  if (!trace_) return;
+  trace_->close();
+  if (!trace_->error().empty()) throw std::runtime_error{trace_->error()};
+}
+
+}  // namespace sextant::ecu

@@ -1,0 +1,206 @@
+#include "ecu/virtual_time/virtual_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "ecu/run_report.hpp"
+#include "ecu/timing/timing_report.hpp"
+#include "sextant/harness/random_bus_events.hpp"
+#include "sextant/sim/csv_table.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+constexpr std::int64_t slice_ns = 10'000'000;          // between two checks whether it is over
+constexpr std::int64_t hand_shake_ns = 10 * ns_per_s;  // longer no vehicle waits for a drive
+constexpr std::int64_t shutdown_ns = ns_per_s;         // beyond the ramp to zero: to the last status frames
+
+template <class... Args>
+[[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) {
+  throw std::runtime_error{fmt::format(text, std::forward<Args>(args)...)};
+}
+
+/// The name that recordings give to the interface of the configuration.
+std::string interface_name(const EcuConfig& config) {
+  constexpr std::string_view socketcan = "socketcan:";
+  const std::string& bus = config.can.bus;
+  return bus.starts_with(socketcan) ? bus.substr(socketcan.size()) : "can0";
+}
+
+/// A profile as scripts/vcu plays it: straight lines, two rows at one time are a jump.
+ProfileParameters read_profile(const std::string& file) {
+  const CsvTable table = read_csv(file);
+  if (table.columns.size() != 2) {
+    refuse("{}:{}: expected the columns time_s,torque_nm; only scripts/vcu plays more", file,
+           table.heading_line);
+  }
+  const std::size_t time = table.column("time_s");
+  const std::size_t torque = table.column("torque_nm");
+  ProfileParameters profile{.shape = ProfileShape::table, .file = file};
+  for (std::size_t k = 0; k < table.rows.size(); ++k) {
+    profile.table.push_back({table.rows[k][time], table.rows[k][torque]});
+    const std::string problem = validate_point(profile.table, k, profile.shape);
+    if (!problem.empty()) refuse("{}: {}", table.place(k), problem);
+  }
+  return profile;
+}
+
+}  // namespace
+
+VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options, DriveIo<double>& io,
+                       std::function<std::string()> problem)
+    : config_{config},
+      options_{options},
+      problem_{std::move(problem)},
+      periods_per_record_{periods_per_sample(config)},
+      drive_{config.drive},
+      recorder_{periods_per_record_,
+                {.record =
+                     [this](const TelemetryIntervalRecord<double>& record) {
+                       if (telemetry_) telemetry_->add(record);
+                     }}},
+      ecu_{{.period_ns = config.drive.drive.period_ns, .realtime = config.realtime},
+           clock_,
+           bus_,
+           io,
+           drive_.drive(),
+           recorder_} {
+  set_up_sources();
+  set_up_files();
+  if (options_.bus_seed) disturb_bus();
+}
+
+void VirtualRun::set_up_sources() {
+  if (!options_.log.empty() && !options_.profile.empty()) {
+    refuse("commands come from the recording {} or from the profile {}, not from both", options_.log,
+           options_.profile);
+  }
+  if (options_.log.empty() && options_.profile.empty() && !options_.duration_s) {
+    refuse("nothing says what to run: name a recording, or a --profile, or at least a --duration");
+  }
+  timeline_.add(bus_.party());
+  if (!options_.log.empty()) {
+    replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_);
+    timeline_.add(replay_->party());
+  }
+  if (!options_.profile.empty()) {
+    const ProfileParameters parameters = read_profile(options_.profile);
+    profile_ = Profile{parameters};
+    profile_end_ns_ = std::llround(parameters.table.back().t_s * 1e9);
+    vehicle_.emplace(
+        VirtualVehicle::Parameters{}, clock_, bus_,
+        [this](std::int64_t t_ns) { return profile_.value(t_ns); }, profile_end_ns_);
+    timeline_.add(vehicle_->party());
+  }
+  ecu_.join(timeline_);
+}
+
+void VirtualRun::set_up_files() {
+  if (!options_.telemetry_out.empty()) {
+    telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_);
+  }
+  if (options_.frames_out.empty()) return;
+  std::error_code none;
+  if (std::filesystem::equivalent(options_.frames_out, options_.log, none)) {
+    refuse("{} cannot be read and written at once", options_.log);
+  }
+  frames_.emplace(options_.frames_out);
+  const std::int64_t origin_ns = replay_ ? replay_->origin_ns() : 0;
+  bus_.watch([this, origin_ns, name = interface_name(config_)](const CanFrame& frame) {
+    frames_->add({origin_ns + frame.received_ns, name, frame});
+  });
+}
+
+void VirtualRun::disturb_bus() {
+  RandomBusEvents events{.seed = options_.bus_seed.value_or(0)};
+  // The hand-shake takes some of the time of a profile; events after the end do no harm.
+  const auto wanted_ns = std::int64_t(options_.duration_s.value_or(1.0) * 1e9);
+  events.end_ns = source_end_ns() == never_ns ? wanted_ns : source_end_ns() + ns_per_s;
+  for (const BusEvent& event : draw(events)) bus_.add(event);
+}
+
+std::int64_t VirtualRun::source_end_ns() const noexcept {
+  if (replay_) return replay_->end_ns() + slice_ns;
+  if (vehicle_) return profile_end_ns_;
+  return never_ns;
+}
+
+void VirtualRun::run() {
+  const auto begin = std::chrono::steady_clock::now();
+  run_to_end();
+  before_shutdown_ = ecu_.telemetry();
+  before_shutdown_ns_ = clock_.now_ns();
+  ecu_.shut_down();
+  const std::int64_t limit_ns = config_.drive.drive.gate.zero_ramp_ns + shutdown_ns;
+  const std::int64_t deadline_ns = clock_.now_ns() + limit_ns;
+  while (!ecu_.stopped() && timeline_.step(deadline_ns)) {
+  }
+  wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  // Whatever became of the run: what was recorded of it is of use.
+  if (frames_) frames_->close();
+  if (telemetry_) telemetry_->close();
+  if (!ecu_.stopped()) {
+    refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
+  }
+}
+
+void VirtualRun::run_to_end() {
+  const std::int64_t wanted_ns =
+      options_.duration_s ? std::int64_t(std::llround(*options_.duration_s * 1e9)) : never_ns;
+  const std::int64_t end_ns = replay_ ? std::min(wanted_ns, source_end_ns()) : wanted_ns;
+  while (clock_.now_ns() < end_ns) {
+    timeline_.run_until(std::min(end_ns, clock_.now_ns() + slice_ns));
+    if (problem_ && !problem_().empty()) return;
+    if (!vehicle_) continue;
+    if (vehicle_->phase() == VirtualVehicle::Phase::done) return;
+    if (!vehicle_->enabled_ns() && clock_.now_ns() > hand_shake_ns) return;
+  }
+}
+
+void VirtualRun::require_success() const {
+  if (!vehicle_) return;
+  if (!vehicle_->enabled_ns()) {
+    refuse("the drive was not ready within {} s", double(before_shutdown_ns_) * 1e-9);
+  }
+  if (before_shutdown_.latched.any()) {
+    refuse("the drive went to FAULT ({}) while it followed {}", to_string(before_shutdown_.first_fault),
+           options_.profile);
+  }
+}
+
+void VirtualRun::print_report(std::FILE* out) const {
+  const double virtual_s = double(clock_.now_ns()) * 1e-9;
+  fmt::print(out, "virtual time {:.3f} s in {:.3f} s: {:.0f} times real time\n", virtual_s, wall_s_,
+             virtual_s / std::max(wall_s_, 1e-9));
+  const WakeSchedule::Counters& wakes = ecu_.wakes();
+  print_periods(out, recorder_.periods(), wakes.periods_missed, wakes.overruns);
+  print_commands(out, ecu_.receiver());
+  print_can(out);
+  fmt::print(out, "left in {}, {} faults", to_string(before_shutdown_.state), before_shutdown_.fault_total);
+  if (before_shutdown_.latched.any()) fmt::print(out, ", first {}", to_string(before_shutdown_.first_fault));
+  fmt::print(out, "\ndigest {:016x}: telemetry {:016x}, frames {:016x}\n", recorder_.digest(),
+             recorder_.telemetry_digest(), recorder_.frames_digest());
+}
+
+void VirtualRun::print_can(std::FILE* out) const {
+  ecu::print_can(out, bus_.stats(), ecu_.clamped());
+  if (replay_ && replay_->left_out() > 0) {
+    fmt::print(out, "  {} status frames of the recording were left out\n", replay_->left_out());
+  }
+  if (options_.bus_seed) {
+    const VirtualCanBus::Counts& counts = bus_.counts();
+    fmt::print(out, "  disturbed with seed {}: {} lost, {} corrupted, {} late, {} doubled of {}\n",
+               *options_.bus_seed, counts.lost, counts.corrupted, counts.delayed, counts.doubled, counts.put);
+  }
+}
+
+}  // namespace sextant::ecu

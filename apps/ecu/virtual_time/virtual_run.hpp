@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "ecu/configured_drive.hpp"
+#include "ecu/virtual_time/telemetry_file.hpp"
+#include "ecu/virtual_time/virtual_ecu.hpp"
+#include "sextant/config/ecu_config.hpp"
+#include "sextant/harness/candump_log.hpp"
+#include "sextant/harness/log_replay.hpp"
+#include "sextant/harness/virtual_vehicle.hpp"
+#include "sextant/sim/profile.hpp"
+
+namespace sextant::ecu {
+
+/// The command line's options of a run in virtual time.
+struct VirtualRunOptions {
+  std::string log{};                        ///< recording to replay; empty: none
+  std::string log_interface{};              ///< of the recording; empty: its only one
+  std::string profile{};                    ///< torque profile for a vehicle to play; empty: none
+  std::string frames_out{};                 ///< recording to write; empty: none
+  std::string telemetry_out{};              ///< .csv or .h5; empty: none
+  std::optional<double> duration_s{};       ///< virtual time after which the drive is shut down [s]
+  std::optional<std::uint64_t> bus_seed{};  ///< of a bus that misbehaves at random [-]
+};
+
+/// The configured drive in virtual time, from its first period to its shutdown: commands from a recording or
+/// from a vehicle that plays a profile, as fast as the machine allows. The power stage is whatever is behind
+/// the `DriveIo`.
+class VirtualRun {
+ public:
+  /// The power stage is not owned and must outlive this object. `problem` returns why the run cannot go on,
+  /// in one sentence, empty while it can; it is called every 10 ms of virtual time. Throws
+  /// std::runtime_error with one sentence where a file cannot be used or the options make no run.
+  VirtualRun(const EcuConfig& config, const VirtualRunOptions& options, DriveIo<double>& io,
+             std::function<std::string()> problem = {});
+  VirtualRun(const VirtualRun&) = delete;
+  VirtualRun& operator=(const VirtualRun&) = delete;
+
+  /// Ends early where there is a problem. Throws std::runtime_error where a file could not be written.
+  void run();
+
+  /// What happened, for people.
+  void print_report(std::FILE* out) const;
+
+  /// Throws std::runtime_error where a vehicle could not play its profile to the end.
+  void require_success() const;
+
+  [[nodiscard]] const RunRecorder& recorder() const noexcept { return recorder_; }
+
+ private:
+  void set_up_sources();
+  void set_up_files();
+  void disturb_bus();
+  void run_to_end();
+  [[nodiscard]] std::int64_t source_end_ns() const noexcept;
+  void print_can(std::FILE* out) const;
+
+  EcuConfig config_;
+  VirtualRunOptions options_;
+  std::function<std::string()> problem_;
+  std::uint32_t periods_per_record_;
+  VirtualClock clock_{};
+  VirtualCanBus bus_{clock_};
+  VirtualTimeline timeline_{clock_};
+  ConfiguredDrive drive_;
+  RunRecorder recorder_;
+  VirtualEcu ecu_;
+  Profile profile_{};
+  std::int64_t profile_end_ns_{0};
+  std::optional<VirtualVehicle> vehicle_{};
+  std::optional<LogReplay> replay_{};
+  std::optional<CandumpWriter> frames_{};
+  std::optional<TelemetryFile> telemetry_{};
+  Telemetry<double> before_shutdown_{};
+  std::int64_t before_shutdown_ns_{0};
+  double wall_s_{0.0};
+};
+
+}  // namespace sextant::ecu

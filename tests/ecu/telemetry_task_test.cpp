@@ -1,0 +1,116 @@
+#include "ecu/tasks/telemetry_task.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "ecu/eventually.hpp"
+#include "ecu/threads/telemetry_thread.hpp"
+#include "sextant/realtime/monotonic_clock.hpp"
+
+namespace sextant::ecu {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+/// The newest DriveState that has arrived at the other end; nothing where none has.
+std::optional<StateMessage> newest_state(MessageSocket& socket) {
+  std::optional<StateMessage> newest;
+  std::array<std::byte, 4096> buffer{};
+  while (const auto message = socket.receive(buffer)) {
+    if (kind_of(*message) == TelemetryMessageKind::state) newest = content_of<StateMessage>(*message);
+  }
+  return newest;
+}
+
+// The topic's rate is configured; the CAN signals are those of the last second whatever it is.
+TEST(TelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistics) {
+  for (const std::int64_t statistics_ns : {10 * ms, 100'000 * ms}) {
+    SCOPED_TRACE(statistics_ns);
+    SharedState shared{25'000, 1};
+    TelemetrySender sender;
+    TelemetryThread telemetry{{.statistics_ns = statistics_ns}, sender, shared};
+    telemetry.start();
+    const std::int64_t begin_ns = now_ns() + 100 * ms;
+    for (int k = 0; k <= 1000; ++k) {
+      shared.wakes.push({.deadline_ns = begin_ns + k * ms,
+                         .latency_ns = k == 100 ? 7 * ms : k,
+                         .execution_ns = k == 200 ? 5 * ms : k,
+                         .periods_missed = std::uint64_t(k)});
+    }
+    EXPECT_TRUE(test::eventually([&] { return shared.real_time.latest().worst_loop_time != 0.0; }));
+    EXPECT_DOUBLE_EQ(shared.real_time.value().worst_loop_time, 5e-3);
+    EXPECT_DOUBLE_EQ(shared.real_time.value().worst_wake_latency, 7e-3);
+    shared.stopped.store(true);
+    telemetry.join();
+  }
+}
+
+// The kernel's word of a stop is in the sample that was taken after it; the next sample knows nothing of it.
+TEST(TelemetryThread, AMissThatWaitsInTheRingIsJudgedByTheSampleThatSawIt) {
+  SharedState shared{25'000, 1};
+  TelemetrySender sender;
+  TelemetryThread telemetry{{}, sender, shared};
+  shared.wakes.push({.deadline_ns = ms,
+                     .latency_ns = ms,
+                     .overrun = true,
+                     .execution_overran = true,
+                     .gap = {ms, GapPlace::read, ms},
+                     .longest_gap_ns = ms});
+  shared.scheduler.store({.t_ns = 50 * ms, .run_delay_ns = ms, .involuntary_switches = 1, .valid = true});
+  shared.stopped.store(true);
+  telemetry.start();
+  telemetry.join();
+  EXPECT_EQ(telemetry.task().timing().causes()[static_cast<std::size_t>(OverrunCause::machine_gap)], 1U);
+}
+
+// The drive says nothing more, so that what it said last would stand for ever.
+TEST(TelemetryTask, ATimedOutControlThreadIsPublishedInThePlaceOfTheDrive) {
+  constexpr std::int64_t limit_ns = 100 * ms;
+  SharedState shared{25'000, 1, limit_ns};
+  TelemetrySender sender;
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  TelemetryTask telemetry{{}, sender, shared};
+  const std::int64_t beat_ns = 1'000 * ms;
+  shared.beat(beat_ns);
+  Telemetry<double> record;
+  record.t_ns = beat_ns;
+  record.state = DriveState::torque;
+  shared.telemetry.push(record);
+
+  telemetry.poll(beat_ns + limit_ns);
+  auto told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().state, DriveState::torque);
+
+  telemetry.poll(beat_ns + limit_ns + ms);
+  told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().state, DriveState::fault);
+  EXPECT_EQ(told->sample().first_fault, Fault::watchdog);
+  EXPECT_EQ(told->sample().t_ns, beat_ns);
+  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread silent for 101 ms");
+
+  telemetry.poll(beat_ns + limit_ns + 1'000 * ms);
+  told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread silent for 1100 ms");
+
+  // It is back, and says itself what has become of it.
+  shared.beat(beat_ns + limit_ns + 1'000 * ms);
+  shared.telemetry.push(record);
+  telemetry.poll(beat_ns + limit_ns + 1'001 * ms);
+  told = newest_state(other);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->sample().state, DriveState::torque);
+  EXPECT_EQ(told->sample().reason, "torque reference as requested");
+}
+
+}  // namespace
+}  // namespace sextant::ecu
