@@ -17,8 +17,11 @@ void print_commands(std::FILE* out, const CommandReceiver& receiver) {
 }
 
 void print_can(std::FILE* out, const CanBusStats& stats, std::uint64_t clamped) {
-  fmt::print(out, "CAN {} sent, {} not sent, {} received; {} lost and {} unreadable on reception\n",
-             stats.sent, stats.send_dropped, stats.received, stats.receive_overflow, stats.receive_malformed);
+  fmt::print(out, "CAN {} sent, {} not sent, {} received\n", stats.sent, stats.send_dropped, stats.received);
+  if (stats.receive_overflow + stats.receive_malformed > 0) {
+    fmt::print(out, "  {} lost and {} unreadable on reception\n", stats.receive_overflow,
+               stats.receive_malformed);
+  }
   if (stats.error_frames + stats.reopened > 0) {
     fmt::print(out, "  {} error frames, {} of them bus-off; interface came back {} times\n",
                stats.error_frames, stats.bus_off, stats.reopened);
