@@ -18,7 +18,7 @@ const char* sentence(PowerStage::Plant plant) {
   switch (plant) {
     case PowerStage::Plant::answers:
       return "the plant answers; a fault reset takes the drive out of FAULT";
-    case PowerStage::Plant::not_acknowledged:
+    case PowerStage::Plant::unacknowledged:
       return "the plant does not take the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID)";
     case PowerStage::Plant::timed_out:
     case PowerStage::Plant::unknown:
@@ -73,9 +73,9 @@ void PowerStage::say_goodbye() noexcept {
 std::string PowerStage::state_change() {
   if (!shared_memory_ && !udp_) return {};
   const LinkState& state = shared_memory_ ? shared_memory_->state() : udp_->state();
-  const Plant plant = state.stale()     ? Plant::timed_out
-                      : state.unheard() ? Plant::not_acknowledged
-                                        : Plant::answers;
+  const Plant plant = state.timed_out()        ? Plant::timed_out
+                      : state.unacknowledged() ? Plant::unacknowledged
+                                               : Plant::answers;
   const std::string link = "hil " + link_name_ + ": ";
   const bool refused = reported_refusals_ != state.refusals();
   if (reported_ != plant) {
@@ -106,9 +106,10 @@ void PowerStage::print_report(std::FILE* out) const {
   const MeasurementAssembler::Counters& c = shared_memory_ ? shared_memory_->counters() : udp_->counters();
   fmt::print(out, "plant {} measurements received, {} missing, {} too many at once\n", c.records, c.missing,
              c.overfull);
-  fmt::print(out, "  late {} times, silent {} times, started anew {} times\n", c.late, c.stale, c.restarts);
-  if (c.unheard + c.refused > 0) {
-    fmt::print(out, "  took no pattern {} times, kept its gates open against {} patterns\n", c.unheard,
+  fmt::print(out, "  late {} times, silent {} times, started anew {} times\n", c.late, c.timeouts,
+             c.restarts);
+  if (c.unacknowledged + c.refused > 0) {
+    fmt::print(out, "  took no pattern {} times, kept its gates open against {} patterns\n", c.unacknowledged,
                c.refused);
   }
   if (udp_) print_network(out, udp_->network(), udp_->unsent());

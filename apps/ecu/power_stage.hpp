@@ -22,8 +22,8 @@ class PowerStage {
   /// What the drive knows of a plant at the other end of a link.
   enum class Plant : std::uint8_t {
     unknown,
-    timed_out,         ///< no measurements come
-    not_acknowledged,  ///< its measurements come, the drive's patterns do not reach it
+    timed_out,       ///< no measurements come
+    unacknowledged,  ///< its measurements come, the drive's patterns do not reach it
     answers
   };
 

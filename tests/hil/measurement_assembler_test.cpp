@@ -12,7 +12,7 @@ namespace {
 constexpr std::int32_t period_ns = 100'000;
 constexpr std::int64_t stale_ns = 1'000'000;
 constexpr int missing_periods = 4;
-constexpr int unheard_periods = 10;
+constexpr int unacknowledged_periods = 10;
 
 GatePattern state(int vector, std::int32_t duration_ns = period_ns) {
   return {switch_states[std::size_t(vector)], duration_ns};
@@ -38,8 +38,9 @@ class MeasurementAssemblerTest : public testing::Test {
     return m;
   }
 
-  MeasurementAssembler assembler{
-      {.stale_ns = stale_ns, .missing_periods = missing_periods, .unheard_periods = unheard_periods}};
+  MeasurementAssembler assembler{{.stale_ns = stale_ns,
+                                  .missing_periods = missing_periods,
+                                  .unacknowledged_periods = unacknowledged_periods}};
   std::uint64_t sequence{0};
   std::uint32_t generation{1};
   std::int64_t plant_ns{0};
@@ -110,15 +111,15 @@ TEST_F(MeasurementAssemblerTest, NothingNewIsNoTimeInTheStateInForce) {
 
 TEST_F(MeasurementAssemblerTest, APlantThatNeverCameOrFellSilentIsNotPlausible) {
   EXPECT_FALSE(assembler.take(5).plausible);
-  EXPECT_TRUE(assembler.stale());
+  EXPECT_TRUE(assembler.timed_out());
   assembler.add(record(state(0)));
   EXPECT_TRUE(assembler.take(10).plausible);
   EXPECT_TRUE(assembler.take(10 + stale_ns).plausible);
   EXPECT_FALSE(assembler.take(11 + stale_ns).plausible);
-  EXPECT_TRUE(assembler.stale());
+  EXPECT_TRUE(assembler.timed_out());
   assembler.add(record(state(0)));
   EXPECT_TRUE(assembler.take(20 + stale_ns).plausible);
-  EXPECT_EQ(assembler.counters().stale, 1U) << "the wait before the first one is no silence";
+  EXPECT_EQ(assembler.counters().timeouts, 1U) << "the wait before the first one is no silence";
 }
 
 TEST_F(MeasurementAssemblerTest, FrozenCurrentsAreNotPlausibleAfterAFewPeriods) {
@@ -128,10 +129,10 @@ TEST_F(MeasurementAssemblerTest, FrozenCurrentsAreNotPlausibleAfterAFewPeriods) 
     for (int n = 1; n < missing_periods; ++n) EXPECT_TRUE(assembler.take(n).plausible) << n;
     EXPECT_FALSE(assembler.take(missing_periods).plausible);
     EXPECT_FALSE(assembler.take(missing_periods + 1).plausible);
-    EXPECT_FALSE(assembler.stale()) << "late, not yet silent";
+    EXPECT_FALSE(assembler.timed_out()) << "late, not yet silent";
   }
   EXPECT_EQ(assembler.counters().late, 3U);
-  EXPECT_EQ(assembler.counters().stale, 0U);
+  EXPECT_EQ(assembler.counters().timeouts, 0U);
 }
 
 TEST_F(MeasurementAssemblerTest, ADriveThatWasLateItselfDoesNotBlameThePlant) {
@@ -191,35 +192,35 @@ TEST_F(MeasurementAssemblerTest, APlantThatTakesNoPatternOfTheDriveIsNotPlausibl
   for (const std::uint64_t stands_at : {std::uint64_t{0}, std::uint64_t{1000}, std::uint64_t{99'999}}) {
     SCOPED_TRACE(stands_at);  // no drive, the one before this one, one with other numbers
     taken = stands_at;
-    assembler = MeasurementAssembler{{stale_ns, missing_periods, unheard_periods}};
+    assembler = MeasurementAssembler{{stale_ns, missing_periods, unacknowledged_periods}};
     EXPECT_TRUE(period(state(0), state(0)).plausible) << "nothing was written that it could have taken";
-    for (int n = 1; n < unheard_periods; ++n) EXPECT_TRUE(period(state(0), state(0)).plausible) << n;
+    for (int n = 1; n < unacknowledged_periods; ++n) EXPECT_TRUE(period(state(0), state(0)).plausible) << n;
     for (int n = 0; n < 30; ++n) EXPECT_FALSE(period(state(0), state(0)).plausible) << n;
-    EXPECT_TRUE(assembler.unheard());
-    EXPECT_FALSE(assembler.stale()) << "it is there";
-    EXPECT_EQ(assembler.counters().unheard, 1U);
+    EXPECT_TRUE(assembler.unacknowledged());
+    EXPECT_FALSE(assembler.timed_out()) << "it is there";
+    EXPECT_EQ(assembler.counters().unacknowledged, 1U);
     taken = number;
     EXPECT_TRUE(period(state(0), state(0)).plausible) << "and it heals";
-    EXPECT_FALSE(assembler.unheard());
+    EXPECT_FALSE(assembler.unacknowledged());
   }
 }
 
 TEST_F(MeasurementAssemblerTest, APlantThatTakesPatternsLateIsPlausibleHoweverLongTheWay) {
   for (int n = 0; n < 200; ++n) {
-    constexpr int way = unheard_periods - 1;
+    constexpr int way = unacknowledged_periods - 1;
     if (n >= way) taken = number - way + 1;
     EXPECT_TRUE(period(state(1), state(1)).plausible) << n;
   }
-  EXPECT_EQ(assembler.counters().unheard, 0U);
+  EXPECT_EQ(assembler.counters().unacknowledged, 0U);
 }
 
 TEST_F(MeasurementAssemblerTest, NoMeasurementIsNoWordOfThePlantAboutPatterns) {
   (void)period(state(1), state(1));
-  for (int n = 0; n < 3 * unheard_periods; ++n) {
+  for (int n = 0; n < 3 * unacknowledged_periods; ++n) {
     assembler.wrote(++number, true);
     (void)assembler.take(plant_ns);
   }
-  EXPECT_FALSE(assembler.unheard());
+  EXPECT_FALSE(assembler.unacknowledged());
 }
 
 TEST_F(MeasurementAssemblerTest, OpenGatesAgainstADrivenPatternThatThePlantTookAreNotPlausible) {
@@ -260,10 +261,11 @@ TEST(AssemblerParameters, ADriveWaitsForAnAnswerAsLongAsThePlantWaitsForAPattern
   HilParameters p;
   p.silence_ns = 5'000'000;
   p.missing_periods = 4;
-  EXPECT_EQ(assembler_parameters(p, 100'000).unheard_periods, 50);
-  EXPECT_EQ(assembler_parameters(p, 300'000).unheard_periods, 17);
+  EXPECT_EQ(assembler_parameters(p, 100'000).unacknowledged_periods, 50);
+  EXPECT_EQ(assembler_parameters(p, 300'000).unacknowledged_periods, 17);
   p.missing_periods = 80;
-  EXPECT_EQ(assembler_parameters(p, 100'000).unheard_periods, 80) << "not stricter than about measurements";
+  EXPECT_EQ(assembler_parameters(p, 100'000).unacknowledged_periods, 80)
+      << "not stricter than about measurements";
   EXPECT_EQ(assembler_parameters(p, 100'000).missing_periods, 80);
   EXPECT_EQ(assembler_parameters(p, 100'000).stale_ns, p.stale_ns);
 }

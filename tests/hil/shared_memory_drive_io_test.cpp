@@ -139,10 +139,10 @@ TEST_F(SharedMemoryDriveIoTest, ADriveThatTakesItsTimeToStartBeginsWithTheNewest
 TEST_F(SharedMemoryDriveIoTest, ADriveWithoutAPlantIsNotPlausibleUntilOneComes) {
   plant.reset();
   for (int n = 0; n < 20; ++n) EXPECT_FALSE(drive->cycle(t_ns += period_ns, open).plausible);
-  EXPECT_TRUE(drive->io.state().stale());
+  EXPECT_TRUE(drive->io.state().timed_out());
   plant.emplace(link.parameters);
   EXPECT_TRUE(period(open).plausible);
-  EXPECT_FALSE(drive->io.state().stale());
+  EXPECT_FALSE(drive->io.state().timed_out());
 }
 
 TEST_F(SharedMemoryDriveIoTest, APlantThatDiesAndComesBackIsSeenBothTimes) {
@@ -274,7 +274,7 @@ TEST_F(SharedMemoryDriveIoTest, ALineThatSomebodyElseTookAwayTripsTheDrive) {
   while (torque_period()) ASSERT_LT(++periods, 5);
   expect_both_safe();
   EXPECT_GT(drive->io.state().refusals(), 0U);
-  EXPECT_FALSE(drive->io.state().unheard());
+  EXPECT_FALSE(drive->io.state().unacknowledged());
 }
 
 TEST_F(SharedMemoryDriveIoTest, APlantThatTakesNoPatternsAnyMoreTripsTheDrive) {
@@ -288,8 +288,8 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatTakesNoPatternsAnyMoreTripsTheDrive) {
     plant->end.publish(record);
     tripped = !drive->cycle(t_ns += period_ns, v1).plausible;
   }
-  EXPECT_TRUE(drive->io.state().unheard());
-  EXPECT_EQ(periods, 1 + MeasurementAssembler::Parameters{}.unheard_periods)
+  EXPECT_TRUE(drive->io.state().unacknowledged());
+  EXPECT_EQ(periods, 1 + MeasurementAssembler::Parameters{}.unacknowledged_periods)
       << "the first tells of the newest";
 }
 

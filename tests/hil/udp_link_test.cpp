@@ -175,8 +175,8 @@ TEST_F(UdpLinkTest, ADriveWhoseCommandsGetLostTripsThoughMeasurementsCome) {
     ++periods;
   }
   EXPECT_EQ(periods, 1 + int(drive_parameters.silence_ns / period_ns));
-  EXPECT_TRUE(drive->state().unheard());
-  EXPECT_FALSE(drive->state().stale());
+  EXPECT_TRUE(drive->state().unacknowledged());
+  EXPECT_FALSE(drive->state().timed_out());
 }
 
 // The numbers that a plant had from an earlier drive are no answer to this one.
@@ -193,7 +193,7 @@ TEST_F(UdpLinkTest, EachStartOfADriveHasNumbersOfItsOwn) {
     (void)read();
     drive->write(open);
   }
-  EXPECT_TRUE(drive->state().unheard());
+  EXPECT_TRUE(drive->state().unacknowledged());
 }
 
 /// Stands where the drive is, drops what it is told to and passes the rest on.

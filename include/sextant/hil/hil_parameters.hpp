@@ -16,8 +16,9 @@ enum class Pacing : std::uint8_t {
 struct HilParameters {
   std::string link{"sextant"};  ///< name of the shared memory, /dev/shm/<link>
   Pacing pacing{Pacing::real_time};
-  int missing_periods{4};              ///< drive: so many periods without a measurement and it trips [-]
-  std::int64_t stale_ns{10'000'000};   ///< drive: without a measurement for so long the plant is silent [ns]
+  int missing_periods{4};  ///< drive: so many periods without a measurement and it trips [-]
+  std::int64_t stale_ns{
+      10'000'000};  ///< drive: without a measurement for so long the plant has timed out [ns]
   std::int64_t silence_ns{5'000'000};  ///< both: with no pattern taken for so long the drive is dead [ns]
   std::int64_t lockstep_timeout_ns{10'000'000'000};  ///< lockstep: longest wait for the other side [ns]
   std::string udp_listen{"0.0.0.0:47810"};           ///< own address and port

@@ -19,29 +19,31 @@ namespace sextant {
 /// A measurement is not plausible, so that the drive trips, when the plant does not vouch for it, when
 /// records are missing or do not fit the pattern, when the plant has been started anew, and when nothing has
 /// come at `missing_periods` calls in a row: calls, so that a drive that was late itself does not blame the
-/// plant. After `stale_ns` without anything the plant counts as silent.
+/// plant. After `stale_ns` without anything the plant has timed out.
 ///
-/// Nor is it when the plant does not do what the drive says: when `unheard_periods` measurements in a row
-/// tell of no newer pattern that it took (the way to it is cut, that back is not), and at once when it took a
-/// pattern and opened the gates against it (its gate driver has locked the drive out, or the gate-enable line
-/// is off). Gates that opened because a pattern was late are no refusal: nothing newer was taken then.
+/// Nor is it when the plant does not acknowledge the drive's patterns: when `unacknowledged_periods`
+/// measurements in a row carry no newer pattern that it took (the way to it is cut, that back is not), and at
+/// once when it took a pattern and opened the gates against it (its gate driver has locked the drive out, or
+/// the gate-enable line is off). Gates that opened because a pattern was late are no refusal: nothing newer
+/// was taken then.
 class MeasurementAssembler {
  public:
   struct Parameters {
-    std::int64_t stale_ns{10'000'000};  ///< without a record for so long the plant is silent [ns]
+    std::int64_t stale_ns{10'000'000};  ///< without a record for so long the plant has timed out [ns]
     int missing_periods{4};             ///< so many calls in a row without a record are not plausible [-]
-    int unheard_periods{50};  ///< so many calls in a row with records, but with no newer pattern taken [-]
+    int unacknowledged_periods{
+        50};  ///< so many calls in a row with records, but with no newer pattern taken [-]
   };
 
   struct Counters {
-    std::uint64_t records{};   ///< measurements received [-]
-    std::uint64_t missing{};   ///< measurements that never came [-]
-    std::uint64_t overfull{};  ///< times the patterns did not fit in one [-]
-    std::uint64_t restarts{};  ///< times the plant came back as a new one [-]
-    std::uint64_t stale{};     ///< times it fell silent [-]
-    std::uint64_t late{};      ///< times nothing came for `missing_periods` [-]
-    std::uint64_t unheard{};   ///< times no newer pattern was taken for `unheard_periods` [-]
-    std::uint64_t refused{};   ///< patterns against which the plant opened its gates [-]
+    std::uint64_t records{};         ///< measurements received [-]
+    std::uint64_t missing{};         ///< measurements that never came [-]
+    std::uint64_t overfull{};        ///< times the patterns did not fit in one [-]
+    std::uint64_t restarts{};        ///< times the plant came back as a new one [-]
+    std::uint64_t timeouts{};        ///< times it timed out [-]
+    std::uint64_t late{};            ///< times nothing came for `missing_periods` [-]
+    std::uint64_t unacknowledged{};  ///< times no newer pattern was taken for `unacknowledged_periods` [-]
+    std::uint64_t refused{};         ///< patterns against which the plant opened its gates [-]
   };
 
   explicit MeasurementAssembler(const Parameters& parameters) noexcept : parameters_{parameters} {}
@@ -85,11 +87,11 @@ class MeasurementAssembler {
   [[nodiscard]] Measurement<double> take(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
     if (came_ || !started_) heard_ns_ = t_ns;
     started_ = true;
-    const bool stale = generation_ == 0 || t_ns - heard_ns_ > parameters_.stale_ns;
-    if (stale && !was_stale_) ++counters_.stale;
-    was_stale_ = stale;
+    const bool timed_out = generation_ == 0 || t_ns - heard_ns_ > parameters_.stale_ns;
+    if (timed_out && !timed_out_) ++counters_.timeouts;
+    timed_out_ = timed_out;
     count_missing();
-    count_unheard();
+    count_unacknowledged();
     // Where nothing is new nothing has acted yet: no time, in the state that is still in force.
     if (came_) last_ = acted_.last_state();
     Measurement<double> m{
@@ -97,21 +99,21 @@ class MeasurementAssembler {
         .u_dc = newest_.u_dc,
         .omega_m = newest_.omega_m,
         .acted = came_ ? acted_ : GatePattern{last_, 0},
-        .plausible = usable_ && !stale && missing_ < parameters_.missing_periods && !unheard()};
+        .plausible = usable_ && !timed_out && missing_ < parameters_.missing_periods && !unacknowledged()};
     acted_ = {};
     came_ = false;
-    heard_ = false;
+    acknowledged_ = false;
     usable_ = true;
     return m;
   }
 
   [[nodiscard]] const MeasurementRecord& newest() const noexcept SEXTANT_NONBLOCKING { return newest_; }
   [[nodiscard]] const Counters& counters() const noexcept SEXTANT_NONBLOCKING { return counters_; }
-  /// True while there is no plant, or it is silent.
-  [[nodiscard]] bool stale() const noexcept SEXTANT_NONBLOCKING { return was_stale_; }
+  /// True while there is no plant, or it has timed out.
+  [[nodiscard]] bool timed_out() const noexcept SEXTANT_NONBLOCKING { return timed_out_; }
   /// True while the plant is there and does not take what the drive writes.
-  [[nodiscard]] bool unheard() const noexcept SEXTANT_NONBLOCKING {
-    return unheard_ >= parameters_.unheard_periods;
+  [[nodiscard]] bool unacknowledged() const noexcept SEXTANT_NONBLOCKING {
+    return unacknowledged_ >= parameters_.unacknowledged_periods;
   }
 
  private:
@@ -122,14 +124,14 @@ class MeasurementAssembler {
   [[nodiscard]] bool is_refusal(std::uint64_t taken, const GatePattern& acted) noexcept SEXTANT_NONBLOCKING {
     if (taken <= taken_ || taken > written_) return false;
     taken_ = taken;
-    heard_ = true;
+    acknowledged_ = true;
     return taken >= driven_since_ && acted.duration_ns() > 0 && all_gates_off(acted);
   }
 
-  void count_unheard() noexcept SEXTANT_NONBLOCKING {
-    if (heard_) unheard_ = 0;
-    if (heard_ || !came_ || written_ == 0 || unheard()) return;
-    if (++unheard_ == parameters_.unheard_periods) ++counters_.unheard;
+  void count_unacknowledged() noexcept SEXTANT_NONBLOCKING {
+    if (acknowledged_) unacknowledged_ = 0;
+    if (acknowledged_ || !came_ || written_ == 0 || unacknowledged()) return;
+    if (++unacknowledged_ == parameters_.unacknowledged_periods) ++counters_.unacknowledged;
   }
 
   void count_missing() noexcept SEXTANT_NONBLOCKING {
@@ -181,12 +183,12 @@ class MeasurementAssembler {
   std::uint64_t driven_since_{none};  // of the first of the driven ones that the drive writes now
   std::uint32_t generation_{0};
   int missing_{0};
-  int unheard_{0};
+  int unacknowledged_{0};
   bool came_{false};
-  bool heard_{false};  // the plant has taken a newer command
+  bool acknowledged_{false};  // the plant has taken a newer command
   bool started_{false};
   bool usable_{true};
-  bool was_stale_{true};
+  bool timed_out_{true};
 };
 
 /// For a drive with this period [ns]. It waits for a word of its patterns as long as the plant waits for one
