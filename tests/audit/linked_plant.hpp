@@ -60,7 +60,7 @@ class LinkedPlant {
   SharedMemoryLink plant_link_;
   SharedMemoryLink drive_link_;
   SharedMemoryDriveIo drive_io_{
-      drive_link_, {.stale_ns = long_ns, .missing_periods = 1'000'000, .unheard_periods = 1'000'000}};
+      drive_link_, {.stale_ns = long_ns, .missing_periods = 1'000'000, .unacknowledged_periods = 1'000'000}};
   SharedMemoryPlantEnd end_;
   PlantServer<SharedMemoryPlantEnd> server_;
   PeriodicTask task_;

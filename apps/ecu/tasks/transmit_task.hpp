@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "ecu/shared_state.hpp"
+#include "ecu/tasks/timed_out_drive.hpp"
 #include "sextant/comms/can_bus.hpp"
 #include "sextant/comms/status_encoder.hpp"
 
@@ -16,14 +18,31 @@ class TransmitTask {
   TransmitTask(CanBus& bus, SharedState& shared) noexcept : bus_{bus}, shared_{shared} {}
 
   /// Sends what is due at now_ns; returns when to poll again. [ns]
-  std::int64_t poll(std::int64_t now_ns);
+  std::int64_t poll(std::int64_t now_ns) {
+    // Faults go out on change, so the status is polled more often than the shortest cycle time.
+    constexpr std::int64_t poll_every_ns = 5'000'000;
+    send_due(now_ns);
+    return std::clamp(encoder_.next_due_ns(), now_ns, now_ns + poll_every_ns);
+  }
+
   /// Sends what is due, and MCU_TorqueStatus with the state in which the drive was left, due or not.
-  void send_last(std::int64_t now_ns);
+  void send_last(std::int64_t now_ns) {
+    send_due(now_ns);
+    const StatusExtras extras{.real_time = shared_.real_time.latest()};
+    (void)bus_.send(encoder_.frame(StatusMessage::torque_status, shared_.status.latest(), extras));
+  }
+
   /// Values that did not fit into their signals; once the thread has ended. [-]
   [[nodiscard]] std::uint64_t clamped() const noexcept { return encoder_.clamped(); }
 
  private:
-  void send_due(std::int64_t now_ns);
+  void send_due(std::int64_t now_ns) {
+    const bool timed_out = shared_.control_timed_out(now_ns);
+    const Telemetry<double>& last = shared_.status.latest();
+    const StatusExtras extras{.real_time = shared_.real_time.latest(), .measured = !timed_out};
+    const Telemetry<double> status = timed_out ? status_of_timed_out_drive(last) : last;
+    for (const CanFrame& frame : encoder_.due(now_ns, status, extras)) (void)bus_.send(frame);
+  }
 
   CanBus& bus_;
   SharedState& shared_;

@@ -1,5 +1,14 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <string>
+#include <thread>
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
 #include "ecu/power_stage.hpp"
 #include "ecu/shared_state.hpp"
 #include "ecu/threads/named_thread.hpp"
@@ -18,7 +27,20 @@ class LinkThread {
   void join() { thread_.join(); }
 
  private:
-  void run();
+  void run() {
+    using namespace std::chrono_literals;
+    while (!shared_.stopped.load(std::memory_order_acquire)) {
+      // Longer than a first measurement takes, so that an absence is logged once and a presence not twice.
+      std::this_thread::sleep_for(20ms);
+      const std::string sentence = power_stage_.state_change();
+      if (!sentence.empty()) spdlog::info("{}", sentence);
+      if (!power_stage_.problem().empty()) {
+        // Main handles it as one from outside.
+        kill(getpid(), SIGTERM);
+        return;
+      }
+    }
+  }
 
   PowerStage& power_stage_;
   SharedState& shared_;
