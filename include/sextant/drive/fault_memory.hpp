@@ -1,23 +1,23 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "sextant/core/fault.hpp"
 
 namespace sextant {
 
-/// Remembers which faults have tripped since the last reset, which was first, and how many there were.
+/// Remembers which faults have tripped since the last reset, which was first, and how many there were. Of
+/// those that come in one period the one with the lowest bit is first.
 class FaultMemory {
  public:
   constexpr void step(FaultSet active) noexcept {
     active_ = active;
-    for (int i = 0; active.any() && i < fault_count; ++i) {
-      const auto fault = static_cast<Fault>(i);
-      if (!active.test(fault) || latched_.test(fault)) continue;
-      if (!latched_.any()) first_ = fault;
-      latched_.set(fault);
-      ++total_;
-    }
+    const std::uint64_t fresh = active.bits() & ~latched_.bits();
+    if (fresh == 0) return;
+    if (!latched_.any()) first_ = static_cast<Fault>(std::countr_zero(fresh));
+    latched_ |= active;
+    total_ += static_cast<std::uint32_t>(std::popcount(fresh));
   }
 
   /// Forgets what is latched; the total since start stays.
