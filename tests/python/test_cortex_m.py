@@ -112,6 +112,18 @@ def test_growth_and_shrinking_beyond_two_percent_are_told() -> None:
     assert len(bounded(committed)) > 20
 
 
+@pytest.mark.parametrize("key", bounded(cortex_page.load()))
+def test_a_growth_of_each_figure_is_told(key: str) -> None:
+    committed = cortex_page.load()
+    now = json.loads(json.dumps(committed))
+    where = now["firmware_bytes"]
+    *path, last = key.split()
+    if path:
+        where = now["runs"][path[0]]["instructions"][path[1]]
+    where[last] *= 1.03
+    assert [text.split(":")[0] for text in growth(now, committed)[0]] == [key]
+
+
 def test_a_lost_bit_is_told() -> None:
     committed = cortex_page.load()
     assert lost_bits(committed, committed) == []
