@@ -100,8 +100,7 @@ def check_kernel(machine: Machine, cpu: int | None) -> Finding:
         "PREEMPT_DYNAMIC" if "PREEMPT_DYNAMIC" in version else "PREEMPT" if "PREEMPT" in version else "no preemption"
     )
     return change(
-        f"{model}: wake-ups are not bounded",
-        "apt-get install linux-image-rt-amd64, boot it (uname -v says PREEMPT_RT)",
+        f"{model}: wake-ups are not bounded", "apt-get install linux-image-rt-amd64, boot it (uname -v says PREEMPT_RT)"
     )
 
 
