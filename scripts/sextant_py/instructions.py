@@ -111,7 +111,7 @@ def check(probe: Path, file: Path) -> int:
     print_table(now, baseline)
     other = differences(stored["environment"], environment(probe))
     if other:
-        print(f"!!! NOT JUDGED: instruction counts; the baseline is of another machine ({'; '.join(other)}) !!!")
+        print(f"!!! NOT TESTED: instruction counts; the baseline is of another machine ({'; '.join(other)}) !!!")
         return 0
     found = judge(baseline, now)
     for sentence in found:
