@@ -15,7 +15,6 @@ from . import (
     paper_cycle_figures,
     paper_figures,
     paper_rise,
-    paper_speed,
     paper_steady,
     paper_steps,
     paper_vehicle,
@@ -93,7 +92,7 @@ def report(lab: Lab, out: Path, quick: bool) -> None:
     numbers = Numbers()
     columns = (TextColumn("{task.description:<26}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as progress:
-        pictures = 0 if quick else len(PICTURES) + 1
+        pictures = 0 if quick else len(PICTURES)
         task = progress.add_task("", total=len(MEASURES) + pictures)
 
         def step(name: str) -> None:
@@ -104,8 +103,6 @@ def report(lab: Lab, out: Path, quick: bool) -> None:
         measure(lab, numbers, quick, step)
         if not quick:
             draw(lab, numbers, out, step)
-            step("speed")
-            paper_speed.measure_speed(lab, numbers, quick)
         progress.update(task, description="done", completed=step.done)
     numbers.save(out / "numbers.json")
     if not quick:
