@@ -17,6 +17,14 @@ die() {
 # print_help: the block of comments at the top of the running script, without the marks.
 print_help() { sed -n '2,/^[^#]/{/^#/s/^# \{0,1\}//p}' "$0"; }
 
+# accept ARGUMENT [KNOWN...]: prints the help and ends, or refuses an argument that is neither empty nor known.
+accept() {
+  case $1 in -h | --help) print_help && exit 0 ;; esac
+  local known
+  for known in '' "${@:2}"; do [ "$1" != "$known" ] || return 0; done
+  die "unknown argument \"$1\"; see $(basename "$0") --help."
+}
+
 # can_be_root: whether as_root can work without asking anybody who is not there.
 can_be_root() {
   [ "$(id -u)" = 0 ] && return 0

@@ -1,34 +1,24 @@
 """The drive on a Cortex-M4F: builds firmware, runs golden inputs under QEMU, judges and counts."""
 
 import argparse
-import contextlib
-import json
-import os
 import re
 import subprocess
-import threading
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
-from . import cortex_cycles, cortex_page, firmware_image, golden
-from .errors import UserError, run
-from .firmware_image import output_of
+from . import cortex_page, firmware_image, golden
+from .errors import UserError, output_of, run
 from .paths import ROOT
 
 BUILD = ROOT / "build" / "cortex-m"
 RUNS = {"immediate": 0, "delayed": 1}  # actuation delay [periods]
-PERIOD_US = 25.0
 MACHINE = "netduinoplus2"  # QEMU's STM32F405, 168 MHz
 CLOCK_MHZ = 168.0
 TICK_SHIFT = 8  # the emulator's time goes on by 2^8 ns an instruction, ...
 TICKS_PER_INSTRUCTION = 2**TICK_SHIFT * CLOCK_MHZ * 1e-3  # ... which is many ticks of the timer
 DOUBLE_TOLERANCES = 5.0  # how far float may be from double, in tolerances between two machines with float
-TRACE_SECONDS = 300.0  # it takes about 10
-TRACED_PERIODS = 2200  # gates off, magnetising and torque
 ALLOWED_GROWTH = 1.02
 ADVICE = "; if that is meant, scripts/check_cortex_m --update"
 SEEDS = {
@@ -103,16 +93,6 @@ class GoldenRun:
             golden.load_costs(BUILD / costs, TICKS_PER_INSTRUCTION),
         )
 
-    def shortened(self, periods: int) -> str:
-        """A file of the first inputs only."""
-        raw = (BUILD / self.inputs).read_bytes()
-        setup = np.frombuffer(raw, golden.SETUP, 1).copy()
-        size = int(setup["input_size"][0])
-        setup["periods"] = periods
-        name = f"{self._name}.short.inputs"
-        (BUILD / name).write_bytes(setup.tobytes() + raw[setup.nbytes : setup.nbytes + periods * size])
-        return name
-
     def edge(self) -> int:
         """Periods in which a shift of a threshold by its tolerance changes a decision."""
         return int(np.any([golden.other_decision(self.reference, v) for v in self.variants], axis=0).sum())
@@ -145,12 +125,10 @@ def measure_run(golden_run: GoldenRun, problems: list[str], name: str) -> dict:
     outputs, costs = golden_run.on_target("golden")
     unfused, _ = golden_run.on_target("golden_unfused")
     pairs = {"target": outputs, "target_unfused": unfused, "host_double": golden_run.replay("double")}
-    found = {
-        key: golden.compare(
-            golden_run.reference, values, golden_run.variants, DOUBLE_TOLERANCES if key == "host_double" else 1.0
-        )
-        for key, values in pairs.items()
-    }
+    found = {}
+    for key, values in pairs.items():
+        times = DOUBLE_TOLERANCES if key == "host_double" else 1.0
+        found[key] = golden.compare(golden_run.reference, values, golden_run.variants, times)
     problems += [f"{name}, {key}: {text}" for key, c in found.items() for text in c.problems]
     return {
         "periods": golden_run.periods,
@@ -160,86 +138,21 @@ def measure_run(golden_run: GoldenRun, problems: list[str], name: str) -> dict:
     }
 
 
-@contextlib.contextmanager
-def lines_through(pipe: Path, command: list[str], seconds: float) -> Iterator[BinaryIO]:
-    """What a program writes into a named pipe, in whose folder it runs. The lines end with the program, whether it
-    opened the pipe or not, and at the latest after so many seconds. Throws UserError when it fails or must be ended."""
-    pipe.unlink(missing_ok=True)
-    os.mkfifo(pipe)
-    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)  # waits for nobody
-    writer = os.open(pipe, os.O_WRONLY)  # keeps the pipe open until the program has ended
-    os.set_blocking(reader, True)
-    with os.fdopen(reader, "rb") as lines:
-        try:
-            running = subprocess.Popen(command, cwd=pipe.parent, stderr=subprocess.DEVNULL)
-        except OSError as error:
-            os.close(writer)
-            raise UserError(f"{command[0]} cannot be run: {error.strerror}") from error
-        late = threading.Event()
-
-        def end() -> None:
-            try:
-                running.wait(seconds)
-            except subprocess.TimeoutExpired:
-                late.set()
-                running.kill()
-                running.wait()
-            os.close(writer)
-
-        guard = threading.Thread(target=end)
-        guard.start()
-        try:
-            yield lines
-        except BaseException:
-            running.kill()
-            raise
-        finally:
-            guard.join()
-            pipe.unlink()
-    if late.is_set():
-        raise UserError(f"{command[0]} does not come to its end within {seconds:g} s.")
-    if running.returncode:
-        raise UserError(f"{command[0]} fails with status {running.returncode}.")
-
-
-def estimated_cycles(golden_run: GoldenRun) -> dict:
-    """Cycles an instruction of Drive::step, from a trace of the first periods."""
-    trace = BUILD / "trace.fifo"
-    inputs = golden_run.shortened(TRACED_PERIODS)
-    program, functions = cortex_cycles.disassembly(BUILD / "golden_drive.elf")
-    entry = next(address for mangled, address in functions.items() if "step_drive" in mangled)
-    command = ["qemu-system-arm", "-M", MACHINE, "-nographic", "-monitor", "none", "-serial", "none"]
-    command += ["-singlestep", "-d", "exec,nochain", "-D", trace.name, "-kernel", "golden_drive.elf"]
-    words = f"enable=on,target=native,arg=golden_drive,arg={inputs},arg=short.outputs,arg=short.costs"
-    with lines_through(trace, [*command, "-semihosting-config", words], TRACE_SECONDS) as lines:
-        calls = np.array(cortex_cycles.cycles_of_calls(lines, program, entry))
-    if len(calls) != TRACED_PERIODS:
-        raise UserError(f"the trace of {TRACED_PERIODS} steps shows {len(calls)}.")
-    ratio = calls[:, 1] / calls[:, 0]
-    return {"traced_steps": len(calls), "mean": round(float(ratio.mean()), 2), "max": round(float(ratio.max()), 2)}
-
-
-def stack_of(said: str) -> int:
-    """What an image says of its stack [B]."""
-    found = re.search(r"stack (\d+) bytes", said)
-    if not found:
-        raise UserError(f"an image does not say how much stack it has used: {said!r}")
-    return int(found.group(1))
-
-
 def stack(inputs: str) -> int:
     """The most that the stack has held: in the firmware with its interrupt, or in a golden run [B]."""
     firmware = emulate("drive_firmware_run", options=("-icount", "shift=3"))
     drive = emulate("golden_drive", inputs, "stack.outputs", "stack.costs", options=())
-    return max(stack_of(firmware), stack_of(drive))
+    found = [re.search(r"stack (\d+) bytes", said) for said in (firmware, drive)]
+    if not all(found):
+        raise UserError(f"an image does not say how much stack it has used: {firmware!r}, {drive!r}")
+    return max(int(one[1]) for one in found)
 
 
 def measure_firmware(inputs: str, problems: list[str]) -> dict:
     image = BUILD / "drive_firmware.elf"
     for checked in ("drive_firmware", "golden"):
-        problems += [
-            f"{checked}: {name} must not be in it" for name in firmware_image.forbidden(BUILD / f"{checked}.elf")
-        ]
+        names = firmware_image.forbidden(BUILD / f"{checked}.elf")
+        problems += [f"{checked}: {name} must not be in it" for name in names]
     depends = output_of("ninja", "-C", BUILD, "-t", "deps", "CMakeFiles/drive_firmware.dir/drive_firmware.cpp.obj")
     if "sextant/drive/drive.hpp" not in depends:
         raise UserError("what the firmware includes is not known: build/cortex-m has no dependencies of it.")
@@ -262,18 +175,12 @@ def measure(host: Path) -> tuple[dict, list[str]]:
     runs = {name: GoldenRun(host, name) for name in RUNS}
     firmware = measure_firmware(runs["delayed"].inputs, problems)
     measured = {name: measure_run(r, problems, name) for name, r in runs.items()}
-    estimate = estimated_cycles(runs["delayed"])
     version = output_of("arm-none-eabi-g++", "-dumpfullversion").strip()
     figures = {
         "compiler": f"arm-none-eabi-g++ {version} -O2",
         "processor": "Cortex-M4F",
         "firmware_bytes": firmware,
         "runs": measured,
-        "cycles_per_instruction": estimate,
-        "least_clock_mhz": {
-            which: round(max(r["instructions"][which]["max"] for r in measured.values()) * estimate["max"] / PERIOD_US)
-            for which in ("drive_step", "drive_step_driven")
-        },
     }
     return figures, problems
 
@@ -337,17 +244,6 @@ def self_test(host: Path) -> list[str]:
             slipped.append(f"a wrong {name} in one period is not found")
     print(f"found: a wrong {', '.join((*golden.DECISIONS, *golden.TOLERANCES))} in one period each")
 
-    committed = cortex_page.load()
-    for key in bounded(committed):
-        changed = json.loads(json.dumps(committed))
-        where = changed["firmware_bytes"]
-        *path, last = key.split()
-        if path:
-            where = changed["runs"][path[0]]["instructions"][path[1]]
-        where[last] *= 1.03
-        if not growth(changed, committed)[0]:
-            slipped.append(f"a growth of 3 % of {key} is not found")
-    print(f"found: a growth of 3 % of each of {len(bounded(committed))} figures")
     return slipped
 
 

@@ -22,12 +22,7 @@ def loopback_configuration() -> str:
 # Cyclone DDS reads its configuration once, when the first domain is made.
 os.environ.setdefault("CYCLONEDDS_URI", loopback_configuration())
 
-from cyclonedds.builtin import (
-    BuiltinDataReader,
-    BuiltinTopicDcpsParticipant,
-    BuiltinTopicDcpsPublication,
-    DcpsEndpoint,
-)
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant, BuiltinTopicDcpsPublication, DcpsEndpoint
 from cyclonedds.core import DDSException, InstanceState, Listener, Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.dynamic import get_types_for_typeid

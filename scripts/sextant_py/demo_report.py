@@ -114,11 +114,9 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
         raise UserError("the recording and the log of commands have no time in common.")
     commanded, mean = commands.torque_at(recording["t_ns"]), recording["torque_mean_nm"]
     error = (mean - commanded)[during]
+    sent = f"{len(commands.t_ns)}, one each {commands.period_ms:g} ms, {commands.skipped} periods skipped"
     table = [
-        (
-            "commands sent",
-            f"{len(commands.t_ns)}, one each {commands.period_ms:g} ms, {commands.skipped} periods skipped",
-        ),
+        ("commands sent", sent),
         ("telemetry samples", f"{int(during.sum())} while enabled"),
         ("torque commanded", f"{commanded[during].min():+.1f} … {commanded[during].max():+.1f} N·m"),
         ("torque delivered (1 ms mean)", f"{mean[during].min():+.1f} … {mean[during].max():+.1f} N·m"),
@@ -135,20 +133,15 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
         table.append(("stator flux", f"{flux.mean():.4f} Wb mean, {flux.min():.4f} … {flux.max():.4f} Wb"))
     response = response_time_ms(recording)
     if response:
-        table.append(
-            ("response time", f"{response[1]:.1f} ms from reception to 95 % of a step of {response[0]:+.0f} N·m")
-        )
+        step_nm, time_ms = response
+        table.append(("response time", f"{time_ms:.1f} ms from reception to 95 % of a step of {step_nm:+.0f} N·m"))
     speed = recording["speed_rad_s"][during]
     table.append(("speed", f"{speed.min():+.1f} … {speed.max():+.1f} rad/s"))
     taken, returned = energy_kj(recording)
     table.append(("energy at the DC link", f"{taken:.2f} kJ taken, {returned:.2f} kJ returned"))
     if statistics:
-        table.append(
-            (
-                "missed control periods",
-                f"{statistics['periods_skipped']} of {statistics['periods']}, {statistics['overruns']} late wake-ups",
-            )
-        )
+        missed = f"{statistics['periods_skipped']} of {statistics['periods']}, {statistics['overruns']} late wake-ups"
+        table.append(("missed control periods", missed))
     return table
 
 
@@ -172,9 +165,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    found = rows(
-        load_commands(options.commands), load_recording(options.recording), load_statistics(options.statistics)
-    )
+    commands, recording = load_commands(options.commands), load_recording(options.recording)
+    found = rows(commands, recording, load_statistics(options.statistics))
     table = Table(title="Commanded and delivered", title_justify="left", show_header=False)
     table.add_column(no_wrap=True)
     table.add_column()

@@ -1,12 +1,25 @@
 """How the programs end when something outside them is wrong."""
 
 import signal
+import subprocess
 import sys
 from collections.abc import Callable
 
 
 class UserError(Exception):
     """What went wrong and what to do about it, in one sentence."""
+
+
+def output_of(*command: object, with_errors: bool = False) -> str:
+    """What a program of the gates writes to its standard output, and with_errors to its standard error."""
+    words = [str(word) for word in command]
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        raise UserError(f"{words[0]} is missing; scripts/setup --gates installs it.") from None
+    if done.returncode:
+        raise UserError(f"{' '.join(words)} failed: {(done.stderr or done.stdout).strip()[-300:]}")
+    return done.stdout + (done.stderr if with_errors else "")
 
 
 def run(program: str, main: Callable[[list[str]], int]) -> None:

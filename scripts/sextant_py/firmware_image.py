@@ -1,11 +1,10 @@
 """What a firmware image is made of: bytes of flash and RAM, the largest symbols, and what must not be in it."""
 
 import re
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import UserError
+from .errors import output_of
 
 IN_FLASH = (".text", ".rodata", ".init_array", ".ARM.exidx", ".data")
 IN_RAM = (".data", ".bss")
@@ -25,16 +24,6 @@ class Symbol:
     name: str
     size: int  # [B]
     kind: str  # as nm says
-
-
-def output_of(*command: str | Path) -> str:
-    try:
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=True)
-    except FileNotFoundError:
-        raise UserError(f"{command[0]} is missing; scripts/setup --gates installs it.") from None
-    except subprocess.CalledProcessError as error:
-        raise UserError(f"{command[0]} fails: {error.stderr.strip()}") from None
-    return done.stdout
 
 
 def sections(image: Path) -> dict[str, int]:

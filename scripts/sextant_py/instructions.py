@@ -4,12 +4,11 @@ import argparse
 import json
 import platform
 import re
-import subprocess
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from sextant_py.errors import UserError, run
+from sextant_py.errors import UserError, output_of, run
 from sextant_py.paths import ROOT
 
 BASELINE = ROOT / "tests" / "bench" / "instructions.json"
@@ -26,18 +25,10 @@ ACCEPT = (
 )
 
 
-def output_of(*command: str | Path) -> str:
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise UserError(f"{' '.join(map(str, command))} failed: {(done.stderr or done.stdout).strip()[-300:]}")
-    return done.stdout + done.stderr
-
-
 def instructions(probe: Path, what: str, steps: int, nops: int = 0) -> int:
     """Of a whole run, by callgrind."""
-    text = output_of(
-        "valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", probe, what, str(steps), str(nops)
-    )
+    callgrind = ("valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null")
+    text = output_of(*callgrind, probe, what, steps, nops, with_errors=True)
     found = re.search(r"Collected : (\d+)", text)
     if not found:
         raise UserError(f"callgrind did not say how many instructions {what} took: {text.strip()[-300:]}")
@@ -51,7 +42,7 @@ def per_step(count: Callable[[int], int], steps: int) -> float:
 
 
 def measure(probe: Path, nops: dict[str, int] | None = None) -> dict[str, float]:
-    names = output_of(probe).split()
+    names = output_of(probe, with_errors=True).split()
 
     def one(name: str) -> float:
         seed = (nops or {}).get(name, 0)
@@ -120,7 +111,7 @@ def check(probe: Path, file: Path) -> int:
     print_table(now, baseline)
     other = differences(stored["environment"], environment(probe))
     if other:
-        print(f"!!! NOT JUDGED: instruction counts; the baseline is of another machine ({'; '.join(other)}) !!!")
+        print(f"!!! NOT TESTED: instruction counts; the baseline is of another machine ({'; '.join(other)}) !!!")
         return 0
     found = judge(baseline, now)
     for sentence in found:

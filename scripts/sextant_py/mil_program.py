@@ -1,6 +1,7 @@
 """Where sextant-mil is."""
 
 import os
+import shutil
 from pathlib import Path
 
 from .errors import UserError
@@ -10,10 +11,10 @@ DEFAULT = ROOT / "build" / "release" / "apps" / "sextant-mil"
 
 
 def find(wanted: Path | None) -> Path:
-    """The program, by its full path."""
-    program = (wanted or DEFAULT).resolve()
-    if program.is_file() and os.access(program, os.X_OK):
-        return program
+    """The program, by its full path: the one wanted, that of the checkout, or that of the PATH."""
+    for program in (wanted,) if wanted else (DEFAULT, shutil.which("sextant-mil")):
+        if program and Path(program).is_file() and os.access(program, os.X_OK):
+            return Path(program).resolve()
     if wanted:
         raise UserError(f"--mil: {wanted} is not a program.")
     raise UserError(

@@ -165,38 +165,24 @@ class DriveView:
             self._add(table, label, f"{what} {', '.join(names) or 'none'}", style=style)
 
     def _add_statistics(self, table: Table, r: Any) -> None:
-        self._add(
-            table,
-            "real time",
-            f"{r.period_ns / 1e3:g} µs × {r.wake_every_periods} a wake-up,",
-            f"{r.periods} periods,",
-            f"{r.periods_skipped} skipped,",
-            f"{r.overruns} overruns",
-        )
-        self._add(
-            table,
-            "",
-            f"wake-up latency p50 {r.wake_latency_p50_us:.1f},",
-            f"p99 {r.wake_latency_p99_us:.1f},",
-            f"max {r.wake_latency_max_us:.1f} µs",
-        )
-        self._add(
-            table, "", f"work p50 {r.body_p50_us:.1f},", f"p99 {r.body_p99_us:.1f},", f"max {r.body_max_us:.1f} µs"
-        )
-        self._add(
-            table,
-            "",
+        period = f"{r.period_ns / 1e3:g} µs × {r.wake_every_periods} a wake-up,"
+        lost = f"{r.periods_skipped} skipped,", f"{r.overruns} overruns"
+        self._add(table, "real time", period, f"{r.periods} periods,", *lost)
+        percentiles = f"wake-up latency p50 {r.wake_latency_p50_us:.1f},", f"p99 {r.wake_latency_p99_us:.1f},"
+        self._add(table, "", *percentiles, f"max {r.wake_latency_max_us:.1f} µs")
+        percentiles = f"work p50 {r.body_p50_us:.1f},", f"p99 {r.body_p99_us:.1f},"
+        self._add(table, "", *percentiles, f"max {r.body_max_us:.1f} µs")
+        stages = (
             f"read {r.read_p99_9_us:.2f},",
             f"drive {r.drive_p99_9_us:.2f},",
             f"push {r.push_p99_9_us:.2f} µs (p99.9)",
         )
+        self._add(table, "", *stages)
         if r.overruns:
             self._add(table, "missed by", *missed_by(r))
         rights = f"SCHED_{r.policy.name}" if r.real_time_scheduling else "no real-time priority"
-        locked = "locked" if r.memory_locked else "not locked"
-        self._add(
-            table, "", f"{rights},", f"wait {r.wait.name.lower()},", f"memory {locked},", f"{r.page_faults} page faults"
-        )
+        memory = f"memory {'locked' if r.memory_locked else 'not locked'},", f"{r.page_faults} page faults"
+        self._add(table, "", f"{rights},", f"wait {r.wait.name.lower()},", *memory)
         self._add(table, "commands", f"{r.commands_received} accepted,", f"{r.commands_rejected} rejected")
 
     def line(self, drive: Drive) -> str:

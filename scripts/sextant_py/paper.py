@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from . import (
     paper_cycle_figures,
     paper_figures,
     paper_rise,
-    paper_speed,
     paper_steady,
     paper_steps,
     paper_vehicle,
@@ -49,20 +47,21 @@ MEASURES: tuple[Measure, ...] = (
 )
 
 
+def parser_of(program: str, description: str) -> argparse.ArgumentParser:
+    """With the arguments of both programs."""
+    parser = argparse.ArgumentParser(prog=program, description=description)
+    jobs = "runs at a time (default: all cores)"
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help=jobs)
+    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    return parser
+
+
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="paper_report",
-        description="Runs every scenario of the paper again and writes numbers, pictures and page.",
-    )
+    parser = parser_of("paper_report", "Runs every scenario of the paper again and writes numbers, pictures and page.")
     parser.add_argument("--quick", action="store_true", help="a few numbers only, no pictures, no page")
     parser.add_argument("--page", action="store_true", help="no runs: the page again from numbers.json")
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
-    )
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="where to write (default: docs/paper; with --quick out/paper)"
-    )
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    where = "where to write (default: docs/paper; with --quick out/paper)"
+    parser.add_argument("--out", type=Path, metavar="DIR", help=where)
     options = parser.parse_args(arguments)
     if options.jobs < 1:
         raise UserError("--jobs: at least one.")
@@ -93,7 +92,7 @@ def report(lab: Lab, out: Path, quick: bool) -> None:
     numbers = Numbers()
     columns = (TextColumn("{task.description:<26}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as progress:
-        pictures = 0 if quick else len(PICTURES) + 1
+        pictures = 0 if quick else len(PICTURES)
         task = progress.add_task("", total=len(MEASURES) + pictures)
 
         def step(name: str) -> None:
@@ -104,8 +103,6 @@ def report(lab: Lab, out: Path, quick: bool) -> None:
         measure(lab, numbers, quick, step)
         if not quick:
             draw(lab, numbers, out, step)
-            step("speed")
-            paper_speed.measure_speed(lab, numbers, quick)
         progress.update(task, description="done", completed=step.done)
     numbers.save(out / "numbers.json")
     if not quick:
@@ -122,12 +119,8 @@ def main(arguments: list[str]) -> int:
     if options.page:
         write_page(options.out)
         return 0
-    with tempfile.TemporaryDirectory(prefix="sextant_paper_") as work:
-        lab = Lab(mil_program.find(options.mil), Path(work), options.jobs)
-        try:
-            report(lab, options.out, options.quick)
-        finally:
-            lab.close()
+    with Lab(mil_program.find(options.mil), options.jobs) as lab:
+        report(lab, options.out, options.quick)
     return 0
 
 

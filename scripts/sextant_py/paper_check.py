@@ -1,9 +1,6 @@
 """Runs a part of the paper's scenarios again and compares with the numbers of docs/paper."""
 
-import argparse
-import os
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,17 +12,6 @@ from .paper_page import render
 from .paths import ROOT
 
 COMMITTED = ROOT / "docs" / "paper"
-
-
-def measured(mil: Path, jobs: int) -> Numbers:
-    numbers = Numbers()
-    with tempfile.TemporaryDirectory(prefix="sextant_paper_") as work:
-        lab = Lab(mil, Path(work), jobs)
-        try:
-            paper.measure(lab, numbers, True, lambda _: None)
-        finally:
-            lab.close()
-    return numbers
 
 
 def page_differences(directory: Path, numbers: Numbers) -> list[str]:
@@ -65,17 +51,12 @@ def self_test(committed: Numbers, now: Numbers) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="check_paper", description="Runs a part of the paper's scenarios again and compares with docs/paper."
-    )
+    parser = paper.parser_of("check_paper", "Runs a part of the paper's scenarios again and compares with docs/paper.")
     parser.add_argument("--self-test", action="store_true", help="every number of the part, changed, must be found")
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
-    )
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
-    committed = load(COMMITTED / "numbers.json")
-    now = measured(mil_program.find(options.mil), options.jobs)
+    committed, now = load(COMMITTED / "numbers.json"), Numbers()
+    with Lab(mil_program.find(options.mil), options.jobs) as lab:
+        paper.measure(lab, now, True, lambda _: None)
     if options.self_test:
         found = self_test(committed, now)
         good = f"found: a changed number, whichever of {len(now.entries)}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .paper_lab import SAMPLED, Lab, Run, Trace
-from .paper_numbers import Numbers
+from .paper_numbers import Numbers, Scope
 
 EXTENSIONS = ("linear", "clip", "origin")
 BANDS = (0.918, 0.6885, 0.459)
@@ -66,7 +66,7 @@ def cycle(lab: Lab, extension: str, sampled: bool = False) -> Run:
 
 
 def cycle_numbers(numbers: Numbers, name: str, run: Run) -> None:
-    wide = 1 if "sampled" in name else 0.02
+    n, trace, wide = numbers.at(name, run), run.trace, 1 if "sampled" in name else 0.02
     for metric, unit, tolerance, meaning in (
         ("torque_error_rms_nm", "N·m", wide, "RMS of the torque error"),
         ("torque_error_max_nm", "N·m", 5 * wide, "largest torque error after 0.2 s"),
@@ -81,42 +81,37 @@ def cycle_numbers(numbers: Numbers, name: str, run: Run) -> None:
         ("energy_shaft_j", "J", -0.02, "work on the shaft"),
     ):
         if not math.isnan(run[metric]):
-            numbers.metric(f"{name}/{metric}", run, metric, unit, tolerance, f"{meaning}, NYCC 598 s")
-    trace, command = run.trace, run.command
+            n.metric(metric, metric, unit, tolerance, f"{meaning}, NYCC 598 s")
     net = run["energy_from_link_j"] - run["energy_to_link_j"]
-    numbers.add(f"{name}/net_j", net, "J", -0.02, "from minus to the link", command)
-    late = trace.t_s > 0.2
-    surge = trace["current_max_a"][late].max()
-    numbers.add(f"{name}/surge_worst_a", surge, "A", -0.03, "largest current vector after 0.2 s", command)
-    meaning = "times at which the current vector passes 25 A after the start"
-    numbers.add(f"{name}/surges", surges(trace), "1", 2, meaning, command)
+    n.add("net_j", net, "J", -0.02, "from minus to the link")
+    surge = trace["current_max_a"][trace.t_s > 0.2].max()
+    n.add("surge_worst_a", surge, "A", -0.03, "largest current vector after 0.2 s")
+    n.add("surges", surges(trace), "1", 2, "times at which the current vector passes 25 A after the start")
     sagging = float(np.mean(trace["flux_mean_wb"] < 0.95 * 1.1) * 100)
-    numbers.add(f"{name}/flux_low_percent", sagging, "%", 1, "share of the time with the flux below 95 %", command)
+    n.add("flux_low_percent", sagging, "%", 1, "share of the time with the flux below 95 %")
     rest = trace.between(*REST_S)
-    numbers.add(f"{name}/rest_flux_min_wb", rest["flux_min_wb"].min(), "Wb", 0.02, "least flux at rest", command)
-    numbers.add(f"{name}/rest_flux_max_wb", rest["flux_max_wb"].max(), "Wb", 0.02, "largest flux at rest", command)
+    n.add("rest_flux_min_wb", rest["flux_min_wb"].min(), "Wb", 0.02, "least flux at rest")
+    n.add("rest_flux_max_wb", rest["flux_max_wb"].max(), "Wb", 0.02, "largest flux at rest")
     if "sampled" not in name:
-        distortion_numbers(numbers, name, run)
+        distortion_numbers(n, run)
 
 
-def distortion_numbers(numbers: Numbers, name: str, run: Run) -> None:
+def distortion_numbers(n: Scope, run: Run) -> None:
     """Where torque leaves its band, and what is asked of it."""
     used = run["energy_shaft_j"] + run["energy_copper_j"] + run["energy_field_j"]
     balance = run["energy_from_link_j"] - run["energy_to_link_j"] - used
     closed = 100 * balance / run["energy_from_link_j"]
-    command, reference = run.command, run.trace["torque_reference_nm"]
-    numbers.add(f"{name}/balance_percent", closed, "%", 0.05, "energy unaccounted for, of that drawn", command)
+    n.add("balance_percent", closed, "%", 0.05, "energy unaccounted for, of that drawn")
     found = excursions(run.trace, 0.918, 0.918)
-    worst = max((e.beyond_nm for e in found), default=0)
     longest = 1e3 * max((e.end_s - e.begin_s for e in found), default=0)
-    meaning = "times at which the torque leaves its band"
-    numbers.add(f"{name}/distortions", len(found), "1", 3, meaning, command)
-    numbers.add(f"{name}/distortions_worst_nm", worst, "N·m", 0.05, "by how much, at most", command)
-    numbers.add(f"{name}/distortions_longest_ms", longest, "ms", 20, "how long, at most", command)
-    numbers.add(f"{name}/reference_min_nm", reference.min(), "N·m", 0.01, "least torque reference", command)
-    numbers.add(f"{name}/reference_max_nm", reference.max(), "N·m", 0.01, "largest torque reference", command)
+    n.add("distortions", len(found), "1", 3, "times at which the torque leaves its band")
+    n.add("distortions_worst_nm", max((e.beyond_nm for e in found), default=0), "N·m", 0.05, "by how much, at most")
+    n.add("distortions_longest_ms", longest, "ms", 20, "how long, at most")
+    reference = run.trace["torque_reference_nm"]
+    n.add("reference_min_nm", reference.min(), "N·m", 0.01, "least torque reference")
+    n.add("reference_max_nm", reference.max(), "N·m", 0.01, "largest torque reference")
     negative = float(np.mean(reference < -1e-9) * 100)
-    numbers.add(f"{name}/negative_percent", negative, "%", 0.2, "share of the time with negative torque", command)
+    n.add("negative_percent", negative, "%", 0.2, "share of the time with negative torque")
 
 
 def measure_cycle(lab: Lab, numbers: Numbers, quick: bool) -> None:
@@ -134,19 +129,14 @@ def cross_check(lab: Lab, numbers: Numbers, scenario: str, duration_s: int) -> N
     fixed = lab.run(scenario, {"duration_s": duration_s})
     cvode = {"plant.integrator": "cvode", "plant.cvode.relative_tolerance": "1e-8", "duration_s": duration_s}
     exact = lab.run(scenario, cvode)
-    for metric in (
-        "torque_error_rms_nm",
-        "torque_bias_nm",
-        "torque_pulse_frequency_hz",
-        "flux_mean_wb",
-        "peak_current_a",
-        "energy_copper_j",
-    ):
+    n = numbers.at("", exact)
+    for metric in ("torque_error_rms_nm", "torque_bias_nm", "torque_pulse_frequency_hz", "flux_mean_wb",
+                   "peak_current_a", "energy_copper_j"):  # fmt: skip
         share = 100 * abs(fixed[metric] / exact[metric] - 1)
         meaning = f"{metric}: fixed step beside CVODE over {duration_s} s of {scenario}"
-        numbers.add(f"cross_check/{scenario}/{metric}", share, "%", 0.5, meaning, exact.command)
+        n.add(f"cross_check/{scenario}/{metric}", share, "%", 0.5, meaning)
     name = f"realtime/cvode/{scenario}_{duration_s}_s"
-    numbers.add(name, exact["realtime_factor"], "1", None, "simulated by wall time, CVODE", exact.command)
+    n.metric(name, "realtime_factor", "1", None, "simulated by wall time, CVODE")
 
 
 def table6(lab: Lab, combinations: list[tuple[float, float]], settings: dict | None = None) -> list[Run]:
@@ -170,47 +160,21 @@ def dead_time_s(trace: Trace) -> float:
 def measure_table6(lab: Lab, numbers: Numbers, quick: bool) -> None:
     combinations = [(0.918, 0.918), (0.459, 0.459)] if quick else list(FIGURES)
     for (upper, lower), run in zip(combinations, table6(lab, combinations), strict=True):
-        name, command, trace = f"table6/{upper}/{lower}", run.command, run.trace
+        n, trace = numbers.at(f"table6/{upper}/{lower}", run), run.trace
         for state, span in (("rest", REST_S), ("drive", DRIVE_S)):
             low, high = swing(trace, span)
-            numbers.add(f"{name}/{state}_low_nm", low, "N·m", 0.03, f"lowest torque error, {state}", command)
-            numbers.add(f"{name}/{state}_high_nm", high, "N·m", 0.03, f"highest torque error, {state}", command)
+            n.add(f"{state}_low_nm", low, "N·m", 0.03, f"lowest torque error, {state}")
+            n.add(f"{state}_high_nm", high, "N·m", 0.03, f"highest torque error, {state}")
             mean = trace.between(*span)
             bias = float(np.mean(mean["torque_mean_nm"] - mean["torque_reference_nm"]))
-            numbers.add(f"{name}/{state}_bias_nm", bias, "N·m", 0.02, f"mean torque error, {state}", command)
-        numbers.metric(
-            f"{name}/leg_hz", run, "switching_frequency_hz", "Hz", -0.02, "switching frequency of a leg, 100 s"
-        )
-        numbers.metric(
-            f"{name}/pulse_hz", run, "torque_pulse_frequency_hz", "Hz", -0.02, "pulses of the comparator, 100 s"
-        )
-        numbers.metric(f"{name}/start_a", run, "peak_current_a", "A", -0.02, "largest phase current of the start")
+            n.add(f"{state}_bias_nm", bias, "N·m", 0.02, f"mean torque error, {state}")
+        n.metric("leg_hz", "switching_frequency_hz", "Hz", -0.02, "switching frequency of a leg, 100 s")
+        n.metric("pulse_hz", "torque_pulse_frequency_hz", "Hz", -0.02, "pulses of the comparator, 100 s")
+        n.metric("start_a", "peak_current_a", "A", -0.02, "largest phase current of the start")
         low, high = swing(trace, FIRST_S)
-        numbers.add(
-            f"{name}/first_error_nm",
-            max(-low, high),
-            "N·m",
-            0.05,
-            "largest torque error of the first departure",
-            command,
-        )
         first = trace.between(*FIRST_S)
-        numbers.add(
-            f"{name}/first_a",
-            first["current_max_a"].max(),
-            "A",
-            -0.1,
-            "largest current vector of the first departure",
-            command,
-        )
-        numbers.add(
-            f"{name}/first_dead_s", dead_time_s(trace), "s", 0.05, "time without torque in the first departure", command
-        )
-        numbers.add(
-            f"{name}/first_flux_wb",
-            first["flux_min_wb"].min(),
-            "Wb",
-            0.01,
-            "least flux of the first departure",
-            command,
-        )
+        n.add("first_error_nm", max(-low, high), "N·m", 0.05, "largest torque error of the first departure")
+        surge, flux = first["current_max_a"].max(), first["flux_min_wb"].min()
+        n.add("first_a", surge, "A", -0.1, "largest current vector of the first departure")
+        n.add("first_dead_s", dead_time_s(trace), "s", 0.05, "time without torque in the first departure")
+        n.add("first_flux_wb", flux, "Wb", 0.01, "least flux of the first departure")

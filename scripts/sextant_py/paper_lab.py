@@ -5,6 +5,7 @@ import math
 import os
 import shlex
 import subprocess
+import tempfile
 from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -87,10 +88,19 @@ def value_text(value: object) -> str:
 class Lab:
     """Runs scenarios of configs/scenarios/paper, several at a time; what has run once is not run again."""
 
-    def __init__(self, mil: Path, work: Path, jobs: int) -> None:
-        self.mil, self.work = mil, work
+    def __init__(self, mil: Path, jobs: int) -> None:
+        self.mil = mil
+        self._work = tempfile.TemporaryDirectory(prefix="sextant_paper_")
+        self.work = Path(self._work.name)
         self._runs: dict[tuple, Future[Run]] = {}
         self._pool = ThreadPoolExecutor(jobs)
+
+    def __enter__(self) -> "Lab":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown(cancel_futures=True)
+        self._work.cleanup()
 
     def run(self, scenario: str, settings: Settings | None = None, trace: bool = False) -> Run:
         return self._begin(scenario, settings or {}, trace).result()
@@ -98,9 +108,6 @@ class Lab:
     def run_all(self, points: Iterable[tuple[str, Settings]], trace: bool = False) -> list[Run]:
         """In the order of the points."""
         return [begun.result() for begun in [self._begin(*point, trace) for point in points]]
-
-    def close(self) -> None:
-        self._pool.shutdown(cancel_futures=True)
 
     def _begin(self, scenario: str, settings: Settings, trace: bool) -> "Future[Run]":
         if trace and scenario in ROWS_US:

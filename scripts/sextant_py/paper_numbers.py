@@ -39,8 +39,9 @@ class Numbers:
         self.entries[name] = Number(float(value), unit, tolerance, meaning, command)
         return value
 
-    def metric(self, name: str, run: Run, metric: str, unit: str, tolerance: float | None, meaning: str) -> float:
-        return self.add(name, run[metric], unit, tolerance, meaning, run.command)
+    def at(self, name: str, run: Run | None = None, command: str = "") -> "Scope":
+        """Where the numbers of one run, or of one command, are added."""
+        return Scope(self, name, run, command or (run.command if run else ""))
 
     def under(self, prefix: str) -> dict[str, float]:
         """Values whose name begins with the prefix, by the rest of it, in the order in which they were added."""
@@ -54,6 +55,24 @@ class Numbers:
                 entry["tolerance"] if entry["tolerance"] is None else float(f"{entry['tolerance']:.3g}")
             )
         file.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Numbers of one run or command, whose names begin alike."""
+
+    numbers: Numbers
+    name: str
+    run: Run | None
+    command: str
+
+    def add(self, key: str, value: float, unit: str, tolerance: float | None, meaning: str) -> float:
+        name = "/".join(part for part in (self.name, key) if part)
+        return self.numbers.add(name, value, unit, tolerance, meaning, self.command)
+
+    def metric(self, key: str, metric: str, unit: str, tolerance: float | None, meaning: str) -> float:
+        """A metric of the run. tolerance: as of Numbers.add."""
+        return self.add(key, self.run[metric], unit, tolerance, meaning)
 
 
 def load(file: Path) -> Numbers:

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+from .page import table
 from .paper_cycle import FIGURES
 from .paper_numbers import Numbers
 from .paper_vehicle import KINDS
@@ -23,14 +24,6 @@ def text(value: float, form: str) -> str:
     if form.startswith("k"):
         value, form = value / 1e3, f".{form[1:]}f"
     return f"{value:{form}}".replace("-", "−")
-
-
-def row(*cells: str) -> str:
-    return "| " + " | ".join(cells) + " |"
-
-
-def table(head: list[str], rows: list[list[str]]) -> str:
-    return "\n".join([row(*head), row("---", *["---:"] * (len(head) - 1)), *(row(*cells) for cells in rows)])
 
 
 def response_table(n: Numbers) -> str:

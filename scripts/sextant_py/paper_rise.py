@@ -25,12 +25,8 @@ def answers(trace: Trace) -> tuple[float, float]:
 
 
 def ramp(slope: float) -> Settings:
-    points = f"[[0, 0], [0.2, {0.2 * slope:.6g}]]"
-    return {
-        "profile.torque_nm.shape": "linear",
-        "profile.torque_nm.points": points,
-        "profile.torque_nm.amplitude": 0,
-    }
+    values = {"shape": "linear", "points": f"[[0, 0], [0.2, {0.2 * slope:.6g}]]", "amplitude": 0}
+    return {f"profile.torque_nm.{key}": value for key, value in values.items()}
 
 
 def measure_dead_zone(lab: Lab, numbers: Numbers, quick: bool) -> None:
@@ -43,10 +39,10 @@ def measure_dead_zone(lab: Lab, numbers: Numbers, quick: bool) -> None:
     for slope in SLOPES:
         add_answers(numbers, f"dead_zone/ramp/{{}}/{slope}", rise(lab, ramp(slope)), f"ramp of {slope} N·m/s")
     command = "sextant-mil configs/scenarios/paper/3_3_smooth.toml with a ramp, its slope bisected"
+    n = numbers.at("dead_zone/slope_of_22_ms", command=command)
     for reading in READINGS:
         meaning = f"slope whose reference is met after 22 ms, sectors {reading}"
-        slope = slope_met_after(lab, 22, reading)
-        numbers.add(f"dead_zone/slope_of_22_ms/{reading}", slope, "N·m/s", 0.3, meaning, command)
+        n.add(reading, slope_met_after(lab, 22, reading), "N·m/s", 0.3, meaning)
 
 
 def sectors(reading: str) -> Settings:
@@ -68,23 +64,18 @@ def slope_met_after(lab: Lab, time_ms: float, reading: str) -> float:
 
 def measure_smooth(lab: Lab, numbers: Numbers, quick: bool) -> None:
     run = lab.run("3_3_smooth", trace=True)
-    low, high = run.trace.error
-    late = run.trace.t_s > 0.05
-    numbers.add("3_3/low_nm", low[late].min(), "N·m", 0.03, "lowest torque error after 50 ms", run.command)
-    numbers.add("3_3/high_nm", high[late].max(), "N·m", 0.03, "highest torque error after 50 ms", run.command)
+    n, (low, high), t_s = numbers.at("3_3", run), run.trace.error, run.trace.t_s
+    late = t_s > 0.05
+    n.add("low_nm", low[late].min(), "N·m", 0.03, "lowest torque error after 50 ms")
+    n.add("high_nm", high[late].max(), "N·m", 0.03, "highest torque error after 50 ms")
     beyond = np.nonzero((high > 1.0) & late)[0][0]
     speed = run.trace["omega_m_rad_s"][beyond]
-    numbers.add("3_3/speed_of_peaks_rad_s", speed, "rad/s", 2, "speed at the first error above 1 N·m", run.command)
-    flux = run.trace["flux_min_wb"]
-    stands = run.trace.t_s[np.nonzero(flux < 1.08)[0]]
+    n.add("speed_of_peaks_rad_s", speed, "rad/s", 2, "speed at the first error above 1 N·m")
+    stands = t_s[np.nonzero(run.trace["flux_min_wb"] < 1.08)[0]]
     early = stands[stands < 0.6].max()
-    numbers.add(
-        "3_3/flux_stands_s", early, "s", 0.01, "flux above 1.08 Wb from then on, until the zero crossing", run.command
-    )
-    numbers.metric("3_3/error_rms_nm", run, "torque_error_rms_nm", "N·m", 0.01, "RMS torque error after 0.2 s")
+    n.add("flux_stands_s", early, "s", 0.01, "flux above 1.08 Wb from then on, until the zero crossing")
+    n.metric("error_rms_nm", "torque_error_rms_nm", "N·m", 0.01, "RMS torque error after 0.2 s")
     if not quick:
-        sampled = lab.run("3_3_smooth", SAMPLED, trace=True)
-        numbers.metric(
-            "3_3/sampled/error_rms_nm", sampled, "torque_error_rms_nm", "N·m", 0.1, "RMS torque error after 0.2 s"
-        )
-        numbers.metric("3_3/sampled/error_max_nm", sampled, "torque_error_max_nm", "N·m", 0.5, "largest torque error")
+        n = numbers.at("3_3/sampled", lab.run("3_3_smooth", SAMPLED, trace=True))
+        n.metric("error_rms_nm", "torque_error_rms_nm", "N·m", 0.1, "RMS torque error after 0.2 s")
+        n.metric("error_max_nm", "torque_error_max_nm", "N·m", 0.5, "largest torque error")

@@ -6,8 +6,8 @@ import tomllib
 import numpy as np
 
 from . import road_load
-from .paper_lab import SAMPLED, SCENARIOS, Lab, Run, Trace
-from .paper_numbers import Numbers
+from .paper_lab import SAMPLED, Lab, Run, Trace
+from .paper_numbers import Numbers, Scope
 from .paths import ROOT
 
 SCENARIO = "3_5_nycc_vehicle"
@@ -67,7 +67,8 @@ def magnetising(flux_wb: np.ndarray | float) -> tuple[np.ndarray | float, np.nda
 
 
 def fit_numbers(numbers: Numbers) -> None:
-    load, command = road_load.fit(), "python -m sextant_py.road_load, in scripts/"
+    load = road_load.fit()
+    n = numbers.at("vehicle/fit", command="python -m sextant_py.road_load, in scripts/")
     for name, value, unit, tolerance, meaning in (
         ("radius_m", load.wheel_radius_m, "m", 1e-4, "wheel radius, from speed by rpm"),
         ("rolling", load.rolling_coefficient, "1", 1e-4, "rolling coefficient, not below zero"),
@@ -75,7 +76,7 @@ def fit_numbers(numbers: Numbers) -> None:
         ("rms_nm", load.rms_nm, "N·m", 0.01, "RMS of the residuals"),
         ("worst_nm", load.worst_nm, "N·m", 0.01, "largest residual"),
     ):
-        numbers.add(f"vehicle/fit/{name}", value, unit, tolerance, f"{meaning}, Table 5", command)
+        n.add(name, value, unit, tolerance, f"{meaning}, Table 5")
     for k, (speed, torque, residual) in enumerate(zip(load.speed_m_s, load.torque_nm, load.residual_nm, strict=True)):
         state = f"steady state {k + 1} of Table 5"
         for name, value, unit, meaning in (
@@ -84,64 +85,57 @@ def fit_numbers(numbers: Numbers) -> None:
             ("fit_nm", torque - residual, "N·m", "torque of the fit"),
             ("residual_nm", residual, "N·m", "table minus fit"),
         ):
-            numbers.add(f"vehicle/fit/{k + 1}/{name}", value, unit, 0.01, f"{meaning}, {state}", command)
+            n.add(f"{k + 1}/{name}", value, unit, 0.01, f"{meaning}, {state}")
 
 
-def run_numbers(numbers: Numbers, name: str, run: Run) -> None:
+def run_numbers(n: Scope, run: Run) -> None:
     for metric, unit, tolerance, meaning in METRICS:
-        meaning = f"{meaning}, NYCC with vehicle and driver, one motor"
-        numbers.metric(f"{name}/{metric}", run, metric, unit, tolerance, meaning)
-    command, trace = run.command, run.trace
+        n.metric(metric, metric, unit, tolerance, f"{meaning}, NYCC with vehicle and driver, one motor")
+    trace = run.trace
     wanted, reached = speeds(trace)
     error, radius = np.abs(reached - wanted), wheel_radius_m()
     rms = run["speed_error_rms_rad_s"] * radius
-    numbers.add(f"{name}/speed_error_rms_m_s", rms, "m/s", -0.05, "RMS of the speed error, at the wheel", command)
-    numbers.add(f"{name}/speed_error_max_kmh", error.max(), "km/h", 0.02, "largest speed error, rows of 10 ms", command)
-    at_s = trace.t_s[error.argmax()]
-    numbers.add(f"{name}/speed_error_max_s", at_s, "s", None, "when that is", command)
+    n.add("speed_error_rms_m_s", rms, "m/s", -0.05, "RMS of the speed error, at the wheel")
+    n.add("speed_error_max_kmh", error.max(), "km/h", 0.02, "largest speed error, rows of 10 ms")
+    n.add("speed_error_max_s", trace.t_s[error.argmax()], "s", None, "when that is")
     late = trace.between(FROM_S, math.inf)
     worst = np.maximum(-late.error[0], late.error[1]).argmax()
-    numbers.add(f"{name}/torque_error_max_s", late.t_s[worst], "s", None, "when the torque error is largest", command)
-    net = run["energy_from_link_j"] - run["energy_to_link_j"]
-    numbers.add(f"{name}/net_j", net, "J", -0.02, "from minus to the link", command)
-    mean = run["energy_shaft_j"] / run["simulated_s"]
-    numbers.add(f"{name}/shaft_w", mean, "W", -0.02, "mean power on the shaft", command)
-    share = 100 * run["energy_shaft_j"] / net
-    numbers.add(f"{name}/efficiency_percent", share, "%", 1, "shaft / (from - to)", command)
-    closed = 100 * (net - run["energy_shaft_j"] - run["energy_copper_j"] - run["energy_field_j"]) / net
-    numbers.add(
-        f"{name}/balance_percent", closed, "%", 0.2, "neither shaft nor copper nor field, of (from - to)", command
-    )
-    account_numbers(numbers, name, late, command)
+    n.add("torque_error_max_s", late.t_s[worst], "s", None, "when the torque error is largest")
+    net, shaft = run["energy_from_link_j"] - run["energy_to_link_j"], run["energy_shaft_j"]
+    n.add("net_j", net, "J", -0.02, "from minus to the link")
+    n.add("shaft_w", shaft / run["simulated_s"], "W", -0.02, "mean power on the shaft")
+    n.add("efficiency_percent", 100 * shaft / net, "%", 1, "shaft / (from - to)")
+    closed = 100 * (net - shaft - run["energy_copper_j"] - run["energy_field_j"]) / net
+    n.add("balance_percent", closed, "%", 0.2, "neither shaft nor copper nor field, of (from - to)")
+    account_numbers(n, late)
 
 
-def account_numbers(numbers: Numbers, name: str, trace: Trace, command: str) -> None:
+def account_numbers(n: Scope, trace: Trace) -> None:
     """What the trace says of braking and of the flux."""
     seconds, power = np.diff(trace.t_s, prepend=trace.t_s[0]), trace["power_w"]
     out, back = (float(np.sum(seconds * np.maximum(sign * power, 0))) for sign in (1, -1))
-    numbers.add(f"{name}/from_10_ms_j", out, "J", -0.02, "drawn from the link, means of 10 ms", command)
-    numbers.add(f"{name}/to_10_ms_j", back, "J", -0.05, "fed back into the link, means of 10 ms", command)
+    n.add("from_10_ms_j", out, "J", -0.02, "drawn from the link, means of 10 ms")
+    n.add("to_10_ms_j", back, "J", -0.05, "fed back into the link, means of 10 ms")
     shaft, fed_back, balance = braking_energies(trace)
-    numbers.add(f"{name}/braking_j", shaft, "J", -0.02, f"taken from the shaft below {BRAKING_W:g} W", command)
-    for key, energy, meaning in (
-        ("recovered", fed_back, "rows of 10 ms that feed the link, by the energy taken from the shaft"),
-        ("recovered_net", balance, "the same less what the other rows draw"),
-    ):
-        numbers.add(f"{name}/{key}_percent", 100 * energy / shaft, "%", 2, f"{meaning}, while braking", command)
+    n.add("braking_j", shaft, "J", -0.02, f"taken from the shaft below {BRAKING_W:g} W")
+    meaning = "rows of 10 ms that feed the link, by the energy taken from the shaft, while braking"
+    n.add("recovered_percent", 100 * fed_back / shaft, "%", 2, meaning)
+    meaning = "the same less what the other rows draw, while braking"
+    n.add("recovered_net_percent", 100 * balance / shaft, "%", 2, meaning)
     lost = float(np.sum(seconds * magnetising(trace["flux_mean_wb"])[1]))
-    numbers.add(f"{name}/magnetising_j", lost, "J", -0.05, "loss of the current that makes the flux", command)
+    n.add("magnetising_j", lost, "J", -0.05, "loss of the current that makes the flux")
     low = 100 * float(np.mean(trace["flux_mean_wb"] < 0.95 * 1.1))
-    numbers.add(f"{name}/flux_low_percent", low, "%", 1, "share of the time with the flux below 95 %", command)
+    n.add("flux_low_percent", low, "%", 1, "share of the time with the flux below 95 %")
 
 
 def measure_vehicle(lab: Lab, numbers: Numbers, quick: bool) -> None:
     """Road load of Table 5, and the cycle with it."""
     fit_numbers(numbers)
     current, loss = magnetising(1.1)
-    command = "1.1 Wb / L_s and 3/2 R_s i², configs/machines/paper_3hp.toml"
-    numbers.add("vehicle/magnetising_a", current, "A", 0.01, "magnetising current at 1.1 Wb, amplitude", command)
-    numbers.add("vehicle/magnetising_w", loss, "W", 0.1, "its loss in the stator", command)
-    if quick or not (ROOT / SCENARIOS / f"{SCENARIO}.toml").is_file():
-        return
-    for kind in KINDS:
-        run_numbers(numbers, f"vehicle/{kind}", vehicle_run(lab, kind))
+    n = numbers.at("vehicle", command="1.1 Wb / L_s and 3/2 R_s i², configs/machines/paper_3hp.toml")
+    n.add("magnetising_a", current, "A", 0.01, "magnetising current at 1.1 Wb, amplitude")
+    n.add("magnetising_w", loss, "W", 0.1, "its loss in the stator")
+    if not quick:
+        for kind in KINDS:
+            run = vehicle_run(lab, kind)
+            run_numbers(numbers.at(f"vehicle/{kind}", run), run)

@@ -1,8 +1,12 @@
-"""Where the project's files are."""
+"""Where the project's files are: in the checkout, or below the interpreter's prefix where pip has installed them."""
 
+import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+_CHECKOUT = Path(__file__).resolve().parents[2]
+_IS_CHECKOUT = (_CHECKOUT / "configs").is_dir()
+ROOT = _CHECKOUT if _IS_CHECKOUT else Path(sys.prefix) / "share" / "sextant"
+OUT = ROOT / "out" if _IS_CHECKOUT else Path("out")
 DBC = ROOT / "configs" / "interfaces" / "sextant.dbc"
 IDL = ROOT / "configs" / "interfaces" / "telemetry.idl"
 LOOPBACK = ROOT / "configs" / "cyclonedds_loopback.xml"

@@ -25,23 +25,21 @@ class Signals:
     time_s: np.ndarray
     values: dict[str, np.ndarray]
 
-    def get(self, name: str) -> np.ndarray | None:
-        return self.values.get(name)
+    def get(self, *names: str) -> np.ndarray | None:
+        """The first of the signals that there is."""
+        return next((self.values[name] for name in names if name in self.values), None)
 
 
 def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -> Signals:
     """Reads t_s or t_ns and every signal of its length; time counts from the first sample."""
+    values: dict[str, np.ndarray] = {}
     try:
         with h5py.File(path, "r") as file:
-            values = {
-                name: data[()] for name, data in file.items() if isinstance(data, h5py.Dataset) and data.ndim == 1
-            }
-            for folder in ("plant", "control"):
-                group = file.get(folder)
-                if isinstance(group, h5py.Group):
-                    values |= {
-                        f"{folder}/{name}": data[()] for name, data in group.items() if isinstance(data, h5py.Dataset)
-                    }
+            for prefix in ("", "plant/", "control/"):
+                group = file.get(prefix or "/")
+                members = group.items() if isinstance(group, h5py.Group) else ()
+                datasets = ((name, data) for name, data in members if isinstance(data, h5py.Dataset) and data.ndim == 1)
+                values |= {f"{prefix}{name}": data[()] for name, data in datasets}
     except FileNotFoundError:
         raise UserError(f"{path} does not exist.") from None
     except OSError:
@@ -53,11 +51,7 @@ def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -
     else:
         raise UserError(f"{path} has neither samples of t_s nor of t_ns, so it is no trace and no recording.")
     values = {name: value for name, value in values.items() if len(value) == len(time_s)}
-    wanted = np.ones(len(time_s), dtype=bool)
-    if begin_s is not None:
-        wanted &= time_s >= begin_s
-    if end_s is not None:
-        wanted &= time_s <= end_s
+    wanted = (time_s >= (-np.inf if begin_s is None else begin_s)) & (time_s <= (np.inf if end_s is None else end_s))
     if not wanted.any():
         raise UserError(f"{path} has no sample in that span; it runs from {time_s[0]:g} s to {time_s[-1]:g} s.")
     return Signals(time_s[wanted], {name: value[wanted] for name, value in values.items()})
@@ -77,11 +71,7 @@ def blocks(values: np.ndarray, reduce: str) -> np.ndarray:
 def draw_quantity(axes: Axes, signals: Signals, quantity: str, unit: str) -> None:
     """Mean with its band of minimum and maximum. In a trace sampled each period the signal itself has both."""
     time_s = blocks(signals.time_s, "mean")
-    mean = signals.get(f"{quantity}_mean_{unit}")
-    if mean is None:
-        mean = signals.get(f"{quantity}_{unit}")
-    if mean is None:
-        mean = signals.get(f"plant/{quantity}_{unit}")
+    mean = signals.get(f"{quantity}_mean_{unit}", f"{quantity}_{unit}", f"plant/{quantity}_{unit}")
     if mean is None:
         axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
         return
@@ -103,9 +93,7 @@ def draw_torque(axes: Axes, signals: Signals) -> None:
 
 
 def draw_speed(axes: Axes, signals: Signals) -> None:
-    speed = signals.get("speed_rad_s")
-    if speed is None:
-        speed = signals.get("plant/omega_m_rad_s")
+    speed = signals.get("speed_rad_s", "plant/omega_m_rad_s")
     if speed is None:
         axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
         return
@@ -120,10 +108,7 @@ FURTHER_PANELS = (
     ("DC-link current at the end of each row [A]", ("plant/i_dc_a",)),
     ("Rotor current [A]", ("plant/i_r_alpha_a", "plant/i_r_beta_a")),
     ("Shaft angle [rad]", ("plant/theta_m_rad",)),
-    (
-        "Energies [J]",
-        ("plant/energy_link_j", "plant/energy_shaft_j", "plant/energy_copper_j", "plant/energy_field_j"),
-    ),
+    ("Energies [J]", ("plant/energy_link_j", "plant/energy_shaft_j", "plant/energy_copper_j", "plant/energy_field_j")),
 )
 LEVELS = {"plant/switch_a": 0, "plant/switch_b": 2, "plant/switch_c": 4, "control/flux_comparator": 3}
 
@@ -149,14 +134,9 @@ def draw_lines(axes: Axes, signals: Signals, names: tuple[str, ...]) -> None:
 def draw(signals: Signals, title: str, output: Path) -> None:
     """Four panels over one time axis, and one for each further group of signals that there is, to a PNG."""
     further = further_panels(signals)
-    figure, panels = plt.subplots(
-        4 + len(further),
-        1,
-        sharex=True,
-        figsize=(11, 12 + 2.5 * len(further)),
-        height_ratios=(3, 2, 2, 2, *(2 for _ in further)),
-        layout="constrained",
-    )
+    count = 4 + len(further)
+    sizes = {"figsize": (11, 2 + 2.5 * count), "height_ratios": (3, *(2 for _ in range(count - 1)))}
+    figure, panels = plt.subplots(count, 1, sharex=True, layout="constrained", **sizes)
     figure.suptitle(title, fontsize=13)
     draw_torque(panels[0], signals)
     draw_quantity(panels[1], signals, "flux", "wb")
@@ -188,12 +168,9 @@ def draw(signals: Signals, title: str, output: Path) -> None:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="plot", description="Draws torque, stator flux, speed and current of a trace or a recording."
-    )
-    parser.add_argument(
-        "file", type=Path, metavar="FILE.h5", help="trace of sextant-mil or recording of scripts/record"
-    )
+    parser = argparse.ArgumentParser(prog="plot", description=__doc__)
+    source = "trace of sextant-mil or recording of scripts/record"
+    parser.add_argument("file", type=Path, metavar="FILE.h5", help=source)
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="picture to write (default: FILE.png)")
     parser.add_argument("--from", dest="begin_s", type=float, metavar="S", help="begin of the span to draw [s]")
     parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="end of the span to draw [s]")

@@ -60,6 +60,9 @@ class Profile:
         return here.torque_nm + share * (after.torque_nm - here.torque_nm), here.enable
 
 
+Rows = list[tuple[str, Point]]  # with where a point stands in the file
+
+
 def load(path: Path | str, interpolation: str | None = None) -> Profile:
     """Reads a profile; a bad one is refused with file and line."""
     path = Path(path)
@@ -69,13 +72,19 @@ def load(path: Path | str, interpolation: str | None = None) -> Profile:
         raise UserError(f"the profile {path} cannot be read: {error.strerror}.") from None
     except UnicodeDecodeError:
         raise UserError(f"the profile {path} is not a text file in UTF-8.") from None
-    if path.suffix == ".toml":
-        points, own_interpolation = _from_toml(path, text)
-    elif path.suffix == ".csv":
-        points, own_interpolation = _from_csv(path, text), "linear"
-    else:
+    if path.suffix not in (".csv", ".toml"):
         raise UserError(f"the profile {path} must be a .csv or .toml file.")
-    return Profile(points, interpolation or own_interpolation)
+    rows, own = _from_toml(path, text) if path.suffix == ".toml" else (_from_csv(path, text), "linear")
+    points: list[Point] = []
+    for where, point in rows:
+        if not points and point.time_s != 0:
+            raise UserError(f"{where}: the first point must be at time_s = 0, not {point.time_s:g}.")
+        if points and point.time_s < points[-1].time_s:
+            raise UserError(f"{where}: time_s goes back from {points[-1].time_s:g} to {point.time_s:g}.")
+        points.append(point)
+    if len(points) < 2 or points[-1].time_s <= 0:
+        raise UserError(f"the profile {path} needs at least two points and a duration above zero.")
+    return Profile(points, interpolation or own)
 
 
 def _number(text: object, where: str, name: str) -> float:
@@ -88,23 +97,9 @@ def _number(text: object, where: str, name: str) -> float:
     return value
 
 
-def _append(points: list[Point], point: Point, where: str) -> None:
-    if not points and point.time_s != 0:
-        raise UserError(f"{where}: the first point must be at time_s = 0, not {point.time_s:g}.")
-    if points and point.time_s < points[-1].time_s:
-        raise UserError(f"{where}: time_s goes back from {points[-1].time_s:g} to {point.time_s:g}.")
-    points.append(point)
-
-
-def _finished(points: list[Point], path: Path) -> list[Point]:
-    if len(points) < 2 or points[-1].time_s <= 0:
-        raise UserError(f"the profile {path} needs at least two points and a duration above zero.")
-    return points
-
-
-def _from_csv(path: Path, text: str) -> list[Point]:
+def _from_csv(path: Path, text: str) -> Rows:
     heading: list[str] | None = None
-    points: list[Point] = []
+    rows: Rows = []
     for number, line in enumerate(text.splitlines(), start=1):
         where = f"{path}:{number}"
         cells = [cell.strip() for cell in next(csv.reader([line.partition("#")[0]]), [])]
@@ -120,39 +115,38 @@ def _from_csv(path: Path, text: str) -> list[Point]:
         enable = _TRUTH.get(cells[2].lower()) if len(cells) == 3 else True
         if enable is None:
             raise UserError(f'{where}: enable must be 0 or 1, not "{cells[2]}".')
-        time_s, torque_nm = _number(cells[0], where, "time_s"), _number(cells[1], where, "torque_nm")
-        _append(points, Point(time_s, torque_nm, enable), where)
-    return _finished(points, path)
+        rows.append((where, Point(_number(cells[0], where, "time_s"), _number(cells[1], where, "torque_nm"), enable)))
+    return rows
 
 
-def _from_toml(path: Path, text: str) -> tuple[list[Point], str]:
+def _from_toml(path: Path, text: str) -> tuple[Rows, str]:
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"the profile {path} is not TOML: {error}.") from None
 
     def line_of(key: str) -> str:
-        lines = text.splitlines()
-        return f"{path}:{next((n for n, line in enumerate(lines, 1) if line.split('=')[0].strip() == key), 1)}"
+        lines = enumerate(text.splitlines(), 1)
+        return f"{path}:{next((n for n, line in lines if line.split('=')[0].strip() == key), 1)}"
+
+    def refuse(key: str, message: str) -> UserError:
+        return UserError(f"{line_of(key)}: {message}")
 
     for key in table:
         if key not in ("interpolation", "time_s", "torque_nm", "enable"):
-            raise UserError(f'{line_of(key)}: unknown key "{key}"; known are interpolation, time_s, torque_nm, enable.')
+            raise refuse(key, f'unknown key "{key}"; known are interpolation, time_s, torque_nm, enable.')
     interpolation = table.get("interpolation", "linear")
     if interpolation not in INTERPOLATIONS:
-        raise UserError(f'{line_of("interpolation")}: interpolation must be "linear" or "hold", not "{interpolation}".')
+        raise refuse("interpolation", f'interpolation must be "linear" or "hold", not "{interpolation}".')
     columns = [table.get("time_s"), table.get("torque_nm")]
     for key, column in zip(("time_s", "torque_nm"), columns, strict=True):
         if not isinstance(column, list):
-            raise UserError(f"{line_of(key)}: {key} must be a list of numbers.")
+            raise refuse(key, f"{key} must be a list of numbers.")
     columns.append(table.get("enable", [True] * len(columns[0])))
     if not isinstance(columns[2], list) or not all(isinstance(value, bool) for value in columns[2]):
-        raise UserError(f"{line_of('enable')}: enable must be a list of true and false.")
+        raise refuse("enable", "enable must be a list of true and false.")
     if len({len(column) for column in columns}) != 1:
-        raise UserError(f"{line_of('time_s')}: time_s, torque_nm and enable must have one length.")
-    points: list[Point] = []
-    for time_s, torque_nm, enable in zip(*columns, strict=True):
-        time_s = _number(time_s, line_of("time_s"), "time_s")
-        torque_nm = _number(torque_nm, line_of("torque_nm"), "torque_nm")
-        _append(points, Point(time_s, torque_nm, enable), line_of("time_s"))
-    return _finished(points, path), interpolation
+        raise refuse("time_s", "time_s, torque_nm and enable must have one length.")
+    for key, column in zip(("time_s", "torque_nm"), columns, strict=False):
+        column[:] = [_number(value, line_of(key), key) for value in column]
+    return [(line_of("time_s"), Point(*row)) for row in zip(*columns, strict=True)], interpolation

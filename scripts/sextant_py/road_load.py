@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy.optimize
 
 from .errors import UserError
 from .paths import ROOT
@@ -46,21 +47,6 @@ class RoadLoad:
         return float(np.max(np.abs(self.residual_nm)))
 
 
-def non_negative_least_squares(first: np.ndarray, second: np.ndarray, wanted: np.ndarray) -> tuple[float, float]:
-    """The a, b >= 0 that minimise |a first + b second - wanted|².
-
-    The function is convex, so that the least of the minimum inside and the minima on both edges is the one."""
-
-    def alone(column: np.ndarray) -> float:
-        return max(0.0, float(column @ wanted / (column @ column)))
-
-    inside, *_ = np.linalg.lstsq(np.column_stack([first, second]), wanted, rcond=None)
-    if np.all(inside >= 0.0):
-        return float(inside[0]), float(inside[1])
-    edges = [(alone(first), 0.0), (0.0, alone(second))]
-    return min(edges, key=lambda ab: float(np.sum((ab[0] * first + ab[1] * second - wanted) ** 2)))
-
-
 def steady_states(path: Path = STEADY_STATES) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Torque [N·m], vehicle speed [m/s] and wheel speed [rad/s]."""
     try:
@@ -80,7 +66,8 @@ def fit(path: Path = STEADY_STATES) -> RoadLoad:
     share = radius / MOTORS
     rolling = np.full_like(speed, share * MASS_KG * GRAVITY_M_S2)
     drag = share * 0.5 * AIR_DENSITY_KG_M3 * speed**2
-    coefficient, area = non_negative_least_squares(rolling, drag, torque)
+    (coefficient, area), _ = scipy.optimize.nnls(np.column_stack([rolling, drag]), torque)
+    coefficient, area = float(coefficient), float(area)
     return RoadLoad(radius, coefficient, area, speed, torque, torque - coefficient * rolling - area * drag)
 
 

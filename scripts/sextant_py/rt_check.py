@@ -4,7 +4,7 @@ import argparse
 import re
 import resource
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .errors import UserError, run
@@ -20,10 +20,10 @@ Nothing is changed by this program. The reasons are in docs/realtime.md."""
 class Finding:
     """One point: what was found, and what to do where that is not well."""
 
-    name: str
-    found: str
     verdict: str  # ok, change, or unknown where the machine does not tell
+    found: str
     remedy: str = ""
+    name: str = ""
 
 
 def cpu_list(text: str) -> set[int]:
@@ -80,41 +80,38 @@ class Machine:
         return match is not None and int(match[1], 16) & wanted == wanted
 
 
-def ok(name: str, found: str) -> Finding:
-    return Finding(name, found, "ok")
+def ok(found: str) -> Finding:
+    return Finding("ok", found)
 
 
-def change(name: str, found: str, remedy: str) -> Finding:
-    return Finding(name, found, "change", remedy)
+def change(found: str, remedy: str) -> Finding:
+    return Finding("change", found, remedy)
 
 
-def unknown(name: str, found: str) -> Finding:
-    return Finding(name, found, "unknown")
+def unknown(found: str) -> Finding:
+    return Finding("unknown", found)
 
 
 def check_kernel(machine: Machine, cpu: int | None) -> Finding:
     version = machine.text("proc/version") or ""
     if machine.text("sys/kernel/realtime") == "1" or "PREEMPT_RT" in version:
-        return ok("kernel", "PREEMPT_RT")
+        return ok("PREEMPT_RT")
     model = (
         "PREEMPT_DYNAMIC" if "PREEMPT_DYNAMIC" in version else "PREEMPT" if "PREEMPT" in version else "no preemption"
     )
     return change(
-        "kernel",
-        f"{model}: wake-ups are not bounded",
-        "apt-get install linux-image-rt-amd64, boot it (uname -v says PREEMPT_RT)",
+        f"{model}: wake-ups are not bounded", "apt-get install linux-image-rt-amd64, boot it (uname -v says PREEMPT_RT)"
     )
 
 
 def check_throttling(machine: Machine, cpu: int | None) -> Finding:
     runtime = machine.text("proc/sys/kernel/sched_rt_runtime_us")
     if runtime is None:
-        return unknown("throttling", "sched_rt_runtime_us cannot be read")
+        return unknown("sched_rt_runtime_us cannot be read")
     if int(runtime) < 0:
-        return ok("throttling", "off")
+        return ok("off")
     period = int(machine.text("proc/sys/kernel/sched_rt_period_us") or 1_000_000)
     return change(
-        "throttling",
         f"real-time threads stand still for {(period - int(runtime)) / 1e3:g} ms of each {period / 1e3:g} ms",
         "sysctl kernel.sched_rt_runtime_us=-1",
     )
@@ -124,9 +121,9 @@ def check_isolation(machine: Machine, cpu: int | None) -> Finding:
     cpus = machine.cpus()
     if cpu is not None and cpu not in cpus:
         there = ", ".join(map(str, sorted(cpus)))
-        return change("isolation", f"there is no CPU {cpu}", f"set realtime.cpu to one of {there}")
+        return change(f"there is no CPU {cpu}", f"set realtime.cpu to one of {there}")
     if len(cpus) < 2:
-        return change("isolation", "one CPU for everything", "use a machine with two CPUs or more")
+        return change("one CPU for everything", "use a machine with two CPUs or more")
     wanted = {cpu} if cpu is not None else {max(cpus)}
     number = next(iter(wanted))
     missing = [
@@ -135,10 +132,9 @@ def check_isolation(machine: Machine, cpu: int | None) -> Finding:
         if not wanted <= cpu_list(machine.boot_option(option) or "")
     ]
     if not missing:
-        return ok("isolation", f"CPU {number} runs nothing else")
+        return ok(f"CPU {number} runs nothing else")
     options = " ".join(f"{option}={number}" for option in missing)
     return change(
-        "isolation",
         f"CPU {number} is shared: {', '.join(missing)} do not name it",
         f'add "{options}" to GRUB_CMDLINE_LINUX in /etc/default/grub, update-grub, reboot; realtime.cpu = {number}',
     )
@@ -146,7 +142,7 @@ def check_isolation(machine: Machine, cpu: int | None) -> Finding:
 
 def check_interrupts(machine: Machine, cpu: int | None) -> Finding:
     if cpu is None:
-        return unknown("interrupts", "say --cpu to see which interrupts arrive there")
+        return unknown("say --cpu to see which interrupts arrive there")
     bound = []
     for path in machine.paths("proc/irq/[0-9]*/effective_affinity_list"):
         try:
@@ -155,10 +151,9 @@ def check_interrupts(machine: Machine, cpu: int | None) -> Finding:
         except OSError:
             continue
     if not bound:
-        return ok("interrupts", f"none arrives at CPU {cpu}")
+        return ok(f"none arrives at CPU {cpu}")
     rest = sorted(machine.cpus() - {cpu}) or [0]
     return change(
-        "interrupts",
         f"{len(bound)} arrive at CPU {cpu}: {', '.join(bound[:8])}{' …' if len(bound) > 8 else ''}",
         f"systemctl stop irqbalance; for i in {' '.join(bound)};"
         f" do echo {rest[0]} > /proc/irq/$i/smp_affinity_list; done (those that refuse belong to the CPU)",
@@ -169,10 +164,10 @@ def check_governor(machine: Machine, cpu: int | None) -> Finding:
     pattern = f"sys/devices/system/cpu/cpu{'[0-9]*' if cpu is None else cpu}/cpufreq/scaling_governor"
     governors = {path.read_text().strip() for path in machine.paths(pattern)}
     if not governors:
-        return unknown("frequency", "no cpufreq here (a virtual machine, or the firmware decides)")
+        return unknown("no cpufreq here (a virtual machine, or the firmware decides)")
     if governors == {"performance"}:
-        return ok("frequency", "performance")
-    return change("frequency", f"governor {', '.join(sorted(governors))}", "cpupower frequency-set -g performance")
+        return ok("performance")
+    return change(f"governor {', '.join(sorted(governors))}", "cpupower frequency-set -g performance")
 
 
 def check_idle_states(machine: Machine, cpu: int | None) -> Finding:
@@ -182,11 +177,10 @@ def check_idle_states(machine: Machine, cpu: int | None) -> Finding:
         if latency > 10 and (path / "disable").read_text().strip() == "0":
             deep.append(f"{(path / 'name').read_text().strip()} ({latency} µs)")
     if not machine.paths("sys/devices/system/cpu/cpu0/cpuidle/state[0-9]*"):
-        return unknown("idle states", "no cpuidle here (a virtual machine: the host decides)")
+        return unknown("no cpuidle here (a virtual machine: the host decides)")
     if not deep:
-        return ok("idle states", "none takes more than 10 µs to leave")
+        return ok("none takes more than 10 µs to leave")
     return change(
-        "idle states",
         f"slow to leave: {', '.join(deep)}",
         "cpupower idle-set -D 10, or keep a process that holds /dev/cpu_dma_latency open with the value 0",
     )
@@ -196,28 +190,27 @@ def check_huge_pages(machine: Machine, cpu: int | None) -> Finding:
     path = "sys/kernel/mm/transparent_hugepage/enabled"
     match = re.search(r"\[(\w+)\]", machine.text(path) or "")
     if match is None:
-        return ok("huge pages", "not transparent")
+        return ok("not transparent")
     if match[1] in ("madvise", "never"):
-        return ok("huge pages", match[1])
-    return change("huge pages", f"{match[1]}: the kernel moves memory about", f"echo madvise > /{path}")
+        return ok(match[1])
+    return change(f"{match[1]}: the kernel moves memory about", f"echo madvise > /{path}")
 
 
 def check_swap(machine: Machine, cpu: int | None) -> Finding:
     areas = (machine.text("proc/swaps") or "").splitlines()[1:]
     if not areas:
-        return ok("swap", "none")
-    return change("swap", f"{len(areas)} area(s): what is not locked may be written out", "swapoff -a")
+        return ok("none")
+    return change(f"{len(areas)} area(s): what is not locked may be written out", "swapoff -a")
 
 
 def check_limits(machine: Machine, cpu: int | None) -> Finding:
     if machine.may_everything():
-        return ok("rights", "CAP_SYS_NICE and CAP_IPC_LOCK")
+        return ok("CAP_SYS_NICE and CAP_IPC_LOCK")
     rtprio, memlock = machine.limit("rtprio"), machine.limit("memlock")
     if (rtprio < 0 or rtprio >= 80) and memlock < 0:
-        return ok("rights", "limits rtprio and memlock suffice")
+        return ok("limits rtprio and memlock suffice")
     memory = "unlimited" if memlock < 0 else f"{memlock >> 10} KiB"
     return change(
-        "rights",
         f"limits rtprio {rtprio}, memlock {memory}",
         'add "@realtime - rtprio 99" and "@realtime - memlock unlimited" to /etc/security/limits.d/realtime.conf,'
         " join the group realtime and log in again; or setcap cap_sys_nice,cap_ipc_lock+ep sextant-ecu",
@@ -229,12 +222,11 @@ def check_steal(machine: Machine, cpu: int | None) -> Finding:
     numbers = [int(word) for word in fields[0].split()[1:]] if fields else []
     virtual = " hypervisor" in (machine.text("proc/cpuinfo") or "")
     if len(numbers) < 8:
-        return unknown("hypervisor", "/proc/stat does not tell stolen time")
+        return unknown("/proc/stat does not tell stolen time")
     share = numbers[7] / max(1, sum(numbers[:8]))
     if not virtual and numbers[7] == 0:
-        return ok("hypervisor", "none")
+        return ok("none")
     return change(
-        "hypervisor",
         f"a virtual machine; {100 * share:.2f} % of the time since boot was stolen",
         "use a machine of its own, or ask the host for CPUs that are pinned and not shared",
     )
@@ -244,10 +236,10 @@ def check_clock(machine: Machine, cpu: int | None) -> Finding:
     folder = "sys/devices/system/clocksource/clocksource0"
     source = machine.text(f"{folder}/current_clocksource")
     if source is None:
-        return unknown("clock", "the clock source cannot be read")
+        return unknown("the clock source cannot be read")
     if source in ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page"):
-        return ok("clock", f"{source}: read without a system call")
-    return change("clock", f"{source}: each reading is a system call", f"echo tsc > /{folder}/current_clocksource")
+        return ok(f"{source}: read without a system call")
+    return change(f"{source}: each reading is a system call", f"echo tsc > /{folder}/current_clocksource")
 
 
 def check_siblings(machine: Machine, cpu: int | None) -> Finding:
@@ -255,32 +247,31 @@ def check_siblings(machine: Machine, cpu: int | None) -> Finding:
     siblings = cpu_list(machine.text(f"sys/devices/system/cpu/cpu{number}/topology/thread_siblings_list") or "")
     others = sorted(siblings - {number})
     if not others:
-        return ok("hyper-threads", f"CPU {number} is a core of its own")
+        return ok(f"CPU {number} is a core of its own")
     return change(
-        "hyper-threads",
         f"CPU {number} shares its core with {', '.join(map(str, others))}",
         "; ".join(f"echo 0 > /sys/devices/system/cpu/cpu{other}/online" for other in others),
     )
 
 
-CHECKS: tuple[Callable[[Machine, int | None], Finding], ...] = (
-    check_kernel,
-    check_throttling,
-    check_limits,
-    check_isolation,
-    check_interrupts,
-    check_siblings,
-    check_governor,
-    check_idle_states,
-    check_clock,
-    check_steal,
-    check_swap,
-    check_huge_pages,
-)
+CHECKS: dict[str, Callable[[Machine, int | None], Finding]] = {
+    "kernel": check_kernel,
+    "throttling": check_throttling,
+    "rights": check_limits,
+    "isolation": check_isolation,
+    "interrupts": check_interrupts,
+    "hyper-threads": check_siblings,
+    "frequency": check_governor,
+    "idle states": check_idle_states,
+    "clock": check_clock,
+    "hypervisor": check_steal,
+    "swap": check_swap,
+    "huge pages": check_huge_pages,
+}
 
 
 def inspect(machine: Machine, cpu: int | None) -> list[Finding]:
-    return [check(machine, cpu) for check in CHECKS]
+    return [replace(check(machine, cpu), name=name) for name, check in CHECKS.items()]
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:

@@ -4,7 +4,6 @@ Usage: stalled_host COMMAND [ARGUMENTS...]. Exit status: the command's own, or 1
 """
 
 import ctypes
-import os
 import random
 import signal
 import subprocess
@@ -12,67 +11,40 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
+
 from .errors import UserError, run
 
 STOP_S = 0.3
 APART_S = (2.0, 4.0)  # from one stop's end to the next
 SEED = 9
-STANDING = {"T", "t", "Z", "X"}  # stopped by somebody else, traced, or gone
+STANDING = (psutil.STATUS_STOPPED, psutil.STATUS_TRACING_STOP, psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 PR_SET_CHILD_SUBREAPER = 36
 
 
-def processes() -> dict[int, tuple[int, str, int]]:
-    """Of every process: its parent, its state, and who traces it (0: nobody)."""
-    found = {}
-    for folder in Path("/proc").iterdir():
-        if not folder.name.isdigit():
-            continue
-        try:
-            lines = (folder / "status").read_text(encoding="utf-8", errors="replace").splitlines()
-        except OSError:
-            continue  # it has ended
-        fields = dict(line.split(":\t", 1) for line in lines if ":\t" in line)
-        found[int(folder.name)] = (int(fields["PPid"]), fields["State"][0], int(fields["TracerPid"]))
-    return found
-
-
-def below(root: int, table: dict[int, tuple[int, str, int]]) -> set[int]:
-    """The processes below one, however far."""
-    children: dict[int, list[int]] = {}
-    for process_id, (parent, _, _) in table.items():
-        children.setdefault(parent, []).append(process_id)
-    found: set[int] = set()
-    left = [root]
-    while left:
-        new = children.get(left.pop(), [])
-        found.update(new)
-        left += new
-    return found
-
-
-def stop_all(root: int) -> list[int]:
-    """Stops every process below one that runs, those born meanwhile too; which they were.
-
-    One that stands still already is somebody else's to wake. One that is traced stands still with its tracer, which may
-    not know what to make of a signal that is not its own (User Mode Linux does not).
+def runs(process: psutil.Process) -> bool:
+    """Whether it is ours to stop. One that stands still already is somebody else's to wake. One that is traced stands
+    still with its tracer, which may not know what to make of a signal that is not its own (User Mode Linux does not).
     """
-    stopped: list[int] = []
-    while True:
-        table = processes()
-        running = [
-            process_id
-            for process_id in below(root, table)
-            if table[process_id][1] not in STANDING and table[process_id][2] == 0 and process_id not in stopped
-        ]
-        if not running:
-            return stopped
-        stopped += [process_id for process_id in running if send(process_id, signal.SIGSTOP)]
-
-
-def send(process_id: int, which: signal.Signals) -> bool:
     try:
-        os.kill(process_id, which)
-    except (ProcessLookupError, PermissionError):
+        status = Path(f"/proc/{process.pid}/status").read_text(encoding="utf-8", errors="replace")
+        return process.status() not in STANDING and "\nTracerPid:\t0\n" in status
+    except (psutil.Error, OSError):
+        return False  # it has ended
+
+
+def stop_all() -> list[psutil.Process]:
+    """Stops every process below this one that runs, those born meanwhile too; which they were."""
+    stopped: list[psutil.Process] = []
+    while running := [p for p in psutil.Process().children(recursive=True) if p not in stopped and runs(p)]:
+        stopped += [process for process in running if done(process.suspend)]
+    return stopped
+
+
+def done(action: Callable[[], None]) -> bool:
+    try:
+        action()
+    except psutil.Error:
         return False
     return True
 
@@ -92,13 +64,13 @@ def disturb(command: subprocess.Popen) -> int:
     pauses = random.Random(SEED)
     count = 0
     while sleep_unless(lambda: command.poll() is not None, pauses.uniform(*APART_S)):
-        stopped: list[int] = []
+        stopped: list[psutil.Process] = []
         try:
-            stopped = stop_all(os.getpid())
+            stopped = stop_all()
             time.sleep(STOP_S)
         finally:
-            for process_id in reversed(stopped):
-                send(process_id, signal.SIGCONT)
+            for process in reversed(stopped):
+                done(process.resume)
         count += 1
     return count
 

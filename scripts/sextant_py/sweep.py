@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from . import mil_program, sweep_file, sweep_program
 from .errors import run
-from .paths import ROOT
+from .paths import OUT
 from .sweep_file import Sweep, toml_value
 from .sweep_point import EXPECT_FAILED, FAILED, OK, Job
 from .sweep_store import SweepStore
@@ -161,7 +161,7 @@ def write_results(
 def perform(sweep: Sweep, options: argparse.Namespace) -> int:
     program = mil_program.find(options.mil)
     scenario = sweep_program.examine(program, sweep)
-    directory = options.out or ROOT / "out" / "sweeps" / sweep.name
+    directory = options.out or OUT / "sweeps" / sweep.name
     configuration = sweep_program.contents(scenario, sweep)
     store = SweepStore(directory, sweep, configuration, sweep_program.fingerprint(program))
     total = len(sweep.points)

@@ -89,6 +89,12 @@ def line_of(text: str, key: str) -> int | None:
     return nearest
 
 
+def refusal(file: Path, text: str, key: str, message: str, name: str | None = None) -> UserError:
+    """A sentence about a key of the file, with its line; name: the key as people know it."""
+    line = line_of(text, key)
+    return UserError(f"{file}:{f'{line}:' if line else ''} {name or key}: {message}")
+
+
 class _Reader:
     """Looks values up and refuses them with file, line and key."""
 
@@ -96,8 +102,7 @@ class _Reader:
         self.file, self.text = file, text
 
     def refuse(self, key: str, message: str) -> UserError:
-        line = line_of(self.text, key)
-        return UserError(f"{self.file}:{f'{line}:' if line else ''} {key}: {message}")
+        return refusal(self.file, self.text, key, message)
 
     def known(self, table: Settings, prefix: str, names: set[str]) -> None:
         for name in table:
@@ -190,26 +195,39 @@ def _between(low: float, high: float, log: bool, share: float) -> float:
     return low + share * (high - low)
 
 
+def _axes(read: _Reader, table: Settings, where: str, keys: set[str]) -> dict[str, list | tuple]:
+    """Of each key its choices; or from, to, whether the scale is logarithmic, and the count where there is one."""
+    found: dict[str, list | tuple] = {}
+    for path, spec in read.leaves(table, where).items():
+        name = path.removeprefix(f"{where}.")
+        if isinstance(spec, dict):
+            read.known(spec, f"{path}.", keys)
+            found[name] = read.span(spec, path)
+            if "count" in keys:
+                found[name] += (read.count(spec.get("count"), path, '"count"', 2),)
+        elif isinstance(spec, list):
+            found[name] = read.choices(spec, path)
+        else:
+            known = ", ".join(key for key in ("from", "to", "count", "scale") if key in keys)
+            raise read.refuse(path, f"expected a list of values or {{ {known} }}, got {shown(spec)}.")
+    return found
+
+
+def _log_keys(axes: dict[str, list | tuple]) -> set[str]:
+    return {name for name, axis in axes.items() if isinstance(axis, tuple) and axis[2]}
+
+
 def _grid(read: _Reader, table: Settings) -> tuple[list[str], list[Settings], set[str]]:
     """Every combination; the first key changes slowest."""
-    axes: dict[str, list[Any]] = {}
-    log_keys = set()
-    for path, spec in read.leaves(table, "grid").items():
-        name = path.removeprefix("grid.")
-        if isinstance(spec, dict):
-            read.known(spec, f"{path}.", RANGE_KEYS)
-            low, high, log = read.span(spec, path)
-            count = read.count(spec.get("count"), path, '"count"', 2)
-            axes[name] = [_between(low, high, log, k / (count - 1)) for k in range(count)]
-            log_keys |= {name} if log else set()
-        elif isinstance(spec, list):
-            axes[name] = read.choices(spec, path)
-        else:
-            raise read.refuse(path, f"expected a list of values or {{ from, to, count, scale }}, got {shown(spec)}.")
-    if math.prod(map(len, axes.values())) > MAX_POINTS:
+    axes = _axes(read, table, "grid", RANGE_KEYS)
+    values = {
+        name: axis if isinstance(axis, list) else [_between(*axis[:3], k / (axis[3] - 1)) for k in range(axis[3])]
+        for name, axis in axes.items()
+    }
+    if math.prod(map(len, values.values())) > MAX_POINTS:
         raise read.refuse("grid", f"more than {MAX_POINTS} points.")
-    combinations = itertools.product(*axes.values())
-    return list(axes), [dict(zip(axes, values, strict=True)) for values in combinations], log_keys
+    points = [dict(zip(values, one, strict=True)) for one in itertools.product(*values.values())]
+    return list(values), points, _log_keys(axes)
 
 
 def _sample(read: _Reader, table: Settings) -> tuple[list[str], list[Settings], set[str], int]:
@@ -219,30 +237,16 @@ def _sample(read: _Reader, table: Settings) -> tuple[list[str], list[Settings], 
     if "seed" not in table:
         raise read.refuse("random", '"seed" is missing; the same seed gives the same points.')
     seed = read.count(table["seed"], "random.seed", "a seed", 0)
-    draws: dict[str, Any] = {}
-    log_keys = set()
-    for path, spec in read.leaves(read.table(table, "random.ranges"), "random.ranges").items():
-        name = path.removeprefix("random.ranges.")
-        if isinstance(spec, dict):
-            read.known(spec, f"{path}.", RANGE_KEYS - {"count"})
-            draws[name] = read.span(spec, path)
-            log_keys |= {name} if draws[name][2] else set()
-        elif isinstance(spec, list):
-            draws[name] = read.choices(spec, path)
-        else:
-            raise read.refuse(path, f"expected {{ from, to, scale }} or a list of values, got {shown(spec)}.")
+    draws = _axes(read, read.table(table, "random.ranges"), "random.ranges", RANGE_KEYS - {"count"})
     # random() is the one generator of Python whose sequence is promised to stay.
     generator = random.Random(seed)
-    points = []
-    for _ in range(samples):
-        shares = {name: generator.random() for name in draws}
-        points.append(
-            {
-                name: draw[int(shares[name] * len(draw))] if isinstance(draw, list) else _between(*draw, shares[name])
-                for name, draw in draws.items()
-            }
-        )
-    return list(draws), points, log_keys, seed
+
+    def drawn(draw: list | tuple) -> Any:
+        share = generator.random()
+        return draw[int(share * len(draw))] if isinstance(draw, list) else _between(*draw, share)
+
+    points = [{name: drawn(draw) for name, draw in draws.items()} for _ in range(samples)]
+    return list(draws), points, _log_keys(draws), seed
 
 
 def _fixed(read: _Reader, tree: Settings, varied: list[str], where: str) -> Settings:
@@ -320,12 +324,10 @@ def load(file: Path) -> Sweep:
 
 
 def refuse_key(sweep: Sweep, key: str, message: str) -> UserError:
-    """A sentence about a key of the scenario that the sweep sets or varies, with its line."""
+    """About a key of the scenario that the sweep sets or varies."""
     table = "set" if key in sweep.fixed else "grid" if sweep.seed is None else "random.ranges"
-    line = line_of(sweep.file.read_text(encoding="utf-8"), f"{table}.{key}")
-    return UserError(f"{sweep.file}:{f'{line}:' if line else ''} {key}: {message}")
+    return refusal(sweep.file, sweep.file.read_text(encoding="utf-8"), f"{table}.{key}", message, key)
 
 
 def refuse_plot(sweep: Sweep, message: str) -> UserError:
-    line = line_of(sweep.file.read_text(encoding="utf-8"), "plot.metrics")
-    return UserError(f"{sweep.file}:{line}: plot.metrics: {message}")
+    return refusal(sweep.file, sweep.file.read_text(encoding="utf-8"), "plot.metrics", message)

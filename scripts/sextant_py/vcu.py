@@ -139,16 +139,9 @@ class Commander:
         return self._next_ns
 
     def send(self, torque_nm: float, enable: bool, fault_reset: bool = False) -> None:
-        frame = self._contract.encode(
-            COMMAND,
-            {
-                "TorqueRequest": torque_nm,
-                "TorqueLimit": self._torque_limit_nm,
-                "Enable": int(enable),
-                "FaultReset": int(fault_reset),
-            },
-            self._counter,
-        )
+        signals = {"TorqueRequest": torque_nm, "TorqueLimit": self._torque_limit_nm}
+        signals |= {"Enable": int(enable), "FaultReset": int(fault_reset)}
+        frame = self._contract.encode(COMMAND, signals, self._counter)
         try:
             self._bus.send(frame)
         except (can.CanError, OSError):
@@ -238,12 +231,7 @@ def compare(tracking: Tracking, reports: Reports, time_s: float, torque_nm: floa
 
 
 def play(
-    commander: Commander,
-    reports: Reports,
-    torque: profile.Profile,
-    progress: Progress,
-    tracking: Tracking,
-    watch: bool,
+    commander: Commander, reports: Reports, torque: profile.Profile, progress: Progress, tracking: Tracking, watch: bool
 ) -> tuple[int, str | None]:
     """Plays the profile. Returns when it began [ns] and, where it had to end early, why."""
     start_ns = commander.wait()

@@ -9,14 +9,14 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from . import errors
+from . import errors, page
 from .figure_style import STYLE
 from .paths import ROOT
 
 DATA = ROOT / "docs" / "work_precision.json"
 PICTURE = ROOT / "docs" / "images" / "work_precision.png"
 PAGE = ROOT / "docs" / "performance_plant.md"
-BEGIN, END = "<!-- table: scripts/work_precision -->", "<!-- end of the table -->"
+MARK = "table: scripts/work_precision"
 CONTRACT_NM = 1e-6
 SERIES = {
     "fixed": ("fixed", "#1b4f9c", "o"),
@@ -75,34 +75,18 @@ def draw(data: dict, file: Path) -> None:
     plt.close(figure)
 
 
-def table(data: dict) -> list[str]:
+def table(data: dict) -> str:
     """The integrators as they come, without any setting."""
-    rows = [
-        "| `plant.integrator` | torque error [N·m] | at constant speed [N·m] | times real time "
-        "| a period: median, 99.9 %, worst [µs] |",
-        "|---|---|---|---|---|",
-    ]
+    head = ("`plant.integrator`", "torque error [N·m]", "at constant speed [N·m]", "times real time")
     held = {p["integrator"]: p for p in data["constant_speed"]["points"] if p["default"]}
+    rows = []
     for point in data["free_shaft"]["points"]:
-        if not point["default"]:
-            continue
-        period = point["period_us"]
-        rows.append(
-            f"| `{point['integrator']}` | {point['torque_error_nm']:.1e} | "
-            f"{held[point['integrator']]['torque_error_nm']:.1e} | {1 / point['cpu_s_per_simulated_s']:.0f} | "
-            f"{period['median']:.2f}, {period['p99_9']:.2f}, {period['max_of_least_of_9']:.2f} |"
-        )
-    return rows
-
-
-def renew(page: Path, rows: list[str]) -> None:
-    """Puts the rows between the two marks of the page."""
-    text = page.read_text(encoding="utf-8")
-    if text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise errors.UserError(f"{page} must hold the marks {BEGIN} and {END} once each.")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    page.write_text(f"{before}{BEGIN}\n" + "\n".join(rows) + f"\n{END}{after}", encoding="utf-8")
+        if point["default"]:
+            name, period = point["integrator"], point["period_us"]
+            errors_nm = (f"{one['torque_error_nm']:.1e}" for one in (point, held[name]))
+            times = (f"{period[key]:.2f}" for key in ("median", "p99_9", "max_of_least_of_9"))
+            rows.append((f"`{name}`", *errors_nm, f"{1 / point['cpu_s_per_simulated_s']:.0f}", ", ".join(times)))
+    return page.table((*head, "a period: median, 99.9 %, worst [µs]"), rows)
 
 
 def rounded(value: object) -> object:
@@ -127,8 +111,8 @@ def main(arguments: list[str]) -> int:
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     draw(data, PICTURE)
     rows = table(data)
-    renew(PAGE, rows)
-    print("\n".join(rows))
+    PAGE.write_text(page.put(PAGE.read_text(encoding="utf-8"), MARK, rows), encoding="utf-8")
+    print(rows)
     print(f"\nwritten: {PICTURE.relative_to(ROOT)}, {DATA.relative_to(ROOT)}, {PAGE.relative_to(ROOT)}")
     return 0
 

@@ -1,4 +1,4 @@
-"""What judges the drive on a microcontroller: comparison of golden runs, images, cycles and figures."""
+"""What judges the drive on a microcontroller: comparison of golden runs, images and figures."""
 
 import json
 from pathlib import Path
@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sextant_py import cortex_page
-from sextant_py.cortex_cycles import REFILL, Instruction, cycles, cycles_of_calls
-from sextant_py.cortex_m import bounded, growth, lines_through, lost_bits
+from sextant_py.cortex_m import bounded, growth, lost_bits
 from sextant_py.errors import UserError
 from sextant_py.firmware_image import FORBIDDEN
 from sextant_py.golden import COST, OUTPUT, TOLERANCES, compare, load_costs, load_outputs
@@ -99,65 +98,6 @@ def test_what_must_not_be_in_an_image() -> None:
     assert [name for name in allowed.split() if FORBIDDEN.match(name)] == []
 
 
-@pytest.mark.parametrize(
-    ("mnemonic", "operands", "expected"),
-    [
-        ("add.w", "r3, ip, #104", 1),
-        ("ldr.w", "r0, [r1, #4]", 2),
-        ("ldrd", "r0, r1, [r2]", 3),
-        ("push", "{r4, r5, r6, lr}", 5),
-        ("ldmia.w", "r3!, {r0, r1, r2}", 4),
-        ("stmia.w", "r3!, {r4-r7, lr}", 6),
-        ("vpush", "{d8-d9}", 5),
-        ("vldmia", "r3!, {s0-s3}", 5),
-        ("vldr", "s0, [r0]", 2),
-        ("vfma.f32", "s0, s1, s2", 3),
-        ("vmul.f32", "s0, s1, s2", 1),
-        ("vdiv.f32", "s0, s1, s2", 14),
-        ("vsqrt.f32", "s0, s1", 14),
-        ("vmov", "s0, s1, r0, r1", 2),
-        ("vmov.f32", "s0, s1", 1),
-        ("sdiv", "r0, r1, r2", 12),
-    ],
-)
-def test_cycles_are_those_of_arms_table(mnemonic: str, operands: str, expected: int) -> None:
-    assert cycles(mnemonic, operands) == expected
-
-
-def test_calls_are_cut_out_of_a_trace() -> None:
-    # 0: bl 16 (4 bytes); 4: what follows. 16: one cycle; 18: a load; 20: branch to 24; 24: return.
-    program = {0: Instruction(1, 4), 4: Instruction(1, 2), 16: Instruction(1, 2), 18: Instruction(2, 2)}
-    program |= {20: Instruction(1, 2), 24: Instruction(1, 2)}
-    path = (0, 16, 18, 20, 24, 4, 0, 16, 18, 20, 24, 4)
-    trace = [b"Trace 0: 0x7f00 [00800408/%08x/00000110/ff000201] f\n" % address for address in path]
-    assert cycles_of_calls([b"noise\n", *trace], program, 16) == [(4, 5 + 2 * REFILL)] * 2
-
-
-def test_the_lines_of_a_trace_end_with_the_program(tmp_path: Path) -> None:
-    pipe = tmp_path / "trace.fifo"
-    with lines_through(pipe, ["sh", "-c", "seq 100000 > trace.fifo"], 20.0) as lines:
-        assert sum(1 for _ in lines) == 100_000
-    with lines_through(pipe, ["true"], 20.0) as lines:  # it ends without having opened the pipe
-        assert list(lines) == []
-    assert not pipe.exists()
-
-
-@pytest.mark.parametrize(
-    ("command", "limit_s", "sentence"),
-    [
-        (["false"], 60.0, "false fails with status 1"),
-        (["sleep", "60"], 0.2, "does not come to its end within 0.2 s"),
-        (["sh", "-c", "echo 1 > trace.fifo; exec sleep 60"], 0.2, "does not come to its end within 0.2 s"),
-        (["/no/such/emulator"], 60.0, "cannot be run"),
-    ],
-)
-def test_an_emulator_that_fails_or_hangs_is_ended(
-    tmp_path: Path, command: list[str], limit_s: float, sentence: str
-) -> None:
-    with pytest.raises(UserError, match=sentence), lines_through(tmp_path / "trace.fifo", command, limit_s) as lines:
-        list(lines)
-
-
 def test_growth_and_shrinking_beyond_two_percent_are_told() -> None:
     committed = cortex_page.load()
     assert growth(committed, committed) == ([], [])
@@ -170,6 +110,18 @@ def test_growth_and_shrinking_beyond_two_percent_are_told() -> None:
     now["runs"].pop("immediate")
     assert "other figures" in growth(now, committed)[0][0]
     assert len(bounded(committed)) > 20
+
+
+@pytest.mark.parametrize("key", bounded(cortex_page.load()))
+def test_a_growth_of_each_figure_is_told(key: str) -> None:
+    committed = cortex_page.load()
+    now = json.loads(json.dumps(committed))
+    where = now["firmware_bytes"]
+    *path, last = key.split()
+    if path:
+        where = now["runs"][path[0]]["instructions"][path[1]]
+    where[last] *= 1.03
+    assert [text.split(":")[0] for text in growth(now, committed)[0]] == [key]
 
 
 def test_a_lost_bit_is_told() -> None:

@@ -1,4 +1,4 @@
-"""scripts/check_instructions: what is found, what is not judged, and how it is said."""
+"""scripts/check_instructions: what is found, what is not tested, and how it is said."""
 
 import json
 from pathlib import Path
@@ -62,7 +62,7 @@ def test_another_compiler_is_not_judged_and_says_so(
     counted(monkeypatch, 2000.0)
     monkeypatch.setattr(instructions, "environment", lambda _: HERE | {"compiler": "g++ 13"})
     assert instructions.check(Path("probe"), baseline) == 0
-    assert "!!! NOT JUDGED" in (printed := capsys.readouterr().out)
+    assert "!!! NOT TESTED" in (printed := capsys.readouterr().out)
     assert "compiler: g++ 12 there, g++ 13 here" in printed
 
 

@@ -194,9 +194,8 @@ def lab(tmp_path: Path):
     program = tmp_path / "sextant-mil"
     program.write_text(FAKE.format(python=sys.executable, log=str(tmp_path / "log")))
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
-    lab = Lab(program, tmp_path / "work", 3)
-    yield lab
-    lab.close()
+    with Lab(program, 3) as lab:
+        yield lab
 
 
 def test_what_has_run_once_is_not_run_again(lab: Lab, tmp_path: Path) -> None:

@@ -30,20 +30,6 @@ def test_the_residual_is_the_table_minus_the_road() -> None:
     assert load.residual_nm.size == 10
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_non_negative_least_squares_is_the_least_of_a_grid(seed: int) -> None:
-    print("seed", seed)
-    random = np.random.default_rng(seed)
-    first, second = random.uniform(0.1, 1.0, (2, 12))
-    wanted = random.uniform(-1, 1.5) * first + random.uniform(-1, 1.5) * second + random.normal(0, 0.1, 12)
-    a, b = road_load.non_negative_least_squares(first, second, wanted)
-    assert a >= 0 and b >= 0
-    best = np.sum((a * first + b * second - wanted) ** 2)
-    grid_a, grid_b = np.meshgrid(np.linspace(0, 3, 301), np.linspace(0, 3, 301))
-    errors = grid_a[..., None] * first + grid_b[..., None] * second - wanted
-    assert best <= np.min(np.sum(errors**2, axis=-1)) + 1e-12
-
-
 def test_a_known_vehicle_is_found_again(tmp_path) -> None:
     speed = np.array([10.0, 20.0, 40.0, 60.0])
     radius, rolling, area = 0.3, 0.012, 0.7

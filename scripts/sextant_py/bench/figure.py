@@ -1,13 +1,13 @@
-"""A measured figure, its target and its verdict."""
+"""A figure, its target and its verdict."""
 
 import math
 import sys
 import traceback
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from sextant_py.errors import UserError
 
-OK, MISSED, PUBLISHED, NOT_JUDGED = "ok", "MISSED", "published", "NOT JUDGED"
+MET, MISSED, NOT_MEASURED, PUBLISHED = "met", "missed", "not measured", "published"
 
 
 class NotMeasurableError(UserError):
@@ -16,63 +16,48 @@ class NotMeasurableError(UserError):
 
 @dataclass(frozen=True)
 class Figure:
-    """What was measured. With neither limit it is published and not judged."""
+    """A row of a stage's table, and with a value what was measured. Without a limit it has no target."""
 
     measure: str
-    value: float | None  # None: it could not be measured; `note` says why
     unit: str = ""
     at_most: float | None = None
     at_least: float | None = None
-    command: str = ""
+    value: float | None = None  # None: not measured; NaN: it failed; `note` says why
     note: str = ""  # what the reader has to know beside the number, a few words
-    text: str = ""  # the figure as printed, where a number alone would say too little
-    wanted: str = ""  # the target in words, where its number alone would say too little
-    broken: bool = False  # there is no value because something failed; that is a miss
-    accepted_at_most: float | None = None  # a miss that is known, up to here
-    accepted_because: str = ""
 
     @property
     def verdict(self) -> str:
         if self.value is None:
-            return MISSED if self.broken else NOT_JUDGED
-        if self.at_most is None and self.at_least is None:
+            return NOT_MEASURED
+        if self.at_most is None and self.at_least is None and not math.isnan(self.value):
             return PUBLISHED
         # Written so that a NaN misses.
-        low = self.at_least is None or self.value >= self.at_least
-        high = self.at_most is None or self.value <= self.at_most
-        return OK if low and high else MISSED
-
-    @property
-    def is_accepted_miss(self) -> bool:
-        """Whether it misses its target no further than is known and accepted."""
-        if self.verdict != MISSED or self.value is None or self.accepted_at_most is None:
-            return False
-        return self.value <= self.accepted_at_most and (self.at_least is None or self.value >= self.at_least)
-
-    @property
-    def acceptance(self) -> str:
-        """In words; empty where no miss is accepted."""
-        if self.verdict != MISSED or self.accepted_at_most is None:
-            return ""
-        limit = f"{number(self.accepted_at_most)} {self.unit}".strip()
-        if self.is_accepted_miss:
-            return f"accepted up to {limit}: {self.accepted_because}"
-        return f"beyond what is accepted, {limit}"
+        low = self.value >= (-math.inf if self.at_least is None else self.at_least)
+        high = self.value <= (math.inf if self.at_most is None else self.at_most)
+        return MET if low and high else MISSED
 
     @property
     def target(self) -> str:
-        if self.wanted:
-            return self.wanted
         limits = (("≥", self.at_least), ("≤", self.at_most))
-        return " and ".join(
-            f"{sign} {number(limit)} {self.unit}".strip() for sign, limit in limits if limit is not None
-        )
+        return " and ".join(f"{sign} {self.text(limit)}" for sign, limit in limits if limit is not None)
 
     @property
     def shown(self) -> str:
-        if self.text:
-            return self.text
-        return "–" if self.value is None else f"{number(self.value)} {self.unit}".strip()
+        return "–" if self.value is None or math.isnan(self.value) else self.text(self.value)
+
+    def text(self, value: float) -> str:
+        return f"{number(value)} {self.unit}".strip()
+
+    def of(self, value: float, note: str = "") -> "Figure":
+        return replace(self, value=value, note=note)
+
+    def failed(self, error: Exception | str) -> "Figure":
+        """Not measured where it cannot be had here; anything else that went wrong is a miss."""
+        note = str(error)
+        if not isinstance(error, UserError | str):  # one that nobody expected
+            traceback.print_exception(error, file=sys.stderr)
+            note = " ".join(f"{type(error).__name__}: {error}".split())
+        return replace(self, value=None if isinstance(error, NotMeasurableError) else math.nan, note=note)
 
     def to_json(self) -> dict:
         return asdict(self) | {"verdict": self.verdict}
@@ -94,23 +79,5 @@ def number(value: float) -> str:
     return f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
 
 
-def unmeasured(measure: str, why: str, **options) -> Figure:
-    return Figure(measure, None, **(options | {"note": why}))
-
-
-def failed(measure: str, error: Exception | str, **options) -> Figure:
-    """A figure that is missing because something failed. It misses, unless it cannot be had here."""
-    return unmeasured(measure, sentence(error), **options, broken=not isinstance(error, NotMeasurableError))
-
-
-def sentence(error: Exception | str) -> str:
-    """What went wrong, in a line. An error that nobody expected is named by its kind."""
-    if isinstance(error, UserError | str):
-        return str(error)
-    return " ".join(f"{type(error).__name__}: {error}".split())
-
-
-def report_unexpected(error: Exception) -> None:
-    """Where an error came from, for whoever mends it; a UserError says all by itself."""
-    if not isinstance(error, UserError):
-        traceback.print_exception(error, file=sys.stderr)
+def spread(values: list[float]) -> str:
+    return f"{min(values):.3g} to {max(values):.3g} in {len(values)} rounds"

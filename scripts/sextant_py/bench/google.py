@@ -3,13 +3,18 @@
 import re
 import statistics
 
-from .figure import Figure, failed
+from sextant_py.errors import UserError
+
+from .figure import Figure
 
 NS = {"ns": 1.0, "us": 1e3, "ms": 1e6, "s": 1e9}
-FIXED_KEYS = {
-    "family_index", "per_family_instance_index", "repetitions", "repetition_index", "threads", "iterations",
-    "real_time", "cpu_time",
-}  # fmt: skip
+Row = tuple[Figure, str, str, str]
+PICK = {"median": statistics.median, "least": min, "most": max}
+
+
+def row(name: str, counter: str, measure: str, unit: str, pick: str = "median", **more: object) -> Row:
+    """A row of a stage's table: benchmark and counter, the figure with its target, which of the repetitions counts."""
+    return Figure(measure, unit, **more), name, counter, pick
 
 
 class GoogleResult:
@@ -28,7 +33,7 @@ class GoogleResult:
                 continue
             counters = self.counters.setdefault(name, {})
             for key, value in run.items():
-                if isinstance(value, int | float) and not isinstance(value, bool) and key not in FIXED_KEYS:
+                if isinstance(value, int | float):
                     counters.setdefault(key, []).append(float(value))
             # Of one item where an iteration is several.
             items = run.get("items_per_second")
@@ -37,18 +42,14 @@ class GoogleResult:
     def names(self, pattern: str) -> list[str]:
         return [name for name in self.counters if re.search(pattern, name)]
 
-    def has(self, name: str, counter: str) -> bool:
-        return name not in self.errors and counter in self.counters.get(name, {})
+    def value(self, name: str, counter: str, pick: str = "median") -> float:
+        """Over the repetitions. UserError: the benchmark reported an error, or is gone."""
+        if name in self.errors or counter not in self.counters.get(name, {}):
+            raise UserError(self.errors.get(name, f"the program has no benchmark {name} with a counter {counter}"))
+        return PICK[pick](self.counters[name][counter])
 
-    def median(self, name: str, counter: str) -> float:
-        return statistics.median(self.counters[name][counter])
-
-    def figure(self, measure: str, name: str, counter: str, pick: str = "median", **options) -> Figure:
-        """The counter of a benchmark, by its median, least or most over the repetitions.
-
-        An error that the benchmark reported is a miss, and so is a benchmark that is gone."""
-        if not self.has(name, counter):
-            why = self.errors.get(name, f"the program has no benchmark {name} with a counter {counter}")
-            return failed(measure, why, **options)
-        pickers = {"median": statistics.median, "least": min, "most": max}
-        return Figure(measure, pickers[pick](self.counters[name][counter]), **options)
+    def figure(self, row: Figure, name: str, counter: str, pick: str = "median") -> Figure:
+        try:
+            return row.of(self.value(name, counter, pick), row.note)
+        except UserError as error:
+            return row.failed(error)

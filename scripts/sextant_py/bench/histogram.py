@@ -56,7 +56,5 @@ class Histogram:
         return durations, parts
 
     def summary(self) -> dict[str, float]:
-        return {"count": self.count} | {
-            **{f"p{percent:g}_us": self.percentile_ns(percent) * 1e-3 for percent in PERCENTS},
-            "max_us": self.max_ns * 1e-3,
-        }
+        percentiles = {f"p{percent:g}_us": self.percentile_ns(percent) * 1e-3 for percent in PERCENTS}
+        return {"count": self.count, **percentiles, "max_us": self.max_ns * 1e-3}

@@ -19,17 +19,12 @@ NO_KERNEL = 125  # exit status of scripts/with_vcan
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of the benchmark. `run` returns its figures; an exception from it fails the stage and not the others, a
-    NotMeasurableError leaves the stage unjudged."""
+    """A part of the benchmark. An exception from `run` fails the stage and not the others."""
 
     name: str  # as in --only
     title: str  # for people
     seconds: float  # it takes about so long on two processors; four times as long and a minute, and it is ended
     run: Callable[["Lab"], list[Figure]]
-
-    @property
-    def command(self) -> str:
-        return f"scripts/bench --only {self.name}"
 
 
 @dataclass
@@ -40,9 +35,12 @@ class Lab:
     audit: Path = ROOT / "build" / "release" / "tests" / "audit" / "sextant_control_thread_audit"
     out: Path = ROOT / "out" / "bench"
     deadline: float = field(default_factory=lambda: time.monotonic() + 3600.0)
+    distributions: dict[str, dict[str, float]] = field(default_factory=dict)  # summaries that the page shows
 
     def begin(self, stage: Stage) -> None:
         self.deadline = time.monotonic() + 4.0 * stage.seconds + 60.0
+        self.distributions = {}
+        self.out.mkdir(parents=True, exist_ok=True)
 
     def run(self, *command: str | Path, accept: tuple[int, ...] = (0,)) -> str:
         """What the command writes to its standard output. accept: the exit statuses that are no failure.
@@ -72,13 +70,9 @@ class Lab:
         file = self.out / f"{program}.json"
         file.unlink(missing_ok=True)
         self.run(
-            self.programs / program,
-            f"--benchmark_filter={pattern}",
-            f"--benchmark_repetitions={repetitions}",
-            f"--benchmark_min_time={min_time}",
-            "--benchmark_enable_random_interleaving=true",
-            f"--benchmark_out={file}",
-            "--benchmark_out_format=json",
+            *(self.programs / program, f"--benchmark_filter={pattern}", f"--benchmark_repetitions={repetitions}"),
+            *(f"--benchmark_min_time={min_time}", "--benchmark_enable_random_interleaving=true"),
+            *(f"--benchmark_out={file}", "--benchmark_out_format=json"),
         )
         text = file.read_text(encoding="utf-8") if file.exists() else ""
         return GoogleResult(json.loads(text) if text else {"benchmarks": []})  # it writes nothing where nothing matches

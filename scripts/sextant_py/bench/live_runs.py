@@ -5,12 +5,10 @@ import json
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from sextant_py.errors import UserError
@@ -21,13 +19,15 @@ from .histogram import Histogram
 from .lab import Lab
 
 PROGRAMS = ROOT / "build" / "release" / "apps"
-HARD = ROOT / "configs" / "ecu_hard.toml"
-PROFILE = ROOT / "configs" / "profiles" / "demo.csv"
+CONFIGS = ROOT / "configs"
+HARD = CONFIGS / "ecu_hard.toml"
+PROFILE = CONFIGS / "profiles" / "demo.csv"
 BUS = "udp_multicast:239.74.163.2:43177"
 PRIORITY = 80
 RECEIVE_PRIORITY = PRIORITY - 10  # of the drive's receive thread
 # What cyclictest says where it may not do what ours may not either.
 REFUSED = re.compile(r"scheduling policy|mlockall|permission|permitted|privileges", re.IGNORECASE)
+Command = list[str | Path]
 
 
 def measured_cpu() -> int:
@@ -54,12 +54,8 @@ def require_real_time() -> None:
         raise NotMeasurableError(refusal)
 
 
-def environment() -> dict[str, str]:
-    return {
-        **os.environ,
-        "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8"),
-        "PYTHONPATH": str(ROOT / "scripts"),
-    }
+def own_environment() -> dict[str, str]:
+    return {"CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8"), "PYTHONPATH": str(ROOT / "scripts")}
 
 
 def settings(**values: object) -> list[str]:
@@ -67,13 +63,10 @@ def settings(**values: object) -> list[str]:
     return [word for key, value in values.items() for word in ("--set", f"{key.replace('__', '.')}={value}")]
 
 
-def ecu_command(timing: Path, seconds: float, bus: str, **values: object) -> list[str]:
-    return [
-        str(PROGRAMS / "sextant-ecu"),
-        str(HARD),
-        *settings(realtime__required="false", realtime__cpu=measured_cpu(), realtime__priority=PRIORITY, **values),
-        *("--can", bus, "--duration", str(seconds), "--timing-out", str(timing)),
-    ]
+def ecu_command(timing: Path, seconds: float, bus: str, **values: object) -> Command:
+    values = {"realtime__required": "false", "realtime__cpu": measured_cpu(), "realtime__priority": PRIORITY} | values
+    words = ("--can", bus, "--duration", str(seconds), "--timing-out", str(timing))
+    return [str(PROGRAMS / "sextant-ecu"), str(HARD), *settings(**values), *words]
 
 
 def ecu(lab: Lab, name: str, seconds: float, **values: object) -> dict:
@@ -81,121 +74,86 @@ def ecu(lab: Lab, name: str, seconds: float, **values: object) -> dict:
     require_real_time()
     file = lab.out / f"{name}.json"
     file.unlink(missing_ok=True)
-    lab.run("env", f"CYCLONEDDS_URI={environment()['CYCLONEDDS_URI']}", *ecu_command(file, seconds, BUS, **values))
+    uri = own_environment()["CYCLONEDDS_URI"]
+    lab.run("env", f"CYCLONEDDS_URI={uri}", *ecu_command(file, seconds, BUS, **values))
     return json.loads(file.read_text(encoding="utf-8"))
 
 
 def empty_loop(lab: Lab, seconds: float, period_us: float, wait: str, **options: float) -> dict:
     """options: of its command line, with "_" for each dash."""
+    options = {"period_us": period_us, "duration": seconds, "wait": wait, **options}
+    options |= {"cpu": measured_cpu(), "priority": PRIORITY}
     words = (word for key, value in options.items() for word in (f"--{key.replace('_', '-')}", str(value)))
-    return json.loads(
-        lab.run(
-            lab.programs / "sextant_empty_loop",
-            *("--period-us", str(period_us), "--duration", str(seconds), "--wait", wait),
-            *("--cpu", str(measured_cpu()), "--priority", str(PRIORITY)),
-            *words,
-        )
-    )
-
-
-def cyclictest(lab: Lab, seconds: int, period_us: int) -> Histogram:
-    """Latency of each of its wake-ups; with the same policy, priority and CPU as ours."""
-    if shutil.which("cyclictest") is None:
-        raise NotMeasurableError("cyclictest is missing; scripts/setup --gates installs it.")
-    try:
-        text = lab.run(*cyclictest_command(seconds, period_us, PRIORITY, str(measured_cpu())))
-    except UserError as error:
-        if REFUSED.search(str(error)):
-            raise NotMeasurableError(str(error)) from error
-        raise
-    return cyclictest_latency(text)
+    return json.loads(lab.run(lab.programs / "sextant_empty_loop", *words))
 
 
 def cyclictest_command(seconds: int, period_us: int, priority: int, cpus: str) -> list[str]:
+    if shutil.which("cyclictest") is None:
+        raise NotMeasurableError("cyclictest is missing; scripts/setup --gates installs it.")
     return [
         *("cyclictest", "--mlockall", "--threads=1", f"--priority={priority}", f"--interval={period_us}"),
         *(f"--affinity={cpus}", "--nsecs", "--verbose", f"--duration={seconds}"),
     ]
 
 
+def cyclictest(lab: Lab, seconds: int, period_us: int) -> Histogram:
+    """Latency of each of its wake-ups; with the same policy, priority and CPU as ours."""
+    try:
+        return cyclictest_latency(lab.run(*cyclictest_command(seconds, period_us, PRIORITY, str(measured_cpu()))))
+    except UserError as error:
+        raise NotMeasurableError(str(error)) if REFUSED.search(str(error)) else error from error
+
+
 def cyclictest_latency(text: str) -> Histogram:
     return Histogram.of(int(value) for value in re.findall(r"^\s*0:\s*\d+:\s*(\d+)$", text, re.MULTILINE))
 
 
-@dataclass(frozen=True)
-class LockstepRun:
-    realtime_factor: float
-    digest: str
-
-
 @contextlib.contextmanager
-def process(*command: str) -> Iterator[subprocess.Popen]:
-    running = subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        env=environment(),
-    )
+def program(command: Command, out: Path) -> Iterator[subprocess.Popen]:
+    """Its output goes to a file, where it can be read while it runs."""
+    with out.open("wb") as text:
+        environment = os.environ | own_environment()
+        running = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=text, stderr=text, env=environment)
     try:
         yield running
     finally:
-        if running.poll() is None:
-            running.send_signal(signal.SIGTERM)
-            try:
-                running.wait(5)
-            except subprocess.TimeoutExpired:
-                running.kill()
-        running.communicate()
+        running.terminate()
+        try:
+            running.wait(10)
+        except subprocess.TimeoutExpired:
+            running.kill()
+            running.wait()
 
 
-def lockstep(lab: Lab, number: int, seconds: float) -> LockstepRun:
-    """Plant and drive as two processes in lockstep, in virtual time, at 25 µs."""
-    link = f"sextant_bench_{os.getpid()}_{number}"
-    plant = [
-        str(PROGRAMS / "sextant-plant"),
-        str(ROOT / "configs" / "plant.toml"),
-    ]
-    with process(*plant, *settings(hil__pacing="lockstep", hil__link=link, period_us=25)):
+def lockstep(lab: Lab, number: int, seconds: float) -> tuple[float, str]:
+    """Plant and drive as two processes in lockstep, in virtual time, at 25 µs: virtual by real time, and the digest."""
+    link = {"hil__pacing": "lockstep", "hil__link": f"sextant_bench_{os.getpid()}_{number}"}
+    plant = [PROGRAMS / "sextant-plant", CONFIGS / "plant.toml", *settings(**link, period_us=25)]
+    with program(plant, lab.out / "lockstep_plant.txt"):
         time.sleep(0.3)
         text = lab.run(
-            *(PROGRAMS / "sextant-ecu", ROOT / "configs" / "ecu_hil.toml"),
-            *settings(hil__pacing="lockstep", hil__link=link, control__period_us=25),
+            *(PROGRAMS / "sextant-ecu", CONFIGS / "ecu_hil.toml", *settings(**link, control__period_us=25)),
             *("--virtual-time", "--profile", PROFILE, "--duration", str(seconds)),
         )
     factor = re.search(r"virtual time ([\d.]+) s in ([\d.]+) s", text)
     digest = re.search(r"digest ([0-9a-f]+)", text)
     if factor is None or digest is None:
         raise UserError(f"sextant-ecu does not say how fast it was: {text.strip()[-200:]}")
-    return LockstepRun(float(factor[1]) / float(factor[2]), digest[1])
-
-
-def commanded_beside_cyclictest(lab: Lab, name: str, bus: str, inside: tuple[str, ...] = ()) -> dict:
-    """As `commanded`, and as `reference` the wake-ups of cyclictest in the receive thread's place."""
-    if shutil.which("cyclictest") is None:
-        raise NotMeasurableError("cyclictest is missing; scripts/setup --gates installs it.")
-    out = lab.out / f"{name}.cyclictest"
-    out.unlink(missing_ok=True)
-    timing = commanded(lab, name, bus, inside, "--reference-out", str(out))
-    return timing | {"reference": cyclictest_latency(out.read_text(encoding="utf-8"))}
+    return float(factor[1]) / float(factor[2]), digest[1]
 
 
 def commanded(lab: Lab, name: str, bus: str, inside: tuple[str, ...] = (), *options: str) -> dict:
     """The timing of a run that follows commands at 100 Hz, with what the run tells of itself (`where`, `period_us`,
-    `ended_early`). inside: the program that gives it its bus."""
-    file = lab.out / f"{name}.json"
-    file.unlink(missing_ok=True)
-    own = [sys.executable, "-m", "sextant_py.bench.commanded_run", "--can", bus, "--timing-out", str(file), *options]
-    passed = (f"{key}={value}" for key, value in environment().items() if key in ENVIRONMENT)
+    `ended_early`), and as `reference` the wake-ups of cyclictest in the receive thread's place. inside: the program
+    that gives it its bus."""
+    files = {kind: lab.out / f"{name}.{kind}" for kind in ("json", "cyclictest")}
+    for file in files.values():
+        file.unlink(missing_ok=True)
+    own = [sys.executable, "-m", "sextant_py.bench.commanded_run", "--can", bus, "--timing-out", str(files["json"])]
+    own += ["--reference-out", str(files["cyclictest"]), *options]
+    passed = (f"{key}={value}" for key, value in own_environment().items())
     told = json.loads(lab.run("env", *passed, *inside, *own).splitlines()[-1])
     if told["refused"]:
         raise NotMeasurableError(told["refused"])
-    if not told["answered"]:
-        # An emulated processor may be too slow for anything.
-        kind = NotMeasurableError if told["where"] == "qemu" else UserError
-        raise kind(f"the drive was not heard on {bus}")
-    return json.loads(file.read_text(encoding="utf-8")) | told
-
-
-ENVIRONMENT = ("CYCLONEDDS_URI", "PYTHONPATH")
+    reference = cyclictest_latency(files["cyclictest"].read_text(encoding="utf-8"))
+    return json.loads(files["json"].read_text(encoding="utf-8")) | told | {"reference": reference}

@@ -11,7 +11,7 @@ from pathlib import Path
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
-from .figure import Figure, unmeasured
+from .figure import Figure, NotMeasurableError
 from .lab import Lab, Stage
 
 REQUIREMENTS = ROOT / "scripts" / "requirements-peers.txt"
@@ -22,14 +22,24 @@ RUNS = Path(__file__).with_name("peer_runs.py")
 ROUNDS = 3
 TORQUE_NM, TORQUE_WITHIN_NM = 15.0, 3.0  # all stand at one operating point; PWM and switching ripple it
 
-# tool: seconds to simulate, its name, what of ours it is compared with, the target
-PEERS = {
-    "motulator": (0.05, "motulator, current-vector control with PWM", "fixed", 5000.0),
-    "gem": (0.3, "gym-electric-motor, finite control set, no controller", "fixed", 1000.0),
-    "gem_euler": (0.3, "gym-electric-motor with its Euler solver", "fixed", None),
-    "motulator/cvode": (0.0, "motulator, ours with CVODE", "cvode", None),
-    "gem/cvode": (0.0, "gym-electric-motor, ours with CVODE", "cvode", None),
+# tool: seconds to simulate, and its name
+TOOLS = {
+    "motulator": (0.05, "motulator, current-vector control with PWM"),
+    "gem": (0.3, "gym-electric-motor, finite control set, no controller"),
+    "gem_euler": (0.3, "gym-electric-motor with its Euler solver"),
 }
+# our integrator, tool, what they are, the target
+RATIOS = (
+    ("fixed", "motulator", TOOLS["motulator"][1], 5000.0),
+    ("fixed", "gem", TOOLS["gem"][1], 1000.0),
+    ("fixed", "gem_euler", TOOLS["gem_euler"][1], None),
+    ("cvode", "motulator", "motulator, ours with CVODE", None),
+    ("cvode", "gem", "gym-electric-motor, ours with CVODE", None),
+)
+
+
+def ratio(text: str, limit: float | None) -> Figure:
+    return Figure(f"simulated seconds a second, ours / {text}", "x", at_least=limit)
 
 
 def install(venv: Path = VENV, requirements: Path = REQUIREMENTS) -> Path:
@@ -63,34 +73,21 @@ def run_peer(lab: Lab, python: Path, tool: str, seconds: float) -> dict:
 def ours(lab: Lab) -> dict[str, float]:
     """Simulated seconds per second of CPU by integrator."""
     result = lab.google("^peer_loop/", "sextant_loop_bench", repetitions=5, min_time=0.05)
-    if result.errors:
-        raise UserError("; ".join(f"{name}: {why}" for name, why in result.errors.items()))
-    return {kind: result.median(f"peer_loop/{kind}", "realtime_factor") for kind in ("fixed", "cvode")}
+    return {kind: result.value(f"peer_loop/{kind}", "realtime_factor") for kind in ("fixed", "cvode")}
 
 
 def compare(rounds: list[dict]) -> list[Figure]:
     """Figures of rounds; each holds `ours` by integrator and each tool's run. Ratios are taken within a round."""
-    figures, plain = [], []
-    for name, (_, text, kind, limit) in PEERS.items():
-        tool = name.split("/")[0]
+    figures = []
+    for kind, tool, text, limit in RATIOS:
         ratios = [one["ours"][kind] / one[tool]["factor"] for one in rounds]
-        version = rounds[0][tool]["version"]
-        figures.append(
-            Figure(
-                f"simulated seconds a second, ours / {text}",
-                statistics.median(ratios),
-                unit="x",
-                at_least=limit,
-                note=f"version {version}; {min(ratios):.0f} to {max(ratios):.0f} in {len(rounds)} rounds",
-            )
-        )
-        if "/" not in name:
-            factor = statistics.median(one[tool]["factor"] for one in rounds)
-            plain.append(Figure(f"simulated seconds a second of CPU, {text}", factor))
+        note = f"version {rounds[0][tool]['version']}; {min(ratios):.0f} to {max(ratios):.0f} in {len(rounds)} rounds"
+        figures.append(ratio(text, limit).of(statistics.median(ratios), note))
+    factors = {text: [one[tool]["factor"] for one in rounds] for tool, (_, text) in TOOLS.items()}
     for kind, text in (("fixed", "fixed step"), ("cvode", "CVODE")):
-        factor = statistics.median(one["ours"][kind] for one in rounds)
-        plain.append(Figure(f"simulated seconds a second of CPU, Sextant, {text}, same operating point", factor))
-    return figures + plain
+        factors[f"Sextant, {text}, same operating point"] = [one["ours"][kind] for one in rounds]
+    plain = "simulated seconds a second of CPU, {}"
+    return figures + [Figure(plain.format(text), value=statistics.median(each)) for text, each in factors.items()]
 
 
 def peers(lab: Lab) -> list[Figure]:
@@ -98,19 +95,13 @@ def peers(lab: Lab) -> list[Figure]:
         lab.say("installing the peers where they are missing")
         python = install()
     except UserError as error:
-        return [
-            unmeasured(f"simulated seconds a second, ours / {text}", str(error), unit="x", at_least=limit)
-            for _, text, _, limit in PEERS.values()
-            if limit is not None
-        ]
+        why = NotMeasurableError(str(error))
+        return [ratio(text, limit).failed(why) for _, _, text, limit in RATIOS if limit is not None]
     rounds = []
     for number in range(ROUNDS):
         lab.say(f"round {number + 1} of {ROUNDS}")
-        one: dict = {"ours": ours(lab)}
-        for tool, (seconds, *_) in PEERS.items():
-            if "/" not in tool:
-                one[tool] = run_peer(lab, python, tool, seconds)
-        rounds.append(one)
+        theirs = {tool: run_peer(lab, python, tool, seconds) for tool, (seconds, _) in TOOLS.items()}
+        rounds.append({"ours": ours(lab), **theirs})
     return compare(rounds)
 
 

@@ -1,0 +1,32 @@
+"""sextant COMMAND [ARGUMENTS...]: the programs of scripts/ that people use, as one command of the Python package."""
+
+import importlib
+import sys
+
+from .errors import run
+
+COMMANDS = {
+    "vcu": "plays a torque profile to a drive over CAN",
+    "monitor": "shows the telemetry of the drives on the network",
+    "record": "records the telemetry of one drive",
+    "plot": "draws a trace or a recording",
+    "sweep": "runs a scenario at many points of its configuration",
+    "rt_check": "says what keeps this machine from hard real time",
+}
+
+
+def command() -> None:
+    name = sys.argv[1] if len(sys.argv) > 1 else ""
+    if name in COMMANDS:
+        sys.argv = [f"sextant {name}", *sys.argv[2:]]
+        run(name, importlib.import_module(f"sextant_py.{name}").main)
+    listed = "\n".join(f"  {key:<10} {text}" for key, text in COMMANDS.items())
+    if name in ("", "-h", "--help"):
+        print(f"usage: sextant COMMAND [ARGUMENTS...]; sextant COMMAND --help tells more\n\n{listed}")
+        sys.exit(0 if name else 1)
+    print(f'sextant: unknown command "{name}"; known are {", ".join(COMMANDS)}.', file=sys.stderr)
+    sys.exit(1)
+
+
+if __name__ == "__main__":
+    command()
