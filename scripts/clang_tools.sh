@@ -23,11 +23,13 @@ clang_tidy() {
   printf '%s\n' "$tool"
 }
 
-# standalone_flags: how to compile, from the top of the tree, a header or a source that needs nothing generated but the
-# list of faults, which is brought up to date here.
-cmake -DDBC="$sextant_root/configs/interfaces/sextant.dbc" -DOUTPUT="$sextant_root/build/standalone" \
-  -P "$sextant_root/cmake/SextantFaults.cmake"
-standalone_flags=(-std=c++20 -Iinclude -Ibuild/standalone/include -Iapps -Itests -isystem /usr/include/eigen3)
+# prepare_standalone: brings the list of faults up to date and sets standalone_flags: how to compile, from the top of the
+# tree, a header or a source that needs nothing else that is generated.
+prepare_standalone() {
+  cmake -DDBC="$sextant_root/configs/interfaces/sextant.dbc" -DOUTPUT="$sextant_root/build/standalone" \
+    -P "$sextant_root/cmake/SextantFaults.cmake" || die "the list of faults cannot be made from configs/interfaces/sextant.dbc."
+  standalone_flags=(-std=c++20 -Iinclude -Ibuild/standalone/include -Iapps -Itests -isystem /usr/include/eigen3)
+}
 
 # own_sources PATTERN...: tracked and new files of the project that match, none of them ignored.
 own_sources() {

@@ -68,3 +68,12 @@ run_module() {
   shift
   PYTHONPATH=$sextant_root/scripts${PYTHONPATH:+:$PYTHONPATH} exec "$sextant_python" -m "sextant_py.$module" "$@"
 }
+
+# mil_module MODULE [ARGUMENTS...]: as run_module; builds the release's sextant-mil first, unless the arguments need none.
+mil_module() {
+  case " ${*:2} " in
+    *" --mil"* | *" -h "* | *" --help "* | *" --page "*) ;;
+    *) build_preset release sextant-mil >/dev/null || die "sextant-mil cannot be built; cmake --preset release tells why." ;;
+  esac
+  run_module "$@"
+}

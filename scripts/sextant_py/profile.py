@@ -44,11 +44,6 @@ class Profile:
     def duration_s(self) -> float:
         return self._times[-1]
 
-    @property
-    def peak_nm(self) -> float:
-        """Largest magnitude of torque [N·m]."""
-        return max(abs(point.torque_nm) for point in self.points)
-
     def at(self, time_s: float) -> tuple[float, bool]:
         """Torque [N·m] and enable at a time [s]; at a step, what comes after it."""
         index = max(bisect.bisect_right(self._times, time_s) - 1, 0)
