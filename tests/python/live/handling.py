@@ -101,14 +101,14 @@ def at_torque(record: TelemetryRecord, vehicle: Vehicle, torque_nm: float, secon
     raise pytest.fail.Exception(f"never {seconds:g} s in TORQUE: {record.last_words()}")
 
 
-def untripped(record: TelemetryRecord, act: Callable[[], T]) -> T:
+def untripped(record: TelemetryRecord, prepare: Callable[[], Any], act: Callable[[], T]) -> T:
     """What `act` gives of a time in which the drive did not trip.
 
-    Where the machine stood still for so long that it did, `act` comes again; it brings the drive back itself.
+    Where the machine stood still for so long that it did, both come again: `prepare` brings the drive back.
     """
     end_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < end_s:
-        record.wait_until_heard()
+        prepare()
         first = len(record.samples)
         found = act()
         record.poll()

@@ -103,9 +103,7 @@ def test_bad_frames_change_only_a_counter(live_bus: str, domain: int, start_driv
 def slipped_in(
     record: TelemetryRecord, vehicle: Vehicle, forge: Callable[[Vehicle, int], can.Message]
 ) -> tuple[int, int, Span]:
-    """Sends the frame to a drive in TORQUE; commands accepted and rejected until some more have been accepted, and the
-    telemetry."""
-    at_torque(record, vehicle, TORQUE_NM)
+    """Sends the frame; commands accepted and rejected until some more have been accepted, and the telemetry."""
     received, rejected = record.counted_commands()
     first = len(record.samples) - 1
     vehicle.slip_in(lambda counter: forge(vehicle, counter))
@@ -115,7 +113,9 @@ def slipped_in(
 
 
 def check_forgery(record: TelemetryRecord, vehicle: Vehicle, forge: Callable[[Vehicle, int], can.Message]) -> None:
-    received, rejected, span = untripped(record, lambda: slipped_in(record, vehicle, forge))
+    received, rejected, span = untripped(
+        record, lambda: at_torque(record, vehicle, TORQUE_NM), lambda: slipped_in(record, vehicle, forge)
+    )
     # Frames with a valid CRC move the counter: then the vehicle's next one jumps back or repeats it.
     expected = 2 if forge in (counter_jump, out_of_range) else 1
     assert rejected == expected, forge.__name__

@@ -5,7 +5,7 @@ Its timeouts are seconds here. That it keeps the shipped ones to a control perio
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -48,9 +48,8 @@ def start(live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]) 
     return running
 
 
-def wound_down(record: TelemetryRecord, vehicle: Vehicle, silence: Callable[[], None]) -> Span:
+def wound_down(record: TelemetryRecord, silence: Callable[[], None]) -> Span:
     """What is published from the torque to none, once a drive in TORQUE hears nothing any more."""
-    at_torque(record, vehicle, TORQUE_NM, 0.1)
     first = len(record.samples) - 1
     silence()
     span = until(
@@ -60,10 +59,20 @@ def wound_down(record: TelemetryRecord, vehicle: Vehicle, silence: Callable[[], 
     return Span(span.samples[: np.flatnonzero(span.torque_reference_nm == 0)[ENOUGH - 1] + 1])
 
 
-def taken_away(record: TelemetryRecord, vehicle: Vehicle, interface: str) -> Span:
-    """What is published from the torque to none, once the bus is gone."""
-    set_up(interface, True)
-    return wound_down(record, vehicle, lambda: set_up(interface, False))
+def healed(
+    record: TelemetryRecord, vehicle: Vehicle, silence: Callable[[], None], comes_back: Callable[[], None]
+) -> Span:
+    """The same, and then the torque comes back by itself, without a fault."""
+
+    def both() -> Span:
+        try:
+            span = wound_down(record, silence)
+        finally:
+            comes_back()
+        record.wait(lambda own: is_admitted(own, TORQUE_NM) or state(own) == "FAULT", "the torque after a silence")
+        return span
+
+    return untripped(record, lambda: at_torque(record, vehicle, TORQUE_NM, 0.1), both)
 
 
 def check_wound_down(span: Span) -> None:
@@ -78,22 +87,6 @@ def check_wound_down(span: Span) -> None:
     assert len(set(span.where(gone).command_received_ns)) == 1
 
 
-def healed(
-    record: TelemetryRecord, vehicle: Vehicle, silence: Callable[[], None], comes_back: Callable[[], None]
-) -> Span:
-    """The same, and then the torque comes back by itself, without a fault."""
-
-    def both() -> Span:
-        try:
-            span = wound_down(record, vehicle, silence)
-        finally:
-            comes_back()
-        record.wait(lambda own: is_admitted(own, TORQUE_NM) or state(own) == "FAULT", "the torque after a silence")
-        return span
-
-    return untripped(record, both)
-
-
 def test_short_silence_heals(start: Start, live_bus: str) -> None:
     _, record = start(*ZERO_FOR_LONG)
     with Vehicle(live_bus) as vehicle:
@@ -105,16 +98,21 @@ def test_short_silence_heals(start: Start, live_bus: str) -> None:
 def test_long_silence_latches_and_the_way_back(start: Start, live_bus: str) -> None:
     _, record = start(*SOON_LOST)
     with Vehicle(live_bus) as vehicle:
-        check_wound_down(lost(record, lambda: wound_down(record, vehicle, vehicle.fall_silent)))
+        check_wound_down(lost(record, vehicle, vehicle.fall_silent, vehicle.demand))
         check_loss(record)
         check_way_back(record, vehicle)
 
 
-def lost(record: TelemetryRecord, wound_down: Callable[[], Span]) -> Span:
+def lost(record: TelemetryRecord, vehicle: Vehicle, silence: Callable[[], None], speech: Callable[[], None]) -> Span:
     """What is published from the torque to none; the drive is in FAULT then for the lost command alone."""
+
+    def prepare() -> None:
+        speech()
+        at_torque(record, vehicle, TORQUE_NM, 0.1)
+
     end_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < end_s:
-        span = untripped(record, wound_down)
+        span = untripped(record, prepare, lambda: wound_down(record, silence))
         record.wait_for_state("FAULT")
         record.wait(lambda own: own.states[-1].first_fault >= 0, "the reason of the FAULT")
         if record.states[-1].faults_latched == COMMAND_LOST_BIT:
@@ -180,10 +178,12 @@ def test_enable_at_power_up_does_nothing(start: Start, live_bus: str) -> None:
 
 
 @pytest.fixture
-def interface(live_bus: str) -> str:
+def interface(live_bus: str) -> Iterator[str]:
     if not live_bus.startswith("socketcan"):
         pytest.skip("only a CAN interface can be taken down; live.vcan does")
-    return bus.parse(live_bus).channel
+    name = bus.parse(live_bus).channel
+    yield name
+    set_up(name, True)
 
 
 def test_an_interface_that_comes_back_heals(start: Start, live_bus: str, interface: str) -> None:
@@ -198,7 +198,9 @@ def test_an_interface_that_comes_back_heals(start: Start, live_bus: str, interfa
 def test_an_interface_that_stays_away_trips_the_drive(start: Start, live_bus: str, interface: str) -> None:
     drive, record = start(*SOON_LOST)
     with Vehicle(live_bus) as vehicle:
-        check_wound_down(lost(record, lambda: taken_away(record, vehicle, interface)))
+        check_wound_down(
+            lost(record, vehicle, lambda: set_up(interface, False), lambda: set_up(interface, True)),
+        )
         check_loss(record)
         set_up(interface, True)
         check_way_back(record, vehicle)

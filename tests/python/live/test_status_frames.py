@@ -24,10 +24,9 @@ CYCLES_MS = {name: message.cycle_time for name, message in MESSAGES.items()}
 PROTECTED = [name for name in MESSAGES if Contract().data_id(name) is not None]
 
 
-def recorded(log: FrameLog, record: TelemetryRecord, vehicle: Vehicle) -> tuple[dict[str, list[RawFrame]], Span]:
+def recorded(log: FrameLog, record: TelemetryRecord) -> tuple[dict[str, list[RawFrame]], Span]:
     """The frames of some seconds in TORQUE by name, and the telemetry of the same time and a little around it."""
     names = {message.frame_id: message.name for message in Contract().database.messages}
-    at_torque(record, vehicle, TORQUE_NM)
     first = len(record.samples)
     record.run(0.2)
     with log:
@@ -44,7 +43,11 @@ def test_status_frames(live_bus: str, domain: int, tmp_path: Path, start_drive: 
     start_drive(live_bus, "load.kind=imposed_speed", f"load.speed_rad_s.value={SPEED_RAD_S:g}")
     record = TelemetryRecord(domain)
     with Vehicle(live_bus) as vehicle:
-        frames, span = untripped(record, lambda: recorded(FrameLog(live_bus, tmp_path), record, vehicle))
+        frames, span = untripped(
+            record,
+            lambda: at_torque(record, vehicle, TORQUE_NM),
+            lambda: recorded(FrameLog(live_bus, tmp_path), record),
+        )
     assert set(frames) == {*CYCLES_MS, "VCU_TorqueCommand"}
     check_counts(frames)
     for name in PROTECTED:
