@@ -36,7 +36,8 @@ template <class T>
 }
 
 /// Mean of the DC-link current over a pattern that was applied, with the phase currents' means over the
-/// segments in which every leg was driven and over the others; zero for an empty pattern. [A]
+/// segments in which every leg was driven and over the others; zero for an empty pattern. The segments of a
+/// pattern of no duration, that of a period in which no measurement came, count alike. [A]
 template <class T>
 [[nodiscard]] constexpr T dc_link_current(const GatePattern& applied, ThreePhase<T> i_driven,
                                           ThreePhase<T> i_off) noexcept {
@@ -44,7 +45,8 @@ template <class T>
   T mean{};
   for (const GateSegment& segment : applied.segments()) {
     const ThreePhase<T>& i = is_driven(segment.state) ? i_driven : i_off;
-    mean += T(segment.duration_ns) / duration * dc_link_current(segment.state, i);
+    const T part = duration > T(0) ? T(segment.duration_ns) / duration : T(1) / T(applied.segments().size());
+    mean += part * dc_link_current(segment.state, i);
   }
   return mean;
 }
