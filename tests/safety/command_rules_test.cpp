@@ -10,8 +10,8 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 struct CommandRules : testing::Test {
-  CommandActions evaluate_frame() { return evaluate(frame_rules<>, facts(), limits); }
-  CommandActions evaluate_period() { return evaluate(period_rules<>, facts(), limits); }
+  CommandActions evaluate_frame() { return evaluate<frame_rules<>>(facts(), limits); }
+  CommandActions evaluate_period() { return evaluate<period_rules<>>(facts(), limits); }
   [[nodiscard]] CommandFacts<> facts() const {
     return {
         .command = command, .age_ns = age_ns, .is_new = is_new, .wind_down = wind_down, .blocked = blocked};

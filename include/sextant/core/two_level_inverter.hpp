@@ -41,7 +41,8 @@ template <class T>
 template <class T>
 [[nodiscard]] constexpr T dc_link_current(const GatePattern& applied, ThreePhase<T> i_driven,
                                           ThreePhase<T> i_off) noexcept {
-  const T duration = T(applied.duration_ns());
+  T duration{};
+  for (const GateSegment& segment : applied.segments()) duration += T(segment.duration_ns);
   T mean{};
   for (const GateSegment& segment : applied.segments()) {
     const ThreePhase<T>& i = is_driven(segment.state) ? i_driven : i_off;

@@ -81,10 +81,10 @@ class Drive {
 
     const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
     const GatePattern pattern = control(measurement, usable, torque_reference);
-    const Telemetry<T> record =
-        telemetry(t_ns, measurement, request, admitted, available, torque_reference, pattern);
+    const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
-    return {pattern, record};
+    return {pattern,
+            telemetry(t_ns, measurement, i_dc, request, admitted, available, torque_reference, pattern)};
   }
 
   [[nodiscard]] DriveState state() const noexcept { return state_; }
@@ -176,7 +176,7 @@ class Drive {
     return controller_.step(measurement, {mode, torque_reference});
   }
 
-  [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement,
+  [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement, T i_dc,
                                        const DriveRequest<T>& request, const AdmittedCommand<T>& admitted,
                                        AvailableTorque<T> available, T torque_reference,
                                        const GatePattern& pattern) const noexcept {
@@ -185,7 +185,7 @@ class Drive {
             .i_abc = measurement.i_abc,
             .u_dc = measurement.u_dc,
             .omega_m = measurement.omega_m,
-            .i_dc = dc_link_mean(measurement),
+            .i_dc = i_dc,
             .psi_s = estimate.psi_s,
             .psi_s_magnitude = estimate.psi_s_magnitude,
             .torque = estimate.torque,

@@ -51,7 +51,7 @@ class CommandGate {
     AdmittedCommand<T> out;
     out.fault_reset = evaluate_frames(facts);
     facts.blocked = blocked_;
-    const CommandActions actions = evaluate(period_rules<T>, facts, parameters_);
+    const CommandActions actions = evaluate<period_rules<T>>(facts, parameters_);
     out.faults = actions.faults;
     if (out.faults.any()) out.fault_reset = false;
     out.lockout = lockout_;
@@ -102,7 +102,7 @@ class CommandGate {
 
   /// Takes over what the rules leave of the frames that have come; true where one of them resets.
   [[nodiscard]] constexpr bool evaluate_frames(const CommandFacts<T>& facts) noexcept {
-    const CommandActions actions = evaluate(frame_rules<T>, facts, parameters_);
+    const CommandActions actions = evaluate<frame_rules<T>>(facts, parameters_);
     bool resets = false;
     if (actions.drop) {
       lockout_ = true;

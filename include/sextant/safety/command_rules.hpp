@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/nonblocking.hpp"
@@ -129,15 +131,18 @@ struct CommandActions {
   }
 };
 
-/// Evaluates every rule, in order.
-template <class T, std::size_t size>
-[[nodiscard]] constexpr CommandActions evaluate(const std::array<CommandRule<T>, size>& rules,
-                                                const CommandFacts<T>& facts,
+/// Evaluates every rule of the table, in order. The table is a template argument, so that each rule is called
+/// directly.
+template <const auto& rules, class T>
+[[nodiscard]] constexpr CommandActions evaluate(const CommandFacts<T>& facts,
                                                 const CommandLimits<T>& limits) noexcept {
   CommandActions actions;
-  for (const CommandRule<T>& rule : rules) {
-    if (rule.applies(facts, limits)) actions.add(rule.action, rule.fault);
-  }
+  const auto evaluate_one = [&]<std::size_t n>() {
+    if (rules[n].applies(facts, limits)) actions.add(rules[n].action, rules[n].fault);
+  };
+  [&]<std::size_t... n>(std::index_sequence<n...>) {
+    (evaluate_one.template operator()<n>(), ...);
+  }(std::make_index_sequence<rules.size()>{});
   return actions;
 }
 

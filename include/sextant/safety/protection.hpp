@@ -26,14 +26,9 @@ class Protection {
 
   /// The faults that this measurement shows; `measurement_invalid`, and no other, when it is not usable.
   [[nodiscard]] FaultSet step(const Measurement<T>& m) const noexcept {
+    if (is_usable(m)) return evaluate<protection_rules<T>>(m, parameters_);
     FaultSet faults;
-    if (!is_usable(m)) {
-      faults.set(Fault::measurement_invalid);
-      return faults;
-    }
-    for (const ProtectionRule<T>& rule : protection_rules<T>) {
-      if (rule.is_violated(m, parameters_)) faults.set(rule.fault);
-    }
+    faults.set(Fault::measurement_invalid);
     return faults;
   }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/measurement.hpp"
@@ -47,5 +49,20 @@ inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::dc_over_voltage, protection_rule::dc_over_voltage<T>},
     ProtectionRule<T>{Fault::over_speed, protection_rule::over_speed<T>},
 };
+
+/// Evaluates every rule of the table, in order; the faults of those that are violated. The table is a
+/// template argument, so that each rule is called directly.
+template <const auto& rules, class T>
+[[nodiscard]] constexpr FaultSet evaluate(const Measurement<T>& m,
+                                          const ProtectionLimits<T>& limits) noexcept {
+  FaultSet faults;
+  const auto evaluate_one = [&]<std::size_t n>() {
+    if (rules[n].is_violated(m, limits)) faults.set(rules[n].fault);
+  };
+  [&]<std::size_t... n>(std::index_sequence<n...>) {
+    (evaluate_one.template operator()<n>(), ...);
+  }(std::make_index_sequence<rules.size()>{});
+  return faults;
+}
 
 }  // namespace sextant
