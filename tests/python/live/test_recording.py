@@ -86,4 +86,6 @@ def test_a_live_recording_replays(live_bus: str, start_drive: Callable[..., Driv
     # As long as the vehicle asked for it, however long that was, and in the order of states that was seen live.
     assert len(torque) * SECONDS_PER_SAMPLE == pytest.approx(enabled_s[-1] - enabled_s[0], abs=AN_END_S)
     assert np.median(torque) == pytest.approx(TORQUE_NM, abs=2.5)
-    assert states_of(frames) == states_of(log)
+    heard = states_of(log)
+    assert heard[:2] in (["STANDBY", "READY"], ["READY", "TORQUE"]), "at most the first state was over too soon"
+    assert states_of(frames)[-len(heard) :] == heard
