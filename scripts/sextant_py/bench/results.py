@@ -78,20 +78,20 @@ def tables(stages: Stages) -> dict[str, str]:
     with_target, without, distributions = [], [], []
     for name, stage in stages.items():
         for f in stage.figures:
-            command = f"`scripts/bench --only {name}`"
+            stage_name = f"`{name}`"
             measure = f"{f.measure} ({f.note})" if f.note else f.measure
             target, shown = (text.replace(" x", " ×") for text in (f.target, f.shown))
             if f.target:
-                with_target.append((measure, target, shown, f.verdict, command))
+                with_target.append((measure, target, shown, f.verdict, stage_name))
             else:
-                without.append((measure, shown if f.verdict == PUBLISHED else f.verdict, command))
+                without.append((measure, shown if f.verdict == PUBLISHED else f.verdict, stage_name))
         for text, summary in stage.distributions.items():
             values = [f"{summary[key]:.3g}" for key in PERCENTILES]
             distributions.append((text, summary["count"], *values, f"{summary['max_us']:.4g}"))
     head = ("[µs]", "samples", "median", "99 %", "99.9 %", "99.99 %", "longest")
     found = {
-        "judged figures": page.table(("measure", "target", "figure", "verdict", "command"), with_target, (0, 3, 4)),
-        "published figures": page.table(("measure", "figure", "command"), without, (0, 2)),
+        "judged figures": page.table(("measure", "target", "figure", "verdict", "stage"), with_target, (0, 3, 4)),
+        "published figures": page.table(("measure", "figure", "stage"), without, (0, 2)),
     }
     return found | ({"latency": page.table(head, distributions) + LATENCY} if distributions else {})
 
