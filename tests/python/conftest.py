@@ -1,11 +1,16 @@
 """Fixtures shared by the Python tests."""
 
+import fcntl
 import itertools
 import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from free_bus import free_udp_port, multicast_address, reason_against
 
+FIRST_DOMAIN, DOMAINS = 40, 190
 ALL_SKIPPED = 77  # ctest shows such a module as skipped
 
 _RUN, _SKIPPED = pytest.StashKey[int](), pytest.StashKey[int]()
@@ -29,9 +34,18 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 
 
 @pytest.fixture
-def domain() -> int:
-    """A DDS domain that no other test of this machine is likely to use at the same time; C++ tests have those below."""
-    return 40 + (os.getpid() * 7 + next(_offsets)) % 190
+def domain() -> Iterator[int]:
+    """A DDS domain that no other Python test of this machine uses at the same time; C++ tests have those below."""
+    for _ in range(DOMAINS):
+        number = FIRST_DOMAIN + (os.getpid() * 7 + next(_offsets)) % DOMAINS
+        with Path(tempfile.gettempdir(), f"sextant_test_domain_{number}").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield number
+            return
+    pytest.fail("every DDS domain is in use")
 
 
 @pytest.fixture
