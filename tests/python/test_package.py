@@ -1,5 +1,6 @@
 """The Python package: installed by pip, it brings the command `sextant` and the files that its programs need."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -15,7 +16,11 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
 def run(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess:
-    return subprocess.run(command, capture_output=True, text=True, timeout=600, cwd=cwd, stdin=subprocess.DEVNULL)
+    """Runs a command that finds the package where pip put it, and nowhere else."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=600, cwd=cwd, env=environment, stdin=subprocess.DEVNULL
+    )
 
 
 @pytest.fixture(scope="module")
