@@ -35,7 +35,7 @@ Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NO
   m.i_abc = {record.i_a, record.i_b, record.i_c};
   m.u_dc = record.u_dc;
   m.omega_m = record.omega_m;
-  m.plausible = to_pattern(record.acted, m.acted) && record.plausible != 0 && same;
+  m.plausible = to_pattern(record.applied, m.applied) && record.plausible != 0 && same;
   joined_.store(true, std::memory_order_relaxed);
   was_there_.store(true, std::memory_order_relaxed);
   return m;
@@ -51,7 +51,7 @@ void LockstepDriveIo::request(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
 
 bool LockstepDriveIo::answer(MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING {
   const std::uint64_t newest = memory_.measurements.newest();
-  return newest != 0 && memory_.measurements.read(newest, record) && record.command_sequence == sequence_ &&
+  return newest != 0 && memory_.measurements.read(newest, record) && record.pattern_number == sequence_ &&
          record.generation == memory_.plant.generation.load(std::memory_order_acquire);
 }
 

@@ -33,11 +33,11 @@ class PlantServer {
   void step(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
     const Measurement<double> measured = stage_.read(t_ns);
     MeasurementRecord record = to_record(t_ns, measured);
-    record.command_sequence = guard_.command_sequence();
+    record.pattern_number = guard_.pattern_number();
     end_.publish(record);
     if (!measured.plausible) ++implausible_;
 
-    CommandRecord command;
+    DrivePatternRecord command;
     const bool fresh = end_.take(command);
     stage_.write(guard_.step(t_ns, fresh ? &command : nullptr, end_.gates_enabled(), end_.drive_present()));
     if (guard_.has_news()) {
