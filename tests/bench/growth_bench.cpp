@@ -20,6 +20,7 @@
 #include "sextant/dds/dds_telemetry.hpp"
 #include "sextant/realtime/ring.hpp"
 #include "telemetry.h"
+#include "support/source_directory.hpp"
 
 namespace sextant::bench {
 namespace {

@@ -1,4 +1,5 @@
 #include "sextant/core/telemetry_interval.hpp"
+#include "support/source_directory.hpp"
 
 #include <algorithm>
 #include <array>

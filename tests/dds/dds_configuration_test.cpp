@@ -1,4 +1,5 @@
 #include "dds_configuration.hpp"
+#include "support/source_directory.hpp"
 
 #include <filesystem>
 #include <fstream>

@@ -19,6 +19,7 @@
 #include "support/allocation_counter.hpp"
 #include "support/dds_domain.hpp"
 #include "telemetry.h"
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

@@ -1,4 +1,5 @@
 #include "ecu/telemetry/dds_settings.hpp"
+#include "support/source_directory.hpp"
 
 #include <fstream>
 #include <iterator>

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "support/text_files.hpp"
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

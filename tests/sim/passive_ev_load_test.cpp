@@ -11,6 +11,7 @@
 
 #include "sextant/sim/drive_cycle.hpp"
 #include "support/text_files.hpp"
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

@@ -1,4 +1,5 @@
 #include "sextant/sim/trace_recorder.hpp"
+#include "support/source_directory.hpp"
 
 #include <algorithm>
 #include <chrono>
