@@ -19,7 +19,7 @@ int main() {
     plant.set_inputs({.state = pattern.last_state(), .u_dc = measurement.u_dc, .imposed_speed = true});
     if (!integrator.advance(plant, parameters.period_ns)) return 1;
     measurement.i_abc = plant.i_abc();
-    measurement.acted = pattern;
+    measurement.applied = pattern;
     if (period >= 2000) mean += plant.tau_e() / 2000.0;
   }
   std::printf("mean torque %.2f N·m of 15\n", mean);
