@@ -20,15 +20,15 @@ struct Option {
                              std::optional<std::string>*, std::vector<std::string>*>;
   const char* name;
   Value value;
-  const char* what;                         ///< for the help
-  const char* type_name{nullptr};           ///< for the help; nullptr: that of the value
-  const char* group{nullptr};               ///< heading in the help; nullptr: Options
-  const char* needs{nullptr};               ///< an option before this one that must be given too
-  const char* excludes{nullptr};            ///< an option before this one that must not be given too
-  bool* given{nullptr};                     ///< set to whether the option was given
+  const char* what;                ///< for the help
+  const char* type_name{nullptr};  ///< for the help; nullptr: that of the value
+  const char* group{nullptr};      ///< heading in the help; nullptr: Options
+  const char* needs{nullptr};      ///< an option before this one that must be given too
+  const char* excludes{nullptr};   ///< an option before this one that must not be given too
+  bool* given{nullptr};            ///< set to whether the option was given
   bool required{false};
-  bool may_be_empty{false};                 ///< a vector of an option: none or one value
-  std::vector<std::string> choices{};       ///< the values allowed; empty: any
+  bool may_be_empty{false};                             ///< a vector of an option: none or one value
+  std::vector<std::string> choices{};                   ///< the values allowed; empty: any
   double least{std::numeric_limits<double>::lowest()};  ///< of a number
   double most{std::numeric_limits<double>::max()};      ///< of a number
 };
@@ -40,8 +40,8 @@ struct CommandLine {
   const char* notes;        ///< at the end of the help: examples
   std::vector<Option> options;
 
-  /// Fills in the values. Empty when the program may go on, else its exit status: 0 after help or version, 2 after
-  /// a mistake, of which one sentence has been printed.
+  /// Fills in the values. Empty when the program may go on, else its exit status: 0 after help or version, 2
+  /// after a mistake, of which one sentence has been printed.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv) const;
 };
 

@@ -43,8 +43,8 @@ class SampledObserver {
  private:
   using Instant = PlantInstant<MeteredPlant>;
 
-  /// The segments that was applied since the last period. The reference runs in a line from that period on; what
-  /// jumps between two periods acts with the second.
+  /// The segments that was applied since the last period. The reference runs in a line from that period on;
+  /// what jumps between two periods acts with the second.
   void add_segments(const ScenarioCommands& commands) {
     std::int64_t elapsed_ns = 0;
     for (const ActedSegment<MeteredPlant>& segment : io_.log().segments()) {

@@ -19,8 +19,8 @@
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/dds/dds_telemetry.hpp"
 #include "sextant/realtime/ring.hpp"
-#include "telemetry.h"
 #include "support/source_directory.hpp"
+#include "telemetry.h"
 
 namespace sextant::bench {
 namespace {

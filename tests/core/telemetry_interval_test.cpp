@@ -1,5 +1,4 @@
 #include "sextant/core/telemetry_interval.hpp"
-#include "support/source_directory.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,6 +16,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

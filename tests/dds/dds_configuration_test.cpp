@@ -1,5 +1,4 @@
 #include "dds_configuration.hpp"
-#include "support/source_directory.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -9,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

@@ -18,8 +18,8 @@
 
 #include "support/allocation_counter.hpp"
 #include "support/dds_domain.hpp"
-#include "telemetry.h"
 #include "support/source_directory.hpp"
+#include "telemetry.h"
 
 namespace sextant {
 namespace {

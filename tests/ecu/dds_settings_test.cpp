@@ -1,11 +1,12 @@
 #include "ecu/telemetry/dds_settings.hpp"
-#include "support/source_directory.hpp"
 
 #include <fstream>
 #include <iterator>
 #include <string>
 
 #include <gmock/gmock.h>
+
+#include "support/source_directory.hpp"
 
 namespace sextant::ecu {
 namespace {

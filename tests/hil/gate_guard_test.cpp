@@ -31,7 +31,8 @@ class GateGuardTest : public testing::Test {
     ASSERT_EQ(guard.cause(), GateCause::timed_out);
   }
 
-  GateGuard guard{{.period_ns = period_ns, .hold_periods = 2, .pattern_timeout_ns = 5'000'000, .same_clock = true}};
+  GateGuard guard{
+      {.period_ns = period_ns, .hold_periods = 2, .pattern_timeout_ns = 5'000'000, .same_clock = true}};
   std::int64_t t_ns{7'000'000'000};
   std::uint64_t sequence{0};
   std::uint32_t generation{1};
@@ -117,7 +118,7 @@ TEST_F(GateGuardOfAReadyDrive, APatternOlderThanTheLimitIsNone) {
   EXPECT_EQ(period(&old, true), open);
   EXPECT_EQ(guard.cause(), GateCause::late) << "as if nothing had come";
   EXPECT_EQ(guard.counters().outdated, 1U);
-  EXPECT_EQ(guard.command_sequence(), sequence - 1) << "the drive is not told that it was heard";
+  EXPECT_EQ(guard.pattern_number(), sequence - 1) << "the drive is not told that it was heard";
   DrivePatternRecord just_in_time{++sequence, t_ns - age_ns, to_record(v1), generation, 1};
   EXPECT_EQ(period(&just_in_time, true), v1);
   EXPECT_EQ(guard.counters().outdated, 1U);

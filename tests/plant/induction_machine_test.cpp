@@ -94,7 +94,8 @@ TEST(InductionMachine, SteadyStateIsTheEquivalentCircuit) {
   }
 }
 
-/// An eigenvalue of the machine at zero stator voltage, and its eigenvector: flux linkages of stator and rotor.
+/// An eigenvalue of the machine at zero stator voltage, and its eigenvector: flux linkages of stator and
+/// rotor.
 struct Mode {
   Complex lambda;
   std::array<Complex, 2> v;
@@ -105,8 +106,8 @@ Vector4 state_of(Complex psi_s, Complex psi_r) {
   return {psi_s.real(), psi_s.imag(), psi_r.real(), psi_r.imag()};
 }
 
-/// Both modes of the textbook matrix in psi_s, psi_r, written from the resistances and inductances alone, by the
-/// quadratic equation of its eigenvalues.
+/// Both modes of the textbook matrix in psi_s, psi_r, written from the resistances and inductances alone, by
+/// the quadratic equation of its eigenvalues.
 std::array<Mode, 2> textbook_modes(const InductionMachineParameters<double>& p, double omega_m) {
   const double delta = p.l_s() * p.l_r() - p.l_m * p.l_m;
   const Complex a11 = -p.r_s * p.l_r() / delta;

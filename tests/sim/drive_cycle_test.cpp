@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "support/text_files.hpp"
 #include "support/source_directory.hpp"
+#include "support/text_files.hpp"
 
 namespace sextant {
 namespace {

@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "sextant/sim/drive_cycle.hpp"
-#include "support/text_files.hpp"
 #include "support/source_directory.hpp"
+#include "support/text_files.hpp"
 
 namespace sextant {
 namespace {

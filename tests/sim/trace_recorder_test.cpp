@@ -1,5 +1,4 @@
 #include "sextant/sim/trace_recorder.hpp"
-#include "support/source_directory.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -22,6 +21,8 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

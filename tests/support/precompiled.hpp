@@ -1,7 +1,7 @@
 #pragma once
 
-// What nearly every test includes of other people's headers. No header of the project: each change would compile all
-// tests again.
+// What nearly every test includes of other people's headers. No header of the project: each change would
+// compile all tests again.
 
 #include <algorithm>
 #include <array>

@@ -18,8 +18,8 @@ struct GateSegment {
 
 /// What the inverter does over one control period: up to eight constant switching states in sequence
 /// (direct torque control needs one, a symmetric space-vector pattern seven, a late renewal one more).
-/// What a controller decides fills the control period; what was applied fills the time between two measurements. An
-/// empty pattern means gates off.
+/// What a controller decides fills the control period; what was applied fills the time between two
+/// measurements. An empty pattern means gates off.
 class GatePattern {
  public:
   static constexpr std::size_t capacity = 8;

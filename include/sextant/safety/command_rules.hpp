@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/safety/command_limits.hpp"
+#include "sextant/safety/rule_table.hpp"
 
 namespace sextant {
 
@@ -17,12 +17,12 @@ namespace sextant {
 template <class T = double>
 struct CommandFacts {
   const TorqueCommand<T>& command;
-  std::int64_t age_ns{};    ///< since the newest accepted frame was received [ns]
-  bool is_new{false};       ///< the newest frame has not been evaluated before
-  bool disabled{false};     ///< a frame with Enable = 0 has come since the last period
-  bool reset{false};        ///< a disable with FaultReset = 1 has come since the last period
-  bool zero_requested{false};    ///< the drive asks for zero torque
-  std::uint32_t blocked{};  ///< frames in a row that were blocked for their torque [-]
+  std::int64_t age_ns{};       ///< since the newest accepted frame was received [ns]
+  bool is_new{false};          ///< the newest frame has not been evaluated before
+  bool disabled{false};        ///< a frame with Enable = 0 has come since the last period
+  bool reset{false};           ///< a disable with FaultReset = 1 has come since the last period
+  bool zero_requested{false};  ///< the drive asks for zero torque
+  std::uint32_t blocked{};     ///< frames in a row that were blocked for their torque [-]
 };
 
 /// What follows where a rule applies.
@@ -91,7 +91,7 @@ template <class T>
 
 template <class T>
 [[nodiscard]] constexpr bool zero_is_requested(const CommandFacts<T>& facts,
-                                              const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+                                               const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
   return facts.zero_requested;
 }
 
@@ -131,18 +131,14 @@ struct CommandActions {
   }
 };
 
-/// Evaluates every rule of the table, in order. The table is a template argument, so that each rule is called
-/// directly.
+/// Evaluates every rule of the table, in order; all actions that follow.
 template <const auto& rules, class T>
 [[nodiscard]] constexpr CommandActions evaluate(const CommandFacts<T>& facts,
                                                 const CommandLimits<T>& limits) noexcept {
   CommandActions actions;
-  const auto evaluate_one = [&]<std::size_t n>() {
+  for_each_rule<rules>([&]<std::size_t n>() {
     if (rules[n].applies(facts, limits)) actions.add(rules[n].action, rules[n].fault);
-  };
-  [&]<std::size_t... n>(std::index_sequence<n...>) {
-    (evaluate_one.template operator()<n>(), ...);
-  }(std::make_index_sequence<rules.size()>{});
+  });
   return actions;
 }
 
