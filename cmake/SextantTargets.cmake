@@ -99,7 +99,7 @@ function(sextant_precompile_test_headers target)
   target_link_libraries(${target} PRIVATE Eigen3::Eigen)
   # Without -fpch-preprocess ccache does not see a precompiled header. GCC 12 sees copies beyond a string in its operator+
   # where there are none (GCC bug 105651).
-  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess -Wno-array-bounds>)
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess -Wno-array-bounds -Wno-stringop-overflow>)
 endfunction()
 
 # sextant_add_program(<name> SOURCES files... [LIBRARIES targets...])
