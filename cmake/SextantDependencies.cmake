@@ -1,6 +1,9 @@
 # Everything comes from Debian packages (scripts/packages.txt) and, for the code generators, from .venv.
-find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+if(SEXTANT_HEADER_ONLY)
+  return()
+endif()
+find_package(Threads REQUIRED)
 find_package(SUNDIALS REQUIRED COMPONENTS cvode arkode nvecserial sunmatrixdense sunlinsoldense sunnonlinsolfixedpoint)
 find_package(HDF5 1.10 REQUIRED COMPONENTS C)
 find_package(fmt 9 REQUIRED)

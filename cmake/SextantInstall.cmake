@@ -1,8 +1,12 @@
 # Install and export: find_package(Sextant) gives the targets sextant::core, sextant::control, …
 include(CMakePackageConfigHelpers)
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/sextant DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/sextant)
+foreach(folder ${SEXTANT_FOLDERS})
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/sextant/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sextant)
+endforeach()
+if(NOT SEXTANT_HEADER_ONLY)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/sextant)
+endif()
 install(TARGETS sextant_flags EXPORT SextantTargets)
 install(EXPORT SextantTargets NAMESPACE sextant:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Sextant)
 

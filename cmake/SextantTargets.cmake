@@ -8,8 +8,11 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 
 find_program(SEXTANT_CCACHE ccache)
 if(SEXTANT_CCACHE AND PROJECT_IS_TOP_LEVEL)
-  set(CMAKE_C_COMPILER_LAUNCHER ${SEXTANT_CCACHE})
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${SEXTANT_CCACHE})
+  # Objects of another checkout count, and so do those made with a precompiled header.
+  set(launcher ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
+    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${SEXTANT_CCACHE})
+  set(CMAKE_C_COMPILER_LAUNCHER ${launcher})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${launcher})
 endif()
 
 # Flags of our own code; generated code and other people's headers do not get them.
@@ -76,8 +79,27 @@ function(sextant_add_tests folder)
   add_executable(${target} ${arg_SOURCES})
   target_link_libraries(${target} PRIVATE sextant_flags sextant::${folder} ${arg_LIBRARIES} GTest::gmock_main)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
-  target_compile_definitions(${target} PRIVATE SEXTANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  sextant_use_source_directory(${target})
+  sextant_precompile_test_headers(${target})
   gtest_discover_tests(${target} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 480 PROPERTIES TIMEOUT 1200)
+endfunction()
+
+# sextant_use_source_directory(<target>): support/source_directory.hpp, which defines SEXTANT_SOURCE_DIR. Only the sources
+# that include it are compiled again in another checkout.
+function(sextant_use_source_directory target)
+  set(generated ${PROJECT_BINARY_DIR}/tests/generated)
+  file(CONFIGURE OUTPUT ${generated}/support/source_directory.hpp @ONLY
+    CONTENT "#pragma once\n#define SEXTANT_SOURCE_DIR \"@PROJECT_SOURCE_DIR@\"\n")
+  target_include_directories(${target} PRIVATE ${generated})
+endfunction()
+
+# sextant_precompile_test_headers(<target>): the headers of tests/support/precompiled.hpp, compiled once for all tests.
+function(sextant_precompile_test_headers target)
+  target_precompile_headers(${target} REUSE_FROM sextant_precompiled_tests)
+  target_link_libraries(${target} PRIVATE Eigen3::Eigen)
+  # Without -fpch-preprocess ccache does not see a precompiled header. GCC 12 sees copies beyond a string in its operator+
+  # where there are none (GCC bug 105651).
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess -Wno-array-bounds -Wno-stringop-overflow>)
 endfunction()
 
 # sextant_add_program(<name> SOURCES files... [LIBRARIES targets...])

@@ -6,6 +6,21 @@ sextant_python=$sextant_root/.venv/bin/python
 multicast_group=239.74.163.2 # of CAN frames that travel by UDP
 multicast_route_made=no
 
+# The gates that have a --self-test, each with what it is made of beside scripts/check_<gate>.
+# shellcheck disable=SC2034
+declare -A self_tests=(
+  [format]=.clang-format
+  [tidy]='.clang-tidy scripts/clang_tools.sh tests/tidy'
+  [function_effects]='scripts/clang_tools.sh tests/nonblocking'
+  [control_thread_audit]=tests/audit
+  [paper]=scripts/sextant_py/paper_check.py
+  [sanitizers]=tests/sanitizers
+  [rtsan]='scripts/clang_tools.sh tests/audit'
+  [instructions]='scripts/sextant_py/instructions.py tests/bench/instruction_probe.cpp'
+  [coverage]=''
+  [cortex_m]='scripts/sextant_py/cortex_m.py scripts/sextant_py/golden.py tests/cortex_m'
+)
+
 say() { printf '%s\n' "$*"; }
 
 # die MESSAGE...: one sentence on stderr, exit status 1.

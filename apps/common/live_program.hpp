@@ -5,9 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
+#include "common/command_line.hpp"
 
 namespace sextant {
 
@@ -19,40 +17,16 @@ struct LiveOptions {
   bool print_config{false};
 };
 
-/// Adds them; the result refers to `options`. duration: what `--duration` does.
-inline void describe_live(CLI::App& app, LiveOptions& options, const char* duration) {
-  app.add_option("config", options.config, "configuration file")->capture_default_str();
-  app.add_option("--duration", options.duration_s, duration)->check(CLI::Range(0.001, 1e9));
-  app.add_option("--set", options.overrides, "key=value, overrides the file")->take_all()->expected(1);
-  app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
-}
+/// The options that fill them in. duration: what `--duration` does.
+[[nodiscard]] std::vector<Option> live_options(LiveOptions& options, const char* duration);
 
 /// The log goes to stderr, with the time of day.
-inline void start_log(const std::string& name) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt(name));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
-}
-
-/// Whether whoever started this program wants it to ignore the signal, as nohup does.
-[[nodiscard]] inline bool is_ignored(int signal) {
-  struct sigaction action{};
-  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
-}
+void start_log(const std::string& name);
 
 /// Blocks the signals that ask a program to leave, for this thread and all that it starts, and returns them
 /// for sigwaitinfo() and its kin: no other thread gets them. SIGHUP, of a terminal that is closed, is one of
-/// them unless it was ignored. A pipe whose reader has left ends nothing from now on: what is written to it
+/// them unless it was ignored. A pipe whose reader has left does not end the program: what is written to it
 /// is lost.
-[[nodiscard]] inline sigset_t block_leave_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  if (!is_ignored(SIGHUP)) sigaddset(&set, SIGHUP);
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGCHLD, SIG_DFL);  // one who ignores it would never learn that a child has ended
-  return set;
-}
+[[nodiscard]] sigset_t block_leave_signals();
 
 }  // namespace sextant

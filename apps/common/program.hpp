@@ -2,33 +2,8 @@
 
 #include <cstdio>
 #include <exception>
-#include <optional>
-#include <string>
-
-#include <CLI/CLI.hpp>
 
 namespace sextant {
-
-/// What every program has on its command line: help that ends in examples, its version, and one sentence for
-/// whatever is wrong with it.
-inline void describe_program(CLI::App& app, const std::string& name, const char* examples) {
-  app.footer(examples);
-  app.set_version_flag("--version", SEXTANT_VERSION);
-  app.failure_message([name](const CLI::App*, const CLI::Error& error) {
-    return name + ": " + error.what() + "; " + name + " --help tells more\n";
-  });
-}
-
-/// Reads the command line. Empty when the program may go on, else its exit status: 0 after help or version, 2
-/// after a mistake, of which one sentence and the usage have been printed.
-inline std::optional<int> parse_command_line(CLI::App& app, int argc, char** argv) {
-  try {
-    app.parse(argc, argv);
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-}
 
 /// Runs a program to its exit status. What it throws becomes a sentence on stderr and the status `failure`.
 template <class Run>

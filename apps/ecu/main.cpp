@@ -4,11 +4,12 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <spdlog/spdlog.h>
 
+#include "common/command_line.hpp"
 #include "common/live_program.hpp"
 #include "common/program.hpp"
 #include "ecu/ecu.hpp"
@@ -42,31 +43,44 @@ constexpr const char* examples = R"(Examples:
                                                      the same from a recording of candump -l or python-can
 It leaves on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
 
-void describe_virtual_time(CLI::App& app, Options& options) {
-  CLI::Option* const virtual_time =
-      app.add_option("--virtual-time", options.log,
-                     "run in virtual time, with commands from this recording, or from --profile")
-          ->expected(0, 1)
-          ->type_name("LOG");
-  const auto add = [&](const char* name, auto& value, const char* what) {
-    app.add_option(name, value, what)->needs(virtual_time)->group("Virtual time");
+/// The options of a run in virtual time: the first makes one, the others need it.
+std::vector<sextant::Option> virtual_time_options(Options& options) {
+  constexpr const char* virtual_time = "--virtual-time";
+  const auto part = [](const char* name, sextant::Option::Value value, const char* what) {
+    return sextant::Option{
+        .name = name, .value = value, .what = what, .group = "Virtual time", .needs = virtual_time};
   };
-  add("--profile", options.virtual_run.profile, "torque profile for a vehicle to play, .csv");
-  add("--log-interface", options.virtual_run.log_interface, "the interface of a recording that has several");
-  add("--frames-out", options.virtual_run.frames_out, "record the frames of the bus, as candump -l");
-  add("--telemetry-out", options.virtual_run.telemetry_out, "record telemetry, .csv or .h5");
-  add("--bus-seed", options.virtual_run.bus_seed, "let the bus misbehave at random, by this seed");
+  sextant::ecu::VirtualRunOptions& run = options.virtual_run;
+  return {{.name = virtual_time,
+           .value = &options.log,
+           .what = "run in virtual time, with commands from this recording, or from --profile",
+           .type_name = "LOG",
+           .given = &options.virtual_time,
+           .may_be_empty = true},
+          part("--profile", &run.profile, "torque profile for a vehicle to play, .csv"),
+          part("--log-interface", &run.log_interface, "the interface of a recording that has several"),
+          part("--frames-out", &run.frames_out, "record the frames of the bus, as candump -l"),
+          part("--telemetry-out", &run.telemetry_out, "record telemetry, .csv or .h5"),
+          part("--bus-seed", &run.bus_seed, "let the bus misbehave at random, by this seed")};
 }
 
-/// Adds the options to the command line; the result refers to `options`.
-void describe(CLI::App& app, Options& options) {
-  sextant::describe_program(app, program_name, examples);
-  describe_virtual_time(app, options);
-  sextant::describe_live(app, options.live, "leave after so many seconds, of virtual time if it is that");
-  app.add_option("--can", options.can, "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>");
-  app.add_option("--timing-out", options.timing_out,
-                 "write the histograms and overruns of the control thread, .json; not in virtual time")
-      ->excludes("--virtual-time");
+sextant::CommandLine command_line(Options& options) {
+  sextant::CommandLine line{
+      program_name, "Sextant: the live drive. Takes torque commands over CAN, publishes telemetry over DDS.",
+      examples, virtual_time_options(options)};
+  for (sextant::Option& option :
+       sextant::live_options(options.live, "leave after so many seconds, of virtual time if it is that")) {
+    line.options.push_back(std::move(option));
+  }
+  line.options.push_back({.name = "--can",
+                          .value = &options.can,
+                          .what = "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>"});
+  line.options.push_back(
+      {.name = "--timing-out",
+       .value = &options.timing_out,
+       .what = "write the histograms and overruns of the control thread, .json; not in virtual time",
+       .excludes = "--virtual-time"});
+  return line;
 }
 
 /// Returns when a signal asks to leave or the time is over.
@@ -142,10 +156,7 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   sextant::start_log(program_name);
-  CLI::App app{"Sextant: the live drive. Takes torque commands over CAN, publishes telemetry over DDS."};
   Options options;
-  describe(app, options);
-  CLI11_PARSE(app, argc, argv);
-  options.virtual_time = app.count("--virtual-time") > 0;
+  if (const std::optional<int> status = command_line(options).parse(argc, argv)) return *status;
   return sextant::run_program(program_name, 1, [&] { return run(options); });
 }

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "common/build_commit.hpp"
+#include "common/command_line.hpp"
 #include "common/program.hpp"
 #include "mil/interruption.hpp"
 #include "mil/progress_bar.hpp"
@@ -44,15 +44,25 @@ Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DI
 place of those of an earlier run. Exit status: 0 if every run passes, 1 if one does not, 2 if the command or a
 file is wrong, 130 or 143 after SIGINT or SIGTERM, which close the trace and write the summary.)";
 
-void describe(CLI::App& app, Options& options) {
-  sextant::describe_program(app, program_name, examples);
-  app.add_option("scenarios", options.scenarios, "scenario files")->required()->type_name("SCENARIO.toml");
-  app.add_option("--out", options.out, "directory for traces and summaries")->capture_default_str();
-  app.add_option("--set", options.overrides, "key=value, overrides the files")->take_all()->expected(1);
-  app.add_option("--integrator", options.integrator, "how the plant is integrated")
-      ->check(CLI::IsMember({"cvode", "fixed", "exact", "erk"}));
-  app.add_flag("--no-trace", options.no_trace, "write the summary only");
-  app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
+sextant::CommandLine command_line(Options& options) {
+  return {program_name,
+          "Sextant: runs scenarios of the drive with its model in the loop.",
+          examples,
+          {{.name = "scenarios",
+            .value = &options.scenarios,
+            .what = "scenario files",
+            .type_name = "SCENARIO.toml",
+            .required = true},
+           {.name = "--out", .value = &options.out, .what = "directory for traces and summaries"},
+           {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the files"},
+           {.name = "--integrator",
+            .value = &options.integrator,
+            .what = "how the plant is integrated",
+            .choices = {"cvode", "fixed", "exact", "erk"}},
+           {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
+           {.name = "--print-config",
+            .value = &options.print_config,
+            .what = "print the configuration in force and leave"}}};
 }
 
 sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
@@ -196,9 +206,7 @@ int run(Options options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Sextant: runs scenarios of the drive with its model in the loop."};
   Options options;
-  describe(app, options);
-  if (const std::optional<int> status = sextant::parse_command_line(app, argc, argv)) return *status;
+  if (const std::optional<int> status = command_line(options).parse(argc, argv)) return *status;
   return sextant::run_program(program_name, 2, [&] { return run(options); });
 }

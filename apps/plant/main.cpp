@@ -5,8 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include <CLI/CLI.hpp>
-
+#include "common/command_line.hpp"
 #include "common/live_program.hpp"
 #include "common/program.hpp"
 #include "plant/plant.hpp"
@@ -60,10 +59,10 @@ int run(const sextant::LiveOptions& options) {
 
 int main(int argc, char** argv) {
   sextant::start_log(program_name);
-  CLI::App app{"Sextant: the plant in a process of its own, for a drive in another one."};
   sextant::LiveOptions options{.config = "configs/plant.toml"};
-  sextant::describe_live(app, options, "leave after so many seconds");
-  sextant::describe_program(app, program_name, examples);
-  CLI11_PARSE(app, argc, argv);
+  const sextant::CommandLine line{program_name,
+                                  "Sextant: the plant in a process of its own, for a drive in another one.",
+                                  examples, sextant::live_options(options, "leave after so many seconds")};
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, 1, [&] { return run(options); });
 }

@@ -1,8 +1,8 @@
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 
-#include <CLI/CLI.hpp>
-
+#include "common/command_line.hpp"
 #include "common/program.hpp"
 #include "sextant/comms/message_socket.hpp"
 #include "sextant/comms/telemetry_messages.hpp"
@@ -27,10 +27,12 @@ int run() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Sextant: publishes the telemetry of a live drive over DDS."};
   std::uint32_t drive_id = 1;
-  sextant::describe_program(app, program_name, notes);
-  app.add_option("--drive", drive_id, "the drive's id, for ps: the drive tells it again");
-  CLI11_PARSE(app, argc, argv);
+  const sextant::CommandLine line{
+      program_name,
+      "Sextant: publishes the telemetry of a live drive over DDS.",
+      notes,
+      {{.name = "--drive", .value = &drive_id, .what = "the drive's id, for ps: the drive sends it too"}}};
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, 1, [] { return run(); });
 }

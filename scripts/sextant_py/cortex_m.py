@@ -68,7 +68,7 @@ class GoldenRun:
         self._host = host
         self._name = name
         self.inputs = f"{name}.inputs"
-        self._call("record", self.inputs, "--delay", str(RUNS[name]))
+        self._call(self.inputs, "--delay", str(RUNS[name]))
         self.periods = int(np.fromfile(BUILD / self.inputs, golden.SETUP, 1)["periods"][0])
         self.reference = self.replay("float")
         self.variants = [
@@ -82,7 +82,7 @@ class GoldenRun:
 
     def replay(self, scalar: str, *shift: str) -> np.ndarray:
         outputs = f"{self._name}.{scalar}.outputs"
-        self._call("replay", self.inputs, outputs, "--scalar", scalar, *shift)
+        self._call(self.inputs, outputs, "--scalar", scalar, *shift)
         return golden.load_outputs(BUILD / outputs, self.periods)
 
     def on_target(self, image: str) -> tuple[np.ndarray, golden.Costs]:

@@ -1,33 +1,21 @@
-"""AUTOSAR E2E profile 11 in data-ID mode NIBBLE: a CRC in byte 0, a counter in the low nibble of byte 1.
+"""AUTOSAR E2E profile 11 in data-ID mode NIBBLE, by the package autosar-e2e; the sequence of counters is checked here.
 
-The high nibble of byte 1 holds the low nibble of the data ID's high byte. The CRC is CRC-8 with polynomial 0x1D,
-initial value and final XOR zero, over the data ID's low byte, a zero byte and every byte of the frame but the CRC.
+Byte 0 holds the CRC, the low nibble of byte 1 the counter, its high nibble the low nibble of the data ID's high byte.
 """
 
 from enum import Enum
+
+from e2e import p11
 
 COUNTER_COUNT = 15
 """The counter runs from 0 to 14; 15 is invalid."""
 
 
-def _crc_table(polynomial: int) -> bytes:
-    table = []
-    for value in range(256):
-        for _ in range(8):
-            value = (value << 1) ^ polynomial if value & 0x80 else value << 1
-        table.append(value & 0xFF)
-    return bytes(table)
-
-
-_TABLE = _crc_table(0x1D)
-
-
 def crc(frame: bytes, data_id: int) -> int:
     """The CRC that byte 0 of the frame should hold."""
-    value = 0
-    for byte in (data_id & 0xFF, 0, *frame[1:]):
-        value = _TABLE[value ^ byte]
-    return value
+    signed = bytearray(frame)
+    p11.e2e_p11_protect(signed, data_id, data_id_mode=p11.E2E_P11_DATAID_NIBBLE, increment_counter=False)
+    return signed[0]
 
 
 def protect(frame: bytearray, data_id: int, counter: int) -> None:

@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/mman.h>
@@ -22,6 +21,8 @@
 #include "audit/live_loop.hpp"
 #include "audit/lock_counter.hpp"
 #include "audit/system_call_trap.hpp"
+#include "common/command_line.hpp"
+#include "common/program.hpp"
 #include "sextant/realtime/scheduler_sample.hpp"
 #include "sextant/realtime/thread_setup.hpp"
 #include "support/allocation_counter.hpp"
@@ -178,20 +179,32 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   sextant::audit::Options options;
-  CLI::App app{"Counts what the control thread of the live drive must not do."};
-  app.add_option("--periods", options.periods, "control periods to watch")
-      ->check(CLI::Range(1'000, 1'000'000'000));
-  app.add_option("--period-us", options.period_us, "control period")->check(CLI::Range(1.0, 1000.0));
-  app.add_option("--wait", options.wait)->check(CLI::IsMember({"spin", "hybrid", "sleep"}));
-  app.add_flag("--shared-memory", options.shared_memory, "the plant on a thread of its own, behind a link");
-  app.add_option("--seed", options.seed, "commit this violation once")
-      ->check(CLI::IsMember({"none", "allocation", "lock", "page_fault", "system_call"}));
-  CLI11_PARSE(app, argc, argv);
+  const sextant::CommandLine line{
+      "control_thread_audit",
+      "Counts what the control thread of the live drive must not do.",
+      "Exit status: 0 if there is nothing, 1 if there is something, 2 if it cannot be run.",
+      {{.name = "--periods",
+        .value = &options.periods,
+        .what = "control periods to watch",
+        .least = 1'000,
+        .most = 1'000'000'000},
+       {.name = "--period-us",
+        .value = &options.period_us,
+        .what = "control period",
+        .least = 1.0,
+        .most = 1000.0},
+       {.name = "--wait",
+        .value = &options.wait,
+        .what = "how the thread waits",
+        .choices = {"spin", "hybrid", "sleep"}},
+       {.name = "--shared-memory",
+        .value = &options.shared_memory,
+        .what = "the plant on a thread of its own, behind a link"},
+       {.name = "--seed",
+        .value = &options.seed,
+        .what = "commit this violation once",
+        .choices = {"none", "allocation", "lock", "page_fault", "system_call"}}}};
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   sextant::reserve_little_memory();  // as the programs do
-  try {
-    return sextant::audit::run(options);
-  } catch (const std::exception& problem) {
-    std::fprintf(stderr, "control_thread_audit: %s\n", problem.what());
-    return 2;
-  }
+  return sextant::run_program(line.program, 2, [&] { return sextant::audit::run(options); });
 }

@@ -11,9 +11,9 @@
 #include <thread>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "common/command_line.hpp"
 #include "ecu/timing/timing_report.hpp"
 #include "sextant/realtime/cache_line.hpp"
 #include "sextant/realtime/latency_histogram.hpp"
@@ -105,35 +105,50 @@ void loop(const Options& options, Result& result) {
 }
 
 sextant::WaitMode wait_mode(const std::string& name) {
-  for (const auto mode : {sextant::WaitMode::sleep, sextant::WaitMode::spin, sextant::WaitMode::hybrid}) {
-    if (name == to_string(mode)) return mode;
-  }
-  throw CLI::ValidationError("--wait", "it is sleep, spin or hybrid");
+  using sextant::WaitMode;
+  return name == "sleep" ? WaitMode::sleep : name == "hybrid" ? WaitMode::hybrid : WaitMode::spin;
+}
+
+sextant::CommandLine command_line(Options& options) {
+  return {"sextant_empty_loop",
+          "A periodic thread without a drive. Prints its timing as JSON.",
+          "",
+          {{.name = "--period-us", .value = &options.period_us, .what = "period", .least = 1.0, .most = 1e6},
+           {.name = "--duration", .value = &options.duration_s, .what = "[s]", .least = 0.001, .most = 1e4},
+           {.name = "--wait",
+            .value = &options.wait,
+            .what = "how the thread waits",
+            .choices = {"sleep", "spin", "hybrid"}},
+           {.name = "--busy-ns",
+            .value = &options.busy_ns,
+            .what = "the body computes for so long, in registers",
+            .least = 0.0,
+            .most = 1e6},
+           {.name = "--lines",
+            .value = &options.lines,
+            .what = "the body reads and writes so many cache lines",
+            .least = 0.0,
+            .most = 1e5},
+           {.name = "--tick-lead-us",
+            .value = &options.tick_lead_us,
+            .what = "as realtime.tick_lead_us",
+            .least = 0.0,
+            .most = 1e5},
+           {.name = "--cpu", .value = &options.realtime.cpu, .what = "as realtime.cpu"},
+           {.name = "--priority",
+            .value = &options.realtime.priority,
+            .what = "as realtime.priority",
+            .least = 1,
+            .most = 98}}};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"A periodic thread without a drive. Prints its timing as JSON."};
   Options options;
-  app.add_option("--period-us", options.period_us)->check(CLI::Range(1.0, 1e6));
-  app.add_option("--duration", options.duration_s, "[s]")->check(CLI::Range(0.001, 1e4));
-  app.add_option("--wait", options.wait, "sleep, spin or hybrid");
-  app.add_option("--busy-ns", options.busy_ns, "the body computes for so long, in registers")
-      ->check(CLI::Range(0.0, 1e6));
-  app.add_option("--lines", options.lines, "the body reads and writes so many cache lines")
-      ->check(CLI::Range(0, 100'000));
-  app.add_option("--tick-lead-us", options.tick_lead_us, "as realtime.tick_lead_us")
-      ->check(CLI::Range(0.0, 1e5));
-  app.add_option("--cpu", options.realtime.cpu);
-  app.add_option("--priority", options.realtime.priority)->check(CLI::Range(1, 98));
-  try {
-    app.parse(argc, argv);
-    options.realtime.wait.mode = wait_mode(options.wait);
-    options.realtime.wait.tick_lead_ns = std::int64_t(options.tick_lead_us * 1e3);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error);
-  }
+  if (const std::optional<int> status = command_line(options).parse(argc, argv)) return *status;
+  options.realtime.wait.mode = wait_mode(options.wait);
+  options.realtime.wait.tick_lead_ns = std::int64_t(options.tick_lead_us * 1e3);
   Result result;
   std::thread{loop, std::cref(options), std::ref(result)}.join();
   for (const std::string& refusal : result.rights.refusals) std::fprintf(stderr, "%s\n", refusal.c_str());

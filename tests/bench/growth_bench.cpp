@@ -19,6 +19,7 @@
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/dds/dds_telemetry.hpp"
 #include "sextant/realtime/ring.hpp"
+#include "support/source_directory.hpp"
 #include "telemetry.h"
 
 namespace sextant::bench {

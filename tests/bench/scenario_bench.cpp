@@ -12,6 +12,7 @@
 #include "sextant/sim/mil_runner.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 #include "sextant/sim/trace_recorder.hpp"
+#include "support/source_directory.hpp"
 
 namespace sextant::bench {
 namespace {

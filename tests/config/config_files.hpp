@@ -6,6 +6,8 @@
 
 #include <unistd.h>
 
+#include "support/source_directory.hpp"
+
 namespace sextant {
 
 inline const std::string shipped_ecu = SEXTANT_SOURCE_DIR "/configs/ecu.toml";

@@ -3,6 +3,7 @@
 
 #include "config/config_files.hpp"
 #include "sextant/config/load_config.hpp"
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

@@ -17,6 +17,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/source_directory.hpp"
+
 namespace sextant {
 namespace {
 

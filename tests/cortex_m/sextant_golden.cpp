@@ -1,15 +1,15 @@
 // sextant_golden: records a closed-loop run of the drive in `float`, and replays it, in `float` or `double`.
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "common/command_line.hpp"
+#include "common/program.hpp"
 #include "cortex_m/golden/golden_record.hpp"
 #include "cortex_m/golden/plant_replay.hpp"
 #include "cortex_m/golden/vehicle.hpp"
@@ -188,33 +188,47 @@ void replay(const std::string& from, const std::string& to, const Shifts& shifts
   if (!file) throw std::runtime_error{"cannot write \"" + to + "\""};
 }
 
-int run(int argc, char** argv) {
-  CLI::App app{"Records a closed-loop run of the drive in float, and replays it."};
-  app.require_subcommand(1);
-  std::string inputs;
-  std::string outputs;
+struct Options {
+  std::string inputs{};
+  std::string outputs{};
   std::string scalar{"float"};
-  Setup setup;
-  Shifts shifts;
-  CLI::App* recording = app.add_subcommand("record", "Runs drive and plant; writes what the drive got.");
-  recording->add_option("inputs", inputs, "file to write")->required();
-  recording->add_option("--delay", setup.actuation_delay_periods, "actuation delay [periods]")
-      ->check(CLI::Range(0, 1));
-  CLI::App* replaying = app.add_subcommand("replay", "Gives the inputs to a drive; writes its answers.");
-  replaying->add_option("inputs", inputs, "file to read")->required();
-  replaying->add_option("outputs", outputs, "file to write")->required();
-  replaying->add_option("--scalar", scalar, "arithmetic")->check(CLI::IsMember({"float", "double"}));
-  replaying->add_option("--shift-torque", shifts.torque, "added to the torque reference [N·m]");
-  replaying->add_option("--shift-flux", shifts.flux, "added to the flux reference [Wb]");
-  replaying->add_option("--shift-sector", shifts.sector_deg, "added to the sectors' start [°]");
-  replaying->add_option("--shift-current", shifts.current, "added to the magnetiser's current levels [A]");
-  CLI11_PARSE(app, argc, argv);
-  if (recording->parsed()) {
-    save(inputs, setup, record(setup));
-  } else if (scalar == "float") {
-    replay<float>(inputs, outputs, shifts);
+  Setup setup{};
+  Shifts shifts{};
+};
+
+CommandLine command_line(Options& options) {
+  const auto shift = [](const char* name, double& value, const char* what) {
+    return Option{.name = name, .value = &value, .what = what, .needs = "outputs"};
+  };
+  return {"sextant_golden",
+          "Records a closed-loop run of the drive in float, or replays its inputs.",
+          "Without outputs it writes the inputs, with them it reads the inputs and writes the answers.",
+          {{.name = "inputs", .value = &options.inputs, .what = "what the drive gets", .required = true},
+           {.name = "outputs", .value = &options.outputs, .what = "the answers of a replay"},
+           {.name = "--delay",
+            .value = &options.setup.actuation_delay_periods,
+            .what = "actuation delay of the run that is recorded [periods]",
+            .excludes = "outputs",
+            .least = 0,
+            .most = 1},
+           {.name = "--scalar",
+            .value = &options.scalar,
+            .what = "arithmetic of the replay",
+            .needs = "outputs",
+            .choices = {"float", "double"}},
+           shift("--shift-torque", options.shifts.torque, "added to the torque reference [N·m]"),
+           shift("--shift-flux", options.shifts.flux, "added to the flux reference [Wb]"),
+           shift("--shift-sector", options.shifts.sector_deg, "added to the sectors' start [°]"),
+           shift("--shift-current", options.shifts.current, "added to the magnetiser's current levels [A]")}};
+}
+
+int run(const Options& options) {
+  if (options.outputs.empty()) {
+    save(options.inputs, options.setup, record(options.setup));
+  } else if (options.scalar == "float") {
+    replay<float>(options.inputs, options.outputs, options.shifts);
   } else {
-    replay<double>(inputs, outputs, shifts);
+    replay<double>(options.inputs, options.outputs, options.shifts);
   }
   return 0;
 }
@@ -223,10 +237,8 @@ int run(int argc, char** argv) {
 }  // namespace sextant::golden
 
 int main(int argc, char** argv) {
-  try {
-    return sextant::golden::run(argc, argv);
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "sextant_golden: %s\n", e.what());
-    return 1;
-  }
+  sextant::golden::Options options;
+  const sextant::CommandLine line = sextant::golden::command_line(options);
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
+  return sextant::run_program(line.program, 1, [&] { return sextant::golden::run(options); });
 }

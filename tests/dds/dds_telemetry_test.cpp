@@ -18,6 +18,7 @@
 
 #include "support/allocation_counter.hpp"
 #include "support/dds_domain.hpp"
+#include "support/source_directory.hpp"
 #include "telemetry.h"
 
 namespace sextant {

@@ -6,6 +6,8 @@
 
 #include <gmock/gmock.h>
 
+#include "support/source_directory.hpp"
+
 namespace sextant::ecu {
 namespace {
 

@@ -218,32 +218,6 @@ def test_a_part_that_fails_shows_all_its_figures_so(error: Exception, verdict: s
     assert all(str(error.args[0]) in figure.note for figure in figures)
 
 
-def audited(tmp_path: Path, text: str, status: int = 1) -> Figure:
-    program = tmp_path / "audit"
-    program.write_text(f"#!/bin/sh\ncat <<'END'\n{text}END\nexit {status}\n")
-    program.chmod(0o755)
-    own = live.LiveLab(Lab(audit=program, out=tmp_path))
-    return measured(f"audit, {next(iter(live.AUDITS))}", lambda: own.audit(()))["counted"]
-
-
-@pytest.mark.parametrize(("faults", "verdict", "note"), [(0, MET, "0/0/0/0"), (3, MISSED, "0/0/3/0")])
-def test_a_count_of_the_audit_is_a_figure(tmp_path: Path, faults: int, verdict: str, note: str) -> None:
-    counts = {"other counts": 7, "heap allocations": 0, "locks": 0, "page faults": faults, "system calls": 0}
-    text = "".join(f"  {name:<18} {n:>6}  {'FOUND' if n else 'ok'}\n" for name, n in counts.items())
-    figure = audited(tmp_path, text, 1 if faults else 0)
-    assert (figure.value, figure.verdict, figure.note) == (faults, verdict, note)
-
-
-def test_an_audit_that_did_not_count_is_missed(tmp_path: Path) -> None:
-    assert audited(tmp_path, "  locks  0  ok\n").verdict == MISSED
-    own = live.LiveLab(Lab(audit=tmp_path / "gone", out=tmp_path))
-    assert measured(f"audit, {next(iter(live.AUDITS))}", lambda: own.audit(()))["counted"].verdict == MISSED
-
-
-def test_page_faults_without_locked_memory_are_not_measured(tmp_path: Path) -> None:
-    assert audited(tmp_path, "  page faults  3  FOUND (memory is not locked)\n").verdict == NOT_MEASURED
-
-
 def test_every_miss_needs_its_gap(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     timing = {
         "wake_latency": histogram_json(1),

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/source_directory.hpp"
 #include "support/text_files.hpp"
 
 namespace sextant {

@@ -10,6 +10,7 @@
 #include "sextant/plant/vehicle_parameters.hpp"
 #include "sextant/sim/drive_cycle.hpp"
 #include "sextant/sim/profile.hpp"
+#include "support/source_directory.hpp"
 
 namespace sextant {
 namespace {

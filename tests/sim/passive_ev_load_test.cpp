@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "sextant/sim/drive_cycle.hpp"
+#include "support/source_directory.hpp"
 #include "support/text_files.hpp"
 
 namespace sextant {

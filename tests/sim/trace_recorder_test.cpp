@@ -22,6 +22,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "support/source_directory.hpp"
+
 namespace sextant {
 namespace {
 

@@ -32,7 +32,6 @@ class Lab:
     """Runs programs within the time of the present stage."""
 
     programs: Path = ROOT / "build" / "release" / "tests" / "bench"
-    audit: Path = ROOT / "build" / "release" / "tests" / "audit" / "sextant_control_thread_audit"
     out: Path = ROOT / "out" / "bench"
     deadline: float = field(default_factory=lambda: time.monotonic() + 3600.0)
     distributions: dict[str, dict[str, float]] = field(default_factory=dict)  # summaries that the page shows

@@ -1,7 +1,6 @@
 """Stage: what the live drive does with its time, beside cyclictest and an empty loop; its deadlines, and the lockstep
 run. TABLE has every figure with its target, by the part that measures it; a part returns values and notes by figure."""
 
-import re
 import statistics
 from collections.abc import Callable
 
@@ -25,14 +24,6 @@ SPIN = {"control__period_us": 25, "realtime__wait": "spin"}
 WAITS = {"hybrid": "hard mode as shipped (hybrid wait)", "sleep": "hard mode asleep (wait = sleep)"}
 REFERENCE = "cyclictest"
 WAY = "command to gate, "  # and the bus
-AUDITED = ("heap allocations", "locks", "page faults", "system calls")
-AUDITS = {  # as scripts/check_control_thread_audit
-    "10⁷ periods, spin mode": ("--periods", "10000000", "--period-us", "5", "--wait", "spin"),
-    "10⁶ periods asleep, beyond clock_nanosleep": ("--periods", "1000000", "--period-us", "25", "--wait", "sleep"),
-    "10⁵ periods in spin mode with the plant behind shared memory": (
-        *("--periods", "100000", "--period-us", "100", "--wait", "spin", "--shared-memory"),
-    ),
-}
 BODIES = {
     "ours": "execution time of a 25 µs period",
     "stamped": "the same with time stamps by stage, as shipped",
@@ -42,7 +33,6 @@ BODIES = {
 }
 EXECUTION = "execution time of a 25 µs period with plant, spin mode /"
 CVODE = "a 25 µs period that integrates with CVODE, following commands"
-COUNTED = "allocations, locks, page faults and system calls of the control thread"
 
 TABLE: dict[str, dict[str, Figure]] = {
     "wake-ups": {
@@ -77,7 +67,6 @@ TABLE: dict[str, dict[str, Figure]] = {
         "late": Figure("part of these bodies that took longer than the period", "%"),
         "lost": Figure("part of the periods that were skipped in that run", "%"),
     },
-    **{f"audit, {name}": {"counted": Figure(f"{COUNTED}, {name}", at_most=0)} for name in AUDITS},
     "gates of a killed drive": {
         "killed": Figure(
             "HIL: from SIGKILL of the drive at torque until its plant has turned the gates off and declared it dead",
@@ -235,16 +224,6 @@ class LiveLab:
         late = 100.0 * execution.part_above(25_000)
         return {"longest": (execution.max_ns * 1e-3, note), "late": (late, ""), "lost": (lost_percent(timing), "")}
 
-    def audit(self, options: tuple[str, ...]) -> Values:
-        text = self.lab.run(self.lab.audit, *options, accept=(0, 1))
-        if "(memory is not locked)" in text:
-            raise NotMeasurableError("memory cannot be locked here; scripts/rt_check says how to get it")
-        lines = [re.search(rf"^  {name} +(\d+)  (?:ok|FOUND)", text, re.MULTILINE) for name in AUDITED]
-        if not all(lines):
-            raise UserError(f"it says: {text.strip()[-200:]}")
-        counts = [int(line[1]) for line in lines]
-        return {"counted": (sum(counts), "/".join(map(str, counts)))}
-
     def lockstep(self) -> Values:
         runs = [live_runs.lockstep(self.lab, number, LOCKSTEP_SECONDS) for number in range(LOCKSTEP_RUNS)]
         factors, digests = [factor for factor, _ in runs], sorted({digest for _, digest in runs})
@@ -274,7 +253,6 @@ def live(lab: Lab) -> list[Figure]:
         "commands by vcan": lambda: own.commands("vcan"),
         "commands by udp multicast": lambda: own.commands("udp multicast"),
         "CVODE": own.cvode,
-        **{f"audit, {name}": lambda o=options: own.audit(o) for name, options in AUDITS.items()},
         "gates of a killed drive": lambda: gates.killed(lab),
         "gates of a drive that hangs": lambda: gates.hung(lab),
         "gates behind a wire that is cut": lambda: gates.cut(lab),
@@ -294,4 +272,4 @@ def live(lab: Lab) -> list[Figure]:
     return figures
 
 
-LIVE_STAGE = Stage("live", "the live drive: wake-ups, work, commands, audit, gates, deadlines, lockstep", 510, live)
+LIVE_STAGE = Stage("live", "the live drive: wake-ups, work, commands, gates, deadlines, lockstep", 400, live)

@@ -1,0 +1,43 @@
+#include "common/live_program.hpp"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+namespace sextant {
+namespace {
+
+/// Whether whoever started this program wants it to ignore the signal, as nohup does.
+bool is_ignored(int signal) {
+  struct sigaction action{};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+}  // namespace
+
+std::vector<Option> live_options(LiveOptions& options, const char* duration) {
+  return {{.name = "config", .value = &options.config, .what = "configuration file"},
+          {.name = "--duration", .value = &options.duration_s, .what = duration, .least = 0.001, .most = 1e9},
+          {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the file"},
+          {.name = "--print-config",
+           .value = &options.print_config,
+           .what = "print the configuration in force and leave"}};
+}
+
+void start_log(const std::string& name) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt(name));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+}
+
+sigset_t block_leave_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  if (!is_ignored(SIGHUP)) sigaddset(&set, SIGHUP);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGCHLD, SIG_DFL);  // one who ignores it would never learn that a child has ended
+  return set;
+}
+
+}  // namespace sextant

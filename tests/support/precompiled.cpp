@@ -1,0 +1,1 @@
+// Nothing of its own: CMake needs a source where headers are precompiled.
