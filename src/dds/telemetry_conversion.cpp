@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 #include <type_traits>
@@ -68,7 +69,7 @@ bool convert(const TelemetryIntervalRecord<double>& in, std::uint64_t dropped,
              sextant_DriveTelemetry& out) noexcept {
   bool finite = true;
   SEXTANT_TELEMETRY_MEMBERS(SEXTANT_ASSIGN)
-  out.dropped = dropped;
+  out.dropped = static_cast<std::uint32_t>(std::min<std::uint64_t>(dropped, UINT32_MAX));
   return finite;
 }
 
