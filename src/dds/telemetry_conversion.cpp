@@ -53,9 +53,7 @@ bool assign(std::optional<Fault> in, std::int32_t& out) noexcept {
 template <std::size_t size>
 bool assign(std::string_view in, char (&out)[size]) noexcept {
   std::size_t n = std::min(in.size(), size - 1);
-  const auto continues = [&](std::size_t i) {
-    return (static_cast<unsigned char>(in[i]) & 0xC0U) == 0x80U;
-  };
+  const auto continues = [&](std::size_t i) { return (static_cast<unsigned char>(in[i]) & 0xC0U) == 0x80U; };
   while (n > 0 && n < in.size() && continues(n)) --n;
   std::fill(std::copy_n(in.begin(), n, out), out + size, '\0');
   return true;

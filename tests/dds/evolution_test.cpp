@@ -20,7 +20,8 @@ using testing::loopback_configuration;
 using testing::TopicReader;
 
 template <class Sample>
-TopicReader<Sample> latched_reader(std::uint32_t domain, const dds_topic_descriptor_t& type, const char* topic) {
+TopicReader<Sample> latched_reader(std::uint32_t domain, const dds_topic_descriptor_t& type,
+                                   const char* topic) {
   return {domain, type, topic, DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL};
 }
 
@@ -32,9 +33,10 @@ TEST(TelemetryEvolution, AReaderOfAnEarlierContractReadsEveryTopic) {
   for (int i = 0; i < 60'000 && telemetry.readers() == 0; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
-  ASSERT_EQ(telemetry.write(TelemetryIntervalRecord<double>{
-                                .t_ns = 7, .power_w = 8.0, .command_counter = 9, .command_received_ns = 10},
-                            0),
+  ASSERT_EQ(telemetry.write(
+                TelemetryIntervalRecord<double>{
+                    .t_ns = 7, .power_w = 8.0, .command_counter = 9, .command_received_ns = 10},
+                0),
             DdsWrite::ok);
   const auto interval = intervals.take();
   ASSERT_TRUE(interval);
@@ -43,7 +45,8 @@ TEST(TelemetryEvolution, AReaderOfAnEarlierContractReadsEveryTopic) {
   EXPECT_EQ(interval->power_w, 8.0F);
   EXPECT_EQ(interval->command_counter, 9);
 
-  ASSERT_EQ(telemetry.write(DriveStateSample{.t_ns = 11, .fault_total = 12, .reason = "because"}), DdsWrite::ok);
+  ASSERT_EQ(telemetry.write(DriveStateSample{.t_ns = 11, .fault_total = 12, .reason = "because"}),
+            DdsWrite::ok);
   const auto state =
       latched_reader<earlier_DriveState>(domain, earlier_DriveState_desc, "sextant/DriveState").take();
   ASSERT_TRUE(state);
@@ -83,9 +86,9 @@ TEST(TelemetryEvolution, AReaderFindsZeroWhereAnEarlierWriterHasNoMember) {
   interval.t_ns = 7;
   interval.command_counter = 9;
   with_earlier_writer(domain, earlier_DriveTelemetry_desc, "sextant/DriveTelemetry", interval, [domain] {
-    const auto s = latched_reader<sextant_DriveTelemetry>(domain, sextant_DriveTelemetry_desc,
-                                                          "sextant/DriveTelemetry")
-                       .take();
+    const auto s =
+        latched_reader<sextant_DriveTelemetry>(domain, sextant_DriveTelemetry_desc, "sextant/DriveTelemetry")
+            .take();
     ASSERT_TRUE(s);
     EXPECT_EQ(s->t_ns, 7);
     EXPECT_EQ(s->command_counter, 9);
