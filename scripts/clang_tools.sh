@@ -23,11 +23,13 @@ clang_tidy() {
   printf '%s\n' "$tool"
 }
 
-# prepare_standalone: brings the list of faults up to date and sets standalone_flags: how to compile, from the top of the
+# prepare_standalone: brings the lists of faults and of telemetry up to date and sets standalone_flags: how to compile, from the top of the
 # tree, a header or a source that needs nothing else that is generated.
 prepare_standalone() {
   cmake -DDBC="$sextant_root/configs/interfaces/sextant.dbc" -DOUTPUT="$sextant_root/build/standalone" \
     -P "$sextant_root/cmake/SextantFaults.cmake" || die "the list of faults cannot be made from configs/interfaces/sextant.dbc."
+  cmake -DIDL="$sextant_root/configs/interfaces/telemetry.idl" -DOUTPUT="$sextant_root/build/standalone" \
+    -P "$sextant_root/cmake/SextantTelemetry.cmake" || die "the telemetry cannot be made from configs/interfaces/telemetry.idl."
   standalone_flags=(-std=c++20 -Iinclude -Ibuild/standalone/include -Iapps -Itests -isystem /usr/include/eigen3)
 }
 

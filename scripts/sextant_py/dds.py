@@ -1,14 +1,13 @@
 """Reading the drive's telemetry: types are discovered from the network, and silence is explained."""
 
 import os
-import re
 import time
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any
 
 from .errors import UserError
 from .paths import IDL, LOOPBACK
+from .telemetry_contract import signals
 
 
 def loopback_configuration() -> str:
@@ -68,18 +67,9 @@ def latched_qos() -> Qos:
     return Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
 
 
-@cache
 def contract_fields(struct: str) -> tuple[str, ...]:
     """The fields of a struct of configs/interfaces/telemetry.idl, in order."""
-    try:
-        text = re.sub(r"//.*", "", IDL.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"the telemetry contract {IDL} cannot be read: {error.strerror}.") from None
-    body = re.search(rf"struct\s+{struct}\s*{{(.*?)}}", text, re.DOTALL)
-    if body is None:
-        raise UserError(f"the telemetry contract {IDL} has no struct {struct}.")
-    # An underscore in front only keeps a name apart from the keywords of IDL.
-    return tuple(re.findall(r"\b_?(\w+)\s*;", body.group(1)))
+    return tuple(signal.name for signal in signals(struct))
 
 
 class Node:
@@ -118,7 +108,8 @@ class Node:
 
 
 class Subscription:
-    """One topic, read with the type that its writer announces, or with the contract's where it announces none."""
+    """One topic, read with the type that its writer announces, or with the contract's: where the writer announces none,
+    and where its version of the contract is an earlier one, whose missing fields are read as zero."""
 
     def __init__(self, node: Node, topic: str, qos: Qos) -> None:
         self.topic = topic
@@ -161,7 +152,11 @@ class Subscription:
             found, _ = get_types_for_typeid(self._node.participant, writer.type_id, duration(seconds=1))
         except DDSException:
             return None
-        missing = [name for name in contract_fields(self.topic.partition("/")[2]) if name not in found.__annotations__]
+        name, announced = self.topic.partition("/")[2], tuple(found.__annotations__)
+        contract = contract_fields(name)
+        missing = [field for field in contract if field not in announced]
+        if missing and contract[: len(announced)] == announced:
+            return self._type_of_contract(name)
         if missing:
             self._refused[writer.key] = (
                 f"its type {writer.type_name} lacks {', '.join(missing[:4])}{' …' if len(missing) > 4 else ''}"
@@ -172,13 +167,17 @@ class Subscription:
 
     def _contract_type(self, writer: DcpsEndpoint) -> type | None:
         """The type of the contract, for a writer that tells the name of its type alone."""
-        from . import telemetry_types
-
         name = self.topic.partition("/")[2]
         if writer.type_name == f"sextant::{name}":
-            return telemetry_types.struct(name)
+            return self._type_of_contract(name)
         self._refused[writer.key] = f"its type {writer.type_name} comes without a description"
         return None
+
+    @staticmethod
+    def _type_of_contract(name: str) -> type:
+        from . import telemetry_types
+
+        return telemetry_types.struct(name)
 
     def _on_incompatible_qos(self, _reader: DataReader, status: Any) -> None:
         self._incompatible = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")

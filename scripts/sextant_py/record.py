@@ -17,7 +17,7 @@ import numpy as np
 from .append_file import AppendFile
 from .dds import Telemetry
 from .errors import UserError, run
-from .units import unit_of
+from .telemetry_contract import signals
 
 DEPTH = 5000
 POLL_S = 0.05
@@ -52,7 +52,7 @@ class CsvSink:
 
 
 class Hdf5Sink:
-    """One dataset a signal, with its unit, in the root group: the layout of a trace.
+    """One dataset a signal, with unit and description, in the root group: the layout of a trace.
 
     HDF5 loses the whole file, and crashes at exit, where its own writes find no room. So the room is taken first, for
     more than the rows can need: every chunk they touch and its index.
@@ -78,7 +78,9 @@ class Hdf5Sink:
     def _create(self, name: str, value: Any) -> h5py.Dataset:
         kind = np.float64 if isinstance(value, float) else np.int64
         dataset = self._file.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(self.CHUNK_ROWS,))
-        dataset.attrs["unit"] = unit_of(name)
+        for known in signals("DriveTelemetry"):
+            if known.name == name:
+                dataset.attrs["unit"], dataset.attrs["description"] = known.unit, known.text
         return dataset
 
     def _reserve(self, columns: int, rows: int) -> None:

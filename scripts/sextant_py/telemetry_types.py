@@ -1,13 +1,10 @@
 """Python types of configs/interfaces/telemetry.idl, read from the file itself."""
 
-import re
-
 from cyclonedds.idl import make_idl_enum, make_idl_struct, types
-from cyclonedds.idl.annotations import final
+from cyclonedds.idl.annotations import appendable
 
-from .paths import IDL
+from .telemetry_contract import enumerations, enumerators, signals
 
-_TEXT = re.sub(r"//.*", "", IDL.read_text())
 _TYPES = {
     "unsigned long": types.uint32,
     "unsigned long long": types.uint64,
@@ -21,13 +18,8 @@ _TYPES = {
 }
 _ZEROS = {bool: False, types.bounded_str[64]: ""}
 
-
-def _body(kind: str, name: str) -> str:
-    return re.search(rf"{kind}\s+{name}\s*{{(.*?)}}", _TEXT, re.DOTALL).group(1)
-
-
-for _name in re.findall(r"enum\s+(\w+)", _TEXT):
-    _values = {name.strip(): value for value, name in enumerate(_body("enum", _name).split(","))}
+for _name in enumerations():
+    _values = {name: value for value, name in enumerate(enumerators(_name))}
     _TYPES[_name] = make_idl_enum(_name, f"sextant.{_name}", _values)
     _ZEROS[_TYPES[_name]] = _TYPES[_name](0)
 DriveStateKind = _TYPES["DriveStateKind"]
@@ -39,14 +31,17 @@ def enum(name: str) -> type:
 
 
 def fields(name: str) -> dict[str, type]:
-    declarations = [line.replace("@key", "").split() for line in _body("struct", name).split(";")]
-    return {words[-1].removeprefix("_"): _TYPES[" ".join(words[:-1])] for words in declarations if words}
+    return {signal.name: _TYPES[signal.type] for signal in signals(name)}
+
+
+def declared(name: str, members: dict[str, type]) -> type:
+    """A struct of the contract's name and kind with such members."""
+    return appendable(make_idl_struct(name, f"sextant.{name}", members, field_annotations={"drive_id": {"key": True}}))
 
 
 def struct(name: str, without: tuple[str, ...] = ()) -> type:
     """The struct as the contract has it, or without some of its fields."""
-    members = {key: kind for key, kind in fields(name).items() if key not in without}
-    return final(make_idl_struct(name, f"sextant.{name}", members, field_annotations={"drive_id": {"key": True}}))
+    return declared(name, {key: kind for key, kind in fields(name).items() if key not in without})
 
 
 def sample(kind: type, **values: object) -> object:

@@ -47,7 +47,7 @@ struct TraceColumn {
         sizeof(TraceRow{}.member_of.member)                                                          \
   }
 #define SEXTANT_DRIVE(member, unit, description) \
-  SEXTANT_COLUMN("", drive, member, "standard", unit, description)
+  SEXTANT_COLUMN("", drive, member, "standard", unit, description),
 #define SEXTANT_PLANT(member, group, unit, description) \
   SEXTANT_COLUMN("plant", plant, member, group, unit, description)
 #define SEXTANT_CONTROL(member, unit, description) \
@@ -55,31 +55,9 @@ struct TraceColumn {
 
 /// Every signal; the first, the time, is in every trace.
 inline constexpr std::array trace_columns{
-    SEXTANT_DRIVE(t_ns, "ns", "last control period of the interval"),
-    SEXTANT_DRIVE(periods, "1", "control periods in the interval"),
-    SEXTANT_DRIVE(torque_requested_nm, "N·m", "requested torque"),
-    SEXTANT_DRIVE(torque_reference_nm, "N·m", "torque reference, of the command supervision"),
-    SEXTANT_DRIVE(torque_mean_nm, "N·m", "estimated torque, mean over the interval"),
-    SEXTANT_DRIVE(torque_min_nm, "N·m", "estimated torque, minimum over the interval"),
-    SEXTANT_DRIVE(torque_max_nm, "N·m", "estimated torque, maximum over the interval"),
-    SEXTANT_DRIVE(flux_mean_wb, "Wb", "magnitude of the estimated stator flux linkage, mean"),
-    SEXTANT_DRIVE(flux_min_wb, "Wb", "magnitude of the estimated stator flux linkage, minimum"),
-    SEXTANT_DRIVE(flux_max_wb, "Wb", "magnitude of the estimated stator flux linkage, maximum"),
-    SEXTANT_DRIVE(current_mean_a, "A", "magnitude of the stator current vector, mean"),
-    SEXTANT_DRIVE(current_min_a, "A", "magnitude of the stator current vector, minimum"),
-    SEXTANT_DRIVE(current_max_a, "A", "magnitude of the stator current vector, maximum"),
-    SEXTANT_DRIVE(i_a_a, "A", "measured current of phase a"),
-    SEXTANT_DRIVE(i_b_a, "A", "measured current of phase b"),
-    SEXTANT_DRIVE(i_c_a, "A", "measured current of phase c"),
-    SEXTANT_DRIVE(flux_angle_rad, "rad", "angle of the estimated stator flux from phase a, electrical"),
-    SEXTANT_DRIVE(speed_rad_s, "rad/s", "measured mechanical speed"),
-    SEXTANT_DRIVE(u_dc_v, "V", "measured DC-link voltage, mean"),
-    SEXTANT_DRIVE(i_dc_a, "A", "DC-link current, mean"),
-    SEXTANT_DRIVE(power_w, "W", "electrical power at the DC link, mean"),
-    SEXTANT_DRIVE(state, "1", "state of the drive"),
-    SEXTANT_DRIVE(sector, "1", "sector of the stator flux, 1 to 6, 0 without flux"),
-    SEXTANT_DRIVE(command_counter, "1", "E2E counter of the command in force"),
-    SEXTANT_DRIVE(command_received_ns, "ns", "when that command was received"),
+    // clang-format off
+    SEXTANT_TELEMETRY_MEMBERS(SEXTANT_DRIVE)
+    // clang-format on
     SEXTANT_PLANT(torque_nm, "standard", "N·m", "air-gap torque"),
     SEXTANT_PLANT(torque_mean_nm, "standard", "N·m", "air-gap torque, mean over the interval"),
     SEXTANT_PLANT(torque_min_nm, "standard", "N·m", "air-gap torque, minimum over the interval"),

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from sextant_py import plot
 from sextant_py.errors import UserError
-from sextant_py.units import unit_of
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -29,7 +28,6 @@ def write_trace(path: Path, count: int, time_name: str) -> None:
             "current_mean_a": np.full(count, 20.0),
         }.items():
             file[name] = value
-            file[name].attrs["unit"] = unit_of(name)
 
 
 @pytest.mark.parametrize(("count", "time_name"), [(500, "t_s"), (50_000, "t_ns")])
@@ -98,16 +96,3 @@ def test_bad_files(tmp_path: Path) -> None:
     write_trace(tmp_path / "trace.h5", 11, "t_s")
     with pytest.raises(UserError, match="no sample in that span"):
         plot.load(tmp_path / "trace.h5", 5.0)
-
-
-def test_units() -> None:
-    expected = {
-        "torque_mean_nm": "N·m",
-        "speed_rad_s": "rad/s",
-        "flux_angle_rad": "rad",
-        "t_ns": "ns",
-        "t_s": "s",
-        "i_a_a": "A",
-    }
-    assert {name: unit_of(name) for name in expected} == expected
-    assert unit_of("sector") == ""

@@ -17,6 +17,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from sextant_py import dds, demo_report, record, telemetry_types
 from sextant_py.errors import UserError
+from sextant_py.telemetry_contract import signals
 
 COUNT = 400
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
@@ -63,7 +64,9 @@ def test_every_sample_of_one_drive_is_recorded(tmp_path: Path, domain: int, suff
         with h5py.File(path) as file:
             assert set(file) == set(dds.contract_fields("DriveTelemetry"))
             assert file["t_ns"].dtype == np.int64
-            assert file["torque_mean_nm"].attrs["unit"] == "N·m"
+            assert {name: (file[name].attrs["unit"], file[name].attrs["description"]) for name in file} == {
+                signal.name: (signal.unit, signal.text) for signal in signals("DriveTelemetry")
+            }
             assert np.array_equal(file["torque_mean_nm"], np.arange(COUNT) / 8)
             assert np.all(file["state"][()] == telemetry_types.DriveStateKind.TORQUE.value)
     else:

@@ -13,8 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
 from programs import ProgramProcess, overrides, program
-from sextant_py import bus, dds
+from sextant_py import bus, dds, telemetry_types
 from sextant_py.contract import Contract
 from sextant_py.paths import LOOPBACK, ROOT
 from wrong_declarations import every
@@ -146,6 +149,19 @@ def test_no_declaration_of_a_reader_ends_the_drive(drive: LiveDrive) -> None:
         natural.kill()
         natural.communicate()
     assert "Error" not in drive.leave()
+
+
+@pytest.mark.parametrize("topic", [dds.TELEMETRY, dds.STATE, dds.STATISTICS])
+def test_a_reader_of_an_earlier_version_reads(drive: LiveDrive, topic: str) -> None:
+    """It declares the struct without its last member."""
+    name = topic.partition("/")[2]
+    kind = telemetry_types.struct(name, without=(list(telemetry_types.fields(name))[-1],))
+    node = DomainParticipant(drive.domain)
+    qos = dds.streaming_qos(1) if topic == dds.TELEMETRY else dds.latched_qos()
+    reader = DataReader(node, Topic(node, topic, kind), qos)
+    sample = wait_for(lambda: reader.take(N=1), name)[0]
+    assert sample.drive_id == 1
+    assert sample.t_ns > 0
 
 
 def test_telemetry_comes_back_when_its_process_was_killed(drive: LiveDrive) -> None:

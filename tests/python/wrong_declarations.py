@@ -47,7 +47,7 @@ class Declaration:
     what: str
     members: dict[str, type]
     keys: tuple[str, ...] = ("drive_id",)
-    extensibility: Callable[[type], type] = final
+    extensibility: Callable[[type], type] = appendable
     name: str = field(default="")
 
     def kind(self, module: str = "sextant") -> type:
@@ -74,14 +74,17 @@ def _of_types(topic: str, members: dict[str, type]) -> Iterator[Declaration]:
 
 
 def _of_members(topic: str, members: dict[str, type]) -> Iterator[Declaration]:
-    """Members that are missing, renamed, added or elsewhere."""
+    """Members that are missing, renamed, added or elsewhere; a last one that is missing or added is not wrong."""
+    *others, last = members
     for member in members:
         without = {key: kind for key, kind in members.items() if key != member}
         renamed = {(f"{key}_" if key == member else key): kind for key, kind in members.items()}
-        yield Declaration(topic, f"without {member}", without)
+        if member != last:
+            yield Declaration(topic, f"without {member}", without)
         yield Declaration(topic, f"{member} renamed", renamed)
     for text, kind in {**_PRIMITIVES, **_COLLECTIONS}.items():
-        yield Declaration(topic, f"{text} added", {**members, "added": kind})
+        before_last = {**{other: members[other] for other in others}, "added": kind, last: members[last]}
+        yield Declaration(topic, f"{text} added", before_last)
     yield Declaration(topic, "members backwards", dict(reversed(members.items())))
     yield Declaration(topic, "no member but the key", {"drive_id": members["drive_id"]})
 
@@ -92,7 +95,7 @@ def _of_structure(topic: str, members: dict[str, type]) -> Iterator[Declaration]
     for member in list(members)[1:3]:
         yield Declaration(topic, f"{member} as second key", members, keys=("drive_id", member))
         yield Declaration(topic, f"{member} as the only key", members, keys=(member,))
-    for extend in (appendable, mutable):
+    for extend in (final, mutable):
         yield Declaration(topic, extend.__name__, members, extensibility=extend)
         more = {**members, "added": types.uint8}
         yield Declaration(topic, f"{extend.__name__}, uint8 added", more, extensibility=extend)

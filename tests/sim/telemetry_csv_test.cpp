@@ -12,7 +12,6 @@
 namespace sextant {
 namespace {
 
-using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -47,7 +46,7 @@ TEST_F(TelemetryCsvTest, WritesAHeadingAndARecordALine) {
   ASSERT_TRUE(std::getline(stream, record));
   EXPECT_THAT(heading, StartsWith("t_ns,periods,torque_requested_nm,torque_reference_nm,torque_mean_nm,"));
   EXPECT_THAT(record, StartsWith("1975000,40,0.1,0,0.3333333333333333,0,nan,"));
-  EXPECT_THAT(record, EndsWith(",TORQUE,6,14,-1"));
+  EXPECT_THAT(record, HasSubstr(",TORQUE,6,14,-1"));
   EXPECT_EQ(std::ranges::count(heading, ','), std::ranges::count(record, ','));
   EXPECT_FALSE(std::getline(stream, record));
 }

@@ -28,10 +28,21 @@ void fill_durations(RealTimeSample& sample, const TimingHistograms& histograms) 
   sample.execution_p99_9_us = us(execution.p99_9_ns);
   sample.execution_p99_99_us = us(execution.p99_99_ns);
   sample.execution_max_us = us(execution.max_ns);
-  for (std::size_t i = 0; i < stage_count; ++i) {
-    const LatencySummary stage = histograms.stages[i].summary();
-    sample.stages[i] = {us(stage.p50_ns), us(stage.p99_9_ns), us(stage.max_ns)};
-  }
+}
+
+void fill_stages(RealTimeSample& sample, const TimingHistograms& histograms) {
+  const auto fill = [&histograms](Stage stage, double& p50_us, double& p99_9_us, double& max_us) {
+    const LatencySummary summary = histograms.stages[static_cast<std::size_t>(stage)].summary();
+    p50_us = us(summary.p50_ns);
+    p99_9_us = us(summary.p99_9_ns);
+    max_us = us(summary.max_ns);
+  };
+  static_assert(stage_count == 5);
+  fill(Stage::read, sample.read_p50_us, sample.read_p99_9_us, sample.read_max_us);
+  fill(Stage::commands, sample.commands_p50_us, sample.commands_p99_9_us, sample.commands_max_us);
+  fill(Stage::drive, sample.drive_p50_us, sample.drive_p99_9_us, sample.drive_max_us);
+  fill(Stage::write, sample.write_p50_us, sample.write_p99_9_us, sample.write_max_us);
+  fill(Stage::push, sample.push_p50_us, sample.push_p99_9_us, sample.push_max_us);
 }
 
 }  // namespace
@@ -144,6 +155,10 @@ void TelemetryTask::publish_statistics() {
 RealTimeSample TelemetryTask::sample() const {
   const WakeRecord& last = timing_.last();
   const SchedulerSample& scheduler = timing_.scheduler();
+  static_assert(overrun_cause_count == 4);
+  const auto overruns = [this](OverrunCause cause) {
+    return timing_.causes()[static_cast<std::size_t>(cause)];
+  };
   RealTimeSample sample{
       .t_ns = last.deadline_ns,
       .period_ns = std::uint32_t(parameters_.period_ns),
@@ -153,7 +168,10 @@ RealTimeSample TelemetryTask::sample() const {
       .periods = last.periods,
       .periods_missed = last.periods_missed,
       .overruns = last.overruns,
-      .overruns_by_cause = timing_.causes(),
+      .overruns_machine = overruns(OverrunCause::machine_gap),
+      .overruns_stage_gap = overruns(OverrunCause::stage_gap),
+      .overruns_late_wake = overruns(OverrunCause::late_wake),
+      .overruns_own_execution = overruns(OverrunCause::long_execution),
       .overruns_without_gap = timing_.without_gap(),
       .gaps = timing_.gaps(),
       .longest_gap_us = us(timing_.interval().longest_gap_ns),
@@ -169,6 +187,7 @@ RealTimeSample TelemetryTask::sample() const {
       .memory_locked = memory_locked_,
   };
   fill_durations(sample, timing_.interval());
+  fill_stages(sample, timing_.interval());
   return sample;
 }
 

@@ -3,43 +3,12 @@
 #include <cstdint>
 #include <limits>
 
-#include "sextant/core/drive_state.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/telemetry.hpp"
+#include "sextant/core/telemetry_record.hpp"
 
 namespace sextant {
-
-/// One interval of telemetry. Members are named, with units, as in `DriveTelemetry` of
-/// configs/interfaces/telemetry.idl; what only a publisher knows (drive_id, sequence, dropped) is left to it.
-template <class T = double>
-struct TelemetryIntervalRecord {
-  std::int64_t t_ns{};      ///< last control period of the interval [ns]
-  std::uint32_t periods{};  ///< control periods in the interval [-]
-  T torque_requested_nm{};  ///< as received, at t_ns [N·m]
-  T torque_reference_nm{};  ///< of the command supervision, at t_ns [N·m]
-  T torque_mean_nm{};       ///< estimated torque [N·m]
-  T torque_min_nm{};        ///< [N·m]
-  T torque_max_nm{};        ///< [N·m]
-  T flux_mean_wb{};         ///< magnitude of the estimated stator flux linkage [Wb]
-  T flux_min_wb{};          ///< [Wb]
-  T flux_max_wb{};          ///< [Wb]
-  T current_mean_a{};       ///< magnitude of the stator current vector, peak of the phase current [A]
-  T current_min_a{};        ///< [A]
-  T current_max_a{};        ///< [A]
-  T i_a_a{};                ///< phase current at t_ns [A]
-  T i_b_a{};                ///< [A]
-  T i_c_a{};                ///< [A]
-  T flux_angle_rad{};       ///< stator flux at t_ns, from phase a, electrical, in (-π, π] [rad]
-  T speed_rad_s{};          ///< mechanical, at t_ns [rad/s]
-  T u_dc_v{};               ///< mean [V]
-  T i_dc_a{};               ///< mean [A]
-  T power_w{};              ///< mean electrical power u_dc i_dc [W]
-  DriveState state{DriveState::init};  ///< at t_ns
-  std::uint8_t sector{};               ///< at t_ns, 1…6; 0 without flux
-  std::uint8_t command_counter{};      ///< E2E counter of the command in force
-  std::int64_t command_received_ns{};  ///< when that command was received [ns]
-};
 
 /// Reduces the telemetry of consecutive control periods to one record: mean, minimum and maximum of torque,
 /// flux and current, the mean of the DC-link quantities, and the last period's value of everything else.
