@@ -33,6 +33,7 @@ enum class FrameVerdict : std::uint8_t {
 };
 
 inline constexpr std::size_t frame_verdict_count = 15;
+static_assert(frame_verdict_count == std::size_t(FrameVerdict::out_of_range) + 1);
 
 [[nodiscard]] constexpr bool is_rejection(FrameVerdict v) noexcept {
   return v >= FrameVerdict::not_valid_yet;
