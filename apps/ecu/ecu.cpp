@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "common/process_setup.hpp"
 #include "ecu/run_report.hpp"
 #include "ecu/telemetry/dds_settings.hpp"
 #include "ecu/timing/timing_report.hpp"
@@ -61,11 +62,12 @@ Ecu::Ecu(const EcuConfig& config)
       shared_{config.drive.drive.period_ns, config.realtime.wake_every_periods, config.realtime.watchdog_ns},
       power_stage_{config},
       drive_{config.drive},
-      bus_{make_can_bus(config.can.bus, drive_identifiers())},
+      bus_{make_can_bus(config.can.bus, drive_identifiers(config.can.identifier_offset))},
       publisher_{publisher_parameters(config)},
       control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_.drive(), shared_},
-      receive_{*bus_, shared_, receive_priority(config.realtime)},
-      transmit_{*bus_, shared_, [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
+      receive_{*bus_, shared_, config.can.identifier_offset, receive_priority(config.realtime)},
+      transmit_{*bus_, shared_, config.can.identifier_offset,
+                [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
       watchdog_{shared_, [this] { power_stage_.inhibit_gates(); }, control_priority(config.realtime)},
       link_{power_stage_, shared_},
       housekeeping_{shared_},
@@ -79,9 +81,7 @@ Ecu::~Ecu() {
 void Ecu::start() {
   require_lone_drive();
   const RightsReport rights = control_.start();
-  require_rights(config_.realtime, rights);
-  for (const std::string& sentence : rights.refusals) spdlog::warn("real time: {}", sentence);
-  require_room_for_spinning(config_.realtime, rights);
+  check_rights(config_.realtime, rights);
   warn_of_unbounded_execution();
   control_.go();
   telemetry_.start(rights);
@@ -90,9 +90,10 @@ void Ecu::start() {
   housekeeping_.start();
   receive_.start();
   transmit_.start();
-  spdlog::info("drive {} on {}, DDS domain {}: {} control periods of {} us every wake-up", config_.drive_id,
-               config_.can.bus, config_.dds.domain, config_.realtime.wake_every_periods,
-               double(config_.drive.drive.period_ns) * 1e-3);
+  spdlog::info(
+      "drive {} on {} from identifier {:#x}, DDS domain {}: {} control periods of {} us every wake-up",
+      config_.drive_id, config_.can.bus, command_id(config_.can.identifier_offset), config_.dds.domain,
+      config_.realtime.wake_every_periods, double(config_.drive.drive.period_ns) * 1e-3);
 }
 
 void Ecu::require_lone_drive() {
@@ -103,10 +104,10 @@ void Ecu::require_lone_drive() {
     const CanReceive result = bus_->receive(frame, std::chrono::nanoseconds{left_ns});
     if (result == CanReceive::got) (void)receive_.task().on_frame(frame);
     if (shared_.other_drive_ns.load(std::memory_order_relaxed) != 0) {
-      throw std::runtime_error(
-          "another drive sends MCU_TorqueStatus on " + config_.can.bus +
-          ", and the identifiers are the same for every drive_id: give each drive a bus of "
-          "its own");
+      throw std::runtime_error(fmt::format(
+          "another drive sends MCU_TorqueStatus on {} with this drive's identifiers: give each drive "
+          "its own can.identifier_offset (here {}) or a bus of its own",
+          config_.can.bus, config_.can.identifier_offset.value));
     }
     if (result == CanReceive::down || result == CanReceive::error) return;
   }

@@ -21,7 +21,7 @@
 namespace sextant::ecu {
 
 /// The live drive: the drive with its power stage, CAN and DDS, and the threads between them, which meet in
-/// the shared state. The threads and the process for DDS run on the CPUs of the caller; see keep_off_cpu().
+/// the shared state. The threads and the process for DDS run on the CPUs of the caller; see set_up_process().
 class Ecu {
  public:
   /// Opens everything. Throws std::runtime_error with one sentence where something cannot be had.

@@ -11,13 +11,13 @@
 
 #include "common/command_line.hpp"
 #include "common/live_program.hpp"
+#include "common/process_setup.hpp"
 #include "common/program.hpp"
 #include "ecu/ecu.hpp"
 #include "ecu/power_stage.hpp"
 #include "ecu/virtual_time/virtual_run.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
-#include "sextant/realtime/thread_setup.hpp"
 
 namespace {
 
@@ -122,14 +122,6 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   return 0;
 }
 
-/// What every thread and the process for DDS inherit, so before the first of them.
-void prepare_process(const sextant::RealtimeParameters& realtime) {
-  if (realtime.lock_memory) sextant::reserve_little_memory();
-  if (const sextant::Grant grant = sextant::keep_off_cpu(realtime.cpu); !grant.granted) {
-    spdlog::warn("real time: {}", grant.sentence);
-  }
-}
-
 int run(const Options& options) {
   sextant::EcuConfig config = sextant::load_ecu_config(options.live.config, options.live.overrides);
   if (options.can) config.can.bus = *options.can;
@@ -140,7 +132,7 @@ int run(const Options& options) {
   if (options.virtual_time) return run_virtual(config, options);
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
-  prepare_process(config.realtime);
+  sextant::set_up_process(config.realtime);
   sextant::ecu::Ecu ecu{config};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);

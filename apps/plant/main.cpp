@@ -7,6 +7,7 @@
 
 #include "common/command_line.hpp"
 #include "common/live_program.hpp"
+#include "common/process_setup.hpp"
 #include "common/program.hpp"
 #include "plant/plant.hpp"
 #include "sextant/config/load_config.hpp"
@@ -44,7 +45,9 @@ int run(const sextant::LiveOptions& options) {
   }
   // Blocked before any thread starts, so that only run_until_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
-  if (config.realtime.lock_memory) sextant::reserve_little_memory();
+  sextant::RealtimeParameters realtime = config.realtime;
+  if (config.hil.pacing == sextant::Pacing::lockstep) realtime.cpu = -1;  // no thread is bound to one
+  sextant::set_up_process(realtime);
   sextant::plant::Plant plant{config};
   plant.start();
   run_until_end(plant, signals, options.duration_s);

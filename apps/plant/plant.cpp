@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "common/network_report.hpp"
+#include "common/process_setup.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::plant {
@@ -27,20 +28,10 @@ double ms(std::int64_t ns) {
   return double(ns) * 1e-6;
 }
 
-/// Before any thread is started: all but the plant's thread stay off its CPU, this one too, which has to
-/// leave in time. In lockstep no thread is bound to one.
-PlantConfig apart(PlantConfig config) {
-  if (config.hil.pacing == Pacing::lockstep) return config;
-  if (const Grant grant = keep_off_cpu(config.realtime.cpu); !grant.granted) {
-    spdlog::warn("real time: {}", grant.sentence);
-  }
-  return config;
-}
-
 }  // namespace
 
 Plant::Plant(const PlantConfig& config)
-    : config_{apart(config)},
+    : config_{config},
       awake_{config.hil.pacing == Pacing::real_time},
       stage_{stage_parameters(config), config.load.parameters()},
       task_{{.period_ns = config.period_ns, .wake_every_periods = 1}, config.realtime.wait} {
@@ -68,9 +59,7 @@ void Plant::start() {
   thread_ = std::thread{[this] { run(judged_.get_future()); }};
   try {
     const RightsReport report = rights_.get_future().get();
-    require_rights(config_.realtime, report);
-    for (const std::string& sentence : report.refusals) spdlog::warn("real time: {}", sentence);
-    require_room_for_spinning(config_.realtime, report);
+    check_rights(config_.realtime, report);
   } catch (...) {
     stop_.store(true, std::memory_order_release);
     judged_.set_value();

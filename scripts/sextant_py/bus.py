@@ -21,12 +21,25 @@ _SIOCGIFFLAGS = 0x8913
 _IFF_UP = 0x1
 
 
+def _configured() -> dict:
+    """[can] of configs/ecu.toml: a VCU and an ECU that are told nothing meet."""
+    return tomllib.loads(ECU.read_text(encoding="utf-8"))["can"]
+
+
 def default_address() -> str:
-    """The bus that configs/ecu.toml names: a VCU and an ECU that are told nothing meet on it."""
+    """The bus that configs/ecu.toml names."""
     try:
-        return str(tomllib.loads(ECU.read_text(encoding="utf-8"))["can"]["bus"])
+        return str(_configured()["bus"])
     except (OSError, ValueError, KeyError) as error:
         raise UserError(f"{ECU} names no CAN bus ({error}); --can names one.") from None
+
+
+def default_identifier_offset() -> int:
+    """The offset of identifiers that configs/ecu.toml names."""
+    try:
+        return int(_configured().get("identifier_offset", 0))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{ECU} names no offset ({error}); --identifier-offset names one.") from None
 
 
 @dataclass(frozen=True)

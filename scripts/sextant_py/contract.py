@@ -1,4 +1,7 @@
-"""The CAN contract: messages, signals and data IDs as configs/interfaces/sextant.dbc has them."""
+"""The CAN contract: messages, signals and data IDs as configs/interfaces/sextant.dbc has them.
+
+A drive's `can.identifier_offset` lies between its identifiers and data IDs and those of the file.
+"""
 
 from pathlib import Path
 
@@ -9,13 +12,22 @@ from . import e2e
 from .errors import UserError
 from .paths import DBC
 
+OFFSET_STEP = 32
+LARGEST_OFFSET = 1728
+
 
 class Contract:
     """Encodes and decodes the frames of the DBC, end-to-end protection included."""
 
     PROTECTION_SIGNALS = ("Crc", "Counter", "DataIdNibble")
 
-    def __init__(self, path: Path = DBC) -> None:
+    def __init__(self, path: Path = DBC, identifier_offset: int = 0) -> None:
+        if not 0 <= identifier_offset <= LARGEST_OFFSET or identifier_offset % OFFSET_STEP:
+            raise UserError(
+                f"the identifier offset {identifier_offset} is not a multiple of {OFFSET_STEP}"
+                f" from 0 to {LARGEST_OFFSET}; sextant-ecu has it as can.identifier_offset."
+            )
+        self._offset = identifier_offset
         try:
             self.database = cantools.database.load_file(path)
         except FileNotFoundError:
@@ -55,7 +67,7 @@ class Contract:
             return None
         if profile.value != "P11_NIBBLE":
             raise UserError(f"{message} is protected by {profile.value}; only P11_NIBBLE is known here.")
-        return int(attributes["E2EDataId"].value)
+        return int(attributes["E2EDataId"].value) + self._offset
 
     def encode(self, name: str, signals: dict[str, float], counter: int = 0) -> can.Message:
         """A frame ready to send. A value outside its range is refused (cantools.database.EncodeError)."""
@@ -67,14 +79,14 @@ class Contract:
             empty = dict.fromkeys(self.PROTECTION_SIGNALS, 0)
             data = bytearray(message.encode({**empty, **signals}, strict=True))
             e2e.protect(data, data_id, counter)
-        return can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False)
+        return can.Message(arbitration_id=message.frame_id + self._offset, data=data, is_extended_id=False)
 
     def decode(self, frame: can.Message) -> tuple[str, dict] | None:
         """Name and signals of a classic data frame of the contract, of the right length; None otherwise."""
         if frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd:
             return None
         try:
-            message = self.database.get_message_by_frame_id(frame.arbitration_id)
+            message = self.database.get_message_by_frame_id(frame.arbitration_id - self._offset)
         except KeyError:
             return None
         if len(frame.data) != message.length:

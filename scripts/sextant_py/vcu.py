@@ -290,6 +290,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--can", metavar="BUS", help="default: the bus that configs/ecu.toml names")
+    offset = "the drive's can.identifier_offset; default: that of configs/ecu.toml"
+    parser.add_argument("--identifier-offset", type=int, metavar="N", help=offset)
     parser.add_argument("--profile", required=True, metavar="FILE", help="torque profile, .csv or .toml")
     parser.add_argument("--interpolation", choices=profile.INTERPOLATIONS, help="instead of the profile's own")
     parser.add_argument("--rate", type=float, default=100.0, metavar="HZ", help="frames a second (default: 100)")
@@ -304,7 +306,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    contract = Contract()
+    offset = options.identifier_offset
+    contract = Contract(identifier_offset=can_bus.default_identifier_offset() if offset is None else offset)
     torque = profile.load(options.profile, options.interpolation)
     smallest_nm, largest_nm = contract.limits(COMMAND, "TorqueRequest")
     if not all(smallest_nm <= point.torque_nm <= largest_nm for point in torque.points):

@@ -181,7 +181,7 @@ EncodedFrame encode(const Identification& x) noexcept {
   return frame_of(SEXTANT_MCU_IDENTIFICATION_FRAME_ID, m, sextant_mcu_identification_pack, false);
 }
 
-EncodedFrame encode(const TorqueRequest& x) noexcept {
+EncodedFrame encode(const TorqueCommand<double>& x) noexcept {
   Packer pack;
   sextant_vcu_torque_command_t m{};
   m.torque_request = pack(contract::vcu_torque_command_torque_request, x.torque);
@@ -191,8 +191,8 @@ EncodedFrame encode(const TorqueRequest& x) noexcept {
   return frame_of(SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID, m, sextant_vcu_torque_command_pack, pack.clamped());
 }
 
-CommandIdentity identify_command(const CanFrame& frame) noexcept {
-  if (frame.id != SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID || frame.error) return CommandIdentity::other;
+CommandIdentity identify_command(const CanFrame& frame, IdentifierOffset offset) noexcept {
+  if (frame.id != command_id(offset) || frame.error) return CommandIdentity::other;
   if (frame.extended) return CommandIdentity::extended_alias;
   if (frame.fd) return CommandIdentity::fd_alias;
   if (frame.rtr) return CommandIdentity::remote;
@@ -205,33 +205,30 @@ DecodedCommand decode_command(const CanFrame& frame) noexcept {
   if (sextant_vcu_torque_command_unpack(&m, frame.data.data(), frame_length) != 0) return {};
   const auto& torque = contract::vcu_torque_command_torque_request;
   const auto& limit = contract::vcu_torque_command_torque_limit;
-  return {.request = {.torque = torque.decode(m.torque_request),
+  return {.command = {.torque = torque.decode(m.torque_request),
                       .torque_limit = limit.decode(m.torque_limit),
                       .enable = m.enable != 0,
-                      .fault_reset = m.fault_reset != 0},
-          .counter = m.counter,
+                      .fault_reset = m.fault_reset != 0,
+                      .counter = m.counter},
           .in_range = torque.is_in_range(m.torque_request) && limit.is_in_range(m.torque_limit)};
 }
 
-std::span<const CanIdentifier> drive_identifiers() noexcept {
-  static constexpr std::array<CanIdentifier, 3> identifiers{{
-      {.id = SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID},
-      {.id = SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID, .extended = true},
-      {.id = SEXTANT_MCU_TORQUE_STATUS_FRAME_ID},
-  }};
-  return identifiers;
+std::array<CanIdentifier, 3> drive_identifiers(IdentifierOffset offset) noexcept {
+  return {{{.id = command_id(offset)},
+           {.id = command_id(offset), .extended = true},
+           {.id = offset.id(SEXTANT_MCU_TORQUE_STATUS_FRAME_ID)}}};
 }
 
-std::uint32_t command_id() noexcept {
-  return SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID;
+std::uint32_t command_id(IdentifierOffset offset) noexcept {
+  return offset.id(SEXTANT_VCU_TORQUE_COMMAND_FRAME_ID);
 }
-std::uint16_t command_data_id() noexcept {
-  return contract::vcu_torque_command_data_id;
+std::uint16_t command_data_id(IdentifierOffset offset) noexcept {
+  return offset.data_id(contract::vcu_torque_command_data_id);
 }
 
-std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame) noexcept {
+std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame, IdentifierOffset offset) noexcept {
   const bool is_other = frame.error || frame.extended || frame.fd || frame.rtr ||
-                        frame.id != SEXTANT_MCU_TORQUE_STATUS_FRAME_ID ||
+                        frame.id != offset.id(SEXTANT_MCU_TORQUE_STATUS_FRAME_ID) ||
                         frame.length != SEXTANT_MCU_TORQUE_STATUS_LENGTH;
   sextant_mcu_torque_status_t m{};
   if (is_other || sextant_mcu_torque_status_unpack(&m, frame.data.data(), frame_length) != 0) return {};
@@ -248,8 +245,8 @@ std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame) noexcept
   return status;
 }
 
-std::uint16_t torque_status_data_id() noexcept {
-  return contract::mcu_torque_status_data_id;
+std::uint16_t torque_status_data_id(IdentifierOffset offset) noexcept {
+  return offset.data_id(contract::mcu_torque_status_data_id);
 }
 
 }  // namespace sextant

@@ -83,7 +83,9 @@ const char* to_string(FrameVerdict v) noexcept {
 }
 
 CommandReceiver::CommandReceiver(const Parameters& parameters) noexcept
-    : parameters_(parameters), checker_(command_data_id(), parameters.e2e) {}
+    : parameters_(parameters),
+      checker_(command_data_id(parameters.identifier_offset), parameters.e2e),
+      other_drive_(parameters.identifier_offset) {}
 
 FrameVerdict CommandReceiver::on_frame(const CanFrame& frame) noexcept {
   const FrameVerdict verdict = judge(frame);
@@ -95,7 +97,7 @@ FrameVerdict CommandReceiver::on_frame(const CanFrame& frame) noexcept {
 FrameVerdict CommandReceiver::judge(const CanFrame& frame) noexcept {
   if (frame.error) return on_error_frame(frame);
   if (other_drive_.sent(frame)) return FrameVerdict::other_drive;
-  const FrameVerdict identity = verdict_of(identify_command(frame));
+  const FrameVerdict identity = verdict_of(identify_command(frame, parameters_.identifier_offset));
   if (identity != FrameVerdict::accepted) return identity;
 
   e2e::Data data{};
@@ -108,14 +110,12 @@ FrameVerdict CommandReceiver::judge(const CanFrame& frame) noexcept {
 
 FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
   const DecodedCommand decoded = decode_command(frame);
-  if (!decoded.in_range && decoded.request.enable) {
+  if (!decoded.in_range && decoded.command.enable) {
     ++command_.out_of_range;
     return FrameVerdict::out_of_range;
   }
-  // The numbers of a disable that lie beyond the contract, "not available" among them, are nobody's torque.
-  accept(decoded.in_range ? decoded.request : TorqueRequest{.fault_reset = decoded.request.fault_reset});
+  accept(decoded);
   command_.received_ns = frame.received_ns;
-  command_.counter = decoded.counter;
   command_.out_of_range = 0;
   ++command_.sequence;
   // A command that comes through proves the bus, unless it was on its way before.
@@ -123,14 +123,17 @@ FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
   return FrameVerdict::accepted;
 }
 
-void CommandReceiver::accept(const TorqueRequest& request) noexcept {
-  command_.torque = request.torque;
-  command_.torque_limit = request.torque_limit;
-  command_.enable = request.enable;
-  command_.fault_reset = request.fault_reset;
+void CommandReceiver::accept(const DecodedCommand& decoded) noexcept {
+  const TorqueCommand<double>& received = decoded.command;
+  // The numbers of a disable that lie beyond the contract, "not available" among them, stand as zero.
+  command_.torque = decoded.in_range ? received.torque : 0.0;
+  command_.torque_limit = decoded.in_range ? received.torque_limit : 0.0;
+  command_.enable = received.enable;
+  command_.fault_reset = received.fault_reset;
+  command_.counter = received.counter;
   // The control thread may not see this command, only a later one.
-  if (!request.enable) ++command_.disables;
-  if (!request.enable && request.fault_reset) ++command_.resets;
+  if (!received.enable) ++command_.disables;
+  if (!received.enable && received.fault_reset) ++command_.resets;
 }
 
 FrameVerdict CommandReceiver::on_error_frame(const CanFrame& frame) noexcept {

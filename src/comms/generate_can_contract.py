@@ -18,6 +18,7 @@ HEADER = """\
 
 #include "sextant.h"
 #include "sextant/core/fault.hpp"
+#include "sextant/core/identifier_offset.hpp"
 
 namespace sextant::contract {
 
@@ -102,6 +103,13 @@ def fault_lines(message, prefix, faults):
     yield "}};"
 
 
+def block_lines(database):
+    """The messages fit the block that IdentifierOffset moves."""
+    identifiers = sorted(message.frame_id for message in database.messages)
+    yield f"static_assert({identifiers[-1]} - {identifiers[0]} < IdentifierOffset::step);"
+    yield f"static_assert({identifiers[-1]} + IdentifierOffset::largest <= 0x7FF);"
+
+
 def version_lines(database):
     major, minor = database.version.split(".")
     yield f"inline constexpr std::uint8_t version_major = {major};"
@@ -111,7 +119,7 @@ def version_lines(database):
 def main():
     database_path, output_path = sys.argv[1:]
     database = cantools.database.load_file(database_path, strict=True)
-    lines = [HEADER, *version_lines(database)]
+    lines = [HEADER, *version_lines(database), *block_lines(database)]
     faults = faults_of(database)
     lines.extend(f"static_assert(int(Fault::{name.lower()}) == {value});" for value, name in faults.items())
     lines.append(f"static_assert(fault_count == {len(faults)});")

@@ -6,10 +6,11 @@
 
 namespace sextant {
 
-OtherDrive::OtherDrive() noexcept : checker_{torque_status_data_id()} {}
+OtherDrive::OtherDrive(IdentifierOffset offset) noexcept
+    : offset_{offset}, checker_{torque_status_data_id(offset)} {}
 
 bool OtherDrive::sent(const CanFrame& frame) noexcept {
-  if (!decode_torque_status(frame)) return false;
+  if (!decode_torque_status(frame, offset_)) return false;
   e2e::Data data{};
   std::copy_n(frame.data.begin(), data.size(), data.begin());
   return usable(checker_.check(data)) && checker_.state() == E2eState::valid;

@@ -8,12 +8,34 @@
 namespace sextant {
 namespace {
 
-/// In the order of StatusMessage.
-constexpr std::array<contract::Message, status_message_count> messages{
-    contract::mcu_torque_status, contract::mcu_motion,        contract::mcu_electrical,
-    contract::mcu_capability,    contract::mcu_faults,        contract::mcu_real_time,
-    contract::mcu_temperatures,  contract::mcu_faults_active, contract::mcu_faults_latched,
-    contract::mcu_identification};
+/// The message of the contract.
+constexpr contract::Message contract_of(StatusMessage message) noexcept {
+  switch (message) {
+    case StatusMessage::torque_status:
+      return contract::mcu_torque_status;
+    case StatusMessage::motion:
+      return contract::mcu_motion;
+    case StatusMessage::electrical:
+      return contract::mcu_electrical;
+    case StatusMessage::capability:
+      return contract::mcu_capability;
+    case StatusMessage::faults:
+      return contract::mcu_faults;
+    case StatusMessage::real_time:
+      return contract::mcu_real_time;
+    case StatusMessage::temperatures:
+      return contract::mcu_temperatures;
+    case StatusMessage::faults_active:
+      return contract::mcu_faults_active;
+    case StatusMessage::faults_latched:
+      return contract::mcu_faults_latched;
+    case StatusMessage::identification:
+      break;
+  }
+  return contract::mcu_identification;
+}
+
+static_assert(status_message_count == std::size_t(StatusMessage::identification) + 1);
 
 constexpr Identification identification{.software_major = SEXTANT_VERSION_MAJOR,
                                         .software_minor = SEXTANT_VERSION_MINOR,
@@ -76,17 +98,21 @@ EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x,
 }  // namespace
 
 std::int64_t cycle_time_ns(StatusMessage message) noexcept {
-  return messages[std::size_t(message)].cycle_time_ms * 1'000'000;
+  return contract_of(message).cycle_time_ms * 1'000'000;
 }
 
-bool is_status_frame(const CanFrame& frame) noexcept {
+bool is_status_frame(const CanFrame& frame, IdentifierOffset offset) noexcept {
   if (frame.error || frame.extended) return false;
-  return std::ranges::find(messages, frame.id, &contract::Message::id) != messages.end();
+  for (std::size_t i = 0; i < status_message_count; ++i) {
+    if (frame.id == offset.id(contract_of(static_cast<StatusMessage>(i)).id)) return true;
+  }
+  return false;
 }
 
-StatusEncoder::StatusEncoder() noexcept {
+StatusEncoder::StatusEncoder(IdentifierOffset offset) noexcept : offset_{offset} {
   for (std::size_t i = 0; i < status_message_count; ++i) {
-    if (const auto& data_id = messages[i].data_id) protectors_[i].emplace(*data_id);
+    const auto data_id = contract_of(static_cast<StatusMessage>(i)).data_id;
+    if (data_id) protectors_[i].emplace(offset.data_id(*data_id));
   }
 }
 
@@ -94,6 +120,7 @@ CanFrame StatusEncoder::frame(StatusMessage message, const Telemetry<double>& dr
                               const StatusExtras& extras) noexcept {
   EncodedFrame encoded = encode_message(message, drive, extras);
   if (encoded.clamped) ++clamped_;
+  encoded.frame.id = offset_.id(encoded.frame.id);
   protect(message, encoded.frame);
   return encoded.frame;
 }

@@ -7,6 +7,9 @@ namespace {
 
 void describe(Section s, CanConfig& p) {
   s.text("bus", p.bus, "socketcan:<interface> or udp_multicast:<group>:<port>");
+  s.integer("identifier_offset", p.identifier_offset.value, {0, IdentifierOffset::largest}, "",
+            "added to all CAN identifiers and E2E data ids, a multiple of 32; tells drives apart on one bus");
+  s.check(p.identifier_offset);
 }
 
 void describe(Section s, DdsConfig& p) {

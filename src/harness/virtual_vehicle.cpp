@@ -25,7 +25,7 @@ VirtualVehicle::VirtualVehicle(const Parameters& parameters, const VirtualClock&
       next_ns_{parameters.first_ns},
       phase_{parameters.hand_shake ? Phase::waiting : Phase::driving},
       counter_{parameters.first_counter},
-      checker_{torque_status_data_id()} {
+      checker_{torque_status_data_id(parameters.identifier_offset)} {
   if (const char* problem = parameters.validate()) throw std::invalid_argument{problem};
   bus_.listen([this](const CanFrame& frame) { hear(frame); });
 }
@@ -67,12 +67,13 @@ void VirtualVehicle::choose_phase() {
   if (phase_ == Phase::closing && closing_sent_ >= parameters_.closing_frames) phase_ = Phase::done;
 }
 
-void VirtualVehicle::send(const TorqueRequest& request) {
+void VirtualVehicle::send(const TorqueCommand<double>& command) {
   if (silent_) return;
-  CanFrame frame = encode(request).frame;
+  CanFrame frame = encode(command).frame;
+  frame.id = command_id(parameters_.identifier_offset);
   e2e::Data data = payload_of(frame);
   if (tamper_) tamper_(data);
-  e2e::protect(command_data_id(), counter_, data);
+  e2e::protect(command_data_id(parameters_.identifier_offset), counter_, data);
   std::ranges::copy(data, frame.data.begin());
   if (!frozen_) skip_counters(1);
   bus_.put(frame);
@@ -83,7 +84,7 @@ void VirtualVehicle::skip_counters(unsigned n) noexcept {
 }
 
 void VirtualVehicle::hear(const CanFrame& frame) {
-  const std::optional<TorqueStatus> status = decode_torque_status(frame);
+  const std::optional<TorqueStatus> status = decode_torque_status(frame, parameters_.identifier_offset);
   if (status && usable(checker_.check(payload_of(frame)))) status_ = status;
 }
 

@@ -87,7 +87,6 @@ class ReferenceDrive {
       } else if (std::abs(command.torque) <= torque_limit && command.torque_limit >= 0.0) {
         blocked_ = 0;
         enable_ = true;
-        reset = reset || command.fault_reset;
         setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
       } else {
         ++blocked_;

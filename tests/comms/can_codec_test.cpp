@@ -1,5 +1,6 @@
 #include "sextant/comms/can_codec.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -184,19 +185,19 @@ TEST(CanCodec, NoClampedTemperatureReadsAsNotAvailable) {
 TEST(CanCodec, ReturnsTheCommandThatWasEncoded) {
   for (const double torque : {-250.0, -15.0, -0.01, 0.0, 0.02, 129.99, 250.0}) {
     const DecodedCommand back = decode_command(
-        encode(TorqueRequest{.torque = torque, .torque_limit = 200.0, .enable = true, .fault_reset = false})
+        encode(TorqueCommand<>{.torque = torque, .torque_limit = 200.0, .enable = true, .fault_reset = false})
             .frame);
-    EXPECT_NEAR(back.request.torque, torque, 1e-9);
-    EXPECT_NEAR(back.request.torque_limit, 200.0, 1e-9);
-    EXPECT_TRUE(back.request.enable);
-    EXPECT_FALSE(back.request.fault_reset);
+    EXPECT_NEAR(back.command.torque, torque, 1e-9);
+    EXPECT_NEAR(back.command.torque_limit, 200.0, 1e-9);
+    EXPECT_TRUE(back.command.enable);
+    EXPECT_FALSE(back.command.fault_reset);
     EXPECT_TRUE(back.in_range);
   }
-  EXPECT_TRUE(decode_command(encode(TorqueRequest{.fault_reset = true}).frame).request.fault_reset);
+  EXPECT_TRUE(decode_command(encode(TorqueCommand<>{.fault_reset = true}).frame).command.fault_reset);
 }
 
 TEST(CanCodec, SeesACommandBeyondTheRange) {
-  CanFrame frame = encode(TorqueRequest{.torque = 250.0, .torque_limit = 250.0}).frame;
+  CanFrame frame = encode(TorqueCommand<>{.torque = 250.0, .torque_limit = 250.0}).frame;
   EXPECT_TRUE(decode_command(frame).in_range);
   frame.data[2] = 0xA9;  // 25001 is 0x61A9
   EXPECT_FALSE(decode_command(frame).in_range);
@@ -206,7 +207,7 @@ TEST(CanCodec, SeesACommandBeyondTheRange) {
 }
 
 TEST(CanCodec, IdentifiesTheCommand) {
-  const CanFrame good = encode(TorqueRequest{}).frame;
+  const CanFrame good = encode(TorqueCommand<>{}).frame;
   EXPECT_EQ(identify_command(good), CommandIdentity::command);
   EXPECT_EQ(command_id(), 0x110U);
   EXPECT_EQ(command_data_id(), 0x110U);
@@ -222,6 +223,37 @@ TEST(CanCodec, IdentifiesTheCommand) {
   EXPECT_EQ(with([](CanFrame& f) { f.rtr = true; }), CommandIdentity::remote);
   EXPECT_EQ(with([](CanFrame& f) { f.extended = true; }), CommandIdentity::extended_alias);
   EXPECT_EQ(with([](CanFrame& f) { f.fd = true; }), CommandIdentity::fd_alias);
+}
+
+constexpr std::array offsets{IdentifierOffset{0}, IdentifierOffset{32}, IdentifierOffset{256},
+                             IdentifierOffset{IdentifierOffset::largest}};
+
+TEST(CanCodec, ADriveKnowsTheFramesOfItsOwnOffsetOnly) {
+  for (const IdentifierOffset own : offsets) {
+    EXPECT_EQ(command_id(own), 0x110U + unsigned(own.value));
+    EXPECT_EQ(command_data_id(own), 0x110U + unsigned(own.value));
+    EXPECT_EQ(torque_status_data_id(own), 0x120U + unsigned(own.value));
+    const std::array<CanIdentifier, 3> expected{{{.id = command_id(own)},
+                                                 {.id = command_id(own), .extended = true},
+                                                 {.id = 0x120U + unsigned(own.value)}}};
+    EXPECT_EQ(drive_identifiers(own), expected);
+    CanFrame command = encode(TorqueCommand<>{}).frame;
+    CanFrame status = encode(TorqueStatus{.command_counter = {}}).frame;
+    command.id = own.id(command.id);
+    status.id = own.id(status.id);
+    for (const IdentifierOffset other : offsets) {
+      const bool same = own.value == other.value;
+      EXPECT_EQ(identify_command(command, other) == CommandIdentity::command, same);
+      EXPECT_EQ(decode_torque_status(status, other).has_value(), same);
+    }
+  }
+}
+
+TEST(IdentifierOffset, MovesWholeBlocksAndLeavesEveryIdentifierAStandardOne) {
+  for (const IdentifierOffset offset : offsets) EXPECT_EQ(offset.validate(), nullptr) << offset.value;
+  for (const int value : {-32, -1, 1, 31, 33, 1727, 1729, 1760, 2048}) {
+    EXPECT_NE(IdentifierOffset{value}.validate(), nullptr) << value;
+  }
 }
 
 TEST(CanCodec, AVehicleReadsTheTorqueStatusThatWasEncoded) {
@@ -255,7 +287,7 @@ TEST(CanCodec, NoOtherFrameIsATorqueStatus) {
   EXPECT_FALSE(with([](CanFrame& f) { f.rtr = true; }));
   EXPECT_FALSE(with([](CanFrame& f) { f.extended = true; }));
   EXPECT_FALSE(with([](CanFrame& f) { f.fd = true; }));
-  EXPECT_FALSE(decode_torque_status(encode(TorqueRequest{}).frame));
+  EXPECT_FALSE(decode_torque_status(encode(TorqueCommand<>{}).frame));
 }
 
 }  // namespace

@@ -19,9 +19,10 @@ inline void protect(CanFrame& frame, std::uint16_t data_id, std::uint8_t counter
 
 /// A command as the vehicle control unit sends it.
 inline CanFrame command_frame(std::uint8_t counter, double torque, std::int64_t received_ns = 0,
-                              bool enable = true) {
-  CanFrame frame = encode(TorqueRequest{.torque = torque, .torque_limit = 100.0, .enable = enable}).frame;
-  protect(frame, command_data_id(), counter);
+                              bool enable = true, IdentifierOffset offset = {}) {
+  CanFrame frame = encode(TorqueCommand<>{.torque = torque, .torque_limit = 100.0, .enable = enable}).frame;
+  frame.id = command_id(offset);
+  protect(frame, command_data_id(offset), counter);
   frame.received_ns = received_ns;
   return frame;
 }

@@ -67,7 +67,7 @@ TEST(CommandReceiver, TakesNothingBeforeTheStreamIsValid) {
 }
 
 TEST_F(CommandReceiverTest, TakesOverAGoodFrame) {
-  CanFrame frame = encode(TorqueRequest{-42.5, 60.0, true, true}).frame;
+  CanFrame frame = encode(TorqueCommand<>{-42.5, 60.0, true, true}).frame;
   protect(frame, command_data_id(), 3);
   frame.received_ns = 30 * ms;
   EXPECT_EQ(receiver_.on_frame(frame), FrameVerdict::accepted);
@@ -161,7 +161,7 @@ TEST_F(CommandReceiverTest, OutOfRangeIsBlockedAndItsStreakCounted) {
 /// A disable whose torque and limit are these words. [raw]
 CanFrame disable_with(std::uint16_t torque, std::uint16_t limit, std::uint8_t counter,
                       bool fault_reset = false) {
-  CanFrame frame = encode(TorqueRequest{.fault_reset = fault_reset}).frame;
+  CanFrame frame = encode(TorqueCommand<>{.fault_reset = fault_reset}).frame;
   for (unsigned i = 0; i < 2; ++i) {
     frame.data[2 + i] = std::uint8_t(torque >> 8 * i);
     frame.data[4 + i] = std::uint8_t(limit >> 8 * i);
@@ -280,8 +280,72 @@ TEST(CommandReceiverProperty, EveryFrameIsAcceptedOrRejectedForOneCauseOrNoComma
       verdicts += receiver.count(static_cast<FrameVerdict>(v));
     }
     EXPECT_EQ(verdicts, frames);
+    std::uint64_t rejected = 0;
+    for (std::size_t v = 0; v < frame_verdict_count; ++v) {
+      const auto verdict = static_cast<FrameVerdict>(v);
+      if (is_rejection(verdict)) rejected += receiver.count(verdict);
+    }
+    EXPECT_EQ(rejected, receiver.rejected());
+    EXPECT_EQ(receiver.count(FrameVerdict::accepted) + rejected, commands);
     EXPECT_GT(receiver.count(FrameVerdict::not_valid_yet), 100U) << "the case was met";
   }
+}
+
+TEST(CommandReceiver, TwoDrivesOnOneBusEachTakeTheirOwnCommands) {
+  const IdentifierOffset none{};
+  for (const IdentifierOffset moved : {IdentifierOffset{32}, IdentifierOffset{256}, IdentifierOffset{1728}}) {
+    SCOPED_TRACE(moved.value);
+    CommandReceiver first;
+    CommandReceiver second{{.identifier_offset = moved}};
+    for (std::uint8_t n = 0; n < 10; ++n) {
+      for (const CanFrame& frame :
+           {command_frame(n, 5.0, 0, true, none), command_frame(n, -7.0, 0, true, moved)}) {
+        first.on_frame(frame);
+        second.on_frame(frame);
+      }
+    }
+    EXPECT_NEAR(first.command().torque, 5.0, 1e-9);
+    EXPECT_NEAR(second.command().torque, -7.0, 1e-9);
+    for (const CommandReceiver* receiver : {&first, &second}) {
+      EXPECT_EQ(receiver->count(FrameVerdict::accepted), 8U) << "all but those before the stream was valid";
+      EXPECT_EQ(receiver->count(FrameVerdict::unrelated), 10U);
+      EXPECT_EQ(receiver->command().e2e, E2eState::valid);
+    }
+  }
+}
+
+TEST(CommandReceiver, AFrameOfOneDriveUnderTheIdentifierOfAnotherIsRejected) {
+  for (const IdentifierOffset moved : {IdentifierOffset{32}, IdentifierOffset{256}, IdentifierOffset{1728}}) {
+    SCOPED_TRACE(moved.value);
+    CommandReceiver receiver{{.identifier_offset = moved}};
+    for (std::uint8_t n = 0; n < 3; ++n) receiver.on_frame(command_frame(n, 5.0, 0, true, moved));
+    ASSERT_EQ(receiver.count(FrameVerdict::accepted), 1U);
+    CanFrame replayed = command_frame(3, 100.0);
+    replayed.id = command_id(moved);
+    // Data ids 256 apart have one CRC; the nibble tells them apart.
+    EXPECT_EQ(receiver.on_frame(replayed),
+              moved.value == 256 ? FrameVerdict::wrong_data_id : FrameVerdict::wrong_crc);
+    EXPECT_NEAR(receiver.command().torque, 5.0, 1e-9);
+  }
+}
+
+TEST(CommandReceiver, AnotherDriveIsOneWithTheSameOffset) {
+  const IdentifierOffset moved{64};
+  for (const IdentifierOffset own : {IdentifierOffset{}, moved}) {
+    CommandReceiver receiver{{.identifier_offset = own}};
+    for (std::uint8_t n = 0; n < 5; ++n) {
+      CanFrame frame = encode(TorqueStatus{.command_counter = {}}).frame;
+      frame.id = moved.id(frame.id);
+      protect(frame, torque_status_data_id(moved), n);
+      receiver.on_frame(frame);
+    }
+    EXPECT_EQ(receiver.count(FrameVerdict::other_drive), own.value == moved.value ? 3U : 0U);
+  }
+}
+
+TEST(CommandReceiver, RefusesAnOffsetThatIsNoBlock) {
+  EXPECT_EQ(CommandReceiver::Parameters{}.validate(), nullptr);
+  EXPECT_NE((CommandReceiver::Parameters{.identifier_offset = {16}}.validate()), nullptr);
 }
 
 TEST_F(CommandReceiverTest, AValidStreamOfStatusIsAnotherDrive) {

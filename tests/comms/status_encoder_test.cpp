@@ -95,6 +95,39 @@ TEST(StatusEncoder, ProtectedStreamsPassTheCheckOfTheirReceiver) {
   for (const auto& [id, checker] : checkers) EXPECT_EQ(checker.state(), E2eState::valid);
 }
 
+e2e::Data payload_of(const CanFrame& frame) {
+  e2e::Data data{};
+  std::copy_n(frame.data.begin(), data.size(), data.begin());
+  return data;
+}
+
+TEST(StatusEncoder, AnOffsetMovesEveryIdentifierAndEveryDataId) {
+  for (const IdentifierOffset offset :
+       {IdentifierOffset{32}, IdentifierOffset{256}, IdentifierOffset{1728}}) {
+    SCOPED_TRACE(offset.value);
+    StatusEncoder base;
+    StatusEncoder moved{offset};
+    const std::span<const CanFrame> own = base.due(0, some_telemetry(), {});
+    const std::span<const CanFrame> other = moved.due(0, some_telemetry(), {});
+    ASSERT_EQ(own.size(), status_message_count);
+    ASSERT_EQ(other.size(), status_message_count);
+    for (std::size_t i = 0; i < status_message_count; ++i) {
+      SCOPED_TRACE(own[i].id);
+      EXPECT_EQ(other[i].id, own[i].id + unsigned(offset.value));
+      EXPECT_TRUE(is_status_frame(other[i], offset));
+      EXPECT_FALSE(is_status_frame(other[i]));
+      EXPECT_FALSE(is_status_frame(own[i], offset));
+      if (own[i].id == 0x125 || own[i].id == 0x126) {  // not protected
+        EXPECT_EQ(other[i].data, own[i].data);
+        continue;
+      }
+      E2eChecker checker{std::uint16_t(other[i].id)};
+      EXPECT_FALSE(usable(checker.check(payload_of(own[i])))) << "replayed onto the other drive's identifier";
+      EXPECT_EQ(checker.check(payload_of(other[i])), E2eResult::ok);
+    }
+  }
+}
+
 TEST(StatusEncoder, SendsEachMessageAtItsCycleTime) {
   StatusEncoder encoder;
   std::map<std::uint32_t, int> sent;
@@ -169,7 +202,7 @@ TEST(StatusEncoder, ItsFramesAreKnownByTheirIdentifiers) {
     frame.extended = true;
     EXPECT_FALSE(is_status_frame(frame));
   }
-  EXPECT_FALSE(is_status_frame(encode(TorqueRequest{}).frame));
+  EXPECT_FALSE(is_status_frame(encode(TorqueCommand<>{}).frame));
   EXPECT_FALSE(is_status_frame({.id = frames.front().id, .error = true}));
 }
 

@@ -36,6 +36,14 @@ TEST(EcuConfig, ACommandMustNotTimeOutBetweenTwoWakeUps) {
   EXPECT_EQ(refusal({"realtime.wake_every_periods=1599", "realtime.watchdog_ms=100"}), "");
 }
 
+TEST(EcuConfig, AnIdentifierOffsetMovesWholeBlocks) {
+  EXPECT_EQ(load_ecu_config(shipped_ecu, {"can.identifier_offset=1728"}).can.identifier_offset.value, 1728);
+  EXPECT_EQ(refusal({"can.identifier_offset=48"}),
+            "--set: can: identifier_offset must be a multiple of 32, so that no two drives overlap");
+  EXPECT_NE(refusal({"can.identifier_offset=1760"}).find("can.identifier_offset: expected "),
+            std::string::npos);
+}
+
 TEST(EcuConfig, DeadlineSchedulingHasToFit) {
   const std::string policy = "realtime.policy=deadline";
   EXPECT_EQ(refusal({policy}), "");

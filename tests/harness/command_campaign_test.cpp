@@ -170,7 +170,7 @@ TEST(CommandCampaign, Row7WrongDataIdAndCounter15AreDropped) {
   for_seeds(seeds, [](CampaignCase& c) {
     Running r{c};
     ASSERT_TRUE(r.started);
-    CanFrame frame = encode(TorqueRequest{.torque = 77.0, .torque_limit = 100.0, .enable = true}).frame;
+    CanFrame frame = encode(TorqueCommand<>{.torque = 77.0, .torque_limit = 100.0, .enable = true}).frame;
     const std::int64_t kind = c.between(0, 2);
     FrameVerdict expected = FrameVerdict::invalid_counter;
     if (kind == 0) {

@@ -26,7 +26,8 @@ struct VirtualRigParameters {
   VirtualVehicle::Parameters vehicle{};
   std::int64_t vehicle_duration_ns{never_ns};
   Drive<>::Parameters drive{};
-  std::vector<LoggedFrame> log{};  ///< played in the vehicle's place where there is one
+  std::vector<LoggedFrame> log{};        ///< played in the vehicle's place where there is one
+  IdentifierOffset identifier_offset{};  ///< of the drive; the vehicle has its own
 };
 
 /// The whole live drive with its plant and a vehicle, in virtual time.
@@ -42,10 +43,12 @@ class VirtualRig {
         controller_{DirectTorqueController<>::Parameters{}},
         drive_{p.drive, controller_},
         bus{clock, p.bus},
-        replay{p.log, bus},
+        replay{p.log, bus, p.identifier_offset},
         vehicle{p.vehicle, clock, bus, [this](std::int64_t) { return torque; }, p.vehicle_duration_ns},
         recorder{40, {.period = [this](const Telemetry<double>& t) { see(t); }}},
-        ecu{{.period_ns = period_ns, .realtime = {.wake_every_periods = p.wake_every_periods}},
+        ecu{{.period_ns = period_ns,
+             .realtime = {.wake_every_periods = p.wake_every_periods},
+             .identifier_offset = p.identifier_offset},
             clock,
             bus,
             io,

@@ -30,6 +30,18 @@ TEST(VirtualRun, AVehicleThatHasFinishedLeavesTheDriveReady) {
   EXPECT_EQ(rig.bus.counts().put, disables + 11 + 10);
 }
 
+TEST(VirtualRun, ADriveFollowsTheVehicleOfItsOwnOffsetOnly) {
+  const IdentifierOffset moved{96};
+  VirtualRig together{{.vehicle = {.identifier_offset = moved}, .identifier_offset = moved}};
+  EXPECT_TRUE(together.start());
+  EXPECT_EQ(together.vehicle.status()->state, DriveState::torque);
+  VirtualRig apart{{.identifier_offset = moved}};
+  EXPECT_FALSE(apart.start());
+  EXPECT_EQ(apart.now().command_sequence, 0U);
+  EXPECT_EQ(apart.now().command_rejected, 0U);
+  EXPECT_FALSE(apart.vehicle.status());
+}
+
 TEST(VirtualRun, StatusFramesKeepTheirCycleTimes) {
   VirtualRig rig;
   std::array<int, status_message_count> sent{};

@@ -13,14 +13,19 @@ class FakeDrive:
     """Answers on a bus until it is closed; remembers every command it accepted or refused."""
 
     def __init__(
-        self, address: str, fault_after: int | None = None, stubborn: bool = False, contract_major: int | None = None
+        self,
+        address: str,
+        fault_after: int | None = None,
+        stubborn: bool = False,
+        contract_major: int | None = None,
+        identifier_offset: int = 0,
     ) -> None:
         self.accepted: list[tuple[float, dict]] = []
         self.refused = 0
         self.state = "STANDBY"
         self._fault_after = fault_after
         self._stubborn = stubborn
-        self._contract = Contract()
+        self._contract = Contract(identifier_offset=identifier_offset)
         self._contract_major = self._contract.version()[0] if contract_major is None else contract_major
         self._checker = e2e.Checker(self._contract.data_id(COMMAND))
         self._bus = bus.open_bus(bus.parse(address))

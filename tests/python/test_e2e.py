@@ -87,6 +87,20 @@ def test_every_frame_is_protected_but_these() -> None:
 
 
 @pytest.mark.parametrize("name", PROTECTED)
+@pytest.mark.parametrize("offset", [32, 256, 1728])
+def test_a_frame_under_another_drives_identifier_is_found(name: str, offset: int) -> None:
+    frames = []
+    for contract in (Contract(), Contract(identifier_offset=offset)):
+        frames.append(contract.encode(name, {s.name: s.minimum for s in contract.message(name).signals}, counter=5))
+    own, other = frames
+    assert other.arbitration_id - own.arbitration_id == offset
+    assert e2e.Checker(other.arbitration_id).check(other.data) is e2e.Result.OK
+    assert e2e.Checker(other.arbitration_id).check(own.data) is e2e.Result.ERROR
+    assert Contract().decode(other) is None
+    assert Contract(identifier_offset=offset).decode(own) is None
+
+
+@pytest.mark.parametrize("name", PROTECTED)
 def test_frames_of_the_contract_are_protected_where_the_dbc_says(name: str) -> None:
     contract = Contract()
     message = contract.message(name)

@@ -131,6 +131,26 @@ def test_a_drive_with_another_contract_is_said(bus_address: str, long_profile: P
         wait_for_disables(drive, 1)
 
 
+def test_two_drives_on_one_bus_each_follow_their_own_vehicle(bus_address: str, profile: Path) -> None:
+    with FakeDrive(bus_address) as first, FakeDrive(bus_address, identifier_offset=32) as second:
+        vcu = start(bus_address, profile, "--identifier-offset", "32")
+        _, errors = vcu.communicate(timeout=240)
+        assert vcu.returncode == 0, errors
+        wait_for_disables(second, 5)
+        assert any(enabled(second))
+        assert not first.accepted
+        assert first.refused == second.refused == 0
+
+
+@pytest.mark.parametrize("offset", ["-32", "16", "1760"])
+def test_an_offset_of_no_block_is_refused(bus_address: str, profile: Path, offset: str) -> None:
+    vcu = start(bus_address, profile, "--identifier-offset", offset)
+    _, errors = vcu.communicate(timeout=240)
+    assert vcu.returncode == 1
+    assert f"the identifier offset {offset} is not a multiple of 32 from 0 to 1728" in errors
+    assert errors.count("\n") == 1
+
+
 def test_a_torque_outside_the_contract_is_refused(bus_address: str, tmp_path: Path) -> None:
     profile = tmp_path / "high.csv"
     profile.write_text("time_s,torque_nm\n0,0\n1,4000\n")

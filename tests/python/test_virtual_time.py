@@ -161,6 +161,17 @@ def test_a_replay_of_its_own_recording_is_the_same_run(profile: Path, tmp_path: 
     assert names[1].read_bytes() == names[3].read_bytes()
 
 
+def test_an_offset_moves_all_frames_of_the_run(profile: Path, tmp_path: Path) -> None:
+    logs = {offset: tmp_path / f"{offset}.log" for offset in (0, 64)}
+    for offset, log in logs.items():
+        run("--profile", profile, "--frames-out", log, "--set", f"can.identifier_offset={offset}")
+    base, moved = ([frame.arbitration_id for frame in can.LogReader(log)] for log in logs.values())
+    assert moved == [identifier + 64 for identifier in base]
+    # Its replay leaves out the status frames of the drive with this offset, and of no other.
+    assert "status frames of the recording were left out" in run(logs[64], "--set", "can.identifier_offset=64")
+    assert "were left out" not in run(logs[64])
+
+
 def test_a_seed_is_a_run(profile: Path) -> None:
     # A vehicle may not get through its profile on such a bus; the run is the same all the same.
     reports = [start("--virtual-time", "--profile", profile, "--bus-seed", seed).stdout for seed in (3, 3, 4)]

@@ -1,57 +1,17 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 
 #include "ecu/shared_state.hpp"
+#include "ecu/tasks/shared_commands.hpp"
+#include "ecu/tasks/shared_telemetry.hpp"
 #include "sextant/core/drive_io.hpp"
-#include "sextant/core/drive_request.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/drive/drive.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/realtime/wake_schedule.hpp"
 
 namespace sextant::ecu {
-
-/// The commands of the cycle: the newest one, and what the other threads demand. The order to inhibit the
-/// gates is taken, not only read, so that it cannot be withdrawn before the drive has seen it. Another drive
-/// on the bus is a fault while its frames come, and for `other_drive_hold_ns` more.
-class SharedCommands {
- public:
-  static constexpr std::int64_t other_drive_hold_ns = ns_per_s;  ///< [ns]
-
-  explicit SharedCommands(SharedState& shared) noexcept : shared_{shared} {}
-
-  [[nodiscard]] DriveRequest<double> latest(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
-    DriveRequest<double> request{
-        shared_.command.latest(), shared_.shutdown.load(std::memory_order_acquire), {}};
-    const bool inhibit = shared_.gate_inhibit.load(std::memory_order_relaxed) &&
-                         shared_.gate_inhibit.exchange(false, std::memory_order_acq_rel);
-    if (inhibit) request.external.set(Fault::watchdog);
-    const std::int64_t other_ns = shared_.other_drive_ns.load(std::memory_order_relaxed);
-    if (other_ns != 0 && t_ns - other_ns < other_drive_hold_ns) request.external.set(Fault::second_master);
-    return request;
-  }
-
- private:
-  SharedState& shared_;
-};
-
-/// The telemetry sink of the cycle: one record a period into the ring; a full ring drops and counts.
-class SharedTelemetry {
- public:
-  explicit SharedTelemetry(SharedState& shared) noexcept : shared_{shared} {}
-
-  void push(const Telemetry<double>& telemetry) noexcept SEXTANT_NONBLOCKING {
-    last_ = telemetry;
-    shared_.telemetry.push(telemetry);
-  }
-  [[nodiscard]] const Telemetry<double>& last() const noexcept SEXTANT_NONBLOCKING { return last_; }
-
- private:
-  SharedState& shared_;
-  Telemetry<double> last_{};
-};
 
 /// What the control thread does, apart from the thread and from its statistics. Reads no clock; allocates,
 /// locks, throws, logs and blocks never.

@@ -12,7 +12,9 @@ namespace sextant::ecu {
 /// frame, and the newest command to the control thread. Reads no clock.
 class ReceiveTask {
  public:
-  explicit ReceiveTask(SharedState& shared) noexcept : shared_{shared} {}
+  /// offset: of the drive's identifiers.
+  explicit ReceiveTask(SharedState& shared, IdentifierOffset offset = {}) noexcept
+      : shared_{shared}, receiver_{{.identifier_offset = offset}} {}
 
   /// True for an accepted command.
   bool on_frame(const CanFrame& frame) {
@@ -33,7 +35,7 @@ class ReceiveTask {
 
  private:
   SharedState& shared_;
-  CommandReceiver receiver_{};
+  CommandReceiver receiver_;
 };
 
 }  // namespace sextant::ecu

@@ -15,7 +15,9 @@ namespace sextant::ecu {
 /// the frames carry `status_of_timed_out_drive`. Reads no clock.
 class TransmitTask {
  public:
-  TransmitTask(CanBus& bus, SharedState& shared) noexcept : bus_{bus}, shared_{shared} {}
+  /// offset: of the drive's identifiers.
+  TransmitTask(CanBus& bus, SharedState& shared, IdentifierOffset offset = {}) noexcept
+      : bus_{bus}, shared_{shared}, encoder_{offset} {}
 
   /// Sends what is due at now_ns; returns when to poll again. [ns]
   std::int64_t poll(std::int64_t now_ns) {
@@ -46,7 +48,7 @@ class TransmitTask {
 
   CanBus& bus_;
   SharedState& shared_;
-  StatusEncoder encoder_{};
+  StatusEncoder encoder_;
 };
 
 }  // namespace sextant::ecu

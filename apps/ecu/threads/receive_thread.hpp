@@ -19,9 +19,10 @@ namespace sextant::ecu {
 /// The receive thread: waits for frames and gives each to its task.
 class ReceiveThread {
  public:
-  /// fifo_priority: SCHED_FIFO priority of the thread where it is granted; 0 for none [-].
-  ReceiveThread(CanBus& bus, SharedState& shared, int fifo_priority = 0)
-      : bus_{bus}, shared_{shared}, fifo_priority_{fifo_priority}, task_{shared} {}
+  /// offset: of the drive's identifiers. fifo_priority: SCHED_FIFO priority of the thread where it is
+  /// granted; 0 for none [-].
+  ReceiveThread(CanBus& bus, SharedState& shared, IdentifierOffset offset = {}, int fifo_priority = 0)
+      : bus_{bus}, shared_{shared}, fifo_priority_{fifo_priority}, task_{shared, offset} {}
 
   void start() {
     thread_.start([this] { run(); });

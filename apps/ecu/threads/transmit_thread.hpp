@@ -20,11 +20,11 @@ namespace sextant::ecu {
 /// whole.
 class TransmitThread {
  public:
-  /// `warn` is called from this thread with a sentence for people.
+  /// offset: of the drive's identifiers. `warn` is called from this thread with a sentence for people.
   TransmitThread(
-      CanBus& bus, SharedState& shared,
+      CanBus& bus, SharedState& shared, IdentifierOffset offset = {},
       std::function<void(const std::string& sentence)> warn = [](const std::string&) {})
-      : bus_{bus}, shared_{shared}, warn_{std::move(warn)}, task_{bus, shared} {}
+      : bus_{bus}, shared_{shared}, warn_{std::move(warn)}, task_{bus, shared, offset} {}
 
   void start() {
     thread_.start([this] { run(); });

@@ -14,10 +14,10 @@ VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, 
       schedule_{
           {.period_ns = parameters.period_ns, .wake_every_periods = parameters.realtime.wake_every_periods}},
       shared_{parameters.period_ns, parameters.realtime.wake_every_periods, parameters.realtime.watchdog_ns},
-      receive_{shared_},
+      receive_{shared_, parameters.identifier_offset},
       control_{schedule_.parameters(), drive, shared_},
       watchdog_{shared_},
-      transmit_{bus, shared_},
+      transmit_{bus, shared_, parameters.identifier_offset},
       report_{shared_},
       next_watchdog_ns_{clock.now_ns()},
       next_transmit_ns_{clock.now_ns()} {

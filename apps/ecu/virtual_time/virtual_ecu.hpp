@@ -28,6 +28,7 @@ class VirtualEcu {
   struct Parameters {
     std::int32_t period_ns{25'000};  ///< control period [ns]
     RealtimeParameters realtime{};   ///< of it `wake_every_periods` and `watchdog_ns`
+    IdentifierOffset identifier_offset{};
   };
 
   /// Clock, bus, power stage, drive and recorder are not owned and must outlive this object. The grid of

@@ -68,7 +68,9 @@ VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options
                      [this](const TelemetryIntervalRecord<double>& record) {
                        if (telemetry_) telemetry_->add(record);
                      }}},
-      ecu_{{.period_ns = config.drive.drive.period_ns, .realtime = config.realtime},
+      ecu_{{.period_ns = config.drive.drive.period_ns,
+            .realtime = config.realtime,
+            .identifier_offset = config.can.identifier_offset},
            clock_,
            bus_,
            io,
@@ -89,7 +91,8 @@ void VirtualRun::set_up_sources() {
   }
   timeline_.add(bus_.party());
   if (!options_.log.empty()) {
-    replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_);
+    replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_,
+                    config_.can.identifier_offset);
     timeline_.add(replay_->party());
   }
   if (!options_.profile.empty()) {
@@ -97,7 +100,7 @@ void VirtualRun::set_up_sources() {
     profile_ = Profile{parameters};
     profile_end_ns_ = std::llround(parameters.table.back().t_s * 1e9);
     vehicle_.emplace(
-        VirtualVehicle::Parameters{}, clock_, bus_,
+        VirtualVehicle::Parameters{.identifier_offset = config_.can.identifier_offset}, clock_, bus_,
         [this](std::int64_t t_ns) { return profile_.value(t_ns); }, profile_end_ns_);
     timeline_.add(vehicle_->party());
   }

@@ -1,16 +1,20 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/comms/status_messages.hpp"
+#include "sextant/core/identifier_offset.hpp"
+#include "sextant/core/torque_command.hpp"
 
 namespace sextant {
 
 // Between frames of configs/interfaces/sextant.dbc and plain structs. Scaling and layout are generated from
-// that file. The codec leaves the end-to-end bytes of protected frames zero: E2eProtector fills them.
+// that file. `encode` gives a frame its identifier of the contract; the offset of a drive (IdentifierOffset)
+// is its sender's to add. The codec leaves the end-to-end bytes of protected frames zero: E2eProtector fills
+// them.
 
 /// A status frame. A value beyond the signal's range goes out as the range's end, NaN as the value nearest to
 /// zero, and `clamped` says so: no status frame is lost and no value wraps.
@@ -30,16 +34,8 @@ struct EncodedFrame {
 [[nodiscard]] EncodedFrame encode(const Temperatures& x) noexcept;
 [[nodiscard]] EncodedFrame encode(const Identification& x) noexcept;
 
-/// VCU_TorqueCommand.
-struct TorqueRequest {
-  double torque{};        ///< signed [N·m]
-  double torque_limit{};  ///< magnitude that the requester allows [N·m]
-  bool enable{false};     ///< torque production wanted
-  bool fault_reset{false};
-};
-
-/// The command as a vehicle control unit sends it.
-[[nodiscard]] EncodedFrame encode(const TorqueRequest& x) noexcept;
+/// VCU_TorqueCommand, as a vehicle control unit sends it: torque, limit, enable and reset of the command.
+[[nodiscard]] EncodedFrame encode(const TorqueCommand<double>& x) noexcept;
 
 /// How a frame relates to the command's identity.
 enum class CommandIdentity : std::uint8_t {
@@ -51,12 +47,11 @@ enum class CommandIdentity : std::uint8_t {
   fd_alias         ///< a CAN FD frame under the command's id
 };
 
-[[nodiscard]] CommandIdentity identify_command(const CanFrame& frame) noexcept;
+[[nodiscard]] CommandIdentity identify_command(const CanFrame& frame, IdentifierOffset offset = {}) noexcept;
 
 struct DecodedCommand {
-  TorqueRequest request;
-  std::uint8_t counter{};  ///< E2E counter [-]
-  bool in_range{false};    ///< torque and limit lie within the ranges of the contract
+  TorqueCommand<double> command;  ///< torque, limit, enable, reset and counter; nothing of its reception
+  bool in_range{false};           ///< torque and limit lie within the ranges of the contract
 };
 
 /// Reads the payload of a frame that `identify_command` calls `command`.
@@ -64,17 +59,18 @@ struct DecodedCommand {
 
 /// What a drive has to see of a bus: the command, in each of the disguises that `identify_command` tells
 /// apart, and MCU_TorqueStatus, which only another drive sends.
-[[nodiscard]] std::span<const CanIdentifier> drive_identifiers() noexcept;
+[[nodiscard]] std::array<CanIdentifier, 3> drive_identifiers(IdentifierOffset offset = {}) noexcept;
 
 /// Identifier and E2E data id of VCU_TorqueCommand.
-[[nodiscard]] std::uint32_t command_id() noexcept;
-[[nodiscard]] std::uint16_t command_data_id() noexcept;
+[[nodiscard]] std::uint32_t command_id(IdentifierOffset offset = {}) noexcept;
+[[nodiscard]] std::uint16_t command_data_id(IdentifierOffset offset = {}) noexcept;
 
 /// Reads an MCU_TorqueStatus, as a vehicle does; empty for any other frame. The end-to-end bytes are the
 /// caller's to check.
-[[nodiscard]] std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame) noexcept;
+[[nodiscard]] std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame,
+                                                               IdentifierOffset offset = {}) noexcept;
 
 /// E2E data id of MCU_TorqueStatus.
-[[nodiscard]] std::uint16_t torque_status_data_id() noexcept;
+[[nodiscard]] std::uint16_t torque_status_data_id(IdentifierOffset offset = {}) noexcept;
 
 }  // namespace sextant

@@ -33,6 +33,7 @@ enum class FrameVerdict : std::uint8_t {
 };
 
 inline constexpr std::size_t frame_verdict_count = 15;
+static_assert(frame_verdict_count == std::size_t(FrameVerdict::out_of_range) + 1);
 
 [[nodiscard]] constexpr bool is_rejection(FrameVerdict v) noexcept {
   return v >= FrameVerdict::not_valid_yet;
@@ -51,10 +52,12 @@ inline constexpr std::size_t frame_verdict_count = 15;
 class CommandReceiver {
  public:
   struct Parameters {
+    IdentifierOffset identifier_offset{};  ///< of the drive's identifiers and data ids
     E2eChecker::Parameters e2e{};
     std::int64_t bus_off_hold_ns{20'000'000};  ///< bus-off lasts at least so long, for others to see it [ns]
 
     [[nodiscard]] constexpr const char* validate() const noexcept {
+      if (const char* problem = identifier_offset.validate()) return problem;
       if (bus_off_hold_ns < 0) return "bus_off_hold must not be negative";
       return e2e.validate();
     }
@@ -76,12 +79,12 @@ class CommandReceiver {
  private:
   FrameVerdict judge(const CanFrame& frame) noexcept;
   FrameVerdict take(const CanFrame& frame) noexcept;
-  void accept(const TorqueRequest& request) noexcept;
+  void accept(const DecodedCommand& decoded) noexcept;
   FrameVerdict on_error_frame(const CanFrame& frame) noexcept;
 
   Parameters parameters_;
   E2eChecker checker_;
-  OtherDrive other_drive_{};
+  OtherDrive other_drive_;
   TorqueCommand<double> command_{};
   std::int64_t bus_off_ns_{0};
   std::array<std::uint64_t, frame_verdict_count> counts_{};

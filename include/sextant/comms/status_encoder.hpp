@@ -32,7 +32,7 @@ inline constexpr std::size_t status_message_count = 10;
 [[nodiscard]] std::int64_t cycle_time_ns(StatusMessage message) noexcept;
 
 /// True for a frame with the identifier of a status message.
-[[nodiscard]] bool is_status_frame(const CanFrame& frame) noexcept;
+[[nodiscard]] bool is_status_frame(const CanFrame& frame, IdentifierOffset offset = {}) noexcept;
 
 /// What the status frames carry beside the telemetry of the drive.
 struct StatusExtras {
@@ -45,7 +45,8 @@ struct StatusExtras {
 /// Makes the status frames of the drive, protected and counted. It belongs to the transmit thread.
 class StatusEncoder {
  public:
-  StatusEncoder() noexcept;
+  /// offset: of the drive's identifiers and data ids.
+  explicit StatusEncoder(IdentifierOffset offset = {}) noexcept;
 
   [[nodiscard]] CanFrame frame(StatusMessage message, const Telemetry<double>& drive,
                                const StatusExtras& extras) noexcept;
@@ -66,6 +67,7 @@ class StatusEncoder {
   void protect(StatusMessage message, CanFrame& frame) noexcept;
   [[nodiscard]] bool is_due(std::size_t message, std::int64_t now_ns, bool faults_changed) noexcept;
 
+  IdentifierOffset offset_;
   std::array<std::optional<E2eProtector>, status_message_count> protectors_{};  ///< of the protected ones
   FaultSet sent_active_{};
   FaultSet sent_latched_{};

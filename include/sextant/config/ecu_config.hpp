@@ -6,6 +6,7 @@
 #include "sextant/config/drive_config.hpp"
 #include "sextant/config/hil_config.hpp"
 #include "sextant/config/schema.hpp"
+#include "sextant/core/identifier_offset.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant {
@@ -13,6 +14,7 @@ namespace sextant {
 /// The CAN bus that commands come from and status goes to.
 struct CanConfig {
   std::string bus{"udp_multicast:239.74.163.2:43113"};  ///< backend:interface, or backend:group:port
+  IdentifierOffset identifier_offset{};                 ///< of all identifiers and E2E data ids
 };
 
 /// Telemetry over DDS.

@@ -17,9 +17,11 @@ namespace sextant {
 class LogReplay {
  public:
   /// The bus is not owned and must outlive this object, which must stay where it is.
-  LogReplay(std::vector<LoggedFrame> log, VirtualCanBus& bus)
+  /// offset: of the listening drive's identifiers.
+  LogReplay(std::vector<LoggedFrame> log, VirtualCanBus& bus, IdentifierOffset offset = {})
       : log_{std::move(log)}, bus_{bus}, origin_ns_{log_.empty() ? 0 : log_.front().t_ns} {
-    left_out_ = std::erase_if(log_, [](const LoggedFrame& logged) { return is_status_frame(logged.frame); });
+    left_out_ = std::erase_if(
+        log_, [offset](const LoggedFrame& logged) { return is_status_frame(logged.frame, offset); });
   }
 
   /// When the next frame is due; `never_ns` after the last. [ns]

@@ -18,18 +18,20 @@ namespace sextant {
 class VirtualVehicle {
  public:
   struct Parameters {
-    std::int64_t first_ns{0};            ///< when it sends its first frame [ns]
-    std::int64_t period_ns{10'000'000};  ///< between two frames [ns]
-    double torque_limit{250.0};          ///< magnitude that it allows the drive [N·m]
-    bool hand_shake{true};               ///< false: it enables with its first frame
-    bool clear_faults{false};            ///< ask a drive in FAULT to reset, and start again
-    int closing_frames{10};              ///< disables after the last torque [-]
-    std::uint8_t first_counter{0};       ///< E2E counter of its first frame, 0…14 [-]
+    std::int64_t first_ns{0};              ///< when it sends its first frame [ns]
+    std::int64_t period_ns{10'000'000};    ///< between two frames [ns]
+    double torque_limit{250.0};            ///< magnitude that it allows the drive [N·m]
+    bool hand_shake{true};                 ///< false: it enables with its first frame
+    bool clear_faults{false};              ///< ask a drive in FAULT to reset, and start again
+    int closing_frames{10};                ///< disables after the last torque [-]
+    std::uint8_t first_counter{0};         ///< E2E counter of its first frame, 0…14 [-]
+    IdentifierOffset identifier_offset{};  ///< of its drive
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the period of a vehicle's commands must be above zero";
       if (closing_frames < 0) return "a vehicle cannot send less than no frame";
-      return first_counter < e2e::counter_modulus ? nullptr : "an E2E counter is from 0 to 14";
+      if (first_counter >= e2e::counter_modulus) return "an E2E counter is from 0 to 14";
+      return identifier_offset.validate();
     }
   };
   enum class Phase : std::uint8_t { waiting, driving, resetting, closing, done };
@@ -64,7 +66,7 @@ class VirtualVehicle {
  private:
   void act();
   void choose_phase();
-  void send(const TorqueRequest& request);
+  void send(const TorqueCommand<double>& command);
   void hear(const CanFrame& frame);
   [[nodiscard]] bool drive_is_ready() const noexcept;
   [[nodiscard]] bool drive_has_tripped() const noexcept;

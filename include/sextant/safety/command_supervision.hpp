@@ -85,7 +85,9 @@ class CommandSupervision {
                                                        bool zero_requested) noexcept {
     const bool is_new = command.sequence != sequence_;
     const bool disabled = command.disables != disables_;
-    const bool reset = command.resets != resets_;
+    // A frame that enables is never a reset.
+    const bool resets_now = is_new && !command.enable && command.fault_reset;
+    const bool reset = command.resets != resets_ || resets_now;
     sequence_ = command.sequence;
     disables_ = command.disables;
     resets_ = command.resets;
@@ -103,20 +105,18 @@ class CommandSupervision {
   /// Takes over what the rules leave of the frames that have come; true where one of them resets.
   [[nodiscard]] constexpr bool evaluate_frames(const CommandFacts<T>& facts) noexcept {
     const CommandActions actions = evaluate<frame_rules<T>>(facts, parameters_);
-    bool resets = false;
     if (actions.drop) {
       lockout_ = true;
     } else {
-      if (facts.disabled) disable(facts.reset || facts.command.fault_reset);
-      const bool taken_over = facts.is_new && take_over(facts.command, actions.hold);
-      resets = facts.reset || (taken_over && facts.command.fault_reset);
+      if (facts.disabled) disable(facts.reset);
+      if (facts.is_new) take_over(facts.command, actions.hold);
     }
     count_out_of_range(facts.command.out_of_range, facts.is_new);
-    return resets;
+    return facts.reset && !actions.drop;
   }
 
-  /// Takes over a new frame; false where it is blocked.
-  constexpr bool take_over(const TorqueCommand<T>& command, bool blocked) noexcept {
+  /// Takes over a new frame; of one that is blocked nothing counts.
+  constexpr void take_over(const TorqueCommand<T>& command, bool blocked) noexcept {
     if (!command.enable) {
       disable(command.fault_reset);
     } else if (blocked) {
@@ -126,7 +126,6 @@ class CommandSupervision {
       enable_ = true;
       setpoint_ = std::clamp(command.torque, -command.torque_limit, command.torque_limit);
     }
-    return !blocked;
   }
 
   /// A frame that also resets is spent on the reset: the disable that ends the lockout has to come after it.

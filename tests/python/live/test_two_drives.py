@@ -1,11 +1,11 @@
-"""Two drives: in one DDS domain drive_id tells them apart; on one bus there is room for one."""
+"""Two drives: in one DDS domain drive_id tells them apart, on one bus can.identifier_offset."""
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from drive_process import DriveProcess
-from handling import FAULTS, at_torque, bring_up
+from handling import FAULTS, at_torque, bring_up, make_ready
 from kernel import native_kernel_only
 from telemetry_record import TelemetryRecord
 from vehicle import Vehicle
@@ -16,6 +16,7 @@ SECOND_MASTER_BIT = 1 << FAULTS["SECOND_MASTER"]
 def test_a_second_drive_on_the_bus_makes_no_torque(
     live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]
 ) -> None:
+    """Of two drives with the same identifiers."""
     native_kernel_only()
     start_drive(live_bus, "drive_id=1")
     record = TelemetryRecord(domain, 1)
@@ -34,6 +35,28 @@ def test_a_second_drive_on_the_bus_makes_no_torque(
         assert second.status == 1
         assert f"another drive sends MCU_TorqueStatus on {live_bus}" in second.errors()
         at_torque(record, vehicle, 15.0)
+
+
+def test_two_drives_on_one_bus_each_follow_their_own_commands(
+    live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]
+) -> None:
+    native_kernel_only()
+    offset = 96
+    start_drive(live_bus, "drive_id=1")
+    start_drive(live_bus, "drive_id=7", f"can.identifier_offset={offset}")
+    first, second = TelemetryRecord(domain, 1), TelemetryRecord(domain, 7)
+    with Vehicle(live_bus) as own, Vehicle(live_bus, offset) as other:
+        bring_up(first, own, 15.0)
+        make_ready(second, other)
+        # One under torque while the other, which hears the same bus, has no enable.
+        at_torque(first, own, 15.0)
+        assert set(second.run(0.1).states) == {"READY"}
+        # Both at once, each at its own torque.
+        assert np.median(at_torque(second, other, -12.0).torque_mean_nm) == pytest.approx(-12.0, abs=5.0)
+        span = at_torque(first, own, 15.0)
+    assert np.median(span.torque_mean_nm) == pytest.approx(15.0, abs=5.0)
+    for record in (first, second):
+        assert not any(state.faults_latched & SECOND_MASTER_BIT for state in record.states)
 
 
 def test_two_drives_in_one_domain(

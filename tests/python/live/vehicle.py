@@ -23,8 +23,8 @@ ANSWER_S = 60.0  # nothing is judged by time
 class Vehicle:
     """Repeats its demand every 10 ms from a process of its own until it falls silent; a context."""
 
-    def __init__(self, address: str) -> None:
-        self.contract = Contract()
+    def __init__(self, address: str, identifier_offset: int = 0) -> None:
+        self.contract = Contract(identifier_offset=identifier_offset)
         self._address = bus.parse(address)
         self._pack = build_can_frame if self._address.interface == "socketcan" else pack_message
         self._control: socket.socket | None = None
