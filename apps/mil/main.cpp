@@ -38,7 +38,7 @@ struct Options {
 constexpr const char* examples = R"(Examples:
   sextant-mil configs/scenarios/constant_torque.toml
   sextant-mil configs/scenarios/*.toml --integrator fixed
-  sextant-mil configs/scenarios/reversal.toml --set control.torque_band_upper_nm=0.5 --out out/half_band
+  sextant-mil configs/scenarios/reversal.toml --set control.dtc.torque_band_upper_nm=0.5 --out out/half_band
   sextant-mil configs/scenarios/reversal.toml --print-config
 Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario), in the
 place of those of an earlier run. Exit status: 0 if every run passes, 1 if one does not, 2 if the command or a

@@ -41,9 +41,9 @@ std::string check_power_stage(const EcuConfig& c) {
     return "a plant in real time outside this process does not wait: realtime.wake_every_periods must be 1, "
            "or hil.pacing \"lockstep\"";
   }
-  if (c.drive.plant.io.actuation_delay_periods != 1) {
+  if (c.drive.control.actuation_delay_periods != 1) {
     return "a plant outside this process acts one period after the decision: "
-           "plant.actuation_delay_periods must be 1";
+           "drive.actuation_delay_periods must be 1";
   }
   return {};
 }
