@@ -290,7 +290,9 @@ void describe(Section root, DriveConfig& c) {
   describe_gate(root.section("gate"), c);
   describe_capability(root.section("capability"), c);
   describe_protection(root.section("protection"), c);
-  describe(root.section("plant"), c.plant);
+  Section plant = root.section("plant");
+  describe(plant, c.plant);
+  plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   drive.check([&c]() -> std::string {
     // What its parts have to say is said where they are described.
     const Drive<>::Parameters& p = c.drive;
@@ -299,7 +301,7 @@ void describe(Section root, DriveConfig& c) {
     return problem != nullptr ? problem : "";
   });
   root.section("machine").check(c.plant.plant);
-  root.section("plant").check(c.plant.io);
+  plant.check(c.plant.io);
   describe(root.section("load"), c.load);
 }
 

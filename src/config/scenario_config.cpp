@@ -210,6 +210,26 @@ std::string validate_sampling(const ScenarioConfig& c) {
   return {};
 }
 
+/// What a trace may hold, whichever control method is chosen.
+std::vector<std::string> all_signals(const ControlMethods& methods) {
+  std::vector<std::string> names = trace_signals();
+  for (const ControlMethod& method : methods) {
+    for (const ControlChannel& c : method.channels) names.push_back(std::string{"control/"} + c.name);
+  }
+  return names;
+}
+
+/// A trace holds the channels of its own controller alone.
+std::string validate_signals(const ScenarioConfig& c) {
+  const std::vector<std::string> there = trace_signals(c.drive.method().channels);
+  for (const std::string& name : c.scenario.trace.signals) {
+    if (std::find(there.begin(), there.end(), name) == there.end())
+      return "signal \"" + name + "\" belongs to another controller than control.controller, \"" +
+             c.drive.controller + "\"";
+  }
+  return {};
+}
+
 /// A cycle says what the shaft does; nothing else may.
 std::string validate_alone(const ScenarioConfig& c) {
   if (!c.cycle.is_given()) return {};
@@ -278,12 +298,13 @@ void describe(Section root, ScenarioConfig& c) {
   describe(root.section("metrics"), scenario.metrics);
   Section trace = root.section("trace");
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us", "one row of the trace");
-  trace.names("signals", scenario.trace.signals, trace_signals(),
+  trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
               "groups (\"all\", \"standard\", \"switching\", \"voltage\", \"link\", \"rotor\", \"shaft\", "
               "\"energy\", "
               "\"comparators\") and signals (\"plant/i_dc_a\")",
               "what the trace holds beside the time");
   trace.check(scenario.trace);
+  trace.check([&c] { return validate_signals(c); });
   Section expect = root.section("expect");
   describe_fault(expect, c);
   describe(expect, scenario.expectations);
