@@ -19,12 +19,12 @@ const char* sentence(PowerStage::Plant plant) {
     case PowerStage::Plant::answers:
       return "the plant answers; a fault reset takes the drive out of FAULT";
     case PowerStage::Plant::unacknowledged:
-      return "the plant does not take the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID)";
+      return "the plant does not acknowledge the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID)";
     case PowerStage::Plant::timed_out:
     case PowerStage::Plant::unknown:
       break;
   }
-  return "the plant is silent; the drive goes to FAULT (MEASUREMENT_INVALID) with its gates off";
+  return "the plant has timed out; the drive goes to FAULT (MEASUREMENT_INVALID) with its gates off";
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ std::string PowerStage::state_change() {
   reported_refusals_ = state.refusals();
   if (!refused) return {};
   return link +
-         "the plant keeps its gates open against the drive's pattern; the drive goes to FAULT "
+         "the plant keeps its gates off against the drive's pattern; the drive goes to FAULT "
          "(MEASUREMENT_INVALID) with its gates off";
 }
 
@@ -109,7 +109,7 @@ void PowerStage::print_report(std::FILE* out) const {
   fmt::print(out, "  late {} times, silent {} times, started anew {} times\n", c.late, c.timeouts,
              c.restarts);
   if (c.unacknowledged + c.refused > 0) {
-    fmt::print(out, "  took no pattern {} times, kept its gates open against {} patterns\n", c.unacknowledged,
+    fmt::print(out, "  took no pattern {} times, kept its gates off against {} patterns\n", c.unacknowledged,
                c.refused);
   }
   if (udp_) print_network(out, udp_->network(), udp_->unsent());

@@ -102,7 +102,7 @@ void tell(const sextant::RunSummary& summary) {
   switch (summary.verdict()) {
     case Verdict::tripped:
       std::fprintf(stderr,
-                   "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [gate]\n",
+                   "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [command]\n",
                    name, to_string(summary.faults.front().fault), double(summary.faults.front().t_ns) * 1e-9);
       break;
     case Verdict::not_balanced:

@@ -24,7 +24,7 @@ constexpr const char* examples = R"(Examples:
   sextant-plant --set hil.pacing=lockstep       virtual time: the plant waits for the drive
   sextant-plant --duration 10 --set period_us=250 --set load.torque_nm.value=5
   sextant-plant --print-config                  every key with unit, range and meaning
-It leaves on SIGINT, SIGTERM or SIGHUP. Without a living drive its gates are open.)";
+It leaves on SIGINT, SIGTERM or SIGHUP. Without a living drive its gates are off.)";
 
 /// Returns when a signal asks to leave, the time is over, or the plant has ended by itself.
 void run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, std::optional<double> duration_s) {

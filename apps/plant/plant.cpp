@@ -20,7 +20,7 @@ SimulatedPowerStage::Parameters stage_parameters(const PlantConfig& config) {
 }
 
 GateGuard::Parameters guard_parameters(const PlantConfig& config) {
-  return {config.period_ns, config.plant.io.hold_periods, config.hil.silence_ns};
+  return {config.period_ns, config.plant.io.hold_periods, config.hil.pattern_timeout_ns};
 }
 
 double ms(std::int64_t ns) {
@@ -111,7 +111,7 @@ void Plant::run_lockstep() {
   }
   if (outcome == Outcome::lost) {
     problem_ = "hil.link: the drive on \"" + config_.hil.link +
-               "\" died or asks nothing any more; the gates are open, start both anew";
+               "\" died or asks nothing any more; the gates are off, start both anew";
   }
   ended_.store(true, std::memory_order_release);
 }
@@ -123,7 +123,7 @@ void Plant::run_real_time(Server& server) {
     const WakeSchedule::Wake wake = task_.wait();
     const std::int64_t begin_ns = now_ns();
     server.step(wake.deadline_ns);
-    body_.record(now_ns() - begin_ns);
+    execution_.record(now_ns() - begin_ns);
     latency_.record(wake.latency_ns);
     ++periods_;
   }
@@ -155,14 +155,14 @@ void Plant::tell(const GateEvent& e) {
     return;
   }
   if (e.open_since_ns == 0) {
-    spdlog::info("gates are open as from the start: {}", to_string(e.cause));
+    spdlog::info("gates are off as from the start: {}", to_string(e.cause));
     return;
   }
   const std::int64_t to_open_ns =
       e.heard_ns == 0 ? 0 : std::max<std::int64_t>(0, e.open_since_ns - e.heard_ns);
   longest_to_open_ns_ = std::max(longest_to_open_ns_, to_open_ns);
   spdlog::warn(
-      "gates stay open since {:.6f} s: {}; last pattern at {:.6f} s, {:.3f} ms before, seen at {:.6f} s",
+      "gates stay off since {:.6f} s: {}; last pattern at {:.6f} s, {:.3f} ms before, seen at {:.6f} s",
       double(e.open_since_ns) * 1e-9, to_string(e.cause), double(e.heard_ns) * 1e-9, ms(to_open_ns),
       double(e.t_ns) * 1e-9);
 }
@@ -192,14 +192,14 @@ void Plant::print_real_time(std::FILE* out) const {
   fmt::print(out, "plant periods {} run, {} missed in {} overruns\n", periods_, wakes.periods_missed,
              wakes.overruns);
   row("wake-up latency", latency_.summary());
-  row("work per period", body_.summary());
+  row("execution time per period", execution_.summary());
   const GateGuard::Counters& c = guard().counters();
   fmt::print(out, "patterns {} taken of {} drives, {} missing, {} unreadable; {} periods held\n", c.commands,
              c.drives, c.missing, c.unreadable, c.held);
-  fmt::print(out, "gates opened: {} times for a late pattern, {} for a silent drive, {} by the enable line\n",
-             c.late, c.silent, c.disabled);
+  fmt::print(out, "gates turned off: {} times for a late pattern, {} for a drive that timed out, {} by the enable line\n",
+             c.late, c.timed_out, c.disabled);
   if (c.locked_out + c.outdated > 0) {
-    fmt::print(out, "  kept open: {} times until the drive had shown open gates; {} patterns came too old\n",
+    fmt::print(out, "  kept open: {} times until the drive had shown gates off; {} patterns came too old\n",
                c.locked_out, c.outdated);
   }
   fmt::print(out, "  at most {:.3f} ms after the last pattern of a drive that fell silent or left\n",

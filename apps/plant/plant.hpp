@@ -72,7 +72,7 @@ class Plant {
   std::unique_ptr<PlantServer<UdpPlantEnd>> udp_{};
   PeriodicTask task_;
   LatencyHistogram latency_{};
-  LatencyHistogram body_{};
+  LatencyHistogram execution_{};
   std::uint64_t periods_{0};
   std::int64_t longest_to_open_ns_{0};
   std::string problem_{};

@@ -24,7 +24,7 @@ struct InverterRegisters {
   volatile std::uint16_t u_dc;          // [25 mV]
   volatile std::int32_t speed;          // of the encoder [1/1000 rad/s]
   volatile std::uint32_t gates;         // shadow register, in force from the next sample on: two bits a leg
-  volatile std::uint32_t watchdog;      // the hardware opens the gates when nobody writes here for 200 us
+  volatile std::uint32_t watchdog;      // the hardware turns the gates off when nobody writes here for 200 us
 };
 
 /// The inverter behind the registers. A gate state acts from the sample after it was written, which is a
@@ -42,10 +42,10 @@ class RegisterDriveIo final : public sextant::DriveIo<double> {
     m.i_abc = {12.5e-3 * registers_.i_a, 12.5e-3 * registers_.i_b, 12.5e-3 * registers_.i_c};
     m.u_dc = 25e-3 * registers_.u_dc;
     m.omega_m = 1e-3 * registers_.speed;
-    // What acted over the period that ends now was written two periods ago.
-    m.acted = in_force_;
+    // What was applied over the period that ends now was written two periods ago.
+    m.applied = in_force_;
     in_force_ = written_;
-    // Never pretend: no new sample, or one that we slept through, and nobody knows what acted.
+    // Never pretend: no new sample, or one that we slept through, and nobody knows what was applied.
     m.plausible = started_ ? samples == 1 && registers_.fault == 0 : registers_.fault == 0;
     started_ = true;
     return m;
@@ -123,7 +123,7 @@ int main() {
   };
 
   run(30);
-  expect(drive.state() == sextant::DriveState::ready && registers.gates == 0, "ready, with its gates open");
+  expect(drive.state() == sextant::DriveState::ready && registers.gates == 0, "ready, with its gates off");
   expect(telemetry.last.u_dc == 530.0 && telemetry.last.i_abc.a == 1.0, "values are scaled");
   run(30);
   expect(drive.state() == sextant::DriveState::torque && registers.gates != 0,
@@ -132,6 +132,6 @@ int main() {
   registers.fault = 1;
   run(1);
   expect(drive.state() == sextant::DriveState::fault && registers.gates == 0,
-         "a fault opens the gates in its period");
+         "a fault turns the gates off in its period");
   return failures == 0 ? 0 : 1;
 }

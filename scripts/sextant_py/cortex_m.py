@@ -110,7 +110,7 @@ def instructions(costs: golden.Costs) -> dict[str, dict]:
         "controller_step": spread(costs.controller),
         "controller_step_driven": spread(costs.controller[driven]),
         "plant_period_driven": spread(costs.plant[driven]),
-        "plant_period_open": spread(costs.plant[~driven]),
+        "plant_period_gates_off": spread(costs.plant[~driven]),
     }
 
 

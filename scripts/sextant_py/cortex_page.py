@@ -15,7 +15,7 @@ NAMES = {
     "controller_step": "`DirectTorqueController::step`",
     "controller_step_driven": "the same, gates driven",
     "plant_period_driven": "plant, one period, gates driven",
-    "plant_period_open": "plant, one period, gates open",
+    "plant_period_gates_off": "plant, one period, gates off",
 }
 UNITS = {
     "torque": "torque [N·m]",

@@ -27,7 +27,7 @@ class Commands:
     torque_nm: np.ndarray
     enable: np.ndarray
     period_ms: float
-    skipped: int
+    missed: int
 
     def torque_at(self, t_ns: np.ndarray) -> np.ndarray:
         """The torque last sent before a time [N·m]."""
@@ -51,7 +51,7 @@ def load_commands(path: Path) -> Commands:
             np.array([row["torque_nm"] for row in rows], dtype=float),
             np.array([row["enable"] for row in rows], dtype=bool),
             log["period_ms"],
-            log["skipped_periods"],
+            log["missed_periods"],
         )
     except (OSError, ValueError, KeyError) as error:
         raise UserError(f"the log of commands {path} cannot be read: {error}.") from None
@@ -114,7 +114,7 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
         raise UserError("the recording and the log of commands have no time in common.")
     commanded, mean = commands.torque_at(recording["t_ns"]), recording["torque_mean_nm"]
     error = (mean - commanded)[during]
-    sent = f"{len(commands.t_ns)}, one each {commands.period_ms:g} ms, {commands.skipped} periods skipped"
+    sent = f"{len(commands.t_ns)}, one each {commands.period_ms:g} ms, {commands.missed} periods missed"
     table = [
         ("commands sent", sent),
         ("telemetry samples", f"{int(during.sum())} while enabled"),
@@ -140,7 +140,7 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
     taken, returned = energy_kj(recording)
     table.append(("energy at the DC link", f"{taken:.2f} kJ taken, {returned:.2f} kJ returned"))
     if statistics:
-        missed = f"{statistics['periods_skipped']} of {statistics['periods']}, {statistics['overruns']} late wake-ups"
+        missed = f"{statistics['periods_missed']} of {statistics['periods']}, {statistics['overruns']} late wake-ups"
         table.append(("missed control periods", missed))
     return table
 

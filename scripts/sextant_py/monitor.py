@@ -67,10 +67,10 @@ def fault_names(bits: int) -> list[str]:
 def missed_by(statistics: Any) -> list[str]:
     """Overruns by cause, those that there were."""
     causes = {
-        "machine": statistics.misses_machine,
-        "late wake-up": statistics.misses_late_wake,
-        "gap in a stage": statistics.misses_stage_gap,
-        "own body": statistics.misses_own_body,
+        "machine": statistics.overruns_machine,
+        "late wake-up": statistics.overruns_late_wake,
+        "gap in a stage": statistics.overruns_stage_gap,
+        "own execution": statistics.overruns_own_execution,
     }
     found = [f"{name} {count}" for name, count in causes.items() if count] or ["not yet judged"]
     return [f"{part}," for part in found[:-1]] + found[-1:]
@@ -166,12 +166,12 @@ class DriveView:
 
     def _add_statistics(self, table: Table, r: Any) -> None:
         period = f"{r.period_ns / 1e3:g} µs × {r.wake_every_periods} a wake-up,"
-        lost = f"{r.periods_skipped} skipped,", f"{r.overruns} overruns"
+        lost = f"{r.periods_missed} missed,", f"{r.overruns} overruns"
         self._add(table, "real time", period, f"{r.periods} periods,", *lost)
         percentiles = f"wake-up latency p50 {r.wake_latency_p50_us:.1f},", f"p99 {r.wake_latency_p99_us:.1f},"
         self._add(table, "", *percentiles, f"max {r.wake_latency_max_us:.1f} µs")
-        percentiles = f"work p50 {r.body_p50_us:.1f},", f"p99 {r.body_p99_us:.1f},"
-        self._add(table, "", *percentiles, f"max {r.body_max_us:.1f} µs")
+        percentiles = f"work p50 {r.execution_p50_us:.1f},", f"p99 {r.execution_p99_us:.1f},"
+        self._add(table, "", *percentiles, f"max {r.execution_max_us:.1f} µs")
         stages = (
             f"read {r.read_p99_9_us:.2f},",
             f"drive {r.drive_p99_9_us:.2f},",
@@ -200,7 +200,7 @@ class DriveView:
                 f"DC link {t.u_dc_v:.0f} V",
             ]
         if r is not None:
-            parts.append(f"{r.periods_skipped} periods skipped")
+            parts.append(f"{r.periods_missed} periods missed")
         if s is not None and s.faults_latched:
             parts.append(f"FAULTS {', '.join(fault_names(s.faults_latched))}")
         if deviation := self._deviation():

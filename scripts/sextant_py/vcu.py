@@ -124,7 +124,7 @@ class Commander:
         self._counter = 0
         self._next_ns = time.monotonic_ns()
         self.sent: list[tuple[int, float, bool, int]] = []
-        self.skipped = 0
+        self.missed = 0
         self.unsent = 0
 
     def wait(self) -> int:
@@ -133,7 +133,7 @@ class Commander:
         late_ns = time.monotonic_ns() - self._next_ns
         if late_ns > self._period_ns:
             missed = late_ns // self._period_ns
-            self.skipped += missed
+            self.missed += missed
             self._next_ns += missed * self._period_ns
         time.sleep(max(self._next_ns - time.monotonic_ns(), 0) / 1e9)
         return self._next_ns
@@ -271,7 +271,7 @@ def write_log(
         "bus": str(address),
         "period_ms": period_s * 1e3,
         "profile_start_ns": start_ns,
-        "skipped_periods": commander.skipped,
+        "missed_periods": commander.missed,
         "unsent_frames": commander.unsent,
         "commands": commands,
     }
@@ -339,7 +339,7 @@ def main(arguments: list[str]) -> int:
     if deviation := tracking.sentence():
         print(f"vcu: {deviation}.", file=sys.stderr)
     progress.say(
-        f"played; {len(commander.sent)} frames sent, {commander.skipped} periods skipped ({describe(reports)})"
+        f"played; {len(commander.sent)} frames sent, {commander.missed} periods missed ({describe(reports)})"
     )
     return 0
 

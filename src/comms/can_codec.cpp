@@ -79,13 +79,13 @@ static_assert(int(DeratingCause::voltage_limit) ==
 static_assert(int(DeratingCause::temperature) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_TEMPERATURE_CHOICE);
 static_assert(int(DeratingCause::dc_link_limit) ==
               SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_DC_LINK_LIMIT_CHOICE);
-static_assert(int(DeratingCause::gates_open) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_GATES_OFF_CHOICE);
+static_assert(int(DeratingCause::gates_are_off) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_GATES_OFF_CHOICE);
 
 EncodedFrame encode(const TorqueStatus& x) noexcept {
   Packer pack;
   sextant_mcu_torque_status_t m{};
   m.torque_estimated = pack(contract::mcu_torque_status_torque_estimated, x.torque);
-  m.torque_admitted = pack(contract::mcu_torque_status_torque_admitted, x.torque_admitted);
+  m.torque_reference = pack(contract::mcu_torque_status_torque_reference, x.torque_reference);
   m.drive_state = pack(contract::mcu_torque_status_drive_state, double(x.state));
   m.lockout = x.lockout ? 1 : 0;
   m.command_counter = pack(contract::mcu_torque_status_command_counter,
@@ -150,7 +150,7 @@ EncodedFrame encode(const RealTimeReport& x) noexcept {
   Packer pack;
   sextant_mcu_real_time_t m{};
   m.periods_missed = pack.saturated(contract::mcu_real_time_periods_missed, double(x.periods_missed));
-  m.worst_loop_time = pack.saturated(contract::mcu_real_time_worst_loop_time, x.worst_loop_time * us_per_s);
+  m.worst_execution_time = pack.saturated(contract::mcu_real_time_worst_execution_time, x.worst_execution_time * us_per_s);
   m.worst_wake_latency =
       pack.saturated(contract::mcu_real_time_worst_wake_latency, x.worst_wake_latency * us_per_s);
   m.telemetry_dropped =
@@ -237,7 +237,7 @@ std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame) noexcept
   if (!contract::mcu_torque_status_drive_state.is_in_range(m.drive_state)) return {};
   TorqueStatus status{
       .torque = contract::mcu_torque_status_torque_estimated.decode(m.torque_estimated),
-      .torque_admitted = contract::mcu_torque_status_torque_admitted.decode(m.torque_admitted),
+      .torque_reference = contract::mcu_torque_status_torque_reference.decode(m.torque_reference),
       .state = static_cast<DriveState>(m.drive_state),
       .lockout = m.lockout != 0,
       .command_counter = {}};

@@ -21,7 +21,7 @@ constexpr Identification identification{.software_major = SEXTANT_VERSION_MAJOR,
 
 TorqueStatus torque_status_of(const Telemetry<double>& x) noexcept {
   TorqueStatus status{.torque = x.torque,
-                      .torque_admitted = x.torque_reference,
+                      .torque_reference = x.torque_reference,
                       .state = x.state,
                       .lockout = x.lockout,
                       .command_counter = {}};

@@ -73,11 +73,11 @@ void describe_control(Section s, DriveConfig& c) {
   });
 }
 
-void describe_gate(Section s, DriveConfig& c) {
-  CommandGate<>::Parameters& p = c.drive.gate;
+void describe_command(Section s, DriveConfig& c) {
+  CommandSupervision<>::Parameters& p = c.drive.command;
   s.derived("torque_limit_nm", p.torque_limit, torque_magnitude_nm, "N·m", "a command beyond it is blocked",
             [&c] { return limits_of(c).torque; });
-  s.number("torque_rate_nm_s", p.torque_rate, {1e-3, 1e9}, "N·m/s", "largest rate of the admitted torque");
+  s.number("torque_rate_nm_s", p.torque_rate, {1e-3, 1e9}, "N·m/s", "largest rate of the torque reference");
   s.time("timeout_ms", p.timeout_ns, ns_per_ms, {1, 1e4}, "ms",
          "age at which the torque starts to ramp to zero");
   s.time("zero_ramp_ms", p.zero_ramp_ns, ns_per_ms, {0.01, 1e4}, "ms", "duration of that ramp");
@@ -97,7 +97,7 @@ void curve_speed(Section& s, const char* key, double& member, const char* meanin
 void describe_capability(Section s, DriveConfig& c) {
   TorqueCapability<>::Parameters& p = c.drive.capability;
   s.derived("torque_nm", p.torque, torque_magnitude_nm, "N·m", "largest torque announced and admitted",
-            [&c] { return c.drive.gate.torque_limit; });
+            [&c] { return c.drive.command.torque_limit; });
   s.number("voltage_use", p.voltage_use, {0.1, 1}, "", "share of u_dc/sqrt(3) that a torque may need");
   curve_speed(s, "base_speed_rad_s", p.base_speed,
               "from it on the motoring torque falls linearly; not set: as far as the link's voltage lasts");
@@ -287,7 +287,7 @@ void describe(Section root, DriveConfig& c) {
                 "time after which flux that does not stand is a fault",
                 [&c] { return std::max(1000.0, 5e3 * c.control.machine.tau_r()); });
   root.derive([&c] { c.drive.magnetise_timeout_ns = std::llround(c.magnetise_timeout_ms * ns_per_ms); });
-  describe_gate(root.section("gate"), c);
+  describe_command(root.section("command"), c);
   describe_capability(root.section("capability"), c);
   describe_protection(root.section("protection"), c);
   Section plant = root.section("plant");
@@ -296,7 +296,7 @@ void describe(Section root, DriveConfig& c) {
   drive.check([&c]() -> std::string {
     // What its parts have to say is said where they are described.
     const Drive<>::Parameters& p = c.drive;
-    if (p.gate.validate() || p.protection.validate() || p.capability.validate()) return {};
+    if (p.command.validate() || p.protection.validate() || p.capability.validate()) return {};
     const char* const problem = p.validate();
     return problem != nullptr ? problem : "";
   });

@@ -24,8 +24,8 @@ std::string check_wake_period(const EcuConfig& c) {
     return "watchdog_ms is too short: it must be at least twice wake_every_periods control periods";
   }
   if (const char* const problem = c.realtime.validate(wake_ns)) return problem;
-  if (c.drive.drive.gate.timeout_ns <= wake_ns) {
-    return "wake_every_periods is too large: so many control periods take longer than gate.timeout_ms";
+  if (c.drive.drive.command.timeout_ns <= wake_ns) {
+    return "wake_every_periods is too large: so many control periods take longer than command.timeout_ms";
   }
   return {};
 }

@@ -8,10 +8,10 @@ void describe(Section s, HilParameters& p) {
            "each side by its own clock, or each waiting for the other in virtual time");
   s.integer("missing_periods", p.missing_periods, {1, 1'000'000}, "",
             "drive: so many control periods in a row without a measurement and it trips");
-  s.time("stale_ms", p.stale_ns, 1e6, {0.01, 1e5}, "ms",
-         "drive: without a measurement for so long it trips, and the plant counts as silent");
+  s.time("measurement_timeout_ms", p.measurement_timeout_ns, 1e6, {0.01, 1e5}, "ms",
+         "drive: without a measurement for so long it trips, and the plant counts as timed out");
   s.time(
-      "silence_ms", p.silence_ns, 1e6, {0.01, 1e5}, "ms",
+      "pattern_timeout_ms", p.pattern_timeout_ns, 1e6, {0.01, 1e5}, "ms",
       "plant: without a pattern for so long the drive counts as dead and the gates are opened; drive: when "
       "the plant takes no pattern for so long it trips");
   s.time("lockstep_timeout_ms", p.lockstep_timeout_ns, 1e6, {1, 1e7}, "ms",

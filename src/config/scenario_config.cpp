@@ -143,9 +143,9 @@ std::string validate_torque(const ScenarioConfig& c) {
   if (c.mode != ScenarioMode::sampled || c.expected_fault || c.cycle.drives_vehicle()) return {};
   if (!c.scenario.torque_reference.validate().empty()) return {};
   const double most = largest(c.scenario.torque_reference, c.scenario.duration_ns);
-  const double limit = c.drive.drive.gate.torque_limit;
+  const double limit = c.drive.drive.command.torque_limit;
   if (!(most > limit)) return {};
-  return "the torque reaches " + number_text(most) + " N·m, beyond gate.torque_limit_nm, " +
+  return "the torque reaches " + number_text(most) + " N·m, beyond command.torque_limit_nm, " +
          number_text(limit) + " N·m: the drive would block it and trip; lower it or raise the limit";
 }
 
@@ -245,9 +245,9 @@ std::string validate_driver(const ScenarioConfig& c) {
   if (!c.cycle.drives_vehicle()) return {};
   if (!c.cycle.speed.points.empty() && c.cycle.speed.points.front().value != 0.0)
     return "the cycle must begin at rest, where the vehicle is";
-  const bool beyond = c.drive.drive.gate.torque_limit < c.cycle.driver.torque_limit;
+  const bool beyond = c.drive.drive.command.torque_limit < c.cycle.driver.torque_limit;
   const bool has_gate = c.mode == ScenarioMode::sampled;
-  return has_gate && beyond ? "torque_limit_nm is above gate.torque_limit_nm" : "";
+  return has_gate && beyond ? "torque_limit_nm is above command.torque_limit_nm" : "";
 }
 
 /// Puts the vehicle on the shaft and its driver into the scenario.

@@ -76,13 +76,13 @@ bool convert_stages(const RealTimeSample& in, sextant_RealTimeStatistics& out) n
   return finite;
 }
 
-void convert_misses(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
-  const auto misses = [&in](OverrunCause cause) { return in.misses[static_cast<std::size_t>(cause)]; };
-  out.misses_machine = misses(OverrunCause::machine_gap);
-  out.misses_stage_gap = misses(OverrunCause::stage_gap);
-  out.misses_late_wake = misses(OverrunCause::late_wake);
-  out.misses_own_body = misses(OverrunCause::long_execution);
-  out.misses_without_gap = in.misses_without_gap;
+void convert_overruns(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
+  const auto overruns = [&in](OverrunCause cause) { return in.overruns_by_cause[static_cast<std::size_t>(cause)]; };
+  out.overruns_machine = overruns(OverrunCause::machine_gap);
+  out.overruns_stage_gap = overruns(OverrunCause::stage_gap);
+  out.overruns_late_wake = overruns(OverrunCause::late_wake);
+  out.overruns_own_execution = overruns(OverrunCause::long_execution);
+  out.overruns_without_gap = in.overruns_without_gap;
   out.gaps = in.gaps;
   out.longest_gap_us = in.longest_gap_us;
 }
@@ -155,27 +155,27 @@ bool convert(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept
   out.period_ns = in.period_ns;
   out.wake_every_periods = in.wake_every_periods;
   out.periods = in.periods;
-  out.periods_skipped = in.periods_skipped;
+  out.periods_missed = in.periods_missed;
   out.overruns = in.overruns;
   out.wake_latency_p50_us = in.wake_latency_p50_us;
   out.wake_latency_p99_us = in.wake_latency_p99_us;
   out.wake_latency_p99_9_us = in.wake_latency_p99_9_us;
   out.wake_latency_p99_99_us = in.wake_latency_p99_99_us;
   out.wake_latency_max_us = in.wake_latency_max_us;
-  out.body_p50_us = in.body_p50_us;
-  out.body_p99_us = in.body_p99_us;
-  out.body_p99_9_us = in.body_p99_9_us;
-  out.body_p99_99_us = in.body_p99_99_us;
-  out.body_max_us = in.body_max_us;
+  out.execution_p50_us = in.execution_p50_us;
+  out.execution_p99_us = in.execution_p99_us;
+  out.execution_p99_9_us = in.execution_p99_9_us;
+  out.execution_p99_99_us = in.execution_p99_99_us;
+  out.execution_max_us = in.execution_max_us;
   out.telemetry_dropped = in.telemetry_dropped;
   out.commands_received = in.commands_received;
   out.commands_rejected = in.commands_rejected;
-  convert_misses(in, out);
+  convert_overruns(in, out);
   convert_scheduling(in, out);
   return convert_stages(in, out) &&
          all_finite({in.wake_latency_p50_us, in.wake_latency_p99_us, in.wake_latency_p99_9_us,
-                     in.wake_latency_p99_99_us, in.wake_latency_max_us, in.body_p50_us, in.body_p99_us,
-                     in.body_p99_9_us, in.body_p99_99_us, in.body_max_us, in.longest_gap_us, in.run_delay_us,
+                     in.wake_latency_p99_99_us, in.wake_latency_max_us, in.execution_p50_us, in.execution_p99_us,
+                     in.execution_p99_9_us, in.execution_p99_99_us, in.execution_max_us, in.longest_gap_us, in.run_delay_us,
                      in.steal_us});
 }
 

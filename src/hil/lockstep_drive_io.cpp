@@ -35,7 +35,7 @@ Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NO
   m.i_abc = {record.i_a, record.i_b, record.i_c};
   m.u_dc = record.u_dc;
   m.omega_m = record.omega_m;
-  m.plausible = to_pattern(record.acted, m.acted) && record.plausible != 0 && same;
+  m.plausible = to_pattern(record.applied, m.applied) && record.plausible != 0 && same;
   joined_.store(true, std::memory_order_relaxed);
   was_there_.store(true, std::memory_order_relaxed);
   return m;

@@ -19,7 +19,7 @@ LockstepPlant::LockstepPlant(SharedMemoryLink& link, DriveIo<double>& stage, std
 
 LockstepPlant::Outcome LockstepPlant::step() noexcept {
   const std::uint32_t seen = drive_bell_.value();
-  CommandRecord command;
+  DrivePatternRecord command;
   if (!take(command)) {
     if (!drive_bell_.wait(seen, look_ns)) return look_for_drive();
     if (!take(command)) return Outcome::waiting;
@@ -30,8 +30,8 @@ LockstepPlant::Outcome LockstepPlant::step() noexcept {
 }
 
 /// A request may have come before this plant did; what an earlier drive has left is none.
-bool LockstepPlant::take(CommandRecord& command) noexcept {
-  CommandRecord found;
+bool LockstepPlant::take(DrivePatternRecord& command) noexcept {
+  DrivePatternRecord found;
   if (memory_.command.load(found) == 0) return false;
   if (found.generation != memory_.drive.generation.load(std::memory_order_acquire)) return false;
   if (found.sequence == command_.sequence && found.generation == command_.generation) return false;
@@ -48,7 +48,7 @@ LockstepPlant::Outcome LockstepPlant::look_for_drive() noexcept {
   return Outcome::waiting;
 }
 
-void LockstepPlant::answer(const CommandRecord& command) noexcept {
+void LockstepPlant::answer(const DrivePatternRecord& command) noexcept {
   GatePattern pattern;
   if (command.has_pattern != 0 && to_pattern(command.pattern, pattern)) stage_.write(pattern);
   if (sequence_ == 0) begin_ns_ = command.t_ns;

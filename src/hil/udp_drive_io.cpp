@@ -11,7 +11,7 @@ UdpDriveIo::UdpDriveIo(const HilParameters& parameters, std::int64_t period_ns)
     : socket_{parameters.udp_listen, parameters.udp_peer},
       period_ns_{period_ns},
       generation_{random_generation()},
-      reception_{DatagramKind::measurement, period_ns, parameters.stale_ns},
+      reception_{DatagramKind::measurement, period_ns, parameters.measurement_timeout_ns},
       assembler_{assembler_parameters(parameters, period_ns)},
       // No start has the numbers of another: what a plant has taken is this drive's, or is not.
       sequence_{std::uint64_t{generation_} << 32U} {}
@@ -64,7 +64,7 @@ void UdpDriveIo::take(const MeasurementDatagram& datagram) noexcept SEXTANT_NONB
 void UdpDriveIo::write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
   const bool open = all_gates_off(pattern);
   assembler_.wrote(send(pattern, false), !open);
-  // Once taken away, the line comes back with open gates only.
+  // Once taken away, the line comes back with gates off only.
   if (open) gates_enabled_.store(true, std::memory_order_release);
 }
 
@@ -77,7 +77,7 @@ std::uint64_t UdpDriveIo::send(const GatePattern& pattern, bool leaving) noexcep
   // A pattern with a later number than that of open_gates() has seen the line taken away.
   const std::uint64_t sequence = sequence_.fetch_add(1, std::memory_order_acq_rel) + 1;
   CommandDatagram d;
-  d.header.kind = std::uint16_t(DatagramKind::command);
+  d.header.kind = std::uint16_t(DatagramKind::pattern);
   d.header.sequence = sequence;
   d.header.sent_ns = clock_ns();
   d.header.period_ns = period_ns_;

@@ -12,9 +12,9 @@ UdpPlantEnd::UdpPlantEnd(const HilParameters& parameters, std::int64_t period_ns
     : socket_{parameters.udp_listen, parameters.udp_peer},
       period_ns_{period_ns},
       generation_{random_generation()},
-      reception_{DatagramKind::command, period_ns, parameters.silence_ns} {}
+      reception_{DatagramKind::pattern, period_ns, parameters.pattern_timeout_ns} {}
 
-bool UdpPlantEnd::take(CommandRecord& command) noexcept SEXTANT_NONBLOCKING {
+bool UdpPlantEnd::take(DrivePatternRecord& command) noexcept SEXTANT_NONBLOCKING {
   // Where more have queued up the kernel may have thrown away the newest for want of room, and where the
   // queue was not emptied newer ones wait: what has been read is of the past.
   constexpr int most_without_loss = 64;

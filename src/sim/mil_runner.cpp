@@ -48,7 +48,7 @@ class SampledObserver {
  private:
   using Instant = PlantInstant<MeteredPlant>;
 
-  /// The segments that acted since the last period. The reference runs in a line from that period on; what
+  /// The segments that was applied since the last period. The reference runs in a line from that period on; what
   /// jumps between two periods acts with the second.
   void add_segments(const ScenarioCommands& commands) {
     std::int64_t elapsed_ns = 0;

@@ -24,9 +24,9 @@ void dtc_step_reference(benchmark::State& state) {
   std::size_t k = 0;
   for (auto _ : state) {
     const Measurement<double>& m = run.measurements[k];
-    const GateSegment& acted = m.acted.segments()[0];
+    const GateSegment& applied = m.applied.segments()[0];
     benchmark::DoNotOptimize(dtc.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc,
-                                      int(acted.state.upper_switches()), acted.duration_ns,
+                                      int(applied.state.upper_switches()), applied.duration_ns,
                                       torque_reference));
     if (++k == run.measurements.size()) {
       k = 0;
@@ -126,9 +126,9 @@ void dtc_step_ratio(benchmark::State& state) {
   const auto by_hand = [&] {
     reference.reset();
     for (const Measurement<double>& m : run.measurements) {
-      const GateSegment& acted = m.acted.segments()[0];
+      const GateSegment& applied = m.applied.segments()[0];
       benchmark::DoNotOptimize(reference.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc,
-                                              int(acted.state.upper_switches()), acted.duration_ns,
+                                              int(applied.state.upper_switches()), applied.duration_ns,
                                               torque_reference));
     }
   };
@@ -150,9 +150,9 @@ void drive_step_ratio(benchmark::State& state) {
   const auto by_hand = [&] {
     reference.reset();
     for (const Measurement<double>& m : run.measurements) {
-      const GateSegment& acted = m.acted.segments()[0];
+      const GateSegment& applied = m.applied.segments()[0];
       benchmark::DoNotOptimize(reference.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc,
-                                              int(acted.state.upper_switches()), acted.duration_ns,
+                                              int(applied.state.upper_switches()), applied.duration_ns,
                                               torque_reference));
     }
   };

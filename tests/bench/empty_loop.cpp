@@ -138,7 +138,7 @@ int main(int argc, char** argv) {
   std::thread{loop, std::cref(options), std::ref(result)}.join();
   for (const std::string& refusal : result.rights.refusals) std::fprintf(stderr, "%s\n", refusal.c_str());
   const nlohmann::json timing{{"wake_latency", sextant::ecu::to_json(result.latency)},
-                              {"body", sextant::ecu::to_json(result.execution)},
+                              {"execution", sextant::ecu::to_json(result.execution)},
                               {"real_time_scheduling", result.rights.real_time_scheduling}};
   std::printf("%s\n", timing.dump().c_str());
   return 0;

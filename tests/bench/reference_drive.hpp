@@ -32,7 +32,7 @@ struct ReferenceRecord {
 
 /// One period of the whole drive as one would write it by hand, in one function without abstractions: the
 /// yardstick for `Drive::step`. The same checks and the same arithmetic in the same order: protections,
-/// torque capability, command gate, state machine, DTC, DC-link current, telemetry record. Left out is what
+/// torque capability, command supervision, state machine, DTC, DC-link current, telemetry record. Left out is what
 /// happens without torque: magnetising, and the estimate while the gates are off.
 class ReferenceDrive {
  public:
@@ -108,13 +108,13 @@ class ReferenceDrive {
     double rate = torque_rate;
     if (!enable) {
       ramp_ = 0.0;
-      winding_down_ = false;
+      ramping_to_zero_ = false;
     } else if (age_ns > timeout_ns || request.shutdown) {
-      if (!winding_down_) zero_rate_ = std::abs(ramp_) * 100.0;
-      winding_down_ = true;
+      if (!ramping_to_zero_) zero_rate_ = std::abs(ramp_) * 100.0;
+      ramping_to_zero_ = true;
       rate = std::max(zero_rate_, 1.0);
     } else {
-      winding_down_ = false;
+      ramping_to_zero_ = false;
       target = std::clamp(setpoint_, lowest, highest);
       derated = target != setpoint_;
     }
@@ -154,14 +154,14 @@ class ReferenceDrive {
     }
     if (before == 6 && state_ == 1) latched_ = 0;
 
-    const GateSegment& acted = m.acted.segments()[0];
-    const unsigned upper = acted.state.upper_switches();
+    const GateSegment& applied = m.applied.segments()[0];
+    const unsigned upper = applied.state.upper_switches();
     const bool makes_torque = state_ == 4 || state_ == 5;
     const double reference = makes_torque ? ramp_ : 0.0;
     out.vector = gates_off_vector;
     if (makes_torque) {
       out.vector = std::uint8_t(
-          dtc_.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc, int(upper), acted.duration_ns, reference));
+          dtc_.step(m.i_abc.a, m.i_abc.b, m.i_abc.c, m.u_dc, int(upper), applied.duration_ns, reference));
     }
     const double i_a = 0.5 * (i_a_ + m.i_abc.a), i_b = 0.5 * (i_b_ + m.i_abc.b),
                  i_c = 0.5 * (i_c_ + m.i_abc.c);
@@ -216,7 +216,7 @@ class ReferenceDrive {
   std::uint32_t disables_{}, resets_{}, blocked_{}, out_of_range_{}, fault_total_{};
   std::uint64_t latched_{};
   std::uint8_t state_{}, first_fault_{};
-  bool started_{}, enable_{}, lockout_{true}, winding_down_{};
+  bool started_{}, enable_{}, lockout_{true}, ramping_to_zero_{};
 };
 
 }  // namespace sextant::bench

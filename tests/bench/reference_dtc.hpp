@@ -7,7 +7,7 @@ namespace sextant::bench {
 /// The conventional DTC step as one would write it by hand, without abstractions: the yardstick for
 /// `DirectTorqueController`. Parameters set at run time. Same arithmetic: trapezoidal voltage model, relay
 /// comparators, six sector edges, switching table, zero vector by fewest commutations. It is told which
-/// vector acted (its upper switches as bits) and for how long, and returns the vector number.
+/// vector applied (its upper switches as bits) and for how long, and returns the vector number.
 class ReferenceDtc {
  public:
   ReferenceDtc() noexcept {
@@ -30,12 +30,12 @@ class ReferenceDtc {
     raise_ = true;
   }
 
-  int step(double i_a, double i_b, double i_c, double u_dc, int acted, int acted_ns, double t_ref) {
-    const double dt = acted_ns * 1e-9;
+  int step(double i_a, double i_b, double i_c, double u_dc, int applied, int applied_ns, double t_ref) {
+    const double dt = applied_ns * 1e-9;
     const double ia = (2.0 * i_a - i_b - i_c) / 3.0;
     const double ib = (i_b - i_c) * 0.57735026918962576;
-    psi_a_ += dt * (u_dc * u_a_[acted] - r_s * 0.5 * (ia + ia_));
-    psi_b_ += dt * (u_dc * u_b_[acted] - r_s * 0.5 * (ib + ib_));
+    psi_a_ += dt * (u_dc * u_a_[applied] - r_s * 0.5 * (ia + ia_));
+    psi_b_ += dt * (u_dc * u_b_[applied] - r_s * 0.5 * (ib + ib_));
     ia_ = ia;
     ib_ = ib;
     const double psi = std::sqrt(psi_a_ * psi_a_ + psi_b_ * psi_b_);

@@ -32,12 +32,12 @@ auto torque_status(const TorqueStatus& x) {
 
 TEST(CanCodec, CarriesTorqueStatus) {
   const auto m = torque_status({.torque = -123.456,
-                                .torque_admitted = 15.0,
+                                .torque_reference = 15.0,
                                 .state = DriveState::derated,
                                 .lockout = false,
                                 .command_counter = 14});
   EXPECT_NEAR(sextant_mcu_torque_status_torque_estimated_decode(m.torque_estimated), -123.456, 0.00501);
-  EXPECT_NEAR(sextant_mcu_torque_status_torque_admitted_decode(m.torque_admitted), 15.0, 1e-9);
+  EXPECT_NEAR(sextant_mcu_torque_status_torque_reference_decode(m.torque_reference), 15.0, 1e-9);
   EXPECT_EQ(m.drive_state, SEXTANT_MCU_TORQUE_STATUS_DRIVE_STATE_DERATED_CHOICE);
   EXPECT_EQ(m.lockout, 0);
   EXPECT_EQ(m.command_counter, 14);
@@ -53,9 +53,9 @@ TEST(CanCodec, KeepsTheResolutionOfTheContractOverTheRange) {
   std::uniform_real_distribution<double> speed(-1600.0, 1600.0);
   for (int i = 0; i < 2000; ++i) {
     const double tau = torque(random);
-    const auto t = torque_status({.torque = tau, .torque_admitted = -tau});
+    const auto t = torque_status({.torque = tau, .torque_reference = -tau});
     EXPECT_LE(std::abs(sextant_mcu_torque_status_torque_estimated_decode(t.torque_estimated) - tau), 0.01);
-    EXPECT_LE(std::abs(sextant_mcu_torque_status_torque_admitted_decode(t.torque_admitted) + tau), 0.01);
+    EXPECT_LE(std::abs(sextant_mcu_torque_status_torque_reference_decode(t.torque_reference) + tau), 0.01);
     const double omega_m = speed(random);
     const auto m = unpack(encode(Motion{.omega_m = omega_m}), 0x121, sextant_mcu_motion_unpack);
     EXPECT_LE(std::abs(sextant_mcu_motion_speed_decode(m.speed) - omega_m * 30.0 / std::numbers::pi), 0.2501);
@@ -64,14 +64,14 @@ TEST(CanCodec, KeepsTheResolutionOfTheContractOverTheRange) {
 
 TEST(CanCodec, ClampsAndSaysSoInsteadOfWrapping) {
   for (const double value : {400.0, 1e300, infinity}) {
-    const EncodedFrame high = encode(TorqueStatus{.torque = 0.0, .torque_admitted = value});
+    const EncodedFrame high = encode(TorqueStatus{.torque = 0.0, .torque_reference = value});
     EXPECT_TRUE(high.clamped);
-    EXPECT_EQ(unpack(high, 0x120, sextant_mcu_torque_status_unpack).torque_admitted, 25000);
-    const EncodedFrame low = encode(TorqueStatus{.torque = 0.0, .torque_admitted = -value});
+    EXPECT_EQ(unpack(high, 0x120, sextant_mcu_torque_status_unpack).torque_reference, 25000);
+    const EncodedFrame low = encode(TorqueStatus{.torque = 0.0, .torque_reference = -value});
     EXPECT_TRUE(low.clamped);
-    EXPECT_EQ(unpack(low, 0x120, sextant_mcu_torque_status_unpack).torque_admitted, -25000);
+    EXPECT_EQ(unpack(low, 0x120, sextant_mcu_torque_status_unpack).torque_reference, -25000);
   }
-  EXPECT_FALSE(encode(TorqueStatus{.torque = -320.0, .torque_admitted = 250.0}).clamped);
+  EXPECT_FALSE(encode(TorqueStatus{.torque = -320.0, .torque_reference = 250.0}).clamped);
 }
 
 TEST(CanCodec, SendsNaNAsZeroAndSaysSo) {
@@ -81,7 +81,7 @@ TEST(CanCodec, SendsNaNAsZeroAndSaysSo) {
   EXPECT_TRUE(encode(Motion{.omega_m = nan}).clamped);
   EXPECT_TRUE(encode(Electrical{.u_dc = nan}).clamped);
   EXPECT_TRUE(encode(Capability{.torque_motoring = nan}).clamped);
-  EXPECT_TRUE(encode(RealTimeReport{.worst_loop_time = nan}).clamped);
+  EXPECT_TRUE(encode(RealTimeReport{.worst_execution_time = nan}).clamped);
   EXPECT_TRUE(encode(Temperatures{.stator = nan}).clamped);
 }
 
@@ -153,12 +153,12 @@ TEST(CanCodec, SaysThatThereIsNoFault) {
 
 TEST(CanCodec, SaturatesCountersWithoutCallingThemOutOfRange) {
   const EncodedFrame encoded = encode(RealTimeReport{.periods_missed = std::uint64_t{1} << 60U,
-                                                     .worst_loop_time = 1.0,
+                                                     .worst_execution_time = 1.0,
                                                      .worst_wake_latency = 39e-6,
                                                      .telemetry_dropped = 7});
   const auto m = unpack(encoded, 0x125, sextant_mcu_real_time_unpack);
   EXPECT_EQ(m.periods_missed, 65535);
-  EXPECT_EQ(m.worst_loop_time, 65535);
+  EXPECT_EQ(m.worst_execution_time, 65535);
   EXPECT_EQ(m.worst_wake_latency, 39);
   EXPECT_EQ(m.telemetry_dropped, 7);
   EXPECT_FALSE(encoded.clamped);
@@ -226,14 +226,14 @@ TEST(CanCodec, IdentifiesTheCommand) {
 
 TEST(CanCodec, AVehicleReadsTheTorqueStatusThatWasEncoded) {
   const TorqueStatus sent{.torque = -12.34,
-                          .torque_admitted = 15.0,
+                          .torque_reference = 15.0,
                           .state = DriveState::derated,
                           .lockout = false,
                           .command_counter = 7};
   const auto read = decode_torque_status(encode(sent).frame);
   ASSERT_TRUE(read);
   EXPECT_NEAR(read->torque, sent.torque, 0.00501);
-  EXPECT_NEAR(read->torque_admitted, sent.torque_admitted, 1e-9);
+  EXPECT_NEAR(read->torque_reference, sent.torque_reference, 1e-9);
   EXPECT_EQ(read->state, sent.state);
   EXPECT_EQ(read->lockout, sent.lockout);
   EXPECT_EQ(read->command_counter, sent.command_counter);

@@ -39,7 +39,7 @@ TEST(StatusEncoder, TakesItsSignalsFromTheTelemetry) {
   sextant_mcu_torque_status_t t{};
   sextant_mcu_torque_status_unpack(&t, encoder.frame(StatusMessage::torque_status, x, {}).data.data(), 8);
   EXPECT_EQ(t.torque_estimated, 1450);
-  EXPECT_EQ(t.torque_admitted, 1500);
+  EXPECT_EQ(t.torque_reference, 1500);
   EXPECT_EQ(t.drive_state, 4);
   EXPECT_EQ(t.command_counter, 9);
   sextant_mcu_motion_t m{};

@@ -137,7 +137,7 @@ TEST_F(CycleConfigFile, AVehicleThatDoesNotFitIsRefused) {
   const std::string cycle = "[cycle]\nfile = \"" + configs + "/cycles/nycc.csv\"\nload = \"vehicle\"\n";
   EXPECT_EQ(refusal(cycle), file + ":4: cycle: load \"vehicle\" needs a vehicle: vehicle = \"FILE\"");
   EXPECT_THAT(refusal(cycle + "[vehicle]\nmass_kg = 100\n[driver]\ntorque_limit_nm = 200\n"),
-              HasSubstr(file + ":9: driver: torque_limit_nm is above gate.torque_limit_nm"));
+              HasSubstr(file + ":9: driver: torque_limit_nm is above command.torque_limit_nm"));
   EXPECT_THAT(refusal(cycle + "[vehicle]\nmass_kg = 100\n[driver]\nperiod_ms = 1000\n"),
               HasSubstr(file + ":9: driver: the driver's bandwidth is too high for the period"));
   EXPECT_THAT(

@@ -24,15 +24,15 @@ std::string refusal(const std::vector<std::string>& overrides) {
 TEST(EcuConfig, TheWatchdogMustOutlastTwoWakeUps) {
   EXPECT_NE(refusal({"realtime.watchdog_ms=1.99"}).find("watchdog_ms is too short"), std::string::npos);
   EXPECT_EQ(refusal({"realtime.watchdog_ms=2"}), "");
-  EXPECT_NE(refusal({"realtime.wake_every_periods=1001", "gate.timeout_ms=60"}), "");
-  EXPECT_EQ(refusal({"realtime.wake_every_periods=1000", "gate.timeout_ms=60"}), "");
-  EXPECT_NE(refusal({"drive.period_us=10000", "gate.timeout_ms=1000", "gate.lost_ms=2000"}), "");
+  EXPECT_NE(refusal({"realtime.wake_every_periods=1001", "command.timeout_ms=60"}), "");
+  EXPECT_EQ(refusal({"realtime.wake_every_periods=1000", "command.timeout_ms=60"}), "");
+  EXPECT_NE(refusal({"drive.period_us=10000", "command.timeout_ms=1000", "command.lost_ms=2000"}), "");
 }
 
 TEST(EcuConfig, ACommandMustNotTimeOutBetweenTwoWakeUps) {
   EXPECT_EQ(refusal({"realtime.wake_every_periods=1600", "realtime.watchdog_ms=100"}),
             "--set: realtime: wake_every_periods is too large: so many control periods take longer than "
-            "gate.timeout_ms");
+            "command.timeout_ms");
   EXPECT_EQ(refusal({"realtime.wake_every_periods=1599", "realtime.watchdog_ms=100"}), "");
 }
 
@@ -45,7 +45,7 @@ TEST(EcuConfig, DeadlineSchedulingHasToFit) {
   EXPECT_EQ(refusal({"realtime.deadline_runtime_us=1000.1"}), "") << "not in force";
   EXPECT_NE(refusal({policy, "realtime.wait=spin"}).find("uses up the time"), std::string::npos);
   EXPECT_NE(refusal({policy, "realtime.cpu=1"}).find("exclude each other"), std::string::npos);
-  EXPECT_NE(refusal({"gate.timeout_ms=1"}).find("wake_every_periods is too large"), std::string::npos);
+  EXPECT_NE(refusal({"command.timeout_ms=1"}).find("wake_every_periods is too large"), std::string::npos);
 }
 
 TEST(EcuConfig, HybridWaitingHasToSleep) {

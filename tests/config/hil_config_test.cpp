@@ -41,7 +41,7 @@ TEST(HilConfig, TheShippedFilesFitEachOther) {
   EXPECT_EQ(drive.hil.link, plant.hil.link);
   EXPECT_EQ(drive.hil.pacing, plant.hil.pacing);
   EXPECT_EQ(drive.drive.direct_torque().actuation_delay_periods, 1);
-  EXPECT_LE(plant.hil.silence_ns, 10'000'000) << "a dead drive's gates are open within 10 ms";
+  EXPECT_LE(plant.hil.pattern_timeout_ns, 10'000'000) << "a dead drive's gates are off within 10 ms";
   EXPECT_EQ(drive.drive.direct_torque().machine.r_s, plant.plant.plant.machine.r_s);
 }
 

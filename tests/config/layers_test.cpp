@@ -44,8 +44,8 @@ TEST(ConfigFile, ThatIsNotTomlIsRefusedWithItsLine) {
 
 TEST(ConfigFile, IntegersAreNumbers) {
   const ConfigFiles files;
-  const std::string file = files.write("ecu.toml", machine_line() + "[gate]\ntorque_limit_nm = 15\n");
-  EXPECT_EQ(load_ecu_config(file).drive.drive.gate.torque_limit, 15.0);
+  const std::string file = files.write("ecu.toml", machine_line() + "[command]\ntorque_limit_nm = 15\n");
+  EXPECT_EQ(load_ecu_config(file).drive.drive.command.torque_limit, 15.0);
 }
 
 TEST(ConfigFile, SaysExactlyWhatIsWrong) {
@@ -81,8 +81,8 @@ TEST(ConfigFile, AMisplacedKeyIsPointedToItsSection) {
 TEST(ConfigFile, ValuesThatContradictEachOtherAreRefusedWithTheirSection) {
   const ConfigFiles files;
   const std::string gate =
-      files.write("gate.toml", machine_line() + "[gate]\ntimeout_ms = 50\nlost_ms = 40\n");
-  EXPECT_EQ(refusal(gate), gate + ":2: gate: a command cannot be lost before it has timed out");
+      files.write("gate.toml", machine_line() + "[command]\ntimeout_ms = 50\nlost_ms = 40\n");
+  EXPECT_EQ(refusal(gate), gate + ":2: command: a command cannot be lost before it has timed out");
   const std::string load = files.write("load.toml", machine_line() + "[load]\nspeed_rad_s.value = 10\n");
   EXPECT_EQ(refusal(load), load + ":2: load: speed_rad_s is given, but kind is \"torque\"");
   const std::string flux =
@@ -94,7 +94,7 @@ TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
   const ConfigFiles files;
   // No limits follow from a machine almost without leakage.
   const std::string limits =
-      "[gate]\ntorque_limit_nm = 100\n[protection]\nover_current_a = 200\n"
+      "[command]\ntorque_limit_nm = 100\n[protection]\nover_current_a = 200\n"
       "[control.dtc]\ntorque_band_upper_nm = 1\ntorque_band_lower_nm = 1\n";
   const std::string stiff = "[machine]\nfile = \"" + shipped_machine + "\"\nl_ls_h = 1e-9\nl_lr_h = 1e-9\n" +
                             limits + "[plant]\nintegrator = ";
@@ -152,8 +152,8 @@ TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {
   EXPECT_EQ(
       refusal(shipped_ecu, {"plant.integrator=ode45"}),
       "--set: plant.integrator: expected \"cvode\" or \"fixed\" or \"exact\" or \"erk\", got \"ode45\"");
-  EXPECT_EQ(refusal(shipped_ecu, {"gate.lost_ms=20"}),
-            "--set: gate: a command cannot be lost before it has timed out");
+  EXPECT_EQ(refusal(shipped_ecu, {"command.lost_ms=20"}),
+            "--set: command: a command cannot be lost before it has timed out");
   for (const char* text :
        {"drive_id", "=3", "drive_id=", "a b=3", "machine={", "drive_id=1\nx=2", "", "a..b=1"}) {
     SCOPED_TRACE(text);

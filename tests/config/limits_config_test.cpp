@@ -58,8 +58,8 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
     EXPECT_EQ(c.drive.capability.flux_reference, x.psi);
     const double breakdown =
         0.75 * m.pole_pairs * m.l_m * m.l_m / (m.l_s() * m.l_r() * m.sigma_l_s()) * x.psi * x.psi;
-    EXPECT_NEAR(c.drive.gate.torque_limit, 0.4 * breakdown, 1e-9 * breakdown);
-    EXPECT_EQ(c.drive.capability.torque, c.drive.gate.torque_limit);
+    EXPECT_NEAR(c.drive.command.torque_limit, 0.4 * breakdown, 1e-9 * breakdown);
+    EXPECT_EQ(c.drive.capability.torque, c.drive.command.torque_limit);
     EXPECT_NEAR(c.drive.protection.dc_over_voltage, 1.3 * x.u_dc, 1e-9);
     EXPECT_NEAR(c.direct_torque().magnetiser.current_limit, 3.0 * x.psi / m.l_s(), 1e-9);
     EXPECT_NEAR(c.direct_torque().flux_comparator.band, 0.01 * x.psi, 1e-12);
@@ -76,7 +76,7 @@ TEST_F(LimitsConfig, StandWhereTheFileNamesThem) {
       own(large,
           "[control]\nflux_reference_wb = 0.9\n[control.dtc]\ntorque_band_upper_nm = 3\ntorque_band_lower_nm = 4\n"
           "flux_band_wb = 0.02\nmagnetising_current_a = 900\nhand_over_current_a = 800\n"
-          "[gate]\ntorque_limit_nm = 700\n[capability]\ntorque_nm = 600\n[protection]\n"
+          "[command]\ntorque_limit_nm = 700\n[capability]\ntorque_nm = 600\n[protection]\n"
           "over_current_a = 1234\ndc_over_voltage_v = 810\nover_speed_rad_s = 333\n");
   const DriveConfig c = load_ecu_config(file).drive;
   EXPECT_EQ(c.direct_torque().flux_reference, 0.9);
@@ -85,7 +85,7 @@ TEST_F(LimitsConfig, StandWhereTheFileNamesThem) {
   EXPECT_EQ(c.direct_torque().flux_comparator.band, 0.02);
   EXPECT_EQ(c.direct_torque().magnetiser.current_limit, 900);
   EXPECT_EQ(c.direct_torque().magnetiser.hand_over_current, 800);
-  EXPECT_EQ(c.drive.gate.torque_limit, 700);
+  EXPECT_EQ(c.drive.command.torque_limit, 700);
   EXPECT_EQ(c.drive.capability.torque, 600);
   EXPECT_EQ(c.drive.protection.over_current, 1234);
   EXPECT_EQ(c.drive.protection.dc_over_voltage, 810);
@@ -106,7 +106,7 @@ TEST_F(LimitsConfig, NoShippedDriveAnnouncesMoreThanItsVoltageAllows) {
     EXPECT_EQ(capability.at(50.0, 530.0).motoring, 150.0);
     EXPECT_LE(capability.at(115.0, 530.0).motoring, 131.0);
     EXPECT_LE(capability.at(130.0, 530.0).motoring, 51.0);
-    EXPECT_FALSE(capability.at(150.0, 530.0).producible);
+    EXPECT_FALSE(capability.at(150.0, 530.0).holds_zero_torque);
     EXPECT_NEAR(c.drive.protection.over_speed, 167.0, 0.5);
   }
 }

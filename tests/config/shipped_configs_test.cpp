@@ -40,8 +40,8 @@ TEST(ShippedConfigs, TheLiveDriveRunsThePapersController) {
   EXPECT_EQ(config.drive.direct_torque().period_ns, 25'000);
   EXPECT_EQ(config.realtime.wake_every_periods, 40);
   EXPECT_FALSE(config.realtime.required);
-  const auto& gate = config.drive.drive.gate;
-  EXPECT_LE(gate.timeout_ns + gate.zero_ramp_ns, 60'000'000) << "no torque within 60 ms of silence";
+  const auto& command = config.drive.drive.command;
+  EXPECT_LE(command.timeout_ns + command.zero_ramp_ns, 60'000'000) << "no torque within 60 ms of silence";
 }
 
 TEST(ShippedConfigs, TheHardDriveHasBoundedWorkAndInsistsOnItsRights) {

@@ -34,7 +34,7 @@ FluxTorqueEstimator<double> informed_estimator(const test::ReferenceMachine& mac
   pattern.append({switch_states[1], std::int32_t(std::lround(t1 * 1e6))});
   pattern.append({switch_states[2], std::int32_t(std::lround(t2 * 1e6))});
   pattern.append({switch_states[0], std::int32_t(1'000'000 - std::lround(t1 * 1e6) - std::lround(t2 * 1e6))});
-  m.acted = pattern;
+  m.applied = pattern;
   m.u_dc = u_dc;
   estimator.step(m);
   return estimator;

@@ -21,14 +21,14 @@ class Loop {
       : controller_{parameters}, plant_delay_{plant_delay} {}
 
   void step(ControlMode mode, double torque) {
-    const GatePattern decided = controller_.step(machine.measure<T>(acted_), {mode, T(torque)});
-    acted_ = plant_delay_ > 0 ? waiting_ : decided;
+    const GatePattern decided = controller_.step(machine.measure<T>(applied_), {mode, T(torque)});
+    applied_ = plant_delay_ > 0 ? waiting_ : decided;
     waiting_ = decided;
     last_ = decided;
-    if (is_driven(acted_.last_state())) {
-      machine.apply(acted_);
+    if (is_driven(applied_.last_state())) {
+      machine.apply(applied_);
     } else {
-      acted_ = GatePattern{gates_off, period_ns};
+      applied_ = GatePattern{gates_off, period_ns};
       machine.coast(period_ns);
     }
   }
@@ -41,7 +41,7 @@ class Loop {
  private:
   DirectTorqueController<T> controller_;
   int plant_delay_;
-  GatePattern acted_{};
+  GatePattern applied_{};
   GatePattern waiting_{};
   GatePattern last_{};
 };

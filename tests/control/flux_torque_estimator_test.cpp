@@ -77,7 +77,7 @@ TYPED_TEST(FluxTorqueEstimatorOf, APeriodOfWhichAPartWasOffCountsAsCoasting) {
   mixed.append({gates_off, 15'000});
   Measurement<T> m;
   m.u_dc = T(530);
-  m.acted = mixed;
+  m.applied = mixed;
   this->estimator.step(m);
   EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
 }
@@ -91,7 +91,7 @@ TYPED_TEST(FluxTorqueEstimatorOf, AnOpenInverterWithoutLinkVoltageIsNoDivisionBy
         FluxTorqueEstimator<T> fresh{{}};
         Measurement<T> m;
         m.u_dc = u_dc;
-        m.acted = GatePattern{gates_off, periods * period_ns};
+        m.applied = GatePattern{gates_off, periods * period_ns};
         m.i_abc = {current, -current / T(2), -current / T(2)};
         std::feclearexcept(FE_ALL_EXCEPT);
         fresh.step(m);
@@ -111,7 +111,7 @@ TYPED_TEST(FluxTorqueEstimatorOf, ForgetsTheFluxOnReset) {
   EXPECT_EQ(this->estimator.torque(), T(0));
   // Nothing of before comes back when the gates stay off without current.
   Measurement<T> m;
-  m.acted = GatePattern{gates_off, period_ns};
+  m.applied = GatePattern{gates_off, period_ns};
   this->estimator.step(m);
   EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
 }

@@ -51,9 +51,9 @@ class ReferenceMachine {
     psi_s = p_.l_m / p_.l_r() * psi_r;
   }
 
-  /// What a drive would measure now, after `acted`.
+  /// What a drive would measure now, after `applied`.
   template <class T>
-  [[nodiscard]] Measurement<T> measure(const GatePattern& acted) const {
+  [[nodiscard]] Measurement<T> measure(const GatePattern& applied) const {
     Measurement<T> m;
     const Complex i = i_s();
     const double half_sqrt3 = 0.5 * std::sqrt(3.0);
@@ -61,7 +61,7 @@ class ReferenceMachine {
                T(-0.5 * i.real() - half_sqrt3 * i.imag())};
     m.u_dc = T(u_dc_);
     m.omega_m = T(omega_m);
-    m.acted = acted;
+    m.applied = applied;
     return m;
   }
 

@@ -72,9 +72,9 @@ TYPED_TEST(TwoLevelInverterOf, TheMeanOfAPatternWeighsItsSegments) {
   EXPECT_EQ(dc_link_current(GatePattern{gates_off, 100}, driven, open), T(-2));
   // A period in which no measurement came: the state still in force, for no time.
   EXPECT_EQ(dc_link_current(GatePattern{switch_states[1], 0}, driven, open), T(8));
-  GatePattern acted{switch_states[1], 300};
-  acted.append({gates_off, 100});
-  EXPECT_NEAR(dc_link_current(acted, driven, open), T(0.75) * T(8) - T(0.25) * T(2), this->tolerance);
+  GatePattern applied{switch_states[1], 300};
+  applied.append({gates_off, 100});
+  EXPECT_NEAR(dc_link_current(applied, driven, open), T(0.75) * T(8) - T(0.25) * T(2), this->tolerance);
 }
 
 TEST(SwitchState, TheEightStatesAreDrivenAndDiffer) {

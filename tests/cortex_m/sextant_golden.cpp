@@ -24,7 +24,7 @@ template <class T>
   return {.i_abc = {T(m.i_abc.a), T(m.i_abc.b), T(m.i_abc.c)},
           .u_dc = T(m.u_dc),
           .omega_m = T(m.omega_m),
-          .acted = m.acted,
+          .applied = m.applied,
           .plausible = m.plausible};
 }
 

@@ -203,7 +203,7 @@ TEST_F(DdsTelemetryTest, RefusesNaNAndInfinityInEveryMember) {
     }
   }
   RealTimeSample statistics;
-  statistics.body_max_us = std::numeric_limits<double>::quiet_NaN();
+  statistics.execution_max_us = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(telemetry_.write(statistics), DdsWrite::refused);
   RealTimeSample stages;
   stages.stages.back().max_us = std::numeric_limits<double>::infinity();
@@ -266,10 +266,10 @@ TEST_F(DdsTelemetryTest, PublishesStatistics) {
                 .wait = WaitMode::hybrid,
                 .policy = SchedulingPolicy::deadline,
                 .periods = 40'000,
-                .periods_skipped = 3,
+                .periods_missed = 3,
                 .overruns = 2,
-                .misses = {21, 22, 23, 24},
-                .misses_without_gap = 25,
+                .overruns_by_cause = {21, 22, 23, 24},
+                .overruns_without_gap = 25,
                 .gaps = 26,
                 .longest_gap_us = 27.0,
                 .wake_latency_p50_us = 1.0,
@@ -277,11 +277,11 @@ TEST_F(DdsTelemetryTest, PublishesStatistics) {
                 .wake_latency_p99_9_us = 2.1,
                 .wake_latency_p99_99_us = 2.2,
                 .wake_latency_max_us = 3.0,
-                .body_p50_us = 4.0,
-                .body_p99_us = 5.0,
-                .body_p99_9_us = 5.1,
-                .body_p99_99_us = 5.2,
-                .body_max_us = 6.0,
+                .execution_p50_us = 4.0,
+                .execution_p99_us = 5.0,
+                .execution_p99_9_us = 5.1,
+                .execution_p99_99_us = 5.2,
+                .execution_max_us = 6.0,
                 .stages = {StageFigures{31, 32, 33}, {34, 35, 36}, {37, 38, 39}, {40, 41, 42}, {43, 44, 45}},
                 .page_faults = 51,
                 .voluntary_switches = 52,
@@ -302,24 +302,24 @@ TEST_F(DdsTelemetryTest, PublishesStatistics) {
   EXPECT_EQ(s->period_ns, 25'000U);
   EXPECT_EQ(s->wake_every_periods, 40U);
   EXPECT_EQ(s->periods, 40'000U);
-  EXPECT_EQ(s->periods_skipped, 3U);
+  EXPECT_EQ(s->periods_missed, 3U);
   EXPECT_EQ(s->overruns, 2U);
   EXPECT_EQ(s->wake_latency_max_us, 3.0);
-  EXPECT_EQ(s->body_p50_us, 4.0);
-  EXPECT_EQ(s->body_max_us, 6.0);
+  EXPECT_EQ(s->execution_p50_us, 4.0);
+  EXPECT_EQ(s->execution_max_us, 6.0);
   EXPECT_EQ(s->wait, sextant_HYBRID);
   EXPECT_EQ(s->policy, sextant_DEADLINE);
-  EXPECT_EQ(s->misses_machine, 21U);
-  EXPECT_EQ(s->misses_stage_gap, 22U);
-  EXPECT_EQ(s->misses_late_wake, 23U);
-  EXPECT_EQ(s->misses_own_body, 24U);
-  EXPECT_EQ(s->misses_without_gap, 25U);
+  EXPECT_EQ(s->overruns_machine, 21U);
+  EXPECT_EQ(s->overruns_stage_gap, 22U);
+  EXPECT_EQ(s->overruns_late_wake, 23U);
+  EXPECT_EQ(s->overruns_own_execution, 24U);
+  EXPECT_EQ(s->overruns_without_gap, 25U);
   EXPECT_EQ(s->gaps, 26U);
   EXPECT_EQ(s->longest_gap_us, 27.0);
   EXPECT_EQ(s->wake_latency_p99_9_us, 2.1);
   EXPECT_EQ(s->wake_latency_p99_99_us, 2.2);
-  EXPECT_EQ(s->body_p99_9_us, 5.1);
-  EXPECT_EQ(s->body_p99_99_us, 5.2);
+  EXPECT_EQ(s->execution_p99_9_us, 5.1);
+  EXPECT_EQ(s->execution_p99_99_us, 5.2);
   EXPECT_EQ(
       (std::array{s->read_p50_us, s->commands_p99_9_us, s->drive_max_us, s->write_p50_us, s->push_max_us}),
       (std::array{31.0, 35.0, 39.0, 40.0, 45.0}));

@@ -18,10 +18,10 @@ void for_all(const Check& check) {
       const DriveConditions c{.trip = bit(0),
                               .fault_reset = bit(1),
                               .shutdown = bit(2),
-                              .wound_down = bit(3),
+                              .at_zero = bit(3),
                               .lockout = bit(4),
                               .enable = bit(5),
-                              .producible = bit(6),
+                              .holds_zero_torque = bit(6),
                               .magnetised = bit(7),
                               .derated = bit(8)};
       const auto state = static_cast<DriveState>(s);
@@ -45,7 +45,7 @@ TEST(DriveStateMachine, GatesAreNeverOnWhileTrippedLockedOutWithoutEnableOrVolta
     EXPECT_FALSE(c.trip);
     EXPECT_FALSE(c.lockout);
     EXPECT_TRUE(c.enable);
-    EXPECT_TRUE(c.producible);
+    EXPECT_TRUE(c.holds_zero_torque);
     // They come on from READY only, so a period with the gates off and the lockout lifted lies before.
     EXPECT_TRUE(gates_are_on(state) || state == DriveState::ready);
   });
@@ -75,11 +75,11 @@ TEST(DriveStateMachine, ShutdownIsForGood) {
 TEST(DriveStateMachine, AShutdownWaitsForZeroTorqueOnlyWhileTheGatesAreOn) {
   for_all([](DriveState state, const DriveConditions& c, DriveState next) {
     if (!c.shutdown) return;
-    if (!gates_are_on(state) || c.wound_down || c.trip) {
+    if (!gates_are_on(state) || c.at_zero || c.trip) {
       EXPECT_EQ(next, DriveState::shutdown);
     }
     if (gates_are_on(next)) {
-      EXPECT_FALSE(c.wound_down);
+      EXPECT_FALSE(c.at_zero);
     }
   });
 }
@@ -119,7 +119,7 @@ TEST(DriveStateMachine, TheOrdinaryWayLeadsFromInitToTorque) {
   EXPECT_EQ(state, DriveState::standby);
   EXPECT_EQ(next_state(state, c), DriveState::standby);
   c.lockout = false;
-  c.producible = true;
+  c.holds_zero_torque = true;
   state = next_state(state, c);
   EXPECT_EQ(state, DriveState::ready);
   c.enable = true;
@@ -132,16 +132,16 @@ TEST(DriveStateMachine, TheOrdinaryWayLeadsFromInitToTorque) {
   c.derated = true;
   state = next_state(state, c);
   EXPECT_EQ(state, DriveState::derated);
-  c.producible = false;
+  c.holds_zero_torque = false;
   EXPECT_EQ(next_state(state, c), DriveState::ready);
-  c.producible = true;
+  c.holds_zero_torque = true;
   c.enable = false;
   EXPECT_EQ(next_state(state, c), DriveState::ready);
 }
 
 TEST(DriveStateMachine, WithoutVoltageForZeroTorqueTheDriveIsReadyAndNeitherLockedNorFaulty) {
   for_all([](DriveState state, const DriveConditions& c, DriveState next) {
-    if (c.producible || c.trip || c.shutdown || c.lockout || state == DriveState::shutdown) return;
+    if (c.holds_zero_torque || c.trip || c.shutdown || c.lockout || state == DriveState::shutdown) return;
     if (state == DriveState::init || state == DriveState::fault) return;
     EXPECT_EQ(next, DriveState::ready);
   });

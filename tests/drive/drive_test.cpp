@@ -113,7 +113,7 @@ TYPED_TEST(DriveOf, ATorqueCommandReachesTheControllerAfterADisable) {
 TYPED_TEST(DriveOf, ADisableThatAnEnableOverwroteOpensTheGatesForAPeriodAndTorqueStartsFromZero) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
-  parameters.gate.torque_rate = T(1000);
+  parameters.command.torque_rate = T(1000);
   this->restart(parameters);
   this->step();
   this->receive(T(0), false);
@@ -132,7 +132,7 @@ TYPED_TEST(DriveOf, ADisableThatAnEnableOverwroteOpensTheGatesForAPeriodAndTorqu
 TYPED_TEST(DriveOf, ADisableAndAnEnableInOnePeriodEachStartTheTorqueFromZero) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
-  parameters.gate.torque_rate = T(1000);
+  parameters.command.torque_rate = T(1000);
   this->restart(parameters);
   this->step();
   this->receive(T(0), false);
@@ -225,7 +225,7 @@ TYPED_TEST(DriveOf, TheWayOutOfAFaultIsResetThenDisableThenEnable) {
 TYPED_TEST(DriveOf, AfterAFaultTorqueStartsFromZero) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
-  parameters.gate.torque_rate = T(1000);
+  parameters.command.torque_rate = T(1000);
   this->restart(parameters);
   this->step();
   this->receive(T(0), false);
@@ -357,7 +357,7 @@ TYPED_TEST(DriveOf, WithMagnetiseFirstTorqueWaitsForTheFluxAndStartsFromZero) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
   parameters.magnetise_first = true;
-  parameters.gate.torque_rate = T(1000);
+  parameters.command.torque_rate = T(1000);
   this->restart(parameters);
   this->measurement.omega_m = T(0);
   this->step();
@@ -493,7 +493,7 @@ TYPED_TEST(DriveOf, WhereNotEvenZeroTorqueCanBeHeldTheGatesAreOff) {
   for (const T torque : {T(20), T(0), T(-100)}) {
     SCOPED_TRACE(torque);
     typename Drive<T>::Parameters parameters;
-    parameters.gate.torque_rate = T(10'000);
+    parameters.command.torque_rate = T(10'000);
     this->restart(parameters);
     this->measurement.omega_m = T(10);
     this->step();
@@ -642,7 +642,7 @@ TYPED_TEST(DriveOf, NoTorqueIsAdmittedInThePeriodInWhichMagnetisingBegins) {
 
 TYPED_TEST(DriveOf, TheLinkCurrentDoesNotInheritAMeasurementThatIsNoNumber) {
   using T = TypeParam;
-  this->measurement.acted = GatePattern{switch_states[1], period_ns};
+  this->measurement.applied = GatePattern{switch_states[1], period_ns};
   EXPECT_TRUE(std::isfinite(this->step().telemetry.i_dc));
   const ThreePhase<T> good = this->measurement.i_abc;
   this->measurement.i_abc.a = this->nan;
@@ -655,10 +655,10 @@ TYPED_TEST(DriveOf, TheLinkCurrentDoesNotInheritAMeasurementThatIsNoNumber) {
 TYPED_TEST(DriveOf, TheLinkCurrentOfAGapIsNotThatOfTheCurrentsBeforeIt) {
   using T = TypeParam;
   this->measurement.i_abc = {T(40), T(-20), T(-20)};
-  this->measurement.acted = GatePattern{switch_states[1], period_ns};
+  this->measurement.applied = GatePattern{switch_states[1], period_ns};
   EXPECT_NEAR(this->step().telemetry.i_dc, T(20), T(1e-4));  // mean of nothing and 40 A
   this->measurement.i_abc = {};
-  this->measurement.acted.append({gates_off, 199 * period_ns});
+  this->measurement.applied.append({gates_off, 199 * period_ns});
   EXPECT_NEAR(this->step().telemetry.i_dc, T(40) / T(200), T(1e-4));
 }
 
@@ -668,7 +668,7 @@ TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   this->controller->estimate() = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true};
   this->request.command.counter = 7;
   this->request.command.rejected = 3;
-  this->measurement.acted = GatePattern{switch_states[1], 25'000};
+  this->measurement.applied = GatePattern{switch_states[1], 25'000};
   const std::int64_t now_ns = this->t_ns;
   const Telemetry<T> x = this->step().telemetry;
   EXPECT_EQ(x.t_ns, now_ns);
@@ -678,7 +678,7 @@ TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   EXPECT_EQ(x.psi_s, (SpaceVector<T>{T(1), T(0.5)}));
   EXPECT_EQ(x.psi_s_magnitude, T(1.118));
   EXPECT_EQ(x.i_abc, this->measurement.i_abc);
-  EXPECT_EQ(x.i_dc, T(5));  // V1 acted: leg a alone was high
+  EXPECT_EQ(x.i_dc, T(5));  // V1 applied: leg a alone was high
   EXPECT_EQ(x.u_dc, T(530));
   EXPECT_EQ(x.omega_m, T(10));
   EXPECT_EQ(x.sector, 2);
@@ -728,7 +728,7 @@ TYPED_TEST(DriveOf, RefusesParametersThatCannotWork) {
   parameters.magnetise_timeout_ns = 0;
   EXPECT_NE(parameters.validate(), nullptr);
   parameters = {};
-  parameters.gate.blocked_limit = 0;
+  parameters.command.blocked_limit = 0;
   EXPECT_NE(parameters.validate(), nullptr);
   parameters = {};
   parameters.protection.over_current = 0;

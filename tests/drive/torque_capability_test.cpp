@@ -71,8 +71,8 @@ TYPED_TEST(TorqueCapabilityOf, MeetsTheKnownLimitsOfThePapersMachine) {
   EXPECT_NEAR(capability.at(T(115), this->link).motoring, 130.0, 2.0);
   EXPECT_NEAR(capability.at(T(130), this->link).motoring, 50.0, 2.0);
   EXPECT_LT(capability.at(T(138.9), this->link).motoring, 5.0);
-  EXPECT_TRUE(capability.at(T(138.9), this->link).producible);
-  EXPECT_FALSE(capability.at(T(139.3), this->link).producible);
+  EXPECT_TRUE(capability.at(T(138.9), this->link).holds_zero_torque);
+  EXPECT_FALSE(capability.at(T(139.3), this->link).holds_zero_torque);
   EXPECT_EQ(capability.at(T(105), this->link).motoring, T(150));
 }
 
@@ -111,10 +111,10 @@ TYPED_TEST(TorqueCapabilityOf, AgreesWithTheEquivalentCircuit) {
       };
       const AvailableTorque<T> found = capability.at(T(omega_m), T(c.u_dc));
       if (reference(1.0) < 0.0) {
-        EXPECT_FALSE(found.producible);
+        EXPECT_FALSE(found.holds_zero_torque);
         continue;
       }
-      ASSERT_TRUE(found.producible);
+      ASSERT_TRUE(found.holds_zero_torque);
       EXPECT_NEAR(found.motoring, reference(1.0), tolerance);
       EXPECT_NEAR(found.regenerating, reference(-1.0), tolerance);
       EXPECT_LE(double(found.motoring), reference(1.0) + 3.0 * breakdown / slip_steps)
@@ -132,9 +132,9 @@ TYPED_TEST(TorqueCapabilityOf, FallsWithTheLinksVoltage) {
     EXPECT_LT(now, before) << u_dc;
     before = now;
   }
-  EXPECT_FALSE(capability.at(T(100), T(370)).producible);
-  EXPECT_FALSE(capability.at(T(0), T(0)).producible);
-  EXPECT_FALSE(capability.at(T(0), T(-530)).producible);
+  EXPECT_FALSE(capability.at(T(100), T(370)).holds_zero_torque);
+  EXPECT_FALSE(capability.at(T(0), T(0)).holds_zero_torque);
+  EXPECT_FALSE(capability.at(T(0), T(-530)).holds_zero_torque);
 }
 
 TYPED_TEST(TorqueCapabilityOf, IsNothingWhereZeroTorqueCannotBeHeld) {
@@ -145,23 +145,23 @@ TYPED_TEST(TorqueCapabilityOf, IsNothingWhereZeroTorqueCannotBeHeld) {
     const AvailableTorque<T> none = capability.at(omega_m, this->link);
     EXPECT_EQ(none.motoring, T(0));
     EXPECT_EQ(none.regenerating, T(0)) << "braking could be produced, but not be released";
-    EXPECT_FALSE(none.producible);
+    EXPECT_FALSE(none.holds_zero_torque);
   }
-  EXPECT_FALSE(capability.at(T(0), std::numeric_limits<T>::quiet_NaN()).producible);
+  EXPECT_FALSE(capability.at(T(0), std::numeric_limits<T>::quiet_NaN()).holds_zero_torque);
 }
 
 TYPED_TEST(TorqueCapabilityOf, ComesBackWithVoltageToSpare) {
   using T = TypeParam;
   TorqueCapability<T> capability{{.voltage_use = T(1), .reentry = T(0.05)}};
-  EXPECT_TRUE(capability.step(T(138), this->link).producible);
-  EXPECT_FALSE(capability.step(T(140), this->link).producible);
-  EXPECT_FALSE(capability.step(T(138), this->link).producible) << "it would be gone again in a moment";
+  EXPECT_TRUE(capability.step(T(138), this->link).holds_zero_torque);
+  EXPECT_FALSE(capability.step(T(140), this->link).holds_zero_torque);
+  EXPECT_FALSE(capability.step(T(138), this->link).holds_zero_torque) << "it would be gone again in a moment";
   EXPECT_EQ(capability.step(T(133), this->link).regenerating, T(0));
-  EXPECT_TRUE(capability.step(T(131), this->link).producible);
-  EXPECT_TRUE(capability.step(T(138), this->link).producible);
-  EXPECT_FALSE(capability.step(T(138), T(520)).producible) << "the link's voltage falls";
-  EXPECT_FALSE(capability.step(T(138), T(530)).producible);
-  EXPECT_TRUE(capability.step(T(138), T(560)).producible);
+  EXPECT_TRUE(capability.step(T(131), this->link).holds_zero_torque);
+  EXPECT_TRUE(capability.step(T(138), this->link).holds_zero_torque);
+  EXPECT_FALSE(capability.step(T(138), T(520)).holds_zero_torque) << "the link's voltage falls";
+  EXPECT_FALSE(capability.step(T(138), T(530)).holds_zero_torque);
+  EXPECT_TRUE(capability.step(T(138), T(560)).holds_zero_torque);
 }
 
 TYPED_TEST(TorqueCapabilityOf, ATypedCurveNarrowsIt) {
@@ -179,7 +179,7 @@ TYPED_TEST(TorqueCapabilityOf, ATypedCurveNarrowsIt) {
     }
   }
   const TorqueCapability<T> wide{{.base_speed = T(115), .zero_torque_speed = T(180)}};
-  EXPECT_FALSE(wide.at(T(150), this->link).producible) << "it cannot widen it";
+  EXPECT_FALSE(wide.at(T(150), this->link).holds_zero_torque) << "it cannot widen it";
   const TorqueCapability<T> cut{{.zero_torque_speed = T(80)}};
   EXPECT_EQ(cut.at(T(80), this->link).motoring, T(150));
   EXPECT_EQ(cut.at(T(81), this->link).motoring, T(0));

@@ -16,7 +16,7 @@ TEST(CanReport, TellsTheWorstOfEachSecondOnce) {
   report.add({.deadline_ns = 1000 * ms, .latency_ns = 6, .execution_ns = 8, .periods_missed = 3});
   ASSERT_TRUE(shared.real_time.update());
   EXPECT_DOUBLE_EQ(shared.real_time.value().worst_wake_latency, 7e-9);
-  EXPECT_DOUBLE_EQ(shared.real_time.value().worst_loop_time, 8e-9);
+  EXPECT_DOUBLE_EQ(shared.real_time.value().worst_execution_time, 8e-9);
   EXPECT_EQ(shared.real_time.value().periods_missed, 3U);
   report.add({.deadline_ns = 1999 * ms, .latency_ns = 1, .execution_ns = 1, .periods_missed = 3});
   EXPECT_FALSE(shared.real_time.update());
@@ -34,7 +34,7 @@ TEST(CanReport, TellsWhatIsLeftAtTheEnd) {
   for (std::size_t n = 0; n < 5'000; ++n) shared.telemetry.push({});
   report.hand_over(last);
   EXPECT_DOUBLE_EQ(shared.real_time.latest().worst_wake_latency, 4e-9);
-  EXPECT_DOUBLE_EQ(shared.real_time.value().worst_loop_time, 3e-9);
+  EXPECT_DOUBLE_EQ(shared.real_time.value().worst_execution_time, 3e-9);
   EXPECT_EQ(shared.real_time.value().telemetry_dropped, shared.telemetry.dropped());
   EXPECT_GT(shared.telemetry.dropped(), 0U);
 }

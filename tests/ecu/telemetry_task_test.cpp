@@ -43,8 +43,8 @@ TEST(TelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistics) 
                          .execution_ns = k == 200 ? 5 * ms : k,
                          .periods_missed = std::uint64_t(k)});
     }
-    EXPECT_TRUE(test::eventually([&] { return shared.real_time.latest().worst_loop_time != 0.0; }));
-    EXPECT_DOUBLE_EQ(shared.real_time.value().worst_loop_time, 5e-3);
+    EXPECT_TRUE(test::eventually([&] { return shared.real_time.latest().worst_execution_time != 0.0; }));
+    EXPECT_DOUBLE_EQ(shared.real_time.value().worst_execution_time, 5e-3);
     EXPECT_DOUBLE_EQ(shared.real_time.value().worst_wake_latency, 7e-3);
     shared.stopped.store(true);
     telemetry.join();
@@ -95,12 +95,12 @@ TEST(TelemetryTask, ATimedOutControlThreadIsPublishedInThePlaceOfTheDrive) {
   EXPECT_EQ(told->sample().state, DriveState::fault);
   EXPECT_EQ(told->sample().first_fault, Fault::watchdog);
   EXPECT_EQ(told->sample().t_ns, beat_ns);
-  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread silent for 101 ms");
+  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread without a wake-up for 101 ms");
 
   telemetry.poll(beat_ns + limit_ns + 1'000 * ms);
   told = newest_state(other);
   ASSERT_TRUE(told);
-  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread silent for 1100 ms");
+  EXPECT_EQ(told->sample().reason, "WATCHDOG: control thread without a wake-up for 1100 ms");
 
   // It is back, and says itself what has become of it.
   shared.beat(beat_ns + limit_ns + 1'000 * ms);

@@ -102,7 +102,7 @@ TEST_F(TimedOutControlThread, IsAFaultOnTheBusWithinAHundredMilliseconds) {
     EXPECT_EQ(status.state, DriveState::fault);
     EXPECT_TRUE(status.lockout);
     EXPECT_EQ(status.torque, 0.0);
-    EXPECT_EQ(status.torque_admitted, 0.0);
+    EXPECT_EQ(status.torque_reference, 0.0);
   }
   EXPECT_EQ(state_of(last.back()), DriveState::fault);
 }

@@ -274,7 +274,7 @@ TEST(CommandCampaign, Row9TorqueBeyondTheContractIsBlocked) {
 TEST(CommandCampaign, Row10ATorqueStepIsFollowedAtTheConfiguredRate) {
   for_seeds(seeds, [](CampaignCase& c) {
     const double rate = double(c.between(200, 4000));
-    c.rig.drive.gate.torque_rate = rate;
+    c.rig.drive.command.torque_rate = rate;
     Running r{c};
     ASSERT_TRUE(r.started);
     const double from = r.rig.now().torque_reference;
@@ -464,7 +464,7 @@ TEST(CommandCampaign, Row27ASilentControlThreadIsAFaultOnTheBusWithin100Ms) {
       const bool fault = status->state == DriveState::fault;
       if (fault) told_ns = std::min(told_ns, r.rig.clock.now_ns());
       if (!fault && told_ns != never_ns) took_it_back = true;
-      EXPECT_TRUE(!fault || status->torque_admitted == 0.0);
+      EXPECT_TRUE(!fault || status->torque_reference == 0.0);
     });
     r.rig.run_for(away_ns + 100 * ms);
     EXPECT_LE(told_ns, c.at_ns + 100 * ms);

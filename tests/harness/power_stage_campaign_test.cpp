@@ -75,7 +75,7 @@ TEST(PowerStageCampaign, AStallBeyondTheWatchdogsTimeTripsInTheFirstPeriodAfterI
   });
 }
 
-/// A measurement that is wrong for one period trips in that period, opens the gates and stays so.
+/// A measurement that is wrong for one period trips in that period, turns the gates off and stays so.
 void expect_trip_at_once(CampaignCase& c, MeasurementEvent event, Fault fault) {
   VirtualRig rig{c.rig};
   ASSERT_TRUE(rig.start());

@@ -16,7 +16,7 @@ class DatagramReceptionTest : public testing::Test {
   /// The datagram with that number, which was under way for 1 ms and so much more [ns].
   bool arrives(std::uint64_t sequence, std::int64_t delay_ns = 0) {
     DatagramHeader h;
-    h.kind = std::uint16_t(DatagramKind::command);
+    h.kind = std::uint16_t(DatagramKind::pattern);
     h.sequence = sequence;
     h.period_ns = period_ns;
     h.count = 1;
@@ -30,7 +30,7 @@ class DatagramReceptionTest : public testing::Test {
   /// The same of another start, so long after the newest [ns].
   bool arrives_from(std::uint32_t start, std::uint64_t sequence, std::int64_t after_ns) {
     DatagramHeader h;
-    h.kind = std::uint16_t(DatagramKind::command);
+    h.kind = std::uint16_t(DatagramKind::pattern);
     h.sequence = sequence;
     h.period_ns = period_ns;
     h.count = 1;
@@ -39,7 +39,7 @@ class DatagramReceptionTest : public testing::Test {
     return reception.accept(h, size, size, now_ns);
   }
 
-  DatagramReception reception{DatagramKind::command, period_ns, quiet_ns};
+  DatagramReception reception{DatagramKind::pattern, period_ns, quiet_ns};
   DatagramHeader (*change)(DatagramHeader) = [](DatagramHeader h) { return h; };
   std::uint32_t generation{100};
   std::int64_t now_ns{0};
@@ -142,9 +142,9 @@ TEST_F(DatagramReceptionTest, ClocksAtBothEndsOfTheirRangeAreNoError) {
   for (const std::int64_t sent_ns : {std::numeric_limits<std::int64_t>::min(), std::int64_t{0},
                                      std::numeric_limits<std::int64_t>::max()}) {
     for (const std::int64_t received_ns : {std::int64_t{0}, std::numeric_limits<std::int64_t>::max() / 2}) {
-      DatagramReception fresh{DatagramKind::command, period_ns, quiet_ns};
+      DatagramReception fresh{DatagramKind::pattern, period_ns, quiet_ns};
       DatagramHeader h;
-      h.kind = std::uint16_t(DatagramKind::command);
+      h.kind = std::uint16_t(DatagramKind::pattern);
       h.sequence = 1;
       h.period_ns = period_ns;
       h.generation = 1;
@@ -169,7 +169,7 @@ TEST_F(DatagramReceptionTest, WhatIsNotForUsIsRefusedAndCountedByItsReason) {
   EXPECT_EQ(counters().other_version, 1U);
   EXPECT_EQ(counters().other_period, 1U);
   DatagramHeader h;
-  h.kind = std::uint16_t(DatagramKind::command);
+  h.kind = std::uint16_t(DatagramKind::pattern);
   h.period_ns = period_ns;
   EXPECT_FALSE(reception.accept(h, size - 1, size, 0)) << "cut off";
   EXPECT_FALSE(reception.accept(h, 3, size, 0));

@@ -13,13 +13,13 @@ class GateGuardTest : public testing::Test {
  protected:
   /// One period with a new command.
   GatePattern command(const GatePattern& pattern, bool enabled = true) {
-    const CommandRecord c{++sequence, t_ns, to_record(pattern), generation, 1};
+    const DrivePatternRecord c{++sequence, t_ns, to_record(pattern), generation, 1};
     return period(&c, enabled);
   }
   /// One period without.
   GatePattern nothing(bool enabled = true) { return period(nullptr, enabled); }
 
-  GatePattern period(const CommandRecord* c, bool enabled) {
+  GatePattern period(const DrivePatternRecord* c, bool enabled) {
     const GatePattern acts = guard.step(t_ns, c, enabled, present);
     t_ns += period_ns;
     news += guard.has_news() ? 1 : 0;
@@ -27,11 +27,11 @@ class GateGuardTest : public testing::Test {
   }
   /// Until the drive counts as dead.
   void fall_silent() {
-    for (int n = 0; n < 60 && guard.cause() != GateCause::silent; ++n) (void)nothing();
-    ASSERT_EQ(guard.cause(), GateCause::silent);
+    for (int n = 0; n < 60 && guard.cause() != GateCause::timed_out; ++n) (void)nothing();
+    ASSERT_EQ(guard.cause(), GateCause::timed_out);
   }
 
-  GateGuard guard{{.period_ns = period_ns, .hold_periods = 2, .silence_ns = 5'000'000, .same_clock = true}};
+  GateGuard guard{{.period_ns = period_ns, .hold_periods = 2, .pattern_timeout_ns = 5'000'000, .same_clock = true}};
   std::int64_t t_ns{7'000'000'000};
   std::uint64_t sequence{0};
   std::uint32_t generation{1};
@@ -39,7 +39,7 @@ class GateGuardTest : public testing::Test {
   int news{0};
 };
 
-/// The same with a drive that has shown open gates, as each does long before it drives them.
+/// The same with a drive that has shown gates off, as each does long before it drives them.
 class GateGuardOfAReadyDrive : public GateGuardTest {
  protected:
   GateGuardOfAReadyDrive() { (void)command(open); }
@@ -76,7 +76,7 @@ TEST_F(GateGuardOfAReadyDrive, HoldsALatePatternAsLongAsItMayAndThenOpens) {
 TEST_F(GateGuardOfAReadyDrive, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
   (void)command(v1);
   const std::int64_t last_ns = t_ns - period_ns;
-  while (guard.cause() != GateCause::silent) {
+  while (guard.cause() != GateCause::timed_out) {
     ASSERT_LT(t_ns - last_ns, 6'000'000);
     (void)nothing();
   }
@@ -84,7 +84,7 @@ TEST_F(GateGuardOfAReadyDrive, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
   EXPECT_EQ(guard.open_since_ns() - last_ns, 2 * period_ns) << "they opened when the pattern was late";
   EXPECT_EQ(guard.heard_ns(), last_ns);
   EXPECT_EQ(nothing(), open);
-  EXPECT_EQ(guard.counters().silent, 1U);
+  EXPECT_EQ(guard.counters().timed_out, 1U);
 }
 
 // A drive that was stopped in the middle of a period writes a pattern of before when it goes on.
@@ -102,7 +102,7 @@ TEST_F(GateGuardOfAReadyDrive, AfterASilenceTorquePatternsStayWithoutEffectUntil
 TEST_F(GateGuardOfAReadyDrive, APatternThatDescribesNoneDoesNotShowOpenGates) {
   (void)command(v1);
   fall_silent();
-  CommandRecord bad{++sequence, t_ns, to_record(open), generation, 1};
+  DrivePatternRecord bad{++sequence, t_ns, to_record(open), generation, 1};
   bad.pattern.count = 9;
   EXPECT_EQ(period(&bad, true), open);
   EXPECT_EQ(command(v1), open);
@@ -113,19 +113,19 @@ TEST_F(GateGuardOfAReadyDrive, APatternOlderThanTheLimitIsNone) {
   (void)command(v1);
   (void)nothing();
   const std::int64_t age_ns = 5'000'000 + 2 * period_ns;  // a pattern is up to two periods under way
-  CommandRecord old{++sequence, t_ns - age_ns - 1, to_record(open), generation, 1};
+  DrivePatternRecord old{++sequence, t_ns - age_ns - 1, to_record(open), generation, 1};
   EXPECT_EQ(period(&old, true), open);
   EXPECT_EQ(guard.cause(), GateCause::late) << "as if nothing had come";
   EXPECT_EQ(guard.counters().outdated, 1U);
   EXPECT_EQ(guard.command_sequence(), sequence - 1) << "the drive is not told that it was heard";
-  CommandRecord just_in_time{++sequence, t_ns - age_ns, to_record(v1), generation, 1};
+  DrivePatternRecord just_in_time{++sequence, t_ns - age_ns, to_record(v1), generation, 1};
   EXPECT_EQ(period(&just_in_time, true), v1);
   EXPECT_EQ(guard.counters().outdated, 1U);
 }
 
 TEST_F(GateGuardOfAReadyDrive, APatternOfAnotherMachinesClockHasNoAge) {
-  guard = GateGuard{{.period_ns = period_ns, .hold_periods = 2, .silence_ns = 5'000'000}};
-  const CommandRecord far{++sequence, -1'000'000'000'000'000, to_record(open), generation, 1};
+  guard = GateGuard{{.period_ns = period_ns, .hold_periods = 2, .pattern_timeout_ns = 5'000'000}};
+  const DrivePatternRecord far{++sequence, -1'000'000'000'000'000, to_record(open), generation, 1};
   (void)period(&far, true);
   EXPECT_EQ(guard.cause(), GateCause::following);
 }
@@ -136,7 +136,7 @@ TEST_F(GateGuardOfAReadyDrive, TimeInWhichThePlantItselfStoodStillIsNoSilence) {
   t_ns += 20'000'000;
   EXPECT_EQ(nothing(), open) << "the pattern's time is over all the same";
   EXPECT_EQ(guard.cause(), GateCause::late);
-  EXPECT_EQ(guard.counters().silent, 0U);
+  EXPECT_EQ(guard.counters().timed_out, 0U);
   EXPECT_EQ(command(v1), v1);
 }
 
@@ -165,7 +165,7 @@ TEST_F(GateGuardOfAReadyDrive, OpensAtOnceWhenTheDriveLeaves) {
   EXPECT_EQ(nothing(), open);
   EXPECT_EQ(guard.cause(), GateCause::absent);
   present = true;
-  EXPECT_EQ(command(v1), open) << "another one has to show open gates first";
+  EXPECT_EQ(command(v1), open) << "another one has to show gates off first";
   EXPECT_EQ(command(open), open);
   EXPECT_EQ(command(v1), v1);
 }
@@ -183,7 +183,7 @@ TEST_F(GateGuardOfAReadyDrive, ANewDriveIsRecognisedAndItsCountBeginsAnew) {
 }
 
 TEST_F(GateGuardOfAReadyDrive, APatternThatDescribesNoneOpensTheGates) {
-  CommandRecord bad{++sequence, t_ns, to_record(v1), 1, 1};
+  DrivePatternRecord bad{++sequence, t_ns, to_record(v1), 1, 1};
   bad.pattern.count = 9;
   EXPECT_EQ(period(&bad, true), open);
   bad = {++sequence, t_ns, to_record(v1), 1, 1};

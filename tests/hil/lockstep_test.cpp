@@ -23,7 +23,7 @@ class Stage final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept override {
     x_ += (double(pattern_.last_state().upper_switches()) - 0.3 * x_) * double(t_ns - t_ns_) * 1e-5;
     t_ns_ = t_ns;
-    return {.i_abc = {x_, -x_, 0}, .u_dc = 530, .omega_m = 2 * x_, .acted = pattern_};
+    return {.i_abc = {x_, -x_, 0}, .u_dc = 530, .omega_m = 2 * x_, .applied = pattern_};
   }
   void write(const GatePattern& pattern) noexcept override { pattern_ = pattern; }
 
@@ -103,7 +103,7 @@ TEST_F(LockstepTest, TheRequestsOfADriveThatWasStartedAnewGoOn) {
     SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
     LockstepDriveIo io{drive, 1};
     (void)io.read(0);  // asks, and finds nobody who answers
-    CommandRecord request;
+    DrivePatternRecord request;
     EXPECT_EQ(plant.memory().command.load(request), expected);
     EXPECT_EQ(request.sequence, expected);
   }

@@ -10,7 +10,7 @@ namespace sextant {
 namespace {
 
 constexpr std::int32_t period_ns = 100'000;
-constexpr std::int64_t stale_ns = 1'000'000;
+constexpr std::int64_t measurement_timeout_ns = 1'000'000;
 constexpr int missing_periods = 4;
 constexpr int unacknowledged_periods = 10;
 
@@ -20,25 +20,25 @@ GatePattern state(int vector, std::int32_t duration_ns = period_ns) {
 
 class MeasurementAssemblerTest : public testing::Test {
  protected:
-  MeasurementRecord record(const GatePattern& acted) {
-    Measurement<double> m{.i_abc = {1, 2, -3}, .u_dc = 530, .acted = acted};
+  MeasurementRecord record(const GatePattern& applied) {
+    Measurement<double> m{.i_abc = {1, 2, -3}, .u_dc = 530, .applied = applied};
     m.omega_m = double(sequence);
-    MeasurementRecord r = to_record(plant_ns += acted.duration_ns(), m);
+    MeasurementRecord r = to_record(plant_ns += applied.duration_ns(), m);
     r.generation = generation;
     r.sequence = ++sequence;
     r.command_sequence = taken;
     return r;
   }
 
-  /// One period of a drive that writes this; `acted` is what the plant made of the pattern it took last.
-  Measurement<double> period(const GatePattern& written, const GatePattern& acted) {
-    assembler.add(record(acted));
+  /// One period of a drive that writes this; `applied` is what the plant made of the pattern it took last.
+  Measurement<double> period(const GatePattern& written, const GatePattern& applied) {
+    assembler.add(record(applied));
     const Measurement<double> m = assembler.take(plant_ns);
     assembler.wrote(++number, written.is_driven());
     return m;
   }
 
-  MeasurementAssembler assembler{{.stale_ns = stale_ns,
+  MeasurementAssembler assembler{{.measurement_timeout_ns = measurement_timeout_ns,
                                   .missing_periods = missing_periods,
                                   .unacknowledged_periods = unacknowledged_periods}};
   std::uint64_t sequence{0};
@@ -60,8 +60,8 @@ TEST_F(MeasurementAssemblerTest, JoinsWhatActedAndTakesTheNewestValues) {
   EXPECT_EQ(m.i_abc.c, -3.0);
   GatePattern expected{switch_states[1], 2 * period_ns};
   expected.append({switch_states[2], period_ns});
-  EXPECT_EQ(m.acted, expected);
-  EXPECT_TRUE(m.acted.is_driven());
+  EXPECT_EQ(m.applied, expected);
+  EXPECT_TRUE(m.applied.is_driven());
 }
 
 TEST_F(MeasurementAssemblerTest, RandomPatternsKeepTheirOrderAndDuration) {
@@ -71,19 +71,19 @@ TEST_F(MeasurementAssemblerTest, RandomPatternsKeepTheirOrderAndDuration) {
   for (int round = 0; round < 2000; ++round) {
     std::vector<SwitchState> nanoseconds;  // the state of each
     for (auto n = random() % 4; n > 0; --n) {
-      GatePattern acted;
+      GatePattern applied;
       for (auto k = random() % 3 + 1; k > 0; --k) {
         const auto duration = std::int32_t(random() % 5 + 1);
         const SwitchState s = random() % 9 == 0 ? gates_off : switch_states[random() % 2];
-        acted.append({s, duration});
+        applied.append({s, duration});
         nanoseconds.insert(nanoseconds.end(), std::size_t(duration), s);
       }
-      assembler.add(record(acted));
+      assembler.add(record(applied));
     }
     const Measurement<double> m = assembler.take(0);
     if (!m.plausible) continue;  // more changes than a pattern holds, or none yet
     std::vector<SwitchState> joined;
-    for (const GateSegment& s : m.acted.segments()) {
+    for (const GateSegment& s : m.applied.segments()) {
       joined.insert(joined.end(), std::size_t(s.duration_ns), s.state);
     }
     ASSERT_EQ(joined, nanoseconds) << "round " << round;
@@ -105,7 +105,7 @@ TEST_F(MeasurementAssemblerTest, NothingNewIsNoTimeInTheStateInForce) {
   (void)assembler.take(0);
   const Measurement<double> m = assembler.take(period_ns);
   EXPECT_TRUE(m.plausible);
-  EXPECT_EQ(m.acted, (GatePattern{switch_states[3], 0}));
+  EXPECT_EQ(m.applied, (GatePattern{switch_states[3], 0}));
   EXPECT_EQ(m.i_abc.a, 1.0);
 }
 
@@ -114,11 +114,11 @@ TEST_F(MeasurementAssemblerTest, APlantThatNeverCameOrFellSilentIsNotPlausible) 
   EXPECT_TRUE(assembler.timed_out());
   assembler.add(record(state(0)));
   EXPECT_TRUE(assembler.take(10).plausible);
-  EXPECT_TRUE(assembler.take(10 + stale_ns).plausible);
-  EXPECT_FALSE(assembler.take(11 + stale_ns).plausible);
+  EXPECT_TRUE(assembler.take(10 + measurement_timeout_ns).plausible);
+  EXPECT_FALSE(assembler.take(11 + measurement_timeout_ns).plausible);
   EXPECT_TRUE(assembler.timed_out());
   assembler.add(record(state(0)));
-  EXPECT_TRUE(assembler.take(20 + stale_ns).plausible);
+  EXPECT_TRUE(assembler.take(20 + measurement_timeout_ns).plausible);
   EXPECT_EQ(assembler.counters().timeouts, 1U) << "the wait before the first one is no silence";
 }
 
@@ -138,7 +138,7 @@ TEST_F(MeasurementAssemblerTest, FrozenCurrentsAreNotPlausibleAfterAFewPeriods) 
 TEST_F(MeasurementAssemblerTest, ADriveThatWasLateItselfDoesNotBlameThePlant) {
   assembler.add(record(state(1)));
   (void)assembler.take(0);
-  const std::int64_t late_ns = stale_ns - 1;  // far more periods than may be missing
+  const std::int64_t late_ns = measurement_timeout_ns - 1;  // far more periods than may be missing
   EXPECT_TRUE(assembler.take(late_ns).plausible);
   assembler.add(record(state(1)));
   EXPECT_TRUE(assembler.take(2 * late_ns).plausible);
@@ -170,7 +170,7 @@ TEST_F(MeasurementAssemblerTest, ANewPlantIsNotPlausibleOnceAndForgetsTheOldOne)
   assembler.add(record(state(2)));
   const Measurement<double> m = assembler.take(0);
   EXPECT_FALSE(m.plausible);
-  EXPECT_EQ(m.acted, state(2));
+  EXPECT_EQ(m.applied, state(2));
   assembler.add(record(state(2)));
   EXPECT_TRUE(assembler.take(0).plausible);
   EXPECT_EQ(assembler.counters().restarts, 1U);
@@ -182,7 +182,7 @@ TEST_F(MeasurementAssemblerTest, APlantThatDoesNotVouchIsNotPlausible) {
   assembler.add(r);
   EXPECT_FALSE(assembler.take(0).plausible);
   MeasurementRecord bad = record(state(0));
-  bad.acted.legs[0] = 0xFF;
+  bad.applied.legs[0] = 0xFF;
   assembler.add(bad);
   EXPECT_FALSE(assembler.take(0).plausible);
 }
@@ -192,7 +192,7 @@ TEST_F(MeasurementAssemblerTest, APlantThatTakesNoPatternOfTheDriveIsNotPlausibl
   for (const std::uint64_t stands_at : {std::uint64_t{0}, std::uint64_t{1000}, std::uint64_t{99'999}}) {
     SCOPED_TRACE(stands_at);  // no drive, the one before this one, one with other numbers
     taken = stands_at;
-    assembler = MeasurementAssembler{{stale_ns, missing_periods, unacknowledged_periods}};
+    assembler = MeasurementAssembler{{measurement_timeout_ns, missing_periods, unacknowledged_periods}};
     EXPECT_TRUE(period(state(0), state(0)).plausible) << "nothing was written that it could have taken";
     for (int n = 1; n < unacknowledged_periods; ++n) EXPECT_TRUE(period(state(0), state(0)).plausible) << n;
     for (int n = 0; n < 30; ++n) EXPECT_FALSE(period(state(0), state(0)).plausible) << n;
@@ -259,7 +259,7 @@ TEST_F(MeasurementAssemblerTest, GatesThatOpenBecauseAPatternWasLateAreNoRefusal
 
 TEST(AssemblerParameters, ADriveWaitsForAnAnswerAsLongAsThePlantWaitsForAPattern) {
   HilParameters p;
-  p.silence_ns = 5'000'000;
+  p.pattern_timeout_ns = 5'000'000;
   p.missing_periods = 4;
   EXPECT_EQ(assembler_parameters(p, 100'000).unacknowledged_periods, 50);
   EXPECT_EQ(assembler_parameters(p, 300'000).unacknowledged_periods, 17);
@@ -267,7 +267,7 @@ TEST(AssemblerParameters, ADriveWaitsForAnAnswerAsLongAsThePlantWaitsForAPattern
   EXPECT_EQ(assembler_parameters(p, 100'000).unacknowledged_periods, 80)
       << "not stricter than about measurements";
   EXPECT_EQ(assembler_parameters(p, 100'000).missing_periods, 80);
-  EXPECT_EQ(assembler_parameters(p, 100'000).stale_ns, p.stale_ns);
+  EXPECT_EQ(assembler_parameters(p, 100'000).measurement_timeout_ns, p.measurement_timeout_ns);
 }
 
 }  // namespace

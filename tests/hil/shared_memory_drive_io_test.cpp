@@ -21,7 +21,7 @@ const GatePattern open{gates_off, period_ns};
 class Stage final : public DriveIo<double> {
  public:
   [[nodiscard]] Measurement<double> read(std::int64_t /*t_ns*/) noexcept override {
-    Measurement<double> m{.u_dc = 530, .acted = any_ ? pattern : GatePattern{}};
+    Measurement<double> m{.u_dc = 530, .applied = any_ ? pattern : GatePattern{}};
     m.omega_m = ++periods_;
     any_ = true;
     return m;
@@ -54,7 +54,7 @@ struct DriveSide {
   }
 
   SharedMemoryLink link;
-  SharedMemoryDriveIo io{link, {.stale_ns = 1'000'000}};
+  SharedMemoryDriveIo io{link, {.measurement_timeout_ns = 1'000'000}};
 };
 
 class SharedMemoryDriveIoTest : public testing::Test {
@@ -87,7 +87,7 @@ class SharedMemoryDriveIoTest : public testing::Test {
     for (int n = 0; n < 20; ++n) ASSERT_TRUE(torque_period());
     ASSERT_EQ(plant->stage.pattern, v1);
   }
-  /// Both sides are safe, and stay so: the drive tripped, the gates open.
+  /// Both sides are safe, and stay so: the drive tripped, the gates turn off.
   void expect_both_safe() {
     for (int n = 0; n < 20; ++n) {
       (void)torque_period();
@@ -107,9 +107,9 @@ TEST_F(SharedMemoryDriveIoTest, APatternActsOverTheNextPlantPeriodAndIsMeasured)
   (void)period(open);
   (void)period(v1);
   const Measurement<double> before = period(v2);
-  EXPECT_EQ(before.acted, open) << "v1 was written after this period had begun";
-  EXPECT_EQ(period(v2).acted, v1);
-  EXPECT_EQ(period(v2).acted, v2);
+  EXPECT_EQ(before.applied, open) << "v1 was written after this period had begun";
+  EXPECT_EQ(period(v2).applied, v1);
+  EXPECT_EQ(period(v2).applied, v2);
   EXPECT_TRUE(period(v2).plausible);
   EXPECT_EQ(drive->io.counters().missing, 0U);
 }
@@ -124,7 +124,7 @@ TEST_F(SharedMemoryDriveIoTest, ADriveThatSkipsPeriodsIsToldAllThatActed) {
   GatePattern expected = open;
   expected.append({switch_states[1], period_ns});
   expected.append({gates_off, 2 * period_ns});
-  EXPECT_EQ(m.acted, expected);
+  EXPECT_EQ(m.applied, expected);
   EXPECT_TRUE(m.plausible);
 }
 
@@ -132,7 +132,7 @@ TEST_F(SharedMemoryDriveIoTest, ADriveThatTakesItsTimeToStartBeginsWithTheNewest
   plant_alone_for(3 * std::int64_t{LinkMemory::ring_capacity} * period_ns);
   const Measurement<double> m = period(open);
   EXPECT_TRUE(m.plausible);
-  EXPECT_EQ(m.acted, open);
+  EXPECT_EQ(m.applied, open);
   EXPECT_EQ(drive->io.counters().records, 1U);
 }
 
@@ -165,12 +165,12 @@ TEST_F(SharedMemoryDriveIoTest, AHeartbeatThatStopsOpensTheGatesWithinTheLimit) 
   const std::int64_t last_ns = t_ns;
   plant_alone_for(6'000'000);
   EXPECT_EQ(plant->stage.pattern, open);
-  EXPECT_EQ(plant->server.guard().cause(), GateCause::silent);
+  EXPECT_EQ(plant->server.guard().cause(), GateCause::timed_out);
   EXPECT_LE(plant->server.guard().open_since_ns() - last_ns, 10'000'000);
   GateEvent event;
   GateEvent newest;
   while (plant->server.events().pop(event)) newest = event;
-  EXPECT_EQ(newest.cause, GateCause::silent);
+  EXPECT_EQ(newest.cause, GateCause::timed_out);
   EXPECT_EQ(newest.heard_ns, last_ns);
 }
 
@@ -215,7 +215,7 @@ TEST_F(SharedMemoryDriveIoTest, ANewDriveHasToShowOpenGatesFirst) {
 // A plant that is stopped in the middle of a copy tells by the number alone that it was another record.
 TEST_F(SharedMemoryDriveIoTest, TheNumbersOfADriveThatWasStartedAnewGoOn) {
   for (int n = 0; n < 10; ++n) (void)period(open);
-  CommandRecord last;
+  DrivePatternRecord last;
   EXPECT_EQ(plant->link.memory().command.load(last), 10U);
   EXPECT_EQ(last.sequence, 10U);
   drive.reset();
@@ -247,7 +247,7 @@ TEST_F(SharedMemoryDriveIoTest,
     plant->step(t_ns += period_ns);
     (void)drive->io.read(t_ns);
     plant_alone_for(stopped_ns);
-    EXPECT_EQ(plant->server.guard().cause(), GateCause::silent);
+    EXPECT_EQ(plant->server.guard().cause(), GateCause::timed_out);
     drive->io.write(v1);
     int periods = 0;
     while (torque_period()) {
@@ -281,7 +281,7 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatTakesNoPatternsAnyMoreTripsTheDrive) {
   bring_to_torque();
   plant_alone();  // takes the newest, follows it and lets it run out
   plant_alone();
-  MeasurementRecord record = to_record(t_ns, Measurement<double>{.u_dc = 530, .acted = open});
+  MeasurementRecord record = to_record(t_ns, Measurement<double>{.u_dc = 530, .applied = open});
   record.command_sequence = plant->server.guard().command_sequence();
   int periods = 0;
   for (; !tripped && periods < 1000; ++periods) {

@@ -51,8 +51,8 @@ class UdpLinkTest : public testing::Test {
     (void)drive->read(0);  // the first one discards what has queued up
   }
 
-  void publish(SwitchState acted, std::uint64_t command_taken = 0) {
-    Measurement<double> m{.u_dc = 530, .acted = {acted, period_ns}};
+  void publish(SwitchState applied, std::uint64_t command_taken = 0) {
+    Measurement<double> m{.u_dc = 530, .applied = {applied, period_ns}};
     MeasurementRecord record = to_record(t_ns += period_ns, m);
     record.command_sequence = command_taken;
     plant->publish(record);
@@ -77,7 +77,7 @@ TEST_F(UdpLinkTest, MeasurementsComeOverAndAreJoined) {
   EXPECT_EQ(m.u_dc, 530.0);
   GatePattern expected = v1;
   expected.append({switch_states[2], period_ns});
-  EXPECT_EQ(m.acted, expected);
+  EXPECT_EQ(m.applied, expected);
   EXPECT_EQ(drive->network().received, 3U);
 }
 
@@ -88,18 +88,18 @@ TEST_F(UdpLinkTest, WhatQueuedUpBeforeTheFirstReadIsNoMeasurementAndNoLoss) {
   EXPECT_FALSE(read().plausible);
   publish(switch_states[2]);
   const Measurement<double> m = read();
-  EXPECT_EQ(m.acted, (GatePattern{switch_states[2], period_ns}));
+  EXPECT_EQ(m.applied, (GatePattern{switch_states[2], period_ns}));
   EXPECT_EQ(drive->network().received, 1U);
   EXPECT_EQ(drive->network().lost, 0U);
 }
 
 TEST_F(UdpLinkTest, PatternsAndTheEnableLineComeOver) {
-  CommandRecord command;
+  DrivePatternRecord command;
   EXPECT_FALSE(plant->take(command));
   drive->write(v1);
   ASSERT_TRUE(plant->take(command));
   const std::uint64_t first = command.sequence;
-  EXPECT_FALSE(plant->gates_enabled()) << "the line closes on open gates only";
+  EXPECT_FALSE(plant->gates_enabled()) << "the line closes on gates off only";
   drive->write(open);
   drive->write(v1);
   ASSERT_TRUE(plant->take(command));
@@ -119,7 +119,7 @@ TEST_F(UdpLinkTest, PatternsAndTheEnableLineComeOver) {
 }
 
 TEST_F(UdpLinkTest, ADriveThatLeavesSaysSo) {
-  CommandRecord command;
+  DrivePatternRecord command;
   drive->write(open);
   ASSERT_TRUE(plant->take(command));
   drive.reset();
@@ -129,7 +129,7 @@ TEST_F(UdpLinkTest, ADriveThatLeavesSaysSo) {
 }
 
 TEST_F(UdpLinkTest, APlantThatStoodStillFollowsTheNewestCommandAndNoOlderOne) {
-  CommandRecord command;
+  DrivePatternRecord command;
   drive->write(open);
   ASSERT_TRUE(plant->take(command));
   const std::uint64_t first = command.sequence;
@@ -143,7 +143,7 @@ TEST_F(UdpLinkTest, APlantThatStoodStillFollowsTheNewestCommandAndNoOlderOne) {
 
 // More than the kernel keeps: the newest of them are lost, so that the newest that is there is an old one.
 TEST_F(UdpLinkTest, APlantThatStoodStillForLongWaitsForTheNextCommand) {
-  CommandRecord command;
+  DrivePatternRecord command;
   drive->write(open);
   ASSERT_TRUE(plant->take(command));
   const std::uint64_t first = command.sequence;
@@ -158,7 +158,7 @@ TEST_F(UdpLinkTest, APlantThatStoodStillForLongWaitsForTheNextCommand) {
 
 // Only the way from the drive to the plant is cut: the plant opens its gates, and the drive finds out.
 TEST_F(UdpLinkTest, ADriveWhoseCommandsGetLostTripsThoughMeasurementsCome) {
-  CommandRecord command;
+  DrivePatternRecord command;
   for (int n = 0; n < 20; ++n) {
     publish(switch_states[1], command.sequence);
     EXPECT_TRUE(read().plausible) << n;
@@ -174,14 +174,14 @@ TEST_F(UdpLinkTest, ADriveWhoseCommandsGetLostTripsThoughMeasurementsCome) {
     drive->write(v1);  // nobody takes it
     ++periods;
   }
-  EXPECT_EQ(periods, 1 + int(drive_parameters.silence_ns / period_ns));
+  EXPECT_EQ(periods, 1 + int(drive_parameters.pattern_timeout_ns / period_ns));
   EXPECT_TRUE(drive->state().unacknowledged());
   EXPECT_FALSE(drive->state().timed_out());
 }
 
 // The numbers that a plant had from an earlier drive are no answer to this one.
 TEST_F(UdpLinkTest, EachStartOfADriveHasNumbersOfItsOwn) {
-  CommandRecord command;
+  DrivePatternRecord command;
   for (int n = 0; n < 10; ++n) drive->write(open);
   ASSERT_TRUE(plant->take(command));
   const std::uint64_t before = command.sequence;
@@ -212,7 +212,7 @@ TEST_P(UdpLossTest, LostDatagramsAreMadeUpForByTheNextUpToSevenInARow) {
   publish(switch_states[2]);
   ASSERT_EQ(other.receive(std::as_writable_bytes(std::span{&datagram, 1})), sizeof datagram);
   ASSERT_TRUE(reception.accept(datagram.header, sizeof datagram, sizeof datagram, 0));
-  MeasurementAssembler assembler{{.stale_ns = 1'000'000'000}};
+  MeasurementAssembler assembler{{.measurement_timeout_ns = 1'000'000'000}};
   // What the drive had before.
   MeasurementRecord first = datagram.records[0];
   first.sequence = 1;
@@ -224,7 +224,7 @@ TEST_P(UdpLossTest, LostDatagramsAreMadeUpForByTheNextUpToSevenInARow) {
   const Measurement<double> m = assembler.take(0);
   EXPECT_EQ(m.plausible, lost <= 7);
   if (lost <= 7) {
-    EXPECT_EQ(m.acted.duration_ns(), std::int64_t{lost + 1} * period_ns) << "nothing is missing";
+    EXPECT_EQ(m.applied.duration_ns(), std::int64_t{lost + 1} * period_ns) << "nothing is missing";
   }
 }
 

@@ -38,7 +38,7 @@ template class ExactIntegrator<DrivePlant<double, EnergyMeter<double>>>;
 template class SimulatedDriveIo<DrivePlant<double, EnergyMeter<double>>,
                                 SegmentLog<DrivePlant<double, EnergyMeter<double>>>>;
 template class RecordRing<MeasurementRecord, LinkMemory::ring_capacity>;
-template class SequenceCell<CommandRecord>;
+template class SequenceCell<DrivePatternRecord>;
 
 namespace {
 

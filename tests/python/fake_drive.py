@@ -72,7 +72,7 @@ class FakeDrive:
         torque = last.get("TorqueRequest", 0.0) if self.state == "TORQUE" else 0.0
         status = {
             "TorqueEstimated": torque,
-            "TorqueAdmitted": torque,
+            "TorqueReference": torque,
             "DriveState": self.state,
             "Lockout": int(self.state in ("STANDBY", "FAULT")),
             "CommandCounter": last.get("Counter", 15),

@@ -19,7 +19,7 @@ SLOW = ("plant.u_dc_v=200",)
 PERIOD_US = 250
 # So wide that a machine that stands still does not trip either side: silence is a second without a sign of life.
 SILENCE_MS = 1000
-WIDE_GATE = ("gate.timeout_ms=10000", "gate.lost_ms=60000")
+WIDE_GATE = ("command.timeout_ms=10000", "command.lost_ms=60000")
 WATCHDOG_MS = 60000
 PATIENCE_S = 60.0  # a wait ends as soon as what it waits for is there
 CONTROL_THREAD = "sextant-control"
@@ -77,7 +77,7 @@ class Side(ProgramProcess):
 
 def plant_side(link: str, folder: Path, *settings: str) -> Side:
     shaft = ("load.kind=imposed_speed", "load.speed_rad_s.value=5")
-    wide = (f"hil.silence_ms={SILENCE_MS}",)
+    wide = (f"hil.pattern_timeout_ms={SILENCE_MS}",)
     own = (f"hil.link={link}", f"period_us={PERIOD_US}", *wide, *SLOW, *shaft, *settings)
     return Side("sextant-plant", PLANT, folder, own)
 
@@ -88,8 +88,8 @@ def drive_side(link: str, bus: str, domain: int, folder: Path, *settings: str) -
         f"can.bus={bus}",
         f"dds.domain={domain}",
         f"drive.period_us={PERIOD_US}",
-        f"hil.silence_ms={SILENCE_MS}",
-        f"hil.stale_ms={SILENCE_MS}",
+        f"hil.pattern_timeout_ms={SILENCE_MS}",
+        f"hil.measurement_timeout_ms={SILENCE_MS}",
         f"hil.missing_periods={SILENCE_MS * 1000 // PERIOD_US}",
         f"realtime.watchdog_ms={WATCHDOG_MS}",
         *WIDE_GATE,
@@ -108,14 +108,14 @@ class Opening(NamedTuple):
 
 
 def openings(plant_text: str, cause: str) -> list[Opening]:
-    """Each time that closed gates opened for that cause. A plant that has had no drive yet says it in other words."""
-    pattern = rf"gates stay open since ([\d.]+) s: {cause}; last pattern at ([\d.]+) s, .* seen at ([\d.]+) s"
+    """Each time that closed gates turned off for that cause. A plant that has had no drive yet says it in other words."""
+    pattern = rf"gates stay off since ([\d.]+) s: {cause}; last pattern at ([\d.]+) s, .* seen at ([\d.]+) s"
     return [Opening(*(round(float(x) * 1e9) for x in found)) for found in re.findall(pattern, plant_text)]
 
 
 def opening_after(plant: Side, cause: str, before: int) -> Opening:
     """The first opening for that cause beside those `before` it, once there is one."""
-    plant.wait_until(lambda text: len(openings(text, cause)) > before, f"that the gates open because {cause}")
+    plant.wait_until(lambda text: len(openings(text, cause)) > before, f"that the gates turn off because {cause}")
     return openings(plant.text(), cause)[before]
 
 

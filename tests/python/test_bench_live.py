@@ -62,14 +62,14 @@ def test_a_body_is_judged_beside_the_empty_loop_of_its_round(
 
     def loop(*_: object, **options: float) -> dict:
         asked.append(options)
-        return {"body": histogram_json(200)}
+        return {"execution": histogram_json(200)}
 
     step = {"run_type": "iteration", "run_name": "peer_loop/fixed", "cpu_time": 100.0, "time_unit": "ns"}
-    monkeypatch.setattr(live_runs, "ecu", lambda *_, **__: {"body": histogram_json(ours_ns)})
+    monkeypatch.setattr(live_runs, "ecu", lambda *_, **__: {"execution": histogram_json(ours_ns)})
     monkeypatch.setattr(live_runs, "empty_loop", loop)
     monkeypatch.setattr(Lab, "google", lambda *_, **__: GoogleResult({"benchmarks": [step]}))
     own = live.LiveLab(Lab(out=tmp_path))
-    judged, *published = measured("body", own.body).values()
+    judged, *published = measured("execution", own.execution).values()
     assert judged.verdict == verdict
     assert f"{ours_ns} ns / (200 + 100 ns)" in judged.note
     assert [figure.verdict for figure in published] == [PUBLISHED] * 3
@@ -157,7 +157,7 @@ def told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, **answer: object) -> d
     """What `commanded` makes of the last line of a run, and of what it left."""
 
     def run(*_: object) -> str:
-        (tmp_path / "one.json").write_text('{"body": 1}')
+        (tmp_path / "one.json").write_text('{"execution": 1}')
         (tmp_path / "one.cyclictest").write_text("   0:       0:      7\n   0:       1:     9\n")
         return "something else\n" + json.dumps({"where": "native", "refused": ""} | answer)
 
@@ -168,7 +168,7 @@ def told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, **answer: object) -> d
 
 def test_a_run_tells_why_there_is_no_timing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     timing = told(monkeypatch, tmp_path)
-    assert (timing["body"], timing["reference"].counts) == (1, {7: 1, 9: 1})
+    assert (timing["execution"], timing["reference"].counts) == (1, {7: 1, 9: 1})
     with pytest.raises(NotMeasurableError, match="SCHED_FIFO is refused"):
         told(monkeypatch, tmp_path, refused="SCHED_FIFO is refused here")
 
@@ -178,7 +178,7 @@ def test_without_rights_nothing_is_measured(monkeypatch: pytest.MonkeyPatch, tmp
     lab = Lab(out=tmp_path)
     monkeypatch.setattr(lab, "run", lambda *_, **__: pytest.fail("it ran all the same"))
     own = live.LiveLab(lab)
-    parts = {"wake-ups": own.wakes, "body": own.body, "spin mode": own.spin}
+    parts = {"wake-ups": own.wakes, "execution": own.execution, "spin mode": own.spin}
     for name, part in (parts | {"gates of a killed drive": lambda: gates.killed(lab)}).items():
         for figure in measured(name, part).values():
             assert (figure.verdict, figure.note) == (NOT_MEASURED, "SCHED_FIFO is refused here")
@@ -206,7 +206,7 @@ def test_a_refusal_of_cyclictest_is_not_measured(
 
 @pytest.mark.parametrize(
     ("error", "verdict"),
-    [(NotMeasurableError("no bus"), NOT_MEASURED), (UserError("it failed"), MISSED), (KeyError("body"), MISSED)],
+    [(NotMeasurableError("no bus"), NOT_MEASURED), (UserError("it failed"), MISSED), (KeyError("execution"), MISSED)],
 )
 def test_a_part_that_fails_shows_all_its_figures_so(error: Exception, verdict: str) -> None:
     def part() -> gates.Values:
@@ -247,16 +247,16 @@ def test_page_faults_without_locked_memory_are_not_measured(tmp_path: Path) -> N
 def test_every_miss_needs_its_gap(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     timing = {
         "wake_latency": histogram_json(1),
-        "misses_without_gap": 1,
+        "overruns_without_gap": 1,
         "overruns": 3,
-        "misses_by_cause": {"machine stopped us": 2, "own body": 1},
+        "overruns_by_cause": {"machine stopped us": 2, "own execution": 1},
         "periods": 97,
-        "periods_skipped": 3,
+        "periods_missed": 3,
     }
     monkeypatch.setattr(live_runs, "ecu", lambda *_, **__: timing)
     own, misses, share = measured("spin mode", live.LiveLab(Lab(out=tmp_path)).spin).values()
     assert own.verdict == MISSED
-    assert "3 misses; machine stopped us: 2, own body: 1" in own.note
+    assert "3 misses; machine stopped us: 2, own execution: 1" in own.note
     assert (misses.value, share.value) == (3, 3.0)
 
 
@@ -265,8 +265,8 @@ def test_the_worst_period_with_cvode_is_shown(monkeypatch: pytest.MonkeyPatch, t
 
     def run(_: Lab, *arguments: object) -> dict:
         asked.extend(arguments)
-        body = histogram_json(2_000, 3_000, 26_000, 31_000)
-        return {"body": body, "periods": 95, "periods_skipped": 5, "ended_early": ""}
+        execution = histogram_json(2_000, 3_000, 26_000, 31_000)
+        return {"execution": execution, "periods": 95, "periods_missed": 5, "ended_early": ""}
 
     monkeypatch.setattr(live_runs, "commanded", run)
     own = live.LiveLab(Lab(out=tmp_path))
@@ -279,11 +279,11 @@ def test_the_worst_period_with_cvode_is_shown(monkeypatch: pytest.MonkeyPatch, t
 
 def test_openings_are_read_by_their_cause() -> None:
     text = (
-        "01:00 warning gates stay open since 12.500100 s: the drive is silent; last pattern at 12.499850 s, 0.250 ms"
+        "01:00 warning gates stay off since 12.500100 s: the drive has timed out; last pattern at 12.499850 s, 0.250 ms"
         " before, seen at 12.505000 s\n"
-        "01:00 warning gates stay open since 13.000000 s: the gate-enable line is off; last pattern at 12.999000 s,"
+        "01:00 warning gates stay off since 13.000000 s: the gate-enable line is off; last pattern at 12.999000 s,"
         " 1.000 ms before, seen at 13.000250 s\n"
-        "gates are open as from the start: the drive is silent\n"
+        "gates are off as from the start: the drive has timed out\n"
     )
     assert gates.openings_ns(text, gates.SILENT) == [(12_500_100_000, 12_505_000_000)]
     assert gates.openings_ns(text, gates.LINE_OFF) == [(13_000_000_000, 13_000_250_000)]

@@ -1,6 +1,6 @@
-"""The plant in a process of its own: each side starts first, dies and comes back, and the gates open.
+"""The plant in a process of its own: each side starts first, dies and comes back, and the gates turn off.
 
-Silence is a second here, the watchdog's time a minute. That the gates open within the shipped times is claimed where
+Silence is a second here, the watchdog's time a minute. That the gates turn off within the shipped times is claimed where
 time is the test's own (tests/hil) and measured by scripts/bench.
 """
 
@@ -36,7 +36,7 @@ from vehicle import Vehicle
 TORQUE_NM = 10.0
 MEANT = pytest.approx(TORQUE_NM, abs=4.0)
 SOON_WATCHDOG = f"realtime.watchdog_ms={SILENCE_MS}"
-SILENT = "the drive is silent"
+SILENT = "the drive has timed out"
 LINE_OFF = "the gate-enable line is off"
 JOINED = "a drive has joined the lockstep"
 
@@ -69,12 +69,12 @@ def test_drive_first_then_torque_then_plant_killed_and_back(
             torque_nm = np.median(at_torque(record, vehicle, TORQUE_NM).torque_mean_nm)
             print(f"torque {torque_nm:.2f} N·m of {TORQUE_NM} N·m")
             assert torque_nm == MEANT
-            silences, answers = (drive.text().count(f"the plant {does}") for does in ("is silent", "answers"))
+            silences, answers = (drive.text().count(f"the plant {does}") for does in ("has timed out", "answers"))
             plant.kill()
             wait_for_fault(record, MEASUREMENT_INVALID)
             assert record.states[-1].first_fault == MEASUREMENT_INVALID
             assert record.states[-1].reason.startswith("MEASUREMENT_INVALID")
-            drive.wait_for("the plant is silent", count=silences + 1)
+            drive.wait_for("the plant has timed out", count=silences + 1)
         with plant_side(link, tmp_path):
             drive.wait_for("the plant answers", count=answers + 1)
             bring_up(record, vehicle, TORQUE_NM)
@@ -92,7 +92,7 @@ def test_killed_drive_opens_the_gates_and_comes_back_locked_out(
             before = len(openings(plant.text(), SILENT))
             drive.kill()
             opening = opening_after(plant, SILENT, before)
-        # The gates are open before the drive is given up: a pattern that is not renewed acts no longer.
+        # The gates are off before the drive is given up: a pattern that is not renewed acts no longer.
         assert opening.pattern_ns <= opening.opened_ns <= opening.seen_ns
         assert opening.seen_ns - opening.opened_ns >= 0.5 * SILENCE_MS * 1e6
         # The vehicle goes on demanding torque; a new drive must not follow before it has seen a disable.
@@ -132,7 +132,7 @@ def test_watchdog_opens_the_gates_while_the_control_thread_hangs(
     link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     """The plant is told to wait long for patterns, so that only the drive's own watchdog can open its gates."""
-    patient = ("hil.silence_ms=60000", "plant.hold_periods=1000000")
+    patient = ("hil.pattern_timeout_ms=60000", "plant.hold_periods=1000000")
     with (
         plant_side(link, tmp_path, *patient) as plant,
         drive_side(link, bus_address, domain, tmp_path, SOON_WATCHDOG) as drive,
@@ -311,7 +311,7 @@ def test_a_run_in_virtual_time_ends_with_its_plant(link: str, bus_address: str, 
 def test_a_drive_that_stood_still_for_less_than_its_watchdog_does_not_go_on(
     link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
-    """Neither its watchdog nor the command gate has seen anything; the plant has given it up meanwhile."""
+    """Neither its watchdog nor the command supervision has seen anything; the plant has given it up meanwhile."""
     with (
         plant_side(link, tmp_path) as plant,
         drive_side(link, bus_address, domain, tmp_path) as drive,

@@ -2,7 +2,7 @@
 
 The middle namespace holds a relay that drops, delays and swaps datagrams by a seed, because not every kernel has
 netem. Who is not root cannot make namespaces; tests that need them are then skipped, aloud.
-How soon the gates open after a cut is measured by scripts/bench.
+How soon the gates turn off after a cut is measured by scripts/bench.
 """
 
 import json
@@ -34,8 +34,8 @@ TORQUE_NM = 10.0
 PERIOD_US = 500
 RELAY = ROOT / "tests" / "python" / "datagram_relay.py"
 PLANT_PORT = 47811  # in a namespace of its own
-SILENT = "the drive is silent"
-DEAF = "the plant does not take the drive's patterns"
+SILENT = "the drive has timed out"
+DEAF = "the plant does not acknowledge the drive's patterns"
 
 
 def free_ports(count: int) -> list[int]:
@@ -215,12 +215,12 @@ def test_a_cut_wire_opens_the_gates_and_trips_the_drive_and_both_come_back(
         vehicle.demand()
         drive.wait_for("the plant answers")
         at_torque(record, vehicle, TORQUE_NM, 0.1)
-        silences, answers = (drive.text().count(f"the plant {does}") for does in ("is silent", "answers"))
+        silences, answers = (drive.text().count(f"the plant {does}") for does in ("has timed out", "answers"))
         before = len(openings(plant.text(), SILENT))
         network.cut()
         opening_after(plant, SILENT, before)
         record.wait_for_state("FAULT")
-        drive.wait_for("the plant is silent", count=silences + 1)
+        drive.wait_for("the plant has timed out", count=silences + 1)
         network.mend()
         drive.wait_for("the plant answers", count=answers + 1)
         bring_up(record, vehicle, TORQUE_NM)

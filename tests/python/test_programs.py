@@ -188,10 +188,10 @@ def test_cvode_without_slack_is_warned_of(live: tuple[str, ...]) -> None:
 
 
 BAD_SETTINGS = [
-    ("gate.torque_limit_nm=-4", ["gate.torque_limit_nm", "got -4"]),
-    ("gate.torque_limit_nm=nan", ["gate.torque_limit_nm", "got nan"]),
-    ("gate.torque_limit_nm=plenty", ["gate.torque_limit_nm", "a number", "plenty"]),
-    ("gate.nonsense=4", ["gate.nonsense", "unknown key"]),
+    ("command.torque_limit_nm=-4", ["command.torque_limit_nm", "got -4"]),
+    ("command.torque_limit_nm=nan", ["command.torque_limit_nm", "got nan"]),
+    ("command.torque_limit_nm=plenty", ["command.torque_limit_nm", "a number", "plenty"]),
+    ("command.nonsense=4", ["command.nonsense", "unknown key"]),
     ("nonsense", ["key=value", '"nonsense"']),
     ("=", ["key=value"]),
     ("", ["key=value"]),

@@ -145,14 +145,14 @@ def write_run(folder: Path) -> tuple[Path, Path]:
         for name, values in signals.items():
             file[name] = values
     sent = [{"t_ns": t, "torque_nm": 20.0 if t >= 10**9 else 0.0, "enable": True} for t in range(0, 3 * 10**9, 10**7)]
-    log = {"period_ms": 10.0, "skipped_periods": 0, "commands": sent}
+    log = {"period_ms": 10.0, "missed_periods": 0, "commands": sent}
     (folder / "commands.json").write_text(json.dumps(log))
     return folder / "commands.json", folder / "recording.h5"
 
 
 def test_report_of_a_known_run(tmp_path: Path) -> None:
     commands, recording = write_run(tmp_path)
-    statistics = {"periods_skipped": 4, "periods": 120000, "overruns": 2}
+    statistics = {"periods_missed": 4, "periods": 120000, "overruns": 2}
     table = dict(
         demo_report.rows(demo_report.load_commands(commands), demo_report.load_recording(recording), statistics)
     )

@@ -10,7 +10,7 @@ METRICS = {"torque_bias_nm": -4.25, "response_time_ms": None}
 HELD = {"metric": "torque_bias_nm", "limit": {"min": -5.0}, "value": -4.25, "pass": True}
 MISSED = {"metric": "torque_bias_nm", "limit": {"min": -3.0, "max": 1.0}, "value": -4.25, "pass": False}
 WITHOUT = {"metric": "response_time_ms", "limit": {"max": 5.0}, "value": None, "pass": False}
-TRIPPED = "sextant-mil: reversal: the drive tripped with over_current at 0.1 s; see [protection] and [gate]\n"
+TRIPPED = "sextant-mil: reversal: the drive tripped with over_current at 0.1 s; see [protection] and [command]\n"
 
 
 def summary(*rows: dict) -> dict:
@@ -25,7 +25,7 @@ def summary(*rows: dict) -> dict:
          ("expect_failed", "torque_bias_nm is -4.25, expected min -3 and max 1")),
         (1, "", summary(WITHOUT), ("expect_failed", "response_time_ms is no value, expected max 5")),
         (1, TRIPPED, summary(MISSED),
-         ("failed", "reversal: the drive tripped with over_current at 0.1 s; see [protection] and [gate]")),
+         ("failed", "reversal: the drive tripped with over_current at 0.1 s; see [protection] and [command]")),
         (1, "", summary(HELD), ("failed", "sextant-mil left exit status 1 and no reason")),
         (2, "sextant-mil: --set: a: bad\n--set: b: bad\n", None, ("failed", "--set: a: bad; --set: b: bad")),
         (0, "", None, ("failed", "sextant-mil left no summary and exit status 0")),

@@ -98,7 +98,7 @@ def test_the_shipped_drive_follows_the_profile_of_the_demo(tmp_path: Path) -> No
 def test_a_long_ramp_to_zero_has_its_time(tmp_path: Path) -> None:
     profile = tmp_path / "profile.csv"
     profile.write_text("time_s,torque_nm\n0,15\n20,15\n", encoding="utf-8")
-    settings = ("--set", "gate.zero_ramp_ms=5000", "--duration", "0.5")
+    settings = ("--set", "command.zero_ramp_ms=5000", "--duration", "0.5")
     report = run("--profile", profile, "--telemetry-out", tmp_path / "run.csv", *settings)
     assert "left in TORQUE, 0 faults" in report
     last = telemetry(tmp_path / "run.csv")[-1]

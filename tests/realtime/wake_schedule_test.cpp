@@ -23,7 +23,7 @@ TEST(WakeSchedule, FollowsTheTable) {
       {201'001, {201'000, 1, 0}, 301'000},               // a little late
       {400'999, {301'000, 99'999, 0}, 401'000},          // one nanosecond short of a whole wake period
       {401'000, {401'000, 0, 0}, 501'000},               // caught up
-      {601'000, {601'000, 100'000, 4}, 701'000},         // exactly one wake period late: one is skipped
+      {601'000, {601'000, 100'000, 4}, 701'000},         // exactly one wake period late: one is missed
       {1'033'000, {1'001'000, 332'000, 12}, 1'101'000},  // three whole ones and a part
       {1'100'000, {1'101'000, 0, 0}, 1'201'000},  // early by the clock's rounding: not a negative latency
   };
@@ -78,8 +78,8 @@ TEST(WakeSchedule, KeepsPhaseAndAccountsForEveryPeriodWhateverTheLatency) {
       ASSERT_LE(wake.deadline_ns, now_ns);
       ASSERT_GT(wake.deadline_ns + parameters.wake_period_ns(), now_ns);
       const auto run = static_cast<std::int64_t>(schedule.counters().wakes) * parameters.wake_every_periods;
-      const auto skipped = static_cast<std::int64_t>(schedule.counters().periods_missed);
-      ASSERT_EQ((run + skipped) * parameters.period_ns, wake.deadline_ns - origin_ns);
+      const auto missed = static_cast<std::int64_t>(schedule.counters().periods_missed);
+      ASSERT_EQ((run + missed) * parameters.period_ns, wake.deadline_ns - origin_ns);
     }
     EXPECT_GT(schedule.counters().overruns, 0U);
   }

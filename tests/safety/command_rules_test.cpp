@@ -14,7 +14,7 @@ struct CommandRules : testing::Test {
   CommandActions evaluate_period() { return evaluate<period_rules<>>(facts(), limits); }
   [[nodiscard]] CommandFacts<> facts() const {
     return {
-        .command = command, .age_ns = age_ns, .is_new = is_new, .wind_down = wind_down, .blocked = blocked};
+        .command = command, .age_ns = age_ns, .is_new = is_new, .zero_requested = zero_requested, .blocked = blocked};
   }
   [[nodiscard]] static FaultSet only(Fault f) {
     FaultSet set;
@@ -26,7 +26,7 @@ struct CommandRules : testing::Test {
   TorqueCommand<> command{.torque = 20, .torque_limit = 100, .enable = true, .e2e = E2eState::valid};
   std::int64_t age_ns{0};
   bool is_new{true};
-  bool wind_down{false};
+  bool zero_requested{false};
   std::uint32_t blocked{0};
 };
 
@@ -77,7 +77,7 @@ TEST_F(CommandRules, ANewEnableBeyondTheTorqueLimitHolds) {
 }
 
 TEST_F(CommandRules, WindingDownRamps) {
-  wind_down = true;
+  zero_requested = true;
   EXPECT_TRUE(evaluate_period().ramp);
 }
 

@@ -45,7 +45,7 @@ class ControlThread {
  private:
   static RigParameters make_parameters(IntegratorKind integrator) {
     RigParameters p = RigParameters::at_speed(30.0, integrator);
-    p.drive.gate.lost_ns = 1'000'000'000;
+    p.drive.command.lost_ns = 1'000'000'000;
     return p;
   }
 

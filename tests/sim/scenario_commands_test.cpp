@@ -60,7 +60,7 @@ TEST(ScenarioCommands, TheHandShakeBringsADriveToTorqueAtTimeZero) {
   DirectTorqueController<double> controller{{}};
   Drive<double> drive{{}, controller};
   const auto step = [&](std::int64_t k) {
-    const Measurement<double> m{.u_dc = 530.0, .acted = {gates_off, period_ns}};
+    const Measurement<double> m{.u_dc = 530.0, .applied = {gates_off, period_ns}};
     return drive.step(k * period_ns, m, commands.latest(k * period_ns));
   };
   for (std::int64_t k = -hand_shake; k < 0; ++k) EXPECT_EQ(step(k).telemetry.torque_reference, 0.0);

@@ -75,9 +75,9 @@ MechanicalLoad::Parameters load_torque_steps() {
 TEST(SimulatedDriveIo, GatesAreOffAtStartAndThePlantStaysAtRest) {
   PhysicalIo x;
   const Measurement<> first = x.io.read(0);
-  EXPECT_EQ(first.acted.duration_ns(), 0);
+  EXPECT_EQ(first.applied.duration_ns(), 0);
   const Measurement<> second = x.io.read(period_ns);
-  EXPECT_EQ(second.acted, (GatePattern{gates_off, period_ns}));
+  EXPECT_EQ(second.applied, (GatePattern{gates_off, period_ns}));
   EXPECT_EQ(second.i_abc, ThreePhase<double>{});
   EXPECT_EQ(second.omega_m, 0.0);
   EXPECT_TRUE(second.plausible);
@@ -101,18 +101,18 @@ TEST(SimulatedDriveIo, ActuationDelayDecidesInWhichPeriodAPatternActs) {
   for (const int delay : {0, 1}) {
     SCOPED_TRACE(delay);
     RecordedIo x{{.actuation_delay_periods = delay}};
-    std::vector<SwitchState> acted;
+    std::vector<SwitchState> applied;
     for (std::size_t k = 0; k <= written.size(); ++k) {
       const Measurement<> m = x.io.read(std::int64_t(k) * period_ns);
-      if (k > 0) acted.push_back(m.acted.last_state());
+      if (k > 0) applied.push_back(m.applied.last_state());
       if (k < written.size()) x.io.write(vector(written[k]));
     }
     const std::vector<SwitchState> without{switch_states[1], switch_states[2], switch_states[3],
                                            switch_states[4]};
     const std::vector<SwitchState> with{gates_off, switch_states[1], switch_states[2], switch_states[3]};
-    EXPECT_EQ(acted, delay == 0 ? without : with);
-    ASSERT_EQ(x.integrator.calls.size(), acted.size());
-    for (std::size_t k = 0; k < acted.size(); ++k) EXPECT_EQ(x.integrator.calls[k].state, acted[k]);
+    EXPECT_EQ(applied, delay == 0 ? without : with);
+    ASSERT_EQ(x.integrator.calls.size(), applied.size());
+    for (std::size_t k = 0; k < applied.size(); ++k) EXPECT_EQ(x.integrator.calls[k].state, applied[k]);
   }
 }
 
@@ -125,7 +125,7 @@ TEST(SimulatedDriveIo, APatternThatIsNotRenewedHoldsAndThenTheGatesOpen) {
     pattern.append({switch_states[1], 15'000});
     x.io.write(pattern);
     const Measurement<> m = x.io.read(10 * period_ns);
-    const auto segments = m.acted.segments();
+    const auto segments = m.applied.segments();
     ASSERT_EQ(segments.size(), 3U);
     EXPECT_EQ(segments[0], (GateSegment{switch_states[2], 10'000}));
     EXPECT_EQ(segments[1], (GateSegment{switch_states[1], hold * period_ns - 10'000}));
@@ -154,7 +154,7 @@ TEST(SimulatedDriveIo, ActedCoversExactlyTheTimeThatPassedAndIsWhatThePlantSaw) 
       t += elapsed;
       x.integrator.calls.clear();
       const Measurement<> m = x.io.read(t);
-      ASSERT_EQ(m.acted.duration_ns(), elapsed) << "read " << n;
+      ASSERT_EQ(m.applied.duration_ns(), elapsed) << "read " << n;
       ASSERT_TRUE(m.plausible) << "read " << n;
       std::int64_t integrated = 0;
       for (const auto& call : x.integrator.calls) integrated += call.duration_ns;
@@ -170,7 +170,7 @@ TEST(SimulatedDriveIo, APatternOfSeveralSegmentsActsInItsOrder) {
   for (const std::size_t n : {1U, 2U, 7U}) pattern.append({switch_states[n], n == 7U ? 5'000 : 10'000});
   x.io.write(pattern);
   const Measurement<> m = x.io.read(period_ns);
-  EXPECT_EQ(m.acted, pattern);
+  EXPECT_EQ(m.applied, pattern);
   ASSERT_EQ(x.integrator.calls.size(), 3U);
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_EQ(x.integrator.calls[k].state, pattern.segments()[k].state);

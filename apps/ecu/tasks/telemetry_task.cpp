@@ -23,11 +23,11 @@ void fill_durations(RealTimeSample& sample, const TimingHistograms& histograms) 
   sample.wake_latency_p99_99_us = us(latency.p99_99_ns);
   sample.wake_latency_max_us = us(latency.max_ns);
   const LatencySummary execution = histograms.execution.summary();
-  sample.body_p50_us = us(execution.p50_ns);
-  sample.body_p99_us = us(execution.p99_ns);
-  sample.body_p99_9_us = us(execution.p99_9_ns);
-  sample.body_p99_99_us = us(execution.p99_99_ns);
-  sample.body_max_us = us(execution.max_ns);
+  sample.execution_p50_us = us(execution.p50_ns);
+  sample.execution_p99_us = us(execution.p99_ns);
+  sample.execution_p99_9_us = us(execution.p99_9_ns);
+  sample.execution_p99_99_us = us(execution.p99_99_ns);
+  sample.execution_max_us = us(execution.max_ns);
   for (std::size_t i = 0; i < stage_count; ++i) {
     const LatencySummary stage = histograms.stages[i].summary();
     sample.stages[i] = {us(stage.p50_ns), us(stage.p99_9_ns), us(stage.max_ns)};
@@ -92,7 +92,7 @@ void TelemetryTask::publish_timeout(std::int64_t now_ns) {
   next_timeout_ns_ = now_ns + repeat_ns;
   const std::int64_t absence_ns = now_ns - shared_.heartbeat_ns.load(std::memory_order_acquire);
   publish_state(status_of_timed_out_drive(newest_),
-                fmt::format("WATCHDOG: control thread silent for {} ms", absence_ns / 1'000'000));
+                fmt::format("WATCHDOG: control thread without a wake-up for {} ms", absence_ns / 1'000'000));
   any_published_ = false;  // its next record is published whatever was published before
 }
 
@@ -151,10 +151,10 @@ RealTimeSample TelemetryTask::sample() const {
       .wait = parameters_.wait,
       .policy = parameters_.policy,
       .periods = last.periods,
-      .periods_skipped = last.periods_missed,
+      .periods_missed = last.periods_missed,
       .overruns = last.overruns,
-      .misses = timing_.causes(),
-      .misses_without_gap = timing_.without_gap(),
+      .overruns_by_cause = timing_.causes(),
+      .overruns_without_gap = timing_.without_gap(),
       .gaps = timing_.gaps(),
       .longest_gap_us = us(timing_.interval().longest_gap_ns),
       .page_faults = scheduler.minor_faults + scheduler.major_faults,

@@ -26,7 +26,7 @@ class CanReport {
   /// Hands over what has come since the last time; `wake` is the newest wake-up.
   void hand_over(const WakeRecord& wake) {
     shared_.real_time.store({.periods_missed = wake.periods_missed,
-                             .worst_loop_time = double(worst_execution_ns_) * 1e-9,
+                             .worst_execution_time = double(worst_execution_ns_) * 1e-9,
                              .worst_wake_latency = double(worst_latency_ns_) * 1e-9,
                              .telemetry_dropped = shared_.telemetry.dropped()});
     worst_execution_ns_ = 0;

@@ -94,14 +94,14 @@ void write_timing(const std::string& file, const TimingStatistics& statistics,
     stages[to_string(static_cast<Stage>(i))] = to_json(total.stages[i]);
   }
   const nlohmann::json timing{{"periods", last.periods},
-                              {"periods_skipped", last.periods_missed},
+                              {"periods_missed", last.periods_missed},
                               {"overruns", last.overruns},
-                              {"misses_by_cause", causes},
-                              {"misses_without_gap", statistics.without_gap()},
+                              {"overruns_by_cause", causes},
+                              {"overruns_without_gap", statistics.without_gap()},
                               {"gaps", statistics.gaps()},
                               {"longest_gap_ns", total.longest_gap_ns},
                               {"wake_latency", to_json(total.latency)},
-                              {"body", to_json(total.execution)},
+                              {"execution", to_json(total.execution)},
                               {"command_to_gate", to_json(total.command_to_gate)},
                               {"command_hand_over", to_json(hand_over)},
                               {"stages", stages}};

@@ -140,7 +140,7 @@ void VirtualRun::run() {
   before_shutdown_ = ecu_.telemetry();
   before_shutdown_ns_ = clock_.now_ns();
   ecu_.shut_down();
-  const std::int64_t limit_ns = config_.drive.drive.gate.zero_ramp_ns + shutdown_ns;
+  const std::int64_t limit_ns = config_.drive.drive.command.zero_ramp_ns + shutdown_ns;
   const std::int64_t deadline_ns = clock_.now_ns() + limit_ns;
   while (!ecu_.stopped() && timeline_.step(deadline_ns)) {
   }

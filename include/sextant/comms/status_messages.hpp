@@ -13,10 +13,10 @@ namespace sextant {
 /// MCU_TorqueStatus.
 struct TorqueStatus {
   double torque{};                                ///< by the drive's estimator [N·m]
-  double torque_admitted{};                       ///< what the command gate let through [N·m]
+  double torque_reference{};                       ///< output of the command supervision [N·m]
   DriveState state{DriveState::init};             ///< state of the drive
   bool lockout{true};                             ///< a valid disable has yet to be seen
-  std::optional<std::uint8_t> command_counter{};  ///< of the command acted on; empty while none has come
+  std::optional<std::uint8_t> command_counter{};  ///< of the command in force; empty while none has come
 };
 
 /// MCU_Motion. The direction follows from the speed as it is sent.
@@ -39,7 +39,7 @@ enum class DeratingCause : std::uint8_t {
   voltage_limit = 2,
   temperature = 3,
   dc_link_limit = 4,
-  gates_open = 5  ///< GATES_OFF in the contract
+  gates_are_off = 5  ///< GATES_OFF in the contract
 };
 
 /// MCU_Capability.
@@ -69,7 +69,7 @@ struct LatchedFaults {
 /// MCU_RealTime.
 struct RealTimeReport {
   std::uint64_t periods_missed{};     ///< control periods missed since start [-]
-  double worst_loop_time{};           ///< longest execution time of a wake-up in the last second [s]
+  double worst_execution_time{};           ///< longest execution time of a wake-up in the last second [s]
   double worst_wake_latency{};        ///< largest wake-up latency in the last second [s]
   std::uint64_t telemetry_dropped{};  ///< control periods lost to telemetry since start [-]
 };

@@ -29,13 +29,13 @@ class FluxTorqueEstimator {
         sigma_l_s_{machine.sigma_l_s()},
         torque_gain_{T(1.5) * T(machine.pole_pairs)} {}
 
-  /// Takes the measurement at the end of a period and the pattern that acted over it.
+  /// Takes the measurement at the end of a period and the pattern that was applied over it.
   void step(const Measurement<T>& measurement) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
-    if (measurement.acted.is_driven()) {
+    if (measurement.applied.is_driven()) {
       coasting_ = false;
-      voltage_model_.step(measurement.acted, measurement.u_dc, i_s_before, i_s_);
+      voltage_model_.step(measurement.applied, measurement.u_dc, i_s_before, i_s_);
     } else {
       step_coasting(measurement, i_s_before);
     }
@@ -64,16 +64,16 @@ class FluxTorqueEstimator {
   void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s_before) noexcept {
     if (!coasting_) current_model_.set(current_model_.psi_r_from(psi_s(), i_s_before));
     coasting_ = true;
-    const T dt = T(measurement.acted.duration_ns()) * T(1e-9);
+    const T dt = T(measurement.applied.duration_ns()) * T(1e-9);
     const T omega_m = T(0.5) * (omega_m_ + measurement.omega_m);
     const T dying =
-        std::min(dt, driven_time(measurement.acted) + decay_time(measurement.u_dc, i_s_before, dt));
+        std::min(dt, driven_time(measurement.applied) + decay_time(measurement.u_dc, i_s_before, dt));
     if (dying > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, dying);
     if (dying < dt) current_model_.step(i_s_, omega_m, dt - dying);
     voltage_model_.set(current_model_.psi_s(i_s_));
   }
 
-  /// How much of dt the current of the last measurement lives on once the gates are open: the diodes put
+  /// How much of dt the current of the last measurement lives on once the gates are off: the diodes put
   /// about 2/3 u_dc against it. What is measured after a longer gap flows by then. All of dt where there is
   /// no link voltage, whatever the current. [s]
   [[nodiscard]] T decay_time(T u_dc, SpaceVector<T> i_s_before, T dt) const noexcept {
@@ -82,9 +82,9 @@ class FluxTorqueEstimator {
   }
 
   /// Time until the first leg opens. [s]
-  [[nodiscard]] static constexpr T driven_time(const GatePattern& acted) noexcept {
+  [[nodiscard]] static constexpr T driven_time(const GatePattern& applied) noexcept {
     std::int64_t t_ns = 0;
-    for (const GateSegment& segment : acted.segments()) {
+    for (const GateSegment& segment : applied.segments()) {
       if (!is_driven(segment.state)) break;
       t_ns += segment.duration_ns;
     }

@@ -7,7 +7,7 @@
 namespace sextant {
 
 /// Voltage model of the stator flux, ψ_s = ∫ (u_s − R_s i_s) dt (paper, 2.2.1 and Figure 2).
-/// Sampled: the voltage is exact, from the pattern that acted; the current is taken by the trapezoidal rule.
+/// Sampled: the voltage is exact, from the pattern that was applied; the current is taken by the trapezoidal rule.
 /// An open integrator: it forgets neither its initial value nor an error of R_s.
 template <class T = double>
 class VoltageModel {
@@ -19,12 +19,12 @@ class VoltageModel {
     return u_s - r_s_ * i_s;
   }
 
-  /// Advances ψ_s over the period in which `acted` was in force, at whose end i_s [A] and u_dc [V] were
+  /// Advances ψ_s over the period in which `applied` was in force, at whose end i_s [A] and u_dc [V] were
   /// measured and at whose beginning the current was i_s_before [A]. Every leg must have been driven.
-  constexpr void step(const GatePattern& acted, T u_dc, SpaceVector<T> i_s_before,
+  constexpr void step(const GatePattern& applied, T u_dc, SpaceVector<T> i_s_before,
                       SpaceVector<T> i_s) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_s_before + i_s);
-    for (const GateSegment& segment : acted.segments()) {
+    for (const GateSegment& segment : applied.segments()) {
       const T dt = T(segment.duration_ns) * T(1e-9);
       psi_s_ += dt * derivative(stator_voltage(segment.state, u_dc), i_mean);
     }

@@ -21,7 +21,7 @@ struct Telemetry {
   T psi_s_magnitude{};      ///< its magnitude [Wb]
   T torque{};               ///< estimated torque [N·m]
   T torque_requested{};     ///< the request as received [N·m]
-  T torque_reference{};     ///< what the command gate admitted [N·m]
+  T torque_reference{};     ///< output of the command supervision [N·m]
   T torque_motoring{};      ///< torque available now for motoring, magnitude [N·m]
   T torque_regenerating{};  ///< the same for regenerating [N·m]
   FaultSet active{};        ///< faults present in this period
@@ -29,10 +29,10 @@ struct Telemetry {
   std::uint32_t fault_total{};         ///< latched faults since start
   Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
   SwitchState switch_state{};          ///< state commanded at the end of the coming period
-  std::int64_t command_received_ns{};  ///< receive time of the command acted on [ns]
+  std::int64_t command_received_ns{};  ///< receive time of the command in force [ns]
   std::uint64_t command_sequence{};    ///< accepted frames so far; 0 while none has come
   std::uint32_t command_rejected{};    ///< frames dropped so far
-  std::uint8_t command_counter{};      ///< E2E counter of the command acted on
+  std::uint8_t command_counter{};      ///< E2E counter of the command in force
   std::uint8_t sector{};               ///< sector of the stator flux, 1…6; 0 without flux
   DriveState state{DriveState::init};
   bool lockout{true};  ///< a valid disable has yet to be seen

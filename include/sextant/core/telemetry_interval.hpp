@@ -17,7 +17,7 @@ struct TelemetryIntervalRecord {
   std::int64_t t_ns{};      ///< last control period of the interval [ns]
   std::uint32_t periods{};  ///< control periods in the interval [-]
   T torque_requested_nm{};  ///< as received, at t_ns [N·m]
-  T torque_reference_nm{};  ///< as admitted by the command gate, at t_ns [N·m]
+  T torque_reference_nm{};  ///< of the command supervision, at t_ns [N·m]
   T torque_mean_nm{};       ///< estimated torque [N·m]
   T torque_min_nm{};        ///< [N·m]
   T torque_max_nm{};        ///< [N·m]
@@ -37,7 +37,7 @@ struct TelemetryIntervalRecord {
   T power_w{};              ///< mean electrical power u_dc i_dc [W]
   DriveState state{DriveState::init};  ///< at t_ns
   std::uint8_t sector{};               ///< at t_ns, 1…6; 0 without flux
-  std::uint8_t command_counter{};      ///< E2E counter of the command acted on
+  std::uint8_t command_counter{};      ///< E2E counter of the command in force
   std::int64_t command_received_ns{};  ///< when that command was received [ns]
 };
 

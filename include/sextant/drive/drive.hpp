@@ -15,7 +15,7 @@
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/drive/torque_capability.hpp"
-#include "sextant/safety/command_gate.hpp"
+#include "sextant/safety/command_supervision.hpp"
 #include "sextant/safety/protection.hpp"
 
 namespace sextant {
@@ -27,7 +27,7 @@ struct DriveOutput {
   Telemetry<T> telemetry{};
 };
 
-/// The torque drive: protections, command gate, state machine and controller, once a control period.
+/// The torque drive: protections, command supervision, state machine and controller, once a control period.
 template <class T = double>
 class Drive {
  public:
@@ -36,7 +36,7 @@ class Drive {
     bool magnetise_first{false};     ///< wait in MAGNETISING until the flux stands, before torque [-]
     T magnetise_below_speed{T(5)};   ///< above it, torque starts without magnetising first [rad/s]
     std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
-    typename CommandGate<T>::Parameters gate{};
+    typename CommandSupervision<T>::Parameters command{};
     typename Protection<T>::Parameters protection{};
     typename TorqueCapability<T>::Parameters capability{};
 
@@ -46,7 +46,7 @@ class Drive {
         return "the speed below which to magnetise must not be below zero";
       }
       if (magnetise_timeout_ns <= 0) return "the time for magnetising must be above zero";
-      if (const char* problem = gate.validate()) return problem;
+      if (const char* problem = command.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
       return capability.validate();
     }
@@ -56,7 +56,7 @@ class Drive {
   Drive(const Parameters& parameters, Controller<T>& controller) noexcept
       : parameters_{parameters},
         controller_{controller},
-        gate_{parameters.gate},
+        supervision_{parameters.command},
         protection_{parameters.protection},
         capability_{parameters.capability} {}
 
@@ -72,35 +72,35 @@ class Drive {
     const FaultSet measured = protection_.step(measurement);
     const bool usable = !measured.test(Fault::measurement_invalid);
     const AvailableTorque<T> available = capability_.step(measurement.omega_m, measurement.u_dc);
-    const AdmittedCommand<T> admitted =
-        admit(request, t_ns, elapsed_ns, available.range(measurement.omega_m));
-    const bool flux_stands = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised;
-    const FaultSet missing_flux = evaluate_magnetising(flux_stands, elapsed_ns);
-    update_state(present_faults(measured, missing_flux, request, admitted), flux_stands, available.producible,
-                 request, admitted);
+    const SupervisedCommand<T> command =
+        supervise(request, t_ns, elapsed_ns, available.range(measurement.omega_m));
+    const bool flux_ready = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised;
+    const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
+    update_state(present_faults(measured, missing_flux, request, command), flux_ready, available.holds_zero_torque,
+                 request, command);
 
-    const T torque_reference = makes_torque(state_) ? admitted.torque : T(0);
+    const T torque_reference = makes_torque(state_) ? command.torque : T(0);
     const GatePattern pattern = control(measurement, usable, torque_reference);
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
     return {pattern,
-            telemetry(t_ns, measurement, i_dc, request, admitted, available, torque_reference, pattern)};
+            telemetry(t_ns, measurement, i_dc, request, command, available, torque_reference, pattern)};
   }
 
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
  private:
-  [[nodiscard]] AdmittedCommand<T> admit(const DriveRequest<T>& request, std::int64_t t_ns,
+  [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns,
                                          std::int64_t elapsed_ns, TorqueRange<T> available) noexcept {
-    // No torque is admitted ahead of the flux, so that it starts from zero and at its admitted rate.
+    // The reference stays zero until the flux is ready, so that torque starts from zero and at its rate.
     const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
-    return gate_.step(request.command, t_ns, T(elapsed_ns) * T(1e-9), available, hold_at_zero);
+    return supervision_.step(request.command, t_ns, T(elapsed_ns) * T(1e-9), available, hold_at_zero);
   }
 
   /// Flux that does not stand in time will not come: the estimate is wrong, or no current flows.
-  [[nodiscard]] FaultSet evaluate_magnetising(bool flux_stands, std::int64_t elapsed_ns) noexcept {
+  [[nodiscard]] FaultSet evaluate_magnetising(bool flux_ready, std::int64_t elapsed_ns) noexcept {
     FaultSet faults;
-    if (state_ != DriveState::magnetising || flux_stands) {
+    if (state_ != DriveState::magnetising || flux_ready) {
       magnetising_left_ns_ = parameters_.magnetise_timeout_ns;
     } else if (elapsed_ns >= magnetising_left_ns_) {
       faults.set(Fault::flux_lost);
@@ -118,43 +118,43 @@ class Drive {
     const ThreePhase<T>& now = measurement.i_abc;
     const ThreePhase<T> mean{T(0.5) * (before.a + now.a), T(0.5) * (before.b + now.b),
                              T(0.5) * (before.c + now.c)};
-    const GatePattern& acted = measurement.acted;
-    const bool is_gap = !acted.is_driven() && acted.duration_ns() > parameters_.period_ns;
-    return dc_link_current(acted, is_gap ? before : mean, is_gap ? now : mean);
+    const GatePattern& applied = measurement.applied;
+    const bool is_gap = !applied.is_driven() && applied.duration_ns() > parameters_.period_ns;
+    return dc_link_current(applied, is_gap ? before : mean, is_gap ? now : mean);
   }
 
   /// A fault of the command matters only while the gates are on; all others matter always.
   [[nodiscard]] FaultSet present_faults(FaultSet measured, FaultSet missing_flux,
                                         const DriveRequest<T>& request,
-                                        const AdmittedCommand<T>& admitted) const noexcept {
+                                        const SupervisedCommand<T>& command) const noexcept {
     FaultSet faults = measured;
     faults |= missing_flux;
     faults |= request.external;
-    if (gates_are_on(state_)) faults |= admitted.faults;
+    if (gates_are_on(state_)) faults |= command.faults;
     return faults;
   }
 
-  void update_state(FaultSet present, bool flux_stands, bool producible, const DriveRequest<T>& request,
-                    const AdmittedCommand<T>& admitted) noexcept {
+  void update_state(FaultSet present, bool flux_ready, bool holds_zero_torque, const DriveRequest<T>& request,
+                    const SupervisedCommand<T>& command) noexcept {
     faults_.step(present);
     const DriveConditions conditions{
         .trip = present.any(),
-        .fault_reset = admitted.fault_reset,
+        .fault_reset = command.fault_reset,
         .shutdown = request.shutdown,
-        .wound_down = admitted.torque == T(0),
-        .lockout = admitted.lockout,
-        .enable = admitted.enable,
-        .producible = producible,
-        .magnetised = flux_stands,
-        .derated = admitted.derated,
+        .at_zero = command.torque == T(0),
+        .lockout = command.lockout,
+        .enable = command.enable,
+        .holds_zero_torque = holds_zero_torque,
+        .magnetised = flux_ready,
+        .derated = command.derated,
     };
     const DriveState next = next_state(state_, conditions);
     if (next != state_ || next == DriveState::fault) enter(next);
   }
 
   void enter(DriveState next) noexcept {
-    if (next == DriveState::fault) gate_.lock();
-    if (next == DriveState::ready || next == DriveState::magnetising) gate_.restart();
+    if (next == DriveState::fault) supervision_.lock();
+    if (next == DriveState::ready || next == DriveState::magnetising) supervision_.restart();
     if (state_ == DriveState::fault && next == DriveState::standby) faults_.reset();
     state_ = next;
   }
@@ -177,7 +177,7 @@ class Drive {
   }
 
   [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement, T i_dc,
-                                       const DriveRequest<T>& request, const AdmittedCommand<T>& admitted,
+                                       const DriveRequest<T>& request, const SupervisedCommand<T>& command,
                                        AvailableTorque<T> available, T torque_reference,
                                        const GatePattern& pattern) const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
@@ -204,12 +204,12 @@ class Drive {
             .command_counter = request.command.counter,
             .sector = estimate.sector,
             .state = state_,
-            .lockout = admitted.lockout || state_ == DriveState::fault};
+            .lockout = command.lockout || state_ == DriveState::fault};
   }
 
   Parameters parameters_;
   Controller<T>& controller_;
-  CommandGate<T> gate_;
+  CommandSupervision<T> supervision_;
   Protection<T> protection_;
   TorqueCapability<T> capability_;
   FaultMemory faults_{};

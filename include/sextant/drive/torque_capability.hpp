@@ -16,7 +16,7 @@ template <class T = double>
 struct AvailableTorque {
   T motoring{};            ///< [N·m]
   T regenerating{};        ///< magnitude [N·m]
-  bool producible{false};  ///< the machine can be held at zero torque, so that the gates may be on
+  bool holds_zero_torque{false};  ///< the machine can be held at zero torque, so that the gates may be on
 
   /// The torques that may be asked for at this speed [rad/s], of which the sign tells what motoring is.
   [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {
@@ -89,9 +89,9 @@ class TorqueCapability {
   /// What is available now, at mechanical speed omega_m [rad/s] and link voltage u_dc [V]; nothing while one
   /// of them is no number. Once nothing was, the speed has to fall, or the voltage to rise, by `reentry`.
   [[nodiscard]] AvailableTorque<T> step(T omega_m, T u_dc) noexcept {
-    const T spare = producible_ ? T(0) : parameters_.reentry;
-    producible_ = holds_zero(emf(omega_m), limit(u_dc, parameters_.voltage_use - spare));
-    return producible_ ? at(omega_m, u_dc) : AvailableTorque<T>{};
+    const T spare = holds_zero_torque_ ? T(0) : parameters_.reentry;
+    holds_zero_torque_ = holds_zero(emf(omega_m), limit(u_dc, parameters_.voltage_use - spare));
+    return holds_zero_torque_ ? at(omega_m, u_dc) : AvailableTorque<T>{};
   }
 
   /// The same without memory.
@@ -101,7 +101,7 @@ class TorqueCapability {
     if (!holds_zero(e, u_squared)) return {};
     return {.motoring = std::min(largest(e, T(1), u_squared), typed_curve(std::abs(omega_m))),
             .regenerating = largest(e, T(-1), u_squared),
-            .producible = true};
+            .holds_zero_torque = true};
   }
 
  private:
@@ -156,7 +156,7 @@ class TorqueCapability {
   T base_speed_;  ///< of the typed curve [rad/s]
   T back_emf_;    ///< p ψ [V·s/rad]
   std::array<Point, last + 1> points_{};
-  bool producible_{true};
+  bool holds_zero_torque_{true};
 };
 
 }  // namespace sextant

@@ -12,8 +12,8 @@ namespace sextant {
 enum class GateCause : std::uint8_t {
   absent,      ///< no drive has written yet, or it has left: open
   disabled,    ///< the gate-enable line is off: open
-  silent,      ///< the drive's heartbeat stopped: open
-  locked_out,  ///< the drive has not shown open gates since one of those: open
+  timed_out,   ///< the drive's heartbeat stopped: open
+  locked_out,  ///< the drive has not shown gates off since one of those: open
   late,        ///< the next pattern is missing, the last one has been held as long as it may: open
   following,   ///< the drive's pattern
 };
@@ -24,10 +24,10 @@ enum class GateCause : std::uint8_t {
       return "no drive";
     case GateCause::disabled:
       return "the gate-enable line is off";
-    case GateCause::silent:
-      return "the drive is silent";
+    case GateCause::timed_out:
+      return "the drive has timed out";
     case GateCause::locked_out:
-      return "the drive is locked out until it shows open gates";
+      return "the drive is locked out until it shows gates off";
     case GateCause::late:
       return "a pattern is late";
     case GateCause::following:
@@ -37,19 +37,19 @@ enum class GateCause : std::uint8_t {
 }
 
 /// The plant's gate driver: which pattern acts over the coming period. It follows a drive that lives and has
-/// its gate-enable line on; a pattern that is not renewed is held for `hold_periods`, then the gates open and
+/// its gate-enable line on; a pattern that is not renewed is held for `hold_periods`, then the gates turn off and
 /// the next pattern may close them.
 ///
-/// A drive that was absent, silent or without its line is locked out: nothing closes the gates before it has
+/// A drive that was absent, timed out or without its line is locked out: nothing closes the gates before it has
 /// shown a pattern with all of them off. What a control thread that was stopped in the middle of a period
 /// writes when it goes on, and what a network delivers late of a dead drive, is torque for a machine of the
-/// past. The drive sees open gates against its pattern and trips (MeasurementAssembler).
+/// past. The drive sees gates off against its pattern and trips (MeasurementAssembler).
 class GateGuard {
  public:
   struct Parameters {
     std::int32_t period_ns{25'000};      ///< plant period [ns]
     int hold_periods{1};                 ///< periods for which a pattern acts that is not renewed [-]
-    std::int64_t silence_ns{5'000'000};  ///< without a pattern for so long the drive counts as dead [ns]
+    std::int64_t pattern_timeout_ns{5'000'000};  ///< without a pattern for so long the drive counts as dead [ns]
     bool same_clock{false};  ///< the drive's clock is the plant's: a pattern's age can be told [-]
   };
 
@@ -57,11 +57,11 @@ class GateGuard {
     std::uint64_t commands{};    ///< patterns taken [-]
     std::uint64_t missing{};     ///< patterns of a drive that were never taken [-]
     std::uint64_t outdated{};    ///< patterns that came when they were too old [-]
-    std::uint64_t held{};        ///< periods in which the last pattern acted again [-]
-    std::uint64_t late{};        ///< times the gates opened because a pattern was late [-]
-    std::uint64_t silent{};      ///< times the drive fell silent [-]
+    std::uint64_t held{};        ///< periods in which the last pattern applied again [-]
+    std::uint64_t late{};        ///< times the gates turned off because a pattern was late [-]
+    std::uint64_t timed_out{};   ///< times the drive timed out [-]
     std::uint64_t disabled{};    ///< times the gate-enable line went off [-]
-    std::uint64_t locked_out{};  ///< times a drive wrote torque that had to show open gates first [-]
+    std::uint64_t locked_out{};  ///< times a drive wrote torque that had to show gates off first [-]
     std::uint64_t drives{};      ///< starts of a drive that have been seen [-]
     std::uint64_t unreadable{};  ///< patterns that described none [-]
   };
@@ -71,7 +71,7 @@ class GateGuard {
   /// To be called once a period, at its beginning t_ns [ns]. `fresh`: the command that has come since the
   /// last call, or null. `enabled`: the gate-enable line is on for the drive that writes. `present`: that
   /// drive has not said that it leaves.
-  [[nodiscard]] GatePattern step(std::int64_t t_ns, const CommandRecord* fresh, bool enabled,
+  [[nodiscard]] GatePattern step(std::int64_t t_ns, const DrivePatternRecord* fresh, bool enabled,
                                  bool present) noexcept SEXTANT_NONBLOCKING {
     if (fresh != nullptr && is_outdated(*fresh, t_ns)) {
       ++counters_.outdated;
@@ -109,14 +109,14 @@ class GateGuard {
   }
 
   /// Two periods pass even when nobody is late, one of either side's grid.
-  [[nodiscard]] bool is_outdated(const CommandRecord& command,
+  [[nodiscard]] bool is_outdated(const DrivePatternRecord& command,
                                  std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
-    const std::int64_t oldest_ns = t_ns - parameters_.silence_ns - 2 * std::int64_t{parameters_.period_ns};
+    const std::int64_t oldest_ns = t_ns - parameters_.pattern_timeout_ns - 2 * std::int64_t{parameters_.period_ns};
     return parameters_.same_clock && command.t_ns < oldest_ns;
   }
 
-  /// True when the command shows open gates: a readable pattern that drives no leg.
-  [[nodiscard]] bool take(const CommandRecord& command, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+  /// True when the command shows gates off: a readable pattern that drives no leg.
+  [[nodiscard]] bool take(const DrivePatternRecord& command, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
     heard_ns_ = t_ns;
     quiet_periods_ = 0;
     ++counters_.commands;
@@ -142,8 +142,8 @@ class GateGuard {
     const std::int64_t quiet_ns = quiet_periods_ * parameters_.period_ns;
     if (generation_ == 0 || !present) {
       cause_ = GateCause::absent;
-    } else if (quiet_ns > parameters_.silence_ns) {
-      cause_ = GateCause::silent;
+    } else if (quiet_ns > parameters_.pattern_timeout_ns) {
+      cause_ = GateCause::timed_out;
     } else if (!enabled) {
       cause_ = GateCause::disabled;
     } else {
@@ -170,7 +170,7 @@ class GateGuard {
     if (enabled) line_was_on_ = true;
     if (cause_ == before) return;
     if (cause_ == GateCause::late) ++counters_.late;
-    if (cause_ == GateCause::silent) ++counters_.silent;
+    if (cause_ == GateCause::timed_out) ++counters_.timed_out;
     if (cause_ == GateCause::locked_out) ++counters_.locked_out;
     if (line_went_off) ++counters_.disabled;
     const bool hiccup = before == GateCause::late && cause_ == GateCause::following;
@@ -186,7 +186,7 @@ class GateGuard {
   std::int64_t quiet_periods_{0};  // without a pattern
   std::uint64_t sequence_{0};
   std::uint32_t generation_{0};
-  bool armed_{false};  // the drive has shown open gates since it lost them
+  bool armed_{false};  // the drive has shown gates off since it lost them
   bool line_was_on_{false};
   bool has_news_{false};
   bool pattern_is_off_{true};

@@ -17,9 +17,9 @@ struct HilParameters {
   std::string link{"sextant"};  ///< name of the shared memory, /dev/shm/<link>
   Pacing pacing{Pacing::real_time};
   int missing_periods{4};  ///< drive: so many periods without a measurement and it trips [-]
-  std::int64_t stale_ns{
+  std::int64_t measurement_timeout_ns{
       10'000'000};  ///< drive: without a measurement for so long the plant has timed out [ns]
-  std::int64_t silence_ns{5'000'000};  ///< both: with no pattern taken for so long the drive is dead [ns]
+  std::int64_t pattern_timeout_ns{5'000'000};  ///< both: with no pattern taken for so long the drive is dead [ns]
   std::int64_t lockstep_timeout_ns{10'000'000'000};  ///< lockstep: longest wait for the other side [ns]
   std::string udp_listen{"0.0.0.0:47810"};           ///< own address and port
   std::string udp_peer{"127.0.0.1:47811"};           ///< where the other side listens
@@ -28,7 +28,7 @@ struct HilParameters {
     if (link.empty() || link.size() > 200 || link.find('/') != std::string::npos || link.front() == '.') {
       return "link must be a name of 1 to 200 characters without \"/\", such as \"sextant\"";
     }
-    if (stale_ns <= 0 || silence_ns <= 0 || lockstep_timeout_ns <= 0) {
+    if (measurement_timeout_ns <= 0 || pattern_timeout_ns <= 0 || lockstep_timeout_ns <= 0) {
       return "the limits of time must be above zero";
     }
     if (missing_periods < 1) return "missing_periods must be 1 or more";

@@ -37,7 +37,7 @@ struct MeasurementDatagram {
 /// Drive → plant.
 struct CommandDatagram {
   DatagramHeader header{};
-  CommandRecord command{};
+  DrivePatternRecord command{};
   std::uint32_t gate_enable{};  ///< 1 while the gates may be on
   std::uint32_t leaving{};      ///< 1: the drive leaves in order
 };

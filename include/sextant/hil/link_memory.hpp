@@ -41,17 +41,17 @@ struct LinkMemory {
   alignas(cache_line) LinkHeader header{};
   LinkSide plant{};
   LinkSide drive{};
-  /// The drive's generation while the gates may be on, else 0. Set by the drive when it shows open gates,
+  /// The drive's generation while the gates may be on, else 0. Set by the drive when it shows gates off,
   /// cleared by its watchdog and when it leaves.
   alignas(cache_line) std::atomic<std::uint32_t> gate_enable{0};
-  alignas(cache_line) SequenceCell<CommandRecord> command{};
+  alignas(cache_line) SequenceCell<DrivePatternRecord> command{};
   alignas(cache_line) RecordRing<MeasurementRecord, ring_capacity> measurements{};
 };
 
 static_assert(sizeof(LinkHeader) == 32 && std::is_trivially_copyable_v<LinkHeader>);
 static_assert(offsetof(LinkHeader, layout_version) == 8 && offsetof(LinkHeader, size_bytes) == 12);
 static_assert(sizeof(LinkSide) == cache_line && offsetof(LinkSide, asleep) == 12);
-static_assert(sizeof(SequenceCell<CommandRecord>) == 80 && sizeof(SequenceCell<MeasurementRecord>) == 128);
+static_assert(sizeof(SequenceCell<DrivePatternRecord>) == 80 && sizeof(SequenceCell<MeasurementRecord>) == 128);
 static_assert(offsetof(LinkMemory, plant) == 64 && offsetof(LinkMemory, drive) == 128);
 static_assert(offsetof(LinkMemory, gate_enable) == 192 && offsetof(LinkMemory, command) == 256);
 static_assert(offsetof(LinkMemory, measurements) == 384 && sizeof(LinkMemory) == 131'520);

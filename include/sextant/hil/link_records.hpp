@@ -34,14 +34,14 @@ struct MeasurementRecord {
   double i_c{};
   double u_dc{};                     ///< DC-link voltage [V]
   double omega_m{};                  ///< mechanical speed [rad/s]
-  PatternRecord acted{};             ///< the pattern that acted over the plant period that ends at t_ns
+  PatternRecord applied{};             ///< the pattern that was applied over the plant period that ends at t_ns
   std::uint64_t command_sequence{};  ///< the newest command that the plant had taken [-]
   std::uint32_t generation{};        ///< which start of the plant this is [-]
   std::uint32_t plausible{};         ///< 0: the plant cannot vouch for it
 };
 
 /// Drive → plant, one a control period.
-struct CommandRecord {
+struct DrivePatternRecord {
   std::uint64_t sequence{};    ///< without gaps, and another one for each start of the drive [-]
   std::int64_t t_ns{};         ///< beginning of the control period, on the drive's clock [ns]
   PatternRecord pattern{};     ///< what the inverter shall do over the coming period
@@ -51,9 +51,9 @@ struct CommandRecord {
 
 static_assert(sizeof(PatternRecord) == 48 && std::is_trivially_copyable_v<PatternRecord>);
 static_assert(sizeof(MeasurementRecord) == 120 && std::is_trivially_copyable_v<MeasurementRecord>);
-static_assert(sizeof(CommandRecord) == 72 && std::is_trivially_copyable_v<CommandRecord>);
-static_assert(offsetof(MeasurementRecord, acted) == 56 && offsetof(MeasurementRecord, plausible) == 116);
-static_assert(offsetof(CommandRecord, pattern) == 16 && offsetof(CommandRecord, has_pattern) == 68);
+static_assert(sizeof(DrivePatternRecord) == 72 && std::is_trivially_copyable_v<DrivePatternRecord>);
+static_assert(offsetof(MeasurementRecord, applied) == 56 && offsetof(MeasurementRecord, plausible) == 116);
+static_assert(offsetof(DrivePatternRecord, pattern) == 16 && offsetof(DrivePatternRecord, has_pattern) == 68);
 
 [[nodiscard]] inline PatternRecord to_record(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
   PatternRecord r;
@@ -94,7 +94,7 @@ static_assert(offsetof(CommandRecord, pattern) == 16 && offsetof(CommandRecord, 
   r.i_c = m.i_abc.c;
   r.u_dc = m.u_dc;
   r.omega_m = m.omega_m;
-  r.acted = to_record(m.acted);
+  r.applied = to_record(m.applied);
   r.plausible = m.plausible ? 1U : 0U;
   return r;
 }

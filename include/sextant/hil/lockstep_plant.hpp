@@ -10,7 +10,7 @@
 namespace sextant {
 
 /// Runs a power stage in virtual time for a drive in another process: waits for a request, advances to its
-/// time with its pattern, answers. Time stands still while the drive is silent.
+/// time with its pattern, answers. Time stands still while the drive has timed out.
 class LockstepPlant {
  public:
   enum class Outcome : std::uint8_t {
@@ -32,9 +32,9 @@ class LockstepPlant {
   [[nodiscard]] std::int64_t end_ns() const noexcept { return end_ns_; }
 
  private:
-  [[nodiscard]] bool take(CommandRecord& command) noexcept;
+  [[nodiscard]] bool take(DrivePatternRecord& command) noexcept;
   [[nodiscard]] Outcome look_for_drive() noexcept;
-  void answer(const CommandRecord& command) noexcept;
+  void answer(const DrivePatternRecord& command) noexcept;
 
   SharedMemoryLink& link_;
   LinkMemory& memory_;
@@ -42,7 +42,7 @@ class LockstepPlant {
   std::int64_t timeout_ns_;
   Doorbell own_bell_;
   Doorbell drive_bell_;
-  CommandRecord command_{};
+  DrivePatternRecord command_{};
   std::uint64_t sequence_{0};
   std::int64_t waited_ns_{0};
   std::int64_t begin_ns_{0};

@@ -13,23 +13,23 @@
 namespace sextant {
 
 /// The drive's side of a link: makes one measurement of the records that have come since the last one. The
-/// patterns that acted are joined in order, so that the estimator sees all that happened however the two
+/// applied patterns are joined in order, so that the estimator sees all that happened however the two
 /// sides' periods fall; the currents are the newest.
 ///
 /// A measurement is not plausible, so that the drive trips, when the plant does not vouch for it, when
 /// records are missing or do not fit the pattern, when the plant has been started anew, and when nothing has
 /// come at `missing_periods` calls in a row: calls, so that a drive that was late itself does not blame the
-/// plant. After `stale_ns` without anything the plant has timed out.
+/// plant. After `measurement_timeout_ns` without anything the plant has timed out.
 ///
 /// Nor is it when the plant does not acknowledge the drive's patterns: when `unacknowledged_periods`
 /// measurements in a row carry no newer pattern that it took (the way to it is cut, that back is not), and at
-/// once when it took a pattern and opened the gates against it (its gate driver has locked the drive out, or
+/// once when it took a pattern and turned the gates off against it (its gate driver has locked the drive out, or
 /// the gate-enable line is off). Gates that opened because a pattern was late are no refusal: nothing newer
 /// was taken then.
 class MeasurementAssembler {
  public:
   struct Parameters {
-    std::int64_t stale_ns{10'000'000};  ///< without a record for so long the plant has timed out [ns]
+    std::int64_t measurement_timeout_ns{10'000'000};  ///< without a record for so long the plant has timed out [ns]
     int missing_periods{4};             ///< so many calls in a row without a record are not plausible [-]
     int unacknowledged_periods{
         50};  ///< so many calls in a row with records, but with no newer pattern taken [-]
@@ -69,12 +69,12 @@ class MeasurementAssembler {
       counters_.missing += record.sequence - newest_.sequence - 1;
       usable_ = false;
     }
-    GatePattern acted;
-    if (!to_pattern(record.acted, acted) || !join(acted)) {
+    GatePattern applied;
+    if (!to_pattern(record.applied, applied) || !join(applied)) {
       ++counters_.overfull;
       usable_ = false;
     }
-    if (is_refusal(record.command_sequence, acted)) {
+    if (is_refusal(record.command_sequence, applied)) {
       ++counters_.refused;
       usable_ = false;
     }
@@ -87,20 +87,20 @@ class MeasurementAssembler {
   [[nodiscard]] Measurement<double> take(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
     if (came_ || !started_) heard_ns_ = t_ns;
     started_ = true;
-    const bool timed_out = generation_ == 0 || t_ns - heard_ns_ > parameters_.stale_ns;
+    const bool timed_out = generation_ == 0 || t_ns - heard_ns_ > parameters_.measurement_timeout_ns;
     if (timed_out && !timed_out_) ++counters_.timeouts;
     timed_out_ = timed_out;
     count_missing();
     count_unacknowledged();
-    // Where nothing is new nothing has acted yet: no time, in the state that is still in force.
-    if (came_) last_ = acted_.last_state();
+    // Where nothing is new nothing has been applied yet: no time, in the state that is still in force.
+    if (came_) last_ = applied_.last_state();
     Measurement<double> m{
         .i_abc = {newest_.i_a, newest_.i_b, newest_.i_c},
         .u_dc = newest_.u_dc,
         .omega_m = newest_.omega_m,
-        .acted = came_ ? acted_ : GatePattern{last_, 0},
+        .applied = came_ ? applied_ : GatePattern{last_, 0},
         .plausible = usable_ && !timed_out && missing_ < parameters_.missing_periods && !unacknowledged()};
-    acted_ = {};
+    applied_ = {};
     came_ = false;
     acknowledged_ = false;
     usable_ = true;
@@ -119,13 +119,13 @@ class MeasurementAssembler {
  private:
   static constexpr std::uint64_t none = std::numeric_limits<std::uint64_t>::max();
 
-  /// What acted over a period is the plant's answer to the command that it took at its beginning. Numbers
+  /// What was applied over a period is the plant's answer to the command that it took at its beginning. Numbers
   /// that are not of this drive, or not newer, are no answer.
-  [[nodiscard]] bool is_refusal(std::uint64_t taken, const GatePattern& acted) noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] bool is_refusal(std::uint64_t taken, const GatePattern& applied) noexcept SEXTANT_NONBLOCKING {
     if (taken <= taken_ || taken > written_) return false;
     taken_ = taken;
     acknowledged_ = true;
-    return taken >= driven_since_ && acted.duration_ns() > 0 && all_gates_off(acted);
+    return taken >= driven_since_ && applied.duration_ns() > 0 && all_gates_off(applied);
   }
 
   void count_unacknowledged() noexcept SEXTANT_NONBLOCKING {
@@ -146,10 +146,10 @@ class MeasurementAssembler {
   void note_restart() noexcept SEXTANT_NONBLOCKING {
     ++counters_.restarts;
     usable_ = false;
-    acted_ = {};
+    applied_ = {};
   }
 
-  /// Appends what acted; equal neighbours become one. False when there is no room.
+  /// Appends what was applied; equal neighbours become one. False when there is no room.
   [[nodiscard]] bool join(const GatePattern& next) noexcept SEXTANT_NONBLOCKING {
     GatePattern joined;
     GateSegment open{};
@@ -165,16 +165,16 @@ class MeasurementAssembler {
       open = segment;
       any = true;
     };
-    for (const GateSegment& segment : acted_.segments()) take(segment);
+    for (const GateSegment& segment : applied_.segments()) take(segment);
     for (const GateSegment& segment : next.segments()) take(segment);
     if (any) fits = joined.append(open) && fits;
-    acted_ = joined;
+    applied_ = joined;
     return fits;
   }
 
   Parameters parameters_;
   MeasurementRecord newest_{};
-  GatePattern acted_{};
+  GatePattern applied_{};
   SwitchState last_{};
   Counters counters_{};
   std::int64_t heard_ns_{0};
@@ -195,8 +195,8 @@ class MeasurementAssembler {
 /// of them before it gives the drive up.
 [[nodiscard]] inline MeasurementAssembler::Parameters assembler_parameters(const HilParameters& p,
                                                                            std::int64_t period_ns) noexcept {
-  const auto silence_periods = int((p.silence_ns + period_ns - 1) / period_ns);
-  return {p.stale_ns, p.missing_periods, std::max(p.missing_periods, silence_periods)};
+  const auto silence_periods = int((p.pattern_timeout_ns + period_ns - 1) / period_ns);
+  return {p.measurement_timeout_ns, p.missing_periods, std::max(p.missing_periods, silence_periods)};
 }
 
 }  // namespace sextant

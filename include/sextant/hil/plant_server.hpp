@@ -37,7 +37,7 @@ class PlantServer {
     end_.publish(record);
     if (!measured.plausible) ++implausible_;
 
-    CommandRecord command;
+    DrivePatternRecord command;
     const bool fresh = end_.take(command);
     stage_.write(guard_.step(t_ns, fresh ? &command : nullptr, end_.gates_enabled(), end_.drive_present()));
     if (guard_.has_news()) {

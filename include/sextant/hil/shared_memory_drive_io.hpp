@@ -44,7 +44,7 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
     ++sequence_;
     memory_.command.store({sequence_, t_ns_, to_record(pattern), generation_, 1}, sequence_);
-    // Once cleared, the line closes on open gates only: whoever cleared it has been obeyed by then.
+    // Once cleared, the line closes on gates off only: whoever cleared it has been obeyed by then.
     const bool open = all_gates_off(pattern);
     assembler_.wrote(sequence_, !open);
     std::uint32_t off = 0;

@@ -21,8 +21,8 @@ class SharedMemoryPlantEnd {
   }
 
   /// The newest command; false when none has come since the last call.
-  [[nodiscard]] bool take(CommandRecord& command) noexcept SEXTANT_NONBLOCKING {
-    CommandRecord found;
+  [[nodiscard]] bool take(DrivePatternRecord& command) noexcept SEXTANT_NONBLOCKING {
+    DrivePatternRecord found;
     if (memory_.command.load(found) == 0) return false;
     if (found.sequence == command_.sequence && found.generation == command_.generation) return false;
     command_ = found;
@@ -49,7 +49,7 @@ class SharedMemoryPlantEnd {
  private:
   LinkMemory& memory_;
   std::uint32_t generation_;
-  CommandRecord command_{};
+  DrivePatternRecord command_{};
   std::uint64_t sequence_{0};
 };
 

@@ -19,7 +19,7 @@ class UdpPlantEnd {
   UdpPlantEnd(const HilParameters& parameters, std::int64_t period_ns);
 
   /// The newest command; false when none newer has come since the last call.
-  [[nodiscard]] bool take(CommandRecord& command) noexcept SEXTANT_NONBLOCKING;
+  [[nodiscard]] bool take(DrivePatternRecord& command) noexcept SEXTANT_NONBLOCKING;
   [[nodiscard]] bool gates_enabled() const noexcept SEXTANT_NONBLOCKING { return gates_enabled_; }
   [[nodiscard]] bool drive_present() const noexcept SEXTANT_NONBLOCKING { return present_; }
   void publish(MeasurementRecord record) noexcept SEXTANT_NONBLOCKING;
@@ -34,7 +34,7 @@ class UdpPlantEnd {
   std::uint32_t generation_;
   DatagramReception reception_;
   MeasurementDatagram out_{};
-  CommandRecord newest_{};
+  DrivePatternRecord newest_{};
   std::uint64_t sequence_{0};
   std::uint64_t unsent_{0};
   bool gates_enabled_{false};

@@ -12,7 +12,7 @@ namespace sextant {
 enum class Stage : std::uint8_t {
   read,      ///< `DriveIo::read`; a simulated plant is integrated here
   commands,  ///< the newest command is fetched
-  drive,     ///< `Drive::step`: command gate, protections, controller
+  drive,     ///< `Drive::step`: protections, command supervision, controller
   write,     ///< `DriveIo::write`
   push       ///< telemetry into its ring
 };
@@ -90,7 +90,7 @@ enum class OverrunCause : std::uint8_t {
 inline constexpr std::size_t overrun_cause_count = 4;
 
 [[nodiscard]] constexpr const char* to_string(OverrunCause cause) noexcept {
-  constexpr std::array names{"machine stopped us", "gap in a stage", "late wake-up", "own body"};
+  constexpr std::array names{"machine stopped us", "gap in a stage", "late wake-up", "own execution"};
   static_assert(names.size() == overrun_cause_count);
   return names[static_cast<std::size_t>(cause)];
 }

@@ -11,7 +11,7 @@ namespace sextant {
 /// and what to do when a wake-up comes late. It reads no clock; the caller says what time it is.
 ///
 /// A wake-up that comes one whole wake period or more after its deadline is an overrun. However many wake
-/// periods it spans it counts once; the whole ones are skipped, so that the next deadline is again on the
+/// periods it spans it counts once; the whole ones are missed, so that the next deadline is again on the
 /// grid and the phase is kept. A wake-up that is late by less runs late and catches up.
 class WakeSchedule {
  public:
@@ -42,7 +42,7 @@ class WakeSchedule {
   /// What has happened since the start.
   struct Counters {
     std::uint64_t wakes{};              ///< wake-ups, late ones included [-]
-    std::uint64_t overruns{};           ///< late wake-ups that skipped periods [-]
+    std::uint64_t overruns{};           ///< late wake-ups that missed periods [-]
     std::uint64_t periods_missed{};     ///< control periods left out by them [-]
     std::uint32_t overruns_in_a_row{};  ///< overruns since the last wake-up in time [-]
   };
@@ -71,9 +71,9 @@ class WakeSchedule {
   constexpr Wake wake(std::int64_t now_ns) noexcept SEXTANT_NONBLOCKING {
     const std::int64_t period = parameters_.wake_period_ns();
     const std::int64_t latency = now_ns > next_deadline_ns_ ? now_ns - next_deadline_ns_ : 0;
-    const std::int64_t skipped = latency / period;
-    const Wake result{next_deadline_ns_ + skipped * period, latency,
-                      skipped * parameters_.wake_every_periods};
+    const std::int64_t missed = latency / period;
+    const Wake result{next_deadline_ns_ + missed * period, latency,
+                      missed * parameters_.wake_every_periods};
     next_deadline_ns_ = result.deadline_ns + period;
     count(result);
     return result;

@@ -21,7 +21,7 @@ struct CommandFacts {
   bool is_new{false};       ///< the newest frame has not been evaluated before
   bool disabled{false};     ///< a frame with Enable = 0 has come since the last period
   bool reset{false};        ///< a disable with FaultReset = 1 has come since the last period
-  bool wind_down{false};    ///< the drive asks for zero torque
+  bool zero_requested{false};    ///< the drive asks for zero torque
   std::uint32_t blocked{};  ///< frames in a row that were blocked for their torque [-]
 };
 
@@ -90,9 +90,9 @@ template <class T>
 }
 
 template <class T>
-[[nodiscard]] constexpr bool drive_winds_down(const CommandFacts<T>& facts,
+[[nodiscard]] constexpr bool zero_is_requested(const CommandFacts<T>& facts,
                                               const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
-  return facts.wind_down;
+  return facts.zero_requested;
 }
 
 }  // namespace command_rule
@@ -109,7 +109,7 @@ inline constexpr std::array frame_rules{
 template <class T = double>
 inline constexpr std::array period_rules{
     CommandRule<T>{CommandAction::ramp, command_rule::has_timed_out<T>},
-    CommandRule<T>{CommandAction::ramp, command_rule::drive_winds_down<T>},
+    CommandRule<T>{CommandAction::ramp, command_rule::zero_is_requested<T>},
     CommandRule<T>{CommandAction::latch, command_rule::is_lost<T>, Fault::command_lost},
     CommandRule<T>{CommandAction::latch, command_rule::e2e_is_invalid<T>, Fault::command_invalid},
     CommandRule<T>{CommandAction::latch, command_rule::is_blocked_in_a_row<T>, Fault::command_out_of_range},

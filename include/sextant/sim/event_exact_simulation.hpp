@@ -77,7 +77,7 @@ class EventExactSimulation {
   std::int64_t dwell_limited_{0};
   std::int64_t events_{0};
   bool events_ended_{true};
-  int event_{-1};  ///< that the engine has stopped at, not yet acted on; one may end a stretch
+  int event_{-1};  ///< that the engine has stopped at, not yet in force; one may end a stretch
   EventExactSystem& system_;
   Engine& engine_;
 };

@@ -20,7 +20,7 @@ struct PlantInstant {
   double i_dc{};        ///< drawn from the DC link [A]
 };
 
-/// One gate segment that has acted.
+/// One gate segment that has been applied.
 template <class Plant>
 struct ActedSegment {
   SwitchState state{};
@@ -61,7 +61,7 @@ class SegmentLog {
     return {plant.state(), plant.u_s(), plant.i_dc()};
   }
 
-  // What acted over one read is a pattern itself.
+  // What was applied over one read is a pattern itself.
   std::array<ActedSegment<Plant>, GatePattern::capacity> segments_{};
   std::size_t count_{0};
 };

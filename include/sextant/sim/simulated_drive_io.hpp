@@ -37,10 +37,10 @@ struct SimulatedDriveIoParameters {
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
 /// The plant is lazy: read(t) first brings it to t with the patterns written so far. A gate driver that gets
-/// no new pattern keeps the last state for `hold_periods` and then opens the gates. Any driven vector would
+/// no new pattern keeps the last state for `hold_periods` and then turns the gates off. Any driven vector would
 /// be worse for a drive that is late: held for a millisecond, an active vector moves the torque of the
-/// paper's machine by 250 N·m, and a zero vector at speed by half of that; with open gates the torque falls
-/// to zero and comes back with the next pattern. `Measurement::acted` tells all of it, for which a pattern
+/// paper's machine by 250 N·m, and a zero vector at speed by half of that; with gates off the torque falls
+/// to zero and comes back with the next pattern. `Measurement::applied` tells all of it, for which a pattern
 /// needs one segment to spare; the measurement is not plausible where it cannot, nor after a gap of more than
 /// a second. `Log` keeps what the plant went through in the last read, for who wants to look at it.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
@@ -57,14 +57,14 @@ class SimulatedDriveIo final : public DriveIo<double> {
     if (!started_) start(t_ns);
     log_.clear();
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
-    const GatePattern acted = acting_until(elapsed_ns);
-    for (const GateSegment& segment : acted.segments()) advance(segment);
-    // No room in `acted` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
-    const bool complete = acted.duration_ns() == elapsed_ns;
+    const GatePattern applied = acting_until(elapsed_ns);
+    for (const GateSegment& segment : applied.segments()) advance(segment);
+    // No room in `applied` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
+    const bool complete = applied.duration_ns() == elapsed_ns;
     return {.i_abc = plant_.i_abc(),
             .u_dc = parameters_.u_dc,
             .omega_m = plant_.omega_m(),
-            .acted = acted,
+            .applied = applied,
             .plausible = complete && healthy(),
             .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt};
   }
@@ -80,7 +80,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }
 
-  /// What acted in the last read, and what it did to the plant.
+  /// What was applied in the last read, and what it did to the plant.
   [[nodiscard]] const Log& log() const noexcept SEXTANT_NONBLOCKING { return log_; }
 
   /// Load torque that acts on the shaft at the plant's present time, a vehicle's included. [N·m]
@@ -111,17 +111,17 @@ class SimulatedDriveIo final : public DriveIo<double> {
     constexpr std::int64_t longest_ns = 1'000'000'000;
     const std::int64_t total = std::clamp<std::int64_t>(elapsed_ns, 0, longest_ns);
     const std::int64_t hold = std::int64_t{parameters_.hold_periods} * parameters_.period_ns;
-    GatePattern acted;
+    GatePattern applied;
     std::int64_t t = 0;
     for (const GateSegment& segment : active_.segments()) {
       const bool last = &segment == &active_.segments().back();
       const std::int64_t end = last ? std::max(hold, t + segment.duration_ns) : t + segment.duration_ns;
       const std::int64_t until = std::min(end, total);
-      if (until > t) acted.append({segment.state, std::int32_t(until - t)});
+      if (until > t) applied.append({segment.state, std::int32_t(until - t)});
       t = until;
     }
-    if (t < total) acted.append({gates_off, std::int32_t(total - t)});
-    return acted;
+    if (t < total) applied.append({gates_off, std::int32_t(total - t)});
+    return applied;
   }
 
   /// In pieces between the corners of the load, so that a load step acts at its instant.

@@ -36,7 +36,7 @@ FROM_NM, TO_NM, NEAR_NM = 15.0, 40.0, 1.5
 SETTLED_S, BEGIN_WITHIN_S = 0.3, 20.0
 WATCHDOG_MS = 10
 HOG_PRIORITY, HOG_S = 95, 0.3  # above the control thread, and shorter than the kernel's throttling
-SILENT, LINE_OFF = "the drive is silent", "the gate-enable line is off"
+SILENT, LINE_OFF = "the drive has timed out", "the gate-enable line is off"
 # A period that a shared machine holds, and a link voltage at which a period's torque stays small.
 HIL_DRIVE = {"plant__u_dc_v": 200, "control__period_us": 250, "hil__stale_ms": 20, "hil__missing_periods": 80}
 HIL_PLANT = {"plant__u_dc_v": 200, "period_us": 250, "load__kind": "imposed_speed", "load__speed_rad_s__value": 5}
@@ -164,7 +164,7 @@ def deadline_round(lab: Lab) -> dict[str, float]:
 
 def openings_ns(plant_text: str, cause: str) -> list[tuple[int, int]]:
     """Of each opening for that cause: since when the gates were open, and when the plant knew it [ns]."""
-    found = re.findall(rf"gates stay open since ([\d.]+) s: {cause};.* seen at ([\d.]+) s", plant_text)
+    found = re.findall(rf"gates stay off since ([\d.]+) s: {cause};.* seen at ([\d.]+) s", plant_text)
     return [(round(float(since) * 1e9), round(float(seen) * 1e9)) for since, seen in found]
 
 

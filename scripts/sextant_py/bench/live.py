@@ -16,8 +16,8 @@ from .lab import Lab, Stage
 from .plots import draw_latency
 
 WAKE_ROUNDS, WAKE_SECONDS = 6, 5
-BODY_ROUNDS, BODY_SECONDS = 7, 2
-BODY_LINES = 197  # a period touches 76 cache lines of data and 121 of code (docs/performance.md)
+EXECUTION_ROUNDS, EXECUTION_SECONDS = 7, 2
+EXECUTION_LINES = 197  # a period touches 76 cache lines of data and 121 of code (docs/performance.md)
 TICK_LEAD_US = 6  # as in configs/ecu_hard.toml
 SPIN_SECONDS = 60
 LOCKSTEP_RUNS, LOCKSTEP_SECONDS = 3, 10
@@ -34,13 +34,13 @@ AUDITS = {  # as scripts/check_control_thread_audit
     ),
 }
 BODIES = {
-    "ours": "body of a 25 µs period",
+    "ours": "execution time of a 25 µs period",
     "stamped": "the same with time stamps by stage, as shipped",
-    "empty": "body of an empty loop",
-    "busy": "body of a loop that computes as long in registers",
-    "lines": "body of a loop that touches as many cache lines",
+    "empty": "execution time of an empty loop",
+    "busy": "execution time of a loop that computes as long in registers",
+    "lines": "execution time of a loop that touches as many cache lines",
 }
-BODY = "body of a 25 µs period with plant, spin mode /"
+EXECUTION = "execution time of a 25 µs period with plant, spin mode /"
 CVODE = "a 25 µs period that integrates with CVODE, following commands"
 COUNTED = "allocations, locks, page faults and system calls of the control thread"
 
@@ -50,11 +50,11 @@ TABLE: dict[str, dict[str, Figure]] = {
         for wait, name in WAITS.items()
         for percent, text in ((50.0, "median"), (99.0, "99 %"))
     },
-    "body": {
-        "ours": Figure(f"{BODY} (empty loop + benchmarked step), 99.9 %", "x", at_most=1.3),
-        "stamped": Figure(f"{BODY} (empty loop + benchmarked step), 99.9 %, with time stamps by stage", "x"),
-        "busy": Figure(f"{BODY} a loop that computes as long in registers, 99.9 %", "x"),
-        "lines": Figure(f"{BODY} a loop that touches as many cache lines ({BODY_LINES}), 99.9 %", "x"),
+    "execution": {
+        "ours": Figure(f"{EXECUTION} (empty loop + benchmarked step), 99.9 %", "x", at_most=1.3),
+        "stamped": Figure(f"{EXECUTION} (empty loop + benchmarked step), 99.9 %, with time stamps by stage", "x"),
+        "busy": Figure(f"{EXECUTION} a loop that computes as long in registers, 99.9 %", "x"),
+        "lines": Figure(f"{EXECUTION} a loop that touches as many cache lines ({EXECUTION_LINES}), 99.9 %", "x"),
     },
     "spin mode": {
         "own": Figure(f"misses without a detected gap, spin mode at 25 µs for {SPIN_SECONDS} s", at_most=0),
@@ -73,25 +73,25 @@ TABLE: dict[str, dict[str, Figure]] = {
         for bus in ("vcan", "udp multicast")
     },
     "CVODE": {
-        "longest": Figure(f"longest body of {CVODE}", "µs"),
+        "longest": Figure(f"longest execution time of {CVODE}", "µs"),
         "late": Figure("part of these bodies that took longer than the period", "%"),
         "lost": Figure("part of the periods that were skipped in that run", "%"),
     },
     **{f"audit, {name}": {"counted": Figure(f"{COUNTED}, {name}", at_most=0)} for name in AUDITS},
     "gates of a killed drive": {
         "killed": Figure(
-            "HIL: from SIGKILL of the drive at torque until its plant has opened the gates and declared it dead",
+            "HIL: from SIGKILL of the drive at torque until its plant has turned the gates off and declared it dead",
             *("ms", 10.0),
         )
     },
     "gates of a drive that hangs": {  # 5 ms from detection on, and the watchdog compares every 2 ms
         "hung": Figure(
-            "HIL: from the end of the watchdog's time to open gates, while the drive's control thread hangs", "ms", 7.0
+            "HIL: from the end of the watchdog's time to gates off, while the drive's control thread hangs", "ms", 7.0
         )
     },
     "gates behind a wire that is cut": {
         "cut": Figure(
-            "HIL over UDP: from a cut of the wire until the plant has opened the gates and declared the drive dead",
+            "HIL over UDP: from a cut of the wire until the plant has turned the gates off and declared the drive dead",
             *("ms", 20.0),
         )
     },
@@ -137,12 +137,12 @@ class LiveLab:
                 found[f"{wait} {percent:g}"] = (statistics.median(ratios), spread(ratios))
         return found
 
-    def body(self) -> Values:
+    def execution(self) -> Values:
         """The empty loop and the benchmarked step stand below the line; what is only like ours in one respect, too."""
         rounds = []
-        for number in range(BODY_ROUNDS):
-            rounds.append(self.body_round())
-            self.lab.say(f"bodies, round {number + 1} of {BODY_ROUNDS}")
+        for number in range(EXECUTION_ROUNDS):
+            rounds.append(self.execution_round())
+            self.lab.say(f"execution times, round {number + 1} of {EXECUTION_ROUNDS}")
         for side, name in BODIES.items():
             self.shapes[name] = sum((histograms[side] for histograms, _ in rounds), Histogram())
 
@@ -157,30 +157,30 @@ class LiveLab:
         found = {side: compared(side, "empty", True) for side in ("ours", "stamped")}
         return found | {side: compared("ours", side, False) for side in ("busy", "lines")}
 
-    def body_round(self) -> tuple[dict[str, Histogram], float]:
+    def execution_round(self) -> tuple[dict[str, Histogram], float]:
         """Everything of one round is measured within the same seconds; with the CPU time of the benchmarked step."""
 
         def drive(name: str, **values: object) -> Histogram:
-            return Histogram.from_json(live_runs.ecu(self.lab, name, BODY_SECONDS, **SPIN, **values)["body"])
+            return Histogram.from_json(live_runs.ecu(self.lab, name, EXECUTION_SECONDS, **SPIN, **values)["execution"])
 
         def loop(**options: float) -> Histogram:
-            timing = live_runs.empty_loop(self.lab, BODY_SECONDS, 25, "spin", tick_lead_us=TICK_LEAD_US, **options)
-            return Histogram.from_json(timing["body"])
+            timing = live_runs.empty_loop(self.lab, EXECUTION_SECONDS, 25, "spin", tick_lead_us=TICK_LEAD_US, **options)
+            return Histogram.from_json(timing["execution"])
 
-        ours, empty = drive("body_spin", realtime__stage_statistics="false"), loop()
+        ours, empty = drive("execution_spin", realtime__stage_statistics="false"), loop()
         busy_ns = max(0.0, ours.percentile_ns(50.0) - empty.percentile_ns(50.0))
         step = self.lab.google("^peer_loop/fixed", "sextant_loop_bench", repetitions=3)
-        sides = {"ours": ours, "stamped": drive("body_stamped"), "empty": empty}
-        sides |= {"busy": loop(busy_ns=busy_ns), "lines": loop(lines=BODY_LINES)}
+        sides = {"ours": ours, "stamped": drive("execution_stamped"), "empty": empty}
+        sides |= {"busy": loop(busy_ns=busy_ns), "lines": loop(lines=EXECUTION_LINES)}
         return sides, step.value("peer_loop/fixed", "cpu_ns")
 
     def spin(self) -> Values:
         timing = live_runs.ecu(self.lab, "spin", SPIN_SECONDS, **SPIN)
         name = f"wake-up latency, spin mode at 25 µs, {SPIN_SECONDS} s"
         self.shapes[name] = Histogram.from_json(timing["wake_latency"])
-        causes = [f"{cause}: {count}" for cause, count in timing["misses_by_cause"].items() if count]
+        causes = [f"{cause}: {count}" for cause, count in timing["overruns_by_cause"].items() if count]
         note = "; ".join([f"{timing['overruns']} misses", *([", ".join(causes)] if causes else [])])
-        own, every = timing["misses_without_gap"], timing["overruns"]
+        own, every = timing["overruns_without_gap"], timing["overruns"]
         return {"own": (own, note), "all": (every, ""), "lost": (lost_percent(timing), "")}
 
     def commands(self, bus: str) -> Values:
@@ -228,12 +228,12 @@ class LiveLab:
         that the longest counts; the catching up after a stop of the machine is in it."""
         words = live_runs.settings(**SPIN, plant__integrator="cvode")
         timing = live_runs.commanded(self.lab, "cvode", live_runs.BUS, (), *words)
-        body = self.shapes[f"body of {CVODE}"] = Histogram.from_json(timing["body"])
-        p50_us, p99_9_us = (body.percentile_ns(percent) * 1e-3 for percent in (50.0, 99.9))
-        note = f"{body.count} wake-ups; median {p50_us:.3g} µs, 99.9 % {p99_9_us:.3g} µs"
+        execution = self.shapes[f"execution time of {CVODE}"] = Histogram.from_json(timing["execution"])
+        p50_us, p99_9_us = (execution.percentile_ns(percent) * 1e-3 for percent in (50.0, 99.9))
+        note = f"{execution.count} wake-ups; median {p50_us:.3g} µs, 99.9 % {p99_9_us:.3g} µs"
         note += f"; {timing['ended_early']}" if timing["ended_early"] else ""
-        late = 100.0 * body.part_above(25_000)
-        return {"longest": (body.max_ns * 1e-3, note), "late": (late, ""), "lost": (lost_percent(timing), "")}
+        late = 100.0 * execution.part_above(25_000)
+        return {"longest": (execution.max_ns * 1e-3, note), "late": (late, ""), "lost": (lost_percent(timing), "")}
 
     def audit(self, options: tuple[str, ...]) -> Values:
         text = self.lab.run(self.lab.audit, *options, accept=(0, 1))
@@ -253,7 +253,7 @@ class LiveLab:
 
 
 def lost_percent(timing: dict) -> float:
-    return 100.0 * timing["periods_skipped"] / max(1, timing["periods"] + timing["periods_skipped"])
+    return 100.0 * timing["periods_missed"] / max(1, timing["periods"] + timing["periods_missed"])
 
 
 def figures_of(part: str, measure: Callable[[], Values]) -> list[Figure]:
@@ -269,7 +269,7 @@ def live(lab: Lab) -> list[Figure]:
     own = LiveLab(lab)
     parts: dict[str, Callable[[], Values]] = {
         "wake-ups": own.wakes,
-        "body": own.body,
+        "execution": own.execution,
         "spin mode": own.spin,
         "commands by vcan": lambda: own.commands("vcan"),
         "commands by udp multicast": lambda: own.commands("udp multicast"),

@@ -132,7 +132,7 @@ struct Arguments {
     watch.start();
     if (!step_plant(plant, input.measurement)) return false;
     cost.plant = watch.ticks();
-    cost.driven = input.measurement.acted.is_driven() ? 1 : 0;
+    cost.driven = input.measurement.applied.is_driven() ? 1 : 0;
     const Output output = output_of(answer);
     const PlantOutput plant_output = plant.output();
     if (!outputs.write(&output, sizeof output) || !outputs.write(&plant_output, sizeof plant_output) ||

@@ -54,7 +54,7 @@ class RegisterDriveIo final : public DriveIo<float> {
     return {.i_abc = {current(adc.result[0]), current(adc.result[1]), current(adc.result[2])},
             .u_dc = parameters_.volt_per_count * float(adc.result[3]),
             .omega_m = speed(),
-            .acted = std::exchange(acting_, next_)};
+            .applied = std::exchange(acting_, next_)};
   }
 
   void write(const GatePattern& pattern) noexcept override {

@@ -42,7 +42,7 @@ struct Output {
 };
 static_assert(sizeof(Output) == 32);
 
-/// The plant at the end of the period that ended with an input, from the patterns that acted alone.
+/// The plant at the end of the period that ended with an input, from the applied patterns alone.
 struct PlantOutput {
   float i_alpha{};  ///< [A]
   float i_beta{};   ///< [A]
@@ -91,7 +91,7 @@ template <class T>
   p.period_ns = setup.period_ns;
   p.magnetise_first = true;
   p.magnetise_below_speed = T(10);
-  p.gate.torque_rate = T(20'000);
+  p.command.torque_rate = T(20'000);
   p.capability.base_speed = T(60);
   p.capability.zero_torque_speed = T(100);
   return p;

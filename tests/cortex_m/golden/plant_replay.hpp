@@ -6,13 +6,13 @@
 
 namespace sextant::golden {
 
-/// The plant of a golden run, moved by the patterns that acted; its currents are not fed back to a drive.
+/// The plant of a golden run, moved by the applied patterns; its currents are not fed back to a drive.
 template <class T>
 class PlantReplay {
  public:
   /// Brings the plant to the instant of the measurement; false when the integration failed.
   [[nodiscard]] bool step(const Measurement<float>& measurement) noexcept {
-    for (const GateSegment& segment : measurement.acted.segments()) {
+    for (const GateSegment& segment : measurement.applied.segments()) {
       plant_.set_inputs({segment.state, u_dc, load_torque<T>, false, T(0)});
       if (!integrator_.advance(plant_, segment.duration_ns)) return false;
     }

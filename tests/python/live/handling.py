@@ -56,7 +56,7 @@ def bring_up(record: TelemetryRecord, vehicle: Vehicle, torque_nm: float) -> Non
         make_ready(record, vehicle)
         first = len(record.samples)
         vehicle.demand(torque_nm, enable=True)
-        record.wait(lambda own: is_admitted(own, torque_nm) or state(own) == "FAULT", f"{torque_nm:g} N·m")
+        record.wait(lambda own: is_reference(own, torque_nm) or state(own) == "FAULT", f"{torque_nm:g} N·m")
         if any(admits(sample, torque_nm) for sample in record.samples[first:]):
             return
     pytest.fail(f"the drive never came to TORQUE: {record.last_words()}")
@@ -67,7 +67,7 @@ def admits(sample: Any, torque_nm: float) -> bool:
     return sample.state.name == "TORQUE" and abs(sample.torque_reference_nm - torque_nm) < TORQUE_STEP_NM
 
 
-def is_admitted(record: TelemetryRecord, torque_nm: float) -> bool:
+def is_reference(record: TelemetryRecord, torque_nm: float) -> bool:
     return admits(record.samples[-1], torque_nm)
 
 
@@ -91,12 +91,12 @@ def at_torque(record: TelemetryRecord, vehicle: Vehicle, torque_nm: float, secon
     while time.monotonic() < end_s:
         if state(record) == "TORQUE":
             vehicle.demand(torque_nm, enable=True)
-            record.wait(lambda own: is_admitted(own, torque_nm) or state(own) == "FAULT", f"{torque_nm:g} N·m")
-        if not is_admitted(record, torque_nm):
+            record.wait(lambda own: is_reference(own, torque_nm) or state(own) == "FAULT", f"{torque_nm:g} N·m")
+        if not is_reference(record, torque_nm):
             bring_up(record, vehicle, torque_nm)
         record.run(SETTLED_S)
         found += [sample for sample in record.run(PIECE_S).samples if admits(sample, torque_nm)]
-        if len(found) * interval_s(record) >= seconds and is_admitted(record, torque_nm):
+        if len(found) * interval_s(record) >= seconds and is_reference(record, torque_nm):
             return Span(found)
     raise pytest.fail.Exception(f"never {seconds:g} s in TORQUE: {record.last_words()}")
 

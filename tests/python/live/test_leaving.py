@@ -33,7 +33,7 @@ def test_leaves_in_good_order(
 
 
 def check_end(record: TelemetryRecord, span: Span) -> None:
-    """The torque ramps to zero and never back, the gates open, and the last word is SHUTDOWN, without a fault.
+    """The torque ramps to zero and never back, the gates turn off, and the last word is SHUTDOWN, without a fault.
 
     DriveTelemetry is best effort: what is heard of it holds, its last samples may be lost.
     """

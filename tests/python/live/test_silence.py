@@ -17,7 +17,7 @@ from handling import (
     at_torque,
     bring_up,
     check_excusable,
-    is_admitted,
+    is_reference,
     state,
     until,
     untripped,
@@ -31,8 +31,8 @@ TORQUE_NM = 20.0
 ENOUGH = 20  # samples
 NO_TORQUE_NM = 5.0  # the chatter of the comparators about a reference of zero
 COMMAND_LOST_BIT = 1 << COMMAND_LOST
-ZERO_FOR_LONG = ("gate.timeout_ms=1000", "gate.lost_ms=60000")  # a silence that heals
-SOON_LOST = ("gate.timeout_ms=1000", "gate.lost_ms=4000")
+ZERO_FOR_LONG = ("command.timeout_ms=1000", "command.lost_ms=60000")  # a silence that heals
+SOON_LOST = ("command.timeout_ms=1000", "command.lost_ms=4000")
 
 Start = Callable[..., tuple[DriveProcess, TelemetryRecord]]
 
@@ -48,7 +48,7 @@ def start(live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]) 
     return running
 
 
-def wound_down(record: TelemetryRecord, silence: Callable[[], None]) -> Span:
+def at_zero(record: TelemetryRecord, silence: Callable[[], None]) -> Span:
     """What is published from the torque to none, once a drive in TORQUE hears nothing any more."""
     first = len(record.samples) - 1
     silence()
@@ -66,10 +66,10 @@ def healed(
 
     def both() -> Span:
         try:
-            span = wound_down(record, silence)
+            span = at_zero(record, silence)
         finally:
             comes_back()
-        record.wait(lambda own: is_admitted(own, TORQUE_NM) or state(own) == "FAULT", "the torque after a silence")
+        record.wait(lambda own: is_reference(own, TORQUE_NM) or state(own) == "FAULT", "the torque after a silence")
         return span
 
     return untripped(record, lambda: at_torque(record, vehicle, TORQUE_NM, 0.1), both)
@@ -112,7 +112,7 @@ def lost(record: TelemetryRecord, vehicle: Vehicle, silence: Callable[[], None],
 
     end_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < end_s:
-        span = untripped(record, prepare, lambda: wound_down(record, silence))
+        span = untripped(record, prepare, lambda: at_zero(record, silence))
         record.wait_for_state("FAULT")
         record.wait(lambda own: own.states[-1].first_fault >= 0, "the reason of the FAULT")
         if record.states[-1].faults_latched == COMMAND_LOST_BIT:
@@ -144,7 +144,7 @@ def check_way_back(record: TelemetryRecord, vehicle: Vehicle) -> None:
     vehicle.demand()
     record.wait_for_state("READY")
     vehicle.demand(TORQUE_NM, enable=True)
-    record.wait(lambda own: is_admitted(own, TORQUE_NM), "the torque after the way back")
+    record.wait(lambda own: is_reference(own, TORQUE_NM), "the torque after the way back")
     record.wait(lambda own: own.states[-1].faults_latched == 0, "no fault any more")
 
 

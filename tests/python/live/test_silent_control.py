@@ -26,7 +26,7 @@ def check_silent(frames: StatusFrames) -> None:
         status = frames.next("MCU_TorqueStatus", seen)
         assert str(status["DriveState"]) == "FAULT"
         assert status["TorqueEstimated"] == 0
-        assert status["TorqueAdmitted"] == 0
+        assert status["TorqueReference"] == 0
         assert status["Lockout"] == 1
     assert not seen & MEASUREMENTS
     assert str(frames.next("MCU_Faults")["FirstFault"]) == "WATCHDOG"

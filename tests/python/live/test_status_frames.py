@@ -102,7 +102,7 @@ def mostly_within(values: np.ndarray, lowest: float, highest: float) -> bool:
 def check_torque_status(status: dict[str, np.ndarray], span: Span) -> None:
     assert set(status["DriveState"]) == {"TORQUE"} == set(span.states)
     assert not status["Lockout"].any()
-    assert np.all(np.abs(status["TorqueAdmitted"] - TORQUE_NM) < 0.011)
+    assert np.all(np.abs(status["TorqueReference"] - TORQUE_NM) < 0.011)
     assert np.all(np.abs(span.torque_reference_nm - TORQUE_NM) < 0.011)
     estimated = status["TorqueEstimated"]
     assert mostly_within(estimated, span.torque_min_nm.min() - 0.01, span.torque_max_nm.max() + 0.01)

@@ -45,7 +45,7 @@ class Vehicle:
             log = self._answer()
             print(
                 f"vehicle: {log['sent']} commands, at most {log['apart_ms']:.1f} ms apart,"
-                f" {log['skipped']} periods skipped, {log['unsent']} not sent"
+                f" {log['missed']} periods missed, {log['unsent']} not sent"
             )
         finally:
             self._control.close()

@@ -5,7 +5,7 @@ ready from vehicle.py, as the bytes that its socket takes. Arguments: descriptor
 channel, port. The control socket carries one JSON object a packet:
   {"demand": [15 frames]}   from now on the frame of the counter, every period; null: silence
   {"extra": [15 frames]}    once, right after the next command; answered by {"extra": counter}
-  {"end": true}             answered by {"sent": …, "unsent": …, "skipped": …, "apart_ms": …}, then the process ends
+  {"end": true}             answered by {"sent": …, "unsent": …, "missed": …, "apart_ms": …}, then the process ends
 """
 
 import gc
@@ -40,7 +40,7 @@ class Sender:
         self._extra: list[bytes] | None = None
         self._counter = 0
         self._last_ns = 0
-        self._log = {"sent": 0, "unsent": 0, "skipped": 0, "apart_ms": 0.0}
+        self._log = {"sent": 0, "unsent": 0, "missed": 0, "apart_ms": 0.0}
 
     def run(self) -> None:
         due_ns = time.monotonic_ns()
@@ -50,7 +50,7 @@ class Sender:
             due_ns += missed * PERIOD_NS
             time.sleep(max(due_ns - time.monotonic_ns(), 0) / 1e9)
             if self._demand is not None:
-                self._log["skipped"] += missed
+                self._log["missed"] += missed
                 self._send(self._demand)
 
     def _obey(self) -> bool:

@@ -1,4 +1,4 @@
-#include "sextant/safety/command_gate.hpp"
+#include "sextant/safety/command_supervision.hpp"
 
 #include <cmath>
 #include <limits>
@@ -12,9 +12,9 @@ constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t period_ns = 25'000;
 
 template <class T>
-class CommandGateOf : public testing::Test {
+class CommandSupervisionOf : public testing::Test {
  protected:
-  using GateParameters = typename CommandGate<T>::Parameters;
+  using Limits = typename CommandSupervision<T>::Parameters;
   static constexpr T nan = std::numeric_limits<T>::quiet_NaN();
 
   /// A frame arrives now.
@@ -28,15 +28,15 @@ class CommandGateOf : public testing::Test {
     ++command.sequence;
   }
 
-  AdmittedCommand<T> step() {
-    const auto out = gate.step(command, t_ns, T(period_ns) * T(1e-9), {-available, available}, wind_down);
+  SupervisedCommand<T> step() {
+    const auto out = supervision.step(command, t_ns, T(period_ns) * T(1e-9), {-available, available}, zero_requested);
     t_ns += period_ns;
     return out;
   }
 
   /// Steps until t_ns has advanced by `duration`; the last answer.
-  AdmittedCommand<T> run(std::int64_t duration) {
-    AdmittedCommand<T> out;
+  SupervisedCommand<T> run(std::int64_t duration) {
+    SupervisedCommand<T> out;
     for (const std::int64_t end = t_ns + duration; t_ns < end;) out = step();
     return out;
   }
@@ -51,24 +51,24 @@ class CommandGateOf : public testing::Test {
     ASSERT_EQ(out.torque, torque);
   }
 
-  GateParameters gate_parameters{};
-  CommandGate<T> gate{gate_parameters};
+  Limits limits{};
+  CommandSupervision<T> supervision{limits};
   TorqueCommand<T> command{};
   std::int64_t t_ns{5 * ms};
   T available{T(150)};
-  bool wind_down{false};
+  bool zero_requested{false};
 };
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(CommandGateOf, Scalars);
+TYPED_TEST_SUITE(CommandSupervisionOf, Scalars);
 
-TYPED_TEST(CommandGateOf, WithoutAnyCommandItStaysLocked) {
+TYPED_TEST(CommandSupervisionOf, WithoutAnyCommandItStaysLocked) {
   const auto out = this->run(300 * ms);
   EXPECT_TRUE(out.lockout);
   EXPECT_FALSE(out.enable);
   EXPECT_EQ(out.torque, TypeParam(0));
 }
 
-TYPED_TEST(CommandGateOf, EnableAtPowerUpDoesNothingUntilADisableWasSeen) {
+TYPED_TEST(CommandSupervisionOf, EnableAtPowerUpDoesNothingUntilADisableWasSeen) {
   using T = TypeParam;
   for (int i = 0; i < 20; ++i) {
     this->receive(T(15), true);
@@ -85,10 +85,10 @@ TYPED_TEST(CommandGateOf, EnableAtPowerUpDoesNothingUntilADisableWasSeen) {
   EXPECT_EQ(out.torque, T(15));
 }
 
-TYPED_TEST(CommandGateOf, SilenceBringsZeroTorqueWithinSixtyMillisecondsFromAnyTorque) {
+TYPED_TEST(CommandSupervisionOf, SilenceBringsZeroTorqueWithinSixtyMillisecondsFromAnyTorque) {
   using T = TypeParam;
   for (const T torque : {T(150), T(-150), T(15), T(0.01), T(-0.001)}) {
-    this->gate = CommandGate<T>{typename TestFixture::GateParameters{}};
+    this->supervision = CommandSupervision<T>{typename TestFixture::Limits{}};
     this->start(torque);
     const std::int64_t received = this->command.received_ns;
     while (this->t_ns - received <= 40 * ms) ASSERT_EQ(this->step().torque, torque);
@@ -105,7 +105,7 @@ TYPED_TEST(CommandGateOf, SilenceBringsZeroTorqueWithinSixtyMillisecondsFromAnyT
   }
 }
 
-TYPED_TEST(CommandGateOf, TheRampToZeroIsStraightAndTakesItsTime) {
+TYPED_TEST(CommandSupervisionOf, TheRampToZeroIsStraightAndTakesItsTime) {
   using T = TypeParam;
   this->start(T(100));
   const std::int64_t received = this->command.received_ns;
@@ -113,7 +113,7 @@ TYPED_TEST(CommandGateOf, TheRampToZeroIsStraightAndTakesItsTime) {
   EXPECT_NEAR(this->step().torque, T(50), T(0.6));
 }
 
-TYPED_TEST(CommandGateOf, ATimeoutHealsByItself) {
+TYPED_TEST(CommandSupervisionOf, ATimeoutHealsByItself) {
   using T = TypeParam;
   this->start(T(15));
   EXPECT_EQ(this->run(100 * ms).torque, T(0));
@@ -123,7 +123,7 @@ TYPED_TEST(CommandGateOf, ATimeoutHealsByItself) {
   EXPECT_FALSE(out.faults.any());
 }
 
-TYPED_TEST(CommandGateOf, ALostCommandIsAFaultAndLocks) {
+TYPED_TEST(CommandSupervisionOf, ALostCommandIsAFaultAndLocks) {
   using T = TypeParam;
   this->start(T(15));
   const std::int64_t received = this->command.received_ns;
@@ -138,7 +138,7 @@ TYPED_TEST(CommandGateOf, ALostCommandIsAFaultAndLocks) {
   EXPECT_FALSE(this->step().lockout);
 }
 
-TYPED_TEST(CommandGateOf, AStampFromTheFutureDoesNotKeepACommandAlive) {
+TYPED_TEST(CommandSupervisionOf, AStampFromTheFutureDoesNotKeepACommandAlive) {
   using T = TypeParam;
   this->start(T(15));
   this->receive(T(15), true);
@@ -148,7 +148,7 @@ TYPED_TEST(CommandGateOf, AStampFromTheFutureDoesNotKeepACommandAlive) {
   EXPECT_TRUE(this->run(150 * ms).faults.test(Fault::command_lost));
 }
 
-TYPED_TEST(CommandGateOf, AFrameThatIsLostBeforeItIsReadCountsForNothing) {
+TYPED_TEST(CommandSupervisionOf, AFrameThatIsLostBeforeItIsReadCountsForNothing) {
   using T = TypeParam;
   this->receive(T(15), false, true);
   this->command.received_ns -= 201 * ms;
@@ -157,7 +157,7 @@ TYPED_TEST(CommandGateOf, AFrameThatIsLostBeforeItIsReadCountsForNothing) {
   EXPECT_FALSE(out.fault_reset);
 }
 
-TYPED_TEST(CommandGateOf, AResetIsSeenForOnePeriodAndDoesNotUnlock) {
+TYPED_TEST(CommandSupervisionOf, AResetIsSeenForOnePeriodAndDoesNotUnlock) {
   using T = TypeParam;
   this->receive(T(0), false, true);
   auto out = this->step();
@@ -170,21 +170,21 @@ TYPED_TEST(CommandGateOf, AResetIsSeenForOnePeriodAndDoesNotUnlock) {
   EXPECT_FALSE(this->step().lockout);
 }
 
-TYPED_TEST(CommandGateOf, LockDemandsANewDisableAndForgetsTheSetpoint) {
+TYPED_TEST(CommandSupervisionOf, LockDemandsANewDisableAndForgetsTheSetpoint) {
   using T = TypeParam;
   this->start(T(15));
-  this->gate.lock();
+  this->supervision.lock();
   const auto out = this->step();
   EXPECT_TRUE(out.lockout);
   EXPECT_FALSE(out.enable);
   EXPECT_EQ(out.torque, T(0));
 }
 
-TYPED_TEST(CommandGateOf, TorqueBeyondTheLimitIsBlockedAndTheLastSetpointHolds) {
+TYPED_TEST(CommandSupervisionOf, TorqueBeyondTheLimitIsBlockedAndTheLastSetpointHolds) {
   using T = TypeParam;
   const T infinity = std::numeric_limits<T>::infinity();
   for (const T bad : {T(150.1), T(-150.1), this->nan, infinity, -infinity}) {
-    this->gate = CommandGate<T>{typename TestFixture::GateParameters{}};
+    this->supervision = CommandSupervision<T>{typename TestFixture::Limits{}};
     this->start(T(15));
     for (int frame = 1; frame <= 3; ++frame) {
       this->receive(bad, true);
@@ -199,7 +199,7 @@ TYPED_TEST(CommandGateOf, TorqueBeyondTheLimitIsBlockedAndTheLastSetpointHolds) 
   }
 }
 
-TYPED_TEST(CommandGateOf, BlockedFramesMustComeInARowToBeAFault) {
+TYPED_TEST(CommandSupervisionOf, BlockedFramesMustComeInARowToBeAFault) {
   using T = TypeParam;
   this->start(T(15));
   for (int i = 0; i < 10; ++i) {
@@ -210,7 +210,7 @@ TYPED_TEST(CommandGateOf, BlockedFramesMustComeInARowToBeAFault) {
   }
 }
 
-TYPED_TEST(CommandGateOf, FramesOutsideTheContractCountTheSame) {
+TYPED_TEST(CommandSupervisionOf, FramesOutsideTheContractCountTheSame) {
   this->start(TypeParam(15));
   this->command.out_of_range = 2;
   EXPECT_FALSE(this->step().faults.any());
@@ -220,11 +220,11 @@ TYPED_TEST(CommandGateOf, FramesOutsideTheContractCountTheSame) {
 
 // Beyond the contract's range (dropped by the receiver) and beyond the configured limit (dropped here),
 // mixed.
-TYPED_TEST(CommandGateOf, ThreeBadFramesInARowAreAFaultWhateverIsWrongWithEach) {
+TYPED_TEST(CommandSupervisionOf, ThreeBadFramesInARowAreAFaultWhateverIsWrongWithEach) {
   using T = TypeParam;
   for (const unsigned kinds : {0b000U, 0b001U, 0b010U, 0b011U, 0b100U, 0b101U, 0b110U, 0b111U}) {
     SCOPED_TRACE(kinds);
-    this->gate = CommandGate<T>{{}};
+    this->supervision = CommandSupervision<T>{{}};
     this->command = {};
     this->start(T(15));
     for (unsigned frame = 0; frame < 3; ++frame) {
@@ -242,7 +242,7 @@ TYPED_TEST(CommandGateOf, ThreeBadFramesInARowAreAFaultWhateverIsWrongWithEach) 
   }
 }
 
-TYPED_TEST(CommandGateOf, AGoodFrameBetweenFramesOutsideTheContractStartsTheCountAgain) {
+TYPED_TEST(CommandSupervisionOf, AGoodFrameBetweenFramesOutsideTheContractStartsTheCountAgain) {
   using T = TypeParam;
   this->start(T(15));
   for (int i = 0; i < 10; ++i) {
@@ -254,7 +254,7 @@ TYPED_TEST(CommandGateOf, AGoodFrameBetweenFramesOutsideTheContractStartsTheCoun
   }
 }
 
-TYPED_TEST(CommandGateOf, ANewFrameIsJudgedAlsoWhileAllIsWell) {
+TYPED_TEST(CommandSupervisionOf, ANewFrameIsJudgedAlsoWhileAllIsWell) {
   using T = TypeParam;
   this->start(T(15));
   this->receive(T(15), true, true);
@@ -268,17 +268,17 @@ TYPED_TEST(CommandGateOf, ANewFrameIsJudgedAlsoWhileAllIsWell) {
   EXPECT_LT(out.torque, T(20));
 }
 
-TYPED_TEST(CommandGateOf, AFrameThatIsOldWhenItIsReadRampsToZero) {
+TYPED_TEST(CommandSupervisionOf, AFrameThatIsOldWhenItIsReadRampsToZero) {
   using T = TypeParam;
   this->start(T(15));
   this->receive(T(20), true);
-  this->command.received_ns = this->t_ns - this->gate_parameters.timeout_ns - 1;
+  this->command.received_ns = this->t_ns - this->limits.timeout_ns - 1;
   const auto out = this->step();
   EXPECT_TRUE(out.enable);
   EXPECT_LT(out.torque, T(15));
 }
 
-TYPED_TEST(CommandGateOf, AGoodFrameForgetsWhatWasOutsideTheContractBefore) {
+TYPED_TEST(CommandSupervisionOf, AGoodFrameForgetsWhatWasOutsideTheContractBefore) {
   using T = TypeParam;
   this->start(T(15));
   this->command.out_of_range = 2;
@@ -292,7 +292,7 @@ TYPED_TEST(CommandGateOf, AGoodFrameForgetsWhatWasOutsideTheContractBefore) {
   EXPECT_TRUE(this->step().faults.test(Fault::command_out_of_range));
 }
 
-TYPED_TEST(CommandGateOf, ALimitThatIsNoneBlocksTheFrame) {
+TYPED_TEST(CommandSupervisionOf, ALimitThatIsNoneBlocksTheFrame) {
   using T = TypeParam;
   for (const T bad : {this->nan, T(-1)}) {
     this->start(T(15));
@@ -302,7 +302,7 @@ TYPED_TEST(CommandGateOf, ALimitThatIsNoneBlocksTheFrame) {
   }
 }
 
-TYPED_TEST(CommandGateOf, ABlockedFrameNeitherEnablesNorResets) {
+TYPED_TEST(CommandSupervisionOf, ABlockedFrameNeitherEnablesNorResets) {
   using T = TypeParam;
   this->receive(T(0), false);
   this->step();
@@ -315,12 +315,12 @@ TYPED_TEST(CommandGateOf, ABlockedFrameNeitherEnablesNorResets) {
 }
 
 // A vehicle that asks for no torque may well say that it has none to ask for.
-TYPED_TEST(CommandGateOf, ADisableIsADisableWhateverItsTorque) {
+TYPED_TEST(CommandSupervisionOf, ADisableIsADisableWhateverItsTorque) {
   using T = TypeParam;
   const T infinity = std::numeric_limits<T>::infinity();
   for (const T torque : {T(150.1), T(-400), this->nan, infinity, -infinity}) {
     SCOPED_TRACE(torque);
-    this->gate = CommandGate<T>{{}};
+    this->supervision = CommandSupervision<T>{{}};
     this->start(T(15));
     for (int frame = 0; frame < 10; ++frame) {
       this->receive(torque, false);
@@ -334,7 +334,7 @@ TYPED_TEST(CommandGateOf, ADisableIsADisableWhateverItsTorque) {
   }
 }
 
-TYPED_TEST(CommandGateOf, ADisableEndsTheLockoutAndAResetResetsWhateverTheirTorque) {
+TYPED_TEST(CommandSupervisionOf, ADisableEndsTheLockoutAndAResetResetsWhateverTheirTorque) {
   this->receive(this->nan, false, true);
   this->command.torque_limit = this->nan;
   auto out = this->step();
@@ -345,7 +345,7 @@ TYPED_TEST(CommandGateOf, ADisableEndsTheLockoutAndAResetResetsWhateverTheirTorq
   EXPECT_FALSE(this->step().lockout);
 }
 
-TYPED_TEST(CommandGateOf, ADisableBetweenBlockedFramesBreaksTheirRow) {
+TYPED_TEST(CommandSupervisionOf, ADisableBetweenBlockedFramesBreaksTheirRow) {
   using T = TypeParam;
   this->start(T(15));
   for (int frame = 0; frame < 6; ++frame) {
@@ -355,9 +355,9 @@ TYPED_TEST(CommandGateOf, ADisableBetweenBlockedFramesBreaksTheirRow) {
 }
 
 // The control thread sees the newest command only: what came between is known by its count.
-TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenDisablesForAPeriodAndTorqueStartsFromZero) {
+TYPED_TEST(CommandSupervisionOf, ADisableThatWasOverwrittenDisablesForAPeriodAndTorqueStartsFromZero) {
   using T = TypeParam;
-  this->gate = CommandGate<T>{{.torque_rate = T(1000)}};
+  this->supervision = CommandSupervision<T>{{.torque_rate = T(1000)}};
   this->receive(T(0), false);
   this->step();
   this->receive(T(15), true);
@@ -373,7 +373,7 @@ TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenDisablesForAPeriodAndTorqueS
   EXPECT_NEAR(out.torque, T(0.025), T(1e-6));
 }
 
-TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenByABlockedFrameHolds) {
+TYPED_TEST(CommandSupervisionOf, ADisableThatWasOverwrittenByABlockedFrameHolds) {
   using T = TypeParam;
   this->start(T(15));
   ++this->command.disables;
@@ -383,7 +383,7 @@ TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenByABlockedFrameHolds) {
   EXPECT_TRUE(this->step().enable);
 }
 
-TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenEndsTheLockout) {
+TYPED_TEST(CommandSupervisionOf, ADisableThatWasOverwrittenEndsTheLockout) {
   using T = TypeParam;
   ++this->command.disables;
   this->receive(T(15), true);
@@ -394,7 +394,7 @@ TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenEndsTheLockout) {
   EXPECT_TRUE(out.enable);
 }
 
-TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenEndsNoLockoutWhileTheCheckIsNotValidOrTheCommandLost) {
+TYPED_TEST(CommandSupervisionOf, ADisableThatWasOverwrittenEndsNoLockoutWhileTheCheckIsNotValidOrTheCommandLost) {
   using T = TypeParam;
   ++this->command.disables;
   this->receive(T(15), true);
@@ -411,7 +411,7 @@ TYPED_TEST(CommandGateOf, ADisableThatWasOverwrittenEndsNoLockoutWhileTheCheckIs
   EXPECT_TRUE(this->step().lockout);
 }
 
-TYPED_TEST(CommandGateOf, AResetThatWasOverwrittenResetsAndItsDisableEndsNoLockout) {
+TYPED_TEST(CommandSupervisionOf, AResetThatWasOverwrittenResetsAndItsDisableEndsNoLockout) {
   using T = TypeParam;
   ++this->command.disables;
   ++this->command.resets;
@@ -425,7 +425,7 @@ TYPED_TEST(CommandGateOf, AResetThatWasOverwrittenResetsAndItsDisableEndsNoLocko
 }
 
 // A disable that is the newest command came after every reset; of one that was overwritten that is not known.
-TYPED_TEST(CommandGateOf, WhereResetAndDisableCameAtOnceTheOrderDecidesAboutTheLockout) {
+TYPED_TEST(CommandSupervisionOf, WhereResetAndDisableCameAtOnceTheOrderDecidesAboutTheLockout) {
   using T = TypeParam;
   this->command.disables += 2;
   ++this->command.resets;
@@ -434,7 +434,7 @@ TYPED_TEST(CommandGateOf, WhereResetAndDisableCameAtOnceTheOrderDecidesAboutTheL
   EXPECT_TRUE(out.fault_reset);
   EXPECT_FALSE(out.lockout);
 
-  this->gate.lock();
+  this->supervision.lock();
   this->command.disables += 2;
   ++this->command.resets;
   this->receive(T(15), true);
@@ -443,9 +443,9 @@ TYPED_TEST(CommandGateOf, WhereResetAndDisableCameAtOnceTheOrderDecidesAboutTheL
   EXPECT_TRUE(out.lockout);
 }
 
-TYPED_TEST(CommandGateOf, ADisableThatAResettingEnableOverwroteEndsNoLockout) {
+TYPED_TEST(CommandSupervisionOf, ADisableThatAResettingEnableOverwroteEndsNoLockout) {
   using T = TypeParam;
-  this->gate.lock();
+  this->supervision.lock();
   ++this->command.disables;
   this->receive(T(20), true);
   this->command.fault_reset = true;
@@ -455,18 +455,18 @@ TYPED_TEST(CommandGateOf, ADisableThatAResettingEnableOverwroteEndsNoLockout) {
   EXPECT_FALSE(out.enable);
 }
 
-TYPED_TEST(CommandGateOf, NoMoreIsAdmittedThanIsAvailableHoweverSlowTheTorqueFalls) {
+TYPED_TEST(CommandSupervisionOf, NoMoreIsAdmittedThanIsAvailableHoweverSlowTheTorqueFalls) {
   using T = TypeParam;
   this->start(T(100));
   this->run(ms);
   this->available = T(30);
   EXPECT_LE(this->step().torque, T(30));
-  this->wind_down = true;
+  this->zero_requested = true;
   this->available = T(10);
   EXPECT_LE(this->step().torque, T(10));
 }
 
-TYPED_TEST(CommandGateOf, CountsMayWrap) {
+TYPED_TEST(CommandSupervisionOf, CountsMayWrap) {
   using T = TypeParam;
   this->command.sequence = std::numeric_limits<decltype(this->command.sequence)>::max() - 2;
   this->command.disables = std::numeric_limits<decltype(this->command.disables)>::max();
@@ -482,7 +482,7 @@ TYPED_TEST(CommandGateOf, CountsMayWrap) {
   EXPECT_FALSE(this->step().enable);
 }
 
-TYPED_TEST(CommandGateOf, TheRequestersLimitCutsTheTorque) {
+TYPED_TEST(CommandSupervisionOf, TheRequestersLimitCutsTheTorque) {
   using T = TypeParam;
   this->start(T(15));
   for (const T torque : {T(50), T(-50)}) {
@@ -494,9 +494,9 @@ TYPED_TEST(CommandGateOf, TheRequestersLimitCutsTheTorque) {
   }
 }
 
-TYPED_TEST(CommandGateOf, TorqueFollowsAtTheConfiguredRate) {
+TYPED_TEST(CommandSupervisionOf, TorqueFollowsAtTheConfiguredRate) {
   using T = TypeParam;
-  this->gate = CommandGate<T>{{.torque_rate = T(1000)}};
+  this->supervision = CommandSupervision<T>{{.torque_rate = T(1000)}};
   this->receive(T(0), false);
   this->step();
   this->receive(T(100), true);
@@ -509,7 +509,7 @@ TYPED_TEST(CommandGateOf, TorqueFollowsAtTheConfiguredRate) {
   EXPECT_NEAR(last, T(10), T(1e-2));
 }
 
-TYPED_TEST(CommandGateOf, MoreThanIsAvailableIsSaturatedAndSaidSo) {
+TYPED_TEST(CommandSupervisionOf, MoreThanIsAvailableIsSaturatedAndSaidSo) {
   using T = TypeParam;
   this->start(T(-100));
   this->available = T(40);
@@ -523,41 +523,41 @@ TYPED_TEST(CommandGateOf, MoreThanIsAvailableIsSaturatedAndSaidSo) {
   EXPECT_FALSE(out.derated);
 }
 
-TYPED_TEST(CommandGateOf, EachDirectionHasItsOwnAvailability) {
+TYPED_TEST(CommandSupervisionOf, EachDirectionHasItsOwnAvailability) {
   using T = TypeParam;
   this->start(T(100));
   const auto step = [this] {
     this->t_ns += period_ns;
-    return this->gate.step(this->command, this->t_ns, T(1), {T(-60), T(40)}, false);
+    return this->supervision.step(this->command, this->t_ns, T(1), {T(-60), T(40)}, false);
   };
   EXPECT_EQ(step().torque, T(40));
   this->receive(T(-100), true);
   EXPECT_EQ(step().torque, T(-60));
 }
 
-TYPED_TEST(CommandGateOf, ARestartTakesBackWhatWasAdmitted) {
+TYPED_TEST(CommandSupervisionOf, ARestartTakesBackWhatWasAdmitted) {
   using T = TypeParam;
-  this->gate = CommandGate<T>{{.torque_rate = T(1000)}};
+  this->supervision = CommandSupervision<T>{{.torque_rate = T(1000)}};
   this->receive(T(0), false);
   this->step();
   this->receive(T(10), true);
   EXPECT_EQ(this->run(15 * ms).torque, T(10));
-  this->gate.restart();
+  this->supervision.restart();
   const auto out = this->step();
   EXPECT_TRUE(out.enable);
   EXPECT_NEAR(out.torque, T(0.025), T(1e-6));
 }
 
-TYPED_TEST(CommandGateOf, WindingDownBringsTorqueToExactlyZeroAndHoldsItThere) {
+TYPED_TEST(CommandSupervisionOf, WindingDownBringsTorqueToExactlyZeroAndHoldsItThere) {
   using T = TypeParam;
   this->start(T(77));
-  this->wind_down = true;
+  this->zero_requested = true;
   EXPECT_EQ(this->run(10 * ms + 2 * period_ns).torque, T(0));
   this->receive(T(100), true);
   EXPECT_EQ(this->run(ms).torque, T(0));
 }
 
-TYPED_TEST(CommandGateOf, AnInvalidEndToEndStateIsAFaultAndLocks) {
+TYPED_TEST(CommandSupervisionOf, AnInvalidEndToEndStateIsAFaultAndLocks) {
   this->start(TypeParam(15));
   this->command.e2e = E2eState::invalid;
   const auto out = this->step();
@@ -566,7 +566,7 @@ TYPED_TEST(CommandGateOf, AnInvalidEndToEndStateIsAFaultAndLocks) {
   EXPECT_FALSE(out.enable);
 }
 
-TYPED_TEST(CommandGateOf, OnlyAValidEndToEndStateUnlocks) {
+TYPED_TEST(CommandSupervisionOf, OnlyAValidEndToEndStateUnlocks) {
   using T = TypeParam;
   for (const E2eState state : {E2eState::no_data, E2eState::init, E2eState::invalid}) {
     this->receive(T(0), false);
@@ -578,7 +578,7 @@ TYPED_TEST(CommandGateOf, OnlyAValidEndToEndStateUnlocks) {
   }
 }
 
-TYPED_TEST(CommandGateOf, BusOffIsAFaultAndNothingIsEnabledWhileItLasts) {
+TYPED_TEST(CommandSupervisionOf, BusOffIsAFaultAndNothingIsEnabledWhileItLasts) {
   using T = TypeParam;
   this->start(T(15));
   this->command.bus_off = true;
@@ -587,9 +587,9 @@ TYPED_TEST(CommandGateOf, BusOffIsAFaultAndNothingIsEnabledWhileItLasts) {
   EXPECT_FALSE(out.enable);
 }
 
-TYPED_TEST(CommandGateOf, RefusesParametersThatCannotProtect) {
+TYPED_TEST(CommandSupervisionOf, RefusesParametersThatCannotProtect) {
   using T = TypeParam;
-  using Parameters = typename TestFixture::GateParameters;
+  using Parameters = typename TestFixture::Limits;
   EXPECT_EQ(Parameters{}.validate(), nullptr);
   for (const T bad : {T(0), T(-1), this->nan, std::numeric_limits<T>::infinity()}) {
     EXPECT_NE((Parameters{.torque_limit = bad}.validate()), nullptr);

@@ -14,9 +14,9 @@
 
 namespace sextant {
 
-/// What the command gate lets through in one period.
+/// What the command supervision lets through in one period.
 template <class T = double>
-struct AdmittedCommand {
+struct SupervisedCommand {
   T torque{};               ///< the reference for the controller [N·m]
   bool enable{false};       ///< torque production wanted, and the gate agrees
   bool lockout{true};       ///< a valid disable has yet to be seen
@@ -37,18 +37,18 @@ struct AdmittedCommand {
 ///   command overwrote before this period counts all the same;
 ///   the torque reference stays within what is available and changes at no more than `torque_rate`.
 template <class T = double>
-class CommandGate {
+class CommandSupervision {
  public:
   using Parameters = CommandLimits<T>;
 
-  constexpr explicit CommandGate(const Parameters& parameters) noexcept : parameters_{parameters} {}
+  constexpr explicit CommandSupervision(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
   /// One control period at t_ns, dt [s] after the one before. `available` is what the drive can give now;
-  /// `wind_down` asks for a ramp to zero, and holds it there, whatever the command says.
-  [[nodiscard]] AdmittedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
-                                        TorqueRange<T> available, bool wind_down) noexcept {
-    CommandFacts<T> facts = update_facts(command, t_ns, wind_down);
-    AdmittedCommand<T> out;
+  /// `zero_requested` asks for a ramp to zero, and holds it there, whatever the command says.
+  [[nodiscard]] SupervisedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
+                                        TorqueRange<T> available, bool zero_requested) noexcept {
+    CommandFacts<T> facts = update_facts(command, t_ns, zero_requested);
+    SupervisedCommand<T> out;
     out.fault_reset = evaluate_frames(facts);
     facts.blocked = blocked_;
     const CommandActions actions = evaluate<period_rules<T>>(facts, parameters_);
@@ -59,7 +59,7 @@ class CommandGate {
     if (!out.enable) {
       restart();
     } else if (actions.ramp) {
-      wind_down_to_zero(out, dt, available);
+      ramp_to_zero(out, dt, available);
     } else {
       follow(out, dt, available);
     }
@@ -76,13 +76,13 @@ class CommandGate {
   /// Takes back what was admitted: torque starts again from zero and at its rate.
   constexpr void restart() noexcept {
     ramp_.reset();
-    winding_down_ = false;
+    ramping_to_zero_ = false;
   }
 
  private:
   /// Age and changes of the command since the last period.
   [[nodiscard]] constexpr CommandFacts<T> update_facts(const TorqueCommand<T>& command, std::int64_t t_ns,
-                                                       bool wind_down) noexcept {
+                                                       bool zero_requested) noexcept {
     const bool is_new = command.sequence != sequence_;
     const bool disabled = command.disables != disables_;
     const bool reset = command.resets != resets_;
@@ -97,7 +97,7 @@ class CommandGate {
             .is_new = is_new,
             .disabled = disabled,
             .reset = reset,
-            .wind_down = wind_down};
+            .zero_requested = zero_requested};
   }
 
   /// Takes over what the rules leave of the frames that have come; true where one of them resets.
@@ -146,15 +146,15 @@ class CommandGate {
     out_of_range_ = in_a_row;
   }
 
-  constexpr void wind_down_to_zero(AdmittedCommand<T>& out, T dt, TorqueRange<T> available) noexcept {
-    if (!winding_down_) zero_rate_ = std::abs(ramp_.value()) / (T(parameters_.zero_ramp_ns) * T(1e-9));
-    winding_down_ = true;
+  constexpr void ramp_to_zero(SupervisedCommand<T>& out, T dt, TorqueRange<T> available) noexcept {
+    if (!ramping_to_zero_) zero_rate_ = std::abs(ramp_.value()) / (T(parameters_.zero_ramp_ns) * T(1e-9));
+    ramping_to_zero_ = true;
     ramp_.step(T(0), std::max(zero_rate_, T(1)) * dt);
     out.torque = ramp_.limit(available.lowest, available.highest);
   }
 
-  constexpr void follow(AdmittedCommand<T>& out, T dt, TorqueRange<T> available) noexcept {
-    winding_down_ = false;
+  constexpr void follow(SupervisedCommand<T>& out, T dt, TorqueRange<T> available) noexcept {
+    ramping_to_zero_ = false;
     const T target = std::clamp(setpoint_, available.lowest, available.highest);
     out.derated = target != setpoint_;
     ramp_.step(target, parameters_.torque_rate * dt);
@@ -174,7 +174,7 @@ class CommandGate {
   std::uint32_t out_of_range_{0};  ///< of these, as the receiver last counted them [-]
   bool enable_{false};
   bool lockout_{true};
-  bool winding_down_{false};
+  bool ramping_to_zero_{false};
 };
 
 }  // namespace sextant
