@@ -19,7 +19,8 @@ const char* sentence(PowerStage::Plant plant) {
     case PowerStage::Plant::answers:
       return "the plant answers; a fault reset takes the drive out of FAULT";
     case PowerStage::Plant::unacknowledged:
-      return "the plant does not acknowledge the drive's patterns; the drive goes to FAULT (MEASUREMENT_INVALID)";
+      return "the plant does not acknowledge the drive's patterns; the drive goes to FAULT "
+             "(MEASUREMENT_INVALID)";
     case PowerStage::Plant::timed_out:
     case PowerStage::Plant::unknown:
       break;

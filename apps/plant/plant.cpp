@@ -196,8 +196,10 @@ void Plant::print_real_time(std::FILE* out) const {
   const GateGuard::Counters& c = guard().counters();
   fmt::print(out, "patterns {} taken of {} drives, {} missing, {} unreadable; {} periods held\n", c.commands,
              c.drives, c.missing, c.unreadable, c.held);
-  fmt::print(out, "gates turned off: {} times for a late pattern, {} for a drive that timed out, {} by the enable line\n",
-             c.late, c.timed_out, c.disabled);
+  fmt::print(
+      out,
+      "gates turned off: {} times for a late pattern, {} for a drive that timed out, {} by the enable line\n",
+      c.late, c.timed_out, c.disabled);
   if (c.locked_out + c.outdated > 0) {
     fmt::print(out, "  kept open: {} times until the drive had shown gates off; {} patterns came too old\n",
                c.locked_out, c.outdated);

@@ -150,7 +150,8 @@ EncodedFrame encode(const RealTimeReport& x) noexcept {
   Packer pack;
   sextant_mcu_real_time_t m{};
   m.periods_missed = pack.saturated(contract::mcu_real_time_periods_missed, double(x.periods_missed));
-  m.worst_execution_time = pack.saturated(contract::mcu_real_time_worst_execution_time, x.worst_execution_time * us_per_s);
+  m.worst_execution_time =
+      pack.saturated(contract::mcu_real_time_worst_execution_time, x.worst_execution_time * us_per_s);
   m.worst_wake_latency =
       pack.saturated(contract::mcu_real_time_worst_wake_latency, x.worst_wake_latency * us_per_s);
   m.telemetry_dropped =

@@ -38,8 +38,7 @@ Config with_methods(std::span<const ControlMethod> own) {
 template <class Config>
 std::string printed(Config config) {
   Config defaults;
-  if constexpr (requires { config.drive.methods; })
-    defaults.drive.methods = untouched(config.drive.methods);
+  if constexpr (requires { config.drive.methods; }) defaults.drive.methods = untouched(config.drive.methods);
   return print(schema_of(config), schema_of(defaults));
 }
 

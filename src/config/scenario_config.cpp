@@ -202,8 +202,7 @@ std::string validate_sampling(const ScenarioConfig& c) {
   if (c.mode != ScenarioMode::sampled) return {};
   if (c.scenario.duration_ns < c.drive.drive.period_ns)
     return "the run must last at least one control period";
-  const double periods =
-      c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.drive.period_ns);
+  const double periods = c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.drive.period_ns);
   if (periods < 0.5 || std::abs(periods - std::round(periods)) > 1e-9 * periods) {
     return "trace.interval_us must be a whole number of control periods";
   }

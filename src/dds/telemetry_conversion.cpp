@@ -77,7 +77,9 @@ bool convert_stages(const RealTimeSample& in, sextant_RealTimeStatistics& out) n
 }
 
 void convert_overruns(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
-  const auto overruns = [&in](OverrunCause cause) { return in.overruns_by_cause[static_cast<std::size_t>(cause)]; };
+  const auto overruns = [&in](OverrunCause cause) {
+    return in.overruns_by_cause[static_cast<std::size_t>(cause)];
+  };
   out.overruns_machine = overruns(OverrunCause::machine_gap);
   out.overruns_stage_gap = overruns(OverrunCause::stage_gap);
   out.overruns_late_wake = overruns(OverrunCause::late_wake);
@@ -174,9 +176,9 @@ bool convert(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept
   convert_scheduling(in, out);
   return convert_stages(in, out) &&
          all_finite({in.wake_latency_p50_us, in.wake_latency_p99_us, in.wake_latency_p99_9_us,
-                     in.wake_latency_p99_99_us, in.wake_latency_max_us, in.execution_p50_us, in.execution_p99_us,
-                     in.execution_p99_9_us, in.execution_p99_99_us, in.execution_max_us, in.longest_gap_us, in.run_delay_us,
-                     in.steal_us});
+                     in.wake_latency_p99_99_us, in.wake_latency_max_us, in.execution_p50_us,
+                     in.execution_p99_us, in.execution_p99_9_us, in.execution_p99_99_us, in.execution_max_us,
+                     in.longest_gap_us, in.run_delay_us, in.steal_us});
 }
 
 }  // namespace sextant

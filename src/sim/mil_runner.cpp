@@ -22,8 +22,8 @@ struct LastTelemetry {
 /// What is observed of a sampled run: the gate segments between its control periods, and its periods.
 class SampledObserver {
  public:
-  SampledObserver(const Scenario& scenario, const MeteredPowerStage::Io& io,
-                  const Controller<>* controller, TraceRecorder* trace)
+  SampledObserver(const Scenario& scenario, const MeteredPowerStage::Io& io, const Controller<>* controller,
+                  TraceRecorder* trace)
       : metrics_{scenario},
         io_{io},
         controller_{controller},
@@ -48,8 +48,8 @@ class SampledObserver {
  private:
   using Instant = PlantInstant<MeteredPlant>;
 
-  /// The segments that was applied since the last period. The reference runs in a line from that period on; what
-  /// jumps between two periods acts with the second.
+  /// The segments that was applied since the last period. The reference runs in a line from that period on;
+  /// what jumps between two periods acts with the second.
   void add_segments(const ScenarioCommands& commands) {
     std::int64_t elapsed_ns = 0;
     for (const ActedSegment<MeteredPlant>& segment : io_.log().segments()) {

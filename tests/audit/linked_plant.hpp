@@ -25,7 +25,8 @@ class LinkedPlant {
       : plant_link_{parameters(), LinkRole::plant, period_ns},
         drive_link_{parameters(), LinkRole::drive, period_ns},
         end_{plant_link_},
-        server_{{.period_ns = period_ns, .hold_periods = 1'000'000, .pattern_timeout_ns = long_ns}, stage, end_},
+        server_{
+            {.period_ns = period_ns, .hold_periods = 1'000'000, .pattern_timeout_ns = long_ns}, stage, end_},
         task_{{.period_ns = period_ns, .wake_every_periods = 1}},
         thread_{[this] { run(); }} {}
   LinkedPlant(const LinkedPlant&) = delete;
@@ -60,7 +61,8 @@ class LinkedPlant {
   SharedMemoryLink plant_link_;
   SharedMemoryLink drive_link_;
   SharedMemoryDriveIo drive_io_{
-      drive_link_, {.measurement_timeout_ns = long_ns, .missing_periods = 1'000'000, .unacknowledged_periods = 1'000'000}};
+      drive_link_,
+      {.measurement_timeout_ns = long_ns, .missing_periods = 1'000'000, .unacknowledged_periods = 1'000'000}};
   SharedMemoryPlantEnd end_;
   PlantServer<SharedMemoryPlantEnd> server_;
   PeriodicTask task_;

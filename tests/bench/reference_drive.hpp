@@ -32,8 +32,8 @@ struct ReferenceRecord {
 
 /// One period of the whole drive as one would write it by hand, in one function without abstractions: the
 /// yardstick for `Drive::step`. The same checks and the same arithmetic in the same order: protections,
-/// torque capability, command supervision, state machine, DTC, DC-link current, telemetry record. Left out is what
-/// happens without torque: magnetising, and the estimate while the gates are off.
+/// torque capability, command supervision, state machine, DTC, DC-link current, telemetry record. Left out is
+/// what happens without torque: magnetising, and the estimate while the gates are off.
 class ReferenceDrive {
  public:
   void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request,

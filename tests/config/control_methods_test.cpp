@@ -93,17 +93,21 @@ TEST(ControlMethods, OfAProgramAreChosenByNameAndReadTheirTable) {
 TEST(ControlMethods, OfAnEcuAreReadInTheSameWay) {
   const EcuConfig c = load_ecu_config(shipped_ecu, {"control.controller=own", "control.own.gain=1"}, own);
   EXPECT_EQ(c.drive.method().name, "own");
-  EXPECT_THAT(print_config(c), HasSubstr("\n[control.own]\ngain = 1  # of its loop; a number from 0 to 10; default 2\n"));
+  EXPECT_THAT(print_config(c),
+              HasSubstr("\n[control.own]\ngain = 1  # of its loop; a number from 0 to 10; default 2\n"));
 }
 
 TEST(ControlMethods, ArePrintedWithTheirDefaultsAndReadBack) {
   const ConfigFiles files;
   const std::string text = print_config(load_scenario_config(
-      shipped_scenario, {"control.controller=own", "control.own.gain=0.5", "control.flux_reference_wb=1"}, own));
-  EXPECT_THAT(text, HasSubstr("controller = \"own\"  # control method; dtc: direct torque control by a switching "
-                              "table; own: a method for this test; \"dtc\" or \"own\"; default \"dtc\"\n"));
+      shipped_scenario, {"control.controller=own", "control.own.gain=0.5", "control.flux_reference_wb=1"},
+      own));
+  EXPECT_THAT(text,
+              HasSubstr("controller = \"own\"  # control method; dtc: direct torque control by a switching "
+                        "table; own: a method for this test; \"dtc\" or \"own\"; default \"dtc\"\n"));
   EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
-  EXPECT_THAT(config_json(load_scenario_config(shipped_scenario, {"control.own.gain=7.5", "control.flux_reference_wb=1"}, own)),
+  EXPECT_THAT(config_json(load_scenario_config(shipped_scenario,
+                                               {"control.own.gain=7.5", "control.flux_reference_wb=1"}, own)),
               HasSubstr("\"control.own.gain\": 7.5"));
 }
 
@@ -115,7 +119,8 @@ TEST(ControlMethods, AreRefusedWithFileAndLine) {
     (void)load_scenario_config(file, {}, own);
     FAIL() << "accepted";
   } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(file + ":5: control.own.gain: expected a number from 0 to 10, got 11"));
+    EXPECT_THAT(error.what(),
+                HasSubstr(file + ":5: control.own.gain: expected a number from 0 to 10, got 11"));
   }
   EXPECT_THAT(refusal({"control.own.gian=1"}), EndsWith("the nearest known one is control.own.gain"));
   EXPECT_THAT(refusal({"control.controller=foc"}), HasSubstr("expected \"dtc\" or \"own\", got \"foc\""));
@@ -123,8 +128,9 @@ TEST(ControlMethods, AreRefusedWithFileAndLine) {
 
 TEST(ControlMethods, AreValidatedThoughAnotherIsChosen) {
   EXPECT_THAT(refusal({"control.own.gain=6"}), HasSubstr("control.own: such a gain needs less flux"));
-  EXPECT_THAT(refusal({"control.controller=own", "control.dtc.flux_band_wb=0.9", "control.flux_reference_wb=0.8"}),
-              HasSubstr("control.dtc: the flux band must be below the flux reference"));
+  EXPECT_THAT(
+      refusal({"control.controller=own", "control.dtc.flux_band_wb=0.9", "control.flux_reference_wb=0.8"}),
+      HasSubstr("control.dtc: the flux band must be below the flux reference"));
 }
 
 TEST(ControlMethods, NeedNamesOfTheirOwn) {

@@ -113,7 +113,8 @@ TEST_F(ExpectationConfig, ATorqueBeyondTheGatesLimitIsRefused) {
   const std::string gate = "[command]\ntorque_limit_nm = 20\n";
   EXPECT_THAT(
       refusal(gate + "[profile.torque_nm]\nvalue = -20.5\n"),
-      HasSubstr(":6: profile.torque_nm: the torque reaches 20.5 N·m, beyond command.torque_limit_nm, 20 N·m"));
+      HasSubstr(
+          ":6: profile.torque_nm: the torque reaches 20.5 N·m, beyond command.torque_limit_nm, 20 N·m"));
   EXPECT_THAT(refusal(gate + "[profile.torque_nm]\nshape = \"sine\"\nvalue = 10\namplitude = 10.5\n"),
               HasSubstr("reaches 20.5 N·m"));
   EXPECT_THAT(refusal(gate + "[profile.torque_nm]\nshape = \"steps\"\npoints = [[0, 5], [1, 21]]\n"),

@@ -86,7 +86,8 @@ TEST(ConfigFile, ValuesThatContradictEachOtherAreRefusedWithTheirSection) {
   const std::string load = files.write("load.toml", machine_line() + "[load]\nspeed_rad_s.value = 10\n");
   EXPECT_EQ(refusal(load), load + ":2: load: speed_rad_s is given, but kind is \"torque\"");
   const std::string flux =
-      files.write("flux.toml", machine_line() + "[control]\nflux_reference_wb = 0.5\n[control.dtc]\nflux_band_wb = 0.6\n");
+      files.write("flux.toml",
+                  machine_line() + "[control]\nflux_reference_wb = 0.5\n[control.dtc]\nflux_band_wb = 0.6\n");
   EXPECT_EQ(refusal(flux), flux + ":4: control.dtc: the flux band must be below the flux reference");
 }
 

@@ -74,7 +74,8 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
 TEST_F(LimitsConfig, StandWhereTheFileNamesThem) {
   const std::string file =
       own(large,
-          "[control]\nflux_reference_wb = 0.9\n[control.dtc]\ntorque_band_upper_nm = 3\ntorque_band_lower_nm = 4\n"
+          "[control]\nflux_reference_wb = 0.9\n[control.dtc]\ntorque_band_upper_nm = 3\ntorque_band_lower_nm "
+          "= 4\n"
           "flux_band_wb = 0.02\nmagnetising_current_a = 900\nhand_over_current_a = 800\n"
           "[command]\ntorque_limit_nm = 700\n[capability]\ntorque_nm = 600\n[protection]\n"
           "over_current_a = 1234\ndc_over_voltage_v = 810\nover_speed_rad_s = 333\n");

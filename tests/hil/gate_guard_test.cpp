@@ -31,7 +31,8 @@ class GateGuardTest : public testing::Test {
     ASSERT_EQ(guard.cause(), GateCause::timed_out);
   }
 
-  GateGuard guard{{.period_ns = period_ns, .hold_periods = 2, .pattern_timeout_ns = 5'000'000, .same_clock = true}};
+  GateGuard guard{
+      {.period_ns = period_ns, .hold_periods = 2, .pattern_timeout_ns = 5'000'000, .same_clock = true}};
   std::int64_t t_ns{7'000'000'000};
   std::uint64_t sequence{0};
   std::uint32_t generation{1};

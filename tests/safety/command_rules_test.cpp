@@ -13,8 +13,11 @@ struct CommandRules : testing::Test {
   CommandActions evaluate_frame() { return evaluate<frame_rules<>>(facts(), limits); }
   CommandActions evaluate_period() { return evaluate<period_rules<>>(facts(), limits); }
   [[nodiscard]] CommandFacts<> facts() const {
-    return {
-        .command = command, .age_ns = age_ns, .is_new = is_new, .zero_requested = zero_requested, .blocked = blocked};
+    return {.command = command,
+            .age_ns = age_ns,
+            .is_new = is_new,
+            .zero_requested = zero_requested,
+            .blocked = blocked};
   }
   [[nodiscard]] static FaultSet only(Fault f) {
     FaultSet set;

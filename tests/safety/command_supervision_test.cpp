@@ -29,7 +29,8 @@ class CommandSupervisionOf : public testing::Test {
   }
 
   SupervisedCommand<T> step() {
-    const auto out = supervision.step(command, t_ns, T(period_ns) * T(1e-9), {-available, available}, zero_requested);
+    const auto out =
+        supervision.step(command, t_ns, T(period_ns) * T(1e-9), {-available, available}, zero_requested);
     t_ns += period_ns;
     return out;
   }
@@ -394,7 +395,8 @@ TYPED_TEST(CommandSupervisionOf, ADisableThatWasOverwrittenEndsTheLockout) {
   EXPECT_TRUE(out.enable);
 }
 
-TYPED_TEST(CommandSupervisionOf, ADisableThatWasOverwrittenEndsNoLockoutWhileTheCheckIsNotValidOrTheCommandLost) {
+TYPED_TEST(CommandSupervisionOf,
+           ADisableThatWasOverwrittenEndsNoLockoutWhileTheCheckIsNotValidOrTheCommandLost) {
   using T = TypeParam;
   ++this->command.disables;
   this->receive(T(15), true);

@@ -41,8 +41,8 @@ inline constexpr std::size_t frame_verdict_count = 15;
 
 /// Turns the frames of the bus into the newest command: checks identity, end-to-end protection and range of
 /// each frame, holds the last command when one is bad, and counts. It takes commands over only while the E2E
-/// state is VALID, and leaves age, rate and plausibility to the command supervision. It belongs to the receive
-/// thread, which sees every frame.
+/// state is VALID, and leaves age, rate and plausibility to the command supervision. It belongs to the
+/// receive thread, which sees every frame.
 ///
 /// Every frame has one verdict, and the frames under the command's identifier are those accepted and those
 /// rejected. A disable is accepted whatever its torque is. Bus-off lasts until a command is accepted

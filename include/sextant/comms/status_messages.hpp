@@ -13,7 +13,7 @@ namespace sextant {
 /// MCU_TorqueStatus.
 struct TorqueStatus {
   double torque{};                                ///< by the drive's estimator [N·m]
-  double torque_reference{};                       ///< output of the command supervision [N·m]
+  double torque_reference{};                      ///< output of the command supervision [N·m]
   DriveState state{DriveState::init};             ///< state of the drive
   bool lockout{true};                             ///< a valid disable has yet to be seen
   std::optional<std::uint8_t> command_counter{};  ///< of the command in force; empty while none has come
@@ -69,7 +69,7 @@ struct LatchedFaults {
 /// MCU_RealTime.
 struct RealTimeReport {
   std::uint64_t periods_missed{};     ///< control periods missed since start [-]
-  double worst_execution_time{};           ///< longest execution time of a wake-up in the last second [s]
+  double worst_execution_time{};      ///< longest execution time of a wake-up in the last second [s]
   double worst_wake_latency{};        ///< largest wake-up latency in the last second [s]
   std::uint64_t telemetry_dropped{};  ///< control periods lost to telemetry since start [-]
 };

@@ -29,7 +29,8 @@ template <class Parameters>
 void share(const ControlSetup& setup, Parameters& p) {
   if constexpr (requires { p.machine = setup.machine; }) p.machine = setup.machine;
   if constexpr (requires { p.period_ns = setup.period_ns; }) p.period_ns = setup.period_ns;
-  if constexpr (requires { p.flux_reference = setup.flux_reference; }) p.flux_reference = setup.flux_reference;
+  if constexpr (requires { p.flux_reference = setup.flux_reference; })
+    p.flux_reference = setup.flux_reference;
   if constexpr (requires { p.actuation_delay_periods = 0; })
     p.actuation_delay_periods = setup.actuation_delay_periods;
   if constexpr (requires { p.u_dc = setup.u_dc; }) p.u_dc = setup.u_dc;
@@ -38,10 +39,10 @@ void share(const ControlSetup& setup, Parameters& p) {
 /// A control method as files choose and describe it: `control.controller = "NAME"` and the table
 /// `[control.NAME]`. `control_method` makes one of a controller's class.
 struct ControlMethod {
-  std::string name;                       ///< of the method and its table
-  std::string meaning;                    ///< one line for the reader of the file
+  std::string name;                          ///< of the method and its table
+  std::string meaning;                       ///< one line for the reader of the file
   std::span<const ControlChannel> channels;  ///< what it adds to a trace
-  std::any parameters;                    ///< the controller's `Parameters`
+  std::any parameters;                       ///< the controller's `Parameters`
 
   /// Describes the table. `parameters` and `setup` are bound by reference.
   void (*describe)(Section table, std::any& parameters, const ControlSetup& setup);

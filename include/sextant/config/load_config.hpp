@@ -17,11 +17,13 @@ namespace sextant {
 /// a file they name is relative to the working directory. `own`: control methods that a program brings beside
 /// Sextant's. Throws ConfigError with every problem found.
 [[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
-                                        const std::vector<std::string>& overrides = {}, std::span<const ControlMethod> own = {});
+                                        const std::vector<std::string>& overrides = {},
+                                        std::span<const ControlMethod> own = {});
 [[nodiscard]] PlantConfig load_plant_config(const std::string& file,
                                             const std::vector<std::string>& overrides = {});
 [[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,
-                                                  const std::vector<std::string>& overrides = {}, std::span<const ControlMethod> own = {});
+                                                  const std::vector<std::string>& overrides = {},
+                                                  std::span<const ControlMethod> own = {});
 
 /// The configuration in force as a file that can be read back: every key with its value, unit, range, default
 /// and meaning. Optional keys that are not set stand as comments.

@@ -58,9 +58,9 @@ class Controller {
   /// Must be called in every period, also with the gates off.
   ///
   /// The measurement is sampled at the beginning of the period, t. The pattern that is returned begins at t,
-  /// or at t + T with an actuation delay of one period T; it fills T exactly, or has no segment with the gates
-  /// off. What was applied between the last measurement and t is in the measurement: after a missed period
-  /// it is longer than T, and differs from what was decided.
+  /// or at t + T with an actuation delay of one period T; it fills T exactly, or has no segment with the
+  /// gates off. What was applied between the last measurement and t is in the measurement: after a missed
+  /// period it is longer than T, and differs from what was decided.
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
                                          ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING = 0;
 

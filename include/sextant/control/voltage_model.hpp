@@ -7,8 +7,8 @@
 namespace sextant {
 
 /// Voltage model of the stator flux, ψ_s = ∫ (u_s − R_s i_s) dt (paper, 2.2.1 and Figure 2).
-/// Sampled: the voltage is exact, from the pattern that was applied; the current is taken by the trapezoidal rule.
-/// An open integrator: it forgets neither its initial value nor an error of R_s.
+/// Sampled: the voltage is exact, from the pattern that was applied; the current is taken by the trapezoidal
+/// rule. An open integrator: it forgets neither its initial value nor an error of R_s.
 template <class T = double>
 class VoltageModel {
  public:

@@ -36,7 +36,8 @@ class GatePattern {
     segments_[0] = {state, period_ns};
   }
 
-  /// Adds a segment at the end, unless it has no duration; false, and nothing added, when the pattern is full.
+  /// Adds a segment at the end, unless it has no duration; false, and nothing added, when the pattern is
+  /// full.
   constexpr bool append(GateSegment segment) noexcept {
     if (segment.duration_ns == 0) return true;
     if (count_ == capacity) return false;

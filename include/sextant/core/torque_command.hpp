@@ -10,8 +10,8 @@ enum class E2eState : std::uint8_t { no_data, init, valid, invalid };
 /// What came from the vehicle control unit: the newest accepted command and how reception is doing.
 /// The receive thread writes it, the control thread reads it; the control thread sees the newest one only, so
 /// that a command may be overwritten before it is seen. The counts of disables and resets tell of those that
-/// were: the command supervision compares them for change, and they may wrap. A source of which every command is
-/// seen may leave both at zero.
+/// were: the command supervision compares them for change, and they may wrap. A source of which every command
+/// is seen may leave both at zero.
 ///
 /// A frame with Enable = 0 is a disable whatever its torque and its limit are: "not available" and numbers
 /// out of range are accepted there, and stand here as zero.

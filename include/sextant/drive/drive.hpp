@@ -76,8 +76,8 @@ class Drive {
         supervise(request, t_ns, elapsed_ns, available.range(measurement.omega_m));
     const bool flux_ready = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised;
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
-    update_state(present_faults(measured, missing_flux, request, command), flux_ready, available.holds_zero_torque,
-                 request, command);
+    update_state(present_faults(measured, missing_flux, request, command), flux_ready,
+                 available.holds_zero_torque, request, command);
 
     const T torque_reference = makes_torque(state_) ? command.torque : T(0);
     const GatePattern pattern = control(measurement, usable, torque_reference);
@@ -91,7 +91,7 @@ class Drive {
 
  private:
   [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns,
-                                         std::int64_t elapsed_ns, TorqueRange<T> available) noexcept {
+                                               std::int64_t elapsed_ns, TorqueRange<T> available) noexcept {
     // The reference stays zero until the flux is ready, so that torque starts from zero and at its rate.
     const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
     return supervision_.step(request.command, t_ns, T(elapsed_ns) * T(1e-9), available, hold_at_zero);

@@ -6,15 +6,15 @@ namespace sextant {
 
 /// What the state machine looks at in one period.
 struct DriveConditions {
-  bool trip{false};         ///< a fault is present that must open the gates
-  bool fault_reset{false};  ///< a valid reset has arrived
-  bool shutdown{false};     ///< the process is leaving
-  bool at_zero{false};   ///< the admitted torque has reached zero
-  bool lockout{true};       ///< a valid disable has yet to be seen
-  bool enable{false};       ///< torque production is wanted and admitted
-  bool holds_zero_torque{false};   ///< link voltage and speed allow the machine to be held at zero torque
-  bool magnetised{false};   ///< flux is there, or is not waited for
-  bool derated{false};      ///< less than the request is admitted
+  bool trip{false};               ///< a fault is present that must open the gates
+  bool fault_reset{false};        ///< a valid reset has arrived
+  bool shutdown{false};           ///< the process is leaving
+  bool at_zero{false};            ///< the admitted torque has reached zero
+  bool lockout{true};             ///< a valid disable has yet to be seen
+  bool enable{false};             ///< torque production is wanted and admitted
+  bool holds_zero_torque{false};  ///< link voltage and speed allow the machine to be held at zero torque
+  bool magnetised{false};         ///< flux is there, or is not waited for
+  bool derated{false};            ///< less than the request is admitted
 };
 
 [[nodiscard]] constexpr bool makes_torque(DriveState s) noexcept {
@@ -25,8 +25,8 @@ struct DriveConditions {
   return s == DriveState::magnetising || makes_torque(s);
 }
 
-/// The state of the coming period. A trip turns the gates off whatever else is asked; a fault is left only by a
-/// reset while no fault is present, and then through the lockout. A shutdown waits for the torque to wind
+/// The state of the coming period. A trip turns the gates off whatever else is asked; a fault is left only by
+/// a reset while no fault is present, and then through the lockout. A shutdown waits for the torque to wind
 /// down, or for nothing where the gates are off anyway. Where the voltage does not even suffice for zero
 /// torque the gates are off; torque returns by itself.
 [[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {

@@ -14,8 +14,8 @@ namespace sextant {
 /// The torque that may be asked for at a speed, when motoring and when regenerating.
 template <class T = double>
 struct AvailableTorque {
-  T motoring{};            ///< [N·m]
-  T regenerating{};        ///< magnitude [N·m]
+  T motoring{};                   ///< [N·m]
+  T regenerating{};               ///< magnitude [N·m]
   bool holds_zero_torque{false};  ///< the machine can be held at zero torque, so that the gates may be on
 
   /// The torques that may be asked for at this speed [rad/s], of which the sign tells what motoring is.

@@ -37,19 +37,20 @@ enum class GateCause : std::uint8_t {
 }
 
 /// The plant's gate driver: which pattern acts over the coming period. It follows a drive that lives and has
-/// its gate-enable line on; a pattern that is not renewed is held for `hold_periods`, then the gates turn off and
-/// the next pattern may close them.
+/// its gate-enable line on; a pattern that is not renewed is held for `hold_periods`, then the gates turn off
+/// and the next pattern may close them.
 ///
-/// A drive that was absent, timed out or without its line is locked out: nothing closes the gates before it has
-/// shown a pattern with all of them off. What a control thread that was stopped in the middle of a period
+/// A drive that was absent, timed out or without its line is locked out: nothing closes the gates before it
+/// has shown a pattern with all of them off. What a control thread that was stopped in the middle of a period
 /// writes when it goes on, and what a network delivers late of a dead drive, is torque for a machine of the
 /// past. The drive sees gates off against its pattern and trips (MeasurementAssembler).
 class GateGuard {
  public:
   struct Parameters {
-    std::int32_t period_ns{25'000};      ///< plant period [ns]
-    int hold_periods{1};                 ///< periods for which a pattern acts that is not renewed [-]
-    std::int64_t pattern_timeout_ns{5'000'000};  ///< without a pattern for so long the drive counts as dead [ns]
+    std::int32_t period_ns{25'000};  ///< plant period [ns]
+    int hold_periods{1};             ///< periods for which a pattern acts that is not renewed [-]
+    std::int64_t pattern_timeout_ns{
+        5'000'000};          ///< without a pattern for so long the drive counts as dead [ns]
     bool same_clock{false};  ///< the drive's clock is the plant's: a pattern's age can be told [-]
   };
 
@@ -111,7 +112,8 @@ class GateGuard {
   /// Two periods pass even when nobody is late, one of either side's grid.
   [[nodiscard]] bool is_outdated(const DrivePatternRecord& command,
                                  std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
-    const std::int64_t oldest_ns = t_ns - parameters_.pattern_timeout_ns - 2 * std::int64_t{parameters_.period_ns};
+    const std::int64_t oldest_ns =
+        t_ns - parameters_.pattern_timeout_ns - 2 * std::int64_t{parameters_.period_ns};
     return parameters_.same_clock && command.t_ns < oldest_ns;
   }
 

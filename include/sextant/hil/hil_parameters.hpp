@@ -19,7 +19,8 @@ struct HilParameters {
   int missing_periods{4};  ///< drive: so many periods without a measurement and it trips [-]
   std::int64_t measurement_timeout_ns{
       10'000'000};  ///< drive: without a measurement for so long the plant has timed out [ns]
-  std::int64_t pattern_timeout_ns{5'000'000};  ///< both: with no pattern taken for so long the drive is dead [ns]
+  std::int64_t pattern_timeout_ns{
+      5'000'000};  ///< both: with no pattern taken for so long the drive is dead [ns]
   std::int64_t lockstep_timeout_ns{10'000'000'000};  ///< lockstep: longest wait for the other side [ns]
   std::string udp_listen{"0.0.0.0:47810"};           ///< own address and port
   std::string udp_peer{"127.0.0.1:47811"};           ///< where the other side listens

@@ -51,7 +51,8 @@ struct LinkMemory {
 static_assert(sizeof(LinkHeader) == 32 && std::is_trivially_copyable_v<LinkHeader>);
 static_assert(offsetof(LinkHeader, layout_version) == 8 && offsetof(LinkHeader, size_bytes) == 12);
 static_assert(sizeof(LinkSide) == cache_line && offsetof(LinkSide, asleep) == 12);
-static_assert(sizeof(SequenceCell<DrivePatternRecord>) == 80 && sizeof(SequenceCell<MeasurementRecord>) == 128);
+static_assert(sizeof(SequenceCell<DrivePatternRecord>) == 80 &&
+              sizeof(SequenceCell<MeasurementRecord>) == 128);
 static_assert(offsetof(LinkMemory, plant) == 64 && offsetof(LinkMemory, drive) == 128);
 static_assert(offsetof(LinkMemory, gate_enable) == 192 && offsetof(LinkMemory, command) == 256);
 static_assert(offsetof(LinkMemory, measurements) == 384 && sizeof(LinkMemory) == 131'520);

@@ -34,7 +34,7 @@ struct MeasurementRecord {
   double i_c{};
   double u_dc{};                     ///< DC-link voltage [V]
   double omega_m{};                  ///< mechanical speed [rad/s]
-  PatternRecord applied{};             ///< the pattern that was applied over the plant period that ends at t_ns
+  PatternRecord applied{};           ///< the pattern that was applied over the plant period that ends at t_ns
   std::uint64_t command_sequence{};  ///< the newest command that the plant had taken [-]
   std::uint32_t generation{};        ///< which start of the plant this is [-]
   std::uint32_t plausible{};         ///< 0: the plant cannot vouch for it

@@ -23,14 +23,15 @@ namespace sextant {
 ///
 /// Nor is it when the plant does not acknowledge the drive's patterns: when `unacknowledged_periods`
 /// measurements in a row carry no newer pattern that it took (the way to it is cut, that back is not), and at
-/// once when it took a pattern and turned the gates off against it (its gate driver has locked the drive out, or
-/// the gate-enable line is off). Gates that opened because a pattern was late are no refusal: nothing newer
-/// was taken then.
+/// once when it took a pattern and turned the gates off against it (its gate driver has locked the drive out,
+/// or the gate-enable line is off). Gates that opened because a pattern was late are no refusal: nothing
+/// newer was taken then.
 class MeasurementAssembler {
  public:
   struct Parameters {
-    std::int64_t measurement_timeout_ns{10'000'000};  ///< without a record for so long the plant has timed out [ns]
-    int missing_periods{4};             ///< so many calls in a row without a record are not plausible [-]
+    std::int64_t measurement_timeout_ns{
+        10'000'000};         ///< without a record for so long the plant has timed out [ns]
+    int missing_periods{4};  ///< so many calls in a row without a record are not plausible [-]
     int unacknowledged_periods{
         50};  ///< so many calls in a row with records, but with no newer pattern taken [-]
   };
@@ -119,9 +120,10 @@ class MeasurementAssembler {
  private:
   static constexpr std::uint64_t none = std::numeric_limits<std::uint64_t>::max();
 
-  /// What was applied over a period is the plant's answer to the command that it took at its beginning. Numbers
-  /// that are not of this drive, or not newer, are no answer.
-  [[nodiscard]] bool is_refusal(std::uint64_t taken, const GatePattern& applied) noexcept SEXTANT_NONBLOCKING {
+  /// What was applied over a period is the plant's answer to the command that it took at its beginning.
+  /// Numbers that are not of this drive, or not newer, are no answer.
+  [[nodiscard]] bool is_refusal(std::uint64_t taken,
+                                const GatePattern& applied) noexcept SEXTANT_NONBLOCKING {
     if (taken <= taken_ || taken > written_) return false;
     taken_ = taken;
     acknowledged_ = true;

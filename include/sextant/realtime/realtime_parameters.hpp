@@ -42,9 +42,9 @@ struct RealtimeParameters {
   bool stage_statistics{true};  ///< time stamps between the stages of each control period
   std::int64_t gap_limit_ns{10'000};  ///< two time stamps further apart are a gap [ns]
 
-  /// Without a wake-up for so long the watchdog turns the gates off and the bus is told of a fault. The default
-  /// is half of the 100 ms within which a vehicle has to see it: cycle times and the bus need some of the
-  /// rest. [ns]
+  /// Without a wake-up for so long the watchdog turns the gates off and the bus is told of a fault. The
+  /// default is half of the 100 ms within which a vehicle has to see it: cycle times and the bus need some of
+  /// the rest. [ns]
   std::int64_t watchdog_ns{50'000'000};
 
   [[nodiscard]] constexpr const char* validate() const noexcept {

@@ -72,8 +72,7 @@ class WakeSchedule {
     const std::int64_t period = parameters_.wake_period_ns();
     const std::int64_t latency = now_ns > next_deadline_ns_ ? now_ns - next_deadline_ns_ : 0;
     const std::int64_t missed = latency / period;
-    const Wake result{next_deadline_ns_ + missed * period, latency,
-                      missed * parameters_.wake_every_periods};
+    const Wake result{next_deadline_ns_ + missed * period, latency, missed * parameters_.wake_every_periods};
     next_deadline_ns_ = result.deadline_ns + period;
     count(result);
     return result;

@@ -17,12 +17,12 @@ namespace sextant {
 template <class T = double>
 struct CommandFacts {
   const TorqueCommand<T>& command;
-  std::int64_t age_ns{};    ///< since the newest accepted frame was received [ns]
-  bool is_new{false};       ///< the newest frame has not been evaluated before
-  bool disabled{false};     ///< a frame with Enable = 0 has come since the last period
-  bool reset{false};        ///< a disable with FaultReset = 1 has come since the last period
-  bool zero_requested{false};    ///< the drive asks for zero torque
-  std::uint32_t blocked{};  ///< frames in a row that were blocked for their torque [-]
+  std::int64_t age_ns{};       ///< since the newest accepted frame was received [ns]
+  bool is_new{false};          ///< the newest frame has not been evaluated before
+  bool disabled{false};        ///< a frame with Enable = 0 has come since the last period
+  bool reset{false};           ///< a disable with FaultReset = 1 has come since the last period
+  bool zero_requested{false};  ///< the drive asks for zero torque
+  std::uint32_t blocked{};     ///< frames in a row that were blocked for their torque [-]
 };
 
 /// What follows where a rule applies.
@@ -91,7 +91,7 @@ template <class T>
 
 template <class T>
 [[nodiscard]] constexpr bool zero_is_requested(const CommandFacts<T>& facts,
-                                              const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+                                               const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
   return facts.zero_requested;
 }
 

@@ -46,7 +46,7 @@ class CommandSupervision {
   /// One control period at t_ns, dt [s] after the one before. `available` is what the drive can give now;
   /// `zero_requested` asks for a ramp to zero, and holds it there, whatever the command says.
   [[nodiscard]] SupervisedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
-                                        TorqueRange<T> available, bool zero_requested) noexcept {
+                                          TorqueRange<T> available, bool zero_requested) noexcept {
     CommandFacts<T> facts = update_facts(command, t_ns, zero_requested);
     SupervisedCommand<T> out;
     out.fault_reset = evaluate_frames(facts);

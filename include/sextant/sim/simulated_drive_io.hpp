@@ -37,8 +37,8 @@ struct SimulatedDriveIoParameters {
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
 /// The plant is lazy: read(t) first brings it to t with the patterns written so far. A gate driver that gets
-/// no new pattern keeps the last state for `hold_periods` and then turns the gates off. Any driven vector would
-/// be worse for a drive that is late: held for a millisecond, an active vector moves the torque of the
+/// no new pattern keeps the last state for `hold_periods` and then turns the gates off. Any driven vector
+/// would be worse for a drive that is late: held for a millisecond, an active vector moves the torque of the
 /// paper's machine by 250 N·m, and a zero vector at speed by half of that; with gates off the torque falls
 /// to zero and comes back with the next pattern. `Measurement::applied` tells all of it, for which a pattern
 /// needs one segment to spare; the measurement is not plausible where it cannot, nor after a gap of more than
@@ -59,7 +59,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
     for (const GateSegment& segment : applied.segments()) advance(segment);
-    // No room in `applied` for the gates that opened, or a gap too long to integrate: the plant is not at t_ns.
+    // No room in `applied` for the gates that opened, or a gap too long to integrate: the plant is not at
+    // t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
     return {.i_abc = plant_.i_abc(),
             .u_dc = parameters_.u_dc,

@@ -37,9 +37,7 @@ class TraceReducer {
 
   /// The row so far, complete or not; the next period begins a new one.
   [[nodiscard]] TraceRow take() noexcept {
-    const TraceRow row{.drive = drive_.record(),
-                       .plant = plant_.row(last_plant_),
-                       .control = control_};
+    const TraceRow row{.drive = drive_.record(), .plant = plant_.row(last_plant_), .control = control_};
     drive_.reset();
     plant_.reset();
     return row;

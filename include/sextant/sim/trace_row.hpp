@@ -31,9 +31,9 @@ struct PlantSample {
 
 /// What a controller gives to a trace beside its telemetry, in one control period.
 struct ControlSample {
-  std::int8_t torque_comparator{};      ///< of direct torque control; zero where a run has none [-]
-  std::int8_t flux_comparator{};        ///< the same [-]
-  std::span<const double> channels{};   ///< at most `control_channel_capacity`
+  std::int8_t torque_comparator{};     ///< of direct torque control; zero where a run has none [-]
+  std::int8_t flux_comparator{};       ///< the same [-]
+  std::span<const double> channels{};  ///< at most `control_channel_capacity`
 };
 
 /// The plant's true values of one row of a trace. Without a word on it a value is that of the row's end.
