@@ -51,7 +51,7 @@ void LockstepDriveIo::request(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
 
 bool LockstepDriveIo::answer(MeasurementRecord& record) noexcept SEXTANT_NONBLOCKING {
   const std::uint64_t newest = memory_.measurements.newest();
-  return newest != 0 && memory_.measurements.read(newest, record) && record.command_sequence == sequence_ &&
+  return newest != 0 && memory_.measurements.read(newest, record) && record.pattern_number == sequence_ &&
          record.generation == memory_.plant.generation.load(std::memory_order_acquire);
 }
 

@@ -55,7 +55,7 @@ void LockstepPlant::answer(const DrivePatternRecord& command) noexcept {
   end_ns_ = command.t_ns;
   MeasurementRecord record = to_record(command.t_ns, stage_.read(command.t_ns));
   record.sequence = ++sequence_;
-  record.command_sequence = command.sequence;
+  record.pattern_number = command.sequence;
   record.generation = link_.generation();
   memory_.measurements.push(record);
   own_bell_.ring();

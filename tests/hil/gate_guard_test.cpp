@@ -118,7 +118,7 @@ TEST_F(GateGuardOfAReadyDrive, APatternOlderThanTheLimitIsNone) {
   EXPECT_EQ(period(&old, true), open);
   EXPECT_EQ(guard.cause(), GateCause::late) << "as if nothing had come";
   EXPECT_EQ(guard.counters().outdated, 1U);
-  EXPECT_EQ(guard.command_sequence(), sequence - 1) << "the drive is not told that it was heard";
+  EXPECT_EQ(guard.pattern_number(), sequence - 1) << "the drive is not told that it was heard";
   DrivePatternRecord just_in_time{++sequence, t_ns - age_ns, to_record(v1), generation, 1};
   EXPECT_EQ(period(&just_in_time, true), v1);
   EXPECT_EQ(guard.counters().outdated, 1U);

@@ -26,7 +26,7 @@ class MeasurementAssemblerTest : public testing::Test {
     MeasurementRecord r = to_record(plant_ns += applied.duration_ns(), m);
     r.generation = generation;
     r.sequence = ++sequence;
-    r.command_sequence = taken;
+    r.pattern_number = taken;
     return r;
   }
 

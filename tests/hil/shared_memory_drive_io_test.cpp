@@ -282,7 +282,7 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatTakesNoPatternsAnyMoreTripsTheDrive) {
   plant_alone();  // takes the newest, follows it and lets it run out
   plant_alone();
   MeasurementRecord record = to_record(t_ns, Measurement<double>{.u_dc = 530, .applied = open});
-  record.command_sequence = plant->server.guard().command_sequence();
+  record.pattern_number = plant->server.guard().pattern_number();
   int periods = 0;
   for (; !tripped && periods < 1000; ++periods) {
     plant->end.publish(record);

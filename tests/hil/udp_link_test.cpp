@@ -54,7 +54,7 @@ class UdpLinkTest : public testing::Test {
   void publish(SwitchState applied, std::uint64_t command_taken = 0) {
     Measurement<double> m{.u_dc = 530, .applied = {applied, period_ns}};
     MeasurementRecord record = to_record(t_ns += period_ns, m);
-    record.command_sequence = command_taken;
+    record.pattern_number = command_taken;
     plant->publish(record);
   }
   Measurement<double> read() { return drive->read(t_ns); }

@@ -6,7 +6,7 @@ namespace sextant {
 
 /// What the state machine looks at in one period.
 struct DriveConditions {
-  bool trip{false};               ///< a fault is present that must open the gates
+  bool trip{false};               ///< a fault is present that must turn the gates off
   bool fault_reset{false};        ///< a valid reset has arrived
   bool shutdown{false};           ///< the process is leaving
   bool at_zero{false};            ///< the admitted torque has reached zero

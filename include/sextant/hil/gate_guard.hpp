@@ -102,7 +102,7 @@ class GateGuard {
   /// When the last command was taken. [ns]
   [[nodiscard]] std::int64_t heard_ns() const noexcept SEXTANT_NONBLOCKING { return heard_ns_; }
   /// Number of the command taken last. [-]
-  [[nodiscard]] std::uint64_t command_sequence() const noexcept SEXTANT_NONBLOCKING { return sequence_; }
+  [[nodiscard]] std::uint64_t pattern_number() const noexcept SEXTANT_NONBLOCKING { return sequence_; }
 
  private:
   [[nodiscard]] GatePattern off() const noexcept SEXTANT_NONBLOCKING {

@@ -12,7 +12,7 @@ namespace sextant {
 /// "SXHL" as the bytes lie in a datagram.
 inline constexpr std::uint32_t datagram_magic = 0x4C485853;
 
-enum class DatagramKind : std::uint16_t { measurement = 1, command = 2 };
+enum class DatagramKind : std::uint16_t { measurement = 1, pattern = 2 };
 
 /// The beginning of each datagram; magic and version stay where they are in every version.
 struct DatagramHeader {

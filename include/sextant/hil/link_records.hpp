@@ -32,12 +32,12 @@ struct MeasurementRecord {
   double i_a{};              ///< phase currents, positive into the machine [A]
   double i_b{};
   double i_c{};
-  double u_dc{};                     ///< DC-link voltage [V]
-  double omega_m{};                  ///< mechanical speed [rad/s]
-  PatternRecord applied{};           ///< the pattern that was applied over the plant period that ends at t_ns
-  std::uint64_t command_sequence{};  ///< the newest command that the plant had taken [-]
-  std::uint32_t generation{};        ///< which start of the plant this is [-]
-  std::uint32_t plausible{};         ///< 0: the plant cannot vouch for it
+  double u_dc{};                   ///< DC-link voltage [V]
+  double omega_m{};                ///< mechanical speed [rad/s]
+  PatternRecord applied{};         ///< the pattern that was applied over the plant period that ends at t_ns
+  std::uint64_t pattern_number{};  ///< the newest command that the plant had taken [-]
+  std::uint32_t generation{};      ///< which start of the plant this is [-]
+  std::uint32_t plausible{};       ///< 0: the plant cannot vouch for it
 };
 
 /// Drive → plant, one a control period.

@@ -75,7 +75,7 @@ class MeasurementAssembler {
       ++counters_.overfull;
       usable_ = false;
     }
-    if (is_refusal(record.command_sequence, applied)) {
+    if (is_refusal(record.pattern_number, applied)) {
       ++counters_.refused;
       usable_ = false;
     }

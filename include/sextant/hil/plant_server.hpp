@@ -33,7 +33,7 @@ class PlantServer {
   void step(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
     const Measurement<double> measured = stage_.read(t_ns);
     MeasurementRecord record = to_record(t_ns, measured);
-    record.command_sequence = guard_.command_sequence();
+    record.pattern_number = guard_.pattern_number();
     end_.publish(record);
     if (!measured.plausible) ++implausible_;
 

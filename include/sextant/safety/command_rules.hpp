@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/safety/command_limits.hpp"
+#include "sextant/safety/rule_table.hpp"
 
 namespace sextant {
 
@@ -131,18 +131,14 @@ struct CommandActions {
   }
 };
 
-/// Evaluates every rule of the table, in order. The table is a template argument, so that each rule is called
-/// directly.
+/// Evaluates every rule of the table, in order; all actions that follow.
 template <const auto& rules, class T>
 [[nodiscard]] constexpr CommandActions evaluate(const CommandFacts<T>& facts,
                                                 const CommandLimits<T>& limits) noexcept {
   CommandActions actions;
-  const auto evaluate_one = [&]<std::size_t n>() {
+  for_each_rule<rules>([&]<std::size_t n>() {
     if (rules[n].applies(facts, limits)) actions.add(rules[n].action, rules[n].fault);
-  };
-  [&]<std::size_t... n>(std::index_sequence<n...>) {
-    (evaluate_one.template operator()<n>(), ...);
-  }(std::make_index_sequence<rules.size()>{});
+  });
   return actions;
 }
 

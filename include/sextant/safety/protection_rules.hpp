@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/safety/protection_limits.hpp"
+#include "sextant/safety/rule_table.hpp"
 
 namespace sextant {
 
@@ -50,18 +50,14 @@ inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::over_speed, protection_rule::over_speed<T>},
 };
 
-/// Evaluates every rule of the table, in order; the faults of those that are violated. The table is a
-/// template argument, so that each rule is called directly.
+/// Evaluates every rule of the table, in order; the faults of those that are violated.
 template <const auto& rules, class T>
 [[nodiscard]] constexpr FaultSet evaluate(const Measurement<T>& m,
                                           const ProtectionLimits<T>& limits) noexcept {
   FaultSet faults;
-  const auto evaluate_one = [&]<std::size_t n>() {
+  for_each_rule<rules>([&]<std::size_t n>() {
     if (rules[n].is_violated(m, limits)) faults.set(rules[n].fault);
-  };
-  [&]<std::size_t... n>(std::index_sequence<n...>) {
-    (evaluate_one.template operator()<n>(), ...);
-  }(std::make_index_sequence<rules.size()>{});
+  });
   return faults;
 }
 

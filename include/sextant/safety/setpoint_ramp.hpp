@@ -11,10 +11,9 @@ class SetpointRamp {
  public:
   /// Moves towards target by at most max_change; returns the new value.
   constexpr T step(T target, T max_change) noexcept {
-    if (value_ == target) return value_ = target;  // the usual case
-    const T change = std::clamp(target - value_, -max_change, max_change);
+    const T rest = target - value_;
     // The target itself, so that rounding never leaves a rest.
-    value_ = change == target - value_ ? target : value_ + change;
+    value_ = std::abs(rest) <= max_change ? target : value_ + std::copysign(max_change, rest);
     return value_;
   }
 
