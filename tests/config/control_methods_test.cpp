@@ -133,6 +133,17 @@ TEST(ControlMethods, AreValidatedThoughAnotherIsChosen) {
       HasSubstr("control.dtc: the flux band must be below the flux reference"));
 }
 
+TEST(ControlMethods, HaveTheirChannelsAmongTheSignalsOfATrace) {
+  EXPECT_EQ(
+      refusal({"control.controller=own", "control.flux_reference_wb=1", "trace.signals=[\"control/gain\"]"}),
+      "accepted");
+  EXPECT_THAT(
+      refusal({"trace.signals=[\"control/gain\"]"}),
+      HasSubstr("trace: signal \"control/gain\" belongs to another controller than control.controller"));
+  EXPECT_THAT(refusal({"trace.signals=[\"control/gian\"]"}),
+              HasSubstr("the nearest known one is \"control/gain\""));
+}
+
 TEST(ControlMethods, NeedNamesOfTheirOwn) {
   for (const char* name : {"dtc", "machine_estimate", "flux_reference_wb", "controller", "", "a.b", "a b"}) {
     SCOPED_TRACE(name);

@@ -73,6 +73,11 @@ TEST(HilConfig, ALinkInRealTimeIsADelayOfOnePeriod) {
   EXPECT_EQ(plant_refusal({"drive.actuation_delay_periods=0", "hil.pacing=lockstep"}), "accepted");
 }
 
+TEST(HilConfig, ALinkCarriesNoAngle) {
+  EXPECT_THAT(drive_refusal({"plant.measures_angle=true"}), HasSubstr("plant.measures_angle must be false"));
+  EXPECT_EQ(drive_refusal({"plant.measures_angle=true", "power_stage=simulated"}), "accepted");
+}
+
 TEST(HilConfig, LockstepNeedsALinkThatLosesNothing) {
   EXPECT_THAT(drive_refusal({"power_stage=udp", "hil.pacing=lockstep"}), HasSubstr("datagrams get lost"));
   EXPECT_THAT(plant_refusal({"transport=udp", "hil.pacing=lockstep"}), HasSubstr("datagrams get lost"));
