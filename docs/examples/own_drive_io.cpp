@@ -28,7 +28,7 @@ struct InverterRegisters {
 };
 
 /// The inverter behind the registers. A gate state acts from the sample after it was written, which is a
-/// delay of one period: `plant.actuation_delay_periods = 1`.
+/// delay of one period: `drive.actuation_delay_periods = 1`.
 class RegisterDriveIo final : public sextant::DriveIo<double> {
  public:
   RegisterDriveIo(InverterRegisters& registers, std::int32_t period_ns) noexcept

@@ -140,7 +140,7 @@ def cross_check(lab: Lab, numbers: Numbers, scenario: str, duration_s: int) -> N
 
 
 def table6(lab: Lab, combinations: list[tuple[float, float]], settings: dict | None = None) -> list[Run]:
-    bands = ({"control.torque_band_upper_nm": u, "control.torque_band_lower_nm": lo} for u, lo in combinations)
+    bands = ({"control.dtc.torque_band_upper_nm": u, "control.dtc.torque_band_lower_nm": lo} for u, lo in combinations)
     return lab.run_all([("table6", b | (settings or {})) for b in bands], trace=True)
 
 

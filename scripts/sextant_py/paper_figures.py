@@ -30,12 +30,12 @@ STATES = ((1.0, "hb_1", "(a) HB = 1 N·m"), (0.5, "hb_0_5", "(b) HB = 0.5 N·m")
 
 def steady(lab: Lab, scenario: str) -> Trace:
     """0.5 ms of a magnetised machine at a row a microsecond."""
-    fine = {"duration_s": 0.06, "metrics.window_from_s": 0.05, "control.period_us": 1, "trace.interval_us": 1}
+    fine = {"duration_s": 0.06, "metrics.window_from_s": 0.05, "drive.period_us": 1, "trace.interval_us": 1}
     return lab.run(scenario, fine, trace=True).trace.between(0.05, 0.0505)
 
 
 def steady_sampled(lab: Lab, scenario: str, band_nm: float) -> Trace:
-    bands = {f"control.torque_band_{side}_nm": band_nm for side in ("upper", "lower")}
+    bands = {f"control.dtc.torque_band_{side}_nm": band_nm for side in ("upper", "lower")}
     fine = {"duration_s": 0.3, "metrics.window_from_s": 0.2, "trace.interval_us": 25, "plant.fixed.max_step_us": 5}
     return lab.run(scenario, SAMPLED_SETTINGS | fine | bands, trace=True).trace.between(0.25, 0.2525)
 
@@ -100,7 +100,7 @@ def mark_load_steps(axes: Axes) -> None:
 
 def load_step(lab: Lab) -> Trace:
     """0.6 ms about the load step at 0.2 s, at a row a microsecond."""
-    fine = {"duration_s": 0.2004, "metrics.window_from_s": 0.1, "control.period_us": 1, "trace.interval_us": 1}
+    fine = {"duration_s": 0.2004, "metrics.window_from_s": 0.1, "drive.period_us": 1, "trace.interval_us": 1}
     return lab.run("3_1_constant_torque", fine, trace=True).trace.between(0.1997, 0.2003)
 
 
@@ -181,8 +181,8 @@ def figure_13(lab: Lab, file: Path) -> None:
     save(figure, file)
 
 
-FINE = {"control.period_us": 2, "trace.interval_us": 2}
-V1 = FINE | {"control.sector_start_deg": 0}
+FINE = {"drive.period_us": 2, "trace.interval_us": 2}
+V1 = FINE | {"control.dtc.sector_start_deg": 0}
 
 
 def zoom(lab: Lab, scenario: str, end_s: float, settings: Settings) -> Trace:

@@ -11,7 +11,7 @@ SLOPES = (20, 30, 40, 47.12, 60, 80, 120, 200, 400)  # [N·m/s]; 47.12 is a sine
 
 def rise(lab: Lab, settings: Settings) -> Run:
     """The first 120 ms of 3.3, finely recorded."""
-    fine = {"duration_s": 0.12, "metrics.window_from_s": 0.1, "control.period_us": 5, "trace.interval_us": 5}
+    fine = {"duration_s": 0.12, "metrics.window_from_s": 0.1, "drive.period_us": 5, "trace.interval_us": 5}
     return lab.run("3_3_smooth", fine | settings, trace=True)
 
 
@@ -34,7 +34,7 @@ def measure_dead_zone(lab: Lab, numbers: Numbers, quick: bool) -> None:
         add_answers(numbers, f"dead_zone/sine/{reading}/{{}}_ms", rise(lab, sectors(reading)), "sine of 0.5 Hz")
     if quick:
         return
-    sampled = rise(lab, SAMPLED | {"control.period_us": 25, "trace.interval_us": 25})
+    sampled = rise(lab, SAMPLED | {"drive.period_us": 25, "trace.interval_us": 25})
     add_answers(numbers, "dead_zone/sine/sampled/{}_ms", sampled, "sine of 0.5 Hz, sampled at 25 us")
     for slope in SLOPES:
         add_answers(numbers, f"dead_zone/ramp/{{}}/{slope}", rise(lab, ramp(slope)), f"ramp of {slope} N·m/s")
@@ -46,7 +46,7 @@ def measure_dead_zone(lab: Lab, numbers: Numbers, quick: bool) -> None:
 
 
 def sectors(reading: str) -> Settings:
-    return {"control.sector_start_deg": READINGS[reading]}
+    return {"control.dtc.sector_start_deg": READINGS[reading]}
 
 
 def add_answers(numbers: Numbers, name: str, run: Run, reference: str) -> None:

@@ -23,8 +23,8 @@ def at(torque: float, speed: float, band: float = HB) -> Settings:
         "plant.integrator": "fixed",
         "profile.torque_nm.value": torque,
         "load.speed_rad_s.value": speed,
-        "control.torque_band_upper_nm": band,
-        "control.torque_band_lower_nm": band,
+        "control.dtc.torque_band_upper_nm": band,
+        "control.dtc.torque_band_lower_nm": band,
         "protection.over_current_a": 1000,
     }
 
@@ -56,7 +56,7 @@ def measure_halving(lab: Lab, numbers: Numbers, quick: bool) -> None:
     numbers.at("interpolation", middle).add("excess_percent", share, "%", 1, "line above what HB 0.918 has")
     if quick:
         return
-    literal = lab.run("hb_0_918", {"control.comparator_reading": "memoryless", "plant.integrator": "fixed"})
+    literal = lab.run("hb_0_918", {"control.dtc.comparator_reading": "memoryless", "plant.integrator": "fixed"})
     n = numbers.at("memoryless", literal)
     for metric, unit, wide in (
         ("torque_ripple_pp_nm", "N·m", 0.02),

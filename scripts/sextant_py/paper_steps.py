@@ -18,7 +18,7 @@ def step_settings(torque: float, reading: str, magnetised: bool) -> Settings:
     """A step of 3.1 at time zero, and nothing after it."""
     settings = {
         "profile.torque_nm.value": torque,
-        "control.sector_start_deg": READINGS[reading],
+        "control.dtc.sector_start_deg": READINGS[reading],
         "duration_s": 0.04,
         "metrics.window_from_s": 0.03,
         "protection.over_current_a": 1000,
@@ -57,7 +57,7 @@ def measure_steps(lab: Lab, numbers: Numbers, quick: bool) -> None:
         step = crossing(low, high, lambda t, limit=time_ms: response_ms(lab, t) < limit)
         meaning = f"centred step from a dead machine that takes {time_ms} ms"
         n.add(f"step_of_{time_ms}_ms", step, "N·m", tolerance, meaning)
-    each = SAMPLED | {"control.period_us": 25}
+    each = SAMPLED | {"drive.period_us": 25}
     points = [("3_1_constant_torque", step_settings(t, "centred", False) | each) for t in QUICK_STEPS]
     for torque, run in zip(QUICK_STEPS, lab.run_all(points), strict=True):
         meaning = f"95 % of a step of {torque} N·m, sampled at 25 us, dead machine"

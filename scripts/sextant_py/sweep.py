@@ -31,7 +31,7 @@ The file names a scenario and either a grid or a random sample:
   [set]
   duration_s = 0.5                                 # the same in every point
   [grid]
-  "control.torque_band_upper_nm" = [0.5, 0.918]
+  "control.dtc.torque_band_upper_nm" = [0.5, 0.918]
   "machine.r_r_ohm" = { from = 0.4, to = 1.6, count = 5, scale = "log" }
   [plot]
   metrics = ["torque_ripple_pp_nm"]

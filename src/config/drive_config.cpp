@@ -7,7 +7,11 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "number_text.hpp"
 #include "sextant/drive/drive_limits.hpp"
@@ -28,7 +32,7 @@ constexpr Range<double> tolerance{1e-14, 1e-1};
 
 /// What machine, flux reference and link say of the limits. It is asked for when they have been read.
 DriveLimits<> limits_of(const DriveConfig& c) {
-  return drive_limits(c.direct_torque.machine, c.direct_torque.flux_reference, c.plant.io.u_dc);
+  return drive_limits(c.control.machine, c.control.flux_reference, c.plant.io.u_dc);
 }
 
 /// The flux with which the machine meets the link's linear voltage limit at the frequency of its data sheet:
@@ -39,42 +43,33 @@ double flux_of_link(const DriveConfig& c) {
   return linear_voltage(c.plant.io.u_dc) / (2.0 * std::numbers::pi * frequency_hz);
 }
 
-void describe_comparators(Section s, DriveConfig& c) {
-  TorqueComparator<>::Parameters& torque = c.direct_torque.torque_comparator;
-  const auto torque_band = [&c] { return limits_of(c).torque_band; };
-  s.derived("torque_band_upper_nm", torque.upper_band, torque_magnitude_nm, "N·m",
-            "band of the upper torque relay", torque_band);
-  s.derived("torque_band_lower_nm", torque.lower_band, torque_magnitude_nm, "N·m",
-            "band of the lower torque relay, as a magnitude", torque_band);
-  s.choice("comparator_reading", torque.reading,
-           {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},
-           "torque relays with memory, or the band alone");
-  s.derived("flux_band_wb", c.direct_torque.flux_comparator.band, {1e-6, 1}, "Wb",
-            "half the width of the flux hysteresis", [&c] { return limits_of(c).flux_band; });
-}
-
-/// The direct torque controller.
-void describe_controller(Section s, DriveConfig& c) {
-  DirectTorqueController<>::Parameters& p = c.direct_torque;
-  s.time("period_us", p.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
+/// What every control method shares, and the table of each.
+void describe_control(Section s, DriveConfig& c) {
+  std::vector<std::string> names;
+  std::string meaning = "control method";
+  for (const ControlMethod& method : c.methods) {
+    names.push_back(method.name);
+    meaning += "; " + method.name + ": " + method.meaning;
+  }
+  s.add("controller", "", meaning.c_str(),
+        ChoiceField{std::move(names), [&c] { return c.controller; },
+                    [&c](std::string_view name) { c.controller = name; }});
   s.derived(
-      "flux_reference_wb", p.flux_reference, flux_wb, "Wb", "stator flux linkage",
+      "flux_reference_wb", c.control.flux_reference, flux_wb, "Wb", "stator flux linkage",
       [&c] { return flux_of_link(c); },
       "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
-  describe_comparators(s, c);
-  s.number("sector_start_deg", p.sector.sector_start_deg, {-180, 180}, "deg",
-           "lower edge of sector 1, from voltage vector 1");
-  s.derived("magnetising_current_a", p.magnetiser.current_limit, current_a, "A",
-            "limit while the flux is built up at standstill",
-            [&c] { return limits_of(c).magnetising_current; });
-  s.derived("hand_over_current_a", p.magnetiser.hand_over_current, current_a, "A",
-            "largest current at which torque control takes over from magnetising",
-            [&c] { return limits_of(c).hand_over_current; });
-  s.check(p);
   s.check([&c]() -> std::string {
-    if (zero_torque_speed(c.direct_torque.machine, c.direct_torque.flux_reference, c.plant.io.u_dc) > 0.0)
-      return {};
+    if (zero_torque_speed(c.control.machine, c.control.flux_reference, c.plant.io.u_dc) > 0.0) return {};
     return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";
+  });
+  for (ControlMethod& method : c.methods)
+    method.describe(s.section(method.name), method.parameters, c.control);
+  Section estimate = s.section("machine_estimate");
+  describe(estimate, c.machine_estimate, false);
+  estimate.check([&c]() -> std::string {
+    const bool known = c.machine.reactance_frequency_hz || c.machine_estimate.reactance_frequency_hz;
+    if (known || !c.machine_estimate.has_reactance()) return {};
+    return "reactance_frequency_hz is missing, which the reactances need";
   });
 }
 
@@ -109,8 +104,8 @@ void describe_capability(Section s, DriveConfig& c) {
   curve_speed(s, "zero_torque_speed_rad_s", p.zero_torque_speed,
               "from it on there is no motoring torque; not set: as far as the link's voltage lasts");
   s.derive([&c, &p] {
-    p.machine = c.direct_torque.machine;
-    p.flux_reference = c.direct_torque.flux_reference;
+    p.machine = c.control.machine;
+    p.flux_reference = c.control.flux_reference;
   });
   s.check(p);
 }
@@ -172,8 +167,6 @@ void describe(Section s, SimulatedPowerStage::Parameters& p) {
             {"erk", IntegratorKind::erk}},
            "SUNDIALS CVODE; Runge-Kutta of fixed step; exact at frozen speed; SUNDIALS ERKStep");
   s.number("u_dc_v", p.io.u_dc, voltage_v, "V", "stiff DC-link voltage");
-  s.integer("actuation_delay_periods", p.io.actuation_delay_periods, {0, 1}, "",
-            "control periods between a decision and its pattern; the controller compensates it");
   s.integer("hold_periods", p.io.hold_periods, {1, 1'000'000}, "",
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
@@ -208,13 +201,21 @@ void share(DriveConfig& c) {
   InductionMachineParameters<>& machine = c.plant.plant.machine;
   const double frequency_hz = c.machine.reactance_frequency_hz.value_or(50.0);
   machine = apply(c.machine, machine, frequency_hz);
-  c.direct_torque.machine = apply(c.machine_estimate, machine, frequency_hz);
-  c.direct_torque.actuation_delay_periods = c.plant.io.actuation_delay_periods;
-  c.drive.period_ns = c.direct_torque.period_ns;
-  c.plant.io.period_ns = c.direct_torque.period_ns;
+  c.control.machine = apply(c.machine_estimate, machine, frequency_hz);
+  c.control.period_ns = c.drive.period_ns;
+  c.control.u_dc = c.plant.io.u_dc;
+  c.plant.io.period_ns = c.drive.period_ns;
+  c.plant.io.actuation_delay_periods = c.control.actuation_delay_periods;
 }
 
 }  // namespace
+
+const ControlMethod& DriveConfig::method(std::string_view name) const {
+  for (const ControlMethod& known : methods) {
+    if (known.name == name) return known;
+  }
+  throw std::logic_error("there is no control method \"" + std::string{name} + "\"");
+}
 
 std::string validate_link(const DriveConfig& c) {
   const double link = c.plant.io.u_dc;
@@ -273,31 +274,25 @@ void describe(Section root, DriveConfig& c) {
   describe(root.section("machine"), c.machine, true);
   root.derive([&c] { share(c); });
 
-  Section control = root.section("control");
-  control.choice("controller", c.controller, {{"dtc", ControllerKind::direct_torque}},
-                 "direct torque control");
-  describe_controller(control, c);
-  Section estimate = control.section("machine_estimate");
-  describe(estimate, c.machine_estimate, false);
-  estimate.check([&c]() -> std::string {
-    const bool known = c.machine.reactance_frequency_hz || c.machine_estimate.reactance_frequency_hz;
-    if (known || !c.machine_estimate.has_reactance()) return {};
-    return "reactance_frequency_hz is missing, which the reactances need";
-  });
-
+  describe_control(root.section("control"), c);
   Section drive = root.section("drive");
+  drive.time("period_us", c.drive.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
+  drive.integer("actuation_delay_periods", c.control.actuation_delay_periods, {0, 1}, "",
+                "control periods between a decision and its pattern; the controller compensates it");
   drive.flag("magnetise_first", c.drive.magnetise_first, "build up the flux at standstill before torque");
   drive.number("magnetise_below_speed_rad_s", c.drive.magnetise_below_speed, {0, 1e3}, "rad/s",
                "a faster machine starts without magnetising first");
   // The controller's check of its current limit leaves the flux to stand after three rotor time constants.
   drive.derived("magnetise_timeout_ms", c.magnetise_timeout_ms, {1, 1e6}, "ms",
                 "time after which flux that does not stand is a fault",
-                [&c] { return std::max(1000.0, 5e3 * c.direct_torque.machine.tau_r()); });
+                [&c] { return std::max(1000.0, 5e3 * c.control.machine.tau_r()); });
   root.derive([&c] { c.drive.magnetise_timeout_ns = std::llround(c.magnetise_timeout_ms * ns_per_ms); });
   describe_command(root.section("command"), c);
   describe_capability(root.section("capability"), c);
   describe_protection(root.section("protection"), c);
-  describe(root.section("plant"), c.plant);
+  Section plant = root.section("plant");
+  describe(plant, c.plant);
+  plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   drive.check([&c]() -> std::string {
     // What its parts have to say is said where they are described.
     const Drive<>::Parameters& p = c.drive;
@@ -306,7 +301,7 @@ void describe(Section root, DriveConfig& c) {
     return problem != nullptr ? problem : "";
   });
   root.section("machine").check(c.plant.plant);
-  root.section("plant").check(c.plant.io);
+  plant.check(c.plant.io);
   describe(root.section("load"), c.load);
 }
 

@@ -39,14 +39,17 @@ std::string check_power_stage(const EcuConfig& c) {
   if (c.power_stage == PowerStageKind::udp && c.hil.pacing == Pacing::lockstep) {
     return "pacing = \"lockstep\" needs power_stage = \"shared_memory\": datagrams get lost";
   }
+  if (elsewhere && c.drive.plant.io.measures_angle) {
+    return "the link to a plant outside this process carries no angle: plant.measures_angle must be false";
+  }
   if (!elsewhere || c.hil.pacing == Pacing::lockstep) return {};
   if (c.realtime.wake_every_periods > 1) {
     return "a plant in real time outside this process does not wait: realtime.wake_every_periods must be 1, "
            "or hil.pacing \"lockstep\"";
   }
-  if (c.drive.plant.io.actuation_delay_periods != 1) {
+  if (c.drive.control.actuation_delay_periods != 1) {
     return "a plant outside this process acts one period after the decision: "
-           "plant.actuation_delay_periods must be 1";
+           "drive.actuation_delay_periods must be 1";
   }
   return {};
 }

@@ -18,7 +18,7 @@ void describe(Section s, EventExactParameters& p) {
 
 EventExactRunner::Parameters ScenarioConfig::event_exact_runner() const {
   return {.plant = drive.plant.plant,
-          .control = drive.direct_torque,
+          .control = drive.direct_torque(),
           .protection = drive.drive.protection,
           .event_exact = event_exact,
           .integrator = drive.plant.integrator,

@@ -1,5 +1,7 @@
 #include "sextant/config/load_config.hpp"
 
+#include <utility>
+
 #include "layer.hpp"
 #include "printer.hpp"
 #include "reader.hpp"
@@ -14,36 +16,46 @@ Schema schema_of(Config& config) {
   return schema;
 }
 
+/// Reads into a configuration that has its control methods.
 template <class Config>
 Config load(const std::string& file, const std::vector<std::string>& overrides,
-            const std::vector<std::string>& sections_with_file) {
+            const std::vector<std::string>& sections_with_file, Config config) {
   std::vector<Layer> layers;
   layers.push_back(read_layer(file));
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
   for (const std::string& section : sections_with_file) insert_section_layer(layers, section);
-  Config config;
   read(schema_of(config), layers);
+  return config;
+}
+
+template <class Config>
+Config with_methods(std::span<const ControlMethod> own) {
+  Config config;
+  config.drive.methods = with_own(std::move(config.drive.methods), own);
   return config;
 }
 
 template <class Config>
 std::string printed(Config config) {
   Config defaults;
+  if constexpr (requires { config.drive.methods; }) defaults.drive.methods = untouched(config.drive.methods);
   return print(schema_of(config), schema_of(defaults));
 }
 
 }  // namespace
 
-EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load<EcuConfig>(file, overrides, {"machine"});
+EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides,
+                          std::span<const ControlMethod> own) {
+  return load(file, overrides, {"machine"}, with_methods<EcuConfig>(own));
 }
 
 PlantConfig load_plant_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load<PlantConfig>(file, overrides, {"machine"});
+  return load(file, overrides, {"machine"}, PlantConfig{});
 }
 
-ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load<ScenarioConfig>(file, overrides, {"machine", "vehicle"});
+ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides,
+                                    std::span<const ControlMethod> own) {
+  return load(file, overrides, {"machine", "vehicle"}, with_methods<ScenarioConfig>(own));
 }
 
 std::string print_config(const EcuConfig& config) {

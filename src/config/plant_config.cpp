@@ -26,7 +26,7 @@ std::string check_pacing(const PlantConfig& c) {
   }
   if (c.plant.io.actuation_delay_periods != 1) {
     return "in real time a pattern acts one period after the measurement that it answers: "
-           "plant.actuation_delay_periods must be 1";
+           "drive.actuation_delay_periods must be 1";
   }
   return {};
 }
@@ -45,6 +45,8 @@ void describe(Section root, PlantConfig& c) {
               {{"shared_memory", PlantTransport::shared_memory}, {"udp", PlantTransport::udp}},
               "how the drive is met: on this machine, or over a network");
   root.time("period_us", c.period_ns, 1e3, {1, 1e5}, "us", "plant period; the drive's control period");
+  root.section("drive").integer("actuation_delay_periods", c.plant.io.actuation_delay_periods, {0, 1}, "",
+                                "control periods between the drive's decision and its pattern");
   describe(root.section("machine"), c.machine, true);
   root.derive([&c] { share(c); });
   describe(root.section("plant"), c.plant);

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "expected.hpp"
+#include "sextant/config/moved_keys.hpp"
 
 namespace sextant {
 namespace {
@@ -178,8 +179,7 @@ class Reader {
       if (keys_.contains(inner)) continue;
       if (check_list(layer, node, inner)) continue;
       if (!tables_.contains(inner)) {
-        problems_.push_back(layer.problem(
-            &node, inner, "unknown key; the nearest known one is " + layer.local_path(nearest_path(inner))));
+        problems_.push_back(layer.problem(&node, inner, unknown(layer, inner)));
       } else if (const toml::table* inner_table = node.as_table()) {
         check_keys(layer, *inner_table, inner);
       } else {
@@ -205,6 +205,16 @@ class Reader {
 
   static bool is_list_of_tables(const toml::array& items) {
     return std::all_of(items.begin(), items.end(), [](const toml::node& item) { return item.is_table(); });
+  }
+
+  /// Why a path is not known. Where a key has moved to may be unknown too: files of another kind have it.
+  [[nodiscard]] std::string unknown(const Layer& layer, const std::string& path) const {
+    for (const MovedKey& moved : moved_keys()) {
+      const std::string to{moved.to};
+      if (path != moved.from || !(keys_.contains(to) || tables_.contains(to))) continue;
+      return "moved to " + layer.local_path(to);
+    }
+    return "unknown key; the nearest known one is " + layer.local_path(nearest_path(path));
   }
 
   [[nodiscard]] std::string nearest_path(const std::string& path) const {

@@ -184,10 +184,10 @@ std::string validate(const Scenario& scenario) {
 /// What an event-exact run cannot do without, or not with.
 std::string validate_event_exact(const ScenarioConfig& c) {
   if (c.mode != ScenarioMode::event_exact) return {};
-  if (!has_continuous_comparators(c.drive.controller))
+  if (c.drive.controller != DirectTorqueController<>::name)
     return "an event-exact run has comparators in continuous time, control.controller must be \"dtc\"";
-  if (c.drive.plant.io.actuation_delay_periods != 0)
-    return "an event-exact run has no control period, plant.actuation_delay_periods must be 0";
+  if (c.drive.control.actuation_delay_periods != 0)
+    return "an event-exact run has no control period, drive.actuation_delay_periods must be 0";
   if (c.drive.drive.magnetise_first)
     return "an event-exact run has no drive states, give event_exact.initial_flux_wb instead of "
            "drive.magnetise_first";
@@ -200,12 +200,31 @@ std::string validate_event_exact(const ScenarioConfig& c) {
 /// What holds between the control period of a sampled run and its other parts.
 std::string validate_sampling(const ScenarioConfig& c) {
   if (c.mode != ScenarioMode::sampled) return {};
-  if (c.scenario.duration_ns < c.drive.direct_torque.period_ns)
+  if (c.scenario.duration_ns < c.drive.drive.period_ns)
     return "the run must last at least one control period";
-  const double periods =
-      c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.direct_torque.period_ns);
+  const double periods = c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.drive.period_ns);
   if (periods < 0.5 || std::abs(periods - std::round(periods)) > 1e-9 * periods) {
     return "trace.interval_us must be a whole number of control periods";
+  }
+  return {};
+}
+
+/// What a trace may hold, whichever control method is chosen.
+std::vector<std::string> all_signals(const ControlMethods& methods) {
+  std::vector<std::string> names = trace_signals();
+  for (const ControlMethod& method : methods) {
+    for (const ControlChannel& c : method.channels) names.push_back(std::string{"control/"} + c.name);
+  }
+  return names;
+}
+
+/// A trace holds the channels of its own controller alone.
+std::string validate_signals(const ScenarioConfig& c) {
+  const std::vector<std::string> there = trace_signals(c.drive.method().channels);
+  for (const std::string& name : c.scenario.trace.signals) {
+    if (std::find(there.begin(), there.end(), name) == there.end())
+      return "signal \"" + name + "\" belongs to another controller than control.controller, \"" +
+             c.drive.controller + "\"";
   }
   return {};
 }
@@ -278,12 +297,13 @@ void describe(Section root, ScenarioConfig& c) {
   describe(root.section("metrics"), scenario.metrics);
   Section trace = root.section("trace");
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us", "one row of the trace");
-  trace.names("signals", scenario.trace.signals, trace_signals(),
+  trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
               "groups (\"all\", \"standard\", \"switching\", \"voltage\", \"link\", \"rotor\", \"shaft\", "
               "\"energy\", "
               "\"comparators\") and signals (\"plant/i_dc_a\")",
               "what the trace holds beside the time");
   trace.check(scenario.trace);
+  trace.check([&c] { return validate_signals(c); });
   Section expect = root.section("expect");
   describe_fault(expect, c);
   describe(expect, scenario.expectations);

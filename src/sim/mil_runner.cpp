@@ -5,6 +5,7 @@
 #include "plant_look.hpp"
 #include "progress_ticker.hpp"
 #include "run_metrics.hpp"
+#include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/sim/scenario_commands.hpp"
 #include "sextant/sim/trace_recorder.hpp"
@@ -21,9 +22,13 @@ struct LastTelemetry {
 /// What is observed of a sampled run: the gate segments between its control periods, and its periods.
 class SampledObserver {
  public:
-  SampledObserver(const Scenario& scenario, const MeteredPowerStage::Io& io,
-                  const DirectTorqueController<>* comparators, TraceRecorder* trace)
-      : metrics_{scenario}, io_{io}, comparators_{comparators}, trace_{trace} {
+  SampledObserver(const Scenario& scenario, const MeteredPowerStage::Io& io, const Controller<>* controller,
+                  TraceRecorder* trace)
+      : metrics_{scenario},
+        io_{io},
+        controller_{controller},
+        comparators_{dynamic_cast<const DirectTorqueController<>*>(controller)},
+        trace_{trace} {
     if (comparators_ == nullptr) metrics_.has_no_pulses();
   }
 
@@ -35,7 +40,7 @@ class SampledObserver {
     reference_ = commands.reference(now.t_ns);
     reference_slope_ = commands.reference_slope(now.t_ns);
     if (trace_ != nullptr && now.t_ns >= 0)
-      trace_->add(now, trace_sample(look(end_of_period())), comparator_sample());
+      trace_->add(now, trace_sample(look(end_of_period())), control_sample());
   }
 
   [[nodiscard]] const RunMetrics& metrics() const noexcept { return metrics_; }
@@ -91,14 +96,19 @@ class SampledObserver {
     return {plant.state(), plant.u_s(), plant.i_dc()};
   }
 
-  [[nodiscard]] ComparatorSample comparator_sample() const noexcept {
-    if (comparators_ == nullptr) return {};
-    return {std::int8_t(comparators_->torque_demand()), std::int8_t(comparators_->flux_demand() ? 1 : 0)};
+  [[nodiscard]] ControlSample control_sample() const noexcept {
+    ControlSample sample;
+    if (controller_ != nullptr) sample.channels = controller_->channel_values();
+    if (comparators_ == nullptr) return sample;
+    sample.torque_comparator = std::int8_t(comparators_->torque_demand());
+    sample.flux_comparator = std::int8_t(comparators_->flux_demand() ? 1 : 0);
+    return sample;
   }
 
   RunMetrics metrics_;
   const MeteredPowerStage::Io& io_;
-  const DirectTorqueController<>* comparators_;
+  const Controller<>* controller_;
+  const DirectTorqueController<>* comparators_;  // the same, where it is one
   TraceRecorder* trace_;
   std::int64_t t_ns_{0};       ///< the last period [ns]
   double reference_{0};        ///< torque asked for from there on [N·m]
@@ -125,7 +135,7 @@ void MilResult::note_faults(FaultSet latched, Fault first, std::int64_t t_ns) {
 
 MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress) {
   ScenarioCommands commands{scenario};
-  SampledObserver observer{scenario, io_, comparators_, trace};
+  SampledObserver observer{scenario, io_, controller_, trace};
   LastTelemetry telemetry;
   ProgressTicker ticker{progress, 1024};
   MilResult result;

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "sextant/sim/trace_row.hpp"
 
@@ -106,6 +107,17 @@ inline constexpr std::array trace_columns{
 inline constexpr std::span drive_columns{
     trace_columns.data(), std::size_t(std::count_if(trace_columns.begin(), trace_columns.end(),
                                                     [](const TraceColumn& c) { return *c.folder == '\0'; }))};
+
+/// Those of a controller's channels.
+[[nodiscard]] inline std::vector<TraceColumn> channel_columns(std::span<const ControlChannel> channels) {
+  constexpr std::size_t begin = offsetof(TraceRow, control) + offsetof(ControlRow, channels);
+  std::vector<TraceColumn> columns;
+  for (const ControlChannel& c : channels.first(std::min(channels.size(), control_channel_capacity))) {
+    columns.push_back({"control", c.name, "standard", c.unit, c.description, ColumnType::float64,
+                       begin + columns.size() * sizeof(double), sizeof(double)});
+  }
+  return columns;
+}
 
 #undef SEXTANT_CONTROL
 #undef SEXTANT_PLANT

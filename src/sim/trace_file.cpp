@@ -93,13 +93,16 @@ void TraceFile::write_attributes(const Parameters& parameters) {
 
 void TraceFile::create_columns(const Parameters& parameters) {
   const hdf5::Handle properties = chunked_and_compressed(parameters.compression);
-  columns_.reserve(trace_columns.size());
-  for (const TraceColumn& c : trace_columns) {
+  channel_columns_ = channel_columns(parameters.channels);
+  columns_.reserve(trace_columns.size() + channel_columns_.size());
+  const auto create = [&](const TraceColumn& c) {
     const bool known = parameters.plant || *c.folder == '\0';
-    if (!known || !is_chosen(c, parameters.signals)) continue;
+    if (!known || !is_chosen(c, parameters.signals)) return;
     const hdf5::Handle folder = open_folder(file_.get(), c.folder);
     columns_.emplace_back(folder.get(), c, properties.get(), buffer_rows);
-  }
+  };
+  for (const TraceColumn& c : trace_columns) create(c);
+  for (const TraceColumn& c : channel_columns_) create(c);
 }
 
 void TraceFile::append(const TraceRow& row) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ class TraceFile {
     std::int64_t interval_ns{};                       ///< [ns]
     int compression{};                                ///< deflate level [-]
     bool plant{true};                                 ///< the plant's true values are known
+    std::span<const ControlChannel> channels{};       ///< of the controller
     std::vector<std::string> signals{};               ///< names of signals and of groups
   };
 
@@ -61,6 +63,7 @@ class TraceFile {
   std::string name_;
   std::function<void(const std::string&)> on_error_;
   hdf5::Handle file_{};
+  std::vector<TraceColumn> channel_columns_{};  // which some of the writers refer to
   std::vector<TraceColumnWriter> columns_{};
   std::size_t waiting_{0};  // rows that are yet to be written
   hsize_t written_{0};

@@ -26,8 +26,8 @@ std::int64_t interval_ns(const TraceParameters& parameters) {
   return ns;
 }
 
-std::vector<std::string> known(std::vector<std::string> signals) {
-  const std::vector<std::string> names = trace_signals();
+std::vector<std::string> known(std::vector<std::string> signals, std::span<const ControlChannel> channels) {
+  const std::vector<std::string> names = trace_signals(channels);
   for (const std::string& signal : signals) {
     if (std::find(names.begin(), names.end(), signal) == names.end())
       throw std::runtime_error{fmt::format("there is no trace signal \"{}\"", signal)};
@@ -54,12 +54,13 @@ std::optional<TraceReducer> make_reducer(std::int64_t interval_ns, const TraceOr
 
 }  // namespace
 
-std::vector<std::string> trace_signals() {
+std::vector<std::string> trace_signals(std::span<const ControlChannel> channels) {
   std::vector<std::string> names{"all"};
   for (const TraceColumn& c : trace_columns) {
     if (std::find(names.begin(), names.end(), c.group) == names.end()) names.emplace_back(c.group);
   }
   for (const TraceColumn& c : trace_columns) names.push_back(c.path());
+  for (const TraceColumn& c : channel_columns(channels)) names.push_back(c.path());
   return names;
 }
 
@@ -74,7 +75,8 @@ class TraceRecorder::Impl {
                .interval_ns = interval_ns(parameters),
                .compression = parameters.compression,
                .plant = origin.plant,
-               .signals = known(parameters.signals)},
+               .channels = origin.channels,
+               .signals = known(parameters.signals, origin.channels)},
               on_error ? std::move(on_error) : print_error} {}
 
   ~Impl() { close(); }
@@ -85,9 +87,9 @@ class TraceRecorder::Impl {
     reducer().add_segment(before, after, seconds);
   }
 
-  void add(const Telemetry<>& telemetry, const PlantSample& plant, ComparatorSample comparators) {
+  void add(const Telemetry<>& telemetry, const PlantSample& plant, const ControlSample& control) {
     TraceReducer& rows = reducer();
-    if (rows.add(telemetry, plant, comparators)) file_.append(rows.take());
+    if (rows.add(telemetry, plant, control)) file_.append(rows.take());
   }
 
   void add_row(const TraceRow& row) { file_.append(row); }
@@ -128,8 +130,8 @@ void TraceRecorder::add_segment(const PlantSample& before, const PlantSample& af
   impl_->add_segment(before, after, seconds);
 }
 void TraceRecorder::add(const Telemetry<>& telemetry, const PlantSample& plant,
-                        ComparatorSample comparators) {
-  impl_->add(telemetry, plant, comparators);
+                        const ControlSample& control) {
+  impl_->add(telemetry, plant, control);
 }
 void TraceRecorder::add_row(const TraceRow& row) {
   impl_->add_row(row);

@@ -26,7 +26,7 @@ TEST(EcuConfig, TheWatchdogMustOutlastTwoWakeUps) {
   EXPECT_EQ(refusal({"realtime.watchdog_ms=2"}), "");
   EXPECT_NE(refusal({"realtime.wake_every_periods=1001", "command.timeout_ms=60"}), "");
   EXPECT_EQ(refusal({"realtime.wake_every_periods=1000", "command.timeout_ms=60"}), "");
-  EXPECT_NE(refusal({"control.period_us=10000", "command.timeout_ms=1000", "command.lost_ms=2000"}), "");
+  EXPECT_NE(refusal({"drive.period_us=10000", "command.timeout_ms=1000", "command.lost_ms=2000"}), "");
 }
 
 TEST(EcuConfig, ACommandMustNotTimeOutBetweenTwoWakeUps) {

@@ -40,9 +40,9 @@ TEST(HilConfig, TheShippedFilesFitEachOther) {
   EXPECT_EQ(drive.drive.drive.period_ns, plant.period_ns);
   EXPECT_EQ(drive.hil.link, plant.hil.link);
   EXPECT_EQ(drive.hil.pacing, plant.hil.pacing);
-  EXPECT_EQ(drive.drive.direct_torque.actuation_delay_periods, 1);
+  EXPECT_EQ(drive.drive.direct_torque().actuation_delay_periods, 1);
   EXPECT_LE(plant.hil.pattern_timeout_ns, 10'000'000) << "a dead drive's gates are off within 10 ms";
-  EXPECT_EQ(drive.drive.direct_torque.machine.r_s, plant.plant.plant.machine.r_s);
+  EXPECT_EQ(drive.drive.direct_torque().machine.r_s, plant.plant.plant.machine.r_s);
 }
 
 TEST(HilConfig, APlantInRealTimeDoesNotWaitForSeveralPeriodsAWakeUp) {
@@ -66,11 +66,16 @@ TEST(HilConfig, APlantThatWaitsByTheHybridWayHasToSleep) {
 }
 
 TEST(HilConfig, ALinkInRealTimeIsADelayOfOnePeriod) {
-  EXPECT_THAT(drive_refusal({"plant.actuation_delay_periods=0"}),
-              HasSubstr("plant.actuation_delay_periods must be 1"));
-  EXPECT_THAT(plant_refusal({"plant.actuation_delay_periods=0"}),
-              HasSubstr("plant.actuation_delay_periods must be 1"));
-  EXPECT_EQ(plant_refusal({"plant.actuation_delay_periods=0", "hil.pacing=lockstep"}), "accepted");
+  EXPECT_THAT(drive_refusal({"drive.actuation_delay_periods=0"}),
+              HasSubstr("drive.actuation_delay_periods must be 1"));
+  EXPECT_THAT(plant_refusal({"drive.actuation_delay_periods=0"}),
+              HasSubstr("drive.actuation_delay_periods must be 1"));
+  EXPECT_EQ(plant_refusal({"drive.actuation_delay_periods=0", "hil.pacing=lockstep"}), "accepted");
+}
+
+TEST(HilConfig, ALinkCarriesNoAngle) {
+  EXPECT_THAT(drive_refusal({"plant.measures_angle=true"}), HasSubstr("plant.measures_angle must be false"));
+  EXPECT_EQ(drive_refusal({"plant.measures_angle=true", "power_stage=simulated"}), "accepted");
 }
 
 TEST(HilConfig, LockstepNeedsALinkThatLosesNothing) {

@@ -59,11 +59,11 @@ TEST(ConfigFile, SaysExactlyWhatIsWrong) {
 TEST(ConfigFile, AllProblemsAreReportedAtOnce) {
   const ConfigFiles files;
   const std::string file = files.write(
-      "ecu.toml", machine_line() + "drive_id = 1.5\n[control]\nperiod_us = nan\n[contorl]\nperiod_us = 25\n");
+      "ecu.toml", machine_line() + "drive_id = 1.5\n[drive]\nperiod_us = nan\n[drvie]\nperiod_us = 25\n");
   const std::string why = refusal(file);
   EXPECT_THAT(why, HasSubstr(file + ":2: drive_id: expected an integer from 0 to 65535, got 1.5\n"));
-  EXPECT_THAT(why, HasSubstr(file + ":4: control.period_us: expected a number from 1 to 100000, got nan"));
-  EXPECT_THAT(why, HasSubstr(file + ":5: contorl: unknown key; the nearest known one is control"));
+  EXPECT_THAT(why, HasSubstr(file + ":4: drive.period_us: expected a number from 1 to 100000, got nan"));
+  EXPECT_THAT(why, HasSubstr(file + ":5: drvie: unknown key; the nearest known one is drive"));
 }
 
 TEST(ConfigFile, AValueWhereATableBelongsIsRefused) {
@@ -86,8 +86,9 @@ TEST(ConfigFile, ValuesThatContradictEachOtherAreRefusedWithTheirSection) {
   const std::string load = files.write("load.toml", machine_line() + "[load]\nspeed_rad_s.value = 10\n");
   EXPECT_EQ(refusal(load), load + ":2: load: speed_rad_s is given, but kind is \"torque\"");
   const std::string flux =
-      files.write("flux.toml", machine_line() + "[control]\nflux_reference_wb = 0.5\nflux_band_wb = 0.6\n");
-  EXPECT_EQ(refusal(flux), flux + ":2: control: the flux band must be below the flux reference");
+      files.write("flux.toml",
+                  machine_line() + "[control]\nflux_reference_wb = 0.5\n[control.dtc]\nflux_band_wb = 0.6\n");
+  EXPECT_EQ(refusal(flux), flux + ":4: control.dtc: the flux band must be below the flux reference");
 }
 
 TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
@@ -95,7 +96,7 @@ TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
   // No limits follow from a machine almost without leakage.
   const std::string limits =
       "[command]\ntorque_limit_nm = 100\n[protection]\nover_current_a = 200\n"
-      "[control]\ntorque_band_upper_nm = 1\ntorque_band_lower_nm = 1\n";
+      "[control.dtc]\ntorque_band_upper_nm = 1\ntorque_band_lower_nm = 1\n";
   const std::string stiff = "[machine]\nfile = \"" + shipped_machine + "\"\nl_ls_h = 1e-9\nl_lr_h = 1e-9\n" +
                             limits + "[plant]\nintegrator = ";
   EXPECT_THAT(refusal(files.write("fixed.toml", stiff + "\"fixed\"\n")),
@@ -105,11 +106,11 @@ TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
 
 TEST(ConfigFile, APeriodSaidOnceReachesEveryoneWhoNeedsIt) {
   const DriveConfig drive =
-      load_ecu_config(shipped_ecu, {"control.period_us=62.5", "plant.actuation_delay_periods=1"}).drive;
-  EXPECT_EQ(drive.direct_torque.period_ns, 62'500);
+      load_ecu_config(shipped_ecu, {"drive.period_us=62.5", "drive.actuation_delay_periods=1"}).drive;
+  EXPECT_EQ(drive.direct_torque().period_ns, 62'500);
   EXPECT_EQ(drive.drive.period_ns, 62'500);
   EXPECT_EQ(drive.plant.io.period_ns, 62'500);
-  EXPECT_EQ(drive.direct_torque.actuation_delay_periods, 1);
+  EXPECT_EQ(drive.direct_torque().actuation_delay_periods, 1);
   EXPECT_EQ(drive.plant.io.actuation_delay_periods, 1);
 }
 
@@ -118,7 +119,7 @@ TEST(ConfigOverride, TakesTomlValuesAndBareWords) {
       shipped_ecu, {"control.flux_reference_wb=0.9", "plant.integrator=fixed", "realtime.required=true",
                     "can.bus=udp_multicast:239.74.163.2:43113", "dds.config_uri=\"a b\"", "drive_id = 7",
                     "load.torque_nm={ shape = \"steps\", points = [[0, 1], [2, 3]] }"});
-  EXPECT_EQ(config.drive.direct_torque.flux_reference, 0.9);
+  EXPECT_EQ(config.drive.direct_torque().flux_reference, 0.9);
   EXPECT_EQ(config.drive.plant.integrator, IntegratorKind::fixed);
   EXPECT_TRUE(config.realtime.required);
   EXPECT_EQ(config.can.bus, "udp_multicast:239.74.163.2:43113");

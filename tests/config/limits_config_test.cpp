@@ -62,9 +62,9 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
     EXPECT_NEAR(c.drive.command.torque_limit, 0.4 * breakdown, 1e-9 * breakdown);
     EXPECT_EQ(c.drive.capability.torque, c.drive.command.torque_limit);
     EXPECT_NEAR(c.drive.protection.dc_over_voltage, 1.3 * x.u_dc, 1e-9);
-    EXPECT_NEAR(c.direct_torque.magnetiser.current_limit, 3.0 * x.psi / m.l_s(), 1e-9);
-    EXPECT_NEAR(c.direct_torque.flux_comparator.band, 0.01 * x.psi, 1e-12);
-    EXPECT_NEAR(c.direct_torque.torque_comparator.upper_band, 0.0025 * breakdown, 1e-9 * breakdown);
+    EXPECT_NEAR(c.direct_torque().magnetiser.current_limit, 3.0 * x.psi / m.l_s(), 1e-9);
+    EXPECT_NEAR(c.direct_torque().flux_comparator.band, 0.01 * x.psi, 1e-12);
+    EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, 0.0025 * breakdown, 1e-9 * breakdown);
     EXPECT_NEAR(c.drive.protection.over_speed, 1.2 * x.u_dc / std::sqrt(3.0) / (m.pole_pairs * x.psi),
                 0.1 * c.drive.protection.over_speed)
         << "but for the drop in the resistance";
@@ -75,17 +75,18 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
 TEST_F(LimitsConfig, StandWhereTheFileNamesThem) {
   const std::string file =
       own(large,
-          "[control]\nflux_reference_wb = 0.9\ntorque_band_upper_nm = 3\ntorque_band_lower_nm = 4\n"
+          "[control]\nflux_reference_wb = 0.9\n[control.dtc]\ntorque_band_upper_nm = 3\ntorque_band_lower_nm "
+          "= 4\n"
           "flux_band_wb = 0.02\nmagnetising_current_a = 900\nhand_over_current_a = 800\n"
           "[command]\ntorque_limit_nm = 700\n[capability]\ntorque_nm = 600\n[protection]\n"
           "over_current_a = 1234\ndc_over_voltage_v = 810\nover_speed_rad_s = 333\n");
   const DriveConfig c = load_ecu_config(file).drive;
-  EXPECT_EQ(c.direct_torque.flux_reference, 0.9);
-  EXPECT_EQ(c.direct_torque.torque_comparator.upper_band, 3);
-  EXPECT_EQ(c.direct_torque.torque_comparator.lower_band, 4);
-  EXPECT_EQ(c.direct_torque.flux_comparator.band, 0.02);
-  EXPECT_EQ(c.direct_torque.magnetiser.current_limit, 900);
-  EXPECT_EQ(c.direct_torque.magnetiser.hand_over_current, 800);
+  EXPECT_EQ(c.direct_torque().flux_reference, 0.9);
+  EXPECT_EQ(c.direct_torque().torque_comparator.upper_band, 3);
+  EXPECT_EQ(c.direct_torque().torque_comparator.lower_band, 4);
+  EXPECT_EQ(c.direct_torque().flux_comparator.band, 0.02);
+  EXPECT_EQ(c.direct_torque().magnetiser.current_limit, 900);
+  EXPECT_EQ(c.direct_torque().magnetiser.hand_over_current, 800);
   EXPECT_EQ(c.drive.command.torque_limit, 700);
   EXPECT_EQ(c.drive.capability.torque, 600);
   EXPECT_EQ(c.drive.protection.over_current, 1234);
@@ -114,7 +115,7 @@ TEST_F(LimitsConfig, NoShippedDriveAnnouncesMoreThanItsVoltageAllows) {
 
 TEST_F(LimitsConfig, TheFluxFollowsFromLinkAndFrequencyOrHasToBeSaid) {
   const std::string with_frequency = own(large + "reactance_frequency_hz = 60\n", "[plant]\nu_dc_v = 600\n");
-  EXPECT_NEAR(load_ecu_config(with_frequency).drive.direct_torque.flux_reference,
+  EXPECT_NEAR(load_ecu_config(with_frequency).drive.direct_torque().flux_reference,
               600.0 / std::sqrt(3.0) / (2.0 * std::acos(-1.0) * 60.0), 1e-12);
   const std::string without = own(large, "");
   EXPECT_THAT(refusal(without),

@@ -77,7 +77,7 @@ TEST(MachineConfig, TheEstimateFollowsTheMachineExceptWhereItIsToldOtherwise) {
   const EcuConfig config =
       load_ecu_config(shipped_ecu, {"machine.r_r_ohm=1.25", "control.machine_estimate.r_s_ohm=0.6",
                                     "control.machine_estimate.x_m_ohm=20"});
-  const auto& estimate = config.drive.direct_torque.machine;
+  const auto& estimate = config.drive.direct_torque().machine;
   EXPECT_EQ(machine_of(config).r_s, 0.435);
   EXPECT_EQ(machine_of(config).r_r, 1.25);
   EXPECT_EQ(estimate.r_s, 0.6);
@@ -128,9 +128,9 @@ TEST(MachineConfig, ReactancesOfTheEstimateNeedAFrequencyAsWell) {
       refusal([&] { (void)load_ecu_config(wrong); }),
       wrong + ":4: control.machine_estimate: reactance_frequency_hz is missing, which the reactances need");
   const std::string right = ecu("x_m_ohm = 30\nreactance_frequency_hz = 60\n");
-  EXPECT_NEAR(load_ecu_config(right).drive.direct_torque.machine.l_m, 30.0 / (120.0 * std::numbers::pi),
+  EXPECT_NEAR(load_ecu_config(right).drive.direct_torque().machine.l_m, 30.0 / (120.0 * std::numbers::pi),
               1e-15);
-  EXPECT_EQ(load_ecu_config(ecu("l_m_h = 0.07\n")).drive.direct_torque.machine.l_m, 0.07);
+  EXPECT_EQ(load_ecu_config(ecu("l_m_h = 0.07\n")).drive.direct_torque().machine.l_m, 0.07);
 }
 
 TEST(MachineConfig, AMachineFileThatIsNotThereIsNamedWhereItIsAskedFor) {

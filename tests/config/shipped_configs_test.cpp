@@ -35,10 +35,10 @@ TEST(ShippedConfigs, EveryScenarioLoadsAndExpectsSomething) {
 
 TEST(ShippedConfigs, TheLiveDriveRunsThePapersController) {
   const EcuConfig config = load_ecu_config(shipped_ecu);
-  EXPECT_EQ(config.drive.direct_torque.flux_reference, 1.1);
-  EXPECT_EQ(config.drive.direct_torque.torque_comparator.upper_band, 0.918);
+  EXPECT_EQ(config.drive.direct_torque().flux_reference, 1.1);
+  EXPECT_EQ(config.drive.direct_torque().torque_comparator.upper_band, 0.918);
   EXPECT_EQ(config.drive.plant.io.u_dc, 530.0);
-  EXPECT_EQ(config.drive.direct_torque.period_ns, 25'000);
+  EXPECT_EQ(config.drive.direct_torque().period_ns, 25'000);
   EXPECT_EQ(config.realtime.wake_every_periods, 40);
   EXPECT_FALSE(config.realtime.required);
   const auto& command = config.drive.drive.command;

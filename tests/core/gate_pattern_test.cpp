@@ -37,6 +37,25 @@ TEST(GatePattern, KeepsSegmentsInOrderAndRefusesTheOneTooMany) {
   }
 }
 
+TEST(GatePattern, ASegmentWithoutDurationIsLeftOut) {
+  GatePattern with;
+  GatePattern without;
+  for (const int duration_ns : {0, 100, 0, 0, 200, 0}) {
+    EXPECT_TRUE(with.append({duration_ns == 0 ? gates_off : switch_states[2], duration_ns}));
+    if (duration_ns > 0) without.append({switch_states[2], duration_ns});
+  }
+  EXPECT_EQ(with, without);
+  EXPECT_TRUE(with.is_driven());
+  EXPECT_EQ(with.last_state(), switch_states[2]);
+}
+
+TEST(GatePattern, AFullPatternTakesASegmentWithoutDuration) {
+  GatePattern pattern;
+  for (unsigned i = 0; i < GatePattern::capacity; ++i) pattern.append({switch_states[i % 8], 1});
+  EXPECT_TRUE(pattern.append({gates_off, 0}));
+  EXPECT_TRUE(pattern.is_driven());
+}
+
 TEST(GatePattern, DurationsLongerThanTwoSecondsDoNotOverflow) {
   GatePattern pattern;
   pattern.append({switch_states[0], 2'000'000'000});

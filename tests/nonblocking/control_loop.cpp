@@ -1,6 +1,6 @@
 // Everything that runs on the control thread, instantiated, so that clang's -Wfunction-effects walks through
 // it. Checked by scripts/check_function_effects; GCC compiles it as well, so that it stays valid.
-#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/config/control_methods.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/hil/plant_server.hpp"
@@ -20,8 +20,6 @@
 
 namespace sextant {
 
-template class DirectTorqueController<double>;
-template class DirectTorqueController<float>;
 template class Drive<double>;
 template class Drive<float>;
 template class TelemetryInterval<double>;
@@ -52,6 +50,14 @@ class CommandCell {
 };
 
 }  // namespace
+
+// Every controller of the list: that it can be made makes its virtual functions.
+template <class... C>
+void make_each(std::tuple<C...>* /*list*/) {
+  (static_cast<void>(C{typename C::Parameters{}}), ...);
+}
+template void make_each(ControllerList<double>*);
+template void make_each(ControllerList<float>*);
 
 // Each is the whole of a control period.
 void live_cycle(std::int64_t t_ns, DriveIo<double>& io, Drive<double>& drive, Ring<Telemetry<double>>& ring,

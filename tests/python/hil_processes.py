@@ -87,7 +87,7 @@ def drive_side(link: str, bus: str, domain: int, folder: Path, *settings: str) -
         f"hil.link={link}",
         f"can.bus={bus}",
         f"dds.domain={domain}",
-        f"control.period_us={PERIOD_US}",
+        f"drive.period_us={PERIOD_US}",
         f"hil.pattern_timeout_ms={SILENCE_MS}",
         f"hil.measurement_timeout_ms={SILENCE_MS}",
         f"hil.missing_periods={SILENCE_MS * 1000 // PERIOD_US}",

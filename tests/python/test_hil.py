@@ -223,7 +223,7 @@ def test_several_periods_a_wake_up_are_refused_in_real_time() -> None:
 
 
 LONG = "hil.lockstep_timeout_ms=3600000"
-LOCKSTEP = ("hil.pacing=lockstep", LONG, "plant.actuation_delay_periods=0")
+LOCKSTEP = ("hil.pacing=lockstep", LONG, "drive.actuation_delay_periods=0")
 # Far before hil.lockstep_timeout_ms gives up a side that is there but silent, which the tests set to an hour.
 LOSS_SEEN_S = PATIENCE_S
 

@@ -132,7 +132,7 @@ class Network:
     def drive(self, bus: str, domain: int, folder: Path) -> Side:
         own = (
             "power_stage=udp",
-            f"control.period_us={PERIOD_US}",
+            f"drive.period_us={PERIOD_US}",
             f'hil.udp_listen="{self.drive_address}"',
             f'hil.udp_peer="{self.drive_side}"',
             f"hil.missing_periods={SILENCE_MS * 1000 // PERIOD_US}",

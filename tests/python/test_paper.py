@@ -244,7 +244,7 @@ def test_scenarios_expect_and_protect(file: Path) -> None:
 
 def test_table6_is_the_papers() -> None:
     sweep = tomllib.loads((ROOT / "configs" / "sweeps" / "paper_table6.toml").read_text(encoding="utf-8"))
-    upper, lower = (sweep["grid"]["control"][f"torque_band_{side}_nm"] for side in ("upper", "lower"))
+    upper, lower = (sweep["grid"]["control"]["dtc"][f"torque_band_{side}_nm"] for side in ("upper", "lower"))
     assert sorted((u, lo) for u in upper for lo in lower) == sorted(paper_cycle.FIGURES)
     assert sorted(paper_cycle.FIGURES.values()) == list(range(19, 28))
 

@@ -23,7 +23,7 @@ duration_s = 0.25
 plant.integrator = "fixed"
 expect.torque_ripple_pp_nm.max = 15
 [grid]
-control.period_us = [20, 25, 50]
+drive.period_us = [20, 25, 50]
 control.flux_reference_wb = [0.9, 1.1]
 [plot]
 metrics = ["torque_ripple_pp_nm"]
@@ -129,7 +129,7 @@ def test_a_grid_becomes_a_table_and_a_picture(bench: Bench) -> None:
     assert found.stdout.splitlines()[-1].startswith("sweep: 6 of 6 points ran: ")
     rows = bench.rows()
     assert [row["point"] for row in rows] == list(range(6))
-    assert [row["control.period_us"] for row in rows] == [20, 20, 25, 25, 50, 50]
+    assert [row["drive.period_us"] for row in rows] == [20, 20, 25, 25, 50, 50]
     for row in rows:
         # The flux follows its reference: every point ran with its own values.
         assert row["flux_mean_wb"] == pytest.approx(row["control.flux_reference_wb"], rel=0.02)
@@ -164,7 +164,7 @@ def test_a_finished_sweep_runs_nothing(bench: Bench) -> None:
 def test_a_file_that_a_point_names_belongs_to_the_sweep(bench: Bench) -> None:
     machine = bench.directory / "machine.toml"
     machine.write_bytes((ROOT / "configs" / "machines" / "paper_3hp.toml").read_bytes())
-    bench.write(QUICK.replace("control.period_us = [20, 25, 50]", 'machine = ["machine.toml"]'))
+    bench.write(QUICK.replace("drive.period_us = [20, 25, 50]", 'machine = ["machine.toml"]'))
     assert bench.run("--no-plot").returncode == 0
     machine.write_text(machine.read_text().replace("0.435", "0.5"))
     found = bench.run()
@@ -219,18 +219,18 @@ def held(bench: Bench, where: str = "") -> Hold:
 
 
 def test_failed_points_have_a_reason_and_stop_nothing(bench: Bench) -> None:
-    crashing(bench, "control.period_us=50")
+    crashing(bench, "drive.period_us=50")
     bench.write(QUICK.replace("[20, 25, 50]", "[25, 0.1, 50]").replace("[0.9, 1.1]", "[1.05, 1.1]"))
     found = bench.run()
     assert found.returncode == 1
     rows = bench.rows()
     assert [row["status"] for row in rows] == ["ok", "ok", "failed", "failed", "failed", "failed"]
-    assert rows[2]["reason"].startswith("--set: control.period_us: expected a number from 1 to 100000, got 0.1")
+    assert rows[2]["reason"].startswith("--set: drive.period_us: expected a number from 1 to 100000, got 0.1")
     assert rows[4]["reason"].startswith("sextant-mil was ended by signal SIGSEGV")
     assert rows[2]["torque_ripple_pp_nm"] is None
     last = found.stderr.splitlines()[-1]
     assert (
-        "2 ok, 0 with an [expect] that does not hold, 4 failed; the first is point 2: --set: control.period_us" in last
+        "2 ok, 0 with an [expect] that does not hold, 4 failed; the first is point 2: --set: drive.period_us" in last
     )
     # Once more, only those that failed, and all the better now that nothing crashes.
     before = bench.records()
@@ -255,7 +255,7 @@ def test_a_drive_that_trips_has_failed(bench: Bench) -> None:
     assert all(row["status"] == "failed" and "the drive tripped with" in row["reason"] for row in bench.rows())
 
 
-LAST = "control.period_us=50"  # the last two of the six points
+LAST = "drive.period_us=50"  # the last two of the six points
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -325,7 +325,7 @@ def test_dry_run_prints_the_points(bench: Bench) -> None:
         'everywhere plant.integrator="fixed"',
         "everywhere expect.torque_ripple_pp_nm.max=15",
     ]
-    assert lines[4] == "0 control.period_us=20 control.flux_reference_wb=0.9"
+    assert lines[4] == "0 drive.period_us=20 control.flux_reference_wb=0.9"
     assert len(lines) == 10
     assert not bench.out.exists()
 
@@ -333,7 +333,7 @@ def test_dry_run_prints_the_points(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("control.period_us", "control.perod_us", ":7: control.perod_us: unknown key; the nearest known one is"),
+        ("drive.period_us", "drive.perod_us", ":7: drive.perod_us: unknown key; the nearest known one is"),
         ("duration_s", "duraton_s", ":3: duraton_s: unknown key"),
         ("duration_s = 0.25", "duration_s = -1", "the scenario is refused: --set: duration_s: expected a number"),
         ('["torque_ripple_pp_nm"]', '["ripple"]', ':10: plot.metrics: no metric is called "ripple"; known are torque_'),

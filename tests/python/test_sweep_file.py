@@ -11,7 +11,7 @@ from sextant_py.paths import ROOT
 
 GRID = """scenario = "scenario.toml"
 [grid]
-"control.torque_band_upper_nm" = [0.5, 0.918]
+"control.dtc.torque_band_upper_nm" = [0.5, 0.918]
 machine.r_r_ohm = { from = 0.4, to = 1.6, count = 3, scale = "log" }
 """
 RANDOM = """scenario = "scenario.toml"
@@ -36,8 +36,8 @@ def parse(directory: Path, text: str) -> sweep_file.Sweep:
 
 def test_grid_is_every_combination(tmp_path: Path) -> None:
     sweep = parse(tmp_path, GRID)
-    assert sweep.varied == ["control.torque_band_upper_nm", "machine.r_r_ohm"]
-    bands = [point["control.torque_band_upper_nm"] for point in sweep.points]
+    assert sweep.varied == ["control.dtc.torque_band_upper_nm", "machine.r_r_ohm"]
+    bands = [point["control.dtc.torque_band_upper_nm"] for point in sweep.points]
     assert bands == [0.5, 0.5, 0.5, 0.918, 0.918, 0.918]
     resistances = [point["machine.r_r_ohm"] for point in sweep.points]
     assert resistances[:3] == resistances[3:]
@@ -84,7 +84,7 @@ def test_values_as_toml_writes_them() -> None:
 
 def test_lines_of_keys() -> None:
     text = GRID + '[plot] # what is drawn\nmetrics = ["x"]\n[random.ranges]\n"a" . b = 1\n'
-    keys = ["scenario", "grid", "grid.control.torque_band_upper_nm", "plot.metrics", "random.ranges.a.b"]
+    keys = ["scenario", "grid", "grid.control.dtc.torque_band_upper_nm", "plot.metrics", "random.ranges.a.b"]
     assert [sweep_file.line_of(text, key) for key in keys] == [1, 2, 3, 6, 8]
     assert sweep_file.line_of(text, "grid.machine.r_r_ohm.scale") == 4
     assert sweep_file.line_of(text, "nothing") is None
@@ -101,8 +101,8 @@ BAD = [
     ("scenario.toml", "none.toml", ":1: scenario: the scenario file"),
     ("[grid]", "[grit]", ":2: grit: unknown key; known here are description, grid,"),
     ("[grid]", "[random]\nseed = 1\n[grid]", "expected either [grid] or [random], got both"),
-    ("[0.5, 0.918]", "[]", ":3: grid.control.torque_band_upper_nm: expected at least one value"),
-    ("[0.5, 0.918]", "[0.5, 0.5]", ":3: grid.control.torque_band_upper_nm: a value is there twice"),
+    ("[0.5, 0.918]", "[]", ":3: grid.control.dtc.torque_band_upper_nm: expected at least one value"),
+    ("[0.5, 0.918]", "[0.5, 0.5]", ":3: grid.control.dtc.torque_band_upper_nm: a value is there twice"),
     ("[0.5, 0.918]", "[0.5, nan]", "a list of them, got nan."),
     ("[0.5, 0.918]", "0.5", "expected a list of values or { from, to, count, scale }, got 0.5."),
     ("from = 0.4", "from = 1.7", ":4: grid.machine.r_r_ohm: expected from < to, got 1.7 and 1.6."),
@@ -118,7 +118,7 @@ BAD = [
     ("[grid]", 'name = "../up"\n[grid]', ":2: name: expected letters, digits"),
     ("[grid]", '[plot]\nkeys = ["a"]\n[grid]', ':3: plot.keys: "a" does not vary in this sweep;'),
     ("[grid]", '[plot]\nmetrics = "a"\n[grid]', ":3: plot.metrics: expected a list of names"),
-    ("[grid]", "[grid]\ncontrol.torque_band_upper_nm = [1]", "this key is there twice, with quotes and without."),
+    ("[grid]", "[grid]\ncontrol.dtc.torque_band_upper_nm = [1]", "this key is there twice, with quotes and without."),
 ]  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def test_the_examples_are_good(file: Path) -> None:
 
 def test_the_band_example_is_table_6() -> None:
     sweep = sweep_file.load(ROOT / "configs" / "sweeps" / "hysteresis_band.toml")
-    bands = {(p["control.torque_band_upper_nm"], p["control.torque_band_lower_nm"]) for p in sweep.points}
+    bands = {(p["control.dtc.torque_band_upper_nm"], p["control.dtc.torque_band_lower_nm"]) for p in sweep.points}
     values = (0.918, 0.6885, 0.459)  # 100 %, 75 % and 50 % of the paper's band
     assert bands == {(upper, lower) for upper in values for lower in values}
 

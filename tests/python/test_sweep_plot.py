@@ -14,9 +14,9 @@ GRID = """scenario = "scenario.toml"
 [set]
 duration_s = 0.5
 [grid]
-control.torque_band_upper_nm = [1.5, 0.5, 1.0]
-control.comparator_reading = ["relay", "memoryless"]
-plant.actuation_delay_periods = [0, 1]
+control.dtc.torque_band_upper_nm = [1.5, 0.5, 1.0]
+control.dtc.comparator_reading = ["relay", "memoryless"]
+drive.actuation_delay_periods = [0, 1]
 [plot]
 metrics = ["torque_ripple_pp_nm"]
 """
@@ -55,15 +55,15 @@ def test_the_table_has_a_row_for_each_point(tmp_path: Path) -> None:
     table = pyarrow.parquet.read_table(files[0])
     assert table.column_names == ["point", *sweep.varied, METRIC, "duration_s", "status", "reason"]
     assert table["point"].to_pylist() == list(range(12))
-    assert table["control.torque_band_upper_nm"].to_pylist() == [1.5] * 4 + [0.5] * 4 + [1.0] * 4
-    assert table["plant.actuation_delay_periods"].to_pylist() == [0, 1] * 6
+    assert table["control.dtc.torque_band_upper_nm"].to_pylist() == [1.5] * 4 + [0.5] * 4 + [1.0] * 4
+    assert table["drive.actuation_delay_periods"].to_pylist() == [0, 1] * 6
     assert table[METRIC].to_pylist() == [0, 1, 2, None, *range(4, 12)]
     assert table["duration_s"].null_count == 12
     assert table["status"].to_pylist() == ["ok", "failed", "expect_failed", *["ok"] * 9]
     assert table.schema.metadata[b"sextant.set"] == b"duration_s = 0.5"
     same = pyarrow.csv.read_csv(files[1]).to_pydict()
     assert same["reason"] == table["reason"].to_pylist()
-    assert same["control.comparator_reading"] == table["control.comparator_reading"].to_pylist()
+    assert same["control.dtc.comparator_reading"] == table["control.dtc.comparator_reading"].to_pylist()
 
 
 @pytest.mark.parametrize(
@@ -93,13 +93,13 @@ def test_a_heat_map_shows_the_mean_of_each_cell(tmp_path: Path) -> None:
     np.testing.assert_allclose(cells.filled(np.nan), expected)
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert texts == ["4.5", "8.5", "0", "6.5", "10.5", "2*"]
-    assert "mean over plant.actuation_delay_periods" in figure.get_suptitle()
+    assert "mean over drive.actuation_delay_periods" in figure.get_suptitle()
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["relay", "memoryless"]
     plt.close(figure)
 
 
 def test_one_key_of_a_grid_is_a_line(tmp_path: Path) -> None:
-    sweep, store = stored(tmp_path, GRID + 'keys = ["control.torque_band_upper_nm"]\n')
+    sweep, store = stored(tmp_path, GRID + 'keys = ["control.dtc.torque_band_upper_nm"]\n')
     figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
     line = figure.axes[0].lines[0]
     np.testing.assert_allclose(line.get_xdata(), [0.5, 1.0, 1.5])

@@ -44,7 +44,6 @@ GatePattern space_vector_pattern(std::int64_t period) {
   std::sort(edges.begin(), edges.end());
   GatePattern pattern;
   for (std::size_t k = 1; k < edges.size(); ++k) {
-    if (edges[k] == edges[k - 1]) continue;
     const auto leg = [&](std::size_t x) {
       return edges[k - 1] >= on[x] && edges[k - 1] < off[x] ? LegState::high : LegState::low;
     };

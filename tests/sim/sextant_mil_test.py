@@ -107,7 +107,7 @@ def summary_of(out: Path) -> dict:
 @pytest.mark.parametrize("integrator", ["cvode", "fixed", "exact", "erk"])
 def test_energies_of_a_sampled_run_balance(integrator, period_us, tmp_path):
     """The plant's own meter counts them, however long the control period is."""
-    settings = (f"control.period_us={period_us}", "duration_s=1", "plant.fixed.max_step_us=25")
+    settings = (f"drive.period_us={period_us}", "duration_s=1", "plant.fixed.max_step_us=25")
     words = [word for setting in settings for word in ("--set", setting)]
     run(SCENARIOS / "constant_torque.toml", "--integrator", integrator, "--no-trace", *words, "--out", tmp_path)
     m = summary_of(tmp_path)["metrics"]
@@ -121,7 +121,7 @@ def test_energies_of_a_sampled_run_balance(integrator, period_us, tmp_path):
 
 def test_both_modes_count_energies_alike(tmp_path):
     scenario = SCENARIOS / "paper" / "3_1_constant_torque.toml"
-    for mode, settings in (("sampled", ("control.period_us=5",)), ("event_exact", ())):
+    for mode, settings in (("sampled", ("drive.period_us=5",)), ("event_exact", ())):
         words = [word for s in (f"mode={mode}", "duration_s=0.5", *settings) for word in ("--set", s)]
         run(scenario, "--integrator", "fixed", "--no-trace", *words, "--out", tmp_path / mode)
     sampled, exact = (summary_of(tmp_path / mode)["metrics"] for mode in ("sampled", "event_exact"))
@@ -207,9 +207,9 @@ def test_limits_of_a_window_are_judged_in_it(tmp_path):
 
 
 def test_the_summary_says_what_was_run(tmp_path):
-    short_reversal(tmp_path, "control.torque_band_upper_nm=0.75")
+    short_reversal(tmp_path, "control.dtc.torque_band_upper_nm=0.75")
     summary = summary_of(tmp_path)
-    assert summary["configuration"]["control.torque_band_upper_nm"] == 0.75
+    assert summary["configuration"]["control.dtc.torque_band_upper_nm"] == 0.75
     assert summary["configuration"]["machine.r_s_ohm"] > 0
     assert summary["configuration"]["duration_s"] == 0.5
     assert summary["configuration"]["profile.torque_nm.points"][0] == [0, 15]

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <vector>
@@ -81,6 +82,51 @@ TEST(SimulatedDriveIo, GatesAreOffAtStartAndThePlantStaysAtRest) {
   EXPECT_EQ(second.i_abc, ThreePhase<double>{});
   EXPECT_EQ(second.omega_m, 0.0);
   EXPECT_TRUE(second.plausible);
+}
+
+// Estimator and metrics see a pattern through `applied` and the log of its segments.
+TEST(SimulatedDriveIo, ASegmentWithoutDurationHasNoEffect) {
+  RecordedIo x{{.hold_periods = 3}};
+  advance_to(x.io, 0);
+  GatePattern pattern;
+  pattern.append({gates_off, 0});
+  pattern.append({switch_states[1], 10'000});
+  pattern.append({switch_states[4], 0});
+  pattern.append({switch_states[2], 15'000});
+  pattern.append({switch_states[0], 0});
+  x.io.write(pattern);
+  const Measurement<> m = x.io.read(2 * period_ns);
+  GatePattern expected;
+  expected.append({switch_states[1], 10'000});
+  expected.append({switch_states[2], 15'000 + period_ns});
+  EXPECT_EQ(m.applied, expected) << "the last segment with a duration is the one that is held";
+  ASSERT_EQ(x.integrator.calls.size(), 2U);
+  EXPECT_EQ(x.integrator.calls[0].state, switch_states[1]);
+  EXPECT_EQ(x.integrator.calls[1].state, switch_states[2]);
+}
+
+// The measurement of a period is sampled at its beginning, before the pattern that is written for it.
+TEST(SimulatedDriveIo, AMeasurementIsThatOfTheBeginningOfItsPeriod) {
+  PhysicalIo x;
+  advance_to(x.io, 0);
+  x.io.write(vector(1));
+  const double at_begin = x.plant.i_abc().a;
+  EXPECT_EQ(at_begin, 0.0);
+  const Measurement<> m = x.io.read(period_ns);
+  x.io.write(vector(4));
+  EXPECT_EQ(m.i_abc.a, x.plant.i_abc().a) << "the pattern that was written acts after the sample";
+  EXPECT_GT(m.i_abc.a, 1.0);
+}
+
+TEST(SimulatedDriveIo, MeasuresTheRotorsAngleOnDemand) {
+  const MechanicalLoad::Parameters speed{.imposed_speed = {.value = 100}};
+  PhysicalIo without{{}, speed};
+  EXPECT_FALSE(without.io.read(0).theta_m.has_value());
+  PhysicalIo with{{.measures_angle = true}, speed};
+  EXPECT_EQ(with.io.read(0).theta_m, 0.0);
+  ASSERT_TRUE(with.io.read(20'000'000).theta_m.has_value());
+  EXPECT_NEAR(*with.io.read(20'000'000).theta_m, 2.0, 1e-9);
+  EXPECT_NEAR(*with.io.read(40'000'000).theta_m, 4.0 - 2 * std::numbers::pi, 1e-9) << "wrapped";
 }
 
 TEST(SimulatedDriveIo, ThePlantMovesOnlyWhenItIsRead) {

@@ -1,6 +1,7 @@
 #include "sextant/sim/trace_recorder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
@@ -235,7 +236,7 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
         file_,
         {.interval_us = 25, .signals = {"switching", "plant/i_dc_a", "energy", "comparators"}},
         origin};
-    recorder.add(telemetry(1), sample, {.torque = -1, .flux = 1});
+    recorder.add(telemetry(1), sample, {.torque_comparator = -1, .flux_comparator = 1});
   }
   const TraceFile trace{file_};
   EXPECT_THAT(trace.datasets("/"), testing::UnorderedElementsAre("t_ns", "plant", "control"));
@@ -250,6 +251,32 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(trace.read("plant/energy_field_j"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("control/torque_comparator"), testing::ElementsAre(-1));
   EXPECT_THAT(trace.read("control/flux_comparator"), testing::ElementsAre(1));
+}
+
+TEST_F(TraceRecorderTest, HoldsTheChannelsOfAController) {
+  constexpr std::array channels{ControlChannel{"i_d_a", "A", "current along the flux"},
+                                ControlChannel{"gain", "1", "of a loop"}};
+  TraceOrigin with_channels = origin;
+  with_channels.channels = channels;
+  const auto record = [&](const std::vector<std::string>& signals) {
+    TraceRecorder recorder{file_, {.interval_us = 50, .signals = signals}, with_channels};
+    for (std::int64_t k = 1; k <= 4; ++k) {
+      const std::array values{10.0 * double(k), -double(k)};
+      recorder.add(telemetry(k), {}, {.channels = values});
+    }
+  };
+  record({"standard"});
+  {
+    const TraceFile trace{file_};
+    EXPECT_THAT(trace.datasets("/control"), testing::UnorderedElementsAre("i_d_a", "gain"));
+    EXPECT_THAT(trace.read("control/i_d_a"), testing::ElementsAre(20, 40)) << "the last of each row";
+    EXPECT_THAT(trace.read("control/gain"), testing::ElementsAre(-2, -4));
+    EXPECT_EQ(trace.text("control/i_d_a", "unit"), "A");
+    EXPECT_EQ(trace.text("control/i_d_a", "description"), "current along the flux");
+  }
+  record({"control/gain"});
+  EXPECT_THAT(TraceFile{file_}.datasets("/control"), testing::UnorderedElementsAre("gain"));
+  EXPECT_THROW((TraceRecorder{file_, {.signals = {"control/gain"}}, origin}), std::runtime_error);
 }
 
 TEST_F(TraceRecorderTest, HoldsEverySignalOnDemandWithUnitAndDescription) {

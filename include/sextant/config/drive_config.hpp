@@ -1,8 +1,11 @@
 #pragma once
 
+#include <any>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
+#include "sextant/config/control_methods.hpp"
 #include "sextant/config/machine_config.hpp"
 #include "sextant/config/schema.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
@@ -11,17 +14,6 @@
 #include "sextant/sim/simulated_power_stage.hpp"
 
 namespace sextant {
-
-enum class ControllerKind : std::uint8_t { direct_torque };
-
-/// True when the controller decides by thresholds alone, which an event-exact run can watch for.
-[[nodiscard]] constexpr bool has_continuous_comparators(ControllerKind kind) {
-  switch (kind) {
-    case ControllerKind::direct_torque:
-      return true;
-  }
-  return false;
-}
 
 /// What the shaft is connected to.
 struct LoadConfig {
@@ -40,12 +32,23 @@ struct LoadConfig {
 struct DriveConfig {
   MachineConfig machine{};           ///< as the file gives it; plant.plant.machine is made of it
   MachineConfig machine_estimate{};  ///< how the controller's idea of it differs
-  ControllerKind controller{ControllerKind::direct_torque};
-  DirectTorqueController<>::Parameters direct_torque{};
+  ControlSetup control{};            ///< what the control methods share
+  std::string controller{"dtc"};     ///< name of the method chosen
+  ControlMethods methods{control_methods()};
   Drive<>::Parameters drive{};
   double magnetise_timeout_ms{1000};  ///< as the file gives it, or as it follows from the machine [ms]
   SimulatedPowerStage::Parameters plant{};
   LoadConfig load{};
+
+  /// Of that name. Throws std::logic_error where there is none.
+  [[nodiscard]] const ControlMethod& method(std::string_view name) const;
+  /// The method chosen.
+  [[nodiscard]] const ControlMethod& method() const { return method(controller); }
+  /// Parameters of direct torque control, chosen or not.
+  [[nodiscard]] const DirectTorqueController<>::Parameters& direct_torque() const {
+    return std::any_cast<const DirectTorqueController<>::Parameters&>(
+        method(DirectTorqueController<>::name).parameters);
+  }
 };
 
 /// Sections machine, control, drive, gate, capability, protection, plant and load.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,13 +14,16 @@ namespace sextant {
 /// Reads a TOML file. `machine = "path"` (or `machine.file`) names a machine file, relative to the file that
 /// says it; what stands in [machine] changes it. A scenario's vehicle is named in the same way. `overrides`
 /// are "key=value" with a dotted key and a TOML value, where bare words count as strings; they come last, and
-/// a file they name is relative to the working directory. Throws ConfigError with every problem found.
+/// a file they name is relative to the working directory. `own`: control methods that a program brings beside
+/// Sextant's. Throws ConfigError with every problem found.
 [[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
-                                        const std::vector<std::string>& overrides = {});
+                                        const std::vector<std::string>& overrides = {},
+                                        std::span<const ControlMethod> own = {});
 [[nodiscard]] PlantConfig load_plant_config(const std::string& file,
                                             const std::vector<std::string>& overrides = {});
 [[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,
-                                                  const std::vector<std::string>& overrides = {});
+                                                  const std::vector<std::string>& overrides = {},
+                                                  std::span<const ControlMethod> own = {});
 
 /// The configuration in force as a file that can be read back: every key with its value, unit, range, default
 /// and meaning. Optional keys that are not set stand as comments.

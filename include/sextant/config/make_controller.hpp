@@ -9,11 +9,8 @@ namespace sextant {
 
 /// The controller that the configuration chooses.
 [[nodiscard]] inline std::unique_ptr<Controller<double>> make_controller(const DriveConfig& config) {
-  switch (config.controller) {
-    case ControllerKind::direct_torque:
-      break;
-  }
-  return std::make_unique<DirectTorqueController<double>>(config.direct_torque);
+  const ControlMethod& method = config.method();
+  return method.make(method.parameters);
 }
 
 }  // namespace sextant

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/measurement.hpp"
@@ -32,6 +34,16 @@ struct ControlEstimate {
   bool magnetised{false};  ///< torque may be asked for
 };
 
+/// A quantity that a controller gives to traces beside its estimate.
+struct ControlChannel {
+  const char* name;         ///< of its column in the group `control` of a trace, with its unit: `i_d_a`
+  const char* unit;         ///< "1" where it has none
+  const char* description;  ///< one line
+};
+
+/// Most channels of one controller.
+inline constexpr std::size_t control_channel_capacity = 16;
+
 /// The seam behind which control methods are exchanged: measurement and reference in, gate pattern out. The
 /// estimate is a member and not a virtual function, because the drive reads it in every period.
 template <class T = double>
@@ -44,11 +56,19 @@ class Controller {
 
   /// One control period: updates the estimate from what was measured and decides the coming pattern.
   /// Must be called in every period, also with the gates off.
+  ///
+  /// The measurement is sampled at the beginning of the period, t. The pattern that is returned begins at t,
+  /// or at t + T with an actuation delay of one period T; it fills T exactly, or has no segment with the
+  /// gates off. What was applied between the last measurement and t is in the measurement: after a missed
+  /// period it is longer than T, and differs from what was decided.
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
                                          ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING = 0;
 
   /// Back to the state after power-up: no flux, comparators at rest.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;
+
+  /// Values of the channels that the class declares as `channels`, in the same order, after the last step.
+  [[nodiscard]] virtual std::span<const T> channel_values() const noexcept SEXTANT_NONBLOCKING { return {}; }
 
   /// The estimate at the last measurement.
   [[nodiscard]] const ControlEstimate<T>& estimate() const noexcept SEXTANT_NONBLOCKING { return estimate_; }

@@ -19,6 +19,9 @@ namespace sextant {
 template <class T = double>
 class DirectTorqueController final : public Controller<T> {
  public:
+  static constexpr const char* name = "dtc";
+  static constexpr const char* meaning = "direct torque control by a switching table";
+
   struct Parameters {
     InductionMachineParameters<T> machine{};  ///< the machine as the controller believes it to be
     std::int32_t period_ns{25'000};           ///< control period [ns]

@@ -18,22 +18,28 @@ struct GateSegment {
 
 /// What the inverter does over one control period: up to eight constant switching states in sequence
 /// (direct torque control needs one, a symmetric space-vector pattern seven, a late renewal one more).
-/// What a controller decides fills the control period; what was applied fills the time between two
-/// measurements. An empty pattern means gates off.
+/// What a controller decides fills the control period exactly; what was applied fills the time between two
+/// measurements. An empty pattern means gates off. Durations are not negative.
+///
+/// The segments follow each other without a gap from the beginning of the period, which is the instant of the
+/// measurement. A segment without duration switches nothing: `append` leaves it out, so that power stage,
+/// metrics and estimator see the pattern without it.
 class GatePattern {
  public:
   static constexpr std::size_t capacity = 8;
 
   constexpr GatePattern() noexcept = default;
 
-  /// One state for the whole period.
+  /// One state for the whole period; of no length where no time has passed.
   constexpr GatePattern(SwitchState state, std::int32_t period_ns) noexcept
       : count_{1}, driven_{sextant::is_driven(state)} {
     segments_[0] = {state, period_ns};
   }
 
-  /// Adds a segment at the end; false, and nothing added, when the pattern is full.
+  /// Adds a segment at the end, unless it has no duration; false, and nothing added, when the pattern is
+  /// full.
   constexpr bool append(GateSegment segment) noexcept {
+    if (segment.duration_ns == 0) return true;
     if (count_ == capacity) return false;
     driven_ = sextant::is_driven(segment.state) && (driven_ || count_ == 0);
     segments_[count_++] = segment;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <type_traits>
+
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
 
@@ -14,6 +17,11 @@ struct Measurement {
   T omega_m{};            ///< mechanical speed [rad/s]
   GatePattern applied{};  ///< the pattern that was applied over the period that ends now
   bool plausible{true};   ///< false when the power stage (or its simulation) could not answer
+  /// Mechanical angle of the rotor from its position at power-up, in [−π, π]; empty without such a sensor
+  /// [rad]
+  std::optional<T> theta_m{};
 };
+
+static_assert(std::is_trivially_copyable_v<Measurement<double>>);
 
 }  // namespace sextant

@@ -13,10 +13,11 @@
 #include "sextant/plant/drive_plant_parameters.hpp"
 #include "sextant/plant/induction_machine.hpp"
 #include "sextant/plant/inverter.hpp"
+#include "sextant/plant/plant_machine.hpp"
 
 namespace sextant {
 
-/// Inverter, induction machine, shaft and an appended system as one ordinary differential equation:
+/// Inverter, machine, shaft and an appended system as one ordinary differential equation:
 ///   dpsi_s/dt   = u_s − R_s i_s
 ///   dpsi_r/dt   = −R_r i_r + j p omega_m psi_r
 ///   domega_m/dt = (tau_e − tau_l − B omega_m − tau_road(omega_m)) / (J + J_road), or the imposed slope
@@ -26,8 +27,11 @@ namespace sextant {
 ///
 /// The plant holds the state and the inputs; a `PlantIntegrator` moves the state. `revision()` changes
 /// whenever the right-hand side or the state jumps, and only then.
-template <class T = double, class Appended = NoAppendedSystem<T>>
-  requires AppendedSystem<Appended, T>
+///
+/// `Machine` holds the equations between fluxes, currents and torque; the default is the linear induction
+/// machine. Another machine, with saturation for instance, is a class with the functions of `PlantMachine`.
+template <class T = double, class Appended = NoAppendedSystem<T>, class Machine = InductionMachine<T>>
+  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T>
 class DrivePlant {
  public:
   using Scalar = T;
@@ -41,14 +45,18 @@ class DrivePlant {
 
   /// At rest, without flux, gates off. The parameters must be valid.
   explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
-      : machine_{parameters.machine},
+      : DrivePlant{parameters, std::move(appended_system), Machine{parameters.machine}} {}
+
+  /// The same with a machine that has more parameters than `parameters.machine`.
+  DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system, const Machine& machine)
+      : machine_{machine},
         appended_{std::move(appended_system)},
         inverse_inertia_{T(1) / (parameters.machine.inertia + parameters.road_load.coupled_inertia)},
         viscous_friction_{parameters.viscous_friction},
         road_load_{parameters.road_load},
         on_road_{parameters.road_load.acts()},
         feels_road_{on_road_} {
-    const InductionMachineParameters<T>& m = parameters.machine;
+    const InductionMachineParameters<T>& m = machine_.parameters();
     const ElectricalRates<T> rates = machine_.electrical_rates();
     const T p = T(m.pole_pairs);
     damping_ = rates.ss + rates.rr;
@@ -149,8 +157,9 @@ class DrivePlant {
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
   }
 
-  /// ∂(dx/dt)/∂x at x. The rows of the appended system are left at zero: nothing depends on it, so that a
-  /// Newton iteration loses one step there and no accuracy.
+  /// ∂(dx/dt)/∂x at x, that of the linear machine with the same parameters: with another one a Newton
+  /// iteration takes more steps to the same solution. The rows of the appended system are left at zero:
+  /// nothing depends on it, so that a Newton iteration loses one step there and no accuracy.
   void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
   /// Event functions of the three inverter legs; an event is a fall through zero.
@@ -194,7 +203,7 @@ class DrivePlant {
   [[nodiscard]] T magnetic_energy() const noexcept SEXTANT_NONBLOCKING {
     return machine_.magnetic_energy(psi_s(), psi_r());
   }
-  [[nodiscard]] const InductionMachine<T>& machine() const noexcept SEXTANT_NONBLOCKING { return machine_; }
+  [[nodiscard]] const Machine& machine() const noexcept SEXTANT_NONBLOCKING { return machine_; }
   [[nodiscard]] const Inverter<T>& inverter() const noexcept SEXTANT_NONBLOCKING { return inverter_; }
   [[nodiscard]] const Appended& appended_system() const noexcept SEXTANT_NONBLOCKING { return appended_; }
   /// The same, to change its inputs; integrators start anew.
@@ -261,7 +270,7 @@ class DrivePlant {
     x_[psi_s_beta] = flux.beta;
   }
 
-  InductionMachine<T> machine_;
+  Machine machine_;
   Appended appended_;
   T inverse_inertia_;   ///< 1/(J + J_road) [1/(kg·m²)]
   T viscous_friction_;  ///< B [N·m·s/rad]
@@ -277,9 +286,10 @@ class DrivePlant {
   std::uint64_t revision_{1};
 };
 
-template <class T, class Appended>
-  requires AppendedSystem<Appended, T>
-void DrivePlant<T, Appended>::jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
+template <class T, class Appended, class Machine>
+  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T>
+void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
+                                                Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
   using Block = Eigen::Matrix<T, 2, 2>;
   const InductionMachineParameters<T>& m = machine_.parameters();
   const T p = T(m.pole_pairs);

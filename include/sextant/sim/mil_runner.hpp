@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/control/controller.hpp"
 #include "sextant/drive/drive.hpp"
 #include "sextant/sim/metric_list.hpp"
 #include "sextant/sim/scenario.hpp"
@@ -45,11 +45,11 @@ class MilRunner {
   /// Told now and then how far the run is, 0…1; false stops it.
   using Progress = std::function<bool(double fraction)>;
 
-  /// Drive and power stage are not owned; both must be as after construction. `comparators`: the drive's
-  /// controller where it is direct torque control, whose comparators are told in metrics and trace.
+  /// Drive and power stage are not owned; both must be as after construction. `controller`: that of the
+  /// drive, whose channels, and comparators where it is direct torque control, metrics and trace get.
   MilRunner(Drive<double>& drive, MeteredPowerStage::Io& io, std::int32_t period_ns,
-            const DirectTorqueController<>* comparators = nullptr) noexcept
-      : drive_{drive}, io_{io}, period_ns_{period_ns}, comparators_{comparators} {}
+            const Controller<>* controller = nullptr) noexcept
+      : drive_{drive}, io_{io}, period_ns_{period_ns}, controller_{controller} {}
 
   /// Runs the whole scenario. `trace` may be null. Throws what the scenario's parts throw on bad parameters.
   [[nodiscard]] MilResult run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress);
@@ -58,7 +58,7 @@ class MilRunner {
   Drive<double>& drive_;
   MeteredPowerStage::Io& io_;
   std::int32_t period_ns_;
-  const DirectTorqueController<>* comparators_;
+  const Controller<>* controller_;
 };
 
 }  // namespace sextant

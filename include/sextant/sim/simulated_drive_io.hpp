@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 
 #include "sextant/core/drive_io.hpp"
@@ -18,6 +19,7 @@ struct SimulatedDriveIoParameters {
   std::int32_t period_ns{25'000};  ///< control period [ns]
   double u_dc{530.0};              ///< stiff DC-link voltage [V]
   int actuation_delay_periods{0};  ///< 1: a pattern acts one period after it was written [-]
+  bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
   int hold_periods{1};             ///< periods for which a pattern holds that is not renewed [-]
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
@@ -64,7 +66,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
             .u_dc = parameters_.u_dc,
             .omega_m = plant_.omega_m(),
             .applied = applied,
-            .plausible = complete && healthy()};
+            .plausible = complete && healthy(),
+            .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt};
   }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
@@ -91,6 +94,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
   [[nodiscard]] bool healthy() const noexcept SEXTANT_NONBLOCKING { return !failed_; }
 
  private:
+  /// Into [−π, π]. [rad]
+  static double wrapped(double angle) noexcept { return std::remainder(angle, 2.0 * std::numbers::pi); }
+
   void start(std::int64_t t_ns) noexcept {
     started_ = true;
     plant_t_ns_ = t_ns;

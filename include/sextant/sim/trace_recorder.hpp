@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,8 @@ struct TraceParameters {
 
 /// Everything that `TraceParameters::signals` may name, groups first: `standard`, `switching`, `voltage`,
 /// `link`, `rotor`, `shaft`, `energy`, `comparators`, `all`, and each dataset by its path in the file.
-[[nodiscard]] std::vector<std::string> trace_signals();
+/// `channels`: those of a controller, `control/NAME`, which belong to `standard`.
+[[nodiscard]] std::vector<std::string> trace_signals(std::span<const ControlChannel> channels = {});
 
 /// True when a file is a trace that a `TraceRecorder` began.
 [[nodiscard]] bool is_trace(const std::filesystem::path& file);
@@ -41,6 +43,7 @@ struct TraceParameters {
 struct TraceOrigin {
   std::string scenario{};                           ///< name of the scenario
   std::optional<std::int64_t> control_period_ns{};  ///< none in an event-exact run [ns]
+  std::span<const ControlChannel> channels{};       ///< of the run's controller
   bool plant{true};  ///< false: the plant's true values are not known, and the group `plant` is left out
 };
 
@@ -48,7 +51,8 @@ struct TraceOrigin {
 ///
 /// One dataset per signal, one row per interval. The root group holds the members of
 /// `TelemetryIntervalRecord` under the names of configs/interfaces/telemetry.idl; the group `plant` holds the
-/// plant's true values on the same rows, the group `control` what the comparators say. Which of them are
+/// plant's true values on the same rows, the group `control` comparators and channels of
+/// the controller. Which of them are
 /// written is the choice of `TraceParameters::signals`. Every dataset carries the attributes `unit` and
 /// `description`; the file carries `scenario`, `sextant_version`, `mode` (`sampled` or `event_exact`),
 /// `control_period_ns` if there is one, `interval_ns` and `decimation`, which says that a row is a min/max
@@ -78,7 +82,7 @@ class TraceRecorder {
 
   /// Adds one control period of a sampled run, after its segments. After an error of writing this does
   /// nothing. Throws std::logic_error in an event-exact run.
-  void add(const Telemetry<>& telemetry, const PlantSample& plant, ComparatorSample comparators = {});
+  void add(const Telemetry<>& telemetry, const PlantSample& plant, const ControlSample& control = {});
 
   /// Adds a finished row. After an error of writing this does nothing.
   void add_row(const TraceRow& row);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "sextant/core/telemetry.hpp"
@@ -21,10 +22,13 @@ class TraceReducer {
 
   /// Adds a control period, with the plant at its end; true when it completes the row.
   [[nodiscard]] bool add(const Telemetry<>& telemetry, const PlantSample& plant,
-                         ComparatorSample comparators = {}) noexcept {
+                         const ControlSample& control = {}) noexcept {
     drive_.add(telemetry);
     last_plant_ = plant;
-    comparators_ = comparators;
+    control_.torque_comparator = control.torque_comparator;
+    control_.flux_comparator = control.flux_comparator;
+    std::copy_n(control.channels.begin(), std::min(control.channels.size(), control_.channels.size()),
+                control_.channels.begin());
     return drive_.count() >= periods_per_row_;
   }
 
@@ -33,9 +37,7 @@ class TraceReducer {
 
   /// The row so far, complete or not; the next period begins a new one.
   [[nodiscard]] TraceRow take() noexcept {
-    const TraceRow row{.drive = drive_.record(),
-                       .plant = plant_.row(last_plant_),
-                       .control = {comparators_.torque, comparators_.flux}};
+    const TraceRow row{.drive = drive_.record(), .plant = plant_.row(last_plant_), .control = control_};
     drive_.reset();
     plant_.reset();
     return row;
@@ -46,7 +48,7 @@ class TraceReducer {
   TelemetryInterval<> drive_{};
   PlantEnvelope plant_{};
   PlantSample last_plant_{};
-  ComparatorSample comparators_{};
+  ControlRow control_{};
 };
 
 }  // namespace sextant

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 
+#include "sextant/control/controller.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/telemetry_interval.hpp"
@@ -26,10 +29,11 @@ struct PlantSample {
   DriveEnergies energies{};
 };
 
-/// What the comparators of direct torque control say; zero where a run has none.
-struct ComparatorSample {
-  std::int8_t torque{};  ///< +1: raise the torque, −1: lower it, 0: hold
-  std::int8_t flux{};    ///< 1: raise the flux, 0: lower it
+/// What a controller gives to a trace beside its telemetry, in one control period.
+struct ControlSample {
+  std::int8_t torque_comparator{};     ///< of direct torque control; zero where a run has none [-]
+  std::int8_t flux_comparator{};       ///< the same [-]
+  std::span<const double> channels{};  ///< at most `control_channel_capacity`
 };
 
 /// The plant's true values of one row of a trace. Without a word on it a value is that of the row's end.
@@ -73,6 +77,7 @@ struct PlantRow {
 struct ControlRow {
   std::int8_t torque_comparator{};  ///< +1: raise the torque, −1: lower it, 0: hold [-]
   std::int8_t flux_comparator{};    ///< 1: raise the flux, 0: lower it [-]
+  std::array<double, control_channel_capacity> channels{};  ///< of an own controller, each in its unit
 };
 
 /// One row of a trace: what the drive knew over an interval and what was true.

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+
+#include "sextant/config/control_method.hpp"
+
+namespace sextant {
+
+/// The whole of `sextant-mil`: its command line, configuration, runs, traces and summaries. `own`: control
+/// methods beside Sextant's, which a scenario chooses by name like any other. Returns the exit status.
+///
+///   int main(int argc, char** argv) {
+///     return sextant::mil_program(argc, argv, std::array{sextant::control_method<MyController>()});
+///   }
+[[nodiscard]] int mil_program(int argc, char** argv, std::span<const ControlMethod> own = {});
+
+}  // namespace sextant

@@ -1,0 +1,214 @@
+#include "sextant/mil/mil_program.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "common/build_commit.hpp"
+#include "common/command_line.hpp"
+#include "common/program.hpp"
+#include "mil/interruption.hpp"
+#include "mil/progress_bar.hpp"
+#include "mil/result_directory.hpp"
+#include "sextant/config/load_config.hpp"
+#include "sextant/config/make_controller.hpp"
+#include "sextant/sim/mil_runner.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/sim/summary.hpp"
+#include "sextant/sim/trace_recorder.hpp"
+
+namespace {
+
+constexpr const char* program_name = "sextant-mil";
+
+struct Options {
+  std::vector<std::string> scenarios{};
+  std::filesystem::path out{"out"};
+  std::vector<std::string> overrides{};
+  std::optional<std::string> integrator{};
+  bool print_config{false};
+  bool no_trace{false};
+};
+
+constexpr const char* examples = R"(Examples:
+  sextant-mil configs/scenarios/constant_torque.toml
+  sextant-mil configs/scenarios/*.toml --integrator fixed
+  sextant-mil configs/scenarios/reversal.toml --set control.dtc.torque_band_upper_nm=0.5 --out out/half_band
+  sextant-mil configs/scenarios/reversal.toml --print-config
+Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario), in the
+place of those of an earlier run. Exit status: 0 if every run passes, 1 if one does not, 2 if the command or a
+file is wrong, 130 or 143 after SIGINT or SIGTERM, which close the trace and write the summary.)";
+
+sextant::CommandLine command_line(Options& options) {
+  return {program_name,
+          "Sextant: runs scenarios of the drive with its model in the loop.",
+          examples,
+          {{.name = "scenarios",
+            .value = &options.scenarios,
+            .what = "scenario files",
+            .type_name = "SCENARIO.toml",
+            .required = true},
+           {.name = "--out", .value = &options.out, .what = "directory for traces and summaries"},
+           {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the files"},
+           {.name = "--integrator",
+            .value = &options.integrator,
+            .what = "how the plant is integrated",
+            .choices = {"cvode", "fixed", "exact", "erk"}},
+           {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
+           {.name = "--print-config",
+            .value = &options.print_config,
+            .what = "print the configuration in force and leave"}}};
+}
+
+sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
+                               const sextant::MilRunner::Progress& progress) {
+  using namespace sextant;
+  MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
+  const auto controller = make_controller(config.drive);
+  Drive<double> drive{config.drive.drive, *controller};
+  MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns, controller.get()};
+  return runner.run(config.scenario, trace, progress);
+}
+
+sextant::MilResult run_scenario(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
+                                const sextant::MilRunner::Progress& progress) {
+  if (config.mode == sextant::ScenarioMode::sampled) return run_sampled(config, trace, progress);
+  return sextant::EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, progress);
+}
+
+/// What the trace says of its run; an event-exact one has no control period.
+sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
+  const bool sampled = config.mode == sextant::ScenarioMode::sampled;
+  return {config.scenario.name,
+          sampled ? std::optional<std::int64_t>{config.drive.drive.period_ns} : std::nullopt,
+          config.drive.method().channels};
+}
+
+/// What else is to be said of a run, in a sentence; empty where there is nothing.
+std::string problem_of(const sextant::MilResult& result) {
+  if (!result.events_ended) {
+    return fmt::format(
+        "the events do not end at {:.6f} s; a longer event_exact.minimum_dwell_ns bounds them, "
+        "event_exact.max_events allows more",
+        result.metrics[sextant::Metric::simulated]);
+  }
+  if (!result.plant_reachable) {
+    return "the plant's stator flux left what the DC link can feed: the integration has gone wrong; choose "
+           "smaller steps or tolerances in [plant], or another plant.integrator";
+  }
+  return result.plant_healthy ? "" : "the integrator of the plant failed; the run ends there";
+}
+
+/// Tells on standard error why a run did not pass, where the table does not.
+void tell(const sextant::RunSummary& summary) {
+  using sextant::Verdict;
+  const char* const name = summary.scenario.c_str();
+  if (!summary.problem.empty()) std::fprintf(stderr, "sextant-mil: %s: %s\n", name, summary.problem.c_str());
+  switch (summary.verdict()) {
+    case Verdict::tripped:
+      std::fprintf(stderr,
+                   "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [command]\n",
+                   name, to_string(summary.faults.front().fault), double(summary.faults.front().t_ns) * 1e-9);
+      break;
+    case Verdict::not_balanced:
+      std::fprintf(
+          stderr,
+          "sextant-mil: %s: %.2g of the energy is unaccounted for, so that its figures do not count; "
+          "choose a shorter step or tighter tolerances in [plant]\n",
+          name, summary.metrics[sextant::Metric::energy_unaccounted]);
+      break;
+    case Verdict::interrupted:
+      std::fprintf(stderr, "sextant-mil: %s: interrupted at %.6f s\n", name,
+                   summary.metrics[sextant::Metric::simulated]);
+      break;
+    default:
+      if (summary.expected_fault && summary.faults.empty())
+        std::fprintf(stderr, "sextant-mil: %s: %s was expected and did not come\n", name,
+                     to_string(summary.expected_fault->fault));
+  }
+}
+
+/// One scenario, from its file to its summary.
+sextant::Verdict report_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& out,
+                                 bool with_trace, const sextant::mil::Interruption& interruption) {
+  using namespace sextant;
+  const Scenario& scenario = config.scenario;
+  const mil::ResultDirectory directory{out};
+  std::optional<TraceRecorder> trace;
+  if (with_trace) trace.emplace(directory.trace(), scenario.trace, origin(config));
+
+  mil::ProgressBar bar{scenario.name, stderr};
+  const MilResult result = run_scenario(config, trace ? &*trace : nullptr, [&](double fraction) {
+    bar.show(fraction);
+    return interruption.signal() == 0;
+  });
+  bar.finish();
+  if (trace) trace->close();
+
+  RunSummary summary = summarise(scenario, result);
+  summary.trace_error = trace ? trace->error() : "";
+  summary.problem = problem_of(result);
+  summary.configuration = config_json(config);
+  summary.version = SEXTANT_VERSION;
+  summary.commit = build_commit;
+  write_summary(summary, directory.summary());
+  print_summary(summary, stdout);
+  tell(summary);
+  return summary.verdict();
+}
+
+/// Results are kept under the scenarios' names: each needs one of its own, and one that stays in --out.
+void check_names(const std::vector<std::string>& files, const std::vector<sextant::ScenarioConfig>& configs) {
+  for (std::size_t i = 0; i < configs.size(); ++i) {
+    const std::string& name = configs[i].scenario.name;
+    if (name == "." || name == ".." || name.find('/') != std::string::npos) {
+      throw std::runtime_error(files[i] + ": the name \"" + name +
+                               "\" cannot be that of a directory: choose one without \"/\"");
+    }
+    for (std::size_t before = 0; before < i; ++before) {
+      if (configs[before].scenario.name != name) continue;
+      throw std::runtime_error(files[i] + ": the name \"" + name + "\" is taken by " + files[before] +
+                               ", whose results would be overwritten: choose another");
+    }
+  }
+}
+
+int run(Options options, std::span<const sextant::ControlMethod> own) {
+  if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
+  // All files are read before anything runs: a mistake in the last one must not cost the first its time.
+  std::vector<sextant::ScenarioConfig> configs;
+  configs.reserve(options.scenarios.size());
+  for (const std::string& file : options.scenarios) {
+    configs.push_back(sextant::load_scenario_config(file, options.overrides, own));
+  }
+  if (!options.print_config) check_names(options.scenarios, configs);
+  const sextant::mil::Interruption interruption;
+  bool passed = true;
+  for (const sextant::ScenarioConfig& config : configs) {
+    if (options.print_config) {
+      std::fputs(sextant::print_config(config).c_str(), stdout);
+      continue;
+    }
+    const bool alone = configs.size() == 1;
+    const std::filesystem::path out = alone ? options.out : options.out / config.scenario.name;
+    const sextant::Verdict verdict = report_scenario(config, out, !options.no_trace, interruption);
+    passed &= verdict == sextant::Verdict::pass;
+    if (interruption.signal() != 0) return interruption.status();
+  }
+  return passed ? 0 : 1;
+}
+
+}  // namespace
+
+int sextant::mil_program(int argc, char** argv, std::span<const ControlMethod> own) {
+  Options options;
+  if (const std::optional<int> status = command_line(options).parse(argc, argv)) return *status;
+  return sextant::run_program(program_name, 2, [&] { return run(options, own); });
+}

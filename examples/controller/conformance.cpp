@@ -1,0 +1,12 @@
+// What a drive relies on, checked on random inputs; an argument is the seed.
+#include <cstdlib>
+
+#include "field_oriented_controller.hpp"
+#include "sextant/conformance/check_controller.hpp"
+
+int main(int argc, char** argv) {
+  using Controller = example::FieldOrientedController<double>;
+  sextant::ConformanceParameters parameters{.period_ns = Controller::Parameters{}.period_ns};
+  if (argc > 1) parameters.seed = std::strtoull(argv[1], nullptr, 10);
+  return sextant::report("foc", sextant::check_controller<Controller>({}, parameters));
+}

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <any>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sextant/config/schema.hpp"
+#include "sextant/control/controller.hpp"
+#include "sextant/core/induction_machine_parameters.hpp"
+
+namespace sextant {
+
+/// What every control method shares with the drive. A method's `Parameters` gets those values for which it
+/// has a member of the same name and type.
+struct ControlSetup {
+  InductionMachineParameters<> machine{};  ///< as the controller believes it to be
+  std::int32_t period_ns{25'000};          ///< control period [ns]
+  double flux_reference{1.1};              ///< stator flux linkage [Wb]
+  int actuation_delay_periods{0};          ///< 1: a pattern is applied one period after its decision [-]
+  double u_dc{530.0};                      ///< nominal voltage of the DC link [V]
+};
+
+/// Copies what `Parameters` has members for.
+template <class Parameters>
+void share(const ControlSetup& setup, Parameters& p) {
+  if constexpr (requires { p.machine = setup.machine; }) p.machine = setup.machine;
+  if constexpr (requires { p.period_ns = setup.period_ns; }) p.period_ns = setup.period_ns;
+  if constexpr (requires { p.flux_reference = setup.flux_reference; })
+    p.flux_reference = setup.flux_reference;
+  if constexpr (requires { p.actuation_delay_periods = 0; })
+    p.actuation_delay_periods = setup.actuation_delay_periods;
+  if constexpr (requires { p.u_dc = setup.u_dc; }) p.u_dc = setup.u_dc;
+}
+
+/// A control method as files choose and describe it: `control.controller = "NAME"` and the table
+/// `[control.NAME]`. `control_method` makes one of a controller's class.
+struct ControlMethod {
+  std::string name;                          ///< of the method and its table
+  std::string meaning;                       ///< one line for the reader of the file
+  std::span<const ControlChannel> channels;  ///< what it adds to a trace
+  std::any parameters;                       ///< the controller's `Parameters`
+
+  /// Describes the table. `parameters` and `setup` are bound by reference.
+  void (*describe)(Section table, std::any& parameters, const ControlSetup& setup);
+  /// A controller with these parameters.
+  std::unique_ptr<Controller<double>> (*make)(const std::any& parameters);
+  /// The parameters before a file has been read.
+  std::any (*default_parameters)();
+};
+
+/// The channels of a controller's class, none where it declares none.
+template <class C>
+[[nodiscard]] constexpr std::span<const ControlChannel> channels_of() noexcept {
+  if constexpr (requires { C::channels; }) {
+    static_assert(std::size(C::channels) <= control_channel_capacity);
+    return C::channels;
+  } else {
+    return {};
+  }
+}
+
+/// The method whose controllers are of class `C`, a `Controller<double>` with
+///   static constexpr const char* name, meaning;   as above
+///   static constexpr std::array channels{…};      of ControlChannel; may be left out
+///   struct Parameters;                            defaults, validate(); any of the members of ControlSetup
+///   explicit C(const Parameters&);
+/// and, in the namespace of C, the keys of its table:
+///   void describe(sextant::Section table, C::Parameters& p, const sextant::ControlSetup& setup);
+/// The shared members are set before a `derived` key asks for its rule; `validate()` is checked after all.
+template <class C>
+[[nodiscard]] ControlMethod control_method() {
+  using Parameters = typename C::Parameters;
+  return {.name = C::name,
+          .meaning = C::meaning,
+          .channels = channels_of<C>(),
+          .parameters = Parameters{},
+          .describe =
+              [](Section table, std::any& parameters, const ControlSetup& setup) {
+                auto& p = std::any_cast<Parameters&>(parameters);
+                table.derive([&p, &setup] { share(setup, p); });
+                describe(table, p, setup);
+                table.check(p);
+              },
+          .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
+            return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
+          },
+          .default_parameters = [] { return std::any{Parameters{}}; }};
+}
+
+/// Where the configuration looks for methods: Sextant's own and those of a program that brings some.
+using ControlMethods = std::vector<ControlMethod>;
+
+/// The list with `own` methods behind it. Throws std::invalid_argument where a name is no bare TOML key, is
+/// taken or is that of another key of [control].
+[[nodiscard]] ControlMethods with_own(ControlMethods methods, std::span<const ControlMethod> own);
+
+/// The same methods with their default parameters.
+[[nodiscard]] ControlMethods untouched(ControlMethods methods);
+
+}  // namespace sextant

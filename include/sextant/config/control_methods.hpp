@@ -1,0 +1,19 @@
+#pragma once
+
+#include <tuple>
+
+#include "sextant/config/control_method.hpp"
+#include "sextant/config/direct_torque_config.hpp"
+#include "sextant/control/direct_torque_controller.hpp"
+
+namespace sextant {
+
+/// Every control method of Sextant, the default first. The configuration, the real-time safety check and the
+/// conformance test walk this list.
+template <class T>
+using ControllerList = std::tuple<DirectTorqueController<T>>;
+
+/// The same as the configuration knows them.
+[[nodiscard]] ControlMethods control_methods();
+
+}  // namespace sextant

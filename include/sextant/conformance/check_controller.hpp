@@ -1,0 +1,158 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sextant/conformance/random_periods.hpp"
+#include "sextant/control/controller.hpp"
+#include "sextant/core/gate_pattern.hpp"
+
+namespace sextant {
+
+struct ConformanceParameters {
+  std::int32_t period_ns{25'000};  ///< control period of the controllers [ns]
+  std::uint64_t seed{1};           ///< of the inputs
+  int periods{5'000};              ///< of each sequence of inputs [-]
+  std::size_t channels{0};         ///< channels that the class declares [-]
+};
+
+/// What is wrong with a controller: the first violation of each rule, a sentence each. Empty: it conforms.
+struct ConformanceResult {
+  std::uint64_t seed{};
+  std::vector<std::string> violations{};
+
+  [[nodiscard]] bool passed() const noexcept { return violations.empty(); }
+};
+
+/// Runs controllers on seeded random inputs and checks what a drive relies on:
+///
+///   period      in modes magnetise and torque the pattern fills the control period exactly
+///   durations   no segment has a negative duration
+///   off         in mode off every leg is off
+///   finite      estimate and channels are finite for finite inputs
+///   channels    as many values as channels are declared
+///   reset       after `reset` the same inputs give the same patterns, estimates and channels, bit for bit
+///
+/// It allocates, so that it belongs into tests.
+template <class T = double>
+class ControllerCheck {
+ public:
+  /// A new controller, each time with the same parameters.
+  using Make = std::function<std::unique_ptr<Controller<T>>()>;
+
+  ControllerCheck(Make make, const ConformanceParameters& parameters)
+      : make_{std::move(make)}, parameters_{parameters}, result_{.seed = parameters.seed} {}
+
+  [[nodiscard]] ConformanceResult run() {
+    for (const InputRange range : {InputRange::plausible, InputRange::extreme}) {
+      const std::unique_ptr<Controller<T>> controller = make_();
+      const std::vector<Answer> first = answers(*controller, range);
+      for (std::size_t k = 0; k < first.size(); ++k) check(first[k], k);
+      controller->reset();
+      compare(first, answers(*controller, range), "reset: after reset");
+      compare(first, answers(*make_(), range), "reset: of a new controller");
+    }
+    return std::move(result_);
+  }
+
+ private:
+  struct Answer {
+    ControlMode mode{};
+    GatePattern pattern{};
+    std::vector<T> values{};  ///< of the estimate, then of the channels
+    bool flags[2]{};
+    std::uint8_t sector{};
+    std::size_t channels{};
+  };
+
+  [[nodiscard]] std::vector<Answer> answers(Controller<T>& controller, InputRange range) const {
+    RandomPeriods<T> inputs{parameters_.seed, range, parameters_.period_ns};
+    std::vector<Answer> list;
+    for (int k = 0; k < parameters_.periods; ++k) {
+      const ControlPeriod<T> p = inputs.next();
+      const GatePattern pattern = controller.step(p.measurement, p.reference);
+      const ControlEstimate<T>& e = controller.estimate();
+      const std::span<const T> channels = controller.channel_values();
+      Answer answer{.mode = p.reference.mode,
+                    .pattern = pattern,
+                    .values = {e.psi_s.alpha, e.psi_s.beta, e.psi_s_magnitude, e.torque},
+                    .flags = {e.magnetised, pattern.is_driven()},
+                    .sector = e.sector,
+                    .channels = channels.size()};
+      answer.values.insert(answer.values.end(), channels.begin(), channels.end());
+      list.push_back(std::move(answer));
+    }
+    return list;
+  }
+
+  void check(const Answer& answer, std::size_t period) {
+    bool negative = false;
+    bool all_off = true;
+    for (const GateSegment& segment : answer.pattern.segments()) {
+      negative = negative || segment.duration_ns < 0;
+      all_off = all_off && segment.state == gates_off;
+    }
+    const bool off = answer.mode == ControlMode::off;
+    const bool fills =
+        answer.pattern.duration_ns() == parameters_.period_ns || (off && answer.pattern.segments().empty());
+    require(fills, "period: the pattern does not fill the control period", period);
+    require(!negative, "durations: a segment has a negative duration", period);
+    require(!off || all_off, "off: a leg is driven in mode off", period);
+    bool finite = true;
+    for (const T value : answer.values) finite = finite && std::isfinite(value);
+    require(finite, "finite: an estimate or a channel is not finite", period);
+    require(answer.channels == parameters_.channels, "channels: there are more or fewer values than channels",
+            period);
+  }
+
+  void compare(const std::vector<Answer>& a, const std::vector<Answer>& b, const char* what) {
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      const bool same =
+          a[k].pattern == b[k].pattern && a[k].sector == b[k].sector && a[k].flags[0] == b[k].flags[0] &&
+          a[k].values.size() == b[k].values.size() &&
+          std::memcmp(a[k].values.data(), b[k].values.data(), a[k].values.size() * sizeof(T)) == 0;
+      require(same, std::string{what} + " the same inputs give another answer", k);
+    }
+  }
+
+  /// Keeps the first violation of each rule; its name is what stands before the colon.
+  void require(bool holds, const std::string& sentence, std::size_t period) {
+    if (holds) return;
+    const std::string rule = sentence.substr(0, sentence.find(':') + 1);
+    for (const std::string& known : result_.violations) {
+      if (known.starts_with(rule)) return;
+    }
+    result_.violations.push_back(sentence + ", first in period " + std::to_string(period) + " of seed " +
+                                 std::to_string(parameters_.seed));
+  }
+
+  Make make_;
+  ConformanceParameters parameters_;
+  ConformanceResult result_;
+};
+
+/// Checks controllers of class C with these parameters.
+template <class C, class T = double>
+[[nodiscard]] ConformanceResult check_controller(const typename C::Parameters& controller,
+                                                 ConformanceParameters parameters = {}) {
+  if constexpr (requires { C::channels; }) parameters.channels = std::size(C::channels);
+  return ControllerCheck<T>{[&controller] { return std::make_unique<C>(controller); }, parameters}.run();
+}
+
+/// Prints the result with its seed; returns the exit status of a program, 0 when the controller conforms.
+inline int report(const char* name, const ConformanceResult& result, std::FILE* out = stdout) {
+  for (const std::string& violation : result.violations)
+    std::fprintf(out, "%s: %s\n", name, violation.c_str());
+  std::fprintf(out, "%s: %s, seed %llu\n", name, result.passed() ? "conforms" : "does not conform",
+               static_cast<unsigned long long>(result.seed));
+  return result.passed() ? 0 : 1;
+}
+
+}  // namespace sextant

@@ -1,0 +1,164 @@
+#include "sextant/config/control_methods.hpp"
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+#include "sextant/config/make_controller.hpp"
+
+// A control method as somebody writes one outside of Sextant.
+namespace elsewhere {
+
+class OwnController final : public sextant::Controller<double> {
+ public:
+  static constexpr const char* name = "own";
+  static constexpr const char* meaning = "a method for this test";
+  static constexpr std::array channels{sextant::ControlChannel{"gain", "1", "its gain"}};
+
+  struct Parameters {
+    std::int32_t period_ns{25'000};
+    double flux_reference{};
+    double gain{2};
+    double bandwidth{};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      return gain > 5.0 && flux_reference > 1.0 ? "such a gain needs less flux" : nullptr;
+    }
+  };
+
+  explicit OwnController(const Parameters& parameters) : parameters_{parameters} {}
+
+  [[nodiscard]] sextant::GatePattern step(const sextant::Measurement<double>&,
+                                          sextant::ControlReference<double>) noexcept override {
+    return {sextant::gates_off, parameters_.period_ns};
+  }
+  void reset() noexcept override {}
+  [[nodiscard]] std::span<const double> channel_values() const noexcept override {
+    return {&parameters_.gain, 1};
+  }
+
+ private:
+  Parameters parameters_;
+};
+
+void describe(sextant::Section s, OwnController::Parameters& p, const sextant::ControlSetup& setup) {
+  s.number("gain", p.gain, {0, 10}, "", "of its loop");
+  s.derived("bandwidth_rad_s", p.bandwidth, {1e-3, 1e6}, "rad/s", "of its loop",
+            [&p, &setup] { return 1e6 * p.flux_reference / setup.period_ns; });
+}
+
+}  // namespace elsewhere
+
+namespace sextant {
+namespace {
+
+using elsewhere::OwnController;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+
+const std::vector<ControlMethod> own{control_method<OwnController>()};
+
+std::string refusal(const std::vector<std::string>& overrides) {
+  try {
+    (void)load_scenario_config(shipped_scenario, overrides, own);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ControlMethods, OfAProgramAreChosenByNameAndReadTheirTable) {
+  const DriveConfig c = load_scenario_config(shipped_scenario,
+                                             {"control.controller=own", "control.own.gain=3",
+                                              "drive.period_us=50", "control.flux_reference_wb=1"},
+                                             own)
+                            .drive;
+  EXPECT_EQ(c.method().name, "own");
+  const auto& p = std::any_cast<const OwnController::Parameters&>(c.method().parameters);
+  EXPECT_EQ(p.gain, 3);
+  EXPECT_EQ(p.period_ns, 50'000) << "shared with the drive";
+  EXPECT_EQ(p.flux_reference, 1);
+  EXPECT_EQ(p.bandwidth, 20);
+  const auto controller = make_controller(c);
+  EXPECT_EQ(controller->step({}, {}), GatePattern(gates_off, 50'000));
+  ASSERT_EQ(controller->channel_values().size(), c.method().channels.size());
+  EXPECT_EQ(controller->channel_values()[0], 3);
+}
+
+TEST(ControlMethods, OfAnEcuAreReadInTheSameWay) {
+  const EcuConfig c = load_ecu_config(shipped_ecu, {"control.controller=own", "control.own.gain=1"}, own);
+  EXPECT_EQ(c.drive.method().name, "own");
+  EXPECT_THAT(print_config(c),
+              HasSubstr("\n[control.own]\ngain = 1  # of its loop; a number from 0 to 10; default 2\n"));
+}
+
+TEST(ControlMethods, ArePrintedWithTheirDefaultsAndReadBack) {
+  const ConfigFiles files;
+  const std::string text = print_config(load_scenario_config(
+      shipped_scenario, {"control.controller=own", "control.own.gain=0.5", "control.flux_reference_wb=1"},
+      own));
+  EXPECT_THAT(text,
+              HasSubstr("controller = \"own\"  # control method; dtc: direct torque control by a switching "
+                        "table; own: a method for this test; \"dtc\" or \"own\"; default \"dtc\"\n"));
+  EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
+  EXPECT_THAT(config_json(load_scenario_config(shipped_scenario,
+                                               {"control.own.gain=7.5", "control.flux_reference_wb=1"}, own)),
+              HasSubstr("\"control.own.gain\": 7.5"));
+}
+
+TEST(ControlMethods, AreRefusedWithFileAndLine) {
+  const ConfigFiles files;
+  const std::string head = "name = \"x\"\nduration_s = 1\nmachine = \"" + shipped_machine + "\"\n";
+  const std::string file = files.write("own.toml", head + "[control.own]\ngain = 11\n");
+  try {
+    (void)load_scenario_config(file, {}, own);
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr(file + ":5: control.own.gain: expected a number from 0 to 10, got 11"));
+  }
+  EXPECT_THAT(refusal({"control.own.gian=1"}), EndsWith("the nearest known one is control.own.gain"));
+  EXPECT_THAT(refusal({"control.controller=foc"}), HasSubstr("expected \"dtc\" or \"own\", got \"foc\""));
+}
+
+TEST(ControlMethods, AreValidatedThoughAnotherIsChosen) {
+  EXPECT_THAT(refusal({"control.own.gain=6"}), HasSubstr("control.own: such a gain needs less flux"));
+  EXPECT_THAT(
+      refusal({"control.controller=own", "control.dtc.flux_band_wb=0.9", "control.flux_reference_wb=0.8"}),
+      HasSubstr("control.dtc: the flux band must be below the flux reference"));
+}
+
+TEST(ControlMethods, HaveTheirChannelsAmongTheSignalsOfATrace) {
+  EXPECT_EQ(
+      refusal({"control.controller=own", "control.flux_reference_wb=1", "trace.signals=[\"control/gain\"]"}),
+      "accepted");
+  EXPECT_THAT(
+      refusal({"trace.signals=[\"control/gain\"]"}),
+      HasSubstr("trace: signal \"control/gain\" belongs to another controller than control.controller"));
+  EXPECT_THAT(refusal({"trace.signals=[\"control/gian\"]"}),
+              HasSubstr("the nearest known one is \"control/gain\""));
+}
+
+TEST(ControlMethods, NeedNamesOfTheirOwn) {
+  for (const char* name : {"dtc", "machine_estimate", "flux_reference_wb", "controller", "", "a.b", "a b"}) {
+    SCOPED_TRACE(name);
+    std::vector<ControlMethod> named = own;
+    named[0].name = name;
+    EXPECT_THROW((void)with_own(control_methods(), named), std::invalid_argument);
+  }
+  EXPECT_EQ(with_own(control_methods(), own).back().name, "own");
+}
+
+TEST(ControlMethods, OfSextantHaveAListOnly) {
+  const ControlMethods methods = control_methods();
+  EXPECT_EQ(methods.size(), std::tuple_size_v<ControllerList<double>>);
+  EXPECT_EQ(methods.front().name, DriveConfig{}.controller) << "the first is the default";
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,97 @@
+// Each rule finds the controller that breaks it, and no other rule does.
+#include "sextant/conformance/check_controller.hpp"
+
+#include <array>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+enum class Mistake {
+  none,
+  short_pattern,
+  negative,
+  driven_when_off,
+  nan,
+  forgets_a_state,
+  too_many_channels
+};
+
+/// Half of the period at V1, half at V0; with one mistake, which shows rarely.
+class MistakenController final : public Controller<double> {
+ public:
+  static constexpr std::array channels{ControlChannel{"speed_rad_s", "rad/s", "as measured"}};
+  struct Parameters {
+    Mistake mistake{Mistake::none};
+  };
+
+  explicit MistakenController(const Parameters& parameters) noexcept : mistake_{parameters.mistake} {}
+
+  GatePattern step(const Measurement<double>& m, ControlReference<double> reference) noexcept override {
+    ++count_;
+    values_ = {m.omega_m, 0.0};
+    const bool now = count_ % 1000 == 999;
+    estimate_.torque =
+        mistake_ == Mistake::nan && now ? std::numeric_limits<double>::quiet_NaN() : reference.torque;
+    if (reference.mode == ControlMode::off)
+      return mistake_ == Mistake::driven_when_off ? GatePattern{switch_states[0], 25'000} : GatePattern{};
+    GatePattern pattern;
+    if (mistake_ == Mistake::negative && now) {
+      pattern.append({switch_states[1], 26'000});
+      pattern.append({switch_states[0], -1'000});
+      return pattern;
+    }
+    pattern.append({switch_states[1], count_ % 3 == 0 ? 0 : 10'000});
+    pattern.append({switch_states[0], count_ % 3 == 0 ? 25'000 : 15'000});
+    if (mistake_ == Mistake::short_pattern && now) return {switch_states[0], 24'999};
+    return pattern;
+  }
+
+  void reset() noexcept override {
+    estimate_ = {};
+    if (mistake_ != Mistake::forgets_a_state) count_ = 0;
+  }
+
+  [[nodiscard]] std::span<const double> channel_values() const noexcept override {
+    return std::span{values_}.first(mistake_ == Mistake::too_many_channels ? 2U : 1U);
+  }
+
+ private:
+  Mistake mistake_;
+  int count_{0};
+  std::array<double, 2> values_{};
+};
+
+std::vector<std::string> violations(Mistake mistake) {
+  return check_controller<MistakenController>({mistake}).violations;
+}
+
+TEST(CheckController, NamesTheRuleThatIsBroken) {
+  EXPECT_THAT(violations(Mistake::short_pattern), ElementsAre(StartsWith("period: ")));
+  EXPECT_THAT(violations(Mistake::negative), ElementsAre(StartsWith("durations: ")));
+  EXPECT_THAT(violations(Mistake::driven_when_off), ElementsAre(StartsWith("off: ")));
+  EXPECT_THAT(violations(Mistake::nan), ElementsAre(StartsWith("finite: ")));
+  EXPECT_THAT(violations(Mistake::forgets_a_state), ElementsAre(StartsWith("reset: ")));
+  EXPECT_THAT(violations(Mistake::too_many_channels), ElementsAre(StartsWith("channels: ")));
+}
+
+TEST(CheckController, FindsNothingInAControllerThatConforms) {
+  EXPECT_THAT(violations(Mistake::none), IsEmpty());
+}
+
+TEST(CheckController, SaysTheSeed) {
+  ConformanceParameters p{.seed = 987654321};
+  const ConformanceResult result = check_controller<MistakenController>({Mistake::nan}, p);
+  EXPECT_EQ(result.seed, 987654321U);
+  EXPECT_THAT(result.violations, ElementsAre(testing::HasSubstr("of seed 987654321")));
+}
+
+}  // namespace
+}  // namespace sextant

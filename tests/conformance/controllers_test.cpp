@@ -1,0 +1,45 @@
+// Every controller of Sextant conforms, in both scalars.
+#include <random>
+#include <tuple>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/config/control_methods.hpp"
+#include "sextant/conformance/check_controller.hpp"
+
+namespace sextant {
+namespace {
+
+template <class List>
+struct TypesOf;
+template <class... C>
+struct TypesOf<std::tuple<C...>> {
+  using Types = testing::Types<C...>;
+};
+
+template <class C, class T>
+void expect_conformance() {
+  for (const std::uint64_t seed :
+       {std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{std::random_device{}()}}) {
+    const ConformanceResult result = check_controller<C, T>({}, {.seed = seed});
+    EXPECT_THAT(result.violations, testing::IsEmpty());
+  }
+}
+
+template <class C>
+class Controllers : public testing::Test {};
+TYPED_TEST_SUITE(Controllers, TypesOf<ControllerList<double>>::Types);
+TYPED_TEST(Controllers, Conform) {
+  expect_conformance<TypeParam, double>();
+}
+
+template <class C>
+class FloatControllers : public testing::Test {};
+TYPED_TEST_SUITE(FloatControllers, TypesOf<ControllerList<float>>::Types);
+TYPED_TEST(FloatControllers, Conform) {
+  expect_conformance<TypeParam, float>();
+}
+
+}  // namespace
+}  // namespace sextant
