@@ -11,7 +11,7 @@
 
 namespace sextant {
 
-/// What the programs that run until they are told to leave have in common on their command lines.
+/// The common options of the programs that run until a signal.
 struct LiveOptions {
   std::string config{};
   std::optional<double> duration_s{};
@@ -19,7 +19,7 @@ struct LiveOptions {
   bool print_config{false};
 };
 
-/// Adds them; the result refers to `options`. duration: what `--duration` does.
+/// Adds the options; the result refers to `options`. duration: help of `--duration`.
 inline void describe_live(CLI::App& app, LiveOptions& options, const char* duration) {
   app.add_option("config", options.config, "configuration file")->capture_default_str();
   app.add_option("--duration", options.duration_s, duration)->check(CLI::Range(0.001, 1e9));
@@ -33,16 +33,15 @@ inline void start_log(const std::string& name) {
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
 }
 
-/// Whether whoever started this program wants it to ignore the signal, as nohup does.
+/// Whether the program was started with the signal ignored, as by nohup.
 [[nodiscard]] inline bool is_ignored(int signal) {
   struct sigaction action{};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
 
-/// Blocks the signals that ask a program to leave, for this thread and all that it starts, and returns them
-/// for sigwaitinfo() and its kin: no other thread gets them. SIGHUP, of a terminal that is closed, is one of
-/// them unless it was ignored. A pipe whose reader has left ends nothing from now on: what is written to it
-/// is lost.
+/// Blocks the signals that end a program, for this thread and all that it starts, and returns them for
+/// sigwaitinfo() and sigtimedwait(). SIGHUP, of a closed terminal, is one of them unless it was ignored.
+/// SIGPIPE is ignored: output to a closed pipe is lost.
 [[nodiscard]] inline sigset_t block_leave_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -51,7 +50,7 @@ inline void start_log(const std::string& name) {
   if (!is_ignored(SIGHUP)) sigaddset(&set, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGCHLD, SIG_DFL);  // one who ignores it would never learn that a child has ended
+  std::signal(SIGCHLD, SIG_DFL);  // if it were ignored, waitpid() would not report the end of a child
   return set;
 }
 

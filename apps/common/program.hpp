@@ -9,13 +9,13 @@
 
 namespace sextant {
 
-/// What every program has on its command line: help that ends in examples, its version, and one sentence for
-/// whatever is wrong with it.
+/// The common part of every program's command line: help that ends in examples, version, and one sentence for
+/// each mistake.
 inline void describe_program(CLI::App& app, const std::string& name, const char* examples) {
   app.footer(examples);
   app.set_version_flag("--version", SEXTANT_VERSION);
   app.failure_message([name](const CLI::App*, const CLI::Error& error) {
-    return name + ": " + error.what() + "; " + name + " --help tells more\n";
+    return name + ": " + error.what() + "; " + name + " --help lists the options\n";
   });
 }
 
@@ -30,7 +30,7 @@ inline std::optional<int> parse_command_line(CLI::App& app, int argc, char** arg
   }
 }
 
-/// Runs a program to its exit status. What it throws becomes a sentence on stderr and the status `failure`.
+/// Runs a program to its exit status. An exception becomes a sentence on stderr and the status `failure`.
 template <class Run>
 int run_program(const char* name, int failure, const Run& run) {
   try {

@@ -40,7 +40,7 @@ constexpr const char* examples = R"(Examples:
                                                      without CAN, DDS and clock, as fast as the machine allows
   sextant-ecu --virtual-time run.log --telemetry-out run.csv
                                                      the same from a recording of candump -l or python-can
-It leaves on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
+It ends on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
 
 void describe_virtual_time(CLI::App& app, Options& options) {
   CLI::Option* const virtual_time =
@@ -69,14 +69,14 @@ void describe(CLI::App& app, Options& options) {
       ->excludes("--virtual-time");
 }
 
-/// Returns when a signal asks to leave or the time is over.
+/// Returns on a signal or at the end of the duration.
 void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
   if (!duration_s) {
     while (sigwaitinfo(&signals, nullptr) < 0) {
     }
     return;
   }
-  // A process that was stopped and continued comes back early, without one of these signals.
+  // After a stop and SIGCONT sigtimedwait returns early, without one of these signals.
   const std::int64_t end_ns = sextant::now_ns() + std::int64_t(*duration_s * 1e9);
   for (std::int64_t left_ns = end_ns - sextant::now_ns(); left_ns > 0; left_ns = end_ns - sextant::now_ns()) {
     const timespec limit{left_ns / sextant::ns_per_s, left_ns % sextant::ns_per_s};
@@ -84,7 +84,7 @@ void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
   }
 }
 
-/// Only a plant that waits for the drive can follow its time.
+/// Virtual time needs a plant that waits for the drive.
 void require_waiting_plant(const sextant::EcuConfig& config) {
   const bool elsewhere = config.power_stage != sextant::PowerStageKind::simulated;
   if (!elsewhere || config.hil.pacing == sextant::Pacing::lockstep) return;
@@ -108,7 +108,7 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   return 0;
 }
 
-/// What every thread and the process for DDS inherit, so before the first of them.
+/// Settings that every thread and the process for DDS inherit; to be called before the first of them starts.
 void prepare_process(const sextant::RealtimeParameters& realtime) {
   if (realtime.lock_memory) sextant::reserve_little_memory();
   if (const sextant::Grant grant = sextant::keep_off_cpu(realtime.cpu); !grant.granted) {
@@ -131,7 +131,7 @@ int run(const Options& options) {
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();
-  // First what nobody has to be there to read: a terminal may have been closed.
+  // The file before the report: stdout may be closed.
   if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
   ecu.print_report(stdout);
   if (const std::string problem = ecu.problem(); !problem.empty()) throw std::runtime_error(problem);

@@ -72,14 +72,14 @@ sextant::MilResult run_scenario(const sextant::ScenarioConfig& config, sextant::
   return sextant::EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, progress);
 }
 
-/// What the trace says of its run; an event-exact one has no control period.
+/// Description of the run in its trace; an event-exact one has no control period.
 sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
   const bool sampled = config.mode == sextant::ScenarioMode::sampled;
   return {config.scenario.name,
           sampled ? std::optional<std::int64_t>{config.drive.drive.period_ns} : std::nullopt};
 }
 
-/// What else is to be said of a run, in a sentence; empty where there is nothing.
+/// A further problem of a run, in a sentence; empty without one.
 std::string problem_of(const sextant::MilResult& result) {
   if (!result.events_ended) {
     return fmt::format(
@@ -94,7 +94,7 @@ std::string problem_of(const sextant::MilResult& result) {
   return result.plant_healthy ? "" : "the integrator of the plant failed; the run ends there";
 }
 
-/// Tells on standard error why a run did not pass, where the table does not.
+/// Prints on standard error why a run did not pass, where the table does not show it.
 void tell(const sextant::RunSummary& summary) {
   using sextant::Verdict;
   const char* const name = summary.scenario.c_str();

@@ -112,13 +112,13 @@ FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
     ++command_.out_of_range;
     return FrameVerdict::out_of_range;
   }
-  // The numbers of a disable that lie beyond the contract, "not available" among them, are nobody's torque.
+  // A disable may carry numbers beyond the contract's range, such as "not available"; they become zero.
   accept(decoded.in_range ? decoded.request : TorqueRequest{.fault_reset = decoded.request.fault_reset});
   command_.received_ns = frame.received_ns;
   command_.counter = decoded.counter;
   command_.out_of_range = 0;
   ++command_.sequence;
-  // A command that comes through proves the bus, unless it was on its way before.
+  // An accepted command ends bus-off, unless it was received within the hold time after the report.
   if (frame.received_ns - bus_off_ns_ >= parameters_.bus_off_hold_ns) command_.bus_off = false;
   return FrameVerdict::accepted;
 }
@@ -128,7 +128,7 @@ void CommandReceiver::accept(const TorqueRequest& request) noexcept {
   command_.torque_limit = request.torque_limit;
   command_.enable = request.enable;
   command_.fault_reset = request.fault_reset;
-  // The control thread may not see this command, only a later one.
+  // A later command may replace this one before the control thread reads it: the counts keep it.
   if (!request.enable) ++command_.disables;
   if (!request.enable && request.fault_reset) ++command_.resets;
 }

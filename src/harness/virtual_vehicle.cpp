@@ -68,7 +68,7 @@ void VirtualVehicle::choose_phase() {
 }
 
 void VirtualVehicle::send(const TorqueRequest& request) {
-  if (silent_) return;
+  if (paused_) return;
   CanFrame frame = encode(request).frame;
   e2e::Data data = payload_of(frame);
   if (tamper_) tamper_(data);

@@ -13,9 +13,9 @@
 
 namespace sextant::ecu {
 
-/// The commands of the cycle: the newest one, and what the other threads demand. The order to inhibit the
-/// gates is taken, not only read, so that it cannot be withdrawn before the drive has seen it. Another drive
-/// on the bus is a fault while its frames come, and for `other_drive_hold_ns` more.
+/// The requests of the cycle: the newest command, shutdown, and the faults that other threads detect. Only
+/// this class clears the gate inhibit, when it passes it on, so that none is lost. Another drive on the bus
+/// is a fault while its frames arrive, and for `other_drive_hold_ns` more.
 class SharedCommands {
  public:
   static constexpr std::int64_t other_drive_hold_ns = ns_per_s;  ///< [ns]
@@ -53,8 +53,8 @@ class SharedTelemetry {
   Telemetry<double> last_{};
 };
 
-/// What the control thread does, apart from the thread and from its statistics. Reads no clock; allocates,
-/// locks, throws, logs and blocks never.
+/// The work of the control thread, without the thread and its statistics. Reads no clock; never allocates,
+/// locks, throws, logs or blocks.
 class ControlTask {
  public:
   /// Drive and shared state are not owned and must outlive this object.
@@ -62,8 +62,8 @@ class ControlTask {
       : wakes_{wakes}, drive_{drive}, shared_{shared}, commands_{shared}, telemetry_{shared} {}
 
   /// A wake-up at woken_ns that serves deadline_ns [ns]: heartbeat, the control periods from the deadline on,
-  /// the newest status. The ends of the cycle are `commands()` and `telemetry()`, or these with time stamps
-  /// around their calls.
+  /// the newest status. `commands` and `telemetry`: those of this object, or these with time stamps around
+  /// their calls (stamped_cycle.hpp).
   template <class Commands, class TelemetrySink>
   void wake_up(std::int64_t woken_ns, std::int64_t deadline_ns, DriveIo<double>& io, Commands& commands,
                TelemetrySink& telemetry) noexcept SEXTANT_NONBLOCKING {

@@ -9,11 +9,11 @@
 
 namespace sextant {
 
-// Between frames of configs/interfaces/sextant.dbc and plain structs. Scaling and layout are generated from
-// that file. The codec leaves the end-to-end bytes of protected frames zero: E2eProtector fills them.
+// Conversion between frames of configs/interfaces/sextant.dbc and plain structs. Scaling and layout are
+// generated from that file. The codec leaves the E2E bytes of protected frames zero; E2eProtector fills them.
 
-/// A status frame. A value beyond the signal's range goes out as the range's end, NaN as the value nearest to
-/// zero, and `clamped` says so: no status frame is lost and no value wraps.
+/// A status frame. A value beyond the signal's range is sent as the range's end, NaN as the value nearest to
+/// zero; `clamped` is then true. No status frame is lost and no value wraps.
 struct EncodedFrame {
   CanFrame frame;
   bool clamped{false};
@@ -34,7 +34,7 @@ struct EncodedFrame {
 struct TorqueRequest {
   double torque{};        ///< signed [N·m]
   double torque_limit{};  ///< magnitude that the requester allows [N·m]
-  bool enable{false};     ///< torque production wanted
+  bool enable{false};     ///< torque production requested
   bool fault_reset{false};
 };
 
@@ -59,19 +59,19 @@ struct DecodedCommand {
   bool in_range{false};    ///< torque and limit lie within the ranges of the contract
 };
 
-/// Reads the payload of a frame that `identify_command` calls `command`.
+/// Decodes the payload of a frame whose identity is `command`.
 [[nodiscard]] DecodedCommand decode_command(const CanFrame& frame) noexcept;
 
-/// What a drive has to see of a bus: the command, in each of the disguises that `identify_command` tells
-/// apart, and MCU_TorqueStatus, which only another drive sends.
+/// The identifiers that a drive receives: the command, under each identity that `identify_command`
+/// distinguishes, and MCU_TorqueStatus, which on this bus only another drive sends.
 [[nodiscard]] std::span<const CanIdentifier> drive_identifiers() noexcept;
 
 /// Identifier and E2E data id of VCU_TorqueCommand.
 [[nodiscard]] std::uint32_t command_id() noexcept;
 [[nodiscard]] std::uint16_t command_data_id() noexcept;
 
-/// Reads an MCU_TorqueStatus, as a vehicle does; empty for any other frame. The end-to-end bytes are the
-/// caller's to check.
+/// Decodes an MCU_TorqueStatus, as a vehicle does; empty for any other frame. The caller checks the
+/// end-to-end bytes.
 [[nodiscard]] std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame) noexcept;
 
 /// E2E data id of MCU_TorqueStatus.

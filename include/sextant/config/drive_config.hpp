@@ -14,7 +14,7 @@ namespace sextant {
 
 enum class ControllerKind : std::uint8_t { direct_torque };
 
-/// True when the controller decides by thresholds alone, which an event-exact run can watch for.
+/// True when the controller decides by thresholds alone, as event-exact runs require.
 [[nodiscard]] constexpr bool has_continuous_comparators(ControllerKind kind) {
   switch (kind) {
     case ControllerKind::direct_torque:
@@ -36,10 +36,10 @@ struct LoadConfig {
 };
 
 /// A drive with its simulated plant: what the live drive and a scenario have in common. Parameters that two
-/// parts need (control period, actuation delay, machine) stand in the file once.
+/// parts need (control period, actuation delay, machine) occur in the file once.
 struct DriveConfig {
   MachineConfig machine{};           ///< as the file gives it; plant.plant.machine is made of it
-  MachineConfig machine_estimate{};  ///< how the controller's idea of it differs
+  MachineConfig machine_estimate{};  ///< how the controller's parameters differ from it
   ControllerKind controller{ControllerKind::direct_torque};
   DirectTorqueController<>::Parameters direct_torque{};
   Drive<>::Parameters drive{};
@@ -48,7 +48,7 @@ struct DriveConfig {
   LoadConfig load{};
 };
 
-/// Sections machine, control, drive, gate, capability, protection, plant and load.
+/// Sections machine, control, drive, command, capability, protection, plant and load.
 void describe(Section root, DriveConfig& config);
 
 /// Empty when the link is below the level at which the drive trips, else a sentence.
@@ -58,7 +58,7 @@ void describe(Section root, DriveConfig& config);
 void describe(Section section, SimulatedPowerStage::Parameters& parameters);
 void describe(Section section, LoadConfig& config);
 
-/// True when a file has said anything of it that makes it more than zero throughout.
+/// True when a file makes the quantity other than zero.
 [[nodiscard]] bool is_said(const ProfileParameters& profile);
 
 /// A quantity over time; `unit` of its values and what they may be.

@@ -9,9 +9,9 @@
 
 namespace sextant {
 
-/// What the drive wants of its controller in the coming period.
+/// Mode of the controller in the coming period.
 enum class ControlMode : std::uint8_t {
-  off,        ///< all gates off; the estimate is carried on
+  off,        ///< all gates off; the controller updates its estimate
   magnetise,  ///< build up flux without torque
   torque      ///< follow the torque reference
 };
@@ -22,14 +22,14 @@ struct ControlReference {
   T torque{};  ///< T_ref, used in mode `torque` [N·m]
 };
 
-/// What a controller knows of the machine.
+/// A controller's estimate of the machine's state.
 template <class T = double>
 struct ControlEstimate {
   SpaceVector<T> psi_s{};  ///< stator flux linkage, stationary frame [Wb]
   T psi_s_magnitude{};     ///< [Wb]
   T torque{};              ///< electromagnetic torque [N·m]
   std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 without flux, or without sectors
-  bool magnetised{false};  ///< torque may be asked for
+  bool magnetised{false};  ///< the flux is ready for torque
 };
 
 /// The seam behind which control methods are exchanged: measurement and reference in, gate pattern out. The
@@ -42,8 +42,8 @@ class Controller {
   Controller& operator=(const Controller&) = delete;
   virtual ~Controller() = default;
 
-  /// One control period: updates the estimate from what was measured and decides the coming pattern.
-  /// Must be called in every period, also with the gates off.
+  /// One control period: updates the estimate from the measurement and decides the coming pattern. To be
+  /// called in every period, also with the gates off.
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
                                          ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING = 0;
 

@@ -5,15 +5,14 @@
 
 namespace sextant {
 
-/// What the drive knows of the power stage at the beginning of a control period. It carries no time: that is
-/// the drive's own, an argument of its step.
+/// State of the power stage at the beginning of a control period. The time is an argument of `Drive::step`.
 template <class T = double>
 struct Measurement {
   ThreePhase<T> i_abc{};  ///< phase currents, positive into the machine [A]
   T u_dc{};               ///< DC-link voltage [V]
   T omega_m{};            ///< mechanical speed [rad/s]
-  GatePattern applied{};  ///< the pattern that was applied over the period that ends now
-  bool plausible{true};   ///< false when the power stage (or its simulation) could not answer
+  GatePattern applied{};  ///< applied pattern: gate states over the time since the last measurement
+  bool plausible{true};   ///< false: the power stage, or its simulation, has no valid measurement
 };
 
 }  // namespace sextant

@@ -27,7 +27,7 @@ struct LoggedFrame {
   CanFrame frame{};         ///< `received_ns` is zero
 };
 
-/// Reads one line. Throws std::runtime_error that says what is wrong with it.
+/// Reads one line. Throws std::runtime_error with the mistake.
 [[nodiscard]] LoggedFrame parse_candump(std::string_view line);
 
 /// The frame as a line, without its end; the time to the microsecond below, as canplayer reads it.

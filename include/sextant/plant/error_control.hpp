@@ -4,7 +4,7 @@
 
 namespace sextant {
 
-/// Accuracy of an integrator with a variable step, and where it gives up. The defaults are of local errors,
+/// Accuracy of an integrator with a variable step, and its limits. The defaults are of local errors,
 /// which are made anew after each of some 30 000 switching edges in a second and add up: a torque within 1e-6
 /// of its peak takes a relative tolerance below 1e-9.
 struct ErrorControl {

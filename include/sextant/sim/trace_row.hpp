@@ -26,7 +26,7 @@ struct PlantSample {
   DriveEnergies energies{};
 };
 
-/// What the comparators of direct torque control say; zero where a run has none.
+/// Outputs of the comparators of direct torque control; zero where a run has none.
 struct ComparatorSample {
   std::int8_t torque{};  ///< +1: raise the torque, −1: lower it, 0: hold
   std::int8_t flux{};    ///< 1: raise the flux, 0: lower it
