@@ -39,7 +39,7 @@ struct LoggedFrame {
 [[nodiscard]] std::vector<LoggedFrame> read_candump(const std::string& file);
 
 /// The frames of one interface; an empty name: of the only one there is. Throws std::runtime_error that names
-/// the interfaces of the log where that does not tell.
+/// the interfaces of the log where that gives none.
 [[nodiscard]] std::vector<LoggedFrame> select_interface(const std::vector<LoggedFrame>& log,
                                                         const std::string& interface,
                                                         const std::string& file);

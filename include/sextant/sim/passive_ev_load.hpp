@@ -14,7 +14,7 @@ namespace sextant {
 ///
 /// Between its rows a table is linear. Beyond them `extrapolation` determines the torque. The wheel
 /// speed follows the kinematics: below the first row it is proportional to the vehicle's speed,
-/// so that the wheel stands when the vehicle does, and above the last row it prolongs the last two rows,
+/// so that the wheel is at rest when the vehicle is, and above the last row it prolongs the last two rows,
 /// whatever the torque does.
 class PassiveEvLoad {
  public:
