@@ -9,7 +9,7 @@
 
 namespace sextant {
 
-/// What the programs that run until they are told to leave have in common on their command lines.
+/// The common options of the programs that run until a signal.
 struct LiveOptions {
   std::string config{};
   std::optional<double> duration_s{};

@@ -9,12 +9,12 @@
 
 namespace sextant {
 
-/// What one side of a link by UDP says at its end. unsent: datagrams that the network did not take. [-]
+/// Prints one side's counts of a link by UDP. unsent: datagrams that the kernel did not send. [-]
 inline void print_network(std::FILE* out, const DatagramReception::Counters& c, std::uint64_t unsent) {
   fmt::print(out, "datagrams {} received, {} lost, {} reordered, {} repeated, {} late; {} not sent\n",
              c.received, c.lost, c.reordered, c.repeated, c.late, unsent);
   if (c.foreign + c.other_version + c.other_period > 0) {
-    fmt::print(out, "  not taken: {} foreign, {} of another version, {} with another period\n", c.foreign,
+    fmt::print(out, "  dropped: {} foreign, {} of another version, {} with another period\n", c.foreign,
                c.other_version, c.other_period);
   }
 }

@@ -129,8 +129,8 @@ void Ecu::warn_of_unbounded_execution() const {
 void Ecu::stop() {
   shared_.shutdown.store(true, std::memory_order_release);
   control_.join();
-  power_stage_.say_goodbye();
-  // Should the control thread never have started, the others still have to leave.
+  power_stage_.announce_end();
+  // The other threads also end where the control thread was never started.
   shared_.stopped.store(true, std::memory_order_release);
   transmit_.join();
   receive_.join();
@@ -165,16 +165,17 @@ void Ecu::print_dds(std::FILE* out) const {
   if (counts.refused > 0) {
     fmt::print(out, "  {} samples not published: a value was no finite number\n", counts.refused);
   }
-  if (counts.failed > 0) fmt::print(out, "  {} samples not taken by DDS\n", counts.failed);
+  if (counts.failed > 0)
+    fmt::print(out, "  {} samples not published: DDS reported an error\n", counts.failed);
   if (counts.incompatible_readers > 0) {
-    fmt::print(out, "  {} readers got nothing: they ask for a quality of service that is not offered\n",
+    fmt::print(out, "  {} readers without samples: they request a quality of service that is not offered\n",
                counts.incompatible_readers);
   }
   if (const std::uint64_t lost = publisher_.sender().dropped(); lost > 0) {
-    fmt::print(out, "  {} samples not published: sextant-telemetry did not take them\n", lost);
+    fmt::print(out, "  {} samples not published: sextant-telemetry did not receive them\n", lost);
   }
   if (publisher_.restarts() > 0) {
-    fmt::print(out, "  sextant-telemetry was started again {} times\n", publisher_.restarts());
+    fmt::print(out, "  sextant-telemetry was restarted {} times\n", publisher_.restarts());
   }
 }
 

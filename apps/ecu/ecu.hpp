@@ -20,11 +20,12 @@
 
 namespace sextant::ecu {
 
-/// The live drive: the drive with its power stage, CAN and DDS, and the threads between them, which meet in
-/// the shared state. The threads and the process for DDS run on the CPUs of the caller; see set_up_process().
+/// The live drive: the drive with its power stage, CAN and DDS, and its threads with their shared state. The
+/// threads and the process for DDS run on the CPUs of the caller; see keep_off_cpu().
 class Ecu {
  public:
-  /// Opens everything. Throws std::runtime_error with one sentence where something cannot be had.
+  /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
+  /// opened.
   explicit Ecu(const EcuConfig& config);
   ~Ecu();
 
@@ -34,17 +35,17 @@ class Ecu {
   /// Torque to zero, gates off, threads joined. Safe to call twice.
   void stop();
 
-  /// Why it could not go on; empty where it could.
+  /// Why the run ended early; empty where it did not.
   [[nodiscard]] std::string problem() const { return power_stage_.problem(); }
 
   /// The timing of the run, for programs. Throws std::runtime_error where the file cannot be written.
   void write_timing(const std::string& file) const;
 
-  /// What happened, for people.
+  /// The report of the run, for people.
   void print_report(std::FILE* out) const;
 
  private:
-  /// Listens before it sends. Throws where another drive is on the bus.
+  /// Receives for a while before the first frame is sent. Throws where another drive is on the bus.
   void require_lone_drive();
   void warn_of_unbounded_execution() const;
   void print_dds(std::FILE* out) const;

@@ -41,7 +41,7 @@ constexpr const char* examples = R"(Examples:
                                                      without CAN, DDS and clock, as fast as the machine allows
   sextant-ecu --virtual-time run.log --telemetry-out run.csv
                                                      the same from a recording of candump -l or python-can
-It leaves on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
+It ends on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
 
 /// The options of a run in virtual time: the first makes one, the others need it.
 std::vector<sextant::Option> virtual_time_options(Options& options) {
@@ -83,14 +83,14 @@ sextant::CommandLine command_line(Options& options) {
   return line;
 }
 
-/// Returns when a signal asks to leave or the time is over.
+/// Returns on a signal or at the end of the duration.
 void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
   if (!duration_s) {
     while (sigwaitinfo(&signals, nullptr) < 0) {
     }
     return;
   }
-  // A process that was stopped and continued comes back early, without one of these signals.
+  // After a stop and SIGCONT sigtimedwait returns early, without one of these signals.
   const std::int64_t end_ns = sextant::now_ns() + std::int64_t(*duration_s * 1e9);
   for (std::int64_t left_ns = end_ns - sextant::now_ns(); left_ns > 0; left_ns = end_ns - sextant::now_ns()) {
     const timespec limit{left_ns / sextant::ns_per_s, left_ns % sextant::ns_per_s};
@@ -98,7 +98,7 @@ void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
   }
 }
 
-/// Only a plant that waits for the drive can follow its time.
+/// Virtual time needs a plant that waits for the drive.
 void require_waiting_plant(const sextant::EcuConfig& config) {
   const bool elsewhere = config.power_stage != sextant::PowerStageKind::simulated;
   if (!elsewhere || config.hil.pacing == sextant::Pacing::lockstep) return;
@@ -137,7 +137,7 @@ int run(const Options& options) {
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();
-  // First what nobody has to be there to read: a terminal may have been closed.
+  // The file before the report: stdout may be closed.
   if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
   ecu.print_report(stdout);
   if (const std::string problem = ecu.problem(); !problem.empty()) throw std::runtime_error(problem);

@@ -7,7 +7,7 @@
 namespace sextant::ecu {
 namespace {
 
-/// The profiles of the load begin with the drive, not with the machine's clock.
+/// The load's profiles begin at the first period, not at time zero of CLOCK_MONOTONIC.
 SimulatedPowerStage::Parameters in_this_process(const EcuConfig& config) {
   SimulatedPowerStage::Parameters p = config.drive.plant;
   p.io.load_origin_ns.reset();
@@ -62,13 +62,13 @@ void PowerStage::join_shared_memory(const EcuConfig& config) {
 }
 
 void PowerStage::inhibit_gates() noexcept {
-  if (shared_memory_) shared_memory_->open_gates();
-  if (udp_) udp_->open_gates();
+  if (shared_memory_) shared_memory_->inhibit_gates();
+  if (udp_) udp_->inhibit_gates();
 }
 
-void PowerStage::say_goodbye() noexcept {
-  if (link_) link_->say_goodbye();
-  if (udp_) udp_->say_goodbye();
+void PowerStage::announce_end() noexcept {
+  if (link_) link_->announce_end();
+  if (udp_) udp_->announce_end();
 }
 
 std::string PowerStage::state_change() {
@@ -82,9 +82,8 @@ std::string PowerStage::state_change() {
   if (reported_ != plant) {
     const bool never_came = reported_ == Plant::unknown && plant == Plant::timed_out;
     reported_ = plant;
-    return link + (never_came
-                       ? "no plant yet; the drive waits in FAULT (MEASUREMENT_INVALID) with its gates off"
-                       : sentence(plant));
+    return link + (never_came ? "no plant; the drive waits in FAULT (MEASUREMENT_INVALID) with its gates off"
+                              : sentence(plant));
   }
   reported_refusals_ = state.refusals();
   if (!refused) return {};
@@ -95,9 +94,9 @@ std::string PowerStage::state_change() {
 
 std::string PowerStage::problem() const {
   if (!lockstep_ || !lockstep_->lost()) return {};
-  const char* const what = lockstep_->joined()      ? "died or no longer answers"
-                           : lockstep_->was_there() ? "came, but died or did not answer"
-                                                    : "did not come within hil.lockstep_timeout_ms";
+  const char* const what = lockstep_->joined()      ? "ended or timed out"
+                           : lockstep_->was_there() ? "was started, and ended or timed out"
+                                                    : "was not started within hil.lockstep_timeout_ms";
   return "hil.link: the plant on \"" + link_name_ + "\" " + what +
          "; start sextant-plant with hil.pacing=lockstep";
 }
@@ -107,11 +106,11 @@ void PowerStage::print_report(std::FILE* out) const {
   const MeasurementAssembler::Counters& c = shared_memory_ ? shared_memory_->counters() : udp_->counters();
   fmt::print(out, "plant {} measurements received, {} missing, {} too many at once\n", c.records, c.missing,
              c.overfull);
-  fmt::print(out, "  late {} times, silent {} times, started anew {} times\n", c.late, c.timeouts,
+  fmt::print(out, "  late {} times, timed out {} times, restarted {} times\n", c.late, c.timeouts,
              c.restarts);
   if (c.unacknowledged + c.refused > 0) {
-    fmt::print(out, "  took no pattern {} times, kept its gates off against {} patterns\n", c.unacknowledged,
-               c.refused);
+    fmt::print(out, "  acknowledged no pattern {} times, kept its gates off against {} patterns\n",
+               c.unacknowledged, c.refused);
   }
   if (udp_) print_network(out, udp_->network(), udp_->unsent());
 }

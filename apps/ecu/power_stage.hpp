@@ -15,38 +15,38 @@
 
 namespace sextant::ecu {
 
-/// The power stage behind the drive's `DriveIo`, by `power_stage` of the configuration: the simulated plant
-/// in this process, or a link to a plant in another one.
+/// The power stage of the drive's `DriveIo`, by `power_stage` of the configuration: the simulated plant in
+/// this process, or a link to a plant in another one.
 class PowerStage {
  public:
-  /// What the drive knows of a plant at the other end of a link.
+  /// State of a plant at the other end of a link.
   enum class Plant : std::uint8_t {
     unknown,
-    timed_out,       ///< no measurements come
-    unacknowledged,  ///< its measurements come, the drive's patterns do not reach it
+    timed_out,       ///< no measurements arrive
+    unacknowledged,  ///< measurements arrive; the plant acknowledges no pattern
     answers
   };
 
-  /// Throws std::runtime_error with one sentence where it cannot be had.
+  /// Throws std::runtime_error with one sentence where it cannot be opened.
   explicit PowerStage(const EcuConfig& config);
 
   [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
-  /// Takes the gate-enable line away, where there is one; from any thread.
+  /// Clears the gate-enable line of a link; from any thread.
   void inhibit_gates() noexcept;
 
-  /// Reports to the plant that the drive leaves in order; once the control thread has ended.
-  void say_goodbye() noexcept;
+  /// Announces the orderly end of the drive to the plant; once the control thread has ended.
+  void announce_end() noexcept;
 
-  /// One sentence when the plant has appeared, timed out, does not acknowledge patterns, or kept its gates
-  /// off against a pattern since the last call, else empty. For one thread.
+  /// One sentence when, since the last call, the plant has appeared, timed out, stopped acknowledging
+  /// patterns, or kept its gates off against a pattern; else empty. For one thread.
   [[nodiscard]] std::string state_change();
 
-  /// Why there is no use in going on: the plant of a lockstep is gone. Empty where there is none; from any
+  /// Why the run must end: the plant of a lockstep has ended or timed out. Empty while it runs; from any
   /// thread.
   [[nodiscard]] std::string problem() const;
 
-  /// What crossed the link, for people; once the control thread has ended.
+  /// Counts of the link, for people; once the control thread has ended.
   void print_report(std::FILE* out) const;
 
  private:

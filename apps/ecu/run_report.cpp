@@ -23,8 +23,8 @@ void print_can(std::FILE* out, const CanBusStats& stats, std::uint64_t clamped) 
                stats.receive_malformed);
   }
   if (stats.error_frames + stats.reopened > 0) {
-    fmt::print(out, "  {} error frames, {} of them bus-off; interface came back {} times\n",
-               stats.error_frames, stats.bus_off, stats.reopened);
+    fmt::print(out, "  {} error frames, {} of them bus-off; bus reopened {} times\n", stats.error_frames,
+               stats.bus_off, stats.reopened);
   }
   if (clamped > 0) fmt::print(out, "  {} status frames held a value beyond its signal's range\n", clamped);
 }

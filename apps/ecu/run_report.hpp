@@ -8,12 +8,12 @@
 
 namespace sextant::ecu {
 
-// What a run of the drive reports at its end, live or in virtual time, for people.
+// The report at the end of a run, live or in virtual time, for people.
 
-/// What became of the frames under the command's identifier: all of them, by cause.
+/// The frames under the command's identifier: accepted, and rejected by cause.
 void print_commands(std::FILE* out, const CommandReceiver& receiver);
 
-/// What crossed the bus. clamped: status frames with a value beyond its signal's range [-].
+/// Counts of the bus. clamped: status frames with a value beyond its signal's range [-].
 void print_can(std::FILE* out, const CanBusStats& stats, std::uint64_t clamped);
 
 }  // namespace sextant::ecu

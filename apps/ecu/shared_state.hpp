@@ -17,11 +17,11 @@
 
 namespace sextant::ecu {
 
-/// The shared state of the threads of the live drive: all that one of them hands to another. Nothing here
-/// blocks or locks.
+/// The shared state of the live drive's threads: all data that one thread passes to another. No member blocks
+/// or locks.
 struct SharedState {
-  /// For a control period [ns], so many of them a wake-up [-], and the watchdog's timeout [ns]. The rings
-  /// have room for a second: a telemetry thread that is held up for less loses nothing.
+  /// For a control period [ns], control periods a wake-up [-], and the watchdog's timeout [ns]. The rings
+  /// have room for a second: a telemetry thread that stops for less loses nothing.
   SharedState(std::int32_t period_ns, int wake_every_periods,
               std::int64_t watchdog_ns = RealtimeParameters{}.watchdog_ns)
       : telemetry{a_second_of(period_ns)},
@@ -29,17 +29,17 @@ struct SharedState {
         wakes{a_second_of(std::int64_t{period_ns} * wake_every_periods)},
         watchdog_ns_{watchdog_ns} {}
 
-  /// The control thread's heartbeat. After an absence beyond the timeout the control thread orders its own
-  /// gates off: where the whole process stood still, no watchdog has seen it.
+  /// Heartbeat of the control thread. After a gap beyond the timeout it sets the gate inhibit itself: the
+  /// watchdog does not see a gap in which the whole process was stopped.
   void beat(std::int64_t woken_ns) noexcept SEXTANT_NONBLOCKING {
     const std::int64_t before_ns = heartbeat_ns.exchange(woken_ns, std::memory_order_acq_rel);
     if (is_timeout(before_ns, woken_ns)) gate_inhibit.store(true, std::memory_order_release);
   }
 
-  /// True while the control thread has not woken up for longer than the timeout: its last status is then no
-  /// longer true, and `status_of_timed_out_drive` is. A caller that gets true has ordered the gates off, so
-  /// that a drive that comes back is in the FAULT that was reported. False before the first heartbeat and
-  /// after the shutdown. `now_ns` on CLOCK_MONOTONIC [ns].
+  /// True while the last wake-up of the control thread is older than the timeout: `status_of_timed_out_drive`
+  /// then replaces its status. A result of true also sets the gate inhibit, so that the drive is in the
+  /// reported FAULT when its thread runs again. False before the first heartbeat and after the shutdown.
+  /// `now_ns` on CLOCK_MONOTONIC [ns].
   [[nodiscard]] bool control_timed_out(std::int64_t now_ns) noexcept {
     if (stopped.load(std::memory_order_acquire)) return false;
     if (!is_timeout(heartbeat_ns.load(std::memory_order_acquire), now_ns)) return false;
@@ -59,8 +59,8 @@ struct SharedState {
   std::atomic<std::uint64_t> commands_accepted{0};  ///< receive → telemetry [-]
   std::atomic<std::uint64_t> commands_rejected{0};  ///< receive → telemetry [-]
   std::atomic<std::int64_t> other_drive_ns{0};      ///< receive → control: last frame of another drive [ns]
-  std::atomic<bool> gate_inhibit{false};  ///< watchdog, transmit, telemetry → control, which takes the order
-  std::atomic<bool> shutdown{false};      ///< main → control: ramp down and stop
+  std::atomic<bool> gate_inhibit{false};  ///< watchdog, transmit, telemetry → control, which clears it
+  std::atomic<bool> shutdown{false};      ///< main → control: ramp to zero and stop
   std::atomic<bool> stopped{false};       ///< control → all: the gates are off for good
 
  private:

@@ -8,7 +8,7 @@
 
 namespace sextant::mil {
 
-/// A progress bar on a terminal; silent elsewhere.
+/// A progress bar on a terminal; nothing elsewhere.
 class ProgressBar {
  public:
   ProgressBar(std::string title, std::FILE* out)
@@ -25,7 +25,7 @@ class ProgressBar {
     return true;
   }
 
-  /// Takes the bar away.
+  /// Removes the bar.
   void finish() {
     if (shown_) std::fputs("\r\033[K", out_);
   }

@@ -54,10 +54,10 @@ void ResultDirectory::clear() const {
   if (has_summary && !scenario) refuse(summary());
   // A run that ended before its trace had a byte leaves an empty file.
   if (has_trace && fs::file_size(trace()) > 0 && !is_trace(trace())) refuse(trace());
-  std::string told = directory_.string() + ": replaces the result of ";
-  told += scenario ? "\"" + *scenario + "\"" : std::string{"a run that was not finished,"};
-  told += " of " + written_at(has_summary ? summary() : trace());
-  std::fprintf(stderr, "sextant-mil: %s\n", told.c_str());
+  std::string line = directory_.string() + ": replaces the result of ";
+  line += scenario ? "\"" + *scenario + "\"" : std::string{"a run that was not finished,"};
+  line += " of " + written_at(has_summary ? summary() : trace());
+  std::fprintf(stderr, "sextant-mil: %s\n", line.c_str());
   fs::remove(summary());
   fs::remove(trace());
 }

@@ -24,16 +24,16 @@ constexpr const char* examples = R"(Examples:
   sextant-plant --set hil.pacing=lockstep       virtual time: the plant waits for the drive
   sextant-plant --duration 10 --set period_us=250 --set load.torque_nm.value=5
   sextant-plant --print-config                  every key with unit, range and meaning
-It leaves on SIGINT, SIGTERM or SIGHUP. Without a living drive its gates are off.)";
+It ends on SIGINT, SIGTERM or SIGHUP. Without a running drive its gates are off.)";
 
-/// Returns when a signal asks to leave, the time is over, or the plant has ended by itself.
+/// Returns on a signal, at the end of the duration, or when the plant has ended.
 void run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, std::optional<double> duration_s) {
-  constexpr timespec look{0, 20'000'000};
+  constexpr timespec poll_interval{0, 20'000'000};
   const std::int64_t begin_ns = sextant::now_ns();
   const double limit_ns = duration_s.value_or(1e9) * 1e9;
   while (double(sextant::now_ns() - begin_ns) < limit_ns && !plant.ended()) {
-    if (sigtimedwait(&signals, nullptr, &look) > 0) return;
-    plant.tell_news();
+    if (sigtimedwait(&signals, nullptr, &poll_interval) > 0) return;
+    plant.log_events();
   }
 }
 
@@ -52,7 +52,7 @@ int run(const sextant::LiveOptions& options) {
   plant.start();
   run_until_end(plant, signals, options.duration_s);
   plant.stop();
-  plant.tell_news();
+  plant.log_events();
   plant.print_report(stdout);
   if (!plant.problem().empty()) throw std::runtime_error(plant.problem());
   return 0;

@@ -13,7 +13,7 @@
 namespace sextant::plant {
 namespace {
 
-/// In real time the link itself is the period of delay.
+/// In real time the link itself delays a pattern by one period.
 SimulatedPowerStage::Parameters stage_parameters(const PlantConfig& config) {
   SimulatedPowerStage::Parameters p = config.plant;
   if (config.hil.pacing == Pacing::real_time) p.io.actuation_delay_periods = 0;
@@ -55,17 +55,17 @@ Plant::~Plant() {
 }
 
 void Plant::start() {
-  // The thread sleeps until its rights are judged, so that it does not starve the judge.
-  thread_ = std::thread{[this] { run(judged_.get_future()); }};
+  // The thread sleeps until its rights are checked, so that it does not starve the thread that checks them.
+  thread_ = std::thread{[this] { run(rights_checked_.get_future()); }};
   try {
     const RightsReport report = rights_.get_future().get();
     check_rights(config_.realtime, report);
   } catch (...) {
     stop_.store(true, std::memory_order_release);
-    judged_.set_value();
+    rights_checked_.set_value();
     throw;
   }
-  judged_.set_value();
+  rights_checked_.set_value();
   if (lockstep_) {
     spdlog::info("plant on {}: in lockstep, waiting for a drive", meeting_point());
     return;
@@ -77,15 +77,15 @@ std::string Plant::meeting_point() const {
   return udp_ ? "UDP " + config_.hil.udp_listen : "link " + config_.hil.link;
 }
 
-void Plant::run(std::future<void> judged) {
+void Plant::run(std::future<void> rights_checked) {
   if (lockstep_) {
-    rights_.set_value({});  // virtual time asks for none
-    judged.wait();
+    rights_.set_value({});  // virtual time needs none
+    rights_checked.wait();
     run_lockstep();
   } else {
     rights_.set_value(
         set_up_control_thread(config_.realtime, task_.schedule().parameters().wake_period_ns()));
-    judged.wait();
+    rights_checked.wait();
     udp_ ? run_real_time(*udp_) : run_real_time(*shared_memory_);
   }
 }
@@ -100,7 +100,7 @@ void Plant::run_lockstep() {
   }
   if (outcome == Outcome::lost) {
     problem_ = "hil.link: the drive on \"" + config_.hil.link +
-               "\" died or asks nothing any more; the gates are off, start both anew";
+               "\" ended or timed out; the gates are off: restart both sides";
   }
   ended_.store(true, std::memory_order_release);
 }
@@ -123,36 +123,36 @@ void Plant::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Plant::tell_news() {
+void Plant::log_events() {
   if (lockstep_) {
-    tell_joined();
+    log_join();
     return;
   }
   GateEvent event;
-  while (events().pop(event)) tell(event);
+  while (events().pop(event)) log(event);
 }
 
-void Plant::tell_joined() {
-  if (joined_told_ || !joined_.load(std::memory_order_relaxed)) return;
-  joined_told_ = true;
+void Plant::log_join() {
+  if (join_logged_ || !joined_.load(std::memory_order_relaxed)) return;
+  join_logged_ = true;
   spdlog::info("plant on {}: a drive has joined the lockstep", meeting_point());
 }
 
-void Plant::tell(const GateEvent& e) {
+void Plant::log(const GateEvent& e) {
   if (e.cause == GateCause::following) {
     spdlog::info("gates follow the drive from {:.6f} s on", double(e.t_ns) * 1e-9);
     return;
   }
-  if (e.open_since_ns == 0) {
+  if (e.off_since_ns == 0) {
     spdlog::info("gates are off as from the start: {}", to_string(e.cause));
     return;
   }
-  const std::int64_t to_open_ns =
-      e.heard_ns == 0 ? 0 : std::max<std::int64_t>(0, e.open_since_ns - e.heard_ns);
-  longest_to_open_ns_ = std::max(longest_to_open_ns_, to_open_ns);
+  const std::int64_t to_off_ns =
+      e.last_pattern_ns == 0 ? 0 : std::max<std::int64_t>(0, e.off_since_ns - e.last_pattern_ns);
+  longest_to_off_ns_ = std::max(longest_to_off_ns_, to_off_ns);
   spdlog::warn(
       "gates stay off since {:.6f} s: {}; last pattern at {:.6f} s, {:.3f} ms before, seen at {:.6f} s",
-      double(e.open_since_ns) * 1e-9, to_string(e.cause), double(e.heard_ns) * 1e-9, ms(to_open_ns),
+      double(e.off_since_ns) * 1e-9, to_string(e.cause), double(e.last_pattern_ns) * 1e-9, ms(to_off_ns),
       double(e.t_ns) * 1e-9);
 }
 
@@ -183,18 +183,18 @@ void Plant::print_real_time(std::FILE* out) const {
   row("wake-up latency", latency_.summary());
   row("execution time per period", execution_.summary());
   const GateGuard::Counters& c = guard().counters();
-  fmt::print(out, "patterns {} taken of {} drives, {} missing, {} unreadable; {} periods held\n", c.commands,
-             c.drives, c.missing, c.unreadable, c.held);
+  fmt::print(out, "patterns {} received of {} drives, {} missing, {} unreadable; {} periods held\n",
+             c.commands, c.drives, c.missing, c.unreadable, c.held);
   fmt::print(
       out,
       "gates turned off: {} times for a late pattern, {} for a drive that timed out, {} by the enable line\n",
       c.late, c.timed_out, c.disabled);
   if (c.locked_out + c.outdated > 0) {
-    fmt::print(out, "  kept open: {} times until the drive had shown gates off; {} patterns came too old\n",
+    fmt::print(out, "  kept off: {} times until the drive had shown gates off; {} patterns were outdated\n",
                c.locked_out, c.outdated);
   }
-  fmt::print(out, "  at most {:.3f} ms after the last pattern of a drive that fell silent or left\n",
-             ms(longest_to_open_ns_));
+  fmt::print(out, "  at most {:.3f} ms after the last pattern of a drive that timed out or ended\n",
+             ms(longest_to_off_ns_));
   if (const std::uint64_t count = udp_ ? udp_->implausible() : shared_memory_->implausible(); count > 0) {
     fmt::print(out, "  {} periods without a usable measurement: the integrator has failed\n", count);
   }

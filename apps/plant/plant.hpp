@@ -25,45 +25,45 @@ namespace sextant::plant {
 /// The plant as a process: the simulated power stage, the link, and the thread that runs both in real time.
 class Plant {
  public:
-  /// Opens everything. Throws std::runtime_error with one sentence where something cannot be had.
+  /// Opens stage and link. Throws std::runtime_error with one sentence where one cannot be opened.
   explicit Plant(const PlantConfig& config);
   ~Plant();
 
   /// Starts the plant's thread. Throws when real-time rights are required and refused.
   void start();
 
-  /// Ends it; safe to call twice.
+  /// Ends the thread; safe to call twice.
   void stop();
 
-  /// True once the drive of a lockstep has left or died.
+  /// True once the drive of a lockstep has ended or timed out.
   [[nodiscard]] bool ended() const noexcept { return ended_.load(std::memory_order_acquire); }
 
-  /// Why it could not go on; empty where it could. Once ended.
+  /// Why the run ended early; empty where it did not. Once ended.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
-  /// Logs what has happened since the last call: to the gates, or that a drive has joined the lockstep.
-  void tell_news();
+  /// Logs the events since the last call: changes of the gates, or a drive that has joined the lockstep.
+  void log_events();
 
-  /// What happened, for people; once stopped.
+  /// The report of the run, for people; once stopped.
   void print_report(std::FILE* out) const;
 
  private:
-  void run(std::future<void> judged);
+  void run(std::future<void> rights_checked);
   template <class Server>
   void run_real_time(Server& server);
   void run_lockstep();
   [[nodiscard]] Ring<GateEvent>& events() { return udp_ ? udp_->events() : shared_memory_->events(); }
   [[nodiscard]] const GateGuard& guard() const { return udp_ ? udp_->guard() : shared_memory_->guard(); }
   [[nodiscard]] std::string meeting_point() const;
-  void tell_joined();
-  void tell(const GateEvent& event);
+  void log_join();
+  void log(const GateEvent& event);
   void print_real_time(std::FILE* out) const;
   void print_lockstep(std::FILE* out) const;
 
   PlantConfig config_;
   ProcessorLatency awake_;
   SimulatedPowerStage stage_;
-  // What the configuration asks for, the others stay empty.
+  // Those of the configured transport; the others stay empty.
   std::unique_ptr<SharedMemoryLink> link_{};
   std::unique_ptr<LockstepPlant> lockstep_{};
   std::unique_ptr<SharedMemoryPlantEnd> shared_memory_end_{};
@@ -74,12 +74,12 @@ class Plant {
   LatencyHistogram latency_{};
   LatencyHistogram execution_{};
   std::uint64_t periods_{0};
-  std::int64_t longest_to_open_ns_{0};
+  std::int64_t longest_to_off_ns_{0};
   std::string problem_{};
-  bool joined_told_{false};
-  // Of this object, which outlives the thread: who sets a value may still be at it when another has it.
+  bool join_logged_{false};
+  // Members, because they must outlive the thread: set_value may still run when the value has been read.
   std::promise<RightsReport> rights_{};
-  std::promise<void> judged_{};
+  std::promise<void> rights_checked_{};
   std::atomic<bool> stop_{false};
   std::atomic<bool> joined_{false};
   std::atomic<bool> ended_{false};

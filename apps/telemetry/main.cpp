@@ -13,13 +13,14 @@ namespace {
 constexpr const char* program_name = "sextant-telemetry";
 
 constexpr const char* notes =
-    R"(sextant-ecu starts it, hands it the samples and starts it again where it has ended; it leaves
-with the drive. DDS runs in it alone, so that nothing that happens to DDS reaches the drive.)";
+    R"(sextant-ecu starts it, sends it the samples and restarts it after its end; it ends with the
+drive. DDS runs only in it, so that no failure of DDS affects the drive.)";
 
 int run() {
   constexpr int descriptor = sextant::telemetry_process_descriptor;
   if (!sextant::MessageSocket::is_one(descriptor)) {
-    throw std::runtime_error("nothing to publish: it is started by sextant-ecu; start that");
+    throw std::runtime_error(
+        "there is no drive to publish for: start sextant-ecu, which starts this program");
   }
   return sextant::Publisher{sextant::MessageSocket{descriptor}}.run();
 }

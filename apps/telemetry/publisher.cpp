@@ -17,10 +17,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Should the library hang, the kernel ends the process: the drive sees it and starts another.
+/// When the library hangs, the kernel ends the process, and the drive restarts it.
 constexpr unsigned int hang_limit_s = 30;
 constexpr auto counts_every = 100ms;
-constexpr std::size_t longest_message = 1 << 18;  // of the first, with its texts
+constexpr std::size_t longest_message = 1 << 18;  // the first, with its texts
 
 }  // namespace
 
@@ -75,7 +75,7 @@ void Publisher::publish() {
     (void)socket_.wait(counts_every);
     while (const auto message = socket_.receive(buffer)) {
       if (message->empty()) return;
-      take(*message);
+      handle(*message);
     }
     if (std::chrono::steady_clock::now() < next_counts) continue;
     report_counts();
@@ -83,7 +83,7 @@ void Publisher::publish() {
   }
 }
 
-void Publisher::take(std::span<const std::byte> message) {
+void Publisher::handle(std::span<const std::byte> message) {
   const auto kind = kind_of(message);
   if (kind == TelemetryMessageKind::interval) {
     if (const auto m = content_of<IntervalMessage>(message)) {

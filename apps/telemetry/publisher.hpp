@@ -11,8 +11,7 @@
 
 namespace sextant {
 
-/// Publishes over DDS what a drive hands over through a socket, until the drive says that it was all or is
-/// gone.
+/// Publishes the samples of a drive, received through a socket, over DDS, until the drive closes its end.
 class Publisher {
  public:
   explicit Publisher(MessageSocket socket) noexcept : socket_{std::move(socket)} {}
@@ -21,11 +20,11 @@ class Publisher {
   int run();
 
  private:
-  /// Waits for the first message and starts DDS; false where it cannot, which the drive is told.
+  /// Waits for the first message and starts DDS; false, with `refused` sent to the drive, where it cannot.
   [[nodiscard]] bool start();
   void refuse(const std::string& sentence);
   void publish();
-  void take(std::span<const std::byte> message);
+  void handle(std::span<const std::byte> message);
   void report_counts();
 
   MessageSocket socket_;

@@ -183,7 +183,7 @@ class Subscription:
         self._incompatible = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")
 
     def diagnosis(self) -> str | None:
-        """Why nothing has been heard, in one sentence; None once something has."""
+        """Why no sample has arrived, in one sentence; None once one has."""
         if self.samples:
             return None
         node, writers = self._node, self._node.writers(self.topic)
@@ -217,14 +217,14 @@ class Drive:
     statistics: Any = None
     received: int = 0
     lost: int = 0
-    heard_s: float = field(default_factory=time.monotonic)
+    received_s: float = field(default_factory=time.monotonic)
 
     def take_telemetry(self, sample: Any) -> None:
         if self.telemetry is not None and sample.sequence > self.telemetry.sequence:
             self.lost += sample.sequence - self.telemetry.sequence - 1
         self.telemetry = sample
         self.received += 1
-        self.heard_s = time.monotonic()
+        self.received_s = time.monotonic()
 
 
 class Telemetry:
@@ -253,7 +253,7 @@ class Telemetry:
         return samples
 
     def problems(self) -> list[str]:
-        """Why topics stay silent; nobody and nothing discovered is one problem, not three."""
+        """Why topics have no samples; nobody and nothing discovered is one problem, not three."""
         found = [self.stream.diagnosis(), self.states.diagnosis(), self.statistics.diagnosis()]
         if not self.node.participant_count():
             return [found[0]] if found[0] else []

@@ -1,4 +1,4 @@
-"""The terminal monitor: what the drives of a DDS domain are doing, in place, or why nothing is heard of them."""
+"""The terminal monitor: what the drives of a DDS domain are doing, in place, or why no samples arrive."""
 
 import argparse
 import enum
@@ -22,7 +22,7 @@ from .tracking import Tracking
 
 REFRESH_S = 0.1
 LINE_EVERY_S = 1.0
-STALE_S = 1.0
+TIMEOUT_S = 1.0
 PATIENCE_S = 2.0
 BAR_WIDTH = 41
 LABEL_WIDTH = 11
@@ -134,9 +134,9 @@ class DriveView:
     def _title(self, drive: Drive) -> Text:
         state = drive.telemetry.state.name if drive.telemetry is not None else "?"
         title = Text.assemble(f" drive {drive.drive_id}  ", (state, STYLES.get(state, "bold")), " ")
-        silent_s = time.monotonic() - drive.heard_s
-        if silent_s > STALE_S:
-            title.append(f" silent for {silent_s:.0f} s ", style="bold red")
+        age_s = time.monotonic() - drive.received_s
+        if age_s > TIMEOUT_S:
+            title.append(f" no samples for {age_s:.0f} s ", style="bold red")
         return title
 
     def _add_telemetry(self, table: Table, t: Any) -> None:
@@ -205,8 +205,8 @@ class DriveView:
             parts.append(f"FAULTS {', '.join(fault_names(s.faults_latched))}")
         if deviation := self._deviation():
             parts.append(deviation)
-        if time.monotonic() - drive.heard_s > STALE_S:
-            parts.append(f"silent for {time.monotonic() - drive.heard_s:.0f} s")
+        if time.monotonic() - drive.received_s > TIMEOUT_S:
+            parts.append(f"no samples for {time.monotonic() - drive.received_s:.0f} s")
         return "  ".join(parts)
 
 
@@ -277,7 +277,7 @@ class Monitor:
             time.sleep(REFRESH_S)
 
     def wait_for_all(self, end_s: float) -> None:
-        """Until every topic has been heard, or the time is over."""
+        """Until every topic has a sample, or the time is over."""
         while time.monotonic() < end_s:
             self._telemetry.poll()
             if self._telemetry.drives and not self._telemetry.problems():
@@ -319,7 +319,7 @@ def main(arguments: list[str]) -> int:
         except KeyboardInterrupt:
             pass
     if telemetry.stream.samples == 0:
-        raise UserError(" ".join(telemetry.problems()) or "no telemetry was heard.")
+        raise UserError(" ".join(telemetry.problems()) or "no telemetry arrived.")
     return 0
 
 

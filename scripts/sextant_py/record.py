@@ -158,7 +158,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="recording to write, .h5 or .csv")
     parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")
-    parser.add_argument("--drive", type=int, metavar="ID", help="drive to record (default: the first one heard)")
+    parser.add_argument("--drive", type=int, metavar="ID", help="drive to record (default: the first one received)")
     parser.add_argument("--duration", type=float, metavar="S", help="end after so long")
     return parser.parse_args(arguments)
 
@@ -182,7 +182,7 @@ def main(arguments: list[str]) -> int:
             time.sleep(POLL_S)
         recorder.poll()
         if not recorder.count:
-            raise UserError(" ".join(recorder.telemetry.problems()) or "nothing was heard of that drive.")
+            raise UserError(" ".join(recorder.telemetry.problems()) or "no sample of that drive arrived.")
         print(f"{options.file}: {recorder.count} samples, {recorder.lost()} lost on the way")
     return 0
 

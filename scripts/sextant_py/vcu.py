@@ -181,7 +181,7 @@ class Progress:
 def describe(reports: Reports) -> str:
     """The drive's own words of now, for a person."""
     status, motion = reports.latest.get(STATUS), reports.latest.get("MCU_Motion")
-    parts = [str(reports.state() or "silent")]
+    parts = [str(reports.state() or "no status")]
     if status:
         parts.append(f"torque {status['TorqueEstimated']:+7.2f} N·m")
     if motion:
@@ -247,7 +247,7 @@ def play(
                 return start_ns, other
             was_running = was_running or reports.state() in RUNNING_STATES
             if reports.is_silent(commander.period_s):
-                return start_ns, f"the drive fell silent {time_s:.2f} s into the profile."
+                return start_ns, f"the drive timed out {time_s:.2f} s into the profile."
             if was_running and reports.state() == "FAULT":
                 return start_ns, f"the drive went to FAULT ({reports.first_fault()}) {time_s:.2f} s into the profile."
         due_ns = commander.wait()

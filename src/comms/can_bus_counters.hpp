@@ -9,7 +9,7 @@
 
 namespace sextant {
 
-/// CanBusStats while the receiving and the sending thread count.
+/// CanBusStats for concurrent counting by the receiving and the sending thread.
 class CanBusCounters {
  public:
   using Counter = std::atomic<std::uint64_t>;
@@ -23,7 +23,7 @@ class CanBusCounters {
   Counter bus_off{0};
   Counter reopened{0};
 
-  /// What became of a send() that took `n` of `size` bytes; errno tells of a negative `n`.
+  /// Counts a send() that returned `n` for `size` bytes; errno with a negative `n`.
   CanSend on_sent(std::ptrdiff_t n, std::size_t size, bool (*means_down)(int)) noexcept {
     if (n == static_cast<std::ptrdiff_t>(size)) {
       sent.fetch_add(1, std::memory_order_relaxed);

@@ -16,7 +16,7 @@ using contract::Signal;
 
 constexpr std::size_t frame_length = 8;
 
-/// Scales values into raw signals and remembers whether one had to be clamped.
+/// Scales values into raw signals; `clamped` is true once one was beyond its range.
 class Packer {
  public:
   template <class Raw>

@@ -118,7 +118,7 @@ FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
   command_.received_ns = frame.received_ns;
   command_.out_of_range = 0;
   ++command_.sequence;
-  // A command that comes through proves the bus, unless it was on its way before.
+  // An accepted command ends bus-off, unless it was received within the hold time after the report.
   if (frame.received_ns - bus_off_ns_ >= parameters_.bus_off_hold_ns) command_.bus_off = false;
   return FrameVerdict::accepted;
 }

@@ -33,7 +33,7 @@ class Socket {
   int fd_{-1};
 };
 
-/// One received datagram or frame with what the kernel says about it.
+/// One received datagram or frame with the kernel's data about it.
 struct Reception {
   std::ptrdiff_t length{};     ///< as recvmsg; negative with `error` set [bytes]
   int error{};                 ///< errno
@@ -46,10 +46,10 @@ struct Reception {
 
 /// Receives from a socket with SO_TIMESTAMPNS and SO_RXQ_OVFL, and puts the kernel's stamp of the wall clock
 /// on the monotonic clock. An arrival cannot lie before the socket was last seen empty nor after now: a stamp
-/// that says so was made on the other side of a wall-clock change, and the time of reading is taken instead.
+/// outside comes from the other side of a wall-clock change and is replaced by the time of reading.
 class Receiver {
  public:
-  /// Waits for input for at most `timeout`. Returns poll's result; errno tells of a negative one.
+  /// Waits for input for at most `timeout`. Returns poll's result; errno with a negative one.
   [[nodiscard]] int wait(int fd, std::chrono::nanoseconds timeout) noexcept;
 
   /// Reads what has arrived without waiting; `error` is EAGAIN where nothing has.

@@ -13,8 +13,8 @@
 namespace sextant {
 
 /// A CAN interface of Linux (CAN_RAW): can0, vcan0. Error frames and CAN FD frames are received too, so that
-/// they can be judged rather than missed. When the interface goes down or away, the receiving thread binds
-/// the socket again as soon as it is back. The kernel leaves out what is not wanted.
+/// they are counted as rejected. When the interface goes down or away, the receiving thread binds
+/// the socket again as soon as it is back. The kernel filters all other frames.
 class SocketCanBus final : public CanBus {
  public:
   /// Without `wanted` identifiers every frame is.

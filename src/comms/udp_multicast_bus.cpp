@@ -69,9 +69,8 @@ UdpMulticastBus::UdpMulticastBus(const std::string& group, std::uint16_t port,
 }
 
 void UdpMulticastBus::open_sender(const sockaddr_in& group) {
-  // A connected socket has a source address, and what has one leaves by the interface of that address,
-  // whatever the routes say: over lo it would not, beside a default route, and nobody who follows the routes
-  // would hear it.
+  // A connected socket has a source address, and the kernel sends by the interface of that address instead of
+  // the routes: beside a default route not over lo, so that receivers that follow the routes get nothing.
   ip_mreqn leaving{};
   leaving.imr_ifindex = interface_;
   const bool configured =
@@ -114,7 +113,7 @@ CanSend UdpMulticastBus::send(const CanFrame& frame) noexcept {
 }
 
 CanReceive UdpMulticastBus::receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept {
-  // A flood of what nobody wants must not keep a processor from what has a lower priority than the caller.
+  // A flood of other frames must not keep threads of lower priority from the processor.
   constexpr std::chrono::milliseconds pause{1};
   const std::int64_t deadline = now_ns() + timeout.count();
   for (;;) {
@@ -130,8 +129,8 @@ CanReceive UdpMulticastBus::receive(CanFrame& frame, std::chrono::nanoseconds ti
   }
 }
 
-/// Reads until a wanted frame of somebody else or nothing is left. Of all others it reads a bounded number at
-/// once.
+/// Reads until a wanted frame of another sender has come or no frame is left, but a bounded number of other
+/// frames at once.
 UdpMulticastBus::Look UdpMulticastBus::read(CanFrame& frame) noexcept {
   constexpr int most_skipped = 64;
   std::array<std::byte, largest_datagram> buffer;
@@ -146,12 +145,12 @@ UdpMulticastBus::Look UdpMulticastBus::read(CanFrame& frame) noexcept {
   return {.more = true};
 }
 
-/// True for a wanted frame of somebody else.
+/// True for a wanted frame of another sender.
 bool UdpMulticastBus::take(const Reception& reception, std::span<const std::byte> buffer,
                            CanFrame& frame) noexcept {
   if (reception.has_overflow) counters_.on_overflow_total(reception.overflow);
   if (is_own(reception.sender)) {
-    heard_itself_.store(true, std::memory_order_relaxed);
+    received_own_frame_.store(true, std::memory_order_relaxed);
     return false;
   }
   const auto bytes = buffer.first(static_cast<std::size_t>(reception.length));
@@ -174,12 +173,12 @@ bool UdpMulticastBus::is_wanted(const CanFrame& frame) const noexcept {
 
 std::string UdpMulticastBus::trouble() const {
   constexpr std::uint64_t plenty = 1000;  // a few seconds of status frames
-  if (heard_itself_.load(std::memory_order_relaxed) || counters_.stats().sent < plenty) return {};
+  if (received_own_frame_.load(std::memory_order_relaxed) || counters_.stats().sent < plenty) return {};
   std::array<char, IF_NAMESIZE> interface{"?"};
   (void)if_indextoname(static_cast<unsigned>(interface_), interface.data());
   return name_ + ": of more than " + std::to_string(plenty) + " frames sent over the interface " +
          interface.data() +
-         " none came back, so that no program of this machine hears the drive: look at \"ip route " +
+         " none came back, so that no program of this machine receives from the drive: check \"ip route " +
          "get\" for the group, and for a firewall that drops multicast";
 }
 

@@ -14,9 +14,9 @@
 
 namespace sextant {
 
-/// A CAN bus on a UDP multicast group, as python-can's interface `udp_multicast` speaks it. It sends from a
-/// socket of its own, so that its own frames, which the kernel loops back, are told apart by their sender.
-/// Both sockets keep to the interface to which the routes led when it was opened.
+/// A CAN bus on a UDP multicast group, as python-can's interface `udp_multicast`. It sends from a socket of
+/// its own, so that the sender's address identifies its own frames, which the kernel loops back. Both sockets
+/// use the interface of the route at the opening.
 class UdpMulticastBus final : public CanBus {
  public:
   /// Without `wanted` identifiers every frame is.
@@ -28,7 +28,7 @@ class UdpMulticastBus final : public CanBus {
   [[nodiscard]] std::string trouble() const override;
 
  private:
-  /// What a look at the socket found: what `receive` returns, or that there is more to look through.
+  /// Result of one read of the socket: that of `receive`, or that more frames wait.
   struct Look {
     CanReceive result{CanReceive::timeout};
     bool more{false};
@@ -44,13 +44,13 @@ class UdpMulticastBus final : public CanBus {
 
   std::string name_;
   std::vector<CanIdentifier> wanted_;
-  int interface_{0};  // index; 0: whatever the routes say
+  int interface_{0};  // index; 0: by the routes
   Socket sending_;
   Socket receiving_;
   sockaddr_in own_{};
   Receiver receiver_;
   CanBusCounters counters_;
-  std::atomic<bool> heard_itself_{false};
+  std::atomic<bool> received_own_frame_{false};
 };
 
 }  // namespace sextant

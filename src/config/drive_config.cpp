@@ -30,7 +30,7 @@ constexpr Range<double> current_a{0.1, 1e5};
 constexpr Range<double> voltage_v{1, 2e4};
 constexpr Range<double> tolerance{1e-14, 1e-1};
 
-/// What machine, flux reference and link say of the limits. It is asked for when they have been read.
+/// Default limits from machine, flux reference and link; to be called when these have been read.
 DriveLimits<> limits_of(const DriveConfig& c) {
   return drive_limits(c.control.machine, c.control.flux_reference, c.plant.io.u_dc);
 }
@@ -86,7 +86,7 @@ void describe_command(Section s, DriveConfig& c) {
   s.check(p);
 }
 
-/// A speed of the typed curve; it need not be said.
+/// An optional speed of the configured curve.
 void curve_speed(Section& s, const char* key, double& member, const char* meaning) {
   s.add(key, "rad/s", meaning,
         NumberField{{1e-3, 1e4},
@@ -96,7 +96,7 @@ void curve_speed(Section& s, const char* key, double& member, const char* meanin
 
 void describe_capability(Section s, DriveConfig& c) {
   TorqueCapability<>::Parameters& p = c.drive.capability;
-  s.derived("torque_nm", p.torque, torque_magnitude_nm, "N·m", "largest torque announced and admitted",
+  s.derived("torque_nm", p.torque, torque_magnitude_nm, "N·m", "largest available torque",
             [&c] { return c.drive.command.torque_limit; });
   s.number("voltage_use", p.voltage_use, {0.1, 1}, "", "share of u_dc/sqrt(3) that a torque may need");
   curve_speed(s, "base_speed_rad_s", p.base_speed,
@@ -196,7 +196,7 @@ void describe(Section s, LoadConfig& p) {
 
 namespace {
 
-/// What stands in the file once and is needed by several.
+/// Copies values that several parts need from their one key.
 void share(DriveConfig& c) {
   InductionMachineParameters<>& machine = c.plant.plant.machine;
   const double frequency_hz = c.machine.reactance_frequency_hz.value_or(50.0);
@@ -294,7 +294,7 @@ void describe(Section root, DriveConfig& c) {
   describe(plant, c.plant);
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   drive.check([&c]() -> std::string {
-    // What its parts have to say is said where they are described.
+    // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
     if (p.command.validate() || p.protection.validate() || p.capability.validate()) return {};
     const char* const problem = p.validate();

@@ -20,7 +20,7 @@ void describe(Section s, DdsConfig& p) {
   s.number("statistics_rate_hz", p.statistics_rate_hz, {0.01, 100}, "Hz", "rate of RealTimeStatistics");
 }
 
-/// What the wake-ups of the control thread have to be shorter than.
+/// Checks the durations that the wake period must not exceed.
 std::string check_wake_period(const EcuConfig& c) {
   const std::int64_t wake_ns = std::int64_t{c.realtime.wake_every_periods} * c.drive.drive.period_ns;
   if (c.realtime.watchdog_ns < 2 * wake_ns) {
@@ -28,12 +28,13 @@ std::string check_wake_period(const EcuConfig& c) {
   }
   if (const char* const problem = c.realtime.validate(wake_ns)) return problem;
   if (c.drive.drive.command.timeout_ns <= wake_ns) {
-    return "wake_every_periods is too large: so many control periods take longer than command.timeout_ms";
+    return "wake_every_periods is too large: these control periods take longer than command.timeout_ms";
   }
   return {};
 }
 
-/// A power stage that does not wait for the drive has one pattern a wake-up and acts on it a period later.
+/// A power stage that does not wait for the drive receives one pattern a wake-up and applies it a period
+/// later.
 std::string check_power_stage(const EcuConfig& c) {
   const bool elsewhere = c.power_stage != PowerStageKind::simulated;
   if (c.power_stage == PowerStageKind::udp && c.hil.pacing == Pacing::lockstep) {
@@ -66,7 +67,7 @@ void describe(Section s, RealtimeParameters& p) {
   s.time("spin_margin_us", p.wait.spin_margin_ns, 1e3, {0, 1e5}, "us",
          "hybrid: how long before the deadline the sleep ends");
   s.time("tick_lead_us", p.wait.tick_lead_ns, 1e3, {0, 1e5}, "us",
-         "deadlines stand so long before the kernel's timer ticks; 0: anywhere");
+         "time from a deadline to the kernel's next timer tick; 0: any");
   s.choice("policy", p.policy,
            {{"fifo", SchedulingPolicy::fifo},
             {"deadline", SchedulingPolicy::deadline},
@@ -81,12 +82,12 @@ void describe(Section s, RealtimeParameters& p) {
   s.time("gap_limit_us", p.gap_limit_ns, 1e3, {0.1, 1e6}, "us",
          "two time stamps of the control thread further apart are a gap");
   s.time("watchdog_ms", p.watchdog_ns, 1e6, {1, 1e5}, "ms",
-         "without a wake-up for so long the gates are opened");
+         "age of the last wake-up at which the gates turn off");
   s.check(p);
 }
 
 void describe(Section root, EcuConfig& c) {
-  root.integer("drive_id", c.drive_id, {0, 65'535}, "", "tells drives apart that share a DDS domain");
+  root.integer("drive_id", c.drive_id, {0, 65'535}, "", "key of a drive among those of a DDS domain");
   root.choice("power_stage", c.power_stage,
               {{"simulated", PowerStageKind::simulated},
                {"shared_memory", PowerStageKind::shared_memory},

@@ -6,7 +6,7 @@
 
 namespace sextant {
 
-/// What a key may hold, as messages and printed files say it: "a number from 0.01 to 10".
+/// The values that a key may hold, for messages and printed files: "a number from 0.01 to 10".
 [[nodiscard]] std::string expected(const FieldKind& kind);
 
 }  // namespace sextant

@@ -17,7 +17,7 @@ struct Layer {
   bool is_override{false};
   toml::table table{};
 
-  /// The node at a path of the whole tree; nullptr where this layer says nothing about it.
+  /// The node at a path of the whole tree; nullptr where this layer does not set it.
   [[nodiscard]] const toml::node* find(std::string_view path) const;
 
   /// A problem of this layer; `path` is shown as the layer itself names it.

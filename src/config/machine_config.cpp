@@ -12,7 +12,7 @@ constexpr Range<double> inductance_h{1e-9, 1e3};
 constexpr Range<double> frequency_hz{1e-2, 1e4};
 constexpr Range<double> inertia_kg_m2{1e-9, 1e5};
 
-/// Two keys for one inductance; the one said last replaces what an earlier file said with the other.
+/// Two keys for one inductance; the one set last replaces the other of an earlier file.
 void inductance(Section& s, const std::string& x_key, std::optional<double>& x, const std::string& l_key,
                 std::optional<double>& l, const std::string& name, bool complete) {
   const std::string x_meaning = name + " reactance";

@@ -56,7 +56,7 @@ std::string nearest(const Names& names, std::string_view word) {
 struct Assign {
   const toml::node& node;
   const Layer& layer;
-  std::string why{};  ///< more about a refusal, where there is more to say
+  std::string why{};  ///< further reason of a refusal; may be empty
 
   bool operator()(const NumberField& f) const {
     const auto x = number(node, f.range);

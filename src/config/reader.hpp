@@ -7,7 +7,7 @@
 
 namespace sextant {
 
-/// Sets every member that the layers speak of, runs the derivations and the checks. Throws ConfigError with
+/// Sets every member whose key is in a layer, runs the derivations and the checks. Throws ConfigError with
 /// all problems found; the members are then in an unspecified state.
 void read(const Schema& schema, const std::vector<Layer>& layers);
 

@@ -21,7 +21,7 @@ std::int64_t to_ns_of(double s) {
   return std::llround(s * ns_per_s);
 }
 
-/// An end of a window that need not be said.
+/// An optional end of a window.
 void window_end(Section& s, const char* key, std::int64_t& to_ns, const char* meaning) {
   constexpr std::int64_t end = std::numeric_limits<std::int64_t>::max();
   s.add(key, "s", meaning,
@@ -137,8 +137,8 @@ double largest(const ProfileParameters& parameters, std::int64_t duration_ns) {
   return most;
 }
 
-/// Empty when the gate lets the torque reference of the run pass, else a sentence. A gate belongs to a
-/// sampled run; a driver has a limit of its own.
+/// Empty when the command supervision accepts the torque reference of the run, else a sentence. Only sampled
+/// runs have command supervision; a driver has a limit of its own.
 std::string validate_torque(const ScenarioConfig& c) {
   if (c.mode != ScenarioMode::sampled || c.expected_fault || c.cycle.drives_vehicle()) return {};
   if (!c.scenario.torque_reference.validate().empty()) return {};
@@ -176,7 +176,7 @@ std::string validate(const Scenario& scenario) {
       std::any_of(scenario.windows.begin(), scenario.windows.end(),
                   [&](const WindowExpectation& w) { return one_demands_response(w.limits); });
   if (!m.step_ns && (in_a_window || one_demands_response(scenario.expectations))) {
-    return "a response time is expected, but metrics.step_s does not say from when";
+    return "a response time is expected, but metrics.step_s is not set";
   }
   return {};
 }
@@ -239,14 +239,14 @@ std::string validate_alone(const ScenarioConfig& c) {
   return is_loaded ? "give a cycle or load, not both" : "";
 }
 
-/// The drive refuses a torque that is beyond the limit of its gate.
+/// The command supervision blocks a torque beyond its limit.
 std::string validate_driver(const ScenarioConfig& c) {
   if (!c.cycle.drives_vehicle()) return {};
   if (!c.cycle.speed.points.empty() && c.cycle.speed.points.front().value != 0.0)
     return "the cycle must begin at rest, where the vehicle is";
   const bool beyond = c.drive.drive.command.torque_limit < c.cycle.driver.torque_limit;
-  const bool has_gate = c.mode == ScenarioMode::sampled;
-  return has_gate && beyond ? "torque_limit_nm is above command.torque_limit_nm" : "";
+  const bool has_supervision = c.mode == ScenarioMode::sampled;
+  return has_supervision && beyond ? "torque_limit_nm is above command.torque_limit_nm" : "";
 }
 
 /// Puts the vehicle on the shaft and its driver into the scenario.

@@ -4,7 +4,7 @@
 
 namespace sextant {
 
-/// A DDS entity that deletes itself and what stands below it.
+/// A DDS entity that deletes itself and its children.
 class DdsEntity {
  public:
   DdsEntity() noexcept = default;

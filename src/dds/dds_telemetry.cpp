@@ -27,8 +27,8 @@ Qos keep_last_qos(dds_reliability_kind_t reliability, dds_durability_kind_t dura
   return qos;
 }
 
-/// While it lives, what Cyclone DDS logs is kept instead of printed, so that a failure to start can be told
-/// in one sentence with its cause.
+/// Keeps the log of Cyclone DDS during its lifetime instead of printing it, so that one sentence can report
+/// why DDS cannot start.
 class LogCapture {
  public:
   LogCapture() { dds_set_log_sink(&LogCapture::on_log, &text_); }
@@ -53,7 +53,7 @@ class LogCapture {
   if (!parameters.configuration_source.empty()) {
     text += "; the configuration comes from " + parameters.configuration_source;
   } else if (parameters.configuration.empty() && uri != nullptr) {
-    text += "; the environment says CYCLONEDDS_URI=" + std::string(uri);
+    text += "; the configuration comes from the environment, CYCLONEDDS_URI=" + std::string(uri);
   }
   throw std::runtime_error(text);
 }
@@ -91,7 +91,7 @@ dds_entity_t create_participant(const DdsTelemetry::Parameters& parameters, cons
   return participant;
 }
 
-/// The same type, of which readers are told the name alone.
+/// The same type, announced by its name alone.
 dds_topic_descriptor_t without_type_information(const dds_topic_descriptor_t& type) {
   return {.m_size = type.m_size,
           .m_align = type.m_align,
@@ -140,7 +140,7 @@ class InstanceWriter {
       return DdsWrite::refused;
     }
     const bool written = dds_write(writer_.get(), &sample_) == DDS_RETCODE_OK;
-    ++sample_.sequence;  // a sample that was refused or that DDS did not take is seen as a gap
+    ++sample_.sequence;  // readers see a sample that was not published as a gap
     ++(written ? counts.written : counts.failed);
     return written ? DdsWrite::ok : DdsWrite::failed;
   }
@@ -187,7 +187,7 @@ struct DdsTelemetry::Session {
   DdsEntity domain;
   DdsEntity participant;
   dds_entity_t telemetry, state, statistics;  // end with the participant
-  std::vector<std::uint32_t> drive_ids{};     // of the drives that live
+  std::vector<std::uint32_t> drive_ids{};     // of the existing drives
 };
 
 struct DdsTelemetry::Impl {
@@ -206,7 +206,7 @@ struct DdsTelemetry::Impl {
   Impl& operator=(const Impl&) = delete;
   ~Impl() { std::erase(session->drive_ids, parameters.drive_id); }
 
-  /// Two writers of one key would be one drive to its readers, with two clocks and two counts.
+  /// Readers would see two writers of one key as one drive with two clocks and two counts.
   static Parameters for_drive(const Session& session, std::uint32_t id) {
     if (std::ranges::find(session.drive_ids, id) != session.drive_ids.end()) {
       throw std::runtime_error("this process already publishes a drive with the id " + std::to_string(id) +

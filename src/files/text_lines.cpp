@@ -17,7 +17,7 @@ std::string why_unreadable(const std::string& file) {
   if (fs::is_character_file(status) || fs::is_block_file(status)) {
     return "cannot be read: it is a device; name a file or a pipe";
   }
-  if (fs::is_fifo(status)) return {};  // whoever opens one waits for its writer
+  if (fs::is_fifo(status)) return {};  // opening one would wait for its writer
   const std::ifstream stream{file};
   return stream ? std::string{} : "cannot be read: " + std::generic_category().message(errno);
 }

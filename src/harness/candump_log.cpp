@@ -96,7 +96,7 @@ void parse_remote(std::string_view length, CanFrame& frame) {
   frame.length = *bytes;
 }
 
-/// What follows _ behind eight bytes: the raw data length code of the frame, which says nothing else.
+/// What follows _ behind eight bytes: the raw data length code of the frame.
 void check_length_code(std::string_view code, const CanFrame& frame) {
   const auto value = number<std::uint8_t>(code, 16);
   if (code.size() != 1 || !value || *value < 9 || frame.length != 8) {
@@ -136,7 +136,7 @@ CanFrame parse_frame(std::string_view text) {
 void check_order(std::int64_t before_ns, std::int64_t t_ns) {
   if (t_ns < before_ns) refuse("the time goes back; a log must be in order of time");
   if (t_ns - before_ns <= longest_gap_ns) return;
-  refuse("the time jumps ahead by {:.6f} s; a log may be silent for {} s: correct the time, or cut the log",
+  refuse("the time jumps ahead by {:.6f} s; a log may have gaps of {} s: correct the time, or cut the log",
          double(t_ns - before_ns) / double(ns_per_second), longest_gap_ns / ns_per_second);
 }
 

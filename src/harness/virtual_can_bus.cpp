@@ -173,7 +173,7 @@ CanSend VirtualCanBus::send(const CanFrame& frame) noexcept {
 }
 
 std::int64_t VirtualCanBus::next_arrival_ns() const noexcept {
-  // What was on the way is lost, even if the party that says so has not reacted yet.
+  // Frames in transit are lost, even before the party of the event has run.
   if (arrivals_.empty() || in_force(BusEventKind::interface_down)) return never_ns;
   return arrivals_.front().t_ns;
 }

@@ -68,7 +68,7 @@ void VirtualVehicle::choose_phase() {
 }
 
 void VirtualVehicle::send(const TorqueCommand<double>& command) {
-  if (silent_) return;
+  if (paused_) return;
   CanFrame frame = encode(command).frame;
   frame.id = command_id(parameters_.identifier_offset);
   e2e::Data data = payload_of(frame);

@@ -69,7 +69,7 @@ LinkFile::~LinkFile() {
   close(file_);
 }
 
-/// Made anew, or found: never both in one call, so that what is found is known to be somebody's.
+/// One call either creates the file or opens an existing one, so that the caller can distinguish the two.
 void LinkFile::open() {
   constexpr int access = O_RDWR | O_CLOEXEC | O_NOFOLLOW;
   bool removed_meanwhile = true;
@@ -127,9 +127,9 @@ void LinkFile::lock(Lock lock) const {
   if (wait_for(lock)) return;
   if (!another_has_it(errno)) fail("cannot be locked");
   throw std::runtime_error(sentence_start() +
-                           " is locked by another program, which does not give it up: stop "
+                           " is locked by another program, which does not release it: stop "
                            "that one (fuser /dev/shm" +
-                           name_ + " tells which it is), or choose another name");
+                           name_ + " lists it), or choose another name");
 }
 
 void LinkFile::unlock(Lock lock) const noexcept {

@@ -7,8 +7,8 @@
 namespace sextant {
 namespace {
 
-/// Between two looks at whether the plant still lives. [ns]
-constexpr std::int64_t look_ns = 20'000'000;
+/// Between two checks whether the plant holds the link. [ns]
+constexpr std::int64_t poll_ns = 20'000'000;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NO
     lost_.store(true, std::memory_order_release);
     return m;
   }
-  // A plant that was started anew has another state than the drive believes.
+  // A restarted plant has lost the state that the drive's estimate follows.
   const bool same = plant_generation_ == 0 || plant_generation_ == record.generation;
   plant_generation_ = record.generation;
   m.i_abc = {record.i_a, record.i_b, record.i_c};
@@ -62,8 +62,8 @@ bool LockstepDriveIo::wait_for_answer(MeasurementRecord& record) noexcept SEXTAN
   for (;;) {
     const std::uint32_t seen = plant_bell_.value();
     if (answer(record)) return true;
-    if (plant_bell_.wait(seen, std::min(look_ns, timeout_ns_))) continue;
-    waited_ns += look_ns;
+    if (plant_bell_.wait(seen, std::min(poll_ns, timeout_ns_))) continue;
+    waited_ns += poll_ns;
     const bool is_there = link_.other_is_attached();
     if (is_there) was_there_.store(true, std::memory_order_relaxed);
     if (waited_ns >= timeout_ns_ || (was_there() && !is_there)) return false;

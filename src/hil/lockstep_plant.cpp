@@ -5,7 +5,7 @@
 namespace sextant {
 namespace {
 
-constexpr std::int64_t look_ns = 20'000'000;
+constexpr std::int64_t poll_ns = 20'000'000;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ LockstepPlant::Outcome LockstepPlant::step() noexcept {
   const std::uint32_t seen = drive_bell_.value();
   DrivePatternRecord command;
   if (!take(command)) {
-    if (!drive_bell_.wait(seen, look_ns)) return look_for_drive();
+    if (!drive_bell_.wait(seen, poll_ns)) return check_for_drive();
     if (!take(command)) return Outcome::waiting;
   }
   waited_ns_ = 0;
@@ -29,7 +29,7 @@ LockstepPlant::Outcome LockstepPlant::step() noexcept {
   return Outcome::stepped;
 }
 
-/// A request may have come before this plant did; what an earlier drive has left is none.
+/// The newest request, also one from before this plant's start; one of an earlier drive does not count.
 bool LockstepPlant::take(DrivePatternRecord& command) noexcept {
   DrivePatternRecord found;
   if (memory_.command.load(found) == 0) return false;
@@ -40,10 +40,10 @@ bool LockstepPlant::take(DrivePatternRecord& command) noexcept {
   return true;
 }
 
-LockstepPlant::Outcome LockstepPlant::look_for_drive() noexcept {
+LockstepPlant::Outcome LockstepPlant::check_for_drive() noexcept {
   if (sequence_ == 0) return Outcome::waiting;
   if (memory_.drive.present.load(std::memory_order_acquire) == 0) return Outcome::left;
-  waited_ns_ += look_ns;
+  waited_ns_ += poll_ns;
   if (waited_ns_ >= timeout_ns_ || !link_.other_is_attached()) return Outcome::lost;
   return Outcome::waiting;
 }

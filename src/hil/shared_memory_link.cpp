@@ -23,19 +23,19 @@ LinkRole opposite(LinkRole role) {
 
 SharedMemoryLink::SharedMemoryLink(const HilParameters& parameters, LinkRole role, std::int64_t period_ns)
     : role_{role} {
-  // The last of a run may remove the memory between our opening and locking it.
+  // The last side of a run may remove the memory between opening and locking it here.
   while (!try_attach(parameters, period_ns)) {
   }
 }
 
-void SharedMemoryLink::say_goodbye() noexcept {
+void SharedMemoryLink::announce_end() noexcept {
   if (role_ == LinkRole::drive) memory().gate_enable.store(0, std::memory_order_release);
   own().present.store(0, std::memory_order_release);
 }
 
 SharedMemoryLink::~SharedMemoryLink() {
-  say_goodbye();
-  // Who attaches and does not come to an end keeps the memory.
+  announce_end();
+  // A side that fails while attaching leaves the memory in place.
   if (file_->wait_for(LinkFile::Lock::attaching) && !other_is_attached()) file_->remove();
 }
 
@@ -59,7 +59,7 @@ bool SharedMemoryLink::try_attach(const HilParameters& parameters, std::int64_t 
 
 bool SharedMemoryLink::check_header(const LinkHeader& found, std::int64_t file_bytes) const {
   if (file_bytes == 0) return false;
-  // A start that was killed before it had written the header; the size tells it from a foreign file.
+  // A start that was killed before it had written the header; the size distinguishes it from a foreign file.
   const bool was_never_made = found.magic == 0 && file_bytes == std::int64_t{sizeof(LinkMemory)};
   if (was_never_made && !other_is_attached()) return false;
   const std::string memory = file_->sentence_start();
@@ -70,7 +70,7 @@ bool SharedMemoryLink::check_header(const LinkHeader& found, std::int64_t file_b
                              ", this program has " + std::to_string(link_layout_version) + remedy);
   }
   if (found.size_bytes != sizeof(LinkMemory) || file_bytes != std::int64_t{sizeof(LinkMemory)}) {
-    throw std::runtime_error(memory + " has a size of " + std::to_string(file_bytes) + " bytes and says " +
+    throw std::runtime_error(memory + " has a size of " + std::to_string(file_bytes) + " bytes and a header with " +
                              std::to_string(found.size_bytes) + ", this program needs " +
                              std::to_string(sizeof(LinkMemory)) + remedy);
   }
@@ -111,7 +111,7 @@ void SharedMemoryLink::check_other(const HilParameters& parameters, std::int64_t
   }
 }
 
-/// Nobody is there: what is left of an earlier run is of no use.
+/// Clears the memory of an earlier run; to be called while no side is attached.
 void SharedMemoryLink::begin_anew(const HilParameters& parameters, std::int64_t period_ns) {
   const std::uint32_t plants = memory().plant.generation.load(std::memory_order_relaxed);
   const std::uint32_t drives = memory().drive.generation.load(std::memory_order_relaxed);
@@ -120,7 +120,7 @@ void SharedMemoryLink::begin_anew(const HilParameters& parameters, std::int64_t 
   memory().drive.generation.store(drives, std::memory_order_relaxed);
   const auto pacing = static_cast<std::uint32_t>(parameters.pacing);
   memory().header = {0, link_layout_version, sizeof(LinkMemory), period_ns, pacing, 0};
-  // Last, so that who is killed before leaves memory that was never made.
+  // Last, so that memory of a start that was killed before counts as not made.
   std::atomic_signal_fence(std::memory_order_seq_cst);
   memory().header.magic = link_magic;
 }

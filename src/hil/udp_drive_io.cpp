@@ -13,16 +13,16 @@ UdpDriveIo::UdpDriveIo(const HilParameters& parameters, std::int64_t period_ns)
       generation_{random_generation()},
       reception_{DatagramKind::measurement, period_ns, parameters.measurement_timeout_ns},
       assembler_{assembler_parameters(parameters, period_ns)},
-      // No start has the numbers of another: what a plant has taken is this drive's, or is not.
+      // Numbers differ between starts, so that a plant acknowledges patterns of this start only.
       sequence_{std::uint64_t{generation_} << 32U} {}
 
 UdpDriveIo::~UdpDriveIo() {
-  say_goodbye();
+  announce_end();
 }
 
-void UdpDriveIo::say_goodbye() noexcept {
+void UdpDriveIo::announce_end() noexcept {
   gates_enabled_.store(false, std::memory_order_release);
-  // One of them may get lost; without any the plant notices the silence.
+  // Three, because datagrams may be lost; without any the drive times out.
   for (int n = 0; n < 3; ++n) send({}, true);
 }
 
@@ -30,7 +30,7 @@ Measurement<double> UdpDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NONBLOC
   t_ns_.store(t_ns, std::memory_order_relaxed);
   MeasurementDatagram datagram;
   if (!started_) discard_what_has_queued_up(datagram);
-  // Bounded, so that a flood takes bounded time; what is left waits for the next period.
+  // Bounded in time during a flood; the rest is read in the next period.
   for (int n = 0; n < UdpSocket::more_than_it_keeps; ++n) {
     const std::size_t size = socket_.receive(std::as_writable_bytes(std::span{&datagram, 1}));
     if (size == 0) break;
@@ -41,7 +41,7 @@ Measurement<double> UdpDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NONBLOC
   return m;
 }
 
-/// From the opening of the socket to the first period the kernel keeps what it has room for.
+/// Discards the datagrams that the kernel queued between the socket's opening and the first period.
 void UdpDriveIo::discard_what_has_queued_up(MeasurementDatagram& datagram) noexcept SEXTANT_NONBLOCKING {
   started_ = true;
   for (int n = 0; n < UdpSocket::more_than_it_keeps; ++n) {
@@ -55,26 +55,26 @@ void UdpDriveIo::take(const MeasurementDatagram& datagram) noexcept SEXTANT_NONB
     const MeasurementRecord& record = datagram.records[n];
     const MeasurementRecord& newest = assembler_.newest();
     const bool is_new_plant = record.generation != newest.generation;
-    // Of a plant that has only just come, the newest: what was before the drive does not matter.
+    // Of a new plant only the newest record counts.
     if (is_new_plant && n > 0) continue;
     if (is_new_plant || record.sequence > newest.sequence) assembler_.add(record);
   }
 }
 
 void UdpDriveIo::write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
-  const bool open = all_gates_off(pattern);
-  assembler_.wrote(send(pattern, false), !open);
-  // Once taken away, the line comes back with gates off only.
-  if (open) gates_enabled_.store(true, std::memory_order_release);
+  const bool is_off = all_gates_off(pattern);
+  assembler_.wrote(send(pattern, false), !is_off);
+  // A cleared line is set only with gates off.
+  if (is_off) gates_enabled_.store(true, std::memory_order_release);
 }
 
-void UdpDriveIo::open_gates() noexcept {
+void UdpDriveIo::inhibit_gates() noexcept {
   gates_enabled_.store(false, std::memory_order_release);
   send({}, false);
 }
 
 std::uint64_t UdpDriveIo::send(const GatePattern& pattern, bool leaving) noexcept SEXTANT_NONBLOCKING {
-  // A pattern with a later number than that of open_gates() has seen the line taken away.
+  // A pattern with a later number than that of inhibit_gates() carries the cleared line.
   const std::uint64_t sequence = sequence_.fetch_add(1, std::memory_order_acq_rel) + 1;
   CommandDatagram d;
   d.header.kind = std::uint16_t(DatagramKind::pattern);

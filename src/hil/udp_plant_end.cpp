@@ -15,8 +15,8 @@ UdpPlantEnd::UdpPlantEnd(const HilParameters& parameters, std::int64_t period_ns
       reception_{DatagramKind::pattern, period_ns, parameters.pattern_timeout_ns} {}
 
 bool UdpPlantEnd::take(DrivePatternRecord& command) noexcept SEXTANT_NONBLOCKING {
-  // Where more have queued up the kernel may have thrown away the newest for want of room, and where the
-  // queue was not emptied newer ones wait: what has been read is of the past.
+  // With a full queue the kernel may have dropped the newest patterns, and with a queue that is not empty
+  // newer ones wait: the pattern read last is then out of date.
   constexpr int most_without_loss = 64;
   bool fresh = false;
   CommandDatagram d;

@@ -43,10 +43,10 @@ UdpSocket::UdpSocket(const std::string& listen, const std::string& peer) {
   const sockaddr_in own = parse("hil.udp_listen", listen);
   const sockaddr_in other = parse("hil.udp_peer", peer);
   file_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  // Datagrams of anybody but the peer do not get past the kernel once the socket is connected.
+  // The kernel drops datagrams of other senders once the socket is connected.
   const char* problem = nullptr;
   if (file_ < 0) {
-    problem = "a UDP socket cannot be had";
+    problem = "a UDP socket cannot be opened";
   } else if (bind(file_, generic(own), sizeof own) != 0) {
     problem = "cannot be listened on";
   } else if (connect(file_, generic(other), sizeof other) != 0) {
@@ -69,11 +69,11 @@ std::uint32_t random_generation() {
   return generation;
 }
 
-// Calls of a socket that does not block. Their time is bounded by the kernel's network path, not by us.
+// Calls of a socket that does not block; the kernel's network path bounds their time.
 SEXTANT_TRUSTED_BEGIN
 
 bool UdpSocket::send(std::span<const std::byte> datagram) const noexcept SEXTANT_NONBLOCKING {
-  // A refusal that came back for an earlier datagram is reported once and then forgotten.
+  // The kernel reports the refusal of an earlier datagram once, by the next call.
   for (int n = 0; n < 2; ++n) {
     if (::send(file_, datagram.data(), datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return true;
     if (errno != ECONNREFUSED) return false;

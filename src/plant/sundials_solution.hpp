@@ -35,7 +35,7 @@ struct SundialsSolution {
   /// Makes the vectors, x all zero. absolute_tolerance: one for each state.
   void allocate(N_Vector (*make)(int, SUNContext), std::span<const double> absolute_tolerance);
 
-  /// Of root finding, for every event function: it looks for falls only.
+  /// Of root finding, for every event function: only falls count.
   [[nodiscard]] std::vector<int> all_falling() const;
 
   /// Calls `advance`, which is to run to t = 1, on a harmless problem in place of the own one: SUNDIALS

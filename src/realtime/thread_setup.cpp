@@ -39,7 +39,7 @@ struct SchedulingAttributes {
 std::string remedy_for_deadline(int error) {
   switch (error) {
     case EBUSY:
-      return "the CPUs have no room for it: ask for less time (realtime.deadline_runtime_us), or allow more "
+      return "the CPUs have no room for it: request less time (realtime.deadline_runtime_us), or allow more "
              "with sysctl kernel.sched_rt_runtime_us";
     case EPERM:
       return "run as root or allow it with CAP_SYS_NICE, and let the process use every CPU (no taskset, no "
@@ -105,7 +105,7 @@ void reserve_little_memory() {
   mallopt(M_ARENA_MAX, 1);
   pthread_attr_t attributes;
   if (pthread_attr_init(&attributes) != 0) return;
-  // What is refused costs memory, and nothing else.
+  // A refusal costs memory only.
   (void)pthread_attr_setstacksize(&attributes, stack_bytes);
   (void)pthread_setattr_default_np(&attributes);
   pthread_attr_destroy(&attributes);
@@ -176,7 +176,7 @@ void require_room_for_spinning(const RealtimeParameters& parameters, const Right
   throw std::runtime_error(
       "realtime: wait = \"spin\" with policy = \"fifo\" needs a CPU of its own, and the process may use one "
       "CPU "
-      "only: nothing else would run any more; take wait = \"sleep\", or give the process a CPU more");
+      "only: no other thread would run; set wait = \"sleep\", or give the process a CPU more");
 }
 
 RightsReport set_up_control_thread(const RealtimeParameters& parameters, std::int64_t wake_period_ns) {
@@ -196,7 +196,7 @@ RightsReport set_up_control_thread(const RealtimeParameters& parameters, std::in
     report.real_time_scheduling =
         note(use_deadline_scheduling(parameters.deadline_runtime_ns, wake_period_ns));
   }
-  // The kernel throttles SCHED_FIFO; a SCHED_DEADLINE thread has been admitted with that in mind.
+  // The kernel throttles SCHED_FIFO only; it accounts for a SCHED_DEADLINE thread when it grants it.
   if (parameters.policy == SchedulingPolicy::fifo) note(check_no_throttling());
   return report;
 }

@@ -63,7 +63,7 @@ FixedStepEventEngine::Found FixedStepEventEngine::first_event(const EventExactSy
                                                               const Interpolant& path) noexcept {
   Events middle, after;
   system.events(path.x1, after);
-  // The middle is looked at too, so that a dip within the step is seldom missed.
+  // The middle is evaluated too, so that a dip within the step is rarely missed.
   system.events(path.at(0.5), middle);
   Found first;
   for (int i = 0; i < EventExactSystem::event_count; ++i) {

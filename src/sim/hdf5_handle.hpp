@@ -11,7 +11,7 @@
 namespace sextant::hdf5 {
 
 /// The innermost message of HDF5's error stack, which is the one that names the cause; of one about a file,
-/// what the operating system said.
+/// the error of the operating system.
 [[nodiscard]] inline std::string last_error() {
   std::string cause{"unknown reason"};
   const auto keep = [](unsigned n, const H5E_error2_t* error, void* text) -> herr_t {
@@ -27,7 +27,7 @@ namespace sextant::hdf5 {
   return cause;
 }
 
-/// Keeps HDF5 from printing its error stack while this lives; the caller reports errors itself.
+/// Keeps HDF5 from printing its error stack during its lifetime; the caller reports errors itself.
 class Quiet {
  public:
   Quiet() noexcept {

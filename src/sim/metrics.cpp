@@ -82,7 +82,7 @@ void MetricsAccumulator::note_reference(const MetricsSample& before, const Metri
 
 MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const MetricsSample& s) noexcept {
   const double psi = magnitude(s.psi_s);
-  // A machine without flux has no flux angle; phase a's axis stands in for it.
+  // A machine without flux has no flux angle; phase a's axis replaces it.
   const SpaceVector<> axis = psi > 0 ? (1 / psi) * s.psi_s : SpaceVector<>{1, 0};
   return {{s.torque - s.torque_reference, psi, dot(axis, s.i_s), cross(axis, s.i_s)},
           s.omega_m - s.speed_reference,

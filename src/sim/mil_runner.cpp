@@ -48,7 +48,7 @@ class SampledObserver {
  private:
   using Instant = PlantInstant<MeteredPlant>;
 
-  /// The segments that was applied since the last period. The reference runs in a line from that period on;
+  /// The segments applied since the last period. The reference runs in a line from that period on;
   /// what jumps between two periods acts with the second.
   void add_segments(const ScenarioCommands& commands) {
     std::int64_t elapsed_ns = 0;
@@ -111,7 +111,7 @@ class SampledObserver {
   const DirectTorqueController<>* comparators_;  // the same, where it is one
   TraceRecorder* trace_;
   std::int64_t t_ns_{0};       ///< the last period [ns]
-  double reference_{0};        ///< torque asked for from there on [N·m]
+  double reference_{0};        ///< torque reference from there on [N·m]
   double reference_slope_{0};  ///< [N·m/s]
   int demand_{0};              ///< the torque comparator's last output
 };

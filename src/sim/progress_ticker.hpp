@@ -7,7 +7,7 @@
 
 namespace sextant {
 
-/// Tells how far a run is, some twenty times a second of wall time.
+/// Reports the progress of a run, some twenty times a second of wall time.
 class ProgressTicker {
  public:
   /// `calls`: a power of two; the clock is read once in as many ticks.

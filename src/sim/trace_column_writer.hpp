@@ -20,7 +20,7 @@ class TraceColumnWriter {
   void push(const TraceRow& row) noexcept {
     assert(waiting_.size() - end_ >= column_->size);
     const auto* value = reinterpret_cast<const std::byte*>(&row) + column_->offset;
-    // Nearly every column is of doubles; a size that the compiler knows saves the call.
+    // Most columns are of doubles; a constant size avoids the call of memcpy.
     if (column_->size == sizeof(double)) {
       std::memcpy(&waiting_[end_], value, sizeof(double));
     } else {

@@ -42,7 +42,7 @@ class TraceFile {
   void flush();
   void close();
 
-  /// False once it is closed or given up.
+  /// False once it is closed or abandoned.
   [[nodiscard]] bool is_open() const noexcept { return bool(file_); }
   [[nodiscard]] const std::string& error() const noexcept { return error_; }
 

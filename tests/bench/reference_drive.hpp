@@ -65,9 +65,9 @@ class ReferenceDrive {
     const bool unseen_reset = command.resets != resets_;
     disables_ = command.disables;
     resets_ = command.resets;
-    if (fresh) alive_ns_ = std::min(command.received_ns, t_ns);
+    if (fresh) age_from_ns_ = std::min(command.received_ns, t_ns);
     sequence_ = command.sequence;
-    const std::int64_t age_ns = t_ns - alive_ns_;
+    const std::int64_t age_ns = t_ns - age_from_ns_;
     const bool lost = age_ns > lost_ns;
     bool reset = false;
     if (valid && disabled && !lost) {
@@ -210,7 +210,7 @@ class ReferenceDrive {
   std::int64_t period_ns = 25'000, timeout_ns = 40'000'000, lost_ns = 200'000'000;
   ReferenceDtc dtc_{};
   double setpoint_{}, ramp_{}, zero_rate_{}, i_a_{}, i_b_{}, i_c_{};
-  std::int64_t last_ns_{}, alive_ns_{};
+  std::int64_t last_ns_{}, age_from_ns_{};
   std::uint64_t sequence_{};
   std::uint32_t disables_{}, resets_{}, blocked_{}, out_of_range_{}, fault_total_{};
   std::uint64_t latched_{};

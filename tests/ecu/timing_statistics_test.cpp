@@ -212,10 +212,9 @@ TEST_F(TimingStatisticsTest, TheReportNamesStagesCausesAndTheWorst) {
       SchedulerSample{.t_ns = 2'000 * ms, .involuntary_switches = 6, .minor_faults = 7, .valid = true});
   const std::string text = report(*statistics);
   EXPECT_THAT(text, HasSubstr("control periods 9 run, 3 missed in 1 overruns"));
-  EXPECT_THAT(text, HasSubstr("machine stopped us 1\n"));
+  EXPECT_THAT(text, HasSubstr("machine gap        1\n"));
   EXPECT_THAT(text, HasSubstr("without a gap      0\n"));
-  EXPECT_THAT(
-      text, HasSubstr("at 1.499750 s: 300.0 us late, gap of 400.0 us, while waiting: machine stopped us\n"));
+  EXPECT_THAT(text, HasSubstr("at 1.499750 s: 300.0 us late, gap of 400.0 us, while waiting: machine gap\n"));
   EXPECT_THAT(text, HasSubstr("7 page faults"));
   EXPECT_THAT(text, HasSubstr("6 forced on it"));
   for (const char* const stage : {"read", "commands", "drive", "write", "push"})

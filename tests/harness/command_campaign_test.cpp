@@ -70,7 +70,7 @@ TEST(CommandCampaign, Row2SilenceRampsToZeroAndThenTrips) {
   for_seeds(seeds, [](CampaignCase& c) {
     Running r{c};
     ASSERT_TRUE(r.started);
-    r.rig.vehicle.be_silent(true);
+    r.rig.vehicle.pause_sending(true);
     expect_silence_reaction(r, c);
   });
 }
@@ -79,9 +79,9 @@ TEST(CommandCampaign, Row2SilenceBelow200MsHealsByItself) {
   for_seeds(seeds, [](CampaignCase& c) {
     Running r{c};
     ASSERT_TRUE(r.started);
-    r.rig.vehicle.be_silent(true);
+    r.rig.vehicle.pause_sending(true);
     r.rig.run_for(c.between(60, 180) * ms);
-    r.rig.vehicle.be_silent(false);
+    r.rig.vehicle.pause_sending(false);
     r.rig.run_for(50 * ms);
     EXPECT_NE(r.rig.first_zero_ns, never_ns);
     EXPECT_EQ(r.rig.first_fault_ns, never_ns);
@@ -377,7 +377,7 @@ TEST(CommandCampaign, ADisableBetweenTwoWakeUpsOpensTheGates) {
   for_seeds(seeds, [](CampaignCase& c) {
     Running r{c};
     ASSERT_TRUE(r.started);
-    r.rig.vehicle.be_silent(true);
+    r.rig.vehicle.pause_sending(true);
     const unsigned last = r.rig.ecu.receiver().command().counter;
     bool opened = false;
     r.rig.on_period = [&](const Telemetry<double>& t) { opened = opened || t.state == DriveState::ready; };

@@ -22,7 +22,7 @@ class GateGuardTest : public testing::Test {
   GatePattern period(const DrivePatternRecord* c, bool enabled) {
     const GatePattern acts = guard.step(t_ns, c, enabled, present);
     t_ns += period_ns;
-    news += guard.has_news() ? 1 : 0;
+    news += guard.is_reportable() ? 1 : 0;
     return acts;
   }
   /// Until the drive counts as dead.
@@ -82,8 +82,8 @@ TEST_F(GateGuardOfAReadyDrive, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
     (void)nothing();
   }
   EXPECT_EQ(t_ns - period_ns - last_ns, 5'100'000) << "the first period beyond 5 ms";
-  EXPECT_EQ(guard.open_since_ns() - last_ns, 2 * period_ns) << "they opened when the pattern was late";
-  EXPECT_EQ(guard.heard_ns(), last_ns);
+  EXPECT_EQ(guard.off_since_ns() - last_ns, 2 * period_ns) << "they opened when the pattern was late";
+  EXPECT_EQ(guard.last_pattern_ns(), last_ns);
   EXPECT_EQ(nothing(), open);
   EXPECT_EQ(guard.counters().timed_out, 1U);
 }

@@ -166,12 +166,12 @@ TEST_F(SharedMemoryDriveIoTest, AHeartbeatThatStopsOpensTheGatesWithinTheLimit) 
   plant_alone_for(6'000'000);
   EXPECT_EQ(plant->stage.pattern, open);
   EXPECT_EQ(plant->server.guard().cause(), GateCause::timed_out);
-  EXPECT_LE(plant->server.guard().open_since_ns() - last_ns, 10'000'000);
+  EXPECT_LE(plant->server.guard().off_since_ns() - last_ns, 10'000'000);
   GateEvent event;
   GateEvent newest;
   while (plant->server.events().pop(event)) newest = event;
   EXPECT_EQ(newest.cause, GateCause::timed_out);
-  EXPECT_EQ(newest.heard_ns, last_ns);
+  EXPECT_EQ(newest.last_pattern_ns, last_ns);
 }
 
 TEST_F(SharedMemoryDriveIoTest, TheWatchdogsLineOpensTheGatesWhateverTheDriveWrites) {
@@ -179,7 +179,7 @@ TEST_F(SharedMemoryDriveIoTest, TheWatchdogsLineOpensTheGatesWhateverTheDriveWri
   (void)period(v1);
   (void)period(v1);
   EXPECT_EQ(plant->stage.pattern, v1);
-  drive->io.open_gates();
+  drive->io.inhibit_gates();
   for (int n = 0; n < 5; ++n) {
     (void)period(v1);
     EXPECT_EQ(plant->stage.pattern, open) << "a torque pattern does not close the line";

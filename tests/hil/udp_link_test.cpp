@@ -110,7 +110,7 @@ TEST_F(UdpLinkTest, PatternsAndTheEnableLineComeOver) {
   EXPECT_EQ(pattern, v1);
   EXPECT_EQ(command.sequence, first + 2);
   EXPECT_FALSE(plant->take(command)) << "each once";
-  drive->open_gates();
+  drive->inhibit_gates();
   ASSERT_TRUE(plant->take(command));
   EXPECT_FALSE(plant->gates_enabled());
   drive->write(v1);
@@ -134,7 +134,7 @@ TEST_F(UdpLinkTest, APlantThatStoodStillFollowsTheNewestCommandAndNoOlderOne) {
   ASSERT_TRUE(plant->take(command));
   const std::uint64_t first = command.sequence;
   for (int n = 0; n < 50; ++n) drive->write(v1);  // the plant stands still meanwhile
-  drive->open_gates();
+  drive->inhibit_gates();
   ASSERT_TRUE(plant->take(command));
   EXPECT_EQ(command.sequence, first + 51);
   EXPECT_FALSE(plant->gates_enabled());
@@ -148,7 +148,7 @@ TEST_F(UdpLinkTest, APlantThatStoodStillForLongWaitsForTheNextCommand) {
   ASSERT_TRUE(plant->take(command));
   const std::uint64_t first = command.sequence;
   for (int n = 0; n < 3000; ++n) drive->write(v1);
-  drive->open_gates();
+  drive->inhibit_gates();
   EXPECT_FALSE(plant->take(command));
   drive->write(v1);
   ASSERT_TRUE(plant->take(command));

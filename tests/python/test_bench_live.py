@@ -223,14 +223,14 @@ def test_every_miss_needs_its_gap(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         "wake_latency": histogram_json(1),
         "overruns_without_gap": 1,
         "overruns": 3,
-        "overruns_by_cause": {"machine stopped us": 2, "own execution": 1},
+        "overruns_by_cause": {"machine gap": 2, "own execution": 1},
         "periods": 97,
         "periods_missed": 3,
     }
     monkeypatch.setattr(live_runs, "ecu", lambda *_, **__: timing)
     own, misses, share = measured("spin mode", live.LiveLab(Lab(out=tmp_path)).spin).values()
     assert own.verdict == MISSED
-    assert "3 misses; machine stopped us: 2, own execution: 1" in own.note
+    assert "3 misses; machine gap: 2, own execution: 1" in own.note
     assert (misses.value, share.value) == (3, 3.0)
 
 

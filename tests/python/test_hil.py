@@ -293,7 +293,7 @@ def test_the_drive_ends_by_itself_when_the_plant_of_its_lockstep_dies(
         TelemetryRecord(domain).wait_until_heard()
         plant.kill()
         assert drive.status(LOSS_SEEN_S) == 1
-        assert f'sextant-ecu: hil.link: the plant on "{link}" died or no longer answers' in drive.text()
+        assert f'sextant-ecu: hil.link: the plant on "{link}" ended or timed out' in drive.text()
 
 
 def test_a_run_in_virtual_time_ends_with_its_plant(link: str, bus_address: str, domain: int, tmp_path: Path) -> None:
@@ -305,7 +305,7 @@ def test_a_run_in_virtual_time_ends_with_its_plant(link: str, bus_address: str, 
             plant.wait_for(JOINED)
             plant.kill()
             assert drive.status(LOSS_SEEN_S) == 1
-        assert f'sextant-ecu: hil.link: the plant on "{link}" died or no longer answers' in drive.text()
+        assert f'sextant-ecu: hil.link: the plant on "{link}" ended or timed out' in drive.text()
 
 
 def test_a_drive_that_stood_still_for_less_than_its_watchdog_does_not_go_on(

@@ -197,7 +197,7 @@ def test_hdf5_and_csv_hold_the_same(profile: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((), ("nothing says what to run", "--profile")),
+        ((), ("the run has no input and no end", "--profile")),
         (("gone.log",), ("gone.log cannot be read",)),
         (("{commands}", "--profile", "{profile}"), ("not from both",)),
         (("{commands}", "--log-interface", "vcan7"), ("holds frames of can0",)),
@@ -207,7 +207,7 @@ def test_hdf5_and_csv_hold_the_same(profile: Path, tmp_path: Path) -> None:
         (("{profile}",), ("profile.csv:1: expected a time",)),
         (("/dev/zero",), ("/dev/zero cannot be read: it is a device",)),
         (("--profile", "/dev/zero"), ("/dev/zero cannot be read: it is a device",)),
-        (("{centuries}",), ("centuries.log:2: the time jumps ahead by", "a log may be silent for 86400 s")),
+        (("{centuries}",), ("centuries.log:2: the time jumps ahead by", "a log may have gaps of 86400 s")),
         (("--profile", "{commands}"), ("commands.log:2",)),
     ],
 )

@@ -78,7 +78,7 @@ TEST(OverrunCause, AGapThatWasMadeUpForFades) {
 TEST(OverrunCause, EveryPlaceAndCauseHasItsOwnName) {
   EXPECT_STREQ(to_string(GapPlace::waiting), "while waiting");
   EXPECT_STREQ(to_string(GapPlace::write), "in write");
-  EXPECT_STREQ(to_string(OverrunCause::machine_gap), "machine stopped us");
+  EXPECT_STREQ(to_string(OverrunCause::machine_gap), "machine gap");
   EXPECT_STREQ(to_string(OverrunCause::long_execution), "own execution");
   EXPECT_STREQ(to_string(Stage::push), "push");
 }

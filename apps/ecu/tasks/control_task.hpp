@@ -22,8 +22,8 @@ class ControlTask {
       : wakes_{wakes}, drive_{drive}, shared_{shared}, commands_{shared}, telemetry_{shared} {}
 
   /// A wake-up at woken_ns that serves deadline_ns [ns]: heartbeat, the control periods from the deadline on,
-  /// the newest status. The ends of the cycle are `commands()` and `telemetry()`, or these with time stamps
-  /// around their calls.
+  /// the newest status. `commands` and `telemetry`: those of this object, or these with time stamps around
+  /// their calls (stamped_cycle.hpp).
   template <class Commands, class TelemetrySink>
   void wake_up(std::int64_t woken_ns, std::int64_t deadline_ns, DriveIo<double>& io, Commands& commands,
                TelemetrySink& telemetry) noexcept SEXTANT_NONBLOCKING {

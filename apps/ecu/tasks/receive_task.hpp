@@ -8,8 +8,8 @@
 
 namespace sextant::ecu {
 
-/// What the receive thread does, apart from the thread: identity, end-to-end protection and range of every
-/// frame, and the newest command to the control thread. Reads no clock.
+/// The work of the receive thread, without the thread: checks identity, end-to-end protection and range of
+/// every frame, and stores the newest command for the control thread. Reads no clock.
 class ReceiveTask {
  public:
   /// offset: of the drive's identifiers.
@@ -30,7 +30,7 @@ class ReceiveTask {
     return verdict == FrameVerdict::accepted;
   }
 
-  /// What became of the frames; once the thread has ended.
+  /// Counts of the frames; once the thread has ended.
   [[nodiscard]] const CommandReceiver& receiver() const noexcept { return receiver_; }
 
  private:

@@ -104,7 +104,7 @@ void TelemetryTask::publish_timeout(std::int64_t now_ns) {
   const std::int64_t absence_ns = now_ns - shared_.heartbeat_ns.load(std::memory_order_acquire);
   publish_state(status_of_timed_out_drive(newest_),
                 fmt::format("WATCHDOG: control thread without a wake-up for {} ms", absence_ns / 1'000'000));
-  any_published_ = false;  // its next record is published whatever was published before
+  any_published_ = false;  // the drive's next record is published in any case
 }
 
 void TelemetryTask::drain_telemetry() {
@@ -132,8 +132,8 @@ void TelemetryTask::publish_state(const Telemetry<double>& telemetry, const std:
 }
 
 void TelemetryTask::drain_wakes() {
-  // Read before the wake-ups, added after them: an overrun that was over by then is in the ring by now, but
-  // for one whose execution still runs, which finds what the sample has left over.
+  // The sample is read before the wake-ups and added after them: every overrun that ended before the sample
+  // is then in the ring. One whose execution still runs is explained by the rest of the sample's growth.
   const bool sampled = shared_.scheduler.update();
   StageRecord stages;
   while (shared_.stages.pop(stages)) timing_.add(stages);

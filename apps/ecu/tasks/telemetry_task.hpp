@@ -15,9 +15,9 @@
 
 namespace sextant::ecu {
 
-/// What the telemetry thread does, apart from the thread: drains the rings and hands intervals, state changes
-/// and statistics to the process that publishes them. While the control thread has timed out it publishes
-/// `status_of_timed_out_drive`. Reads no clock.
+/// The work of the telemetry thread, without the thread: drains the rings and sends intervals, state changes
+/// and statistics to the process that publishes them. While the control thread has timed out the task
+/// publishes `status_of_timed_out_drive`. Reads no clock.
 class TelemetryTask {
  public:
   struct Parameters {
@@ -41,13 +41,13 @@ class TelemetryTask {
         timing_{parameters.timing},
         report_{shared} {}
 
-  /// The first intervals begin at now_ns [ns]. `rights`: what the control thread was given.
+  /// The first intervals begin at now_ns [ns]. `rights`: those granted to the control thread.
   void start(std::int64_t now_ns, const RightsReport& rights);
   void poll(std::int64_t now_ns);
   /// Once the control thread has ended: publishes the rest.
   void finish();
 
-  /// Of the run; once the thread has ended.
+  /// Statistics of the run; once the thread has ended.
   [[nodiscard]] const TimingStatistics& timing() const noexcept { return timing_; }
 
  private:
@@ -65,10 +65,10 @@ class TelemetryTask {
   bool real_time_scheduling_{false};
   bool memory_locked_{false};
   TelemetryInterval<double> interval_{};
-  Telemetry<double> newest_{};     // of the drive
-  Telemetry<double> published_{};  // as DriveState
+  Telemetry<double> newest_{};     // newest record of the drive
+  Telemetry<double> published_{};  // record published last as DriveState
   bool any_published_{false};
-  std::int64_t next_timeout_ns_{0};  // when to publish it again
+  std::int64_t next_timeout_ns_{0};  // of the next timeout sample
   TimingStatistics timing_;
   std::int64_t next_statistics_ns_{0};
   CanReport report_;

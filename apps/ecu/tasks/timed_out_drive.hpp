@@ -5,8 +5,8 @@
 namespace sextant::ecu {
 
 /// The status of a drive whose control thread has timed out (`SharedState::control_timed_out`): FAULT by
-/// WATCHDOG, and no torque available. `last` is the last status of that thread; its measurements are left in
-/// place and are not valid.
+/// WATCHDOG, no torque available. `last` is the last status of that thread; its measurements are copied and
+/// not valid.
 [[nodiscard]] inline Telemetry<double> status_of_timed_out_drive(const Telemetry<double>& last) noexcept {
   Telemetry<double> status = last;
   status.state = DriveState::fault;

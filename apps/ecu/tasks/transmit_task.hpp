@@ -10,9 +10,9 @@
 
 namespace sextant::ecu {
 
-/// What the transmit thread does, apart from the thread: the status frames by their cycle times, faults when
-/// they change, and at the end the state in which the drive was left. While the control thread has timed out
-/// the frames carry `status_of_timed_out_drive`. Reads no clock.
+/// The work of the transmit thread, without the thread: sends the status frames by their cycle times, the
+/// faults when they change, and at the end the last state of the drive. While the control thread has timed
+/// out the frames carry `status_of_timed_out_drive`. Reads no clock.
 class TransmitTask {
  public:
   /// offset: of the drive's identifiers.
@@ -21,20 +21,20 @@ class TransmitTask {
 
   /// Sends what is due at now_ns; returns when to poll again. [ns]
   std::int64_t poll(std::int64_t now_ns) {
-    // Faults go out on change, so the status is polled more often than the shortest cycle time.
+    // Faults are sent on change, so the status is polled more often than the shortest cycle time.
     constexpr std::int64_t poll_every_ns = 5'000'000;
     send_due(now_ns);
     return std::clamp(encoder_.next_due_ns(), now_ns, now_ns + poll_every_ns);
   }
 
-  /// Sends what is due, and MCU_TorqueStatus with the state in which the drive was left, due or not.
+  /// Sends what is due, and MCU_TorqueStatus with the last state of the drive, due or not.
   void send_last(std::int64_t now_ns) {
     send_due(now_ns);
     const StatusExtras extras{.real_time = shared_.real_time.latest()};
     (void)bus_.send(encoder_.frame(StatusMessage::torque_status, shared_.status.latest(), extras));
   }
 
-  /// Values that did not fit into their signals; once the thread has ended. [-]
+  /// Values beyond the range of their signals; once the thread has ended. [-]
   [[nodiscard]] std::uint64_t clamped() const noexcept { return encoder_.clamped(); }
 
  private:

@@ -8,15 +8,14 @@
 
 namespace sextant::ecu {
 
-/// What the watchdog does, apart from its thread: while the control thread has timed out it orders the gates
-/// off, and takes the gate-enable line away where there is one, so that the gates turn off while that thread
-/// still hangs. The order is never withdrawn here: the control thread takes it once it is back, and the drive
-/// latches the fault.
+/// The work of the watchdog thread, without the thread: while the control thread has timed out it sets the
+/// gate inhibit and clears the gate-enable line of a link, so that the gates turn off while that thread
+/// hangs. The control thread clears the gate inhibit when it runs again, and the drive latches the fault.
 class WatchdogTask {
  public:
   static constexpr std::int64_t poll_every_ns = 2'000'000;  ///< [ns]
 
-  /// `inhibit_gates` takes the gate-enable line away.
+  /// `inhibit_gates` clears the gate-enable line.
   explicit WatchdogTask(
       SharedState& shared, std::function<void()> inhibit_gates = [] {})
       : shared_{shared}, inhibit_gates_{std::move(inhibit_gates)} {}

@@ -33,7 +33,7 @@ std::string beside_this_program() {
   return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "sextant-telemetry").string();
 }
 
-/// What the process finds changed: files, signals and scheduling. Memory locks end with the exec.
+/// Files, signals and scheduling of the new process. Memory locks end with the exec.
 class SpawnSettings {
  public:
   explicit SpawnSettings(int descriptor) {
@@ -43,17 +43,17 @@ class SpawnSettings {
     posix_spawn_file_actions_adddup2(&files_, descriptor, telemetry_process_descriptor);
     posix_spawn_file_actions_addclosefrom_np(&files_, telemetry_process_descriptor + 1);
     posix_spawnattr_init(&attributes_);
-    // What asks the drive to leave, from a terminal for instance, must not end the process before it has
-    // published how the drive left: it leaves when the drive has gone.
+    // A signal to the whole process group, as from a terminal, must not end the publisher before it has
+    // published the drive's last state: it ends after the drive.
     sigset_t blocked;
     sigemptyset(&blocked);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&blocked, signal);
     posix_spawnattr_setsigmask(&attributes_, &blocked);
     sigset_t all;
     sigfillset(&all);
-    sigdelset(&all, SIGPIPE);  // a log that nobody reads any more ends no telemetry
+    sigdelset(&all, SIGPIPE);  // a closed log does not end the telemetry
     posix_spawnattr_setsigdefault(&attributes_, &all);
-    // The processors stay those of the drive's other threads: not the control thread's.
+    // The CPUs are those of the drive's other threads, without the control thread's.
     const sched_param ordinary{};
     posix_spawnattr_setschedpolicy(&attributes_, SCHED_OTHER);
     posix_spawnattr_setschedparam(&attributes_, &ordinary);
@@ -133,7 +133,7 @@ pid_t TelemetryProcess::spawn(int descriptor) const {
   std::string drive = fmt::format("--drive={}", parameters_.drive_id);
   const std::array<char*, 3> arguments{name.data(), drive.data(), nullptr};
   pid_t pid = 0;
-  // Shares this process's memory until the exec: a fork would make every page of the control thread fault.
+  // posix_spawn shares the memory until the exec; after a fork every page of the control thread would fault.
   const int error = posix_spawn(&pid, parameters_.program.c_str(), settings.files(), settings.attributes(),
                                 arguments.data(), environ);
   if (error == 0) return pid;
@@ -148,7 +148,7 @@ void TelemetryProcess::wait_until_ready() {
   bool open = true;
   while (open && !ready_ && refusal_.empty() && now_ns() < end_ns) {
     (void)sender_.socket().wait(std::chrono::milliseconds{100});
-    open = take_messages();
+    open = receive_messages();
   }
   if (ready_) return;
   if (!refusal_.empty()) throw std::runtime_error(refusal_);
@@ -156,19 +156,19 @@ void TelemetryProcess::wait_until_ready() {
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
   throw std::runtime_error(fmt::format("{} {} before DDS had started", parameters_.program,
-                                       pid_ == 0 ? "ended " + describe_end(status_) : "said nothing"));
+                                       pid_ == 0 ? "ended " + describe_end(status_) : "sent no message"));
 }
 
-bool TelemetryProcess::take_messages() {
+bool TelemetryProcess::receive_messages() {
   std::array<std::byte, 4096> buffer{};
   while (const auto message = sender_.socket().receive(buffer)) {
     if (message->empty()) return false;
-    take(*message);
+    handle(*message);
   }
   return true;
 }
 
-void TelemetryProcess::take(std::span<const std::byte> message) {
+void TelemetryProcess::handle(std::span<const std::byte> message) {
   const auto kind = kind_of(message);
   if (kind == TelemetryMessageKind::ready) ready_ = true;
   if (kind == TelemetryMessageKind::refused) refusal_ = text_after<AnswerMessage>(message);
@@ -186,7 +186,7 @@ void TelemetryProcess::poll(std::int64_t now_ns) {
     return;
   }
   const bool was_ready = ready_;
-  if (sender_.connected() && !take_messages()) sender_.disconnect();
+  if (sender_.connected() && !receive_messages()) sender_.disconnect();
   if (ready_ && !was_ready) {
     spdlog::info("telemetry: {} publishes again{}", parameters_.program,
                  type_information_ ? "" : ", without type information");
@@ -228,7 +228,7 @@ void TelemetryProcess::leave() {
   bool open = sender_.connected();
   while (open && now_ns() < end_ns) {
     (void)sender_.socket().wait(std::chrono::milliseconds{10});
-    open = take_messages();
+    open = receive_messages();
   }
   while (!reaped() && now_ns() < end_ns) std::this_thread::sleep_for(std::chrono::milliseconds{1});
   if (pid_ != 0) {

@@ -12,12 +12,12 @@
 
 namespace sextant::ecu {
 
-/// `sextant-telemetry`, the process in which DDS runs: started by the drive, given samples through a
-/// TelemetrySender, and started again where it ended. Nothing that becomes of it, or of a library in it,
-/// reaches the drive: the two share no memory, and the drive never waits for it while it runs.
+/// `sextant-telemetry`, the process in which DDS runs. This class starts it, sends samples through a
+/// TelemetrySender, and restarts it after its end. The two processes share no memory, and the drive never
+/// waits for the publisher while it runs: no failure of it, or of a library in it, affects the drive.
 ///
-/// A process that ended by a crash is started again without type information: a reader that declares a topic
-/// with an int8 or uint8 ends Cyclone DDS 0.10.2 when it fetches that declaration, and would do so again.
+/// After a crash the process is restarted without type information: Cyclone DDS 0.10.2 crashes when it
+/// fetches the type of a reader that declares a topic with an int8 or uint8.
 class TelemetryProcess {
  public:
   struct Parameters {
@@ -28,8 +28,8 @@ class TelemetryProcess {
     std::string configuration_source{};  ///< the same
   };
 
-  /// Starts the process and waits until DDS runs in it. Throws std::runtime_error with one sentence where
-  /// either cannot be.
+  /// Starts the process and waits until DDS runs in it. Throws std::runtime_error with one sentence where one
+  /// of them fails.
   explicit TelemetryProcess(const Parameters& parameters);
   TelemetryProcess(const TelemetryProcess&) = delete;
   TelemetryProcess& operator=(const TelemetryProcess&) = delete;
@@ -38,31 +38,31 @@ class TelemetryProcess {
   [[nodiscard]] TelemetrySender& sender() noexcept { return sender_; }
   [[nodiscard]] const TelemetrySender& sender() const noexcept { return sender_; }
 
-  /// Takes the messages of the process, and starts it again some time after it has ended. Never waits for it.
-  /// Logs what has happened.
+  /// Receives the messages of the process, restarts it some time after its end, and logs both. Never waits.
   void poll(std::int64_t now_ns);
 
-  /// Lets it publish what it was given and leave; kills it where it does not. Safe to call twice.
+  /// Ends the process after it has published what was sent; kills it after a timeout. Safe to call twice.
   void leave();
 
-  /// Of all processes together.
+  /// Counts of all processes together.
   [[nodiscard]] CountsMessage counts() const noexcept;
-  /// How often it was started again. [-]
+  /// Restarts of the process. [-]
   [[nodiscard]] std::uint64_t restarts() const noexcept { return restarts_; }
 
  private:
-  static constexpr std::int64_t first_delay_ns = 100'000'000;   ///< before it is started again [ns]
+  static constexpr std::int64_t first_delay_ns = 100'000'000;   ///< before the first restart [ns]
   static constexpr std::int64_t last_delay_ns = 5'000'000'000;  ///< each delay is twice the one before [ns]
-  static constexpr std::int64_t healthy_ns = 10'000'000'000;    ///< after so long the first delay again [ns]
-  static constexpr int ready_within_ms = 60'000;                ///< at start [ms]
-  static constexpr int left_within_ms = 1000;                   ///< [ms]
+  static constexpr std::int64_t healthy_ns =
+      10'000'000'000;                             ///< run time after which the first delay applies again [ns]
+  static constexpr int ready_within_ms = 60'000;  ///< at start [ms]
+  static constexpr int left_within_ms = 1000;     ///< [ms]
 
   void start();
   [[nodiscard]] pid_t spawn(int descriptor) const;
   void wait_until_ready();
-  /// False where nothing more can come.
-  bool take_messages();
-  void take(std::span<const std::byte> message);
+  /// False where the connection is closed.
+  bool receive_messages();
+  void handle(std::span<const std::byte> message);
   [[nodiscard]] bool reaped();
   void schedule_restart(std::int64_t now_ns);
   void restart(std::int64_t now_ns);

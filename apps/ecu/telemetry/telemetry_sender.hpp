@@ -10,13 +10,13 @@
 
 namespace sextant::ecu {
 
-/// The drive's end of the way to the process that publishes its telemetry. It never waits: a sample for which
-/// the kernel has no room, or nobody to take it, is dropped and counted, and readers see a gap in `sequence`.
-/// The newest state and the newest statistics are kept, for those topics hold what is true now: they go as
-/// soon as there is room, and again to a process that is new.
+/// Sends telemetry to the process that publishes it. Never waits: a sample without room in the kernel's
+/// buffer, or without a process, is dropped and counted, and readers see a gap in `sequence`. The newest
+/// state and the newest statistics are kept, because those topics hold the current state: they are sent as
+/// soon as there is room, and again to a restarted process.
 class TelemetrySender {
  public:
-  /// From now on the process at the other end of this connection takes the samples.
+  /// Sends the following samples to the process at the other end of this connection.
   void connect(MessageSocket socket) noexcept;
   void disconnect() noexcept;
   [[nodiscard]] bool connected() const noexcept { return socket_.fd() >= 0; }
@@ -26,14 +26,14 @@ class TelemetrySender {
   void write(const DriveStateSample& sample) noexcept;
   void write(const RealTimeSample& sample) noexcept;
 
-  /// Sends what is kept and has not gone yet.
+  /// Sends the kept samples that have not been sent.
   void send_kept() noexcept;
 
-  /// Samples that nobody took, since start. [-]
+  /// Samples dropped since start. [-]
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
-  /// The newest sample of a topic that holds what is true now.
+  /// The newest sample of a topic that holds the current state.
   template <class Message>
   struct Kept {
     std::optional<Message> message{};

@@ -17,18 +17,18 @@
 namespace sextant::ecu {
 
 /// The control thread: wakes on absolute deadlines, runs the control periods that are due, and stops once the
-/// drive has shut down. Its loop allocates, locks, throws, logs and blocks never.
+/// drive has shut down. Its loop never allocates, locks, throws, logs or blocks.
 class ControlThread {
  public:
   ControlThread(const RealtimeParameters& realtime, std::int32_t period_ns, DriveIo<double>& io,
                 Drive<double>& drive, SharedState& shared);
 
-  /// Starts the thread and waits until it has asked for its rights; returns what it was given. The thread
-  /// then sleeps until go(), so that it does not starve the thread that checks the rights.
+  /// Starts the thread and waits until it has requested its rights; returns those granted. The thread then
+  /// sleeps until go(), so that it does not starve the thread that checks the rights.
   [[nodiscard]] RightsReport start();
-  /// Lets the control periods begin; once.
+  /// Starts the control periods; once.
   void go() { decide(true); }
-  /// A thread that was never let go ends without a period.
+  /// Without go() the thread ends without a period.
   void join();
 
  private:
@@ -42,7 +42,7 @@ class ControlThread {
   PeriodicTask periodic_;
   ControlTask task_;
   WakeTimer timer_;
-  // Members, which outlive the thread: set_value may still be running when the value has been read.
+  // Members, because they must outlive the thread: set_value may still run when the value has been read.
   std::promise<RightsReport> rights_{};
   std::promise<bool> go_{};
   bool decided_{false};

@@ -10,14 +10,14 @@
 
 namespace sextant::ecu {
 
-/// The housekeeping thread: ten times a second it asks the kernel for the scheduling of the control thread
-/// (time without a processor, switches, page faults, stolen time), which tells a gap in that thread's
-/// execution from a long execution without one system call on it.
+/// The housekeeping thread: ten times a second it reads the kernel's scheduling statistics of the control
+/// thread (time without a processor, switches, page faults, stolen time). They distinguish a gap in that
+/// thread's execution from a long execution, without a system call on it.
 class HousekeepingThread {
  public:
   explicit HousekeepingThread(SharedState& shared) : shared_{shared} {}
 
-  /// To be called when the control thread has been set up; what the kernel counts from here on is reported.
+  /// To be called when the control thread has been set up; the statistics count from here.
   void start() {
     thread_.start([this] { run(); });
   }
@@ -33,7 +33,7 @@ class HousekeepingThread {
       std::this_thread::sleep_for(10ms);
       if (poll % polls_per_sample != 0) continue;
       const SchedulerSample sample = sampler.sample().since(begin);
-      // The last one finds the thread gone; the sample before it stands.
+      // Not valid once the control thread has ended: the sample before it stays.
       if (sample.valid) shared_.scheduler.store(sample);
     }
   }

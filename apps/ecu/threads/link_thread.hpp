@@ -16,7 +16,8 @@
 namespace sextant::ecu {
 
 /// The link thread: logs when the plant at the other end of a link appears, times out or does not acknowledge
-/// patterns, and ends the program where it is gone for good. The drive's reaction does not depend on it.
+/// patterns, and ends the program where the plant of a lockstep has ended. The drive's reaction does not
+/// depend on it.
 class LinkThread {
  public:
   LinkThread(PowerStage& power_stage, SharedState& shared) : power_stage_{power_stage}, shared_{shared} {}
@@ -30,12 +31,12 @@ class LinkThread {
   void run() {
     using namespace std::chrono_literals;
     while (!shared_.stopped.load(std::memory_order_acquire)) {
-      // Longer than a first measurement takes, so that an absence is logged once and a presence not twice.
+      // Longer than the first measurement takes, so that each change is logged once.
       std::this_thread::sleep_for(20ms);
       const std::string sentence = power_stage_.state_change();
       if (!sentence.empty()) spdlog::info("{}", sentence);
       if (!power_stage_.problem().empty()) {
-        // Main handles it as one from outside.
+        // main handles the signal like one from outside.
         kill(getpid(), SIGTERM);
         return;
       }

@@ -14,15 +14,15 @@ class NamedThread {
   /// At most 15 characters.
   explicit NamedThread(const char* name) : name_{name} {}
 
-  /// Runs `body` on a thread of its own; an exception of it ends the process.
-  void start(std::function<void()> body) {
-    thread_ = std::thread{[name = name_, run = std::move(body)] {
+  /// Runs `function` on a thread of its own; an exception of it ends the process.
+  void start(std::function<void()> function) {
+    thread_ = std::thread{[name = name_, run = std::move(function)] {
       (void)name_thread(name);
       run();
     }};
   }
 
-  /// Waits for the body to return. Safe to call twice, and without a start.
+  /// Waits until the function has returned. Safe to call twice, and without a start.
   void join() {
     if (thread_.joinable()) thread_.join();
   }

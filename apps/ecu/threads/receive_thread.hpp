@@ -16,7 +16,7 @@
 
 namespace sextant::ecu {
 
-/// The receive thread: waits for frames and gives each to its task.
+/// The receive thread: waits for frames and passes each to its task.
 class ReceiveThread {
  public:
   /// offset: of the drive's identifiers. fifo_priority: SCHED_FIFO priority of the thread where it is
@@ -39,18 +39,18 @@ class ReceiveThread {
  private:
   void run() {
     using namespace std::chrono_literals;
-    // A refusal is the control thread's as well, which reports it.
+    // The control thread reports a refusal: its own request is then refused too.
     if (fifo_priority_ > 0) (void)use_fifo_scheduling(fifo_priority_);
     CanFrame frame;
     FloodLimit flood;
     while (!shared_.stopped.load(std::memory_order_acquire)) {
-      const std::int64_t asked_ns = now_ns();
+      const std::int64_t called_ns = now_ns();
       const CanReceive result = bus_.receive(frame, 20ms);
-      // These come without waiting; what is queued behind a broken socket cannot be read anyway.
+      // `receive` returns these without waiting; the pause bounds the processor time.
       if (result == CanReceive::down || result == CanReceive::error) std::this_thread::sleep_for(5ms);
       if (result != CanReceive::got) continue;
       if (task_.on_frame(frame)) hand_over_.record(now_ns() - frame.received_ns);
-      if (flood.must_pause(asked_ns, frame.received_ns)) {
+      if (flood.must_pause(called_ns, frame.received_ns)) {
         std::this_thread::sleep_for(std::chrono::nanoseconds{FloodLimit::pause_ns});
       }
     }

@@ -17,13 +17,13 @@ namespace sextant::ecu {
 /// The telemetry thread: polls its task every millisecond.
 class TelemetryThread {
  public:
-  /// As for its task. `poll_publisher` is called from this thread.
+  /// As TelemetryTask; `poll_publisher` is called from this thread.
   TelemetryThread(
       const TelemetryTask::Parameters& parameters, TelemetrySender& sender, SharedState& shared,
       std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {})
       : shared_{shared}, task_{parameters, sender, shared, std::move(poll_publisher)} {}
 
-  /// `rights`: what the control thread was given.
+  /// `rights`: those granted to the control thread.
   void start(const RightsReport& rights = {}) {
     thread_.start([this, rights] { run(rights); });
   }

@@ -16,8 +16,7 @@
 
 namespace sextant::ecu {
 
-/// The transmit thread: polls its task when a frame is due, and warns once of trouble with the bus as a
-/// whole.
+/// The transmit thread: polls its task when a frame is due, and warns once of a problem of the whole bus.
 class TransmitThread {
  public:
   /// offset: of the drive's identifiers. `warn` is called from this thread with a sentence for people.

@@ -15,14 +15,14 @@
 
 namespace sextant::ecu {
 
-/// The watchdog thread: polls its task every 2 ms. It shares nothing with the control thread but two atomics
-/// and the gate-enable line. In hard real time it has the highest priority of the process: a thread that
-/// keeps a processor busy for ever, the control thread among them, does not keep the gates on.
+/// The watchdog thread: polls its task every 2 ms. It shares only two atomics and the gate-enable line with
+/// the control thread. In hard real time it has the highest priority of the process, so that it turns the
+/// gates off even while another thread, the control thread included, never yields the processor.
 class WatchdogThread {
  public:
   /// `inhibit_gates` is called from this thread, every 2 ms while the control thread has timed out.
-  /// `control_priority`: SCHED_FIFO priority of the control thread, 0 for none [-]; with one this thread asks
-  /// for `watchdog_priority`, and where that is refused for the control thread's.
+  /// `control_priority`: SCHED_FIFO priority of the control thread, 0 for none [-]; with one this thread
+  /// requests `watchdog_priority`, and where that is refused the control thread's.
   explicit WatchdogThread(
       SharedState& shared, std::function<void()> inhibit_gates = [] {}, int control_priority = 0)
       : shared_{shared}, control_priority_{control_priority}, task_{shared, std::move(inhibit_gates)} {}
@@ -34,17 +34,17 @@ class WatchdogThread {
 
  private:
   void run() {
-    ask_for_priority();
+    request_priority();
     while (!shared_.stopped.load(std::memory_order_acquire)) {
       task_.poll(now_ns());
       std::this_thread::sleep_for(std::chrono::nanoseconds{WatchdogTask::poll_every_ns});
     }
   }
 
-  void ask_for_priority() const {
+  void request_priority() const {
     if (control_priority_ == 0 || use_fifo_scheduling(watchdog_priority).granted) return;
-    // An rtprio limit may end between the two. Any other refusal is the control thread's as well, which
-    // reports it.
+    // An rtprio limit may lie between the two. The control thread reports any other refusal: its own request
+    // is then refused too.
     (void)use_fifo_scheduling(control_priority_);
   }
 

@@ -7,8 +7,8 @@
 
 namespace sextant::ecu {
 
-/// Gathers MCU_RealTime from the wake-ups and hands it to the transmit thread once a second, whatever the
-/// rate of RealTimeStatistics.
+/// Collects MCU_RealTime from the wake-ups and stores it for the transmit thread once a second, independently
+/// of the rate of RealTimeStatistics.
 class CanReport {
  public:
   /// The shared state is not owned and must outlive this object.
@@ -23,7 +23,7 @@ class CanReport {
     if (wake.deadline_ns >= next_ns_) hand_over(wake);
   }
 
-  /// Hands over what has come since the last time; `wake` is the newest wake-up.
+  /// Stores the report since the last call; `wake` is the newest wake-up.
   void hand_over(const WakeRecord& wake) {
     shared_.real_time.store({.periods_missed = wake.periods_missed,
                              .worst_execution_time = double(worst_execution_ns_) * 1e-9,

@@ -10,11 +10,11 @@
 
 namespace sextant::ecu {
 
-/// From the arrival of a command's frame to the first gate pattern that was decided with it. It belongs to
-/// the control thread; a period without a new command costs two comparisons and reads no clock.
+/// Measures the time from the arrival of a command's frame to the first gate pattern decided with it. Used by
+/// the control thread; a period without a new command reads no clock.
 class CommandProbe {
  public:
-  /// The command that this period uses.
+  /// The command of this period.
   void add(const TorqueCommand<double>& command) noexcept SEXTANT_NONBLOCKING {
     if (command.sequence == sequence_) return;
     sequence_ = command.sequence;
@@ -22,7 +22,7 @@ class CommandProbe {
     waiting_ = true;
   }
 
-  /// The pattern of this period has been handed to the power stage.
+  /// The pattern of this period has been written.
   void written() noexcept SEXTANT_NONBLOCKING {
     if (waiting_) longest_ns_ = std::max(longest_ns_, clock_ns() - arrival_ns_);
     waiting_ = false;

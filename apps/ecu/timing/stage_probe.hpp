@@ -13,20 +13,20 @@
 
 namespace sextant::ecu {
 
-/// The time stamps of the control thread within its execution, one at the end of each stage. It belongs to
-/// the control thread and costs one reading of the processor's counter a stage.
+/// Time stamps of the control thread within its execution, one at the end of each stage, by the processor's
+/// counter. Used by the control thread.
 class StageProbe {
  public:
   /// gap_limit_ns: two stamps further apart are a gap [ns].
   StageProbe(bool on, std::int64_t gap_limit_ns) noexcept
       : counter_{on ? 5'000'000 : 0}, on_{on}, gap_limit_ns_{gap_limit_ns} {}
 
-  /// At a wake-up: a new chain of stamps.
+  /// At a wake-up: starts a new sequence of stamps.
   void wake() noexcept SEXTANT_NONBLOCKING {
     if (on_) first_ = last_ = counter_.ticks();
   }
 
-  /// What follows is the first stage of a period.
+  /// The first stage of a period begins.
   void begin() noexcept SEXTANT_NONBLOCKING {
     if (on_) add(step_ns(), GapPlace::between);
   }
@@ -40,8 +40,8 @@ class StageProbe {
         static_cast<std::uint32_t>(std::min<std::int64_t>(ns, std::numeric_limits<std::uint32_t>::max()));
   }
 
-  /// At the end of a wake-up's execution, which took execution_ns by the clock [ns]: what the stamps do not
-  /// cover.
+  /// At the end of a wake-up's execution, which took execution_ns by the clock [ns]: adds the time that the
+  /// stamps do not cover.
   void finish(std::int64_t execution_ns) noexcept SEXTANT_NONBLOCKING {
     if (!on_) return;
     add(step_ns(), GapPlace::between);
@@ -51,20 +51,20 @@ class StageProbe {
   [[nodiscard]] bool on() const noexcept SEXTANT_NONBLOCKING { return on_; }
   /// Of the last period.
   [[nodiscard]] const StageRecord& record() const noexcept SEXTANT_NONBLOCKING { return record_; }
-  /// A time between two stamps that the control thread took itself. [ns]
+  /// A time between two stamps of the caller. [ns]
   void add(std::int64_t duration_ns, GapPlace where) noexcept SEXTANT_NONBLOCKING {
     gap_.add(duration_ns, where, gap_limit_ns_);
     longest_ns_ = std::max(longest_ns_, duration_ns);
   }
 
-  /// What can have made a wake-up late, until the control thread clears it or lets it fade.
+  /// The gaps that can have made a wake-up late, since clear_gap() and less those that fade_gap() removed.
   [[nodiscard]] const Gap& gap() const noexcept SEXTANT_NONBLOCKING { return gap_; }
   void clear_gap() noexcept SEXTANT_NONBLOCKING { gap_ = {}; }
   void fade_gap(std::int64_t latency_ns) noexcept SEXTANT_NONBLOCKING {
     gap_.fade(latency_ns, gap_limit_ns_);
   }
 
-  /// The longest since the last call, whatever came of it. [ns]
+  /// The longest time between two stamps since the last call. [ns]
   [[nodiscard]] std::int64_t take_longest_ns() noexcept SEXTANT_NONBLOCKING {
     return std::exchange(longest_ns_, 0);
   }

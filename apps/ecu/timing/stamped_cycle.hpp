@@ -12,8 +12,8 @@
 
 namespace sextant::ecu {
 
-// The ends of the cycle that every program shares, with time stamps around their calls; so the cycle itself
-// stays free of them.
+// Power stage, commands and telemetry sink of `run_cycle` with time stamps around their calls: the cycle
+// itself has none.
 
 /// A power stage with time stamps.
 class StampedIo final : public DriveIo<double> {
@@ -61,7 +61,7 @@ class StampedCommands {
   CommandProbe& command_probe_;
 };
 
-/// A sink of telemetry with time stamps; the last of a period, so it hands over the period's record.
+/// A telemetry sink with time stamps; called last in a period, it queues the period's stage record.
 template <class Sink>
 class StampedTelemetry {
  public:

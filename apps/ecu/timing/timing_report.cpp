@@ -53,7 +53,7 @@ void print_timing(std::FILE* out, const TimingStatistics& statistics) {
   fmt::print(out, "  {:<16} {:>10} {:>10} {:>10} {:>10} {:>10}\n", "[us]", "p50", "p99", "p99.9", "p99.99",
              "max");
   print_row(out, "wake-up latency", total.latency, 1);
-  print_row(out, "work per wake-up", total.execution, 1);
+  print_row(out, "execution time", total.execution, 1);
   for (std::size_t i = 0; i < stage_count; ++i) {
     print_row(out, fmt::format("  {}", to_string(static_cast<Stage>(i))).c_str(), total.stages[i], 3);
   }

@@ -23,8 +23,8 @@ void print_timing(std::FILE* out, const TimingStatistics& statistics);
 [[nodiscard]] nlohmann::json to_json(const LatencyHistogram& histogram);
 
 /// The timing of a run as a JSON file: periods, overruns by cause, and the histograms of wake-up latency,
-/// execution time, stages, command to gate, and its part until the receive thread has handed the command
-/// over. Throws std::runtime_error where the file cannot be written.
+/// execution time, stages, command to gate, and its part until the receive thread has stored the
+/// command. Throws std::runtime_error where the file cannot be written.
 void write_timing(const std::string& file, const TimingStatistics& statistics,
                   const LatencyHistogram& hand_over);
 

@@ -30,7 +30,7 @@ void TimingStatistics::add(const StageRecord& stages_ns) noexcept {
 }
 
 void TimingStatistics::add_overrun(const WakeRecord& wake) {
-  // The deadline slept for: what was missed lies between it and the one that was served.
+  // The deadline of the wait: the missed periods lie between it and the deadline served.
   const std::int64_t missed_ns = wake.latency_ns - wake.latency_ns % parameters_.wake_period_ns;
   Overrun overrun{.t_ns = wake.deadline_ns - missed_ns,
                   .latency_ns = wake.latency_ns,
@@ -42,10 +42,10 @@ void TimingStatistics::add_overrun(const WakeRecord& wake) {
     return;
   }
   pending_.push_back(overrun);
-  give_up_waiting(overrun.t_ns);
+  count_expired(overrun.t_ns);
 }
 
-void TimingStatistics::give_up_waiting(std::int64_t now_ns) {
+void TimingStatistics::count_expired(std::int64_t now_ns) {
   const auto waits_on = [&](const Overrun& overrun) { return overrun.t_ns > now_ns - longest_wait_ns; };
   auto young = std::ranges::find_if(pending_, waits_on);
   if (std::ssize(pending_) > most_waiting) young = std::max(young, pending_.end() - most_waiting);

@@ -24,9 +24,9 @@ struct TimingHistograms {
   void add(const StageRecord& stages_ns) noexcept;
 };
 
-/// What the telemetry thread makes of the control thread's time stamps: histograms of an interval and of the
-/// run, and the overruns with their causes. A gap within a stage waits for what the scheduler's statistics
-/// say of its time before it is counted.
+/// Timing of the control thread from its time stamps, kept by the telemetry thread: histograms of an interval
+/// and of the run, and the overruns with their causes. An overrun by a gap within a stage is counted once the
+/// scheduler's statistics of that time have come.
 class TimingStatistics {
  public:
   struct Parameters {
@@ -34,18 +34,19 @@ class TimingStatistics {
     std::int64_t wake_period_ns{1'000'000};  ///< of the control thread [ns]
   };
   using Causes = std::array<std::uint64_t, overrun_cause_count>;
-  /// So many of the latest wake-ups are kept for the report. [-]
+  /// Number of overruns in `worst()`. [-]
   static constexpr std::size_t worst_kept = 10;
 
   explicit TimingStatistics(const Parameters& parameters) : parameters_{parameters} {}
 
   void add(const WakeRecord& wake);
   void add(const StageRecord& stages_ns) noexcept;
-  /// What the kernel counted since start; decides the causes of the overruns that were over by then. A stop
-  /// may lie across a sample: the kernel counts the switch where it begins and the waiting where it ends. So
-  /// what no gap has spent of a sample's growth serves the next sample as well, and no other.
+  /// The kernel's counts since start; decides the causes of the overruns that ended before. A stop of the
+  /// thread may span a sample: the kernel counts the switch at its beginning and the waiting time at its end.
+  /// The part of a sample's growth that explained no gap therefore counts with the next sample too, and not
+  /// later.
   void add(const SchedulerSample& sample);
-  /// At the end: what still waits is counted by its time stamps alone.
+  /// At the end: counts the pending overruns by their time stamps alone.
   void finish();
   void reset_interval() noexcept { interval_ = {}; }
 
@@ -63,12 +64,12 @@ class TimingStatistics {
   [[nodiscard]] const std::vector<Overrun>& worst() const noexcept { return worst_; }
 
  private:
-  /// Without a sample for so long the time stamps alone decide the cause. [ns]
+  /// Longest wait for a sample; then the time stamps alone decide the cause. [ns]
   static constexpr std::int64_t longest_wait_ns = 1'000'000'000;
   static constexpr std::ptrdiff_t most_waiting = 1024;
 
   void add_overrun(const WakeRecord& wake);
-  void give_up_waiting(std::int64_t now_ns);
+  void count_expired(std::int64_t now_ns);
   void count(const Overrun& overrun);
 
   Parameters parameters_;
@@ -79,7 +80,7 @@ class TimingStatistics {
   std::uint64_t without_gap_{0};
   std::uint64_t gaps_{0};
   SchedulerSample scheduler_{};
-  SchedulerSample left_over_{};     // of what the last sample has grown by: it has explained nothing yet
+  SchedulerSample left_over_{};     // growth of the last sample that has explained no gap
   std::vector<Overrun> pending_{};  // in the order of their deadlines
   std::vector<Overrun> worst_{};
 };

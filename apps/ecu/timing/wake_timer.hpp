@@ -38,12 +38,13 @@ class WakeTimer {
   /// The grid of deadlines begins at origin_ns. [ns]
   void start(std::int64_t origin_ns) noexcept { finished_ns_ = origin_ns; }
 
-  /// A wait has ended in this wake-up: takes the time stamps of the way to it.
+  /// A wait has ended in this wake-up: evaluates the time stamps before it.
   void begin(const PeriodicTask& periodic, const WakeSchedule::Wake& wake) noexcept SEXTANT_NONBLOCKING {
     probe_.wake();
     woken_ns_ = periodic.woken_ns();
     probe_.add(periodic.began_ns() - finished_ns_, GapPlace::between);
-    // After an execution that ended before the deadline only the waiting can have made this wake-up late.
+    // After an execution that ended before the deadline only a gap in the wait can have made this wake-up
+    // late.
     const bool execution_overran = periodic.began_ns() > woken_ns_ - wake.latency_ns;
     if (!execution_overran) probe_.clear_gap();
     probe_.add(periodic.longest_gap_ns(), GapPlace::waiting);
@@ -57,11 +58,12 @@ class WakeTimer {
                .execution_overran = execution_overran,
                .gap = probe_.gap(),
                .longest_gap_ns = probe_.take_longest_ns()};
-    // A gap that has made an overrun makes no other.
+    // Each gap explains one overrun.
     probe_.fade_gap(wake.overrun() ? 0 : wake.latency_ns);
   }
 
-  /// The execution of the wake-up has ended at finished_ns [ns]: its record goes to the telemetry thread.
+  /// The execution of the wake-up has ended at finished_ns [ns]: its record is queued for the telemetry
+  /// thread.
   void end(std::int64_t finished_ns) noexcept SEXTANT_NONBLOCKING {
     finished_ns_ = finished_ns;
     record_.execution_ns = finished_ns - woken_ns_;

@@ -21,8 +21,8 @@ namespace sextant::ecu {
 
 /// The live drive in virtual time: the tasks of its threads run one after the other, on the same shared
 /// state, and no thread exists. A frame is received when it arrives; then the control periods of a wake-up
-/// run; then the watchdog is polled and status is sent. Execution takes no virtual time; wake-ups come late
-/// where `LateWakes` says so. What is left out of the live drive is threads, DDS and the machine's clock.
+/// run; then the watchdog is polled and status is sent. Execution takes no virtual time; `LateWakes` lists
+/// the late wake-ups. Threads, DDS and the machine's clock are left out.
 class VirtualEcu {
  public:
   struct Parameters {
@@ -41,7 +41,7 @@ class VirtualEcu {
   /// Adds its tasks: reception, control, watchdog, transmission.
   void join(VirtualTimeline& timeline);
 
-  /// Torque to zero, gates off, stop; as SIGTERM asks of the live drive.
+  /// Torque to zero, gates off, stop; as SIGTERM in the live drive.
   void shut_down() noexcept { shared_.shutdown.store(true, std::memory_order_release); }
   /// True once the drive has shut down and sent its last status.
   [[nodiscard]] bool stopped() const noexcept { return sent_last_; }
@@ -50,7 +50,7 @@ class VirtualEcu {
   [[nodiscard]] const Telemetry<double>& telemetry() const noexcept { return control_.telemetry().last(); }
   [[nodiscard]] const CommandReceiver& receiver() const noexcept { return receive_.receiver(); }
   [[nodiscard]] const WakeSchedule::Counters& wakes() const noexcept { return schedule_.counters(); }
-  /// Values that did not fit into their signals. [-]
+  /// Values beyond the range of their signals. [-]
   [[nodiscard]] std::uint64_t clamped() const noexcept { return transmit_.clamped(); }
 
  private:

@@ -87,7 +87,7 @@ void VirtualRun::set_up_sources() {
            options_.profile);
   }
   if (options_.log.empty() && options_.profile.empty() && !options_.duration_s) {
-    refuse("nothing says what to run: name a recording, or a --profile, or at least a --duration");
+    refuse("the run has no input and no end: name a recording, a --profile or a --duration");
   }
   timeline_.add(bus_.party());
   if (!options_.log.empty()) {
@@ -148,7 +148,7 @@ void VirtualRun::run() {
   while (!ecu_.stopped() && timeline_.step(deadline_ns)) {
   }
   wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  // Whatever became of the run: what was recorded of it is of use.
+  // The recorded part is kept even where the run failed.
   if (frames_) frames_->close();
   if (telemetry_) telemetry_->close();
   if (!ecu_.stopped()) {

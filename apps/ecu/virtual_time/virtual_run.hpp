@@ -44,7 +44,7 @@ class VirtualRun {
   /// Ends early where there is a problem. Throws std::runtime_error where a file could not be written.
   void run();
 
-  /// What happened, for people.
+  /// The report of the run, for people.
   void print_report(std::FILE* out) const;
 
   /// Throws std::runtime_error where a vehicle could not play its profile to the end.

@@ -11,13 +11,11 @@
 
 namespace sextant {
 
-// Between frames of configs/interfaces/sextant.dbc and plain structs. Scaling and layout are generated from
-// that file. `encode` gives a frame its identifier of the contract; the offset of a drive (IdentifierOffset)
-// is its sender's to add. The codec leaves the end-to-end bytes of protected frames zero: E2eProtector fills
-// them.
+// Conversion between frames of configs/interfaces/sextant.dbc and plain structs. Scaling and layout are
+// generated from that file. The codec leaves the E2E bytes of protected frames zero; E2eProtector fills them.
 
-/// A status frame. A value beyond the signal's range goes out as the range's end, NaN as the value nearest to
-/// zero, and `clamped` says so: no status frame is lost and no value wraps.
+/// A status frame. A value beyond the signal's range is sent as the range's end, NaN as the value nearest to
+/// zero; `clamped` is then true. No status frame is lost and no value wraps.
 struct EncodedFrame {
   CanFrame frame;
   bool clamped{false};
@@ -54,7 +52,7 @@ struct DecodedCommand {
   bool in_range{false};           ///< torque and limit lie within the ranges of the contract
 };
 
-/// Reads the payload of a frame that `identify_command` calls `command`.
+/// Decodes the payload of a frame whose identity is `command`.
 [[nodiscard]] DecodedCommand decode_command(const CanFrame& frame) noexcept;
 
 /// What a drive has to see of a bus: the command, in each of the disguises that `identify_command` tells

@@ -5,12 +5,12 @@
 
 namespace sextant {
 
-/// One frame as it stood on the bus, classic CAN or CAN FD.
+/// One frame of the bus, classic CAN or CAN FD.
 struct CanFrame {
   std::uint32_t id{};                   ///< 11 or 29 bits; the error class (linux/can/error.h) if `error`
   bool extended{false};                 ///< 29-bit identifier
   bool rtr{false};                      ///< remote transmission request
-  bool error{false};                    ///< not from the bus: the interface reports an error
+  bool error{false};                    ///< a report of the interface, no frame of the bus
   bool fd{false};                       ///< CAN FD
   std::uint8_t length{};                ///< valid bytes of `data`, up to 8, or up to 64 if `fd` [bytes]
   std::array<std::uint8_t, 64> data{};  ///< zero beyond `length`

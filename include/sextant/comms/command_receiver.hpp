@@ -12,14 +12,14 @@
 
 namespace sextant {
 
-/// What became of a received frame: one of these, and each is counted.
+/// The result of a received frame; each result is counted.
 enum class FrameVerdict : std::uint8_t {
-  accepted,     ///< the command was taken over
+  accepted,     ///< the command replaces the one before
   unrelated,    ///< another identifier
   error_frame,  ///< a report of the interface
-  other_drive,  ///< a status frame by which another drive is known
-  // Rejected from here on: a frame under the command's identifier, and the command before it is held.
-  not_valid_yet,  ///< a good frame, but the E2E state is not VALID
+  other_drive,  ///< a status frame of another drive
+  // Rejected, from here on: the frame has the command's identifier; the command before it is held.
+  not_valid_yet,  ///< the check of the frame passed, but the E2E state is not VALID
   wrong_length,
   remote_frame,
   extended_alias,
@@ -41,20 +41,19 @@ static_assert(frame_verdict_count == std::size_t(FrameVerdict::out_of_range) + 1
 [[nodiscard]] const char* to_string(FrameVerdict v) noexcept;
 
 /// Turns the frames of the bus into the newest command: checks identity, end-to-end protection and range of
-/// each frame, holds the last command when one is bad, and counts. It takes commands over only while the E2E
-/// state is VALID, and leaves age, rate and plausibility to the command supervision. It belongs to the
-/// receive thread, which sees every frame.
+/// each frame, and counts the results. A rejected frame leaves the command before it in place. Commands are
+/// accepted only while the E2E state is VALID. The command supervision checks age, rate and availability.
+/// The receiver belongs to the receive thread, which handles every frame.
 ///
-/// Every frame has one verdict, and the frames under the command's identifier are those accepted and those
-/// rejected. A disable is accepted whatever its torque is. Bus-off lasts until a command is accepted
-/// `bus_off_hold` or more after the last report of it: a controller that falls off the bus again and again is
-/// off all the time.
+/// Every frame has one verdict; each frame under the command's identifier is either accepted or rejected. A
+/// disable is accepted with any torque. Bus-off lasts until a command is accepted `bus_off_hold` or more
+/// after the last report, so that a controller that leaves the bus repeatedly counts as off throughout.
 class CommandReceiver {
  public:
   struct Parameters {
     IdentifierOffset identifier_offset{};  ///< of the drive's identifiers and data ids
     E2eChecker::Parameters e2e{};
-    std::int64_t bus_off_hold_ns{20'000'000};  ///< bus-off lasts at least so long, for others to see it [ns]
+    std::int64_t bus_off_hold_ns{20'000'000};  ///< shortest duration of a reported bus-off [ns]
 
     [[nodiscard]] constexpr const char* validate() const noexcept {
       if (const char* problem = identifier_offset.validate()) return problem;
@@ -66,14 +65,15 @@ class CommandReceiver {
   CommandReceiver() noexcept : CommandReceiver(Parameters{}) {}
   explicit CommandReceiver(const Parameters& parameters) noexcept;
 
-  /// Takes one frame with its arrival time. `command()` may have changed after any verdict but `unrelated`.
+  /// Evaluates one frame with its arrival time. `command()` may have changed after any verdict but
+  /// `unrelated`.
   FrameVerdict on_frame(const CanFrame& frame) noexcept;
 
   [[nodiscard]] const TorqueCommand<double>& command() const noexcept { return command_; }
 
   /// Frames with this verdict since start. [-]
   [[nodiscard]] std::uint64_t count(FrameVerdict v) const noexcept { return counts_[std::size_t(v)]; }
-  /// Frames under the command's identifier that were not accepted, for whatever cause, since start. [-]
+  /// Frames under the command's identifier that were not accepted, since start. [-]
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
 
  private:

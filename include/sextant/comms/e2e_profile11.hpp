@@ -51,7 +51,7 @@ constexpr void protect(std::uint16_t data_id, std::uint8_t counter, Data& data) 
 
 }  // namespace e2e
 
-/// What the check says of one frame.
+/// Result of the check of one frame.
 enum class E2eResult : std::uint8_t {
   ok,               ///< the next counter
   ok_some_lost,     ///< up to `max_delta_counter` ahead: frames are missing, this one may be used
@@ -59,14 +59,14 @@ enum class E2eResult : std::uint8_t {
   wrong_sequence,   ///< further ahead than `max_delta_counter`
   invalid_counter,  ///< 15
   wrong_crc,        ///< corrupted, or protected for another data id
-  wrong_data_id     ///< the CRC holds but the data id nibble is another
+  wrong_data_id     ///< the CRC is right, the data id nibble is not
 };
 
 [[nodiscard]] constexpr bool usable(E2eResult r) noexcept {
   return r == E2eResult::ok || r == E2eResult::ok_some_lost;
 }
 
-/// What a frame means to the state machine: counter errors are neither good nor bad.
+/// The result as the state machine counts it: counter errors are neutral.
 [[nodiscard]] constexpr E2eStateMachine::Status status_of(E2eResult r) noexcept {
   if (usable(r)) return E2eStateMachine::Status::ok;
   if (r == E2eResult::wrong_crc || r == E2eResult::wrong_data_id) return E2eStateMachine::Status::error;
@@ -124,7 +124,7 @@ class E2eChecker {
     const auto received = static_cast<std::uint8_t>(data[1] & 0x0FU);
     if (received >= e2e::counter_modulus) return E2eResult::invalid_counter;
     const unsigned delta = (unsigned{received} + e2e::counter_modulus - counter_) % e2e::counter_modulus;
-    counter_ = received;  // a jump is refused once and then followed
+    counter_ = received;  // after a jump the next frame is compared with this one
     if (delta == 0) return E2eResult::repeated;
     if (delta == 1) return E2eResult::ok;
     return delta <= parameters_.max_delta_counter ? E2eResult::ok_some_lost : E2eResult::wrong_sequence;
@@ -132,7 +132,7 @@ class E2eChecker {
 
   std::uint16_t data_id_;
   Parameters parameters_;
-  std::uint8_t counter_{e2e::counter_modulus - 1};  // as if the frame before the counter's first were known
+  std::uint8_t counter_{e2e::counter_modulus - 1};  // so that the first frame with counter 0 is OK
   E2eStateMachine state_machine_;
 };
 

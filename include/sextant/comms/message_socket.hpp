@@ -13,15 +13,15 @@ namespace sextant {
 enum class MessageSend : std::uint8_t {
   sent,
   full,   ///< the kernel's buffer has no room; nothing was sent
-  closed  ///< the other end is gone
+  closed  ///< the other end is closed
 };
 
-/// One end of a connection between two processes of a machine: whole messages, in order (SOCK_SEQPACKET). It
-/// never waits but in `wait`, and shares no memory: whatever becomes of the process at the other end, this
-/// one sees a closed connection.
+/// One end of a connection between two processes of a machine: whole messages, in order (SOCK_SEQPACKET).
+/// Only `wait` waits. The processes share no memory: when the other one ends in any way, the connection is
+/// closed.
 class MessageSocket {
  public:
-  /// Two ends that are connected, both closed in programs that are started. Throws std::system_error.
+  /// Two connected ends, both close-on-exec. Throws std::system_error.
   [[nodiscard]] static std::pair<MessageSocket, MessageSocket> pair();
 
   /// True where the descriptor is such an end.
@@ -49,14 +49,14 @@ class MessageSocket {
     return send(std::as_bytes(std::span{&message, 1}));
   }
 
-  /// The next message, in `buffer`; cut to its size. Nothing where none is there, an empty one where none can
-  /// come any more.
+  /// The next message, in `buffer`, cut to its size. Empty optional: no message has arrived; empty message:
+  /// the connection is closed.
   [[nodiscard]] std::optional<std::span<const std::byte>> receive(std::span<std::byte> buffer) const noexcept;
 
-  /// Waits for a message or the end, for at most `timeout`. True where `receive` has something to say.
+  /// Waits for a message or the end of the connection, for at most `timeout`; true where one has come.
   [[nodiscard]] bool wait(std::chrono::milliseconds timeout) const noexcept;
 
-  /// Says that nothing more will be sent; what was sent still arrives, and messages can still be received.
+  /// Ends the sending direction; messages sent before still arrive, and messages can still be received.
   void finish() const noexcept;
 
  private:

@@ -6,14 +6,14 @@
 
 namespace sextant {
 
-/// Notices another drive with the same identifiers: they belong to one drive of a bus, whatever its
-/// `drive_id` is, and a bus does not hand a drive's own frames back to it. What counts is a stream of
-/// MCU_TorqueStatus that is valid end to end; single frames, replayed or made up, are not enough.
+/// Detects another drive on the bus by a stream of MCU_TorqueStatus whose E2E state is VALID; single frames,
+/// replayed or forged, do not suffice. The identifiers do not depend on `drive_id`, and a bus does not return
+/// a drive's own frames.
 class OtherDrive {
  public:
   explicit OtherDrive(IdentifierOffset offset = {}) noexcept;
 
-  /// Takes a frame of the bus; true for one by which another drive is known.
+  /// Evaluates a received frame; true for a status frame of another drive.
   [[nodiscard]] bool sent(const CanFrame& frame) noexcept;
 
  private:

@@ -34,12 +34,13 @@ inline constexpr std::size_t status_message_count = 10;
 /// True for a frame with the identifier of a status message.
 [[nodiscard]] bool is_status_frame(const CanFrame& frame, IdentifierOffset offset = {}) noexcept;
 
-/// What the status frames carry beside the telemetry of the drive.
+/// Contents of the status frames beside the telemetry of the drive.
 struct StatusExtras {
   DeratingCause derating_cause{DeratingCause::none};
   RealTimeReport real_time{};
   Temperatures temperatures{};
-  bool measured{true};  ///< false: nobody measures, so that MCU_Motion and MCU_Electrical are not sent
+  bool measured{
+      true};  ///< false: the measurements are out of date; MCU_Motion and MCU_Electrical are not sent
 };
 
 /// Makes the status frames of the drive, protected and counted. It belongs to the transmit thread.
@@ -53,7 +54,7 @@ class StatusEncoder {
 
   /// The frames that are due at now_ns [ns, any fixed clock], at most one of each message: all of them at the
   /// first call, then each by its cycle time with its phase kept, and the three of the faults when one of
-  /// them changed. Cycles that passed without a call are skipped. The frames stay valid until the next call.
+  /// them changed. Cycles without a call are left out. The frames stay valid until the next call.
   [[nodiscard]] std::span<const CanFrame> due(std::int64_t now_ns, const Telemetry<double>& drive,
                                               const StatusExtras& extras) noexcept;
 

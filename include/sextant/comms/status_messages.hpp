@@ -8,18 +8,18 @@
 
 namespace sextant {
 
-// What the drive tells the vehicle, one struct a message of configs/interfaces/sextant.dbc, in SI units.
+// Status of the drive for the vehicle: one struct a message of configs/interfaces/sextant.dbc, in SI units.
 
 /// MCU_TorqueStatus.
 struct TorqueStatus {
   double torque{};                                ///< by the drive's estimator [N·m]
   double torque_reference{};                      ///< output of the command supervision [N·m]
   DriveState state{DriveState::init};             ///< state of the drive
-  bool lockout{true};                             ///< a valid disable has yet to be seen
+  bool lockout{true};                             ///< no enable is accepted before a valid disable
   std::optional<std::uint8_t> command_counter{};  ///< of the command in force; empty while none has come
 };
 
-/// MCU_Motion. The direction follows from the speed as it is sent.
+/// MCU_Motion. The direction follows from the speed as encoded.
 struct Motion {
   double omega_m{};          ///< mechanical speed [rad/s]
   double psi_s_magnitude{};  ///< estimated stator flux linkage [Wb]
@@ -58,7 +58,7 @@ struct FaultReport {
 
 /// MCU_FaultsActive.
 struct ActiveFaults {
-  FaultSet faults{};  ///< present now
+  FaultSet faults{};  ///< present
 };
 
 /// MCU_FaultsLatched.
@@ -74,14 +74,14 @@ struct RealTimeReport {
   std::uint64_t telemetry_dropped{};  ///< control periods lost to telemetry since start [-]
 };
 
-/// MCU_Temperatures. What is neither measured nor modelled stays empty and goes out as "not available".
+/// MCU_Temperatures. An empty value, neither measured nor modelled, is sent as "not available".
 struct Temperatures {
   std::optional<double> stator{};    ///< winding [°C]
   std::optional<double> rotor{};     ///< cage [°C]
   std::optional<double> inverter{};  ///< hottest switch [°C]
 };
 
-/// MCU_Identification. The version of the contract is that of the file from which the codec is made.
+/// MCU_Identification. The codec adds the version of the contract.
 struct Identification {
   std::uint8_t software_major{};
   std::uint8_t software_minor{};

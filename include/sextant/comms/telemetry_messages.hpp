@@ -16,24 +16,24 @@
 namespace sextant {
 
 /// @file
-/// What a drive and the process that publishes its telemetry say to each other through a `MessageSocket`.
-/// Both are programs of one build: the structs go as they lie in memory, and the first message says by
-/// `telemetry_messages_version` and its size that they are the same.
+/// The messages between a drive and the process that publishes its telemetry, through a `MessageSocket`. Both
+/// are programs of one build: a struct is sent as its bytes in memory. The publisher compares version and
+/// size of the first message.
 
 constexpr std::uint32_t telemetry_messages_version = 1;
 
-/// The descriptor at which the publisher finds its end of the socket. [-]
+/// File descriptor of the publisher's end of the socket. [-]
 constexpr int telemetry_process_descriptor = 3;
 
 enum class TelemetryMessageKind : std::uint32_t {
   // drive → publisher
-  start = 1,  ///< StartMessage and two texts: configuration, where it comes from
+  start = 1,  ///< StartMessage and two texts: configuration, source of the configuration
   interval,
   state,
   statistics,
   // publisher → drive
   ready,    ///< DDS has started
-  refused,  ///< DDS has not; a text, one sentence
+  refused,  ///< DDS cannot start; a text, one sentence
   counts
 };
 
@@ -43,7 +43,7 @@ struct StartMessage {
   std::uint32_t version{telemetry_messages_version};
   std::uint32_t domain_id{0};
   std::uint32_t drive_id{1};
-  std::uint32_t configuration_bytes{0};  ///< of the text that follows; the rest is the other text [-]
+  std::uint32_t configuration_bytes{0};  ///< length of the first text; the rest is the second [-]
   bool type_information{true};           ///< see DdsTelemetry::Parameters
 };
 
@@ -65,7 +65,7 @@ struct StateMessage {
     state.reason = {};
   }
 
-  /// Its reason refers to this message.
+  /// The sample; its reason refers to this message and must not outlive it.
   [[nodiscard]] DriveStateSample sample() const noexcept {
     DriveStateSample result = state;
     result.reason = std::string_view{reason.data()};
@@ -74,8 +74,8 @@ struct StateMessage {
 
   TelemetryMessageKind kind{TelemetryMessageKind::state};
   std::uint64_t sequence{};
-  DriveStateSample state{};        ///< but for its reason
-  std::array<char, 128> reason{};  ///< more than is published, so that the publisher cuts it
+  DriveStateSample state{};        ///< without the reason
+  std::array<char, 128> reason{};  ///< longer than the published 64 bytes; the publisher cuts it
 };
 
 /// A sample of RealTimeStatistics.
@@ -85,7 +85,7 @@ struct StatisticsMessage {
   RealTimeSample sample{};
 };
 
-/// `ready`, and the head of `refused`.
+/// Reply of the publisher: `ready`, or the head of `refused`.
 struct AnswerMessage {
   TelemetryMessageKind kind{TelemetryMessageKind::ready};
 };
@@ -99,7 +99,7 @@ struct CountsMessage {
   std::uint64_t incompatible_readers{};
 };
 
-/// What a message is; nothing where it is too short to tell.
+/// Kind of a message; empty for a message that is too short.
 [[nodiscard]] inline std::optional<TelemetryMessageKind> kind_of(
     std::span<const std::byte> message) noexcept {
   TelemetryMessageKind kind{TelemetryMessageKind::start};
@@ -108,7 +108,7 @@ struct CountsMessage {
   return kind;
 }
 
-/// The struct at the beginning of a message; nothing where the message is shorter.
+/// The struct at the beginning of a message; empty for a message that is shorter.
 template <class T>
 [[nodiscard]] std::optional<T> content_of(std::span<const std::byte> message) noexcept {
   static_assert(std::is_trivially_copyable_v<T>);

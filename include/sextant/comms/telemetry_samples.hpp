@@ -10,8 +10,7 @@
 
 namespace sextant {
 
-/// A sample of `DriveState` in configs/interfaces/telemetry.idl, with types of C++, but for what the writer
-/// adds (drive_id, sequence).
+/// A sample of `DriveState` in configs/interfaces/telemetry.idl. The writer adds drive_id and sequence.
 struct DriveStateSample {
   std::int64_t t_ns{};  ///< when the state was entered, on the drive's clock [ns]
   DriveState state{DriveState::init};
@@ -20,7 +19,7 @@ struct DriveStateSample {
   FaultSet faults_latched{};           ///< faults since the last reset
   std::optional<Fault> first_fault{};  ///< the first that latched; empty for none
   std::uint32_t fault_total{};         ///< latched faults since start [-]
-  std::string_view reason{};           ///< why the drive is where it is; the first 64 bytes are published
+  std::string_view reason{};           ///< reason of the state, for people; the first 64 bytes are published
 };
 
 }  // namespace sextant

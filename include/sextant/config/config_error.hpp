@@ -9,8 +9,8 @@ namespace sextant {
 
 /// One thing that is wrong with a configuration, and where.
 struct ConfigProblem {
-  std::string file{};     ///< as the reader was told, or `--set`
-  int line{0};            ///< from 1; 0 where no line is to blame
+  std::string file{};     ///< as given to the reader, or `--set`
+  int line{0};            ///< from 1; 0 where no line applies
   std::string key{};      ///< dotted path; empty for the file as a whole
   std::string message{};  ///< what was expected and what was found
 

@@ -28,7 +28,7 @@ struct LoadConfig {
 };
 
 /// A drive with its simulated plant: what the live drive and a scenario have in common. Parameters that two
-/// parts need (control period, actuation delay, machine) stand in the file once.
+/// parts need (control period, actuation delay, machine) occur in the file once.
 struct DriveConfig {
   MachineConfig machine{};           ///< as the file gives it; plant.plant.machine is made of it
   MachineConfig machine_estimate{};  ///< how the controller's idea of it differs
@@ -51,7 +51,7 @@ struct DriveConfig {
   }
 };
 
-/// Sections machine, control, drive, gate, capability, protection, plant and load.
+/// Sections machine, control, drive, command, capability, protection, plant and load.
 void describe(Section root, DriveConfig& config);
 
 /// Empty when the link is below the level at which the drive trips, else a sentence.
@@ -61,7 +61,7 @@ void describe(Section root, DriveConfig& config);
 void describe(Section section, SimulatedPowerStage::Parameters& parameters);
 void describe(Section section, LoadConfig& config);
 
-/// True when a file has said anything of it that makes it more than zero throughout.
+/// True when a file makes the quantity other than zero.
 [[nodiscard]] bool is_said(const ProfileParameters& profile);
 
 /// A quantity over time; `unit` of its values and what they may be.

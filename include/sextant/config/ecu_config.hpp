@@ -11,7 +11,7 @@
 
 namespace sextant {
 
-/// The CAN bus that commands come from and status goes to.
+/// The CAN bus of commands and status.
 struct CanConfig {
   std::string bus{"udp_multicast:239.74.163.2:43113"};  ///< backend:interface, or backend:group:port
   IdentifierOffset identifier_offset{};                 ///< of all identifiers and E2E data ids
@@ -20,19 +20,19 @@ struct CanConfig {
 /// Telemetry over DDS.
 struct DdsConfig {
   int domain{0};                   ///< DDS domain [-]
-  std::string config_uri{};        ///< file or XML for the middleware; empty: what the environment says
+  std::string config_uri{};        ///< file or XML for the middleware; empty: that of the environment
   double telemetry_rate_hz{1000};  ///< of DriveTelemetry [Hz]
   double statistics_rate_hz{1};    ///< of RealTimeStatistics [Hz]
 };
 
-/// What stands behind the drive's `DriveIo`.
+/// The power stage of the drive's `DriveIo`.
 enum class PowerStageKind : std::uint8_t {
   simulated,      ///< a plant in this process
   shared_memory,  ///< a plant in another process of this machine
   udp             ///< a plant on another machine
 };
 
-/// Everything the live drive is told by its file.
+/// Configuration of the live drive.
 struct EcuConfig {
   int drive_id{1};  ///< key of the telemetry topics [-]
   PowerStageKind power_stage{PowerStageKind::simulated};

@@ -12,7 +12,7 @@
 namespace sextant {
 
 /// Reads a TOML file. `machine = "path"` (or `machine.file`) names a machine file, relative to the file that
-/// says it; what stands in [machine] changes it. A scenario's vehicle is named in the same way. `overrides`
+/// names it; keys of [machine] change it. A scenario's vehicle is named in the same way. `overrides`
 /// are "key=value" with a dotted key and a TOML value, where bare words count as strings; they come last, and
 /// a file they name is relative to the working directory. `own`: control methods that a program brings beside
 /// Sextant's. Throws ConfigError with every problem found.
@@ -26,7 +26,7 @@ namespace sextant {
                                                   std::span<const ControlMethod> own = {});
 
 /// The configuration in force as a file that can be read back: every key with its value, unit, range, default
-/// and meaning. Optional keys that are not set stand as comments.
+/// and meaning. Optional keys that are not set are comments.
 [[nodiscard]] std::string print_config(const EcuConfig& config);
 [[nodiscard]] std::string print_config(const PlantConfig& config);
 [[nodiscard]] std::string print_config(const ScenarioConfig& config);

@@ -8,8 +8,8 @@
 
 namespace sextant {
 
-/// A machine as its data sheet gives it. What is not said is left as it is, so that the same keys make a
-/// machine of their own or change one.
+/// A machine by its data sheet. Keys that are not set keep the value before, so that the same keys describe a
+/// machine or change one.
 struct MachineConfig {
   std::optional<double> r_s_ohm{};
   std::optional<double> r_r_ohm{};
@@ -29,10 +29,10 @@ struct MachineConfig {
   [[nodiscard]] std::string validate() const;
 };
 
-/// The keys of a machine. A machine of its own is `complete`: every quantity has to be said.
+/// The keys of a machine. A machine of its own is `complete`: every quantity must be set.
 void describe(Section section, MachineConfig& config, bool complete);
 
-/// `machine` with everything changed that `config` says. Reactances without a frequency of their own hold at
+/// `machine` with the values that `config` sets. Reactances without a frequency of their own hold at
 /// `reactance_frequency_hz` [Hz].
 [[nodiscard]] InductionMachineParameters<> apply(const MachineConfig& config,
                                                  InductionMachineParameters<> machine,

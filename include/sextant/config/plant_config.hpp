@@ -10,10 +10,10 @@
 
 namespace sextant {
 
-/// How a plant process is met.
+/// Transport between drive and plant.
 enum class PlantTransport : std::uint8_t { shared_memory, udp };
 
-/// Everything a plant in a process of its own is told by its file.
+/// Configuration of a plant in a process of its own.
 struct PlantConfig {
   PlantTransport transport{PlantTransport::shared_memory};
   std::int32_t period_ns{100'000};  ///< plant period, as the drive's control period [ns]

@@ -58,7 +58,7 @@ struct PointsField {
   std::function<Pairs()> get;
   std::function<void(const Pairs&)> set;
 };
-/// The path of a CSV file, relative to the file that says it; on the command line, to the working directory.
+/// The path of a CSV file, relative to the file that names it; on the command line, to the working directory.
 struct FileField {
   std::string columns;                          ///< as a message names them
   std::function<std::string()> get;             ///< absolute path; empty where none is set
@@ -80,11 +80,11 @@ struct Field {
   std::string unit{};     ///< empty where there is none
   std::string meaning{};  ///< one line for the reader of the file
   FieldKind kind;
-  bool required{false};  ///< the file has to say it; there is no default
+  bool required{false};  ///< the file must set it; there is no default
   bool derived{false};   ///< its default follows from machine and link
 };
 
-/// Two keys that say the same thing in two ways; a file may use one of them.
+/// Two keys for one quantity; a file may use one of them.
 struct Alternative {
   std::string first{};
   std::string second{};
@@ -109,8 +109,8 @@ struct TableList {
   [[nodiscard]] std::string item(std::size_t k) const { return path + "[" + std::to_string(k) + "]"; }
 };
 
-/// Everything that a kind of configuration file may say, bound to the members of one struct tree. The
-/// description is written once; reading, printing and the tests all walk it.
+/// All keys of a kind of configuration file, bound to the members of one struct tree. Reader, printer and
+/// tests use this one description.
 struct Schema {
   std::vector<Field> fields{};
   std::vector<TableList> lists{};
@@ -142,7 +142,7 @@ class Section {
                     [&member, scale](double x) { member = x * scale; }});
   }
 
-  /// A number that need not be said.
+  /// An optional number.
   void number(const std::string& key, std::optional<double>& member, Range<double> range, const char* unit,
               const char* meaning) {
     add(key, unit, meaning,
@@ -150,8 +150,8 @@ class Section {
   }
 
   /// A number whose default follows from machine and link: `rule` gives it once everything has been read and
-  /// the derivations described before have run. Where nothing within the range follows, the file has to say
-  /// the key; `otherwise` tells why that may be.
+  /// the derivations described before have run. Where no value within the range follows, the file must
+  /// set the key; `otherwise` is the possible reason, for the message.
   void derived(const std::string& key, double& member, Range<double> range, const char* unit,
                const char* meaning, const std::function<double()>& rule,
                const std::string& otherwise = "no usable value follows from machine and link") {
@@ -269,7 +269,7 @@ class Section {
     schema_->fields.push_back({path(key), unit, meaning, std::move(kind), false});
   }
 
-  /// The key described last has to be said.
+  /// The key described last must be set.
   void required() { schema_->fields.back().required = true; }
 
   void alternative(const std::string& first, const std::string& second, bool is_required) {

@@ -11,9 +11,9 @@
 
 namespace sextant {
 
-/// What the drive wants of its controller in the coming period.
+/// Mode of the controller in the coming period.
 enum class ControlMode : std::uint8_t {
-  off,        ///< all gates off; the estimate is carried on
+  off,        ///< all gates off; the controller updates its estimate
   magnetise,  ///< build up flux without torque
   torque      ///< follow the torque reference
 };
@@ -24,14 +24,14 @@ struct ControlReference {
   T torque{};  ///< T_ref, used in mode `torque` [N·m]
 };
 
-/// What a controller knows of the machine.
+/// A controller's estimate of the machine's state.
 template <class T = double>
 struct ControlEstimate {
   SpaceVector<T> psi_s{};  ///< stator flux linkage, stationary frame [Wb]
   T psi_s_magnitude{};     ///< [Wb]
   T torque{};              ///< electromagnetic torque [N·m]
   std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 without flux, or without sectors
-  bool magnetised{false};  ///< torque may be asked for
+  bool magnetised{false};  ///< the flux is ready for torque
 };
 
 /// A quantity that a controller gives to traces beside its estimate.
@@ -54,13 +54,8 @@ class Controller {
   Controller& operator=(const Controller&) = delete;
   virtual ~Controller() = default;
 
-  /// One control period: updates the estimate from what was measured and decides the coming pattern.
-  /// Must be called in every period, also with the gates off.
-  ///
-  /// The measurement is sampled at the beginning of the period, t. The pattern that is returned begins at t,
-  /// or at t + T with an actuation delay of one period T; it fills T exactly, or has no segment with the
-  /// gates off. What was applied between the last measurement and t is in the measurement: after a missed
-  /// period it is longer than T, and differs from what was decided.
+  /// One control period: updates the estimate from the measurement and decides the coming pattern. To be
+  /// called in every period, also with the gates off.
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
                                          ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING = 0;
 

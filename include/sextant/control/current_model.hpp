@@ -9,10 +9,9 @@ namespace sextant {
 
 /// Current model of the rotor flux in the stationary frame,
 ///   dψ_r/dt = −ψ_r/τ_r + j p ω_m ψ_r + (L_m/τ_r) i_s,   ψ_s = k_r ψ_r + σL_s i_s.
-/// It needs the speed but no voltage: it carries the flux while the gates are off, when diodes and EMF rather
-/// than the gate pattern decide the voltage. An error of the flux dies with τ_r, over steps of any length,
-/// because a step is the exact solution.
-/// Source: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998, section 4.1.
+/// It needs the speed but no voltage: with gates off diodes and EMF, not the gate pattern, decide the
+/// voltage. An error of the flux decays with τ_r, over steps of any length, because a step is the exact
+/// solution. Source: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998, section 4.1.
 template <class T = double>
 class CurrentModel {
  public:
@@ -36,7 +35,7 @@ class CurrentModel {
     const T turn = lambda.beta * dt;
     const T half = std::sin(T(0.5) * turn);
     const T shrinks = std::expm1(lambda.alpha * dt);
-    // e^{λ dt} − 1 without the difference of nearly equal numbers, which would cost float its digits.
+    // e^{λ dt} − 1 without a difference of nearly equal numbers, which would lose precision in float.
     const SpaceVector<T> gain{shrinks * std::cos(turn) - T(2) * half * half,
                               (shrinks + T(1)) * std::sin(turn)};
     const T scale = T(1) / dot(lambda, lambda);

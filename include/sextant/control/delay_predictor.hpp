@@ -13,8 +13,8 @@ struct FluxAndCurrent {
   SpaceVector<T> i_s{};    ///< [A]
 };
 
-/// Where ψ_s and i_s will be when the pattern in flight has been applied, by the machine model and one Euler
-/// step per segment. A controller whose decision acts one period late decides on this instead of the present.
+/// Predicts ψ_s and i_s at the end of the pattern in flight, by the machine model and one Euler step per
+/// segment. A controller whose pattern is applied one period late decides on the prediction.
 /// Source: P. Cortés et al., "Delay compensation in model predictive current control of a three-phase
 /// inverter", IEEE Trans. Ind. Electron. 59 (2012) 1323–1325.
 template <class T>

@@ -23,10 +23,10 @@ class DirectTorqueController final : public Controller<T> {
   static constexpr const char* meaning = "direct torque control by a switching table";
 
   struct Parameters {
-    InductionMachineParameters<T> machine{};  ///< the machine as the controller believes it to be
+    InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
     std::int32_t period_ns{25'000};           ///< control period [ns]
     T flux_reference{T(1.1)};                 ///< ψ_ref [Wb]
-    int actuation_delay_periods{0};           ///< 1 when a decision acts one period late [-]
+    int actuation_delay_periods{0};           ///< 1 when a pattern is applied one period late [-]
     typename TorqueComparator<T>::Parameters torque_comparator{};
     typename FluxComparator<T>::Parameters flux_comparator{};
     typename SectorSelector<T>::Parameters sector{};
@@ -46,7 +46,7 @@ class DirectTorqueController final : public Controller<T> {
       if (const char* problem = flux_comparator.validate()) return problem;
       if (const char* problem = sector.validate()) return problem;
       if (const char* problem = magnetiser.validate()) return problem;
-      // Ripple included, the current has to reach ψ_ref / L_s, or magnetising would never end.
+      // Magnetising ends only if the current, ripple included, reaches ψ_ref / L_s.
       if (!(T(0.9) * magnetiser.current_limit * machine.l_s() > flux_reference)) {
         return "the magnetising current limit is too low for the flux reference";
       }
@@ -110,7 +110,7 @@ class DirectTorqueController final : public Controller<T> {
     return gates_off;
   }
 
-  /// The paper's Figures 2, 5 and 6 in a row.
+  /// The paper's Figures 2, 5 and 6: estimate, comparators and sector, switching table.
   [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement, T torque_reference) noexcept {
     if (parameters_.actuation_delay_periods == 0) {
       return decide(estimate_.psi_s, estimate_.psi_s_magnitude, estimate_.torque, torque_reference);

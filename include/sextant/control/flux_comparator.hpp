@@ -25,7 +25,7 @@ class FluxComparator {
     thresholds_[1].below = -parameters.band;
   }
 
-  /// Takes the flux error [Wb]; true: raise the flux, false: lower it.
+  /// Updates the output by the flux error [Wb]; true: raise the flux, false: lower it.
   constexpr bool step(T error) noexcept {
     settle(*this, error);
     return raise_;

@@ -18,8 +18,8 @@ template <class T>
 }
 
 /// Torque and flux estimator (paper, 2.2.1): the voltage model while the gates are driven. While they are
-/// off the current model carries the flux on, so that a drive can be enabled again on a spinning machine
-/// that still has rotor flux, also after a gap of many periods. Each takes over from where the other ended.
+/// off the current model continues the flux, so that a drive can be enabled again on a spinning machine that
+/// still has rotor flux, also after a gap of many periods. Each model starts from the other's result.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
@@ -29,7 +29,7 @@ class FluxTorqueEstimator {
         sigma_l_s_{machine.sigma_l_s()},
         torque_gain_{T(1.5) * T(machine.pole_pairs)} {}
 
-  /// Takes the measurement at the end of a period and the pattern that was applied over it.
+  /// Updates the estimate by the measurement at the end of a period and its applied pattern.
   void step(const Measurement<T>& measurement) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
@@ -51,7 +51,7 @@ class FluxTorqueEstimator {
   [[nodiscard]] constexpr const VoltageModel<T>& voltage_model() const noexcept { return voltage_model_; }
   [[nodiscard]] constexpr const CurrentModel<T>& current_model() const noexcept { return current_model_; }
 
-  /// Forgets the flux, as after power-up.
+  /// Sets the flux to zero, as after power-up.
   constexpr void reset() noexcept {
     voltage_model_.set({});
     current_model_.set({});
@@ -66,22 +66,22 @@ class FluxTorqueEstimator {
     coasting_ = true;
     const T dt = T(measurement.applied.duration_ns()) * T(1e-9);
     const T omega_m = T(0.5) * (omega_m_ + measurement.omega_m);
-    const T dying =
+    const T decay =
         std::min(dt, driven_time(measurement.applied) + decay_time(measurement.u_dc, i_s_before, dt));
-    if (dying > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, dying);
-    if (dying < dt) current_model_.step(i_s_, omega_m, dt - dying);
+    if (decay > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, decay);
+    if (decay < dt) current_model_.step(i_s_, omega_m, dt - decay);
     voltage_model_.set(current_model_.psi_s(i_s_));
   }
 
-  /// How much of dt the current of the last measurement lives on once the gates are off: the diodes put
-  /// about 2/3 u_dc against it. What is measured after a longer gap flows by then. All of dt where there is
-  /// no link voltage, whatever the current. [s]
+  /// Decay time of the current of the last measurement after the gates turned off, at most dt: the diodes
+  /// apply about 2/3 u_dc against it. After that time the measured current flows. dt without link voltage.
+  /// [s]
   [[nodiscard]] T decay_time(T u_dc, SpaceVector<T> i_s_before, T dt) const noexcept {
     const T volt_seconds = T(1.5) * sigma_l_s_ * magnitude(i_s_before);
     return volt_seconds < u_dc * dt ? volt_seconds / u_dc : dt;
   }
 
-  /// Time until the first leg opens. [s]
+  /// Time until the first leg is off. [s]
   [[nodiscard]] static constexpr T driven_time(const GatePattern& applied) noexcept {
     std::int64_t t_ns = 0;
     for (const GateSegment& segment : applied.segments()) {

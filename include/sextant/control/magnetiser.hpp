@@ -9,13 +9,13 @@ namespace sextant {
 
 /// Builds up flux at standstill with direct current along phase a: V1 until the current reaches its limit,
 /// a zero vector until it has fallen by a tenth of it. Done when the flux has reached its reference and the
-/// current has died down to the hand-over level, so that torque control does not start with a surge.
+/// current has fallen to the hand-over level, so that torque control starts without a surge.
 template <class T = double>
 class Magnetiser {
  public:
   struct Parameters {
     T current_limit{T(40)};      ///< peak of the magnetising current [A]
-    T hand_over_current{T(30)};  ///< largest |i_s| at which torque control may take over [A]
+    T hand_over_current{T(30)};  ///< largest |i_s| at which torque control may start [A]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (!(std::isfinite(current_limit) && current_limit > T(0))) {
@@ -30,7 +30,7 @@ class Magnetiser {
 
   constexpr explicit Magnetiser(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// Takes |ψ_s| and its reference [Wb] and |i_s| [A]; returns the coming switching state.
+  /// One period with |ψ_s| and its reference [Wb] and |i_s| [A]; returns the coming switching state.
   constexpr SwitchState step(T psi_s, T psi_ref, T current) noexcept {
     if (current >= parameters_.current_limit) driving_ = false;
     if (current <= T(0.9) * parameters_.current_limit) driving_ = true;

@@ -35,7 +35,7 @@ class SectorSelector {
     edges_[6] = edges_[0];
   }
 
-  /// Takes the stator flux [Wb], returns its sector.
+  /// Updates the sector by the stator flux [Wb]; returns it.
   constexpr std::uint8_t step(SpaceVector<T> psi_s) noexcept {
     constexpr int most_crossings = 3;  // to the opposite sector
     for (int n = 0; n < most_crossings; ++n) {

@@ -8,8 +8,8 @@
 
 namespace sextant {
 
-/// An entry of the switching table: an active vector 1…6, or `zero_vector` for whichever of V0 and V7 is
-/// nearer to the present state.
+/// An entry of the switching table: an active vector 1…6, or `zero_vector` for the one of V0 and V7 with
+/// fewer commutations from the present state.
 inline constexpr VectorNumber zero_vector = 0;
 
 /// Optimum voltage vector selection by sector, flux demand and torque demand.
@@ -27,8 +27,8 @@ inline constexpr std::array<std::array<std::array<VectorNumber, 3>, 2>, 6> optim
     {{{4, zero_vector, 2}, {5, zero_vector, 1}}},  // sector 6
 }};
 
-/// The same by sector 1…6, with the states of the vectors, gates off standing for a zero vector: one lookup
-/// less. Row 0 and the fourth column are there for the address alone, which then takes shifts.
+/// The table by sector 1…6 with switching states in place of vectors; `gates_off` stands for a zero vector.
+/// Row 0 and the fourth column are unused.
 inline constexpr auto optimum_states = [] {
   std::array<std::array<std::array<SwitchState, 4>, 2>, 7> states{};
   for (std::size_t sector = 0; sector < 6; ++sector) {
@@ -42,7 +42,7 @@ inline constexpr auto optimum_states = [] {
   return states;
 }();
 
-/// `nearest_zero_state` of every state, by its code: counting commutations each time costs 20 instructions.
+/// `nearest_zero_state` of every state, by its code.
 inline constexpr std::array<SwitchState, SwitchState::code_count> nearest_zero_states = [] {
   std::array<SwitchState, SwitchState::code_count> nearest{};
   constexpr std::array legs{LegState::low, LegState::high, LegState::off};
@@ -59,12 +59,12 @@ inline constexpr std::array<SwitchState, SwitchState::code_count> nearest_zero_s
   return nearest;
 }();
 
-/// The zero vector that costs the fewest commutations from `present`; V0 where both cost the same.
+/// The zero vector with the fewest commutations from `present`; V0 where both have the same number.
 [[nodiscard]] constexpr SwitchState nearest_zero_state(SwitchState present) noexcept {
   return nearest_zero_states[present.code()];
 }
 
-/// Looks up the coming switching state.
+/// Selects the coming switching state from the table.
 /// sector 1…6; raise_flux from the flux comparator; torque_demand −1, 0, +1 from the torque comparator;
 /// present: the state in force, from which the zero vector is chosen.
 [[nodiscard]] constexpr SwitchState select_state(std::uint8_t sector, bool raise_flux, int torque_demand,

@@ -5,7 +5,7 @@
 namespace sextant {
 
 /// The values of the compared error at which a comparator leaves its present state, in the error's units.
-/// Equality is no crossing: the output holds on the edge. Infinite where there is nothing to cross.
+/// At equality the output holds. Infinite: no threshold.
 template <class T = double>
 struct Thresholds {
   T above{std::numeric_limits<T>::infinity()};   ///< crossed when the error exceeds it: crossing 0
@@ -18,8 +18,8 @@ struct Thresholds {
   }
 };
 
-/// Sampled operation of a comparator: applies `on_crossing` until no threshold is crossed any more.
-/// A three-level comparator that is overrun by the whole band within one sample crosses two of them.
+/// Sampled operation of a comparator: applies `on_crossing` until no threshold is crossed. An error that
+/// jumps over the whole band within one sample crosses two thresholds of a three-level comparator.
 template <class Comparator, class T>
 constexpr void settle(Comparator& comparator, T error) noexcept {
   for (int passes = 0; passes < 2; ++passes) {

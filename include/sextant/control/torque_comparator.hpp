@@ -9,7 +9,7 @@
 
 namespace sextant {
 
-/// How the paper's equations 2 to 4 are read.
+/// Interpretation of the paper's equations 2 to 4.
 enum class ComparatorReading : std::uint8_t {
   relay,      ///< two relays with memory: on beyond the band, off at zero error; the ripple is one band
   memoryless  ///< the equations to the letter: on exactly while the error is beyond the band
@@ -17,8 +17,8 @@ enum class ComparatorReading : std::uint8_t {
 
 /// Three-level torque comparator made of two relays (paper, 2.2.2, eq. 1–4).
 ///   error = T_ref − T_est;  output +1: raise torque, −1: lower torque, 0: hold.
-/// Upper relay: on when error > upper_band; lower relay: on when error < −lower_band. On the band's edge
-/// itself, which the equations leave open, the output holds.
+/// Upper relay: on when error > upper_band; lower relay: on when error < −lower_band. On the band's edge,
+/// for which the equations define no output, the output holds.
 template <class T = double>
 class TorqueComparator {
  public:
@@ -43,7 +43,7 @@ class TorqueComparator {
     thresholds_[2].below = relay ? T(0) : p.upper_band;
   }
 
-  /// Takes the torque error [N·m], returns the output: +1, 0 or −1.
+  /// Updates the output by the torque error [N·m]; returns it: +1, 0 or −1.
   constexpr int step(T error) noexcept {
     settle(*this, error);
     return output();
@@ -54,7 +54,7 @@ class TorqueComparator {
   /// Torque errors [N·m] at which the present output changes.
   [[nodiscard]] constexpr Thresholds<T> thresholds() const noexcept { return thresholds_[level_]; }
 
-  /// Switches as crossing `i` of `thresholds()` demands.
+  /// Changes the output after threshold `i` of `thresholds()` was crossed.
   constexpr void on_crossing(int i) noexcept {
     if (level_ != hold) {
       level_ = hold;

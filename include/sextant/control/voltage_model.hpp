@@ -7,8 +7,8 @@
 namespace sextant {
 
 /// Voltage model of the stator flux, ψ_s = ∫ (u_s − R_s i_s) dt (paper, 2.2.1 and Figure 2).
-/// Sampled: the voltage is exact, from the pattern that was applied; the current is taken by the trapezoidal
-/// rule. An open integrator: it forgets neither its initial value nor an error of R_s.
+/// Sampled: the voltage is exact, from the applied pattern; the current enters by the trapezoidal rule. An
+/// open integrator: errors of its initial value and of R_s do not decay.
 template <class T = double>
 class VoltageModel {
  public:
@@ -19,8 +19,8 @@ class VoltageModel {
     return u_s - r_s_ * i_s;
   }
 
-  /// Advances ψ_s over the period in which `applied` was in force, at whose end i_s [A] and u_dc [V] were
-  /// measured and at whose beginning the current was i_s_before [A]. Every leg must have been driven.
+  /// Advances ψ_s over the applied pattern; i_s [A] and u_dc [V] are measured at its end, i_s_before [A] at
+  /// its beginning. Every leg must have been driven.
   constexpr void step(const GatePattern& applied, T u_dc, SpaceVector<T> i_s_before,
                       SpaceVector<T> i_s) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_s_before + i_s);

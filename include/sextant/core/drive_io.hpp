@@ -19,12 +19,11 @@ class DriveIo {
   virtual ~DriveIo() = default;
 
   /// The measurement at t_ns, the beginning of a control period. A simulated plant is advanced to t_ns
-  /// first; for periods that were skipped it does what its gate driver would. Errors are reported by
-  /// `Measurement::plausible`.
+  /// first; over missed periods it behaves as its gate driver. `Measurement::plausible` reports errors.
   [[nodiscard]] virtual Measurement<T> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING = 0;
 
-  /// Hands over the pattern of the period that begins at the last read, or of the one after it where the
-  /// power stage has an actuation delay of one period.
+  /// Writes the pattern of the period that begins at the last read; with an actuation delay of one period,
+  /// that of the period after it.
   virtual void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING = 0;
 };
 

@@ -5,13 +5,13 @@
 
 namespace sextant {
 
-/// Everything that is asked of the drive in one period: the vehicle's command and what the process around
-/// the drive has to say.
+/// The inputs of one period beside the measurement: the vehicle's command, shutdown, and the faults that the
+/// process detects.
 template <class T = double>
 struct DriveRequest {
   TorqueCommand<T> command{};
   bool shutdown{false};  ///< ramp to zero, then gates off for good
-  FaultSet external{};   ///< faults that only the surroundings can see: overrun, watchdog, transmit_lost
+  FaultSet external{};   ///< faults detected outside the drive: watchdog, second_master
 };
 
 }  // namespace sextant

@@ -7,13 +7,13 @@ namespace sextant {
 /// States of the drive, as MCU_TorqueStatus reports them.
 enum class DriveState : std::uint8_t {
   init = 0,         ///< before the first period
-  standby = 1,      ///< locked out until a valid disable has been seen
+  standby = 1,      ///< locked out until a valid disable
   ready = 2,        ///< gates off, an enable is accepted
   magnetising = 3,  ///< building up flux before torque
   torque = 4,       ///< producing the requested torque
   derated = 5,      ///< producing less torque than requested
   fault = 6,        ///< gates off, latched
-  shutdown = 7      ///< gates off, leaving
+  shutdown = 7      ///< gates off, the process ends
 };
 
 [[nodiscard]] constexpr const char* to_string(DriveState s) noexcept {

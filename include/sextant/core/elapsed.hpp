@@ -6,8 +6,8 @@
 
 namespace sextant {
 
-/// Time from `since_ns` to `t_ns`, whatever the two are: zero where `t_ns` does not come after, as on a clock
-/// that was set back, and the largest number where the difference is beyond it. [ns]
+/// Time from `since_ns` to `t_ns`, saturated: zero where `t_ns` is not later, as on a clock that was set
+/// back, and the largest number where the difference exceeds it. [ns]
 [[nodiscard]] constexpr std::int64_t elapsed(std::int64_t since_ns, std::int64_t t_ns) noexcept {
   if (t_ns <= since_ns) return 0;
   constexpr std::uint64_t largest = std::numeric_limits<std::int64_t>::max();

@@ -16,14 +16,9 @@ struct GateSegment {
   friend constexpr bool operator==(GateSegment, GateSegment) noexcept = default;
 };
 
-/// What the inverter does over one control period: up to eight constant switching states in sequence
-/// (direct torque control needs one, a symmetric space-vector pattern seven, a late renewal one more).
-/// What a controller decides fills the control period exactly; what was applied fills the time between two
-/// measurements. An empty pattern means gates off. Durations are not negative.
-///
-/// The segments follow each other without a gap from the beginning of the period, which is the instant of the
-/// measurement. A segment without duration switches nothing: `append` leaves it out, so that power stage,
-/// metrics and estimator see the pattern without it.
+/// Up to eight constant switching states in sequence: direct torque control needs one, a symmetric
+/// space-vector pattern seven, a late pattern one more. A controller's pattern fills the control period; an
+/// applied pattern fills the time between two measurements. An empty pattern means gates off.
 class GatePattern {
  public:
   static constexpr std::size_t capacity = 8;

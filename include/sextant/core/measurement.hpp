@@ -8,8 +8,7 @@
 
 namespace sextant {
 
-/// What the drive knows of the power stage at the beginning of a control period. It carries no time: that is
-/// the drive's own, an argument of its step.
+/// State of the power stage at the beginning of a control period. The time is an argument of `Drive::step`.
 template <class T = double>
 struct Measurement {
   ThreePhase<T> i_abc{};  ///< phase currents, positive into the machine [A]

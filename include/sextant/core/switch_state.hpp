@@ -5,11 +5,11 @@
 
 namespace sextant {
 
-/// What the two devices of an inverter leg are told to do. `off` opens both; the freewheeling diodes then
+/// State of an inverter leg: lower device on, upper device on, or both off; then the freewheeling diodes
 /// conduct until the phase current is zero.
 enum class LegState : std::uint8_t { low, high, off };
 
-/// The states of the three inverter legs, in one byte: it is copied several times in each control period.
+/// The states of the three inverter legs, in one byte.
 class SwitchState {
  public:
   /// All legs off.
@@ -33,7 +33,7 @@ class SwitchState {
   friend constexpr bool operator==(SwitchState, SwitchState) noexcept = default;
 
  private:
-  // A leg's upper switch in bit 0, its being driven in bit 3; so that no bits mean gates off.
+  // Bit 0: the leg's upper switch; bit 3: the leg is driven. Zero is gates off.
   static constexpr unsigned bits(LegState s) noexcept {
     return s == LegState::off ? 0U : s == LegState::high ? 9U : 8U;
   }
@@ -68,7 +68,7 @@ inline constexpr std::array<SwitchState, 8> switch_states{{
     {LegState::high, LegState::high, LegState::high},  // V7
 }};
 
-/// Number of legs whose state differs between x and y: the commutations of going from one to the other.
+/// Number of legs whose state differs between x and y.
 [[nodiscard]] constexpr int commutations(SwitchState x, SwitchState y) noexcept {
   const unsigned differ = (x.upper_switches() ^ y.upper_switches()) | (x.legs_off() ^ y.legs_off());
   return int((differ & 1U) + (differ >> 1U & 1U) + (differ >> 2U));

@@ -9,7 +9,7 @@
 
 namespace sextant {
 
-/// What the drive knows at the end of one control period. Trivially copyable: it crosses threads by value.
+/// The drive's record of one control period. Trivially copyable: threads share it by value.
 template <class T = double>
 struct Telemetry {
   std::int64_t t_ns{};      ///< beginning of the control period, on the drive's clock [ns]
@@ -20,22 +20,22 @@ struct Telemetry {
   SpaceVector<T> psi_s{};   ///< estimated stator flux linkage, stationary frame [Wb]
   T psi_s_magnitude{};      ///< its magnitude [Wb]
   T torque{};               ///< estimated torque [N·m]
-  T torque_requested{};     ///< the request as received [N·m]
+  T torque_requested{};     ///< requested torque, as received [N·m]
   T torque_reference{};     ///< output of the command supervision [N·m]
-  T torque_motoring{};      ///< torque available now for motoring, magnitude [N·m]
-  T torque_regenerating{};  ///< the same for regenerating [N·m]
+  T torque_motoring{};      ///< available torque for motoring, magnitude [N·m]
+  T torque_regenerating{};  ///< available torque for regenerating, magnitude [N·m]
   FaultSet active{};        ///< faults present in this period
   FaultSet latched{};       ///< faults since the last reset
   std::uint32_t fault_total{};         ///< latched faults since start
   Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
-  SwitchState switch_state{};          ///< state commanded at the end of the coming period
+  SwitchState switch_state{};          ///< last switching state of the coming period
   std::int64_t command_received_ns{};  ///< receive time of the command in force [ns]
   std::uint64_t command_sequence{};    ///< accepted frames so far; 0 while none has come
   std::uint32_t command_rejected{};    ///< frames dropped so far
   std::uint8_t command_counter{};      ///< E2E counter of the command in force
   std::uint8_t sector{};               ///< sector of the stator flux, 1…6; 0 without flux
   DriveState state{DriveState::init};
-  bool lockout{true};  ///< a valid disable has yet to be seen
+  bool lockout{true};  ///< no enable is accepted before a valid disable
 };
 
 }  // namespace sextant

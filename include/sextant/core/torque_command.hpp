@@ -7,19 +7,18 @@ namespace sextant {
 /// State of the end-to-end check of received commands (AUTOSAR E2E, check state machine).
 enum class E2eState : std::uint8_t { no_data, init, valid, invalid };
 
-/// What came from the vehicle control unit: the newest accepted command and how reception is doing.
-/// The receive thread writes it, the control thread reads it; the control thread sees the newest one only, so
-/// that a command may be overwritten before it is seen. The counts of disables and resets tell of those that
-/// were: the command supervision compares them for change, and they may wrap. A source of which every command
-/// is seen may leave both at zero.
+/// The newest accepted command of the vehicle control unit, and the state of its reception. The receive
+/// thread writes it; the control thread reads the newest one, so that a command may be overwritten unread.
+/// The counts of disables and resets keep those: the command supervision compares them for change, and they
+/// may wrap. A source whose every command is read may leave both at zero.
 ///
-/// A frame with Enable = 0 is a disable whatever its torque and its limit are: "not available" and numbers
-/// out of range are accepted there, and stand here as zero.
+/// A frame with Enable = 0 is a disable with any torque and limit: "not available" and numbers out of range
+/// are accepted in it, and are zero here.
 template <class T = double>
 struct TorqueCommand {
   T torque{};                  ///< requested torque, signed [N·m]
   T torque_limit{};            ///< magnitude that the requester allows [N·m]
-  bool enable{false};          ///< torque production wanted
+  bool enable{false};          ///< torque production requested
   bool fault_reset{false};     ///< latched faults may be cleared
   std::int64_t received_ns{};  ///< when the frame arrived, on the drive's clock [ns]
   std::uint64_t sequence{};    ///< counts accepted frames; 0 while none has come

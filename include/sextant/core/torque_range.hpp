@@ -2,7 +2,7 @@
 
 namespace sextant {
 
-/// The torques that may be asked for.
+/// Range of the available torque.
 template <class T = double>
 struct TorqueRange {
   T lowest{};   ///< signed, not above zero [N·m]

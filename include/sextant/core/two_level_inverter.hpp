@@ -35,9 +35,9 @@ template <class T>
   return leg(s.a(), i.a) + leg(s.b(), i.b) + leg(s.c(), i.c);
 }
 
-/// Mean of the DC-link current over a pattern that was applied, with the phase currents' means over the
-/// segments in which every leg was driven and over the others; zero for an empty pattern. The segments of a
-/// pattern of no duration, that of a period in which no measurement came, count alike. [A]
+/// Mean of the DC-link current over an applied pattern, from the mean phase currents over the segments in
+/// which every leg was driven and over the others; zero for an empty pattern. In a pattern without duration,
+/// that of a period without a new measurement, all segments weigh the same. [A]
 template <class T>
 [[nodiscard]] constexpr T dc_link_current(const GatePattern& applied, ThreePhase<T> i_driven,
                                           ThreePhase<T> i_off) noexcept {

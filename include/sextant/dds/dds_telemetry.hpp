@@ -13,7 +13,7 @@ namespace sextant {
 enum class DdsWrite : std::uint8_t {
   ok,
   refused,  ///< a value is NaN or infinite; nothing was published, readers see a gap in `sequence`
-  failed    ///< DDS did not take the sample
+  failed    ///< DDS reported an error
 };
 
 /// Since start. [-]
@@ -30,14 +30,14 @@ class DdsTelemetry {
   struct Parameters {
     std::uint32_t domain_id{0};  ///< DDS domain, 0 to 230 [-]
     std::uint32_t drive_id{1};   ///< key of every sample [-]
-    /// Cyclone DDS configuration: XML, or a URI such as file:///etc/sextant/cyclonedds.xml. Empty: what the
-    /// environment says (CYCLONEDDS_URI).
+    /// Cyclone DDS configuration: XML, or a URI such as file:///etc/sextant/cyclonedds.xml. Empty: that of
+    /// the environment (CYCLONEDDS_URI).
     std::string configuration{};
-    /// Where that comes from, for people: named when DDS cannot start.
+    /// Source of the configuration, for the message when DDS cannot start.
     std::string configuration_source{};
-    /// Readers can ask for the types, and those of another type get nothing. Without, a reader must know its
-    /// type and names it alone; no declaration of a reader is then looked at, which keeps Cyclone DDS 0.10.2
-    /// alive where one holds an int8 or uint8 (docs/architecture.md, telemetry).
+    /// Announces the types: readers can fetch them, and a reader with another type is not matched. Without,
+    /// readers are matched by the name of the type; Cyclone DDS 0.10.2 then fetches no reader's type, which
+    /// would crash it where that holds an int8 or uint8 (docs/architecture.md, telemetry).
     bool type_information{true};
 
     [[nodiscard]] const char* validate() const noexcept {
@@ -48,16 +48,16 @@ class DdsTelemetry {
   /// Opens the topics. Throws std::runtime_error with one sentence where DDS cannot start.
   explicit DdsTelemetry(const Parameters& parameters);
 
-  /// One more drive of the same process, with the domain and the participant of `first`, which may end
-  /// sooner. Not at once with another constructor or destructor. Throws std::runtime_error with one sentence
-  /// where DDS cannot start or the process already publishes a drive of this id.
+  /// A further drive of the same process, with the domain and the participant of `first`, which may end
+  /// before it. Not concurrently with another constructor or destructor. Throws std::runtime_error with one
+  /// sentence where DDS cannot start or the process already publishes a drive of this id.
   DdsTelemetry(const DdsTelemetry& first, std::uint32_t drive_id);
   DdsTelemetry(const DdsTelemetry&) = delete;
   DdsTelemetry& operator=(const DdsTelemetry&) = delete;
   ~DdsTelemetry();
 
-  /// Publishes an interval, without allocating. `dropped` are the control periods lost on the way here since
-  /// start. `sequence` numbers the sample of its topic; without it the writer counts on.
+  /// Publishes an interval, without allocating. `dropped`: control periods lost before this call since
+  /// start. `sequence`: number of the sample in its topic; without it the writer counts.
   DdsWrite write(const TelemetryIntervalRecord<double>& record, std::uint64_t dropped,
                  std::optional<std::uint64_t> sequence = {}) noexcept;
   DdsWrite write(const DriveStateSample& sample, std::optional<std::uint64_t> sequence = {}) noexcept;
@@ -68,8 +68,8 @@ class DdsTelemetry {
   /// Readers of DriveTelemetry that are matched now. [-]
   [[nodiscard]] std::uint32_t readers() const noexcept;
 
-  /// Readers of any topic that asked for a quality of service that is not offered, since start. Such a reader
-  /// gets nothing and is told nothing. [-]
+  /// Readers of any topic that requested a quality of service that is not offered, since start. Such a reader
+  /// gets no samples and no error. [-]
   [[nodiscard]] std::uint32_t incompatible_readers() const noexcept;
 
  private:

@@ -20,7 +20,7 @@
 
 namespace sextant {
 
-/// What a drive answers to one control period.
+/// Output of one control period.
 template <class T = double>
 struct DriveOutput {
   GatePattern pattern{};
@@ -33,8 +33,8 @@ class Drive {
  public:
   struct Parameters {
     std::int32_t period_ns{25'000};  ///< control period [ns]
-    bool magnetise_first{false};     ///< wait in MAGNETISING until the flux stands, before torque [-]
-    T magnetise_below_speed{T(5)};   ///< above it, torque starts without magnetising first [rad/s]
+    bool magnetise_first{false};     ///< build up the flux in MAGNETISING before torque [-]
+    T magnetise_below_speed{T(5)};   ///< largest speed at which MAGNETISING precedes torque [rad/s]
     std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
     typename CommandSupervision<T>::Parameters command{};
     typename Protection<T>::Parameters protection{};
@@ -60,12 +60,12 @@ class Drive {
         protection_{parameters.protection},
         capability_{parameters.capability} {}
 
-  /// The control period that begins at t_ns, on the clock that also stamps the commands [ns]. Where that
-  /// clock steps back, ages begin anew; where it steps forward, they are as old as it says. Never allocates,
-  /// locks, throws, logs or blocks.
+  /// The control period that begins at t_ns, on the clock of the commands' time stamps [ns]. Where that clock
+  /// steps back, ages start from zero; where it steps forward, ages grow by the step. Never allocates, locks,
+  /// throws, logs or blocks.
   [[nodiscard]] DriveOutput<T> step(std::int64_t t_ns, const Measurement<T>& measurement,
                                     const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
-    // A period, or more where late ones were skipped: ramps and time-outs keep to the clock.
+    // More than a period where periods were missed: ramps and timeouts follow the clock.
     const std::int64_t elapsed_ns =
         std::max<std::int64_t>(elapsed(last_t_ns_.value_or(t_ns), t_ns), parameters_.period_ns);
     last_t_ns_ = t_ns;
@@ -97,7 +97,7 @@ class Drive {
     return supervision_.step(request.command, t_ns, T(elapsed_ns) * T(1e-9), available, hold_at_zero);
   }
 
-  /// Flux that does not stand in time will not come: the estimate is wrong, or no current flows.
+  /// FLUX_LOST after the timeout without flux: the estimate is wrong, or no current flows.
   [[nodiscard]] FaultSet evaluate_magnetising(bool flux_ready, std::int64_t elapsed_ns) noexcept {
     FaultSet faults;
     if (state_ != DriveState::magnetising || flux_ready) {
@@ -110,9 +110,9 @@ class Drive {
     return faults;
   }
 
-  /// Mean of the DC-link current since the last measurement. After a gap of several periods the currents of
-  /// before count while the gates were still driven, and those of now for the rest: they die within the first
-  /// part of a millisecond. [A]
+  /// Mean of the DC-link current since the last measurement. Over a gap of several periods the currents
+  /// before it count while the gates were driven, and the currents after it for the rest: with gates off they
+  /// decay within a fraction of a millisecond. [A]
   [[nodiscard]] T dc_link_mean(const Measurement<T>& measurement) const noexcept {
     const ThreePhase<T>& before = i_before_;
     const ThreePhase<T>& now = measurement.i_abc;
@@ -123,7 +123,7 @@ class Drive {
     return dc_link_current(applied, is_gap ? before : mean, is_gap ? now : mean);
   }
 
-  /// A fault of the command matters only while the gates are on; all others matter always.
+  /// Command faults count only while the gates are on; all others always.
   [[nodiscard]] FaultSet present_faults(FaultSet measured, FaultSet missing_flux,
                                         const DriveRequest<T>& request,
                                         const SupervisedCommand<T>& command) const noexcept {
@@ -159,7 +159,7 @@ class Drive {
     state_ = next;
   }
 
-  /// Direct current magnetises a machine at rest; on a turning one it would brake.
+  /// Direct current magnetises a machine at rest and brakes a turning one.
   [[nodiscard]] bool magnetising_helps(T omega_m) const noexcept {
     return parameters_.magnetise_first && std::abs(omega_m) <= parameters_.magnetise_below_speed;
   }

@@ -4,17 +4,17 @@
 
 namespace sextant {
 
-/// What the state machine looks at in one period.
+/// Inputs of the state machine in one period.
 struct DriveConditions {
-  bool trip{false};               ///< a fault is present that must turn the gates off
+  bool trip{false};               ///< a fault is present
   bool fault_reset{false};        ///< a valid reset has arrived
-  bool shutdown{false};           ///< the process is leaving
-  bool at_zero{false};            ///< the admitted torque has reached zero
-  bool lockout{true};             ///< a valid disable has yet to be seen
-  bool enable{false};             ///< torque production is wanted and admitted
-  bool holds_zero_torque{false};  ///< link voltage and speed allow the machine to be held at zero torque
-  bool magnetised{false};         ///< flux is there, or is not waited for
-  bool derated{false};            ///< less than the request is admitted
+  bool shutdown{false};           ///< shutdown is requested
+  bool at_zero{false};            ///< the torque reference is zero
+  bool lockout{true};             ///< no enable is accepted before a valid disable
+  bool enable{false};             ///< torque production is requested and allowed
+  bool holds_zero_torque{false};  ///< link voltage and speed allow zero torque with the gates on
+  bool magnetised{false};         ///< the flux is ready, or not required
+  bool derated{false};            ///< less torque is available than requested
 };
 
 [[nodiscard]] constexpr bool makes_torque(DriveState s) noexcept {
@@ -25,10 +25,10 @@ struct DriveConditions {
   return s == DriveState::magnetising || makes_torque(s);
 }
 
-/// The state of the coming period. A trip turns the gates off whatever else is asked; a fault is left only by
-/// a reset while no fault is present, and then through the lockout. A shutdown waits for the torque to wind
-/// down, or for nothing where the gates are off anyway. Where the voltage does not even suffice for zero
-/// torque the gates are off; torque returns by itself.
+/// The state of the coming period; the first line that applies wins. A trip turns the gates off; FAULT is
+/// left by a reset while no fault is present, and then through the lockout. A shutdown with the gates on
+/// waits for a torque reference of zero. Where the voltage does not suffice for zero torque the gates are
+/// off; torque returns when it suffices.
 [[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {
   if (state == DriveState::shutdown) return state;
   if (c.shutdown && (c.trip || c.at_zero || !gates_are_on(state))) return DriveState::shutdown;

@@ -7,8 +7,8 @@
 
 namespace sextant {
 
-/// Remembers which faults have tripped since the last reset, which was first, and how many there were. Of
-/// those that come in one period the one with the lowest bit is first.
+/// Keeps the faults since the last reset, the first of them, and their number since start. Of faults in one
+/// period the one with the lowest bit counts as first.
 class FaultMemory {
  public:
   constexpr void step(FaultSet active) noexcept {
@@ -20,7 +20,7 @@ class FaultMemory {
     total_ += static_cast<std::uint32_t>(std::popcount(fresh));
   }
 
-  /// Forgets what is latched; the total since start stays.
+  /// Clears the latched faults; the total since start stays.
   constexpr void reset() noexcept { latched_ = {}; }
 
   [[nodiscard]] constexpr FaultSet active() const noexcept { return active_; }

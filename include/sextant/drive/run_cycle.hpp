@@ -8,7 +8,7 @@
 
 namespace sextant {
 
-/// The way of a torque command, once a control period, the same in every program.
+/// One control period, the same in every program: read, command, drive, write, telemetry.
 /// t_ns: beginning of the period, on the drive's clock [ns].
 /// Commands: `DriveRequest<T> latest(std::int64_t t_ns) noexcept`, the newest request.
 /// TelemetrySink: `void push(const Telemetry<T>&) noexcept`, never blocks.

@@ -49,7 +49,8 @@ template <class T>
   return share / (T(1) + std::sqrt(T(1) - share * share));
 }
 
-/// Largest amplitude of the stator voltage that a two-level inverter gives in every direction: u_dc/√3. [V]
+/// Largest amplitude of the stator voltage available in every direction from a two-level inverter: u_dc/√3.
+/// [V]
 template <class T>
 [[nodiscard]] constexpr T linear_voltage(T u_dc) noexcept {
   return u_dc * T(1 / std::numbers::sqrt3);
@@ -57,7 +58,7 @@ template <class T>
 
 /// The mechanical speed at which a machine with flux psi [Wb] and no torque meets the voltage limit:
 ///   (R_s ψ/L_s)² + (p ω_m ψ)² = (u_dc/√3)²
-/// 0 where the link cannot feed the flux at standstill. [rad/s]
+/// 0 where the link voltage does not suffice for the flux at standstill. [rad/s]
 template <class T>
 [[nodiscard]] T zero_torque_speed(const InductionMachineParameters<T>& m, T psi, T u_dc) noexcept {
   const T u = linear_voltage(u_dc);

@@ -11,14 +11,14 @@
 
 namespace sextant {
 
-/// The torque that may be asked for at a speed, when motoring and when regenerating.
+/// Available torque at a speed, when motoring and when regenerating.
 template <class T = double>
 struct AvailableTorque {
   T motoring{};                   ///< [N·m]
   T regenerating{};               ///< magnitude [N·m]
-  bool holds_zero_torque{false};  ///< the machine can be held at zero torque, so that the gates may be on
+  bool holds_zero_torque{false};  ///< the voltage suffices for zero torque, so that the gates may be on
 
-  /// The torques that may be asked for at this speed [rad/s], of which the sign tells what motoring is.
+  /// The available range at this speed [rad/s]; its sign decides which direction is motoring.
   [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {
     if (omega_m > T(0)) return {-regenerating, motoring};
     if (omega_m < T(0)) return {-motoring, regenerating};
@@ -30,22 +30,22 @@ struct AvailableTorque {
 /// not need more voltage than the inverter has in every direction:
 ///   (R_s i_d)² + (R_s i_q + ω_e ψ)² ≤ (voltage_use · u_dc/√3)²,   ω_e = p ω_m + ω_slip
 /// with i_d, i_q and ω_slip of `steady_state`. Braking needs less voltage than motoring, so that at high
-/// speed only braking torques remain. They are not available where zero torque is not among them: the drive
-/// could not end them but by opening its gates. A typed curve narrows the motoring torque further: full up to
-/// its base speed, from there falling linearly to nothing at its zero-torque speed.
+/// speed only braking torques remain. Where these do not include zero torque, no torque is available: only
+/// gates off would end the braking. A configured curve narrows the motoring torque further: full up to its
+/// base speed, from there falling linearly to zero at its zero-torque speed.
 template <class T = double>
 class TorqueCapability {
  public:
   struct Parameters {
     static constexpr T unlimited = std::numeric_limits<T>::infinity();
 
-    InductionMachineParameters<T> machine{};  ///< the machine as the controller believes it to be
+    InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
     T flux_reference{T(1.1)};                 ///< ψ [Wb]
     T voltage_use{T(0.98)};                   ///< share of u_dc/√3 that a torque may need [-]
     T reentry{T(0.03)};              ///< share of u_dc/√3 to spare before torque is available again [-]
     T torque{T(150)};                ///< largest magnitude, at any speed [N·m]
-    T base_speed{unlimited};         ///< of the typed curve; unlimited: its zero-torque speed [rad/s]
-    T zero_torque_speed{unlimited};  ///< of the typed curve; unlimited: there is no such curve [rad/s]
+    T base_speed{unlimited};         ///< of the configured curve; unlimited: its zero-torque speed [rad/s]
+    T zero_torque_speed{unlimited};  ///< of the configured curve; unlimited: no curve [rad/s]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = machine.validate()) return problem;
@@ -86,15 +86,15 @@ class TorqueCapability {
     points_[last].torque = torque;  // without a rounding error
   }
 
-  /// What is available now, at mechanical speed omega_m [rad/s] and link voltage u_dc [V]; nothing while one
-  /// of them is no number. Once nothing was, the speed has to fall, or the voltage to rise, by `reentry`.
+  /// Available torque at mechanical speed omega_m [rad/s] and link voltage u_dc [V]; zero while one of them
+  /// is NaN. After zero, torque is available again once `reentry` of the voltage is to spare.
   [[nodiscard]] AvailableTorque<T> step(T omega_m, T u_dc) noexcept {
     const T spare = holds_zero_torque_ ? T(0) : parameters_.reentry;
     holds_zero_torque_ = holds_zero(emf(omega_m), limit(u_dc, parameters_.voltage_use - spare));
     return holds_zero_torque_ ? at(omega_m, u_dc) : AvailableTorque<T>{};
   }
 
-  /// The same without memory.
+  /// Available torque without the hysteresis of `reentry`.
   [[nodiscard]] AvailableTorque<T> at(T omega_m, T u_dc) const noexcept {
     const T e = emf(omega_m);
     const T u_squared = limit(u_dc, parameters_.voltage_use);
@@ -116,13 +116,13 @@ class TorqueCapability {
   /// Voltage that the speed alone induces, p |ω_m| ψ. [V]
   [[nodiscard]] T emf(T omega_m) const noexcept { return back_emf_ * std::abs(omega_m); }
 
-  /// Square of the voltage at hand; below zero without any. [V²]
+  /// Square of the available voltage; −1 without any. [V²]
   [[nodiscard]] static T limit(T u_dc, T use) noexcept {
     const T u = use * linear_voltage(u_dc);
     return u > T(0) ? u * u : T(-1);
   }
 
-  /// Square of the voltage at point k; `sign` is 1 when motoring, -1 when braking. [V²]
+  /// Square of the needed voltage at point k; `sign` is 1 when motoring, -1 when braking. [V²]
   [[nodiscard]] T need(std::size_t k, T e, T sign) const noexcept {
     const T u_q = e + sign * points_[k].u_q;
     return points_[k].u_d_squared + u_q * u_q;
@@ -130,8 +130,8 @@ class TorqueCapability {
 
   [[nodiscard]] bool holds_zero(T e, T u_squared) const noexcept { return need(0, e, T(1)) <= u_squared; }
 
-  /// Largest torque of that sign up to which the voltage lasts, where it lasts for zero torque. Between two
-  /// points the needed square of the voltage is taken as linear, which is above what it is. [N·m]
+  /// Largest torque of that sign for which the voltage suffices, where it suffices for zero torque. Between
+  /// two points the square of the needed voltage is interpolated linearly, which errs high. [N·m]
   [[nodiscard]] T largest(T e, T sign, T u_squared) const noexcept {
     if (need(last, e, sign) <= u_squared) return points_[last].torque;
     std::size_t below = 0;
@@ -144,7 +144,7 @@ class TorqueCapability {
     return points_[below].torque + share * (points_[below + 1].torque - points_[below].torque);
   }
 
-  /// Motoring torque of the typed curve. [N·m]
+  /// Motoring torque of the configured curve. [N·m]
   [[nodiscard]] T typed_curve(T speed) const noexcept {
     if (speed <= base_speed_) return parameters_.torque;
     if (speed >= parameters_.zero_torque_speed) return T(0);
@@ -153,7 +153,7 @@ class TorqueCapability {
   }
 
   Parameters parameters_;
-  T base_speed_;  ///< of the typed curve [rad/s]
+  T base_speed_;  ///< of the configured curve [rad/s]
   T back_emf_;    ///< p ψ [V·s/rad]
   std::array<Point, last + 1> points_{};
   bool holds_zero_torque_{true};

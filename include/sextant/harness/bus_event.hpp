@@ -15,8 +15,9 @@ enum class BusEventKind : std::uint8_t {
   duplicate,  ///< the frame arrives twice
   reorder,    ///< the frame arrives after the next one
   burst,      ///< the frames of the window arrive together at its end
-  insert,     ///< a frame of somebody else
-  bus_off,    ///< the controller leaves the bus: an error frame, then silence both ways until the end
+  insert,     ///< a frame of another node
+  bus_off,    ///< the controller leaves the bus: an error frame, then no frame in either direction until the
+              ///< end
   interface_down,  ///< the interface is down until the end; what was on the way is lost
   refuse_transmit  ///< the transmit queue is full until the end
 };
@@ -49,13 +50,13 @@ inline constexpr int bus_event_kinds = 10;
   return "?";
 }
 
-/// Something that happens on the bus at a virtual time. The first six kinds act on the frames that are put on
+/// Something that happens on the bus at a virtual time. The first six kinds affect the frames that are put on
 /// the bus in [begin, end), on `count` of them at most.
 struct BusEvent {
   BusEventKind kind{BusEventKind::lose};
   std::int64_t begin_ns{0};       ///< [ns]
   std::int64_t end_ns{never_ns};  ///< of no meaning to `insert` [ns]
-  std::uint32_t count{0};         ///< frames that it acts on; 0: all in the window [-]
+  std::uint32_t count{0};         ///< frames affected; 0: all in the window [-]
   std::int64_t delay_ns{0};       ///< of `delay`, and until the second frame of `duplicate` [ns]
   std::uint8_t byte{0};           ///< of the frame, for `corrupt` [-]
   std::uint8_t mask{0xFF};        ///< XORed into that byte [-]

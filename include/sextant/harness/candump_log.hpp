@@ -27,7 +27,7 @@ struct LoggedFrame {
   CanFrame frame{};         ///< `received_ns` is zero
 };
 
-/// Reads one line. Throws std::runtime_error that says what is wrong with it.
+/// Reads one line. Throws std::runtime_error with the mistake.
 [[nodiscard]] LoggedFrame parse_candump(std::string_view line);
 
 /// The frame as a line, without its end; the time to the microsecond below, as canplayer reads it.
@@ -39,7 +39,7 @@ struct LoggedFrame {
 [[nodiscard]] std::vector<LoggedFrame> read_candump(const std::string& file);
 
 /// The frames of one interface; an empty name: of the only one there is. Throws std::runtime_error that names
-/// the interfaces of the log where that does not tell.
+/// the interfaces of the log where that gives none.
 [[nodiscard]] std::vector<LoggedFrame> select_interface(const std::vector<LoggedFrame>& log,
                                                         const std::string& interface,
                                                         const std::string& file);

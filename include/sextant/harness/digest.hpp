@@ -8,9 +8,9 @@
 
 namespace sextant {
 
-/// A number of 64 bits that tells whether two sequences are the same bit for bit, order included. Words are
+/// A number of 64 bits by which two sequences are compared bit for bit, order included. Words are
 /// mixed in with the constants of splitmix64 (Steele, Lea, Flood: Fast splittable pseudorandom number
-/// generators, 2014). It finds differences; it does not stop anyone from making two sequences look alike.
+/// generators, 2014). It detects differences by chance, not forged ones.
 class Digest {
  public:
   constexpr void add(std::uint64_t word) noexcept {

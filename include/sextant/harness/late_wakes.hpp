@@ -14,8 +14,8 @@ struct LateWake {
   std::int64_t latency_ns{};  ///< from that deadline to the wake-up [ns]
 };
 
-/// When a thread really wakes that sleeps until a deadline: in time, but for a list of late wake-ups. Each
-/// acts on one deadline; what a late wake-up skips cannot be late again.
+/// The wake-ups of a thread that sleeps until deadlines: in time, but for a list of late ones. Each entry
+/// applies to one deadline; deadlines missed by a late wake-up have none.
 class LateWakes {
  public:
   LateWakes() = default;

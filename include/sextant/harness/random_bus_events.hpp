@@ -7,14 +7,14 @@
 
 namespace sextant {
 
-/// A bus that misbehaves at random, the same way each time for one seed and on every machine.
+/// Parameters of random bus events; one seed gives the same events on every machine.
 struct RandomBusEvents {
   std::uint64_t seed{1};                 ///< to be printed with every result [-]
   std::int64_t begin_ns{0};              ///< no event before [ns]
   std::int64_t end_ns{1'000'000'000};    ///< nor after [ns]
   std::int64_t mean_gap_ns{50'000'000};  ///< between the beginnings of two events [ns]
   std::int64_t longest_ns{30'000'000};   ///< of one event [ns]
-  std::uint32_t most_frames{3};          ///< that one event acts on [-]
+  std::uint32_t most_frames{3};          ///< affected by one event [-]
   std::vector<BusEventKind> kinds{BusEventKind::lose,      BusEventKind::corrupt, BusEventKind::delay,
                                   BusEventKind::duplicate, BusEventKind::reorder, BusEventKind::burst};
 

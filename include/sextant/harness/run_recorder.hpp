@@ -10,15 +10,15 @@
 
 namespace sextant {
 
-/// Whom to tell what a run shows; each may be empty.
+/// Callbacks for the observations of a run; each may be empty.
 struct RunHandlers {
   std::function<void(const Telemetry<double>&)> period{};                ///< every control period
   std::function<void(const TelemetryIntervalRecord<double>&)> record{};  ///< every interval of them
   std::function<void(const CanFrame&, std::int64_t t_ns)> frame{};       ///< every frame sent, and when [ns]
 };
 
-/// Sees everything that can be observed of a run, every control period and every frame that the drive sent,
-/// as a digest, so that two runs can be compared bit for bit; and hands it on to those who want to keep it.
+/// Adds every control period and every frame that the drive sent to a digest, so that two runs can be
+/// compared bit for bit, and passes them to the callbacks.
 class RunRecorder {
  public:
   /// For intervals of so many control periods, at least one. [-]

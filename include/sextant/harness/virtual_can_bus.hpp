@@ -14,8 +14,8 @@
 
 namespace sextant {
 
-/// A CAN bus in virtual time: the drive sits behind the `CanBus` seam, everybody else uses `put` and
-/// `listen`. A frame arrives at the instant at which it was put, unless a `BusEvent` says otherwise; of
+/// A CAN bus in virtual time: the drive uses the `CanBus` seam, all other nodes use `put` and `listen`. A
+/// frame arrives at the instant at which it was put, unless a `BusEvent` changes that; of
 /// frames that arrive at one instant the first to be put is the first to be read. There is no arbitration, no
 /// bit timing and no limit of load.
 ///
@@ -23,7 +23,7 @@ namespace sextant {
 /// harness alone, so the `timeout` of `receive` is of no meaning.
 class VirtualCanBus final : public CanBus {
  public:
-  /// What became of the frames that others put on the bus.
+  /// Counts of the frames that other nodes put on the bus.
   struct Counts {
     std::uint64_t put{};        ///< by `put` and by inserting events [-]
     std::uint64_t lost{};       ///< one by one, or because the bus or the interface was away [-]
@@ -55,7 +55,7 @@ class VirtualCanBus final : public CanBus {
   [[nodiscard]] CanBusStats stats() const noexcept override { return stats_; }
   [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
 
-  /// When the next frame arrives that nobody has read; `never_ns` while there is none or the
+  /// When the next unread frame arrives; `never_ns` while there is none or the
   /// interface is down. [ns]
   [[nodiscard]] std::int64_t next_arrival_ns() const noexcept;
 

@@ -9,8 +9,8 @@ namespace sextant {
 /// An instant that never comes. [ns]
 inline constexpr std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
 
-/// The clock of a run in virtual time. It stands still until somebody moves it, so that a run depends neither
-/// on the machine nor on how long anything takes.
+/// The clock of a run in virtual time. It advances by calls only, so that a run depends neither on the
+/// machine nor on execution times.
 class VirtualClock {
  public:
   explicit VirtualClock(std::int64_t start_ns = 0) noexcept : now_ns_{start_ns} {}

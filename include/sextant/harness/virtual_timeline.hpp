@@ -10,9 +10,9 @@
 
 namespace sextant {
 
-/// Somebody who acts at certain instants: a node of the bus, a thread of the drive.
+/// A party with actions at certain instants: a node of the bus, a task of the drive.
 struct VirtualParty {
-  std::function<std::int64_t()> next_due_ns;  ///< when it wants to act next; `never_ns`: not again [ns]
+  std::function<std::int64_t()> next_due_ns;  ///< instant of the next action; `never_ns`: none [ns]
   std::function<void()> act;                  ///< does what is due by now; moves its next instant on
 };
 

@@ -50,14 +50,14 @@ class VirtualVehicle {
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
   /// When the first enable went out; empty before. [ns]
   [[nodiscard]] std::optional<std::int64_t> enabled_ns() const noexcept { return enabled_ns_; }
-  /// What the drive said last; empty before.
+  /// The newest status of the drive; empty before.
   [[nodiscard]] const std::optional<TorqueStatus>& status() const noexcept { return status_; }
 
-  /// From now on it sends nothing, or again from its next due time on. The counter goes on by what was sent.
-  void be_silent(bool silent) noexcept { silent_ = silent; }
-  /// From now on its counter stands still, or goes on.
+  /// Pauses sending, or resumes it at the next due time. The counter continues from the last frame sent.
+  void pause_sending(bool paused) noexcept { paused_ = paused; }
+  /// Freezes the counter, or resumes it.
   void freeze_counter(bool frozen) noexcept { frozen_ = frozen; }
-  /// Changes the payload of every frame before it is protected, as a vehicle with a fault of its own would;
+  /// Changes the payload of every frame before it is protected, as a faulty vehicle would;
   /// an empty function ends it.
   void tamper(std::function<void(e2e::Data& payload)> with) { tamper_ = std::move(with); }
   /// The counter jumps ahead by so much.
@@ -84,7 +84,7 @@ class VirtualVehicle {
   std::optional<std::int64_t> enabled_ns_{};
   std::function<void(e2e::Data&)> tamper_{};
   int closing_sent_{0};
-  bool silent_{false};
+  bool paused_{false};
   bool frozen_{false};
 };
 

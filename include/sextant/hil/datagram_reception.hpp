@@ -9,22 +9,22 @@
 
 namespace sextant {
 
-/// Judges what arrives from the other side of a network: whether it is for us, and what the network did to
-/// it.
+/// Evaluates received datagrams: accepts those of the peer, and counts losses, reordering, repetition and
+/// delay.
 ///
-/// A peer that was started anew is taken up once the start before has been quiet for `quiet_ns`, as long as
-/// it takes to count as dead. What a network still holds of an earlier start does therefore not displace the
-/// living one; where it comes in a moment in which that is quiet itself, it is heard for `quiet_ns` at most.
-/// Starts are told apart by a number at random, because no clock need be right.
+/// A new start of the peer is accepted once the start before has sent nothing for `quiet_ns`, its timeout.
+/// Delayed datagrams of an earlier start therefore do not replace a running one; during a pause of the
+/// running one they are accepted for at most `quiet_ns`. A random number identifies each start, because
+/// clocks may be wrong.
 class DatagramReception {
  public:
   struct Counters {
     std::uint64_t received{};       ///< datagrams of the peer, all below but the foreign included [-]
-    std::uint64_t lost{};           ///< never came [-]
-    std::uint64_t reordered{};      ///< came after a newer one [-]
-    std::uint64_t repeated{};       ///< came again [-]
+    std::uint64_t lost{};           ///< not received [-]
+    std::uint64_t reordered{};      ///< received after a newer one [-]
+    std::uint64_t repeated{};       ///< received again [-]
     std::uint64_t late{};           ///< took more than two periods longer than the fastest [-]
-    std::uint64_t restarts{};       ///< starts of the peer that have been seen, but the first [-]
+    std::uint64_t restarts{};       ///< starts of the peer after the first [-]
     std::uint64_t foreign{};        ///< not of this program, of another start of it, or malformed [-]
     std::uint64_t other_version{};  ///< of another version of this program [-]
     std::uint64_t other_period{};   ///< of a peer with another period [-]
@@ -33,8 +33,8 @@ class DatagramReception {
   DatagramReception(DatagramKind kind, std::int64_t period_ns, std::int64_t quiet_ns) noexcept
       : kind_{kind}, period_ns_{period_ns}, quiet_ns_{quiet_ns} {}
 
-  /// True when the datagram is the peer's, whether or not something newer has come. `size`: its length
-  /// [bytes]; `wanted`: that of its kind.
+  /// True when the datagram is the peer's, also after a newer one. `size`: its length [bytes]; `wanted`: that
+  /// of its kind.
   [[nodiscard]] bool accept(const DatagramHeader& h, std::size_t size, std::size_t wanted,
                             std::int64_t now_ns) noexcept SEXTANT_NONBLOCKING {
     if (size < sizeof(DatagramHeader) || h.magic != datagram_magic) return refuse(counters_.foreign);
@@ -43,10 +43,10 @@ class DatagramReception {
     if (h.count < 1 || h.count > most_records()) return refuse(counters_.foreign);
     if (h.period_ns != period_ns_) return refuse(counters_.other_period);
     if (h.generation != generation_ && !is_new_start(h, now_ns)) return refuse(counters_.foreign);
-    heard_ns_ = now_ns;
+    last_datagram_ns_ = now_ns;
     ++counters_.received;
-    judge_order(h.sequence);
-    judge_time(transit_ns(h, now_ns), now_ns);
+    evaluate_order(h.sequence);
+    evaluate_transit(transit_ns(h, now_ns), now_ns);
     return true;
   }
 
@@ -62,7 +62,7 @@ class DatagramReception {
     return kind_ == DatagramKind::measurement ? std::uint32_t{MeasurementDatagram::capacity} : 1U;
   }
 
-  /// The two clocks may be anywhere; unsigned, because their difference may not fit.
+  /// Difference of the two sides' clocks plus the delay; unsigned arithmetic, because it may not fit.
   [[nodiscard]] static std::int64_t transit_ns(const DatagramHeader& h,
                                                std::int64_t now_ns) noexcept SEXTANT_NONBLOCKING {
     constexpr std::int64_t far_ns = std::int64_t{1} << 62U;
@@ -70,11 +70,11 @@ class DatagramReception {
     return std::clamp(difference, -far_ns, far_ns);
   }
 
-  /// False while the start before it lives.
+  /// False while the start before has not timed out.
   [[nodiscard]] bool is_new_start(const DatagramHeader& h, std::int64_t now_ns) noexcept SEXTANT_NONBLOCKING {
     if (h.generation == 0) return false;
     if (generation_ != 0) {
-      if (now_ns - heard_ns_ <= quiet_ns_) return false;
+      if (now_ns - last_datagram_ns_ <= quiet_ns_) return false;
       ++counters_.restarts;
     }
     generation_ = h.generation;
@@ -85,7 +85,7 @@ class DatagramReception {
   }
 
   /// `seen_` has a bit for each of the last 64 numbers, the newest at bit 0.
-  void judge_order(std::uint64_t sequence) noexcept SEXTANT_NONBLOCKING {
+  void evaluate_order(std::uint64_t sequence) noexcept SEXTANT_NONBLOCKING {
     if (sequence > newest_) {
       const std::uint64_t step = sequence - newest_;
       counters_.lost += step - 1;
@@ -104,14 +104,14 @@ class DatagramReception {
     if (counters_.lost > 0) --counters_.lost;
   }
 
-  /// Against the fastest of all; the two clocks may part by 100 ppm.
-  void judge_time(std::int64_t transit_ns, std::int64_t now_ns) noexcept SEXTANT_NONBLOCKING {
+  /// Compares with the fastest datagram; the two clocks may differ by 100 ppm in rate.
+  void evaluate_transit(std::int64_t transit_ns, std::int64_t now_ns) noexcept SEXTANT_NONBLOCKING {
     if (!fastest_known_) {
       fastest_ns_ = transit_ns;
       fastest_known_ = true;
     }
-    fastest_ns_ = std::min(fastest_ns_ + (now_ns - judged_ns_) / 10'000, transit_ns);
-    judged_ns_ = now_ns;
+    fastest_ns_ = std::min(fastest_ns_ + (now_ns - evaluated_ns_) / 10'000, transit_ns);
+    evaluated_ns_ = now_ns;
     if (transit_ns > fastest_ns_ + 2 * period_ns_) ++counters_.late;
   }
 
@@ -121,8 +121,8 @@ class DatagramReception {
   Counters counters_{};
   std::uint64_t newest_{0};
   std::uint64_t seen_{0};
-  std::int64_t heard_ns_{0};
-  std::int64_t judged_ns_{0};
+  std::int64_t last_datagram_ns_{0};
+  std::int64_t evaluated_ns_{0};
   std::int64_t fastest_ns_{0};
   std::uint32_t generation_{0};
   bool fastest_known_{false};

@@ -17,7 +17,7 @@ class Doorbell {
 
   void ring() noexcept SEXTANT_NONBLOCKING;
 
-  /// Returns when the bell no longer stands at `seen`; false after `limit_ns` without.
+  /// Waits until the bell's value differs from `seen`; false after `limit_ns`.
   [[nodiscard]] bool wait(std::uint32_t seen, std::int64_t limit_ns) noexcept SEXTANT_NONBLOCKING;
 
   [[nodiscard]] std::uint32_t value() const noexcept SEXTANT_NONBLOCKING {

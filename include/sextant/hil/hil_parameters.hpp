@@ -11,16 +11,15 @@ enum class Pacing : std::uint8_t {
   lockstep    ///< virtual time: each side waits for the other, so that a run is the same bit by bit
 };
 
-/// The link between a drive and a plant that are two processes. Both sides read the same table; a side uses
-/// what concerns it.
+/// The link between a drive and a plant in two processes. Both sides read the same table; each uses its keys.
 struct HilParameters {
   std::string link{"sextant"};  ///< name of the shared memory, /dev/shm/<link>
   Pacing pacing{Pacing::real_time};
-  int missing_periods{4};  ///< drive: so many periods without a measurement and it trips [-]
+  int missing_periods{4};  ///< drive: periods without a measurement until it trips [-]
   std::int64_t measurement_timeout_ns{
-      10'000'000};  ///< drive: without a measurement for so long the plant has timed out [ns]
-  std::int64_t pattern_timeout_ns{
-      5'000'000};  ///< both: with no pattern taken for so long the drive is dead [ns]
+      10'000'000};  ///< drive: time without a measurement until the plant has timed out [ns]
+  std::int64_t pattern_timeout_ns{5'000'000};  ///< plant: time without a pattern until the drive has timed
+                                               ///< out; drive: until its patterns are not acknowledged [ns]
   std::int64_t lockstep_timeout_ns{10'000'000'000};  ///< lockstep: longest wait for the other side [ns]
   std::string udp_listen{"0.0.0.0:47810"};           ///< own address and port
   std::string udp_peer{"127.0.0.1:47811"};           ///< where the other side listens

@@ -5,9 +5,10 @@
 
 namespace sextant {
 
-/// The file behind a link in shared memory, /dev/shm/<link>, and the locks on its bytes that tell who is
-/// there; the kernel frees them when their process is gone. Only a regular file with one name that belongs to
-/// this program's user and that no other user may reach is taken: whoever can write it drives the plant.
+/// The file behind a link in shared memory, /dev/shm/<link>, and the locks on its bytes that mark the
+/// attached sides; the kernel frees them at the end of their process. The file must be a regular file with
+/// one name that belongs to this program's user and that no other user may reach: a program that writes it
+/// drives the plant.
 class LinkFile {
  public:
   /// One byte of the file each.
@@ -32,7 +33,7 @@ class LinkFile {
   void unlock(Lock lock) const noexcept;
   [[nodiscard]] bool is_held_by_another(Lock lock) const noexcept;
 
-  /// Whether somebody has removed it since it was opened.
+  /// Whether the file has been removed since it was opened.
   [[nodiscard]] bool is_removed() const;
   [[nodiscard]] std::int64_t bytes() const;
   /// Copies its first bytes; what lies beyond its end stays as it was.

@@ -25,12 +25,12 @@ struct LinkHeader {
   std::uint32_t reserved{};
 };
 
-/// What a side tells of itself. Written by that side alone. Its heartbeat is no field of its own: it is the
-/// sequence of what the side writes once a period, `command` or `measurements`.
+/// State of one side, written by that side alone. Its heartbeat is the sequence of the records that it writes
+/// once a period, `command` or `measurements`.
 struct alignas(cache_line) LinkSide {
   std::atomic<std::uint32_t> generation{0};  ///< grows with each start; 0: never there [-]
-  std::atomic<std::uint32_t> present{0};     ///< 1 until it leaves in order
-  std::atomic<std::uint32_t> doorbell{0};    ///< lockstep: rung when it has something for the other [-]
+  std::atomic<std::uint32_t> present{0};     ///< 1 until the side announces its end
+  std::atomic<std::uint32_t> doorbell{0};    ///< lockstep: changes with each record for the other side [-]
   std::atomic<std::uint32_t> asleep{0};      ///< lockstep: 1 while it sleeps on the other's doorbell
 };
 

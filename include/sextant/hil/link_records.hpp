@@ -12,7 +12,7 @@
 
 namespace sextant {
 
-/// What crosses a link, in shared memory and in datagrams alike: fixed-width members without padding, least
+/// The records of a link, in shared memory and in datagrams: fixed-width members without padding, least
 /// significant byte first. A change of anything below is a new `link_layout_version`.
 inline constexpr std::uint32_t link_layout_version = 1;
 static_assert(std::endian::native == std::endian::little, "the records of the link are little-endian");
@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "the records of the li
 struct PatternRecord {
   std::array<std::int32_t, GatePattern::capacity> duration_ns{};  ///< [ns]
   std::array<std::uint8_t, GatePattern::capacity> legs{};
-  std::uint32_t count{};  ///< segments that hold something [-]
+  std::uint32_t count{};  ///< segments in use [-]
   std::uint32_t reserved{};
 };
 
@@ -35,17 +35,17 @@ struct MeasurementRecord {
   double u_dc{};                   ///< DC-link voltage [V]
   double omega_m{};                ///< mechanical speed [rad/s]
   PatternRecord applied{};         ///< the pattern that was applied over the plant period that ends at t_ns
-  std::uint64_t pattern_number{};  ///< the newest command that the plant had taken [-]
-  std::uint32_t generation{};      ///< which start of the plant this is [-]
-  std::uint32_t plausible{};       ///< 0: the plant cannot vouch for it
+  std::uint64_t pattern_number{};  ///< the newest pattern that the plant had received [-]
+  std::uint32_t generation{};      ///< number of the plant's start [-]
+  std::uint32_t plausible{};       ///< 0: not valid
 };
 
 /// Drive → plant, one a control period.
 struct DrivePatternRecord {
-  std::uint64_t sequence{};    ///< without gaps, and another one for each start of the drive [-]
+  std::uint64_t sequence{};    ///< of this start of the drive, without gaps [-]
   std::int64_t t_ns{};         ///< beginning of the control period, on the drive's clock [ns]
-  PatternRecord pattern{};     ///< what the inverter shall do over the coming period
-  std::uint32_t generation{};  ///< which start of the drive this is [-]
+  PatternRecord pattern{};     ///< of the coming period
+  std::uint32_t generation{};  ///< number of the drive's start [-]
   std::uint32_t has_pattern{};
 };
 
@@ -65,7 +65,7 @@ static_assert(offsetof(DrivePatternRecord, pattern) == 16 && offsetof(DrivePatte
   return r;
 }
 
-/// False, and `pattern` empty, when the record describes none: it comes from another program.
+/// False, and `pattern` empty, when the record holds no valid pattern.
 [[nodiscard]] inline bool to_pattern(const PatternRecord& r,
                                      GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
   const auto leg = [](unsigned bits, unsigned n) {
@@ -99,7 +99,7 @@ static_assert(offsetof(DrivePatternRecord, pattern) == 16 && offsetof(DrivePatte
   return r;
 }
 
-/// True when no segment drives a leg: nothing but the diodes conducts.
+/// True when no segment drives a leg: only diodes conduct.
 [[nodiscard]] inline bool all_gates_off(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING {
   for (const GateSegment& segment : pattern.segments()) {
     if (segment.state != gates_off) return false;

@@ -8,7 +8,7 @@
 
 namespace sextant {
 
-/// What a drive knows of its plant, published by its control thread once a period for any other.
+/// State of a drive's plant: written by the control thread once a period, read by any thread.
 class LinkState {
  public:
   void publish(const MeasurementAssembler& assembler) noexcept SEXTANT_NONBLOCKING {
@@ -19,11 +19,11 @@ class LinkState {
 
   /// True while there is no plant, or it has timed out.
   [[nodiscard]] bool timed_out() const noexcept { return timed_out_.load(std::memory_order_relaxed); }
-  /// True while the plant answers, but acknowledges no pattern of the drive.
+  /// True while the plant sends measurements and acknowledges no pattern of the drive.
   [[nodiscard]] bool unacknowledged() const noexcept {
     return unacknowledged_.load(std::memory_order_relaxed);
   }
-  /// Patterns against which the plant has opened its gates. [-]
+  /// Driven patterns against which the plant's gates were off. [-]
   [[nodiscard]] std::uint64_t refusals() const noexcept { return refusals_.load(std::memory_order_relaxed); }
 
  private:

@@ -11,7 +11,7 @@
 namespace sextant {
 
 /// A power stage in another process of this machine, in virtual time: read(t) sends the pattern written last,
-/// has the plant brought to t, and waits for its measurement. The drive gives the time, whatever it is; two
+/// requests the plant's advance to t, and waits for the measurement. The drive's time is the only clock; two
 /// runs are equal bit by bit. The actuation delay is that of the plant's configuration.
 class LockstepDriveIo final : public DriveIo<double> {
  public:
@@ -19,7 +19,7 @@ class LockstepDriveIo final : public DriveIo<double> {
   /// `timeout_ns` [ns] a read.
   LockstepDriveIo(SharedMemoryLink& link, std::int64_t timeout_ns) noexcept;
 
-  /// Not plausible once the plant is lost, and then at once.
+  /// Not plausible, without waiting, once the plant is lost.
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override;
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
@@ -27,11 +27,11 @@ class LockstepDriveIo final : public DriveIo<double> {
     has_pattern_ = true;
   }
 
-  /// True when the plant has died, left, or not answered in time; from any thread. It does not come back.
+  /// True once the plant has ended or timed out, for the rest of the run; from any thread.
   [[nodiscard]] bool lost() const noexcept { return lost_.load(std::memory_order_acquire); }
-  /// True once the plant has answered; from any thread.
+  /// True once the plant has sent a measurement; from any thread.
   [[nodiscard]] bool joined() const noexcept { return joined_.load(std::memory_order_relaxed); }
-  /// True once a plant has held the link, whether it has answered or not; from any thread.
+  /// True once a plant has held the link, with or without a measurement; from any thread.
   [[nodiscard]] bool was_there() const noexcept { return was_there_.load(std::memory_order_relaxed); }
 
  private:

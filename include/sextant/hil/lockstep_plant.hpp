@@ -10,14 +10,14 @@
 namespace sextant {
 
 /// Runs a power stage in virtual time for a drive in another process: waits for a request, advances to its
-/// time with its pattern, answers. Time stands still while the drive has timed out.
+/// time with its pattern, sends the measurement. Without a request virtual time does not advance.
 class LockstepPlant {
  public:
   enum class Outcome : std::uint8_t {
     stepped,  ///< a request was answered
-    waiting,  ///< none came for a while; the drive has not come yet or still computes
-    left,     ///< the drive has left in order
-    lost      ///< it has died, or asked nothing for longer than the timeout
+    waiting,  ///< no request within 20 ms; the drive is absent or still computes
+    left,     ///< the drive has announced its end
+    lost      ///< the drive has ended, or sent no request for longer than the timeout
   };
 
   /// The link is held by a plant. Link and stage are not owned and must outlive this object.
@@ -33,7 +33,7 @@ class LockstepPlant {
 
  private:
   [[nodiscard]] bool take(DrivePatternRecord& command) noexcept;
-  [[nodiscard]] Outcome look_for_drive() noexcept;
+  [[nodiscard]] Outcome check_for_drive() noexcept;
   void answer(const DrivePatternRecord& command) noexcept;
 
   SharedMemoryLink& link_;

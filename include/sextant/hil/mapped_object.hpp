@@ -16,7 +16,7 @@ class MappedPages {
   MappedPages& operator=(const MappedPages&) = delete;
   ~MappedPages();
 
-  /// From now on they are those of the file, shared with whoever maps it; their address stays. Throws
+  /// Replaces the pages by those of the file, shared with every process that maps it, at the same address. Throws
   /// std::system_error.
   void become(int file);
 
@@ -44,7 +44,7 @@ class MappedObject {
     object_ = std::launder(object_);
   }
 
-  /// Begins the object anew, for whoever has it alone.
+  /// Reconstructs the object; to be called while no other process uses it.
   void renew() { object_ = std::construct_at(object_); }
 
   [[nodiscard]] T& get() const noexcept { return *object_; }

@@ -12,44 +12,43 @@
 
 namespace sextant {
 
-/// The drive's side of a link: makes one measurement of the records that have come since the last one. The
-/// applied patterns are joined in order, so that the estimator sees all that happened however the two
-/// sides' periods fall; the currents are the newest.
+/// The drive's side of a link: joins the records received since the last measurement to one. The applied
+/// patterns are appended in order, so that the estimator integrates all of them for any phase between the two
+/// sides' periods; the currents are the newest.
 ///
-/// A measurement is not plausible, so that the drive trips, when the plant does not vouch for it, when
-/// records are missing or do not fit the pattern, when the plant has been started anew, and when nothing has
-/// come at `missing_periods` calls in a row: calls, so that a drive that was late itself does not blame the
-/// plant. After `measurement_timeout_ns` without anything the plant has timed out.
-///
-/// Nor is it when the plant does not acknowledge the drive's patterns: when `unacknowledged_periods`
-/// measurements in a row carry no newer pattern that it took (the way to it is cut, that back is not), and at
-/// once when it took a pattern and turned the gates off against it (its gate driver has locked the drive out,
-/// or the gate-enable line is off). Gates that opened because a pattern was late are no refusal: nothing
-/// newer was taken then.
+/// A measurement is not plausible, so that the drive trips:
+///   when the plant marks it as not plausible, or has been restarted;
+///   when records are missing or their patterns do not fit into one;
+///   when `missing_periods` calls in a row find no record (calls, because a drive may be late itself);
+///   after `measurement_timeout_ns` without a record: the plant has timed out;
+///   when `unacknowledged_periods` measurements in a row acknowledge no newer pattern: the way to the plant
+///   is cut, the way back is not; when the plant acknowledges a driven pattern with gates off: its gate
+///   driver has locked the drive out, or the gate-enable line is off. Gates off for a late pattern are no
+///   refusal, because no newer pattern is acknowledged with them.
 class MeasurementAssembler {
  public:
   struct Parameters {
     std::int64_t measurement_timeout_ns{
-        10'000'000};         ///< without a record for so long the plant has timed out [ns]
-    int missing_periods{4};  ///< so many calls in a row without a record are not plausible [-]
+        10'000'000};         ///< age of the last record at which the plant has timed out [ns]
+    int missing_periods{4};  ///< calls in a row without a record until not plausible [-]
     int unacknowledged_periods{
-        50};  ///< so many calls in a row with records, but with no newer pattern taken [-]
+        50};  ///< measurements in a row without an acknowledgement until not plausible [-]
   };
 
   struct Counters {
     std::uint64_t records{};         ///< measurements received [-]
-    std::uint64_t missing{};         ///< measurements that never came [-]
-    std::uint64_t overfull{};        ///< times the patterns did not fit in one [-]
-    std::uint64_t restarts{};        ///< times the plant came back as a new one [-]
-    std::uint64_t timeouts{};        ///< times it timed out [-]
-    std::uint64_t late{};            ///< times nothing came for `missing_periods` [-]
-    std::uint64_t unacknowledged{};  ///< times no newer pattern was taken for `unacknowledged_periods` [-]
-    std::uint64_t refused{};         ///< patterns against which the plant opened its gates [-]
+    std::uint64_t missing{};         ///< measurements not received [-]
+    std::uint64_t overfull{};        ///< times the patterns did not fit into one [-]
+    std::uint64_t restarts{};        ///< restarts of the plant [-]
+    std::uint64_t timeouts{};        ///< times the plant timed out [-]
+    std::uint64_t late{};            ///< times `missing_periods` calls found no record [-]
+    std::uint64_t unacknowledged{};  ///< times `unacknowledged_periods` was reached [-]
+    std::uint64_t refused{};         ///< driven patterns against which the gates were off [-]
   };
 
   explicit MeasurementAssembler(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// The drive has written the command with that number, the first or the next. `driven`: it drives a leg.
+  /// The drive has written the pattern of that number, the first or the next. `driven`: it drives a leg.
   void wrote(std::uint64_t number, bool driven) noexcept SEXTANT_NONBLOCKING {
     if (written_ == 0) taken_ = number - 1;
     written_ = number;
@@ -84,16 +83,16 @@ class MeasurementAssembler {
     came_ = true;
   }
 
-  /// Everything since the last call, as a measurement at t_ns [ns] of the drive's clock.
+  /// All records since the last call, as a measurement at t_ns [ns] of the drive's clock.
   [[nodiscard]] Measurement<double> take(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
-    if (came_ || !started_) heard_ns_ = t_ns;
+    if (came_ || !started_) last_record_ns_ = t_ns;
     started_ = true;
-    const bool timed_out = generation_ == 0 || t_ns - heard_ns_ > parameters_.measurement_timeout_ns;
+    const bool timed_out = generation_ == 0 || t_ns - last_record_ns_ > parameters_.measurement_timeout_ns;
     if (timed_out && !timed_out_) ++counters_.timeouts;
     timed_out_ = timed_out;
     count_missing();
     count_unacknowledged();
-    // Where nothing is new nothing has been applied yet: no time, in the state that is still in force.
+    // Without a new record the applied pattern has no duration and the last state.
     if (came_) last_ = applied_.last_state();
     Measurement<double> m{
         .i_abc = {newest_.i_a, newest_.i_b, newest_.i_c},
@@ -112,7 +111,7 @@ class MeasurementAssembler {
   [[nodiscard]] const Counters& counters() const noexcept SEXTANT_NONBLOCKING { return counters_; }
   /// True while there is no plant, or it has timed out.
   [[nodiscard]] bool timed_out() const noexcept SEXTANT_NONBLOCKING { return timed_out_; }
-  /// True while the plant is there and does not take what the drive writes.
+  /// True while the plant sends measurements and acknowledges no pattern.
   [[nodiscard]] bool unacknowledged() const noexcept SEXTANT_NONBLOCKING {
     return unacknowledged_ >= parameters_.unacknowledged_periods;
   }
@@ -120,8 +119,8 @@ class MeasurementAssembler {
  private:
   static constexpr std::uint64_t none = std::numeric_limits<std::uint64_t>::max();
 
-  /// What was applied over a period is the plant's answer to the command that it took at its beginning.
-  /// Numbers that are not of this drive, or not newer, are no answer.
+  /// Updates the acknowledgement; true where the plant acknowledges a driven pattern and applied gates off.
+  /// Numbers of another drive, or not newer ones, acknowledge nothing.
   [[nodiscard]] bool is_refusal(std::uint64_t taken,
                                 const GatePattern& applied) noexcept SEXTANT_NONBLOCKING {
     if (taken <= taken_ || taken > written_) return false;
@@ -151,7 +150,7 @@ class MeasurementAssembler {
     applied_ = {};
   }
 
-  /// Appends what was applied; equal neighbours become one. False when there is no room.
+  /// Appends an applied pattern; equal neighbours become one segment. False when there is no room.
   [[nodiscard]] bool join(const GatePattern& next) noexcept SEXTANT_NONBLOCKING {
     GatePattern joined;
     GateSegment open{};
@@ -179,26 +178,25 @@ class MeasurementAssembler {
   GatePattern applied_{};
   SwitchState last_{};
   Counters counters_{};
-  std::int64_t heard_ns_{0};
-  std::uint64_t written_{0};          // number of the newest own command; 0: none yet
-  std::uint64_t taken_{none};         // of the newest own one that the plant has taken
-  std::uint64_t driven_since_{none};  // of the first of the driven ones that the drive writes now
+  std::int64_t last_record_ns_{0};
+  std::uint64_t written_{0};          // number of the newest pattern written; 0: none
+  std::uint64_t taken_{none};         // of the newest acknowledged one
+  std::uint64_t driven_since_{none};  // of the first driven one since gates off
   std::uint32_t generation_{0};
   int missing_{0};
   int unacknowledged_{0};
   bool came_{false};
-  bool acknowledged_{false};  // the plant has taken a newer command
+  bool acknowledged_{false};  // since the last measurement
   bool started_{false};
   bool usable_{true};
   bool timed_out_{true};
 };
 
-/// For a drive with this period [ns]. It waits for a word of its patterns as long as the plant waits for one
-/// of them before it gives the drive up.
+/// For a drive with this period [ns]. An acknowledgement is due within the plant's own `pattern_timeout_ns`.
 [[nodiscard]] inline MeasurementAssembler::Parameters assembler_parameters(const HilParameters& p,
                                                                            std::int64_t period_ns) noexcept {
-  const auto silence_periods = int((p.pattern_timeout_ns + period_ns - 1) / period_ns);
-  return {p.measurement_timeout_ns, p.missing_periods, std::max(p.missing_periods, silence_periods)};
+  const auto timeout_periods = int((p.pattern_timeout_ns + period_ns - 1) / period_ns);
+  return {p.measurement_timeout_ns, p.missing_periods, std::max(p.missing_periods, timeout_periods)};
 }
 
 }  // namespace sextant

@@ -10,18 +10,17 @@
 
 namespace sextant {
 
-/// A change of what decides over the gates.
+/// A change of the cause of the gates' state.
 struct GateEvent {
-  std::int64_t t_ns{};           ///< beginning of the period in which it changed [ns]
-  GateCause cause{};             ///< what decides from now on
-  std::int64_t heard_ns{};       ///< when the last pattern had come [ns]
-  std::int64_t open_since_ns{};  ///< since when no leg is driven [ns]
+  std::int64_t t_ns{};             ///< beginning of the period in which it changed [ns]
+  GateCause cause{};               ///< new cause
+  std::int64_t last_pattern_ns{};  ///< time of the last pattern [ns]
+  std::int64_t off_since_ns{};     ///< time from which no leg is driven [ns]
 };
 
 /// Runs a power stage in real time for a drive in another process, once a plant period:
-/// measure, publish, take the newest pattern, decide over the gates.
-/// End: `take`, `gates_enabled`, `drive_present`, `publish` and `same_clock` as SharedMemoryPlantEnd has
-/// them.
+/// measure, publish, receive the newest pattern, apply it or turn the gates off.
+/// End: `take`, `gates_enabled`, `drive_present`, `publish` and `same_clock` as in SharedMemoryPlantEnd.
 template <class End>
 class PlantServer {
  public:
@@ -40,8 +39,8 @@ class PlantServer {
     DrivePatternRecord command;
     const bool fresh = end_.take(command);
     stage_.write(guard_.step(t_ns, fresh ? &command : nullptr, end_.gates_enabled(), end_.drive_present()));
-    if (guard_.has_news()) {
-      events_.push({t_ns, guard_.cause(), guard_.heard_ns(), guard_.open_since_ns()});
+    if (guard_.is_reportable()) {
+      events_.push({t_ns, guard_.cause(), guard_.last_pattern_ns(), guard_.off_since_ns()});
     }
   }
 

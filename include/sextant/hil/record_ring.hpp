@@ -12,8 +12,8 @@
 namespace sextant {
 
 /// The last `capacity` records of one writer, for readers in other processes. The writer overwrites the
-/// oldest and knows nothing of readers: one that is slow loses records and sees so by their numbers, one that
-/// dies leaves nothing behind.
+/// oldest and keeps no state of readers: a slow reader loses records, which their numbers show, and a reader
+/// may end at any time.
 template <class Record, std::size_t capacity>
 class RecordRing {
   static_assert(std::has_single_bit(capacity));
@@ -38,7 +38,7 @@ class RecordRing {
     return last < capacity ? 1 : last - capacity + 2;
   }
 
-  /// Reader: copies the record with that number; false when it is gone or not there yet.
+  /// Reader: copies the record with that number; false when it is overwritten or not written.
   [[nodiscard]] bool read(std::uint64_t number, Record& record) const noexcept SEXTANT_NONBLOCKING {
     Record found;
     if (cells_[number % capacity].load(found) != number) return false;

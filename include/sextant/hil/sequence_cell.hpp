@@ -12,16 +12,15 @@
 namespace sextant {
 
 /// The newest record of one writer for any number of readers, in memory that processes share (a sequence
-/// lock). It holds no state of either side, so that each may die at any instruction and be replaced: a record
-/// that was being written then counts as none. The writer never waits; a reader tries a bounded number of
-/// times.
+/// lock). It holds no state of either side, so that each may end at any instruction and be replaced: a record
+/// being written then counts as none. The writer never waits; a reader tries a bounded number of times.
 ///
-/// Numbers grow over all writers: one that takes over goes on from number(). A reader that was stopped in the
-/// middle of a copy meanwhile would otherwise meet the same stamp at the end of another record.
+/// Numbers grow over all writers: a new writer continues from number(). Otherwise a reader that was stopped
+/// within a copy could find an equal stamp at the end of another record.
 ///
 /// A record is moved in atomic words: what a reader and a writer touch at once is no data race. A word is
-/// stored with release order and loaded with acquire order, so that who has seen a word of a newer record
-/// also sees the stamp that was set before it.
+/// stored with release order and loaded with acquire order: a reader of a word of a newer record also reads
+/// the stamp set before it.
 template <class Record>
 class SequenceCell {
   static_assert(std::is_trivially_copyable_v<Record> && sizeof(Record) % sizeof(std::uint64_t) == 0);
@@ -36,13 +35,13 @@ class SequenceCell {
     stamp_.store(2 * number, std::memory_order_release);
   }
 
-  /// Writer: the number after which to go on, that of a record left half written among them; 0 at first.
+  /// Writer: the largest number used, also of a record that was not completed; 0 at first.
   [[nodiscard]] std::uint64_t number() const noexcept SEXTANT_NONBLOCKING {
     return (stamp_.load(std::memory_order_relaxed) + 1) / 2;
   }
 
   /// Reader: the number of the record that was copied; 0, and nothing copied, when there is none or it was
-  /// being written all the time.
+  /// being written at every try.
   [[nodiscard]] std::uint64_t load(Record& record) const noexcept SEXTANT_NONBLOCKING {
     constexpr int tries = 8;
     for (int n = 0; n < tries; ++n) {
@@ -62,7 +61,7 @@ class SequenceCell {
   static constexpr std::size_t count = sizeof(Record) / sizeof(std::uint64_t);
   using Words = std::array<std::uint64_t, count>;
 
-  std::atomic<std::uint64_t> stamp_{0};  // 2 n: record n is there; 2 n - 1: it is being written
+  std::atomic<std::uint64_t> stamp_{0};  // 2 n: record n is complete; 2 n - 1: it is being written
   std::array<std::atomic<std::uint64_t>, count> words_{};
 };
 

@@ -12,9 +12,9 @@
 
 namespace sextant {
 
-/// A power stage in another process of this machine, met in shared memory in real time. Neither call waits,
-/// locks or asks the kernel for anything. A pattern acts from the plant's next period on, so that the drive
-/// sees an actuation delay of one period.
+/// A power stage in another process of this machine, over shared memory in real time. Neither call waits,
+/// locks or makes a system call. A pattern is applied from the plant's next period on: an actuation delay of
+/// one period.
 class SharedMemoryDriveIo final : public DriveIo<double> {
  public:
   /// The link is held by a drive and must outlive this object.
@@ -27,9 +27,9 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     t_ns_ = t_ns;
     const std::uint64_t newest = memory_.measurements.newest();
-    if (!started_ && newest > 0) seen_ = newest - 1;  // what was before the drive does not matter
+    if (!started_ && newest > 0) seen_ = newest - 1;  // records from before the drive's start do not count
     started_ = true;
-    // Of a plant that ran ahead for longer than the ring holds the rest is lost, and counted by the gap.
+    // Records that the ring no longer holds are lost; the gap in their numbers counts them.
     if (seen_ < newest) seen_ = std::max(seen_, memory_.measurements.oldest() - 1);
     MeasurementRecord record;
     while (seen_ < newest) {
@@ -44,19 +44,19 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
     ++sequence_;
     memory_.command.store({sequence_, t_ns_, to_record(pattern), generation_, 1}, sequence_);
-    // Once cleared, the line closes on gates off only: whoever cleared it has been obeyed by then.
-    const bool open = all_gates_off(pattern);
-    assembler_.wrote(sequence_, !open);
+    // A cleared line is set only with gates off: the gates were then off at least once.
+    const bool is_off = all_gates_off(pattern);
+    assembler_.wrote(sequence_, !is_off);
     std::uint32_t off = 0;
-    if (open) {
+    if (is_off) {
       memory_.gate_enable.compare_exchange_strong(off, generation_, std::memory_order_acq_rel);
     }
   }
 
   /// Clears the gate-enable line; from any thread.
-  void open_gates() noexcept { memory_.gate_enable.store(0, std::memory_order_release); }
+  void inhibit_gates() noexcept { memory_.gate_enable.store(0, std::memory_order_release); }
 
-  /// What the drive knows of the plant; from any thread.
+  /// State of the plant; from any thread.
   [[nodiscard]] const LinkState& state() const noexcept { return state_; }
 
   /// For the thread that reads, or once it has ended.

@@ -13,29 +13,29 @@ namespace sextant {
 
 enum class LinkRole : std::uint8_t { plant, drive };
 
-/// One side's hold on the shared memory of a link. Either side comes first, and then makes it; the last that
-/// leaves removes it. Locks on bytes of the file tell who is there, so that a side that was killed is gone at
-/// once and its memory is used again.
+/// One side's hold on the shared memory of a link. The first side makes it, the last one removes it. Each
+/// side holds a lock on a byte of the file, so that a killed side counts as absent at once and its memory is
+/// reused.
 class SharedMemoryLink {
  public:
   /// Throws std::runtime_error with one sentence when the memory is another user's, another program's or
-  /// another version's, when other users may reach it, when a lock on it is never given up, when the other
-  /// side runs with another period or pacing, or when this role is taken.
+  /// another version's, when other users may reach it, when a lock on it is not released, when the other side
+  /// runs with another period or pacing, or when this role is taken.
   SharedMemoryLink(const HilParameters& parameters, LinkRole role, std::int64_t period_ns);
   SharedMemoryLink(const SharedMemoryLink&) = delete;
   SharedMemoryLink& operator=(const SharedMemoryLink&) = delete;
   ~SharedMemoryLink();
 
   [[nodiscard]] LinkMemory& memory() const noexcept { return memory_->get(); }
-  /// This side's start, from 1.
+  /// Number of this side's start, from 1.
   [[nodiscard]] std::uint32_t generation() const noexcept { return generation_; }
   [[nodiscard]] LinkSide& own() const noexcept;
   [[nodiscard]] LinkSide& other() const noexcept;
 
-  /// Says that this side leaves in order, and takes the gate-enable line with it; once, at the end.
-  void say_goodbye() noexcept;
+  /// Announces the orderly end of this side and clears the gate-enable line; once, at the end.
+  void announce_end() noexcept;
 
-  /// Whether a process holds the other role now; asks the kernel, so not for the control thread.
+  /// Whether a process holds the other role. Makes a system call, so not for the control thread.
   [[nodiscard]] bool other_is_attached() const noexcept;
 
  private:

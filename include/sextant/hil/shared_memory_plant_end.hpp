@@ -16,11 +16,11 @@ class SharedMemoryPlantEnd {
   /// The link is held by a plant and must outlive this object.
   explicit SharedMemoryPlantEnd(SharedMemoryLink& link) noexcept
       : memory_{link.memory()}, generation_{link.generation()} {
-    // What an earlier drive has left is no command of a living one.
+    // A pattern of an earlier drive does not count.
     (void)memory_.command.load(command_);
   }
 
-  /// The newest command; false when none has come since the last call.
+  /// The newest pattern; false when none has come since the last call.
   [[nodiscard]] bool take(DrivePatternRecord& command) noexcept SEXTANT_NONBLOCKING {
     DrivePatternRecord found;
     if (memory_.command.load(found) == 0) return false;
@@ -30,7 +30,7 @@ class SharedMemoryPlantEnd {
     return true;
   }
 
-  /// The gate-enable line, for the drive whose command came last.
+  /// The gate-enable line of the drive whose pattern came last.
   [[nodiscard]] bool gates_enabled() const noexcept SEXTANT_NONBLOCKING {
     const std::uint32_t line = memory_.gate_enable.load(std::memory_order_acquire);
     return line != 0 && line == command_.generation;

@@ -12,25 +12,24 @@
 
 namespace sextant {
 
-/// A power stage on another machine, met by datagrams in real time. Neither call waits; both make system
-/// calls of a socket. Each machine keeps its own clock: a measurement gets the drive's time at which it was
-/// read.
+/// A power stage on another machine, over datagrams in real time. Neither call waits; both make system calls
+/// of a socket. Each machine keeps its own clock: a measurement belongs to the drive's time of its reading.
 class UdpDriveIo final : public DriveIo<double> {
  public:
-  /// Throws std::runtime_error where the addresses cannot be had.
+  /// Throws std::runtime_error where the addresses cannot be used.
   UdpDriveIo(const HilParameters& parameters, std::int64_t period_ns);
   ~UdpDriveIo() override;
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override;
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override;
 
-  /// Takes the gate-enable line away and says so at once; from any thread.
-  void open_gates() noexcept;
+  /// Clears the gate-enable line and sends that at once; from any thread.
+  void inhibit_gates() noexcept;
 
-  /// Says that the drive leaves in order; once its control thread has ended.
-  void say_goodbye() noexcept;
+  /// Announces the orderly end of the drive; once its control thread has ended.
+  void announce_end() noexcept;
 
-  /// What the drive knows of the plant; from any thread.
+  /// State of the plant; from any thread.
   [[nodiscard]] const LinkState& state() const noexcept { return state_; }
 
   /// For the thread that reads, or once it has ended.
@@ -43,7 +42,7 @@ class UdpDriveIo final : public DriveIo<double> {
  private:
   void discard_what_has_queued_up(MeasurementDatagram& datagram) noexcept SEXTANT_NONBLOCKING;
   void take(const MeasurementDatagram& datagram) noexcept SEXTANT_NONBLOCKING;
-  /// Returns the command's number.
+  /// Returns the pattern's number.
   std::uint64_t send(const GatePattern& pattern, bool leaving) noexcept SEXTANT_NONBLOCKING;
 
   UdpSocket socket_;

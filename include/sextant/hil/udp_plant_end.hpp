@@ -15,16 +15,16 @@ class UdpPlantEnd {
  public:
   static constexpr bool same_clock = false;
 
-  /// Throws std::runtime_error where the addresses cannot be had.
+  /// Throws std::runtime_error where the addresses cannot be used.
   UdpPlantEnd(const HilParameters& parameters, std::int64_t period_ns);
 
-  /// The newest command; false when none newer has come since the last call.
+  /// The newest pattern; false when none newer has come since the last call.
   [[nodiscard]] bool take(DrivePatternRecord& command) noexcept SEXTANT_NONBLOCKING;
   [[nodiscard]] bool gates_enabled() const noexcept SEXTANT_NONBLOCKING { return gates_enabled_; }
   [[nodiscard]] bool drive_present() const noexcept SEXTANT_NONBLOCKING { return present_; }
   void publish(MeasurementRecord record) noexcept SEXTANT_NONBLOCKING;
 
-  /// For the thread that takes, or once it has ended.
+  /// For the thread that calls `take`, or once it has ended.
   [[nodiscard]] const DatagramReception::Counters& network() const noexcept { return reception_.counters(); }
   [[nodiscard]] std::uint64_t unsent() const noexcept { return unsent_; }
 

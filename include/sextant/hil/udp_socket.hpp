@@ -24,7 +24,7 @@ class UdpSocket {
   UdpSocket& operator=(const UdpSocket&) = delete;
   ~UdpSocket();
 
-  /// False when the kernel did not take it: no route, no buffer, nobody there.
+  /// False when the kernel did not send it: no route, no buffer, or refused by the peer's machine.
   bool send(std::span<const std::byte> datagram) const noexcept SEXTANT_NONBLOCKING;
 
   /// Length of the next datagram, cut off at the buffer's; 0 when there is none. [bytes]

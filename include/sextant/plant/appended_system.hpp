@@ -8,7 +8,7 @@
 
 namespace sextant {
 
-/// Everything an appended system may know of the drive plant at one instant. Stationary frame,
+/// The drive plant's quantities at one instant, for an appended system. Stationary frame,
 /// amplitude-invariant; currents positive into the machine.
 template <class T = double>
 struct PlantQuantities {
@@ -25,8 +25,8 @@ struct PlantQuantities {
   T theta_m{};             ///< mechanical angle, not wrapped [rad]
 };
 
-/// A system of differential equations that is driven by the plant and integrated with it, without acting
-/// back on it: meters, a continuous-time estimator. `derivative(plant, y, dy)` writes dy/dt.
+/// A system of differential equations that is driven by the plant and integrated with it, without an effect
+/// on it: meters, a continuous-time estimator. `derivative(plant, y, dy)` writes dy/dt.
 template <class A, class T>
 concept AppendedSystem =
     std::copyable<A> && A::size >= 0 &&

@@ -69,7 +69,7 @@ class DrivePlant {
   void set_inputs(const PlantInputs<T>& inputs) noexcept SEXTANT_NONBLOCKING {
     if (inputs == inputs_) return;
     const bool bridge_changed = inputs.state != inputs_.state || inputs.u_dc != inputs_.u_dc;
-    // By member: a packed copy of what the caller has just stored by member stalls.
+    // By member, as the caller stored it.
     inputs_.state = inputs.state;
     inputs_.u_dc = inputs.u_dc;
     inputs_.tau_l = inputs.tau_l;
@@ -81,7 +81,7 @@ class DrivePlant {
   }
   [[nodiscard]] const PlantInputs<T>& inputs() const noexcept SEXTANT_NONBLOCKING { return inputs_; }
 
-  /// Replaces the state from outside, so that an integrator starts anew.
+  /// Replaces the state from outside, so that an integrator restarts.
   void set_state(const State& x) noexcept SEXTANT_NONBLOCKING {
     x_ = x;
     ++revision_;
@@ -115,7 +115,7 @@ class DrivePlant {
       return inverter_.voltage_map()(machine_.emf(dpsi_r));
     });
   }
-  /// The same while no leg floats, which spares integrators the question at each of their stages.
+  /// The same while no leg floats, for integrators that check this once a step.
   void driven_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
     derivative_at(x, dx, [this](SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
       return inverter_.voltage_map().offset;
@@ -206,7 +206,7 @@ class DrivePlant {
   [[nodiscard]] const Machine& machine() const noexcept SEXTANT_NONBLOCKING { return machine_; }
   [[nodiscard]] const Inverter<T>& inverter() const noexcept SEXTANT_NONBLOCKING { return inverter_; }
   [[nodiscard]] const Appended& appended_system() const noexcept SEXTANT_NONBLOCKING { return appended_; }
-  /// The same, to change its inputs; integrators start anew.
+  /// The same, to change its inputs; integrators restart.
   [[nodiscard]] Appended& appended_system() noexcept SEXTANT_NONBLOCKING {
     ++revision_;
     return appended_;

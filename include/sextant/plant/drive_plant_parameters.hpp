@@ -28,7 +28,7 @@ struct DrivePlantParameters {
 /// What acts on the plant, constant over an integration segment.
 template <class T = double>
 struct PlantInputs {
-  SwitchState state{};        ///< what the inverter legs are told to do
+  SwitchState state{};        ///< commanded states of the inverter legs
   T u_dc{};                   ///< voltage of the stiff DC link [V]
   T tau_l{};                  ///< load torque; positive opposes positive rotation [N·m]
   bool imposed_speed{false};  ///< true: the speed follows speed_slope, whatever the torques

@@ -4,8 +4,8 @@
 
 namespace sextant {
 
-/// Accuracy of an integrator with a variable step, and where it gives up. The defaults are of local errors,
-/// which are made anew after each of some 30 000 switching edges in a second and add up: a torque within 1e-6
+/// Accuracy of an integrator with a variable step, and its limits. The defaults are of local errors,
+/// which occur after each of some 30 000 switching edges in a second and add up: a torque within 1e-6
 /// of its peak takes a relative tolerance below 1e-9.
 struct ErrorControl {
   double relative_tolerance{1e-11};  ///< local error of a step, relative to each state [-]

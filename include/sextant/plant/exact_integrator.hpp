@@ -32,7 +32,7 @@ struct ExactParameters {
 /// Where the speed is constant, fluxes and torque are exact to rounding whatever the step. Where it changes,
 /// fluxes, torque, speed and appended system are of order 3 in the step, the angle of order 2; a segment is
 /// divided into steps of at most `max_step_ns` that are short enough for the error of the torque to stay
-/// below 1e-6 of its peak on a light shaft, too. The transition is kept and computed anew whenever the speed
+/// below 1e-6 of its peak on a light shaft, too. The transition is kept and recomputed when the speed
 /// or the step has changed, and by nothing else: when another plant, that is another machine, is given,
 /// `reset()` is due first.
 ///

@@ -92,7 +92,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return next;
   }
 
-  /// x + h k. By element, because packed loads of what was stored by element stall.
+  /// x + h k. By element.
   static State along(const State& x, T h, const State& k) noexcept SEXTANT_NONBLOCKING {
     State y;
     for (int i = 0; i < Plant::size; ++i) y[i] = x[i] + h * k[i];
@@ -172,7 +172,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   static T first_crossing(const Plant& plant, const Interpolant& path) noexcept SEXTANT_NONBLOCKING {
     T low = T(0);
     T high = T(1);
-    // The middle is looked at too, so that a dip within the step is seldom missed.
+    // The middle is evaluated too, so that a dip within the step is rarely missed.
     if (lowest_value(plant, path.at(T(0.5))) < T(0)) {
       high = T(0.5);
     } else if (lowest_value(plant, path.x1) < T(0)) {

@@ -18,8 +18,8 @@ namespace sextant {
 ///
 /// A leg is low, high or off. An off leg carries its phase current through a diode: the lower one while
 /// i_x > 0, the upper one while i_x < 0. Once its current is zero it floats, until its potential leaves
-/// [0, u_dc] and a diode takes it over again. Current i_x is positive into the machine. The inverter sees the
-/// machine as its current i_s and its back-EMF e (stationary frame, amplitude-invariant).
+/// [0, u_dc] and a diode takes it over again. Current i_x is positive into the machine. The machine enters by
+/// its current i_s and its back-EMF e (stationary frame, amplitude-invariant).
 template <class T = double>
 class Inverter {
  public:
@@ -155,7 +155,7 @@ class Inverter {
   }
 
   /// Distance of each floating leg to the potential at which a diode conducts; 1 for tied legs. With all
-  /// three floating the line-to-line EMF counts, and leg a speaks for all. [V]
+  /// three floating the line-to-line EMF counts, with leg a for all. [V]
   [[nodiscard]] constexpr std::array<T, 3> margins(SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
     std::array<T, 3> g{T(1), T(1), T(1)};
     if (floating_ == 0) return g;

@@ -20,7 +20,7 @@ class PlantIntegrator {
   /// before the call, and the caller must report it.
   [[nodiscard]] virtual bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING = 0;
 
-  /// Forgets the history of the solution, before another plant is advanced.
+  /// Clears the history of the solution; to be called before another plant is advanced.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;
 };
 

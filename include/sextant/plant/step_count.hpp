@@ -17,7 +17,7 @@ inline constexpr std::int64_t most_steps = 10'000'000;
   return duration_ns <= max_step_ns ? 1 : (duration_ns + max_step_ns - 1) / max_step_ns;
 }
 
-/// Steps of a segment when a plant asks for at least `demanded` of them; 0: more than there may be.
+/// Steps of a segment for a plant that needs at least `demanded`; 0: more than allowed.
 template <class T>
 [[nodiscard]] std::int64_t at_least(std::int64_t steps, T demanded) noexcept SEXTANT_NONBLOCKING {
   if (!(demanded <= T(most_steps))) return 0;

@@ -17,8 +17,8 @@
 namespace sextant {
 
 /// What the integrators with a variable step have in common, Solver being `CvodeSolver` or `ErkSolver`. The
-/// solution is continued from segment to segment as long as the plant's revision stays the same, and started
-/// anew at each jump of the right-hand side. Root finding for diode events is a second solver that runs only
+/// solution is continued from segment to segment as long as the plant's revision stays the same, and restarted
+/// at each jump of the right-hand side. Root finding for diode events is a second solver that runs only
 /// while legs are off.
 template <class Plant, class Solver>
   requires std::same_as<typename Plant::Scalar, double>
@@ -84,7 +84,7 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
     return t;
   }
 
-  /// Makes the solver continue the plant's solution, anew unless it already does.
+  /// Makes the solver continue the plant's solution; restarts it where it holds another one.
   bool follow(Solver& solver, const Plant& plant) noexcept {
     if (active_ == &solver && revision_ == plant.revision()) return true;
     if (!solver.restart(plant.state().data())) return false;

@@ -24,7 +24,7 @@ struct LatencySummary {
 
 /// Histogram of durations in fixed memory. Buckets are log-linear: every octave is cut into 64 equal parts,
 /// so that a bucket's middle is within 1/128 (0.8 %) of every value in it; below 128 ns each value has its
-/// own bucket. Durations from 0 to 2^40 ns (18 minutes) are told apart; shorter count as 0, longer as the
+/// own bucket. Durations from 0 to 2^40 ns (18 minutes) are distinguished; shorter count as 0, longer as the
 /// last bucket. The maximum is kept exactly.
 ///
 /// One thread records. The object is trivially copyable: it goes to a reader by copying it into a

@@ -10,10 +10,9 @@
 
 namespace sextant {
 
-/// The newest value that one thread has for one other: a triple buffer. Both sides are wait-free: each owns
-/// one slot, and one atomic exchange swaps it for the third. The reader sees whole values, never older than
-/// one it has seen, and may miss values in between. One writer thread, one reader thread; T is copied byte by
-/// byte.
+/// The newest value from one writer thread to one reader thread: a triple buffer. Both sides are wait-free:
+/// each owns one slot, and one atomic exchange swaps it for the third. The reader gets whole values in the
+/// order of writing, and may miss values in between. T is copied byte by byte.
 template <class T>
 class LatestValue {
   static_assert(std::is_trivially_copyable_v<T>, "a value that crosses threads is copied, never constructed");
@@ -21,7 +20,7 @@ class LatestValue {
 
  public:
   LatestValue() noexcept = default;
-  /// The reader sees `initial` until something is stored.
+  /// The reader gets `initial` until a value is stored.
   explicit LatestValue(const T& initial) noexcept { slots_[reader_slot_].value = initial; }
   LatestValue(const LatestValue&) = delete;
   LatestValue& operator=(const LatestValue&) = delete;
@@ -33,14 +32,14 @@ class LatestValue {
     writer_slot_ = shared_.exchange(offered, std::memory_order_acq_rel) & slot_mask;
   }
 
-  /// Reader: takes the newest value over; true when there is one that it has not seen.
+  /// Reader: fetches the newest value; true when it is another one than before.
   bool update() noexcept SEXTANT_NONBLOCKING {
     if ((shared_.load(std::memory_order_relaxed) & fresh) == 0) return false;
     reader_slot_ = shared_.exchange(reader_slot_, std::memory_order_acq_rel) & slot_mask;
     return true;
   }
 
-  /// Reader: the value taken over last; valid until the next update().
+  /// Reader: the value fetched last; valid until the next update().
   [[nodiscard]] const T& value() const noexcept SEXTANT_NONBLOCKING { return slots_[reader_slot_].value; }
 
   /// Reader: the newest value.
@@ -60,7 +59,7 @@ class LatestValue {
   std::array<Slot, 3> slots_{};
   alignas(cache_line) std::uint8_t writer_slot_{0};
   alignas(cache_line) std::atomic<std::uint8_t> shared_{
-      1};  // slot on offer, and whether the reader has seen it
+      1};  // the third slot, and whether its value is unread
   alignas(cache_line) std::uint8_t reader_slot_{2};
 };
 

@@ -25,7 +25,7 @@ inline constexpr std::size_t stage_count = 5;
   return names[static_cast<std::size_t>(stage)];
 }
 
-/// Between which two time stamps of the control thread a gap was seen. The first are the stages.
+/// The two time stamps of the control thread between which a gap lies. The first values are the stages.
 enum class GapPlace : std::uint8_t { read, commands, drive, write, push, between, waiting };
 
 /// The place of a gap within this stage.
@@ -69,8 +69,8 @@ struct Gap {
     place = where;
   }
 
-  /// After a wake-up that was late by latency_ns [ns]: no more than that can make the next ones late, and up
-  /// to limit_ns [ns] nothing.
+  /// After a wake-up that was late by latency_ns [ns]: at most that part of the gaps can make the next ones
+  /// late, and a part up to limit_ns [ns] none.
   constexpr void fade(std::int64_t latency_ns, std::int64_t limit_ns) noexcept SEXTANT_NONBLOCKING {
     if (sum_ns > latency_ns) sum_ns = latency_ns;
     if (sum_ns <= limit_ns) *this = {};
@@ -79,18 +79,17 @@ struct Gap {
 
 /// Why a wake-up was an overrun.
 enum class OverrunCause : std::uint8_t {
-  machine_gap,  ///< the machine stopped the thread: a gap while it did nothing but read the clock, or a gap
-                ///< in its execution for the whole of which it waited for a processor or time was stolen
-  stage_gap,  ///< a gap within one stage that nobody explains: the stage itself, or a hypervisor or firmware
-              ///< that does not say so
-  late_wake,  ///< asleep, and woken late by the kernel
-  long_execution  ///< no gap that accounts for it: the execution took longer than the period
+  machine_gap,    ///< the machine stopped the thread: a gap between two readings of the clock, or a gap in a
+                  ///< stage of which the kernel reports as much waiting for a processor or stolen time
+  stage_gap,      ///< a gap in a stage without such a report: the stage itself, a hypervisor or firmware
+  late_wake,      ///< the kernel ended the sleep late
+  long_execution  ///< no gap accounts for it: the execution took longer than the period
 };
 
 inline constexpr std::size_t overrun_cause_count = 4;
 
 [[nodiscard]] constexpr const char* to_string(OverrunCause cause) noexcept {
-  constexpr std::array names{"machine stopped us", "gap in a stage", "late wake-up", "own execution"};
+  constexpr std::array names{"machine gap", "gap in a stage", "late wake-up", "own execution"};
   static_assert(names.size() == overrun_cause_count);
   return names[static_cast<std::size_t>(cause)];
 }
@@ -105,12 +104,12 @@ struct Overrun {
 };
 
 /// Whether the gaps account for the overrun: without them the wake-up would have been late by less than a
-/// wake period (wake_period_ns [ns]), which is none. A short gap does not excuse a long execution.
+/// wake period (wake_period_ns [ns]), which is no overrun.
 [[nodiscard]] constexpr bool gaps_account_for(const Overrun& overrun, std::int64_t wake_period_ns) noexcept {
   return overrun.gap.sum_ns > 0 && overrun.latency_ns - overrun.gap.sum_ns < wake_period_ns;
 }
 
-/// The cause as far as the control thread's own time stamps tell it.
+/// The cause by the control thread's own time stamps alone.
 [[nodiscard]] constexpr OverrunCause visible_cause(const Overrun& overrun,
                                                    std::int64_t wake_period_ns) noexcept {
   if (gaps_account_for(overrun, wake_period_ns)) {

@@ -16,15 +16,15 @@ namespace sextant {
 /// Wakes the calling thread on the absolute deadlines of a WakeSchedule. Absolute, so that the time the work
 /// takes does not add to the period; clock_nanosleep, because a timerfd is woken from a soft interrupt.
 ///
-/// While it spins it reads the clock without a pause, so that two readings far apart mean that something else
-/// than this program had the processor: a gap.
+/// While it spins it reads the clock without a pause: a gap between two readings is time in which the program
+/// had no processor.
 class PeriodicTask {
  public:
   explicit PeriodicTask(const WakeSchedule::Parameters& parameters, const WaitParameters& wait = {}) noexcept
       : schedule_{parameters}, wait_{wait} {}
 
-  /// Lays the grid of deadlines; the first is one wake period from now, and up to one more where the grid
-  /// goes by the kernel's ticks. Returns the grid's origin. [ns]
+  /// Sets the grid of deadlines; the first is one wake period after the call, and up to one more where the
+  /// grid follows the kernel's ticks. Returns the grid's origin. [ns]
   std::int64_t start() noexcept {
     std::int64_t origin_ns = now_ns();
     if (wait_.tick_lead_ns > 0) {

@@ -4,9 +4,10 @@
 
 namespace sextant {
 
-/// Keeps the processors out of sleep states that take time to leave, for as long as the object lives: the
-/// kernel's power management is told to be back within 0 us (PM QoS, Documentation/power/pm_qos_interface).
-/// Where that is refused, or the kernel has no such file, nothing changes.
+/// Keeps the processors out of sleep states that take time to leave, during the lifetime of the object:
+/// requests a latency of 0 us from the kernel's power management (PM QoS,
+/// Documentation/power/pm_qos_interface). Without effect where that is refused or the kernel has no such
+/// file.
 class ProcessorLatency {
  public:
   explicit ProcessorLatency(bool wanted, const std::string& path = "/dev/cpu_dma_latency");

@@ -6,11 +6,11 @@
 
 namespace sextant {
 
-/// By which rule the kernel gives the control thread a processor.
+/// Scheduling policy of the control thread.
 enum class SchedulingPolicy : std::uint8_t {
-  other,    ///< the ordinary time sharing: nothing is asked for
+  other,    ///< ordinary time sharing: no rights are requested
   fifo,     ///< SCHED_FIFO: before every thread of lower priority
-  deadline  ///< SCHED_DEADLINE: a guaranteed time in each wake period, admitted or refused by the kernel
+  deadline  ///< SCHED_DEADLINE: a guaranteed time in each wake period, granted or refused by the kernel
 };
 
 [[nodiscard]] constexpr const char* to_string(SchedulingPolicy policy) noexcept {
@@ -28,7 +28,7 @@ enum class SchedulingPolicy : std::uint8_t {
 /// SCHED_FIFO priority of the watchdog in hard real time, where it is granted [-].
 inline constexpr int watchdog_priority = 99;
 
-/// How the control thread wakes and what it asks of the operating system.
+/// Wake-ups of the control thread and the rights that it requests.
 struct RealtimeParameters {
   int wake_every_periods{
       40};               ///< control periods run at each wake-up; above 1 for an in-process plant only [-]
@@ -42,14 +42,14 @@ struct RealtimeParameters {
   bool stage_statistics{true};  ///< time stamps between the stages of each control period
   std::int64_t gap_limit_ns{10'000};  ///< two time stamps further apart are a gap [ns]
 
-  /// Without a wake-up for so long the watchdog turns the gates off and the bus is told of a fault. The
-  /// default is half of the 100 ms within which a vehicle has to see it: cycle times and the bus need some of
-  /// the rest. [ns]
+  /// Age of the last wake-up at which the watchdog turns the gates off and the status frames report WATCHDOG.
+  /// The default is half of the 100 ms within which a vehicle must receive the fault, which leaves room for
+  /// the cycle times and the bus. [ns]
   std::int64_t watchdog_ns{50'000'000};
 
   [[nodiscard]] constexpr const char* validate() const noexcept {
     if (wake_every_periods < 1) return "a wake-up must run at least one control period";
-    // 99 is left to the kernel's own threads and to the watchdog.
+    // 99 is for the kernel's own threads and the watchdog.
     if (priority < 1 || priority > 98) return "the priority must be from 1 to 98";
     if (cpu < -1) return "the CPU must be a number from 0, or -1 for any";
     if (watchdog_ns <= 0) return "the watchdog needs a time above zero";
@@ -63,13 +63,13 @@ struct RealtimeParameters {
              "the thread in every period; take \"fifo\" or another wait";
     }
     if (cpu >= 0) {
-      return "policy = \"deadline\" and a cpu exclude each other: the kernel admits such threads for all "
+      return "policy = \"deadline\" and a cpu exclude each other: the kernel accepts such threads for all "
              "CPUs only; take \"fifo\", or give the program a cpuset of its own";
     }
     return nullptr;
   }
 
-  /// The same for what has to fit into a wake period (wake_period_ns [ns]).
+  /// Checks of the values that must fit into a wake period (wake_period_ns [ns]).
   [[nodiscard]] constexpr const char* validate(std::int64_t wake_period_ns) const noexcept {
     if (policy == SchedulingPolicy::deadline && deadline_runtime_ns > wake_period_ns) {
       return "deadline_runtime_us is too long: it must fit into the wake period";

@@ -13,9 +13,9 @@
 
 namespace sextant {
 
-/// Bounded first-in first-out queue from one thread to one other. push() never blocks: when the reader is
-/// behind by the whole capacity the value is dropped and the drop counted, and what is queued stays in order.
-/// Memory is taken and touched in the constructor only.
+/// Bounded first-in first-out queue from one writer thread to one reader thread. push() never blocks: a full
+/// queue drops the new value and counts the drop; queued values stay in order. Memory is allocated and
+/// touched in the constructor only.
 template <class T>
 class Ring {
   static_assert(std::is_trivially_copyable_v<T>, "a value that crosses threads is copied, never constructed");
@@ -47,7 +47,7 @@ class Ring {
     return true;
   }
 
-  /// Reader: takes the oldest value; false when there is none.
+  /// Reader: removes the oldest value; false when there is none.
   bool pop(T& value) noexcept SEXTANT_NONBLOCKING {
     const std::uint64_t read = read_.load(std::memory_order_relaxed);
     if (read == written_seen_by_reader_) {
@@ -66,9 +66,8 @@ class Ring {
   [[nodiscard]] std::size_t capacity() const noexcept SEXTANT_NONBLOCKING { return slots_.size(); }
 
  private:
-  /// Begins to bring the place of the next value near. The writer comes back to it after a whole round, when
-  /// it has long left the caches and its page the translation buffer; a writer that waits between two values
-  /// has it by the time it needs it.
+  /// Prefetches the slot of the next value. The writer returns to a slot after a whole round, when caches and
+  /// translation buffer no longer hold it; the time between two values covers the fetch.
   static void fetch(const T& slot) noexcept SEXTANT_NONBLOCKING {
     const auto* const bytes = reinterpret_cast<const char*>(&slot);
     for (std::size_t at = 0; at < sizeof(T); at += cache_line) __builtin_prefetch(bytes + at, 1);
@@ -77,8 +76,8 @@ class Ring {
 
   std::vector<T> slots_;
   std::size_t mask_;
-  // Each side counts for ever and keeps its last view of the other's count, so that it fetches the other's
-  // cache line only when the ring looks full or empty.
+  // Both counts grow without end. Each side keeps a copy of the other's count and reads the other's cache
+  // line only when the ring is full or empty by that copy.
   alignas(cache_line) std::atomic<std::uint64_t> written_{0};
   std::atomic<std::uint64_t> dropped_{0};
   std::uint64_t read_seen_by_writer_{0};

@@ -8,18 +8,18 @@
 
 namespace sextant {
 
-/// What came of asking the operating system for something. Nothing here throws: the program decides by
-/// `RealtimeParameters::required` whether a refusal ends it.
+/// Result of a request to the operating system. A refusal is no exception: only
+/// require_rights() and require_room_for_spinning() throw.
 struct Grant {
   bool granted{false};
-  std::string sentence{};  ///< empty when granted, else what was refused, why, and what helps
+  std::string sentence{};  ///< empty when granted, else what was refused, why, and the remedy
 };
 
 /// SCHED_FIFO for the calling thread, so that no ordinary thread delays it. Priority 1…99.
 [[nodiscard]] Grant use_fifo_scheduling(int priority);
 
 /// SCHED_DEADLINE for the calling thread: runtime_ns of processor time in each period_ns, before its end
-/// [ns]. The kernel admits it only while the sum of all such threads fits into the CPUs, and only for threads
+/// [ns]. The kernel grants it only while the sum of all such threads fits into the CPUs, and only to threads
 /// that may run on every CPU.
 [[nodiscard]] Grant use_deadline_scheduling(std::int64_t runtime_ns, std::int64_t period_ns);
 
@@ -55,20 +55,20 @@ void prefault_stack() noexcept;
 /// CPUs of which the calling thread and one that is bound to `cpu` (-1: none) may use any. [-]
 [[nodiscard]] int usable_cpus(int cpu = -1);
 
-/// What the control thread was given.
+/// Rights granted to the control thread.
 struct RightsReport {
-  bool real_time_scheduling{false};  ///< SCHED_FIFO or SCHED_DEADLINE was asked for and granted
+  bool real_time_scheduling{false};  ///< SCHED_FIFO or SCHED_DEADLINE was requested and granted
   bool memory_locked{false};
   int cpu{-1};                          ///< the CPU that it was bound to; -1: none [-]
   std::vector<std::string> refusals{};  ///< one sentence each; empty when everything was granted
 };
 
-/// All of the above as the parameters ask, for the calling (control) thread that wakes every wake_period_ns
-/// [ns].
+/// Requests all of the above by the parameters for the calling (control) thread, which wakes every
+/// wake_period_ns [ns].
 [[nodiscard]] RightsReport set_up_control_thread(const RealtimeParameters& parameters,
                                                  std::int64_t wake_period_ns);
 
-/// Throws std::runtime_error with every refusal where `realtime.required` asks for all rights.
+/// Throws std::runtime_error with every refusal where `realtime.required` is set.
 void require_rights(const RealtimeParameters& parameters, const RightsReport& rights);
 
 /// Throws std::runtime_error where a thread with these rights would keep everything else from running: one

@@ -23,12 +23,12 @@ enum class WaitMode : std::uint8_t {
   return "";
 }
 
-/// What a periodic task is told about waiting.
+/// Parameters of waiting.
 struct WaitParameters {
   WaitMode mode{WaitMode::sleep};
   std::int64_t spin_margin_ns{50'000};  ///< hybrid: how long before the deadline the sleep ends [ns]
-  /// Deadlines stand so long before whole multiples of the wake period on CLOCK_MONOTONIC, where the kernel
-  /// has its timer ticks; 0: wherever the start has them fall. [ns]
+  /// Time from a deadline to the next whole multiple of the wake period on CLOCK_MONOTONIC, where the kernel
+  /// has its timer ticks; 0: the grid begins at the start. [ns]
   std::int64_t tick_lead_ns{0};
 };
 

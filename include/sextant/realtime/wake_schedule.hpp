@@ -8,11 +8,11 @@ namespace sextant {
 
 /// The arithmetic of a periodic task: deadlines on a fixed grid
 ///   deadline_k = origin + k · wake_period,  wake_period = wake_every_periods · period,
-/// and what to do when a wake-up comes late. It reads no clock; the caller says what time it is.
+/// and the reaction to a late wake-up. It reads no clock; time is an argument.
 ///
-/// A wake-up that comes one whole wake period or more after its deadline is an overrun. However many wake
-/// periods it spans it counts once; the whole ones are missed, so that the next deadline is again on the
-/// grid and the phase is kept. A wake-up that is late by less runs late and catches up.
+/// A wake-up that comes one whole wake period or more after its deadline is an overrun. It counts
+/// once for any number of wake periods; the whole ones are missed, so that the next deadline is on the grid
+/// and the phase is kept. A wake-up that is late by less than a wake period catches up.
 class WakeSchedule {
  public:
   struct Parameters {
@@ -32,18 +32,18 @@ class WakeSchedule {
   /// One wake-up.
   struct Wake {
     std::int64_t deadline_ns{};     ///< the newest deadline that has passed: the one this wake-up serves [ns]
-    std::int64_t latency_ns{};      ///< from the deadline slept for to the wake-up, at least 0 [ns]
-    std::int64_t periods_missed{};  ///< control periods that this wake-up leaves out [-]
+    std::int64_t latency_ns{};      ///< from the deadline of the wait to the wake-up, at least 0 [ns]
+    std::int64_t periods_missed{};  ///< control periods missed by this wake-up [-]
 
     [[nodiscard]] constexpr bool overrun() const noexcept { return periods_missed > 0; }
     friend constexpr bool operator==(const Wake&, const Wake&) noexcept = default;
   };
 
-  /// What has happened since the start.
+  /// Counts since the start.
   struct Counters {
     std::uint64_t wakes{};              ///< wake-ups, late ones included [-]
     std::uint64_t overruns{};           ///< late wake-ups that missed periods [-]
-    std::uint64_t periods_missed{};     ///< control periods left out by them [-]
+    std::uint64_t periods_missed{};     ///< control periods missed [-]
     std::uint32_t overruns_in_a_row{};  ///< overruns since the last wake-up in time [-]
   };
 
@@ -62,7 +62,7 @@ class WakeSchedule {
     next_deadline_ns_ = origin_ns + parameters_.wake_period_ns();
   }
 
-  /// The deadline to sleep for. [ns]
+  /// The next deadline. [ns]
   [[nodiscard]] constexpr std::int64_t next_deadline_ns() const noexcept SEXTANT_NONBLOCKING {
     return next_deadline_ns_;
   }

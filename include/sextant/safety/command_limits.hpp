@@ -5,13 +5,13 @@
 
 namespace sextant {
 
-/// The limits to which a vehicle's commands are held.
+/// Limits of a vehicle's commands.
 template <class T = double>
 struct CommandLimits {
   T torque_limit{T(150)};                 ///< largest magnitude of a request [N·m]
   T torque_rate{T(1e6)};                  ///< largest rate of the torque reference [N·m/s]
-  std::int64_t timeout_ns{40'000'000};    ///< age at which the torque starts to ramp to zero [ns]
-  std::int64_t zero_ramp_ns{10'000'000};  ///< duration of that ramp, from whatever torque [ns]
+  std::int64_t timeout_ns{40'000'000};    ///< age at which the torque reference starts to ramp to zero [ns]
+  std::int64_t zero_ramp_ns{10'000'000};  ///< duration of that ramp, from any torque [ns]
   std::int64_t lost_ns{200'000'000};      ///< age at which the command counts as lost [ns]
   std::uint32_t blocked_limit{3};         ///< blocked frames in a row that make a fault [-]
 

@@ -13,22 +13,22 @@
 
 namespace sextant {
 
-/// What the rules of the command's supervision look at in one control period.
+/// Inputs of the rules of the command supervision in one control period.
 template <class T = double>
 struct CommandFacts {
   const TorqueCommand<T>& command;
   std::int64_t age_ns{};       ///< since the newest accepted frame was received [ns]
-  bool is_new{false};          ///< the newest frame has not been evaluated before
+  bool is_new{false};          ///< the newest frame came since the last period
   bool disabled{false};        ///< a frame with Enable = 0 has come since the last period
   bool reset{false};           ///< a disable with FaultReset = 1 has come since the last period
-  bool zero_requested{false};  ///< the drive asks for zero torque
-  std::uint32_t blocked{};     ///< frames in a row that were blocked for their torque [-]
+  bool zero_requested{false};  ///< the drive requires zero torque
+  std::uint32_t blocked{};     ///< blocked frames in a row [-]
 };
 
-/// What follows where a rule applies.
+/// The action of a rule that applies.
 enum class CommandAction : std::uint8_t {
-  drop,   ///< nothing of the frame counts, and the lockout returns
-  hold,   ///< the frame is blocked: the last setpoint holds
+  drop,   ///< the frame has no effect, and the lockout returns
+  hold,   ///< the frame is blocked: the setpoint before it holds
   ramp,   ///< the torque reference ramps to zero
   latch,  ///< the rule's fault is present
 };
@@ -67,8 +67,8 @@ template <class T>
   return facts.age_ns > limits.timeout_ns;
 }
 
-/// A new frame that enables, with a torque beyond `torque_limit` or one that is no number. A disable is never
-/// out of range.
+/// A new frame that enables with a torque that is NaN or beyond `torque_limit`, or with a negative limit. A
+/// disable is never out of range.
 template <class T>
 [[nodiscard]] constexpr bool is_out_of_range(const CommandFacts<T>& facts,
                                              const CommandLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
@@ -97,7 +97,7 @@ template <class T>
 
 }  // namespace command_rule
 
-/// The rules on the frames that have come, evaluated before anything of a frame counts.
+/// Rules on the frames since the last period, evaluated before a frame has an effect.
 template <class T = double>
 inline constexpr std::array frame_rules{
     CommandRule<T>{CommandAction::drop, command_rule::e2e_is_not_valid<T>},
@@ -105,7 +105,7 @@ inline constexpr std::array frame_rules{
     CommandRule<T>{CommandAction::hold, command_rule::is_out_of_range<T>},
 };
 
-/// The rules on the command in force, evaluated once the frames have been counted.
+/// Rules on the command in force, evaluated after the frames.
 template <class T = double>
 inline constexpr std::array period_rules{
     CommandRule<T>{CommandAction::ramp, command_rule::has_timed_out<T>},
@@ -131,7 +131,7 @@ struct CommandActions {
   }
 };
 
-/// Evaluates every rule of the table, in order; all actions that follow.
+/// Evaluates every rule of the table, in order; returns the actions of those that apply.
 template <const auto& rules, class T>
 [[nodiscard]] constexpr CommandActions evaluate(const CommandFacts<T>& facts,
                                                 const CommandLimits<T>& limits) noexcept {

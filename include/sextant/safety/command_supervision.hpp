@@ -14,28 +14,28 @@
 
 namespace sextant {
 
-/// What the command supervision lets through in one period.
+/// Output of the command supervision in one period.
 template <class T = double>
 struct SupervisedCommand {
-  T torque{};               ///< the reference for the controller [N·m]
-  bool enable{false};       ///< torque production wanted, and the gate agrees
-  bool lockout{true};       ///< a valid disable has yet to be seen
-  bool fault_reset{false};  ///< true in the one period in which a valid reset arrives, with no command fault
-  bool derated{false};      ///< less is admitted than was requested, for want of available torque
-  FaultSet faults{};        ///< command faults present now
+  T torque{};               ///< torque reference [N·m]
+  bool enable{false};       ///< torque production requested and allowed
+  bool lockout{true};       ///< no enable is accepted before a valid disable
+  bool fault_reset{false};  ///< true in the one period after a valid reset, with no command fault
+  bool derated{false};      ///< less torque is available than requested
+  FaultSet faults{};        ///< command faults present
 };
 
-/// The last check between a vehicle's command and the drive. The rules of command_rules.hpp say what is
-/// dropped, held, ramped or latched; identity and end-to-end protection were checked on reception, and their
-/// result comes with the command. What the rules leave is limited here:
-///   silence beyond `timeout`: ramp to zero within `zero_ramp`, heals by itself;
-///   silence beyond `lost`: fault, and the lockout returns;
-///   enable with a torque beyond `torque_limit` or the contract's range: blocked, the last setpoint holds and
-///   nothing else of the frame counts; `blocked_limit` such frames in a row: fault;
-///   disable: gates off for this period at least, torque starts again from zero, and the lockout ends unless
-///   the frame also resets. Its torque does not matter, so that no disable is blocked. One that a newer
-///   command overwrote before this period counts all the same;
-///   the torque reference stays within what is available and changes at no more than `torque_rate`.
+/// Command supervision: turns a vehicle's command into the torque reference. CommandReceiver has checked
+/// identity and end-to-end protection; the command carries the result. The rules of command_rules.hpp drop,
+/// hold, ramp or latch; this class applies their actions and limits the reference:
+///   age above `timeout`: ramp to zero within `zero_ramp`; the next command ends it;
+///   age above `lost`: fault, and the lockout returns;
+///   enable with a torque beyond `torque_limit` or the contract's range: the frame is blocked, and the
+///   setpoint before it holds; `blocked_limit` such frames in a row: fault;
+///   disable, with any torque: gates off for this period at least, torque starts again from zero, and the
+///   lockout ends unless the frame also resets. A disable that a newer command overwrote unread has the same
+///   effect;
+///   the torque reference stays within the available torque and changes by at most `torque_rate`.
 template <class T = double>
 class CommandSupervision {
  public:
@@ -43,8 +43,8 @@ class CommandSupervision {
 
   constexpr explicit CommandSupervision(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// One control period at t_ns, dt [s] after the one before. `available` is what the drive can give now;
-  /// `zero_requested` asks for a ramp to zero, and holds it there, whatever the command says.
+  /// One control period at t_ns, dt [s] after the one before. `available`: the torques available in this
+  /// period. `zero_requested`: the reference ramps to zero and stays there, for any command.
   [[nodiscard]] SupervisedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
                                           TorqueRange<T> available, bool zero_requested) noexcept {
     CommandFacts<T> facts = update_facts(command, t_ns, zero_requested);
@@ -66,14 +66,14 @@ class CommandSupervision {
     return out;
   }
 
-  /// Demands a valid disable before the next enable, as after power-up and after a fault.
+  /// Sets the lockout: no enable is accepted before a valid disable, as after power-up.
   constexpr void lock() noexcept {
     lockout_ = true;
     setpoint_ = T(0);
     ramp_.reset();
   }
 
-  /// Takes back what was admitted: torque starts again from zero and at its rate.
+  /// Sets the torque reference to zero: it starts again from there at its rate.
   constexpr void restart() noexcept {
     ramp_.reset();
     ramping_to_zero_ = false;
@@ -91,18 +91,18 @@ class CommandSupervision {
     sequence_ = command.sequence;
     disables_ = command.disables;
     resets_ = command.resets;
-    if (is_new) alive_ns_ = command.received_ns;
-    // The age of a stamp from the future, or of one before the clock was set back, counts from this period.
-    alive_ns_ = std::min(alive_ns_, t_ns);
+    if (is_new) age_from_ns_ = command.received_ns;
+    // A time stamp later than this period, as after the clock was set back, counts as this period's.
+    age_from_ns_ = std::min(age_from_ns_, t_ns);
     return {.command = command,
-            .age_ns = elapsed(alive_ns_, t_ns),
+            .age_ns = elapsed(age_from_ns_, t_ns),
             .is_new = is_new,
             .disabled = disabled,
             .reset = reset,
             .zero_requested = zero_requested};
   }
 
-  /// Takes over what the rules leave of the frames that have come; true where one of them resets.
+  /// Applies the rules and the effects of the frames since the last period; true where one resets.
   [[nodiscard]] constexpr bool evaluate_frames(const CommandFacts<T>& facts) noexcept {
     const CommandActions actions = evaluate<frame_rules<T>>(facts, parameters_);
     if (actions.drop) {
@@ -128,8 +128,8 @@ class CommandSupervision {
     }
   }
 
-  /// A frame that also resets is spent on the reset: the disable that ends the lockout has to come after it.
-  /// Where both were overwritten their order is not known, and the lockout stays.
+  /// A disable that also resets leaves the lockout in place: a disable after it ends the lockout. Where both
+  /// were overwritten unread their order is unknown, and the lockout stays.
   constexpr void disable(bool resets) noexcept {
     enable_ = false;
     blocked_ = 0;
@@ -137,8 +137,8 @@ class CommandSupervision {
     if (!resets) lockout_ = false;
   }
 
-  /// Frames that the receiver dropped for their range are blocked frames as well; it counts them from zero
-  /// after each frame that it accepts.
+  /// Frames that the receiver rejected for their range count as blocked frames; the receiver counts them from
+  /// zero after each accepted frame.
   constexpr void count_out_of_range(std::uint32_t in_a_row, bool accepted_one) noexcept {
     if (accepted_one || in_a_row < out_of_range_) out_of_range_ = 0;
     blocked_ += in_a_row - out_of_range_;
@@ -157,7 +157,7 @@ class CommandSupervision {
     const T target = std::clamp(setpoint_, available.lowest, available.highest);
     out.derated = target != setpoint_;
     ramp_.step(target, parameters_.torque_rate * dt);
-    // What is available may fall faster than the torque's own rate.
+    // The available torque may fall faster than `torque_rate`.
     out.torque = ramp_.limit(available.lowest, available.highest);
   }
 
@@ -165,12 +165,12 @@ class CommandSupervision {
   SetpointRamp<T> ramp_{};
   T setpoint_{};
   T zero_rate_{};
-  std::int64_t alive_ns_{0};
+  std::int64_t age_from_ns_{0};
   std::uint64_t sequence_{0};
   std::uint32_t disables_{0};
   std::uint32_t resets_{0};
-  std::uint32_t blocked_{0};       ///< frames in a row, whatever was wrong with their torque [-]
-  std::uint32_t out_of_range_{0};  ///< of these, as the receiver last counted them [-]
+  std::uint32_t blocked_{0};       ///< blocked frames in a row [-]
+  std::uint32_t out_of_range_{0};  ///< of these, by the receiver's last count [-]
   bool enable_{false};
   bool lockout_{true};
   bool ramping_to_zero_{false};

@@ -9,8 +9,7 @@
 
 namespace sextant {
 
-/// Protections that evaluate one measurement: they trip within the control period. protection_rules.hpp lists
-/// them.
+/// Protections that evaluate one measurement and trip within the control period, by protection_rules.hpp.
 template <class T = double>
 class Protection {
  public:
@@ -18,13 +17,13 @@ class Protection {
 
   constexpr explicit Protection(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// True when every number is finite and the power stage vouches for them: a controller may use them.
+  /// True for a plausible measurement in which every number is finite.
   [[nodiscard]] static bool is_usable(const Measurement<T>& m) noexcept {
     return m.plausible && std::isfinite(m.i_abc.a) && std::isfinite(m.i_abc.b) && std::isfinite(m.i_abc.c) &&
            std::isfinite(m.u_dc) && std::isfinite(m.omega_m);
   }
 
-  /// The faults that this measurement shows; `measurement_invalid`, and no other, when it is not usable.
+  /// The faults of this measurement; `measurement_invalid`, and no other, when it is not usable.
   [[nodiscard]] FaultSet step(const Measurement<T>& m) const noexcept {
     if (is_usable(m)) return evaluate<protection_rules<T>>(m, parameters_);
     FaultSet faults;

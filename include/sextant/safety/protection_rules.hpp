@@ -13,7 +13,7 @@
 
 namespace sextant {
 
-/// One protection: where `is_violated` is true of a usable measurement, the fault is present.
+/// One protection: the fault is present while `is_violated` is true of a usable measurement.
 template <class T = double>
 struct ProtectionRule {
   Fault fault{};

@@ -5,14 +5,14 @@
 
 namespace sextant {
 
-/// Follows a target at no more than a given rate.
+/// Moves towards a target at a limited rate.
 template <class T = double>
 class SetpointRamp {
  public:
   /// Moves towards target by at most max_change; returns the new value.
   constexpr T step(T target, T max_change) noexcept {
     const T rest = target - value_;
-    // The target itself, so that rounding never leaves a rest.
+    // The target itself, so that no rounding error remains.
     value_ = std::abs(rest) <= max_change ? target : value_ + std::copysign(max_change, rest);
     return value_;
   }

@@ -10,7 +10,7 @@ namespace sextant {
 /// The decisions of direct torque control in continuous time: comparators, sector and switching table of the
 /// sampled controller, whose thresholds become event functions. An event is a fall below zero.
 ///
-/// At ψ_s = 0 every sector edge is met at once, so that the sector stands while |ψ_s| is below a mask. It is
+/// At ψ_s = 0 every sector edge is met at once, so that the sector is held while |ψ_s| is below a mask. It is
 /// masked again at half of it.
 class ContinuousComparators {
  public:
@@ -26,7 +26,7 @@ class ContinuousComparators {
     double torque_reference{};  ///< [N·m]
   };
 
-  /// mask_wb: flux below which the sector stands. [Wb]
+  /// mask_wb: flux below which the sector is held. [Wb]
   ContinuousComparators(const DirectTorqueController<>::Parameters& parameters, double mask_wb) noexcept
       : torque_{parameters.torque_comparator},
         flux_{parameters.flux_comparator},

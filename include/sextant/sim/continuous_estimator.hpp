@@ -20,7 +20,7 @@ class ContinuousEstimator {
     torque_reference = 2  ///< [N·m]
   };
 
-  /// Stator resistance as the drive believes it to be. [Ω]
+  /// The drive's parameter of the stator resistance. [Ω]
   constexpr explicit ContinuousEstimator(double r_s) noexcept : r_s_{r_s} {}
 
   /// Slope of the torque reference. [N·m/s]

@@ -8,11 +8,11 @@
 
 namespace sextant {
 
-/// A driver who follows a vehicle speed by asking the motors for torque, for braking too: a proportional and
+/// A driver that follows a vehicle speed by the motors' torque, for braking too: a proportional and
 /// integral controller with feed-forward of the acceleration, sampled and held,
 ///   F = m (dv_ref/dt + omega_b (e + 1/T_i ∫e dt)),   e = v_ref − v,   torque = F r/n.
-/// dv_ref/dt is the difference over the last period. The integral stands while the torque is at its limit and
-/// the error pulls further. What slows the vehicle is left to the integral.
+/// dv_ref/dt is the difference over the last period. The integral is held while the torque is at its limit
+/// and the error pulls further. What slows the vehicle is left to the integral.
 class Driver {
  public:
   struct Parameters {
@@ -47,7 +47,7 @@ class Driver {
   /// Torque of each motor at t_ns, held between the decisions. t_ns must not fall. [m/s] → [N·m]
   double step(std::int64_t t_ns, double v_ref, double v) noexcept SEXTANT_NONBLOCKING {
     if (started_ && t_ns < next_ns_) return torque_;
-    // Since the last decision: late ones are not rare where the caller's steps do not divide the period.
+    // Since the last decision, which is late where the caller's steps do not divide the period.
     const double period = double(started_ ? t_ns - last_ns_ : p_.period_ns) * 1e-9;
     const double acceleration = started_ ? (v_ref - last_v_ref_) / period : 0.0;
     // On the grid of the first decision; a period that is missed altogether is not made up for.

@@ -16,8 +16,8 @@ struct DriveEnergies {
 };
 
 /// Adds up energies over segments of a run, from the readings of a meter that is integrated with the plant.
-/// What flows out of the link and what flows back are told apart by the link's power at the ends of a
-/// segment, between which it runs linearly. An unknown reading makes its own energy NaN and no other.
+/// Energy out of the link and energy back into it are separated by the sign of the link's power, which is
+/// linear between the ends of a segment. An unknown reading makes its own energy NaN and no other.
 class EnergyAccount {
  public:
   /// Readings of the meter and powers of the link [W] at both ends of a segment, or of the share of one.

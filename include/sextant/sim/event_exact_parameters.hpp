@@ -9,7 +9,7 @@ namespace sextant {
 struct EventExactParameters {
   std::int64_t minimum_dwell_ns{100};  ///< a switching state lasts at least as long; 0: no limit [ns]
   double initial_flux{0};              ///< machine pre-magnetised along phase a with this stator flux [Wb]
-  double sector_mask{1e-3};          ///< flux below which the sector stands; at ψ = 0 every edge is met [Wb]
+  double sector_mask{1e-3};          ///< flux below which the sector is held; at ψ = 0 every edge is met [Wb]
   std::int64_t max_step_ns{20'000};  ///< longest step of the fixed-step engine, longest piece of a trace [ns]
   std::int64_t max_events{100'000'000};  ///< events in one simulated second, at most [-]
 

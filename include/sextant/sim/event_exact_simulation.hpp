@@ -21,9 +21,9 @@ struct EventExactStretch {
   double speed_slope{};        ///< [rad/s²]
 };
 
-/// Runs an event-exact system through stretches of time: integrates from event to event, switches there, and
-/// starts anew. A switching state lasts at least the minimum dwell: events that come sooner are deferred to
-/// its end, which bounds the switching where events would follow each other without end.
+/// Runs an event-exact system through stretches of time: integrates from event to event, switches there,
+/// and restarts the integration. A switching state lasts at least the minimum dwell: events that come sooner
+/// are deferred to its end, which bounds the switching where events would follow each other without end.
 template <class Engine>
 class EventExactSimulation {
  public:

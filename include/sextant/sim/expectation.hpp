@@ -22,17 +22,17 @@ struct TimeWindow {
   }
 };
 
-/// What a scenario demands of one metric; the bounds themselves are allowed.
+/// Bounds of a scenario on one metric, both included.
 struct Expectation {
   std::string metric{};         ///< a name of `metric_catalogue`
   std::optional<double> min{};  ///< in the metric's unit
   std::optional<double> max{};  ///< in the metric's unit
 
-  /// Empty when the demand can be judged, else what is wrong.
+  /// Empty when the bounds can be evaluated, else what is wrong.
   [[nodiscard]] std::string validate() const;
 };
 
-/// One judged expectation.
+/// One evaluated expectation.
 struct ExpectationResult {
   Expectation limit{};
   double value{};  ///< in the metric's unit; NaN if the run gave none
@@ -52,7 +52,7 @@ struct FaultExpectation {
   TimeWindow window{};  ///< in which it latches
 };
 
-/// Judges every expectation, in order. A NaN value fails, and so does a metric that does not exist.
+/// Evaluates every expectation, in order. A NaN value fails, and so does a metric that does not exist.
 [[nodiscard]] std::vector<ExpectationResult> evaluate(std::span<const Expectation> expectations,
                                                       const MetricList& metrics);
 

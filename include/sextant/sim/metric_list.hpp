@@ -9,7 +9,7 @@
 
 namespace sextant {
 
-/// The figures by which a run is judged, in the order in which they are shown.
+/// The metrics of a run, in the order of display.
 enum class Metric : std::uint8_t {
   torque_ripple_pp,
   torque_ripple_rms,

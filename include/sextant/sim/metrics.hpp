@@ -30,8 +30,8 @@ struct MetricsParameters {
 };
 
 /// Reduces a run to its metrics, in constant memory, from the segments between its instants: a switching
-/// state, a corner of the load or a control period begins a new one. Sampled and event-exact runs are judged
-/// alike.
+/// state, a corner of the load or a control period begins a new one. The same metrics serve sampled and
+/// event-exact runs.
 ///
 /// - Torque ripple and bias are those of the error T − T_ref in the window, so that a moving reference does
 ///   not count as ripple. Between its ends a segment is a straight line, and weighs by its duration.
@@ -40,7 +40,7 @@ struct MetricsParameters {
 /// - The switching frequency counts turn-ons of each leg's upper switch, which is the switching frequency of
 ///   one device, and averages the legs.
 /// - A pulse of the torque comparator begins where its output becomes +1 or −1 (`pulse`). A run whose
-///   controller has no such comparator says so (`has_no_pulses`).
+///   controller has no such comparator calls `has_no_pulses`.
 /// - Current THD is that of the space vector in the frame of the stator flux. There the fundamental is
 ///   constant, I_1 = mean(i), at any and even at changing speed, and
 ///     THD = sqrt(mean|i|² − |mean i|²) / |mean i|.
@@ -48,13 +48,13 @@ struct MetricsParameters {
 ///   load steps has neither, nor a carrier to synchronise with. Ripple of the flux angle itself is thereby
 ///   part of the frame and does not count. For sinusoidal flux and balanced harmonics it is the phase
 ///   currents' THD. Where the torque moves there is no constant fundamental, and no THD is given: the
-///   reference must stand still throughout the window and for 20 ms before it, every leg must be driven, and
+///   reference must be constant throughout the window and for 20 ms before it, every leg must be driven, and
 ///   the fundamental must stay within 10 % (`SteadyCurrent`).
 /// - Energies are the differences of the plant's own meter. Those from and to the link are the integrals of
 ///   the positive and of the negative part of the link's instantaneous power (`EnergyAccount`).
 /// - What is unaccounted for is the balance of the whole run, window or not.
 ///
-/// A sample that is not finite makes every metric NaN: a broken run must not look like a good one.
+/// A sample that is not finite makes every metric NaN: a broken run must not pass.
 class MetricsAccumulator {
  public:
   /// Throws std::runtime_error with the sentence of `validate()`.
@@ -66,10 +66,10 @@ class MetricsAccumulator {
   /// and the `before` of the next. A segment without length has no weight.
   void add_segment(const MetricsSample& before, const MetricsSample& after) noexcept;
 
-  /// Tells of the switching state from an instant on; the same state changes nothing.
+  /// Sets the switching state from an instant on; the same state changes nothing.
   void commutate(std::int64_t t_ns, SwitchState state) noexcept;
 
-  /// Tells of so many beginnings of a torque comparator's pulse at an instant.
+  /// Adds beginnings of a torque comparator's pulse at an instant.
   void pulse(std::int64_t t_ns, std::int64_t count = 1) noexcept;
 
   /// The run has no torque comparator: there is no frequency of its pulses.

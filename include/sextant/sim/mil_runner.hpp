@@ -27,7 +27,7 @@ struct MilResult {
   bool plant_healthy{true};                  ///< false: the integration failed, or one of the two below
   bool plant_reachable{true};                ///< false: the plant's state has left what the DC link can feed
   bool events_ended{true};                   ///< false: an event-exact run had more events than it may
-  bool stopped{false};                       ///< the caller has ended it before its time
+  bool stopped{false};                       ///< the caller has ended the run early
   DriveState final_state{DriveState::init};
   FaultSet faults{};                        ///< latched during the run
   Fault first_fault{};                      ///< meaningful while `faults.any()`
@@ -42,11 +42,11 @@ struct MilResult {
 /// live drive, once a control period, on virtual time.
 class MilRunner {
  public:
-  /// Told now and then how far the run is, 0…1; false stops it.
+  /// Called several times a second with the progress of the run, 0…1; false stops it.
   using Progress = std::function<bool(double fraction)>;
 
-  /// Drive and power stage are not owned; both must be as after construction. `controller`: that of the
-  /// drive, whose channels, and comparators where it is direct torque control, metrics and trace get.
+  /// Drive and power stage are not owned; both must be as after construction. `comparators`: the drive's
+  /// controller where it is direct torque control, whose comparators are in metrics and trace.
   MilRunner(Drive<double>& drive, MeteredPowerStage::Io& io, std::int32_t period_ns,
             const Controller<>* controller = nullptr) noexcept
       : drive_{drive}, io_{io}, period_ns_{period_ns}, controller_{controller} {}

@@ -9,12 +9,12 @@
 namespace sextant {
 
 /// The passive load of an electric vehicle: two look-up tables over the vehicle's speed, one for the torque
-/// that is asked of the motor and one for the speed at which its wheel turns, which is imposed on it.
+/// reference of the motor and one for the speed at which its wheel turns, which is imposed on it.
 /// Source: paper, 3.5 and Table 5 (steady states of a vehicle under constant torque).
 ///
-/// Between its rows a table is linear. Beyond them the torque goes on as `extrapolation` says. The wheel
-/// speed is kinematics and goes its own way: below the first row it is proportional to the vehicle's speed,
-/// so that the wheel stands when the vehicle does, and above the last row it prolongs the last two rows,
+/// Between its rows a table is linear. Beyond them `extrapolation` determines the torque. The wheel
+/// speed follows the kinematics: below the first row it is proportional to the vehicle's speed,
+/// so that the wheel is at rest when the vehicle is, and above the last row it prolongs the last two rows,
 /// whatever the torque does.
 class PassiveEvLoad {
  public:
@@ -38,7 +38,7 @@ class PassiveEvLoad {
     /// Empty when usable, else what is wrong and in which row (from 0).
     [[nodiscard]] std::string validate() const;
   };
-  /// What a drive cycle asks for.
+  /// Torque reference and wheel speed of a drive cycle.
   struct Profiles {
     ProfileParameters torque{};       ///< torque reference [N·m]
     ProfileParameters wheel_speed{};  ///< imposed speed [rad/s]

@@ -45,7 +45,7 @@ class ScenarioCommands {
     return driver_ ? driver_->torque() : profile_.value(t_ns);
   }
 
-  /// How the torque reference goes on from t_ns to its next corner; a driver's stands still. [N·m/s]
+  /// How the torque reference goes on from t_ns to its next corner; a driver's is constant. [N·m/s]
   [[nodiscard]] double reference_slope(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
     return driver_ ? 0.0 : profile_.slope(t_ns);
   }
@@ -55,7 +55,7 @@ class ScenarioCommands {
     return driver_ ? driver_->wheel_speed(profile_.value(t_ns)) : std::numeric_limits<double>::quiet_NaN();
   }
 
-  /// Tells the driver the speed that the drive has measured. [rad/s]
+  /// Sets the measured speed, for the driver. [rad/s]
   void note_speed(double omega_m) noexcept SEXTANT_NONBLOCKING { omega_m_ = omega_m; }
 
  private:

@@ -66,7 +66,7 @@ class SegmentLog {
   std::size_t count_{0};
 };
 
-/// The log that keeps nothing, for power stages whose plant is nobody's to look at.
+/// The log that keeps nothing, for power stages whose plant is not observed.
 template <class Plant>
 class NoSegmentLog {
  public:

@@ -36,13 +36,11 @@ struct SimulatedDriveIoParameters {
 
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
-/// The plant is lazy: read(t) first brings it to t with the patterns written so far. A gate driver that gets
-/// no new pattern keeps the last state for `hold_periods` and then turns the gates off. Any driven vector
-/// would be worse for a drive that is late: held for a millisecond, an active vector moves the torque of the
-/// paper's machine by 250 N·m, and a zero vector at speed by half of that; with gates off the torque falls
-/// to zero and comes back with the next pattern. `Measurement::applied` tells all of it, for which a pattern
-/// needs one segment to spare; the measurement is not plausible where it cannot, nor after a gap of more than
-/// a second. `Log` keeps what the plant went through in the last read, for who wants to look at it.
+/// read(t) first integrates the plant to t with the patterns written so far. Without a new pattern the gate
+/// driver holds the last state for `hold_periods` and then turns the gates off, because a held vector moves
+/// the torque far (docs/architecture.md, gate patterns). `Measurement::applied` reports the applied pattern,
+/// for which a pattern needs one segment to spare; without it, or after a gap of more than a second, the
+/// measurement is not plausible. `Log` keeps the segments of the last read.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
@@ -59,8 +57,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
     for (const GateSegment& segment : applied.segments()) advance(segment);
-    // No room in `applied` for the gates that opened, or a gap too long to integrate: the plant is not at
-    // t_ns.
+    // No room in `applied` for the segment with gates off, or a gap too long to integrate: the plant is not
+    // at t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
     return {.i_abc = plant_.i_abc(),
             .u_dc = parameters_.u_dc,
@@ -81,7 +79,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }
 
-  /// What was applied in the last read, and what it did to the plant.
+  /// The applied segments of the last read with the plant's states.
   [[nodiscard]] const Log& log() const noexcept SEXTANT_NONBLOCKING { return log_; }
 
   /// Load torque that acts on the shaft at the plant's present time, a vehicle's included. [N·m]
@@ -89,8 +87,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
     return load_.torque(load_time(plant_t_ns_)) + plant_.tau_road();
   }
 
-  /// False once an integration has failed or has left what the DC link can feed; the plant stands still from
-  /// then on.
+  /// False once an integration has failed or the flux exceeds what the DC link can produce; the plant then
+  /// stays in its last state.
   [[nodiscard]] bool healthy() const noexcept SEXTANT_NONBLOCKING { return !failed_; }
 
  private:

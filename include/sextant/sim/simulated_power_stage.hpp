@@ -45,7 +45,7 @@ struct SimulatedPowerStageParameters {
 /// A plant whose energies are metered and integrated with it.
 using MeteredPlant = DrivePlant<double, EnergyMeter<double>>;
 
-/// Inverter, machine, shaft and their integrator behind one `DriveIo`: what stands in for the hardware.
+/// Inverter, machine, shaft and their integrator behind one `DriveIo`, in place of the hardware.
 template <class PlantType, class Log>
 class BasicSimulatedPowerStage {
  public:
@@ -95,7 +95,7 @@ class BasicSimulatedPowerStage {
 /// The power stage of a live drive.
 using SimulatedPowerStage = BasicSimulatedPowerStage<DrivePlant<double>, NoSegmentLog<DrivePlant<double>>>;
 
-/// The power stage of a run that is judged: its energies are metered and every gate segment is told.
+/// The power stage of a scenario: with energy meter and a log of every gate segment.
 using MeteredPowerStage = BasicSimulatedPowerStage<MeteredPlant, SegmentLog<MeteredPlant>>;
 
 }  // namespace sextant

@@ -15,7 +15,7 @@ class StepResponse {
   explicit StepResponse(std::optional<std::int64_t> step_ns) noexcept
       : step_ns_{step_ns.value_or(0)}, watching_{step_ns.has_value()} {}
 
-  /// False once the torque has responded or cannot respond any more.
+  /// False once the torque has responded or the window for a response has ended.
   [[nodiscard]] bool watching() const noexcept { return watching_; }
 
   /// Torque and reference run linearly from `before` to `after`; the response is that of the line. The

@@ -14,7 +14,7 @@
 
 namespace sextant {
 
-/// What is to be said of a run in one word. The first that applies counts.
+/// Verdict of a run; the first that applies counts.
 enum class Verdict : std::uint8_t {
   interrupted,       ///< ended from outside before its time
   plant_failed,      ///< the plant's integration gave up
@@ -25,7 +25,7 @@ enum class Verdict : std::uint8_t {
   pass
 };
 
-/// As it stands in summaries: `pass`, `not_balanced`, …
+/// The word in summaries: `pass`, `not_balanced`, …
 [[nodiscard]] const char* to_string(Verdict verdict) noexcept;
 
 /// How a run turned out.
@@ -41,7 +41,7 @@ struct RunSummary {
   bool stopped{false};          ///< ended from outside before its time
   bool plant_healthy{true};     ///< false: the plant's integration gave up
   std::string trace_error{};    ///< why the trace ends early; empty when it does not
-  std::string problem{};        ///< what else is to be said of the run, in a sentence
+  std::string problem{};        ///< a further problem of the run, in a sentence
   std::string configuration{};  ///< in force, as JSON; empty where there is none
   std::string version{};        ///< of the program
   std::string commit{};         ///< that the program was built from
@@ -70,7 +70,7 @@ struct RunSummary {
 /// Throws std::runtime_error with file and reason.
 void write_summary(const RunSummary& summary, const std::filesystem::path& file);
 
-/// What a summary file says of an earlier run: its scenario. Empty where the file is no summary.
+/// The scenario of an earlier run, from its summary file. Empty where the file is no summary.
 [[nodiscard]] std::optional<std::string> scenario_of_summary(const std::filesystem::path& file);
 
 /// The summary as an aligned table for people, with ANSI colours if wanted.

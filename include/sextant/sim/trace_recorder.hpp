@@ -39,7 +39,7 @@ struct TraceParameters {
 /// True when a file is a trace that a `TraceRecorder` began.
 [[nodiscard]] bool is_trace(const std::filesystem::path& file);
 
-/// What a trace says of the run it belongs to.
+/// Description of the run in its trace.
 struct TraceOrigin {
   std::string scenario{};                           ///< name of the scenario
   std::optional<std::int64_t> control_period_ns{};  ///< none in an event-exact run [ns]
@@ -51,11 +51,10 @@ struct TraceOrigin {
 ///
 /// One dataset per signal, one row per interval. The root group holds the members of
 /// `TelemetryIntervalRecord` under the names of configs/interfaces/telemetry.idl; the group `plant` holds the
-/// plant's true values on the same rows, the group `control` comparators and channels of
-/// the controller. Which of them are
+/// plant's true values on the same rows, the group `control` the comparators' outputs. Which of them are
 /// written is the choice of `TraceParameters::signals`. Every dataset carries the attributes `unit` and
 /// `description`; the file carries `scenario`, `sextant_version`, `mode` (`sampled` or `event_exact`),
-/// `control_period_ns` if there is one, `interval_ns` and `decimation`, which says that a row is a min/max
+/// `control_period_ns` if there is one, `interval_ns` and `decimation`, which marks a row as a min/max
 /// envelope.
 ///
 /// A sampled run gives its gate segments (`add_segment`) and control periods (`add`), an event-exact one
@@ -90,7 +89,7 @@ class TraceRecorder {
   /// Writes all complete rows to the file.
   void flush();
 
-  /// Writes what is left, the unfinished interval of `add` included (its `periods` tells), and closes the
+  /// Writes what is left, the unfinished interval of `add` included (see its `periods`), and closes the
   /// file.
   void close();
 
