@@ -61,7 +61,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) const {
   app.set_version_flag("--version", SEXTANT_VERSION);
   app.failure_message([this](const CLI::App*, const CLI::Error& error) {
     const std::string name{program};
-    return name + ": " + error.what() + "; " + name + " --help tells more\n";
+    return name + ": " + error.what() + "; " + name + " --help lists the options\n";
   });
   for (const Option& option : options) add(app, option);
   try {
