@@ -99,23 +99,27 @@ TEST_F(SocketCanBusTest, CommandsPassAndAliasesAreRefusedByTheReceiver) {
   EXPECT_NEAR(receiver.command().torque, 6.0, 1e-9);
 }
 
-TEST_F(SocketCanBusTest, ADriveReceivesNothingButWhatItNeeds) {
-  const auto bus = make_can_bus("socketcan:vcan0", drive_identifiers());
+class SocketCanFilterTest : public SocketCanBusTest, public ::testing::WithParamInterface<int> {};
+INSTANTIATE_TEST_SUITE_P(Offsets, SocketCanFilterTest, ::testing::Values(0, 64, 1728));
+
+TEST_P(SocketCanFilterTest, ADriveReceivesNothingButWhatItNeeds) {
+  const IdentifierOffset offset{GetParam()};
+  const auto bus = make_can_bus("socketcan:vcan0", drive_identifiers(offset));
   constexpr unsigned foreign = 5000;
   unsigned sent = 0;
   for (std::uint32_t i = 0; sent < foreign; ++i) {
     const CanFrame frame{.id = i % 0x800, .extended = i % 3 == 0, .fd = i % 5 == 0, .length = 8};
-    const bool needed = frame.id == 0x110 || (frame.id == 0x120 && !frame.extended);
+    const bool needed = frame.id == offset.id(0x110) || (frame.id == offset.id(0x120) && !frame.extended);
     if (needed) continue;
     ASSERT_EQ(vehicle_->send(frame), CanSend::ok);
     ++sent;
   }
-  CanFrame frames[] = {{.id = 0x110, .length = 8},
-                       {.id = 0x110, .extended = true, .length = 8},
-                       {.id = 0x110, .rtr = true, .length = 8},
-                       {.id = 0x110, .fd = true, .length = 8},
-                       {.id = 0x110, .length = 0},
-                       {.id = 0x120, .length = 8},
+  CanFrame frames[] = {{.id = offset.id(0x110), .length = 8},
+                       {.id = offset.id(0x110), .extended = true, .length = 8},
+                       {.id = offset.id(0x110), .rtr = true, .length = 8},
+                       {.id = offset.id(0x110), .fd = true, .length = 8},
+                       {.id = offset.id(0x110), .length = 0},
+                       {.id = offset.id(0x120), .length = 8},
                        {.id = can_error_bus_off, .error = true, .length = 8}};
   for (const CanFrame& frame : frames) ASSERT_EQ(vehicle_->send(frame), CanSend::ok);
   for (const CanFrame& out : frames) {
