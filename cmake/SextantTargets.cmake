@@ -93,7 +93,7 @@ function(sextant_use_source_directory target)
   target_include_directories(${target} PRIVATE ${generated})
 endfunction()
 
-# sextant_precompile_test_headers(<target>): the headers of tests/support/precompiled.hpp, compiled once for all tests.
+# sextant_precompile_test_headers(<target>): the headers that tests/CMakeLists.txt names, compiled once for all tests.
 function(sextant_precompile_test_headers target)
   target_precompile_headers(${target} REUSE_FROM sextant_precompiled_tests)
   target_link_libraries(${target} PRIVATE Eigen3::Eigen)
