@@ -23,11 +23,14 @@ struct InverterRegisters {
   volatile std::int16_t i_a, i_b, i_c;  // phase currents [12.5 mA]
   volatile std::uint16_t u_dc;          // [25 mV]
   volatile std::int32_t speed;          // of the encoder [1/1000 rad/s]
-  volatile std::uint32_t gates;         // shadow register, in force from the next sample on: two bits a leg
-  volatile std::uint32_t watchdog;      // the hardware turns the gates off when nobody writes here for 200 us
+  // The pattern: shadow registers, in force from the next sample on. Legs of a segment, two bits each, 0 off.
+  volatile std::uint32_t segment_count;
+  volatile std::uint32_t gates[GatePattern::capacity];
+  volatile std::uint32_t ticks[GatePattern::capacity];  // duration [10 ns]
+  volatile std::uint32_t watchdog;  // the hardware turns the gates off when nobody writes here for 200 us
 };
 
-/// The inverter behind the registers. A gate state acts from the sample after it was written, which is a
+/// The inverter behind the registers. A pattern acts from the sample after it was written, which is a
 /// delay of one period: `drive.actuation_delay_periods = 1`.
 class RegisterDriveIo final : public sextant::DriveIo<double> {
  public:
@@ -52,17 +55,25 @@ class RegisterDriveIo final : public sextant::DriveIo<double> {
   }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
-    // This hardware takes one state a period, which direct torque control needs.
-    const sextant::SwitchState s = pattern.last_state();
-    registers_.gates = bits(s.a()) | bits(s.b()) << 2U | bits(s.c()) << 4U;
+    // An empty pattern means gates off.
+    written_ = pattern.segments().empty() ? GatePattern{sextant::gates_off, period_ns_} : pattern;
+    std::uint32_t n = 0;
+    for (const sextant::GateSegment& segment : written_.segments()) {
+      const sextant::SwitchState s = segment.state;
+      registers_.gates[n] = bits(s.a()) | bits(s.b()) << 2U | bits(s.c()) << 4U;
+      registers_.ticks[n] = std::uint32_t(segment.duration_ns) / ns_per_tick;
+      ++n;
+    }
+    registers_.segment_count = n;
     registers_.watchdog = ++beats_;
-    written_ = GatePattern{s, period_ns_};
   }
 
  private:
   static std::uint32_t bits(LegState leg) noexcept SEXTANT_NONBLOCKING {
     return leg == LegState::off ? 0U : leg == LegState::high ? 2U : 1U;
   }
+
+  static constexpr std::uint32_t ns_per_tick = 10;
 
   InverterRegisters& registers_;
   std::int32_t period_ns_;
@@ -123,15 +134,16 @@ int main() {
   };
 
   run(30);
-  expect(drive.state() == sextant::DriveState::ready && registers.gates == 0, "ready, with its gates off");
+  expect(drive.state() == sextant::DriveState::ready && registers.gates[0] == 0, "ready, with its gates off");
   expect(telemetry.last.u_dc == 530.0 && telemetry.last.i_abc.a == 1.0, "values are scaled");
   run(30);
-  expect(drive.state() == sextant::DriveState::torque && registers.gates != 0,
+  expect(drive.state() == sextant::DriveState::torque && registers.gates[0] != 0,
          "enabled, a vector is applied");
+  expect(registers.segment_count == 1 && registers.ticks[0] == 2'500, "for the whole period");
   expect(registers.watchdog == 60, "the hardware's watchdog is served once a period");
   registers.fault = 1;
   run(1);
-  expect(drive.state() == sextant::DriveState::fault && registers.gates == 0,
+  expect(drive.state() == sextant::DriveState::fault && registers.gates[0] == 0,
          "a fault turns the gates off in its period");
   return failures == 0 ? 0 : 1;
 }

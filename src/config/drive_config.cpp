@@ -291,8 +291,8 @@ void describe(Section root, DriveConfig& c) {
   describe_capability(root.section("capability"), c);
   describe_protection(root.section("protection"), c);
   Section plant = root.section("plant");
-  describe(plant, c.plant);
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
+  describe(plant, c.plant);
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;

@@ -119,7 +119,7 @@ TEST(SimulatedDriveIo, AMeasurementIsThatOfTheBeginningOfItsPeriod) {
 }
 
 TEST(SimulatedDriveIo, MeasuresTheRotorsAngleOnDemand) {
-  const MechanicalLoad::Parameters speed{.imposed_speed = {.value = 100}};
+  const MechanicalLoad::Parameters speed{.imposed_speed = ProfileParameters{.value = 100}};
   PhysicalIo without{{}, speed};
   EXPECT_FALSE(without.io.read(0).theta_m.has_value());
   PhysicalIo with{{.measures_angle = true}, speed};
