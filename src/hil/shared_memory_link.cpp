@@ -70,9 +70,9 @@ bool SharedMemoryLink::check_header(const LinkHeader& found, std::int64_t file_b
                              ", this program has " + std::to_string(link_layout_version) + remedy);
   }
   if (found.size_bytes != sizeof(LinkMemory) || file_bytes != std::int64_t{sizeof(LinkMemory)}) {
-    throw std::runtime_error(memory + " has a size of " + std::to_string(file_bytes) + " bytes and a header with " +
-                             std::to_string(found.size_bytes) + ", this program needs " +
-                             std::to_string(sizeof(LinkMemory)) + remedy);
+    throw std::runtime_error(memory + " has a size of " + std::to_string(file_bytes) +
+                             " bytes and a header with " + std::to_string(found.size_bytes) +
+                             ", this program needs " + std::to_string(sizeof(LinkMemory)) + remedy);
   }
   return true;
 }

@@ -50,8 +50,8 @@ hdf5::Handle open_folder(hid_t file, const char* name) {
   return {H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
 }
 
-/// Freed space in the file is not used again, so that the data of a flush stays readable during the next flush,
-/// and after one that was interrupted.
+/// Freed space in the file is not used again, so that the data of a flush stays readable during the next
+/// flush, and after one that was interrupted.
 hdf5::Handle append_only() {
   hdf5::Handle properties{H5Pcreate(H5P_FILE_CREATE), H5Pclose};
   hdf5::check(H5Pset_file_space_strategy(properties.get(), H5F_FSPACE_STRATEGY_NONE, false, 1));

@@ -16,8 +16,8 @@ class MappedPages {
   MappedPages& operator=(const MappedPages&) = delete;
   ~MappedPages();
 
-  /// Replaces the pages by those of the file, shared with every process that maps it, at the same address. Throws
-  /// std::system_error.
+  /// Replaces the pages by those of the file, shared with every process that maps it, at the same address.
+  /// Throws std::system_error.
   void become(int file);
 
   [[nodiscard]] void* begin() const noexcept { return begin_; }

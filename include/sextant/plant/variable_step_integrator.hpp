@@ -17,9 +17,9 @@
 namespace sextant {
 
 /// What the integrators with a variable step have in common, Solver being `CvodeSolver` or `ErkSolver`. The
-/// solution is continued from segment to segment as long as the plant's revision stays the same, and restarted
-/// at each jump of the right-hand side. Root finding for diode events is a second solver that runs only
-/// while legs are off.
+/// solution is continued from segment to segment as long as the plant's revision stays the same, and
+/// restarted at each jump of the right-hand side. Root finding for diode events is a second solver that runs
+/// only while legs are off.
 template <class Plant, class Solver>
   requires std::same_as<typename Plant::Scalar, double>
 class VariableStepIntegrator : public PlantIntegrator<Plant> {
