@@ -338,9 +338,7 @@ def main(arguments: list[str]) -> int:
         raise UserError(failure)
     if deviation := tracking.sentence():
         print(f"vcu: {deviation}.", file=sys.stderr)
-    progress.say(
-        f"played; {len(commander.sent)} frames sent, {commander.missed} periods missed ({describe(reports)})"
-    )
+    progress.say(f"played; {len(commander.sent)} frames sent, {commander.missed} periods missed ({describe(reports)})")
     return 0
 
 
