@@ -181,7 +181,7 @@ void Plant::print_real_time(std::FILE* out) const {
   fmt::print(out, "plant periods {} run, {} missed in {} overruns\n", periods_, wakes.periods_missed,
              wakes.overruns);
   row("wake-up latency", latency_.summary());
-  row("execution time per period", execution_.summary());
+  row("execution time", execution_.summary());
   const GateGuard::Counters& c = guard().counters();
   fmt::print(out, "patterns {} received of {} drives, {} missing, {} unreadable; {} periods held\n",
              c.commands, c.drives, c.missing, c.unreadable, c.held);

@@ -170,7 +170,7 @@ class DriveView:
         self._add(table, "real time", period, f"{r.periods} periods,", *lost)
         percentiles = f"wake-up latency p50 {r.wake_latency_p50_us:.1f},", f"p99 {r.wake_latency_p99_us:.1f},"
         self._add(table, "", *percentiles, f"max {r.wake_latency_max_us:.1f} µs")
-        percentiles = f"work p50 {r.execution_p50_us:.1f},", f"p99 {r.execution_p99_us:.1f},"
+        percentiles = f"execution p50 {r.execution_p50_us:.1f},", f"p99 {r.execution_p99_us:.1f},"
         self._add(table, "", *percentiles, f"max {r.execution_max_us:.1f} µs")
         stages = (
             f"read {r.read_p99_9_us:.2f},",

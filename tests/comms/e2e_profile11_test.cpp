@@ -79,7 +79,7 @@ void expect_results(const std::vector<CounterStep>& steps) {
   }
 }
 
-TEST(E2eProfile11, JudgesCountersByTheirStep) {
+TEST(E2eProfile11, EvaluatesCountersByTheirStep) {
   expect_results({{0, E2eResult::ok},
                   {1, E2eResult::ok},
                   {1, E2eResult::repeated},

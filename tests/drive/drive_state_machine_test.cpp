@@ -31,7 +31,7 @@ void for_all(const Check& check) {
   }
 }
 
-TEST(DriveStateMachine, ATripOpensTheGatesInEveryState) {
+TEST(DriveStateMachine, ATripTurnsTheGatesOffInEveryState) {
   for_all([](DriveState state, const DriveConditions& c, DriveState next) {
     if (!c.trip) return;
     const bool leaving = state == DriveState::shutdown || c.shutdown;

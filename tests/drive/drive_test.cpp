@@ -110,7 +110,7 @@ TYPED_TEST(DriveOf, ATorqueCommandReachesTheControllerAfterADisable) {
 }
 
 // Both come before the control thread looks again, so that it sees the enable only.
-TYPED_TEST(DriveOf, ADisableThatAnEnableOverwroteOpensTheGatesForAPeriodAndTorqueStartsFromZero) {
+TYPED_TEST(DriveOf, ADisableThatAnEnableOverwroteTurnsTheGatesOffForAPeriodAndTorqueStartsFromZero) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
   parameters.command.torque_rate = T(1000);
@@ -150,7 +150,7 @@ TYPED_TEST(DriveOf, TheControllerIsSteppedInEveryPeriod) {
   EXPECT_EQ(this->controller->steps, 40);
 }
 
-TYPED_TEST(DriveOf, AMeasurementThatIsNoNumberOpensTheGatesAtOnceAndIsKeptFromTheController) {
+TYPED_TEST(DriveOf, AMeasurementThatIsNoNumberTurnsTheGatesOffAtOnceAndIsKeptFromTheController) {
   using T = TypeParam;
   const int unusable = 3;
   for (int kind = 0; kind < unusable; ++kind) {
@@ -174,7 +174,7 @@ TYPED_TEST(DriveOf, AMeasurementThatIsNoNumberOpensTheGatesAtOnceAndIsKeptFromTh
   }
 }
 
-TYPED_TEST(DriveOf, OverCurrentAndOverVoltageOpenTheGatesInTheSamePeriod) {
+TYPED_TEST(DriveOf, OverCurrentAndOverVoltageTurnTheGatesOffInTheSamePeriod) {
   using T = TypeParam;
   this->start(T(15));
   this->measurement.i_abc.c = T(-201);
@@ -186,7 +186,7 @@ TYPED_TEST(DriveOf, OverCurrentAndOverVoltageOpenTheGatesInTheSamePeriod) {
   EXPECT_TRUE(this->step().telemetry.latched.test(Fault::dc_over_voltage));
 }
 
-TYPED_TEST(DriveOf, ExternalFaultsOpenTheGatesInTheSamePeriod) {
+TYPED_TEST(DriveOf, ExternalFaultsTurnTheGatesOffInTheSamePeriod) {
   this->start(TypeParam(15));
   this->request.external.set(Fault::watchdog);
   EXPECT_EQ(this->step().telemetry.state, DriveState::fault);
@@ -256,7 +256,7 @@ TYPED_TEST(DriveOf, SilenceIsZeroTorqueWithinSixtyMillisecondsAndAFaultAfterTwoH
   EXPECT_EQ(this->drive->state(), DriveState::fault);
 }
 
-TYPED_TEST(DriveOf, SkippedPeriodsDoNotStretchTheRampToZero) {
+TYPED_TEST(DriveOf, MissedPeriodsDoNotStretchTheRampToZero) {
   using T = TypeParam;
   this->start(T(150));
   const std::int64_t received = this->request.command.received_ns;
@@ -267,7 +267,7 @@ TYPED_TEST(DriveOf, SkippedPeriodsDoNotStretchTheRampToZero) {
   EXPECT_EQ(this->controller->last_reference.torque, T(0));
 }
 
-TYPED_TEST(DriveOf, AClockThatIsSetBackKeepsNoCommandAlive) {
+TYPED_TEST(DriveOf, AClockThatIsSetBackStopsNoCommandsAge) {
   using T = TypeParam;
   this->start(T(150));
   this->t_ns -= 3'600'000 * ms;
@@ -619,7 +619,7 @@ TYPED_TEST(DriveOf, ABlockedBrakingRequestDoesNotLiftTheLimitOfTheTorqueThatIsHe
   EXPECT_EQ(out.telemetry.torque_reference, limited);
 }
 
-TYPED_TEST(DriveOf, NoTorqueIsAdmittedInThePeriodInWhichMagnetisingBegins) {
+TYPED_TEST(DriveOf, TheReferenceIsZeroInThePeriodInWhichMagnetisingBegins) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
   parameters.magnetise_first = true;

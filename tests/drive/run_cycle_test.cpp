@@ -52,7 +52,7 @@ struct RecordingSink {
   }
 };
 
-TEST(RunCycle, ReadsThenAsksThenWritesThenTells) {
+TEST(RunCycle, ReadsThenFetchesTheCommandThenWritesThenReports) {
   Calls calls;
   RecordingIo io{calls};
   RecordingCommands commands{calls};

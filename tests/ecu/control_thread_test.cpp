@@ -168,7 +168,7 @@ TEST_F(HardControlThreadTest, EveryPeriodIsTimedByStage) {
   EXPECT_EQ(records, periods);
 }
 
-TEST_F(HardControlThreadTest, AStallInAStageIsAMissWithItsGapThere) {
+TEST_F(HardControlThreadTest, AStallInAStageIsAnOverrunWithItsGapThere) {
   (void)control.start();
   control.go();
   ASSERT_TRUE(test::eventually([this] { return shared.status.latest().t_ns != 0; }));
@@ -180,7 +180,7 @@ TEST_F(HardControlThreadTest, AStallInAStageIsAMissWithItsGapThere) {
   EXPECT_GE(miss->latency_ns, stall_ns - 1'000'000);
 }
 
-TEST_F(HardControlThreadTest, AStopWhileItWaitsIsAMissWithItsGapThere) {
+TEST_F(HardControlThreadTest, AStopWhileItWaitsIsAnOverrunWithItsGapThere) {
   struct sigaction action{};
   action.sa_handler = [](int) { std::this_thread::sleep_for(std::chrono::nanoseconds{stall_ns}); };
   ASSERT_EQ(sigaction(SIGUSR1, &action, nullptr), 0);

@@ -30,7 +30,7 @@ std::set<std::string> thread_names() {
   return names;
 }
 
-TEST(NamedThread, RunsItsBodyUnderItsName) {
+TEST(NamedThread, RunsItsFunctionUnderItsName) {
   std::string name;
   NamedThread worker{"sextant-test"};
   worker.start([&name] {

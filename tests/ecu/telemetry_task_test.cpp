@@ -52,7 +52,7 @@ TEST(TelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistics) 
 }
 
 // The kernel's word of a stop is in the sample that was taken after it; the next sample knows nothing of it.
-TEST(TelemetryThread, AMissThatWaitsInTheRingIsJudgedByTheSampleThatSawIt) {
+TEST(TelemetryThread, AnOverrunThatWaitsInTheRingIsEvaluatedByTheSampleAfterIt) {
   SharedState shared{25'000, 1};
   TelemetrySender sender;
   TelemetryThread telemetry{{}, sender, shared};

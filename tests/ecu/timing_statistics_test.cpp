@@ -47,7 +47,7 @@ class TimingStatisticsTest : public ::testing::Test {
       TimingStatistics::Parameters{.gap_limit_ns = 10'000, .wake_period_ns = wake_period_ns});
 };
 
-TEST_F(TimingStatisticsTest, AMissWhileWaitingNeedsNoWitness) {
+TEST_F(TimingStatisticsTest, AnOverrunWhileWaitingNeedsNoWitness) {
   statistics->add(overrun_at(1 * ms, 300'000, gap_of(300'000, GapPlace::waiting), false));
   statistics->add(overrun_at(2 * ms, 200'000, {}, false));
   EXPECT_EQ(count(OverrunCause::machine_gap), 1U);
@@ -83,7 +83,7 @@ TEST_F(TimingStatisticsTest, AStopAcrossASampleIsTheMachines) {
 }
 
 // The sample comes while the work after the miss still runs: the miss is in the ring only later.
-TEST_F(TimingStatisticsTest, AMissThatComesAfterItsSampleIsJudgedWithIt) {
+TEST_F(TimingStatisticsTest, AnOverrunThatComesAfterItsSampleIsEvaluatedWithIt) {
   statistics->add(
       SchedulerSample{.t_ns = 100 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
   statistics->add(overrun_at(99 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
@@ -114,7 +114,7 @@ TEST_F(TimingStatisticsTest, WhatHasExplainedAGapIsNotLeftOver) {
 }
 
 // What a long stop skips lies before the deadline that is served: the miss was over at 100 ms.
-TEST_F(TimingStatisticsTest, AMissIsOverWhenTheThreadWokeUp) {
+TEST_F(TimingStatisticsTest, AnOverrunIsOverWhenTheThreadWokeUp) {
   statistics->add(overrun_at(100 * ms, 50 * ms, gap_of(50 * ms, GapPlace::read), true));
   statistics->add(
       SchedulerSample{.t_ns = 101 * ms, .run_delay_ns = 50 * ms, .involuntary_switches = 1, .valid = true});
@@ -153,7 +153,7 @@ TEST_F(TimingStatisticsTest, WithoutTheKernelsWordTheStampsDecideAfterASecond) {
   EXPECT_EQ(count(OverrunCause::stage_gap), 3U + 5'000U - 1'024U) << "so many wait, and no more";
 }
 
-TEST_F(TimingStatisticsTest, WhatNobodyJudgedIsCountedAtTheEnd) {
+TEST_F(TimingStatisticsTest, WhatNoSampleExplainedIsCountedAtTheEnd) {
   statistics->add(overrun_at(10 * ms, 300'000, gap_of(400'000, GapPlace::drive), true));
   statistics->add(overrun_at(11 * ms, 300'000, {}, true));
   EXPECT_EQ(count(OverrunCause::stage_gap), 0U);

@@ -373,7 +373,7 @@ TEST(CommandCampaign, Row17ABusOffThatIsReportedAgainAndAgainIsNotReset) {
 }
 
 // A disable that an enable overwrites before the control thread wakes up.
-TEST(CommandCampaign, ADisableBetweenTwoWakeUpsOpensTheGates) {
+TEST(CommandCampaign, ADisableBetweenTwoWakeUpsTurnsTheGatesOff) {
   for_seeds(seeds, [](CampaignCase& c) {
     Running r{c};
     ASSERT_TRUE(r.started);
@@ -450,7 +450,7 @@ TEST(CommandCampaign, FramesUnderTheStatusIdentifierThatAreNoStreamAreNoDrive) {
 }
 
 // What a vehicle hears while the control thread is away, and that it is what the drive does once it is back.
-TEST(CommandCampaign, Row27ASilentControlThreadIsAFaultOnTheBusWithin100Ms) {
+TEST(CommandCampaign, Row27AControlThreadThatTimedOutIsAFaultOnTheBusWithin100Ms) {
   for_seeds(seeds, [](CampaignCase& c) {
     const std::int64_t away_ns = c.between(120, 400) * ms;
     c.rig.late_wakes = {{.at_ns = c.at_ns, .latency_ns = away_ns}};

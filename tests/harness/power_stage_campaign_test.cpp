@@ -18,7 +18,7 @@ constexpr std::int64_t on_grid(std::int64_t t_ns) {
   return (t_ns + T - 1) / T * T;
 }
 
-TEST(PowerStageCampaign, Row25OneOverrunSkipsWholePeriodsAndKeepsThePhase) {
+TEST(PowerStageCampaign, Row25OneOverrunMissesWholePeriodsAndKeepsThePhase) {
   for_seeds(seeds, [](CampaignCase& c) {
     const std::int64_t wake = c.wake_ns();
     const std::int64_t late_ns = wake * c.between(1, 20) + c.between(0, wake - 1);
@@ -42,7 +42,7 @@ TEST(PowerStageCampaign, Row25OneOverrunSkipsWholePeriodsAndKeepsThePhase) {
   });
 }
 
-TEST(PowerStageCampaign, AWakeUpThatIsLateByLessThanItsPeriodSkipsNothing) {
+TEST(PowerStageCampaign, AWakeUpThatIsLateByLessThanItsPeriodMissesNoPeriod) {
   for_seeds(seeds / 2, [](CampaignCase& c) {
     c.rig.late_wakes = {{c.at_ns, c.between(1, c.wake_ns() - 1)}};
     VirtualRig rig{c.rig};

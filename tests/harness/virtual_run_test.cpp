@@ -54,7 +54,7 @@ TEST(VirtualRun, StatusFramesKeepTheirCycleTimes) {
   }
 }
 
-TEST(VirtualRun, ShutdownWindsDownOpensTheGatesAndSaysSo) {
+TEST(VirtualRun, ShutdownRampsToZeroTurnsTheGatesOffAndReportsIt) {
   VirtualRig rig;
   ASSERT_TRUE(rig.start());
   rig.ecu.shut_down();

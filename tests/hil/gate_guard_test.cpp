@@ -46,7 +46,7 @@ class GateGuardOfAReadyDrive : public GateGuardTest {
   GateGuardOfAReadyDrive() { (void)command(open); }
 };
 
-TEST_F(GateGuardTest, StaysOpenUntilADriveWrites) {
+TEST_F(GateGuardTest, StaysOffUntilADriveWrites) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(nothing(), open);
   EXPECT_EQ(guard.cause(), GateCause::absent);
   EXPECT_EQ(command(open), open);
@@ -55,7 +55,7 @@ TEST_F(GateGuardTest, StaysOpenUntilADriveWrites) {
   EXPECT_EQ(guard.counters().drives, 1U);
 }
 
-TEST_F(GateGuardTest, ADriveThatIsMetWhileItDrivesIsLockedOutUntilItShowsOpenGates) {
+TEST_F(GateGuardTest, ADriveThatIsMetWhileItDrivesIsLockedOutUntilItShowsGatesOff) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(command(v1), open);
   EXPECT_EQ(guard.cause(), GateCause::locked_out);
   EXPECT_EQ(guard.counters().locked_out, 1U);
@@ -63,7 +63,7 @@ TEST_F(GateGuardTest, ADriveThatIsMetWhileItDrivesIsLockedOutUntilItShowsOpenGat
   EXPECT_EQ(command(v1), v1);
 }
 
-TEST_F(GateGuardOfAReadyDrive, HoldsALatePatternAsLongAsItMayAndThenOpens) {
+TEST_F(GateGuardOfAReadyDrive, HoldsALatePatternAsLongAsItMayAndThenTurnsOff) {
   EXPECT_EQ(command(v1), v1);
   EXPECT_EQ(nothing(), v1) << "the second period of two";
   EXPECT_EQ(nothing(), open);
@@ -74,7 +74,7 @@ TEST_F(GateGuardOfAReadyDrive, HoldsALatePatternAsLongAsItMayAndThenOpens) {
   EXPECT_EQ(guard.counters().held, 1U);
 }
 
-TEST_F(GateGuardOfAReadyDrive, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
+TEST_F(GateGuardOfAReadyDrive, ADriveWithoutPatternsForLongerThanTheLimitHasTimedOut) {
   (void)command(v1);
   const std::int64_t last_ns = t_ns - period_ns;
   while (guard.cause() != GateCause::timed_out) {
@@ -89,7 +89,7 @@ TEST_F(GateGuardOfAReadyDrive, ADriveThatIsSilentForLongerThanTheLimitIsDead) {
 }
 
 // A drive that was stopped in the middle of a period writes a pattern of before when it goes on.
-TEST_F(GateGuardOfAReadyDrive, AfterASilenceTorquePatternsStayWithoutEffectUntilTheDriveHasShownOpenGates) {
+TEST_F(GateGuardOfAReadyDrive, AfterATimeoutTorquePatternsStayWithoutEffectUntilTheDriveHasShownGatesOff) {
   (void)command(v1);
   fall_silent();
   for (int i = 0; i < 100; ++i) ASSERT_EQ(command(v1), open) << i;
@@ -100,7 +100,7 @@ TEST_F(GateGuardOfAReadyDrive, AfterASilenceTorquePatternsStayWithoutEffectUntil
   EXPECT_EQ(guard.cause(), GateCause::following);
 }
 
-TEST_F(GateGuardOfAReadyDrive, APatternThatDescribesNoneDoesNotShowOpenGates) {
+TEST_F(GateGuardOfAReadyDrive, APatternThatIsInvalidDoesNotShowGatesOff) {
   (void)command(v1);
   fall_silent();
   DrivePatternRecord bad{++sequence, t_ns, to_record(open), generation, 1};
@@ -132,7 +132,7 @@ TEST_F(GateGuardOfAReadyDrive, APatternOfAnotherMachinesClockHasNoAge) {
 }
 
 // A machine that stood still as a whole: the drive could not write, the plant could not look.
-TEST_F(GateGuardOfAReadyDrive, TimeInWhichThePlantItselfStoodStillIsNoSilence) {
+TEST_F(GateGuardOfAReadyDrive, TimeInWhichThePlantItselfWasStoppedDoesNotCount) {
   (void)command(v1);
   t_ns += 20'000'000;
   EXPECT_EQ(nothing(), open) << "the pattern's time is over all the same";
@@ -141,7 +141,7 @@ TEST_F(GateGuardOfAReadyDrive, TimeInWhichThePlantItselfStoodStillIsNoSilence) {
   EXPECT_EQ(command(v1), v1);
 }
 
-TEST_F(GateGuardOfAReadyDrive, OpensAtOnceWhenTheLineGoesOffWhateverIsWritten) {
+TEST_F(GateGuardOfAReadyDrive, TurnsOffAtOnceWhenTheLineGoesOffWhateverIsWritten) {
   (void)command(v1);
   EXPECT_EQ(command(v1, false), open);
   EXPECT_EQ(guard.cause(), GateCause::disabled);
@@ -152,7 +152,7 @@ TEST_F(GateGuardOfAReadyDrive, OpensAtOnceWhenTheLineGoesOffWhateverIsWritten) {
   EXPECT_EQ(guard.counters().disabled, 1U);
 }
 
-TEST_F(GateGuardOfAReadyDrive, OpenGatesThatTheDriveShowsJustBeforeItSetsTheLineCount) {
+TEST_F(GateGuardOfAReadyDrive, GatesOffThatTheDriveShowsJustBeforeItSetsTheLineCount) {
   (void)command(v1);
   (void)command(v1, false);
   EXPECT_EQ(command(open, false), open);
@@ -160,7 +160,7 @@ TEST_F(GateGuardOfAReadyDrive, OpenGatesThatTheDriveShowsJustBeforeItSetsTheLine
   EXPECT_EQ(command(v1), v1);
 }
 
-TEST_F(GateGuardOfAReadyDrive, OpensAtOnceWhenTheDriveLeaves) {
+TEST_F(GateGuardOfAReadyDrive, TurnsOffAtOnceWhenTheDriveLeaves) {
   (void)command(v1);
   present = false;
   EXPECT_EQ(nothing(), open);
@@ -183,7 +183,7 @@ TEST_F(GateGuardOfAReadyDrive, ANewDriveIsRecognisedAndItsCountBeginsAnew) {
   EXPECT_EQ(guard.counters().missing, 3U);
 }
 
-TEST_F(GateGuardOfAReadyDrive, APatternThatDescribesNoneOpensTheGates) {
+TEST_F(GateGuardOfAReadyDrive, APatternThatIsInvalidTurnsTheGatesOff) {
   DrivePatternRecord bad{++sequence, t_ns, to_record(v1), 1, 1};
   bad.pattern.count = 9;
   EXPECT_EQ(period(&bad, true), open);

@@ -158,7 +158,7 @@ TEST_F(LockstepTest, APlantThatGoesIsNoticedLongBeforeTheTimeout) {
   EXPECT_TRUE(io.joined());
 }
 
-TEST_F(LockstepTest, ADriveThatAsksNothingIsLostAfterTheTimeout) {
+TEST_F(LockstepTest, ADriveWithoutRequestsIsLostAfterTheTimeout) {
   link.parameters.lockstep_timeout_ns = 2'000'000'000;  // longer than a machine stands still
   PlantThread plant{link.parameters};
   SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};

@@ -48,7 +48,7 @@ class MeasurementAssemblerTest : public testing::Test {
   std::uint64_t taken{0};      // of the command that the plant took last
 };
 
-TEST_F(MeasurementAssemblerTest, JoinsWhatActedAndTakesTheNewestValues) {
+TEST_F(MeasurementAssemblerTest, JoinsTheAppliedPatternsAndTakesTheNewestValues) {
   assembler.add(record(state(1)));
   (void)assembler.take(0);
   assembler.add(record(state(1)));
@@ -109,7 +109,7 @@ TEST_F(MeasurementAssemblerTest, NothingNewIsNoTimeInTheStateInForce) {
   EXPECT_EQ(m.i_abc.a, 1.0);
 }
 
-TEST_F(MeasurementAssemblerTest, APlantThatNeverCameOrFellSilentIsNotPlausible) {
+TEST_F(MeasurementAssemblerTest, APlantThatNeverCameOrTimedOutIsNotPlausible) {
   EXPECT_FALSE(assembler.take(5).plausible);
   EXPECT_TRUE(assembler.timed_out());
   assembler.add(record(state(0)));
@@ -176,7 +176,7 @@ TEST_F(MeasurementAssemblerTest, ANewPlantIsNotPlausibleOnceAndForgetsTheOldOne)
   EXPECT_EQ(assembler.counters().restarts, 1U);
 }
 
-TEST_F(MeasurementAssemblerTest, APlantThatDoesNotVouchIsNotPlausible) {
+TEST_F(MeasurementAssemblerTest, AMeasurementMarkedByThePlantIsNotPlausible) {
   MeasurementRecord r = record(state(0));
   r.plausible = 0;
   assembler.add(r);
@@ -223,7 +223,7 @@ TEST_F(MeasurementAssemblerTest, NoMeasurementIsNoWordOfThePlantAboutPatterns) {
   EXPECT_FALSE(assembler.unacknowledged());
 }
 
-TEST_F(MeasurementAssemblerTest, OpenGatesAgainstADrivenPatternThatThePlantTookAreNotPlausible) {
+TEST_F(MeasurementAssemblerTest, GatesOffAgainstADrivenPatternThatThePlantAcknowledgedAreNotPlausible) {
   const GatePattern open{gates_off, period_ns};
   for (int n = 0; n < 20; ++n) {
     taken = number;
@@ -241,7 +241,7 @@ TEST_F(MeasurementAssemblerTest, OpenGatesAgainstADrivenPatternThatThePlantTookA
   EXPECT_EQ(assembler.counters().refused, 1U);
 }
 
-TEST_F(MeasurementAssemblerTest, GatesThatOpenBecauseAPatternWasLateAreNoRefusal) {
+TEST_F(MeasurementAssemblerTest, GatesOffBecauseOfALatePatternAreNoRefusal) {
   const GatePattern open{gates_off, period_ns};
   taken = 0;
   (void)period(state(1), open);

@@ -114,7 +114,7 @@ TEST_F(SharedMemoryDriveIoTest, APatternActsOverTheNextPlantPeriodAndIsMeasured)
   EXPECT_EQ(drive->io.counters().missing, 0U);
 }
 
-TEST_F(SharedMemoryDriveIoTest, ADriveThatSkipsPeriodsIsToldAllThatActed) {
+TEST_F(SharedMemoryDriveIoTest, ADriveThatMissesPeriodsReceivesAllAppliedPatterns) {
   (void)period(open);
   (void)period(v1);
   plant_alone();  // v1 begins
@@ -157,7 +157,7 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatDiesAndComesBackIsSeenBothTimes) {
   EXPECT_EQ(drive->io.counters().restarts, 1U);
 }
 
-TEST_F(SharedMemoryDriveIoTest, AHeartbeatThatStopsOpensTheGatesWithinTheLimit) {
+TEST_F(SharedMemoryDriveIoTest, AHeartbeatThatStopsTurnsTheGatesOffWithinTheLimit) {
   (void)period(open);
   (void)period(v1);
   plant_alone();
@@ -174,7 +174,7 @@ TEST_F(SharedMemoryDriveIoTest, AHeartbeatThatStopsOpensTheGatesWithinTheLimit) 
   EXPECT_EQ(newest.last_pattern_ns, last_ns);
 }
 
-TEST_F(SharedMemoryDriveIoTest, TheWatchdogsLineOpensTheGatesWhateverTheDriveWrites) {
+TEST_F(SharedMemoryDriveIoTest, TheWatchdogsLineTurnsTheGatesOffWhateverTheDriveWrites) {
   (void)period(open);
   (void)period(v1);
   (void)period(v1);
@@ -191,7 +191,7 @@ TEST_F(SharedMemoryDriveIoTest, TheWatchdogsLineOpensTheGatesWhateverTheDriveWri
   EXPECT_EQ(plant->stage.pattern, v1);
 }
 
-TEST_F(SharedMemoryDriveIoTest, ANewDriveHasToShowOpenGatesFirst) {
+TEST_F(SharedMemoryDriveIoTest, ANewDriveHasToShowGatesOffFirst) {
   (void)period(open);
   (void)period(v1);
   (void)period(v1);
@@ -239,7 +239,7 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatComesAfterTheDriveDoesNotObeyWhatWasWr
 
 // Stopped between reading and writing: what it writes when it goes on is torque of before.
 TEST_F(SharedMemoryDriveIoTest,
-       ADriveThatWasStoppedInMidPeriodForLongerThanTheSilenceTripsAndTheGatesStayOpen) {
+       ADriveThatWasStoppedInMidPeriodForLongerThanTheTimeoutTripsAndTheGatesStayOff) {
   for (const std::int64_t stopped_ns : {5'500'000, 50'000'000, 2'000'000'000}) {
     SCOPED_TRACE(stopped_ns);
     tripped = false;
@@ -258,7 +258,7 @@ TEST_F(SharedMemoryDriveIoTest,
   }
 }
 
-TEST_F(SharedMemoryDriveIoTest, ADriveThatWasAwayForLessThanTheSilenceGoesOn) {
+TEST_F(SharedMemoryDriveIoTest, ADriveThatWasAwayForLessThanTheTimeoutGoesOn) {
   bring_to_torque();
   for (int round = 0; round < 10; ++round) {
     plant_alone_for(4'000'000);

@@ -139,7 +139,7 @@ TYPED_TEST(CommandSupervisionOf, ALostCommandIsAFaultAndLocks) {
   EXPECT_FALSE(this->step().lockout);
 }
 
-TYPED_TEST(CommandSupervisionOf, AStampFromTheFutureDoesNotKeepACommandAlive) {
+TYPED_TEST(CommandSupervisionOf, AStampFromTheFutureDoesNotStopACommandsAge) {
   using T = TypeParam;
   this->start(T(15));
   this->receive(T(15), true);
@@ -255,7 +255,7 @@ TYPED_TEST(CommandSupervisionOf, AGoodFrameBetweenFramesOutsideTheContractStarts
   }
 }
 
-TYPED_TEST(CommandSupervisionOf, ANewFrameIsJudgedAlsoWhileAllIsWell) {
+TYPED_TEST(CommandSupervisionOf, ANewFrameIsEvaluatedAlsoWhileAllIsWell) {
   using T = TypeParam;
   this->start(T(15));
   this->receive(T(20), true);
@@ -464,7 +464,7 @@ TYPED_TEST(CommandSupervisionOf, AFrameThatEnablesIsNeverAReset) {
   EXPECT_FALSE(out.enable);
 }
 
-TYPED_TEST(CommandSupervisionOf, NoMoreIsAdmittedThanIsAvailableHoweverSlowTheTorqueFalls) {
+TYPED_TEST(CommandSupervisionOf, TheReferenceStaysWithinWhatIsAvailableHoweverSlowTheTorqueFalls) {
   using T = TypeParam;
   this->start(T(100));
   this->run(ms);
@@ -544,7 +544,7 @@ TYPED_TEST(CommandSupervisionOf, EachDirectionHasItsOwnAvailability) {
   EXPECT_EQ(step().torque, T(-60));
 }
 
-TYPED_TEST(CommandSupervisionOf, ARestartTakesBackWhatWasAdmitted) {
+TYPED_TEST(CommandSupervisionOf, ARestartSetsTheReferenceToZero) {
   using T = TypeParam;
   this->supervision = CommandSupervision<T>{{.torque_rate = T(1000)}};
   this->receive(T(0), false);

@@ -222,7 +222,7 @@ TEST(DriveWithPlant, ThePowerFromTheLinkIsShaftPowerAndCopperLoss) {
   }
 }
 
-TEST(DriveWithPlant, OverCurrentOpensTheGatesAndTheCurrentsDie) {
+TEST(DriveWithPlant, OverCurrentTurnsTheGatesOffAndTheCurrentsDie) {
   RigParameters p;
   p.drive.protection.over_current = 50.0;
   DriveRig rig{p};
@@ -239,7 +239,7 @@ TEST(DriveWithPlant, OverCurrentOpensTheGatesAndTheCurrentsDie) {
 }
 
 // A late wake-up of a millisecond in every hundred: the drive must come back each time.
-TEST(DriveWithPlant, ASkippedMillisecondDoesNotLoseTheMachine) {
+TEST(DriveWithPlant, AMissedMillisecondDoesNotLoseTheMachine) {
   for (const double omega_m : {0.0, 50.0, -50.0}) {
     SCOPED_TRACE(omega_m);
     DriveRig rig{RigParameters::at_speed(omega_m)};

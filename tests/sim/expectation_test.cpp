@@ -37,7 +37,7 @@ TEST(MetricList, HasNoValueUntilOneIsSet) {
   EXPECT_EQ(m.values()[static_cast<std::size_t>(Metric::wall)], 2);
 }
 
-TEST(Expectation, JudgesBoundsInclusively) {
+TEST(Expectation, EvaluatesBoundsInclusively) {
   struct Case {
     std::optional<double> min;
     std::optional<double> max;

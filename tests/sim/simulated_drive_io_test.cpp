@@ -162,7 +162,7 @@ TEST(SimulatedDriveIo, ActuationDelayDecidesInWhichPeriodAPatternActs) {
   }
 }
 
-TEST(SimulatedDriveIo, APatternThatIsNotRenewedHoldsAndThenTheGatesOpen) {
+TEST(SimulatedDriveIo, APatternThatIsNotRenewedHoldsAndThenTheGatesTurnOff) {
   for (const int hold : {1, 3}) {
     SCOPED_TRACE(hold);
     RecordedIo x{{.hold_periods = hold}};
@@ -181,7 +181,7 @@ TEST(SimulatedDriveIo, APatternThatIsNotRenewedHoldsAndThenTheGatesOpen) {
 
 // A pattern may be cut short by an early read, empty, of any length that leaves room for one segment more, or
 // stretched by a skip.
-TEST(SimulatedDriveIo, ActedCoversExactlyTheTimeThatPassedAndIsWhatThePlantSaw) {
+TEST(SimulatedDriveIo, AppliedCoversExactlyTheTimeThatPassedAndIsWhatThePlantSaw) {
   constexpr unsigned seed = 20260;
   SCOPED_TRACE(seed);
   std::mt19937 random{seed};
@@ -350,7 +350,7 @@ TEST(SimulatedDriveIo, AfterAFailedIntegrationThePlantStandsStillAndSaysSo) {
   EXPECT_EQ(x.plant.state(), before);
 }
 
-TEST(SimulatedDriveIo, WhatActedIsNotPlausibleWhereItCannotBeTold) {
+TEST(SimulatedDriveIo, TheAppliedPatternIsNotPlausibleWhereItCannotBeTold) {
   RecordedIo x;
   advance_to(x.io, 0);
   GatePattern full;

@@ -61,7 +61,7 @@ RunSummary example() {
   return s;
 }
 
-TEST_F(SummaryFile, HoldsScenarioMetricsAndJudgedExpectations) {
+TEST_F(SummaryFile, HoldsScenarioMetricsAndEvaluatedExpectations) {
   write_summary(example(), folder_ / "summary.json");
   const auto json = nlohmann::json::parse(read("summary.json"));
   EXPECT_EQ(json.at("scenario"), "paper_3_1");

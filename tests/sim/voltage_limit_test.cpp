@@ -43,7 +43,7 @@ Held hold(double omega_m, double torque) {
 // Sampling at 25 µs draws the mean towards braking by up to 2.9 N·m at any speed, far below the limit too.
 constexpr double bias_of_sampling = 3.0;
 
-TEST(VoltageLimit, WhatIsAdmittedIsDeliveredOrTheGatesAreOff) {
+TEST(VoltageLimit, TheReferenceIsDeliveredOrTheGatesAreOff) {
   int on = 0;
   int off = 0;
   for (const double omega_m :
