@@ -22,7 +22,7 @@ REFERENCE_PERIOD_US = 3700
 SETTINGS = {
     "native": (250, {}),
     "uml": (250, {"realtime__stage_statistics": "false", "realtime__watchdog_ms": 200}),
-    "qemu": (1000, {"control__period_us": 1000, "realtime__wait": "sleep", "realtime__watchdog_ms": 1000}),
+    "qemu": (1000, {"drive__period_us": 1000, "realtime__wait": "sleep", "realtime__watchdog_ms": 1000}),
 }
 
 

@@ -38,11 +38,16 @@ WATCHDOG_MS = 10
 HOG_PRIORITY, HOG_S = 95, 0.3  # above the control thread, and shorter than the kernel's throttling
 SILENT, LINE_OFF = "the drive has timed out", "the gate-enable line is off"
 # A period that a shared machine holds, and a link voltage at which a period's torque stays small.
-HIL_DRIVE = {"plant__u_dc_v": 200, "control__period_us": 250, "hil__stale_ms": 20, "hil__missing_periods": 80}
+HIL_DRIVE = {
+    "plant__u_dc_v": 200,
+    "drive__period_us": 250,
+    "hil__measurement_timeout_ms": 20,
+    "hil__missing_periods": 80,
+}
 HIL_PLANT = {"plant__u_dc_v": 200, "period_us": 250, "load__kind": "imposed_speed", "load__speed_rad_s__value": 5}
 # Only the drive's own watchdog can open the gates of a plant that waits for ever.
-PATIENT = {"hil__silence_ms": 60000, "plant__hold_periods": 1000000}
-CUT_DRIVE = {"plant__u_dc_v": 60, "power_stage": "udp", "control__period_us": 500, "hil__stale_ms": 30}
+PATIENT = {"hil__pattern_timeout_ms": 60000, "plant__hold_periods": 1000000}
+CUT_DRIVE = {"plant__u_dc_v": 60, "power_stage": "udp", "drive__period_us": 500, "hil__measurement_timeout_ms": 30}
 CUT_DRIVE |= {"hil__missing_periods": 60}
 CUT_PLANT = {"plant__u_dc_v": 60, "plant__hold_periods": 3, "transport": "udp", "period_us": 500}
 

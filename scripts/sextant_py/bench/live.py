@@ -20,7 +20,7 @@ EXECUTION_LINES = 197  # a period touches 76 cache lines of data and 121 of code
 TICK_LEAD_US = 6  # as in configs/ecu_hard.toml
 SPIN_SECONDS = 60
 LOCKSTEP_RUNS, LOCKSTEP_SECONDS = 3, 10
-SPIN = {"control__period_us": 25, "realtime__wait": "spin"}
+SPIN = {"drive__period_us": 25, "realtime__wait": "spin"}
 WAITS = {"hybrid": "hard mode as shipped (hybrid wait)", "sleep": "hard mode asleep (wait = sleep)"}
 REFERENCE = "cyclictest"
 WAY = "command to gate, "  # and the bus

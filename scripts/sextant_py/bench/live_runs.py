@@ -132,7 +132,7 @@ def lockstep(lab: Lab, number: int, seconds: float) -> tuple[float, str]:
     with program(plant, lab.out / "lockstep_plant.txt"):
         time.sleep(0.3)
         text = lab.run(
-            *(PROGRAMS / "sextant-ecu", CONFIGS / "ecu_hil.toml", *settings(**link, control__period_us=25)),
+            *(PROGRAMS / "sextant-ecu", CONFIGS / "ecu_hil.toml", *settings(**link, drive__period_us=25)),
             *("--virtual-time", "--profile", PROFILE, "--duration", str(seconds)),
         )
     factor = re.search(r"virtual time ([\d.]+) s in ([\d.]+) s", text)
