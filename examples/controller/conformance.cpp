@@ -5,8 +5,8 @@
 #include "sextant/conformance/check_controller.hpp"
 
 int main(int argc, char** argv) {
-  using Controller = example::FieldOrientedController<double>;
-  sextant::ConformanceParameters parameters{.period_ns = Controller::Parameters{}.period_ns};
+  sextant::ConformanceParameters parameters;
   if (argc > 1) parameters.seed = std::strtoull(argv[1], nullptr, 10);
-  return sextant::report("foc", sextant::check_controller<Controller>({}, parameters));
+  return sextant::report("foc",
+                         sextant::check_controller<example::FieldOrientedController<>>({}, parameters));
 }

@@ -13,6 +13,7 @@
 
 #include "sextant/config/control_method.hpp"
 #include "sextant/control/controller.hpp"
+#include "sextant/core/induction_machine_parameters.hpp"
 
 namespace example {
 

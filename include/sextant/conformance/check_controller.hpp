@@ -138,10 +138,12 @@ class ControllerCheck {
   ConformanceResult result_;
 };
 
-/// Checks controllers of class C with these parameters.
+/// Checks controllers of class C with these parameters, whose `period_ns` and channels count where C has
+/// them.
 template <class C, class T = double>
 [[nodiscard]] ConformanceResult check_controller(const typename C::Parameters& controller,
                                                  ConformanceParameters parameters = {}) {
+  if constexpr (requires { controller.period_ns; }) parameters.period_ns = controller.period_ns;
   if constexpr (requires { C::channels; }) parameters.channels = std::size(C::channels);
   return ControllerCheck<T>{[&controller] { return std::make_unique<C>(controller); }, parameters}.run();
 }
