@@ -24,7 +24,7 @@ inline void describe_live(CLI::App& app, LiveOptions& options, const char* durat
   app.add_option("config", options.config, "configuration file")->capture_default_str();
   app.add_option("--duration", options.duration_s, duration)->check(CLI::Range(0.001, 1e9));
   app.add_option("--set", options.overrides, "key=value, overrides the file")->take_all()->expected(1);
-  app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
+  app.add_flag("--print-config", options.print_config, "print the configuration in force and exit");
 }
 
 /// The log goes to stderr, with the time of day.

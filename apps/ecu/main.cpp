@@ -62,7 +62,7 @@ void describe_virtual_time(CLI::App& app, Options& options) {
 void describe(CLI::App& app, Options& options) {
   sextant::describe_program(app, program_name, examples);
   describe_virtual_time(app, options);
-  sextant::describe_live(app, options.live, "leave after so many seconds, of virtual time if it is that");
+  sextant::describe_live(app, options.live, "end after this time, with --virtual-time of virtual time [s]");
   app.add_option("--can", options.can, "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>");
   app.add_option("--timing-out", options.timing_out,
                  "write the histograms and overruns of the control thread, .json; not in virtual time")

@@ -52,7 +52,7 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--integrator", options.integrator, "how the plant is integrated")
       ->check(CLI::IsMember({"cvode", "fixed", "exact", "erk"}));
   app.add_flag("--no-trace", options.no_trace, "write the summary only");
-  app.add_flag("--print-config", options.print_config, "print the configuration in force and leave");
+  app.add_flag("--print-config", options.print_config, "print the configuration in force and exit");
 }
 
 sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
