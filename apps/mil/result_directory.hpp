@@ -7,7 +7,7 @@ namespace sextant::mil {
 /// The directory of one run's results, `trace.h5` and `summary.json`.
 class ResultDirectory {
  public:
-  /// Makes the directory, or takes over one that there is. The files of an earlier run are removed, with a
+  /// Makes the directory, or uses an existing one. The files of an earlier run are removed, with a
   /// line on standard error, so that no file of it remains beside those of the new one. Throws
   /// std::runtime_error with a sentence where the directory cannot be made, or has a file of one of these
   /// names that is no result.

@@ -158,7 +158,7 @@ class DriveView:
 
     def _add_state(self, table: Table, s: Any) -> None:
         self._add(table, "reason", *textwrap.wrap(s.reason or "-", self._width))
-        self._add(table, "lockout", *(("yes:", "a valid disable has yet to be seen") if s.lockout else ("no",)))
+        self._add(table, "lockout", *(("yes:", "no enable before a valid disable") if s.lockout else ("no",)))
         latched, active = fault_names(s.faults_latched), fault_names(s.faults_active)
         style = "bold red" if latched or active else ""
         for label, what, names in (("faults", "active", active), ("", "latched", latched)):

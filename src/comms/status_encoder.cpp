@@ -57,12 +57,12 @@ FaultReport fault_report_of(const Telemetry<double>& x) noexcept {
   return report;
 }
 
-/// Messages that hold nothing but what was measured or estimated.
+/// Messages of measured or estimated values alone.
 bool is_measurement(StatusMessage message) noexcept {
   return message == StatusMessage::motion || message == StatusMessage::electrical;
 }
 
-/// Messages that go out when a fault comes or goes.
+/// Messages that are sent when a fault appears or ends.
 bool is_of_faults(StatusMessage message) noexcept {
   return message == StatusMessage::faults || message == StatusMessage::faults_active ||
          message == StatusMessage::faults_latched;

@@ -282,7 +282,7 @@ void describe(Section root, DriveConfig& c) {
   drive.flag("magnetise_first", c.drive.magnetise_first, "build up the flux at standstill before torque");
   drive.number("magnetise_below_speed_rad_s", c.drive.magnetise_below_speed, {0, 1e3}, "rad/s",
                "a faster machine starts without magnetising first");
-  // The controller's check of its current limit leaves the flux to stand after three rotor time constants.
+  // By the controller's check of its current limit the flux is ready after three rotor time constants.
   drive.derived("magnetise_timeout_ms", c.magnetise_timeout_ms, {1, 1e6}, "ms",
                 "time after which flux that does not stand is a fault",
                 [&c] { return std::max(1000.0, 5e3 * c.control.machine.tau_r()); });

@@ -43,7 +43,7 @@ std::string check_wake_period(const PlantConfig& c) {
 void describe(Section root, PlantConfig& c) {
   root.choice("transport", c.transport,
               {{"shared_memory", PlantTransport::shared_memory}, {"udp", PlantTransport::udp}},
-              "how the drive is met: on this machine, or over a network");
+              "link to the drive: on this machine, or over a network");
   root.time("period_us", c.period_ns, 1e3, {1, 1e5}, "us", "plant period; the drive's control period");
   root.section("drive").integer("actuation_delay_periods", c.plant.io.actuation_delay_periods, {0, 1}, "",
                                 "control periods between the drive's decision and its pattern");

@@ -72,7 +72,7 @@ void set_heading(CsvTable& table, int line, std::vector<std::string> cells) {
       refuse("{}:{}: expected a heading with the names of the columns, found \"{}\"", table.file, line,
              fmt::join(table.columns, ","));
     if (std::find(table.columns.begin(), name, *name) != name)
-      refuse("{}:{}: the column {} is there twice", table.file, line, *name);
+      refuse("{}:{}: the column {} occurs twice", table.file, line, *name);
   }
 }
 

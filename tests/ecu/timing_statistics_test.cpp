@@ -216,7 +216,7 @@ TEST_F(TimingStatisticsTest, TheReportNamesStagesCausesAndTheWorst) {
   EXPECT_THAT(text, HasSubstr("without a gap      0\n"));
   EXPECT_THAT(text, HasSubstr("at 1.499750 s: 300.0 us late, gap of 400.0 us, while waiting: machine gap\n"));
   EXPECT_THAT(text, HasSubstr("7 page faults"));
-  EXPECT_THAT(text, HasSubstr("6 forced on it"));
+  EXPECT_THAT(text, HasSubstr("6 involuntary switches"));
   for (const char* const stage : {"read", "commands", "drive", "write", "push"})
     EXPECT_THAT(text, HasSubstr(stage));
 }

@@ -46,7 +46,7 @@ TEST(CsvTable, RefusesWhatIsNoTableWithFileAndLine) {
       {"a,b\n0,1,2\n", ":2: expected 2 values (a,b), found 3"},
       {"0,1\n1,2\n", ":1: expected a heading with the names of the columns, found \"0,1\""},
       {"a,\n1,2\n", ":1: expected a heading with the names of the columns, found \"a,\""},
-      {"a,b,a\n1,2,3\n", ":1: the column a is there twice"},
+      {"a,b,a\n1,2,3\n", ":1: the column a occurs twice"},
   };
   for (const auto& [text, says] : cases) {
     const std::string file = files.write("t.csv", text);

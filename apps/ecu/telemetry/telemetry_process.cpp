@@ -232,7 +232,7 @@ void TelemetryProcess::leave() {
   }
   while (!reaped() && now_ns() < end_ns) std::this_thread::sleep_for(std::chrono::milliseconds{1});
   if (pid_ != 0) {
-    spdlog::error("telemetry: {} did not leave and was killed", parameters_.program);
+    spdlog::error("telemetry: {} did not end and was killed", parameters_.program);
     kill(pid_, SIGKILL);
     (void)waitpid(pid_, &status_, 0);
     pid_ = 0;

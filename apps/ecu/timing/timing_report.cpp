@@ -63,7 +63,7 @@ void print_timing(std::FILE* out, const TimingStatistics& statistics) {
   if (const SchedulerSample& kernel = statistics.scheduler(); kernel.valid) {
     fmt::print(
         out,
-        "  control thread: {} page faults, {} switches of its own, {} forced on it, {:.1f} us ready without "
+        "  control thread: {} page faults, {} voluntary and {} involuntary switches, {:.1f} us ready without "
         "a processor; {:.0f} ms stolen from all CPUs\n",
         kernel.minor_faults + kernel.major_faults, kernel.voluntary_switches, kernel.involuntary_switches,
         us(kernel.run_delay_ns), double(kernel.steal_ns) * 1e-6);

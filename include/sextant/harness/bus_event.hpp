@@ -55,7 +55,7 @@ inline constexpr int bus_event_kinds = 10;
 struct BusEvent {
   BusEventKind kind{BusEventKind::lose};
   std::int64_t begin_ns{0};       ///< [ns]
-  std::int64_t end_ns{never_ns};  ///< of no meaning to `insert` [ns]
+  std::int64_t end_ns{never_ns};  ///< not used by `insert` [ns]
   std::uint32_t count{0};         ///< frames affected; 0: all in the window [-]
   std::int64_t delay_ns{0};       ///< of `delay`, and until the second frame of `duplicate` [ns]
   std::uint8_t byte{0};           ///< of the frame, for `corrupt` [-]

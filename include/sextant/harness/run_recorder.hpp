@@ -21,7 +21,7 @@ struct RunHandlers {
 /// compared bit for bit, and passes them to the callbacks.
 class RunRecorder {
  public:
-  /// For intervals of so many control periods, at least one. [-]
+  /// Control periods of an interval, at least one. [-]
   explicit RunRecorder(std::uint32_t periods_per_record = 40, RunHandlers handlers = {})
       : periods_per_record_{periods_per_record}, handlers_{std::move(handlers)} {}
 

@@ -20,7 +20,7 @@ namespace sextant {
 /// bit timing and no limit of load.
 ///
 /// Everything happens on the thread that runs the timeline, and nothing ever waits: time is moved by the
-/// harness alone, so the `timeout` of `receive` is of no meaning.
+/// harness alone, so `receive` ignores its `timeout`.
 class VirtualCanBus final : public CanBus {
  public:
   /// Counts of the frames that other nodes put on the bus.

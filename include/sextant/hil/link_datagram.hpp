@@ -39,7 +39,7 @@ struct CommandDatagram {
   DatagramHeader header{};
   DrivePatternRecord command{};
   std::uint32_t gate_enable{};  ///< 1 while the gates may be on
-  std::uint32_t leaving{};      ///< 1: the drive leaves in order
+  std::uint32_t leaving{};      ///< 1: the drive announces its end
 };
 
 static_assert(sizeof(DatagramHeader) == 40 && offsetof(DatagramHeader, count) == 36);

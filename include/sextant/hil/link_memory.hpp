@@ -42,7 +42,7 @@ struct LinkMemory {
   LinkSide plant{};
   LinkSide drive{};
   /// The drive's generation while the gates may be on, else 0. Set by the drive when it shows gates off,
-  /// cleared by its watchdog and when it leaves.
+  /// cleared by its watchdog and at the drive's end.
   alignas(cache_line) std::atomic<std::uint32_t> gate_enable{0};
   alignas(cache_line) SequenceCell<DrivePatternRecord> command{};
   alignas(cache_line) RecordRing<MeasurementRecord, ring_capacity> measurements{};

@@ -13,7 +13,7 @@ namespace sextant {
 /// without, and a drive that needs none on its control thread takes shared memory.
 class UdpSocket {
  public:
-  /// More datagrams than the kernel keeps for one socket: whoever reads so many has emptied it, or is
+  /// More datagrams than the kernel keeps for one socket: a caller that reads so many has emptied it, or is
   /// flooded.
   static constexpr int more_than_it_keeps = 4096;
 

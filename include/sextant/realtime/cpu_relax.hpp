@@ -8,7 +8,7 @@
 
 namespace sextant {
 
-/// Tells the processor that this is a waiting loop, so that it leaves the core's other hardware thread and
+/// Marks a waiting loop for the processor, which then leaves the core's other hardware thread and
 /// its power alone. Nothing where the architecture has no such instruction.
 inline void cpu_relax() noexcept SEXTANT_NONBLOCKING {
 #if defined(__x86_64__) || defined(__i386__)

@@ -29,7 +29,7 @@ struct ActedSegment {
   PlantInstant<Plant> end{};
 };
 
-/// What the plant has gone through in the last `read` of a power stage: every gate segment with the plant at
+/// The plant over the last `read` of a power stage: every gate segment with the plant at
 /// both of its ends, so that nothing that switched within a period is lost.
 template <class Plant>
 class SegmentLog {
