@@ -13,6 +13,7 @@
 #include "bench/recorded_run.hpp"
 #include "bench/reference_drive.hpp"
 #include "bench/reference_dtc.hpp"
+#include "bench/reference_rk4.hpp"
 
 namespace sextant::bench {
 namespace {
@@ -192,6 +193,52 @@ class ClosedLoop {
   BenchDrive drive_;
   Sink sink_{};
 };
+
+/// The closed loop by hand: a bare DTC step and a Runge-Kutta step a period, 15 N·m at a constant 50 rad/s.
+class LoopByHand {
+ public:
+  LoopByHand() {
+    plant_.inv_j = 0.0;
+    plant_.x[4] = 50.0;
+  }
+
+  void advance(std::int64_t periods) {
+    for (std::int64_t k = 0; k < periods; ++k) {
+      const double i_a = plant_.i_s_a();
+      const double i_b = -0.5 * i_a + half_sqrt_3 * plant_.i_s_b();
+      vector_ = dtc_.step(i_a, i_b, -i_a - i_b, u_dc, upper_switches(vector_), 25'000, torque_reference);
+      const SpaceVector<> u = stator_voltage(switch_states[std::size_t(vector_)], u_dc);
+      plant_.step(u.alpha, u.beta, 0.0, 25e-6);
+    }
+  }
+
+  [[nodiscard]] double torque() const { return dtc_.torque(); }
+
+ private:
+  static constexpr double u_dc = 530.0;
+  static constexpr double half_sqrt_3 = 0.86602540378443865;
+  static int upper_switches(int vector) { return int(switch_states[std::size_t(vector)].upper_switches()); }
+
+  ReferenceRk4 plant_{};
+  ReferenceDtc dtc_{};
+  int vector_{0};
+};
+
+/// Counter `ratio`: a period of the closed loop, the whole drive with its plant of fixed step, to a bare DTC
+/// and a Runge-Kutta step by hand.
+void closed_loop_ratio(benchmark::State& state) {
+  LoopByHand by_hand;
+  ClosedLoop ours{IntegratorKind::fixed};
+  by_hand.advance(8'000);
+  ours.advance(8'000);
+  constexpr int block = 100;
+  for (auto _ : state) {
+    state.counters["ratio"] = paired_ratio([&] { by_hand.advance(block); }, [&] { ours.advance(block); });
+  }
+  const bool settled = std::abs(by_hand.torque() - torque_reference) < 15.0;
+  if (!settled || !ours.healthy()) state.SkipWithError("a drive does not produce its torque");
+}
+BENCHMARK(closed_loop_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 /// Counter `realtime_factor`: simulated time of the closed loop per CPU time, one Runge-Kutta step (or what
 /// CVODE takes) a control period.

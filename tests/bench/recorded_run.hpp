@@ -11,6 +11,7 @@ namespace sextant::bench {
 struct RecordedRun {
   std::vector<Measurement<double>> measurements{};
   std::vector<GatePattern> patterns{};  ///< decided on the measurement of the same index
+  DrivePlant<double>::State begin{};    ///< the plant's state at the first measurement
 };
 
 /// Few enough to stay in the first-level cache, as a live drive's single measurement does.
@@ -27,6 +28,7 @@ inline RecordedRun record_run() {
   drive.run(settled + recorded_periods,
             [&](std::int64_t k, const Measurement<double>& measurement, const GatePattern& pattern) {
               if (k < settled) return;
+              if (k == settled) run.begin = drive.plant().state();
               run.measurements.push_back(measurement);
               run.patterns.push_back(pattern);
             });

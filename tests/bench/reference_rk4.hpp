@@ -16,6 +16,15 @@ struct ReferenceRk4 {
     inv_sigma_l_s = 1.0 / (l_r - l_m * k_r);
   }
 
+  /// Stator and rotor flux linkage, speed, angle, in the order of DrivePlant.
+  void set_state(const auto& begin) {
+    for (int i = 0; i < 6; ++i) x[i] = begin[i];
+  }
+
+  /// Stator current in the stationary frame. [A]
+  [[nodiscard]] double i_s_a() const { return (x[0] - k_r * x[2]) * inv_sigma_l_s; }
+  [[nodiscard]] double i_s_b() const { return (x[1] - k_r * x[3]) * inv_sigma_l_s; }
+
   void step(double u_a, double u_b, double tau_l, double h) {
     double k1[6], k2[6], k3[6], k4[6], y[6];
     slope(x, u_a, u_b, tau_l, k1);

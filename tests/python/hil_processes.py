@@ -108,7 +108,7 @@ class Opening(NamedTuple):
 
 
 def openings(plant_text: str, cause: str) -> list[Opening]:
-    """Each time that closed gates turned off for that cause. A plant that has had no drive yet says it in other words."""
+    """Each time that driven gates turned off for that cause; a plant that has had no drive yet logs another line."""
     pattern = rf"gates stay off since ([\d.]+) s: {cause}; last pattern at ([\d.]+) s, .* seen at ([\d.]+) s"
     return [Opening(*(round(float(x) * 1e9) for x in found)) for found in re.findall(pattern, plant_text)]
 

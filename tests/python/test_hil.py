@@ -1,7 +1,7 @@
 """The plant in a process of its own: each side starts first, dies and comes back, and the gates turn off.
 
-Silence is a second here, the watchdog's time a minute. That the gates turn off within the shipped times is claimed where
-time is the test's own (tests/hil) and measured by scripts/bench.
+A time-out is a second here, the watchdog's time a minute. That the gates turn off within the shipped times is tested
+where time is the test's own (tests/hil) and measured by scripts/bench.
 """
 
 import os

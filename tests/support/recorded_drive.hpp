@@ -30,6 +30,8 @@ class RecordedDrive {
     }
   }
 
+  [[nodiscard]] const DrivePlant<double>& plant() { return stage_.io().plant(); }
+
  private:
   struct Sink {
     void push(const Telemetry<double>&) noexcept SEXTANT_NONBLOCKING {}
