@@ -10,6 +10,8 @@
 
 #include <dds/dds.h>
 
+#include "support/source_directory.hpp"
+
 namespace sextant::testing {
 
 inline std::string loopback_configuration() {
