@@ -90,7 +90,7 @@ def test_ci_runs_every_gate() -> None:
     run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     in_ctest, in_nightly = {"check_function_effects"}, {"check_stalled_host"}
     for gate in {file.name for file in (ROOT / "scripts").glob("check_*")} - in_ctest - in_nightly:
-        assert re.search(rf"^stage \w+ scripts/{gate}( \w+)?$", run, re.MULTILINE), gate
+        assert re.search(rf"^stage \w+ scripts/{gate}( .+)?$", run, re.MULTILINE), gate
     nightly = (ROOT / "scripts" / "nightly").read_text(encoding="utf-8")
     for gate in in_nightly:
         assert f"gate scripts/{gate}" in nightly, gate
