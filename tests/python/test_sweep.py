@@ -229,9 +229,7 @@ def test_failed_points_have_a_reason_and_stop_nothing(bench: Bench) -> None:
     assert rows[4]["reason"].startswith("sextant-mil was ended by signal SIGSEGV")
     assert rows[2]["torque_ripple_pp_nm"] is None
     last = found.stderr.splitlines()[-1]
-    assert (
-        "2 ok, 0 with an [expect] that does not hold, 4 failed; the first is point 2: --set: drive.period_us" in last
-    )
+    assert "2 ok, 0 with an [expect] that does not hold, 4 failed; the first is point 2: --set: drive.period_us" in last
     # Once more, only those that failed, and all the better now that nothing crashes.
     before = bench.records()
     kept = {k: before[k] for k in (0, 1)}
