@@ -206,4 +206,5 @@ def test_dds_is_in_its_process_alone() -> None:
 def test_started_by_hand_it_says_who_starts_it() -> None:
     done = subprocess.run([program("sextant-telemetry")], capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == 1
-    assert done.stderr == "sextant-telemetry: there is no drive to publish for: start sextant-ecu, which starts this program\n"
+    sentence = "there is no drive to publish for: start sextant-ecu, which starts this program"
+    assert done.stderr == f"sextant-telemetry: {sentence}\n"
