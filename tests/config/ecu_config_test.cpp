@@ -31,7 +31,7 @@ TEST(EcuConfig, TheWatchdogMustOutlastTwoWakeUps) {
 
 TEST(EcuConfig, ACommandMustNotTimeOutBetweenTwoWakeUps) {
   EXPECT_EQ(refusal({"realtime.wake_every_periods=1600", "realtime.watchdog_ms=100"}),
-            "--set: realtime: wake_every_periods is too large: so many control periods take longer than "
+            "--set: realtime: wake_every_periods is too large: these control periods take longer than "
             "command.timeout_ms");
   EXPECT_EQ(refusal({"realtime.wake_every_periods=1599", "realtime.watchdog_ms=100"}), "");
 }

@@ -174,7 +174,7 @@ def test_telemetry_comes_back_when_its_process_was_killed(drive: LiveDrive) -> N
     assert drive.periods() > before, "it is the same drive"
     report = drive.leave()
     assert re.search(r"sextant-telemetry ended by signal 9 .*the drive runs on", report), report
-    assert "sextant-telemetry was started again 1 times" in report
+    assert "sextant-telemetry was restarted 1 times" in report
 
 
 def test_the_process_leaves_when_its_drive_is_gone(drive: LiveDrive) -> None:
@@ -222,4 +222,5 @@ def test_dds_is_in_its_process_alone() -> None:
 def test_started_by_hand_it_says_who_starts_it() -> None:
     done = subprocess.run([program("sextant-telemetry")], capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == 1
-    assert done.stderr == "sextant-telemetry: nothing to publish: it is started by sextant-ecu; start that\n"
+    sentence = "there is no drive to publish for: start sextant-ecu, which starts this program"
+    assert done.stderr == f"sextant-telemetry: {sentence}\n"
