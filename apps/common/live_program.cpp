@@ -6,7 +6,7 @@
 namespace sextant {
 namespace {
 
-/// Whether whoever started this program wants it to ignore the signal, as nohup does.
+/// Whether the program was started with the signal ignored, as by nohup.
 bool is_ignored(int signal) {
   struct sigaction action{};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
@@ -20,7 +20,7 @@ std::vector<Option> live_options(LiveOptions& options, const char* duration) {
           {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the file"},
           {.name = "--print-config",
            .value = &options.print_config,
-           .what = "print the configuration in force and leave"}};
+           .what = "print the configuration in force and exit"}};
 }
 
 void start_log(const std::string& name) {
@@ -36,7 +36,7 @@ sigset_t block_leave_signals() {
   if (!is_ignored(SIGHUP)) sigaddset(&set, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGCHLD, SIG_DFL);  // one who ignores it would never learn that a child has ended
+  std::signal(SIGCHLD, SIG_DFL);  // if it were ignored, waitpid() would not report the end of a child
   return set;
 }
 

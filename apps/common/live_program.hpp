@@ -23,7 +23,7 @@ struct LiveOptions {
 /// The log goes to stderr, with the time of day.
 void start_log(const std::string& name);
 
-/// Blocks the signals that ask a program to leave, for this thread and all that it starts, and returns them
+/// Blocks the signals that end a program, for this thread and all that it starts, and returns them
 /// for sigwaitinfo() and its kin: no other thread gets them. SIGHUP, of a terminal that is closed, is one of
 /// them unless it was ignored. A pipe whose reader has left does not end the program: what is written to it
 /// is lost.

@@ -5,7 +5,7 @@
 
 namespace sextant {
 
-/// Runs a program to its exit status. What it throws becomes a sentence on stderr and the status `failure`.
+/// Runs a program to its exit status. An exception becomes a sentence on stderr and the status `failure`.
 template <class Run>
 int run_program(const char* name, int failure, const Run& run) {
   try {

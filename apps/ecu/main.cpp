@@ -69,7 +69,7 @@ sextant::CommandLine command_line(Options& options) {
       program_name, "Sextant: the live drive. Takes torque commands over CAN, publishes telemetry over DDS.",
       examples, virtual_time_options(options)};
   for (sextant::Option& option :
-       sextant::live_options(options.live, "leave after so many seconds, of virtual time if it is that")) {
+       sextant::live_options(options.live, "end after this time, with --virtual-time of virtual time [s]")) {
     line.options.push_back(std::move(option));
   }
   line.options.push_back({.name = "--can",

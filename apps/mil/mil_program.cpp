@@ -64,7 +64,7 @@ sextant::CommandLine command_line(Options& options) {
            {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
            {.name = "--print-config",
             .value = &options.print_config,
-            .what = "print the configuration in force and leave"}}};
+            .what = "print the configuration in force and exit"}}};
 }
 
 sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
@@ -83,7 +83,7 @@ sextant::MilResult run_scenario(const sextant::ScenarioConfig& config, sextant::
   return sextant::EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, progress);
 }
 
-/// What the trace says of its run; an event-exact one has no control period.
+/// Description of the run in its trace; an event-exact one has no control period.
 sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
   const bool sampled = config.mode == sextant::ScenarioMode::sampled;
   return {config.scenario.name,
@@ -91,7 +91,7 @@ sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
           config.drive.method().channels};
 }
 
-/// What else is to be said of a run, in a sentence; empty where there is nothing.
+/// A further problem of a run, in a sentence; empty without one.
 std::string problem_of(const sextant::MilResult& result) {
   if (!result.events_ended) {
     return fmt::format(
@@ -106,7 +106,7 @@ std::string problem_of(const sextant::MilResult& result) {
   return result.plant_healthy ? "" : "the integrator of the plant failed; the run ends there";
 }
 
-/// Tells on standard error why a run did not pass, where the table does not.
+/// Prints on standard error why a run did not pass, where the table does not show it.
 void tell(const sextant::RunSummary& summary) {
   using sextant::Verdict;
   const char* const name = summary.scenario.c_str();

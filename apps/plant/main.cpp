@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   sextant::LiveOptions options{.config = "configs/plant.toml"};
   const sextant::CommandLine line{program_name,
                                   "Sextant: the plant in a process of its own, for a drive in another one.",
-                                  examples, sextant::live_options(options, "leave after so many seconds")};
+                                  examples, sextant::live_options(options, "end after this time [s]")};
   if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, 1, [&] { return run(options); });
 }

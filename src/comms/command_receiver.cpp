@@ -131,7 +131,7 @@ void CommandReceiver::accept(const DecodedCommand& decoded) noexcept {
   command_.enable = received.enable;
   command_.fault_reset = received.fault_reset;
   command_.counter = received.counter;
-  // The control thread may not see this command, only a later one.
+  // A later command may replace this one before the control thread reads it: the counts keep it.
   if (!received.enable) ++command_.disables;
   if (!received.enable && received.fault_reset) ++command_.resets;
 }

@@ -31,7 +31,7 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
             "limit while the flux is built up at standstill",
             [&setup] { return limits_of(setup).magnetising_current; });
   s.derived("hand_over_current_a", p.magnetiser.hand_over_current, current_a, "A",
-            "largest current at which torque control takes over from magnetising",
+            "largest current at which torque control follows magnetising",
             [&setup] { return limits_of(setup).hand_over_current; });
 }
 

@@ -7,8 +7,9 @@ namespace {
 
 void describe(Section s, CanConfig& p) {
   s.text("bus", p.bus, "socketcan:<interface> or udp_multicast:<group>:<port>");
-  s.integer("identifier_offset", p.identifier_offset.value, {0, IdentifierOffset::largest}, "",
-            "added to all CAN identifiers and E2E data ids, a multiple of 32; tells drives apart on one bus");
+  s.integer(
+      "identifier_offset", p.identifier_offset.value, {0, IdentifierOffset::largest}, "",
+      "added to all CAN identifiers and E2E data ids, a multiple of 32; distinguishes the drives of one bus");
   s.check(p.identifier_offset);
 }
 
@@ -49,7 +50,7 @@ std::string check_power_stage(const EcuConfig& c) {
            "or hil.pacing \"lockstep\"";
   }
   if (c.drive.control.actuation_delay_periods != 1) {
-    return "a plant outside this process acts one period after the decision: "
+    return "a plant outside this process applies a pattern one period after the decision: "
            "drive.actuation_delay_periods must be 1";
   }
   return {};

@@ -229,7 +229,7 @@ std::string validate_signals(const ScenarioConfig& c) {
   return {};
 }
 
-/// A cycle says what the shaft does; nothing else may.
+/// A cycle determines torque and load; no other key may.
 std::string validate_alone(const ScenarioConfig& c) {
   if (!c.cycle.is_given()) return {};
   if (is_said(c.torque_nm)) return "give a cycle or profile.torque_nm, not both";

@@ -13,8 +13,8 @@
 
 namespace sextant::ecu {
 
-/// What the control thread does, apart from the thread and from its statistics. Reads no clock; allocates,
-/// locks, throws, logs and blocks never.
+/// The work of the control thread, without the thread and its statistics. Reads no clock; never allocates,
+/// locks, throws, logs or blocks.
 class ControlTask {
  public:
   /// Drive and shared state are not owned and must outlive this object.

@@ -9,9 +9,9 @@
 
 namespace sextant::ecu {
 
-/// The commands of the cycle: the newest one, and what the other threads demand. The order to inhibit the
-/// gates is taken, not only read, so that it cannot be withdrawn before the drive has seen it. Another drive
-/// on the bus is a fault while its frames come, and for `other_drive_hold_ns` more.
+/// The requests of the cycle: the newest command, shutdown, and the faults that other threads detect. Only
+/// this class clears the gate inhibit, when it passes it on, so that none is lost. Another drive on the bus
+/// is a fault while its frames arrive, and for `other_drive_hold_ns` more.
 class SharedCommands {
  public:
   static constexpr std::int64_t other_drive_hold_ns = ns_per_s;  ///< [ns]

@@ -55,16 +55,16 @@ struct DecodedCommand {
 /// Decodes the payload of a frame whose identity is `command`.
 [[nodiscard]] DecodedCommand decode_command(const CanFrame& frame) noexcept;
 
-/// What a drive has to see of a bus: the command, in each of the disguises that `identify_command` tells
-/// apart, and MCU_TorqueStatus, which only another drive sends.
+/// The identifiers that a drive receives: the command, under each identity that `identify_command`
+/// distinguishes, and MCU_TorqueStatus, which on this bus only another drive sends.
 [[nodiscard]] std::array<CanIdentifier, 3> drive_identifiers(IdentifierOffset offset = {}) noexcept;
 
 /// Identifier and E2E data id of VCU_TorqueCommand.
 [[nodiscard]] std::uint32_t command_id(IdentifierOffset offset = {}) noexcept;
 [[nodiscard]] std::uint16_t command_data_id(IdentifierOffset offset = {}) noexcept;
 
-/// Reads an MCU_TorqueStatus, as a vehicle does; empty for any other frame. The end-to-end bytes are the
-/// caller's to check.
+/// Decodes an MCU_TorqueStatus, as a vehicle does; empty for any other frame. The caller checks the
+/// end-to-end bytes.
 [[nodiscard]] std::optional<TorqueStatus> decode_torque_status(const CanFrame& frame,
                                                                IdentifierOffset offset = {}) noexcept;
 

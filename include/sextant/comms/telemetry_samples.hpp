@@ -14,7 +14,7 @@ namespace sextant {
 struct DriveStateSample {
   std::int64_t t_ns{};  ///< when the state was entered, on the drive's clock [ns]
   DriveState state{DriveState::init};
-  bool lockout{true};                  ///< a valid disable has yet to be seen
+  bool lockout{true};                  ///< no enable is accepted before a valid disable
   FaultSet faults_active{};            ///< faults present
   FaultSet faults_latched{};           ///< faults since the last reset
   std::optional<Fault> first_fault{};  ///< the first that latched; empty for none

@@ -17,7 +17,7 @@ namespace sextant {
 /// What every control method shares with the drive. A method's `Parameters` gets those values for which it
 /// has a member of the same name and type.
 struct ControlSetup {
-  InductionMachineParameters<> machine{};  ///< as the controller believes it to be
+  InductionMachineParameters<> machine{};  ///< the controller's parameters of the machine
   std::int32_t period_ns{25'000};          ///< control period [ns]
   double flux_reference{1.1};              ///< stator flux linkage [Wb]
   int actuation_delay_periods{0};          ///< 1: a pattern is applied one period after its decision [-]
@@ -70,7 +70,7 @@ template <class C>
 ///   explicit C(const Parameters&);
 /// and, in the namespace of C, the keys of its table:
 ///   void describe(sextant::Section table, C::Parameters& p, const sextant::ControlSetup& setup);
-/// The shared members are set before a `derived` key asks for its rule; `validate()` is checked after all.
+/// The shared members are set before the rule of a `derived` key runs; `validate()` is checked after all.
 template <class C>
 [[nodiscard]] ControlMethod control_method() {
   using Parameters = typename C::Parameters;
@@ -91,7 +91,7 @@ template <class C>
           .default_parameters = [] { return std::any{Parameters{}}; }};
 }
 
-/// Where the configuration looks for methods: Sextant's own and those of a program that brings some.
+/// The methods that the configuration can select: Sextant's own and those that a program adds.
 using ControlMethods = std::vector<ControlMethod>;
 
 /// The list with `own` methods behind it. Throws std::invalid_argument where a name is no bare TOML key, is

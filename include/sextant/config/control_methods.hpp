@@ -13,7 +13,7 @@ namespace sextant {
 template <class T>
 using ControllerList = std::tuple<DirectTorqueController<T>>;
 
-/// The same as the configuration knows them.
+/// Their descriptions for the configuration.
 [[nodiscard]] ControlMethods control_methods();
 
 }  // namespace sextant

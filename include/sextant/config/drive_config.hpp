@@ -31,7 +31,7 @@ struct LoadConfig {
 /// parts need (control period, actuation delay, machine) occur in the file once.
 struct DriveConfig {
   MachineConfig machine{};           ///< as the file gives it; plant.plant.machine is made of it
-  MachineConfig machine_estimate{};  ///< how the controller's idea of it differs
+  MachineConfig machine_estimate{};  ///< how the controller's parameters differ from it
   ControlSetup control{};            ///< what the control methods share
   std::string controller{"dtc"};     ///< name of the method chosen
   ControlMethods methods{control_methods()};

@@ -5,7 +5,7 @@
 
 namespace sextant {
 
-/// A key or table of earlier files, and the one that says the same; both are dotted paths.
+/// A key or table of earlier files, and its replacement; both are dotted paths.
 struct MovedKey {
   std::string_view from;
   std::string_view to;

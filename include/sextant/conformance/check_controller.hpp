@@ -122,7 +122,7 @@ class ControllerCheck {
     }
   }
 
-  /// Keeps the first violation of each rule; its name is what stands before the colon.
+  /// Keeps the first violation of each rule; its name precedes the colon.
   void require(bool holds, const std::string& sentence, std::size_t period) {
     if (holds) return;
     const std::string rule = sentence.substr(0, sentence.find(':') + 1);

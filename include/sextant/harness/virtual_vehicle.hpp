@@ -22,7 +22,7 @@ class VirtualVehicle {
     std::int64_t period_ns{10'000'000};    ///< between two frames [ns]
     double torque_limit{250.0};            ///< magnitude that it allows the drive [N·m]
     bool hand_shake{true};                 ///< false: it enables with its first frame
-    bool clear_faults{false};              ///< ask a drive in FAULT to reset, and start again
+    bool clear_faults{false};              ///< send a fault reset to a drive in FAULT, and start again
     int closing_frames{10};                ///< disables after the last torque [-]
     std::uint8_t first_counter{0};         ///< E2E counter of its first frame, 0…14 [-]
     IdentifierOffset identifier_offset{};  ///< of its drive

@@ -18,9 +18,9 @@ namespace sextant {
 struct SimulatedDriveIoParameters {
   std::int32_t period_ns{25'000};  ///< control period [ns]
   double u_dc{530.0};              ///< stiff DC-link voltage [V]
-  int actuation_delay_periods{0};  ///< 1: a pattern acts one period after it was written [-]
+  int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after it was written [-]
   bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
-  int hold_periods{1};             ///< periods for which a pattern holds that is not renewed [-]
+  int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
 
