@@ -20,6 +20,8 @@ _STATISTICS = {
 _STATISTIC = re.compile(rf"(.*)_({'|'.join(_STATISTICS)})_([a-z]+)")
 _MEMBER = re.compile(r"^    (@key )?([A-Za-z0-9<> ]+) _?([a-z][a-z0-9_]*);(?: *// \[([^]]+)\] (.+))?$", re.MULTILINE)
 
+_ENUMERATOR = re.compile(r"[A-Z][A-Z0-9_]*")
+
 
 @dataclass(frozen=True)
 class Signal:
@@ -40,10 +42,10 @@ def _contract() -> str:
         raise UserError(f"the telemetry contract {IDL} cannot be read: {error.strerror}.") from None
 
 
-def _body(kind: str, name: str) -> str:
-    found = re.search(rf"^  {kind} {name} {{\n(.*?)\n  }};", _contract(), re.DOTALL | re.MULTILINE)
+def _body(pattern: str, text: str, what: str) -> str:
+    found = re.search(pattern, text, re.DOTALL | re.MULTILINE)
     if found is None:
-        raise UserError(f"the telemetry contract {IDL} has no {kind} {name}.")
+        raise UserError(f"the telemetry contract {IDL} has no {what}.")
     return found[1]
 
 
@@ -52,7 +54,8 @@ def signals(struct: str) -> tuple[Signal, ...]:
     """The members of a struct, in order. A statistic without comment has unit and text of the one before it."""
     found: list[Signal] = []
     first: dict[tuple[str, str], tuple[str, str, str]] = {}
-    for key, kind, name, unit, text in _MEMBER.findall(_body("struct", struct)):
+    body = _body(rf"^  struct {struct} {{\n(.*?)\n  }};", _contract(), f"struct {struct}")
+    for key, kind, name, unit, text in _MEMBER.findall(body):
         if statistic := _STATISTIC.fullmatch(name):
             word, quantity = _STATISTICS[statistic[2]], (statistic[1], statistic[3])
             first.setdefault(quantity, (word, unit, text))
@@ -66,7 +69,13 @@ def signals(struct: str) -> tuple[Signal, ...]:
 @cache
 def enumerators(enumeration: str) -> tuple[str, ...]:
     """The names of an enumeration, by value."""
-    return tuple(name.strip() for name in _body("enum", enumeration).split(","))
+    code = re.sub(r"//[^\n]*", "", _contract())
+    body = _body(rf"enum {enumeration} {{([^}}]*)}}", code, f"enum {enumeration}")
+    names = tuple(name.strip() for name in body.split(","))
+    for name in names:
+        if not _ENUMERATOR.fullmatch(name):
+            raise UserError(f'{IDL}: {enumeration} has "{name}", which is not an enumerator: its form is "NAME,".')
+    return names
 
 
 @cache

@@ -10,7 +10,8 @@ import pytest
 from cyclonedds.idl import types
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
-from sextant_py import dds, telemetry_types
+from sextant_py import dds, telemetry_contract, telemetry_types
+from sextant_py.errors import UserError
 from sextant_py.paths import IDL, ROOT
 from sextant_py.telemetry_contract import enumerations, enumerators, signals
 
@@ -54,7 +55,7 @@ def test_cmake_and_python_read_the_same_list(
 def test_enumerators_are_those_of_cpp(tmp_path: Path) -> None:
     assert made_by_cmake(IDL, tmp_path).returncode == 0
     headers = "".join(file.read_text(encoding="utf-8") for file in tmp_path.glob("include/sextant/*/*.hpp"))
-    listed = re.findall(r"X\(\w+, (\w+), ([A-Z]+)\)", headers)
+    listed = re.findall(r"X\(\w+, (\w+), ([A-Z0-9_]+)\)", headers)
     assert sorted(upper for _, upper in listed) == sorted(name for one in enumerations() for name in enumerators(one))
     assert all(lower.upper() == upper for lower, upper in listed)
 
@@ -79,6 +80,10 @@ def test_a_statistic_says_which_it_is() -> None:
         (r"    octet sector; ", "    octet sector[2]; ", "which is not a member"),
         (r"struct RealTimeStatistics", "struct Statistics", "has no struct RealTimeStatistics"),
         (r"enum WaitKind", "enum WaitMode", "has no enumeration WaitKind"),
+        (r"SPIN, HYBRID", "SPIN, hybrid", 'WaitKind has "hybrid", which is not an enumerator'),
+        (r"SPIN, HYBRID", "SPIN HYBRID", 'WaitKind has "SPIN HYBRID", which is not an enumerator'),
+        (r"SPIN, HYBRID", "SPIN, HYBRID,", 'WaitKind has "", which is not an enumerator'),
+        (r"SPIN, HYBRID", "SPIN, /* both */ HYBRID", 'WaitKind has "/* both */ HYBRID", which is not an enumerator'),
     ],
 )
 def test_an_incomplete_list_is_refused(tmp_path: Path, old: str, new: str, objection: str) -> None:
@@ -90,6 +95,44 @@ def test_an_incomplete_list_is_refused(tmp_path: Path, old: str, new: str, objec
     assert made.returncode != 0
     assert objection in re.sub(r"\s+", " ", made.stderr)
     assert idl.name in made.stderr
+
+
+@pytest.mark.parametrize(
+    ("before", "seed"),
+    [
+        (r"    octet sector;", "    octet sector[2];  // [1] the sector"),
+        (r"    INIT, STANDBY", "    init,"),
+        (r"    boolean memory_locked;", "    boolean memory_lock;"),
+    ],
+)
+def test_a_refusal_names_the_line(tmp_path: Path, before: str, seed: str) -> None:
+    lines = IDL.read_text(encoding="utf-8").splitlines()
+    at = next(index for index, line in enumerate(lines) if line.startswith(before))
+    idl = tmp_path / "changed.idl"
+    idl.write_text("\n".join([*lines[:at], seed, *lines[at:]]) + "\n", encoding="utf-8")
+    made = made_by_cmake(idl, tmp_path)
+    assert made.returncode != 0
+    assert f"changed.idl:{at + 1}:" in re.sub(r"\s+", "", made.stderr)
+
+
+def test_comments_digits_and_empty_lines_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = IDL.read_text(encoding="utf-8")
+    changed = text.replace("    INIT, STANDBY, ", "    // states of the FSM, {in} order\n    INIT, MODE_2, // SPARE\n\n    ")
+    changed = changed.replace("    octet sector;", "\n    octet sector;")
+    assert len(changed.splitlines()) == len(text.splitlines()) + 4
+    idl = tmp_path / "changed.idl"
+    idl.write_text(changed, encoding="utf-8")
+    made = made_by_cmake(idl, tmp_path)
+    assert made.returncode == 0, made.stderr
+    header = (tmp_path / "include" / "sextant" / "core" / "telemetry_record.hpp").read_text(encoding="utf-8")
+    states = re.findall(r"X\(DriveState, (\w+), (\w+)\)", header)
+    assert states[:3] == [("init", "INIT"), ("mode_2", "MODE_2"), ("ready", "READY")]
+    assert "X(sector, " in header
+    monkeypatch.setattr(telemetry_contract, "_contract", lambda: changed)
+    assert telemetry_contract.enumerators.__wrapped__("DriveStateKind") == tuple(upper for _, upper in states)
+    monkeypatch.setattr(telemetry_contract, "_contract", lambda: changed.replace("HYBRID", "hybrid"))
+    with pytest.raises(UserError, match='WaitKind has "hybrid"'):
+        telemetry_contract.enumerators.__wrapped__("WaitKind")
 
 
 def read_from_a_writer_of(kind: type, topic: str, domain: int, **values: object) -> Any:
