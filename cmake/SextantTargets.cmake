@@ -84,8 +84,8 @@ function(sextant_add_tests folder)
   gtest_discover_tests(${target} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 480 PROPERTIES TIMEOUT 1200)
 endfunction()
 
-# sextant_use_source_directory(<target>): support/source_directory.hpp, which defines SEXTANT_SOURCE_DIR. Only the sources
-# that include it are compiled again in another checkout.
+# sextant_use_source_directory(<target>): support/source_directory.hpp, which defines SEXTANT_SOURCE_DIR. Only the
+# sources that include it are compiled again in another checkout.
 function(sextant_use_source_directory target)
   set(generated ${PROJECT_BINARY_DIR}/tests/generated)
   file(CONFIGURE OUTPUT ${generated}/support/source_directory.hpp @ONLY
@@ -97,9 +97,10 @@ endfunction()
 function(sextant_precompile_test_headers target)
   target_precompile_headers(${target} REUSE_FROM sextant_precompiled_tests)
   target_link_libraries(${target} PRIVATE Eigen3::Eigen)
-  # Without -fpch-preprocess ccache does not see a precompiled header. GCC 12 sees copies beyond a string in its operator+
-  # where there are none (GCC bug 105651).
-  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess -Wno-array-bounds -Wno-stringop-overflow>)
+  # Without -fpch-preprocess ccache does not see a precompiled header. GCC 12 sees copies beyond a string in its
+  # operator+ where there are none (GCC bug 105651).
+  target_compile_options(${target} PRIVATE
+    $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess -Wno-array-bounds -Wno-stringop-overflow>)
 endfunction()
 
 # sextant_add_program(<name> SOURCES files... [LIBRARIES targets...])

@@ -23,8 +23,8 @@ clang_tidy() {
   printf '%s\n' "$tool"
 }
 
-# prepare_standalone: brings the lists of faults and of telemetry up to date and sets standalone_flags: how to compile, from the top of the
-# tree, a header or a source that needs nothing else that is generated.
+# prepare_standalone: brings the lists of faults and of telemetry up to date and sets standalone_flags: how to compile,
+# from the top of the tree, a header or a source that needs nothing else that is generated.
 prepare_standalone() {
   cmake -DDBC="$sextant_root/configs/interfaces/sextant.dbc" -DOUTPUT="$sextant_root/build/standalone" \
     -P "$sextant_root/cmake/SextantFaults.cmake" || die "the list of faults cannot be made from configs/interfaces/sextant.dbc."

@@ -153,7 +153,7 @@ void Ecu::print_report(std::FILE* out) const {
                lost);
   }
   power_stage_.print_report(out);
-  print_commands(out, receive_.task().receiver());
+  print_commands(out, receive_.task().receiver(), config_.can.identifier_offset);
   print_can(out, bus_->stats(), transmit_.task().clamped());
   print_dds(out);
 }

@@ -1,14 +1,21 @@
 #include "ecu/run_report.hpp"
 
 #include <cstddef>
+#include <cstdint>
 
 #include <fmt/format.h>
 
+#include "sextant/comms/can_codec.hpp"
+
 namespace sextant::ecu {
 
-void print_commands(std::FILE* out, const CommandReceiver& receiver) {
-  fmt::print(out, "commands {} accepted, {} rejected\n", receiver.count(FrameVerdict::accepted),
-             receiver.rejected());
+void print_commands(std::FILE* out, const CommandReceiver& receiver, IdentifierOffset offset) {
+  const std::uint64_t accepted = receiver.count(FrameVerdict::accepted);
+  fmt::print(out, "commands {} accepted, {} rejected\n", accepted, receiver.rejected());
+  if (accepted + receiver.rejected() == 0) {
+    fmt::print(out, "  no frame has the command's identifier 0x{:03X} (can.identifier_offset = {})\n",
+               command_id(offset), offset.value);
+  }
   for (std::size_t i = 0; i < frame_verdict_count; ++i) {
     const auto verdict = static_cast<FrameVerdict>(i);
     const std::uint64_t count = receiver.count(verdict);

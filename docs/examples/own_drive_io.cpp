@@ -27,7 +27,7 @@ struct InverterRegisters {
   volatile std::uint32_t segment_count;
   volatile std::uint32_t gates[GatePattern::capacity];
   volatile std::uint32_t ticks[GatePattern::capacity];  // duration [10 ns]
-  volatile std::uint32_t watchdog;  // the hardware turns the gates off when nobody writes here for 200 us
+  volatile std::uint32_t watchdog;  // the hardware turns the gates off 200 us after the last write
 };
 
 /// The inverter behind the registers. A pattern acts from the sample after it was written, which is a
@@ -48,7 +48,7 @@ class RegisterDriveIo final : public sextant::DriveIo<double> {
     // What was applied over the period that ends now was written two periods ago.
     m.applied = in_force_;
     in_force_ = written_;
-    // Never pretend: no new sample, or one that we slept through, and nobody knows what was applied.
+    // After no new sample, or more than one, the applied pattern is unknown: not plausible.
     m.plausible = started_ ? samples == 1 && registers_.fault == 0 : registers_.fault == 0;
     started_ = true;
     return m;

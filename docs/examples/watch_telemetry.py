@@ -14,7 +14,7 @@ TOPIC = "sextant/DriveTelemetry"
 node = DomainParticipant(0)
 publications = BuiltinDataReader(node, BuiltinTopicDcpsPublication)
 writers = []
-while not writers:  # until a drive is heard of
+while not writers:  # until a drive publishes
     time.sleep(0.1)
     writers = [writer for writer in publications.take(N=100) if writer.topic_name == TOPIC]
 kind, _ = get_types_for_typeid(node, writers[0].type_id, duration(seconds=10))

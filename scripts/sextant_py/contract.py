@@ -27,7 +27,7 @@ class Contract:
                 f"the identifier offset {identifier_offset} is not a multiple of {OFFSET_STEP}"
                 f" from 0 to {LARGEST_OFFSET}; sextant-ecu has it as can.identifier_offset."
             )
-        self._offset = identifier_offset
+        self.identifier_offset = identifier_offset
         try:
             self.database = cantools.database.load_file(path)
         except FileNotFoundError:
@@ -67,7 +67,7 @@ class Contract:
             return None
         if profile.value != "P11_NIBBLE":
             raise UserError(f"{message} is protected by {profile.value}; only P11_NIBBLE is known here.")
-        return int(attributes["E2EDataId"].value) + self._offset
+        return int(attributes["E2EDataId"].value) + self.identifier_offset
 
     def encode(self, name: str, signals: dict[str, float], counter: int = 0) -> can.Message:
         """A frame ready to send. A value outside its range is refused (cantools.database.EncodeError)."""
@@ -79,14 +79,14 @@ class Contract:
             empty = dict.fromkeys(self.PROTECTION_SIGNALS, 0)
             data = bytearray(message.encode({**empty, **signals}, strict=True))
             e2e.protect(data, data_id, counter)
-        return can.Message(arbitration_id=message.frame_id + self._offset, data=data, is_extended_id=False)
+        return can.Message(arbitration_id=message.frame_id + self.identifier_offset, data=data, is_extended_id=False)
 
     def decode(self, frame: can.Message) -> tuple[str, dict] | None:
         """Name and signals of a classic data frame of the contract, of the right length; None otherwise."""
         if frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd:
             return None
         try:
-            message = self.database.get_message_by_frame_id(frame.arbitration_id - self._offset)
+            message = self.database.get_message_by_frame_id(frame.arbitration_id - self.identifier_offset)
         except KeyError:
             return None
         if len(frame.data) != message.length:

@@ -27,7 +27,7 @@ IDENTIFICATION = "MCU_Identification"
 STANDING_STATES = ("READY",)
 RUNNING_STATES = ("MAGNETISING", "TORQUE", "DERATED")
 FOLLOWING_STATES = ("TORQUE", "DERATED")  # in which the torque answers to the request
-SILENCE_S = 0.5
+STATUS_TIMEOUT_S = 0.5
 DISABLE_FRAMES = 10
 LOG_FIELDS = ("t_ns", "torque_nm", "enable", "counter")
 
@@ -46,7 +46,7 @@ class Reports:
     contract: Contract
     latest: dict[str, dict] = field(default_factory=dict)
     refused: int = 0
-    _silent_periods: int = 0
+    _periods_without_status: int = 0
     _checkers: dict[str, e2e.Checker] = field(default_factory=dict)
     _stop: threading.Event = field(default_factory=threading.Event)
     _thread: threading.Thread | None = None
@@ -68,9 +68,9 @@ class Reports:
                 time.sleep(0.1)
                 continue
             if frame is not None:
-                self.take(frame)
+                self.accept(frame)
 
-    def take(self, frame: can.Message) -> None:
+    def accept(self, frame: can.Message) -> None:
         decoded = self.contract.decode(frame)
         if decoded is None or decoded[0] == COMMAND:
             return
@@ -83,7 +83,7 @@ class Reports:
                 return
         self.latest[name] = signals
         if name == STATUS:
-            self._silent_periods = 0
+            self._periods_without_status = 0
 
     def state(self) -> str | None:
         status = self.latest.get(STATUS)
@@ -93,11 +93,11 @@ class Reports:
         status = self.latest.get(STATUS)
         return bool(status) and not status["Lockout"] and self.state() in STANDING_STATES
 
-    def is_silent(self, period_s: float) -> bool:
-        """Whether no status has come for SILENCE_S; to be asked once a period. Counted in periods in which this program
-        ran: time in which the machine stood still is no silence of the drive."""
-        self._silent_periods += 1
-        return STATUS not in self.latest or self._silent_periods * period_s > SILENCE_S
+    def timed_out(self, period_s: float) -> bool:
+        """Whether no status has come for STATUS_TIMEOUT_S; called once a period. Counted in periods in which this
+        program ran: time in which the machine stood still does not count."""
+        self._periods_without_status += 1
+        return STATUS not in self.latest or self._periods_without_status * period_s > STATUS_TIMEOUT_S
 
     def other_contract(self) -> str | None:
         """What is wrong where the drive has said that its frames mean something else; None otherwise."""
@@ -193,9 +193,9 @@ def shake_hands(commander: Commander, reports: Reports, progress: Progress, time
     """Sends disable frames until the drive is ready for an enable."""
     deadline = time.monotonic() + timeout_s
     while not reports.ready():
-        is_silent = reports.is_silent(commander.period_s)
+        timed_out = reports.timed_out(commander.period_s)
         if time.monotonic() > deadline:
-            _refuse_handshake(reports, timeout_s, is_silent)
+            _refuse_handshake(reports, timeout_s, timed_out)
         if other := reports.other_contract():
             raise UserError(other)
         in_fault = reports.state() == "FAULT"
@@ -207,11 +207,15 @@ def shake_hands(commander: Commander, reports: Reports, progress: Progress, time
     progress.say(f"the drive is ready ({describe(reports)})")
 
 
-def _refuse_handshake(reports: Reports, timeout_s: float, is_silent: bool) -> None:
+def _refuse_handshake(reports: Reports, timeout_s: float, timed_out: bool) -> None:
     if reports.refused and not reports.latest.get(STATUS):
         raise UserError(f"{reports.refused} status frames came, but none with a valid CRC and data ID.")
-    if is_silent:
-        raise UserError(f"no answer from a drive within {timeout_s:g} s; is sextant-ecu running on this bus?")
+    if timed_out:
+        raise UserError(
+            f"no status frame from a drive with the identifier offset {reports.contract.identifier_offset} within"
+            f" {timeout_s:g} s; is sextant-ecu running on this bus, and is --identifier-offset its"
+            " can.identifier_offset?"
+        )
     lockout = reports.latest[STATUS]["Lockout"]
     raise UserError(
         f"the drive did not become ready within {timeout_s:g} s: it reports {reports.state()}"
@@ -246,8 +250,8 @@ def play(
             if other := reports.other_contract():
                 return start_ns, other
             was_running = was_running or reports.state() in RUNNING_STATES
-            if reports.is_silent(commander.period_s):
-                return start_ns, f"the drive timed out {time_s:.2f} s into the profile."
+            if reports.timed_out(commander.period_s):
+                return start_ns, f"the drive's status frames timed out {time_s:.2f} s into the profile."
             if was_running and reports.state() == "FAULT":
                 return start_ns, f"the drive went to FAULT ({reports.first_fault()}) {time_s:.2f} s into the profile."
         due_ns = commander.wait()

@@ -88,13 +88,13 @@ CommandReceiver::CommandReceiver(const Parameters& parameters) noexcept
       other_drive_(parameters.identifier_offset) {}
 
 FrameVerdict CommandReceiver::on_frame(const CanFrame& frame) noexcept {
-  const FrameVerdict verdict = judge(frame);
+  const FrameVerdict verdict = evaluate(frame);
   ++counts_[std::size_t(verdict)];
   if (is_rejection(verdict)) command_.rejected = static_cast<std::uint32_t>(++rejected_);
   return verdict;
 }
 
-FrameVerdict CommandReceiver::judge(const CanFrame& frame) noexcept {
+FrameVerdict CommandReceiver::evaluate(const CanFrame& frame) noexcept {
   if (frame.error) return on_error_frame(frame);
   if (other_drive_.sent(frame)) return FrameVerdict::other_drive;
   const FrameVerdict identity = verdict_of(identify_command(frame, parameters_.identifier_offset));
@@ -105,16 +105,16 @@ FrameVerdict CommandReceiver::judge(const CanFrame& frame) noexcept {
   const E2eResult result = checker_.check(data);
   command_.e2e = checker_.state();
   if (!usable(result)) return verdict_of(result);
-  return checker_.state() == E2eState::valid ? take(frame) : FrameVerdict::not_valid_yet;
+  return checker_.state() == E2eState::valid ? accept(frame) : FrameVerdict::not_valid_yet;
 }
 
-FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
+FrameVerdict CommandReceiver::accept(const CanFrame& frame) noexcept {
   const DecodedCommand decoded = decode_command(frame);
   if (!decoded.in_range && decoded.command.enable) {
     ++command_.out_of_range;
     return FrameVerdict::out_of_range;
   }
-  accept(decoded);
+  store(decoded);
   command_.received_ns = frame.received_ns;
   command_.out_of_range = 0;
   ++command_.sequence;
@@ -123,7 +123,7 @@ FrameVerdict CommandReceiver::take(const CanFrame& frame) noexcept {
   return FrameVerdict::accepted;
 }
 
-void CommandReceiver::accept(const DecodedCommand& decoded) noexcept {
+void CommandReceiver::store(const DecodedCommand& decoded) noexcept {
   const TorqueCommand<double>& received = decoded.command;
   // The numbers of a disable that lie beyond the contract, "not available" among them, stand as zero.
   command_.torque = decoded.in_range ? received.torque : 0.0;

@@ -5,6 +5,7 @@ usage: generate_can_contract.py DATABASE OUTPUT
 """
 
 import sys
+from pathlib import Path
 
 import cantools
 from cantools.database.can.c_source import camel_to_snake_case
@@ -64,8 +65,10 @@ def signal_lines(message, signal):
     if signal.minimum is None or signal.maximum is None:
         sys.exit(f"{message.name}.{signal.name} has no range in the CAN database")
     functions = ", ".join(f"sextant_{name}_{f}" for f in ("encode", "decode", "is_in_range"))
-    yield (f"inline constexpr Signal<{raw_type(signal)}> {name}"
-           f"{{{float(signal.minimum)!r}, {float(signal.maximum)!r}, {functions}}};")
+    yield (
+        f"inline constexpr Signal<{raw_type(signal)}> {name}"
+        f"{{{float(signal.minimum)!r}, {float(signal.maximum)!r}, {functions}}};"
+    )
     for value, text in (signal.choices or {}).items():
         if str(text) == "NOT_AVAILABLE":
             yield f"inline constexpr {raw_type(signal)} {name}_not_available = {value};"
@@ -94,8 +97,10 @@ def fault_lines(message, prefix, faults):
     found = {bit: camel_to_snake_case(s.name.removeprefix(prefix)).upper() for bit, s in sorted(bits.items())}
     if found != faults or any(s.length != 1 for s in bits.values()):
         differing = sorted(found.items() ^ faults.items())
-        sys.exit(f"{message.name} has not one bit for each fault of {'.'.join(FAULT_LIST)}, at {FIRST_BIT} + value: "
-                 f"{differing}")
+        sys.exit(
+            f"{message.name} has not one bit for each fault of {'.'.join(FAULT_LIST)}, at {FIRST_BIT} + value: "
+            f"{differing}"
+        )
     struct = f"sextant_{name}_t"
     yield f"inline constexpr std::array<FaultSignal<{struct}>, {len(faults)}> {name}_signals{{{{"
     for bit, fault in faults.items():
@@ -130,8 +135,7 @@ def main():
         if message.name in FAULT_MASKS:
             lines.extend(fault_lines(message, FAULT_MASKS[message.name], faults))
     lines.append("\n}  // namespace sextant::contract\n")
-    with open(output_path, "w", encoding="utf-8") as output:
-        output.write("\n".join(lines))
+    Path(output_path).write_text("\n".join(lines), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -159,8 +159,8 @@ TEST_F(TimedOutControlThread, KeepsTheFaultThatWasThereBefore) {
   }
 }
 
-// What was said has to become true: a drive that comes back finds the order to open its gates.
-TEST_F(TimedOutControlThread, IsOrderedOffByWhoSaysSo) {
+// The status frames report the gates off: the gate inhibit makes it so when the control thread runs again.
+TEST_F(TimedOutControlThread, GetsTheGateInhibitWithTheReport) {
   (void)sent_between(0, 20 * ms);
   EXPECT_FALSE(shared.gate_inhibit.load());
   (void)sent_between(20 * ms, 100 * ms);

@@ -68,7 +68,7 @@ TEST_F(GateGuardOfAReadyDrive, HoldsALatePatternAsLongAsItMayAndThenTurnsOff) {
   EXPECT_EQ(nothing(), v1) << "the second period of two";
   EXPECT_EQ(nothing(), open);
   EXPECT_EQ(guard.cause(), GateCause::late);
-  EXPECT_EQ(nothing(), open) << "an open gate stays open without a fresh pattern";
+  EXPECT_EQ(nothing(), open) << "gates stay off without a new pattern";
   EXPECT_EQ(command(v1), v1);
   EXPECT_EQ(guard.counters().late, 1U);
   EXPECT_EQ(guard.counters().held, 1U);

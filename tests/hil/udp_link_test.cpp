@@ -156,7 +156,7 @@ TEST_F(UdpLinkTest, APlantThatStoodStillForLongWaitsForTheNextCommand) {
   EXPECT_FALSE(plant->gates_enabled());
 }
 
-// Only the way from the drive to the plant is cut: the plant opens its gates, and the drive finds out.
+// Only the way from the drive to the plant is cut: the plant turns its gates off, and the drive trips.
 TEST_F(UdpLinkTest, ADriveWhoseCommandsGetLostTripsThoughMeasurementsCome) {
   DrivePatternRecord command;
   for (int n = 0; n < 20; ++n) {

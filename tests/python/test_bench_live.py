@@ -75,7 +75,7 @@ def test_a_body_is_judged_beside_the_empty_loop_of_its_round(
     assert [figure.verdict for figure in published] == [PUBLISHED] * 3
     assert [figure.value for figure in published[1:]] == [ours_ns / 200] * 2
     assert {"tick_lead_us": 6, "busy_ns": ours_ns - 200.0} in asked, "the busy body takes as long as ours"
-    assert set(own.shapes) == set(live.BODIES.values())
+    assert set(own.shapes) == set(live.EXECUTIONS.values())
 
 
 def test_the_loops_wait_as_the_drive_does() -> None:
@@ -100,7 +100,7 @@ def commanded(way_us: float | None, hand_over_us: float | None = 40.0, **told: o
 
 def judged(timing: dict, own: live.LiveLab | None = None) -> list[Figure]:
     own = own or live.LiveLab(Lab())
-    return list(measured("commands by vcan", lambda: own.judge_commands("vcan", timing)).values())
+    return list(measured("commands by vcan", lambda: own.evaluate_commands("vcan", timing)).values())
 
 
 @pytest.mark.parametrize("where", ["native", "uml"])
@@ -228,10 +228,10 @@ def test_every_miss_needs_its_gap(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         "periods_missed": 3,
     }
     monkeypatch.setattr(live_runs, "ecu", lambda *_, **__: timing)
-    own, misses, share = measured("spin mode", live.LiveLab(Lab(out=tmp_path)).spin).values()
+    own, overruns, share = measured("spin mode", live.LiveLab(Lab(out=tmp_path)).spin).values()
     assert own.verdict == MISSED
-    assert "3 misses; machine gap: 2, own execution: 1" in own.note
-    assert (misses.value, share.value) == (3, 3.0)
+    assert "3 overruns; machine gap: 2, own execution: 1" in own.note
+    assert (overruns.value, share.value) == (3, 3.0)
 
 
 def test_the_worst_period_with_cvode_is_shown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -251,7 +251,7 @@ def test_the_worst_period_with_cvode_is_shown(monkeypatch: pytest.MonkeyPatch, t
     assert len(own.shapes) == 1
 
 
-def test_openings_are_read_by_their_cause() -> None:
+def test_gates_off_is_read_by_its_cause() -> None:
     text = (
         "01:00 warning gates stay off since 12.500100 s: the drive has timed out; last pattern at 12.499850 s, 0.250 ms"
         " before, seen at 12.505000 s\n"
@@ -259,17 +259,17 @@ def test_openings_are_read_by_their_cause() -> None:
         " 1.000 ms before, seen at 13.000250 s\n"
         "gates are off as from the start: the drive has timed out\n"
     )
-    assert gates.openings_ns(text, gates.SILENT) == [(12_500_100_000, 12_505_000_000)]
-    assert gates.openings_ns(text, gates.LINE_OFF) == [(13_000_000_000, 13_000_250_000)]
+    assert gates.gates_off_ns(text, gates.TIMED_OUT) == [(12_500_100_000, 12_505_000_000)]
+    assert gates.gates_off_ns(text, gates.LINE_OFF) == [(13_000_000_000, 13_000_250_000)]
 
 
 @pytest.mark.parametrize(("late_ms", "verdict"), [(9.9, MET), (10.1, MISSED)])
-def test_gates_are_judged_by_the_median_round(
+def test_gates_have_the_verdict_of_the_median_round(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, late_ms: float, verdict: str
 ) -> None:
     monkeypatch.setattr(live_runs, "refusal_of_real_time", lambda: "")
     times = iter([1.0, 2.0, late_ms, 50.0, 60.0])
-    monkeypatch.setattr(gates, "opening_ms", lambda *_, **__: next(times))
+    monkeypatch.setattr(gates, "gates_off_ms", lambda *_, **__: next(times))
     figure = measured("gates of a killed drive", lambda: gates.killed(Lab(out=tmp_path)))["killed"]
     assert (figure.value, figure.verdict) == (late_ms, verdict)
 

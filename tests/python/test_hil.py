@@ -82,7 +82,7 @@ def test_drive_first_then_torque_then_plant_killed_and_back(
         assert "restarted 1 times" in drive.text()
 
 
-def test_killed_drive_opens_the_gates_and_comes_back_locked_out(
+def test_killed_drive_turns_the_gates_off_and_comes_back_locked_out(
     link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     with plant_side(link, tmp_path) as plant, Vehicle(bus_address) as vehicle:
@@ -128,10 +128,10 @@ def test_stopped_drive_trips_its_own_watchdog_and_the_plants(
         assert drive.leave() == 0
 
 
-def test_watchdog_opens_the_gates_while_the_control_thread_hangs(
+def test_watchdog_turns_the_gates_off_while_the_control_thread_hangs(
     link: str, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
-    """The plant is told to wait long for patterns, so that only the drive's own watchdog can open its gates."""
+    """The plant's timeout of patterns is long, so that only the drive's own watchdog turns its gates off."""
     patient = ("hil.pattern_timeout_ms=60000", "plant.hold_periods=1000000")
     with (
         plant_side(link, tmp_path, *patient) as plant,

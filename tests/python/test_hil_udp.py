@@ -202,7 +202,7 @@ def check_counts(side: Side, relayed: dict[str, int], no_room: int) -> None:
 
 
 @needs_root
-def test_a_cut_wire_opens_the_gates_and_trips_the_drive_and_both_come_back(
+def test_a_cut_wire_turns_the_gates_off_and_trips_the_drive_and_both_come_back(
     network: Network, bus_address: str, domain: int, tmp_path: Path
 ) -> None:
     with (

@@ -117,7 +117,9 @@ def test_a_refusal_names_the_line(tmp_path: Path, before: str, seed: str) -> Non
 
 def test_comments_digits_and_empty_lines_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = IDL.read_text(encoding="utf-8")
-    changed = text.replace("    INIT, STANDBY, ", "    // states of the FSM, {in} order\n    INIT, MODE_2, // SPARE\n\n    ")
+    changed = text.replace(
+        "    INIT, STANDBY, ", "    // states of the FSM, {in} order\n    INIT, MODE_2, // SPARE\n\n    "
+    )
     changed = changed.replace("    octet sector;", "\n    octet sector;")
     assert len(changed.splitlines()) == len(text.splitlines()) + 4
     idl = tmp_path / "changed.idl"

@@ -77,7 +77,16 @@ def test_no_drive_is_said(bus_address: str, profile: Path) -> None:
     vcu = start(bus_address, profile, "--timeout", "0.5")
     _, errors = vcu.communicate(timeout=240)
     assert vcu.returncode == 1
-    assert errors == "vcu: no answer from a drive within 0.5 s; is sextant-ecu running on this bus?\n"
+    assert errors.startswith("vcu: no status frame from a drive with the identifier offset 0 within 0.5 s;")
+
+
+def test_a_drive_with_another_offset_is_no_drive(bus_address: str, profile: Path) -> None:
+    with FakeDrive(bus_address, identifier_offset=64):
+        vcu = start(bus_address, profile, "--timeout", "0.5", "--identifier-offset", "32")
+        _, errors = vcu.communicate(timeout=240)
+        assert vcu.returncode == 1
+        for word in ("the identifier offset 32", "--identifier-offset", "can.identifier_offset"):
+            assert word in errors
 
 
 def test_a_drive_that_stays_locked_is_said(bus_address: str, profile: Path) -> None:

@@ -169,7 +169,13 @@ def test_an_offset_moves_all_frames_of_the_run(profile: Path, tmp_path: Path) ->
     assert moved == [identifier + 64 for identifier in base]
     # Its replay leaves out the status frames of the drive with this offset, and of no other.
     assert "status frames of the recording were left out" in run(logs[64], "--set", "can.identifier_offset=64")
-    assert "were left out" not in run(logs[64])
+    elsewhere = run(logs[64])
+    assert "were left out" not in elsewhere
+    assert "no frame has the command's identifier 0x110 (can.identifier_offset = 0)" in elsewhere
+
+
+def test_one_command_is_enough_for_its_identifier_to_be_right(commands: Path) -> None:
+    assert "no frame has the command's identifier" not in run(commands, "--duration", "0.001")
 
 
 def test_a_seed_is_a_run(profile: Path) -> None:

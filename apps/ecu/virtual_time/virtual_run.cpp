@@ -186,7 +186,7 @@ void VirtualRun::print_report(std::FILE* out) const {
              virtual_s / std::max(wall_s_, 1e-9));
   const WakeSchedule::Counters& wakes = ecu_.wakes();
   print_periods(out, recorder_.periods(), wakes.periods_missed, wakes.overruns);
-  print_commands(out, ecu_.receiver());
+  print_commands(out, ecu_.receiver(), config_.can.identifier_offset);
   print_can(out);
   fmt::print(out, "left in {}, {} faults", to_string(before_shutdown_.state), before_shutdown_.fault_total);
   if (before_shutdown_.latched.any()) fmt::print(out, ", first {}", to_string(before_shutdown_.first_fault));

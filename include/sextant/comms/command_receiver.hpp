@@ -77,9 +77,9 @@ class CommandReceiver {
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
 
  private:
-  FrameVerdict judge(const CanFrame& frame) noexcept;
-  FrameVerdict take(const CanFrame& frame) noexcept;
-  void accept(const DecodedCommand& decoded) noexcept;
+  FrameVerdict evaluate(const CanFrame& frame) noexcept;
+  FrameVerdict accept(const CanFrame& frame) noexcept;
+  void store(const DecodedCommand& decoded) noexcept;
   FrameVerdict on_error_frame(const CanFrame& frame) noexcept;
 
   Parameters parameters_;

@@ -64,7 +64,7 @@ struct TraceOrigin {
 /// that of an interrupted run all but the last second can be read.
 class TraceRecorder {
  public:
-  /// Told once, at the first error of writing; the default prints one line to standard error.
+  /// Called once, at the first error of writing; the default prints one line to standard error.
   using ErrorHandler = std::function<void(const std::string&)>;
 
   /// Creates the file, replacing one of that name. Throws std::runtime_error with file and reason if that

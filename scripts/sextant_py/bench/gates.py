@@ -1,6 +1,6 @@
-"""Part of the stage `live`: deadlines of the drive on a real kernel. Torque reached, torque gone in a silence, FAULT,
-the end of the process; and how soon the gates of a plant in another process open when its drive dies or hangs, or when
-the wire to it is cut."""
+"""Part of the stage `live`: deadlines of the drive on a real kernel. Torque reached, torque gone without commands,
+FAULT, the end of the process; and how soon the gates of a plant in another process are off when its drive ends or
+hangs, or when the wire to it is cut."""
 
 import os
 import re
@@ -36,7 +36,7 @@ FROM_NM, TO_NM, NEAR_NM = 15.0, 40.0, 1.5
 SETTLED_S, BEGIN_WITHIN_S = 0.3, 20.0
 WATCHDOG_MS = 10
 HOG_PRIORITY, HOG_S = 95, 0.3  # above the control thread, and shorter than the kernel's throttling
-SILENT, LINE_OFF = "the drive has timed out", "the gate-enable line is off"
+TIMED_OUT, LINE_OFF = "the drive has timed out", "the gate-enable line is off"
 # A period that a shared machine holds, and a link voltage at which a period's torque stays small.
 HIL_DRIVE = {
     "plant__u_dc_v": 200,
@@ -45,7 +45,7 @@ HIL_DRIVE = {
     "hil__missing_periods": 80,
 }
 HIL_PLANT = {"plant__u_dc_v": 200, "period_us": 250, "load__kind": "imposed_speed", "load__speed_rad_s__value": 5}
-# Only the drive's own watchdog can open the gates of a plant that waits for ever.
+# Only the drive's own watchdog turns off the gates of a plant whose timeout is so long.
 PATIENT = {"hil__pattern_timeout_ms": 60000, "plant__hold_periods": 1000000}
 CUT_DRIVE = {"plant__u_dc_v": 60, "power_stage": "udp", "drive__period_us": 500, "hil__measurement_timeout_ms": 30}
 CUT_DRIVE |= {"hil__missing_periods": 60}
@@ -81,7 +81,8 @@ class Session(threading.Thread):
         self._commander = Commander(self._bus, Contract(), PERIOD_S, TORQUE_LIMIT_NM)
         self._ended = threading.Event()
         self._telemetry = Telemetry(DOMAIN, depth=5000)
-        self.demand: tuple[float, bool, bool] | None = (0.0, False, False)  # torque, enable, fault reset; or silence
+        # Torque, enable, fault reset; None: no commands.
+        self.demand: tuple[float, bool, bool] | None = (0.0, False, False)
         self.samples: list[Any] = []
 
     def run(self) -> None:
@@ -132,7 +133,7 @@ def reached_ms(session: Session) -> float:
     return (found.t_ns - asked.command_received_ns) * 1e-6
 
 
-def silence_ms(session: Session) -> tuple[float, float]:
+def without_commands_ms(session: Session) -> tuple[float, float]:
     """Age of the last command at which no torque is left, and at the first millisecond in FAULT."""
     first = len(session.samples)
     session.demand = None
@@ -162,41 +163,41 @@ def deadline_round(lab: Lab) -> dict[str, float]:
         reached = reached_ms(session)
         settled_ns = session.samples[-1].t_ns + SETTLED_S * 1e9
         session.wait("settled torque", lambda sample: sample.t_ns >= settled_ns)
-        gone, lost = silence_ms(session)
+        gone, lost = without_commands_ms(session)
         session.to_torque(FROM_NM)
         return {"reached": reached, "gone": gone, "lost": lost, "left": left_ms(drive)}
 
 
-def openings_ns(plant_text: str, cause: str) -> list[tuple[int, int]]:
-    """Of each opening for that cause: since when the gates were open, and when the plant knew it [ns]."""
+def gates_off_ns(plant_text: str, cause: str) -> list[tuple[int, int]]:
+    """Of each time that the gates went off for that cause: since when, and when the plant reported it [ns]."""
     found = re.findall(rf"gates stay off since ([\d.]+) s: {cause};.* seen at ([\d.]+) s", plant_text)
     return [(round(float(since) * 1e9), round(float(seen) * 1e9)) for since, seen in found]
 
 
-def opening_ms(
+def gates_off_ms(
     lab: Lab,
     plant: live_runs.Command,
     drive: dict[str, object],
     stop: Callable[[Any], int],
-    cause: str = SILENT,
+    cause: str = TIMED_OUT,
     which: int = 1,
 ) -> float:
-    """From the time that `stop` returns, at torque, to the opening of the gates; which: 0 counts until they were open,
-    1 until the plant knew it."""
+    """From the time that `stop` returns, at torque, to gates off; which: 0 counts until they were off, 1 until the
+    plant reported it."""
     out = lab.out / "gates_plant.txt"
     command = [PROGRAMS / "sextant-ecu", CONFIGS / "ecu_hil.toml", "--can", BUS]
     command += settings(**drive, dds__domain=DOMAIN)
     with Session() as session, program(plant, out), program(command, lab.out / "gates_drive.txt") as running:
         session.to_torque(10.0)
-        before = len(openings_ns(out.read_text(encoding="utf-8"), cause))
+        before = len(gates_off_ns(out.read_text(encoding="utf-8"), cause))
         stopped_ns = stop(running)
 
         def look() -> int | None:
-            # An opening before the stop was another one.
-            new = openings_ns(out.read_text(encoding="utf-8"), cause)[before:]
+            # Gates off before the stop had another reason.
+            new = gates_off_ns(out.read_text(encoding="utf-8"), cause)[before:]
             return next((one[which] for one in new if one[which] > stopped_ns), None)
 
-        return (until("an opening of the gates", look, 5.0) - stopped_ns) * 1e-6
+        return (until("gates off", look, 5.0) - stopped_ns) * 1e-6
 
 
 def over_shared_memory_ms(lab: Lab, stop: Callable[[Any], int], *way: object, **patience: object) -> float:
@@ -204,7 +205,7 @@ def over_shared_memory_ms(lab: Lab, stop: Callable[[Any], int], *way: object, **
     plant = [PROGRAMS / "sextant-plant", CONFIGS / "plant.toml"]
     plant += settings(**link, **HIL_PLANT, **patience, realtime__cpu=live_runs.other_cpus().split(",")[0])
     own = {"realtime__cpu": live_runs.measured_cpu(), "realtime__watchdog_ms": WATCHDOG_MS}
-    return opening_ms(lab, plant, link | HIL_DRIVE | own, stop, *way)
+    return gates_off_ms(lab, plant, link | HIL_DRIVE | own, stop, *way)
 
 
 def kill(drive: subprocess.Popen) -> int:
@@ -256,7 +257,7 @@ def cut_ms(lab: Lab) -> float:
         plant = ["ip", "netns", "exec", space, PROGRAMS / "sextant-plant", CONFIGS / "plant.toml"]
         plant += settings(**CUT_PLANT, hil__udp_listen=f'"{far}"', hil__udp_peer=f'"{own}"')
         drive = CUT_DRIVE | {"hil__udp_listen": f'"{own}"', "hil__udp_peer": f'"{far}"'}
-        return opening_ms(lab, plant, drive, cut_wire)
+        return gates_off_ms(lab, plant, drive, cut_wire)
 
 
 def medians(lab: Lab, measure: Callable[[], dict[str, float]]) -> Values:

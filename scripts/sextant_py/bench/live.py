@@ -24,7 +24,7 @@ SPIN = {"drive__period_us": 25, "realtime__wait": "spin"}
 WAITS = {"hybrid": "hard mode as shipped (hybrid wait)", "sleep": "hard mode asleep (wait = sleep)"}
 REFERENCE = "cyclictest"
 WAY = "command to gate, "  # and the bus
-BODIES = {
+EXECUTIONS = {
     "ours": "execution time of a 25 µs period",
     "stamped": "the same with time stamps by stage, as shipped",
     "empty": "execution time of an empty loop",
@@ -47,9 +47,9 @@ TABLE: dict[str, dict[str, Figure]] = {
         "lines": Figure(f"{EXECUTION} a loop that touches as many cache lines ({EXECUTION_LINES}), 99.9 %", "x"),
     },
     "spin mode": {
-        "own": Figure(f"misses without a detected gap, spin mode at 25 µs for {SPIN_SECONDS} s", at_most=0),
-        "all": Figure(f"misses, spin mode at 25 µs for {SPIN_SECONDS} s"),
-        "lost": Figure("part of the periods that were skipped in them", "%"),
+        "own": Figure(f"overruns without a detected gap, spin mode at 25 µs for {SPIN_SECONDS} s", at_most=0),
+        "all": Figure(f"overruns, spin mode at 25 µs for {SPIN_SECONDS} s"),
+        "lost": Figure("part of the periods missed by them", "%"),
     },
     **{
         f"commands by {bus}": {
@@ -64,12 +64,12 @@ TABLE: dict[str, dict[str, Figure]] = {
     },
     "CVODE": {
         "longest": Figure(f"longest execution time of {CVODE}", "µs"),
-        "late": Figure("part of these bodies that took longer than the period", "%"),
-        "lost": Figure("part of the periods that were skipped in that run", "%"),
+        "late": Figure("part of these executions longer than the period", "%"),
+        "lost": Figure("part of the periods missed in that run", "%"),
     },
     "gates of a killed drive": {
         "killed": Figure(
-            "HIL: from SIGKILL of the drive at torque until its plant has turned the gates off and declared it dead",
+            "HIL: from SIGKILL of the drive at torque until its plant has turned the gates off, as timed out",
             *("ms", 10.0),
         )
     },
@@ -80,7 +80,7 @@ TABLE: dict[str, dict[str, Figure]] = {
     },
     "gates behind a wire that is cut": {
         "cut": Figure(
-            "HIL over UDP: from a cut of the wire until the plant has turned the gates off and declared the drive dead",
+            "HIL over UDP: from a cut of the wire until the plant has turned the gates off, as timed out",
             *("ms", 20.0),
         )
     },
@@ -132,7 +132,7 @@ class LiveLab:
         for number in range(EXECUTION_ROUNDS):
             rounds.append(self.execution_round())
             self.lab.say(f"execution times, round {number + 1} of {EXECUTION_ROUNDS}")
-        for side, name in BODIES.items():
+        for side, name in EXECUTIONS.items():
             self.shapes[name] = sum((histograms[side] for histograms, _ in rounds), Histogram())
 
         def compared(above: str, below: str, with_step: bool) -> tuple[float, str]:
@@ -168,7 +168,7 @@ class LiveLab:
         name = f"wake-up latency, spin mode at 25 µs, {SPIN_SECONDS} s"
         self.shapes[name] = Histogram.from_json(timing["wake_latency"])
         causes = [f"{cause}: {count}" for cause, count in timing["overruns_by_cause"].items() if count]
-        note = "; ".join([f"{timing['overruns']} misses", *([", ".join(causes)] if causes else [])])
+        note = "; ".join([f"{timing['overruns']} overruns", *([", ".join(causes)] if causes else [])])
         own, every = timing["overruns_without_gap"], timing["overruns"]
         return {"own": (own, note), "all": (every, ""), "lost": (lost_percent(timing), "")}
 
@@ -177,10 +177,10 @@ class LiveLab:
         guest = () if live_runs.refusal_of_real_time() else ("chrt", "--rr", "5")
         vcan = (*guest, str(ROOT / "scripts" / "with_vcan"), "--time-limit", "300", "--")
         address, inside = ("socketcan:vcan0", vcan) if bus == "vcan" else (live_runs.BUS, ())
-        return self.judge_commands(bus, live_runs.commanded(self.lab, f"command_{bus.split()[0]}", address, inside))
+        return self.evaluate_commands(bus, live_runs.commanded(self.lab, f"command_{bus.split()[0]}", address, inside))
 
-    def judge_commands(self, bus: str, timing: dict) -> Values:
-        """Of one commanded run. What is allowed comes from elsewhere than what is judged: the wake-up of the control
+    def evaluate_commands(self, bus: str, timing: dict) -> Values:
+        """Of one commanded run. What is allowed comes from elsewhere than what is evaluated: the wake-up of the control
         thread from its deadlines, that of the receive thread from cyclictest in its place."""
         early = timing["ended_early"]
         keys = ("command_to_gate", "command_hand_over", "wake_latency")
@@ -272,4 +272,4 @@ def live(lab: Lab) -> list[Figure]:
     return figures
 
 
-LIVE_STAGE = Stage("live", "the live drive: wake-ups, work, commands, gates, deadlines, lockstep", 400, live)
+LIVE_STAGE = Stage("live", "the live drive: wake-ups, execution times, commands, gates, deadlines, lockstep", 400, live)
