@@ -179,7 +179,7 @@ class Progress:
 
 
 def describe(reports: Reports) -> str:
-    """The drive's own words of now, for a person."""
+    """What the drive reports, for a person."""
     status, motion = reports.latest.get(STATUS), reports.latest.get("MCU_Motion")
     parts = [str(reports.state() or "no status")]
     if status:
@@ -224,7 +224,7 @@ def _refuse_handshake(reports: Reports, timeout_s: float, timed_out: bool) -> No
 
 
 def compare(tracking: Tracking, reports: Reports, time_s: float, torque_nm: float, enable: bool) -> str:
-    """Takes in the drive's torque beside the one asked for; what is to be said of it now."""
+    """Adds estimated and requested torque to the tracking; the warning to show, empty without one."""
     status = reports.latest.get(STATUS)
     if status is None or not enable or reports.state() not in FOLLOWING_STATES:
         tracking.pause()
