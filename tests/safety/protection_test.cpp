@@ -71,9 +71,11 @@ TYPED_TEST(ProtectionOf, OverSpeedIsSeenBothWays) {
 TYPED_TEST(ProtectionOf, EveryNumberMustBeFinite) {
   using T = TypeParam;
   for (const T bad : {this->nan, this->infinity, -this->infinity}) {
-    for (int which = 0; which < 5; ++which) {
+    for (int which = 0; which < 6; ++which) {
       Measurement<T> m = this->healthy();
-      T* const numbers[] = {&m.i_abc.a, &m.i_abc.b, &m.i_abc.c, &m.u_dc, &m.omega_m};
+      m.theta_m = T(1);
+      EXPECT_FALSE(this->protection.step(m).any());
+      T* const numbers[] = {&m.i_abc.a, &m.i_abc.b, &m.i_abc.c, &m.u_dc, &m.omega_m, &*m.theta_m};
       *numbers[which] = bad;
       EXPECT_FALSE(Protection<T>::is_usable(m));
       EXPECT_EQ(this->protection.step(m), this->only(Fault::measurement_invalid)) << which;

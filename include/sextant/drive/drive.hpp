@@ -80,11 +80,12 @@ class Drive {
                  available.holds_zero_torque, request, command);
 
     const T torque_reference = makes_torque(state_) ? command.torque : T(0);
-    const GatePattern pattern = control(measurement, usable, torque_reference);
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
-    return {pattern,
-            telemetry(t_ns, measurement, i_dc, request, command, available, torque_reference, pattern)};
+    DriveOutput<T> output{control(measurement, usable, torque_reference),
+                          telemetry(t_ns, measurement, i_dc, request, command, available, torque_reference)};
+    output.telemetry.switch_state = output.pattern.last_state();
+    return output;
   }
 
   [[nodiscard]] DriveState state() const noexcept { return state_; }
@@ -176,10 +177,10 @@ class Drive {
     return controller_.step(measurement, {mode, torque_reference});
   }
 
+  /// The record of the period but for the switching state, once the controller has made its step.
   [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement, T i_dc,
                                        const DriveRequest<T>& request, const SupervisedCommand<T>& command,
-                                       AvailableTorque<T> available, T torque_reference,
-                                       const GatePattern& pattern) const noexcept {
+                                       AvailableTorque<T> available, T torque_reference) const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
     return {.t_ns = t_ns,
             .i_abc = measurement.i_abc,
@@ -197,7 +198,6 @@ class Drive {
             .latched = faults_.latched(),
             .fault_total = faults_.total(),
             .first_fault = faults_.first(),
-            .switch_state = pattern.last_state(),
             .command_received_ns = request.command.received_ns,
             .command_sequence = request.command.sequence,
             .command_rejected = request.command.rejected,

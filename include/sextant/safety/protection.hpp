@@ -20,7 +20,7 @@ class Protection {
   /// True for a plausible measurement in which every number is finite.
   [[nodiscard]] static bool is_usable(const Measurement<T>& m) noexcept {
     return m.plausible && std::isfinite(m.i_abc.a) && std::isfinite(m.i_abc.b) && std::isfinite(m.i_abc.c) &&
-           std::isfinite(m.u_dc) && std::isfinite(m.omega_m);
+           std::isfinite(m.u_dc) && std::isfinite(m.omega_m) && std::isfinite(m.theta_m.value_or(T(0)));
   }
 
   /// The faults of this measurement; `measurement_invalid`, and no other, when it is not usable.

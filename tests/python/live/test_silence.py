@@ -12,6 +12,7 @@ import pytest
 from drive_process import DriveProcess
 from handling import (
     COMMAND_LOST,
+    ENOUGH,
     PATIENCE_S,
     TORQUE_STEP_NM,
     at_torque,
@@ -28,7 +29,6 @@ from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
 
 TORQUE_NM = 20.0
-ENOUGH = 20  # samples
 NO_TORQUE_NM = 5.0  # the chatter of the comparators about a reference of zero
 COMMAND_LOST_BIT = 1 << COMMAND_LOST
 ZERO_FOR_LONG = ("command.timeout_ms=1000", "command.lost_ms=60000")  # a silence that heals
