@@ -26,8 +26,6 @@
 
 namespace {
 
-constexpr const char* program_name = "sextant-mil";
-
 struct Options {
   std::vector<std::string> scenarios{};
   std::filesystem::path out{"out"};
@@ -37,19 +35,26 @@ struct Options {
   bool no_trace{false};
 };
 
-constexpr const char* examples = R"(Examples:
-  sextant-mil configs/scenarios/constant_torque.toml
-  sextant-mil configs/scenarios/*.toml --integrator fixed
-  sextant-mil configs/scenarios/reversal.toml --set control.dtc.torque_band_upper_nm=0.5 --out out/half_band
-  sextant-mil configs/scenarios/reversal.toml --print-config
+/// For the name of the program.
+constexpr const char* notes = R"(Examples:
+  {0} configs/scenarios/constant_torque.toml
+  {0} configs/scenarios/*.toml --integrator fixed
+  {0} configs/scenarios/reversal.toml --set control.dtc.torque_band_upper_nm=0.5 --out out/half_band
+  {0} configs/scenarios/reversal.toml --print-config
 Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario), in the
 place of those of an earlier run. Exit status: 0 if every run passes, 1 if one does not, 2 if the command or a
 file is wrong, 130 or 143 after SIGINT or SIGTERM, which close the trace and write the summary.)";
 
-sextant::CommandLine command_line(Options& options) {
-  return {program_name,
+/// The file name of the program that runs, for its messages.
+std::string program_name(int argc, char** argv) {
+  return argc > 0 ? std::filesystem::path{argv[0]}.filename().string() : "sextant-mil";
+}
+
+/// The texts must outlive it.
+sextant::CommandLine command_line(const std::string& program, const std::string& help, Options& options) {
+  return {program.c_str(),
           "Sextant: runs scenarios of the drive with its model in the loop.",
-          examples,
+          help.c_str(),
           {{.name = "scenarios",
             .value = &options.scenarios,
             .what = "scenario files",
@@ -107,40 +112,39 @@ std::string problem_of(const sextant::MilResult& result) {
 }
 
 /// Prints on standard error why a run did not pass, where the table does not show it.
-void tell(const sextant::RunSummary& summary) {
+void print_reason(const std::string& program, const sextant::RunSummary& summary) {
   using sextant::Verdict;
-  const char* const name = summary.scenario.c_str();
-  if (!summary.problem.empty()) std::fprintf(stderr, "sextant-mil: %s: %s\n", name, summary.problem.c_str());
+  const std::string place = program + ": " + summary.scenario;
+  const char* const name = place.c_str();
+  if (!summary.problem.empty()) std::fprintf(stderr, "%s: %s\n", name, summary.problem.c_str());
   switch (summary.verdict()) {
     case Verdict::tripped:
-      std::fprintf(stderr,
-                   "sextant-mil: %s: the drive tripped with %s at %.6f s; see [protection] and [command]\n",
-                   name, to_string(summary.faults.front().fault), double(summary.faults.front().t_ns) * 1e-9);
+      std::fprintf(stderr, "%s: the drive tripped with %s at %.6f s; see [protection] and [command]\n", name,
+                   to_string(summary.faults.front().fault), double(summary.faults.front().t_ns) * 1e-9);
       break;
     case Verdict::not_balanced:
-      std::fprintf(
-          stderr,
-          "sextant-mil: %s: %.2g of the energy is unaccounted for, so that its figures do not count; "
-          "choose a shorter step or tighter tolerances in [plant]\n",
-          name, summary.metrics[sextant::Metric::energy_unaccounted]);
+      std::fprintf(stderr,
+                   "%s: %.2g of the energy is unaccounted for, so that its figures do not count; "
+                   "choose a shorter step or tighter tolerances in [plant]\n",
+                   name, summary.metrics[sextant::Metric::energy_unaccounted]);
       break;
     case Verdict::interrupted:
-      std::fprintf(stderr, "sextant-mil: %s: interrupted at %.6f s\n", name,
-                   summary.metrics[sextant::Metric::simulated]);
+      std::fprintf(stderr, "%s: interrupted at %.6f s\n", name, summary.metrics[sextant::Metric::simulated]);
       break;
     default:
       if (summary.expected_fault && summary.faults.empty())
-        std::fprintf(stderr, "sextant-mil: %s: %s was expected and did not come\n", name,
+        std::fprintf(stderr, "%s: %s was expected and did not come\n", name,
                      to_string(summary.expected_fault->fault));
   }
 }
 
 /// One scenario, from its file to its summary.
-sextant::Verdict report_scenario(const sextant::ScenarioConfig& config, const std::filesystem::path& out,
-                                 bool with_trace, const sextant::mil::Interruption& interruption) {
+sextant::Verdict report_scenario(const std::string& program, const sextant::ScenarioConfig& config,
+                                 const std::filesystem::path& out, bool with_trace,
+                                 const sextant::mil::Interruption& interruption) {
   using namespace sextant;
   const Scenario& scenario = config.scenario;
-  const mil::ResultDirectory directory{out};
+  const mil::ResultDirectory directory{out, program};
   std::optional<TraceRecorder> trace;
   if (with_trace) trace.emplace(directory.trace(), scenario.trace, origin(config));
 
@@ -160,7 +164,7 @@ sextant::Verdict report_scenario(const sextant::ScenarioConfig& config, const st
   summary.commit = build_commit;
   write_summary(summary, directory.summary());
   print_summary(summary, stdout);
-  tell(summary);
+  print_reason(program, summary);
   return summary.verdict();
 }
 
@@ -180,7 +184,7 @@ void check_names(const std::vector<std::string>& files, const std::vector<sextan
   }
 }
 
-int run(Options options, std::span<const sextant::ControlMethod> own) {
+int run(const std::string& program, Options options, std::span<const sextant::ControlMethod> own) {
   if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
   // All files are read before anything runs: a mistake in the last one must not cost the first its time.
   std::vector<sextant::ScenarioConfig> configs;
@@ -198,7 +202,7 @@ int run(Options options, std::span<const sextant::ControlMethod> own) {
     }
     const bool alone = configs.size() == 1;
     const std::filesystem::path out = alone ? options.out : options.out / config.scenario.name;
-    const sextant::Verdict verdict = report_scenario(config, out, !options.no_trace, interruption);
+    const sextant::Verdict verdict = report_scenario(program, config, out, !options.no_trace, interruption);
     passed &= verdict == sextant::Verdict::pass;
     if (interruption.signal() != 0) return interruption.status();
   }
@@ -209,6 +213,9 @@ int run(Options options, std::span<const sextant::ControlMethod> own) {
 
 int sextant::mil_program(int argc, char** argv, std::span<const ControlMethod> own) {
   Options options;
-  if (const std::optional<int> status = command_line(options).parse(argc, argv)) return *status;
-  return sextant::run_program(program_name, 2, [&] { return run(options, own); });
+  const std::string program = program_name(argc, argv);
+  const std::string help = fmt::format(fmt::runtime(notes), program);
+  if (const std::optional<int> status = command_line(program, help, options).parse(argc, argv))
+    return *status;
+  return run_program(program.c_str(), 2, [&] { return run(program, options, own); });
 }

@@ -30,23 +30,23 @@ std::string written_at(const fs::path& file) {
 
 [[noreturn]] void refuse(const fs::path& file) {
   throw std::runtime_error(
-      file.string() +
-      " is there and is no result of sextant-mil: move it, or name another directory with --out");
+      file.string() + " is there and is no result of a run: move it, or name another directory with --out");
 }
 
 }  // namespace
 
-ResultDirectory::ResultDirectory(fs::path directory) : directory_{std::move(directory)} {
+ResultDirectory::ResultDirectory(fs::path directory, const std::string& program)
+    : directory_{std::move(directory)} {
   std::error_code error;
   fs::create_directories(directory_, error);
   if (error) {
     throw std::runtime_error("the directory " + directory_.string() + " cannot be made: " + error.message() +
                              "; --out names another");
   }
-  clear();
+  clear(program);
 }
 
-void ResultDirectory::clear() const {
+void ResultDirectory::clear(const std::string& program) const {
   const bool has_summary = fs::exists(summary());
   const bool has_trace = fs::exists(trace());
   if (!has_summary && !has_trace) return;
@@ -57,7 +57,7 @@ void ResultDirectory::clear() const {
   std::string line = directory_.string() + ": replaces the result of ";
   line += scenario ? "\"" + *scenario + "\"" : std::string{"a run that was not finished,"};
   line += " of " + written_at(has_summary ? summary() : trace());
-  std::fprintf(stderr, "sextant-mil: %s\n", line.c_str());
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), line.c_str());
   fs::remove(summary());
   fs::remove(trace());
 }

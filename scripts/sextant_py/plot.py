@@ -1,7 +1,7 @@
 """Draws torque, stator flux, speed and current of a trace or a recording over time, and what else a trace holds."""
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
@@ -24,22 +24,30 @@ class Signals:
 
     time_s: np.ndarray
     values: dict[str, np.ndarray]
+    units: dict[str, str] = field(default_factory=dict)
 
     def get(self, *names: str) -> np.ndarray | None:
         """The first of the signals that there is."""
         return next((self.values[name] for name in names if name in self.values), None)
 
 
+def text_of(attribute: str | bytes) -> str:
+    return attribute.decode() if isinstance(attribute, bytes) else str(attribute)
+
+
 def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -> Signals:
     """Reads t_s or t_ns and every signal of its length; time counts from the first sample."""
     values: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
     try:
         with h5py.File(path, "r") as file:
             for prefix in ("", "plant/", "control/"):
                 group = file.get(prefix or "/")
                 members = group.items() if isinstance(group, h5py.Group) else ()
-                datasets = ((name, data) for name, data in members if isinstance(data, h5py.Dataset) and data.ndim == 1)
-                values |= {f"{prefix}{name}": data[()] for name, data in datasets}
+                for name, data in members:
+                    if isinstance(data, h5py.Dataset) and data.ndim == 1:
+                        values[f"{prefix}{name}"] = data[()]
+                        units[f"{prefix}{name}"] = text_of(data.attrs.get("unit", ""))
     except FileNotFoundError:
         raise UserError(f"{path} does not exist.") from None
     except OSError:
@@ -54,7 +62,7 @@ def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -
     wanted = (time_s >= (-np.inf if begin_s is None else begin_s)) & (time_s <= (np.inf if end_s is None else end_s))
     if not wanted.any():
         raise UserError(f"{path} has no sample in that span; it runs from {time_s[0]:g} s to {time_s[-1]:g} s.")
-    return Signals(time_s[wanted], {name: value[wanted] for name, value in values.items()})
+    return Signals(time_s[wanted], {name: value[wanted] for name, value in values.items()}, units)
 
 
 def blocks(values: np.ndarray, reduce: str) -> np.ndarray:
@@ -114,9 +122,15 @@ LEVELS = {"plant/switch_a": 0, "plant/switch_b": 2, "plant/switch_c": 4, "contro
 
 
 def further_panels(signals: Signals) -> list[tuple[str, tuple[str, ...]]]:
-    """The panels of which there is at least one signal."""
+    """The panels of which there is at least one signal; the channels of a controller by their units."""
     known = ((heading, tuple(n for n in names if n in signals.values)) for heading, names in FURTHER_PANELS)
-    return [(heading, names) for heading, names in known if names]
+    panels = [(heading, names) for heading, names in known if names]
+    drawn = {name for _, names in FURTHER_PANELS for name in names}
+    channels: dict[str, list[str]] = {}
+    for name in signals.values:
+        if name.startswith("control/") and name not in drawn:
+            channels.setdefault(signals.units.get(name, ""), []).append(name)
+    return panels + [(f"Channels of the controller [{unit or '?'}]", tuple(names)) for unit, names in channels.items()]
 
 
 def draw_lines(axes: Axes, signals: Signals, names: tuple[str, ...]) -> None:

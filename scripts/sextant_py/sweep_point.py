@@ -42,9 +42,9 @@ def end_programs(sweep: str, dask_worker: Any) -> None:
         program.kill()
 
 
-def clean_reason(text: str) -> str:
-    """What the program said, on one line and without its name."""
-    lines = [line.strip().removeprefix("sextant-mil: ") for line in text.splitlines()]
+def clean_reason(text: str, program: str = "sextant-mil") -> str:
+    """What the program reported, on one line and without its name."""
+    lines = [line.strip().removeprefix(f"{program}: ") for line in text.splitlines()]
     reason = "; ".join(line for line in lines if line)
     return reason if len(reason) <= LONGEST_REASON else reason[:LONGEST_REASON] + "…"
 
@@ -68,23 +68,23 @@ def read_summary(directory: Path) -> dict | None:
         return None
 
 
-def judge(status: int, said: str, summary: dict | None) -> tuple[str, str]:
+def judge(status: int, said: str, summary: dict | None, program: str = "sextant-mil") -> tuple[str, str]:
     """Status and reason of a run that ended by itself."""
     if status < 0:
         try:
             name = signal.Signals(-status).name
         except ValueError:
             name = str(-status)
-        return FAILED, clean_reason(f"sextant-mil was ended by signal {name}\n{said}")
-    reason = clean_reason(said)
+        return FAILED, clean_reason(f"{program} was ended by signal {name}\n{said}", program)
+    reason = clean_reason(said, program)
     if status not in (0, 1) or summary is None:
-        return FAILED, reason or f"sextant-mil left {'' if summary else 'no summary and '}exit status {status}"
+        return FAILED, reason or f"{program} left {'' if summary else 'no summary and '}exit status {status}"
     if status == 0:
         return OK, ""
     # Status 1 has two meanings. A drive that tripped says so; figures that miss their limits need no sentence.
     missed = missed_expectations(summary)
     if reason or not missed:
-        return FAILED, reason or "sextant-mil left exit status 1 and no reason"
+        return FAILED, reason or f"{program} left exit status 1 and no reason"
     return EXPECT_FAILED, missed
 
 
@@ -111,7 +111,7 @@ def run_program(job: Job, out: Path, state: dict[str, Any]) -> tuple[str, str, d
     finally:
         state["programs"].discard(program)
     summary = read_summary(out)
-    status, reason = judge(program.returncode, said.decode("utf-8", "replace"), summary)
+    status, reason = judge(program.returncode, said.decode("utf-8", "replace"), summary, Path(job.command[0]).name)
     return status, reason, summary["metrics"] if summary else {}
 
 

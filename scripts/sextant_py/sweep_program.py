@@ -87,7 +87,7 @@ def _configuration(program: Path, sweep: Sweep) -> str:
         found = _print_config(program, sweep, command(program, sweep, settings)[2:])
         if found.returncode == 0:
             return found.stdout
-        refusal = refusal or clean_reason(found.stderr)
+        refusal = refusal or clean_reason(found.stderr, program.name)
     raise UserError(f"{sweep.file}: the scenario is refused: {refusal}.")
 
 

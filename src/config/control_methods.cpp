@@ -1,8 +1,12 @@
 #include "sextant/config/control_methods.hpp"
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
+#include <string>
 #include <utility>
+
+#include "sextant/sim/trace_recorder.hpp"
 
 namespace sextant {
 namespace {
@@ -22,6 +26,20 @@ bool is_shared_key(const std::string& name) {
   return name == "controller" || name == "flux_reference_wb" || name == "machine_estimate";
 }
 
+/// Each channel needs a dataset of its own in the group `control` of a trace.
+void check_channels(const ControlMethod& method) {
+  const std::vector<std::string> signals = trace_signals();
+  std::set<std::string> taken{signals.begin(), signals.end()};
+  for (const ControlChannel& channel : method.channels) {
+    const std::string name = channel.name;
+    const bool is_name = !name.empty() && name.find('/') == std::string::npos;
+    if (is_name && taken.insert("control/" + name).second) continue;
+    throw std::invalid_argument("the channel \"" + name + "\" of the control method \"" + method.name +
+                                "\" needs another name, without \"/\", that no other channel of it and no "
+                                "column of the group control of a trace has");
+  }
+}
+
 }  // namespace
 
 ControlMethods control_methods() {
@@ -37,6 +55,7 @@ ControlMethods with_own(ControlMethods methods, std::span<const ControlMethod> o
                                   "\" needs another name, of letters, digits, _ and -, that no other method "
                                   "and no key of [control] has");
     }
+    check_channels(method);
     methods.push_back(method);
   }
   return methods;

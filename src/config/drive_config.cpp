@@ -62,8 +62,11 @@ void describe_control(Section s, DriveConfig& c) {
     if (zero_torque_speed(c.control.machine, c.control.flux_reference, c.plant.io.u_dc) > 0.0) return {};
     return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";
   });
-  for (ControlMethod& method : c.methods)
-    method.describe(s.section(method.name), method.parameters, c.control);
+  for (ControlMethod& method : c.methods) {
+    Section table = s.section(method.name);
+    method.describe(table, method.parameters, c.control);
+    table.optional([&c, &method] { return c.controller == method.name; });
+  }
   Section estimate = s.section("machine_estimate");
   describe(estimate, c.machine_estimate, false);
   estimate.check([&c]() -> std::string {
@@ -225,13 +228,13 @@ std::string validate_link(const DriveConfig& c) {
          " V: the drive would trip at once; lower the link or raise the trip level";
 }
 
-bool is_said(const ProfileParameters& p) {
+bool is_given(const ProfileParameters& p) {
   return p.shape != ProfileShape::constant || p.value != 0.0 || !p.points.empty() || !p.table.empty();
 }
 
 std::string LoadConfig::validate() const {
-  if (kind == Kind::torque && is_said(imposed_speed)) return "speed_rad_s is given, but kind is \"torque\"";
-  if (kind == Kind::imposed_speed && is_said(torque))
+  if (kind == Kind::torque && is_given(imposed_speed)) return "speed_rad_s is given, but kind is \"torque\"";
+  if (kind == Kind::imposed_speed && is_given(torque))
     return "torque_nm is given, but kind is \"imposed_speed\"";
   return {};
 }
@@ -284,7 +287,7 @@ void describe(Section root, DriveConfig& c) {
                "a faster machine starts without magnetising first");
   // By the controller's check of its current limit the flux is ready after three rotor time constants.
   drive.derived("magnetise_timeout_ms", c.magnetise_timeout_ms, {1, 1e6}, "ms",
-                "time after which flux that does not stand is a fault",
+                "time after which flux that is not ready is a fault",
                 [&c] { return std::max(1000.0, 5e3 * c.control.machine.tau_r()); });
   root.derive([&c] { c.drive.magnetise_timeout_ns = std::llround(c.magnetise_timeout_ms * ns_per_ms); });
   describe_command(root.section("command"), c);

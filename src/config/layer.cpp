@@ -41,11 +41,11 @@ bool is_dotted_key(std::string_view key) {
 
 /// Where a layer names the file of a section, if it does; the name is taken out.
 std::optional<std::string> take_section_file(Layer& layer, const std::string& section, int& line) {
-  toml::node* said = layer.table.get(section);
-  if (said == nullptr) return std::nullopt;
-  toml::node* node = said;
+  toml::node* given = layer.table.get(section);
+  if (given == nullptr) return std::nullopt;
+  toml::node* node = given;
   std::string key = section;
-  if (toml::table* table = said->as_table()) {
+  if (toml::table* table = given->as_table()) {
     node = table->get("file");
     key += ".file";
     if (node == nullptr) return std::nullopt;
@@ -55,7 +55,7 @@ std::optional<std::string> take_section_file(Layer& layer, const std::string& se
       layer.problem(node, key, "expected the path of a " + section + " file, got " + shown(*node));
   if (!path || path->empty()) throw ConfigError{{place}};
   line = place.line;
-  if (toml::table* table = said->as_table()) {
+  if (toml::table* table = given->as_table()) {
     table->erase("file");
   } else {
     layer.table.erase(section);

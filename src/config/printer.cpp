@@ -1,5 +1,6 @@
 #include "printer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -96,6 +97,14 @@ struct JsonValue {
   }
 };
 
+/// True for a key of an unused table whose defaults do not hold, so that its values must not be read back.
+bool is_left_out(const Schema& schema, const Field& field) {
+  return std::any_of(schema.checks.begin(), schema.checks.end(), [&field](const Check& check) {
+    return !check.counts(false) && field.path.starts_with(check.optional_table + ".") &&
+           !check.problem().empty();
+  });
+}
+
 }  // namespace
 
 std::string print_json(const Schema& schema) {
@@ -120,7 +129,7 @@ std::string print(const Schema& described, const Schema& described_defaults) {
     table = parent;
     const std::string key = field.path.substr(dot == std::string::npos ? 0 : dot + 1);
     const std::string value = std::visit(Value{}, field.kind);
-    if (value.empty()) text += "# ";
+    if (value.empty() || is_left_out(schema, field)) text += "# ";
     text.append(key).append(value.empty() ? " =" : " = ").append(value);
     text += comment(field, std::visit(Value{}, defaults.fields[i].kind)) + "\n";
   }

@@ -155,7 +155,7 @@ class Reader {
     for (const Field& field : schema_.fields) {
       const toml::node* node = layer.find(field.path);
       if (node == nullptr) continue;
-      said_.insert(field.path);
+      given_.insert(field.path);
       Assign assign{*node, layer};
       if (std::visit(assign, field.kind)) continue;
       std::string message = "expected " + expected(field.kind) + ", got " + shown(*node);
@@ -214,7 +214,11 @@ class Reader {
       if (path != moved.from || !(keys_.contains(to) || tables_.contains(to))) continue;
       return "moved to " + layer.local_path(to);
     }
-    return "unknown key; the nearest known one is " + layer.local_path(nearest_path(path));
+    const std::string found = nearest_path(path);
+    if (!path.starts_with(found + ".")) {
+      return "unknown key; the nearest known one is " + layer.local_path(found);
+    }
+    return "unknown key; those of " + layer.local_path(found) + " are " + names_in(found);
   }
 
   [[nodiscard]] std::string nearest_path(const std::string& path) const {
@@ -223,14 +227,26 @@ class Reader {
     return nearest(names, path);
   }
 
+  /// The names of keys and tables that stand in a table itself.
+  [[nodiscard]] std::string names_in(const std::string& table) const {
+    std::string list;
+    for (const std::set<std::string>* paths : {&keys_, &tables_}) {
+      for (const std::string& path : *paths) {
+        if (!path.starts_with(table + ".") || path.find('.', table.size() + 1) != std::string::npos) continue;
+        list += (list.empty() ? "" : ", ") + path.substr(table.size() + 1);
+      }
+    }
+    return list;
+  }
+
   void check_required() {
     for (const Field& field : schema_.fields) {
-      if (field.required && !said_.contains(field.path)) {
+      if (field.required && !given_.contains(field.path)) {
         problems_.push_back(missing(field.path, "missing, expected " + expected(field.kind)));
       }
     }
     for (const Alternative& a : schema_.alternatives) {
-      if (a.required && !said_.contains(a.first) && !said_.contains(a.second)) {
+      if (a.required && !given_.contains(a.first) && !given_.contains(a.second)) {
         ConfigProblem problem = missing(a.first, "missing, expected a number here or in ");
         problem.message += a.second.substr(a.second.rfind('.') + 1);
         problems_.push_back(std::move(problem));
@@ -246,7 +262,14 @@ class Reader {
     return home->problem(nullptr, path, std::move(message));
   }
 
+  /// True when a layer sets a key of the table.
+  [[nodiscard]] bool is_table_given(const std::string& table) const {
+    return std::any_of(given_.begin(), given_.end(),
+                       [&table](const std::string& key) { return key.starts_with(table + "."); });
+  }
+
   void run(const Check& check) {
+    if (!check.counts(is_table_given(check.optional_table))) return;
     std::string message = check.problem();
     if (message.empty()) return;
     const auto home = std::find_if(layers_.rbegin(), layers_.rend(), [&check](const Layer& layer) {
@@ -267,7 +290,7 @@ class Reader {
   const std::vector<Layer>& layers_;
   std::set<std::string> keys_{};
   std::set<std::string> tables_{};
-  std::set<std::string> said_{};
+  std::set<std::string> given_{};
   std::vector<ConfigProblem> problems_{};
 };
 

@@ -232,10 +232,10 @@ std::string validate_signals(const ScenarioConfig& c) {
 /// A cycle determines torque and load; no other key may.
 std::string validate_alone(const ScenarioConfig& c) {
   if (!c.cycle.is_given()) return {};
-  if (is_said(c.torque_nm)) return "give a cycle or profile.torque_nm, not both";
+  if (is_given(c.torque_nm)) return "give a cycle or profile.torque_nm, not both";
   const LoadConfig& load = c.drive.load;
   const bool is_loaded =
-      load.kind != LoadConfig::Kind::torque || is_said(load.torque) || is_said(load.imposed_speed);
+      load.kind != LoadConfig::Kind::torque || is_given(load.torque) || is_given(load.imposed_speed);
   return is_loaded ? "give a cycle or load, not both" : "";
 }
 

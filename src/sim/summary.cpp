@@ -46,7 +46,7 @@ std::string coloured(bool good, const std::string& word, bool colour) {
   return (good ? "\x1b[32m" : "\x1b[1;31m") + word + "\x1b[0m";
 }
 
-std::string judged(bool pass, bool colour) {
+std::string pass_text(bool pass, bool colour) {
   return coloured(pass, pass ? "pass" : "FAIL", colour);
 }
 
@@ -105,7 +105,7 @@ void append_faults(std::string& text, const RunSummary& summary, bool colour) {
   if (!summary.expected_fault) return;
   const FaultExpectation& expected = *summary.expected_fault;
   text += fmt::format("  expected {}, {}  {}\n", to_string(expected.fault), window_text(expected.window),
-                      judged(summary.faults_as_expected(), colour));
+                      pass_text(summary.faults_as_expected(), colour));
 }
 
 /// Limits over windows of their own.
@@ -115,7 +115,7 @@ void append_windows(std::string& text, const RunSummary& summary, bool colour) {
     if (!e.window || !found) continue;
     const MetricInfo& metric = info(*found);
     text += fmt::format("  {:<25} {:>11} {:<5}  {:<17} {}  {}\n", metric.name, value_text(e.value),
-                        metric.unit, limit_text(e.limit), judged(e.pass, colour), window_text(*e.window));
+                        metric.unit, limit_text(e.limit), pass_text(e.pass, colour), window_text(*e.window));
   }
 }
 
@@ -129,7 +129,7 @@ void append_metric(std::string& text, const RunSummary& summary, std::size_t ind
     if (e.window || e.limit.metric != metric.name) continue;
     demanded = true;
     fmt::format_to(std::back_inserter(text), "{}  {:<17} {}\n", line, limit_text(e.limit),
-                   judged(e.pass, colour));
+                   pass_text(e.pass, colour));
   }
   if (!demanded) text += line + '\n';
 }
@@ -189,9 +189,9 @@ RunSummary summarise(const Scenario& scenario, const MilResult& result) {
                      .stopped = result.stopped,
                      .plant_healthy = result.plant_healthy};
   for (std::size_t k = 0; k < scenario.windows.size(); ++k) {
-    for (ExpectationResult& judged : evaluate(scenario.windows[k].limits, result.window_metrics.at(k))) {
-      judged.window = scenario.windows[k].window;
-      summary.expectations.push_back(std::move(judged));
+    for (ExpectationResult& outcome : evaluate(scenario.windows[k].limits, result.window_metrics.at(k))) {
+      outcome.window = scenario.windows[k].window;
+      summary.expectations.push_back(std::move(outcome));
     }
   }
   return summary;

@@ -27,6 +27,7 @@ class OwnController final : public sextant::Controller<double> {
     double bandwidth{};
 
     [[nodiscard]] const char* validate() const noexcept {
+      if (period_ns > 500'000 && gain > 1.0) return "the gain is too high for the period";
       return gain > 5.0 && flux_reference > 1.0 ? "such a gain needs less flux" : nullptr;
     }
   };
@@ -48,7 +49,7 @@ class OwnController final : public sextant::Controller<double> {
 
 void describe(sextant::Section s, OwnController::Parameters& p, const sextant::ControlSetup& setup) {
   s.number("gain", p.gain, {0, 10}, "", "of its loop");
-  s.derived("bandwidth_rad_s", p.bandwidth, {1e-3, 1e6}, "rad/s", "of its loop",
+  s.derived("bandwidth_rad_s", p.bandwidth, {1e-3, 1e3}, "rad/s", "of its loop",
             [&p, &setup] { return 1e6 * p.flux_reference / setup.period_ns; });
 }
 
@@ -58,6 +59,7 @@ namespace sextant {
 namespace {
 
 using elsewhere::OwnController;
+using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
@@ -123,10 +125,38 @@ TEST(ControlMethods, AreRefusedWithFileAndLine) {
                 HasSubstr(file + ":5: control.own.gain: expected a number from 0 to 10, got 11"));
   }
   EXPECT_THAT(refusal({"control.own.gian=1"}), EndsWith("the nearest known one is control.own.gain"));
+  EXPECT_THAT(refusal({"control.own.x=1"}), EndsWith("those of control.own are bandwidth_rad_s, gain"))
+      << "where the table itself is the nearest name";
+  EXPECT_THAT(refusal({"control.dtc.foo=1"}),
+              AllOf(HasSubstr("flux_band_wb"), HasSubstr("sector_start_deg")));
   EXPECT_THAT(refusal({"control.controller=foc"}), HasSubstr("expected \"dtc\" or \"own\", got \"foc\""));
 }
 
-TEST(ControlMethods, AreValidatedThoughAnotherIsChosen) {
+TEST(ControlMethods, BlockNothingByDefaultsWhileAnotherIsChosen) {
+  const std::string slow = "drive.period_us=1000";
+  EXPECT_EQ(refusal({slow}), "accepted");
+  EXPECT_THAT(refusal({slow, "control.controller=own"}), HasSubstr("control.own: the gain is too high"));
+  EXPECT_THAT(refusal({slow, "control.own.gain=2"}), HasSubstr("control.own: the gain is too high"));
+  EXPECT_EQ(refusal({slow, "control.own.gain=1"}), "accepted");
+  EXPECT_THAT(refusal({slow, "control.own.gain=11"}), HasSubstr("expected a number from 0 to 10"));
+}
+
+TEST(ControlMethods, BlockNothingByDerivedValuesWhileAnotherIsChosen) {
+  // The flux that the link can feed leads to a bandwidth beyond the range of its key.
+  const std::vector<std::string> fast{"drive.period_us=1", "control.flux_reference_wb=1.05"};
+  EXPECT_EQ(refusal(fast), "accepted");
+  EXPECT_THAT(refusal({fast[0], fast[1], "control.controller=own"}),
+              HasSubstr("control.own.bandwidth_rad_s: missing"));
+}
+
+TEST(ControlMethods, ThatAreNotUsedDoNotBlockThePrintedConfiguration) {
+  const ConfigFiles files;
+  const std::string text =
+      print_config(load_scenario_config(shipped_scenario, {"drive.period_us=1000"}, own));
+  EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
+}
+
+TEST(ControlMethods, AreValidatedWhereAKeyIsGivenThoughAnotherIsChosen) {
   EXPECT_THAT(refusal({"control.own.gain=6"}), HasSubstr("control.own: such a gain needs less flux"));
   EXPECT_THAT(
       refusal({"control.controller=own", "control.dtc.flux_band_wb=0.9", "control.flux_reference_wb=0.8"}),
@@ -152,6 +182,25 @@ TEST(ControlMethods, NeedNamesOfTheirOwn) {
     EXPECT_THROW((void)with_own(control_methods(), named), std::invalid_argument);
   }
   EXPECT_EQ(with_own(control_methods(), own).back().name, "own");
+}
+
+TEST(ControlMethods, NeedNamesForTheirChannels) {
+  const auto refused = [](std::vector<ControlChannel> channels) -> std::string {
+    std::vector<ControlMethod> named = own;
+    named[0].channels = channels;
+    try {
+      (void)with_own(control_methods(), named);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refused({{"i_d_a", "A", ""}, {"i_q_a", "A", ""}}), "accepted");
+  for (const char* name : {"", "a/b", "torque_comparator", "flux_comparator"}) {
+    EXPECT_THAT(refused({{"i_d_a", "A", ""}, {name, "A", ""}}),
+                HasSubstr("channel \"" + std::string{name} + "\" of the control method \"own\""));
+  }
+  EXPECT_THAT(refused({{"i_d_a", "A", ""}, {"i_d_a", "A", ""}}), HasSubstr("channel \"i_d_a\""));
 }
 
 TEST(ControlMethods, OfSextantHaveAListOnly) {

@@ -17,10 +17,12 @@ using testing::StartsWith;
 enum class Mistake {
   none,
   short_pattern,
+  short_when_off,
   negative,
   driven_when_off,
   nan,
   forgets_a_state,
+  forgets_magnetised,
   too_many_channels
 };
 
@@ -40,6 +42,9 @@ class MistakenController final : public Controller<double> {
     const bool now = count_ % 1000 == 999;
     estimate_.torque =
         mistake_ == Mistake::nan && now ? std::numeric_limits<double>::quiet_NaN() : reference.torque;
+    // Counted in a state that a reset leaves as it is.
+    estimate_.magnetised = mistake_ == Mistake::forgets_magnetised && ++lifetime_ > 7'000;
+    if (reference.mode == ControlMode::off && mistake_ == Mistake::short_when_off) return {gates_off, 24'999};
     if (reference.mode == ControlMode::off)
       return mistake_ == Mistake::driven_when_off ? GatePattern{switch_states[0], 25'000} : GatePattern{};
     GatePattern pattern;
@@ -66,6 +71,7 @@ class MistakenController final : public Controller<double> {
  private:
   Mistake mistake_;
   int count_{0};
+  int lifetime_{0};
   std::array<double, 2> values_{};
 };
 
@@ -75,10 +81,12 @@ std::vector<std::string> violations(Mistake mistake) {
 
 TEST(CheckController, NamesTheRuleThatIsBroken) {
   EXPECT_THAT(violations(Mistake::short_pattern), ElementsAre(StartsWith("period: ")));
+  EXPECT_THAT(violations(Mistake::short_when_off), ElementsAre(StartsWith("period: ")));
   EXPECT_THAT(violations(Mistake::negative), ElementsAre(StartsWith("durations: ")));
   EXPECT_THAT(violations(Mistake::driven_when_off), ElementsAre(StartsWith("off: ")));
   EXPECT_THAT(violations(Mistake::nan), ElementsAre(StartsWith("finite: ")));
   EXPECT_THAT(violations(Mistake::forgets_a_state), ElementsAre(StartsWith("reset: ")));
+  EXPECT_THAT(violations(Mistake::forgets_magnetised), ElementsAre(StartsWith("reset: ")));
   EXPECT_THAT(violations(Mistake::too_many_channels), ElementsAre(StartsWith("channels: ")));
 }
 

@@ -49,6 +49,23 @@ TEST(GatePattern, ASegmentWithoutDurationIsLeftOut) {
   EXPECT_EQ(with.last_state(), switch_states[2]);
 }
 
+TEST(GatePattern, AStateWithoutDurationGivesWayToTheNextSegment) {
+  GatePattern pattern;
+  EXPECT_TRUE(pattern.append({gates_off, 0}));
+  EXPECT_EQ(pattern, (GatePattern{gates_off, 0})) << "one rule for both ways to make it";
+  EXPECT_EQ(pattern.segments().size(), 1U) << "no time has passed, in a known state";
+  EXPECT_TRUE(pattern.append({switch_states[1], 0}));
+  EXPECT_EQ(pattern, (GatePattern{switch_states[1], 0})) << "the later state is in force";
+  pattern = {gates_off, 0};
+  EXPECT_TRUE(pattern.append({switch_states[2], 100}));
+  EXPECT_EQ(pattern, (GatePattern{switch_states[2], 100}));
+  EXPECT_TRUE(pattern.is_driven());
+  pattern = {switch_states[2], 0};
+  EXPECT_TRUE(pattern.append({gates_off, 100}));
+  EXPECT_EQ(pattern, (GatePattern{gates_off, 100}));
+  EXPECT_FALSE(pattern.is_driven());
+}
+
 TEST(GatePattern, AFullPatternTakesASegmentWithoutDuration) {
   GatePattern pattern;
   for (unsigned i = 0; i < GatePattern::capacity; ++i) pattern.append({switch_states[i % 8], 1});

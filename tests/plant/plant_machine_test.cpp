@@ -7,6 +7,7 @@
 
 #include "sextant/plant/cvode_integrator.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
 
 namespace sextant {
@@ -21,6 +22,8 @@ constexpr double l_lr = 0.005;
 /// (1989) 1126–1131.
 class SaturatingMachine : public InductionMachine<double> {
  public:
+  static constexpr bool is_linear = false;
+
   SaturatingMachine(const InductionMachineParameters<>& parameters, double knee) noexcept
       : InductionMachine{parameters}, knee_{knee} {}
   explicit SaturatingMachine(const InductionMachineParameters<>& parameters) noexcept
@@ -51,6 +54,15 @@ static_assert(PlantMachine<SaturatingMachine, double>);
 
 using SaturatingPlant = DrivePlant<double, NoAppendedSystem<double>, SaturatingMachine>;
 using LinearPlant = DrivePlant<double>;
+
+// What holds for linear machines alone is not there for another one.
+template <class Plant>
+concept HasExactIntegrator = requires { typename ExactIntegrator<Plant>; };
+template <class Plant>
+concept HasSpeedCurvature =
+    requires(const Plant& plant, const typename Plant::State& x) { plant.speed_curvature(x, x); };
+static_assert(HasExactIntegrator<LinearPlant> && HasSpeedCurvature<LinearPlant>);
+static_assert(!HasExactIntegrator<SaturatingPlant> && !HasSpeedCurvature<SaturatingPlant>);
 
 DrivePlantParameters<> gamma_machine() {
   DrivePlantParameters<> p;

@@ -83,6 +83,22 @@ def test_further_signals_have_panels_of_their_own(tmp_path: Path) -> None:
     assert (tmp_path / "trace.png").read_bytes().startswith(PNG)
 
 
+def test_channels_of_a_controller_are_drawn_by_unit(tmp_path: Path) -> None:
+    write_trace(tmp_path / "trace.h5", 500, "t_ns")
+    with h5py.File(tmp_path / "trace.h5", "a") as file:
+        for name, unit in (("i_d_a", b"A"), ("i_q_a", b"A"), ("psi_r_wb", "Wb"), ("without_unit", None)):
+            file[f"control/{name}"] = np.linspace(0, 1, 500)
+            if unit is not None:
+                file[f"control/{name}"].attrs["unit"] = unit
+    panels = plot.further_panels(plot.load(tmp_path / "trace.h5"))
+    assert [names for _, names in panels] == [
+        ("control/i_d_a", "control/i_q_a"),
+        ("control/psi_r_wb",),
+        ("control/without_unit",),
+    ]
+    assert plot.main([str(tmp_path / "trace.h5")]) == 0
+
+
 def test_bad_files(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="does not exist"):
         plot.load(tmp_path / "none.h5")

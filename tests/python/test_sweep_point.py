@@ -37,6 +37,8 @@ def summary(*rows: dict) -> dict:
 )  # fmt: skip
 def test_status_and_reason(status: int, said: str, found: dict | None, expected: tuple[str, str]) -> None:
     assert sweep_point.judge(status, said, found) == expected
+    own = sweep_point.judge(status, said.replace("sextant-mil", "own-mil"), found, "own-mil")
+    assert own == tuple(text.replace("sextant-mil", "own-mil") for text in expected)
 
 
 def test_reasons_are_short() -> None:

@@ -55,6 +55,25 @@ def test_shipped_scenario_passes(integrator, name, tmp_path):
         assert trace["plant/torque_nm"].attrs["unit"].decode() == "N·m"
 
 
+def test_a_program_of_another_name_calls_itself_by_it(tmp_path):
+    program = tmp_path / "own-mil"
+    program.symlink_to(os.environ["SEXTANT_MIL"])
+
+    def words(*arguments) -> str:
+        done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=60, cwd=tmp_path)
+        return done.stdout.replace(str(program), "") + done.stderr
+
+    assert "\n  own-mil configs/scenarios/" in words("--help") and "sextant-mil" not in words("--help")
+    assert words("nowhere.toml").startswith("own-mil: ")
+    assert words("--nonsense").startswith("own-mil: ")
+    scenario = tmp_path / "short.toml"
+    text = (SCENARIOS / "constant_torque.toml").read_text().replace("../", f"{ROOT}/configs/")
+    scenario.write_text(text)
+    command = (scenario, "--integrator", "fixed", "--set", "protection.over_current_a=1")
+    assert "own-mil: constant_torque: the drive tripped" in words(*command)
+    assert "own-mil: out: replaces the result" in words(*command)
+
+
 def test_cvode_is_the_default():
     done = run(SCENARIOS / "constant_torque.toml", "--print-config")
     assert 'integrator = "cvode"' in done.stdout
@@ -261,7 +280,7 @@ def test_a_trace_does_not_outlive_its_summary(tmp_path):
 def test_a_file_that_is_no_result_is_not_replaced(name, tmp_path):
     (tmp_path / name).write_text('{"mine": 1}')
     done = short_reversal(tmp_path, "name=second")
-    assert done.returncode == 2 and f"{name} is there and is no result of sextant-mil" in done.stderr
+    assert done.returncode == 2 and f"{name} is there and is no result of a run" in done.stderr
     assert (tmp_path / name).read_text() == '{"mine": 1}'
 
 

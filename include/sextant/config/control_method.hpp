@@ -70,7 +70,8 @@ template <class C>
 ///   explicit C(const Parameters&);
 /// and, in the namespace of C, the keys of its table:
 ///   void describe(sextant::Section table, C::Parameters& p, const sextant::ControlSetup& setup);
-/// The shared members are set before the rule of a `derived` key runs; `validate()` is checked after all.
+/// The shared members are set before the rule of a `derived` key runs. Ranges of keys are always checked;
+/// `validate()` is checked after all, for the method chosen and for others of whose table a key is given.
 template <class C>
 [[nodiscard]] ControlMethod control_method() {
   using Parameters = typename C::Parameters;
@@ -95,7 +96,8 @@ template <class C>
 using ControlMethods = std::vector<ControlMethod>;
 
 /// The list with `own` methods behind it. Throws std::invalid_argument where a name is no bare TOML key, is
-/// taken or is that of another key of [control].
+/// taken or is that of another key of [control], and where a channel's name is empty, contains "/", is given
+/// twice or is that of a column that every trace may have.
 [[nodiscard]] ControlMethods with_own(ControlMethods methods, std::span<const ControlMethod> own);
 
 /// The same methods with their default parameters.

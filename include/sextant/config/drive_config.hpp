@@ -62,7 +62,7 @@ void describe(Section section, SimulatedPowerStage::Parameters& parameters);
 void describe(Section section, LoadConfig& config);
 
 /// True when a file makes the quantity other than zero.
-[[nodiscard]] bool is_said(const ProfileParameters& profile);
+[[nodiscard]] bool is_given(const ProfileParameters& profile);
 
 /// A quantity over time; `unit` of its values and what they may be.
 void describe(Section section, ProfileParameters& profile, const char* unit, Range<double> range);

@@ -95,6 +95,13 @@ struct Alternative {
 struct Check {
   std::string path{};
   std::function<std::string()> problem;
+  std::string optional_table{};     ///< table that may be unused; empty: the check always counts
+  std::function<bool()> is_used{};  ///< whether that table is in use
+
+  /// False for an unused table of which no key is given: its defaults have no effect.
+  [[nodiscard]] bool counts(bool is_table_given) const {
+    return optional_table.empty() || is_table_given || is_used();
+  }
 };
 
 struct Schema;
@@ -155,19 +162,19 @@ class Section {
   void derived(const std::string& key, double& member, Range<double> range, const char* unit,
                const char* meaning, const std::function<double()>& rule,
                const std::string& otherwise = "no usable value follows from machine and link") {
-    const auto said = std::make_shared<bool>(false);
+    const auto is_given = std::make_shared<bool>(false);
     add(key, unit, meaning,
         NumberField{range, [&member] { return member; },
-                    [&member, said](double x) {
+                    [&member, is_given](double x) {
                       member = x;
-                      *said = true;
+                      *is_given = true;
                     }});
     schema_->fields.back().derived = true;
-    derive([&member, said, rule] {
-      if (!*said) member = rule();
+    derive([&member, is_given, rule] {
+      if (!*is_given) member = rule();
     });
-    schema_->checks.push_back({path(key), [&member, said, range, otherwise]() -> std::string {
-                                 if (*said || (member >= range.min && member <= range.max)) return {};
+    schema_->checks.push_back({path(key), [&member, is_given, range, otherwise]() -> std::string {
+                                 if (*is_given || (member >= range.min && member <= range.max)) return {};
                                  return "missing: " + otherwise;
                                }});
   }
@@ -280,6 +287,16 @@ class Section {
   void derive(std::function<void()> f) { schema_->derivations.push_back(std::move(f)); }
 
   void check(std::function<std::string()> problem) { schema_->checks.push_back({path_, std::move(problem)}); }
+
+  /// The checks described so far within this section count where `is_used` holds or a file gives one of its
+  /// keys. The ranges of keys always count.
+  void optional(const std::function<bool()>& is_used) {
+    for (Check& check : schema_->checks) {
+      if (check.path != path_ && !check.path.starts_with(path_ + ".")) continue;
+      check.optional_table = path_;
+      check.is_used = is_used;
+    }
+  }
 
   /// The parameter struct's own validate(). The struct must outlive the schema.
   template <class Parameters>

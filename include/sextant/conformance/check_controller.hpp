@@ -1,13 +1,16 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sextant/conformance/random_periods.hpp"
@@ -33,7 +36,7 @@ struct ConformanceResult {
 
 /// Runs controllers on seeded random inputs and checks what a drive relies on:
 ///
-///   period      in modes magnetise and torque the pattern fills the control period exactly
+///   period      the pattern fills the control period exactly; in mode off it may be empty instead
 ///   durations   no segment has a negative duration
 ///   off         in mode off every leg is off
 ///   finite      estimate and channels are finite for finite inputs
@@ -67,7 +70,7 @@ class ControllerCheck {
     ControlMode mode{};
     GatePattern pattern{};
     std::vector<T> values{};  ///< of the estimate, then of the channels
-    bool flags[2]{};
+    bool magnetised{};
     std::uint8_t sector{};
     std::size_t channels{};
   };
@@ -83,7 +86,7 @@ class ControllerCheck {
       Answer answer{.mode = p.reference.mode,
                     .pattern = pattern,
                     .values = {e.psi_s.alpha, e.psi_s.beta, e.psi_s_magnitude, e.torque},
-                    .flags = {e.magnetised, pattern.is_driven()},
+                    .magnetised = e.magnetised,
                     .sector = e.sector,
                     .channels = channels.size()};
       answer.values.insert(answer.values.end(), channels.begin(), channels.end());
@@ -115,7 +118,7 @@ class ControllerCheck {
   void compare(const std::vector<Answer>& a, const std::vector<Answer>& b, const char* what) {
     for (std::size_t k = 0; k < a.size(); ++k) {
       const bool same =
-          a[k].pattern == b[k].pattern && a[k].sector == b[k].sector && a[k].flags[0] == b[k].flags[0] &&
+          a[k].pattern == b[k].pattern && a[k].sector == b[k].sector && a[k].magnetised == b[k].magnetised &&
           a[k].values.size() == b[k].values.size() &&
           std::memcmp(a[k].values.data(), b[k].values.data(), a[k].values.size() * sizeof(T)) == 0;
       require(same, std::string{what} + " the same inputs give another answer", k);

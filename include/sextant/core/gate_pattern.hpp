@@ -18,23 +18,25 @@ struct GateSegment {
 
 /// Up to eight constant switching states in sequence: direct torque control needs one, a symmetric
 /// space-vector pattern seven, a late pattern one more. A controller's pattern fills the control period; an
-/// applied pattern fills the time between two measurements. An empty pattern means gates off.
+/// applied pattern fills the time between two measurements. An empty pattern means gates off. A segment
+/// without duration is kept only while it is the only one: the state in force where no time has passed.
 class GatePattern {
  public:
   static constexpr std::size_t capacity = 8;
 
   constexpr GatePattern() noexcept = default;
 
-  /// One state for the whole period; of no length where no time has passed.
+  /// One state for the whole period, the same as an empty pattern to which it is appended.
   constexpr GatePattern(SwitchState state, std::int32_t period_ns) noexcept
       : count_{1}, driven_{sextant::is_driven(state)} {
     segments_[0] = {state, period_ns};
   }
 
-  /// Adds a segment at the end, unless it has no duration; false, and nothing added, when the pattern is
-  /// full.
+  /// Adds a segment at the end, in the place of one without duration; one without duration is not added to
+  /// others. False, and nothing added, when the pattern is full.
   constexpr bool append(GateSegment segment) noexcept {
-    if (segment.duration_ns == 0) return true;
+    if (count_ == 1 && segments_[0].duration_ns == 0) count_ = 0;
+    if (segment.duration_ns == 0 && count_ > 0) return true;
     if (count_ == capacity) return false;
     driven_ = sextant::is_driven(segment.state) && (driven_ || count_ == 0);
     segments_[count_++] = segment;

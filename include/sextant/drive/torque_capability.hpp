@@ -99,7 +99,7 @@ class TorqueCapability {
     const T e = emf(omega_m);
     const T u_squared = limit(u_dc, parameters_.voltage_use);
     if (!holds_zero(e, u_squared)) return {};
-    return {.motoring = std::min(largest(e, T(1), u_squared), typed_curve(std::abs(omega_m))),
+    return {.motoring = std::min(largest(e, T(1), u_squared), configured_curve(std::abs(omega_m))),
             .regenerating = largest(e, T(-1), u_squared),
             .holds_zero_torque = true};
   }
@@ -145,7 +145,7 @@ class TorqueCapability {
   }
 
   /// Motoring torque of the configured curve. [N·m]
-  [[nodiscard]] T typed_curve(T speed) const noexcept {
+  [[nodiscard]] T configured_curve(T speed) const noexcept {
     if (speed <= base_speed_) return parameters_.torque;
     if (speed >= parameters_.zero_torque_speed) return T(0);
     const T range = parameters_.zero_torque_speed - base_speed_;

@@ -35,6 +35,7 @@ template <class T = double, class Appended = NoAppendedSystem<T>, class Machine 
 class DrivePlant {
  public:
   using Scalar = T;
+  static constexpr bool is_linear = Machine::is_linear;
   static constexpr int machine_size = 6;
   static constexpr int size = machine_size + Appended::size;
   static constexpr int event_count = Inverter<T>::event_count;
@@ -122,10 +123,12 @@ class DrivePlant {
     });
   }
 
-  /// d²omega_m/dt² at x, whose derivative is dx. [rad/s³]
-  [[nodiscard]] T speed_curvature(const State& x, const State& dx) const noexcept SEXTANT_NONBLOCKING {
+  /// d²omega_m/dt² at x, whose derivative is dx; of a linear machine, whose torque is bilinear in the
+  /// fluxes. [rad/s³]
+  [[nodiscard]] T speed_curvature(const State& x, const State& dx) const noexcept SEXTANT_NONBLOCKING
+    requires is_linear
+  {
     if (inputs_.imposed_speed) return T(0);
-    // The torque is bilinear in the fluxes.
     const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
     const SpaceVector<T> di_s = machine_.stator_current(stator_flux(dx), rotor_flux(dx));
     T slope = machine_.torque(stator_flux(dx), i_s) + machine_.torque(stator_flux(x), di_s) -

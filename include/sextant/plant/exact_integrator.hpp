@@ -22,12 +22,13 @@ struct ExactParameters {
   }
 };
 
-/// Exact discretisation at frozen speed, in bounded time. At a constant speed the electrical equations are
-/// linear and the fluxes move without error (`ElectricalTransition`). Over a step the speed is frozen at its
-/// mean, predicted from its first two derivatives; what its rise does beside is added to first order. The
-/// speed itself follows by the trapezoidal rule corrected by its second derivative, the angle by the
-/// trapezoidal rule alone. The appended system, which nothing depends on, follows by Simpson's rule, with the
-/// state in the middle of the step from the cubic Hermite interpolant between its ends.
+/// Exact discretisation at frozen speed, in bounded time, of a plant with a linear machine. At a constant
+/// speed the electrical equations are linear and the fluxes move without error (`ElectricalTransition`). Over
+/// a step the speed is frozen at its mean, predicted from its first two derivatives; what its rise does
+/// beside is added to first order. The speed itself follows by the trapezoidal rule corrected by its second
+/// derivative, the angle by the trapezoidal rule alone. The appended system, which nothing depends on,
+/// follows by Simpson's rule, with the state in the middle of the step from the cubic Hermite interpolant
+/// between its ends.
 ///
 /// Where the speed is constant, fluxes and torque are exact to rounding whatever the step. Where it changes,
 /// fluxes, torque, speed and appended system are of order 3 in the step, the angle of order 2; a segment is
@@ -40,6 +41,7 @@ struct ExactParameters {
 /// events. Source: M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19, 2010; S. Blanes
 /// et al., "The Magnus expansion and some of its applications", Physics Reports 470, 2009.
 template <class Plant>
+  requires(Plant::is_linear)
 class ExactIntegrator final : public PlantIntegrator<Plant> {
  public:
   using T = typename Plant::Scalar;

@@ -32,6 +32,9 @@ struct ElectricalRates {
 template <class T = double>
 class InductionMachine {
  public:
+  /// The currents are linear in the flux linkages.
+  static constexpr bool is_linear = true;
+
   constexpr explicit InductionMachine(const InductionMachineParameters<T>& parameters) noexcept
       : parameters_{parameters},
         inverse_sigma_l_s_{T(1) / parameters.sigma_l_s()},

@@ -45,8 +45,8 @@ class MilRunner {
   /// Called several times a second with the progress of the run, 0…1; false stops it.
   using Progress = std::function<bool(double fraction)>;
 
-  /// Drive and power stage are not owned; both must be as after construction. `comparators`: the drive's
-  /// controller where it is direct torque control, whose comparators are in metrics and trace.
+  /// Drive and power stage are not owned; both must be as after construction. `controller`: the drive's,
+  /// whose comparators and channels are recorded; may be null.
   MilRunner(Drive<double>& drive, MeteredPowerStage::Io& io, std::int32_t period_ns,
             const Controller<>* controller = nullptr) noexcept
       : drive_{drive}, io_{io}, period_ns_{period_ns}, controller_{controller} {}
