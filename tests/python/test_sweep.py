@@ -187,7 +187,9 @@ def test_a_random_sample_prints_its_seed_and_repeats(bench: Bench) -> None:
 
 def wrapped(bench: Bench, where: str, command: str) -> Path:
     """A sextant-mil that does something else first at the points whose call has these words. Returns the real one."""
-    real = bench.mil.rename(bench.mil.with_name(bench.mil.name + "-real"))
+    folder = bench.mil.with_name("real")
+    folder.mkdir()
+    real = bench.mil.rename(folder / bench.mil.name)
     bench.mil.write_text(
         f'#!/bin/sh\ncase "$*" in *--print-config*) ;; *{where}*) {command} ;; esac\nexec {real} "$@"\n'
     )
@@ -226,7 +228,7 @@ def test_failed_points_have_a_reason_and_stop_nothing(bench: Bench) -> None:
     rows = bench.rows()
     assert [row["status"] for row in rows] == ["ok", "ok", "failed", "failed", "failed", "failed"]
     assert rows[2]["reason"].startswith("--set: drive.period_us: expected a number from 1 to 100000, got 0.1")
-    assert rows[4]["reason"].startswith("sextant-mil was ended by signal SIGSEGV")
+    assert rows[4]["reason"].startswith("copy-of-sextant-mil was ended by signal SIGSEGV")
     assert rows[2]["torque_ripple_pp_nm"] is None
     last = found.stderr.splitlines()[-1]
     assert "2 ok, 0 with an [expect] that does not hold, 4 failed; the first is point 2: --set: drive.period_us" in last
