@@ -363,6 +363,18 @@ def test_figures_of_elsewhere_join_and_reach_the_page(tmp_path: Path) -> None:
     assert "| missed |" in page.read_text()
 
 
+@pytest.mark.usefixtures("two_stages")
+def test_a_page_does_not_lose_the_figures_of_other_stages(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    kept = "".join(
+        f"<!-- {name} figures -->\n| a | `live` |\n<!-- end of {name} figures -->\n" for name in ("judged", "published")
+    )
+    page.write_text(kept)
+    with pytest.raises(UserError, match="figures of stages that were not measured here, live, and would lose them"):
+        bench.main(["--out", str(tmp_path / "bench.json"), "--only", "good", "--page", str(page), "--write-page"])
+    assert page.read_text() == kept
+
+
 def test_unknown_stages_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match='there is no stage "nonsense"; the stages are control, plant'):
         bench.main(["--out", str(tmp_path / "bench.json"), "--only", "control,nonsense"])

@@ -1,6 +1,7 @@
 """out/bench.json, kept from run to run, so that one stage can be measured again; and the page made of it."""
 
 import json
+import re
 import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,9 +19,8 @@ PLOTS = {"growth": "growth.png", "live": "latency.png"}  # by stage, in the fold
 PERCENTILES = ("p50_us", "p99_us", "p99.9_us", "p99.99_us")
 LATENCY = (
     "\n\n![Wake-up latency beside cyclictest, and command to gate](images/latency.png)\n\n"
-    "*Left: the part of the wake-ups that came later than so many microseconds. Right: the same for the time"
-    " from the arrival of a command's frame, as the kernel stamped it, to the first gate pattern that was"
-    " decided with it.*"
+    "*Left: the part of the wake-ups later than so many microseconds. Right: the same for the time from the arrival"
+    " of a command's frame, as the kernel stamped it, to the first gate pattern decided with it.*"
 )
 
 
@@ -97,8 +97,15 @@ def tables(stages: Stages) -> dict[str, str]:
 
 
 def write_page(file: Path, stages: Stages, plots: Path) -> None:
-    """The tables of all stages, and where it is the committed page, its pictures."""
+    """The tables of all stages, and where it is the committed page, its pictures. Throws UserError, and writes nothing,
+    where the page has figures of a stage that was not measured: they would be lost."""
     text = file.read_text(encoding="utf-8")
+    lost = sorted(set(re.findall(r"\| `(\w+)` \|$", text, re.MULTILINE)) - set(stages))
+    if lost:
+        raise UserError(
+            f"{file} has figures of stages that were not measured here, {', '.join(lost)}, and would lose them;"
+            " run scripts/bench --write-page without --only."
+        )
     for mark, content in tables(stages).items():
         text = page.put(text, mark, content)
     file.write_text(text, encoding="utf-8")
