@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -214,7 +215,7 @@ int run(const std::string& program, Options options, std::span<const sextant::Co
 int sextant::mil_program(int argc, char** argv, std::span<const ControlMethod> own) {
   Options options;
   const std::string program = program_name(argc, argv);
-  const std::string help = fmt::format(fmt::runtime(notes), program);
+  const std::string help = fmt::format(notes, program);
   if (const std::optional<int> status = command_line(program, help, options).parse(argc, argv))
     return *status;
   return run_program(program.c_str(), 2, [&] { return run(program, options, own); });

@@ -3,9 +3,12 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <unistd.h>
 
+#include "sextant/config/config_error.hpp"
+#include "sextant/config/load_config.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant {
@@ -15,6 +18,16 @@ inline const std::string shipped_ecu_hil = SEXTANT_SOURCE_DIR "/configs/ecu_hil.
 inline const std::string shipped_plant = SEXTANT_SOURCE_DIR "/configs/plant.toml";
 inline const std::string shipped_machine = SEXTANT_SOURCE_DIR "/configs/machines/paper_3hp.toml";
 inline const std::string shipped_scenario = SEXTANT_SOURCE_DIR "/configs/scenarios/constant_torque.toml";
+
+/// The sentence that refuses a file of sextant-ecu; "accepted" without one.
+inline std::string ecu_refusal(const std::string& file, const std::vector<std::string>& overrides = {}) {
+  try {
+    (void)load_ecu_config(file, overrides);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
 
 /// A directory of its own for each test, removed with its files.
 class ConfigFiles {

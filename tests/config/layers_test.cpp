@@ -11,24 +11,15 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-std::string refusal(const std::string& file, const std::vector<std::string>& overrides = {}) {
-  try {
-    (void)load_ecu_config(file, overrides);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 std::string machine_line() {
   return "machine = \"" + shipped_machine + "\"\n";
 }
 
 TEST(ConfigFile, ThatCannotBeReadIsNamed) {
   const ConfigFiles files;
-  EXPECT_EQ(refusal(files.path("none.toml")),
+  EXPECT_EQ(ecu_refusal(files.path("none.toml")),
             files.path("none.toml") + ": cannot be read: No such file or directory");
-  EXPECT_THAT(refusal(files.path("")), HasSubstr("it is a directory"));
+  EXPECT_THAT(ecu_refusal(files.path("")), HasSubstr("it is a directory"));
 }
 
 TEST(ConfigFile, ThatIsNotTomlIsRefusedWithItsLine) {
@@ -37,8 +28,8 @@ TEST(ConfigFile, ThatIsNotTomlIsRefusedWithItsLine) {
        {"[control", "= 3", "flux_reference_wb = ", "a = 1\na = 2", "x = \"open", "[a]\n[a]"}) {
     SCOPED_TRACE(bad);
     const std::string file = files.write("ecu.toml", "drive_id = 1\n" + std::string{bad} + "\n");
-    EXPECT_THAT(refusal(file), StartsWith(file + ":"));
-    EXPECT_THAT(refusal(file), HasSubstr(": not valid TOML: "));
+    EXPECT_THAT(ecu_refusal(file), StartsWith(file + ":"));
+    EXPECT_THAT(ecu_refusal(file), HasSubstr(": not valid TOML: "));
   }
 }
 
@@ -52,7 +43,7 @@ TEST(ConfigFile, SaysExactlyWhatIsWrong) {
   const ConfigFiles files;
   const std::string file =
       files.write("ecu.toml", machine_line() + "[control]\nflux_reference_wb = \"high\"\n");
-  EXPECT_EQ(refusal(file),
+  EXPECT_EQ(ecu_refusal(file),
             file + ":3: control.flux_reference_wb: expected a number from 0.01 to 10, got \"high\"");
 }
 
@@ -60,7 +51,7 @@ TEST(ConfigFile, AllProblemsAreReportedAtOnce) {
   const ConfigFiles files;
   const std::string file = files.write(
       "ecu.toml", machine_line() + "drive_id = 1.5\n[drive]\nperiod_us = nan\n[drvie]\nperiod_us = 25\n");
-  const std::string why = refusal(file);
+  const std::string why = ecu_refusal(file);
   EXPECT_THAT(why, HasSubstr(file + ":2: drive_id: expected an integer from 0 to 65535, got 1.5\n"));
   EXPECT_THAT(why, HasSubstr(file + ":4: drive.period_us: expected a number from 1 to 100000, got nan"));
   EXPECT_THAT(why, HasSubstr(file + ":5: drvie: unknown key; the nearest known one is drive"));
@@ -69,26 +60,26 @@ TEST(ConfigFile, AllProblemsAreReportedAtOnce) {
 TEST(ConfigFile, AValueWhereATableBelongsIsRefused) {
   const ConfigFiles files;
   const std::string file = files.write("ecu.toml", machine_line() + "control = 3\n");
-  EXPECT_EQ(refusal(file), file + ":2: control: expected a table, got 3");
+  EXPECT_EQ(ecu_refusal(file), file + ":2: control: expected a table, got 3");
 }
 
 TEST(ConfigFile, AMisplacedKeyIsPointedToItsSection) {
   const ConfigFiles files;
   const std::string file = files.write("ecu.toml", machine_line() + "flux_reference_wb = 1.1\n");
-  EXPECT_THAT(refusal(file), EndsWith("the nearest known one is control.flux_reference_wb"));
+  EXPECT_THAT(ecu_refusal(file), EndsWith("the nearest known one is control.flux_reference_wb"));
 }
 
 TEST(ConfigFile, ValuesThatContradictEachOtherAreRefusedWithTheirSection) {
   const ConfigFiles files;
   const std::string gate =
       files.write("gate.toml", machine_line() + "[command]\ntimeout_ms = 50\nlost_ms = 40\n");
-  EXPECT_EQ(refusal(gate), gate + ":2: command: a command cannot be lost before it has timed out");
+  EXPECT_EQ(ecu_refusal(gate), gate + ":2: command: a command cannot be lost before it has timed out");
   const std::string load = files.write("load.toml", machine_line() + "[load]\nspeed_rad_s.value = 10\n");
-  EXPECT_EQ(refusal(load), load + ":2: load: speed_rad_s is given, but kind is \"torque\"");
+  EXPECT_EQ(ecu_refusal(load), load + ":2: load: speed_rad_s is given, but kind is \"torque\"");
   const std::string flux =
       files.write("flux.toml",
                   machine_line() + "[control]\nflux_reference_wb = 0.5\n[control.dtc]\nflux_band_wb = 0.6\n");
-  EXPECT_EQ(refusal(flux), flux + ":4: control.dtc: the flux band must be below the flux reference");
+  EXPECT_EQ(ecu_refusal(flux), flux + ":4: control.dtc: the flux band must be below the flux reference");
 }
 
 TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
@@ -99,9 +90,9 @@ TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
       "[control.dtc]\ntorque_band_upper_nm = 1\ntorque_band_lower_nm = 1\n";
   const std::string stiff = "[machine]\nfile = \"" + shipped_machine + "\"\nl_ls_h = 1e-9\nl_lr_h = 1e-9\n" +
                             limits + "[plant]\nintegrator = ";
-  EXPECT_THAT(refusal(files.write("fixed.toml", stiff + "\"fixed\"\n")),
+  EXPECT_THAT(ecu_refusal(files.write("fixed.toml", stiff + "\"fixed\"\n")),
               HasSubstr("plant: integrator = \"fixed\" would take"));
-  EXPECT_EQ(refusal(files.write("cvode.toml", stiff + "\"cvode\"\n")), "accepted");
+  EXPECT_EQ(ecu_refusal(files.write("cvode.toml", stiff + "\"cvode\"\n")), "accepted");
 }
 
 TEST(ConfigFile, APeriodSaidOnceReachesEveryoneWhoNeedsIt) {
@@ -145,20 +136,20 @@ TEST(ConfigOverride, NamesAnotherMachine) {
 }
 
 TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {
-  EXPECT_EQ(refusal(shipped_ecu, {"control.flux_reference_wb=high"}),
+  EXPECT_EQ(ecu_refusal(shipped_ecu, {"control.flux_reference_wb=high"}),
             "--set: control.flux_reference_wb: expected a number from 0.01 to 10, got \"high\"");
   EXPECT_EQ(
-      refusal(shipped_ecu, {"control.flux_refrence_wb=1"}),
+      ecu_refusal(shipped_ecu, {"control.flux_refrence_wb=1"}),
       "--set: control.flux_refrence_wb: unknown key; the nearest known one is control.flux_reference_wb");
   EXPECT_EQ(
-      refusal(shipped_ecu, {"plant.integrator=ode45"}),
+      ecu_refusal(shipped_ecu, {"plant.integrator=ode45"}),
       "--set: plant.integrator: expected \"cvode\" or \"fixed\" or \"exact\" or \"erk\", got \"ode45\"");
-  EXPECT_EQ(refusal(shipped_ecu, {"command.lost_ms=20"}),
+  EXPECT_EQ(ecu_refusal(shipped_ecu, {"command.lost_ms=20"}),
             "--set: command: a command cannot be lost before it has timed out");
   for (const char* text :
        {"drive_id", "=3", "drive_id=", "a b=3", "machine={", "drive_id=1\nx=2", "", "a..b=1"}) {
     SCOPED_TRACE(text);
-    EXPECT_THAT(refusal(shipped_ecu, {text}), StartsWith("--set: "));
+    EXPECT_THAT(ecu_refusal(shipped_ecu, {text}), StartsWith("--set: "));
   }
 }
 

@@ -14,15 +14,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string refusal(const std::string& file, const std::vector<std::string>& overrides = {}) {
-  try {
-    (void)load_ecu_config(file, overrides);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 /// A whole table has moved.
 bool is_table(const MovedKey& moved) {
   return moved.from.find('.') == std::string_view::npos;
@@ -38,8 +29,8 @@ TEST(MovedKeys, AreEachNamedWithTheirNewPlace) {
     const std::string key = is_table(moved) ? from + ".timeout_ms" : from;
     const std::string file =
         files.write("old.toml", "machine = \"" + shipped_machine + "\"\n" + key + " = 1\n");
-    EXPECT_EQ(refusal(file), file + ":2: " + sentence);
-    EXPECT_EQ(refusal(shipped_ecu, {key + "=1"}), "--set: " + sentence);
+    EXPECT_EQ(ecu_refusal(file), file + ":2: " + sentence);
+    EXPECT_EQ(ecu_refusal(shipped_ecu, {key + "=1"}), "--set: " + sentence);
   }
 }
 
