@@ -70,7 +70,7 @@ Ecu::Ecu(const EcuConfig& config)
                 [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
       watchdog_{shared_, [this] { power_stage_.inhibit_gates(); }, control_priority(config.realtime)},
       link_{power_stage_, shared_},
-      housekeeping_{shared_},
+      housekeeping_{shared_, [](const std::string& sentence) { spdlog::warn("telemetry: {}", sentence); }},
       telemetry_{telemetry_parameters(config), publisher_.sender(), shared_,
                  [this](std::int64_t now_ns) { publisher_.poll(now_ns); }} {}
 
@@ -162,6 +162,9 @@ void Ecu::print_dds(std::FILE* out) const {
   const CountsMessage counts = publisher_.counts();
   fmt::print(out, "telemetry {} published, {} periods dropped\n", counts.written,
              shared_.telemetry.dropped());
+  if (const std::uint64_t stalls = shared_.telemetry_stalls.load(); stalls > 0) {
+    fmt::print(out, "  the telemetry thread stopped {} times\n", stalls);
+  }
   if (counts.refused > 0) {
     fmt::print(out, "  {} samples not published: a value was no finite number\n", counts.refused);
   }

@@ -85,7 +85,8 @@ const char* to_string(FrameVerdict v) noexcept {
 CommandReceiver::CommandReceiver(const Parameters& parameters) noexcept
     : parameters_(parameters),
       checker_(command_data_id(parameters.identifier_offset), parameters.e2e),
-      other_drive_(parameters.identifier_offset) {}
+      other_drive_(parameters.identifier_offset),
+      second_sender_(parameters.second_sender) {}
 
 FrameVerdict CommandReceiver::on_frame(const CanFrame& frame) noexcept {
   const FrameVerdict verdict = evaluate(frame);
@@ -104,6 +105,7 @@ FrameVerdict CommandReceiver::evaluate(const CanFrame& frame) noexcept {
   std::copy_n(frame.data.begin(), data.size(), data.begin());
   const E2eResult result = checker_.check(data);
   command_.e2e = checker_.state();
+  command_.second_sender = second_sender_.add(data, result, frame.received_ns);
   if (!usable(result)) return verdict_of(result);
   return checker_.state() == E2eState::valid ? accept(frame) : FrameVerdict::not_valid_yet;
 }

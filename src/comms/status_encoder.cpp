@@ -78,7 +78,7 @@ EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x,
     case StatusMessage::electrical:
       return encode(Electrical{x.u_dc, x.i_dc, magnitude(clarke(x.i_abc))});
     case StatusMessage::capability:
-      return encode(Capability{x.torque_motoring, x.torque_regenerating, extras.derating_cause});
+      return encode(Capability{x.torque_motoring, x.torque_regenerating, x.derating_cause});
     case StatusMessage::faults:
       return encode(fault_report_of(x));
     case StatusMessage::real_time:

@@ -33,6 +33,11 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
   s.derived("hand_over_current_a", p.magnetiser.hand_over_current, current_a, "A",
             "largest current at which torque control follows magnetising",
             [&setup] { return limits_of(setup).hand_over_current; });
+  s.flag("flux_priority", p.flux_priority,
+         "below the flux band a vector along the flux takes the place of zero vectors, up to "
+         "magnetising_current_a");
+  s.number("torque_trim_ms", p.torque_trim.time_constant, {0, 1e4}, "ms",
+           "time constant with which the mean torque meets its reference; 0: not trimmed", 1e-3);
 }
 
 }  // namespace sextant

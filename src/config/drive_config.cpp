@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "number_text.hpp"
+#include "sextant/config/sensor_config.hpp"
 #include "sextant/drive/drive_limits.hpp"
 #include "sextant/sim/profile_table.hpp"
 
@@ -27,6 +28,7 @@ constexpr Range<double> torque_magnitude_nm{1e-3, 1e5};
 constexpr Range<double> speed_rad_s{-1e4, 1e4};
 constexpr Range<double> flux_wb{0.01, 10};
 constexpr Range<double> current_a{0.1, 1e5};
+constexpr Range<double> sensor_current_a{1e-6, 1e9};
 constexpr Range<double> voltage_v{1, 2e4};
 constexpr Range<double> tolerance{1e-14, 1e-1};
 
@@ -58,6 +60,17 @@ void describe_control(Section s, DriveConfig& c) {
       "flux_reference_wb", c.control.flux_reference, flux_wb, "Wb", "stator flux linkage",
       [&c] { return flux_of_link(c); },
       "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
+  s.choice(
+      "flux_estimator", c.control.flux_estimator,
+      {{"hybrid", FluxEstimatorKind::hybrid},
+       {"voltage_model", FluxEstimatorKind::voltage_model},
+       {"compensated_voltage_model", FluxEstimatorKind::compensated_voltage_model},
+       {"current_model", FluxEstimatorKind::current_model},
+       {"observer", FluxEstimatorKind::observer},
+       {"sensorless_observer", FluxEstimatorKind::sensorless_observer}},
+      "voltage model at speed and current model near standstill; the paper's open integrator; that with a "
+      "low-pass filter; rotor flux from current and speed; full-order observer with measured, or with "
+      "estimated speed");
   s.check([&c]() -> std::string {
     if (zero_torque_speed(c.control.machine, c.control.flux_reference, c.plant.io.u_dc) > 0.0) return {};
     return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";
@@ -85,6 +98,10 @@ void describe_command(Section s, DriveConfig& c) {
          "age at which the torque starts to ramp to zero");
   s.time("zero_ramp_ms", p.zero_ramp_ns, ns_per_ms, {0.01, 1e4}, "ms", "duration of that ramp");
   s.time("lost_ms", p.lost_ns, ns_per_ms, {1, 1e5}, "ms", "age at which the command counts as lost");
+  s.time("status_timeout_ms", p.status_timeout_ns, ns_per_ms, {1, 1e4}, "ms",
+         "age of the last status frame sent at which the same ramp starts");
+  s.time("status_lost_ms", p.status_lost_ns, ns_per_ms, {1, 1e5}, "ms",
+         "age of the last status frame sent that is a fault");
   s.integer("blocked_limit", p.blocked_limit, {1, 1000}, "", "blocked commands in a row that make a fault");
   s.check(p);
 }
@@ -102,10 +119,12 @@ void describe_capability(Section s, DriveConfig& c) {
   s.derived("torque_nm", p.torque, torque_magnitude_nm, "N·m", "largest available torque",
             [&c] { return c.drive.command.torque_limit; });
   s.number("voltage_use", p.voltage_use, {0.1, 1}, "", "share of u_dc/sqrt(3) that a torque may need");
+  s.number("breakdown_use", p.breakdown_use, {0.1, 1}, "",
+           "share of the breakdown torque, at the flux that the voltage allows, that may be used");
   curve_speed(s, "base_speed_rad_s", p.base_speed,
-              "from it on the motoring torque falls linearly; not set: as far as the link's voltage lasts");
+              "from it on the motoring torque falls linearly; not set: no such curve");
   curve_speed(s, "zero_torque_speed_rad_s", p.zero_torque_speed,
-              "from it on there is no motoring torque; not set: as far as the link's voltage lasts");
+              "from it on there is no motoring torque; not set: no such curve");
   s.derive([&c, &p] {
     p.machine = c.control.machine;
     p.flux_reference = c.control.flux_reference;
@@ -113,14 +132,106 @@ void describe_capability(Section s, DriveConfig& c) {
   s.check(p);
 }
 
+void describe_current_sensors(Section& s, DriveConfig& c) {
+  Protection<>::Parameters& p = c.drive.protection;
+  const auto limits = [&c, &p] {
+    return current_sensor_limits(c.control.machine, p.over_current, c.plant.io.u_dc,
+                                 double(c.drive.period_ns) * 1e-9);
+  };
+  s.derived("current_sum_a", p.current_sum, sensor_current_a, "A",
+            "largest sum of the phase currents, beside current_gain_tolerance",
+            [limits] { return limits().sum; });
+  s.number("current_gain_tolerance", p.current_gain_tolerance, {0, 0.99}, "",
+           "of that sum, as a share of the largest phase current");
+  s.derived("current_jump_a", p.current_jump, sensor_current_a, "A",
+            "largest change of a phase current that the voltage does not explain",
+            [limits] { return limits().jump; });
+  s.number("current_response", p.current_response, {0, 0.99}, "",
+           "smallest response of a phase current to the voltage; 1: as the machine's parameters have it");
+  s.derived("current_noise_a", p.current_noise, sensor_current_a, "A",
+            "standard deviation of a measured current", [limits] { return limits().noise; });
+  s.derived("zero_current_a", p.zero_current, sensor_current_a, "A", "reading of a phase without current",
+            [limits] { return limits().zero_current; });
+}
+
+void describe_winding(Section s, Protection<>::Parameters& p) {
+  WindingTemperature<>::Parameters& w = p.winding;
+  s.add(
+      "nominal_current_a", "A", "RMS of a phase in continuous operation; not set: no thermal model",
+      NumberField{
+          {1e-3, 1e5},
+          [&w] { return std::isfinite(w.nominal_current) ? std::optional{w.nominal_current} : std::nullopt; },
+          [&w](double x) { w.nominal_current = x; }});
+  s.number("nominal_rise_k", w.nominal_rise, {1, 500}, "K", "final rise of the winding at that current");
+  s.number("time_constant_s", w.time_constant, {1, 1e5}, "s", "of the winding's temperature");
+  s.number("ambient_c", w.ambient, {-100, 200}, "C", "temperature without current");
+  s.number("warning_c", p.winding_warning, {-100, 500}, "C", "from here on less torque is available");
+  s.number("trip_c", p.winding_trip, {-100, 500}, "C", "no torque is available, and a fault");
+}
+
 void describe_protection(Section s, DriveConfig& c) {
   Protection<>::Parameters& p = c.drive.protection;
   s.derived("over_current_a", p.over_current, current_a, "A", "trip level of any phase current's magnitude",
             [&c] { return limits_of(c).over_current; });
+  s.derive([&c, &p] { c.drive.current_offset.largest = 0.02 * p.over_current; });
   s.derived("dc_over_voltage_v", p.dc_over_voltage, voltage_v, "V", "trip level of the DC link",
             [&c] { return limits_of(c).dc_over_voltage; });
   s.derived("over_speed_rad_s", p.over_speed, {1e-3, 1e4}, "rad/s", "trip level of the speed, both ways",
             [&c] { return limits_of(c).over_speed; });
+  s.derived("dc_under_voltage_v", p.dc_under_voltage, {0, 2e4}, "V",
+            "trip level of the DC link while the gates are driven",
+            [&c] { return limits_of(c).dc_under_voltage; });
+  describe_current_sensors(s, c);
+  s.derived("speed_jump_rad_s", p.speed_jump, {1e-3, 1e4}, "rad/s",
+            "largest change of the speed in a control period", [&c] { return limits_of(c).speed_jump; });
+  s.derived("speed_error_rad_s", p.speed_error, {1e-3, 1e4}, "rad/s",
+            "largest error of the speed against that by voltages and currents",
+            [&c] { return limits_of(c).speed_error; });
+  s.time("speed_error_ms", p.speed_error_ns, ns_per_ms, {0.1, 1e4}, "ms",
+         "such an error for longer is a fault");
+  s.number("flux_lost_share", p.flux_lost_share, {0, 0.99}, "",
+           "smallest flux under torque, as a share of its reference");
+  s.derived("flux_lost_torque_nm", p.flux_lost_torque, {1e-6, 1e5}, "N·m",
+            "smallest torque reference that needs the flux",
+            [&c] { return 0.05 * c.drive.command.torque_limit; });
+  s.time("flux_lost_ms", p.flux_lost_ns, ns_per_ms, {0.1, 1e4}, "ms", "less flux for longer is a fault");
+  describe_winding(s.section("winding"), p);
+  s.derive([&c, &p] {
+    p.machine = c.control.machine;
+    p.period_ns = c.drive.period_ns;
+  });
+  s.check(p);
+}
+
+void describe_torque_monitor(Section s, DriveConfig& c) {
+  TorqueMonitor<>::Parameters& p = c.drive.torque_monitor;
+  constexpr Range<double> share{0, 0.95};
+  constexpr Range<double> deviation_nm{1e-6, 1e9};
+  s.flag("enabled", p.enabled, "torque that does not follow the command is a fault");
+  s.derived("limit_nm", p.limit, deviation_nm, "N·m", "deviation of the mean torque that is one",
+            [&c] { return limits_of(c).torque_deviation; });
+  s.number("limit_share", p.limit_share, share, "", "the same as a share of the command; the larger counts");
+  s.derived("wrong_sign_nm", p.wrong_sign, deviation_nm, "N·m",
+            "mean torque against the command's sign that is a deviation", [&p] { return 0.5 * p.limit; });
+  s.time("time_ms", p.time_ns, ns_per_ms, {2, 1e4}, "ms", "longest time for which a deviation lasts");
+  s.number("r_s_share", p.r_s_share, share, "", "error of r_s_ohm that must not trip");
+  s.number("r_r_share", p.r_r_share, share, "", "error of r_r_ohm that must not trip");
+  s.number("l_m_share", p.l_m_share, share, "", "error of l_m_h that must not trip");
+  s.number("sensor_share", p.sensor_share, share, "", "error of the torque by the gains of the sensors");
+  s.derived("current_offset_a", p.current_offset, {0, 1e4}, "A", "offset of the currents that must not trip",
+            [&c] { return limits_of(c).current_offset; });
+  Section machine = s.section("machine");
+  describe(machine, c.monitored_machine, false);
+  machine.check([&c]() -> std::string {
+    const bool known = c.machine.reactance_frequency_hz || c.monitored_machine.reactance_frequency_hz;
+    if (known || !c.monitored_machine.has_reactance()) return {};
+    return "reactance_frequency_hz is missing, which the reactances need";
+  });
+  s.derive([&c, &p] {
+    p.machine =
+        apply(c.monitored_machine, c.control.machine, c.machine.reactance_frequency_hz.value_or(50.0));
+    p.flux_reference = c.control.flux_reference;
+  });
   s.check(p);
 }
 
@@ -174,6 +285,8 @@ void describe(Section s, SimulatedPowerStage::Parameters& p) {
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
+  describe(s.section("sensors"), p.io.sensors);
+  describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);
   Section fixed = s.section("fixed");
   fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
@@ -278,28 +391,42 @@ void describe(Section root, DriveConfig& c) {
   root.derive([&c] { share(c); });
 
   describe_control(root.section("control"), c);
+  describe_command(root.section("command"), c);
+  describe_capability(root.section("capability"), c);
+  describe_protection(root.section("protection"), c);
+  describe_torque_monitor(root.section("torque_monitor"), c);
   Section drive = root.section("drive");
   drive.time("period_us", c.drive.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
   drive.integer("actuation_delay_periods", c.control.actuation_delay_periods, {0, 1}, "",
                 "control periods between a decision and its pattern; the controller compensates it");
-  drive.flag("magnetise_first", c.drive.magnetise_first, "build up the flux at standstill before torque");
-  drive.number("magnetise_below_speed_rad_s", c.drive.magnetise_below_speed, {0, 1e3}, "rad/s",
-               "a faster machine starts without magnetising first");
+  drive.flag("magnetise_first", c.drive.magnetise_first,
+             "build up the flux before torque, under control.dtc.magnetising_current_a");
   // By the controller's check of its current limit the flux is ready after three rotor time constants.
   drive.derived("magnetise_timeout_ms", c.magnetise_timeout_ms, {1, 1e6}, "ms",
                 "time after which flux that is not ready is a fault",
                 [&c] { return std::max(1000.0, 5e3 * c.control.machine.tau_r()); });
   root.derive([&c] { c.drive.magnetise_timeout_ns = std::llround(c.magnetise_timeout_ms * ns_per_ms); });
-  describe_command(root.section("command"), c);
-  describe_capability(root.section("capability"), c);
-  describe_protection(root.section("protection"), c);
+  root.derive([&c] {
+    const bool is_trimmed =
+        c.controller != DirectTorqueController<>::name || c.direct_torque().torque_trim.time_constant > 0;
+    if (!is_trimmed) c.drive.reserve.tolerance = 1;
+  });
+  drive.derived("current_limit_a", c.drive.capability.current_limit, current_a, "A",
+                "peak of the stator current vector to which the torque is limited",
+                [&c] { return 0.8 * c.drive.protection.over_current; });
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant);
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
-    if (p.command.validate() || p.protection.validate() || p.capability.validate()) return {};
+    if (p.command.validate() || p.protection.validate() || p.capability.validate() ||
+        p.torque_monitor.validate()) {
+      return {};
+    }
+    if (!(p.capability.current_limit < p.protection.over_current)) {
+      return "current_limit_a must be below protection.over_current_a";
+    }
     const char* const problem = p.validate();
     return problem != nullptr ? problem : "";
   });

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "sextant/config/sensor_config.hpp"
+
 namespace sextant {
 namespace {
 
@@ -44,6 +46,10 @@ std::string check_power_stage(const EcuConfig& c) {
   if (elsewhere && c.drive.plant.io.measures_angle) {
     return "the link to a plant outside this process carries no angle: plant.measures_angle must be false";
   }
+  if (elsewhere && !is_ideal(c.drive.plant.io)) {
+    return "the sensors are those of the plant outside this process: set plant.sensors and plant.faults "
+           "there";
+  }
   if (!elsewhere || c.hil.pacing == Pacing::lockstep) return {};
   if (c.realtime.wake_every_periods > 1) {
     return "a plant in real time outside this process does not wait: realtime.wake_every_periods must be 1, "
@@ -84,6 +90,7 @@ void describe(Section s, RealtimeParameters& p) {
          "two time stamps of the control thread further apart are a gap");
   s.time("watchdog_ms", p.watchdog_ns, 1e6, {1, 1e5}, "ms",
          "age of the last wake-up at which the gates turn off");
+  s.integer("overrun_limit", p.overrun_limit, {1, 1'000'000}, "", "overruns in a row that make a fault");
   s.check(p);
 }
 

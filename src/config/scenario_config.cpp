@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "number_text.hpp"
+#include "sextant/config/sensor_config.hpp"
 
 namespace sextant {
 namespace {
@@ -188,9 +189,18 @@ std::string validate_event_exact(const ScenarioConfig& c) {
     return "an event-exact run has comparators in continuous time, control.controller must be \"dtc\"";
   if (c.drive.control.actuation_delay_periods != 0)
     return "an event-exact run has no control period, drive.actuation_delay_periods must be 0";
+  if (c.drive.control.flux_estimator != FluxEstimatorKind::voltage_model)
+    return "an event-exact run integrates the paper's voltage model, control.flux_estimator must be "
+           "\"voltage_model\"";
+  const DirectTorqueController<>::Parameters& dtc = c.drive.direct_torque();
+  if (dtc.flux_priority || dtc.torque_trim.time_constant != 0)
+    return "an event-exact run has the table and the comparators of the paper alone, "
+           "control.dtc.flux_priority must be false and control.dtc.torque_trim_ms 0";
   if (c.drive.drive.magnetise_first)
-    return "an event-exact run has no drive states, give event_exact.initial_flux_wb instead of "
-           "drive.magnetise_first";
+    return "an event-exact run has no drive states, set drive.magnetise_first = false and give "
+           "event_exact.initial_flux_wb instead";
+  if (!is_ideal(c.drive.plant.io))
+    return "an event-exact run has no samples, plant.sensors must be ideal and plant.faults.kind \"none\"";
   const IntegratorKind integrator = c.drive.plant.integrator;
   if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
     return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";
@@ -300,7 +310,7 @@ void describe(Section root, ScenarioConfig& c) {
   trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
               "groups (\"all\", \"standard\", \"switching\", \"voltage\", \"link\", \"rotor\", \"shaft\", "
               "\"energy\", "
-              "\"comparators\") and signals (\"plant/i_dc_a\")",
+              "\"comparators\", \"monitor\") and signals (\"plant/i_dc_a\")",
               "what the trace holds beside the time");
   trace.check(scenario.trace);
   trace.check([&c] { return validate_signals(c); });

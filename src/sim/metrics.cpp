@@ -26,6 +26,13 @@ double line(double a, double b, double share) noexcept {
   return a + share * (b - a);
 }
 
+void fill(MetricList& m, const TorqueDeviation& deviation) noexcept {
+  m[Metric::torque_deviation] = deviation.largest();
+  m[Metric::torque_silent] = deviation.longest_ms();
+  m[Metric::torque_motoring] = deviation.motoring();
+  m[Metric::torque_regenerating] = deviation.regenerating();
+}
+
 }  // namespace
 
 MetricsAccumulator::MetricsAccumulator(const MetricsParameters& parameters)
@@ -45,6 +52,7 @@ void MetricsAccumulator::add_segment(const MetricsSample& before, const MetricsS
   if (duration_ns <= 0) return;
   balance_.add(before.energies, after.energies, before.p_dc, after.p_dc, duration_ns * 1e-9);
   if (response_.watching()) response_.add_segment(before, after);
+  if (deviation_) deviation_->add_segment(before.torque, after.torque, duration_ns);
   if (begin_ns + duration_ns <= 0 || before.t_ns >= parameters_.to_ns) return;
   WindowValues a = window_values(before);
   WindowValues b = window_values(after);
@@ -67,6 +75,10 @@ void MetricsAccumulator::commutate(std::int64_t t_ns, SwitchState state) noexcep
 
 void MetricsAccumulator::pulse(std::int64_t t_ns, std::int64_t count) noexcept {
   if (t_ns > parameters_.from_ns && t_ns <= parameters_.to_ns) pulses_ += count;
+}
+
+void MetricsAccumulator::has_control_period(std::int64_t period_ns) {
+  deviation_.emplace(period_ns, parameters_.from_ns, parameters_.to_ns);
 }
 
 void MetricsAccumulator::note_reference(const MetricsSample& before, const MetricsSample& after) noexcept {
@@ -126,6 +138,7 @@ MetricList MetricsAccumulator::metrics() const noexcept {
   m[Metric::peak_current] = peak_current_;
   m[Metric::response_time] = response_.time_ms().value_or(nan);
   m[Metric::energy_unaccounted] = balance_.unaccounted();
+  if (deviation_) fill(m, *deviation_);
   if (moments_.weight() > 0) fill_window_metrics(m);
   return m;
 }

@@ -22,13 +22,14 @@ struct LastTelemetry {
 /// What is observed of a sampled run: the gate segments between its control periods, and its periods.
 class SampledObserver {
  public:
-  SampledObserver(const Scenario& scenario, const MeteredPowerStage::Io& io, const Controller<>* controller,
-                  TraceRecorder* trace)
+  SampledObserver(const Scenario& scenario, std::int64_t period_ns, const MeteredPowerStage::Io& io,
+                  const Controller<>* controller, TraceRecorder* trace)
       : metrics_{scenario},
         io_{io},
         controller_{controller},
         comparators_{dynamic_cast<const DirectTorqueController<>*>(controller)},
         trace_{trace} {
+    metrics_.has_control_period(period_ns);
     if (comparators_ == nullptr) metrics_.has_no_pulses();
   }
 
@@ -39,6 +40,7 @@ class SampledObserver {
     t_ns_ = now.t_ns;
     reference_ = commands.reference(now.t_ns);
     reference_slope_ = commands.reference_slope(now.t_ns);
+    metrics_.begin_period(now, reference_);
     if (trace_ != nullptr && now.t_ns >= 0)
       trace_->add(now, trace_sample(look(end_of_period())), control_sample());
   }
@@ -135,7 +137,7 @@ void MilResult::note_faults(FaultSet latched, Fault first, std::int64_t t_ns) {
 
 MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress) {
   ScenarioCommands commands{scenario};
-  SampledObserver observer{scenario, io_, controller_, trace};
+  SampledObserver observer{scenario, period_ns_, io_, controller_, trace};
   LastTelemetry telemetry;
   ProgressTicker ticker{progress, 1024};
   MilResult result;

@@ -31,6 +31,14 @@ class RunMetrics {
     run_.pulse(t_ns, count);
     for (MetricsAccumulator& w : windows_) w.pulse(t_ns, count);
   }
+  void begin_period(const Telemetry<double>& telemetry, double command) noexcept {
+    run_.begin_period(telemetry, command);
+    for (MetricsAccumulator& w : windows_) w.begin_period(telemetry, command);
+  }
+  void has_control_period(std::int64_t period_ns) {
+    run_.has_control_period(period_ns);
+    for (MetricsAccumulator& w : windows_) w.has_control_period(period_ns);
+  }
   void has_no_pulses() noexcept {
     run_.has_no_pulses();
     for (MetricsAccumulator& w : windows_) w.has_no_pulses();

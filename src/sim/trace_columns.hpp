@@ -101,6 +101,9 @@ inline constexpr std::array trace_columns{
     SEXTANT_PLANT(energy_field_j, "energy", "J", "energy of the magnetic field"),
     SEXTANT_CONTROL(torque_comparator, "1", "torque comparator: 1 raise the torque, -1 lower it, 0 hold"),
     SEXTANT_CONTROL(flux_comparator, "1", "flux comparator: 1 raise the flux, 0 lower it"),
+    SEXTANT_COLUMN(
+        "control", control, torque_monitored_nm, "monitor", "N·m",
+        "mean torque by the torque monitor; 0 without torque production, or in an event-exact run"),
 };
 
 /// Those of the drive, which stand first.

@@ -6,8 +6,9 @@ namespace sextant::bench {
 
 /// The conventional DTC step as one would write it by hand, without abstractions: the yardstick for
 /// `DirectTorqueController`. Parameters set at run time. Same arithmetic: trapezoidal voltage model, relay
-/// comparators, six sector edges, switching table, zero vector by fewest commutations. It is told which
-/// vector applied (its upper switches as bits) and for how long, and returns the vector number.
+/// comparators, six sector edges, switching table, zero vector by fewest commutations, flux priority, torque
+/// trim. It is told which vector applied (its upper switches as bits) and for how long, and returns the
+/// vector number.
 class ReferenceDtc {
  public:
   ReferenceDtc() noexcept {
@@ -27,7 +28,9 @@ class ReferenceDtc {
   void reset() {
     psi_a_ = psi_b_ = ia_ = ib_ = psi_ = tau_ = 0.0;
     torque_ = sector_ = vector_ = 0;
+    trim_ = miss_ = 0.0;
     raise_ = true;
+    follows_ = false;
   }
 
   int step(double i_a, double i_b, double i_c, double u_dc, int applied, int applied_ns, double t_ref) {
@@ -39,9 +42,17 @@ class ReferenceDtc {
     ia_ = ia;
     ib_ = ib;
     const double psi = std::sqrt(psi_a_ * psi_a_ + psi_b_ * psi_b_);
+    const double tau_before = tau_;
     psi_ = psi;
     tau_ = 1.5 * p * (psi_a_ * ib - psi_b_ * ia);
-    const double error = t_ref - tau_;
+    const double most = p * period / sigma_l_s * psi_ref * u_dc;
+    const double miss = t_ref + trim_ - tau_;
+    follows_ = std::abs(miss) <= 2.0 * most && (follows_ || miss * miss_ < 0.0);
+    if (follows_) trim_ += period / (trim_time + period) * (t_ref - 0.5 * (tau_before + tau_));
+    if (trim_ > most) trim_ = most;
+    if (trim_ < -most) trim_ = -most;
+    miss_ = miss;
+    const double error = t_ref + trim_ - tau_;
     if (torque_ > 0 && error < 0.0) torque_ = 0;
     if (torque_ < 0 && error > 0.0) torque_ = 0;
     if (torque_ == 0) torque_ = error > band ? 1 : error < -band ? -1 : 0;
@@ -57,7 +68,9 @@ class ReferenceDtc {
         break;
       }
     }
-    const int entry = table[sector_][raise_][torque_ + 1];
+    int entry = table[sector_][raise_][torque_ + 1];
+    if (torque_ == 0 && flux_error > flux_band && psi_a_ * ia + psi_b_ * ib <= i_mag * psi)
+      entry = sector_ + 1;
     const int high = (legs[vector_] & 1) + ((legs[vector_] >> 1) & 1) + ((legs[vector_] >> 2) & 1);
     vector_ = entry != 0 ? entry : high <= 1 ? 0 : 7;
     return vector_;
@@ -71,15 +84,17 @@ class ReferenceDtc {
   [[nodiscard]] int sector() const { return sector_; }
 
  private:
-  double r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1, p = 2.0;
+  double r_s = 0.435, band = 0.918, flux_band = 0.01, psi_ref = 1.1, p = 2.0, i_mag = 40.0;
+  double l_l = 0.0024000565427, l_m = 0.083174, period = 25e-6, trim_time = 0.01;
+  double sigma_l_s = l_l + l_m * l_l / (l_l + l_m);
   static constexpr int legs[8] = {0, 1, 3, 2, 6, 4, 5, 7};
   static constexpr int table[6][2][3] = {{{5, 0, 3}, {6, 0, 2}}, {{6, 0, 4}, {1, 0, 3}},
                                          {{1, 0, 5}, {2, 0, 4}}, {{2, 0, 6}, {3, 0, 5}},
                                          {{3, 0, 1}, {4, 0, 6}}, {{4, 0, 2}, {5, 0, 1}}};
   double edge_a_[6]{}, edge_b_[6]{}, u_a_[8]{}, u_b_[8]{};
-  double psi_a_{}, psi_b_{}, ia_{}, ib_{}, psi_{}, tau_{};
+  double psi_a_{}, psi_b_{}, ia_{}, ib_{}, psi_{}, tau_{}, trim_{}, miss_{};
   int torque_{0}, sector_{0}, vector_{0};
-  bool raise_{true};
+  bool raise_{true}, follows_{false};
 };
 
 }  // namespace sextant::bench

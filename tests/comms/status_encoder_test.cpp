@@ -27,6 +27,7 @@ Telemetry<double> some_telemetry() {
   x.torque_motoring = 80.0;
   x.torque_regenerating = 100.0;
   x.state = DriveState::torque;
+  x.derating_cause = DeratingCause::current_limit;
   x.lockout = false;
   x.command_sequence = 4;
   x.command_counter = 9;
@@ -53,8 +54,7 @@ TEST(StatusEncoder, TakesItsSignalsFromTheTelemetry) {
   EXPECT_NEAR(sextant_mcu_electrical_dc_voltage_decode(e.dc_voltage), 530.0, 1e-9);
   EXPECT_NEAR(sextant_mcu_electrical_dc_current_decode(e.dc_current), 2.0, 1e-9);
   sextant_mcu_capability_t c{};
-  const StatusExtras extras{.derating_cause = DeratingCause::current_limit};
-  sextant_mcu_capability_unpack(&c, encoder.frame(StatusMessage::capability, x, extras).data.data(), 8);
+  sextant_mcu_capability_unpack(&c, encoder.frame(StatusMessage::capability, x, {}).data.data(), 8);
   EXPECT_EQ(c.torque_motoring, 8000);
   EXPECT_EQ(c.torque_regenerating, 10000);
   EXPECT_EQ(c.derating_cause, 1);

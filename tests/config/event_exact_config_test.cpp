@@ -43,6 +43,15 @@ TEST(EventExactConfig, HasNoControlPeriodToDelayBy) {
               HasSubstr("actuation_delay_periods must be 0"));
 }
 
+TEST(EventExactConfig, HasNoAdditionsToThePapersTable) {
+  for (const char* key : {"control.dtc.flux_priority=true", "control.dtc.torque_trim_ms=10"}) {
+    SCOPED_TRACE(key);
+    EXPECT_THAT(refusal({"mode=event_exact", key}),
+                HasSubstr("control.dtc.flux_priority must be false and control.dtc.torque_trim_ms 0"));
+    EXPECT_EQ(refusal({key}), "accepted");
+  }
+}
+
 TEST(EventExactConfig, HasNoStateInWhichToMagnetise) {
   EXPECT_THAT(refusal({"mode=event_exact", "drive.magnetise_first=true"}),
               HasSubstr("event_exact.initial_flux_wb"));

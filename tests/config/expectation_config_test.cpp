@@ -123,7 +123,10 @@ TEST_F(ExpectationConfig, ATorqueBeyondTheGatesLimitIsRefused) {
   EXPECT_NO_THROW(load(gate + "[profile.torque_nm]\nshape = \"steps\"\npoints = [[0, 5], [3, 21]]\n"))
       << "beyond the end of the run";
   EXPECT_NO_THROW(load(gate + "[profile.torque_nm]\nvalue = 20\n"));
-  EXPECT_NO_THROW(load("mode = \"event_exact\"\n" + gate + "[profile.torque_nm]\nvalue = 21\n"))
+  const std::string event_exact =
+      "mode = \"event_exact\"\ncontrol.flux_estimator = \"voltage_model\"\ndrive.magnetise_first = false\n"
+      "control.dtc.flux_priority = false\ncontrol.dtc.torque_trim_ms = 0\n";
+  EXPECT_NO_THROW(load(event_exact + gate + "[profile.torque_nm]\nvalue = 21\n"))
       << "an event-exact run has no gate";
   EXPECT_NO_THROW(
       load(gate + "[profile.torque_nm]\nvalue = 21\n[expect]\nfault = \"COMMAND_OUT_OF_RANGE\"\n"));

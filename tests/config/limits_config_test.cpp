@@ -62,13 +62,16 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
     EXPECT_NEAR(c.drive.command.torque_limit, 0.4 * breakdown, 1e-9 * breakdown);
     EXPECT_EQ(c.drive.capability.torque, c.drive.command.torque_limit);
     EXPECT_NEAR(c.drive.protection.dc_over_voltage, 1.3 * x.u_dc, 1e-9);
-    EXPECT_NEAR(c.direct_torque().magnetiser.current_limit, 3.0 * x.psi / m.l_s(), 1e-9);
+    EXPECT_NEAR(c.direct_torque().magnetiser.current_limit, 1.8 * x.psi / m.l_s(), 1e-9);
     EXPECT_NEAR(c.direct_torque().flux_comparator.band, 0.01 * x.psi, 1e-12);
     EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, 0.0025 * breakdown, 1e-9 * breakdown);
-    EXPECT_NEAR(c.drive.protection.over_speed, 1.2 * x.u_dc / std::sqrt(3.0) / (m.pole_pairs * x.psi),
+    EXPECT_NEAR(c.drive.protection.over_speed, 3.5 * x.u_dc / std::sqrt(3.0) / (m.pole_pairs * x.psi),
                 0.1 * c.drive.protection.over_speed)
         << "but for the drop in the resistance";
     EXPECT_GT(c.drive.protection.over_current, steady_state(m, x.psi, 1.0).current());
+    EXPECT_NEAR(c.drive.capability.current_limit, 0.8 * c.drive.protection.over_current, 1e-9);
+    const double slip = relative_slip(c.drive.command.torque_limit, breakdown);
+    EXPECT_GT(c.drive.capability.current_limit, 1.5 * steady_state(m, x.psi, slip).current());
   }
 }
 
@@ -90,6 +93,7 @@ TEST_F(LimitsConfig, StandWhereTheFileNamesThem) {
   EXPECT_EQ(c.drive.command.torque_limit, 700);
   EXPECT_EQ(c.drive.capability.torque, 600);
   EXPECT_EQ(c.drive.protection.over_current, 1234);
+  EXPECT_NEAR(c.drive.capability.current_limit, 0.8 * 1234, 1e-9);
   EXPECT_EQ(c.drive.protection.dc_over_voltage, 810);
   EXPECT_EQ(c.drive.protection.over_speed, 333);
 }
@@ -105,11 +109,11 @@ TEST_F(LimitsConfig, NoShippedDriveAnnouncesMoreThanItsVoltageAllows) {
     SCOPED_TRACE(name);
     const DriveConfig c = load_ecu_config(SEXTANT_SOURCE_DIR "/configs/" + std::string{name}).drive;
     const TorqueCapability<> capability{c.drive.capability};
-    EXPECT_EQ(capability.at(50.0, 530.0).motoring, 150.0);
-    EXPECT_LE(capability.at(115.0, 530.0).motoring, 131.0);
-    EXPECT_LE(capability.at(130.0, 530.0).motoring, 51.0);
-    EXPECT_FALSE(capability.at(150.0, 530.0).holds_zero_torque);
-    EXPECT_NEAR(c.drive.protection.over_speed, 167.0, 0.5);
+    EXPECT_EQ(capability.at(50.0, 530.0).motoring.torque, 150.0);
+    EXPECT_LE(capability.at(140.0, 530.0).motoring.torque, 140.0);
+    EXPECT_LE(capability.at(400.0, 530.0).motoring.torque, 28.6);
+    EXPECT_LE(capability.at(400.0, 530.0).regenerating.torque, 66.1);
+    EXPECT_NEAR(c.drive.protection.over_speed, 487.0, 0.5);
   }
 }
 
@@ -129,6 +133,16 @@ TEST_F(LimitsConfig, AFluxThatTheLinkCannotFeedIsRefused) {
                                               "standstill: lower it or raise plant.u_dc_v"));
 }
 
+TEST_F(LimitsConfig, TheCurrentLimitIsBelowTheTripAndAboveTheCurrentOfTheFlux) {
+  EXPECT_THAT(refusal(shipped_ecu, {"drive.current_limit_a=250"}),
+              HasSubstr("drive: current_limit_a must be below protection.over_current_a"));
+  EXPECT_THAT(refusal(shipped_ecu, {"drive.current_limit_a=19"}),
+              HasSubstr("capability: the current limit must be above 1.5 times the current that the flux "
+                        "takes without torque"));
+  EXPECT_EQ(load_ecu_config(shipped_ecu, {"drive.current_limit_a=40"}).drive.drive.capability.current_limit,
+            40);
+}
+
 TEST_F(LimitsConfig, ATypedCurveNeedsItsEnd) {
   EXPECT_THAT(refusal(shipped_ecu, {"capability.base_speed_rad_s=80"}),
               HasSubstr("capability: a base speed needs a zero-torque speed"));
@@ -142,7 +156,7 @@ TEST_F(LimitsConfig, ATypedCurveNeedsItsEnd) {
 TEST_F(LimitsConfig, ArePrintedWithTheirOrigin) {
   const std::string text = print_config(load_ecu_config(shipped_ecu));
   EXPECT_THAT(text, HasSubstr("torque_limit_nm = 150 "));
-  EXPECT_THAT(text, testing::ContainsRegex("over_speed_rad_s = 166[.][0-9]+  # [^\n]*default derived from "
+  EXPECT_THAT(text, testing::ContainsRegex("over_speed_rad_s = 486[.][0-9]+  # [^\n]*default derived from "
                                            "machine and link\n"));
   EXPECT_THAT(text, HasSubstr("# base_speed_rad_s = "));
 }

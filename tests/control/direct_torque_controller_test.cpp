@@ -6,45 +6,12 @@
 
 #include <gtest/gtest.h>
 
-#include "control/reference_machine.hpp"
+#include "control/dtc_loop.hpp"
 
 namespace sextant {
 namespace {
 
-constexpr std::int32_t period_ns = 25'000;
-
-/// A controller closed around the reference machine, whose inverter may act one period late.
-template <class T>
-class Loop {
- public:
-  explicit Loop(const typename DirectTorqueController<T>::Parameters& parameters = {}, int plant_delay = 0)
-      : controller_{parameters}, plant_delay_{plant_delay} {}
-
-  void step(ControlMode mode, double torque) {
-    const GatePattern decided = controller_.step(machine.measure<T>(applied_), {mode, T(torque)});
-    applied_ = plant_delay_ > 0 ? waiting_ : decided;
-    waiting_ = decided;
-    last_ = decided;
-    if (is_driven(applied_.last_state())) {
-      machine.apply(applied_);
-    } else {
-      applied_ = GatePattern{gates_off, period_ns};
-      machine.coast(period_ns);
-    }
-  }
-
-  [[nodiscard]] DirectTorqueController<T>& controller() { return controller_; }
-  [[nodiscard]] const GatePattern& last() const { return last_; }
-
-  test::ReferenceMachine machine{InductionMachineParameters<double>{}};
-
- private:
-  DirectTorqueController<T> controller_;
-  int plant_delay_;
-  GatePattern applied_{};
-  GatePattern waiting_{};
-  GatePattern last_{};
-};
+using test::Loop;
 
 /// Mean torque, its RMS deviation from the demand, and the range of the flux over the settled end of a run.
 struct Settled {
@@ -158,17 +125,19 @@ TYPED_TEST(DirectTorqueControllerOf, GatesAreOffUnlessTorqueOrFluxIsWanted) {
   Loop<T> loop;
   for (int k = 0; k < 10; ++k) {
     loop.step(ControlMode::off, 15);
-    EXPECT_EQ(loop.last(), (GatePattern{gates_off, period_ns}));
+    EXPECT_EQ(loop.last(), (GatePattern{gates_off, loop.period_ns}));
   }
   loop.step(ControlMode::torque, 15);
   EXPECT_TRUE(is_driven(loop.last().last_state()));
   loop.step(ControlMode::off, 15);
-  EXPECT_EQ(loop.last(), (GatePattern{gates_off, period_ns}));
+  EXPECT_EQ(loop.last(), (GatePattern{gates_off, loop.period_ns}));
 }
 
 TYPED_TEST(DirectTorqueControllerOf, MagnetisesFirstAndThenGivesTorqueWithoutASurge) {
   using T = TypeParam;
-  Loop<T> loop;
+  typename DirectTorqueController<T>::Parameters parameters;
+  parameters.magnetiser.hand_over_current = T(16);
+  Loop<T> loop{parameters};
   int periods = 0;
   for (; periods < 4000 && !loop.controller().estimate().magnetised; ++periods) {
     loop.step(ControlMode::magnetise, 15);
@@ -237,7 +206,7 @@ TYPED_TEST(DirectTorqueControllerOf, ReportsNoSectorWithoutFluxAndTheRightOneWhi
   EXPECT_EQ(loop.controller().estimate().sector, 0);
   loop.step(ControlMode::off, 0);
   EXPECT_EQ(loop.controller().estimate().sector, 0);
-  for (int k = 0; k < 400; ++k) loop.step(ControlMode::magnetise, 0);
+  for (int k = 0; k < 800; ++k) loop.step(ControlMode::magnetise, 0);
   EXPECT_GT(loop.controller().estimate().psi_s.alpha, T(0.1));
   EXPECT_EQ(loop.controller().estimate().sector, 5);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -90,6 +91,25 @@ TEST_P(SwitchingTable, HoldingTorqueTakesTheZeroVectorOfFewestCommutations) {
           EXPECT_EQ(magnitude(stator_voltage(chosen, 1.0)), 0.0);
           EXPECT_EQ(commutations(present, chosen), fewest);
         }
+      }
+    }
+  }
+}
+
+TEST_P(SwitchingTable, FluxPriorityRaisesTheFluxWhereTheTorqueHoldsAndChangesNothingElse) {
+  const double centre = 60.0 * (sector() - 1);
+  for (const SwitchState present : {switch_states[0], switch_states[5], gates_off}) {
+    for (const bool raise_flux : {false, true}) {
+      const SwitchState radial = select_state(sector(), raise_flux, 0, present, true);
+      for (const double offset : {-30.0, 0.0, 30.0}) {
+        const auto along = polar(1.0, radians(centre + offset));
+        EXPECT_GE(dot(stator_voltage(radial, 530.0), along), 530 / std::sqrt(3.0) - 1e-9);
+      }
+      for (const int torque_demand : {-1, 0, 1}) {
+        const SwitchState plain = select_state(sector(), raise_flux, torque_demand, present);
+        EXPECT_EQ(select_state(sector(), raise_flux, torque_demand, present, false), plain);
+        if (torque_demand == 0) continue;
+        EXPECT_EQ(select_state(sector(), raise_flux, torque_demand, present, true), plain);
       }
     }
   }

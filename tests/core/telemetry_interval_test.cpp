@@ -71,7 +71,8 @@ TEST(TelemetryInterval, OtherValuesAreThoseOfTheLastPeriod) {
                            .command_received_ns = 777,
                            .command_counter = 9,
                            .sector = 4,
-                           .state = DriveState::derated});
+                           .state = DriveState::derated,
+                           .derating_cause = DeratingCause::voltage_limit});
   const auto r = interval.record();
   EXPECT_EQ(r.t_ns, 25'001);
   EXPECT_EQ(r.torque_requested_nm, 20);
@@ -85,6 +86,7 @@ TEST(TelemetryInterval, OtherValuesAreThoseOfTheLastPeriod) {
   EXPECT_EQ(r.sector, 4);
   EXPECT_EQ(r.command_counter, 9);
   EXPECT_EQ(r.command_received_ns, 777);
+  EXPECT_EQ(r.derating_cause, 2);
 }
 
 TEST(TelemetryInterval, PowerIsTheMeanOfTheProductNotTheProductOfTheMeans) {

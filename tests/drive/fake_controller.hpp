@@ -8,6 +8,7 @@ namespace sextant::test {
 template <class T>
 class FakeController final : public Controller<T> {
  public:
+  FakeController() noexcept { this->estimate_.magnetised = true; }
   [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
                                  ControlReference<T> reference) noexcept override {
     ++steps;

@@ -13,8 +13,8 @@ class FakeCanBus final : public CanBus {
  public:
   [[nodiscard]] CanSend send(const CanFrame& frame) noexcept override {
     const std::scoped_lock lock{mutex_};
-    sent_.push_back(frame);
-    return CanSend::ok;
+    if (answer_ == CanSend::ok) sent_.push_back(frame);
+    return answer_;
   }
   [[nodiscard]] CanReceive receive(CanFrame&, std::chrono::nanoseconds timeout) noexcept override {
     std::this_thread::sleep_for(timeout);
@@ -27,9 +27,16 @@ class FakeCanBus final : public CanBus {
     return sent_;
   }
 
+  /// What `send` returns from now on.
+  void answer(CanSend answer) {
+    const std::scoped_lock lock{mutex_};
+    answer_ = answer;
+  }
+
  private:
   mutable std::mutex mutex_{};
   std::vector<CanFrame> sent_{};
+  CanSend answer_{CanSend::ok};
 };
 
 }  // namespace sextant::test

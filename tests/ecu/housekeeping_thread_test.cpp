@@ -1,5 +1,8 @@
 #include "ecu/threads/housekeeping_thread.hpp"
 
+#include <atomic>
+#include <string>
+
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -32,6 +35,22 @@ TEST(HousekeepingThread, TellsWhatBecameOfAnotherThreadSinceItsStart) {
   shared.stopped.store(true);
   housekeeping.join();
   munmap(memory, pages * page);
+}
+
+TEST(HousekeepingThread, WarnsOnceOfATelemetryThreadThatStopped) {
+  SharedState shared{25'000, 1};
+  shared.control_thread_id.store(gettid());
+  shared.telemetry_polls.store(1);
+  std::atomic<int> warnings{0};
+  HousekeepingThread housekeeping{shared, [&](const std::string&) { ++warnings; }};
+  housekeeping.start();
+  EXPECT_TRUE(test::eventually([&] { return shared.telemetry_stalls.load() == 1; }));
+  EXPECT_TRUE(test::eventually([&] { return warnings == 1; }));
+  shared.telemetry_polls.store(2);
+  EXPECT_TRUE(test::eventually([&] { return warnings == 2; })) << "it runs again";
+  shared.stopped.store(true);
+  housekeeping.join();
+  EXPECT_EQ(shared.telemetry_stalls.load(), 1U);
 }
 
 }  // namespace

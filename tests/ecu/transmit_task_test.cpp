@@ -123,7 +123,7 @@ TEST_F(TimedOutControlThread, NamesTheWatchdogAndOffersNoTorque) {
     }
     if (frame.id == encode(Capability{}).frame.id) {
       ++capabilities;
-      EXPECT_EQ(content(frame), content(encode(Capability{}).frame));
+      EXPECT_EQ(content(frame), content(encode(Capability{.cause = DeratingCause::gates_are_off}).frame));
     }
   }
   EXPECT_EQ(faults.size(), expected.size());

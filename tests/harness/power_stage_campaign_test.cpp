@@ -5,18 +5,13 @@
 
 #include <gtest/gtest.h>
 
-#include "harness/campaign.hpp"
+#include "harness/fault_injections.hpp"
 
 namespace sextant::test {
 namespace {
 
 constexpr std::uint64_t seeds = 40;
 constexpr std::int64_t T = VirtualRig::period_ns;
-
-/// The first control period at or after t_ns.
-constexpr std::int64_t on_grid(std::int64_t t_ns) {
-  return (t_ns + T - 1) / T * T;
-}
 
 TEST(PowerStageCampaign, Row25OneOverrunMissesWholePeriodsAndKeepsThePhase) {
   for_seeds(seeds, [](CampaignCase& c) {

@@ -47,8 +47,9 @@ TEST(RandomBusCampaign, NoTorqueWithoutAFreshCommandWhateverTheBusDoes) {
     };
     rig.run_until(storm_end_ns);
     EXPECT_GT(rig.bus.counts().lost + rig.bus.counts().corrupted + rig.bus.counts().delayed, 0U);
-    // Once the bus is quiet again, the hand-shake brings the torque back.
-    rig.run_for(600 * ms);
+    // Once the bus is quiet again, and a second sender no longer assumed, the hand-shake brings the torque
+    // back.
+    rig.run_for(2000 * ms);
     EXPECT_EQ(rig.now().state, DriveState::torque);
     EXPECT_EQ(rig.now().torque_reference, c.rig.torque);
     faults += rig.now().fault_total;

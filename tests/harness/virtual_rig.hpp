@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "ecu/virtual_time/virtual_ecu.hpp"
@@ -26,6 +27,10 @@ struct VirtualRigParameters {
   VirtualVehicle::Parameters vehicle{};
   std::int64_t vehicle_duration_ns{never_ns};
   Drive<>::Parameters drive{};
+  DirectTorqueController<>::Parameters controller{};
+  std::optional<ProfileParameters> speed{};  ///< imposed, in the place of omega_m [rad/s]
+  SensorParameters sensors{};
+  PlantFaultParameters fault{};
   std::vector<LoggedFrame> log{};        ///< played in the vehicle's place where there is one
   IdentifierOffset identifier_offset{};  ///< of the drive; the vehicle has its own
 };
@@ -37,10 +42,11 @@ class VirtualRig {
 
   explicit VirtualRig(const VirtualRigParameters& p = {})
       : torque{p.torque},
-        stage_{{.integrator = IntegratorKind::fixed},
-               {.imposed_speed = ProfileParameters{.value = p.omega_m}}},
+        drive_parameters_{p.drive},
+        stage_{{.io = {.sensors = p.sensors, .fault = p.fault}, .integrator = IntegratorKind::fixed},
+               {.imposed_speed = p.speed.value_or(ProfileParameters{.value = p.omega_m})}},
         io{stage_.io()},
-        controller_{DirectTorqueController<>::Parameters{}},
+        controller_{p.controller},
         drive_{p.drive, controller_},
         bus{clock, p.bus},
         replay{p.log, bus, p.identifier_offset},
@@ -71,6 +77,7 @@ class VirtualRig {
 
   [[nodiscard]] const Telemetry<double>& now() const noexcept { return ecu.telemetry(); }
   [[nodiscard]] DrivePlant<double> plant() { return stage_.io().plant(); }
+  [[nodiscard]] const Drive<>::Parameters& drive_parameters() const noexcept { return drive_parameters_; }
   /// Forgets when what happened first.
   void forget() { first_fault_ns = first_zero_ns = never_ns; }
 
@@ -86,6 +93,7 @@ class VirtualRig {
     if (on_period) on_period(t);
   }
 
+  Drive<>::Parameters drive_parameters_;
   SimulatedPowerStage stage_;
 
  public:

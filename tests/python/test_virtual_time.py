@@ -234,7 +234,8 @@ def test_bad_input_is_one_sentence(
 
 
 def test_a_vehicle_that_is_let_down_says_so(profile: Path) -> None:
-    found = start("--virtual-time", "--profile", profile, "--set", "protection.over_current_a=20")
+    lowered = ("--set", "protection.over_current_a=30", "--set", "drive.magnetise_first=false")
+    found = start("--virtual-time", "--profile", profile, *lowered)
     assert found.returncode == 1
     assert "went to FAULT (OVER_CURRENT)" in found.stderr
     assert "left in FAULT, 1 faults, first OVER_CURRENT" in found.stdout

@@ -15,6 +15,7 @@ struct CommandRules : testing::Test {
   [[nodiscard]] CommandFacts<> facts() const {
     return {.command = command,
             .age_ns = age_ns,
+            .status_age_ns = status_age_ns,
             .is_new = is_new,
             .zero_requested = zero_requested,
             .blocked = blocked};
@@ -28,6 +29,7 @@ struct CommandRules : testing::Test {
   CommandLimits<> limits{};
   TorqueCommand<> command{.torque = 20, .torque_limit = 100, .enable = true, .e2e = E2eState::valid};
   std::int64_t age_ns{0};
+  std::int64_t status_age_ns{0};
   bool is_new{true};
   bool zero_requested{false};
   std::uint32_t blocked{0};
@@ -95,6 +97,22 @@ TEST_F(CommandRules, ReceptionLatchesItsFaults) {
   EXPECT_FALSE(evaluate_period().faults.any());
   blocked = limits.blocked_limit;
   EXPECT_EQ(evaluate_period().faults, only(Fault::command_out_of_range));
+}
+
+TEST_F(CommandRules, StatusThatIsNotSentRampsAndThenLatches) {
+  status_age_ns = limits.status_timeout_ns;
+  EXPECT_FALSE(evaluate_period().ramp);
+  status_age_ns = limits.status_timeout_ns + 1;
+  EXPECT_TRUE(evaluate_period().ramp);
+  status_age_ns = limits.status_lost_ns;
+  EXPECT_FALSE(evaluate_period().faults.any());
+  status_age_ns = limits.status_lost_ns + 1;
+  EXPECT_EQ(evaluate_period().faults, only(Fault::transmit_lost));
+}
+
+TEST_F(CommandRules, ASecondSenderIsASecondMaster) {
+  command.second_sender = true;
+  EXPECT_EQ(evaluate_period().faults, only(Fault::second_master));
 }
 
 }  // namespace

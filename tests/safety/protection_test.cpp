@@ -25,7 +25,18 @@ class ProtectionOf : public testing::Test {
     set.set(f);
     return set;
   }
-  Protection<T> protection{{.over_current = T(200), .dc_over_voltage = T(700), .over_speed = T(160)}};
+  /// As of a period with an active vector.
+  [[nodiscard]] static GatePattern driven() { return {switch_states[1], 25'000}; }
+  /// A current that does not stand still.
+  static void change_current(Measurement<T>& m) {
+    m.i_abc.a += T(0.5);
+    m.i_abc.b -= T(0.5);
+  }
+  void restart() { protection = Protection<T>{parameters}; }
+
+  static constexpr typename Protection<T>::Parameters parameters{
+      .over_current = T(200), .dc_over_voltage = T(700), .over_speed = T(160)};
+  Protection<T> protection{parameters};
 };
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(ProtectionOf, Scalars);
@@ -40,9 +51,13 @@ TYPED_TEST(ProtectionOf, OverCurrentIsSeenInEachPhaseAndSign) {
   for (const auto phase : {&ThreePhase<T>::a, &ThreePhase<T>::b, &ThreePhase<T>::c}) {
     for (const T sign : {T(-1), T(1)}) {
       Measurement<T> m = this->healthy();
-      m.i_abc.*phase = sign * T(200);
+      const auto set = [&](T current) {  // without a sum
+        m.i_abc = {-current / T(2), -current / T(2), -current / T(2)};
+        m.i_abc.*phase = current;
+      };
+      set(sign * T(200));
       EXPECT_FALSE(this->protection.step(m).any());
-      m.i_abc.*phase = sign * T(200.1);
+      set(sign * T(200.1));
       EXPECT_EQ(this->protection.step(m), this->only(Fault::over_current));
     }
   }
@@ -87,6 +102,143 @@ TYPED_TEST(ProtectionOf, AnUnansweredReadIsAFault) {
   Measurement<TypeParam> m = this->healthy();
   m.plausible = false;
   EXPECT_EQ(this->protection.step(m), this->only(Fault::measurement_invalid));
+}
+
+TYPED_TEST(ProtectionOf, UnderVoltageIsSeenBelowItsLevelWithTheGatesDriven) {
+  using T = TypeParam;
+  Measurement<T> m = this->healthy();
+  m.u_dc = T(264);
+  EXPECT_FALSE(this->protection.step(m).any()) << "a link that is not charged yet";
+  m.applied = this->driven();
+  EXPECT_EQ(this->protection.step(m), this->only(Fault::dc_under_voltage));
+  m.u_dc = T(265);
+  EXPECT_FALSE(this->protection.step(m).any());
+}
+
+TYPED_TEST(ProtectionOf, CurrentsThatDoNotAddUpToZeroAreAFaultInTheThirdPeriod) {
+  using T = TypeParam;
+  for (const T sign : {T(-1), T(1)}) {
+    Measurement<T> m = this->healthy();
+    // 6 A, and 5 % of the largest of the currents.
+    m.i_abc = {sign * T(50), sign * T(-20), sign * T(-21.6)};
+    for (int k = 0; k < 100; ++k) EXPECT_FALSE(this->protection.step(m).any()) << "just inside";
+    m.i_abc.c = sign * T(-21.4);
+    EXPECT_FALSE(this->protection.step(m).any());
+    EXPECT_FALSE(this->protection.step(m).any());
+    EXPECT_EQ(this->protection.step(m), this->only(Fault::current_sum));
+    EXPECT_EQ(this->protection.step(m), this->only(Fault::current_sum)) << "as long as it lasts";
+    EXPECT_FALSE(this->protection.step(this->healthy()).any());
+  }
+}
+
+TYPED_TEST(ProtectionOf, AnUnusableMeasurementBreaksARow) {
+  using T = TypeParam;
+  Measurement<T> m = this->healthy();
+  m.i_abc.c = T(0);
+  EXPECT_FALSE(this->protection.step(m).any());
+  EXPECT_FALSE(this->protection.step(m).any());
+  Measurement<T> none = m;
+  none.plausible = false;
+  EXPECT_EQ(this->protection.step(none), this->only(Fault::measurement_invalid));
+  EXPECT_FALSE(this->protection.step(m).any());
+}
+
+TYPED_TEST(ProtectionOf, ASpeedThatJumpsIsAFaultWithTheGatesDriven) {
+  using T = TypeParam;
+  for (const T sign : {T(-1), T(1)}) {
+    this->restart();
+    Measurement<T> m = this->healthy();
+    m.applied = this->driven();
+    m.omega_m = sign * T(50);
+    EXPECT_FALSE(this->protection.step(m).any()) << "the first one has nothing to jump from";
+    m.omega_m = sign * T(84.9);
+    this->change_current(m);
+    EXPECT_FALSE(this->protection.step(m).any()) << "just inside";
+    m.omega_m = sign * T(49.8);
+    this->change_current(m);
+    EXPECT_EQ(this->protection.step(m), this->only(Fault::speed_sensor));
+    m.applied = GatePattern{gates_off, 25'000};
+    m.omega_m = sign * T(100);
+    EXPECT_FALSE(this->protection.step(m).any());
+  }
+}
+
+TYPED_TEST(ProtectionOf, FluxThatWasThereAndIsGoneUnderTorqueIsAFaultAfterItsTime) {
+  using T = TypeParam;
+  const Measurement<T> m = this->healthy();
+  ProtectionInputs<T> drive{
+      .makes_torque = true, .torque_reference = T(7.6), .flux_reference = T(1.1), .psi_s = T(0.1)};
+  const auto run = [&](int periods) {
+    FaultSet faults;
+    for (int k = 0; k < periods; ++k) faults = this->protection.step(m, drive);
+    return faults;
+  };
+  EXPECT_FALSE(run(20000).any()) << "it was not built yet";
+  drive.psi_s = T(0.9);
+  run(1);
+  drive.psi_s = T(0.551);
+  EXPECT_FALSE(run(20000).any()) << "just inside";
+  drive.psi_s = T(0.549);
+  EXPECT_FALSE(run(7999).any());
+  EXPECT_EQ(run(1), this->only(Fault::flux_lost)) << "200 ms";
+  drive.torque_reference = T(-7.4);
+  EXPECT_FALSE(run(20000).any()) << "a small torque";
+  drive.torque_reference = T(-7.6);
+  EXPECT_EQ(run(8000), this->only(Fault::flux_lost));
+  drive.makes_torque = false;
+  EXPECT_FALSE(run(1).any());
+}
+
+TYPED_TEST(ProtectionOf, TheWindingsTemperatureTakesTheTorqueAwayAndTrips) {
+  using T = TypeParam;
+  using Parameters = typename Protection<T>::Parameters;
+  Parameters p;
+  p.period_ns = 250'000;
+  p.winding = {.nominal_current = T(10), .nominal_rise = T(100), .time_constant = T(10), .ambient = T(30)};
+  Protection<T> monitored{p};
+  EXPECT_EQ(monitored.available_share(), T(1));
+  // 13 A peak and 9.2 A RMS: 84.5 K above 30 °C, below the warning.
+  Measurement<T> m = this->healthy();
+  m.i_abc = {T(13), T(-6.5), T(-6.5)};
+  const auto run = [&](double seconds) {
+    FaultSet faults;
+    for (int k = 0; k < int(seconds / 250e-6); ++k) faults |= monitored.step(m);
+    return faults;
+  };
+  EXPECT_FALSE(run(100).any());
+  EXPECT_EQ(monitored.available_share(), T(1));
+  // To 142.6 °C: half way from 130 to 155.
+  m.i_abc = {T(15), T(-7.5), T(-7.5)};
+  EXPECT_FALSE(run(100).any());
+  EXPECT_NEAR(monitored.available_share(), 0.5, 0.02);
+  m.i_abc = {T(15.9), T(-7.95), T(-7.95)};  // 156.4 °C
+  EXPECT_EQ(run(100), this->only(Fault::over_temperature));
+  EXPECT_EQ(monitored.available_share(), T(0));
+}
+
+TYPED_TEST(ProtectionOf, RefusesMonitorsThatCannotWork) {
+  using T = TypeParam;
+  using Parameters = typename Protection<T>::Parameters;
+  for (const T bad : {T(-1), this->nan, this->infinity}) {
+    EXPECT_NE((Parameters{.dc_under_voltage = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.current_sum = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.current_gain_tolerance = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.current_jump = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.current_response = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.current_noise = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.zero_current = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.speed_jump = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.speed_error = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.flux_lost_share = bad}.validate()), nullptr);
+    EXPECT_NE((Parameters{.flux_lost_torque = bad}.validate()), nullptr);
+  }
+  EXPECT_NE((Parameters{.speed_error_ns = 0}.validate()), nullptr);
+  EXPECT_NE((Parameters{.flux_lost_ns = 0}.validate()), nullptr);
+  EXPECT_NE((Parameters{.winding_warning = T(155), .winding_trip = T(155)}.validate()), nullptr);
+  EXPECT_NE((Parameters{.winding_warning = T(40)}.validate()), nullptr);
+  Parameters p;
+  p.period_ns = 0;
+  EXPECT_NE(p.validate(), nullptr);
 }
 
 TYPED_TEST(ProtectionOf, RefusesTripLevelsThatAreNone) {

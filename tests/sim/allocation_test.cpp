@@ -23,8 +23,8 @@ struct CellCommands {
 /// The drive as the live control thread runs it: commands from a cell, telemetry into a ring.
 class ControlThread {
  public:
-  explicit ControlThread(IntegratorKind integrator)
-      : parameters_{make_parameters(integrator)},
+  explicit ControlThread(const RigParameters& parameters)
+      : parameters_{parameters},
         stage_{parameters_.stage, parameters_.load},
         controller_{parameters_.controller},
         drive_{parameters_.drive, controller_} {}
@@ -43,12 +43,6 @@ class ControlThread {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return telemetry_.dropped(); }
 
  private:
-  static RigParameters make_parameters(IntegratorKind integrator) {
-    RigParameters p = RigParameters::at_speed(30.0, integrator);
-    p.drive.command.lost_ns = 1'000'000'000;
-    return p;
-  }
-
   void exchange() {
     ++sequence_;
     DriveRequest<double> request;
@@ -74,8 +68,14 @@ class ControlThread {
   double peak_torque_{0.0};
 };
 
-std::uint64_t allocations_of(IntegratorKind integrator, std::int64_t periods) {
-  const auto thread = std::make_unique<ControlThread>(integrator);
+RigParameters moved_by(IntegratorKind integrator) {
+  RigParameters p = RigParameters::at_speed(30.0, integrator);
+  p.drive.command.lost_ns = 1'000'000'000;
+  return p;
+}
+
+std::uint64_t allocations_of(const RigParameters& parameters, std::int64_t periods) {
+  const auto thread = std::make_unique<ControlThread>(parameters);
   const std::uint64_t before = testing::allocations();
   thread->run(periods);
   const std::uint64_t after = testing::allocations();
@@ -99,18 +99,31 @@ TEST(Allocation, ASeededOneIsCounted) {
 
 TEST(Allocation, NoneInAMillionPeriodsWithTheFixedStep) {
   if (!testing::allocations_are_counted()) GTEST_SKIP() << "a sanitizer has its own allocator";
-  EXPECT_EQ(allocations_of(IntegratorKind::fixed, 1'000'000), 0U);
+  EXPECT_EQ(allocations_of(moved_by(IntegratorKind::fixed), 1'000'000), 0U);
 }
 
 TEST(Allocation, NoneInAHundredThousandPeriodsWithCvode) {
   if (!testing::allocations_are_counted()) GTEST_SKIP() << "a sanitizer has its own allocator";
-  EXPECT_EQ(allocations_of(IntegratorKind::cvode, 100'000), 0U);
+  EXPECT_EQ(allocations_of(moved_by(IntegratorKind::cvode), 100'000), 0U);
 }
 
 TEST(Allocation, NoneInAHundredThousandPeriodsWithTheOthers) {
   if (!testing::allocations_are_counted()) GTEST_SKIP() << "a sanitizer has its own allocator";
-  EXPECT_EQ(allocations_of(IntegratorKind::exact, 100'000), 0U);
-  EXPECT_EQ(allocations_of(IntegratorKind::erk, 100'000), 0U);
+  EXPECT_EQ(allocations_of(moved_by(IntegratorKind::exact), 100'000), 0U);
+  EXPECT_EQ(allocations_of(moved_by(IntegratorKind::erk), 100'000), 0U);
+}
+
+TEST(Allocation, NoneInAHundredThousandPeriodsWithSensorsAndAnOpenPhase) {
+  if (!testing::allocations_are_counted()) GTEST_SKIP() << "a sanitizer has its own allocator";
+  for (const IntegratorKind integrator :
+       {IntegratorKind::fixed, IntegratorKind::cvode, IntegratorKind::exact, IntegratorKind::erk}) {
+    RigParameters p = moved_by(integrator);
+    p.stage.io.sensors.sampling_lead_ns = 5'000;
+    p.stage.io.sensors.current = {.noise = 0.1, .range = 400, .bits = 12};
+    p.stage.io.sensors.encoder.lines = 1024;
+    p.stage.io.fault = {.kind = PlantFaultKind::open_phase, .at_ns = 2'000'000'000};
+    EXPECT_EQ(allocations_of(p, 100'000), 0U);
+  }
 }
 
 }  // namespace

@@ -11,12 +11,13 @@
 
 namespace sextant {
 
-/// Everything a drive with its plant is made of; control period and delay are said once.
+/// Everything a drive with its plant is made of; control period and delay are said once. The drive is the
+/// paper's: open voltage model, torque at once.
 struct RigParameters {
   SimulatedPowerStage::Parameters stage{.integrator = IntegratorKind::fixed};
   MechanicalLoad::Parameters load{};
-  DirectTorqueController<>::Parameters controller{};
-  Drive<>::Parameters drive{};
+  DirectTorqueController<>::Parameters controller{.flux_estimator = FluxEstimatorKind::voltage_model};
+  Drive<>::Parameters drive{.magnetise_first = false};
 
   static RigParameters at_speed(double omega_m, IntegratorKind integrator = IntegratorKind::fixed) {
     RigParameters p;

@@ -52,7 +52,9 @@ TEST(MilRunner, MetricsOfAStepAreThoseOfTheDrive) {
   EXPECT_FALSE(result.faults.any());
   EXPECT_EQ(result.final_state, DriveState::torque);
   const MetricList& m = result.metrics;
-  EXPECT_NEAR(m[Metric::torque_bias], -1.1, 0.5);
+  EXPECT_NEAR(m[Metric::torque_bias], 0.0, 0.1);
+  EXPECT_LT(m[Metric::torque_deviation], 0.5);
+  EXPECT_EQ(m[Metric::torque_silent], 0);
   EXPECT_LT(m[Metric::response_time], 5.0);
   EXPECT_GT(m[Metric::torque_ripple_pp], 3.0) << "25 µs of an active vector are several N·m";
   EXPECT_LT(m[Metric::torque_ripple_pp], 14.0);
@@ -62,6 +64,21 @@ TEST(MilRunner, MetricsOfAStepAreThoseOfTheDrive) {
   EXPECT_NEAR(m[Metric::simulated], 0.4, 1e-12);
   EXPECT_GT(m[Metric::wall], 0.0);
   EXPECT_NEAR(m[Metric::realtime_factor] * m[Metric::wall], 0.4, 1e-9);
+}
+
+TEST(MilRunner, AWrongStatorResistanceMakesTheTorqueDepartFromTheCommandInSilence) {
+  Scenario scenario = constant_torque(15.0, 400'000'000);
+  scenario.metrics.from_ns = 200'000'000;
+  RigParameters p = RigParameters::at_speed(50.0);
+  p.stage.plant.machine.r_s *= 0.5;
+  p.drive.protection.over_current = 1e6;
+  p.drive.protection.flux_lost_share = 0;
+  p.drive.protection.speed_error = 1e6;
+  p.drive.torque_monitor.enabled = false;
+  const MetricList m = MilRun{p}(scenario).metrics;
+  EXPECT_GT(m[Metric::torque_deviation], 20);
+  EXPECT_NEAR(m[Metric::torque_silent], 200, 0.026) << "the whole window";
+  EXPECT_EQ(m[Metric::torque_motoring], p.drive.capability.torque);
 }
 
 TEST(MilRunner, ARunIsRepeatedExactly) {

@@ -117,6 +117,7 @@ TEST(MultiSegmentRun, MetricsFollowEverySegment) {
   p.stage.io.period_ns = period_ns;
   p.drive.period_ns = period_ns;
   p.drive.protection.over_current = 1e4;
+  p.drive.torque_monitor.enabled = false;  // these patterns follow no torque reference
   MeteredPowerStage stage{p.stage, p.load};
   SpaceVectorController controller;
   Drive<double> drive{p.drive, controller};

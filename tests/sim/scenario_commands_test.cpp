@@ -58,7 +58,7 @@ TEST(ScenarioCommands, ADriverSeesTheMeasuredSpeedAndHoldsItsTorque) {
 TEST(ScenarioCommands, TheHandShakeBringsADriveToTorqueAtTimeZero) {
   ScenarioCommands commands{ProfileParameters{.value = 15.0}};
   DirectTorqueController<double> controller{{}};
-  Drive<double> drive{{}, controller};
+  Drive<double> drive{{.magnetise_first = false}, controller};
   const auto step = [&](std::int64_t k) {
     const Measurement<double> m{.u_dc = 530.0, .applied = {gates_off, period_ns}};
     return drive.step(k * period_ns, m, commands.latest(k * period_ns));

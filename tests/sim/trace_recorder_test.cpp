@@ -234,9 +234,11 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   {
     TraceRecorder recorder{
         file_,
-        {.interval_us = 25, .signals = {"switching", "plant/i_dc_a", "energy", "comparators"}},
+        {.interval_us = 25, .signals = {"switching", "plant/i_dc_a", "energy", "comparators", "monitor"}},
         origin};
-    recorder.add(telemetry(1), sample, {.torque_comparator = -1, .flux_comparator = 1});
+    Telemetry<> record = telemetry(1);
+    record.torque_monitored = 8.5;
+    recorder.add(record, sample, {.torque_comparator = -1, .flux_comparator = 1});
   }
   const TraceFile trace{file_};
   EXPECT_THAT(trace.datasets("/"), testing::UnorderedElementsAre("t_ns", "plant", "control"));
@@ -251,6 +253,7 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(trace.read("plant/energy_field_j"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("control/torque_comparator"), testing::ElementsAre(-1));
   EXPECT_THAT(trace.read("control/flux_comparator"), testing::ElementsAre(1));
+  EXPECT_THAT(trace.read("control/torque_monitored_nm"), testing::ElementsAre(8.5));
 }
 
 TEST_F(TraceRecorderTest, HoldsTheChannelsOfAController) {

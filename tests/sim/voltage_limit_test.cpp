@@ -1,8 +1,9 @@
-// A drive on a shaft whose speed something else imposes, up to and beyond the speed at which the link's
-// voltage suffices for its flux.
+// A drive on a shaft whose speed something else imposes, up to three times the speed at which the link's
+// voltage suffices for its full flux.
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -12,97 +13,185 @@
 namespace sextant {
 namespace {
 
-/// At one speed throughout; the drive is enabled where the machine is fluxed as far as it can be.
-struct Held {
-  double mean_torque;
-  double admitted;
-  double motoring;
-  double regenerating;
-  bool gates_on;
-};
-
-/// The speed rises from 100 rad/s, where the machine was fluxed, to omega_m, and stays.
-Held hold(double omega_m, double torque) {
-  RigParameters p;
-  const double top = std::max(omega_m, 100.1);
-  p.load.imposed_speed = ProfileParameters{.shape = ProfileShape::linear,
-                                           .points = {{0.0, 100.0}, {0.2, 100.0}, {0.3, top}, {2.0, top}}};
-  p.drive.protection.over_speed = 1000.0;
-  DriveRig rig{p};
-  rig.start();
-  rig.torque = torque;
-  rig.run(0.5);
-  const auto seen = rig.watch(0.2);
-  return {.mean_torque = seen.mean_torque,
-          .admitted = rig.telemetry.torque_reference,
-          .motoring = rig.telemetry.torque_motoring,
-          .regenerating = rig.telemetry.torque_regenerating,
-          .gates_on = gates_are_on(rig.drive().state())};
+double tolerance(double torque) {
+  return std::max(2.0, 0.05 * std::abs(torque));
 }
 
-// Sampling at 25 µs draws the mean towards braking by up to 2.9 N·m at any speed, far below the limit too.
-constexpr double bias_of_sampling = 3.0;
+/// Mean torque and mean reference over 20 ms: ripple has no say.
+struct Means {
+  double torque{};
+  double reference{};
+};
+Means means(DriveRig& rig) {
+  constexpr int periods = 800;
+  Means seen;
+  for (int k = 0; k < periods; ++k) {
+    rig.step();
+    seen.torque += rig.plant().tau_e() / periods;
+    seen.reference += rig.telemetry.torque_reference / periods;
+  }
+  return seen;
+}
 
-TEST(VoltageLimit, TheReferenceIsDeliveredOrTheGatesAreOff) {
-  int on = 0;
-  int off = 0;
-  for (const double omega_m :
-       {105.0, 115.0, 125.0, 130.0, 134.0, 136.0, 138.0, 140.0, 145.0, 150.0, 160.0, 170.0}) {
-    for (const double torque : {0.0, 5.0, 20.0, 50.0, 100.0, 130.0, 150.0, -20.0, -100.0, -150.0}) {
-      SCOPED_TRACE(std::to_string(torque) + " N·m asked at " + std::to_string(omega_m) + " rad/s");
-      const Held held = hold(omega_m, torque);
-      if (held.gates_on) {
-        ++on;
-        EXPECT_NEAR(held.mean_torque, held.admitted,
-                    std::max(bias_of_sampling, 0.05 * std::abs(held.admitted)));
-        EXPECT_LE(held.admitted, held.motoring);
-        EXPECT_GE(held.admitted, -held.regenerating);
-      } else {
-        ++off;
-        EXPECT_NEAR(held.mean_torque, 0.0, 0.01);
-        EXPECT_EQ(held.motoring, 0.0);
-        EXPECT_EQ(held.regenerating, 0.0);
+/// Runs up from 100 rad/s, where the machine gets its flux, and stays at omega_m.
+RigParameters on_the_way_to(double omega_m) {
+  RigParameters p;
+  const double sign = omega_m < 0.0 ? -1.0 : 1.0;
+  p.load.imposed_speed =
+      ProfileParameters{.shape = ProfileShape::linear,
+                        .points = {{0.0, sign * 100.0}, {0.2, sign * 100.0}, {0.3, omega_m}, {2.0, omega_m}}};
+  return p;
+}
+
+/// The mean torque over 20 ms stays at its reference, and the reference at what is available.
+void expect_delivery(DriveRig& rig) {
+  for (int k = 0; k < 10; ++k) {
+    const double mean = rig.watch(0.02).mean_torque;
+    const Telemetry<double>& t = rig.telemetry;
+    EXPECT_NEAR(mean, t.torque_reference, tolerance(t.torque_reference));
+    const double available = rig.torque * t.omega_m < 0.0 ? t.torque_regenerating : t.torque_motoring;
+    EXPECT_NEAR(std::abs(t.torque_reference), std::min(std::abs(rig.torque), available), 1e-9);
+    const bool short_of_it = t.torque_reference != rig.torque;
+    EXPECT_EQ(rig.drive().state(), short_of_it ? DriveState::derated : DriveState::torque);
+    EXPECT_EQ(t.derating_cause == DeratingCause::voltage_limit, available < 150.0);
+    EXPECT_EQ(t.latched, FaultSet{});
+  }
+}
+
+TEST(VoltageLimit, ThePublishedTorqueIsDeliveredUpToThreeTimesBaseSpeed) {
+  for (const bool delayed : {false, true}) {
+    for (const double omega_m : {115.0, 130.0, 145.0, 160.0, -160.0, 200.0, 300.0, 400.0, -400.0}) {
+      for (const double torque : {0.0, 2.0, -2.0, 15.0, -15.0, 60.0, -60.0, 150.0, -150.0}) {
+        SCOPED_TRACE(std::to_string(torque) + " N·m at " + std::to_string(omega_m) + " rad/s" +
+                     (delayed ? ", one period late" : ""));
+        RigParameters p = on_the_way_to(omega_m);
+        if (delayed) p.with_actuation_delay();
+        DriveRig rig{p};
+        rig.start();
+        rig.torque = omega_m < 0.0 ? -15.0 : 15.0;
+        rig.run(0.35);
+        rig.torque = torque;
+        rig.run(0.06);
+        expect_delivery(rig);
       }
     }
   }
-  EXPECT_GE(on, 60);
-  EXPECT_GE(off, 50);
 }
 
-// Mean over each stretch of 5 ms, in which the ripple of sampling has no say.
-TEST(VoltageLimit, TorqueIsNeverOfTheWrongSignWhileTheSpeedRunsAwayAndComesBack) {
-  for (const double torque : {20.0, 100.0, -50.0}) {
+// Rotor resistance and magnetising inductance, of which the voltage model and the available torque of the
+// drive know nothing; the reserve and the present limit have to do.
+TEST(VoltageLimit, AMachineThatDiffersFromTheParametersGetsLessFluxAndNoUncommandedTorque) {
+  int derated = 0;
+  for (const double r_r : {0.5, 1.5}) {
+    for (const double l_m : {0.7, 1.3}) {
+      for (const double omega_m : {140.0, 200.0, 300.0, 400.0}) {
+        for (const double torque : {150.0, 15.0, -60.0, -150.0}) {
+          SCOPED_TRACE(std::to_string(torque) + " N·m at " + std::to_string(omega_m) + " rad/s, R_r times " +
+                       std::to_string(r_r) + ", L_m times " + std::to_string(l_m));
+          RigParameters p = on_the_way_to(omega_m);
+          p.stage.plant.machine.r_r *= r_r;
+          p.stage.plant.machine.l_m *= l_m;
+          DriveRig rig{p};
+          rig.start();
+          rig.torque = 15.0;
+          rig.run(0.35);
+          rig.torque = torque;
+          rig.run(0.15);
+          for (int k = 0; k < 10; ++k) {
+            const Means seen = means(rig);
+            EXPECT_NEAR(seen.torque, seen.reference, tolerance(seen.reference) + 0.5);
+          }
+          EXPECT_EQ(rig.telemetry.latched, FaultSet{});
+          derated += rig.drive().state() == DriveState::derated ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GE(derated, 16);
+}
+
+TEST(VoltageLimit, TheTorqueHoldsWhileTheSpeedRunsAwayAndComesBack) {
+  for (const double torque : {0.0, 20.0, 100.0, -50.0, -150.0}) {
     SCOPED_TRACE(torque);
     RigParameters p;
     p.load.imposed_speed = ProfileParameters{
         .shape = ProfileShape::linear,
-        .points = {{0.0, 100.0}, {0.2, 100.0}, {0.3, 160.0}, {0.6, 160.0}, {0.7, 100.0}, {2.0, 100.0}}};
+        .points = {{0.0, 100.0}, {0.2, 100.0}, {0.5, 400.0}, {0.6, 400.0}, {0.9, 100.0}, {2.0, 100.0}}};
     DriveRig rig{p};
     rig.start();
-    rig.torque = torque;
+    rig.torque = 20.0;
     rig.run(0.1);
-    for (int k = 0; k < 160; ++k) {
-      const auto seen = rig.watch(5e-3);
-      const double along = torque > 0.0 ? seen.mean_torque : -seen.mean_torque;
-      EXPECT_GT(along, -bias_of_sampling) << "at " << rig.telemetry.omega_m << " rad/s";
-      EXPECT_LT(seen.peak_current, 160.0) << "torque returns to a machine that has lost its flux";
+    rig.torque = torque;
+    rig.run(0.05);
+    for (int k = 0; k < 40; ++k) {
+      const Means seen = means(rig);
+      EXPECT_NEAR(seen.torque, seen.reference, tolerance(seen.reference))
+          << "at " << rig.telemetry.omega_m << " rad/s";
+      EXPECT_TRUE(gates_are_on(rig.drive().state()));
       EXPECT_EQ(rig.telemetry.latched, FaultSet{});
     }
     EXPECT_EQ(rig.drive().state(), DriveState::torque);
-    EXPECT_NEAR(rig.watch(0.1).mean_torque, torque, bias_of_sampling);
   }
 }
 
-TEST(VoltageLimit, AnOverSpeedIsAFaultAndTheTorqueIsGoneBeforeIt) {
-  RigParameters p;
-  p.load.imposed_speed =
-      ProfileParameters{.shape = ProfileShape::linear, .points = {{0.0, 100.0}, {0.2, 100.0}, {0.3, 175.0}}};
-  DriveRig rig{p};
+TEST(VoltageLimit, TorqueStepsFromOneLimitToTheOtherNeitherPullOutNorTrip) {
+  for (const double omega_m : {140.0, 200.0, 300.0, 400.0}) {
+    SCOPED_TRACE(omega_m);
+    DriveRig rig{on_the_way_to(omega_m)};
+    rig.start();
+    rig.torque = 15.0;
+    rig.run(0.4);
+    for (int k = 0; k < 10; ++k) {
+      rig.torque = k % 2 == 0 ? -150.0 : 150.0;
+      rig.run(0.02);
+      const auto seen = rig.watch(0.02);
+      EXPECT_NEAR(seen.mean_torque, rig.telemetry.torque_reference,
+                  tolerance(rig.telemetry.torque_reference));
+      EXPECT_LT(seen.peak_current, 130.0);
+    }
+    EXPECT_EQ(rig.telemetry.latched, FaultSet{});
+  }
+}
+
+// Sampling adds what three active vectors move the current by.
+constexpr double ripple = 7.0;  // [A]
+
+TEST(CurrentLimit, HoldsTheCurrentThatTorqueTakesFromTheStartOnAlsoWithAWrongMachine) {
+  for (const double l_m : {0.6, 1.0}) {
+    for (const double omega_m : {-60.0, 0.0, 50.0, 160.0}) {
+      for (const double torque : {150.0, -150.0}) {
+        SCOPED_TRACE(std::to_string(torque) + " N·m at " + std::to_string(omega_m) + " rad/s, L_m times " +
+                     std::to_string(l_m));
+        RigParameters p = RigParameters::at_speed(omega_m);
+        p.stage.plant.machine.l_m *= l_m;
+        DriveRig rig{p};
+        rig.start();
+        rig.torque = torque;
+        EXPECT_LT(rig.watch(0.2).peak_current, p.drive.capability.current_limit + ripple);
+        EXPECT_EQ(rig.telemetry.latched, FaultSet{});
+        // Torque at the limit, once the surge is over with which the flux comes.
+        p.drive.capability.current_limit = 40.0;
+        DriveRig narrow{p};
+        narrow.start();
+        narrow.torque = torque;
+        narrow.run(0.4);
+        const auto seen = narrow.watch(0.2);
+        EXPECT_LT(seen.peak_current, 40.0 + ripple);
+        EXPECT_GT(seen.peak_current, 40.0 - 2.0);
+        EXPECT_EQ(narrow.drive().state(), DriveState::derated);
+        EXPECT_EQ(narrow.telemetry.derating_cause, DeratingCause::current_limit);
+      }
+    }
+  }
+}
+
+TEST(VoltageLimit, AnOverSpeedIsAFault) {
+  DriveRig rig{on_the_way_to(500.0)};
   rig.start();
   rig.torque = 20.0;
-  rig.run(0.28);  // 160 rad/s
-  EXPECT_EQ(rig.drive().state(), DriveState::ready);
-  rig.run(0.05);
+  rig.run(0.29);  // 460 rad/s
+  EXPECT_TRUE(makes_torque(rig.drive().state()));
+  rig.run(0.02);
   EXPECT_EQ(rig.drive().state(), DriveState::fault);
   EXPECT_EQ(rig.telemetry.first_fault, Fault::over_speed);
   EXPECT_NEAR(rig.watch(0.01).mean_torque, 0.0, 0.01);

@@ -17,17 +17,21 @@ namespace sextant::ecu {
 /// locks, throws, logs or blocks.
 class ControlTask {
  public:
-  /// Drive and shared state are not owned and must outlive this object.
-  ControlTask(const WakeSchedule::Parameters& wakes, Drive<double>& drive, SharedState& shared) noexcept
-      : wakes_{wakes}, drive_{drive}, shared_{shared}, commands_{shared}, telemetry_{shared} {}
+  /// Drive and shared state are not owned and must outlive this object. overrun_limit: overruns in a row that
+  /// are a fault [-].
+  ControlTask(const WakeSchedule::Parameters& wakes, Drive<double>& drive, SharedState& shared,
+              std::uint32_t overrun_limit = RealtimeParameters{}.overrun_limit) noexcept
+      : wakes_{wakes}, drive_{drive}, shared_{shared}, commands_{shared, overrun_limit}, telemetry_{shared} {}
 
   /// A wake-up at woken_ns that serves deadline_ns [ns]: heartbeat, the control periods from the deadline on,
-  /// the newest status. `commands` and `telemetry`: those of this object, or these with time stamps around
-  /// their calls (stamped_cycle.hpp).
+  /// the newest status. `overruns_in_a_row`: of the schedule, this wake-up's included [-]. `commands` and
+  /// `telemetry`: those of this object, or these with time stamps around their calls (stamped_cycle.hpp).
   template <class Commands, class TelemetrySink>
-  void wake_up(std::int64_t woken_ns, std::int64_t deadline_ns, DriveIo<double>& io, Commands& commands,
+  void wake_up(std::int64_t woken_ns, std::int64_t deadline_ns, std::uint32_t overruns_in_a_row,
+               DriveIo<double>& io, Commands& commands,
                TelemetrySink& telemetry) noexcept SEXTANT_NONBLOCKING {
     shared_.beat(woken_ns);
+    commands_.note_overruns(overruns_in_a_row);
     for (int n = 0; n < wakes_.wake_every_periods; ++n) {
       run_cycle(deadline_ns + std::int64_t{n} * wakes_.period_ns, io, commands, drive_, telemetry);
     }

@@ -15,6 +15,7 @@ namespace sextant::ecu {
   status.torque_reference = 0.0;
   status.torque_motoring = 0.0;
   status.torque_regenerating = 0.0;
+  status.derating_cause = DeratingCause::gates_are_off;
   status.active.set(Fault::watchdog);
   if (!last.latched.any()) status.first_fault = Fault::watchdog;
   if (!last.latched.test(Fault::watchdog)) ++status.fault_total;

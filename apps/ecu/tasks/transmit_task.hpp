@@ -39,11 +39,19 @@ class TransmitTask {
 
  private:
   void send_due(std::int64_t now_ns) {
+    // The age of the last frame sent counts from the first poll.
+    if (shared_.status_sent_ns.load(std::memory_order_relaxed) == 0) note_sent(now_ns);
     const bool timed_out = shared_.control_timed_out(now_ns);
     const Telemetry<double>& last = shared_.status.latest();
     const StatusExtras extras{.real_time = shared_.real_time.latest(), .measured = !timed_out};
     const Telemetry<double> status = timed_out ? status_of_timed_out_drive(last) : last;
-    for (const CanFrame& frame : encoder_.due(now_ns, status, extras)) (void)bus_.send(frame);
+    for (const CanFrame& frame : encoder_.due(now_ns, status, extras)) {
+      if (bus_.send(frame) == CanSend::ok) note_sent(now_ns);
+    }
+  }
+
+  void note_sent(std::int64_t now_ns) noexcept {
+    shared_.status_sent_ns.store(now_ns, std::memory_order_relaxed);
   }
 
   CanBus& bus_;

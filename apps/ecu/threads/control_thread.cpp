@@ -11,7 +11,7 @@ ControlThread::ControlThread(const RealtimeParameters& realtime, std::int32_t pe
     : realtime_{realtime},
       shared_{shared},
       periodic_{{.period_ns = period_ns, .wake_every_periods = realtime.wake_every_periods}, realtime.wait},
-      task_{periodic_.schedule().parameters(), drive, shared},
+      task_{periodic_.schedule().parameters(), drive, shared, realtime.overrun_limit},
       timer_{realtime, io, task_, shared} {}
 
 RightsReport ControlThread::start() {
@@ -45,7 +45,8 @@ void ControlThread::run(std::future<bool> may_go) {
 }
 
 void ControlThread::run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING {
-  task_.wake_up(periodic_.woken_ns(), deadline_ns, timer_.io(), timer_.commands(), timer_.telemetry());
+  task_.wake_up(periodic_.woken_ns(), deadline_ns, periodic_.schedule().counters().overruns_in_a_row,
+                timer_.io(), timer_.commands(), timer_.telemetry());
 }
 
 }  // namespace sextant::ecu

@@ -37,6 +37,7 @@ class TelemetryThread {
     task_.start(now_ns(), rights);
     while (!shared_.stopped.load(std::memory_order_acquire)) {
       task_.poll(now_ns());
+      shared_.telemetry_polls.fetch_add(1, std::memory_order_relaxed);
       std::this_thread::sleep_for(std::chrono::milliseconds{1});
     }
     task_.finish();

@@ -15,7 +15,7 @@ VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, 
           {.period_ns = parameters.period_ns, .wake_every_periods = parameters.realtime.wake_every_periods}},
       shared_{parameters.period_ns, parameters.realtime.wake_every_periods, parameters.realtime.watchdog_ns},
       receive_{shared_, parameters.identifier_offset},
-      control_{schedule_.parameters(), drive, shared_},
+      control_{schedule_.parameters(), drive, shared_, parameters.realtime.overrun_limit},
       watchdog_{shared_},
       transmit_{bus, shared_, parameters.identifier_offset},
       report_{shared_},
@@ -54,7 +54,8 @@ void VirtualEcu::wake_up() {
   const std::int64_t now = clock_.now_ns();
   late_wakes_.woken(schedule_.next_deadline_ns());
   const WakeSchedule::Wake wake = schedule_.wake(now);
-  control_.wake_up(now, wake.deadline_ns, io_, control_.commands(), control_.telemetry());
+  control_.wake_up(now, wake.deadline_ns, schedule_.counters().overruns_in_a_row, io_, control_.commands(),
+                   control_.telemetry());
   drain();
   report_.add({.deadline_ns = wake.deadline_ns,
                .latency_ns = wake.latency_ns,

@@ -27,7 +27,7 @@ class VirtualEcu {
  public:
   struct Parameters {
     std::int32_t period_ns{25'000};  ///< control period [ns]
-    RealtimeParameters realtime{};   ///< of it `wake_every_periods` and `watchdog_ns`
+    RealtimeParameters realtime{};   ///< of it `wake_every_periods`, `watchdog_ns` and `overrun_limit`
     IdentifierOffset identifier_offset{};
   };
 

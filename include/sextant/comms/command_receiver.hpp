@@ -8,6 +8,7 @@
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/comms/e2e_profile11.hpp"
 #include "sextant/comms/other_drive.hpp"
+#include "sextant/comms/second_sender.hpp"
 #include "sextant/core/torque_command.hpp"
 
 namespace sextant {
@@ -53,11 +54,13 @@ class CommandReceiver {
   struct Parameters {
     IdentifierOffset identifier_offset{};  ///< of the drive's identifiers and data ids
     E2eChecker::Parameters e2e{};
+    SecondSender::Parameters second_sender{};
     std::int64_t bus_off_hold_ns{20'000'000};  ///< shortest duration of a reported bus-off [ns]
 
     [[nodiscard]] constexpr const char* validate() const noexcept {
       if (const char* problem = identifier_offset.validate()) return problem;
       if (bus_off_hold_ns < 0) return "bus_off_hold must not be negative";
+      if (const char* problem = second_sender.validate()) return problem;
       return e2e.validate();
     }
   };
@@ -85,6 +88,7 @@ class CommandReceiver {
   Parameters parameters_;
   E2eChecker checker_;
   OtherDrive other_drive_;
+  SecondSender second_sender_;
   TorqueCommand<double> command_{};
   std::int64_t bus_off_ns_{0};
   std::array<std::uint64_t, frame_verdict_count> counts_{};

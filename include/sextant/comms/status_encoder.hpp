@@ -36,7 +36,6 @@ inline constexpr std::size_t status_message_count = 10;
 
 /// Contents of the status frames beside the telemetry of the drive.
 struct StatusExtras {
-  DeratingCause derating_cause{DeratingCause::none};
   RealTimeReport real_time{};
   Temperatures temperatures{};
   bool measured{

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "sextant/core/derating_cause.hpp"
 #include "sextant/core/drive_state.hpp"
 #include "sextant/core/fault.hpp"
 
@@ -30,16 +31,6 @@ struct Electrical {
   double u_dc{};           ///< DC-link voltage [V]
   double i_dc{};           ///< DC-link current, positive into the inverter [A]
   double i_s_magnitude{};  ///< stator current vector, the peak of the phase current [A]
-};
-
-/// What limits the available torque.
-enum class DeratingCause : std::uint8_t {
-  none = 0,
-  current_limit = 1,
-  voltage_limit = 2,
-  temperature = 3,
-  dc_link_limit = 4,
-  gates_are_off = 5  ///< GATES_OFF in the contract
 };
 
 /// MCU_Capability.

@@ -10,6 +10,7 @@
 
 #include "sextant/config/schema.hpp"
 #include "sextant/control/controller.hpp"
+#include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -20,8 +21,9 @@ struct ControlSetup {
   InductionMachineParameters<> machine{};  ///< the controller's parameters of the machine
   std::int32_t period_ns{25'000};          ///< control period [ns]
   double flux_reference{1.1};              ///< stator flux linkage [Wb]
-  int actuation_delay_periods{0};          ///< 1: a pattern is applied one period after its decision [-]
-  double u_dc{530.0};                      ///< nominal voltage of the DC link [V]
+  FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
+  int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after its decision [-]
+  double u_dc{530.0};              ///< nominal voltage of the DC link [V]
 };
 
 /// Copies what `Parameters` has members for.
@@ -31,6 +33,8 @@ void share(const ControlSetup& setup, Parameters& p) {
   if constexpr (requires { p.period_ns = setup.period_ns; }) p.period_ns = setup.period_ns;
   if constexpr (requires { p.flux_reference = setup.flux_reference; })
     p.flux_reference = setup.flux_reference;
+  if constexpr (requires { p.flux_estimator = setup.flux_estimator; })
+    p.flux_estimator = setup.flux_estimator;
   if constexpr (requires { p.actuation_delay_periods = 0; })
     p.actuation_delay_periods = setup.actuation_delay_periods;
   if constexpr (requires { p.u_dc = setup.u_dc; }) p.u_dc = setup.u_dc;

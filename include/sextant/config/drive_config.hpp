@@ -35,6 +35,7 @@ struct DriveConfig {
   ControlSetup control{};            ///< what the control methods share
   std::string controller{"dtc"};     ///< name of the method chosen
   ControlMethods methods{control_methods()};
+  MachineConfig monitored_machine{};  ///< how the torque monitor's parameters differ from the controller's
   Drive<>::Parameters drive{};
   double magnetise_timeout_ms{1000};  ///< as the file gives it, or as it follows from the machine [ms]
   SimulatedPowerStage::Parameters plant{};
@@ -51,7 +52,7 @@ struct DriveConfig {
   }
 };
 
-/// Sections machine, control, drive, command, capability, protection, plant and load.
+/// Sections machine, control, drive, command, capability, protection, torque_monitor, plant and load.
 void describe(Section root, DriveConfig& config);
 
 /// Empty when the link is below the level at which the drive trips, else a sentence.

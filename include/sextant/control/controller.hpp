@@ -21,7 +21,8 @@ enum class ControlMode : std::uint8_t {
 template <class T = double>
 struct ControlReference {
   ControlMode mode{ControlMode::off};
-  T torque{};  ///< T_ref, used in mode `torque` [N·m]
+  T torque{};          ///< T_ref, used in mode `torque` [N·m]
+  T flux_share{T(1)};  ///< stator flux reference as a share of the configured one, in (0, 1] [-]
 };
 
 /// A controller's estimate of the machine's state.

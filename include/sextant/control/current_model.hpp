@@ -15,12 +15,18 @@ namespace sextant {
 template <class T = double>
 class CurrentModel {
  public:
-  constexpr explicit CurrentModel(const InductionMachineParameters<T>& machine) noexcept
-      : inverse_tau_r_{T(1) / machine.tau_r()},
-        l_m_{machine.l_m},
-        k_r_{machine.k_r()},
-        sigma_l_s_{machine.sigma_l_s()},
-        pole_pairs_{T(machine.pole_pairs)} {}
+  constexpr explicit CurrentModel(const InductionMachineParameters<T>& machine) noexcept {
+    set_machine(machine);
+  }
+
+  /// Other parameters; the flux stays.
+  constexpr void set_machine(const InductionMachineParameters<T>& machine) noexcept {
+    inverse_tau_r_ = T(1) / machine.tau_r();
+    l_m_ = machine.l_m;
+    k_r_ = machine.k_r();
+    sigma_l_s_ = machine.sigma_l_s();
+    pole_pairs_ = T(machine.pole_pairs);
+  }
 
   /// dψ_r/dt. [V]
   [[nodiscard]] constexpr SpaceVector<T> derivative(SpaceVector<T> psi_r, SpaceVector<T> i_s,
@@ -29,19 +35,11 @@ class CurrentModel {
   }
 
   /// Advances ψ_r by dt [s] with the mean current [A] and speed [rad/s] of the interval, exactly for constant
-  /// ones: ψ_r += (dψ_r/dt) (e^{λ dt} − 1)/λ, λ = −1/τ_r + j p ω_m.
+  /// ones: ψ_r += dt φ(λ dt) dψ_r/dt with φ(z) = (e^z − 1)/z and λ = −1/τ_r + j p ω_m.
   void step(SpaceVector<T> i_s_mean, T omega_m, T dt) noexcept {
-    const SpaceVector<T> lambda{-inverse_tau_r_, pole_pairs_ * omega_m};
-    const T turn = lambda.beta * dt;
-    const T half = std::sin(T(0.5) * turn);
-    const T shrinks = std::expm1(lambda.alpha * dt);
-    // e^{λ dt} − 1 without a difference of nearly equal numbers, which would lose precision in float.
-    const SpaceVector<T> gain{shrinks * std::cos(turn) - T(2) * half * half,
-                              (shrinks + T(1)) * std::sin(turn)};
-    const T scale = T(1) / dot(lambda, lambda);
-    const SpaceVector<T> time{scale * dot(gain, lambda), scale * cross(lambda, gain)};  // gain/λ [s]
+    const SpaceVector<T> z{-inverse_tau_r_ * dt, pole_pairs_ * omega_m * dt};
     const SpaceVector<T> rate = derivative(psi_r_, i_s_mean, omega_m);
-    psi_r_ += time.alpha * rate + time.beta * rotate_90(rate);
+    psi_r_ += dt * product(phi(z), rate);
   }
 
   /// Stator flux that belongs to the present rotor flux and stator current. [Wb]
@@ -64,11 +62,35 @@ class CurrentModel {
   }
 
  private:
-  T inverse_tau_r_;
-  T l_m_;
-  T k_r_;
-  T sigma_l_s_;
-  T pole_pairs_;
+  [[nodiscard]] static constexpr SpaceVector<T> product(SpaceVector<T> a, SpaceVector<T> b) noexcept {
+    return {a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
+  }
+
+  /// (e^z − 1)/z. Its series to z⁴ errs by less than 1e-9 up to |z| = 0.05, where the closed form, without a
+  /// difference of nearly equal numbers, takes over.
+  [[nodiscard]] static SpaceVector<T> phi(SpaceVector<T> z) noexcept {
+    const T z_squared = dot(z, z);
+    if (z_squared < T(0.0025)) {
+      SpaceVector<T> sum{T(1) + z.alpha / T(5), z.beta / T(5)};
+      for (const T n : {T(4), T(3), T(2)}) {
+        sum = (T(1) / n) * product(z, sum);
+        sum.alpha += T(1);
+      }
+      return sum;
+    }
+    const T half = std::sin(T(0.5) * z.beta);
+    const T growth = std::expm1(z.alpha);
+    const SpaceVector<T> gain{growth * std::cos(z.beta) - T(2) * half * half,
+                              (growth + T(1)) * std::sin(z.beta)};  // e^z − 1
+    const T scale = T(1) / z_squared;
+    return {scale * dot(gain, z), scale * cross(z, gain)};
+  }
+
+  T inverse_tau_r_{};
+  T l_m_{};
+  T k_r_{};
+  T sigma_l_s_{};
+  T pole_pairs_{};
   SpaceVector<T> psi_r_{};
 };
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "sextant/control/controller.hpp"
 #include "sextant/control/delay_predictor.hpp"
@@ -11,11 +13,13 @@
 #include "sextant/control/sector_selector.hpp"
 #include "sextant/control/switching_table.hpp"
 #include "sextant/control/torque_comparator.hpp"
+#include "sextant/control/torque_trim.hpp"
 
 namespace sextant {
 
 /// Conventional direct torque control (paper, 2.2): estimator → comparators → sector → switching table.
-/// One switching state a period.
+/// One switching state a period. Two additions, which `Parameters` can turn off: the flux has priority over
+/// a torque that holds, and a trim of the torque reference takes the offset of the mean torque away.
 template <class T = double>
 class DirectTorqueController final : public Controller<T> {
  public:
@@ -25,12 +29,17 @@ class DirectTorqueController final : public Controller<T> {
   struct Parameters {
     InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
     std::int32_t period_ns{25'000};           ///< control period [ns]
-    T flux_reference{T(1.1)};                 ///< ψ_ref [Wb]
-    int actuation_delay_periods{0};           ///< 1 when a pattern is applied one period late [-]
+    T flux_reference{T(1.1)};                 ///< ψ_ref at a flux share of 1 [Wb]
+    FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
+    int actuation_delay_periods{0};  ///< 1 when a pattern is applied one period late [-]
     typename TorqueComparator<T>::Parameters torque_comparator{};
     typename FluxComparator<T>::Parameters flux_comparator{};
     typename SectorSelector<T>::Parameters sector{};
     typename Magnetiser<T>::Parameters magnetiser{};
+    /// In place of zero vectors the radial vector, while the flux is below its band and the current along
+    /// it within the limit of magnetising [-]
+    bool flux_priority{true};
+    typename TorqueTrim<T>::Parameters torque_trim{};
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
@@ -46,6 +55,7 @@ class DirectTorqueController final : public Controller<T> {
       if (const char* problem = flux_comparator.validate()) return problem;
       if (const char* problem = sector.validate()) return problem;
       if (const char* problem = magnetiser.validate()) return problem;
+      if (const char* problem = torque_trim.validate()) return problem;
       // Magnetising ends only if the current, ripple included, reaches ψ_ref / L_s.
       if (!(T(0.9) * magnetiser.current_limit * machine.l_s() > flux_reference)) {
         return "the magnetising current limit is too low for the flux reference";
@@ -60,15 +70,17 @@ class DirectTorqueController final : public Controller<T> {
 
   explicit DirectTorqueController(const Parameters& parameters) noexcept
       : parameters_{parameters},
-        estimator_{parameters.machine},
+        estimator_{parameters.machine, parameters.flux_estimator},
         torque_comparator_{parameters.torque_comparator},
         flux_comparator_{parameters.flux_comparator},
         sector_{parameters.sector},
-        magnetiser_{parameters.magnetiser} {}
+        magnetiser_{parameters.magnetiser},
+        torque_trim_{parameters.torque_trim, parameters.machine, T(parameters.period_ns) * T(1e-9)} {}
 
   [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
                                  ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING override {
-    estimator_.step(measurement);
+    estimator_.step(measurement, mode_ == ControlMode::magnetise);
+    mode_ = reference.mode;
     estimate_.psi_s = estimator_.psi_s();
     estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
     estimate_.torque = estimator_.torque();
@@ -84,6 +96,7 @@ class DirectTorqueController final : public Controller<T> {
     sector_.reset();
     rest();
     state_ = gates_off;
+    mode_ = ControlMode::off;
   }
 
   /// Output of the torque comparator: +1 raise the torque, −1 lower it, 0 hold.
@@ -98,11 +111,10 @@ class DirectTorqueController final : public Controller<T> {
                                        ControlReference<T> reference) noexcept {
     switch (reference.mode) {
       case ControlMode::torque:
-        return torque_state(measurement, reference.torque);
+        return torque_state(measurement, reference);
       case ControlMode::magnetise:
         sector_.step(estimator_.psi_s());
-        return magnetiser_.step(estimate_.psi_s_magnitude, parameters_.flux_reference,
-                                magnitude(estimator_.i_s()));
+        return magnetising_state(measurement, flux_reference(reference));
       case ControlMode::off:
         break;
     }
@@ -111,27 +123,74 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   /// The paper's Figures 2, 5 and 6: estimate, comparators and sector, switching table.
-  [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement, T torque_reference) noexcept {
+  [[nodiscard]] SwitchState torque_state(const Measurement<T>& measurement,
+                                         const ControlReference<T>& reference) noexcept {
+    const T psi_ref = flux_reference(reference);
+    const T torque_ref = torque_trim_.step(reference.torque, estimate_.torque, psi_ref, measurement.u_dc);
     if (parameters_.actuation_delay_periods == 0) {
-      return decide(estimate_.psi_s, estimate_.psi_s_magnitude, estimate_.torque, torque_reference);
+      const FluxAndCurrent<T> now{estimate_.psi_s, estimator_.i_s()};
+      return decide(now, estimate_.psi_s_magnitude, torque_ref - estimate_.torque, psi_ref);
     }
-    const GatePattern in_flight{state_, parameters_.period_ns};
-    const FluxAndCurrent<T> ahead = predict(estimator_, measurement.u_dc, measurement.omega_m, in_flight);
-    const T torque = electromagnetic_torque(parameters_.machine.pole_pairs, ahead.psi_s, ahead.i_s);
-    return decide(ahead.psi_s, magnitude(ahead.psi_s), torque, torque_reference);
+    const FluxAndCurrent<T> x = ahead(measurement);
+    const T torque = electromagnetic_torque(parameters_.machine.pole_pairs, x.psi_s, x.i_s);
+    return decide(x, magnitude(x.psi_s), torque_ref - torque, psi_ref);
   }
 
-  [[nodiscard]] SwitchState decide(SpaceVector<T> psi_s, T psi_s_magnitude, T torque,
-                                   T torque_reference) noexcept {
-    const int torque_demand = torque_comparator_.step(torque_reference - torque);
-    const bool raise_flux = flux_comparator_.step(parameters_.flux_reference - psi_s_magnitude);
-    return select_state(sector_.step(psi_s), raise_flux, torque_demand, state_);
+  /// Flux and current when the pattern that is decided now begins.
+  [[nodiscard]] FluxAndCurrent<T> ahead(const Measurement<T>& measurement) const noexcept {
+    if (parameters_.actuation_delay_periods == 0) return {estimator_.psi_s(), estimator_.i_s()};
+    return predict(estimator_, measurement.u_dc, estimator_.omega_m(), {state_, parameters_.period_ns});
+  }
+
+  [[nodiscard]] SwitchState decide(const FluxAndCurrent<T>& x, T psi_s, T torque_error, T psi_ref) noexcept {
+    const int torque_demand = torque_comparator_.step(torque_error);
+    const T flux_error = psi_ref - psi_s;
+    const bool raise_flux = flux_comparator_.step(flux_error);
+    return select_state(sector_.step(x.psi_s), raise_flux, torque_demand, state_,
+                        needs_flux(x, psi_s, flux_error));
+  }
+
+  /// The condition of flux priority; i_s · ψ_s/|ψ_s| is the current along the flux.
+  [[nodiscard]] bool needs_flux(const FluxAndCurrent<T>& x, T psi_s, T flux_error) const noexcept {
+    return parameters_.flux_priority && flux_error > parameters_.flux_comparator.band &&
+           dot(x.psi_s, x.i_s) <= parameters_.magnetiser.current_limit * psi_s;
+  }
+
+  /// Moves the current towards one in the direction of the rotor flux, along phase a where there is none.
+  [[nodiscard]] SwitchState magnetising_state(const Measurement<T>& measurement, T flux_reference) noexcept {
+    const FluxAndCurrent<T> x = ahead(measurement);
+    const InductionMachineParameters<T>& machine = estimator_.machine();
+    const CurrentModel<T>& model = estimator_.current_model();
+    const T period = T(parameters_.period_ns) * T(1e-9);
+    const T per_volt = period / machine.sigma_l_s();  // change of the current in a period [A/V]
+    const T largest_step = T(2.0 / 3.0) * measurement.u_dc * per_volt;
+    const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
+    const T length = magnitude(psi_r);
+    const T omega_r = T(machine.pole_pairs) * measurement.omega_m;
+    // ω_r (k_r ψ_r + σL_s i_s) within 105 % of u_dc/√3, which the hexagon still has.
+    const T fed_flux = T(1.05 / std::numbers::sqrt3) * measurement.u_dc / std::max(std::abs(omega_r), T(1));
+    const T fed_current = (fed_flux - machine.k_r() * length) / machine.sigma_l_s();
+    const T current =
+        magnetiser_.step(estimate_.psi_s_magnitude, flux_reference, flux_reference / machine.l_s(),
+                         magnitude(estimator_.i_s()), T(0.5) * largest_step, fed_current, machine.sigma_l_s(),
+                         estimator_.is_settled());
+    const SpaceVector<T> along = length > T(0) ? (T(1) / length) * psi_r : SpaceVector<T>{T(1), T(0)};
+    const SpaceVector<T> wanted = current * (along + (omega_r * period) * rotate_90(along));
+    const SpaceVector<T> emf = machine.k_r() * model.derivative(psi_r, x.i_s, measurement.omega_m);
+    const SpaceVector<T> u = (T(1) / per_volt) * (wanted - x.i_s) + machine.r_s * x.i_s + emf;
+    const SwitchState state = nearest_state(u, measurement.u_dc);
+    return state == gates_off ? nearest_zero_state(state_) : state;
+  }
+
+  [[nodiscard]] T flux_reference(const ControlReference<T>& reference) const noexcept {
+    return reference.flux_share * parameters_.flux_reference;  // [Wb]
   }
 
   void rest() noexcept {
     torque_comparator_.reset();
     flux_comparator_.reset();
     magnetiser_.reset();
+    torque_trim_.reset();
     sector_.step(estimator_.psi_s());
   }
 
@@ -141,7 +200,9 @@ class DirectTorqueController final : public Controller<T> {
   FluxComparator<T> flux_comparator_;
   SectorSelector<T> sector_;
   Magnetiser<T> magnetiser_;
+  TorqueTrim<T> torque_trim_;
   SwitchState state_{gates_off};
+  ControlMode mode_{ControlMode::off};  ///< of the last step
 };
 
 }  // namespace sextant

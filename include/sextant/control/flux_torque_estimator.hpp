@@ -1,9 +1,15 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
+#include "sextant/control/adaptive_observer.hpp"
+#include "sextant/control/compensated_voltage_model.hpp"
 #include "sextant/control/current_model.hpp"
+#include "sextant/control/flux_estimator_kind.hpp"
+#include "sextant/control/hybrid_flux_model.hpp"
+#include "sextant/control/magnetising_identification.hpp"
 #include "sextant/control/voltage_model.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/measurement.hpp"
@@ -17,67 +23,177 @@ template <class T>
   return T(1.5) * T(pole_pairs) * cross(psi_s, i_s);
 }
 
-/// Torque and flux estimator (paper, 2.2.1): the voltage model while the gates are driven. While they are
+/// Stator flux and torque (paper, 2.2.1) by one of several models while the gates are driven. While they are
 /// off the current model continues the flux, so that a drive can be enabled again on a spinning machine that
 /// still has rotor flux, also after a gap of many periods. Each model starts from the other's result.
+/// While the machine is magnetised, the kinds that use its parameters identify them, and use them from then
+/// on; the other kinds keep those configured.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
-  constexpr explicit FluxTorqueEstimator(const InductionMachineParameters<T>& machine) noexcept
-      : voltage_model_{machine.r_s},
+  using Machine = InductionMachineParameters<T>;
+
+  explicit FluxTorqueEstimator(const Machine& machine,
+                               FluxEstimatorKind kind = FluxEstimatorKind::voltage_model) noexcept
+      : kind_{kind},
+        machine_{machine},
+        configured_{machine},
+        voltage_model_{machine.r_s},
         current_model_{machine},
-        sigma_l_s_{machine.sigma_l_s()},
+        compensated_{machine.r_s / machine.l_s()},
+        hybrid_{machine},
+        observer_{machine, kind == FluxEstimatorKind::sensorless_observer},
+        identification_{machine},
         torque_gain_{T(1.5) * T(machine.pole_pairs)} {}
 
-  /// Updates the estimate by the measurement at the end of a period and its applied pattern.
-  void step(const Measurement<T>& measurement) noexcept {
+  /// Updates the estimate by the measurement at the end of a period and its applied pattern. `magnetising`:
+  /// the pattern was to magnetise the machine without torque.
+  void step(const Measurement<T>& measurement, bool magnetising = false) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
     if (measurement.applied.is_driven()) {
-      coasting_ = false;
-      voltage_model_.step(measurement.applied, measurement.u_dc, i_s_before, i_s_);
+      step_driven(measurement, i_s_before, magnetising && identifies());
     } else {
+      if (!magnetising) magnetised_ = T(0);
       step_coasting(measurement, i_s_before);
     }
     omega_m_ = measurement.omega_m;
   }
 
-  [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return voltage_model_.psi_s(); }  ///< [Wb]
-  [[nodiscard]] constexpr SpaceVector<T> i_s() const noexcept { return i_s_; }                      ///< [A]
+  [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
+  [[nodiscard]] constexpr SpaceVector<T> i_s() const noexcept { return i_s_; }      ///< [A]
   [[nodiscard]] constexpr T torque() const noexcept {
-    return torque_gain_ * cross(psi_s(), i_s_);  // [N·m]
+    return torque_gain_ * cross(psi_s_, i_s_);  // [N·m]
+  }
+  /// Speed of the model: measured, or estimated where the kind does without a sensor. [rad/s]
+  [[nodiscard]] constexpr T omega_m() const noexcept {
+    return kind_ == FluxEstimatorKind::sensorless_observer ? observer_.omega_m() : omega_m_;
+  }
+  /// While the machine is magnetised: it has been for as long as the flux had not been controlled before, or
+  /// for the settling time of the identification. Missed periods count as neither; the identification, which
+  /// begins anew after them, may then have found nothing.
+  [[nodiscard]] bool is_settled() const noexcept {
+    return !identifies() || magnetised_ >= std::min(coasted_, identification_.settling_time());
   }
 
   [[nodiscard]] constexpr const VoltageModel<T>& voltage_model() const noexcept { return voltage_model_; }
   [[nodiscard]] constexpr const CurrentModel<T>& current_model() const noexcept { return current_model_; }
+  /// The machine's parameters in use.
+  [[nodiscard]] constexpr const Machine& machine() const noexcept { return machine_; }
 
-  /// Sets the flux to zero, as after power-up.
-  constexpr void reset() noexcept {
-    voltage_model_.set({});
-    current_model_.set({});
-    i_s_ = {};
-    omega_m_ = T(0);
-    coasting_ = true;
-  }
+  /// Flux zero and parameters as configured, as after power-up.
+  void reset() noexcept { *this = FluxTorqueEstimator{configured_, kind_}; }
 
  private:
+  [[nodiscard]] constexpr bool identifies() const noexcept {
+    return kind_ == FluxEstimatorKind::hybrid || kind_ == FluxEstimatorKind::current_model ||
+           kind_ == FluxEstimatorKind::observer;
+  }
+
+  void step_driven(const Measurement<T>& m, SpaceVector<T> i_s_before, bool identify) noexcept {
+    coasting_ = false;
+    if (kind_ == FluxEstimatorKind::voltage_model) {
+      voltage_model_.step(m.applied, m.u_dc, i_s_before, i_s_);
+      psi_s_ = voltage_model_.psi_s();
+      return;
+    }
+    const T dt = T(m.applied.duration_ns()) * T(1e-9);
+    if (!(dt > T(0))) return;
+    SpaceVector<T> volt_seconds{};  // ∫u_s dt [V·s]
+    for (const GateSegment& segment : m.applied.segments()) {
+      volt_seconds += (T(segment.duration_ns) * T(1e-9)) * stator_voltage(segment.state, m.u_dc);
+    }
+    const Period period{volt_seconds, i_s_before, T(0.5) * (i_s_before + i_s_),
+                        T(0.5) * (omega_m_ + m.omega_m), dt};
+    if (identify) return step_magnetising(period);
+    if (identifying_) adopt();
+    step_model(period);
+  }
+
+  /// What a driven period brought.
+  struct Period {
+    SpaceVector<T> volt_seconds;  ///< ∫u_s dt [V·s]
+    SpaceVector<T> i_s_before;    ///< at its beginning [A]
+    SpaceVector<T> i_s_mean;      ///< [A]
+    T omega_m;                    ///< mean [rad/s]
+    T dt;                         ///< [s]
+  };
+
+  void step_model(const Period& p) noexcept {
+    const SpaceVector<T> flux_change = p.volt_seconds - (machine_.r_s * p.dt) * p.i_s_mean;
+    switch (kind_) {
+      case FluxEstimatorKind::compensated_voltage_model:
+        compensated_.step(flux_change, p.dt);
+        psi_s_ = compensated_.psi_s();
+        break;
+      case FluxEstimatorKind::current_model:
+        current_model_.step(p.i_s_mean, p.omega_m, p.dt);
+        psi_s_ = current_model_.psi_s(i_s_);
+        break;
+      case FluxEstimatorKind::observer:
+      case FluxEstimatorKind::sensorless_observer:
+        observer_.step(p.volt_seconds, i_s_, p.omega_m, p.dt);
+        psi_s_ = observer_.psi_s(i_s_);
+        break;
+      case FluxEstimatorKind::hybrid:
+      case FluxEstimatorKind::voltage_model:
+        current_model_.step(p.i_s_mean, p.omega_m, p.dt);
+        hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
+        psi_s_ = hybrid_.psi_s();
+        break;
+    }
+  }
+
+  /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
+  void step_magnetising(const Period& p) noexcept {
+    if (!identifying_) current_model_.set(current_model_.psi_r_from(psi_s_, p.i_s_before));
+    const T omega_r = T(machine_.pole_pairs) * p.omega_m;
+    const T k_r = machine_.k_r();
+    if (!identifying_) identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
+    identifying_ = true;
+    magnetised_ += p.dt;
+    const SpaceVector<T> psi_r_before = current_model_.psi_r();
+    current_model_.step(p.i_s_mean, p.omega_m, p.dt);
+    const SpaceVector<T> middle = direction(psi_r_before + current_model_.psi_r());
+    const SpaceVector<T> behind_leakage =
+        (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before));
+    identification_.step({dot(middle, behind_leakage), cross(middle, behind_leakage)},
+                         {dot(middle, p.i_s_mean), cross(middle, p.i_s_mean)},
+                         k_r * magnitude(current_model_.psi_r()), omega_r, p.dt);
+    psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * i_s_;
+  }
+
+  /// Magnetising has ended: its flux and what it identified are where the models start.
+  void adopt() noexcept {
+    identifying_ = false;
+    coasted_ = T(0);
+    magnetised_ = T(0);
+    const SpaceVector<T> psi_r =
+        (identification_.flux() / machine_.k_r()) * direction(current_model_.psi_r());
+    use(identification_.finish());
+    current_model_.set(psi_r);
+    set_flux(psi_s_);
+  }
+
   void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s_before) noexcept {
-    if (!coasting_) current_model_.set(current_model_.psi_r_from(psi_s(), i_s_before));
+    if (!coasting_) current_model_.set(current_model_.psi_r_from(psi_s_, i_s_before));
     coasting_ = true;
+    identifying_ = false;
     const T dt = T(measurement.applied.duration_ns()) * T(1e-9);
+    coasted_ += dt;
     const T omega_m = T(0.5) * (omega_m_ + measurement.omega_m);
     const T decay =
         std::min(dt, driven_time(measurement.applied) + decay_time(measurement.u_dc, i_s_before, dt));
     if (decay > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, decay);
     if (decay < dt) current_model_.step(i_s_, omega_m, dt - decay);
-    voltage_model_.set(current_model_.psi_s(i_s_));
+    set_flux(current_model_.psi_s(i_s_));
   }
 
-  /// Decay time of the current of the last measurement after the gates turned off, at most dt: the diodes
+  /// Time in which phase currents die after the gates were turned off. Between them the diodes of two legs
   /// apply about 2/3 u_dc against it. After that time the measured current flows. dt without link voltage.
   /// [s]
   [[nodiscard]] T decay_time(T u_dc, SpaceVector<T> i_s_before, T dt) const noexcept {
-    const T volt_seconds = T(1.5) * sigma_l_s_ * magnitude(i_s_before);
+    const T volt_seconds = T(1.5) * machine_.sigma_l_s() * magnitude(i_s_before);
     return volt_seconds < u_dc * dt ? volt_seconds / u_dc : dt;
   }
 
@@ -91,13 +207,45 @@ class FluxTorqueEstimator {
     return T(t_ns) * T(1e-9);
   }
 
+  /// Unit vector along x; along phase a where x is zero.
+  [[nodiscard]] static SpaceVector<T> direction(SpaceVector<T> x) noexcept {
+    const T length = magnitude(x);
+    return length > T(0) ? (T(1) / length) * x : SpaceVector<T>{T(1), T(0)};
+  }
+
+  /// The flux from which the models go on. [Wb]
+  void set_flux(SpaceVector<T> psi_s) noexcept {
+    psi_s_ = psi_s;
+    voltage_model_.set(psi_s);
+    compensated_.set(psi_s, T(machine_.pole_pairs) * omega_m_);
+    hybrid_.set(psi_s);
+    observer_.set(current_model_.psi_r_from(psi_s, i_s_), i_s_, omega_m());
+  }
+
+  void use(const Machine& machine) noexcept {
+    machine_ = machine;
+    voltage_model_.set_r_s(machine.r_s);
+    current_model_.set_machine(machine);
+    observer_.set_machine(machine);
+  }
+
+  FluxEstimatorKind kind_;
+  Machine machine_;     ///< in use
+  Machine configured_;  ///< as configured
   VoltageModel<T> voltage_model_;
   CurrentModel<T> current_model_;
-  T sigma_l_s_;
-  T torque_gain_;         ///< 3/2 p [-]
+  CompensatedVoltageModel<T> compensated_;
+  HybridFluxModel<T> hybrid_;
+  AdaptiveObserver<T> observer_;
+  MagnetisingIdentification<T> identification_;
+  T torque_gain_;  ///< 3/2 p [-]
+  SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]
+  T coasted_{T(1e3)};     ///< with gates off since the flux was last controlled; long at power-up [s]
+  T magnetised_{};        ///< time of driven periods in this magnetising [s]
   bool coasting_{true};
+  bool identifying_{false};
 };
 
 }  // namespace sextant

@@ -1,20 +1,25 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
+#include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
 
-/// Builds up flux at standstill with direct current along phase a: V1 until the current reaches its limit,
-/// a zero vector until it has fallen by a tenth of it. Done when the flux has reached its reference and the
-/// current has fallen to the hand-over level, so that torque control starts without a surge.
+/// Builds up flux without torque, at any speed, by a current in the direction of the rotor flux: the voltage
+/// vector that is nearest to the one which leads the current to its reference within one period. The
+/// reference is the limit until the flux is reached, and then the current that holds the flux, to which it
+/// falls before torque control starts, so that torque starts without a surge.
+/// Source: P. Cortés et al., "Predictive control in power electronics and drives", IEEE Trans. Ind. Electron.
+/// 55 (2008) 4312–4324, for the choice of the nearest vector.
 template <class T = double>
 class Magnetiser {
  public:
   struct Parameters {
-    T current_limit{T(40)};      ///< peak of the magnetising current [A]
+    T current_limit{T(40)};      ///< of the current vector [A]
     T hand_over_current{T(30)};  ///< largest |i_s| at which torque control may start [A]
 
     [[nodiscard]] const char* validate() const noexcept {
@@ -30,28 +35,48 @@ class Magnetiser {
 
   constexpr explicit Magnetiser(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// One period with |ψ_s| and its reference [Wb] and |i_s| [A]; returns the coming switching state.
-  constexpr SwitchState step(T psi_s, T psi_ref, T current) noexcept {
-    if (current >= parameters_.current_limit) driving_ = false;
-    if (current <= T(0.9) * parameters_.current_limit) driving_ = true;
-    if (psi_s >= psi_ref) reached_ = true;
+  /// Magnitude of the current reference in the coming period [A]. psi_s and psi_ref: stator flux and its
+  /// reference [Wb]; holding_current: ψ_ref/L_s [A]; current: |i_s| [A]; ripple: what half a period of
+  /// voltage adds to it [A]; fed_current: the largest that the link voltage can keep [A]; leakage: σL_s [H];
+  /// settled: the flux estimate may be relied on.
+  [[nodiscard]] constexpr T step(T psi_s, T psi_ref, T holding_current, T current, T ripple, T fed_current,
+                                 T leakage, bool settled) noexcept {
+    // What of the flux remains when the current has fallen.
+    const bool enough = psi_s - leakage * (current - holding_current) >= T(0.995) * psi_ref;
+    reached_ = reached_ || (enough && settled);
     done_ = reached_ && current <= parameters_.hand_over_current;
-    return driving_ && !reached_ ? switch_states[1] : switch_states[0];
+    const T highest = parameters_.current_limit - ripple;
+    const T limit = fed_current < highest ? fed_current : highest;
+    return reached_ || enough || limit < holding_current ? holding_current : limit;
   }
 
   [[nodiscard]] constexpr bool done() const noexcept { return done_; }
 
   constexpr void reset() noexcept {
-    driving_ = true;
     reached_ = false;
     done_ = false;
   }
 
  private:
   Parameters parameters_;
-  bool driving_{true};
   bool reached_{false};
   bool done_{false};
 };
+
+/// The switching state whose stator voltage is nearest to u [V]; `gates_off` stands for a zero vector.
+template <class T>
+[[nodiscard]] constexpr SwitchState nearest_state(SpaceVector<T> u, T u_dc) noexcept {
+  SwitchState nearest = gates_off;
+  T best{};
+  for (std::size_t n = 1; n <= 6; ++n) {
+    const SpaceVector<T> v = stator_voltage(switch_states[n], u_dc);
+    const T gain = dot(u, v) - T(0.5) * dot(v, v);
+    if (gain > best) {
+      best = gain;
+      nearest = switch_states[n];
+    }
+  }
+  return nearest;
+}
 
 }  // namespace sextant

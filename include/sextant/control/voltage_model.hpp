@@ -32,6 +32,7 @@ class VoltageModel {
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
   constexpr void set(SpaceVector<T> psi_s) noexcept { psi_s_ = psi_s; }
+  constexpr void set_r_s(T r_s) noexcept { r_s_ = r_s; }  ///< [Ω]
 
  private:
   T r_s_;

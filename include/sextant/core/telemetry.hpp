@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "sextant/core/derating_cause.hpp"
 #include "sextant/core/drive_state.hpp"
 #include "sextant/core/fault.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -20,6 +21,7 @@ struct Telemetry {
   SpaceVector<T> psi_s{};   ///< estimated stator flux linkage, stationary frame [Wb]
   T psi_s_magnitude{};      ///< its magnitude [Wb]
   T torque{};               ///< estimated torque [N·m]
+  T torque_monitored{};     ///< mean torque by the torque monitor; zero without torque production [N·m]
   T torque_requested{};     ///< requested torque, as received [N·m]
   T torque_reference{};     ///< output of the command supervision [N·m]
   T torque_motoring{};      ///< available torque for motoring, magnitude [N·m]
@@ -35,6 +37,7 @@ struct Telemetry {
   std::uint8_t command_counter{};      ///< E2E counter of the command in force
   std::uint8_t sector{};               ///< sector of the stator flux, 1…6; 0 without flux
   DriveState state{DriveState::init};
+  DeratingCause derating_cause{DeratingCause::gates_are_off};  ///< what limits the available torque
   bool lockout{true};  ///< no enable is accepted before a valid disable
 };
 

@@ -57,7 +57,8 @@ class TelemetryInterval {
             .state = last_.state,
             .sector = last_.sector,
             .command_counter = last_.command_counter,
-            .command_received_ns = last_.command_received_ns};
+            .command_received_ns = last_.command_received_ns,
+            .derating_cause = std::uint8_t(last_.derating_cause)};
   }
 
   /// Begins the next interval.

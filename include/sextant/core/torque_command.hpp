@@ -29,6 +29,7 @@ struct TorqueCommand {
   E2eState e2e{E2eState::no_data};
   std::uint32_t out_of_range{};  ///< consecutive frames with Enable = 1, dropped for the contract's range
   bool bus_off{false};           ///< the CAN controller has left the bus
+  bool second_sender{false};     ///< another VCU sends under the command's identifier
 };
 
 }  // namespace sextant

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "sextant/control/controller.hpp"
@@ -12,11 +13,16 @@
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+#include "sextant/drive/current_offset.hpp"
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
+#include "sextant/drive/flux_slew.hpp"
+#include "sextant/drive/present_limit.hpp"
 #include "sextant/drive/torque_capability.hpp"
+#include "sextant/drive/voltage_reserve.hpp"
 #include "sextant/safety/command_supervision.hpp"
 #include "sextant/safety/protection.hpp"
+#include "sextant/safety/torque_monitor.hpp"
 
 namespace sextant {
 
@@ -32,23 +38,25 @@ template <class T = double>
 class Drive {
  public:
   struct Parameters {
-    std::int32_t period_ns{25'000};  ///< control period [ns]
-    bool magnetise_first{false};     ///< build up the flux in MAGNETISING before torque [-]
-    T magnetise_below_speed{T(5)};   ///< largest speed at which MAGNETISING precedes torque [rad/s]
+    std::int32_t period_ns{25'000};                    ///< control period [ns]
+    bool magnetise_first{true};                        ///< build up the flux in MAGNETISING before torque [-]
     std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
     typename CommandSupervision<T>::Parameters command{};
     typename Protection<T>::Parameters protection{};
+    typename CurrentOffset<T>::Parameters current_offset{};
     typename TorqueCapability<T>::Parameters capability{};
+    typename VoltageReserve<T>::Parameters reserve{};
+    typename TorqueMonitor<T>::Parameters torque_monitor{};
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
-      if (!(std::isfinite(magnetise_below_speed) && magnetise_below_speed >= T(0))) {
-        return "the speed below which to magnetise must not be below zero";
-      }
       if (magnetise_timeout_ns <= 0) return "the time for magnetising must be above zero";
       if (const char* problem = command.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
-      return capability.validate();
+      if (const char* problem = current_offset.validate()) return problem;
+      if (const char* problem = capability.validate()) return problem;
+      if (const char* problem = reserve.validate()) return problem;
+      return torque_monitor.validate();
     }
   };
 
@@ -58,32 +66,46 @@ class Drive {
         controller_{controller},
         supervision_{parameters.command},
         protection_{parameters.protection},
-        capability_{parameters.capability} {}
+        current_offset_{parameters.current_offset},
+        capability_{parameters.capability},
+        present_limit_{parameters.capability.machine, parameters.capability.flux_reference,
+                       parameters.capability.current_limit},
+        reserve_{parameters.reserve, parameters.capability.machine, parameters.capability.flux_reference,
+                 parameters.period_ns},
+        flux_slew_{parameters.capability.machine},
+        torque_monitor_{parameters.torque_monitor} {}
 
   /// The control period that begins at t_ns, on the clock of the commands' time stamps [ns]. Where that clock
   /// steps back, ages start from zero; where it steps forward, ages grow by the step. Never allocates, locks,
   /// throws, logs or blocks.
-  [[nodiscard]] DriveOutput<T> step(std::int64_t t_ns, const Measurement<T>& measurement,
+  [[nodiscard]] DriveOutput<T> step(std::int64_t t_ns, const Measurement<T>& raw,
                                     const DriveRequest<T>& request) noexcept SEXTANT_NONBLOCKING {
     // More than a period where periods were missed: ramps and timeouts follow the clock.
     const std::int64_t elapsed_ns =
         std::max<std::int64_t>(elapsed(last_t_ns_.value_or(t_ns), t_ns), parameters_.period_ns);
     last_t_ns_ = t_ns;
-    const FaultSet measured = protection_.step(measurement);
+    FaultSet measured = protection_.step(raw, protection_inputs());
     const bool usable = !measured.test(Fault::measurement_invalid);
-    const AvailableTorque<T> available = capability_.step(measurement.omega_m, measurement.u_dc);
+    const Measurement<T> measurement = usable ? current_offset_.step(raw) : raw;
+    const T dt = T(elapsed_ns) * T(1e-9);
+    measured |= monitor_torque(raw, usable, dt);
+    AvailableTorque<T> available = available_torque(measurement, dt);
+    const LimitedTorque<T> present = present_limit(available);
     const SupervisedCommand<T> command =
-        supervise(request, t_ns, elapsed_ns, available.range(measurement.omega_m));
-    const bool flux_ready = !magnetising_helps(measurement.omega_m) || controller_.estimate().magnetised;
+        supervise(request, t_ns, dt, available.range(measurement.omega_m).within(present.torque));
+    const bool limited = std::abs(command.torque) >= present.torque;
+    if (limited) {
+      available.side(command.torque, measurement.omega_m).lower_to(present);
+    }
+    const bool flux_ready = !parameters_.magnetise_first || controller_.estimate().magnetised;
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
-    update_state(present_faults(measured, missing_flux, request, command), flux_ready,
-                 available.holds_zero_torque, request, command);
+    update_state(present_faults(measured, missing_flux, request, command), flux_ready, request, command);
 
-    const T torque_reference = makes_torque(state_) ? command.torque : T(0);
+    set_torque(makes_torque(state_) ? command.torque : T(0), limited, dt);
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
-    DriveOutput<T> output{control(measurement, usable, torque_reference),
-                          telemetry(t_ns, measurement, i_dc, request, command, available, torque_reference)};
+    DriveOutput<T> output{control(measurement, usable, dt),
+                          telemetry(t_ns, measurement, i_dc, request, command, available)};
     output.telemetry.switch_state = output.pattern.last_state();
     return output;
   }
@@ -91,11 +113,64 @@ class Drive {
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
  private:
-  [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns,
-                                               std::int64_t elapsed_ns, TorqueRange<T> available) noexcept {
+  /// What the drive did with the measurement before.
+  [[nodiscard]] ProtectionInputs<T> protection_inputs() const noexcept {
+    const ControlEstimate<T>& estimate = controller_.estimate();
+    return {.makes_torque = makes_torque(state_),
+            .torque_reference = reference_.torque,
+            .flux_reference = parameters_.capability.flux_reference * reference_.flux_share,
+            .torque = estimate.torque,
+            .psi_s = estimate.psi_s_magnitude};
+  }
+
+  [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns, T dt,
+                                               TorqueRange<T> available) noexcept {
     // The reference stays zero until the flux is ready, so that torque starts from zero and at its rate.
     const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
-    return supervision_.step(request.command, t_ns, T(elapsed_ns) * T(1e-9), available, hold_at_zero);
+    return supervision_.step(request.command, t_ns, dt, available, hold_at_zero, request.status_age_ns);
+  }
+
+  /// What machine and link allow in a steady state.
+  [[nodiscard]] AvailableTorque<T> available_torque(const Measurement<T>& measurement, T dt) noexcept {
+    const T error = torque_reference_ - controller_.estimate().torque;
+    const bool steady =
+        makes_torque(state_) && capability_.at_voltage_limit() && !flux_slew_.is_slewing() && !torque_steps_;
+    reserve_.step(measurement.omega_m < T(0) ? -error : error, measurement.u_dc, flux_slew_.share(), steady,
+                  dt);
+    capability_.step(measurement.omega_m, measurement.u_dc, reserve_.usable());
+    AvailableTorque<T> available = capability_.available();
+    available.lower_by(protection_.available_share(), DeratingCause::temperature);
+    return available;
+  }
+
+  /// What flux and current allow now, while torque is made.
+  [[nodiscard]] LimitedTorque<T> present_limit(const AvailableTorque<T>& available) const noexcept {
+    if (!makes_torque(state_)) return {};
+    const T enough = std::max(available.motoring.torque, available.regenerating.torque);
+    return present_limit_.step(controller_.estimate().psi_s, clarke(i_before_), flux_slew_.share(), enough);
+  }
+
+  /// A reference that moves by its largest magnitude within 15 ms or faster counts as a step, unless it
+  /// follows the ripple of flux and current.
+  void set_torque(T reference, bool limited, T dt) noexcept {
+    constexpr T slow = T(70);  // [1/s]
+    const bool fast = std::abs(reference - torque_reference_) > slow * parameters_.capability.torque * dt;
+    torque_steps_ = fast && !limited && !limited_;
+    limited_ = limited;
+    torque_reference_ = reference;
+  }
+
+  /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
+  [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool usable, T dt) noexcept {
+    FaultSet faults;
+    const std::optional<T> commanded =
+        makes_torque(state_) ? std::optional<T>{torque_reference_} : std::nullopt;
+    if (!usable) {
+      torque_monitor_.coast(dt);
+    } else if (torque_monitor_.step(measurement, dt, commanded)) {
+      faults.set(Fault::torque_plausibility);
+    }
+    return faults;
   }
 
   /// FLUX_LOST after the timeout without flux: the estimate is wrong, or no current flows.
@@ -135,7 +210,7 @@ class Drive {
     return faults;
   }
 
-  void update_state(FaultSet present, bool flux_ready, bool holds_zero_torque, const DriveRequest<T>& request,
+  void update_state(FaultSet present, bool flux_ready, const DriveRequest<T>& request,
                     const SupervisedCommand<T>& command) noexcept {
     faults_.step(present);
     const DriveConditions conditions{
@@ -145,7 +220,6 @@ class Drive {
         .at_zero = command.torque == T(0),
         .lockout = command.lockout,
         .enable = command.enable,
-        .holds_zero_torque = holds_zero_torque,
         .magnetised = flux_ready,
         .derated = command.derated,
     };
@@ -160,13 +234,7 @@ class Drive {
     state_ = next;
   }
 
-  /// Direct current magnetises a machine at rest and brakes a turning one.
-  [[nodiscard]] bool magnetising_helps(T omega_m) const noexcept {
-    return parameters_.magnetise_first && std::abs(omega_m) <= parameters_.magnetise_below_speed;
-  }
-
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable,
-                                    T torque_reference) noexcept {
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable, T dt) noexcept {
     if (!usable) {
       controller_.reset();
       return GatePattern{gates_off, parameters_.period_ns};
@@ -174,13 +242,16 @@ class Drive {
     ControlMode mode = ControlMode::off;
     if (state_ == DriveState::magnetising) mode = ControlMode::magnetise;
     if (makes_torque(state_)) mode = ControlMode::torque;
-    return controller_.step(measurement, {mode, torque_reference});
+    const T target = capability_.flux_share(torque_reference_);
+    const T share = gates_are_on(state_) ? flux_slew_.step(target, dt) : flux_slew_.reset(target);
+    reference_ = {mode, torque_reference_, share};
+    return controller_.step(measurement, reference_);
   }
 
   /// The record of the period but for the switching state, once the controller has made its step.
   [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement, T i_dc,
                                        const DriveRequest<T>& request, const SupervisedCommand<T>& command,
-                                       AvailableTorque<T> available, T torque_reference) const noexcept {
+                                       const AvailableTorque<T>& available) const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
     return {.t_ns = t_ns,
             .i_abc = measurement.i_abc,
@@ -190,10 +261,11 @@ class Drive {
             .psi_s = estimate.psi_s,
             .psi_s_magnitude = estimate.psi_s_magnitude,
             .torque = estimate.torque,
+            .torque_monitored = torque_monitor_.torque(),
             .torque_requested = request.command.torque,
-            .torque_reference = torque_reference,
-            .torque_motoring = available.motoring,
-            .torque_regenerating = available.regenerating,
+            .torque_reference = torque_reference_,
+            .torque_motoring = available.motoring.torque,
+            .torque_regenerating = available.regenerating.torque,
             .active = faults_.active(),
             .latched = faults_.latched(),
             .fault_total = faults_.total(),
@@ -204,6 +276,9 @@ class Drive {
             .command_counter = request.command.counter,
             .sector = estimate.sector,
             .state = state_,
+            .derating_cause = gates_are_on(state_)
+                                  ? available.side(request.command.torque, measurement.omega_m).cause
+                                  : DeratingCause::gates_are_off,
             .lockout = command.lockout || state_ == DriveState::fault};
   }
 
@@ -211,11 +286,20 @@ class Drive {
   Controller<T>& controller_;
   CommandSupervision<T> supervision_;
   Protection<T> protection_;
+  CurrentOffset<T> current_offset_;
   TorqueCapability<T> capability_;
+  PresentLimit<T> present_limit_;
+  VoltageReserve<T> reserve_;
+  FluxSlew<T> flux_slew_;
+  TorqueMonitor<T> torque_monitor_;
   FaultMemory faults_{};
   std::optional<std::int64_t> last_t_ns_{};  ///< of the period before [ns]
   std::int64_t magnetising_left_ns_{0};      ///< until MAGNETISING is a fault [ns]
+  ControlReference<T> reference_{};          ///< of the controller's last step
   ThreePhase<T> i_before_{};                 ///< the last usable phase currents [A]
+  T torque_reference_{};                     ///< of the controller in the last period [N·m]
+  bool limited_{false};                      ///< by flux and current, in the last period
+  bool torque_steps_{false};                 ///< it has changed faster than the flux can follow
   DriveState state_{DriveState::init};
 };
 

@@ -6,15 +6,14 @@ namespace sextant {
 
 /// Inputs of the state machine in one period.
 struct DriveConditions {
-  bool trip{false};               ///< a fault is present
-  bool fault_reset{false};        ///< a valid reset has arrived
-  bool shutdown{false};           ///< shutdown is requested
-  bool at_zero{false};            ///< the torque reference is zero
-  bool lockout{true};             ///< no enable is accepted before a valid disable
-  bool enable{false};             ///< torque production is requested and allowed
-  bool holds_zero_torque{false};  ///< link voltage and speed allow zero torque with the gates on
-  bool magnetised{false};         ///< the flux is ready, or not required
-  bool derated{false};            ///< less torque is available than requested
+  bool trip{false};         ///< a fault is present
+  bool fault_reset{false};  ///< a valid reset has arrived
+  bool shutdown{false};     ///< shutdown is requested
+  bool at_zero{false};      ///< the torque reference is zero
+  bool lockout{true};       ///< no enable is accepted before a valid disable
+  bool enable{false};       ///< torque production is requested and allowed
+  bool magnetised{false};   ///< the flux is ready, or not required
+  bool derated{false};      ///< less torque is available than requested
 };
 
 [[nodiscard]] constexpr bool makes_torque(DriveState s) noexcept {
@@ -27,8 +26,7 @@ struct DriveConditions {
 
 /// The state of the coming period; the first line that applies wins. A trip turns the gates off; FAULT is
 /// left by a reset while no fault is present, and then through the lockout. A shutdown with the gates on
-/// waits for a torque reference of zero. Where the voltage does not suffice for zero torque the gates are
-/// off; torque returns when it suffices.
+/// waits for a torque reference of zero.
 [[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {
   if (state == DriveState::shutdown) return state;
   if (c.shutdown && (c.trip || c.at_zero || !gates_are_on(state))) return DriveState::shutdown;
@@ -36,7 +34,7 @@ struct DriveConditions {
   if (state == DriveState::init) return DriveState::standby;
   if (state == DriveState::fault) return c.fault_reset ? DriveState::standby : state;
   if (c.lockout) return DriveState::standby;
-  if (!c.enable || !c.holds_zero_torque) return DriveState::ready;
+  if (!c.enable) return DriveState::ready;
   if (state == DriveState::standby) return DriveState::ready;
   if (!c.magnetised && state != DriveState::torque && state != DriveState::derated)
     return DriveState::magnetising;

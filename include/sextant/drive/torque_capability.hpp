@@ -6,33 +6,21 @@
 #include <cstddef>
 #include <limits>
 
-#include "sextant/core/torque_range.hpp"
-#include "sextant/drive/steady_state.hpp"
+#include "sextant/drive/available_torque.hpp"
+#include "sextant/drive/voltage_demand.hpp"
 
 namespace sextant {
 
-/// Available torque at a speed, when motoring and when regenerating.
-template <class T = double>
-struct AvailableTorque {
-  T motoring{};                   ///< [N·m]
-  T regenerating{};               ///< magnitude [N·m]
-  bool holds_zero_torque{false};  ///< the voltage suffices for zero torque, so that the gates may be on
-
-  /// The available range at this speed [rad/s]; its sign decides which direction is motoring.
-  [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {
-    if (omega_m > T(0)) return {-regenerating, motoring};
-    if (omega_m < T(0)) return {-motoring, regenerating};
-    return {-motoring, motoring};
-  }
-};
-
-/// The torque that machine and link can produce at a speed, at constant stator flux. Its steady state must
-/// not need more voltage than the inverter has in every direction:
-///   (R_s i_d)² + (R_s i_q + ω_e ψ)² ≤ (voltage_use · u_dc/√3)²,   ω_e = p ω_m + ω_slip
-/// with i_d, i_q and ω_slip of `steady_state`. Braking needs less voltage than motoring, so that at high
-/// speed only braking torques remain. Where these do not include zero torque, no torque is available: only
-/// gates off would end the braking. A configured curve narrows the motoring torque further: full up to its
-/// base speed, from there falling linearly to zero at its zero-torque speed.
+/// The torque that machine and link can produce at a speed, and the flux at which they do. At constant
+/// relative slip x all voltages and currents go with the flux, and the torque with its square. With s, the
+/// square of the flux's share of its reference ψ, `steady_state` and `VoltageDemand` give
+///   τ(x) = 2 T_b x/m(x),   m(x) = (1 + x²)/s = max(1 + x², N(x) (ψ/U)²),   U = voltage_use · u_dc/√3
+/// The available torque is the largest τ(x) with
+///   τ_e of at most `breakdown_use` of the breakdown torque at the flux                (x ≤ x_max)
+///   |i_s|² = (ψ/L_s)² (1 + x²/σ²)/m(x) ≤ current_limit²
+/// x comes from a bisection. So the flux is constant at low speed, then as large as the voltage allows, and
+/// the torque then limited by the voltage or by x_max. A configured curve narrows the motoring torque
+/// further: full up to its base speed, from there falling linearly to zero at its zero-torque speed.
 template <class T = double>
 class TorqueCapability {
  public:
@@ -41,8 +29,9 @@ class TorqueCapability {
 
     InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
     T flux_reference{T(1.1)};                 ///< ψ [Wb]
-    T voltage_use{T(0.98)};                   ///< share of u_dc/√3 that a torque may need [-]
-    T reentry{T(0.03)};              ///< share of u_dc/√3 to spare before torque is available again [-]
+    T voltage_use{T(1)};                      ///< share of u_dc/√3 that a steady state may need [-]
+    T breakdown_use{T(0.95)};        ///< share of the breakdown torque at the flux that may be used [-]
+    T current_limit{T(160)};         ///< peak of the stator current vector [A]
     T torque{T(150)};                ///< largest magnitude, at any speed [N·m]
     T base_speed{unlimited};         ///< of the configured curve; unlimited: its zero-torque speed [rad/s]
     T zero_torque_speed{unlimited};  ///< of the configured curve; unlimited: no curve [rad/s]
@@ -53,8 +42,12 @@ class TorqueCapability {
         return "the flux reference must be above zero";
       }
       if (!(voltage_use > T(0) && voltage_use <= T(1))) return "the share of voltage must be in (0, 1]";
-      if (!(reentry >= T(0) && reentry < voltage_use)) {
-        return "the voltage to spare must be below the share of voltage";
+      if (!(breakdown_use > T(0) && breakdown_use <= T(1))) {
+        return "the share of the breakdown torque must be in (0, 1]";
+      }
+      // More torque takes more current from √2 of the current without torque on.
+      if (!(std::isfinite(current_limit) && current_limit * machine.l_s() > T(1.5) * flux_reference)) {
+        return "the current limit must be above 1.5 times the current that the flux takes without torque";
       }
       if (!(std::isfinite(torque) && torque > T(0))) return "the available torque must be above zero";
       if (!(base_speed > T(0))) return "the base speed must be above zero";
@@ -69,83 +62,190 @@ class TorqueCapability {
     }
   };
 
-  explicit TorqueCapability(const Parameters& parameters) noexcept
-      : parameters_{parameters},
-        base_speed_{std::min(parameters.base_speed, parameters.zero_torque_speed)},
-        back_emf_{T(parameters.machine.pole_pairs) * parameters.flux_reference} {
-    const T breakdown = breakdown_torque(parameters.machine, parameters.flux_reference);
-    const T torque = std::min(parameters.torque, breakdown);
-    const T last_slip = relative_slip(torque, breakdown);
-    for (std::size_t k = 0; k <= last; ++k) {
-      const auto s = steady_state(parameters.machine, parameters.flux_reference, last_slip * T(k) / T(last));
-      const T u_d = parameters.machine.r_s * s.i_d;
-      points_[k] = {.torque = s.torque,
-                    .u_d_squared = u_d * u_d,
-                    .u_q = parameters.machine.r_s * s.i_q + s.omega_slip * parameters.flux_reference};
+  explicit TorqueCapability(const Parameters& p) noexcept
+      : parameters_{p},
+        machine_{p.machine},
+        base_speed_{std::min(p.base_speed, p.zero_torque_speed)},
+        twice_breakdown_{T(2) * breakdown_torque(p.machine, p.flux_reference)},
+        inverse_twice_breakdown_{T(1) / twice_breakdown_},
+        inverse_sigma_{square(p.machine.l_s() / p.machine.sigma_l_s())},
+        current_{square(p.current_limit * p.machine.l_s() / p.flux_reference)},
+        voltage_{square(linear_voltage(p.voltage_use) / p.flux_reference)},
+        most_slip_{relative_slip(p.breakdown_use, T(1))},
+        full_{full_flux()},
+        sides_{full_, full_} {
+    begin_search(motoring);
+  }
+
+  /// Takes over speed [rad/s] and link voltage [V]; `usable` is the share of the voltage's square that may be
+  /// counted on. Of the searches for the two sides, in turn, a part is made in each step: a limit is at most
+  /// `search_steps` old.
+  void step(T omega_m, T u_dc, T usable) noexcept {
+    const bool was_easy = is_easy_;
+    set(omega_m, u_dc, usable);
+    if (is_easy_) {
+      if (!was_easy) restart(full_);
+    } else if (is_fed_) {
+      continue_search();
+    } else {
+      restart({{T(0), DeratingCause::voltage_limit}, T(0)});
     }
-    points_[last].torque = torque;  // without a rounding error
   }
 
-  /// Available torque at mechanical speed omega_m [rad/s] and link voltage u_dc [V]; zero while one of them
-  /// is NaN. After zero, torque is available again once `reentry` of the voltage is to spare.
-  [[nodiscard]] AvailableTorque<T> step(T omega_m, T u_dc) noexcept {
-    const T spare = holds_zero_torque_ ? T(0) : parameters_.reentry;
-    holds_zero_torque_ = holds_zero(emf(omega_m), limit(u_dc, parameters_.voltage_use - spare));
-    return holds_zero_torque_ ? at(omega_m, u_dc) : AvailableTorque<T>{};
+  /// Steps in which both sides are searched anew. [-]
+  static constexpr int search_steps = 12;
+
+  /// Available torque by the last steps; zero without link voltage or without a speed.
+  [[nodiscard]] AvailableTorque<T> available() const noexcept {
+    AvailableTorque<T> found{sides_[motoring].limit, sides_[regenerating].limit};
+    found.motoring.lower_to({configured_curve(), DeratingCause::none});
+    return found;
   }
 
-  /// Available torque without the hysteresis of `reentry`.
+  /// Available torque at a speed and a link voltage.
   [[nodiscard]] AvailableTorque<T> at(T omega_m, T u_dc) const noexcept {
-    const T e = emf(omega_m);
-    const T u_squared = limit(u_dc, parameters_.voltage_use);
-    if (!holds_zero(e, u_squared)) return {};
-    return {.motoring = std::min(largest(e, T(1), u_squared), configured_curve(std::abs(omega_m))),
-            .regenerating = largest(e, T(-1), u_squared),
-            .holds_zero_torque = true};
+    TorqueCapability copy{*this};
+    for (int k = 0; k < search_steps; ++k) copy.step(omega_m, u_dc, T(1));
+    return copy.available();
   }
+
+  /// Share of the flux reference, in (0, 1], at which a torque [N·m] within the available range needs no
+  /// more voltage than there is: s at the smallest x with τ(x) = |torque|, by one iteration of Newton a step.
+  [[nodiscard]] T flux_share(T torque) noexcept {
+    if (is_easy_) {
+      at_voltage_limit_ = false;
+      return T(1);
+    }
+    const std::size_t side = torque * omega_m_ < T(0) ? regenerating : motoring;
+    const VoltageDemand<T> demand = demand_of(side);
+    const T x = std::min(sides_[side].slip, slip_);  // in this order, which drops a NaN
+    const T weakened = demand.at(x) * inverse_voltage_;
+    const T full = T(1) + x * x;
+    const bool is_full = weakened <= full;
+    follow(std::abs(torque) * inverse_twice_breakdown_, x, is_full ? full : weakened,
+           is_full ? T(2) * x : demand.slope(x) * inverse_voltage_, sides_[side].slip);
+    at_voltage_limit_ = weakened > easy * full;
+    return weakened > full ? std::max(least_share, std::sqrt(full / weakened)) : T(1);
+  }
+
+  /// The steady state of the last `flux_share` takes 90 % of the voltage or more.
+  [[nodiscard]] bool at_voltage_limit() const noexcept { return at_voltage_limit_; }
 
  private:
-  /// One steady state of positive torque. With negative torque u_q has the other sign.
-  struct Point {
-    T torque;       ///< [N·m]
-    T u_d_squared;  ///< (R_s i_d)² [V²]
-    T u_q;          ///< R_s i_q + ω_slip ψ: the voltage across the flux without that of the speed [V]
+  static constexpr T least_share = T(0.05);
+  static constexpr T easy = T(0.8);  // share of the voltage's square below which it is no limit
+  static constexpr std::size_t motoring = 0;
+  static constexpr std::size_t regenerating = 1;
+
+  /// The largest torque of one side, and its slip. [-]
+  struct Side {
+    LimitedTorque<T> limit{};
+    T slip{};
   };
-  static constexpr std::size_t last = 32;
 
-  /// Voltage that the speed alone induces, p |ω_m| ψ. [V]
-  [[nodiscard]] T emf(T omega_m) const noexcept { return back_emf_ * std::abs(omega_m); }
+  /// A bisection in progress.
+  struct Search {
+    static constexpr int all_halvings = 12;  ///< of x to 2e-4
+    static constexpr int halvings_a_step = 2;
 
-  /// Square of the available voltage; −1 without any. [V²]
-  [[nodiscard]] static T limit(T u_dc, T use) noexcept {
-    const T u = use * linear_voltage(u_dc);
-    return u > T(0) ? u * u : T(-1);
-  }
+    std::size_t side{motoring};
+    T below{};
+    T above{};
+    DeratingCause cause{DeratingCause::voltage_limit};
+    int halvings{0};
+  };
 
-  /// Square of the needed voltage at point k; `sign` is 1 when motoring, -1 when braking. [V²]
-  [[nodiscard]] T need(std::size_t k, T e, T sign) const noexcept {
-    const T u_q = e + sign * points_[k].u_q;
-    return points_[k].u_d_squared + u_q * u_q;
-  }
+  static constexpr T square(T x) noexcept { return x * x; }
 
-  [[nodiscard]] bool holds_zero(T e, T u_squared) const noexcept { return need(0, e, T(1)) <= u_squared; }
-
-  /// Largest torque of that sign for which the voltage suffices, where it suffices for zero torque. Between
-  /// two points the square of the needed voltage is interpolated linearly, which errs high. [N·m]
-  [[nodiscard]] T largest(T e, T sign, T u_squared) const noexcept {
-    if (need(last, e, sign) <= u_squared) return points_[last].torque;
-    std::size_t below = 0;
-    for (std::size_t above = last; above - below > 1;) {
-      const std::size_t middle = (below + above) / 2;
-      (need(middle, e, sign) <= u_squared ? below : above) = middle;
+  /// The largest torque at the flux reference, where the voltage is no limit.
+  [[nodiscard]] Side full_flux() const noexcept {
+    Side side{{parameters_.torque, DeratingCause::none},
+              relative_slip(parameters_.torque, T(0.5) * twice_breakdown_)};
+    const auto lower_to = [&](T slip, DeratingCause cause) {
+      if (slip >= side.slip) return;
+      side = {{twice_breakdown_ * slip / (T(1) + slip * slip), cause}, slip};
+    };
+    lower_to(most_slip_, DeratingCause::none);
+    if (inverse_sigma_ > current_) {
+      lower_to(std::sqrt((current_ - T(1)) / (inverse_sigma_ - current_)), DeratingCause::current_limit);
     }
-    const T from = need(below, e, sign);
-    const T share = (u_squared - from) / (need(below + 1, e, sign) - from);
-    return points_[below].torque + share * (points_[below + 1].torque - points_[below].torque);
+    return side;
+  }
+
+  /// Newton's step from x to the root of x − torque·m(x), of which m and its slope are at x.
+  void follow(T torque, T x, T m, T slope, T largest) noexcept {
+    const T rise = T(1) - torque * slope;
+    slip_ = rise > T(0) ? std::clamp(torque * (m - x * slope) / rise, T(0), largest) : largest;
+  }
+
+  void set(T omega_m, T u_dc, T usable) noexcept {
+    omega_m_ = omega_m;
+    const T voltage = voltage_ * u_dc * u_dc * usable;
+    is_fed_ = u_dc > T(0) && voltage > T(1) && std::isfinite(omega_m);
+    // Motoring needs the most voltage, at its largest torque or without torque.
+    const VoltageDemand<T> demand = demand_of(motoring);
+    is_easy_ = is_fed_ && demand.at(full_.slip) <= easy * voltage * (T(1) + full_.slip * full_.slip) &&
+               demand.without_torque() <= easy * voltage;
+    if (!is_easy_) inverse_voltage_ = is_fed_ ? T(1) / voltage : T(1);
+  }
+
+  /// Both sides have one limit.
+  void restart(const Side& side) noexcept {
+    sides_ = {side, side};
+    slip_ = T(0);
+    begin_search(motoring);
+  }
+
+  [[nodiscard]] VoltageDemand<T> demand_of(std::size_t side) const noexcept {
+    const T omega_r = T(parameters_.machine.pole_pairs) * std::abs(omega_m_);
+    return {machine_, side == motoring ? omega_r : -omega_r};
+  }
+
+  [[nodiscard]] bool keeps_current(T x, T m) const noexcept {
+    return T(1) + x * x * inverse_sigma_ <= current_ * m;
+  }
+
+  void begin_search(std::size_t side) noexcept { search_ = {.side = side, .above = most_slip_}; }
+
+  /// The slip of the largest torque of a side, by bisection. Up to it the current suffices and the torque
+  /// rises: at constant flux always, at constant voltage while `torque_rises`.
+  void continue_search() noexcept {
+    const VoltageDemand<T> demand = demand_of(search_.side);
+    if (demand.at(full_.slip) * inverse_voltage_ <= T(1) + full_.slip * full_.slip) {
+      end_search(full_);
+      return;
+    }
+    for (int k = 0; k < search_.halvings_a_step; ++k) halve(demand);
+    if (search_.halvings < search_.all_halvings) return;
+    const T x = search_.below;
+    const T m = std::max(T(1) + x * x, demand.at(x) * inverse_voltage_);
+    Side found{{twice_breakdown_ * x / m, search_.cause}, x};
+    found.limit.lower_to({parameters_.torque, DeratingCause::none});
+    end_search(found);
+  }
+
+  void end_search(const Side& found) noexcept {
+    sides_[search_.side] = found;
+    begin_search(search_.side == motoring ? regenerating : motoring);
+  }
+
+  void halve(const VoltageDemand<T>& demand) noexcept {
+    const T x = T(0.5) * (search_.below + search_.above);
+    const T full = T(1) + x * x;
+    const T weakened = demand.at(x) * inverse_voltage_;
+    const bool keeps = keeps_current(x, std::max(full, weakened));
+    ++search_.halvings;
+    if (keeps && (weakened <= full || demand.torque_rises(x))) {
+      search_.below = x;
+    } else {
+      search_.above = x;
+      search_.cause = keeps ? DeratingCause::voltage_limit : DeratingCause::current_limit;
+    }
   }
 
   /// Motoring torque of the configured curve. [N·m]
-  [[nodiscard]] T configured_curve(T speed) const noexcept {
+  [[nodiscard]] T configured_curve() const noexcept {
+    const T speed = std::abs(omega_m_);
     if (speed <= base_speed_) return parameters_.torque;
     if (speed >= parameters_.zero_torque_speed) return T(0);
     const T range = parameters_.zero_torque_speed - base_speed_;
@@ -153,10 +253,23 @@ class TorqueCapability {
   }
 
   Parameters parameters_;
-  T base_speed_;  ///< of the configured curve [rad/s]
-  T back_emf_;    ///< p ψ [V·s/rad]
-  std::array<Point, last + 1> points_{};
-  bool holds_zero_torque_{true};
+  typename VoltageDemand<T>::Machine machine_;
+  T base_speed_;               ///< of the configured curve [rad/s]
+  T twice_breakdown_;          ///< 2 T_b at the flux reference [N·m]
+  T inverse_twice_breakdown_;  ///< [1/(N·m)]
+  T inverse_sigma_;            ///< 1/σ² [-]
+  T current_;                  ///< (current_limit · L_s/ψ)² [-]
+  T voltage_;                  ///< (U/(u_dc ψ))² [1/Wb²]
+  T most_slip_;                ///< x_max [-]
+  Side full_;                  ///< at the flux reference
+  std::array<Side, 2> sides_;
+  Search search_{};
+  T omega_m_{};           ///< [rad/s]
+  T inverse_voltage_{1};  ///< (ψ/U)² [s²/rad²]
+  T slip_{};              ///< of the torque of the last `flux_share` [-]
+  bool is_fed_{true};
+  bool is_easy_{false};  ///< the voltage is no limit at all
+  bool at_voltage_limit_{false};
 };
 
 }  // namespace sextant

@@ -12,13 +12,15 @@ namespace sextant {
 enum class MeasuredSignal : std::uint8_t { i_a, i_b, i_c, u_dc, omega_m };
 
 /// Something that is wrong with what the drive measures, in [begin, end): the signal reads
-/// gain · x + offset of what it is, or NaN and infinity where gain or offset are.
+/// gain · x + offset of what it is, or NaN and infinity where gain or offset are; or, with `holds_currents`,
+/// all phase currents keep their readings before it, as of a converter that has stopped.
 struct MeasurementEvent {
   MeasuredSignal signal{MeasuredSignal::i_a};
   std::int64_t begin_ns{0};  ///< [ns]
   std::int64_t end_ns{0};    ///< [ns]
   double gain{0.0};          ///< [-]
   double offset{0.0};        ///< [A], [V] or [rad/s]
+  bool holds_currents{false};
 };
 
 /// A power stage whose measurements are wrong by a script; patterns go through unchanged.
@@ -34,9 +36,14 @@ class DisturbedDriveIo final : public DriveIo<double> {
     Measurement<double> m = io_.read(t_ns);
     for (const MeasurementEvent& event : events_) {
       if (event.begin_ns > t_ns || t_ns >= event.end_ns) continue;
+      if (event.holds_currents) {
+        m.i_abc = currents_;
+        continue;
+      }
       double& x = signal(m, event.signal);
       x = event.gain * x + event.offset;
     }
+    currents_ = m.i_abc;
     return m;
   }
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override { io_.write(pattern); }
@@ -60,6 +67,7 @@ class DisturbedDriveIo final : public DriveIo<double> {
 
   DriveIo<double>& io_;
   std::vector<MeasurementEvent> events_;
+  ThreePhase<double> currents_{};  ///< of the last reading [A]
 };
 
 }  // namespace sextant

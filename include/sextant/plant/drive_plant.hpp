@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -78,9 +79,20 @@ class DrivePlant {
     feels_road_ = on_road_ && !inputs.imposed_speed;
     inputs_.speed_slope = inputs.speed_slope;
     ++revision_;
-    if (bridge_changed) settle_inverter();
+    if (!bridge_changed) return;
+    largest_u_dc_ = std::max(largest_u_dc_, inputs.u_dc);
+    settle_inverter();
   }
   [[nodiscard]] const PlantInputs<T>& inputs() const noexcept SEXTANT_NONBLOCKING { return inputs_; }
+
+  /// Opens the motor cable of phase 0, 1 or 2: no current flows in it from its next zero on.
+  /// `Inverter::no_phase` makes the cables whole again.
+  void open_phase(int phase) noexcept SEXTANT_NONBLOCKING {
+    if (phase == inverter_.open_phase()) return;
+    inverter_.open_phase(phase, i_s());
+    ++revision_;
+    settle_inverter();
+  }
 
   /// Replaces the state from outside, so that an integrator restarts.
   void set_state(const State& x) noexcept SEXTANT_NONBLOCKING {
@@ -154,9 +166,10 @@ class DrivePlant {
   /// it, whatever the speed does:
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
-  /// |u_s| ≤ 2/3 u_dc. An integration that goes beyond it has left the machine's equations.
+  /// |u_s| ≤ 2/3 u_dc, with the largest link voltage so far. An integration that goes beyond it has left the
+  /// machine's equations.
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
-    const T limit = flux_per_volt_ * inputs_.u_dc;
+    const T limit = flux_per_volt_ * largest_u_dc_;
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
   }
 
@@ -170,7 +183,7 @@ class DrivePlant {
     const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
     g = inverter_.events(i_s, emf_at(x));
   }
-  /// True while events can come: a leg is off.
+  /// True while events can come: a leg is off or a cable open.
   [[nodiscard]] bool has_events() const noexcept SEXTANT_NONBLOCKING { return inverter_.has_events(); }
   /// The event of a leg has come at the present state.
   void on_event(int leg) noexcept SEXTANT_NONBLOCKING {
@@ -262,7 +275,8 @@ class DrivePlant {
     return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]));
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
-    if (is_driven(inputs_.state)) return inverter_.set_driven(inputs_.state, inputs_.u_dc);
+    if (is_driven(inputs_.state) && inverter_.open_phase() == Inverter<T>::no_phase)
+      return inverter_.set_driven(inputs_.state, inputs_.u_dc);
     inverter_.set(inputs_.state, inputs_.u_dc, i_s(), emf_at(x_));
     make_current_admissible();
   }
@@ -278,11 +292,12 @@ class DrivePlant {
   T inverse_inertia_;   ///< 1/(J + J_road) [1/(kg·m²)]
   T viscous_friction_;  ///< B [N·m·s/rad]
   RoadLoad<T> road_load_;
-  bool on_road_;     ///< the road load is not zero
-  bool feels_road_;  ///< and the speed is not imposed
-  T damping_;        ///< R_s/σL_s + R_r/σL_r [1/s]
-  T shaft_gain_;     ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
-  T flux_per_volt_;  ///< largest |psi_s| by u_dc [s]
+  bool on_road_;      ///< the road load is not zero
+  bool feels_road_;   ///< and the speed is not imposed
+  T damping_;         ///< R_s/σL_s + R_r/σL_r [1/s]
+  T shaft_gain_;      ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
+  T flux_per_volt_;   ///< largest |psi_s| by u_dc [s]
+  T largest_u_dc_{};  ///< of the inputs so far [V]
   Inverter<T> inverter_{};
   PlantInputs<T> inputs_{};
   State x_{State::Zero()};

@@ -20,16 +20,32 @@ namespace sextant {
 /// i_x > 0, the upper one while i_x < 0. Once its current is zero it floats, until its potential leaves
 /// [0, u_dc] and a diode takes it over again. Current i_x is positive into the machine. The machine enters by
 /// its current i_s and its back-EMF e (stationary frame, amplitude-invariant).
+///
+/// The cable of one phase can be opened: its contact carries the current until the current crosses zero, and
+/// from then on the phase floats without diodes, whatever its leg does.
 template <class T = double>
 class Inverter {
  public:
   static constexpr int event_count = 3;  ///< one event a leg
+  static constexpr int no_phase = -1;    ///< of `open_phase`: every cable is whole
   /// A diode blocks once its current has reversed by this much. [A]
   static constexpr T current_tolerance = T(1e-4);
   /// A diode conducts once its forward voltage has reached this much. [V]
   static constexpr T voltage_tolerance = T(1e-3);
 
-  /// Sets leg states that are all driven, and the DC-link voltage [V].
+  /// Opens the cable of phase 0, 1 or 2 at the current i_s, or makes all cables whole (`no_phase`); to be
+  /// followed by `set`.
+  constexpr void open_phase(int phase, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
+    open_ = phase;
+    arc_ = T(0);
+    if (phase == no_phase) return;
+    const T i = phases_of(i_s)[static_cast<std::size_t>(phase)];
+    arc_ = i < T(0) ? T(-1) : T(1);
+  }
+  /// The phase whose cable has been opened, or `no_phase`.
+  [[nodiscard]] constexpr int open_phase() const noexcept SEXTANT_NONBLOCKING { return open_; }
+
+  /// Sets leg states that are all driven, and the DC-link voltage [V]; no cable may be open.
   constexpr void set_driven(SwitchState state, T u_dc) noexcept SEXTANT_NONBLOCKING {
     state_ = state;
     u_dc_ = u_dc;
@@ -41,14 +57,15 @@ class Inverter {
   /// Sets any leg states and the DC-link voltage [V] and finds the ties of the off legs.
   constexpr void set(SwitchState state, T u_dc, SpaceVector<T> i_s,
                      SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
-    if (is_driven(state)) return set_driven(state, u_dc);
+    if (is_driven(state) && open_ == no_phase) return set_driven(state, u_dc);
     state_ = state;
     u_dc_ = u_dc;
-    ties_ = ties_from_currents(phases_of(i_s));
+    tie_by_currents(phases_of(i_s));
     settle(e);
   }
 
-  /// The event of a leg has come: a conducting diode blocks, or a floating leg's diode takes over.
+  /// The event of a leg has come: a conducting diode blocks, an arc ends, or a floating leg's diode takes
+  /// over.
   constexpr void on_event(int leg, SpaceVector<T> i_s, SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
     const auto x = static_cast<std::size_t>(leg);
     const bool was_floating = ties_[x] == LegTie::floating;
@@ -56,7 +73,7 @@ class Inverter {
     const bool none_tied = floating_ == 3;
     std::array<T, 3> i = phases_of(i_s);
     if (!was_floating) i[x] = T(0);
-    ties_ = ties_from_currents(i);
+    tie_by_currents(i);
     if (none_tied) {
       tie_outermost(phases_of(e));
     } else if (was_floating) {
@@ -65,14 +82,16 @@ class Inverter {
     settle(e);
   }
 
-  /// The value of each leg's event function; the event is its fall through zero. A conducting diode: its
-  /// forward current [A]. A floating leg: how far its potential is inside [0, u_dc] [V]. Otherwise 1.
+  /// The value of each leg's event function; the event is its fall through zero. A conducting diode or an
+  /// arc: its forward current [A]. A floating leg: how far its potential is inside [0, u_dc] [V].
+  /// Otherwise 1.
   [[nodiscard]] constexpr std::array<T, 3> events(SpaceVector<T> i_s,
                                                   SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
     const std::array<LegState, 3> states = leg_states(state_);
     const std::array<T, 3> i = phases_of(i_s);
     std::array<T, 3> g = margins(e);
     for (std::size_t x = 0; x < 3; ++x) {
+      if (has_arc(x)) g[x] = arc_ * i[x] + current_tolerance;
       if (states[x] != LegState::off || ties_[x] == LegTie::floating) continue;
       g[x] = (ties_[x] == LegTie::low ? i[x] : -i[x]) + current_tolerance;
     }
@@ -115,25 +134,45 @@ class Inverter {
   [[nodiscard]] constexpr bool voltage_is_fixed() const noexcept SEXTANT_NONBLOCKING {
     return floating_ == 0;
   }
-  /// True when a leg is off, so that events can come.
-  [[nodiscard]] constexpr bool has_events() const noexcept SEXTANT_NONBLOCKING { return !is_driven(state_); }
+  /// True when a leg is off or a cable open, so that events can come or the voltage depends on the EMF.
+  [[nodiscard]] constexpr bool has_events() const noexcept SEXTANT_NONBLOCKING {
+    return !is_driven(state_) || open_ != no_phase;
+  }
 
  private:
+  // Twice the tolerance: when two diodes block together, both must be seen as blocking.
+  static constexpr T zero_current = T(2) * current_tolerance;
+
+  [[nodiscard]] constexpr bool is_open(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return open_ == int(x) && arc_ == T(0);
+  }
+  [[nodiscard]] constexpr bool has_arc(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return open_ == int(x) && arc_ != T(0);
+  }
+  /// The tie of a leg whose diodes do not conduct.
+  [[nodiscard]] constexpr LegTie blocked_tie(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return is_open(x) ? LegTie::floating : driven_tie(leg_states(state_)[x]);
+  }
+
+  /// Ties by the phase currents, and the end of an arc whose current is zero.
+  constexpr void tie_by_currents(const std::array<T, 3>& i) noexcept SEXTANT_NONBLOCKING {
+    if (open_ != no_phase && !(arc_ * i[static_cast<std::size_t>(open_)] > zero_current)) arc_ = T(0);
+    ties_ = ties_from_currents(i);
+  }
+
   [[nodiscard]] constexpr LegTies ties_from_currents(const std::array<T, 3>& i) const noexcept
       SEXTANT_NONBLOCKING {
     const std::array<LegState, 3> states = leg_states(state_);
-    // Twice the tolerance: when two diodes block together, both must be seen as blocking.
-    constexpr T zero = T(2) * current_tolerance;
     LegTies ties{};
     for (std::size_t x = 0; x < 3; ++x) {
-      ties[x] = driven_tie(states[x]);
+      ties[x] = blocked_tie(x);
       if (states[x] != LegState::off) continue;
-      if (i[x] > zero) ties[x] = LegTie::low;
-      if (i[x] < -zero) ties[x] = LegTie::high;
+      if (i[x] > zero_current) ties[x] = LegTie::low;
+      if (i[x] < -zero_current) ties[x] = LegTie::high;
     }
     // Currents add up to zero, so with two of them zero no diode conducts.
     if (floating_legs(ties) >= 2) {
-      for (std::size_t x = 0; x < 3; ++x) ties[x] = driven_tie(states[x]);
+      for (std::size_t x = 0; x < 3; ++x) ties[x] = blocked_tie(x);
     }
     return ties;
   }
@@ -154,31 +193,52 @@ class Inverter {
     }
   }
 
-  /// Distance of each floating leg to the potential at which a diode conducts; 1 for tied legs. With all
-  /// three floating the line-to-line EMF counts, with leg a for all. [V]
+  /// Distance of each floating leg to the potential at which a diode conducts; 1 for tied legs and for an
+  /// open phase. With all three floating the line-to-line EMF counts, with leg a for all. [V]
   [[nodiscard]] constexpr std::array<T, 3> margins(SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
     std::array<T, 3> g{T(1), T(1), T(1)};
     if (floating_ == 0) return g;
     const std::array<T, 3> v = leg_potentials(e);
     if (floating_ == 3) {
-      g[0] = u_dc_ - (std::max({v[0], v[1], v[2]}) - std::min({v[0], v[1], v[2]})) + voltage_tolerance;
+      const Outermost outer = outermost(v);
+      g[0] = u_dc_ - (v[outer.high] - v[outer.low]) + voltage_tolerance;
       return g;
     }
     for (std::size_t x = 0; x < 3; ++x) {
-      if (ties_[x] == LegTie::floating) g[x] = std::min(v[x], u_dc_ - v[x]) + voltage_tolerance;
+      if (ties_[x] == LegTie::floating && !is_open(x))
+        g[x] = std::min(v[x], u_dc_ - v[x]) + voltage_tolerance;
     }
     return g;
   }
 
+  struct Outermost {
+    std::size_t high;
+    std::size_t low;
+  };
+  /// The legs of the highest and of the lowest potential, without an open phase.
+  [[nodiscard]] constexpr Outermost outermost(const std::array<T, 3>& v) const noexcept SEXTANT_NONBLOCKING {
+    const std::size_t first = is_open(0) ? 1 : 0;
+    Outermost outer{first, first};
+    for (std::size_t x = first + 1; x < 3; ++x) {
+      if (is_open(x)) continue;
+      if (v[x] > v[outer.high]) outer.high = x;
+      if (v[x] < v[outer.low]) outer.low = x;
+    }
+    return outer;
+  }
+
   constexpr void tie_outermost(const std::array<T, 3>& e) noexcept SEXTANT_NONBLOCKING {
-    ties_[static_cast<std::size_t>(std::max_element(e.begin(), e.end()) - e.begin())] = LegTie::high;
-    ties_[static_cast<std::size_t>(std::min_element(e.begin(), e.end()) - e.begin())] = LegTie::low;
+    const Outermost outer = outermost(e);
+    ties_[outer.high] = LegTie::high;
+    ties_[outer.low] = LegTie::low;
   }
 
   SwitchState state_{};
   T u_dc_{};  ///< [V]
   LegTies ties_{LegTie::floating, LegTie::floating, LegTie::floating};
-  int floating_{3};  ///< legs that float
+  int floating_{3};     ///< legs that float
+  int open_{no_phase};  ///< phase whose cable is open
+  T arc_{};             ///< sign of the current that its contact still carries; 0: none [-]
   StatorVoltageMap<T> map_{T(1), T(0), T(1), {}};
 };
 

@@ -47,6 +47,8 @@ struct RealtimeParameters {
   /// the cycle times and the bus. [ns]
   std::int64_t watchdog_ns{50'000'000};
 
+  std::uint32_t overrun_limit{3};  ///< overruns in a row that are a fault [-]
+
   [[nodiscard]] constexpr const char* validate() const noexcept {
     if (wake_every_periods < 1) return "a wake-up must run at least one control period";
     // 99 is for the kernel's own threads and the watchdog.
@@ -55,6 +57,7 @@ struct RealtimeParameters {
     if (watchdog_ns <= 0) return "the watchdog needs a time above zero";
     if (wait.spin_margin_ns < 0) return "the margin of hybrid waiting must not be below zero";
     if (wait.tick_lead_ns < 0) return "the time from a deadline to the kernel's tick must not be below zero";
+    if (overrun_limit == 0) return "at least one overrun makes a fault";
     if (gap_limit_ns <= 0) return "the limit of a gap must be above zero";
     if (policy != SchedulingPolicy::deadline) return nullptr;
     if (deadline_runtime_ns < 1'024) return "SCHED_DEADLINE needs a runtime of at least 1.024 us";

@@ -17,12 +17,13 @@ namespace sextant {
 template <class T = double>
 struct CommandFacts {
   const TorqueCommand<T>& command;
-  std::int64_t age_ns{};       ///< since the newest accepted frame was received [ns]
-  bool is_new{false};          ///< the newest frame came since the last period
-  bool disabled{false};        ///< a frame with Enable = 0 has come since the last period
-  bool reset{false};           ///< a disable with FaultReset = 1 has come since the last period
-  bool zero_requested{false};  ///< the drive requires zero torque
-  std::uint32_t blocked{};     ///< blocked frames in a row [-]
+  std::int64_t age_ns{};         ///< since the newest accepted frame was received [ns]
+  std::int64_t status_age_ns{};  ///< since a status frame was last sent [ns]
+  bool is_new{false};            ///< the newest frame came since the last period
+  bool disabled{false};          ///< a frame with Enable = 0 has come since the last period
+  bool reset{false};             ///< a disable with FaultReset = 1 has come since the last period
+  bool zero_requested{false};    ///< the drive requires zero torque
+  std::uint32_t blocked{};       ///< blocked frames in a row [-]
 };
 
 /// The action of a rule that applies.
@@ -89,6 +90,25 @@ template <class T>
   return facts.command.bus_off;
 }
 
+/// Another VCU sends under the command's identifier.
+template <class T>
+[[nodiscard]] constexpr bool has_second_sender(const CommandFacts<T>& facts,
+                                               const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  return facts.command.second_sender;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool status_has_timed_out(
+    const CommandFacts<T>& facts, const CommandLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.status_age_ns > limits.status_timeout_ns;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool status_is_lost(const CommandFacts<T>& facts,
+                                            const CommandLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.status_age_ns > limits.status_lost_ns;
+}
+
 template <class T>
 [[nodiscard]] constexpr bool zero_is_requested(const CommandFacts<T>& facts,
                                                const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
@@ -109,11 +129,14 @@ inline constexpr std::array frame_rules{
 template <class T = double>
 inline constexpr std::array period_rules{
     CommandRule<T>{CommandAction::ramp, command_rule::has_timed_out<T>},
+    CommandRule<T>{CommandAction::ramp, command_rule::status_has_timed_out<T>},
     CommandRule<T>{CommandAction::ramp, command_rule::zero_is_requested<T>},
     CommandRule<T>{CommandAction::latch, command_rule::is_lost<T>, Fault::command_lost},
     CommandRule<T>{CommandAction::latch, command_rule::e2e_is_invalid<T>, Fault::command_invalid},
     CommandRule<T>{CommandAction::latch, command_rule::is_blocked_in_a_row<T>, Fault::command_out_of_range},
     CommandRule<T>{CommandAction::latch, command_rule::is_bus_off<T>, Fault::bus_off},
+    CommandRule<T>{CommandAction::latch, command_rule::has_second_sender<T>, Fault::second_master},
+    CommandRule<T>{CommandAction::latch, command_rule::status_is_lost<T>, Fault::transmit_lost},
 };
 
 /// The actions of all rules that apply.

@@ -30,6 +30,7 @@ struct SupervisedCommand {
 /// hold, ramp or latch; this class applies their actions and limits the reference:
 ///   age above `timeout`: ramp to zero within `zero_ramp`; the next command ends it;
 ///   age above `lost`: fault, and the lockout returns;
+///   status frames not sent for `status_timeout`: the same ramp; for `status_lost`: fault;
 ///   enable with a torque beyond `torque_limit` or the contract's range: the frame is blocked, and the
 ///   setpoint before it holds; `blocked_limit` such frames in a row: fault;
 ///   disable, with any torque: gates off for this period at least, torque starts again from zero, and the
@@ -45,9 +46,11 @@ class CommandSupervision {
 
   /// One control period at t_ns, dt [s] after the one before. `available`: the torques available in this
   /// period. `zero_requested`: the reference ramps to zero and stays there, for any command.
+  /// `status_age_ns`: since a status frame was last sent, 0 without a bus [ns].
   [[nodiscard]] SupervisedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
-                                          TorqueRange<T> available, bool zero_requested) noexcept {
-    CommandFacts<T> facts = update_facts(command, t_ns, zero_requested);
+                                          TorqueRange<T> available, bool zero_requested,
+                                          std::int64_t status_age_ns = 0) noexcept {
+    CommandFacts<T> facts = update_facts(command, t_ns, zero_requested, status_age_ns);
     SupervisedCommand<T> out;
     out.fault_reset = evaluate_frames(facts);
     facts.blocked = blocked_;
@@ -82,7 +85,8 @@ class CommandSupervision {
  private:
   /// Age and changes of the command since the last period.
   [[nodiscard]] constexpr CommandFacts<T> update_facts(const TorqueCommand<T>& command, std::int64_t t_ns,
-                                                       bool zero_requested) noexcept {
+                                                       bool zero_requested,
+                                                       std::int64_t status_age_ns) noexcept {
     const bool is_new = command.sequence != sequence_;
     const bool disabled = command.disables != disables_;
     // A frame that enables is never a reset.
@@ -96,6 +100,7 @@ class CommandSupervision {
     age_from_ns_ = std::min(age_from_ns_, t_ns);
     return {.command = command,
             .age_ns = elapsed(age_from_ns_, t_ns),
+            .status_age_ns = status_age_ns,
             .is_new = is_new,
             .disabled = disabled,
             .reset = reset,

@@ -1,21 +1,40 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 
 #include "sextant/core/fault.hpp"
 #include "sextant/core/measurement.hpp"
+#include "sextant/safety/applied_volt_seconds.hpp"
+#include "sextant/safety/current_response.hpp"
+#include "sextant/safety/protection_facts.hpp"
 #include "sextant/safety/protection_limits.hpp"
 #include "sextant/safety/protection_rules.hpp"
+#include "sextant/safety/speed_plausibility.hpp"
+#include "sextant/safety/winding_temperature.hpp"
 
 namespace sextant {
 
-/// Protections that evaluate one measurement and trip within the control period, by protection_rules.hpp.
+/// The protections by measurements: monitors turn them into facts once a period, protection_rules.hpp limits
+/// the facts.
 template <class T = double>
 class Protection {
  public:
   using Parameters = ProtectionLimits<T>;
 
-  constexpr explicit Protection(const Parameters& parameters) noexcept : parameters_{parameters} {}
+  explicit Protection(const Parameters& parameters) noexcept
+      : limits_{parameters},
+        response_{{.sigma_l_s = parameters.machine.sigma_l_s(),
+                   .period_ns = parameters.period_ns,
+                   .jump = parameters.current_jump}},
+        speed_{{.machine = parameters.machine, .period_ns = parameters.period_ns}},
+        winding_{with_period(parameters.winding, parameters.period_ns)},
+        share_per_kelvin_{T(1) / (parameters.winding_trip - parameters.winding_warning)} {
+    for (std::size_t n = 0; n < rule_count; ++n) needed_[n] = protection_rules<T>[n].needed(parameters);
+  }
 
   /// True for a plausible measurement in which every number is finite.
   [[nodiscard]] static bool is_usable(const Measurement<T>& m) noexcept {
@@ -23,16 +42,94 @@ class Protection {
            std::isfinite(m.u_dc) && std::isfinite(m.omega_m) && std::isfinite(m.theta_m.value_or(T(0)));
   }
 
-  /// The faults of this measurement; `measurement_invalid`, and no other, when it is not usable.
-  [[nodiscard]] FaultSet step(const Measurement<T>& m) const noexcept {
-    if (is_usable(m)) return evaluate<protection_rules<T>>(m, parameters_);
+  /// The faults that the measurements up to this one show; `measurement_invalid`, and no other, where it is
+  /// not usable, and the monitors start anew.
+  [[nodiscard]] FaultSet step(const Measurement<T>& m, const ProtectionInputs<T>& drive = {}) noexcept {
     FaultSet faults;
-    faults.set(Fault::measurement_invalid);
+    if (!is_usable(m)) {
+      faults.set(Fault::measurement_invalid);
+      restart({});
+      in_a_row_ = {};
+      omega_m_.reset();
+      return faults;
+    }
+    const bool is_driven = update_monitors(m, drive);
+    flux_was_built_ = drive.makes_torque && (flux_was_built_ || drive.psi_s > T(0.8) * drive.flux_reference);
+    const ThreePhase<T>& i = m.i_abc;
+    const ProtectionFacts<T> facts{
+        .measurement = m,
+        .drive = drive,
+        .response = response_,
+        .speed = speed_,
+        .is_driven = is_driven,
+        .flux_was_built = flux_was_built_,
+        .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
+        .current_sum = std::abs(i.a + i.b + i.c),
+        .speed_change = is_driven ? std::abs(m.omega_m - omega_m_.value_or(m.omega_m)) : T(0),
+        .winding_temperature = winding_.temperature()};
+    evaluate(facts, faults);
+    omega_m_ = m.omega_m;
     return faults;
   }
 
+  /// Share of the torque that the winding's temperature leaves: 1 up to the warning, 0 at the trip. [-]
+  [[nodiscard]] T available_share() const noexcept {
+    return std::clamp((limits_.winding_trip - winding_.temperature()) * share_per_kelvin_, T(0), T(1));
+  }
+
  private:
-  Parameters parameters_;
+  static constexpr std::size_t rule_count = protection_rules<T>.size();
+
+  [[nodiscard]] static typename WindingTemperature<T>::Parameters with_period(
+      typename WindingTemperature<T>::Parameters p, std::int32_t period_ns) noexcept {
+    p.period_ns = period_ns;
+    return p;
+  }
+
+  /// True where every leg was driven since the last measurement.
+  [[nodiscard]] bool update_monitors(const Measurement<T>& m, const ProtectionInputs<T>& drive) noexcept {
+    winding_.step(m.i_abc);
+    if (!m.applied.is_driven()) {
+      restart(m.i_abc);
+      return false;
+    }
+    const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
+    if (applied.duration_ns != limits_.period_ns) {
+      restart(m.i_abc);  // periods were missed
+      return true;
+    }
+    response_.step(m.i_abc, applied.integral);
+    speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference);
+    return true;
+  }
+
+  void restart(const ThreePhase<T>& i) noexcept {
+    response_.restart(i);
+    speed_.restart(i);
+  }
+
+  void evaluate(const ProtectionFacts<T>& facts, FaultSet& faults) noexcept {
+    for_each_rule<protection_rules<T>>([&]<std::size_t n>() {
+      constexpr const ProtectionRule<T>& rule = protection_rules<T>[n];
+      const bool violated = rule.is_violated(facts, limits_);
+      if constexpr (rule.measurements == 1 && rule.duration == nullptr) {
+        if (violated) faults.set(rule.fault);
+      } else {
+        in_a_row_[n] = violated ? std::min(in_a_row_[n] + 1, needed_[n]) : 0;
+        if (in_a_row_[n] == needed_[n]) faults.set(rule.fault);
+      }
+    });
+  }
+
+  Parameters limits_;
+  CurrentResponse<T> response_;
+  SpeedPlausibility<T> speed_;
+  WindingTemperature<T> winding_;
+  T share_per_kelvin_;
+  std::array<int, rule_count> needed_{};    ///< measurements in a row that make a fault [-]
+  std::array<int, rule_count> in_a_row_{};  ///< that violated the rule [-]
+  bool flux_was_built_{false};
+  std::optional<T> omega_m_{};  ///< of the last usable measurement [rad/s]
 };
 
 }  // namespace sextant

@@ -1,64 +1,175 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "sextant/core/fault.hpp"
-#include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/safety/protection_facts.hpp"
 #include "sextant/safety/protection_limits.hpp"
 #include "sextant/safety/rule_table.hpp"
 
 namespace sextant {
 
-/// One protection: the fault is present while `is_violated` is true of a usable measurement.
+/// One protection: the fault is present once `is_violated` has been true of `measurements` usable ones in a
+/// row, or for `duration`, and while it stays so.
 template <class T = double>
 struct ProtectionRule {
   Fault fault{};
-  bool (*is_violated)(const Measurement<T>&, const ProtectionLimits<T>&) noexcept SEXTANT_NONBLOCKING{};
+  bool (*is_violated)(const ProtectionFacts<T>&, const ProtectionLimits<T>&) noexcept SEXTANT_NONBLOCKING{};
+  int measurements{1};                                    ///< [-]
+  std::int64_t ProtectionLimits<T>::* duration{nullptr};  ///< takes the place of `measurements` [ns]
+
+  /// Usable measurements in a row that make the fault. [-]
+  [[nodiscard]] constexpr int needed(const ProtectionLimits<T>& limits) const noexcept {
+    if (duration == nullptr) return measurements;
+    return int((limits.*duration + limits.period_ns - 1) / limits.period_ns);
+  }
 };
 
 namespace protection_rule {
 
 template <class T>
-[[nodiscard]] constexpr bool over_current(const Measurement<T>& m,
+[[nodiscard]] constexpr bool over_current(const ProtectionFacts<T>& facts,
                                           const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  return std::max({std::abs(m.i_abc.a), std::abs(m.i_abc.b), std::abs(m.i_abc.c)}) > limits.over_current;
+  return facts.current_peak > limits.over_current;
 }
 
 template <class T>
-[[nodiscard]] constexpr bool dc_over_voltage(const Measurement<T>& m,
+[[nodiscard]] constexpr bool dc_over_voltage(const ProtectionFacts<T>& facts,
                                              const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  return m.u_dc > limits.dc_over_voltage;
+  return facts.measurement.u_dc > limits.dc_over_voltage;
+}
+
+/// A link that is not charged yet, with the gates off, is no fault.
+template <class T>
+[[nodiscard]] constexpr bool dc_under_voltage(
+    const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.is_driven && facts.measurement.u_dc < limits.dc_under_voltage;
 }
 
 template <class T>
-[[nodiscard]] constexpr bool over_speed(const Measurement<T>& m,
+[[nodiscard]] constexpr bool over_speed(const ProtectionFacts<T>& facts,
                                         const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  return std::abs(m.omega_m) > limits.over_speed;
+  return std::abs(facts.measurement.omega_m) > limits.over_speed;
+}
+
+/// The neutral floats: the currents of three phases add up to zero.
+template <class T>
+[[nodiscard]] constexpr bool current_sum(const ProtectionFacts<T>& facts,
+                                         const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.current_sum > limits.current_sum + limits.current_gain_tolerance * facts.current_peak;
+}
+
+/// Magnitude of the reading of phase n. [A]
+template <class T>
+[[nodiscard]] constexpr T reading(const ProtectionFacts<T>& facts, std::size_t n) noexcept {
+  const ThreePhase<T>& i = facts.measurement.i_abc;
+  return std::abs(n == 0 ? i.a : n == 1 ? i.b : i.c);
+}
+
+/// Phases that do not respond to the voltage, bit n for phase n. The noise of the readings changes a response
+/// by √6 σ_i / √(Σ w²); it counts where this is below 1/16, Σ w² > 1536 σ_i².
+template <class T>
+[[nodiscard]] constexpr unsigned unresponsive_phases(const ProtectionFacts<T>& facts,
+                                                     const ProtectionLimits<T>& limits) noexcept {
+  const T least = T(1536) * limits.current_noise * limits.current_noise;
+  unsigned phases = 0;
+  for (std::size_t n = 0; n < 3; ++n) {
+    if (facts.response.phase(n).is_unresponsive(limits.current_response, least)) phases |= 1U << n;
+  }
+  return phases;
+}
+
+/// The one phase that neither responds nor carries current; 3 where there is none, or more than one.
+template <class T>
+[[nodiscard]] constexpr std::size_t silent_phase(const ProtectionFacts<T>& facts,
+                                                 const ProtectionLimits<T>& limits) noexcept {
+  const unsigned phases = unresponsive_phases(facts, limits);
+  for (std::size_t n = 0; n < 3; ++n) {
+    if (phases == 1U << n && reading(facts, n) < limits.zero_current) return n;
+  }
+  return 3;
+}
+
+/// A jump of a current that no voltage explains. With one phase at zero it can be the opening of that phase.
+template <class T>
+[[nodiscard]] constexpr bool current_jumps(const ProtectionFacts<T>& facts,
+                                           const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  int at_zero = 0;
+  for (std::size_t n = 0; n < 3; ++n) at_zero += reading(facts, n) < limits.zero_current ? 1 : 0;
+  return facts.response.jump() > limits.current_jump && at_zero != 1;
+}
+
+/// A converter that has stopped.
+template <class T>
+[[nodiscard]] constexpr bool currents_stand_still(const ProtectionFacts<T>& facts,
+                                                  const ProtectionLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  constexpr int periods = 4;
+  return facts.response.unchanged() >= periods;
+}
+
+/// A sensor that is stuck, or two that are swapped.
+template <class T>
+[[nodiscard]] constexpr bool current_does_not_respond(
+    const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return unresponsive_phases(facts, limits) != 0 && silent_phase(facts, limits) == 3;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool open_phase(const ProtectionFacts<T>& facts,
+                                        const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return silent_phase(facts, limits) != 3;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool speed_jumps(const ProtectionFacts<T>& facts,
+                                         const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.speed_change > limits.speed_jump;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool speed_disagrees(const ProtectionFacts<T>& facts,
+                                             const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.speed.is_off_by(limits.speed_error);
+}
+
+/// Flux that was there and is gone. At zero torque the switching table need not hold it, and a start without
+/// MAGNETISING builds it up as the torque allows.
+template <class T>
+[[nodiscard]] constexpr bool flux_lost(const ProtectionFacts<T>& facts,
+                                       const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.flux_was_built && std::abs(facts.drive.torque_reference) > limits.flux_lost_torque &&
+         facts.drive.psi_s < limits.flux_lost_share * facts.drive.flux_reference;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool over_temperature(
+    const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.winding_temperature > limits.winding_trip;
 }
 
 }  // namespace protection_rule
 
-/// All protections that evaluate one measurement, in order.
+/// All protections, in order. Every one is evaluated in every period.
 template <class T = double>
 inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::over_current, protection_rule::over_current<T>},
     ProtectionRule<T>{Fault::dc_over_voltage, protection_rule::dc_over_voltage<T>},
+    ProtectionRule<T>{Fault::dc_under_voltage, protection_rule::dc_under_voltage<T>},
     ProtectionRule<T>{Fault::over_speed, protection_rule::over_speed<T>},
+    ProtectionRule<T>{Fault::current_sum, protection_rule::current_sum<T>, 3},
+    ProtectionRule<T>{Fault::current_sensor, protection_rule::current_jumps<T>, 2},
+    ProtectionRule<T>{Fault::current_sensor, protection_rule::currents_stand_still<T>},
+    ProtectionRule<T>{Fault::current_sensor, protection_rule::current_does_not_respond<T>},
+    ProtectionRule<T>{Fault::open_phase, protection_rule::open_phase<T>},
+    ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_jumps<T>},
+    ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_disagrees<T>, 1,
+                      &ProtectionLimits<T>::speed_error_ns},
+    ProtectionRule<T>{Fault::flux_lost, protection_rule::flux_lost<T>, 1, &ProtectionLimits<T>::flux_lost_ns},
+    ProtectionRule<T>{Fault::over_temperature, protection_rule::over_temperature<T>},
 };
-
-/// Evaluates every rule of the table, in order; the faults of those that are violated.
-template <const auto& rules, class T>
-[[nodiscard]] constexpr FaultSet evaluate(const Measurement<T>& m,
-                                          const ProtectionLimits<T>& limits) noexcept {
-  FaultSet faults;
-  for_each_rule<rules>([&]<std::size_t n>() {
-    if (rules[n].is_violated(m, limits)) faults.set(rules[n].fault);
-  });
-  return faults;
-}
 
 }  // namespace sextant

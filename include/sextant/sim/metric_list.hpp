@@ -16,6 +16,10 @@ enum class Metric : std::uint8_t {
   torque_bias,
   torque_error_rms,
   torque_error_max,
+  torque_deviation,
+  torque_silent,
+  torque_motoring,
+  torque_regenerating,
   response_time,
   flux_mean,
   flux_min,
@@ -44,7 +48,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 24;
+inline constexpr std::size_t metric_count = 28;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -53,6 +57,16 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
     {"torque_bias_nm", "N·m", "mean torque error, torque minus reference, in the window"},
     {"torque_error_rms_nm", "N·m", "RMS of torque minus reference in the window"},
     {"torque_error_max_nm", "N·m", "largest magnitude of torque minus reference in the window"},
+    {"torque_deviation_nm", "N·m",
+     "sampled runs: largest distance in the window between the mean torque over 20 ms and the attainable "
+     "command, which is the commanded torque within the published available one"},
+    {"torque_silent_ms", "ms",
+     "longest time in the window for which that distance was above 2 N·m and 5 % of the attainable command "
+     "while the gates were on without a fault"},
+    {"torque_motoring_nm", "N·m",
+     "published available torque for motoring, mean in the window up to a fault"},
+    {"torque_regenerating_nm", "N·m",
+     "published available torque for regenerating, mean in the window up to a fault"},
     {"response_time_ms", "ms", "from the step until the torque has covered 95 % of it"},
     {"flux_mean_wb", "Wb", "mean stator flux magnitude in the window"},
     {"flux_min_wb", "Wb", "smallest stator flux magnitude in the window"},

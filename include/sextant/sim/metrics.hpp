@@ -12,6 +12,7 @@
 #include "sextant/sim/moments.hpp"
 #include "sextant/sim/steady_current.hpp"
 #include "sextant/sim/step_response.hpp"
+#include "sextant/sim/torque_deviation.hpp"
 
 namespace sextant {
 
@@ -37,6 +38,8 @@ struct MetricsParameters {
 ///   not count as ripple. Between its ends a segment is a straight line, and weighs by its duration.
 /// - The response time runs from `step_ns` until the torque has covered 95 % of the way from the reference
 ///   before the step to the reference at the step (`StepResponse`).
+/// - The deviation from the attainable command (`TorqueDeviation`) is that of a sampled run, whose control
+///   periods `begin_period` gives.
 /// - The switching frequency counts turn-ons of each leg's upper switch, which is the switching frequency of
 ///   one device, and averages the legs.
 /// - A pulse of the torque comparator begins where its output becomes +1 or −1 (`pulse`). A run whose
@@ -72,6 +75,15 @@ class MetricsAccumulator {
   /// Adds beginnings of a torque comparator's pulse at an instant.
   void pulse(std::int64_t t_ns, std::int64_t count = 1) noexcept;
 
+  /// The run has control periods of this length. [ns]
+  void has_control_period(std::int64_t period_ns);
+
+  /// A control period begins with that telemetry and that commanded torque [N·m], after the segments of the
+  /// one before it.
+  void begin_period(const Telemetry<double>& telemetry, double command) noexcept {
+    if (deviation_) deviation_->begin_period(telemetry, command);
+  }
+
   /// The run has no torque comparator: there is no frequency of its pulses.
   void has_no_pulses() noexcept { has_pulses_ = false; }
 
@@ -101,6 +113,7 @@ class MetricsAccumulator {
 
   MetricsParameters parameters_;
   StepResponse response_;
+  std::optional<TorqueDeviation> deviation_{};  // of a sampled run
   Moments<quantities> moments_{};
   SteadyCurrent current_{};
   double speed_error_squares_{0};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -10,7 +11,9 @@
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/sim/mechanical_load.hpp"
+#include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/segment_log.hpp"
+#include "sextant/sim/sensor_model.hpp"
 
 namespace sextant {
 
@@ -23,6 +26,8 @@ struct SimulatedDriveIoParameters {
   int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
+  SensorParameters sensors{};    ///< ideal by default
+  PlantFaultParameters fault{};  ///< none by default; times count as the load's
 
   [[nodiscard]] const char* validate() const noexcept {
     if (period_ns <= 0) return "the control period must be above zero";
@@ -30,7 +35,10 @@ struct SimulatedDriveIoParameters {
     if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
       return "the actuation delay must be 0 or 1 periods";
     }
-    return hold_periods >= 1 ? nullptr : "a pattern must hold for at least one period";
+    if (hold_periods < 1) return "a pattern must hold for at least one period";
+    if (const char* problem = sensors.validate()) return problem;
+    if (sensors.sampling_lead_ns > period_ns) return "the sampling lead must not exceed the control period";
+    return fault.validate();
   }
 };
 
@@ -41,6 +49,8 @@ struct SimulatedDriveIoParameters {
 /// the torque far (docs/architecture.md, gate patterns). `Measurement::applied` reports the applied pattern,
 /// for which a pattern needs one segment to spare; without it, or after a gap of more than a second, the
 /// measurement is not plausible. `Log` keeps the segments of the last read.
+///
+/// The measurement is what the sensors read (`SensorModel`): by default the plant's true state.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
@@ -49,23 +59,38 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// Plant, integrator and load are not owned and must outlive this object.
   SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,
                    const MechanicalLoad& load) noexcept
-      : parameters_{parameters}, plant_{plant}, integrator_{integrator}, load_{load} {}
+      : parameters_{parameters},
+        plant_{plant},
+        integrator_{integrator},
+        load_{load},
+        sensors_{parameters.sensors, parameters.fault},
+        has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant()} {}
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
     log_.clear();
+    if (has_stops_ && !failed_) [[unlikely]]
+      prepare_stops(t_ns);
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
     for (const GateSegment& segment : applied.segments()) advance(segment);
     // No room in `applied` for the segment with gates off, or a gap too long to integrate: the plant is not
     // at t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
-    return {.i_abc = plant_.i_abc(),
-            .u_dc = parameters_.u_dc,
-            .omega_m = plant_.omega_m(),
-            .applied = applied,
-            .plausible = complete && healthy(),
-            .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt};
+    Measurement<double> measured{
+        .i_abc = plant_.i_abc(),
+        .u_dc = u_dc_,
+        .omega_m = plant_.omega_m(),
+        .applied = applied,
+        .plausible = complete && healthy(),
+        .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt};
+    if (parameters_.sensors.sampling_lead_ns > 0) [[unlikely]] {
+      measured.i_abc = sampled_current_;
+      measured.u_dc = sampled_u_dc_;
+    }
+    if (!sensors_.is_ideal()) [[unlikely]]
+      sensors_.step(measured, plant_.theta_m(), t_ns, load_time(t_ns));
+    return measured;
   }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
@@ -92,6 +117,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
   [[nodiscard]] bool healthy() const noexcept SEXTANT_NONBLOCKING { return !failed_; }
 
  private:
+  static constexpr std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
+
   /// Into [−π, π]. [rad]
   static double wrapped(double angle) noexcept { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
@@ -99,6 +126,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
     started_ = true;
     plant_t_ns_ = t_ns;
     load_origin_ns_ = parameters_.load_origin_ns.value_or(t_ns);
+    u_dc_ = parameters_.u_dc;
     if (load_.imposes_speed()) plant_.set_speed(load_.speed(load_time(t_ns)));
   }
 
@@ -123,7 +151,31 @@ class SimulatedDriveIo final : public DriveIo<double> {
     return applied;
   }
 
-  /// In pieces between the corners of the load, so that a load step acts at its instant.
+  /// At the beginning of a read at t_ns, for a fault and for currents that are sampled before.
+  void prepare_stops(std::int64_t t_ns) noexcept {
+    sample_ns_ = t_ns - parameters_.sensors.sampling_lead_ns;
+    update_fault();
+    sample();  // of a read that comes earlier than the lead
+  }
+
+  void sample() noexcept {
+    sampled_current_ = plant_.i_abc();
+    sampled_u_dc_ = u_dc_;
+  }
+
+  /// The fault at the plant's present time, and the time of the next stop.
+  void update_fault() noexcept {
+    const PlantFaultParameters& fault = parameters_.fault;
+    const std::int64_t fault_ns = load_time(plant_t_ns_);
+    const bool is_open = fault.kind_at(fault_ns) == PlantFaultKind::open_phase;
+    plant_.open_phase(is_open ? fault.phase : Inverter<typename Plant::Scalar>::no_phase);
+    u_dc_ = fault.link_voltage(parameters_.u_dc, fault_ns);
+    const std::int64_t corner_ns = fault.next_corner_ns(fault_ns);
+    next_stop_ns_ = corner_ns == never_ns ? never_ns : plant_t_ns_ + (corner_ns - fault_ns);
+    if (sample_ns_ > plant_t_ns_) next_stop_ns_ = std::min(next_stop_ns_, sample_ns_);
+  }
+
+  /// In pieces between the corners of the load, so that a load step acts at its instant, and the stops.
   void advance(const GateSegment& segment) noexcept {
     if (failed_) return;
     const std::int64_t end_ns = plant_t_ns_ + segment.duration_ns;
@@ -131,7 +183,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
     while (!failed_ && plant_t_ns_ < end_ns) {
       const std::int64_t load_ns = load_time(plant_t_ns_);
       const std::int64_t to_corner_ns = load_.next_corner_ns(load_ns) - load_ns;
-      const std::int64_t left_ns = end_ns - plant_t_ns_;
+      const std::int64_t left_ns = std::min(end_ns, next_stop_ns_) - plant_t_ns_;
       const std::int64_t piece_ns = std::min(left_ns, to_corner_ns);
       set_inputs(segment.state, piece_ns);
       if (first) log_.begin(plant_);
@@ -141,6 +193,10 @@ class SimulatedDriveIo final : public DriveIo<double> {
       if (to_corner_ns <= left_ns && load_.imposes_speed() && !failed_) {
         jump_to(load_.speed(load_time(plant_t_ns_)));
       }
+      if (has_stops_ && !failed_) [[unlikely]] {
+        update_fault();
+        if (plant_t_ns_ == sample_ns_) sample();
+      }
     }
     if (!failed_ && !first) log_.end(plant_, segment.duration_ns);
   }
@@ -148,8 +204,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// For a piece in which the load is linear: its torque acts with its mean.
   void set_inputs(SwitchState state, std::int64_t duration_ns) noexcept {
     const std::int64_t begin_ns = load_time(plant_t_ns_);
-    PlantInputs<double> inputs{state, parameters_.u_dc, load_.torque(begin_ns + duration_ns / 2),
-                               load_.imposes_speed(), 0.0};
+    PlantInputs<double> inputs{state, acting_u_dc(begin_ns + duration_ns / 2),
+                               load_.torque(begin_ns + duration_ns / 2), load_.imposes_speed(), 0.0};
     if (inputs.imposed_speed) {
       const double duration_s = double(duration_ns) * 1e-9;
       // To where the piece leads, not to what a jump at its end makes of it.
@@ -158,6 +214,11 @@ class SimulatedDriveIo final : public DriveIo<double> {
       if (change != 0.0) inputs.speed_slope = change / duration_s;
     }
     plant_.set_inputs(inputs);
+  }
+
+  /// Link voltage over a piece whose middle is at `middle_ns` as the profiles of the load count. [V]
+  [[nodiscard]] double acting_u_dc(std::int64_t middle_ns) const noexcept {
+    return has_stops_ ? parameters_.fault.link_voltage(parameters_.u_dc, middle_ns) : parameters_.u_dc;
   }
 
   /// A step of the imposed speed acts at its instant; what is less than one is rounding.
@@ -170,11 +231,18 @@ class SimulatedDriveIo final : public DriveIo<double> {
   Plant& plant_;
   PlantIntegrator<Plant>& integrator_;
   const MechanicalLoad& load_;
+  SensorModel sensors_;
+  bool has_stops_;  ///< the plant stops at other instants than those of gates and load
   Log log_{};
   GatePattern active_{};
   GatePattern delayed_{};
   std::int64_t plant_t_ns_{0};
   std::int64_t load_origin_ns_{0};
+  std::int64_t next_stop_ns_{never_ns};   ///< of the fault, or of sampling [ns]
+  std::int64_t sample_ns_{};              ///< when currents and link voltage are sampled [ns]
+  ThreePhase<double> sampled_current_{};  ///< [A]
+  double sampled_u_dc_{};                 ///< [V]
+  double u_dc_{};                         ///< of the link at the plant's present time [V]
   bool started_{false};
   bool failed_{false};
 };

@@ -32,8 +32,8 @@ struct TraceParameters {
 };
 
 /// Everything that `TraceParameters::signals` may name, groups first: `standard`, `switching`, `voltage`,
-/// `link`, `rotor`, `shaft`, `energy`, `comparators`, `all`, and each dataset by its path in the file.
-/// `channels`: those of a controller, `control/NAME`, which belong to `standard`.
+/// `link`, `rotor`, `shaft`, `energy`, `comparators`, `monitor`, `all`, and each dataset by its path in the
+/// file. `channels`: those of a controller, `control/NAME`, which belong to `standard`.
 [[nodiscard]] std::vector<std::string> trace_signals(std::span<const ControlChannel> channels = {});
 
 /// True when a file is a trace that a `TraceRecorder` began.
@@ -51,11 +51,11 @@ struct TraceOrigin {
 ///
 /// One dataset per signal, one row per interval. The root group holds the members of
 /// `TelemetryIntervalRecord` under the names of configs/interfaces/telemetry.idl; the group `plant` holds the
-/// plant's true values on the same rows, the group `control` the comparators' outputs. Which of them are
-/// written is the choice of `TraceParameters::signals`. Every dataset carries the attributes `unit` and
-/// `description`; the file carries `scenario`, `sextant_version`, `mode` (`sampled` or `event_exact`),
-/// `control_period_ns` if there is one, `interval_ns` and `decimation`, which marks a row as a min/max
-/// envelope.
+/// plant's true values on the same rows, the group `control` the comparators' outputs and the torque
+/// monitor's torque. Which of them are written is the choice of `TraceParameters::signals`. Every dataset
+/// carries the attributes `unit` and `description`; the file carries `scenario`, `sextant_version`, `mode`
+/// (`sampled` or `event_exact`), `control_period_ns` if there is one, `interval_ns` and `decimation`, which
+/// marks a row as a min/max envelope.
 ///
 /// A sampled run gives its gate segments (`add_segment`) and control periods (`add`), an event-exact one
 /// finished rows (`add_row`).

@@ -27,6 +27,7 @@ class TraceReducer {
     last_plant_ = plant;
     control_.torque_comparator = control.torque_comparator;
     control_.flux_comparator = control.flux_comparator;
+    control_.torque_monitored_nm = telemetry.torque_monitored;
     std::copy_n(control.channels.begin(), std::min(control.channels.size(), control_.channels.size()),
                 control_.channels.begin());
     return drive_.count() >= periods_per_row_;

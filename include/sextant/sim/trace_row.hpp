@@ -73,10 +73,11 @@ struct PlantRow {
   std::int8_t switch_c{};    ///< [-]
 };
 
-/// What the controller decides beside its telemetry, of one row of a trace.
+/// What the drive decides and estimates beside its telemetry, of one row of a trace.
 struct ControlRow {
   std::int8_t torque_comparator{};  ///< +1: raise the torque, −1: lower it, 0: hold [-]
   std::int8_t flux_comparator{};    ///< 1: raise the flux, 0: lower it [-]
+  double torque_monitored_nm{};     ///< mean torque by the torque monitor [N·m]
   std::array<double, control_channel_capacity> channels{};  ///< of an own controller, each in its unit
 };
 

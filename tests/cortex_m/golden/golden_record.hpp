@@ -90,7 +90,6 @@ template <class T>
   typename Drive<T>::Parameters p;
   p.period_ns = setup.period_ns;
   p.magnetise_first = true;
-  p.magnetise_below_speed = T(10);
   p.command.torque_rate = T(20'000);
   p.capability.base_speed = T(60);
   p.capability.zero_torque_speed = T(100);

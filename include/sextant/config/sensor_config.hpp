@@ -1,0 +1,19 @@
+#pragma once
+
+#include "sextant/config/schema.hpp"
+#include "sextant/sim/plant_fault.hpp"
+#include "sextant/sim/sensor_model.hpp"
+#include "sextant/sim/simulated_drive_io.hpp"
+
+namespace sextant {
+
+/// Keys of [plant.sensors].
+void describe(Section s, SensorParameters& p);
+
+/// Keys of [plant.faults]; u_dc: of the link without a fault [V], read before.
+void describe(Section s, PlantFaultParameters& p, const double& u_dc);
+
+/// True where a measurement is the plant's true state, and nothing is wrong with the plant.
+[[nodiscard]] bool is_ideal(const SimulatedDriveIoParameters& p);
+
+}  // namespace sextant

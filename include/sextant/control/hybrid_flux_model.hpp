@@ -1,0 +1,100 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/control/current_model.hpp"
+#include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/space_vector.hpp"
+
+namespace sextant {
+
+/// Voltage model corrected by the current model:
+///   dψ_s/dt = u_s − R_s i_s − g (ψ_s − c ψ_cm)
+///   dc/dt = γ [w (ψ_s − c ψ_cm)/ψ_cm − (1 − w)(c − 1)/10]
+/// ψ_cm is the stator flux of the current model and c a complex factor that follows what its parameters are
+/// wrong by. The correction removes drift and a wrong initial value within 1/g. Where w is 1 it has no effect
+/// in steady state: the estimate is that of the voltage model, which needs neither R_r nor L_m. Where w is 0
+/// the factor is 1 and the estimate that of the current model, which does not need R_s. w is the product of
+///   ω_e²/(ω_e² + ω_1²),  ω_1 = R_s/L_s          and   ω_r⁴/(ω_r⁴ + ω_1⁴),  ω_r = p ω_m
+/// At ω_1 the magnetising current's resistive voltage is as large as that of the flux.
+/// Sources: P. L. Jansen, R. D. Lorenz, "A physically insightful approach to the design and accuracy
+/// assessment of flux observers for field oriented induction machine drives", IEEE Trans. Ind. Appl. 30
+/// (1994) 101–110, for the two models joined by a correction; the factor c is this project's.
+template <class T = double>
+class HybridFluxModel {
+ public:
+  explicit HybridFluxModel(const InductionMachineParameters<T>& machine) noexcept
+      : correction_{machine.r_s / machine.sigma_l_s()},
+        adaptation_{T(2) / machine.tau_r()},
+        crossover_{machine.r_s / machine.l_s()},
+        pole_pairs_{T(machine.pole_pairs)} {}
+
+  /// Advances by dt [s]. flux_change: ∫(u_s − R_s i_s) dt [Wb]; current_model and i_s [A] at the end;
+  /// omega_m: mechanical speed [rad/s].
+  void step(SpaceVector<T> flux_change, const CurrentModel<T>& current_model, SpaceVector<T> i_s, T omega_m,
+            T dt) noexcept {
+    const SpaceVector<T> psi_cm = current_model.psi_s(i_s);
+    const SpaceVector<T> psi_r = current_model.psi_r();
+    const T k = dt / (smoothing + dt);
+    turn_ += k * (cross(psi_r, current_model.derivative(psi_r, i_s, omega_m)) - turn_);
+    norm_ += k * (dot(psi_r, psi_r) - norm_);
+    const T w = weight(pole_pairs_ * omega_m);
+    psi_s_ += flux_change;
+    const SpaceVector<T> error = psi_s_ - reference(psi_cm);
+    psi_s_ -= (correction_ * dt / (T(1) + correction_ * dt)) * error;
+    const T square = dot(psi_cm, psi_cm);
+    if (!(square > T(0))) return;
+    const T gain = adaptation_ * dt * w / square;
+    const T leak = T(0.1) * adaptation_ * dt * (T(1) - w);
+    factor_.alpha += gain * dot(psi_cm, error) - leak * (factor_.alpha - T(1));
+    factor_.beta += gain * cross(psi_cm, error) - leak * factor_.beta;
+    bound();
+  }
+
+  [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
+
+  /// Sets the flux to that of the current model. [Wb]
+  constexpr void set(SpaceVector<T> psi_s) noexcept {
+    psi_s_ = psi_s;
+    factor_ = {T(1), T(0)};
+  }
+
+ private:
+  static constexpr T smoothing = T(0.003);  ///< of the stator frequency [s]
+  static constexpr T farthest = T(0.6);     ///< largest |c − 1| [-]
+  static constexpr T highest = T(1e5);      ///< largest stator frequency [rad/s]
+
+  /// w, from the smoothed stator frequency turn/norm and the rotor's.
+  [[nodiscard]] T weight(T omega_r) const noexcept {
+    if (!(norm_ > T(0))) return T(0);
+    const T omega_e = std::clamp(turn_ / norm_, -highest, highest);
+    const T e = omega_e * omega_e;
+    const T r = omega_r * omega_r;
+    const T w_1 = crossover_ * crossover_;
+    return e * r * r / ((e + w_1) * (r * r + w_1 * w_1));
+  }
+
+  [[nodiscard]] constexpr SpaceVector<T> reference(SpaceVector<T> psi_cm) const noexcept {
+    return factor_.alpha * psi_cm + factor_.beta * rotate_90(psi_cm);
+  }
+
+  void bound() noexcept {
+    const T re = factor_.alpha - T(1);
+    const T square = re * re + factor_.beta * factor_.beta;
+    if (!(square > farthest * farthest)) return;
+    const T shrink = farthest / std::sqrt(square);
+    factor_ = {T(1) + shrink * re, shrink * factor_.beta};
+  }
+
+  T correction_;  ///< g [1/s]
+  T adaptation_;  ///< γ [1/s]
+  T crossover_;   ///< ω_1 [rad/s]
+  T pole_pairs_;  ///< p [-]
+  T turn_{};      ///< smoothed ψ_r × dψ_r/dt [V·Wb]
+  T norm_{};      ///< smoothed |ψ_r|² [Wb²]
+  SpaceVector<T> psi_s_{};
+  SpaceVector<T> factor_{T(1), T(0)};  ///< c [-]
+};
+
+}  // namespace sextant

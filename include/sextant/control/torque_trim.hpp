@@ -1,0 +1,71 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/core/induction_machine_parameters.hpp"
+
+namespace sextant {
+
+/// Slow correction of the torque reference. Comparators that decide once a period pass their thresholds by
+/// what the torque changes in a period, further in the direction that the EMF drives it to, so that the mean
+/// torque differs from the reference. The trim x is the integral of the difference, with the mean of a period
+/// by the trapezoidal rule from the estimates at both of its ends:
+///   dx/dt = (T_ref − (T_before + T)/2) / τ,   |x| ≤ ΔT = 3/2 p ψ_ref (2/3 u_dc)/σL_s · t_period
+/// ΔT is what an active vector changes of the torque in a period. A change of T_ref reaches the comparator at
+/// once.
+///
+/// The trim holds its value from a period in which the torque is further than 2 ΔT from T_ref + x, as after a
+/// step of T_ref or where the link voltage does not suffice, until the torque has crossed T_ref + x.
+template <class T = double>
+class TorqueTrim {
+ public:
+  struct Parameters {
+    T time_constant{T(0.01)};  ///< τ; 0: no trim [s]
+
+    [[nodiscard]] const char* validate() const noexcept {
+      const bool good = std::isfinite(time_constant) && time_constant >= T(0);
+      return good ? nullptr : "the time constant of the torque trim must not be below zero";
+    }
+  };
+
+  /// period: the control period. [s]
+  constexpr TorqueTrim(const Parameters& parameters, const InductionMachineParameters<T>& machine,
+                       T period) noexcept {
+    if (!(parameters.time_constant > T(0))) return;
+    gain_ = period / (parameters.time_constant + period);
+    limit_gain_ = T(machine.pole_pairs) * period / machine.sigma_l_s();
+  }
+
+  /// One period in which the torque is to follow its reference: T_ref and the estimate T [N·m], ψ_ref [Wb]
+  /// and u_dc [V]. Returns T_ref + x. [N·m]
+  constexpr T step(T reference, T torque, T psi_ref, T u_dc) noexcept {
+    const T limit = limit_gain_ * psi_ref * u_dc;
+    const T error = reference + value_ - torque;
+    follows_ = std::abs(error) <= T(2) * limit && (follows_ || error * error_before_ < T(0));
+    if (follows_) value_ += gain_ * (reference - T(0.5) * (torque_before_ + torque));
+    value_ = std::max(-limit, std::min(limit, value_));
+    torque_before_ = torque;
+    error_before_ = error;
+    return reference + value_;
+  }
+
+  [[nodiscard]] constexpr T value() const noexcept { return value_; }  ///< x [N·m]
+
+  /// To be called while the torque follows no reference.
+  constexpr void reset() noexcept {
+    value_ = T(0);
+    error_before_ = T(0);
+    follows_ = false;
+  }
+
+ private:
+  T gain_{};           ///< of the sampled integral, t_period/(τ + t_period), below 1 with any τ [-]
+  T limit_gain_{};     ///< ΔT/(ψ_ref u_dc) = p t_period/σL_s [N·m/(Wb·V)]
+  T value_{};          ///< x [N·m]
+  T torque_before_{};  ///< estimate at the beginning of the period [N·m]
+  T error_before_{};   ///< T_ref + x − T there; 0 after a reset [N·m]
+  bool follows_{false};
+};
+
+}  // namespace sextant

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+
+namespace sextant {
+
+/// What limits the available torque; the values are those of `DeratingCause` in the CAN contract.
+enum class DeratingCause : std::uint8_t {
+  none = 0,           ///< nothing but configured limits of the torque
+  current_limit = 1,  ///< the drive's limit of the stator current
+  voltage_limit = 2,  ///< the voltage of the link, or the breakdown torque at the flux that it allows
+  temperature = 3,    ///< the winding, by its thermal model
+  dc_link_limit = 4,  ///< not used
+  gates_are_off = 5   ///< GATES_OFF in the contract: the torque is available after an enable
+};
+
+}  // namespace sextant

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/core/space_vector.hpp"
+
+namespace sextant {
+
+/// The response of the three measured phase currents to the applied voltage, by the transient model of the
+/// machine (P. Vas, Sensorless Vector and Direct Torque Control, 1998, 1.2):
+///   σL_s di/dt = u − R_s i − e,
+/// in which R_s i + e changes slowly from period to period. In the second difference it cancels:
+///   y = Δi_k − Δi_{k−1} ≈ w = (∫u_k dt − ∫u_{k−1} dt) / σL_s.
+/// Per phase, over a window that forgets exponentially: Σ w y = response · Σ w². The response is near 1 for a
+/// phase that answers, 0 for one that is open or stuck, −1/2 on average for one that is swapped with another.
+/// |y − w| is a jump that no voltage has caused, and no response to one. The second
+/// difference does not show readings that all stand still under one voltage vector: these are counted. Needs
+/// no parameter but σL_s. Only periods of the nominal
+/// length with every leg driven count; each other one starts anew.
+template <class T = double>
+class CurrentResponse {
+ public:
+  struct Parameters {
+    T sigma_l_s{T(0.004735)};           ///< transient stator inductance σL_s [H]
+    std::int32_t period_ns{25'000};     ///< control period [ns]
+    std::int64_t window_ns{3'000'000};  ///< time constant of the window [ns]
+    T jump{T(8)};                       ///< |y − w| above it stays out of the sums [A]
+  };
+
+  /// The sums of one phase.
+  struct Phase {
+    T answered{};  ///< Σ w y [A²]
+    T expected{};  ///< Σ w² [A²]
+
+    /// True where the voltage ought to have moved the current by enough (Σ w² above `least` [A²]), and the
+    /// response is below `response` [-].
+    [[nodiscard]] constexpr bool is_unresponsive(T response, T least) const noexcept {
+      return expected > least && answered < response * expected;
+    }
+  };
+
+  explicit CurrentResponse(const Parameters& parameters) noexcept
+      : inverse_inductance_{T(1) / parameters.sigma_l_s},
+        largest_jump_{parameters.jump},
+        forget_{std::min(T(1), T(parameters.period_ns) / T(parameters.window_ns))} {}
+
+  /// The phase currents at the end of a period in which every leg was driven [A], and ∫u_x dt over it [V·s].
+  constexpr void step(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds) noexcept {
+    count_unchanged(i, volt_seconds);
+    jump_ = T(0);
+    step(phases_[0], i.a, volt_seconds.a);
+    step(phases_[1], i.b, volt_seconds.b);
+    step(phases_[2], i.c, volt_seconds.c);
+    has_predecessor_ = true;
+  }
+
+  /// A period that does not count: i are the currents at its end [A].
+  constexpr void restart(const ThreePhase<T>& i) noexcept {
+    phases_ = {};
+    phases_[0].i = i.a;
+    phases_[1].i = i.b;
+    phases_[2].i = i.c;
+    has_predecessor_ = false;
+    unchanged_ = 0;
+    jump_ = T(0);
+  }
+
+  /// Phase n: 0 is a.
+  [[nodiscard]] constexpr const Phase& phase(std::size_t n) const noexcept { return phases_[n].sums; }
+  /// Largest |y − w| of the three phases in this period. [A]
+  [[nodiscard]] constexpr T jump() const noexcept { return jump_; }
+  /// Periods in a row with an active vector in which all readings stayed the same to the last digit. [-]
+  [[nodiscard]] constexpr int unchanged() const noexcept { return unchanged_; }
+
+ private:
+  struct State {
+    T i{};   ///< at the last measurement [A]
+    T di{};  ///< its change over the last period [A]
+    T v{};   ///< ∫u dt / σL_s of the last period [A]
+    Phase sums{};
+  };
+
+  constexpr void step(State& s, T i, T volt_seconds) noexcept {
+    const T di = i - s.i;
+    const T v = volt_seconds * inverse_inductance_;
+    const T y = di - s.di;
+    const T w = v - s.v;
+    s.i = i;
+    s.di = di;
+    s.v = v;
+    if (!has_predecessor_) return;
+    const T unexplained = std::abs(y - w);
+    jump_ = std::max(jump_, unexplained);
+    if (unexplained > largest_jump_) return;
+    s.sums.answered += w * y - forget_ * s.sums.answered;
+    s.sums.expected += w * w - forget_ * s.sums.expected;
+  }
+
+  constexpr void count_unchanged(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds) noexcept {
+    const bool same = i == ThreePhase<T>{phases_[0].i, phases_[1].i, phases_[2].i};
+    const bool is_active = !(volt_seconds == ThreePhase<T>{});
+    if (!same) unchanged_ = 0;
+    if (same && is_active) ++unchanged_;
+  }
+
+  T inverse_inductance_;
+  T largest_jump_;
+  T forget_;
+  bool has_predecessor_{false};  ///< a period that counts came before
+  int unchanged_{0};
+  T jump_{};
+  std::array<State, 3> phases_{};
+};
+
+}  // namespace sextant

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "sextant/core/measurement.hpp"
+#include "sextant/safety/current_response.hpp"
+#include "sextant/safety/speed_plausibility.hpp"
+
+namespace sextant {
+
+/// What the drive did with the measurement before: input of the protections beside the measurement.
+template <class T = double>
+struct ProtectionInputs {
+  bool makes_torque{false};  ///< the drive follows a torque reference
+  T torque_reference{};      ///< [N·m]
+  T flux_reference{};        ///< of the stator [Wb]
+  T torque{};                ///< controller's estimate [N·m]
+  T psi_s{};                 ///< controller's estimate of |ψ_s| [Wb]
+};
+
+/// Inputs of the protection rules in one control period: the measurement, and what the monitors made of it.
+template <class T = double>
+struct ProtectionFacts {
+  const Measurement<T>& measurement;
+  const ProtectionInputs<T>& drive;
+  const CurrentResponse<T>& response;
+  const SpeedPlausibility<T>& speed;
+  bool is_driven{false};  ///< every leg was driven since the last measurement
+  bool flux_was_built{
+      false};               ///< the flux has reached its reference, less a fifth, since the gates turned on
+  T current_peak{};         ///< largest magnitude of a phase current [A]
+  T current_sum{};          ///< magnitude of the sum of the phase currents [A]
+  T speed_change{};         ///< magnitude of the change since the last measurement, gates driven [rad/s]
+  T winding_temperature{};  ///< [°C]
+};
+
+}  // namespace sextant

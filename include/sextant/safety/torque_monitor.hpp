@@ -1,0 +1,136 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "sextant/core/measurement.hpp"
+#include "sextant/safety/monitored_flux.hpp"
+#include "sextant/safety/torque_bands.hpp"
+#include "sextant/safety/torque_monitor_limits.hpp"
+#include "sextant/safety/torque_window.hpp"
+
+namespace sextant {
+
+/// Independent torque monitor: compares the torque with the command of the command supervision, by own
+/// parameters, own code and own state; it knows nothing of the controller. Over each averaging time the
+/// torque is estimated by current and by power (`TorqueBands`). The averaging time is violated where the
+/// whole band lies
+///   further than max(limit, limit_share |command|) from the mean command, or
+///   beyond `wrong_sign` against the command's sign.
+/// Each violated averaging time counts up, each other one down. The deviation is a fault when the count comes
+/// to `time` less one averaging time, so that a deviation lasts for at most `time`. Without torque production
+/// the count is zero; while gates were off within a period the averaging time begins anew.
+///
+/// Not violated, although torque lacks: |ψ_r| is below half of the flux reference and grows (L_m i_d exceeds
+/// ψ_r by a tenth), as at the start of a machine without flux.
+///
+/// Not seen:
+///   a deviation within limit and band: near zero stator frequency the band by current is up to twice the
+///   torque (errors of R_r and L_m), elsewhere that of R_s |i_s|²/ω_e;
+///   oscillation whose sign changes more often than every `time`, and torque while the gates are off;
+///   errors of the measurements themselves: currents that read low by a common factor, a wrong speed or link
+///   voltage; a command that is wrong before the supervision;
+///   friction, iron loss and saturation: the torque is that of the air gap.
+template <class T = double>
+class TorqueMonitor {
+ public:
+  using Parameters = TorqueMonitorLimits<T>;
+
+  explicit TorqueMonitor(const Parameters& parameters) noexcept
+      : parameters_{parameters},
+        window_s_{T(parameters.window_ns) * T(1e-9)},
+        trip_s_{T(parameters.time_ns - parameters.window_ns) * T(1e-9)},
+        flux_{parameters.machine},
+        window_{parameters.machine},
+        bands_{parameters} {}
+
+  /// A usable measurement, dt [s] after the one before; `commanded`: torque command of that time [N·m], empty
+  /// where the drive made no torque. True while the deviation is a fault.
+  [[nodiscard]] bool step(const Measurement<T>& m, T dt, std::optional<T> commanded) noexcept {
+    const bool is_repeated = !m.applied.segments().empty() && m.applied.duration_ns() == 0;
+    if (is_repeated) return is_fault();  // a period without a new measurement
+    const SpaceVector<T> i_before = i_s_;
+    const T omega_m = T(0.5) * (omega_m_ + m.omega_m);
+    i_s_ = clarke(m.i_abc);
+    omega_m_ = m.omega_m;
+    const bool driven = m.applied.is_driven();
+    // With gates off the current decays within a fraction of a millisecond.
+    flux_.step(driven ? T(0.5) * (i_before + i_s_) : i_s_, omega_m, dt);
+    if (!driven) decay_s_ += dt;
+    if (!commanded) rest();
+    if (!commanded || !driven) {
+      window_.clear();
+      return false;
+    }
+    window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, *commanded);
+    if (window_.duration() + T(0.5) * dt >= window_s_) {
+      evaluate(window_.means());
+      window_.clear();
+    }
+    return is_fault();
+  }
+
+  /// dt [s] without a usable measurement: the gates are off.
+  void coast(T dt) noexcept {
+    i_s_ = {};
+    flux_.step(i_s_, omega_m_, dt);
+    decay_s_ += dt;
+    window_.clear();
+    rest();
+  }
+
+  /// Estimated torque of the last averaging time; zero while the drive makes no torque. [N·m]
+  [[nodiscard]] constexpr T torque() const noexcept { return band_.torque; }
+  /// The same with its band.
+  [[nodiscard]] constexpr const TorqueBand<T>& band() const noexcept { return band_; }
+  /// Both methods.
+  [[nodiscard]] constexpr const TorqueBands<T>& bands() const noexcept { return bands_; }
+
+ private:
+  [[nodiscard]] bool is_fault() const noexcept {
+    return parameters_.enabled && violated_s_ + T(0.5) * window_s_ >= trip_s_;
+  }
+
+  constexpr void rest() noexcept {
+    violated_s_ = T(0);
+    band_ = {};
+  }
+
+  void evaluate(const TorqueMeans<T>& m) noexcept {
+    if (decay_s_ > T(0)) bands_.decay(decay_s_);
+    decay_s_ = T(0);
+    bands_.step(m);
+    band_ = bands_.narrower();
+    violated_s_ = std::max(T(0), violated_s_ + (is_violated(m) ? m.duration : -m.duration));
+  }
+
+  [[nodiscard]] bool is_violated(const TorqueMeans<T>& m) const noexcept {
+    const T commanded = m.commanded;
+    if (commanded > T(0) && band_.highest < -parameters_.wrong_sign) return true;
+    if (commanded < T(0) && band_.lowest > parameters_.wrong_sign) return true;
+    const T limit = std::max(parameters_.limit, parameters_.limit_share * std::abs(commanded));
+    if (band_.lowest <= commanded + limit && band_.highest >= commanded - limit) return false;
+    const bool lacks = std::abs(band_.torque) < std::abs(commanded);
+    return !(lacks && flux_builds_up(m));
+  }
+
+  [[nodiscard]] bool flux_builds_up(const TorqueMeans<T>& m) const noexcept {
+    const T half = T(0.5) * parameters_.flux_reference;
+    return m.flux_squared < half * half && parameters_.machine.l_m * m.along > T(1.1) * m.flux_squared;
+  }
+
+  Parameters parameters_;
+  T window_s_;
+  T trip_s_;
+  MonitoredFlux<T> flux_;
+  TorqueWindow<T> window_;
+  TorqueBands<T> bands_;
+  TorqueBand<T> band_{};
+  SpaceVector<T> i_s_{};  ///< at the last measurement [A]
+  T omega_m_{};           ///< at the last measurement [rad/s]
+  T decay_s_{};           ///< time with gates off since the last averaging time [s]
+  T violated_s_{};        ///< count of violated averaging times [s]
+};
+
+}  // namespace sextant

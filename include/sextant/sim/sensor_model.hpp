@@ -1,0 +1,127 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+
+#include "sextant/core/measurement.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/sim/converter.hpp"
+#include "sextant/sim/encoder.hpp"
+#include "sextant/sim/normal_noise.hpp"
+#include "sextant/sim/plant_fault.hpp"
+
+namespace sextant {
+
+/// By how much the current sensor of one phase differs from what is common to all three.
+struct PhaseSensorError {
+  double gain_error{};  ///< [-]
+  double offset{};      ///< [A]
+};
+
+/// The sensors of a simulated power stage; ideal by default.
+struct SensorParameters {
+  ConverterParameters current{};             ///< common to the phases, bipolar [A]
+  std::array<PhaseSensorError, 3> phases{};  ///< added to it, of phases a, b, c
+  ConverterParameters voltage{};             ///< of the DC link, unipolar [V]
+  std::int32_t sampling_lead_ns{};  ///< currents and voltage are sampled so long before a period [ns]
+  EncoderParameters encoder{};
+  std::uint64_t seed{1};  ///< of the noise [-]
+
+  /// Parameters of the current sensor of phase 0, 1 or 2.
+  [[nodiscard]] ConverterParameters current_of(std::size_t phase) const noexcept {
+    ConverterParameters p = current;
+    p.gain_error += phases[phase].gain_error;
+    p.offset += phases[phase].offset;
+    return p;
+  }
+
+  /// nullptr when usable, else what is wrong.
+  [[nodiscard]] const char* validate() const noexcept {
+    for (std::size_t x = 0; x < 3; ++x) {
+      if (const char* problem = current_of(x).validate()) return problem;
+    }
+    if (const char* problem = voltage.validate()) return problem;
+    if (const char* problem = encoder.validate()) return problem;
+    return sampling_lead_ns >= 0 ? nullptr
+                                 : "the sampling instant must not come after the period's beginning";
+  }
+};
+
+/// Makes of a true measurement what the sensors read: swapped currents and their drift, converters, encoder,
+/// then the faults that replace a reading. A reading that is kept is that of the last step before the fault.
+class SensorModel {
+ public:
+  /// The parameters must be valid.
+  SensorModel(const SensorParameters& p, const PlantFaultParameters& fault) noexcept
+      : current_{Converter{p.current_of(0), true}, Converter{p.current_of(1), true},
+                 Converter{p.current_of(2), true}},
+        voltage_{p.voltage, false},
+        encoder_{p.encoder},
+        noise_{p.seed},
+        fault_{fault},
+        is_noisy_{p.current.noise > 0.0 || p.voltage.noise > 0.0},
+        is_ideal_{fault.kind == PlantFaultKind::none && encoder_.is_ideal() && voltage_.is_ideal() &&
+                  current_[0].is_ideal() && current_[1].is_ideal() && current_[2].is_ideal()} {}
+
+  /// True where `step` changes nothing.
+  [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
+
+  /// A measurement of true values with the shaft at theta_m [rad], not wrapped, at t_ns; fault_ns: the same
+  /// instant as the fault counts.
+  void step(Measurement<double>& m, double theta_m, std::int64_t t_ns,
+            std::int64_t fault_ns) noexcept SEXTANT_NONBLOCKING {
+    const PlantFaultKind fault = fault_.kind_at(fault_ns);
+    std::array<double, 3> i{m.i_abc.a, m.i_abc.b, m.i_abc.c};
+    const auto x = std::size_t(fault_.phase);
+    if (fault == PlantFaultKind::phases_swapped) std::swap(i[x], i[(x + 1) % 3]);
+    if (fault == PlantFaultKind::current_drift) i[x] += fault_.drift * double(fault_ns - fault_.at_ns) * 1e-9;
+    convert(i, m.u_dc);
+    count_edges(m, theta_m, t_ns);
+    if (fault == PlantFaultKind::current_stuck) i[x] = last_current_[x];
+    if (fault == PlantFaultKind::current_zero) i[x] = 0.0;
+    m.i_abc = {i[0], i[1], i[2]};
+    replace_others(fault, m);
+    last_current_ = i;
+    last_ = m;
+  }
+
+ private:
+  void convert(std::array<double, 3>& i, double& u_dc) noexcept SEXTANT_NONBLOCKING {
+    const std::uint64_t n = 4 * step_++;
+    for (std::size_t x = 0; x < 3; ++x) i[x] = current_[x](i[x], is_noisy_ ? noise_(n + x) : 0.0);
+    u_dc = voltage_(u_dc, is_noisy_ ? noise_(n + 3) : 0.0);
+  }
+
+  void count_edges(Measurement<double>& m, double theta_m, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    constexpr double farthest = 1e12;  // beyond it edges cannot be counted, nor of NaN [rad]
+    if (encoder_.is_ideal() || !(std::abs(theta_m) < farthest)) return;
+    encoder_.step(theta_m, t_ns);
+    m.omega_m = encoder_.omega();
+    if (m.theta_m) m.theta_m = std::remainder(encoder_.theta(), 2.0 * std::numbers::pi);
+  }
+
+  void replace_others(PlantFaultKind fault, Measurement<double>& m) const noexcept SEXTANT_NONBLOCKING {
+    if (fault == PlantFaultKind::link_stuck) m.u_dc = last_.u_dc;
+    if (fault == PlantFaultKind::speed_jump) m.omega_m += fault_.jump;
+    if (fault != PlantFaultKind::speed_lost && fault != PlantFaultKind::speed_frozen) return;
+    m.omega_m = fault == PlantFaultKind::speed_lost ? 0.0 : last_.omega_m;
+    m.theta_m = last_.theta_m;
+  }
+
+  std::array<Converter, 3> current_;
+  Converter voltage_;
+  Encoder encoder_;
+  NormalNoise noise_;
+  PlantFaultParameters fault_;
+  bool is_noisy_;
+  bool is_ideal_;
+  std::uint64_t step_{};
+  std::array<double, 3> last_current_{};  ///< [A]
+  Measurement<double> last_{};
+};
+
+}  // namespace sextant

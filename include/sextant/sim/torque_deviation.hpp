@@ -1,0 +1,152 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "sextant/core/telemetry.hpp"
+#include "sextant/drive/drive_state_machine.hpp"
+#include "sextant/sim/sliding_maximum.hpp"
+#include "sextant/sim/sliding_mean.hpp"
+
+namespace sextant {
+
+/// How far the delivered torque departs from what the drive has been commanded or says that it can deliver,
+/// from control period to control period of a sampled run.
+///
+/// The attainable command of a period is the commanded torque within the available range that the drive
+/// publishes in it; it is zero in MAGNETISING, which announces that there is no torque yet. The deviation at
+/// the end of a period is the distance of the mean of the true torque over the last 20 ms from the interval
+/// of the attainable commands of these 20 ms, so that a step of the command is no deviation by itself; with a
+/// constant attainable command c it is |mean(τ_e) − c|. It is too large above
+///   max(2 N·m, 5 % of the nearest attainable command).
+/// Gates that are off, as they are after a fault, end a deviation; the mean begins anew after them, and there
+/// is no deviation before it spans 20 ms. An entry into DERATED after 20 ms without that state announces what
+/// comes before it: for 20 ms, over which the mean still contains it, a deviation that is too large counts as
+/// none.
+class TorqueDeviation {
+ public:
+  static constexpr std::int64_t span_ns = 20'000'000;  ///< of the mean [ns]
+  static constexpr double tolerance = 2;               ///< least tolerance of the mean torque [N·m]
+  static constexpr double relative_tolerance = 0.05;   ///< tolerance by attainable command [-]
+
+  /// Instants within (from_ns, to_ns] count. period_ns is the control period. [ns]
+  TorqueDeviation(std::int64_t period_ns, std::int64_t from_ns, std::int64_t to_ns)
+      : period_ns_{period_ns},
+        from_ns_{from_ns},
+        to_ns_{to_ns},
+        torque_{periods(period_ns)},
+        highest_{periods(period_ns)},
+        negated_lowest_{periods(period_ns)},
+        span_{static_cast<std::int64_t>(periods(period_ns))} {}
+
+  /// Adds a stretch of the present period, along which the true torque [N·m] runs linearly.
+  void add_segment(double torque_begin, double torque_end, double duration_ns) noexcept {
+    area_ += 0.5 * (torque_begin + torque_end) * duration_ns;
+    elapsed_ns_ += duration_ns;
+  }
+
+  /// Ends the present period and begins that of `telemetry`, with the commanded torque [N·m].
+  void begin_period(const Telemetry<double>& telemetry, double command) noexcept {
+    const std::int64_t t_ns = telemetry.t_ns;
+    if (elapsed_ns_ > 0) end_period(t_ns > from_ns_ && t_ns <= to_ns_);
+    area_ = elapsed_ns_ = 0;
+    if (!telemetry.latched.any() && t_ns >= from_ns_ && t_ns <= to_ns_) note_available(telemetry);
+    delivers_ = gates_are_on(telemetry.state);
+    if (!delivers_) return clear();
+    note_derating(telemetry.state == DriveState::derated);
+    attainable_ = makes_torque(telemetry.state) ? within_available(telemetry, command) : 0.0;
+  }
+
+  /// Largest deviation; NaN where no mean could be formed. [N·m]
+  [[nodiscard]] double largest() const noexcept { return has_mean_ ? largest_ : nan; }
+
+  /// Longest time without a pause in which the deviation was too large and not announced; NaN where no mean
+  /// could be formed. [ms]
+  [[nodiscard]] double longest_ms() const noexcept {
+    return has_mean_ ? static_cast<double>(longest_periods_ * period_ns_) * 1e-6 : nan;
+  }
+
+  /// Mean of the available torques over the periods without a latched fault; NaN without one. [N·m]
+  [[nodiscard]] double motoring() const noexcept { return mean(motoring_); }
+  [[nodiscard]] double regenerating() const noexcept { return mean(regenerating_); }
+
+ private:
+  /// The command within the published torque, of which the direction of the speed tells what is motoring.
+  [[nodiscard]] static double within_available(const Telemetry<double>& t, double command) noexcept {
+    const double forward = t.omega_m < 0 ? t.torque_regenerating : t.torque_motoring;
+    const double backward = t.omega_m > 0 ? t.torque_regenerating : t.torque_motoring;
+    return std::min(std::max(command, -backward), forward);
+  }
+
+  static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+  [[nodiscard]] static std::size_t periods(std::int64_t period_ns) noexcept {
+    return static_cast<std::size_t>(std::max<std::int64_t>(1, (span_ns + period_ns / 2) / period_ns));
+  }
+
+  [[nodiscard]] double mean(double sum) const noexcept {
+    return available_periods_ > 0 ? sum / static_cast<double>(available_periods_) : nan;
+  }
+
+  void clear() noexcept {
+    torque_.clear();
+    highest_.clear();
+    negated_lowest_.clear();
+    too_large_periods_ = 0;
+  }
+
+  void note_derating(bool derated) noexcept {
+    if (derated && since_derated_ >= span_)
+      announced_ = span_;
+    else if (announced_ > 0)
+      --announced_;
+    since_derated_ = derated ? 0 : since_derated_ + 1;
+  }
+
+  void end_period(bool counts) noexcept {
+    if (!delivers_) return;
+    torque_.push(area_ / elapsed_ns_);
+    highest_.push(attainable_);
+    negated_lowest_.push(-attainable_);
+    if (!counts || !torque_.full()) return;
+    const double nearest = std::min(std::max(torque_.value(), -negated_lowest_.value()), highest_.value());
+    const double deviation = std::abs(torque_.value() - nearest);
+    has_mean_ = true;
+    largest_ = std::max(largest_, deviation);
+    const bool too_large = deviation > std::max(tolerance, relative_tolerance * std::abs(nearest));
+    too_large_periods_ = too_large && announced_ == 0 ? too_large_periods_ + 1 : 0;
+    longest_periods_ = std::max(longest_periods_, too_large_periods_);
+  }
+
+  void note_available(const Telemetry<double>& telemetry) noexcept {
+    motoring_ += telemetry.torque_motoring;
+    regenerating_ += telemetry.torque_regenerating;
+    ++available_periods_;
+  }
+
+  std::int64_t period_ns_;
+  std::int64_t from_ns_;
+  std::int64_t to_ns_;
+  SlidingMean torque_;             // true torque, mean of each period
+  SlidingMaximum highest_;         // attainable command
+  SlidingMaximum negated_lowest_;  // attainable command with the other sign
+  std::int64_t span_;              // of the mean [periods]
+  double area_{0};                 // of the true torque over the present period [N·m·ns]
+  double elapsed_ns_{0};           // of the present period
+  double attainable_{0};           // in the present period [N·m]
+  bool delivers_{false};           // gates on in the present period
+  bool has_mean_{false};           // of 20 ms, in the window
+  double largest_{0};              // [N·m]
+  std::int64_t since_derated_{std::numeric_limits<std::int64_t>::max() / 2};  // last DERATED [periods]
+  std::int64_t announced_{0};                                                 // periods to come
+  std::int64_t too_large_periods_{0};
+  std::int64_t longest_periods_{0};
+  double motoring_{0};      // sum over periods [N·m]
+  double regenerating_{0};  // sum over periods [N·m]
+  std::int64_t available_periods_{0};
+};
+
+}  // namespace sextant

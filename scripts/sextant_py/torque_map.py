@@ -1,0 +1,153 @@
+"""Measures the torque that the drive delivers over speed, torque and wrong parameters, and writes docs/torque_map."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from . import mil_program, torque_map_capability, torque_map_drive, torque_map_first, torque_map_page, torque_map_points
+from .errors import UserError, run
+from .paths import OUT, ROOT
+from .torque_map_points import Conditions, Point
+from .torque_map_results import FAILED, MEANING, SILENT, Results, load, map_of, save
+from .torque_map_run import Lab, progress_of
+
+PAGE = ROOT / "docs" / "torque_map"
+EXAMPLES = """examples:
+  scripts/torque_map                  the map of configs/ecu.toml, then pictures and page of docs/torque_map
+  scripts/torque_map --quick          a handful of points, printed
+  scripts/torque_map --full           the whole factorial, into out/torque_map; no page
+  scripts/torque_map --drive before   the paper's drive, with which the page compares
+  scripts/torque_map --page           no runs: pictures and page again from before.json and after.json
+
+Interrupted with Ctrl-C, the same command goes on where it stopped, with the same sextant-mil and configuration; records
+are kept in out/torque_map. Exit status: 0 when every point ran and, of the drive "after", none was silently wrong, 1
+when one was, 130 when interrupted."""
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="torque_map",
+        description="Measures the torque that the drive delivers over speed, torque and wrong parameters.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    size = parser.add_mutually_exclusive_group()
+    size.add_argument("--quick", action="store_true", help="a handful of points, no page")
+    size.add_argument("--full", action="store_true", help="every combination of the factors, no page")
+    size.add_argument("--page", action="store_true", help="pictures and page from the results that are there")
+    parser.add_argument("--drive", choices=torque_map_drive.DRIVES, default="after", help="default: after")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="results, pictures, page (default: docs/torque_map)")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
+    )
+    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    parser.add_argument("--restart", action="store_true", help="discard the records that are there")
+    options = parser.parse_args(arguments)
+    if options.jobs < 1:
+        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
+    options.is_of_page = not (options.quick or options.full)
+    options.out = options.out or (PAGE if options.is_of_page else OUT / "torque_map")
+    return options
+
+
+def chosen(options: argparse.Namespace) -> tuple[list[Conditions], list[float], list[float]]:
+    if options.quick:
+        return torque_map_points.quick_sets(), [*torque_map_points.QUICK_SPEEDS], [*torque_map_points.QUICK_TORQUES]
+    sets = torque_map_points.full_sets() if options.full else torque_map_points.default_sets()
+    return sets, [*torque_map_points.SPEEDS], [*torque_map_points.TORQUES]
+
+
+def capability(lab: Lab, speeds: list[float]) -> dict:
+    """What the drive publishes at exact parameters and no torque, and what the circuit allows."""
+    limits = torque_map_capability.limits_of(lab.drive.configuration, torque_map_drive.CURRENT_LIMIT)
+    found: dict = {
+        "speeds": speeds,
+        "limits": {k: v if v != float("inf") else None for k, v in limits.__dict__.items()},
+    }
+    records = [lab.records[Point(Conditions(), speed, 0).key] for speed in speeds]
+    for direction, sign in (("motoring", 1), ("regenerating", -1)):
+        found[direction] = [record.get(f"torque_{direction}_nm") for record in records]
+        found[f"{direction}_analytic"] = [
+            round(torque_map_capability.largest_torque(limits, abs(speed), sign), 3) for speed in speeds
+        ]
+    return found
+
+
+def measure(options: argparse.Namespace) -> Results:
+    mil = mil_program.find(options.mil)
+    work = OUT / "torque_map"
+    work.mkdir(parents=True, exist_ok=True)
+    drive = torque_map_drive.load(options.drive, mil, work)
+    for key in drive.left_out:
+        print(f"torque_map: {key} is left out: this sextant-mil does not know it", file=sys.stderr)
+    sets, speeds, torques = chosen(options)
+    if missing := {one.sensors for one in sets if not drive.has_sensors(one.sensors)}:
+        sets = [one for one in sets if one.sensors not in missing]
+        print("torque_map: sensors with errors are left out: this sextant-mil does not know them", file=sys.stderr)
+        drive.left_out.append("sensors")
+    lab = Lab(mil, drive, work)
+    points = torque_map_points.points(sets, speeds, torques)
+    kept = lab.take_up(options.restart)
+    left = len(lab.missing(points))
+    print(f"torque_map: {drive.label}: {len(points)} points of {len(sets)} sets, {left} to run", flush=True)
+    try:
+        lab.run(points, options.jobs, progress_of(left, drive.name))
+    except KeyboardInterrupt:
+        print(f"torque_map: {len(lab.records) - kept} points more are kept in {lab.file}.", file=sys.stderr)
+        raise
+    results = Results(
+        drive.name, drive.label, drive.version, drive.commit, speeds, torques,
+        [map_of(one, speeds, torques, lab.records) for one in sets], left_out=drive.left_out,
+    )  # fmt: skip
+    if not options.quick:
+        results.capability = capability(lab, speeds)
+        results.first_paragraph = torque_map_first.measure(lab, options.jobs)
+    failed = [point for point in points if lab.records[point.key]["reason"]]
+    for point in failed[:3]:
+        print(f"torque_map: {point.key}: {lab.records[point.key]['reason']}", file=sys.stderr)
+    return results
+
+
+def report(results: Results) -> int:
+    counts = results.counts
+    for letter, meaning in MEANING.items():
+        if counts[letter]:
+            print(f"{counts[letter]:7} {meaning}")
+    wrong = counts[FAILED] + (counts[SILENT] if results.drive != "before" else 0)
+    return 1 if wrong else 0
+
+
+def results_in(directory: Path) -> dict[str, Results]:
+    """Those of every drive."""
+    found = {}
+    for name in torque_map_drive.DRIVES:
+        file = directory / f"{name}.json"
+        if not file.is_file():
+            raise UserError(f"{file} is missing; scripts/torque_map --drive {name} measures it.")
+        found[name] = load(file)
+    return found
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"--out: {options.out} cannot be made: {error.strerror}.") from None
+    status = 0
+    if not options.page:
+        results = measure(options)
+        suffix = "" if options.is_of_page else "_quick" if options.quick else "_full"
+        file = options.out / f"{results.drive}{suffix}.json"
+        save(results, file)
+        status = report(results)
+        print(file)
+    if options.page or (options.is_of_page and options.drive == "after"):
+        for file in torque_map_page.write(results_in(options.out), options.out):
+            print(file)
+    return status
+
+
+if __name__ == "__main__":
+    run("torque_map", main)

@@ -1,0 +1,130 @@
+"""The drives of the torque map: what is set for each, and the scenario that all points begin from.
+
+What a version of sextant-mil may not have stands in OPTIONAL tables: a key that it does not know is left out and named.
+"""
+
+import subprocess
+import tempfile
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .errors import UserError
+from .paths import ECU
+from .sweep_file import Settings, toml_value
+from .sweep_point import clean_reason, read_summary
+
+# What every drive of the map has besides configs/ecu.toml: limits beyond which the map goes on purpose.
+COMMON: Settings = {"plant.integrator": "exact", "protection.over_speed_rad_s": 500}
+
+# The paper's drive: voltage model, no magnetising, no monitor, no flux weakening.
+PAPER_OPTIONAL: Settings = {
+    "control.flux_estimator": "voltage_model",
+    "drive.magnetise_first": False,
+    "torque_monitor.enabled": False,
+    "control.dtc.flux_priority": False,
+    "control.dtc.torque_trim_ms": 0,
+}
+DRIVES: dict[str, tuple[str, Settings]] = {
+    "before": ("before: the paper's drive", PAPER_OPTIONAL),
+    "after": ("after: ecu.toml", {}),
+}
+
+# Converters as they are: offsets and gains of opposite sign in two phases, 12 bits over the range, noise.
+SENSORS: dict[str, Settings] = {
+    "ideal": {},
+    "real": {
+        "plant.sensors.current.phase_a.offset_a": 0.5,
+        "plant.sensors.current.phase_b.offset_a": -0.5,
+        "plant.sensors.current.phase_a.gain_error": 0.02,
+        "plant.sensors.current.phase_b.gain_error": -0.02,
+        "plant.sensors.current.range_a": 300,
+        "plant.sensors.current.bits": 12,
+        "plant.sensors.current.noise_a": 0.2,
+        "plant.sensors.voltage.range_v": 1000,
+        "plant.sensors.voltage.bits": 12,
+        "plant.sensors.voltage.noise_v": 0.5,
+    },
+}
+DELAY = "drive.actuation_delay_periods"
+# Where the configuration in force has the limit of the stator current; None where it has none. [A]
+CURRENT_LIMIT = "drive.current_limit_a"
+SHORT: Settings = {"duration_s": 0.001}
+# Keys of a machine that the factors scale, and the ratio of their meaning to it.
+FACTORS = {"r_s": "r_s_ohm", "r_r": "r_r_ohm", "l_m": "x_m_ohm"}
+
+
+@dataclass
+class Drive:
+    """A drive as its points begin, and what this sextant-mil knows of it."""
+
+    name: str
+    base: Settings
+    machine: dict[str, float]
+    known: set[str]
+    left_out: list[str] = field(default_factory=list)
+    configuration: Settings = field(default_factory=dict)  # in force
+    version: str = ""
+    commit: str = ""
+
+    @property
+    def label(self) -> str:
+        return DRIVES[self.name][0]
+
+    def has_sensors(self, kind: str) -> bool:
+        return set(SENSORS[kind]) <= self.known
+
+    def scenario(self) -> str:
+        """The file that every point's settings are added to."""
+        head = ['name = "torque_map"', "duration_s = 1", "[profile.torque_nm]", "value = 0"]
+        return "\n".join([*(f"{key} = {toml_value(value)}" for key, value in self.base.items()), *head]) + "\n"
+
+
+def flat(tree: dict, prefix: str = "") -> Settings:
+    """Dotted keys of nested tables."""
+    found: Settings = {}
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            found |= flat(value, f"{prefix}{key}.")
+        else:
+            found[prefix + key] = value
+    return found
+
+
+def words(settings: Settings) -> list[str]:
+    return [word for key, value in settings.items() for word in ("--set", f"{key}={toml_value(value)}")]
+
+
+def summary_of(mil: Path, scenario: Path, settings: Settings) -> dict:
+    """Of one run that must have one."""
+    with tempfile.TemporaryDirectory(prefix="sextant-map-") as out:
+        command = [mil, scenario, *words(settings), "--no-trace", "--out", out]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        found = read_summary(Path(out))
+    if found is None:
+        raise UserError(f"{scenario}: sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
+    return found
+
+
+def load(name: str, mil: Path, directory: Path) -> Drive:
+    """The drive of that name on the machine of configs/ecu.toml; writes its scenario into the directory."""
+    ecu = tomllib.loads(ECU.read_text(encoding="utf-8"))
+    file = ecu["machine"].pop("file", None)
+    machine = tomllib.loads((ECU.parent / file).read_text(encoding="utf-8")) if file else {}
+    machine |= ecu.pop("machine")
+    ecu.pop("load", None)
+    shipped = flat(ecu)
+    given = {f"machine.{key}": value for key, value in machine.items()}
+    scenario = directory / f"{name}.toml"
+    drive = Drive(name, given, machine, set())
+    scenario.write_text(drive.scenario(), encoding="utf-8")
+    drive.known = set(summary_of(mil, scenario, SHORT)["configuration"])
+    optional = COMMON | DRIVES[name][1]
+    # The file of a live drive has sections, such as those of its buses, that no scenario has.
+    drive.base |= {key: value for key, value in shipped.items() if key in drive.known}
+    drive.base |= {key: value for key, value in optional.items() if key in drive.known}
+    drive.left_out = [key for key in optional if key not in drive.known]
+    scenario.write_text(drive.scenario(), encoding="utf-8")
+    found = summary_of(mil, scenario, SHORT)
+    drive.configuration, drive.version, drive.commit = found["configuration"], found["version"], found["commit"]
+    return drive

@@ -1,0 +1,52 @@
+"""The measurements from which the map began: 15 N·m commanded at imposed speeds with a wrong stator resistance."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+from .sweep_file import Settings
+from .torque_map_points import DETUNES, Conditions, machine_settings
+from .torque_map_run import Lab
+
+TORQUE_NM = 15.0
+# Factor of the stator resistance, speed [rad/s], torque that was measured then [N·m].
+CASES = (
+    (1.2, 0, -6.0),
+    (1.2, 50, -70.0),
+    (1.2, 100, -116.0),
+    (0.8, 0, 1.0),
+    (0.5, -50, 0.0),
+    (0.5, -200, 0.0),
+    (1.0, 160, -82.0),
+    (1.0, 200, -270.0),
+)
+
+
+def settings(lab: Lab, factor: float, speed: float, detune: str) -> Settings:
+    return {
+        "duration_s": 2,
+        "metrics.window_from_s": 1,
+        "plant.integrator": "fixed",
+        "profile.torque_nm.value": TORQUE_NM,
+        "load.kind": "imposed_speed",
+        "load.speed_rad_s.value": speed,
+        **machine_settings(lab.drive, Conditions(r_s=factor, detune=detune)),
+    }
+
+
+def _measure(lab: Lab, factor: float, speed: float, detune: str) -> dict:
+    record = lab.run_one("", settings(lab, factor, speed, detune))
+    found = {"r_s": factor, "speed": speed, "detune": detune, "torque_nm": None, "ripple_nm": None, "fault": ""}
+    if record["reason"]:
+        return found | {"fault": record["reason"]}
+    found["torque_nm"] = round(TORQUE_NM + record["torque_bias_nm"], 2)
+    found["ripple_nm"] = round(record["torque_ripple_pp_nm"], 1)
+    found["gates_off"] = record["torque_deviation_nm"] is None
+    if record["faults"]:
+        found["fault"] = "{} at {:.3g} s".format(*record["faults"][0])
+    return found
+
+
+def measure(lab: Lab, jobs: int) -> list[dict]:
+    """Mean torque over the last second of two, with the factor on the machine and on what the controller believes."""
+    with ThreadPoolExecutor(jobs) as pool:
+        begun = [pool.submit(_measure, lab, factor, speed, d) for d in DETUNES for factor, speed, _ in CASES]
+        return [one.result() for one in begun]

@@ -1,0 +1,102 @@
+#include "sextant/config/sensor_config.hpp"
+
+#include <cmath>
+#include <optional>
+
+namespace sextant {
+namespace {
+
+constexpr double ns_per_s = 1e9;
+constexpr Range<double> gain_error{-0.99, 10};
+constexpr Range<double> current_a{-1e5, 1e5};
+constexpr Range<double> magnitude_a{0, 1e5};
+constexpr Range<double> magnitude_v{0, 2e4};
+constexpr Range<std::int64_t> bits{0, 24};
+
+void describe_phase(Section s, PhaseSensorError& p) {
+  s.number("gain_error", p.gain_error, gain_error, "", "added to that of all phases");
+  s.number("offset_a", p.offset, current_a, "A", "added to that of all phases");
+}
+
+void describe_current(Section s, SensorParameters& p) {
+  s.number("gain_error", p.current.gain_error, gain_error, "", "of all phases");
+  s.number("offset_a", p.current.offset, current_a, "A", "of all phases");
+  s.number("noise_a", p.current.noise, magnitude_a, "A", "standard deviation of normal noise, white");
+  s.number("range_a", p.current.range, magnitude_a, "A", "readings saturate at both signs of it; 0: not");
+  s.integer("bits", p.current.bits, bits, "",
+            "of the converter over both signs of its range; 0: not quantised");
+  describe_phase(s.section("phase_a"), p.phases[0]);
+  describe_phase(s.section("phase_b"), p.phases[1]);
+  describe_phase(s.section("phase_c"), p.phases[2]);
+}
+
+void describe_voltage(Section s, ConverterParameters& p) {
+  s.number("gain_error", p.gain_error, gain_error, "", "of the link voltage");
+  s.number("offset_v", p.offset, {-2e4, 2e4}, "V", "of the link voltage");
+  s.number("noise_v", p.noise, magnitude_v, "V", "standard deviation of normal noise, white");
+  s.number("range_v", p.range, magnitude_v, "V", "readings saturate at it and at 0; 0: not");
+  s.integer("bits", p.bits, bits, "", "of the converter over its range; 0: not quantised");
+}
+
+void describe_encoder(Section s, EncoderParameters& p) {
+  s.integer("lines", p.lines, {0, 1'000'000}, "", "a revolution, four edges each; 0: an ideal sensor");
+  s.choice("speed", p.speed, {{"count", EncoderSpeed::count}, {"period", EncoderSpeed::period}},
+           "edges by the window's duration, or by the time from the last edge before to its last one");
+  s.integer("window_periods", p.window_periods, {1, EncoderParameters::most_periods}, "",
+            "control periods over which the speed is taken");
+}
+
+/// An optional end.
+void describe_end(Section& s, std::int64_t& until_ns) {
+  s.add("until_s", "s", "end of the fault; not set: it stays",
+        NumberField{{0, 1e6},
+                    [&until_ns]() -> std::optional<double> {
+                      if (until_ns == PlantFaultParameters::never_ns) return std::nullopt;
+                      return double(until_ns) / ns_per_s;
+                    },
+                    [&until_ns](double x) { until_ns = std::llround(x * ns_per_s); }});
+}
+
+}  // namespace
+
+void describe(Section s, SensorParameters& p) {
+  s.integer("seed", p.seed, {0, 1'000'000'000}, "", "of the noise");
+  s.time("sampling_lead_us", p.sampling_lead_ns, 1e3, {0, 1e5}, "us",
+         "currents and link voltage are sampled so long before a control period begins");
+  describe_current(s.section("current"), p);
+  describe_voltage(s.section("voltage"), p.voltage);
+  describe_encoder(s.section("encoder"), p.encoder);
+  s.check(p);
+}
+
+void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
+  s.choice("kind", p.kind,
+           {{"none", PlantFaultKind::none},
+            {"current_stuck", PlantFaultKind::current_stuck},
+            {"current_zero", PlantFaultKind::current_zero},
+            {"current_drift", PlantFaultKind::current_drift},
+            {"phases_swapped", PlantFaultKind::phases_swapped},
+            {"open_phase", PlantFaultKind::open_phase},
+            {"speed_lost", PlantFaultKind::speed_lost},
+            {"speed_frozen", PlantFaultKind::speed_frozen},
+            {"speed_jump", PlantFaultKind::speed_jump},
+            {"link_stuck", PlantFaultKind::link_stuck},
+            {"link_sag", PlantFaultKind::link_sag}},
+           "a sensor's, except for the open motor cable of a phase and the sag of the link itself");
+  s.choice("phase", p.phase, {{"a", 0}, {"b", 1}, {"c", 2}},
+           "of a fault of one phase; phases_swapped: it and the next one");
+  s.time("at_s", p.at_ns, ns_per_s, {0, 1e6}, "s", "beginning of the fault, as the load's profiles count");
+  describe_end(s, p.until_ns);
+  s.number("drift_a_s", p.drift, {-1e6, 1e6}, "A/s", "slope of current_drift");
+  s.number("jump_rad_s", p.jump, {-1e4, 1e4}, "rad/s", "of speed_jump");
+  s.derived("sag_v", p.sag_voltage, {0.5, 2e4}, "V", "link voltage to which link_sag leads",
+            [&u_dc] { return 0.5 * u_dc; });
+  s.time("ramp_ms", p.ramp_ns, 1e6, {0, 1e6}, "ms", "time in which it does so; 0: at once");
+  s.check(p);
+}
+
+bool is_ideal(const SimulatedDriveIoParameters& p) {
+  return p.sensors.sampling_lead_ns == 0 && SensorModel{p.sensors, p.fault}.is_ideal();
+}
+
+}  // namespace sextant

@@ -1,0 +1,133 @@
+#include "sextant/comms/second_sender.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include <gtest/gtest.h>
+
+#include "comms/command_frames.hpp"
+#include "sextant/comms/command_receiver.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+/// A vehicle control unit that sends each 10 ms.
+struct Sender {
+  std::int64_t next_ns{0};
+  std::uint8_t counter{0};
+  double torque{15.0};
+
+  CanFrame send() {
+    const CanFrame frame = testing::command_frame(counter, torque, next_ns);
+    counter = std::uint8_t((counter + 1) % 15);
+    next_ns += 10 * ms;
+    return frame;
+  }
+};
+
+struct SecondSenderOnTheBus : ::testing::Test {
+  /// Frames of one sender until then; true where a second one is seen.
+  bool one(std::int64_t until_ns) {
+    while (first.next_ns < until_ns) receiver.on_frame(first.send());
+    return receiver.command().second_sender;
+  }
+  /// Frames of both until then; the time at which the second one is seen.
+  std::optional<std::int64_t> both(Sender& second, std::int64_t until_ns) {
+    while (std::min(first.next_ns, second.next_ns) < until_ns) {
+      Sender& earlier = first.next_ns <= second.next_ns ? first : second;
+      const CanFrame frame = earlier.send();
+      receiver.on_frame(frame);
+      if (receiver.command().second_sender) return frame.received_ns;
+    }
+    return std::nullopt;
+  }
+
+  CommandReceiver receiver{};
+  Sender first{};
+};
+
+TEST_F(SecondSenderOnTheBus, IsSeenWithin50MsWhateverItsCounterAndPhase) {
+  for (std::uint8_t ahead = 0; ahead < 15; ++ahead) {
+    for (const std::int64_t phase_us : {10, 1000, 5000, 9990}) {
+      SCOPED_TRACE(::testing::Message() << int(ahead) << " ahead, " << phase_us << " us");
+      receiver = CommandReceiver{};
+      first = {};
+      EXPECT_FALSE(one(200 * ms));
+      const std::int64_t begin_ns = first.next_ns + phase_us * 1000 - 10 * ms;
+      Sender second{
+          .next_ns = begin_ns, .counter = std::uint8_t((first.counter + ahead) % 15), .torque = 14.0};
+      const std::optional<std::int64_t> seen_ns = both(second, 300 * ms);
+      ASSERT_TRUE(seen_ns);
+      EXPECT_LE(*seen_ns - begin_ns, 50 * ms);
+    }
+  }
+}
+
+TEST_F(SecondSenderOnTheBus, CountsUntil200MsAfterItsLastFrames) {
+  one(200 * ms);
+  Sender second{.next_ns = 205 * ms, .counter = 12, .torque = 14.0};
+  ASSERT_TRUE(both(second, 300 * ms));
+  EXPECT_TRUE(one(400 * ms));
+  EXPECT_FALSE(one(550 * ms));
+}
+
+TEST_F(SecondSenderOnTheBus, IsNoneWhereOneSenderIsLateFrozenLossyOrRepeated) {
+  // A pause, and what was queued in it at once.
+  one(200 * ms);
+  for (int k = 0; k < 5; ++k) {
+    CanFrame frame = first.send();
+    frame.received_ns = 260 * ms;
+    receiver.on_frame(frame);
+  }
+  EXPECT_FALSE(receiver.command().second_sender);
+  EXPECT_FALSE(one(500 * ms));
+  // A frozen counter with changing torque.
+  for (int k = 0; k < 50; ++k) {
+    first.counter = 3;
+    first.torque = 10.0 + k;
+    receiver.on_frame(first.send());
+    EXPECT_FALSE(receiver.command().second_sender);
+  }
+  // A counter that jumps with each frame.
+  for (int k = 0; k < 50; ++k) {
+    first.counter = std::uint8_t((first.counter + 6) % 15);
+    receiver.on_frame(first.send());
+    EXPECT_FALSE(receiver.command().second_sender);
+  }
+  // A gateway that sends each frame twice.
+  for (int k = 0; k < 50; ++k) {
+    const CanFrame frame = first.send();
+    receiver.on_frame(frame);
+    receiver.on_frame(frame);
+    EXPECT_FALSE(receiver.command().second_sender);
+  }
+}
+
+TEST_F(SecondSenderOnTheBus, FramesWithAWrongCrcAreNoSender) {
+  one(200 * ms);
+  Sender second{.next_ns = 205 * ms, .counter = 12, .torque = 14.0};
+  while (first.next_ns < 400 * ms) {
+    receiver.on_frame(first.send());
+    CanFrame bad = second.send();
+    bad.data[0] ^= 1U;
+    receiver.on_frame(bad);
+  }
+  EXPECT_FALSE(receiver.command().second_sender);
+}
+
+TEST(SecondSender, RefusesWhatCannotBeCounted) {
+  using Parameters = SecondSender::Parameters;
+  EXPECT_EQ(Parameters{}.validate(), nullptr);
+  EXPECT_NE((Parameters{.window_ns = 0}.validate()), nullptr);
+  EXPECT_NE((Parameters{.frames = 1}.validate()), nullptr);
+  EXPECT_NE((Parameters{.frames = 33}.validate()), nullptr);
+  EXPECT_NE((Parameters{.out_of_order = 0}.validate()), nullptr);
+  EXPECT_NE((Parameters{.out_of_order = 9}.validate()), nullptr);
+  EXPECT_NE((Parameters{.hold_ns = -1}.validate()), nullptr);
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "control/reference_machine.hpp"
+#include "sextant/control/direct_torque_controller.hpp"
+
+namespace sextant::test {
+
+/// A direct torque controller closed around the reference machine at imposed speed. What the controller
+/// believes of the machine may differ from what it is.
+template <class T>
+class ControlledMachine {
+ public:
+  using Parameters = typename DirectTorqueController<T>::Parameters;
+  static constexpr std::int32_t period_ns = 25'000;
+
+  explicit ControlledMachine(const Parameters& parameters,
+                             const InductionMachineParameters<double>& real = {})
+      : machine{real}, controller_{parameters} {}
+
+  /// One period; returns the machine's torque at its end. [N·m]
+  double step(ControlMode mode, double torque) {
+    const GatePattern pattern = controller_.step(machine.template measure<T>(applied_), {mode, T(torque)});
+    if (is_driven(pattern.last_state())) {
+      applied_ = pattern;
+      machine.apply(applied_);
+    } else {
+      applied_ = GatePattern{gates_off, period_ns};
+      machine.coast(period_ns);
+    }
+    peak_current = std::max(peak_current, std::abs(machine.i_s()));
+    return machine.torque();
+  }
+
+  /// For `ms` milliseconds; returns the mean torque of the last quarter of it. [N·m]
+  double run(ControlMode mode, double torque, double ms) {
+    const int periods = int(ms * 1e6 / period_ns);
+    const int counted = std::max(1, periods / 4);
+    double sum = 0;
+    for (int k = 0; k < periods; ++k) {
+      const double now = step(mode, torque);
+      if (k >= periods - counted) sum += now / counted;
+    }
+    return sum;
+  }
+
+  /// Magnetises; returns the time it takes, or -1 where it does not end within a second. [ms]
+  double magnetise() {
+    const int most = 1'000'000'000 / period_ns;
+    for (int k = 0; k < most; ++k) {
+      if (k > 0 && controller_.estimate().magnetised) return k * period_ns * 1e-6;
+      step(ControlMode::magnetise, 0);
+    }
+    return -1;
+  }
+
+  [[nodiscard]] const ControlEstimate<T>& estimate() const { return controller_.estimate(); }
+  [[nodiscard]] const GatePattern& applied() const { return applied_; }
+
+  ReferenceMachine machine;
+  double peak_current{0};  ///< since the test has set it to zero [A]
+
+ private:
+  DirectTorqueController<T> controller_;
+  GatePattern applied_{gates_off, period_ns};
+};
+
+}  // namespace sextant::test

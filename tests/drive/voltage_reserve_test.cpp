@@ -1,0 +1,95 @@
+#include "sextant/drive/voltage_reserve.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+template <class T>
+class VoltageReserveOf : public testing::Test {
+ protected:
+  static constexpr T dt = T(25e-6);
+  static constexpr T link = T(530);
+
+  void run(T seconds, T error, bool steady = true) {
+    for (T t = T(0); t < seconds; t += dt) reserve.step(error, link, share, steady, dt);
+  }
+  /// Half the torque that an active vector adds in one period of 25 µs: 3/2 p ψ/(σL_s) · 2/3 u_dc T.
+  [[nodiscard]] T tolerance() const {
+    const InductionMachineParameters<T> m{};
+    return T(0.5) * share * T(1.5) * T(2) * T(1.1) / m.sigma_l_s() * T(2) / T(3) * link * dt;
+  }
+  T share{1};
+  VoltageReserve<T> reserve{{}, InductionMachineParameters<T>{}, T(1.1), 25'000};
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(VoltageReserveOf, Scalars);
+
+TYPED_TEST(VoltageReserveOf, AnErrorWithinTheToleranceHasNoEffect) {
+  using T = TypeParam;
+  EXPECT_NEAR(this->tolerance(), T(3.1), T(0.1));
+  this->share = T(0.4);
+  this->run(T(0.5), T(0.99) * this->tolerance());
+  EXPECT_EQ(this->reserve.usable(), T(1));
+  this->run(T(0.05), T(1.1) * this->tolerance());
+  EXPECT_LT(this->reserve.usable(), T(1));
+}
+
+TYPED_TEST(VoltageReserveOf, AnErrorWithTheRotationHasNoEffect) {
+  using T = TypeParam;
+  this->run(T(0.1), T(-50));
+  EXPECT_EQ(this->reserve.usable(), T(1));
+}
+
+// 15 % of 140 N·m need 15 % of the voltage's square.
+TYPED_TEST(VoltageReserveOf, AnErrorOfFifteenPercentIsMetWithinTwentyMilliseconds) {
+  using T = TypeParam;
+  this->run(T(0.02), T(21));
+  EXPECT_LT(this->reserve.usable(), T(0.85));
+}
+
+TYPED_TEST(VoltageReserveOf, ErrorsOfStepsHaveNoEffect) {
+  using T = TypeParam;
+  for (int k = 0; k < 20; ++k) {
+    this->run(T(2e-3), T(150), false);
+    this->run(T(4.5e-3), T(100));
+  }
+  EXPECT_EQ(this->reserve.usable(), T(1));
+}
+
+TYPED_TEST(VoltageReserveOf, ReturnsSlowlyAndStaysWithinItsLimits) {
+  using T = TypeParam;
+  this->run(T(1), T(100));
+  const T least = this->reserve.usable();
+  EXPECT_GT(least, T(0.3));
+  this->run(T(1), T(100));
+  EXPECT_EQ(this->reserve.usable(), least);
+  this->run(T(1), T(0));
+  EXPECT_NEAR(this->reserve.usable() - least, T(0.05), T(2e-3));
+  this->run(T(13), T(0));
+  EXPECT_EQ(this->reserve.usable(), T(1));
+}
+
+TYPED_TEST(VoltageReserveOf, WhatIsNoNumberHasNoLastingEffect) {
+  using T = TypeParam;
+  const T nan = std::numeric_limits<T>::quiet_NaN();
+  for (int k = 0; k < 1000; ++k) this->reserve.step(nan, nan, nan, true, this->dt);
+  EXPECT_EQ(this->reserve.usable(), T(1));
+  this->run(T(1e-3), T(0), false);
+  this->run(T(0.02), T(21));
+  EXPECT_LT(this->reserve.usable(), T(0.9));
+}
+
+TYPED_TEST(VoltageReserveOf, RefusesAToleranceThatIsNone) {
+  using T = TypeParam;
+  using Parameters = typename VoltageReserve<T>::Parameters;
+  EXPECT_EQ(Parameters{}.validate(), nullptr);
+  for (const T bad : {T(0), T(-1), std::numeric_limits<T>::quiet_NaN()}) {
+    EXPECT_NE(Parameters{bad}.validate(), nullptr);
+  }
+}
+
+}  // namespace
+}  // namespace sextant

@@ -1,0 +1,141 @@
+#include "sextant/safety/current_response.hpp"
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "sextant/core/switch_state.hpp"
+#include "sextant/safety/applied_volt_seconds.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int32_t period_ns = 25'000;
+constexpr unsigned seed = 20240603;
+
+/// Three phases of an inductance with a back-EMF that turns, under random active and zero vectors, and what
+/// its sensors read. Its current is the sum of v − e over the periods: an independent integration.
+template <class T>
+class CurrentResponseOf : public testing::Test {
+ protected:
+  using Parameters = typename CurrentResponse<T>::Parameters;
+
+  void run(int periods) {
+    for (int k = 0; k < periods; ++k) {
+      std::uniform_int_distribution<std::size_t> vector{0, 7};
+      const ThreePhase<T> applied =
+          applied_volt_seconds(GatePattern{switch_states[vector(random)], period_ns}, T(530)).integral;
+      const double angle = 2e-3 * double(++n);
+      const SpaceVector<double> emf = polar(0.6, angle);  // [A] a period
+      const ThreePhase<double> e = inverse_clarke(emf);
+      current.a += inductance_share * double(applied.a) / sigma_l_s - e.a - 0.02 * current.a;
+      current.b += inductance_share * double(applied.b) / sigma_l_s - e.b - 0.02 * current.b;
+      current.c += inductance_share * double(applied.c) / sigma_l_s - e.c - 0.02 * current.c;
+      std::normal_distribution<double> noise{0.0, sigma};
+      ThreePhase<T> read{T(current.a + noise(random)), T(current.b + noise(random)),
+                         T(current.c + noise(random))};
+      if (tamper) tamper(read);
+      response.step(read, applied);
+    }
+  }
+  [[nodiscard]] double of(std::size_t phase) const {
+    return double(response.phase(phase).answered) / double(response.phase(phase).expected);
+  }
+
+  static constexpr double sigma_l_s = 0.004735;
+  std::mt19937 random{seed};
+  double sigma{0.2};
+  double inductance_share{1.0};  ///< of the current's change against that of σL_s
+  ThreePhase<double> current{};
+  long n{0};
+  std::function<void(ThreePhase<T>&)> tamper{};
+  CurrentResponse<T> response{Parameters{.sigma_l_s = T(sigma_l_s), .period_ns = period_ns}};
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(CurrentResponseOf, Scalars);
+
+TYPED_TEST(CurrentResponseOf, OfAWorkingSensorIsTheRatioOfTheInductances) {
+  SCOPED_TRACE(seed);
+  for (const double share : {0.7, 1.0, 1.4}) {
+    this->inductance_share = share;
+    this->run(2000);
+    for (const std::size_t phase : {0U, 1U, 2U}) EXPECT_NEAR(this->of(phase), share, 0.07);
+    EXPECT_LT(this->response.jump(), 4.0);
+  }
+}
+
+TYPED_TEST(CurrentResponseOf, OfASensorThatIsStuckFallsToZeroWithTheWindow) {
+  using T = TypeParam;
+  this->run(1000);
+  this->tamper = [](ThreePhase<T>& i) { i.b = T(7); };
+  this->run(120);  // a time constant of the window
+  EXPECT_NEAR(this->of(1), std::exp(-1.0), 0.1);
+  this->run(1000);
+  EXPECT_NEAR(this->of(1), 0.0, 0.01);
+  EXPECT_NEAR(this->of(0), 1.0, 0.07);
+  EXPECT_TRUE(this->response.phase(1).is_unresponsive(T(0.35), T(60)));
+  EXPECT_FALSE(this->response.phase(0).is_unresponsive(T(0.35), T(60)));
+}
+
+TYPED_TEST(CurrentResponseOf, OfTwoSwappedSensorsIsMinusOneHalf) {
+  using T = TypeParam;
+  this->sigma = 1e-3;
+  this->tamper = [](ThreePhase<T>& i) { std::swap(i.a, i.c); };
+  this->run(2000);
+  EXPECT_NEAR(this->of(0), -0.5, 0.15);
+  EXPECT_NEAR(this->of(2), -0.5, 0.15);
+  EXPECT_NEAR(this->of(1), 1.0, 0.07);
+}
+
+TYPED_TEST(CurrentResponseOf, WithoutExpectationThereIsNoVerdict) {
+  using T = TypeParam;
+  for (int k = 0; k < 1000; ++k) this->response.step({T(5), T(-2), T(-3)}, {});
+  for (const std::size_t phase : {0U, 1U, 2U}) {
+    EXPECT_FALSE(this->response.phase(phase).is_unresponsive(T(0.35), T(60)));
+  }
+  EXPECT_EQ(this->response.unchanged(), 0) << "a zero vector at zero flux moves no current";
+}
+
+TYPED_TEST(CurrentResponseOf, AJumpIsReportedInItsPeriodAndIsNoResponse) {
+  using T = TypeParam;
+  this->run(1000);
+  const double before = this->of(0);
+  this->tamper = [](ThreePhase<T>& i) { i.a += T(20); };
+  this->run(1);
+  EXPECT_NEAR(double(this->response.jump()), 20.0, 3.0);
+  EXPECT_NEAR(this->of(0), before, 0.1);
+  this->run(1);
+  EXPECT_NEAR(double(this->response.jump()), 20.0, 3.0) << "the second difference has it twice";
+  this->run(1);
+  EXPECT_LT(this->response.jump(), 4.0);
+}
+
+TYPED_TEST(CurrentResponseOf, ReadingsThatStandStillUnderAnActiveVectorAreCounted) {
+  using T = TypeParam;
+  const ThreePhase<T> active =
+      applied_volt_seconds(GatePattern{switch_states[3], period_ns}, T(530)).integral;
+  this->response.restart({T(5), T(-2), T(-3)});
+  for (int k = 1; k <= 5; ++k) {
+    this->response.step({T(5), T(-2), T(-3)}, active);
+    EXPECT_EQ(this->response.unchanged(), k);
+    this->response.step({T(5), T(-2), T(-3)}, {});
+    EXPECT_EQ(this->response.unchanged(), k) << "a zero vector tells nothing";
+  }
+  this->response.step({T(5), T(-2.5), T(-2.5)}, active);
+  EXPECT_EQ(this->response.unchanged(), 0);
+}
+
+TYPED_TEST(CurrentResponseOf, ARestartForgets) {
+  using T = TypeParam;
+  this->run(100);
+  this->response.restart({});
+  for (const std::size_t phase : {0U, 1U, 2U}) EXPECT_EQ(this->response.phase(phase).expected, T(0));
+  this->response.step({T(100), T(-50), T(-50)}, {});
+  EXPECT_EQ(this->response.jump(), T(0)) << "the first period has nothing to differ from";
+}
+
+}  // namespace
+}  // namespace sextant

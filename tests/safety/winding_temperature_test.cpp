@@ -1,0 +1,79 @@
+#include "sextant/safety/winding_temperature.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+template <class T>
+class WindingTemperatureOf : public testing::Test {
+ protected:
+  using Parameters = typename WindingTemperature<T>::Parameters;
+
+  /// A sinusoidal current of this RMS value.
+  void run(WindingTemperature<T>& winding, double seconds, double rms) {
+    const double peak = std::sqrt(2.0) * rms;
+    for (long left = std::lround(seconds / dt); left > 0; --left) {
+      const ThreePhase<double> i = inverse_clarke(polar(peak, theta));
+      winding.step({T(i.a), T(i.b), T(i.c)});
+      theta += 0.01;
+    }
+  }
+
+  static constexpr std::int32_t period_ns = 250'000;
+  static constexpr double dt = period_ns * 1e-9;
+  double theta{0};
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(WindingTemperatureOf, Scalars);
+
+TYPED_TEST(WindingTemperatureOf, RisesAndFallsExponentiallyToWhatTheSquareOfTheCurrentMakes) {
+  using T = TypeParam;
+  WindingTemperature<T> winding{{.period_ns = this->period_ns,
+                                 .nominal_current = T(12),
+                                 .nominal_rise = T(80),
+                                 .time_constant = T(100),
+                                 .ambient = T(40)}};
+  EXPECT_EQ(winding.temperature(), T(40));
+  this->run(winding, 100.0, 12.0);
+  EXPECT_NEAR(winding.temperature(), 40.0 + 80.0 * (1.0 - std::exp(-1.0)), 0.2);
+  this->run(winding, 900.0, 12.0);
+  EXPECT_NEAR(winding.temperature(), 120.0, 0.1);
+  this->run(winding, 1000.0, 24.0);
+  EXPECT_NEAR(winding.temperature(), 360.0, 0.3) << "twice the current, four times the rise";
+  this->run(winding, 100.0, 0.0);
+  EXPECT_NEAR(winding.temperature(), 40.0 + 320.0 * std::exp(-1.0), 0.5);
+}
+
+TYPED_TEST(WindingTemperatureOf, OfALargeMachineMovesAlsoInFloat) {
+  using T = TypeParam;
+  WindingTemperature<T> winding{
+      {.period_ns = this->period_ns, .nominal_current = T(100), .time_constant = T(3600)}};
+  this->run(winding, 360.0, 100.0);
+  EXPECT_NEAR(winding.temperature(), 40.0 + 80.0 * (1.0 - std::exp(-0.1)), 0.05);
+}
+
+TYPED_TEST(WindingTemperatureOf, WithoutANominalCurrentIsTheAmbientOne) {
+  using T = TypeParam;
+  WindingTemperature<T> winding{{.period_ns = this->period_ns}};
+  this->run(winding, 100.0, 1000.0);
+  EXPECT_EQ(winding.temperature(), T(40));
+}
+
+TYPED_TEST(WindingTemperatureOf, RefusesWhatIsNoWinding) {
+  using T = TypeParam;
+  using Winding = typename WindingTemperature<T>::Parameters;
+  EXPECT_EQ(Winding{}.validate(), nullptr);
+  for (const T bad : {T(0), T(-1), std::numeric_limits<T>::quiet_NaN()}) {
+    EXPECT_NE((Winding{.nominal_current = bad}.validate()), nullptr);
+    EXPECT_NE((Winding{.nominal_rise = bad}.validate()), nullptr);
+    EXPECT_NE((Winding{.time_constant = bad}.validate()), nullptr);
+  }
+  EXPECT_NE((Winding{.ambient = std::numeric_limits<T>::infinity()}.validate()), nullptr);
+}
+
+}  // namespace
+}  // namespace sextant
