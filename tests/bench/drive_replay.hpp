@@ -25,7 +25,7 @@ class DriveReplay {
     request_.command.e2e = E2eState::valid;
     for (int k = 0; k < ScenarioCommands::hand_shake_periods; ++k) {
       command(0.0, k + 1 == ScenarioCommands::hand_shake_periods);
-      step(measurements_.front());
+      step(measurements_[std::size_t(k)]);
     }
   }
 
