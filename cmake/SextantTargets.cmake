@@ -24,7 +24,9 @@ target_compile_options(sextant_flags INTERFACE
   # GCC 12 sees overlapping copies in std::string's operator+ where there are none (GCC bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # std::sqrt as one instruction: nobody reads errno. No other liberty with floating point is taken.
-  -fno-math-errno)
+  -fno-math-errno
+  # Pairs of scalars that are loaded as one vector wait for their stores: a control step takes half as long again.
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-fno-tree-slp-vectorize>)
 
 # Installed libraries must also be of use to a linker that does not optimise across files.
 if(CMAKE_INTERPROCEDURAL_OPTIMIZATION)

@@ -11,14 +11,20 @@
 #include "bench/keep.hpp"
 #include "bench/paired.hpp"
 #include "bench/recorded_run.hpp"
-#include "bench/reference_drive.hpp"
 #include "bench/reference_dtc.hpp"
 #include "bench/reference_rk4.hpp"
+#include "sextant/control/flux_torque_estimator.hpp"
 
 namespace sextant::bench {
 namespace {
 
 const RecordedRun run = record_run();
+
+/// With the flux estimator of the hand-written reference.
+std::unique_ptr<Controller<double>> papers_controller() {
+  return std::make_unique<DirectTorqueController<double>>(
+      DirectTorqueController<double>::Parameters{.flux_estimator = FluxEstimatorKind::voltage_model});
+}
 
 void dtc_step_reference(benchmark::State& state) {
   ReferenceDtc dtc;
@@ -38,8 +44,7 @@ void dtc_step_reference(benchmark::State& state) {
 BENCHMARK(dtc_step_reference);
 
 void dtc_step(benchmark::State& state) {
-  const std::unique_ptr<Controller<double>> controller =
-      std::make_unique<DirectTorqueController<double>>(DirectTorqueController<double>::Parameters{});
+  const std::unique_ptr<Controller<double>> controller = papers_controller();
   const ControlReference<double> reference{ControlMode::torque, torque_reference};
   std::size_t k = 0;
   for (auto _ : state) {
@@ -53,76 +58,38 @@ void dtc_step(benchmark::State& state) {
 }
 BENCHMARK(dtc_step);
 
-/// The same by hand.
-struct DriveByHand {
-  void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request) {
-    ReferenceRecord output;
-    drive.step(t_ns, m, request, output);
-    keep(output);
+/// The flux and torque estimate alone, as each kind makes it.
+void estimator_step(benchmark::State& state, FluxEstimatorKind kind) {
+  const InductionMachineParameters<double> machine{};
+  FluxTorqueEstimator<double> estimator{machine, kind};
+  std::size_t k = 0;
+  for (auto _ : state) {
+    estimator.step(run.measurements[k]);
+    keep(estimator);
+    if (++k == run.measurements.size()) {
+      k = 0;
+      estimator.reset();
+    }
   }
-  void reset_estimate() { drive.reset_estimate(); }
-
-  ReferenceDrive drive{};
-};
-
-/// True when both drives answer the same to the recorded run.
-bool drives_agree() {
-  struct Recorder {
-    std::vector<ReferenceRecord> records{};
-    ReferenceDrive drive{};
-    void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request) {
-      drive.step(t_ns, m, request, records.emplace_back());
-    }
-    void reset_estimate() { drive.reset_estimate(); }
-  };
-  struct OurRecorder {
-    std::vector<DriveOutput<double>> records{};
-    OurDrive ours{};
-    void step(std::int64_t t_ns, const Measurement<double>& m, const DriveRequest<double>& request) {
-      records.push_back(ours.drive.step(t_ns, m, request));
-    }
-    void reset_estimate() { ours.reset_estimate(); }
-  };
-  DriveReplay<Recorder> by_hand{run};
-  DriveReplay<OurRecorder> ours{run};
-  by_hand();
-  ours();
-  const auto near = [](double x, double y) { return std::abs(x - y) < 1e-9; };
-  // From the first reset on: by hand, nothing is estimated without torque.
-  for (std::size_t k = ScenarioCommands::hand_shake_periods; k < by_hand.contestant().records.size(); ++k) {
-    const ReferenceRecord& x = by_hand.contestant().records[k];
-    const DriveOutput<double>& y = ours.contestant().records[k];
-    const Telemetry<double>& z = y.telemetry;
-    const bool off = x.vector == ReferenceDrive::gates_off_vector;
-    if (y.pattern.last_state() != (off ? gates_off : switch_states[x.vector])) return false;
-    if (x.state != std::uint8_t(z.state) || x.lockout != z.lockout || x.latched != z.latched.bits())
-      return false;
-    if (!near(x.torque_reference, z.torque_reference) || !near(x.motoring, z.torque_motoring)) return false;
-    if (!off && (!near(x.torque, z.torque) || !near(x.psi, z.psi_s_magnitude) || x.sector != z.sector)) {
-      return false;
-    }
-    if (!near(x.i_dc, z.i_dc)) return false;
-  }
-  return true;
 }
+BENCHMARK_CAPTURE(estimator_step, voltage_model, FluxEstimatorKind::voltage_model);
+BENCHMARK_CAPTURE(estimator_step, compensated_voltage_model, FluxEstimatorKind::compensated_voltage_model);
+BENCHMARK_CAPTURE(estimator_step, current_model, FluxEstimatorKind::current_model);
+BENCHMARK_CAPTURE(estimator_step, hybrid, FluxEstimatorKind::hybrid);
+BENCHMARK_CAPTURE(estimator_step, observer, FluxEstimatorKind::observer);
+BENCHMARK_CAPTURE(estimator_step, sensorless_observer, FluxEstimatorKind::sensorless_observer);
 
+/// With the default estimator, every protection and the torque monitor.
 void drive_step(benchmark::State& state) {
   DriveReplay<OurDrive> replay{run};
   for (auto _ : state) replay.next();
 }
 BENCHMARK(drive_step);
 
-void drive_step_reference(benchmark::State& state) {
-  DriveReplay<DriveByHand> replay{run};
-  for (auto _ : state) replay.next();
-}
-BENCHMARK(drive_step_reference);
-
 /// Counter `ratio`: the DTC step to its hand-written reference, one replay of the recorded run a block.
 void dtc_step_ratio(benchmark::State& state) {
   ReferenceDtc reference;
-  const std::unique_ptr<Controller<double>> controller =
-      std::make_unique<DirectTorqueController<double>>(DirectTorqueController<double>::Parameters{});
+  const std::unique_ptr<Controller<double>> controller = papers_controller();
   const ControlReference<double> wanted{ControlMode::torque, torque_reference};
   const auto by_hand = [&] {
     reference.reset();
@@ -160,15 +127,6 @@ void drive_step_ratio(benchmark::State& state) {
   for (auto _ : state) state.counters["ratio"] = paired_ratio(by_hand, ours);
 }
 BENCHMARK(drive_step_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
-
-/// Counter `ratio`: `Drive::step` to a whole drive written by hand, with the same checks and the same record.
-void drive_step_same_ratio(benchmark::State& state) {
-  if (!drives_agree()) return state.SkipWithError("the drives do not answer the same");
-  DriveReplay<DriveByHand> by_hand{run};
-  DriveReplay<OurDrive> ours{run};
-  for (auto _ : state) state.counters["ratio"] = paired_ratio(by_hand, ours);
-}
-BENCHMARK(drive_step_same_ratio)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 /// A whole drive with its plant, and somebody who looks at its telemetry.
 class ClosedLoop {

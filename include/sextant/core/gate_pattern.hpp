@@ -28,7 +28,7 @@ class GatePattern {
 
   /// One state for the whole period, the same as an empty pattern to which it is appended.
   constexpr GatePattern(SwitchState state, std::int32_t period_ns) noexcept
-      : count_{1}, driven_{sextant::is_driven(state)} {
+      : duration_ns_{period_ns}, count_{1}, driven_{sextant::is_driven(state)} {
     segments_[0] = {state, period_ns};
   }
 
@@ -39,6 +39,7 @@ class GatePattern {
     if (segment.duration_ns == 0 && count_ > 0) return true;
     if (count_ == capacity) return false;
     driven_ = sextant::is_driven(segment.state) && (driven_ || count_ == 0);
+    duration_ns_ += segment.duration_ns;
     segments_[count_++] = segment;
     return true;
   }
@@ -55,16 +56,14 @@ class GatePattern {
   /// True when every leg is driven in every segment, so that the stator voltage follows from the pattern.
   [[nodiscard]] constexpr bool is_driven() const noexcept { return driven_; }
 
-  [[nodiscard]] constexpr std::int64_t duration_ns() const noexcept {
-    std::int64_t sum = 0;
-    for (const GateSegment& s : segments()) sum += s.duration_ns;
-    return sum;
-  }
+  /// Of all segments. [ns]
+  [[nodiscard]] constexpr std::int64_t duration_ns() const noexcept { return duration_ns_; }
 
   friend constexpr bool operator==(const GatePattern&, const GatePattern&) noexcept = default;
 
  private:
   std::array<GateSegment, capacity> segments_{};
+  std::int64_t duration_ns_{0};
   std::uint8_t count_{0};
   bool driven_{false};
 };
