@@ -19,7 +19,10 @@ SLOW = ("plant.u_dc_v=200",)
 PERIOD_US = 250
 # So wide that a machine that stands still does not trip either side: silence is a second without a sign of life.
 SILENCE_MS = 1000
-WIDE_GATE = ("command.timeout_ms=10000", "command.lost_ms=60000")
+WIDE_GATE = (
+    *("command.timeout_ms=10000", "command.lost_ms=60000"),
+    *("command.status_timeout_ms=10000", "command.status_lost_ms=60000"),
+)
 WATCHDOG_MS = 60000
 PATIENCE_S = 60.0  # a wait ends as soon as what it waits for is there
 CONTROL_THREAD = "sextant-control"

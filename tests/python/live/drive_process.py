@@ -11,7 +11,11 @@ from sextant_py.paths import ROOT
 
 STATISTICS_HZ = 10
 # So wide that no machine that stands still trips the drive. A test of a timeout sets its own.
-WIDE = ("command.timeout_ms=10000", "command.lost_ms=60000", "realtime.watchdog_ms=60000")
+WIDE = (
+    *("command.timeout_ms=10000", "command.lost_ms=60000"),
+    *("command.status_timeout_ms=10000", "command.status_lost_ms=60000"),
+    "realtime.watchdog_ms=60000",
+)
 LEAVE_S = 60.0
 
 
