@@ -153,7 +153,8 @@ class ShiftedTorque final : public Controller<T> {
   ShiftedTorque(Controller<T>& inner, T by) : inner_{inner}, by_{by} {}
   GatePattern step(const Measurement<T>& measurement,
                    ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING override {
-    const GatePattern pattern = inner_.step(measurement, {reference.mode, reference.torque + by_, reference.flux_share});
+    const GatePattern pattern =
+        inner_.step(measurement, {reference.mode, reference.torque + by_, reference.flux_share});
     this->estimate_ = inner_.estimate();
     return pattern;
   }
