@@ -103,12 +103,11 @@ template <class T>
   return facts.response.jump() > limits.current_jump && at_zero != 1;
 }
 
-/// A converter that has stopped.
+/// A converter that has stopped: by the model the currents have changed by half of what counts as a jump.
 template <class T>
-[[nodiscard]] constexpr bool currents_stand_still(const ProtectionFacts<T>& facts,
-                                                  const ProtectionLimits<T>&) noexcept SEXTANT_NONBLOCKING {
-  constexpr int periods = 4;
-  return facts.response.unchanged() >= periods;
+[[nodiscard]] constexpr bool currents_stand_still(
+    const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.response.hidden_change() > T(0.5) * limits.current_jump;
 }
 
 /// A sensor that is stuck, or two that are swapped.
