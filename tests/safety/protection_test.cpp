@@ -133,6 +133,18 @@ TYPED_TEST(ProtectionOf, CurrentsThatDoNotAddUpToZeroAreAFaultInTheThirdPeriod) 
   }
 }
 
+TYPED_TEST(ProtectionOf, ASumThatNoiseTakesBelowItsLimitNowAndThenIsAFaultAllTheSame) {
+  Measurement<TypeParam> m = this->healthy();
+  const auto step = [&](bool violates) {
+    m.i_abc.c = TypeParam(violates ? -21 : -30);
+    return this->protection.step(m).any();
+  };
+  for (const bool violates : {true, true, false, true}) EXPECT_FALSE(step(violates));
+  EXPECT_TRUE(step(true)) << "three more than not";
+  EXPECT_FALSE(step(false));
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(step(k % 2 == 1)) << "no more than not";
+}
+
 TYPED_TEST(ProtectionOf, AnUnusableMeasurementBreaksARow) {
   using T = TypeParam;
   Measurement<T> m = this->healthy();

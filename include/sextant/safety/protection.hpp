@@ -49,7 +49,7 @@ class Protection {
     if (!is_usable(m)) {
       faults.set(Fault::measurement_invalid);
       restart({});
-      in_a_row_ = {};
+      counts_ = {};
       omega_m_.reset();
       return faults;
     }
@@ -115,8 +115,8 @@ class Protection {
       if constexpr (rule.measurements == 1 && rule.duration == nullptr) {
         if (violated) faults.set(rule.fault);
       } else {
-        in_a_row_[n] = violated ? std::min(in_a_row_[n] + 1, needed_[n]) : 0;
-        if (in_a_row_[n] == needed_[n]) faults.set(rule.fault);
+        counts_[n] = violated ? std::min(counts_[n] + 1, needed_[n]) : std::max(counts_[n] - 1, 0);
+        if (counts_[n] == needed_[n]) faults.set(rule.fault);
       }
     });
   }
@@ -126,8 +126,8 @@ class Protection {
   SpeedPlausibility<T> speed_;
   WindingTemperature<T> winding_;
   T share_per_kelvin_;
-  std::array<int, rule_count> needed_{};    ///< measurements in a row that make a fault [-]
-  std::array<int, rule_count> in_a_row_{};  ///< that violated the rule [-]
+  std::array<int, rule_count> needed_{};  ///< count that makes a fault, by rule [-]
+  std::array<int, rule_count> counts_{};  ///< measurements that violated the rule less those after that did not [-]
   bool flux_was_built_{false};
   std::optional<T> omega_m_{};  ///< of the last usable measurement [rad/s]
 };

@@ -13,8 +13,10 @@
 
 namespace sextant {
 
-/// One protection: the fault is present once `is_violated` has been true of `measurements` usable ones in a
-/// row, or for `duration`, and while it stays so.
+/// One protection. A counter goes up with each usable measurement of which `is_violated` is true and down with
+/// each other one; the fault is present while it is at `measurements`, or at those of `duration` (counter-based
+/// debouncing; AUTOSAR CP R22-11, Specification of Diagnostic Event Manager, 7.4.3.3.1). Noise about the limit
+/// delays a fault then, and does not prevent it.
 template <class T = double>
 struct ProtectionRule {
   Fault fault{};
@@ -22,7 +24,7 @@ struct ProtectionRule {
   int measurements{1};                                    ///< [-]
   std::int64_t ProtectionLimits<T>::* duration{nullptr};  ///< takes the place of `measurements` [ns]
 
-  /// Usable measurements in a row that make the fault. [-]
+  /// Count that makes the fault. [-]
   [[nodiscard]] constexpr int needed(const ProtectionLimits<T>& limits) const noexcept {
     if (duration == nullptr) return measurements;
     return int((limits.*duration + limits.period_ns - 1) / limits.period_ns);
