@@ -50,12 +50,16 @@ class CurrentResponse {
 
   /// The phase currents at the end of a period in which every leg was driven [A], and ∫u_x dt over it [V·s].
   constexpr void step(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds) noexcept {
-    stands_still_ = i == ThreePhase<T>{phases_[0].i, phases_[1].i, phases_[2].i};
+    const bool stands_still = i == ThreePhase<T>{phases_[0].i, phases_[1].i, phases_[2].i};
     jump_ = T(0);
-    hidden_change_ = T(0);
     step(phases_[0], i.a, volt_seconds.a);
     step(phases_[1], i.b, volt_seconds.b);
     step(phases_[2], i.c, volt_seconds.c);
+    if (stands_still) {
+      add_hidden_change();
+    } else {
+      follow();
+    }
     has_predecessor_ = true;
   }
 
@@ -96,7 +100,6 @@ class CurrentResponse {
     s.i = i;
     s.v = v;
     s.e = e;
-    follow(s);
     if (!has_predecessor_) return;
     jump_ = std::max(jump_, std::abs(unexplained));
     if (std::abs(unexplained) > largest_jump_) return;
@@ -104,12 +107,20 @@ class CurrentResponse {
     s.sums.expected += w * w - forget_ * s.sums.expected;
   }
 
-  constexpr void follow(State& s) noexcept {
-    constexpr T share = T(0.125);
-    if (!stands_still_) {
-      s.e_mean = has_predecessor_ ? s.e_mean + share * (s.e - s.e_mean) : s.e;
+  /// Readings that change.
+  constexpr void follow() noexcept {
+    for (State& s : phases_) {
+      // The reading before a first period may be none.
+      if (has_predecessor_) s.e_mean += T(0.125) * (s.e - s.e_mean);
       s.hidden = T(0);
-    } else {
+    }
+    hidden_change_ = T(0);
+  }
+
+  /// Readings that stand still.
+  constexpr void add_hidden_change() noexcept {
+    hidden_change_ = T(0);
+    for (State& s : phases_) {
       s.hidden += s.v - s.e_mean;
       hidden_change_ = std::max(hidden_change_, std::abs(s.hidden));
     }
@@ -119,7 +130,6 @@ class CurrentResponse {
   T largest_jump_;
   T forget_;
   bool has_predecessor_{false};  ///< a period that counts came before
-  bool stands_still_{false};     ///< all readings are the same as in the period before
   T jump_{};
   T hidden_change_{};
   std::array<State, 3> phases_{};

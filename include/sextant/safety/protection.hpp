@@ -63,6 +63,7 @@ class Protection {
         .speed = speed_,
         .is_driven = is_driven,
         .flux_was_built = flux_was_built_,
+        .unresponsive_phases = unresponsive_phases(),
         .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
         .current_sum = std::abs(i.a + i.b + i.c),
         .speed_change = is_driven ? std::abs(m.omega_m - omega_m_.value_or(m.omega_m)) : T(0),
@@ -84,6 +85,17 @@ class Protection {
       typename WindingTemperature<T>::Parameters p, std::int32_t period_ns) noexcept {
     p.period_ns = period_ns;
     return p;
+  }
+
+  /// The noise of the readings changes a response by √6 σ_i / √(Σ w²); it counts where this is below 1/16,
+  /// Σ w² > 1536 σ_i².
+  [[nodiscard]] unsigned unresponsive_phases() const noexcept {
+    const T least = T(1536) * limits_.current_noise * limits_.current_noise;
+    unsigned phases = 0;
+    for (std::size_t n = 0; n < 3; ++n) {
+      phases |= response_.phase(n).is_unresponsive(limits_.current_response, least) ? 1U << n : 0U;
+    }
+    return phases;
   }
 
   /// True where every leg was driven since the last measurement.
