@@ -18,17 +18,17 @@ struct InjectionPlan {
 
 /// What became of an injection in one run.
 struct InjectionResult {
-  bool started{false};         ///< torque, and no fault, until the cause began
-  bool shown{false};           ///< the cause was observable, for longer than its bound or until FAULT
-  bool raised{false};          ///< the drive went to FAULT
-  bool named{false};           ///< the injection's fault is among those that latched
-  bool gates_off{true};        ///< in every period in FAULT
-  Fault first{};               ///< that latched; meaningful while `raised`
-  std::int64_t reaction_ns{};  ///< from the first period in which it shows to FAULT, at least 0 [ns]
+  bool started{false};            ///< torque, and no fault, until the cause began
+  bool shown{false};              ///< the cause was observable, for longer than its bound or until FAULT
+  bool raised{false};             ///< the drive went to FAULT
+  bool named{false};              ///< the injection's fault is among those that latched
+  bool gates_off{true};           ///< in every period in FAULT
+  Fault first{};                  ///< that latched; meaningful while `raised`
+  std::int64_t since_cause_ns{};  ///< from the beginning of the cause to FAULT [ns]
+  std::int64_t reaction_ns{};     ///< from the first period in which it shows to FAULT, at least 0 [ns]
 
-  [[nodiscard]] bool missed() const noexcept {
-    return !started || (shown && !(raised && named && gates_off));
-  }
+  /// True where the injection's fault came, for no other reason, and with it gates off.
+  [[nodiscard]] bool is_reaction() const noexcept { return started && raised && named && gates_off; }
 };
 
 /// Sensors as they are.
@@ -70,6 +70,7 @@ class InjectionWatch {
   [[nodiscard]] InjectionResult result() const noexcept {
     InjectionResult result = result_;
     result.shown = shown_ns_ != never_ns && (result.raised || last_ns_ - shown_ns_ > injection_.bound_ns);
+    if (result.raised) result.since_cause_ns = fault_ns_ - at_ns_;
     if (result.raised && result.shown) result.reaction_ns = std::max<std::int64_t>(0, fault_ns_ - shown_ns_);
     return result;
   }
@@ -117,12 +118,6 @@ inline InjectionResult run_injection(const Injection& injection, const CampaignC
   if (injection.inject) injection.inject(rig, c);
   rig.run_until(c.at_ns + injection.lasts_ns);
   return watch.result();
-}
-
-inline InjectionResult run_injection(const Injection& injection, const InjectionPlan& plan) {
-  const CampaignCase c = prepared(injection, plan);
-  VirtualRig rig{c.rig};
-  return run_injection(injection, c, rig);
 }
 
 }  // namespace sextant::test

@@ -139,7 +139,8 @@ class Protection {
   WindingTemperature<T> winding_;
   T share_per_kelvin_;
   std::array<int, rule_count> needed_{};  ///< count that makes a fault, by rule [-]
-  std::array<int, rule_count> counts_{};  ///< measurements that violated the rule less those after that did not [-]
+  std::array<int, rule_count>
+      counts_{};  ///< measurements that violated the rule less those after that did not [-]
   bool flux_was_built_{false};
   std::optional<T> omega_m_{};  ///< of the last usable measurement [rad/s]
 };

@@ -13,10 +13,10 @@
 
 namespace sextant {
 
-/// One protection. A counter goes up with each usable measurement of which `is_violated` is true and down with
-/// each other one; the fault is present while it is at `measurements`, or at those of `duration` (counter-based
-/// debouncing; AUTOSAR CP R22-11, Specification of Diagnostic Event Manager, 7.4.3.3.1). Noise about the limit
-/// delays a fault then, and does not prevent it.
+/// One protection. A counter goes up with each usable measurement of which `is_violated` is true and down
+/// with each other one; the fault is present while it is at `measurements`, or at those of `duration`
+/// (counter-based debouncing; AUTOSAR CP R22-11, Specification of Diagnostic Event Manager, 7.4.3.3.1). Noise
+/// about the limit delays a fault then, and does not prevent it.
 template <class T = double>
 struct ProtectionRule {
   Fault fault{};
