@@ -146,6 +146,7 @@ inline Injection::Shows open_phase_shows() {
   };
 }
 
+/// Voltages along the open phase move no current at all: none of the phases answers then, as of a sensor.
 /// The contact carries the current until it crosses zero: up to half a second with 15 N·m at standstill.
 inline Injection open_phase() {
   return {.name = "open phase",
@@ -155,6 +156,7 @@ inline Injection open_phase() {
           .prepare = [](CampaignCase& c) { set_plant_fault(c, PlantFaultKind::open_phase, 900 * ms); },
           .make_shows = open_phase_shows,
           .lasts_ns = 900 * ms,
+          .also = {Fault::current_sensor},
           .has_inside = false};
 }
 
