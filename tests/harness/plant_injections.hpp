@@ -78,7 +78,7 @@ inline Injection::Shows winding_shows() {
     const double rise = limits.winding.nominal_rise * squares / (nominal * nominal);
     const double share = double(VirtualRig::period_ns) * 1e-9 / limits.winding.time_constant;
     model.temperature += share * (limits.winding.ambient + rise - model.temperature);
-    return model.temperature > limits.winding_trip + 0.5;
+    return model.temperature > limits.winding_trip + 1.0;
   };
 }
 
@@ -87,7 +87,7 @@ inline Injection::Shows winding_shows() {
 inline Injection winding_too_hot() {
   return {.name = "winding too hot",
           .fault = Fault::over_temperature,
-          .observable = "temperature by the same model 0.5 K above its trip",
+          .observable = "temperature by the same model 1 K above its trip",
           .bound_ns = 100 * ms,
           .prepare =
               [](CampaignCase& c) {

@@ -1,5 +1,6 @@
 """The fault campaign: what it runs, what it counts, and its page."""
 
+import json
 import subprocess
 from pathlib import Path
 
@@ -67,6 +68,7 @@ def test_a_trip_counts_once_and_ends_its_run() -> None:
     false_trips.add(hours, Drive("NYCC", 2, 598.0), trip("OPEN_PHASE", 2.0))
     assert (hours["NYCC"].runs, hours["NYCC"].simulated_s) == (2, 600.0)
     assert hours["NYCC"].faults == {"OPEN_PHASE": 1}
+    assert json.loads(json.dumps(hours["NYCC"].to_json()))["faults"] == {"OPEN_PHASE": 1}
     assert "| NYCC | 600 | 2 | 1 | OPEN_PHASE 1 |" in fault_campaign_page.trip_table([*hours.values()])
 
 
