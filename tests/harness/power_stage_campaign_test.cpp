@@ -5,7 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "harness/fault_injections.hpp"
+#include "harness/campaign.hpp"
+#include "harness/injection.hpp"
 
 namespace sextant::test {
 namespace {

@@ -31,8 +31,9 @@ struct VirtualRigParameters {
   std::optional<ProfileParameters> speed{};  ///< imposed, in the place of omega_m [rad/s]
   SensorParameters sensors{};
   PlantFaultParameters fault{};
-  std::vector<LoggedFrame> log{};        ///< played in the vehicle's place where there is one
-  IdentifierOffset identifier_offset{};  ///< of the drive; the vehicle has its own
+  std::vector<MeasurementEvent> measurements{};  ///< what is wrong with the measurements
+  std::vector<LoggedFrame> log{};                ///< played in the vehicle's place where there is one
+  IdentifierOffset identifier_offset{};          ///< of the drive; the vehicle has its own
 };
 
 /// The whole live drive with its plant and a vehicle, in virtual time.
@@ -45,7 +46,7 @@ class VirtualRig {
         drive_parameters_{p.drive},
         stage_{{.io = {.sensors = p.sensors, .fault = p.fault}, .integrator = IntegratorKind::fixed},
                {.imposed_speed = p.speed.value_or(ProfileParameters{.value = p.omega_m})}},
-        io{stage_.io()},
+        io{stage_.io(), p.measurements},
         controller_{p.controller},
         drive_{p.drive, controller_},
         bus{clock, p.bus},

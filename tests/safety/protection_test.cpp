@@ -1,6 +1,8 @@
 #include "sextant/safety/protection.hpp"
 
+#include <cstddef>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -131,6 +133,18 @@ TYPED_TEST(ProtectionOf, CurrentsThatDoNotAddUpToZeroAreAFaultInTheThirdPeriod) 
   }
 }
 
+TYPED_TEST(ProtectionOf, ASumThatNoiseTakesBelowItsLimitNowAndThenIsAFaultAllTheSame) {
+  Measurement<TypeParam> m = this->healthy();
+  const auto step = [&](bool violates) {
+    m.i_abc.c = TypeParam(violates ? -21 : -30);
+    return this->protection.step(m).any();
+  };
+  for (const bool violates : {true, true, false, true}) EXPECT_FALSE(step(violates));
+  EXPECT_TRUE(step(true)) << "three more than not";
+  EXPECT_FALSE(step(false));
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(step(k % 2 == 1)) << "no more than not";
+}
+
 TYPED_TEST(ProtectionOf, AnUnusableMeasurementBreaksARow) {
   using T = TypeParam;
   Measurement<T> m = this->healthy();
@@ -141,6 +155,48 @@ TYPED_TEST(ProtectionOf, AnUnusableMeasurementBreaksARow) {
   none.plausible = false;
   EXPECT_EQ(this->protection.step(none), this->only(Fault::measurement_invalid));
   EXPECT_FALSE(this->protection.step(m).any());
+}
+
+/// Measurements of a load of σL_s, of which phase a answers the voltage with a share of what it ought to.
+template <class T>
+class AnsweringLoad {
+ public:
+  /// The next measurement under random vectors; `offset` is that of the sensor of phase a. [A]
+  Measurement<T> next(double share, double offset) {
+    const SwitchState state = switch_states[vector_(random_)];
+    const GatePattern applied{state, 25'000};
+    const ThreePhase<T> v = applied_volt_seconds(applied, T(530)).integral;
+    i_.a += share * double(v.a) / sigma_l_s - 0.02 * i_.a;
+    i_.b += double(v.b) / sigma_l_s - 0.02 * i_.b;
+    i_.c = -i_.a - i_.b;
+    Measurement<T> m;
+    m.i_abc = {T(i_.a + offset), T(i_.b), T(i_.c)};
+    m.u_dc = T(530);
+    m.applied = applied;
+    return m;
+  }
+
+ private:
+  static constexpr double sigma_l_s = InductionMachineParameters<double>{}.sigma_l_s();
+  ThreePhase<double> i_{};
+  std::mt19937 random_{20240703};
+  std::uniform_int_distribution<std::size_t> vector_{0, 7};
+};
+
+TYPED_TEST(ProtectionOf, APhaseThatNeitherAnswersNorCarriesCurrentIsOpenAndOneWithAReadingIsASensor) {
+  using T = TypeParam;
+  const auto run = [this](double share, double offset) {
+    this->protection = Protection<T>{typename Protection<T>::Parameters{}};
+    AnsweringLoad<T> load;
+    FaultSet faults;
+    for (int k = 0; k < 800; ++k) faults |= this->protection.step(load.next(share, offset));
+    return faults;
+  };
+  EXPECT_FALSE(run(1.0, 0.0).any());
+  EXPECT_FALSE(run(0.45, 0.0).any()) << "just inside the smallest response of 0.35";
+  EXPECT_EQ(run(0.0, 0.0), this->only(Fault::open_phase));
+  EXPECT_EQ(run(0.0, 1.9), this->only(Fault::open_phase)) << "the reading is still that of no current";
+  EXPECT_EQ(run(0.0, 2.1), this->only(Fault::current_sensor));
 }
 
 TYPED_TEST(ProtectionOf, ASpeedThatJumpsIsAFaultWithTheGatesDriven) {

@@ -49,7 +49,7 @@ class Protection {
     if (!is_usable(m)) {
       faults.set(Fault::measurement_invalid);
       restart({});
-      in_a_row_ = {};
+      counts_ = {};
       omega_m_.reset();
       return faults;
     }
@@ -63,6 +63,7 @@ class Protection {
         .speed = speed_,
         .is_driven = is_driven,
         .flux_was_built = flux_was_built_,
+        .unresponsive_phases = unresponsive_phases(),
         .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
         .current_sum = std::abs(i.a + i.b + i.c),
         .speed_change = is_driven ? std::abs(m.omega_m - omega_m_.value_or(m.omega_m)) : T(0),
@@ -84,6 +85,17 @@ class Protection {
       typename WindingTemperature<T>::Parameters p, std::int32_t period_ns) noexcept {
     p.period_ns = period_ns;
     return p;
+  }
+
+  /// The noise of the readings changes a response by √6 σ_i / √(Σ w²); it counts where this is below 1/16,
+  /// Σ w² > 1536 σ_i².
+  [[nodiscard]] unsigned unresponsive_phases() const noexcept {
+    const T least = T(1536) * limits_.current_noise * limits_.current_noise;
+    unsigned phases = 0;
+    for (std::size_t n = 0; n < 3; ++n) {
+      phases |= response_.phase(n).is_unresponsive(limits_.current_response, least) ? 1U << n : 0U;
+    }
+    return phases;
   }
 
   /// True where every leg was driven since the last measurement.
@@ -115,8 +127,8 @@ class Protection {
       if constexpr (rule.measurements == 1 && rule.duration == nullptr) {
         if (violated) faults.set(rule.fault);
       } else {
-        in_a_row_[n] = violated ? std::min(in_a_row_[n] + 1, needed_[n]) : 0;
-        if (in_a_row_[n] == needed_[n]) faults.set(rule.fault);
+        counts_[n] = violated ? std::min(counts_[n] + 1, needed_[n]) : std::max(counts_[n] - 1, 0);
+        if (counts_[n] == needed_[n]) faults.set(rule.fault);
       }
     });
   }
@@ -126,8 +138,9 @@ class Protection {
   SpeedPlausibility<T> speed_;
   WindingTemperature<T> winding_;
   T share_per_kelvin_;
-  std::array<int, rule_count> needed_{};    ///< measurements in a row that make a fault [-]
-  std::array<int, rule_count> in_a_row_{};  ///< that violated the rule [-]
+  std::array<int, rule_count> needed_{};  ///< count that makes a fault, by rule [-]
+  std::array<int, rule_count>
+      counts_{};  ///< measurements that violated the rule less those after that did not [-]
   bool flux_was_built_{false};
   std::optional<T> omega_m_{};  ///< of the last usable measurement [rad/s]
 };

@@ -25,9 +25,10 @@ struct ProtectionFacts {
   const SpeedPlausibility<T>& speed;
   bool is_driven{false};  ///< every leg was driven since the last measurement
   bool flux_was_built{
-      false};               ///< the flux has reached its reference, less a fifth, since the gates turned on
-  T current_peak{};         ///< largest magnitude of a phase current [A]
-  T current_sum{};          ///< magnitude of the sum of the phase currents [A]
+      false};  ///< the flux has reached its reference, less a fifth, since the gates turned on
+  unsigned unresponsive_phases{};  ///< that do not respond to the voltage, bit n for phase n
+  T current_peak{};                ///< largest magnitude of a phase current [A]
+  T current_sum{};                 ///< magnitude of the sum of the phase currents [A]
   T speed_change{};         ///< magnitude of the change since the last measurement, gates driven [rad/s]
   T winding_temperature{};  ///< [°C]
 };

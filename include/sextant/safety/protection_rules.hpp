@@ -13,8 +13,10 @@
 
 namespace sextant {
 
-/// One protection: the fault is present once `is_violated` has been true of `measurements` usable ones in a
-/// row, or for `duration`, and while it stays so.
+/// One protection. A counter goes up with each usable measurement of which `is_violated` is true and down
+/// with each other one; the fault is present while it is at `measurements`, or at those of `duration`
+/// (counter-based debouncing; AUTOSAR CP R22-11, Specification of Diagnostic Event Manager, 7.4.3.3.1). Noise
+/// about the limit delays a fault then, and does not prevent it.
 template <class T = double>
 struct ProtectionRule {
   Fault fault{};
@@ -22,7 +24,7 @@ struct ProtectionRule {
   int measurements{1};                                    ///< [-]
   std::int64_t ProtectionLimits<T>::* duration{nullptr};  ///< takes the place of `measurements` [ns]
 
-  /// Usable measurements in a row that make the fault. [-]
+  /// Count that makes the fault. [-]
   [[nodiscard]] constexpr int needed(const ProtectionLimits<T>& limits) const noexcept {
     if (duration == nullptr) return measurements;
     return int((limits.*duration + limits.period_ns - 1) / limits.period_ns);
@@ -70,58 +72,43 @@ template <class T>
   return std::abs(n == 0 ? i.a : n == 1 ? i.b : i.c);
 }
 
-/// Phases that do not respond to the voltage, bit n for phase n. The noise of the readings changes a response
-/// by √6 σ_i / √(Σ w²); it counts where this is below 1/16, Σ w² > 1536 σ_i².
+/// Just one phase does not respond, and it carries no current.
 template <class T>
-[[nodiscard]] constexpr unsigned unresponsive_phases(const ProtectionFacts<T>& facts,
-                                                     const ProtectionLimits<T>& limits) noexcept {
-  const T least = T(1536) * limits.current_noise * limits.current_noise;
-  unsigned phases = 0;
-  for (std::size_t n = 0; n < 3; ++n) {
-    if (facts.response.phase(n).is_unresponsive(limits.current_response, least)) phases |= 1U << n;
-  }
-  return phases;
-}
-
-/// The one phase that neither responds nor carries current; 3 where there is none, or more than one.
-template <class T>
-[[nodiscard]] constexpr std::size_t silent_phase(const ProtectionFacts<T>& facts,
-                                                 const ProtectionLimits<T>& limits) noexcept {
-  const unsigned phases = unresponsive_phases(facts, limits);
-  for (std::size_t n = 0; n < 3; ++n) {
-    if (phases == 1U << n && reading(facts, n) < limits.zero_current) return n;
-  }
-  return 3;
+[[nodiscard]] constexpr bool has_silent_phase(const ProtectionFacts<T>& facts,
+                                              const ProtectionLimits<T>& limits) noexcept {
+  const unsigned phases = facts.unresponsive_phases;
+  const bool is_one = phases != 0 && (phases & (phases - 1U)) == 0;  // std::has_single_bit may be a call
+  return is_one && reading(facts, phases >> 1U) < limits.zero_current;
 }
 
 /// A jump of a current that no voltage explains. With one phase at zero it can be the opening of that phase.
 template <class T>
 [[nodiscard]] constexpr bool current_jumps(const ProtectionFacts<T>& facts,
                                            const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  if (!(facts.response.jump() > limits.current_jump)) return false;
   int at_zero = 0;
   for (std::size_t n = 0; n < 3; ++n) at_zero += reading(facts, n) < limits.zero_current ? 1 : 0;
-  return facts.response.jump() > limits.current_jump && at_zero != 1;
+  return at_zero != 1;
 }
 
-/// A converter that has stopped.
+/// A converter that has stopped: by the model the currents have changed by half of what counts as a jump.
 template <class T>
-[[nodiscard]] constexpr bool currents_stand_still(const ProtectionFacts<T>& facts,
-                                                  const ProtectionLimits<T>&) noexcept SEXTANT_NONBLOCKING {
-  constexpr int periods = 4;
-  return facts.response.unchanged() >= periods;
+[[nodiscard]] constexpr bool currents_stand_still(
+    const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.response.hidden_change() > T(0.5) * limits.current_jump;
 }
 
 /// A sensor that is stuck, or two that are swapped.
 template <class T>
 [[nodiscard]] constexpr bool current_does_not_respond(
     const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  return unresponsive_phases(facts, limits) != 0 && silent_phase(facts, limits) == 3;
+  return facts.unresponsive_phases != 0 && !has_silent_phase(facts, limits);
 }
 
 template <class T>
 [[nodiscard]] constexpr bool open_phase(const ProtectionFacts<T>& facts,
                                         const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  return silent_phase(facts, limits) != 3;
+  return has_silent_phase(facts, limits);
 }
 
 template <class T>

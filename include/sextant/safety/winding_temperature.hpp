@@ -49,6 +49,7 @@ class WindingTemperature {
 
   /// One period with these phase currents [A].
   constexpr void step(const ThreePhase<T>& i) noexcept {
+    if (gain_ == T(0)) return;
     sum_ += i.a * i.a + i.b * i.b + i.c * i.c;
     if (--periods_left_ > 0) return;
     temperature_ += share_ * (parameters_.ambient + gain_ * sum_ - temperature_);
@@ -64,7 +65,7 @@ class WindingTemperature {
   Parameters parameters_;
   int periods_a_step_;
   int periods_left_;
-  T gain_;   ///< from the sum of the squares over a step to the final rise [K/A²]
+  T gain_;   ///< from the sum of the squares over a step to the final rise; 0: no model [K/A²]
   T share_;  ///< of the way to the final temperature in a step [-]
   T sum_{};  ///< Σ i_a² + i_b² + i_c² of the step so far [A²]
   T temperature_;

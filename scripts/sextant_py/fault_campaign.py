@@ -1,0 +1,120 @@
+"""Provokes every fault of the drive over seeds and operating points, drives hours without one, and writes the page."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from . import false_trips, mil_program
+from .errors import UserError, run
+from .fault_campaign_page import fault_table, trip_table, write
+from .paths import OUT, ROOT
+
+PROGRAM = ROOT / "build" / "release" / "tests" / "bench" / "sextant_fault_campaign"
+PAGE = ROOT / "docs" / "fault_campaign.md"
+EXAMPLES = """examples:
+  scripts/fault_campaign                          100 seeds and three hours, then the tables of docs/fault_campaign.md
+  scripts/fault_campaign --quick                  3 seeds and a few minutes, printed
+  scripts/fault_campaign --seeds 1000 --hours 0   the faults alone, printed
+
+Exit status: 0 when no fault was missed or late and nothing tripped without one, 1 otherwise, 130 when interrupted."""
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="fault_campaign",
+        description="Provokes every fault of the drive in virtual time, and drives hours without one.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--quick", action="store_true", help="a few seeds and minutes, no page")
+    parser.add_argument("--seeds", type=int, metavar="N", help="of each injection (default: 100)")
+    parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="at a time (default: all cores)")
+    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    options = parser.parse_args(arguments)
+    if options.jobs < 1:
+        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
+    if options.seeds is not None and options.seeds < 1:
+        parser.error(f"--seeds: expected a number from 1, got {options.seeds}")
+    if options.hours is not None and options.hours < 0:
+        parser.error(f"--hours: expected a number from 0, got {options.hours:g}")
+    options.is_of_page = not options.quick and options.seeds is None and options.hours is None
+    options.seeds = options.seeds or (3 if options.quick else 100)
+    options.hours = options.hours if options.hours is not None else (0.02 if options.quick else 1.0)
+    return options
+
+
+def output_of(*words: object) -> str:
+    """Of the program of the injections."""
+    try:
+        done = subprocess.run([str(PROGRAM), *map(str, words)], capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        raise UserError(f"{PROGRAM} is not built yet; scripts/fault_campaign does it.") from None
+    if done.returncode:
+        raise UserError(f"{PROGRAM.name} {' '.join(map(str, words))} failed: {done.stderr.strip()[-300:]}")
+    return done.stdout
+
+
+def injections(seeds: int, jobs: int) -> Iterator[dict]:
+    """What each injection has shown, in the order of the list."""
+    count = len(output_of().splitlines())
+    pool = ThreadPoolExecutor(jobs)
+    try:
+        yield from (json.loads(text) for text in pool.map(lambda n: output_of(n, seeds), range(count)))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def provoke(options: argparse.Namespace) -> list[dict]:
+    found = []
+    for one in injections(options.seeds, options.jobs):
+        bad = one["missed"] or one["late"] or one["trips_inside"]
+        print(
+            f"{one['name']:32} {one['fault']:22} {one['runs']:5} runs, {one['missed']} missed, "
+            f"worst {one['reaction_ms']:8.3f} of {one['bound_ms']:g} ms, just inside {one['trips_inside']} trips",
+            f"  {one['worst']}" if bad else "",
+            flush=True,
+        )
+        found.append(one)
+    return found
+
+
+def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
+    hours: dict[str, false_trips.Hours] = {}
+    with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
+        lab = false_trips.Lab(mil_program.find(options.mil), Path(name))
+        plan = false_trips.drives(options.hours)
+        for done, (one, summary) in enumerate(lab.run_all(plan, options.jobs), start=1):
+            false_trips.add(hours, one, summary)
+            if summary["faults"] or done % 50 == 0 or done == len(plan):
+                trips = f": {hours[one.kind].cases[-1]}" if summary["faults"] else ""
+                print(f"{done} of {len(plan)} runs, {one.kind}{trips}", flush=True)
+    return [hours[kind] for kind in false_trips.KINDS if kind in hours]
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    faults = provoke(options)
+    hours = drive(options) if options.hours > 0 else []
+    print(fault_table(faults), trip_table(hours), sep="\n\n")
+    OUT.mkdir(parents=True, exist_ok=True)
+    results = {"seeds": options.seeds, "faults": faults, "hours": [one.to_json() for one in hours]}
+    (OUT / "fault_campaign.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    if options.is_of_page:
+        write(PAGE, options.seeds, faults, hours)
+        print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables")
+    missed = sum(one["missed"] + one["late"] + one["trips_inside"] for one in faults)
+    trips = sum(sum(one.faults.values()) for one in hours)
+    if missed or trips:
+        print(f"fault_campaign: {missed} missed, late or early faults, {trips} false trips", file=sys.stderr)
+    return 1 if missed or trips else 0
+
+
+if __name__ == "__main__":
+    run("fault_campaign", main)

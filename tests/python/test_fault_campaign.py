@@ -1,0 +1,90 @@
+"""The fault campaign: what it runs, what it counts, and its page."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+from sextant_py import false_trips, fault_campaign, fault_campaign_page
+from sextant_py.errors import UserError
+from sextant_py.false_trips import Drive, Hours
+from sextant_py.paths import ROOT
+
+ONE = {
+    "name": "speed | lost", "fault": "SPEED_SENSOR", "observable": "at once", "runs": 6, "missed": 1, "late": 0,
+    "reaction_ms": 0.05, "bound_ms": 10.0, "since_cause_ms": 0.07, "runs_inside": 6, "trips_inside": 2,
+}  # fmt: skip
+
+
+def trip(name: str, at_s: float) -> dict:
+    return {"faults": [{"fault": name, "t_s": at_s}, {"fault": "WATCHDOG", "t_s": at_s + 1}]}
+
+
+def test_help_needs_no_build(tmp_path: Path) -> None:
+    found = subprocess.run([ROOT / "scripts/fault_campaign", "--help"], capture_output=True, text=True, cwd=tmp_path)
+    assert found.returncode == 0, found.stderr
+    assert "--quick" in found.stdout
+
+
+def test_the_page_is_of_the_full_campaign_alone() -> None:
+    full = fault_campaign.parse_arguments([])
+    assert (full.seeds, full.hours, full.is_of_page) == (100, 1.0, True)
+    for words in (["--quick"], ["--seeds", "100"], ["--hours", "0"]):
+        assert not fault_campaign.parse_arguments(words).is_of_page
+    assert fault_campaign.parse_arguments(["--hours", "0"]).hours == 0
+
+
+@pytest.mark.parametrize("words", [["--seeds", "0"], ["--hours", "-1"], ["--jobs", "0"]])
+def test_numbers_that_are_none_are_refused(words: list[str]) -> None:
+    with pytest.raises(SystemExit):
+        fault_campaign.parse_arguments(words)
+
+
+def test_an_hour_of_each_driving_has_no_seed_twice() -> None:
+    plan = false_trips.drives(1.0)
+    assert len(set(plan)) == len(plan)
+    for kind, (_, duration_s) in false_trips.KINDS.items():
+        total = sum(one.duration_s for one in plan if one.kind == kind)
+        assert 3600 <= total < 3600 + duration_s
+
+
+def test_random_steps_are_those_of_their_seed(tmp_path: Path) -> None:
+    def texts(seed: int) -> list[str]:
+        settings = false_trips.KINDS["random torque steps"][0](Drive("", seed, 5.0), tmp_path)
+        return [Path(settings[key]).read_text() for key in ("profile.torque_nm.file", "load.speed_rad_s.file")]
+
+    assert texts(1) == texts(1)
+    assert texts(1) != texts(2)
+    torque, speed = texts(1)
+    rows = [tuple(map(float, line.split(","))) for line in torque.splitlines()[1:]]
+    assert [t for t, _ in rows] == sorted(t for t, _ in rows)
+    assert max(abs(value) for _, value in rows) > 60
+    assert float(speed.splitlines()[-1].split(",")[0]) >= 5
+
+
+def test_a_trip_counts_once_and_ends_its_run() -> None:
+    hours: dict[str, Hours] = {}
+    false_trips.add(hours, Drive("NYCC", 1, 598.0), {"faults": []})
+    false_trips.add(hours, Drive("NYCC", 2, 598.0), trip("OPEN_PHASE", 2.0))
+    assert (hours["NYCC"].runs, hours["NYCC"].simulated_s) == (2, 600.0)
+    assert hours["NYCC"].faults == {"OPEN_PHASE": 1}
+    assert json.loads(json.dumps(hours["NYCC"].to_json()))["faults"] == {"OPEN_PHASE": 1}
+    assert "| NYCC | 600 | 2 | 1 | OPEN_PHASE 1 |" in fault_campaign_page.trip_table([*hours.values()])
+
+
+def test_the_table_has_periods_where_they_are_few() -> None:
+    assert "| 6 | 1 | 2 T | 10 ms | 0.07 |" in fault_campaign_page.fault_table([ONE])
+    assert "10 ms **late** |" in fault_campaign_page.fault_table([ONE | {"late": 1}])
+
+
+def test_the_page_keeps_its_text(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    committed = (ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8")
+    page.write_text(committed, encoding="utf-8")
+    fault_campaign_page.write(page, 7, [ONE], [Hours("NYCC", 598.0, 1)])
+    found = page.read_text(encoding="utf-8")
+    assert "7 seeds at 3 operating points, with ideal and with real sensors: 6 runs." in found
+    assert "6 runs, 2 trips" in found
+    assert "## Not detectable" in found
+    with pytest.raises(UserError):
+        fault_campaign_page.write(tmp_path / "none.md", 7, [ONE], [])
