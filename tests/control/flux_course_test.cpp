@@ -17,8 +17,8 @@ InductionMachineParameters<T> nominal() {
   return {};
 }
 
-/// 70 ms of magnetising by 23 A a machine that differs from the nominal one by factors, with φ read with
-/// noise of that deviation [Wb].
+/// Magnetising by 23 A to 1.03 Wb, in some 70 ms, of a machine that differs from the nominal one by factors,
+/// with φ read with noise of that deviation [Wb].
 template <class T>
 typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed) {
   const InductionMachineParameters<double> m = nominal<double>();
@@ -29,9 +29,9 @@ typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, do
   std::normal_distribution<double> normal;
   const double current = 23;
   const double keep = std::exp(-2 * period / correlation);
-  double phi = 0.4;
+  double phi = 0.2;
   double error = noise * normal(generator);
-  for (int k = 0; k < 2800; ++k) {
+  while (phi < 1.03) {
     const double slope = (a * current - b * phi) / (1 + 0.5 * b * period);
     phi += period * slope;
     error = keep * error + std::sqrt(1 - keep * keep) * noise * normal(generator);
@@ -45,7 +45,7 @@ class FluxCourseOf : public testing::Test {};
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(FluxCourseOf, Scalars);
 
-TYPED_TEST(FluxCourseOf, WithoutNoiseItFindsAnyMachine) {
+TYPED_TEST(FluxCourseOf, WithoutNoiseItFindsAnyMachineWithinSomePercent) {
   using T = TypeParam;
   const auto m = nominal<double>();
   for (const double r_s : {0.5, 1.5}) {
@@ -53,8 +53,8 @@ TYPED_TEST(FluxCourseOf, WithoutNoiseItFindsAnyMachine) {
       for (const double l_r : {0.7, 1.3}) {
         const auto found = identified<T>(r_s, r_r, l_r, 0, 0);
         EXPECT_NEAR(double(found.r_s) / m.r_s, r_s, 0.01);
-        EXPECT_NEAR(double(found.r_r) / m.r_r, r_r, 0.01);
-        EXPECT_NEAR(double(found.l_m) + m.l_lr, l_r * m.l_r(), 0.01 * m.l_r());
+        EXPECT_NEAR(double(found.r_r) / m.r_r, r_r, 0.05);
+        EXPECT_NEAR(double(found.l_m) + m.l_lr, l_r * m.l_r(), 0.04 * m.l_r());
       }
     }
   }

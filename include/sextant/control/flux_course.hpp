@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -10,8 +12,9 @@ namespace sextant {
 /// Gaussian errors and prior (C. M. Bishop, Pattern Recognition and Machine Learning, New York 2006, section
 /// 3.3). A course of some tenths of the rotor time constant tells little of b, so that noise of φ of a
 /// percent is some ten percent of L_m. The prior is that R_r and L_m are as configured within their
-/// deviations, and counts in proportion to the variance that remains about the course: without noise it has
-/// no effect.
+/// deviations. It counts in proportion to the variance that remains about the course, and to that of errors
+/// which the course itself takes up, such as those of the sensors' gains: half a percent of the leakage flux
+/// σL_s i. With a large current and a short course these make the prior of L_m count about half.
 ///   R_s = (∫u dt − a ∫i dt + b ∫φ dt)/∫i dt
 template <class T = double>
 class FluxCourse {
@@ -50,7 +53,7 @@ class FluxCourse {
     const Moments m = sums_.central(time_);
     const Shares free = m.solve(T(0));
     const T variance = m.rest_squared - free.a * m.raised_rest + free.b * m.decayed_rest;
-    const Shares share = m.solve(variance > T(0) ? variance * correlation_ / time_ : T(0));
+    const Shares share = m.solve(noise(variance / time_));
     const T a = (T(1) + share.a) * raised_;
     const T b = (T(1) + share.b) * decayed_;
     const T start = first_ + (sums_.rest - share.a * sums_.raised + share.b * sums_.decayed) / time_;
@@ -64,6 +67,15 @@ class FluxCourse {
   void reset() noexcept { *this = FluxCourse{nominal_, correlation_}; }
 
  private:
+  /// Spectral density of the errors of φ, by the variance about the course [Wb²]. [Wb²·s]
+  [[nodiscard]] T noise(T variance) const noexcept {
+    const T current = raised_ / (a_ * time_);
+    const T systematic = systematic_share * nominal_.sigma_l_s() * current;
+    return std::max(T(0), variance) * correlation_ + systematic * systematic * time_;
+  }
+
+  /// Errors of φ that the course takes up, by σL_s i. [-]
+  static constexpr T systematic_share = T(5e-3);
   /// Deviations of R_r and L_r by their values: half of what the drive allows for.
   static constexpr T r_r_deviation = T(0.25);
   static constexpr T l_r_deviation = T(0.15);
