@@ -168,9 +168,11 @@ class FluxTorqueEstimator {
     identifying_ = false;
     coasted_ = T(0);
     magnetised_ = T(0);
-    const SpaceVector<T> psi_r =
-        (identification_.flux() / machine_.k_r()) * direction(current_model_.psi_r());
+    const SpaceVector<T> along = direction(current_model_.psi_r());
+    psi_s_ -= identification_.flux() * along;
     use(identification_.finish());
+    psi_s_ += identification_.flux() * along;
+    const SpaceVector<T> psi_r = (identification_.flux() / machine_.k_r()) * along;
     current_model_.set(psi_r);
     set_flux(psi_s_);
   }

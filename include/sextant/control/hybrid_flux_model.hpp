@@ -11,13 +11,19 @@ namespace sextant {
 
 /// Voltage model corrected by the current model:
 ///   dψ_s/dt = u_s − R_s i_s − g (ψ_s − c ψ_cm)
-///   dc/dt = γ [w (ψ_s − c ψ_cm)/ψ_cm − (1 − w)(c − 1)/10]
+///   dc/dt = γ [w (1 + g/(jω_e)) (ψ_s − c ψ_cm)/ψ_cm − (1 − w)(c − 1)]
 /// ψ_cm is the stator flux of the current model and c a complex factor that follows what its parameters are
 /// wrong by. The correction removes drift and a wrong initial value within 1/g. Where w is 1 it has no effect
 /// in steady state: the estimate is that of the voltage model, which needs neither R_r nor L_m. Where w is 0
 /// the factor is 1 and the estimate that of the current model, which does not need R_s. w is the product of
 ///   ω_e²/(ω_e² + ω_1²),  ω_1 = R_s/L_s          and   ω_r⁴/(ω_r⁴ + ω_1⁴),  ω_r = p ω_m
 /// At ω_1 the magnetising current's resistive voltage is as large as that of the flux.
+///
+/// The correction lets only jω_e/(jω_e + g) of the difference ψ_v − c ψ_cm between the fluxes of both models
+/// remain in ψ_s − c ψ_cm. Its inverse in the adaptation takes gain and phase back, so that c follows
+/// ψ_v/ψ_cm with the time constant 1/γ. Without it c turns about its steady state at some γ ω_e/g and settles
+/// at γ (ω_e/g)², within seconds at low frequency, and each torque step turns it anew.
+///
 /// Sources: P. L. Jansen, R. D. Lorenz, "A physically insightful approach to the design and accuracy
 /// assessment of flux observers for field oriented induction machine drives", IEEE Trans. Ind. Appl. 30
 /// (1994) 101–110, for the two models joined by a correction; the factor c is this project's.
@@ -26,7 +32,7 @@ class HybridFluxModel {
  public:
   explicit HybridFluxModel(const InductionMachineParameters<T>& machine) noexcept
       : correction_{machine.r_s / machine.sigma_l_s()},
-        adaptation_{T(2) / machine.tau_r()},
+        adaptation_{T(1) / machine.tau_r()},
         crossover_{machine.r_s / machine.l_s()},
         pole_pairs_{T(machine.pole_pairs)} {}
 
@@ -39,16 +45,17 @@ class HybridFluxModel {
     const T k = dt / (smoothing + dt);
     turn_ += k * (cross(psi_r, current_model.derivative(psi_r, i_s, omega_m)) - turn_);
     norm_ += k * (dot(psi_r, psi_r) - norm_);
-    const T w = weight(pole_pairs_ * omega_m);
+    const Weight w = weight(pole_pairs_ * omega_m);
     psi_s_ += flux_change;
     const SpaceVector<T> error = psi_s_ - reference(psi_cm);
     psi_s_ -= (correction_ * dt / (T(1) + correction_ * dt)) * error;
     const T square = dot(psi_cm, psi_cm);
     if (!(square > T(0))) return;
-    const T gain = adaptation_ * dt * w / square;
-    const T leak = T(0.1) * adaptation_ * dt * (T(1) - w);
-    factor_.alpha += gain * dot(psi_cm, error) - leak * (factor_.alpha - T(1));
-    factor_.beta += gain * cross(psi_cm, error) - leak * factor_.beta;
+    const SpaceVector<T> difference = w.share * error - (correction_ * w.by_frequency) * rotate_90(error);
+    const T gain = adaptation_ * dt / square;
+    const T leak = adaptation_ * dt * (T(1) - w.share);
+    factor_.alpha += gain * dot(psi_cm, difference) - leak * (factor_.alpha - T(1));
+    factor_.beta += gain * cross(psi_cm, difference) - leak * factor_.beta;
     bound();
   }
 
@@ -65,14 +72,19 @@ class HybridFluxModel {
   static constexpr T farthest = T(0.6);     ///< largest |c − 1| [-]
   static constexpr T highest = T(1e5);      ///< largest stator frequency [rad/s]
 
-  /// w, from the smoothed stator frequency turn/norm and the rotor's.
-  [[nodiscard]] T weight(T omega_r) const noexcept {
-    if (!(norm_ > T(0))) return T(0);
+  struct Weight {
+    T share{};         ///< w [-]
+    T by_frequency{};  ///< w/ω_e [s]
+  };
+
+  /// From the smoothed stator frequency turn/norm and the rotor's.
+  [[nodiscard]] Weight weight(T omega_r) const noexcept {
+    if (!(norm_ > T(0))) return {};
     const T omega_e = std::clamp(turn_ / norm_, -highest, highest);
-    const T e = omega_e * omega_e;
     const T r = omega_r * omega_r;
     const T w_1 = crossover_ * crossover_;
-    return e * r * r / ((e + w_1) * (r * r + w_1 * w_1));
+    const T by_frequency = omega_e * r * r / ((omega_e * omega_e + w_1) * (r * r + w_1 * w_1));
+    return {omega_e * by_frequency, by_frequency};
   }
 
   [[nodiscard]] constexpr SpaceVector<T> reference(SpaceVector<T> psi_cm) const noexcept {

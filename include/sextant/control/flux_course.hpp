@@ -1,0 +1,145 @@
+#pragma once
+
+#include <algorithm>
+
+#include "sextant/core/induction_machine_parameters.hpp"
+
+namespace sextant {
+
+/// R_s, R_r and L_m by the course of the flux φ = k_r ψ_r in magnetising,
+///   φ = φ_0 + a ∫i dt − b ∫φ dt,   a = k_r² R_r,   b = R_r/L_r,
+/// where current i and voltage u behind the leakage are those along the flux, by linear regression with
+/// Gaussian errors and prior (C. M. Bishop, Pattern Recognition and Machine Learning, New York 2006, section
+/// 3.3). A course of some tenths of the rotor time constant tells little of b, so that noise of φ of a
+/// percent is some ten percent of L_m. The prior is that R_r and L_m are as configured within their
+/// deviations. It counts in proportion to the variance that remains about the course, and to that of errors
+/// which the course itself takes up, such as those of the sensors' gains: half a percent of the leakage flux
+/// σL_s i. With a large current and a short course these make the prior of L_m count about half.
+///   R_s = (∫u dt − a ∫i dt + b ∫φ dt)/∫i dt
+template <class T = double>
+class FluxCourse {
+ public:
+  using Machine = InductionMachineParameters<T>;
+
+  struct Result {
+    T r_s{};   ///< [Ω]
+    T r_r{};   ///< [Ω]
+    T l_m{};   ///< [H]
+    T flux{};  ///< φ at the end [Wb]
+  };
+
+  /// The parameters as configured; `correlation`: time over which errors of φ are correlated. [s]
+  FluxCourse(const Machine& machine, T correlation) noexcept
+      : nominal_{machine},
+        a_{machine.k_r() * machine.k_r() * machine.r_r},
+        b_{T(1) / machine.tau_r()},
+        correlation_{correlation} {}
+
+  /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux, φ [Wb].
+  void add(T voltage, T current, T flux, T dt) noexcept {
+    if (!(time_ > T(0))) first_ = flux;
+    time_ += dt;
+    volt_seconds_ += dt * voltage;
+    raised_ += a_ * dt * current;
+    decayed_ += b_ * dt * flux;
+    const T rest = flux - first_ - raised_ + decayed_;
+    sums_.add(raised_, decayed_, rest, dt);
+  }
+
+  [[nodiscard]] T time() const noexcept { return time_; }  ///< [s]
+
+  /// To be called after `add`.
+  [[nodiscard]] Result solve() const noexcept {
+    const Moments m = sums_.central(time_);
+    const Shares free = m.solve(T(0));
+    const T variance = m.rest_squared - free.a * m.raised_rest + free.b * m.decayed_rest;
+    const Shares share = m.solve(noise(variance / time_));
+    const T a = (T(1) + share.a) * raised_;
+    const T b = (T(1) + share.b) * decayed_;
+    const T start = first_ + (sums_.rest - share.a * sums_.raised + share.b * sums_.decayed) / time_;
+    const T r_r = (T(1) + share.a) * nominal_.r_r;
+    return {.r_s = raised_ > T(0) ? a_ * (volt_seconds_ - a + b) / raised_ : nominal_.r_s,
+            .r_r = r_r,
+            .l_m = r_r / ((T(1) + share.b) * b_) - nominal_.l_lr,
+            .flux = start + a - b};
+  }
+
+  void reset() noexcept { *this = FluxCourse{nominal_, correlation_}; }
+
+ private:
+  /// Spectral density of the errors of φ, by the variance about the course [Wb²]. [Wb²·s]
+  [[nodiscard]] T noise(T variance) const noexcept {
+    const T current = raised_ / (a_ * time_);
+    const T systematic = systematic_share * nominal_.sigma_l_s() * current;
+    return std::max(T(0), variance) * correlation_ + systematic * systematic * time_;
+  }
+
+  /// Errors of φ that the course takes up, by σL_s i. [-]
+  static constexpr T systematic_share = T(5e-3);
+  /// Deviations of R_r and L_r by their values: half of what the drive allows for.
+  static constexpr T r_r_deviation = T(0.25);
+  static constexpr T l_r_deviation = T(0.15);
+
+  /// By how much a and b exceed their nominal values, as shares of these. [-]
+  struct Shares {
+    T a{};
+    T b{};
+  };
+
+  /// Second moments of a ∫i dt and b ∫φ dt with nominal a and b and of what they leave of φ. [Wb²·s]
+  struct Moments {
+    T raised_squared{}, raised_decayed{}, decayed_squared{};
+    T raised_rest{}, decayed_rest{}, rest_squared{};
+
+    /// The most probable shares; `noise`: spectral density of the errors of φ. [Wb²·s]
+    [[nodiscard]] Shares solve(T noise) const noexcept {
+      const T by_l = noise / (l_r_deviation * l_r_deviation);
+      const T aa = raised_squared + noise / (r_r_deviation * r_r_deviation) + by_l;
+      const T ab = raised_decayed + by_l;
+      const T bb = decayed_squared + by_l;
+      const T determinant = aa * bb - ab * ab;
+      if (!(determinant > T(0))) return {};
+      return {(raised_rest * bb - decayed_rest * ab) / determinant,
+              (raised_rest * ab - decayed_rest * aa) / determinant};
+    }
+  };
+
+  struct Sums {
+    T raised{}, decayed{}, rest{};
+    Moments second{};
+
+    void add(T x, T y, T z, T dt) noexcept {
+      raised += dt * x;
+      decayed += dt * y;
+      rest += dt * z;
+      second.raised_squared += dt * x * x;
+      second.raised_decayed += dt * x * y;
+      second.decayed_squared += dt * y * y;
+      second.raised_rest += dt * x * z;
+      second.decayed_rest += dt * y * z;
+      second.rest_squared += dt * z * z;
+    }
+    /// About the means, because φ_0 is not known either.
+    [[nodiscard]] Moments central(T time) const noexcept {
+      const T x = raised / time;
+      const T y = decayed / time;
+      const T z = rest / time;
+      return {second.raised_squared - x * raised,   second.raised_decayed - x * decayed,
+              second.decayed_squared - y * decayed, second.raised_rest - x * rest,
+              second.decayed_rest - y * rest,       second.rest_squared - z * rest};
+    }
+  };
+
+  Machine nominal_;
+  T a_;               ///< k_r² R_r [Ω]
+  T b_;               ///< R_r/L_r [1/s]
+  T correlation_;     ///< [s]
+  T time_{};          ///< [s]
+  T first_{};         ///< φ at the begin [Wb]
+  T volt_seconds_{};  ///< ∫u dt [Wb]
+  T raised_{};        ///< a ∫i dt [Wb]
+  T decayed_{};       ///< b ∫φ dt [Wb]
+  Sums sums_{};
+};
+
+}  // namespace sextant

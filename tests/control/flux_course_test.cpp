@@ -1,0 +1,94 @@
+// The regression of the flux's course, on courses of machines that are known.
+#include "sextant/control/flux_course.hpp"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+constexpr double period = 25e-6;
+constexpr double correlation = 8e-3;  // of the noise [s]
+
+template <class T>
+InductionMachineParameters<T> nominal() {
+  return {};
+}
+
+/// Magnetising by 23 A to 1.03 Wb, in some 70 ms, of a machine that differs from the nominal one by factors,
+/// with φ read with noise of that deviation [Wb].
+template <class T>
+typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed) {
+  const InductionMachineParameters<double> m = nominal<double>();
+  const double a = r_r * m.k_r() * m.k_r() * m.r_r;
+  const double b = r_r / l_r / m.tau_r();
+  FluxCourse<T> course{nominal<T>(), T(correlation)};
+  std::mt19937 generator{seed};
+  std::normal_distribution<double> normal;
+  const double current = 23;
+  const double keep = std::exp(-2 * period / correlation);
+  double phi = 0.2;
+  double error = noise * normal(generator);
+  while (phi < 1.03) {
+    const double slope = (a * current - b * phi) / (1 + 0.5 * b * period);
+    phi += period * slope;
+    error = keep * error + std::sqrt(1 - keep * keep) * noise * normal(generator);
+    course.add(T(r_s * m.r_s * current + slope), T(current), T(phi + error), T(period));
+  }
+  return course.solve();
+}
+
+template <class T>
+class FluxCourseOf : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(FluxCourseOf, Scalars);
+
+TYPED_TEST(FluxCourseOf, WithoutNoiseItFindsAnyMachineWithinSomePercent) {
+  using T = TypeParam;
+  const auto m = nominal<double>();
+  for (const double r_s : {0.5, 1.5}) {
+    for (const double r_r : {0.5, 1.5}) {
+      for (const double l_r : {0.7, 1.3}) {
+        const auto found = identified<T>(r_s, r_r, l_r, 0, 0);
+        EXPECT_NEAR(double(found.r_s) / m.r_s, r_s, 0.01);
+        EXPECT_NEAR(double(found.r_r) / m.r_r, r_r, 0.05);
+        EXPECT_NEAR(double(found.l_m) + m.l_lr, l_r * m.l_r(), 0.04 * m.l_r());
+      }
+    }
+  }
+}
+
+// What is configured has a deviation of 25 % in R_r and of 15 % in L_r: noise adds none to them.
+TYPED_TEST(FluxCourseOf, NoiseLeavesNoLargerErrorThanTheConfigurationHas) {
+  using T = TypeParam;
+  const auto m = nominal<double>();
+  constexpr unsigned runs = 50;
+  for (const double noise : {0.01, 0.05}) {
+    double r_r = 0;
+    double l_r = 0;
+    for (unsigned seed = 0; seed < runs; ++seed) {
+      const auto found = identified<T>(1, 1, 1, noise, seed);
+      r_r += std::pow(double(found.r_r) / m.r_r - 1, 2) / runs;
+      l_r += std::pow((double(found.l_m) + m.l_lr) / m.l_r() - 1, 2) / runs;
+    }
+    EXPECT_LT(std::sqrt(r_r), 0.125) << noise << " Wb";
+    EXPECT_LT(std::sqrt(l_r), 0.15) << noise << " Wb";
+  }
+}
+
+TYPED_TEST(FluxCourseOf, ACourseOfOnePeriodLeavesTheConfiguration) {
+  using T = TypeParam;
+  FluxCourse<T> course{nominal<T>(), T(correlation)};
+  course.add(T(0), T(0), T(1), T(period));
+  const auto found = course.solve();
+  const auto m = nominal<T>();
+  EXPECT_EQ(found.r_s, m.r_s);
+  EXPECT_NEAR(double(found.r_r / m.r_r), 1, 1e-5);
+  EXPECT_NEAR(double(found.l_m / m.l_m), 1, 1e-5);
+  EXPECT_NEAR(double(found.flux), 1, 1e-5);
+}
+
+}  // namespace
+}  // namespace sextant
