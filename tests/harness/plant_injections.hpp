@@ -147,7 +147,7 @@ inline Injection::Shows open_phase_shows() {
 }
 
 /// Voltages along the open phase move no current at all: none of the phases answers then, as of a sensor.
-/// The contact carries the current until it crosses zero: up to half a second with 15 N·m at standstill.
+/// The contact carries the current until it crosses zero: up to 0.8 s with 15 N·m at standstill.
 inline Injection open_phase() {
   return {.name = "open phase",
           .fault = Fault::open_phase,
