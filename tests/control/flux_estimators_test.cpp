@@ -127,7 +127,7 @@ TYPED_TEST(FluxEstimatorsOf, MagnetisingIdentifiesTheMachine) {
       }
       loop.step(ControlMode::torque, 0);
       estimator.step(loop.machine.template measure<T>(loop.applied()), false);
-      const double at_speed = 1 / (1 + std::pow(omega_m * 2 / 305.0, 2));  // weight of the identified R_s
+      const double at_speed = 1 / (1 + std::pow(omega_m * 2 / 1220.0, 2));  // weight of the identified R_s
       EXPECT_NEAR(double(estimator.machine().r_s), 0.435 + at_speed * (real.r_s - 0.435), 0.03 * real.r_s);
       EXPECT_NEAR(double(estimator.machine().r_r), real.r_r, 0.03 * real.r_r);
       EXPECT_NEAR(double(estimator.machine().l_m), real.l_m, 0.04 * real.l_m);

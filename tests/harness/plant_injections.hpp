@@ -119,20 +119,25 @@ inline Injection::Shows torque_shows(double deviation) {
   };
 }
 
-/// The speed reads wrong, by less than the protections see, and with it flux and torque of the controller.
+/// The controller believes in a rotor that it does not have, and a torque step shows it.
 inline Injection torque_deviates() {
   return {.name = "torque deviates",
           .fault = Fault::torque_plausibility,
-          .observable = "mean of 1 ms off by 20 N·m, without a break",
+          .observable = "mean of 1 ms off by 24 N·m (limit and band at 60 N·m), without a break",
           .bound_ns = 10 * ms,
           .prepare =
               [](CampaignCase& c) {
-                set_plant_fault(c, PlantFaultKind::speed_jump, 300 * ms);
-                c.rig.fault.jump = random_sign(c) * (c.just_inside ? 3.0 : 25.0);
+                wake_in_every_period(c);
+                c.rig.drive.magnetise_first = false;  // which would identify the rotor
+                c.rig.controller.flux_estimator = FluxEstimatorKind::current_model;
+                c.rig.controller.machine.r_r *= c.just_inside ? 1.05 : 3.0;
+                c.rig.torque = 0.0;
               },
-          .make_shows = [] { return torque_shows(20.0); },
+          .inject = [](VirtualRig& rig,
+                       const CampaignCase& c) { rig.torque = std::copysign(60.0, c.rig.omega_m); },
+          .make_shows = [] { return torque_shows(24.0); },
           .lasts_ns = 300 * ms,
-          .points = {{{60.0, 60.0}, {100.0, 60.0}, {-80.0, -60.0}}},
+          .points = {{{60.0, 0.0}, {100.0, 0.0}, {-80.0, 0.0}}},
           .must_last = true};
 }
 

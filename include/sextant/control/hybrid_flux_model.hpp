@@ -11,7 +11,7 @@ namespace sextant {
 
 /// Voltage model corrected by the current model:
 ///   dψ_s/dt = u_s − R_s i_s − g (ψ_s − c ψ_cm)
-///   dc/dt = γ [w (1 + g/(jω_e)) (ψ_s − c ψ_cm)/ψ_cm − (1 − w)(c − 1)]
+///   dc/dt = γ w (1 + g/(jω_e)) (ψ_s − c ψ_cm)/ψ_cm − (1 − w)(c − 1)/τ_r
 /// ψ_cm is the stator flux of the current model and c a complex factor that follows what its parameters are
 /// wrong by. The correction removes drift and a wrong initial value within 1/g. Where w is 1 it has no effect
 /// in steady state: the estimate is that of the voltage model, which needs neither R_r nor L_m. Where w is 0
@@ -22,7 +22,9 @@ namespace sextant {
 /// The correction lets only jω_e/(jω_e + g) of the difference ψ_v − c ψ_cm between the fluxes of both models
 /// remain in ψ_s − c ψ_cm. Its inverse in the adaptation takes gain and phase back, so that c follows
 /// ψ_v/ψ_cm with the time constant 1/γ. Without it c turns about its steady state at some γ ω_e/g and settles
-/// at γ (ω_e/g)², within seconds at low frequency, and each torque step turns it anew.
+/// at γ (ω_e/g)², within seconds at low frequency, and each torque step turns it anew. γ is the larger of
+/// 1/τ_r and |ω_e|/2, at most g: each turn of the flux shows ψ_v, within the correction's bandwidth. The
+/// return to 1 has 1/τ_r.
 ///
 /// Sources: P. L. Jansen, R. D. Lorenz, "A physically insightful approach to the design and accuracy
 /// assessment of flux observers for field oriented induction machine drives", IEEE Trans. Ind. Appl. 30
@@ -32,7 +34,7 @@ class HybridFluxModel {
  public:
   explicit HybridFluxModel(const InductionMachineParameters<T>& machine) noexcept
       : correction_{machine.r_s / machine.sigma_l_s()},
-        adaptation_{T(1) / machine.tau_r()},
+        inverse_tau_r_{T(1) / machine.tau_r()},
         crossover_{machine.r_s / machine.l_s()},
         pole_pairs_{T(machine.pole_pairs)} {}
 
@@ -45,15 +47,16 @@ class HybridFluxModel {
     const T k = dt / (smoothing + dt);
     turn_ += k * (cross(psi_r, current_model.derivative(psi_r, i_s, omega_m)) - turn_);
     norm_ += k * (dot(psi_r, psi_r) - norm_);
-    const Weight w = weight(pole_pairs_ * omega_m);
+    const T omega_e = norm_ > T(0) ? std::clamp(turn_ / norm_, -highest, highest) : T(0);
+    const Weight w = weight(omega_e, pole_pairs_ * omega_m);
     psi_s_ += flux_change;
     const SpaceVector<T> error = psi_s_ - reference(psi_cm);
     psi_s_ -= (correction_ * dt / (T(1) + correction_ * dt)) * error;
     const T square = dot(psi_cm, psi_cm);
     if (!(square > T(0))) return;
     const SpaceVector<T> difference = w.share * error - (correction_ * w.by_frequency) * rotate_90(error);
-    const T gain = adaptation_ * dt / square;
-    const T leak = adaptation_ * dt * (T(1) - w.share);
+    const T gain = adaptation(omega_e) * dt / square;
+    const T leak = inverse_tau_r_ * dt * (T(1) - w.share);
     factor_.alpha += gain * dot(psi_cm, difference) - leak * (factor_.alpha - T(1));
     factor_.beta += gain * cross(psi_cm, difference) - leak * factor_.beta;
     bound();
@@ -77,10 +80,13 @@ class HybridFluxModel {
     T by_frequency{};  ///< w/ω_e [s]
   };
 
-  /// From the smoothed stator frequency turn/norm and the rotor's.
-  [[nodiscard]] Weight weight(T omega_r) const noexcept {
-    if (!(norm_ > T(0))) return {};
-    const T omega_e = std::clamp(turn_ / norm_, -highest, highest);
+  /// γ. [1/s]
+  [[nodiscard]] T adaptation(T omega_e) const noexcept {
+    return std::min(correction_, std::max(inverse_tau_r_, T(0.5) * std::abs(omega_e)));
+  }
+
+  /// From the smoothed stator frequency and the rotor's.
+  [[nodiscard]] Weight weight(T omega_e, T omega_r) const noexcept {
     const T r = omega_r * omega_r;
     const T w_1 = crossover_ * crossover_;
     const T by_frequency = omega_e * r * r / ((omega_e * omega_e + w_1) * (r * r + w_1 * w_1));
@@ -99,12 +105,12 @@ class HybridFluxModel {
     factor_ = {T(1) + shrink * re, shrink * factor_.beta};
   }
 
-  T correction_;  ///< g [1/s]
-  T adaptation_;  ///< γ [1/s]
-  T crossover_;   ///< ω_1 [rad/s]
-  T pole_pairs_;  ///< p [-]
-  T turn_{};      ///< smoothed ψ_r × dψ_r/dt [V·Wb]
-  T norm_{};      ///< smoothed |ψ_r|² [Wb²]
+  T correction_;     ///< g [1/s]
+  T inverse_tau_r_;  ///< [1/s]
+  T crossover_;      ///< ω_1 [rad/s]
+  T pole_pairs_;     ///< p [-]
+  T turn_{};         ///< smoothed ψ_r × dψ_r/dt [V·Wb]
+  T norm_{};         ///< smoothed |ψ_r|² [Wb²]
   SpaceVector<T> psi_s_{};
   SpaceVector<T> factor_{T(1), T(0)};  ///< c [-]
 };

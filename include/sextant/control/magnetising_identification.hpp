@@ -31,7 +31,7 @@ class MagnetisingIdentification {
         shortest_{T(0.2) * machine.tau_r()},
         resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
         low_{machine.r_s / machine.l_s()},
-        high_{T(60) * machine.r_s / machine.l_s()},
+        high_{T(240) * machine.r_s / machine.l_s()},
         course_{machine, T(2) * filter_time_} {}
 
   /// Magnetising begins at rotor flux phi = k_r |ψ_r| [Wb] and speed omega_r [rad/s].
