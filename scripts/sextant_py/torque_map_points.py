@@ -13,7 +13,9 @@ TORQUES = (-130, -60, -15, -2, 0, 2, 15, 60, 130)  # [N·m]
 R_S, R_R, L_M = (0.5, 0.8, 1.0, 1.2, 1.5), (0.5, 1.0, 1.5), (0.7, 1.0, 1.3)
 QUICK_SPEEDS, QUICK_TORQUES = (-100, 0, 50, 200), (-15, 15)
 
-FROM_S = 0.15  # end of start and magnetising: an imposed speed is evaluated from here on, a free shaft leaves standstill
+FROM_S = (
+    0.15  # end of start and magnetising: an imposed speed is evaluated from here on, a free shaft leaves standstill
+)
 STEP_S = 0.35  # end of zero torque; a free shaft has its speed, and is evaluated from here on
 END_S = 1.1
 

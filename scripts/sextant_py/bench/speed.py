@@ -186,7 +186,10 @@ def counts(lab: Lab) -> list[Figure]:
 
 
 CONTROL_STAGE = Stage(
-    "control", "the control step against a hand-written one", 15, rows_of("^(dtc_step|estimator_step|drive_step)", CONTROL)
+    "control",
+    "the control step against a hand-written one",
+    15,
+    rows_of("^(dtc_step|estimator_step|drive_step)", CONTROL),
 )
 PLANT_STAGE = Stage("plant", "the plant against a hand-written one", 15, rows_of("^plant_", PLANT))
 PRECISION_STAGE = Stage("precision", "error of the fixed step on a recorded switching sequence", 60, precision)
