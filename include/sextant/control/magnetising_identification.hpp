@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/control/flux_course.hpp"
+#include "sextant/control/standstill_course.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
 
@@ -14,10 +15,10 @@ namespace sextant {
 /// φ = k_r ψ_r, the voltage behind the leakage is
 ///   u − σL_s di/dt = R_s i + dφ/dt + j ω_r φ,   dφ/dt = k_r² R_r i − (R_r/L_r) φ,   ω_r = p ω_m
 /// Its part across the flux gives φ without any resistance; the part along the flux, integrated, then gives
-/// R_s, and the course of φ gives R_r and L_r (`FluxCourse`). Near standstill φ comes from the current
-/// model instead, and R_r and L_m stay as they are. All signals pass the same low-pass filter, of order two
-/// because the noise of the current counts by its slope. Source of the equations: P. Vas, Sensorless Vector
-/// and Direct Torque Control, Oxford 1998, section 2.1.
+/// R_s, and the course of φ gives R_r and L_r (`FluxCourse`). Near standstill the curve of the voltage along
+/// the flux gives all three (`StandstillCourse`), and φ comes from the current model until then. All signals
+/// pass the same low-pass filter, of order two because the noise of the current counts by its slope. Source
+/// of the equations: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998, section 2.1.
 template <class T = double>
 class MagnetisingIdentification {
  public:
@@ -32,7 +33,8 @@ class MagnetisingIdentification {
         resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
         low_{machine.r_s / machine.l_s()},
         high_{T(240) * machine.r_s / machine.l_s()},
-        course_{machine, T(2) * filter_time_} {}
+        course_{machine, T(2) * filter_time_},
+        standstill_{machine} {}
 
   /// Magnetising begins at rotor flux phi = k_r |ψ_r| [Wb] and speed omega_r [rad/s].
   void begin(T phi, T omega_r) noexcept {
@@ -45,11 +47,13 @@ class MagnetisingIdentification {
     time_ = lag_ = T(0);
     first_seen_ = T(-1);
     course_.reset();
+    standstill_.begin(phi);
   }
 
   /// One period of dt [s] in the frame of the rotor flux: `voltage` behind the leakage [V], stator current
   /// [A], `model_flux` k_r |ψ_r| of the current model [Wb].
   void step(SpaceVector<T> voltage, SpaceVector<T> i_s, T model_flux, T omega_r, T dt) noexcept {
+    standstill_.add(voltage.alpha, i_s.alpha, dt);
     const T k = dt / (T(0.5) * filter_time_ + dt);
     along_.step(voltage.alpha, k);
     // The ripple across the flux, with its voltage at both resistances.
@@ -81,16 +85,27 @@ class MagnetisingIdentification {
   /// magnetising.
   [[nodiscard]] const Machine& finish() noexcept {
     if (!is_identified()) return machine_;
-    const typename FluxCourse<T>::Result found = course_.solve();
+    const Result found = mixed(course_.solve(), standstill_.solve());
     flux_ = found.flux;
     identify_stator(found.r_s);
     if (!is_near(found.r_r, nominal_.r_r) || !is_near(found.l_m, nominal_.l_m)) return machine_;
-    machine_.r_r = nominal_.r_r + seen_ * (found.r_r - nominal_.r_r);
-    machine_.l_m = nominal_.l_m + seen_ * (found.l_m - nominal_.l_m);
+    machine_.r_r = found.r_r;
+    machine_.l_m = found.l_m;
     return machine_;
   }
 
  private:
+  using Result = typename FluxCourse<T>::Result;
+
+  /// By the share of the measured flux.
+  [[nodiscard]] Result mixed(const Result& turning, const Result& still) const noexcept {
+    const auto mix = [s = seen_](T x, T y) { return y + s * (x - y); };
+    return {.r_s = mix(turning.r_s, still.r_s),
+            .r_r = mix(turning.r_r, still.r_r),
+            .l_m = mix(turning.l_m, still.l_m),
+            .flux = mix(turning.flux, still.flux)};
+  }
+
   /// x⁴/(x⁴ + corner⁴).
   [[nodiscard]] static T share(T x, T corner) noexcept {
     const T ratio = x * x / (corner * corner);
@@ -148,6 +163,7 @@ class MagnetisingIdentification {
   T seen_{};              ///< share of the measured flux in φ [-]
   T first_seen_{T(-1)};   ///< the same where the course begins; below zero before [-]
   FluxCourse<T> course_;
+  StandstillCourse<T> standstill_;
 };
 
 }  // namespace sextant

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "sextant/control/flux_course.hpp"
+#include "sextant/core/induction_machine_parameters.hpp"
+
+namespace sextant {
+
+/// R_s, R_r and L_m by the voltage in magnetising at standstill, where no voltage across the flux shows it.
+/// With the integrals of voltage behind the leakage and current along the flux, U = ∫u dt and Q = ∫i dt, the
+/// flux φ = k_r ψ_r is φ_0 + U − R_s Q, and
+///   U = (R_s + a) Q − b ∫(φ_0 + U) dt + b R_s ∫Q dt,   a = k_r² R_r,   b = R_r/L_r.
+/// Nonlinear regression by Gauss-Newton, with the priors and errors of `FluxCourse`, and R_s as configured
+/// within its deviation. Only the curve of U over a time of about τ_r tells R_s, R_r and L_r apart: the
+/// shorter the course, the more the priors count. Source of the equations: P. Vas, Sensorless Vector and
+/// Direct Torque Control, Oxford 1998, section 2.1.
+template <class T = double>
+class StandstillCourse {
+ public:
+  using Machine = InductionMachineParameters<T>;
+  using Result = typename FluxCourse<T>::Result;
+
+  /// The parameters as configured.
+  explicit StandstillCourse(const Machine& machine) noexcept
+      : nominal_{machine}, a_{machine.k_r() * machine.k_r() * machine.r_r}, b_{T(1) / machine.tau_r()} {}
+
+  /// Magnetising begins at this flux φ_0. [Wb]
+  void begin(T flux) noexcept {
+    *this = StandstillCourse{nominal_};
+    first_ = flux;
+  }
+
+  /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux.
+  void add(T voltage, T current, T dt) noexcept {
+    volt_seconds_ += dt * voltage;
+    charge_ += dt * current;
+    flux_seconds_ += dt * (first_ + volt_seconds_);
+    charge_seconds_ += dt * charge_;
+    time_ += dt;
+    since_sample_ += dt;
+    if (since_sample_ < sample_time) return;
+    sample(since_sample_);
+    since_sample_ = T(0);
+  }
+
+  /// To be called after `add`.
+  [[nodiscard]] Result solve() const noexcept {
+    Shares x{};
+    for (int k = 0; k < iterations; ++k) x = improved(x);
+    const Machine m = machine(x);
+    return {.r_s = m.r_s, .r_r = m.r_r, .l_m = m.l_m, .flux = first_ + volt_seconds_ - m.r_s * charge_};
+  }
+
+ private:
+  static constexpr T sample_time = T(1e-3);  ///< fewer sums round less in `float` [s]
+  static constexpr int iterations = 6;
+  static constexpr T systematic_share = T(5e-3);                           ///< errors of U, by σL_s i [-]
+  static constexpr std::array<T, 3> deviations{T(0.5), T(0.25), T(0.15)};  ///< of R_s, R_r and L_r [-]
+
+  /// By how much R_s, R_r and L_r exceed their nominal values, as shares of these. [-]
+  using Shares = std::array<T, 3>;
+  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt; or their coefficients in the error of the course.
+  using Terms = std::array<T, 4>;
+
+  void sample(T dt) noexcept {
+    const T r_s = nominal_.r_s;
+    const Terms z{volt_seconds_ - (r_s + a_) * charge_ + b_ * flux_seconds_ - b_ * r_s * charge_seconds_,
+                  charge_, flux_seconds_, charge_seconds_};
+    for (std::size_t n = 0; n < z.size(); ++n) {
+      for (std::size_t k = 0; k < z.size(); ++k) moments_[n][k] += dt * z[n] * z[k];
+    }
+  }
+
+  [[nodiscard]] T a(const Shares& x) const noexcept { return a_ * (T(1) + x[1]); }
+  [[nodiscard]] T b(const Shares& x) const noexcept { return b_ * (T(1) + x[1]) / (T(1) + x[2]); }
+
+  [[nodiscard]] Machine machine(const Shares& x) const noexcept {
+    Machine m = nominal_;
+    m.r_s *= T(1) + x[0];
+    m.r_r *= T(1) + x[1];
+    m.l_m = (T(1) + x[2]) * nominal_.l_r() - nominal_.l_lr;
+    return m;
+  }
+
+  /// One step of Gauss-Newton.
+  [[nodiscard]] Shares improved(const Shares& x) const noexcept {
+    const T r_s = nominal_.r_s * (T(1) + x[0]);
+    const T b_x = b(x);
+    const Terms error{T(1), -(r_s - nominal_.r_s + a(x) - a_), b_x - b_, -(b_x * r_s - b_ * nominal_.r_s)};
+    const T by_r_r = b_x / (T(1) + x[1]);
+    const T by_l_r = -b_x / (T(1) + x[2]);
+    const std::array<Terms, 3> slopes{Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s},
+                                      Terms{T(0), -a_, by_r_r, -by_r_r * r_s},
+                                      Terms{T(0), T(0), by_l_r, -by_l_r * r_s}};
+    const T density = noise();
+    std::array<Shares, 3> left{};
+    Shares right{};
+    for (std::size_t n = 0; n < 3; ++n) {
+      for (std::size_t k = 0; k < 3; ++k) left[n][k] = product(slopes[n], slopes[k]);
+      const T prior = density / (deviations[n] * deviations[n]);
+      left[n][n] += prior;
+      right[n] = -product(slopes[n], error) - prior * x[n];
+    }
+    return bounded(x, solved(left, right));
+  }
+
+  /// Σ dt (p·z)(q·z).
+  [[nodiscard]] T product(const Terms& p, const Terms& q) const noexcept {
+    T sum{};
+    for (std::size_t n = 0; n < p.size(); ++n) {
+      for (std::size_t k = 0; k < q.size(); ++k) sum += p[n] * moments_[n][k] * q[k];
+    }
+    return sum;
+  }
+
+  /// Spectral density of the errors of U. [Wb²·s]
+  [[nodiscard]] T noise() const noexcept {
+    const T current = time_ > T(0) ? charge_ / time_ : T(0);
+    const T systematic = systematic_share * nominal_.sigma_l_s() * current;
+    return systematic * systematic * time_;
+  }
+
+  /// Solution of a symmetric system by Cramer's rule; zero where there is none.
+  [[nodiscard]] static Shares solved(const std::array<Shares, 3>& m, const Shares& r) noexcept {
+    const auto minor = [](const Shares& p, const Shares& q, std::size_t n, std::size_t k) {
+      return p[n] * q[k] - p[k] * q[n];
+    };
+    const Shares first{minor(m[1], m[2], 1, 2), minor(m[2], m[0], 1, 2), minor(m[0], m[1], 1, 2)};
+    const Shares second{minor(m[1], m[2], 2, 0), minor(m[2], m[0], 2, 0), minor(m[0], m[1], 2, 0)};
+    const Shares third{minor(m[1], m[2], 0, 1), minor(m[2], m[0], 0, 1), minor(m[0], m[1], 0, 1)};
+    const T determinant = m[0][0] * first[0] + m[1][0] * first[1] + m[2][0] * first[2];
+    if (!(determinant > T(0))) return {};
+    const auto dot = [&r, determinant](const Shares& p) {
+      return (p[0] * r[0] + p[1] * r[1] + p[2] * r[2]) / determinant;
+    };
+    return {dot(first), dot(second), dot(third)};
+  }
+
+  /// x + step, with every parameter within 0.3 to 2.5 times its nominal value.
+  [[nodiscard]] static Shares bounded(const Shares& x, const Shares& step) noexcept {
+    Shares y{};
+    for (std::size_t n = 0; n < 3; ++n) y[n] = std::fmin(T(1.5), std::fmax(T(-0.7), x[n] + step[n]));
+    return y;
+  }
+
+  Machine nominal_;
+  T a_;                 ///< k_r² R_r [Ω]
+  T b_;                 ///< R_r/L_r [1/s]
+  T first_{};           ///< φ_0 [Wb]
+  T time_{};            ///< [s]
+  T since_sample_{};    ///< [s]
+  T volt_seconds_{};    ///< U [Wb]
+  T charge_{};          ///< Q [A·s]
+  T flux_seconds_{};    ///< ∫(φ_0 + U) dt [Wb·s]
+  T charge_seconds_{};  ///< ∫Q dt [A·s²]
+  std::array<Terms, 4> moments_{};
+};
+
+}  // namespace sextant
