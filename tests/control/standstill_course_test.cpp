@@ -1,0 +1,107 @@
+// The regression of the voltage at standstill, on courses of machines that are known.
+#include "sextant/control/standstill_course.hpp"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+constexpr double period = 25e-6;
+
+/// What was found, by the true values. [-]
+struct Found {
+  double r_s;
+  double r_r;
+  double l_r;
+  double flux;
+};
+
+/// Magnetising by 22 A from a dead machine, which differs from the nominal one by factors; its flux is the
+/// exact solution. The leakage flux is read with noise of that deviation [Wb].
+template <class T>
+Found identified(double duration, double r_s, double r_r, double l_r, double noise = 0, unsigned seed = 0) {
+  const InductionMachineParameters<double> m;
+  const double a = r_r * m.k_r() * m.k_r() * m.r_r;
+  const double b = r_r / l_r / m.tau_r();
+  constexpr double current = 22;
+  const double final_flux = a * current / b;
+  StandstillCourse<T> course{InductionMachineParameters<T>{}};
+  std::mt19937 generator{seed};
+  std::normal_distribution<double> normal;
+  course.begin(T(0));
+  double flux = 0;
+  double error = 0;
+  for (int k = 0; k < int(duration / period); ++k) {
+    const double next = final_flux + (flux - final_flux) * std::exp(-b * period);
+    const double next_error = noise * normal(generator);
+    const double voltage = r_s * m.r_s * current + (next + next_error - flux - error) / period;
+    flux = next;
+    error = next_error;
+    course.add(T(voltage), T(current), T(period));
+  }
+  const auto found = course.solve();
+  return {double(found.r_s) / (r_s * m.r_s), double(found.r_r) / (r_r * m.r_r),
+          (double(found.l_m) + m.l_lr) / (l_r * m.l_r()), double(found.flux) / flux};
+}
+
+template <class T>
+class StandstillCourseOf : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(StandstillCourseOf, Scalars);
+
+// After three rotor time constants the course has told everything.
+TYPED_TEST(StandstillCourseOf, ALongCourseTellsAnyMachine) {
+  for (const double r_s : {0.6, 1.5}) {
+    for (const double r_r : {0.6, 1.5}) {
+      for (const double l_r : {0.7, 1.3}) {
+        SCOPED_TRACE(testing::Message() << r_s << ' ' << r_r << ' ' << l_r);
+        const Found found = identified<TypeParam>(0.4, r_s, r_r, l_r);
+        EXPECT_NEAR(found.r_s, 1, 0.05);
+        EXPECT_NEAR(found.r_r, 1, 0.05);
+        EXPECT_NEAR(found.l_r, 1, 0.05);
+        EXPECT_NEAR(found.flux, 1, 0.05);
+      }
+    }
+  }
+}
+
+// 100 ms, one rotor time constant, is what magnetising takes.
+TYPED_TEST(StandstillCourseOf, ItTellsAWrongResistanceWithinTheTimeOfAStart) {
+  const Found stator = identified<TypeParam>(0.1, 1.5, 1, 1);
+  EXPECT_NEAR(stator.r_s, 1, 0.04);
+  EXPECT_NEAR(stator.r_r, 1, 0.04);
+  EXPECT_NEAR(stator.flux, 1, 0.05);
+  const Found rotor = identified<TypeParam>(0.1, 1, 0.5, 1);
+  EXPECT_NEAR(rotor.r_s, 1, 0.04);
+  EXPECT_NEAR(rotor.r_r, 1, 0.04);
+  EXPECT_NEAR(rotor.flux, 1, 0.1);
+}
+
+// Noise of 0.2 A in the current, with a leakage of 4.7 mH.
+TYPED_TEST(StandstillCourseOf, NoiseOfTheSensorsLeavesAKnownMachineKnown) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Found found = identified<TypeParam>(0.1, 1, 1, 1, 0.001, seed);
+    EXPECT_NEAR(found.r_s, 1, 0.06);
+    EXPECT_NEAR(found.r_r, 1, 0.04);
+    EXPECT_NEAR(found.l_r, 1, 0.08);
+  }
+}
+
+TYPED_TEST(StandstillCourseOf, WithoutACourseTheConfigurationStays) {
+  using T = TypeParam;
+  const InductionMachineParameters<T> m;
+  StandstillCourse<T> course{m};
+  course.begin(T(0.3));
+  const auto found = course.solve();
+  EXPECT_EQ(found.r_s, m.r_s);
+  EXPECT_EQ(found.r_r, m.r_r);
+  EXPECT_NEAR(double(found.l_m), double(m.l_m), 1e-7);
+  EXPECT_EQ(found.flux, T(0.3));
+}
+
+}  // namespace
+}  // namespace sextant
