@@ -75,7 +75,7 @@ def _nycc(_: Drive, __: Path) -> Settings:
 
 
 def _random_steps(drive: Drive, directory: Path) -> Settings:
-    """Steps of torque 5 to 300 ms apart, on a shaft that goes in straight lines between random speeds."""
+    """Steps of torque 2.5 to 300 ms apart, on a shaft that goes in straight lines between random speeds."""
     dice = random.Random(drive.seed)
     steps, speeds = [(0.0, 0.0)], [(0.0, 0.0)]
     t = 0.1

@@ -11,7 +11,7 @@ namespace sextant {
 ///   dψ_r/dt = −ψ_r/τ_r + j p ω_m ψ_r + (L_m/τ_r) i_s,   ψ_s = k_r ψ_r + σL_s i_s.
 /// It needs the speed but no voltage: with gates off diodes and EMF, not the gate pattern, decide the
 /// voltage. An error of the flux decays with τ_r, over steps of any length, because a step is the exact
-/// solution. Source: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998, section 4.1.
+/// solution. Source: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
 template <class T = double>
 class CurrentModel {
  public:

@@ -18,7 +18,7 @@ namespace sextant {
 /// R_s, and the course of φ gives R_r and L_r (`FluxCourse`). Near standstill the curve of the voltage along
 /// the flux gives all three (`StandstillCourse`), and φ comes from the current model until then. All signals
 /// pass the same low-pass filter, of order two because the noise of the current counts by its slope. Source
-/// of the equations: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998, section 2.1.
+/// of the equations: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
 template <class T = double>
 class MagnetisingIdentification {
  public:

@@ -16,7 +16,7 @@ namespace sextant {
 /// Nonlinear regression by Gauss-Newton, with the priors and errors of `FluxCourse`, and R_s as configured
 /// within its deviation. Only the curve of U over a time of about τ_r tells R_s, R_r and L_r apart: the
 /// shorter the course, the more the priors count. Source of the equations: P. Vas, Sensorless Vector and
-/// Direct Torque Control, Oxford 1998, section 2.1.
+/// Direct Torque Control, Oxford 1998.
 template <class T = double>
 class StandstillCourse {
  public:

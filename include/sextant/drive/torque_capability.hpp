@@ -110,7 +110,8 @@ class TorqueCapability {
   }
 
   /// Share of the flux reference, in (0, 1], at which a torque [N·m] within the available range needs no
-  /// more voltage than there is: s at the smallest x with τ(x) = |torque|, by one iteration of Newton a step.
+  /// more voltage than there is: √s at the smallest x with τ(x) = |torque|, by one iteration of Newton a
+  /// step.
   [[nodiscard]] T flux_share(T torque) noexcept {
     if (is_easy_) {
       at_voltage_limit_ = false;

@@ -15,14 +15,14 @@ class VoltageDemand {
   struct Machine {
     T a{};                ///< R_s/L_s [rad/s]
     T omega_sigma{};      ///< slip frequency of the breakdown torque, 1/(σ τ_r) [rad/s]
-    T twice_a_less_b{};   ///< 2 (b − a) [rad/s]
+    T twice_b_less_a{};   ///< 2 (b − a) [rad/s]
     T square{};           ///< b² − 2 a ω_σ [rad²/s²]
     T square_of_sigma{};  ///< ω_σ² [rad²/s²]
 
     explicit constexpr Machine(const InductionMachineParameters<T>& m) noexcept
         : a{m.r_s / m.l_s()}, omega_sigma{m.l_s() / (m.sigma_l_s() * m.tau_r())} {
       const T b = omega_sigma + a * m.l_s() / m.sigma_l_s();
-      twice_a_less_b = T(2) * (b - a);
+      twice_b_less_a = T(2) * (b - a);
       square = b * b - T(2) * a * omega_sigma;
       square_of_sigma = omega_sigma * omega_sigma;
     }
@@ -30,7 +30,7 @@ class VoltageDemand {
 
   constexpr VoltageDemand(const Machine& m, T omega_r) noexcept
       : n0_{m.a * m.a + omega_r * omega_r},
-        n1_{m.twice_a_less_b * omega_r},
+        n1_{m.twice_b_less_a * omega_r},
         n2_{m.square + omega_r * omega_r},
         n3_{T(2) * m.omega_sigma * omega_r},
         n4_{m.square_of_sigma} {}

@@ -10,7 +10,7 @@
 namespace sextant {
 
 /// The response of the three measured phase currents to the applied voltage, by the transient model of the
-/// machine (P. Vas, Sensorless Vector and Direct Torque Control, 1998, 1.2):
+/// machine (P. Vas, Sensorless Vector and Direct Torque Control, 1998):
 ///   σL_s di/dt = u − R_s i − e,   Δi_k = v_k − e_k,   v_k = ∫u_k dt / σL_s,
 /// in which e_k, the change by R_s i + e, differs little from period to period. In the second difference it
 /// cancels:

@@ -10,7 +10,7 @@ namespace sextant {
 /// Rotor flux of the torque monitor, from currents and speed, stationary frame:
 ///   dψ_r/dt = (−1/τ_r + j p ω_m) ψ_r + (L_m/τ_r) i_s
 /// It needs neither R_s nor a voltage, and holds with gates on and off. Source: P. Vas, Sensorless Vector and
-/// Direct Torque Control, Oxford 1998, section 4.1. The estimators of `control` hold the same equation; this
+/// Direct Torque Control, Oxford 1998. The estimators of `control` hold the same equation; this
 /// is a second formulation on purpose, so that no error of theirs, in code, parameters or state, is also one
 /// of the monitor.
 ///

@@ -25,7 +25,7 @@ struct ProtectionFacts {
   const SpeedPlausibility<T>& speed;
   bool is_driven{false};  ///< every leg was driven since the last measurement
   bool flux_was_built{
-      false};  ///< the flux has reached its reference, less a fifth, since the gates turned on
+      false};  ///< the flux has reached its reference, less a fifth, since torque production began
   unsigned unresponsive_phases{};  ///< that do not respond to the voltage, bit n for phase n
   T current_peak{};                ///< largest magnitude of a phase current [A]
   T current_sum{};                 ///< magnitude of the sum of the phase currents [A]

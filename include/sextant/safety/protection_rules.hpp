@@ -15,8 +15,8 @@ namespace sextant {
 
 /// One protection. A counter goes up with each usable measurement of which `is_violated` is true and down
 /// with each other one; the fault is present while it is at `measurements`, or at those of `duration`
-/// (counter-based debouncing; AUTOSAR CP R22-11, Specification of Diagnostic Event Manager, 7.4.3.3.1). Noise
-/// about the limit delays a fault then, and does not prevent it.
+/// (after the counter-based debouncing of AUTOSAR's Diagnostic Event Manager). A violation that noise
+/// interrupts is a fault too, where more than half of the measurements violate the rule.
 template <class T = double>
 struct ProtectionRule {
   Fault fault{};

@@ -12,7 +12,7 @@ namespace sextant {
 /// Compares the measured speed with that at which the rotor flux turns, from voltages and currents alone:
 ///   e = u − R_s i − σL_s di/dt,   ψ = ∫(e − ω_c ψ) dt,
 ///   ω_m = (ψ × ψ̇ / ψ² − ω_slip) / p,   ω_slip = R_r τ_e / (3/2 p ψ_r²),   k_r ψ_r = ψ_s − σL_s i_s
-/// (open-loop speed estimator; P. Vas, Sensorless Vector and Direct Torque Control, 1998, 4.5.3). The leak
+/// (open-loop speed estimator; P. Vas, Sensorless Vector and Direct Torque Control, 1998). The leak
 /// ω_c takes drift and the unknown flux of a start on a turning machine away; it changes magnitude and phase
 /// of ψ, not the frequency. An error of R_s does not change the frequency either. An error of R_r goes into
 /// the slip, of which `slip_tolerance` is allowed for. τ_e and |ψ_s| are the controller's. Evaluated once in

@@ -12,8 +12,8 @@
 
 namespace sextant {
 
-/// Independent torque monitor: compares the torque with the command of the command supervision, by own
-/// parameters, own code and own state; it knows nothing of the controller. Over each averaging time the
+/// Independent torque monitor: compares the torque with the command of the command supervision, with
+/// code and state of its own above `core`, and parameters of its own. Over each averaging time the
 /// torque is estimated by current and by power (`TorqueBands`). The averaging time is violated where the
 /// whole band lies
 ///   further than max(limit, limit_share |command|) from the mean command, or

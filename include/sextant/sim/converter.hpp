@@ -44,7 +44,6 @@ class Converter {
   }
 
   [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
-  [[nodiscard]] bool is_noisy() const noexcept SEXTANT_NONBLOCKING { return noise_ > 0.0; }
 
   /// What is read of x with a standard normal sample n; NaN of NaN.
   [[nodiscard]] double operator()(double x, double n) const noexcept SEXTANT_NONBLOCKING {

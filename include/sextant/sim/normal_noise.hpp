@@ -25,7 +25,7 @@ class NormalNoise {
     std::uint64_t sum = 0;
     for (std::uint64_t word = 3 * n; word != 3 * n + 3; ++word)
       sum += sum_of_parts(mixed(key_ + step * word));
-    // The mean of twelve numbers from 0 to 65535 is 393 210; their variance is 65536² − 1.
+    // The mean of the sum of twelve numbers from 0 to 65535 is 393 210; their variance is 65536² − 1.
     const double r = (double(sum) - 393'210.0) * (0.25 / 65'536.0);
     const double q = r * r;
     return r * (3.949846138 + q * (0.252408784 + q * (0.076542912 + q * (0.008355968 + q * 0.029899776))));
