@@ -42,7 +42,7 @@ Found identified(double duration, double r_s, double r_r, double l_r, double noi
     error = next_error;
     course.add(T(voltage), T(current), T(period));
   }
-  const auto found = course.solve();
+  const auto found = course.result();
   return {double(found.r_s) / (r_s * m.r_s), double(found.r_r) / (r_r * m.r_r),
           (double(found.l_m) + m.l_lr) / (l_r * m.l_r()), double(found.flux) / flux};
 }
@@ -96,7 +96,7 @@ TYPED_TEST(StandstillCourseOf, WithoutACourseTheConfigurationStays) {
   const InductionMachineParameters<T> m;
   StandstillCourse<T> course{m};
   course.begin(T(0.3));
-  const auto found = course.solve();
+  const auto found = course.result();
   EXPECT_EQ(found.r_s, m.r_s);
   EXPECT_EQ(found.r_r, m.r_r);
   EXPECT_NEAR(double(found.l_m), double(m.l_m), 1e-7);

@@ -85,7 +85,7 @@ class MagnetisingIdentification {
   /// magnetising.
   [[nodiscard]] const Machine& finish() noexcept {
     if (!is_identified()) return machine_;
-    const Result found = mixed(course_.solve(), standstill_.solve());
+    const Result found = mixed(course_.solve(), standstill_.result());
     flux_ = found.flux;
     identify_stator(found.r_s);
     if (!is_near(found.r_r, nominal_.r_r) || !is_near(found.l_m, nominal_.l_m)) return machine_;

@@ -13,10 +13,10 @@ namespace sextant {
 /// With the integrals of voltage behind the leakage and current along the flux, U = ∫u dt and Q = ∫i dt, the
 /// flux φ = k_r ψ_r is φ_0 + U − R_s Q, and
 ///   U = (R_s + a) Q − b ∫(φ_0 + U) dt + b R_s ∫Q dt,   a = k_r² R_r,   b = R_r/L_r.
-/// Nonlinear regression by Gauss-Newton, with the priors and errors of `FluxCourse`, and R_s as configured
-/// within its deviation. Only the curve of U over a time of about τ_r tells R_s, R_r and L_r apart: the
-/// shorter the course, the more the priors count. Source of the equations: P. Vas, Sensorless Vector and
-/// Direct Torque Control, Oxford 1998.
+/// Nonlinear regression, by one step of Gauss-Newton a millisecond, with the priors and errors of
+/// `FluxCourse`, and R_s as configured within its deviation. Only the curve of U over a time of about τ_r
+/// tells R_s, R_r and L_r apart: the shorter the course, the more the priors count. Source of the equations:
+/// P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
 template <class T = double>
 class StandstillCourse {
  public:
@@ -44,20 +44,21 @@ class StandstillCourse {
     if (since_sample_ < sample_time) return;
     sample(since_sample_);
     since_sample_ = T(0);
+    improve();
   }
 
-  /// To be called after `add`.
-  [[nodiscard]] Result solve() const noexcept {
-    Shares x{};
-    for (int k = 0; k < iterations; ++k) x = improved(x);
-    const Machine m = machine(x);
+  /// By the samples so far.
+  [[nodiscard]] Result result() const noexcept {
+    Machine m = nominal_;
+    m.r_s *= T(1) + shares_[0];
+    m.r_r *= T(1) + shares_[1];
+    m.l_m = (T(1) + shares_[2]) * nominal_.l_r() - nominal_.l_lr;
     return {.r_s = m.r_s, .r_r = m.r_r, .l_m = m.l_m, .flux = first_ + volt_seconds_ - m.r_s * charge_};
   }
 
  private:
-  static constexpr T sample_time = T(1e-3);  ///< fewer sums round less in `float` [s]
-  static constexpr int iterations = 6;
-  static constexpr T systematic_share = T(5e-3);                           ///< errors of U, by σL_s i [-]
+  static constexpr T sample_time = T(1e-3);       ///< fewer sums round less in `float` [s]
+  static constexpr T systematic_share = T(5e-3);  ///< errors of U, by σL_s i [-]
   static constexpr std::array<T, 3> deviations{T(0.5), T(0.25), T(0.15)};  ///< of R_s, R_r and L_r [-]
 
   /// By how much R_s, R_r and L_r exceed their nominal values, as shares of these. [-]
@@ -74,22 +75,12 @@ class StandstillCourse {
     }
   }
 
-  [[nodiscard]] T a(const Shares& x) const noexcept { return a_ * (T(1) + x[1]); }
-  [[nodiscard]] T b(const Shares& x) const noexcept { return b_ * (T(1) + x[1]) / (T(1) + x[2]); }
-
-  [[nodiscard]] Machine machine(const Shares& x) const noexcept {
-    Machine m = nominal_;
-    m.r_s *= T(1) + x[0];
-    m.r_r *= T(1) + x[1];
-    m.l_m = (T(1) + x[2]) * nominal_.l_r() - nominal_.l_lr;
-    return m;
-  }
-
   /// One step of Gauss-Newton.
-  [[nodiscard]] Shares improved(const Shares& x) const noexcept {
+  void improve() noexcept {
+    const Shares& x = shares_;
     const T r_s = nominal_.r_s * (T(1) + x[0]);
-    const T b_x = b(x);
-    const Terms error{T(1), -(r_s - nominal_.r_s + a(x) - a_), b_x - b_, -(b_x * r_s - b_ * nominal_.r_s)};
+    const T b_x = b_ * (T(1) + x[1]) / (T(1) + x[2]);
+    const Terms error{T(1), -(r_s - nominal_.r_s + a_ * x[1]), b_x - b_, -(b_x * r_s - b_ * nominal_.r_s)};
     const T by_r_r = b_x / (T(1) + x[1]);
     const T by_l_r = -b_x / (T(1) + x[2]);
     const std::array<Terms, 3> slopes{Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s},
@@ -99,21 +90,24 @@ class StandstillCourse {
     std::array<Shares, 3> left{};
     Shares right{};
     for (std::size_t n = 0; n < 3; ++n) {
-      for (std::size_t k = 0; k < 3; ++k) left[n][k] = product(slopes[n], slopes[k]);
+      const Terms weighted = weigh(slopes[n]);
+      for (std::size_t k = 0; k < 3; ++k) left[n][k] = product(weighted, slopes[k]);
       const T prior = density / (deviations[n] * deviations[n]);
       left[n][n] += prior;
-      right[n] = -product(slopes[n], error) - prior * x[n];
+      right[n] = -product(weighted, error) - prior * x[n];
     }
-    return bounded(x, solved(left, right));
+    shares_ = bounded(x, solved(left, right));
   }
 
-  /// Σ dt (p·z)(q·z).
-  [[nodiscard]] T product(const Terms& p, const Terms& q) const noexcept {
-    T sum{};
-    for (std::size_t n = 0; n < p.size(); ++n) {
-      for (std::size_t k = 0; k < q.size(); ++k) sum += p[n] * moments_[n][k] * q[k];
-    }
+  /// Σ dt (p·z) z.
+  [[nodiscard]] Terms weigh(const Terms& p) const noexcept {
+    Terms sum{};
+    for (std::size_t n = 0; n < p.size(); ++n) sum[n] = product(moments_[n], p);
     return sum;
+  }
+
+  [[nodiscard]] static constexpr T product(const Terms& p, const Terms& q) noexcept {
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
   }
 
   /// Spectral density of the errors of U. [Wb²·s]
@@ -157,6 +151,7 @@ class StandstillCourse {
   T flux_seconds_{};    ///< ∫(φ_0 + U) dt [Wb·s]
   T charge_seconds_{};  ///< ∫Q dt [A·s²]
   std::array<Terms, 4> moments_{};
+  Shares shares_{};
 };
 
 }  // namespace sextant
