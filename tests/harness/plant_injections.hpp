@@ -171,7 +171,7 @@ inline Injection flux_lost() {
   return {.name = "flux lost",
           .fault = Fault::flux_lost,
           .observable = "estimate below half of the reference under torque, without a break",
-          .bound_ns = 200 * ms + 2 * period,
+          .bound_ns = 201 * ms,
           .prepare =
               [](CampaignCase& c) {
                 wake_in_every_period(c);
