@@ -19,6 +19,7 @@ CLOCK_MHZ = 168.0
 TICK_SHIFT = 8  # the emulator's time goes on by 2^8 ns an instruction, ...
 TICKS_PER_INSTRUCTION = 2**TICK_SHIFT * CLOCK_MHZ * 1e-3  # ... which is many ticks of the timer
 DOUBLE_TOLERANCES = 5.0  # how far float may be from double, in tolerances between two machines with float
+DOUBLE_OTHERS = 2  # periods: while the machine is magnetised, the nearest of two vectors hangs on the rounding of float
 ALLOWED_GROWTH = 1.02
 ADVICE = "; if that is meant, scripts/check_cortex_m --update"
 SEEDS = {
@@ -127,8 +128,8 @@ def measure_run(golden_run: GoldenRun, problems: list[str], name: str) -> dict:
     pairs = {"target": outputs, "target_unfused": unfused, "host_double": golden_run.replay("double")}
     found = {}
     for key, values in pairs.items():
-        times = DOUBLE_TOLERANCES if key == "host_double" else 1.0
-        found[key] = golden.compare(golden_run.reference, values, golden_run.variants, times)
+        loose = (DOUBLE_TOLERANCES, DOUBLE_OTHERS) if key == "host_double" else ()
+        found[key] = golden.compare(golden_run.reference, values, golden_run.variants, *loose)
     problems += [f"{name}, {key}: {text}" for key, c in found.items() for text in c.problems]
     return {
         "periods": golden_run.periods,
