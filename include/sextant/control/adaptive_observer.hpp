@@ -52,7 +52,6 @@ class AdaptiveObserver {
   [[nodiscard]] SpaceVector<T> psi_s(SpaceVector<T> i_s) const noexcept {
     return k_r_ * psi_r_ + (T(1) / inverse_sigma_l_s_) * i_s;
   }
-  [[nodiscard]] SpaceVector<T> psi_r() const noexcept { return psi_r_; }       ///< [Wb]
   [[nodiscard]] T omega_m() const noexcept { return omega_r_ / pole_pairs_; }  ///< [rad/s]
 
   /// Sets rotor flux [Wb] and current [A]; the speed [rad/s] where it is adapted.

@@ -76,8 +76,6 @@ class MagnetisingIdentification {
   [[nodiscard]] T flux() const noexcept {
     return std::max(flux_ + lag_, (model_flux_.value() + lag_) / T(3));
   }
-  /// Time since magnetising began. [s]
-  [[nodiscard]] T time() const noexcept { return time_; }
   /// Time after which the parameters are identified. [s]
   [[nodiscard]] T settling_time() const noexcept { return T(4) * filter_time_ + shortest_; }
 

@@ -44,8 +44,6 @@ class CurrentOffset {
     return corrected;
   }
 
-  [[nodiscard]] constexpr ThreePhase<T> offset() const noexcept { return offset_; }  ///< [A]
-
  private:
   [[nodiscard]] static constexpr bool is_off(const GatePattern& applied) noexcept {
     for (const GateSegment& segment : applied.segments()) {
