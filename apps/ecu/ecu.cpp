@@ -88,8 +88,8 @@ void Ecu::start() {
   watchdog_.start();
   link_.start();
   housekeeping_.start();
+  transmit_.start();  // before a command can arrive
   receive_.start();
-  transmit_.start();
   spdlog::info(
       "drive {} on {} from identifier {:#x}, DDS domain {}: {} control periods of {} us every wake-up",
       config_.drive_id, config_.can.bus, command_id(config_.can.identifier_offset), config_.dds.domain,

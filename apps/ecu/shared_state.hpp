@@ -59,9 +59,10 @@ struct SharedState {
   std::atomic<std::uint64_t> commands_accepted{0};  ///< receive → telemetry [-]
   std::atomic<std::uint64_t> commands_rejected{0};  ///< receive → telemetry [-]
   std::atomic<std::int64_t> other_drive_ns{0};      ///< receive → control: last frame of another drive [ns]
-  std::atomic<std::int64_t> status_sent_ns{0};      ///< transmit → control: last status frame sent [ns]
-  std::atomic<std::uint64_t> telemetry_polls{0};    ///< telemetry → housekeeping: its polls so far [-]
-  std::atomic<std::uint64_t> telemetry_stalls{0};   ///< housekeeping → main: stops of that thread [-]
+  /// transmit → control: last status frame sent, or start of sending; below zero: before it [ns]
+  std::atomic<std::int64_t> status_sent_ns{-1};
+  std::atomic<std::uint64_t> telemetry_polls{0};   ///< telemetry → housekeeping: its polls so far [-]
+  std::atomic<std::uint64_t> telemetry_stalls{0};  ///< housekeeping → main: stops of that thread [-]
   std::atomic<bool> gate_inhibit{false};  ///< watchdog, transmit, telemetry → control, which clears it
   std::atomic<bool> shutdown{false};      ///< main → control: ramp to zero and stop
   std::atomic<bool> stopped{false};       ///< control → all: the gates are off for good

@@ -40,9 +40,11 @@ TEST(SharedCommands, TheAgeOfTheStatusCountsFromTheLastFrameThatWasSent) {
   EXPECT_EQ(commands.latest(10'000 * ms).status_age_ns, 0) << "nothing is to be sent yet";
   test::FakeCanBus bus;
   TransmitTask transmit{bus, shared};
+  transmit.start(100 * ms);
+  EXPECT_EQ(commands.latest(110 * ms).status_age_ns, 10 * ms) << "from the start on, without a poll";
   bus.answer(CanSend::no_buffer);
-  for (std::int64_t t = 100 * ms; t <= 150 * ms; t += 5 * ms) transmit.poll(t);
-  EXPECT_EQ(commands.latest(150 * ms).status_age_ns, 50 * ms) << "from the first poll on";
+  for (std::int64_t t = 115 * ms; t <= 150 * ms; t += 5 * ms) transmit.poll(t);
+  EXPECT_EQ(commands.latest(150 * ms).status_age_ns, 50 * ms) << "none was sent";
   bus.answer(CanSend::ok);
   for (std::int64_t t = 155 * ms; t <= 200 * ms; t += 5 * ms) transmit.poll(t);
   EXPECT_LE(commands.latest(200 * ms).status_age_ns, 10 * ms);

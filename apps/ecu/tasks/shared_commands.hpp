@@ -36,7 +36,7 @@ class SharedCommands {
     if (other_ns != 0 && t_ns - other_ns < other_drive_hold_ns) request.external.set(Fault::second_master);
     if (overruns_in_a_row_ >= overrun_limit_) request.external.set(Fault::overrun);
     const std::int64_t sent_ns = shared_.status_sent_ns.load(std::memory_order_relaxed);
-    if (sent_ns != 0) request.status_age_ns = elapsed(sent_ns, t_ns);
+    if (sent_ns >= 0) request.status_age_ns = elapsed(sent_ns, t_ns);
     return request;
   }
 

@@ -19,6 +19,9 @@ class TransmitTask {
   TransmitTask(CanBus& bus, SharedState& shared, IdentifierOffset offset = {}) noexcept
       : bus_{bus}, shared_{shared}, encoder_{offset} {}
 
+  /// From now_ns on frames are to be sent: the age of the last one counts from here. [ns]
+  void start(std::int64_t now_ns) noexcept { note_sent(now_ns); }
+
   /// Sends what is due at now_ns; returns when to poll again. [ns]
   std::int64_t poll(std::int64_t now_ns) {
     // Faults are sent on change, so the status is polled more often than the shortest cycle time.
@@ -39,8 +42,6 @@ class TransmitTask {
 
  private:
   void send_due(std::int64_t now_ns) {
-    // The age of the last frame sent counts from the first poll.
-    if (shared_.status_sent_ns.load(std::memory_order_relaxed) == 0) note_sent(now_ns);
     const bool timed_out = shared_.control_timed_out(now_ns);
     const Telemetry<double>& last = shared_.status.latest();
     const StatusExtras extras{.real_time = shared_.real_time.latest(), .measured = !timed_out};

@@ -25,7 +25,9 @@ class TransmitThread {
       std::function<void(const std::string& sentence)> warn = [](const std::string&) {})
       : bus_{bus}, shared_{shared}, warn_{std::move(warn)}, task_{bus, shared, offset} {}
 
+  /// The age of the last status frame counts from this call, also where the thread never runs.
   void start() {
+    task_.start(now_ns());
     thread_.start([this] { run(); });
   }
   void join() { thread_.join(); }

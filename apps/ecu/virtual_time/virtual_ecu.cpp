@@ -23,6 +23,7 @@ VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, 
       next_transmit_ns_{clock.now_ns()} {
   schedule_.start(clock.now_ns());
   report_.start(clock.now_ns());
+  transmit_.start(clock.now_ns());
   bus_.listen([this](const CanFrame& frame) { recorder_.add(frame, clock_.now_ns()); });
 }
 
