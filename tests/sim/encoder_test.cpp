@@ -130,6 +130,26 @@ TEST(Encoder, FollowsAcrossMissedPeriods) {
   }
 }
 
+TEST(Encoder, AShaftThatHasBeenTurningHasASpeedFromTheFirstSampleOn) {
+  for (const EncoderSpeed method : {EncoderSpeed::count, EncoderSpeed::period}) {
+    for (const int window : {1, 20, 512}) {
+      // At the slowest an edge comes every 2454 periods.
+      for (const double omega : {400.0, -80.0, 20.0, 0.025, -0.025, 0.0}) {
+        SCOPED_TRACE(testing::Message() << window << " periods at " << omega << " rad/s");
+        const EncoderParameters p{.lines = 1024, .speed = method, .window_periods = window};
+        const double resolution = edge_angle(p) / (window * period_s);
+        const double tolerance = method == EncoderSpeed::count ? resolution : 1e-4 * std::abs(omega);
+        Encoder encoder{p};
+        encoder.begin(0.3, omega, 7 * period_ns, period_ns);
+        for (int k = 0; k < 3'000; ++k) {
+          encoder.step(0.3 + omega * k * period_s, (7 + k) * period_ns);
+          ASSERT_NEAR(encoder.omega(), omega, tolerance * (1 + 1e-9)) << k;
+        }
+      }
+    }
+  }
+}
+
 TEST(Encoder, ParametersAreChecked) {
   EXPECT_EQ(EncoderParameters{}.validate(), nullptr);
   EXPECT_TRUE(Encoder{EncoderParameters{}}.is_ideal());

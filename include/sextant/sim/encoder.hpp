@@ -40,9 +40,9 @@ struct EncoderParameters {
 ///            last edge; without an edge in the window the speed before, but at most Δ/(t − t_e) of it
 /// The window T ends with the sample and begins with one before. The instant of an edge, of which only the
 /// last between two samples counts, is that at which the straight line between the angles of both samples
-/// crosses it, to 1 ns. Before there are two edges the speed is zero.
-/// Source: T. Ohmae et al., "A microprocessor-controlled high-accuracy wide-range speed regulator for motor
-/// drives", IEEE Trans. Ind. Electron. 29(3), 1982.
+/// crosses it, to 1 ns. Before there are two edges the speed is zero; `begin` gives a shaft that has been
+/// turning those of its past. Source: T. Ohmae et al., "A microprocessor-controlled high-accuracy wide-range
+/// speed regulator for motor drives", IEEE Trans. Ind. Electron. 29(3), 1982.
 class Encoder {
  public:
   Encoder() noexcept = default;
@@ -57,6 +57,20 @@ class Encoder {
   [[nodiscard]] double theta() const noexcept SEXTANT_NONBLOCKING { return edge_angle_ * double(now_.count); }
   /// Measured speed. [rad/s]
   [[nodiscard]] double omega() const noexcept SEXTANT_NONBLOCKING { return omega_; }
+
+  /// The past of a shaft that has long been turning with omega_m [rad/s] and is at theta_m [rad] at t_ns
+  /// [ns], in samples period_ns [ns] apart. To be called before the first `step`, which is that at t_ns.
+  void begin(double theta_m, double omega_m, std::int64_t t_ns,
+             std::int64_t period_ns) noexcept SEXTANT_NONBLOCKING {
+    const auto step_back = [&](std::int64_t ns) { step(theta_m - omega_m * (double(ns) * 1e-9), t_ns - ns); };
+    const std::int64_t window_ns = std::int64_t(window_) * period_ns;
+    constexpr double longest_s = 10.0;  // of less than an edge in it, the speed is none
+    const double between_s = std::min(edge_angle_ / std::abs(omega_m), longest_s);
+    // An edge before the window, whose instant begins the window of edges, and one more before it.
+    step_back(window_ns + std::int64_t(3e9 * between_s));
+    step_back(window_ns + std::int64_t(1.5e9 * between_s));
+    for (std::int64_t ns = window_ns; ns > 0; ns -= period_ns) step_back(ns);
+  }
 
   /// The shaft is at theta_m [rad], not wrapped and finite, at t_ns [ns].
   void step(double theta_m, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {

@@ -70,6 +70,15 @@ class SensorModel {
   /// True where `step` changes nothing.
   [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
 
+  /// The past of the encoder: the shaft comes to theta_m [rad], not wrapped, with omega_m [rad/s] at t_ns,
+  /// the instant of the first step [ns], and is read every period_ns [ns].
+  void begin(double theta_m, double omega_m, std::int64_t t_ns,
+             std::int64_t period_ns) noexcept SEXTANT_NONBLOCKING {
+    if (!encoder_.is_ideal() && can_count(theta_m) && can_count(omega_m)) {
+      encoder_.begin(theta_m, omega_m, t_ns, period_ns);
+    }
+  }
+
   /// A measurement of true values with the shaft at theta_m [rad], not wrapped, at t_ns; fault_ns: the same
   /// instant as the fault counts.
   void step(Measurement<double>& m, double theta_m, std::int64_t t_ns,
@@ -96,9 +105,11 @@ class SensorModel {
     u_dc = voltage_(u_dc, is_noisy_ ? noise_(n + 3) : 0.0);
   }
 
+  /// Of a larger angle, or NaN, edges cannot be counted; nor within a second at a larger speed. [rad, rad/s]
+  [[nodiscard]] static bool can_count(double x) noexcept SEXTANT_NONBLOCKING { return std::abs(x) < 1e12; }
+
   void count_edges(Measurement<double>& m, double theta_m, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
-    constexpr double farthest = 1e12;  // beyond it edges cannot be counted, nor of NaN [rad]
-    if (encoder_.is_ideal() || !(std::abs(theta_m) < farthest)) return;
+    if (encoder_.is_ideal() || !can_count(theta_m)) return;
     encoder_.step(theta_m, t_ns);
     m.omega_m = encoder_.omega();
     if (m.theta_m) m.theta_m = std::remainder(encoder_.theta(), 2.0 * std::numbers::pi);

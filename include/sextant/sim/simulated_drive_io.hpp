@@ -128,6 +128,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
     load_origin_ns_ = parameters_.load_origin_ns.value_or(t_ns);
     u_dc_ = parameters_.u_dc;
     if (load_.imposes_speed()) plant_.set_speed(load_.speed(load_time(t_ns)));
+    sensors_.begin(plant_.theta_m(), plant_.omega_m(), t_ns, parameters_.period_ns);
   }
 
   /// The drive's clock, as the profiles of the load count. [ns]
