@@ -3,7 +3,7 @@
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
-#include "sextant/core/two_level_inverter.hpp"
+#include "sextant/safety/applied_volt_seconds.hpp"
 
 namespace sextant {
 
@@ -35,10 +35,8 @@ class TorqueWindow {
   constexpr void add(const GatePattern& applied, T dt, T u_dc, SpaceVector<T> i_before, SpaceVector<T> i_s,
                      SpaceVector<T> psi_r, T omega_m, T commanded) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_before + i_s);
-    SpaceVector<T> volt_seconds = (-r_s_ * dt) * i_mean - sigma_l_s_ * (i_s - i_before);
-    for (const GateSegment& segment : applied.segments()) {
-      volt_seconds += stator_voltage(segment.state, u_dc * (T(segment.duration_ns) * T(1e-9)));
-    }
+    const SpaceVector<T> volt_seconds = clarke(applied_volt_seconds(applied, u_dc).integral) -
+                                        (r_s_ * dt) * i_mean - sigma_l_s_ * (i_s - i_before);
     ++count_;
     sums_.duration += dt;
     sums_.commanded += commanded;
