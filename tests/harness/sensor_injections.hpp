@@ -74,6 +74,7 @@ inline Injection current_sensor_drifts() {
   return drifts;
 }
 
+/// Wrong currents make a wrong torque, which the torque monitor sees first while no vector is switched.
 inline Injection current_sensors_swapped() {
   return {.name = "current sensors swapped",
           .fault = Fault::current_sensor,
@@ -82,7 +83,7 @@ inline Injection current_sensors_swapped() {
           .prepare = [](CampaignCase& c) { set_plant_fault(c, PlantFaultKind::phases_swapped, 100 * ms); },
           .make_shows = always(
               [](VirtualRig& rig, const Telemetry<double>& t) { return current_deviation(rig, t) > 4.0; }),
-          .also = {Fault::over_current},
+          .also = {Fault::over_current, Fault::torque_plausibility},
           .has_inside = false};
 }
 

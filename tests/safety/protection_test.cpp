@@ -199,6 +199,19 @@ TYPED_TEST(ProtectionOf, APhaseThatNeitherAnswersNorCarriesCurrentIsOpenAndOneWi
   EXPECT_EQ(run(0.0, 2.1), this->only(Fault::current_sensor));
 }
 
+TYPED_TEST(ProtectionOf, APhaseThatDoesNotAnswerAndLeavesZeroNowAndThenIsASensor) {
+  using T = TypeParam;
+  for (const int every : {2, 19, 40}) {
+    this->protection = Protection<T>{typename Protection<T>::Parameters{}};
+    AnsweringLoad<T> load;
+    FaultSet faults;
+    for (int k = 0; k < 800 && !faults.any(); ++k) {
+      faults = this->protection.step(load.next(0.0, k % every == 0 ? 4.0 : 0.0));
+    }
+    EXPECT_EQ(faults, this->only(every < 20 ? Fault::current_sensor : Fault::open_phase)) << every;
+  }
+}
+
 TYPED_TEST(ProtectionOf, ASpeedThatJumpsIsAFaultWithTheGatesDriven) {
   using T = TypeParam;
   for (const T sign : {T(-1), T(1)}) {

@@ -105,6 +105,9 @@ template <class T>
   return facts.unresponsive_phases != 0 && !has_silent_phase(facts, limits);
 }
 
+/// A current whose ripple swings through zero has readings of no current too, some periods in a row, as that
+/// of a sensor that is swapped with another: the first reading that leaves zero makes it one of
+/// `current_does_not_respond`.
 template <class T>
 [[nodiscard]] constexpr bool open_phase(const ProtectionFacts<T>& facts,
                                         const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
@@ -151,7 +154,7 @@ inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::current_sensor, protection_rule::current_jumps<T>, 2},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::currents_stand_still<T>},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::current_does_not_respond<T>},
-    ProtectionRule<T>{Fault::open_phase, protection_rule::open_phase<T>},
+    ProtectionRule<T>{Fault::open_phase, protection_rule::open_phase<T>, 20},
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_jumps<T>},
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_disagrees<T>, 1,
                       &ProtectionLimits<T>::speed_error_ns},
