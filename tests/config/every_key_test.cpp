@@ -102,85 +102,40 @@ std::vector<Kind> kinds_by_their_own_keys() {
            schema_of(ecu),
            print_config(ecu),
            [](const std::string& file) { return print_config(load_ecu_config(file)); },
-           {"machine.l_ls_h",
-            "machine.l_lr_h",
-            "machine.l_m_h",
-            "machine.reactance_frequency_hz",
-            "machine.r_s_ohm",
-            "drive.period_us",
-            "drive.current_limit_a",
-            "control.flux_reference_wb",
-            "control.machine_estimate.r_s_ohm",
-            "command.timeout_ms",
-            "command.status_timeout_ms",
-            "capability.base_speed_rad_s",
-            "protection.dc_under_voltage_v",
-            "protection.winding.warning_c",
-            "load.torque_nm.shape",
-            "load.speed_rad_s.shape",
-            "load.speed_rad_s.value",
-            "load.speed_rad_s.points",
-            "load.speed_rad_s.file",
-            "plant.u_dc_v",
-            "power_stage",
-            "realtime.wake_every_periods"}},
+           {"load.torque_nm.shape", "power_stage", "realtime.wake_every_periods"}},
           {"plant",
            schema_of(plant),
            print_config(plant),
            [](const std::string& file) { return print_config(load_plant_config(file)); },
-           {"machine.r_s_ohm", "machine.r_r_ohm", "machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h",
-            "drive.actuation_delay_periods", "load.torque_nm.shape", "load.speed_rad_s.shape",
-            "load.speed_rad_s.value", "load.speed_rad_s.points", "load.speed_rad_s.file",
+           {"machine.r_r_ohm", "drive.actuation_delay_periods", "load.torque_nm.shape",
             "realtime.wake_every_periods"}},
           {"scenario",
            schema_of(scenario),
            print_config(scenario),
            [](const std::string& file) { return print_config(load_scenario_config(file)); },
-           {"machine.l_ls_h",
-            "machine.l_lr_h",
-            "machine.l_m_h",
-            "machine.reactance_frequency_hz",
-            "machine.r_s_ohm",
-            "drive.period_us",
-            "drive.current_limit_a",
-            "control.flux_reference_wb",
-            "control.machine_estimate.r_s_ohm",
-            "command.timeout_ms",
-            "command.status_timeout_ms",
-            "capability.base_speed_rad_s",
-            "protection.dc_under_voltage_v",
-            "protection.winding.warning_c",
-            "load.kind",
-            "load.speed_rad_s.shape",
-            "load.speed_rad_s.value",
-            "load.speed_rad_s.points",
-            "load.speed_rad_s.file",
-            "plant.u_dc_v",
-            "profile.torque_nm.shape",
-            "profile.torque_nm.value",
-            "cycle.file",
-            "cycle.load",
-            "cycle.table",
-            "vehicle.mass_kg",
-            "driver.period_ms",
-            "driver.bandwidth_rad_s",
-            "metrics.window_from_s",
-            "metrics.step_s",
-            "expect.fault_from_s",
-            "expect.fault_to_s",
-            "expect.torque_ripple_pp_nm.min",
-            "expect.torque_bias_nm.min",
-            "expect.response_time_ms.min",
-            "expect.flux_mean_wb.min",
-            "expect.peak_current_a.min"}}};
+           {"load.kind", "profile.torque_nm.shape", "profile.torque_nm.value", "cycle.file", "cycle.load",
+            "cycle.table", "vehicle.mass_kg", "driver.period_ms", "driver.bandwidth_rad_s",
+            "metrics.window_from_s", "metrics.step_s", "expect.fault_from_s", "expect.fault_to_s",
+            "expect.torque_ripple_pp_nm.min", "expect.torque_bias_nm.min", "expect.response_time_ms.min",
+            "expect.flux_mean_wb.min", "expect.peak_current_a.min"}}};
 }
 
-/// The same with the keys at odds of what all kinds have: the plant's sensors.
+/// The same with the keys at odds of what all kinds have, and of what those with a drive have.
 std::vector<Kind> kinds() {
   std::vector<Kind> list = kinds_by_their_own_keys();
+  const auto add = [](Kind& kind, const std::vector<std::string>& keys) {
+    kind.at_odds.insert(kind.at_odds.end(), keys.begin(), keys.end());
+  };
   for (Kind& kind : list) {
-    for (const char* key : {"sampling_lead_us", "current.bits", "voltage.bits"})
-      kind.at_odds.push_back(std::string{"plant.sensors."} + key);
+    add(kind,
+        {"machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h", "machine.r_s_ohm", "load.speed_rad_s.shape",
+         "load.speed_rad_s.value", "load.speed_rad_s.points", "load.speed_rad_s.file",
+         "plant.sensors.sampling_lead_us", "plant.sensors.current.bits", "plant.sensors.voltage.bits"});
+    if (kind.name == "plant") continue;
+    add(kind, {"machine.reactance_frequency_hz", "drive.period_us", "drive.current_limit_a",
+               "control.flux_reference_wb", "control.machine_estimate.r_s_ohm", "command.timeout_ms",
+               "command.status_timeout_ms", "capability.base_speed_rad_s", "protection.dc_under_voltage_v",
+               "protection.winding.warning_c", "plant.u_dc_v"});
   }
   return list;
 }

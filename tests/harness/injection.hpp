@@ -79,6 +79,18 @@ inline void set_plant_fault(CampaignCase& c, PlantFaultKind kind, std::int64_t l
   c.rig.fault.until_ns = c.at_ns + lasts_ns;
 }
 
+/// That fault from `at_ns` of the case on, named `fault` by the drive; nothing like it is just inside a
+/// limit.
+inline Injection plant_fault(const std::string& name, PlantFaultKind kind, Fault fault, std::int64_t bound_ns,
+                             std::int64_t lasts_ns = 100 * ms) {
+  return {.name = name,
+          .fault = fault,
+          .bound_ns = bound_ns,
+          .prepare = [kind, lasts_ns](CampaignCase& c) { set_plant_fault(c, kind, lasts_ns); },
+          .lasts_ns = lasts_ns,
+          .has_inside = false};
+}
+
 /// A measurement that is wrong from the first period after `at_ns` on.
 inline void add_event(CampaignCase& c, std::int64_t lasts_ns, MeasurementEvent event) {
   event.begin_ns = on_grid(c.at_ns);

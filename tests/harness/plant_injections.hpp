@@ -154,15 +154,12 @@ inline Injection::Shows open_phase_shows() {
 /// Voltages along the open phase move no current at all: none of the phases answers then, as of a sensor.
 /// The contact carries the current until it crosses zero: up to 0.8 s with 15 N·m at standstill.
 inline Injection open_phase() {
-  return {.name = "open phase",
-          .fault = Fault::open_phase,
-          .observable = "no current in the phase for 3 periods, 5 A in another",
-          .bound_ns = 20 * ms,
-          .prepare = [](CampaignCase& c) { set_plant_fault(c, PlantFaultKind::open_phase, 900 * ms); },
-          .make_shows = open_phase_shows,
-          .lasts_ns = 900 * ms,
-          .also = {Fault::current_sensor},
-          .has_inside = false};
+  Injection open =
+      plant_fault("open phase", PlantFaultKind::open_phase, Fault::open_phase, 20 * ms, 900 * ms);
+  open.observable = "no current in the phase for 3 periods, 5 A in another";
+  open.make_shows = open_phase_shows;
+  open.also = {Fault::current_sensor};
+  return open;
 }
 
 /// With sectors 90° off the table takes the flux of a standing or braking machine away. Just inside: for

@@ -52,16 +52,12 @@ inline Injection not_a_number() {
 
 /// A sensor whose reading departs from the current until the sum of the currents shows it.
 inline Injection current_sensor_fault(const std::string& name, PlantFaultKind kind) {
-  return {.name = name,
-          .fault = Fault::current_sum,
-          .observable = "deviation above limit, gain tolerance and 2.5 A, without a break",
-          .bound_ns = 5 * period,
-          .prepare = [kind](CampaignCase& c) { set_plant_fault(c, kind, 200 * ms); },
-          .make_shows = always(sum_shows),
-          .lasts_ns = 200 * ms,
-          .also = {Fault::current_sensor, Fault::open_phase},
-          .must_last = true,
-          .has_inside = false};
+  Injection departs = plant_fault(name, kind, Fault::current_sum, 5 * period, 200 * ms);
+  departs.observable = "deviation above limit, gain tolerance and 2.5 A, without a break";
+  departs.make_shows = always(sum_shows);
+  departs.also = {Fault::current_sensor, Fault::open_phase};
+  departs.must_last = true;
+  return departs;
 }
 
 inline Injection current_sensor_drifts() {
@@ -76,15 +72,13 @@ inline Injection current_sensor_drifts() {
 
 /// Wrong currents make a wrong torque, which the torque monitor sees first while no vector is switched.
 inline Injection current_sensors_swapped() {
-  return {.name = "current sensors swapped",
-          .fault = Fault::current_sensor,
-          .observable = "deviation above 4 A",
-          .bound_ns = 20 * ms,
-          .prepare = [](CampaignCase& c) { set_plant_fault(c, PlantFaultKind::phases_swapped, 100 * ms); },
-          .make_shows = always(
-              [](VirtualRig& rig, const Telemetry<double>& t) { return current_deviation(rig, t) > 4.0; }),
-          .also = {Fault::over_current, Fault::torque_plausibility},
-          .has_inside = false};
+  Injection swapped =
+      plant_fault("current sensors swapped", PlantFaultKind::phases_swapped, Fault::current_sensor, 20 * ms);
+  swapped.observable = "deviation above 4 A";
+  swapped.make_shows =
+      always([](VirtualRig& rig, const Telemetry<double>& t) { return current_deviation(rig, t) > 4.0; });
+  swapped.also = {Fault::over_current, Fault::torque_plausibility};
+  return swapped;
 }
 
 inline Injection current_converter_stopped() {
@@ -129,13 +123,10 @@ inline Injection link_over_voltage() {
 
 /// At 33 rad/s the step to zero is too small for a jump.
 inline Injection speed_lost() {
-  return {.name = "speed lost",
-          .fault = Fault::speed_sensor,
-          .bound_ns = 10 * ms,
-          .prepare = [](CampaignCase& c) { set_plant_fault(c, PlantFaultKind::speed_lost, 100 * ms); },
-          .points = {{{33.0, 5.0}, {100.0, 60.0}, {-80.0, -15.0}}},
-          .also = {Fault::torque_plausibility},
-          .has_inside = false};
+  Injection lost = plant_fault("speed lost", PlantFaultKind::speed_lost, Fault::speed_sensor, 10 * ms);
+  lost.points = {{{33.0, 5.0}, {100.0, 60.0}, {-80.0, -15.0}}};
+  lost.also = {Fault::torque_plausibility};
+  return lost;
 }
 
 // A wrong speed makes a wrong torque, which the torque monitor may see first; just inside it is off.

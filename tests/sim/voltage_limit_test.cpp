@@ -43,6 +43,26 @@ RigParameters on_the_way_to(double omega_m) {
   return p;
 }
 
+/// Starts with one torque for some time, then steps to another one and lets it settle. [N·m, s]
+void step_torque(DriveRig& rig, double first, double first_s, double second, double settle_s) {
+  rig.start();
+  rig.torque = first;
+  rig.run(first_s);
+  rig.torque = second;
+  rig.run(settle_s);
+}
+
+/// The mean torque follows its reference within the tolerance and `extra`, without a fault.
+void expect_to_follow(DriveRig& rig, int means_taken, double extra) {
+  for (int k = 0; k < means_taken; ++k) {
+    const Means seen = means(rig);
+    EXPECT_NEAR(seen.torque, seen.reference, tolerance(seen.reference) + extra)
+        << "at " << rig.telemetry.omega_m << " rad/s";
+    EXPECT_TRUE(gates_are_on(rig.drive().state()));
+    EXPECT_EQ(rig.telemetry.latched, FaultSet{});
+  }
+}
+
 /// The mean torque over 20 ms stays at its reference, and the reference at what is available.
 void expect_delivery(DriveRig& rig) {
   for (int k = 0; k < 10; ++k) {
@@ -67,11 +87,7 @@ TEST(VoltageLimit, ThePublishedTorqueIsDeliveredUpToThreeTimesBaseSpeed) {
         RigParameters p = on_the_way_to(omega_m);
         if (delayed) p.with_actuation_delay();
         DriveRig rig{p};
-        rig.start();
-        rig.torque = omega_m < 0.0 ? -15.0 : 15.0;
-        rig.run(0.35);
-        rig.torque = torque;
-        rig.run(0.06);
+        step_torque(rig, omega_m < 0.0 ? -15.0 : 15.0, 0.35, torque, 0.06);
         expect_delivery(rig);
       }
     }
@@ -92,16 +108,8 @@ TEST(VoltageLimit, AMachineThatDiffersFromTheParametersGetsLessFluxAndNoUncomman
           p.stage.plant.machine.r_r *= r_r;
           p.stage.plant.machine.l_m *= l_m;
           DriveRig rig{p};
-          rig.start();
-          rig.torque = 15.0;
-          rig.run(0.35);
-          rig.torque = torque;
-          rig.run(0.15);
-          for (int k = 0; k < 10; ++k) {
-            const Means seen = means(rig);
-            EXPECT_NEAR(seen.torque, seen.reference, tolerance(seen.reference) + 0.5);
-          }
-          EXPECT_EQ(rig.telemetry.latched, FaultSet{});
+          step_torque(rig, 15.0, 0.35, torque, 0.15);
+          expect_to_follow(rig, 10, 0.5);
           derated += rig.drive().state() == DriveState::derated ? 1 : 0;
         }
       }
@@ -118,18 +126,8 @@ TEST(VoltageLimit, TheTorqueHoldsWhileTheSpeedRunsAwayAndComesBack) {
         .shape = ProfileShape::linear,
         .points = {{0.0, 100.0}, {0.2, 100.0}, {0.5, 400.0}, {0.6, 400.0}, {0.9, 100.0}, {2.0, 100.0}}};
     DriveRig rig{p};
-    rig.start();
-    rig.torque = 20.0;
-    rig.run(0.1);
-    rig.torque = torque;
-    rig.run(0.05);
-    for (int k = 0; k < 40; ++k) {
-      const Means seen = means(rig);
-      EXPECT_NEAR(seen.torque, seen.reference, tolerance(seen.reference))
-          << "at " << rig.telemetry.omega_m << " rad/s";
-      EXPECT_TRUE(gates_are_on(rig.drive().state()));
-      EXPECT_EQ(rig.telemetry.latched, FaultSet{});
-    }
+    step_torque(rig, 20.0, 0.1, torque, 0.05);
+    expect_to_follow(rig, 40, 0.0);
     EXPECT_EQ(rig.drive().state(), DriveState::torque);
   }
 }
