@@ -182,4 +182,7 @@ inline void describe(sextant::Section s, FieldOrientedController<>::Parameters& 
   s.number("current_limit_a", p.current_limit, {0.1, 1e5}, "A", "largest magnitude of the current vector");
 }
 
+/// Its current controllers integrate, and the torque of its estimate is that of the currents.
+inline bool trims_mean_torque(const FieldOrientedController<>::Parameters& /*p*/) { return true; }
+
 }  // namespace example

@@ -40,4 +40,8 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
            "time constant with which the mean torque meets its reference; 0: not trimmed", 1e-3);
 }
 
+bool trims_mean_torque(const DirectTorqueController<>::Parameters& p) {
+  return p.torque_trim.time_constant > 0;
+}
+
 }  // namespace sextant

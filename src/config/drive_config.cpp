@@ -407,9 +407,8 @@ void describe(Section root, DriveConfig& c) {
                 [&c] { return std::max(1000.0, 5e3 * c.control.machine.tau_r()); });
   root.derive([&c] { c.drive.magnetise_timeout_ns = std::llround(c.magnetise_timeout_ms * ns_per_ms); });
   root.derive([&c] {
-    const bool is_trimmed =
-        c.controller != DirectTorqueController<>::name || c.direct_torque().torque_trim.time_constant > 0;
-    if (!is_trimmed) c.drive.reserve.tolerance = 1;
+    const ControlMethod& method = c.method();
+    if (!method.trims_mean_torque(method.parameters)) c.drive.reserve.tolerance = 1;
   });
   drive.derived("current_limit_a", c.drive.capability.current_limit, current_a, "A",
                 "peak of the stator current vector to which the torque is limited",

@@ -53,6 +53,33 @@ void describe(sextant::Section s, OwnController::Parameters& p, const sextant::C
             [&p, &setup] { return 1e6 * p.flux_reference / setup.period_ns; });
 }
 
+class TrimmedController final : public sextant::Controller<double> {
+ public:
+  static constexpr const char* name = "trimmed";
+  static constexpr const char* meaning = "a method that trims its mean torque where it is told to";
+
+  struct Parameters {
+    bool trims{};
+
+    [[nodiscard]] const char* validate() const noexcept { return nullptr; }
+  };
+
+  explicit TrimmedController(const Parameters& /*parameters*/) {}
+  [[nodiscard]] sextant::GatePattern step(const sextant::Measurement<double>&,
+                                          sextant::ControlReference<double>) noexcept override {
+    return {sextant::gates_off, 25'000};
+  }
+  void reset() noexcept override {}
+};
+
+void describe(sextant::Section s, TrimmedController::Parameters& p, const sextant::ControlSetup& /*setup*/) {
+  s.flag("trims", p.trims, "its mean torque");
+}
+
+bool trims_mean_torque(const TrimmedController::Parameters& p) {
+  return p.trims;
+}
+
 }  // namespace elsewhere
 
 namespace sextant {
@@ -97,6 +124,19 @@ TEST(ControlMethods, OfAnEcuAreReadInTheSameWay) {
   EXPECT_EQ(c.drive.method().name, "own");
   EXPECT_THAT(print_config(c),
               HasSubstr("\n[control.own]\ngain = 1  # of its loop; a number from 0 to 10; default 2\n"));
+}
+
+TEST(ControlMethods, SayWhetherTheyTrimTheMeanTorqueWhichTheVoltageReserveToleratesTheMissOf) {
+  const auto tolerance = [](const std::vector<std::string>& overrides) {
+    const std::vector<ControlMethod> methods{control_method<OwnController>(),
+                                             control_method<elsewhere::TrimmedController>()};
+    return load_ecu_config(shipped_ecu, overrides, methods).drive.drive.reserve.tolerance;
+  };
+  EXPECT_EQ(tolerance({}), 0.5) << "direct torque control trims by default";
+  EXPECT_EQ(tolerance({"control.dtc.torque_trim_ms=0"}), 1.0);
+  EXPECT_EQ(tolerance({"control.controller=own", "control.own.gain=1"}), 1.0) << "it does not say so";
+  EXPECT_EQ(tolerance({"control.controller=trimmed"}), 1.0);
+  EXPECT_EQ(tolerance({"control.controller=trimmed", "control.trimmed.trims=true"}), 0.5);
 }
 
 TEST(ControlMethods, ArePrintedWithTheirDefaultsAndReadBack) {

@@ -52,6 +52,9 @@ struct ControlMethod {
   void (*describe)(Section table, std::any& parameters, const ControlSetup& setup);
   /// A controller with these parameters.
   std::unique_ptr<Controller<double>> (*make)(const std::any& parameters);
+  /// Whether the mean torque of the controller's estimate meets its reference in a steady state, so that what it
+  /// misses at the voltage limit is a lack of voltage (`VoltageReserve`).
+  bool (*trims_mean_torque)(const std::any& parameters);
   /// The parameters before a file has been read.
   std::any (*default_parameters)();
 };
@@ -74,6 +77,9 @@ template <class C>
 ///   explicit C(const Parameters&);
 /// and, in the namespace of C, the keys of its table:
 ///   void describe(sextant::Section table, C::Parameters& p, const sextant::ControlSetup& setup);
+/// and, where the mean torque of the estimate meets its reference in a steady state, also
+///   bool trims_mean_torque(const C::Parameters& p);
+/// without which it may miss it by the torque that an active vector adds in one period.
 /// The shared members are set before the rule of a `derived` key runs. Ranges of keys are always checked;
 /// `validate()` is checked after all, for the method chosen and for others of whose table a key is given.
 template <class C>
@@ -92,6 +98,11 @@ template <class C>
               },
           .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
             return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
+          },
+          .trims_mean_torque = [](const std::any& parameters) -> bool {
+            const auto& p = std::any_cast<const Parameters&>(parameters);
+            if constexpr (requires { trims_mean_torque(p); }) return trims_mean_torque(p);
+            return false;
           },
           .default_parameters = [] { return std::any{Parameters{}}; }};
 }
