@@ -183,6 +183,8 @@ inline void describe(sextant::Section s, FieldOrientedController<>::Parameters& 
 }
 
 /// Its current controllers integrate, and the torque of its estimate is that of the currents.
-inline bool trims_mean_torque(const FieldOrientedController<>::Parameters& /*p*/) { return true; }
+inline bool trims_mean_torque(const FieldOrientedController<>::Parameters& /*p*/) {
+  return true;
+}
 
 }  // namespace example

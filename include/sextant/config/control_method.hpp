@@ -52,8 +52,8 @@ struct ControlMethod {
   void (*describe)(Section table, std::any& parameters, const ControlSetup& setup);
   /// A controller with these parameters.
   std::unique_ptr<Controller<double>> (*make)(const std::any& parameters);
-  /// Whether the mean torque of the controller's estimate meets its reference in a steady state, so that what it
-  /// misses at the voltage limit is a lack of voltage (`VoltageReserve`).
+  /// Whether the mean torque of the controller's estimate meets its reference in a steady state, so that what
+  /// it misses at the voltage limit is a lack of voltage (`VoltageReserve`).
   bool (*trims_mean_torque)(const std::any& parameters);
   /// The parameters before a file has been read.
   std::any (*default_parameters)();

@@ -1,0 +1,69 @@
+#include <limits>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "drive_sections.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr Range<double> flux_wb{0.01, 10};
+
+/// The flux with which the machine meets the link's linear voltage limit at the frequency of its data sheet:
+/// its rated flux, where link and machine are made for each other. No number without that frequency. [Wb]
+double flux_of_link(const DriveConfig& c) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const double frequency_hz = c.machine.reactance_frequency_hz.value_or(none);
+  return linear_voltage(c.plant.io.u_dc) / (2.0 * std::numbers::pi * frequency_hz);
+}
+
+}  // namespace
+
+/// What every control method shares, and the table of each.
+void describe_control(Section s, DriveConfig& c) {
+  std::vector<std::string> names;
+  std::string meaning = "control method";
+  for (const ControlMethod& method : c.methods) {
+    names.push_back(method.name);
+    meaning += "; " + method.name + ": " + method.meaning;
+  }
+  s.add("controller", "", meaning.c_str(),
+        ChoiceField{std::move(names), [&c] { return c.controller; },
+                    [&c](std::string_view name) { c.controller = name; }});
+  s.derived(
+      "flux_reference_wb", c.control.flux_reference, flux_wb, "Wb", "stator flux linkage",
+      [&c] { return flux_of_link(c); },
+      "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
+  s.choice(
+      "flux_estimator", c.control.flux_estimator,
+      {{"hybrid", FluxEstimatorKind::hybrid},
+       {"voltage_model", FluxEstimatorKind::voltage_model},
+       {"compensated_voltage_model", FluxEstimatorKind::compensated_voltage_model},
+       {"current_model", FluxEstimatorKind::current_model},
+       {"observer", FluxEstimatorKind::observer},
+       {"sensorless_observer", FluxEstimatorKind::sensorless_observer}},
+      "voltage model at speed and current model near standstill; the paper's open integrator; that with a "
+      "low-pass filter; rotor flux from current and speed; full-order observer with measured, or with "
+      "estimated speed");
+  s.check([&c]() -> std::string {
+    if (zero_torque_speed(c.control.machine, c.control.flux_reference, c.plant.io.u_dc) > 0.0) return {};
+    return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";
+  });
+  for (ControlMethod& method : c.methods) {
+    Section table = s.section(method.name);
+    method.describe(table, method.parameters, c.control);
+    table.optional([&c, &method] { return c.controller == method.name; });
+  }
+  Section estimate = s.section("machine_estimate");
+  describe(estimate, c.machine_estimate, false);
+  estimate.check([&c]() -> std::string {
+    const bool known = c.machine.reactance_frequency_hz || c.machine_estimate.reactance_frequency_hz;
+    if (known || !c.machine_estimate.has_reactance()) return {};
+    return "reactance_frequency_hz is missing, which the reactances need";
+  });
+}
+
+}  // namespace sextant

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "sextant/config/drive_config.hpp"
+#include "sextant/drive/drive_limits.hpp"
+
+namespace sextant {
+
+inline constexpr double ns_per_ms = 1e6;
+inline constexpr Range<double> torque_magnitude_nm{1e-3, 1e5};
+inline constexpr Range<double> current_a{0.1, 1e5};
+
+/// Default limits from machine, flux reference and link; to be called when these have been read.
+[[nodiscard]] inline DriveLimits<> limits_of(const DriveConfig& c) {
+  return drive_limits(c.control.machine, c.control.flux_reference, c.plant.io.u_dc);
+}
+
+/// Sections of a drive, each of which needs others for its default values.
+void describe_control(Section s, DriveConfig& c);
+void describe_command(Section s, DriveConfig& c);
+void describe_capability(Section s, DriveConfig& c);
+void describe_protection(Section s, DriveConfig& c);
+void describe_torque_monitor(Section s, DriveConfig& c);
+
+}  // namespace sextant

@@ -1,0 +1,81 @@
+#include <array>
+#include <cstdio>
+#include <string>
+
+#include "sextant/config/drive_config.hpp"
+#include "sextant/config/sensor_config.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr double ns_per_us = 1e3;
+constexpr Range<double> voltage_v{1, 2e4};
+constexpr Range<double> tolerance{1e-14, 1e-1};
+
+void describe(Section s, ErrorControl& p) {
+  s.number("relative_tolerance", p.relative_tolerance, tolerance, "", "local error of a step, of each state");
+  s.number("flux_tolerance_wb", p.flux_tolerance, tolerance, "Wb", "absolute, of flux linkages");
+  s.number("speed_tolerance_rad_s", p.speed_tolerance, tolerance, "rad/s", "absolute, of the speed");
+  s.number("angle_tolerance_rad", p.angle_tolerance, tolerance, "rad", "absolute, of the shaft's angle");
+  s.number("appended_tolerance", p.appended_tolerance, tolerance, "", "absolute, of appended states");
+  s.integer("max_steps", p.max_steps, {1, 100'000'000}, "", "internal steps between two switching instants");
+  s.integer("max_events", p.max_events, {1, 100'000'000}, "", "diode events between two switching instants");
+  s.check(p);
+}
+
+void describe(Section s, CvodeParameters& p) {
+  s.choice("method", p.method, {{"adams", CvodeMethod::adams_fixed_point}, {"bdf", CvodeMethod::bdf_newton}},
+           "Adams with fixed-point iteration, or BDF with Newton's");
+  describe(s, static_cast<ErrorControl&>(p));
+}
+
+/// A machine that takes too many fixed steps in a period: its run would not end in a time that makes sense.
+std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
+  constexpr double most_steps_a_period = 1000;
+  const bool fixed = p.integrator == IntegratorKind::fixed || p.integrator == IntegratorKind::exact;
+  if (!fixed || p.plant.validate() != nullptr) return {};
+  const double longest_s =
+      FixedStepIntegrator<SimulatedPowerStage::Plant>::longest_step(SimulatedPowerStage::Plant{p.plant});
+  const double steps = double(p.io.period_ns) * 1e-9 / longest_s;
+  if (steps <= most_steps_a_period) return {};
+  std::array<char, 400> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "integrator = \"%s\" would take %.3g steps of %.3g ns in a period, %g are allowed: the leakage "
+      "inductances of this [machine] are too small for its resistances; integrator = \"cvode\" with "
+      "cvode.method = \"bdf\" is for stiff machines",
+      p.integrator == IntegratorKind::fixed ? "fixed" : "exact", steps, longest_s * 1e9, most_steps_a_period);
+  return text.data();
+}
+
+}  // namespace
+
+void describe(Section s, SimulatedPowerStage::Parameters& p) {
+  s.choice("integrator", p.integrator,
+           {{"cvode", IntegratorKind::cvode},
+            {"fixed", IntegratorKind::fixed},
+            {"exact", IntegratorKind::exact},
+            {"erk", IntegratorKind::erk}},
+           "SUNDIALS CVODE; Runge-Kutta of fixed step; exact at frozen speed; SUNDIALS ERKStep");
+  s.number("u_dc_v", p.io.u_dc, voltage_v, "V", "stiff DC-link voltage");
+  s.integer("hold_periods", p.io.hold_periods, {1, 1'000'000}, "",
+            "control periods for which a pattern holds that is not renewed");
+  s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
+           "bearings and fan, torque per speed");
+  describe(s.section("sensors"), p.io.sensors);
+  describe(s.section("faults"), p.io.fault, p.io.u_dc);
+  describe(s.section("cvode"), p.cvode);
+  Section fixed = s.section("fixed");
+  fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
+             "longest integration step; a machine that is too fast for it gets shorter ones");
+  fixed.check(p.fixed);
+  Section exact = s.section("exact");
+  exact.time("max_step_us", p.exact.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
+             "longest time over which the speed is frozen, less on a light shaft; while legs are off "
+             "plant.fixed counts");
+  exact.check(p.exact);
+  describe(s.section("erk"), p.erk);
+  s.check([&p] { return check_stiffness(p); });
+}
+
+}  // namespace sextant

@@ -1,0 +1,68 @@
+#include <string>
+
+#include "sextant/config/drive_config.hpp"
+#include "sextant/sim/profile_table.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr Range<double> torque_nm{-1e5, 1e5};
+constexpr Range<double> speed_rad_s{-1e4, 1e4};
+
+}  // namespace
+
+bool is_given(const ProfileParameters& p) {
+  return p.shape != ProfileShape::constant || p.value != 0.0 || !p.points.empty() || !p.table.empty();
+}
+
+std::string LoadConfig::validate() const {
+  if (kind == Kind::torque && is_given(imposed_speed)) return "speed_rad_s is given, but kind is \"torque\"";
+  if (kind == Kind::imposed_speed && is_given(torque))
+    return "torque_nm is given, but kind is \"imposed_speed\"";
+  return {};
+}
+
+MechanicalLoad::Parameters LoadConfig::parameters() const {
+  if (kind == Kind::torque) return {torque, {}};
+  return {{}, imposed_speed};
+}
+
+void describe(Section s, ProfileParameters& p, const char* unit, Range<double> range) {
+  s.choice("shape", p.shape,
+           {{"constant", ProfileShape::constant},
+            {"steps", ProfileShape::steps},
+            {"linear", ProfileShape::linear},
+            {"sine", ProfileShape::sine},
+            {"table", ProfileShape::table}},
+           "one value; values held from point to point; straight lines between points; a sine; or straight "
+           "lines between the rows of a file");
+  s.number("value", p.value, range, unit, "of a constant; offset of a sine");
+  const auto get = [&p] {
+    PointsField::Pairs pairs;
+    for (const ProfilePoint& point : p.points) pairs.emplace_back(point.t_s, point.value);
+    return pairs;
+  };
+  const auto set = [&p](const PointsField::Pairs& pairs) {
+    p.points.clear();
+    for (const auto& [t_s, value] : pairs) p.points.push_back({t_s, value});
+  };
+  s.add("points", unit, "of steps and lines: times in s, the first at 0, and values",
+        PointsField{{0, 1e6}, range, get, set});
+  s.number("amplitude", p.amplitude, range, unit, "of a sine");
+  s.number("frequency_hz", p.frequency_hz, {1e-6, 1e3}, "Hz", "of a sine");
+  s.number("phase_deg", p.phase_deg, {-360, 360}, "deg", "of a sine at time zero");
+  s.file("file", p.file, "time_s,value", "of a table",
+         [&p, range](const std::string& path) { p.table = read_profile_table(path, range.min, range.max); });
+  s.check(p);
+}
+
+void describe(Section s, LoadConfig& p) {
+  s.choice("kind", p.kind,
+           {{"torque", LoadConfig::Kind::torque}, {"imposed_speed", LoadConfig::Kind::imposed_speed}},
+           "a load torque, or a machine on the shaft that imposes the speed");
+  describe(s.section("torque_nm"), p.torque, "N·m", torque_nm);
+  describe(s.section("speed_rad_s"), p.imposed_speed, "rad/s", speed_rad_s);
+  s.check(p);
+}
+
+}  // namespace sextant
