@@ -15,6 +15,7 @@ constexpr std::array table{
     MovedKey{"control.sector_start_deg", "control.dtc.sector_start_deg"},
     MovedKey{"control.magnetising_current_a", "control.dtc.magnetising_current_a"},
     MovedKey{"control.hand_over_current_a", "control.dtc.hand_over_current_a"},
+    MovedKey{"torque_monitor.current_offset_a", "protection.current_offset_a"},
     MovedKey{"gate", "command"},
     MovedKey{"hil.stale_ms", "hil.measurement_timeout_ms"},
     MovedKey{"hil.silence_ms", "hil.pattern_timeout_ms"},

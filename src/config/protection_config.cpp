@@ -20,6 +20,11 @@ void describe_current_sensors(Section& s, DriveConfig& c) {
             [limits] { return limits().sum; });
   s.number("current_gain_tolerance", p.current_gain_tolerance, {0, 0.99}, "",
            "of that sum, as a share of the largest phase current");
+  s.derived("current_offset_a", p.current_offset, sensor_current_a, "A",
+            "largest offset of a phase current's sensor: the mean reading with the gates off, of which the "
+            "controller's currents are freed and which the torque monitor allows for; a larger one is "
+            "CURRENT_SENSOR",
+            [&c] { return limits_of(c).current_offset; });
   s.derived("current_jump_a", p.current_jump, sensor_current_a, "A",
             "largest change of a phase current that the voltage does not explain",
             [limits] { return limits().jump; });
@@ -52,7 +57,6 @@ void describe_protection(Section s, DriveConfig& c) {
   Protection<>::Parameters& p = c.drive.protection;
   s.derived("over_current_a", p.over_current, current_a, "A", "trip level of any phase current's magnitude",
             [&c] { return limits_of(c).over_current; });
-  s.derive([&c, &p] { c.drive.current_offset.largest = 0.02 * p.over_current; });
   s.derived("dc_over_voltage_v", p.dc_over_voltage, voltage_v, "V", "trip level of the DC link",
             [&c] { return limits_of(c).dc_over_voltage; });
   s.derived("over_speed_rad_s", p.over_speed, {1e-3, 1e4}, "rad/s", "trip level of the speed, both ways",

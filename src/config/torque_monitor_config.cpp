@@ -19,8 +19,6 @@ void describe_torque_monitor(Section s, DriveConfig& c) {
   s.number("r_r_share", p.r_r_share, share, "", "error of r_r_ohm that must not trip");
   s.number("l_m_share", p.l_m_share, share, "", "error of l_m_h that must not trip");
   s.number("sensor_share", p.sensor_share, share, "", "error of the torque by the gains of the sensors");
-  s.derived("current_offset_a", p.current_offset, {0, 1e4}, "A", "offset of the currents that must not trip",
-            [&c] { return limits_of(c).current_offset; });
   Section machine = s.section("machine");
   describe(machine, c.monitored_machine, false);
   machine.check([&c]() -> std::string {
@@ -32,6 +30,8 @@ void describe_torque_monitor(Section s, DriveConfig& c) {
     p.machine =
         apply(c.monitored_machine, c.control.machine, c.machine.reactance_frequency_hz.value_or(50.0));
     p.flux_reference = c.control.flux_reference;
+    // Of a vector whose phases are off by as much, two of them in the other direction.
+    p.current_offset = 4.0 / 3.0 * c.drive.protection.current_offset;
   });
   s.check(p);
 }

@@ -87,6 +87,7 @@ class DriveRig {
     request.command = {.torque = torque,
                        .torque_limit = 1e3,
                        .enable = enable,
+                       .fault_reset = fault_reset,
                        .received_ns = now_ns,
                        .sequence = ++sequence_,
                        .e2e = E2eState::valid};
@@ -100,6 +101,7 @@ class DriveRig {
 
   double torque{0.0};  ///< request [N·m]
   bool enable{false};
+  bool fault_reset{false};
   std::int64_t t_ns{0};  ///< beginning of the next period [ns]
   Telemetry<double> telemetry{};
 

@@ -13,7 +13,6 @@
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/two_level_inverter.hpp"
-#include "sextant/drive/current_offset.hpp"
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/drive/flux_slew.hpp"
@@ -43,7 +42,6 @@ class Drive {
     std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
     typename CommandSupervision<T>::Parameters command{};
     typename Protection<T>::Parameters protection{};
-    typename CurrentOffset<T>::Parameters current_offset{};
     typename TorqueCapability<T>::Parameters capability{};
     typename VoltageReserve<T>::Parameters reserve{};
     typename TorqueMonitor<T>::Parameters torque_monitor{};
@@ -53,7 +51,6 @@ class Drive {
       if (magnetise_timeout_ns <= 0) return "the time for magnetising must be above zero";
       if (const char* problem = command.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
-      if (const char* problem = current_offset.validate()) return problem;
       if (const char* problem = capability.validate()) return problem;
       if (const char* problem = reserve.validate()) return problem;
       return torque_monitor.validate();
@@ -66,7 +63,6 @@ class Drive {
         controller_{controller},
         supervision_{parameters.command},
         protection_{parameters.protection},
-        current_offset_{parameters.current_offset},
         capability_{parameters.capability},
         present_limit_{parameters.capability.machine, parameters.capability.flux_reference,
                        parameters.capability.current_limit},
@@ -86,7 +82,7 @@ class Drive {
     last_t_ns_ = t_ns;
     FaultSet measured = protection_.step(raw, protection_inputs());
     const bool usable = !measured.test(Fault::measurement_invalid);
-    const Measurement<T> measurement = usable ? current_offset_.step(raw) : raw;
+    const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     const T dt = T(elapsed_ns) * T(1e-9);
     measured |= monitor_torque(raw, usable, dt);
     AvailableTorque<T> available = available_torque(measurement, dt);
@@ -286,7 +282,6 @@ class Drive {
   Controller<T>& controller_;
   CommandSupervision<T> supervision_;
   Protection<T> protection_;
-  CurrentOffset<T> current_offset_;
   TorqueCapability<T> capability_;
   PresentLimit<T> present_limit_;
   VoltageReserve<T> reserve_;

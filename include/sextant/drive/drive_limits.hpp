@@ -18,7 +18,7 @@ struct DriveLimits {
   T over_current{};         ///< trip level: 1.25 times the current at the breakdown torque [A]
   T dc_over_voltage{};      ///< trip level: 1.3 u_dc [V]
   T torque_deviation{};     ///< at which the torque monitor trips: 0.0275 T_b [N·m]
-  T current_offset{};       ///< that the torque monitor allows for: 0.04 ψ_ref/L_s [A]
+  T current_offset{};       ///< of a phase current's sensor: 0.045 ψ_ref/L_s [A]
   T over_speed{};           ///< trip level: 3.5 times the speed of `zero_torque_speed` [rad/s]
   T dc_under_voltage{};     ///< trip level: 0.5 u_dc [V]
   T speed_jump{};           ///< in one period: 0.25 of that speed [rad/s]
@@ -40,7 +40,7 @@ template <class T>
           .over_current = T(1.25) * breakdown.current(),
           .dc_over_voltage = T(1.3) * u_dc,
           .torque_deviation = T(0.0275) * breakdown.torque,
-          .current_offset = T(0.04) * rest.i_d,
+          .current_offset = T(0.045) * rest.i_d,
           .over_speed = T(3.5) * highest_speed,
           .dc_under_voltage = T(0.5) * u_dc,
           .speed_jump = T(0.25) * highest_speed,

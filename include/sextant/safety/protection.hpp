@@ -9,6 +9,7 @@
 #include "sextant/core/fault.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/safety/applied_volt_seconds.hpp"
+#include "sextant/safety/current_offset.hpp"
 #include "sextant/safety/current_response.hpp"
 #include "sextant/safety/protection_facts.hpp"
 #include "sextant/safety/protection_limits.hpp"
@@ -27,6 +28,7 @@ class Protection {
 
   explicit Protection(const Parameters& parameters) noexcept
       : limits_{parameters},
+        offset_{{.limit = parameters.current_offset}},
         response_{{.sigma_l_s = parameters.machine.sigma_l_s(),
                    .period_ns = parameters.period_ns,
                    .jump = parameters.current_jump}},
@@ -66,11 +68,18 @@ class Protection {
         .unresponsive_phases = unresponsive_phases(),
         .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
         .current_sum = std::abs(i.a + i.b + i.c),
+        .current_offset = offset_.largest(),
         .speed_change = is_driven ? std::abs(m.omega_m - omega_m_.value_or(m.omega_m)) : T(0),
         .winding_temperature = winding_.temperature()};
     evaluate(facts, faults);
     omega_m_ = m.omega_m;
     return faults;
+  }
+
+  /// A usable measurement without the offset of its currents, for the controller: the protections evaluate
+  /// the readings themselves.
+  [[nodiscard]] Measurement<T> without_offset(const Measurement<T>& m) const noexcept {
+    return offset_.removed_from(m);
   }
 
   /// Share of the torque that the winding's temperature leaves: 1 up to the warning, 0 at the trip. [-]
@@ -100,6 +109,7 @@ class Protection {
 
   /// True where every leg was driven since the last measurement.
   [[nodiscard]] bool update_monitors(const Measurement<T>& m, const ProtectionInputs<T>& drive) noexcept {
+    offset_.step(m);
     winding_.step(m.i_abc);
     if (!m.applied.is_driven()) {
       restart(m.i_abc);
@@ -134,6 +144,7 @@ class Protection {
   }
 
   Parameters limits_;
+  CurrentOffset<T> offset_;
   CurrentResponse<T> response_;
   SpeedPlausibility<T> speed_;
   WindingTemperature<T> winding_;

@@ -29,6 +29,7 @@ struct ProtectionFacts {
   unsigned unresponsive_phases{};  ///< that do not respond to the voltage, bit n for phase n
   T current_peak{};                ///< largest magnitude of a phase current [A]
   T current_sum{};                 ///< magnitude of the sum of the phase currents [A]
+  T current_offset{};              ///< largest magnitude of an offset of a phase, at rest [A]
   T speed_change{};         ///< magnitude of the change since the last measurement, gates driven [rad/s]
   T winding_temperature{};  ///< [°C]
 };

@@ -18,6 +18,7 @@ struct ProtectionLimits {
 
   T current_sum{T(6)};                ///< sum of the phase currents, beside the tolerance of their gains [A]
   T current_gain_tolerance{T(0.05)};  ///< of the sum, as a share of the largest phase current [-]
+  T current_offset{T(0.58)};          ///< offset of a phase current, also the most that is removed [A]
   T current_jump{T(8)};               ///< change of a phase current that no voltage explains [A]
   T current_response{T(0.35)};        ///< smallest response of a phase current to the voltage [-]
   T current_noise{T(0.2)};            ///< standard deviation of a measured phase current [A]
@@ -50,6 +51,7 @@ struct ProtectionLimits {
     if (!(current_gain_tolerance >= T(0) && current_gain_tolerance < T(1))) {
       return "the tolerance of the current gains must be from 0 to below 1";
     }
+    if (!positive(current_offset)) return "the limit of a current's offset must be above zero";
     if (!positive(current_jump)) return "the limit of a current's jump must be above zero";
     if (!(current_response >= T(0) && current_response < T(1))) {
       return "the smallest response of a current must be from 0 to below 1";

@@ -65,6 +65,13 @@ template <class T>
   return facts.current_sum > limits.current_sum + limits.current_gain_tolerance * facts.current_peak;
 }
 
+/// With the gates off and no current the sensors read something else than zero.
+template <class T>
+[[nodiscard]] constexpr bool current_has_offset(
+    const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  return facts.current_offset > limits.current_offset;
+}
+
 /// Magnitude of the reading of phase n. [A]
 template <class T>
 [[nodiscard]] constexpr T reading(const ProtectionFacts<T>& facts, std::size_t n) noexcept {
@@ -151,6 +158,7 @@ inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::dc_under_voltage, protection_rule::dc_under_voltage<T>},
     ProtectionRule<T>{Fault::over_speed, protection_rule::over_speed<T>},
     ProtectionRule<T>{Fault::current_sum, protection_rule::current_sum<T>, 3},
+    ProtectionRule<T>{Fault::current_sensor, protection_rule::current_has_offset<T>},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::current_jumps<T>, 2},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::currents_stand_still<T>},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::current_does_not_respond<T>},

@@ -25,7 +25,7 @@ struct TorqueMonitorLimits {
   T r_r_share{T(0.5)};                      ///< error of R_r [-]
   T l_m_share{T(0.3)};                      ///< error of L_m [-]
   T sensor_share{T(0.05)};                  ///< relative error of the torque by the gains of the sensors [-]
-  T current_offset{T(0.5)};                 ///< largest offset of the current vector [A]
+  T current_offset{T(0.77)};  ///< largest offset of the current vector: 4/3 of that of a phase [A]
 
   [[nodiscard]] const char* validate() const noexcept {
     const auto positive = [](T x) { return std::isfinite(x) && x > T(0); };
