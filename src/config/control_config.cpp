@@ -34,7 +34,10 @@ void describe_control(Section s, DriveConfig& c) {
         ChoiceField{std::move(names), [&c] { return c.controller; },
                     [&c](std::string_view name) { c.controller = name; }});
   s.derived(
-      "flux_reference_wb", c.control.flux_reference, flux_wb, "Wb", "stator flux linkage",
+      "flux_reference_wb", c.control.flux_reference, flux_wb, "Wb",
+      "stator flux linkage that the controller holds where the voltage suffices; more takes less slip and "
+      "more "
+      "current without torque",
       [&c] { return flux_of_link(c); },
       "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
   s.choice(
@@ -58,7 +61,7 @@ void describe_control(Section s, DriveConfig& c) {
     table.optional([&c, &method] { return c.controller == method.name; });
   }
   Section estimate = s.section("machine_estimate");
-  describe(estimate, c.machine_estimate, false);
+  describe(estimate, c.machine_estimate, "that of [machine]");
   estimate.check([&c]() -> std::string {
     const bool known = c.machine.reactance_frequency_hz || c.machine_estimate.reactance_frequency_hz;
     if (known || !c.machine_estimate.has_reactance()) return {};

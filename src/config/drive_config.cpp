@@ -44,7 +44,7 @@ std::string validate_link(const DriveConfig& c) {
 }
 
 void describe(Section root, DriveConfig& c) {
-  describe(root.section("machine"), c.machine, true);
+  describe(root.section("machine"), c.machine);
   root.derive([&c] { share(c); });
 
   describe_control(root.section("control"), c);

@@ -14,9 +14,9 @@ constexpr Range<double> inertia_kg_m2{1e-9, 1e5};
 
 /// Two keys for one inductance; the one set last replaces the other of an earlier file.
 void inductance(Section& s, const std::string& x_key, std::optional<double>& x, const std::string& l_key,
-                std::optional<double>& l, const std::string& name, bool complete) {
-  const std::string x_meaning = name + " reactance";
-  const std::string l_meaning = name + " inductance, instead of the reactance";
+                std::optional<double>& l, const std::string& name, const std::string& otherwise) {
+  const std::string x_meaning = name + " reactance" + otherwise;
+  const std::string l_meaning = name + " inductance, instead of the reactance" + otherwise;
   s.add(x_key, "ohm", x_meaning.c_str(),
         NumberField{reactance_ohm, [&x] { return x; },
                     [&x, &l](double v) {
@@ -29,7 +29,7 @@ void inductance(Section& s, const std::string& x_key, std::optional<double>& x, 
                       l = v;
                       x.reset();
                     }});
-  s.alternative(x_key, l_key, complete);
+  s.alternative(x_key, l_key, otherwise.empty());
 }
 
 }  // namespace
@@ -39,22 +39,26 @@ std::string MachineConfig::validate() const {
   return {};
 }
 
-void describe(Section s, MachineConfig& c, bool complete) {
+void describe(Section s, MachineConfig& c, const std::string& unset) {
+  const bool complete = unset.empty();
+  const std::string otherwise = complete ? "" : "; not set: " + unset;
   const auto needed = [&s, complete] {
     if (complete) s.required();
   };
-  s.number("r_s_ohm", c.r_s_ohm, resistance_ohm, "ohm", "stator resistance");
+  s.number("r_s_ohm", c.r_s_ohm, resistance_ohm, "ohm", ("stator resistance" + otherwise).c_str());
   needed();
-  s.number("r_r_ohm", c.r_r_ohm, resistance_ohm, "ohm", "rotor resistance, referred to the stator");
+  s.number("r_r_ohm", c.r_r_ohm, resistance_ohm, "ohm",
+           ("rotor resistance, referred to the stator" + otherwise).c_str());
   needed();
-  inductance(s, "x_ls_ohm", c.x_ls_ohm, "l_ls_h", c.l_ls_h, "stator leakage", complete);
-  inductance(s, "x_lr_ohm", c.x_lr_ohm, "l_lr_h", c.l_lr_h, "rotor leakage", complete);
-  inductance(s, "x_m_ohm", c.x_m_ohm, "l_m_h", c.l_m_h, "magnetising", complete);
+  inductance(s, "x_ls_ohm", c.x_ls_ohm, "l_ls_h", c.l_ls_h, "stator leakage", otherwise);
+  inductance(s, "x_lr_ohm", c.x_lr_ohm, "l_lr_h", c.l_lr_h, "rotor leakage", otherwise);
+  inductance(s, "x_m_ohm", c.x_m_ohm, "l_m_h", c.l_m_h, "magnetising", otherwise);
   s.number("reactance_frequency_hz", c.reactance_frequency_hz, frequency_hz, "Hz",
-           "frequency at which the reactances hold");
-  s.integer("poles", c.poles, {2, 200}, "", "number of poles, twice the pole pairs");
+           ("frequency at which the reactances hold" + otherwise).c_str());
+  s.integer("poles", c.poles, {2, 200}, "", ("number of poles, twice the pole pairs" + otherwise).c_str());
   needed();
-  s.number("inertia_kg_m2", c.inertia_kg_m2, inertia_kg_m2, "kg·m²", "inertia of rotor and shaft");
+  s.number("inertia_kg_m2", c.inertia_kg_m2, inertia_kg_m2, "kg·m²",
+           ("inertia of rotor and shaft" + otherwise).c_str());
   needed();
   s.check(c);
   if (complete) {

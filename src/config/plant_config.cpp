@@ -47,7 +47,7 @@ void describe(Section root, PlantConfig& c) {
   root.time("period_us", c.period_ns, 1e3, {1, 1e5}, "us", "plant period; the drive's control period");
   root.section("drive").integer("actuation_delay_periods", c.plant.io.actuation_delay_periods, {0, 1}, "",
                                 "control periods between the drive's decision and its pattern");
-  describe(root.section("machine"), c.machine, true);
+  describe(root.section("machine"), c.machine);
   root.derive([&c] { share(c); });
   describe(root.section("plant"), c.plant);
   root.section("machine").check(c.plant.plant);

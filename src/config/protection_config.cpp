@@ -16,68 +16,91 @@ void describe_current_sensors(Section& s, DriveConfig& c) {
                                  double(c.drive.period_ns) * 1e-9);
   };
   s.derived("current_sum_a", p.current_sum, sensor_current_a, "A",
-            "largest sum of the phase currents, beside current_gain_tolerance",
+            "largest magnitude of the sum of the phase currents, plus current_gain_tolerance of the largest "
+            "of them; more in three control periods is CURRENT_SUM",
             [limits] { return limits().sum; });
   s.number("current_gain_tolerance", p.current_gain_tolerance, {0, 0.99}, "",
-           "of that sum, as a share of the largest phase current");
+           "errors of the current sensors' gains, as a share of the largest phase current: added to "
+           "current_sum_a");
   s.derived("current_offset_a", p.current_offset, sensor_current_a, "A",
-            "largest offset of a phase current's sensor: the mean reading with the gates off, of which the "
-            "controller's currents are freed and which the torque monitor allows for; a larger one is "
-            "CURRENT_SENSOR",
+            "largest offset of a phase current's sensor, its mean reading with the gates off: removed from "
+            "the controller's currents, allowed for by the torque monitor; a larger one is CURRENT_SENSOR",
             [&c] { return limits_of(c).current_offset; });
-  s.derived("current_jump_a", p.current_jump, sensor_current_a, "A",
-            "largest change of a phase current that the voltage does not explain",
-            [limits] { return limits().jump; });
+  s.derived(
+      "current_jump_a", p.current_jump, sensor_current_a, "A",
+      "largest change of a phase current in a control period beside that by the voltage; more, twice in a "
+      "row, is CURRENT_SENSOR; by half of it the model may move currents whose readings stand still",
+      [limits] { return limits().jump; });
   s.number("current_response", p.current_response, {0, 0.99}, "",
-           "smallest response of a phase current to the voltage; 1: as the machine's parameters have it");
+           "smallest measured change of a phase current, as a share of that by the machine's parameters, "
+           "over 3 ms; less is CURRENT_SENSOR, or OPEN_PHASE at zero_current_a; 0: neither");
   s.derived("current_noise_a", p.current_noise, sensor_current_a, "A",
-            "standard deviation of a measured current", [limits] { return limits().noise; });
-  s.derived("zero_current_a", p.zero_current, sensor_current_a, "A", "reading of a phase without current",
+            "standard deviation of the noise of a measured phase current: the larger, the more switching the "
+            "response needs before it counts",
+            [limits] { return limits().noise; });
+  s.derived("zero_current_a", p.zero_current, sensor_current_a, "A",
+            "largest reading of a phase without current; a phase that stays below it and does not respond is "
+            "OPEN_PHASE",
             [limits] { return limits().zero_current; });
 }
 
 void describe_winding(Section s, Protection<>::Parameters& p) {
   WindingTemperature<>::Parameters& w = p.winding;
   s.add(
-      "nominal_current_a", "A", "RMS of a phase in continuous operation; not set: no thermal model",
+      "nominal_current_a", "A",
+      "RMS of a phase current that the winding bears for good, by the nameplate, for a thermal model of it; "
+      "not set: no model, and the winding is not protected",
       NumberField{
           {1e-3, 1e5},
           [&w] { return std::isfinite(w.nominal_current) ? std::optional{w.nominal_current} : std::nullopt; },
           [&w](double x) { w.nominal_current = x; }});
-  s.number("nominal_rise_k", w.nominal_rise, {1, 500}, "K", "final rise of the winding at that current");
-  s.number("time_constant_s", w.time_constant, {1, 1e5}, "s", "of the winding's temperature");
-  s.number("ambient_c", w.ambient, {-100, 200}, "C", "temperature without current");
-  s.number("warning_c", p.winding_warning, {-100, 500}, "C", "from here on less torque is available");
-  s.number("trip_c", p.winding_trip, {-100, 500}, "C", "no torque is available, and a fault");
+  s.number("nominal_rise_k", w.nominal_rise, {1, 500}, "K",
+           "final temperature rise of the winding at nominal_current_a");
+  s.number("time_constant_s", w.time_constant, {1, 1e5}, "s", "thermal time constant of the winding");
+  s.number("ambient_c", w.ambient, {-100, 200}, "C",
+           "temperature of the winding without current, also at power-up: a winding that is still warm then "
+           "counts as cold, for some time constants");
+  s.number("warning_c", p.winding_warning, {-100, 500}, "C",
+           "temperature of the winding from which on the available torque falls, to zero at trip_c");
+  s.number("trip_c", p.winding_trip, {-100, 500}, "C",
+           "temperature of the winding above which there is OVER_TEMPERATURE");
 }
 
 }  // namespace
 
 void describe_protection(Section s, DriveConfig& c) {
   Protection<>::Parameters& p = c.drive.protection;
-  s.derived("over_current_a", p.over_current, current_a, "A", "trip level of any phase current's magnitude",
+  s.derived("over_current_a", p.over_current, current_a, "A",
+            "largest magnitude of a measured phase current; more is OVER_CURRENT",
             [&c] { return limits_of(c).over_current; });
-  s.derived("dc_over_voltage_v", p.dc_over_voltage, voltage_v, "V", "trip level of the DC link",
+  s.derived("dc_over_voltage_v", p.dc_over_voltage, voltage_v, "V",
+            "largest voltage of the DC link; more is DC_OVER_VOLTAGE",
             [&c] { return limits_of(c).dc_over_voltage; });
-  s.derived("over_speed_rad_s", p.over_speed, {1e-3, 1e4}, "rad/s", "trip level of the speed, both ways",
+  s.derived("over_speed_rad_s", p.over_speed, {1e-3, 1e4}, "rad/s",
+            "largest magnitude of the mechanical speed; more is OVER_SPEED",
             [&c] { return limits_of(c).over_speed; });
   s.derived("dc_under_voltage_v", p.dc_under_voltage, {0, 2e4}, "V",
-            "trip level of the DC link while the gates are driven",
+            "smallest voltage of the DC link while the gates are driven; less is DC_UNDER_VOLTAGE",
             [&c] { return limits_of(c).dc_under_voltage; });
   describe_current_sensors(s, c);
   s.derived("speed_jump_rad_s", p.speed_jump, {1e-3, 1e4}, "rad/s",
-            "largest change of the speed in a control period", [&c] { return limits_of(c).speed_jump; });
+            "largest change of the measured speed in a control period while the gates are driven; more is "
+            "SPEED_SENSOR",
+            [&c] { return limits_of(c).speed_jump; });
   s.derived("speed_error_rad_s", p.speed_error, {1e-3, 1e4}, "rad/s",
-            "largest error of the speed against that by voltages and currents",
+            "largest difference of the measured speed and that by voltages and currents, beside the slip; "
+            "more for speed_error_ms is SPEED_SENSOR",
             [&c] { return limits_of(c).speed_error; });
   s.time("speed_error_ms", p.speed_error_ns, ns_per_ms, {0.1, 1e4}, "ms",
-         "such an error for longer is a fault");
+         "time for which the speed may differ by more than speed_error_rad_s");
   s.number("flux_lost_share", p.flux_lost_share, {0, 0.99}, "",
-           "smallest flux under torque, as a share of its reference");
+           "smallest estimated stator flux while flux_lost_torque_nm is exceeded, as a share of its "
+           "reference; less for flux_lost_ms is FLUX_LOST; 0: never");
   s.derived("flux_lost_torque_nm", p.flux_lost_torque, {1e-6, 1e5}, "N·m",
-            "smallest torque reference that needs the flux",
+            "torque reference above which less flux than flux_lost_share counts as lost",
             [&c] { return 0.05 * c.drive.command.torque_limit; });
-  s.time("flux_lost_ms", p.flux_lost_ns, ns_per_ms, {0.1, 1e4}, "ms", "less flux for longer is a fault");
+  s.time("flux_lost_ms", p.flux_lost_ns, ns_per_ms, {0.1, 1e4}, "ms",
+         "time for which the flux may be below flux_lost_share");
   describe_winding(s.section("winding"), p);
   s.derive([&c, &p] {
     p.machine = c.control.machine;

@@ -14,36 +14,45 @@ constexpr Range<double> magnitude_v{0, 2e4};
 constexpr Range<std::int64_t> bits{0, 24};
 
 void describe_phase(Section s, PhaseSensorError& p) {
-  s.number("gain_error", p.gain_error, gain_error, "", "added to that of all phases");
-  s.number("offset_a", p.offset, current_a, "A", "added to that of all phases");
+  s.number("gain_error", p.gain_error, gain_error, "",
+           "relative error of this phase's gain, added to that of all phases");
+  s.number("offset_a", p.offset, current_a, "A", "offset of this phase, added to that of all phases");
 }
 
 void describe_current(Section s, SensorParameters& p) {
-  s.number("gain_error", p.current.gain_error, gain_error, "", "of all phases");
-  s.number("offset_a", p.current.offset, current_a, "A", "of all phases");
-  s.number("noise_a", p.current.noise, magnitude_a, "A", "standard deviation of normal noise, white");
-  s.number("range_a", p.current.range, magnitude_a, "A", "readings saturate at both signs of it; 0: not");
+  s.number("gain_error", p.current.gain_error, gain_error, "",
+           "relative error of the gain of all phases' sensors");
+  s.number("offset_a", p.current.offset, current_a, "A", "offset of all phases' readings");
+  s.number("noise_a", p.current.noise, magnitude_a, "A",
+           "standard deviation of the white, normal noise of each reading");
+  s.number("range_a", p.current.range, magnitude_a, "A",
+           "magnitude at which readings saturate; 0: they do not");
   s.integer("bits", p.current.bits, bits, "",
-            "of the converter over both signs of its range; 0: not quantised");
+            "resolution of the converter over both signs of range_a; 0: not quantised");
   describe_phase(s.section("phase_a"), p.phases[0]);
   describe_phase(s.section("phase_b"), p.phases[1]);
   describe_phase(s.section("phase_c"), p.phases[2]);
 }
 
 void describe_voltage(Section s, ConverterParameters& p) {
-  s.number("gain_error", p.gain_error, gain_error, "", "of the link voltage");
-  s.number("offset_v", p.offset, {-2e4, 2e4}, "V", "of the link voltage");
-  s.number("noise_v", p.noise, magnitude_v, "V", "standard deviation of normal noise, white");
-  s.number("range_v", p.range, magnitude_v, "V", "readings saturate at it and at 0; 0: not");
-  s.integer("bits", p.bits, bits, "", "of the converter over its range; 0: not quantised");
+  s.number("gain_error", p.gain_error, gain_error, "", "relative error of the sensor's gain");
+  s.number("offset_v", p.offset, {-2e4, 2e4}, "V", "offset of the reading");
+  s.number("noise_v", p.noise, magnitude_v, "V",
+           "standard deviation of the white, normal noise of each reading");
+  s.number("range_v", p.range, magnitude_v, "V",
+           "voltage at which readings saturate, also at 0; 0: they do not");
+  s.integer("bits", p.bits, bits, "", "resolution of the converter over range_v; 0: not quantised");
 }
 
 void describe_encoder(Section s, EncoderParameters& p) {
-  s.integer("lines", p.lines, {0, 1'000'000}, "", "a revolution, four edges each; 0: an ideal sensor");
+  s.integer("lines", p.lines, {0, 1'000'000}, "",
+            "lines of the encoder a revolution, with four edges each; 0: speed and angle are the true ones");
   s.choice("speed", p.speed, {{"count", EncoderSpeed::count}, {"period", EncoderSpeed::period}},
-           "edges by the window's duration, or by the time from the last edge before to its last one");
+           "how the speed is made: edges in the window by its duration, or by the time from the last edge "
+           "before the window "
+           "to the last one in it");
   s.integer("window_periods", p.window_periods, {1, EncoderParameters::most_periods}, "",
-            "control periods over which the speed is taken");
+            "control periods over which edges are counted or timed: more make a finer, later speed");
 }
 
 /// An optional end.
@@ -60,9 +69,9 @@ void describe_end(Section& s, std::int64_t& until_ns) {
 }  // namespace
 
 void describe(Section s, SensorParameters& p) {
-  s.integer("seed", p.seed, {0, 1'000'000'000}, "", "of the noise");
+  s.integer("seed", p.seed, {0, 1'000'000'000}, "", "of the random noise: the same seed makes the same run");
   s.time("sampling_lead_us", p.sampling_lead_ns, 1e3, {0, 1e5}, "us",
-         "currents and link voltage are sampled so long before a control period begins");
+         "time before a control period begins at which currents and link voltage are sampled");
   describe_current(s.section("current"), p);
   describe_voltage(s.section("voltage"), p.voltage);
   describe_encoder(s.section("encoder"), p.encoder);

@@ -97,10 +97,12 @@ TEST(ShippedConfigs, PartsOfARunThatDoNotFitAreRefused) {
 TEST(ShippedConfigs, APrintedConfigurationSaysWhatEachKeyMeans) {
   const std::string text = print_config(load_ecu_config(shipped_ecu));
   EXPECT_THAT(text,
-              HasSubstr("flux_reference_wb = 1.1  # stator flux linkage [Wb]; a number from 0.01 to 10; "
+              HasSubstr("flux_reference_wb = 1.1  # stator flux linkage that the controller holds where the "
+                        "voltage suffices; more "
+                        "takes less slip and more current without torque [Wb]; a number from 0.01 to 10; "
                         "default derived from machine and link\n"));
-  EXPECT_THAT(text,
-              HasSubstr("\n[control.machine_estimate]\n# r_s_ohm =  # stator resistance [ohm]; a number"));
+  EXPECT_THAT(text, HasSubstr("\n[control.machine_estimate]\n# r_s_ohm =  # stator resistance; not set: "
+                              "that of [machine] [ohm]; a number"));
 }
 
 }  // namespace

@@ -29,8 +29,9 @@ struct MachineConfig {
   [[nodiscard]] std::string validate() const;
 };
 
-/// The keys of a machine. A machine of its own is `complete`: every quantity must be set.
-void describe(Section section, MachineConfig& config, bool complete);
+/// The keys of a machine. Where `unset` is empty every quantity must be set; else it says what counts for one
+/// that is not.
+void describe(Section section, MachineConfig& config, const std::string& unset = {});
 
 /// `machine` with the values that `config` sets. Reactances without a frequency of their own hold at
 /// `reactance_frequency_hz` [Hz].
