@@ -83,6 +83,21 @@ TYPED_TEST(TorqueMonitorOf, NearZeroStatorFrequencyTheCurrentsCountAndElsewhereT
   }
 }
 
+// The machine has been magnetised and turns; torque is commanded for the last 3 ms only.
+TYPED_TEST(TorqueMonitorOf, TheBandIsNarrowFromTheStartOfTorque) {
+  for (const double omega_m : {0.0, 20.0, 100.0}) {
+    SCOPED_TRACE(omega_m);
+    const SteadyMachine machine = at(omega_m, 15.0);
+    Watched<TypeParam> settled;
+    settled.settle(machine);
+    Watched<TypeParam> started;
+    (void)started.run(machine, 1.2, std::nullopt);
+    EXPECT_EQ(started.monitor.torque(), TypeParam(0));
+    EXPECT_FALSE(started.run(machine, 3e-3, 15.0));
+    EXPECT_NEAR(double(started.monitor.band().width()), double(settled.monitor.band().width()), 0.5);
+  }
+}
+
 // Independent of the monitor's code: the machine differs from the parameters given, its torque is known.
 TYPED_TEST(TorqueMonitorOf, TheBandsHoldTheTorqueOfAMachineWithinTheErrorsAllowedFor) {
   using T = TypeParam;

@@ -59,13 +59,15 @@ class TorqueMonitor {
     flux_.step(driven ? T(0.5) * (i_before + i_s_) : i_s_, omega_m, dt);
     if (!driven) decay_s_ += dt;
     if (!commanded) rest();
-    if (!commanded || !driven) {
+    if (!driven) {
       window_.clear();
       return false;
     }
-    window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, *commanded);
+    window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, commanded.value_or(T(0)));
     if (window_.duration() + T(0.5) * dt >= window_s_) {
-      evaluate(window_.means());
+      const TorqueMeans<T> means = window_.means();
+      follow(means);
+      if (commanded) compare(means);
       window_.clear();
     }
     return is_fault();
@@ -97,10 +99,14 @@ class TorqueMonitor {
     band_ = {};
   }
 
-  void evaluate(const TorqueMeans<T>& m) noexcept {
+  /// The candidates' fluxes, also while the machine is magnetised.
+  void follow(const TorqueMeans<T>& m) noexcept {
     if (decay_s_ > T(0)) bands_.decay(decay_s_);
     decay_s_ = T(0);
     bands_.step(m);
+  }
+
+  void compare(const TorqueMeans<T>& m) noexcept {
     band_ = bands_.narrower();
     violated_s_ = std::max(T(0), violated_s_ + (is_violated(m) ? m.duration : -m.duration));
   }
