@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "sextant/control/controller.hpp"
@@ -97,10 +96,10 @@ class Drive {
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
     update_state(present_faults(measured, missing_flux, request, command), flux_ready, request, command);
 
-    set_torque(makes_torque(state_) ? command.torque : T(0), limited, dt);
+    limited_ = limited || command.derated;
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
-    DriveOutput<T> output{control(measurement, usable, dt),
+    DriveOutput<T> output{control(measurement, usable, makes_torque(state_) ? command.torque : T(0), dt),
                           telemetry(t_ns, measurement, i_dc, request, command, available)};
     output.telemetry.switch_state = output.pattern.last_state();
     return output;
@@ -128,10 +127,14 @@ class Drive {
 
   /// What machine and link allow in a steady state.
   [[nodiscard]] AvailableTorque<T> available_torque(const Measurement<T>& measurement, T dt) noexcept {
-    const T error = torque_reference_ - controller_.estimate().torque;
-    const bool steady =
-        makes_torque(state_) && capability_.at_voltage_limit() && !flux_slew_.is_slewing() && !torque_steps_;
-    reserve_.step(measurement.omega_m < T(0) ? -error : error, measurement.u_dc, flux_slew_.share(), steady,
+    reserve_.step({.reference = reference_.torque,
+                   .torque = controller_.estimate().torque,
+                   .omega_m = measurement.omega_m,
+                   .u_dc = measurement.u_dc,
+                   .flux_share = reference_.flux_share,
+                   .makes_torque = makes_torque(state_),
+                   .limited = limited_,
+                   .slews = flux_slew_.is_slewing()},
                   dt);
     capability_.step(measurement.omega_m, measurement.u_dc, reserve_.usable());
     AvailableTorque<T> available = capability_.available();
@@ -143,24 +146,14 @@ class Drive {
   [[nodiscard]] LimitedTorque<T> present_limit(const AvailableTorque<T>& available) const noexcept {
     if (!makes_torque(state_)) return {};
     const T enough = std::max(available.motoring.torque, available.regenerating.torque);
-    return present_limit_.step(controller_.estimate().psi_s, clarke(i_before_), flux_slew_.share(), enough);
-  }
-
-  /// A reference that moves by its largest magnitude within 15 ms or faster counts as a step, unless it
-  /// follows the ripple of flux and current.
-  void set_torque(T reference, bool limited, T dt) noexcept {
-    constexpr T slow = T(70);  // [1/s]
-    const bool fast = std::abs(reference - torque_reference_) > slow * parameters_.capability.torque * dt;
-    torque_steps_ = fast && !limited && !limited_;
-    limited_ = limited;
-    torque_reference_ = reference;
+    return present_limit_.step(controller_.estimate().psi_s, clarke(i_before_), reference_.flux_share, enough);
   }
 
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
   [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool usable, T dt) noexcept {
     FaultSet faults;
     const std::optional<T> commanded =
-        makes_torque(state_) ? std::optional<T>{torque_reference_} : std::nullopt;
+        makes_torque(state_) ? std::optional<T>{reference_.torque} : std::nullopt;
     if (!usable) {
       torque_monitor_.coast(dt);
     } else if (torque_monitor_.step(measurement, dt, commanded)) {
@@ -230,18 +223,19 @@ class Drive {
     state_ = next;
   }
 
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable, T dt) noexcept {
-    if (!usable) {
-      controller_.reset();
-      return GatePattern{gates_off, parameters_.period_ns};
-    }
-    ControlMode mode = ControlMode::off;
-    if (state_ == DriveState::magnetising) mode = ControlMode::magnetise;
-    if (makes_torque(state_)) mode = ControlMode::torque;
-    const T target = capability_.flux_share(torque_reference_);
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable, T torque,
+                                    T dt) noexcept {
+    const T target = capability_.flux_share(torque);
     const T share = gates_are_on(state_) ? flux_slew_.step(target, dt) : flux_slew_.reset(target);
-    reference_ = {mode, torque_reference_, share};
-    return controller_.step(measurement, reference_);
+    reference_ = {control_mode(), torque, share};
+    if (usable) return controller_.step(measurement, reference_);
+    controller_.reset();
+    return GatePattern{gates_off, parameters_.period_ns};
+  }
+
+  [[nodiscard]] ControlMode control_mode() const noexcept {
+    if (makes_torque(state_)) return ControlMode::torque;
+    return state_ == DriveState::magnetising ? ControlMode::magnetise : ControlMode::off;
   }
 
   /// The record of the period but for the switching state, once the controller has made its step.
@@ -259,7 +253,7 @@ class Drive {
             .torque = estimate.torque,
             .torque_monitored = torque_monitor_.torque(),
             .torque_requested = request.command.torque,
-            .torque_reference = torque_reference_,
+            .torque_reference = reference_.torque,
             .torque_motoring = available.motoring.torque,
             .torque_regenerating = available.regenerating.torque,
             .active = faults_.active(),
@@ -292,9 +286,7 @@ class Drive {
   std::int64_t magnetising_left_ns_{0};      ///< until MAGNETISING is a fault [ns]
   ControlReference<T> reference_{};          ///< of the controller's last step
   ThreePhase<T> i_before_{};                 ///< the last usable phase currents [A]
-  T torque_reference_{};                     ///< of the controller in the last period [N·m]
-  bool limited_{false};                      ///< by flux and current, in the last period
-  bool torque_steps_{false};                 ///< it has changed faster than the flux can follow
+  bool limited_{false};                      ///< less torque was made than requested, in the last period
   DriveState state_{DriveState::init};
 };
 

@@ -20,10 +20,6 @@ class FluxSlew {
 
   /// One period of dt [s]: the share of the flux reference on its way to `target`. [-]
   constexpr T step(T target, T dt) noexcept {
-    if (target == share_) {
-      slewing_ = false;
-      return share_;
-    }
     share_ = std::clamp(target, share_ - fall_ * dt, share_ + rise_ * dt);
     slewing_ = std::abs(target - share_) > T(0.02);
     return share_;

@@ -113,10 +113,7 @@ class TorqueCapability {
   /// more voltage than there is: √s at the smallest x with τ(x) = |torque|, by one iteration of Newton a
   /// step.
   [[nodiscard]] T flux_share(T torque) noexcept {
-    if (is_easy_) {
-      at_voltage_limit_ = false;
-      return T(1);
-    }
+    if (is_easy_) return T(1);
     const std::size_t side = torque * omega_m_ < T(0) ? regenerating : motoring;
     const VoltageDemand<T> demand = demand_of(side);
     const T x = std::min(sides_[side].slip, slip_);  // in this order, which drops a NaN
@@ -125,12 +122,8 @@ class TorqueCapability {
     const bool is_full = weakened <= full;
     follow(std::abs(torque) * inverse_twice_breakdown_, x, is_full ? full : weakened,
            is_full ? T(2) * x : demand.slope(x) * inverse_voltage_, sides_[side].slip);
-    at_voltage_limit_ = weakened > easy * full;
     return weakened > full ? std::max(least_share, std::sqrt(full / weakened)) : T(1);
   }
-
-  /// The steady state of the last `flux_share` takes 90 % of the voltage or more.
-  [[nodiscard]] bool at_voltage_limit() const noexcept { return at_voltage_limit_; }
 
  private:
   static constexpr T least_share = T(0.05);
@@ -270,7 +263,6 @@ class TorqueCapability {
   T slip_{};              ///< of the torque of the last `flux_share` [-]
   bool is_fed_{true};
   bool is_easy_{false};  ///< the voltage is no limit at all
-  bool at_voltage_limit_{false};
 };
 
 }  // namespace sextant
