@@ -240,6 +240,32 @@ TYPED_TEST(FluxEstimatorsOf, FlyingStartHasNoJump) {
   }
 }
 
+// The estimate of a machine that is known stays on the machine when magnetising ends, also at standstill.
+TYPED_TEST(FluxEstimatorsOf, TheEndOfMagnetisingIsNoJump) {
+  using T = TypeParam;
+  using Kind = FluxEstimatorKind;
+  for (const Kind kind : {Kind::hybrid, Kind::observer, Kind::current_model}) {
+    for (const double omega_m : {0.0, 2.0, 20.0, -100.0}) {
+      SCOPED_TRACE(testing::Message() << "kind " << int(kind) << ", " << omega_m << " rad/s");
+      test::ControlledMachine<T> loop{with<T>(kind)};
+      loop.machine.omega_m = omega_m;
+      const auto error = [&] {
+        const auto psi = loop.machine.psi_s;
+        const SpaceVector<T> estimate = loop.estimate().psi_s;
+        return std::hypot(double(estimate.alpha) - psi.real(), double(estimate.beta) - psi.imag());
+      };
+      ASSERT_GT(loop.magnetise(), 0);
+      const double before = error();
+      double largest = 0;
+      for (int k = 0; k < 400; ++k) {
+        loop.step(ControlMode::torque, 0);
+        if (k >= 1) largest = std::max(largest, error());
+      }
+      EXPECT_LT(largest, before + 0.01);
+    }
+  }
+}
+
 // No current offset and no wrong start is kept: the estimate returns to the truth, at low frequency too.
 TYPED_TEST(FluxEstimatorsOf, HybridForgetsAWrongStart) {
   using T = TypeParam;

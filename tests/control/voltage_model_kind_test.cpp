@@ -1,4 +1,4 @@
-#include "sextant/control/voltage_model.hpp"
+#include "sextant/control/flux_torque_estimator.hpp"
 
 #include <limits>
 #include <random>
@@ -10,36 +10,47 @@ namespace {
 
 constexpr unsigned seed = 20240506;
 
+/// The kind `voltage_model`, at 530 V.
 template <class T>
-class VoltageModelOf : public testing::Test {
+class VoltageModelKindOf : public testing::Test {
  protected:
   static constexpr T tolerance = T(1000) * std::numeric_limits<T>::epsilon();
-  static constexpr T r_s = T(0.435);
   static constexpr T u_dc = T(530);
+  using Estimator = FluxTorqueEstimator<T>;
+
+  static void step(Estimator& estimator, const GatePattern& applied, SpaceVector<T> i_s) {
+    Measurement<T> m;
+    m.u_dc = u_dc;
+    m.applied = applied;
+    m.i_abc = inverse_clarke(i_s);
+    estimator.step(m);
+  }
+
+  InductionMachineParameters<T> machine{};
+  Estimator estimator{machine, FluxEstimatorKind::voltage_model};
 };
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(VoltageModelOf, Scalars);
+TYPED_TEST_SUITE(VoltageModelKindOf, Scalars);
 
-TYPED_TEST(VoltageModelOf, WithoutCurrentTheFluxIsTheVoltSeconds) {
+TYPED_TEST(VoltageModelKindOf, WithoutCurrentTheFluxIsTheVoltSeconds) {
   using T = TypeParam;
-  VoltageModel<T> model{this->r_s};
-  for (int i = 0; i < 100; ++i) model.step(GatePattern{switch_states[1], 25'000}, this->u_dc, {}, {});
-  EXPECT_NEAR(model.psi_s().alpha, T(2) / T(3) * this->u_dc * T(2.5e-3), this->tolerance);
-  EXPECT_NEAR(model.psi_s().beta, T(0), this->tolerance);
+  for (int i = 0; i < 100; ++i) this->step(this->estimator, {switch_states[1], 25'000}, {});
+  EXPECT_NEAR(this->estimator.psi_s().alpha, T(2) / T(3) * this->u_dc * T(2.5e-3), this->tolerance);
+  EXPECT_NEAR(this->estimator.psi_s().beta, T(0), this->tolerance);
 }
 
 // Under a linear current the trapezoidal rule is exact: ψ = u t − R_s (i_0 + i_1) t/2.
-TYPED_TEST(VoltageModelOf, ALinearCurrentIsIntegratedExactly) {
+TYPED_TEST(VoltageModelKindOf, ALinearCurrentIsIntegratedExactly) {
   using T = TypeParam;
-  VoltageModel<T> model{this->r_s};
-  const auto current = [](int i) { return SpaceVector<T>{T(0.5) * T(i), T(3) - T(0.25) * T(i)}; };
-  const GatePattern zero{switch_states[7], 25'000};
-  for (int i = 0; i < 40; ++i) model.step(zero, this->u_dc, current(i), current(i + 1));
-  EXPECT_NEAR(model.psi_s().alpha, -this->r_s * T(10) * T(1e-3), this->tolerance);
-  EXPECT_NEAR(model.psi_s().beta, -this->r_s * T(-2) * T(1e-3), this->tolerance);
+  for (int i = 0; i <= 40; ++i) {
+    this->step(this->estimator, {switch_states[7], 25'000}, {T(0.5) * T(i), T(-0.25) * T(i)});
+  }
+  const T half = T(0.5) * this->machine.r_s * T(41) * T(25e-6);
+  EXPECT_NEAR(this->estimator.psi_s().alpha, -half * T(20) * T(40) / T(41), this->tolerance);
+  EXPECT_NEAR(this->estimator.psi_s().beta, half * T(10) * T(40) / T(41), this->tolerance);
 }
 
-TYPED_TEST(VoltageModelOf, APatternOfManySegmentsActsAsTheirSum) {
+TYPED_TEST(VoltageModelKindOf, APatternOfManySegmentsActsAsTheirSum) {
   using T = TypeParam;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random{seed};
@@ -48,26 +59,21 @@ TYPED_TEST(VoltageModelOf, APatternOfManySegmentsActsAsTheirSum) {
   std::uniform_real_distribution<T> any_current{T(-50), T(50)};
   for (int i = 0; i < 200; ++i) {
     const SpaceVector<T> i_s{any_current(random), any_current(random)};
+    typename TestFixture::Estimator one_by_one = this->estimator;
+    typename TestFixture::Estimator at_once = this->estimator;
+    const GatePattern none{switch_states[0], 0};
+    this->step(one_by_one, none, i_s);
+    this->step(at_once, none, i_s);
     GatePattern pattern;
-    VoltageModel<T> one_by_one{this->r_s};
     for (std::size_t k = 0; k < GatePattern::capacity; ++k) {
       const GateSegment segment{switch_states[any_state(random)], any_duration(random)};
       pattern.append(segment);
-      one_by_one.step(GatePattern{segment.state, segment.duration_ns}, this->u_dc, i_s, i_s);
+      this->step(one_by_one, {segment.state, segment.duration_ns}, i_s);
     }
-    VoltageModel<T> at_once{this->r_s};
-    at_once.step(pattern, this->u_dc, i_s, i_s);
+    this->step(at_once, pattern, i_s);
     EXPECT_NEAR(at_once.psi_s().alpha, one_by_one.psi_s().alpha, this->tolerance);
     EXPECT_NEAR(at_once.psi_s().beta, one_by_one.psi_s().beta, this->tolerance);
   }
-}
-
-TYPED_TEST(VoltageModelOf, ContinuesFromTheFluxThatItIsGiven) {
-  using T = TypeParam;
-  VoltageModel<T> model{this->r_s};
-  model.set({T(0.5), T(-0.25)});
-  model.step(GatePattern{switch_states[0], 25'000}, this->u_dc, {}, {});
-  EXPECT_EQ(model.psi_s(), (SpaceVector<T>{T(0.5), T(-0.25)}));
 }
 
 }  // namespace

@@ -28,9 +28,7 @@ class CompensatedVoltageModel {
     omega_e_ += (seen - omega_e_ * dt) / (smoothing + dt);
     const T a = std::max(std::abs(omega_e_), least_frequency_) / pole_ratio;
     x_ += (T(1) / (T(1) + a * dt)) * (volt_seconds - (a * dt) * x_);
-    const T share =
-        std::abs(omega_e_) < least_frequency_ ? omega_e_ / least_frequency_ : std::copysign(T(1), omega_e_);
-    psi_s_ = x_ - (share / pole_ratio) * rotate_90(x_);
+    psi_s_ = x_ - compensation() * rotate_90(x_);
   }
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
@@ -39,11 +37,16 @@ class CompensatedVoltageModel {
   constexpr void set(SpaceVector<T> psi_s, T omega_e) noexcept {
     omega_e_ = omega_e;
     psi_s_ = psi_s;
-    const T q = (omega_e < T(0) ? T(-1) : T(1)) / pole_ratio;
+    const T q = compensation();
     x_ = (T(1) / (T(1) + q * q)) * (psi_s + q * rotate_90(psi_s));
   }
 
  private:
+  /// sign(ω_e)/k; below `least_frequency` the filter's own phase, ω_e over its pole by k². [-]
+  [[nodiscard]] constexpr T compensation() const noexcept {
+    return std::clamp(omega_e_ / least_frequency_, T(-1), T(1)) / pole_ratio;
+  }
+
   static constexpr T pole_ratio = T(5);     ///< k: the pole lies at ω_e/k [-]
   static constexpr T smoothing = T(0.002);  ///< time constant of the measured frequency [s]
 

@@ -174,7 +174,7 @@ class DirectTorqueController final : public Controller<T> {
         magnetiser_.step(estimate_.psi_s_magnitude, flux_reference, flux_reference / machine.l_s(),
                          magnitude(estimator_.i_s()), T(0.5) * largest_step, fed_current, machine.sigma_l_s(),
                          estimator_.is_settled());
-    const SpaceVector<T> along = length > T(0) ? (T(1) / length) * psi_r : SpaceVector<T>{T(1), T(0)};
+    const SpaceVector<T> along = direction(psi_r);
     const SpaceVector<T> wanted = current * (along + (omega_r * period) * rotate_90(along));
     const SpaceVector<T> emf = machine.k_r() * model.derivative(psi_r, x.i_s, measurement.omega_m);
     const SpaceVector<T> u = (T(1) / per_volt) * (wanted - x.i_s) + machine.r_s * x.i_s + emf;

@@ -10,7 +10,7 @@
 #include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/control/hybrid_flux_model.hpp"
 #include "sextant/control/magnetising_identification.hpp"
-#include "sextant/control/voltage_model.hpp"
+#include "sextant/core/two_level_inverter.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/measurement.hpp"
 
@@ -38,7 +38,6 @@ class FluxTorqueEstimator {
       : kind_{kind},
         machine_{machine},
         configured_{machine},
-        voltage_model_{machine.r_s},
         current_model_{machine},
         compensated_{machine.r_s / machine.l_s()},
         hybrid_{machine},
@@ -76,7 +75,6 @@ class FluxTorqueEstimator {
     return !identifies() || magnetised_ >= std::min(coasted_, identification_.settling_time());
   }
 
-  [[nodiscard]] constexpr const VoltageModel<T>& voltage_model() const noexcept { return voltage_model_; }
   [[nodiscard]] constexpr const CurrentModel<T>& current_model() const noexcept { return current_model_; }
   /// The machine's parameters in use.
   [[nodiscard]] constexpr const Machine& machine() const noexcept { return machine_; }
@@ -91,12 +89,8 @@ class FluxTorqueEstimator {
   }
 
   void step_driven(const Measurement<T>& m, SpaceVector<T> i_s_before, bool identify) noexcept {
+    if (coasting_) set_flux(psi_s_, i_s_before);
     coasting_ = false;
-    if (kind_ == FluxEstimatorKind::voltage_model) {
-      voltage_model_.step(m.applied, m.u_dc, i_s_before, i_s_);
-      psi_s_ = voltage_model_.psi_s();
-      return;
-    }
     const T dt = T(m.applied.duration_ns()) * T(1e-9);
     if (!(dt > T(0))) return;
     SpaceVector<T> volt_seconds{};  // ∫u_s dt [V·s]
@@ -106,7 +100,7 @@ class FluxTorqueEstimator {
     const Period period{volt_seconds, i_s_before, T(0.5) * (i_s_before + i_s_),
                         T(0.5) * (omega_m_ + m.omega_m), dt};
     if (identify) return step_magnetising(period);
-    if (identifying_) adopt();
+    if (identifying_) adopt(i_s_before);
     step_model(period);
   }
 
@@ -135,8 +129,10 @@ class FluxTorqueEstimator {
         observer_.step(p.volt_seconds, i_s_, p.omega_m, p.dt);
         psi_s_ = observer_.psi_s(i_s_);
         break;
-      case FluxEstimatorKind::hybrid:
       case FluxEstimatorKind::voltage_model:
+        psi_s_ += flux_change;
+        break;
+      case FluxEstimatorKind::hybrid:
         current_model_.step(p.i_s_mean, p.omega_m, p.dt);
         hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
         psi_s_ = hybrid_.psi_s();
@@ -163,18 +159,15 @@ class FluxTorqueEstimator {
     psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * i_s_;
   }
 
-  /// Magnetising has ended: its flux and what it identified are where the models start.
-  void adopt() noexcept {
+  /// Magnetising has ended, at this current [A]: its flux and what it identified are where the models start.
+  void adopt(SpaceVector<T> i_s_before) noexcept {
     identifying_ = false;
     coasted_ = T(0);
     magnetised_ = T(0);
     const SpaceVector<T> along = direction(current_model_.psi_r());
-    psi_s_ -= identification_.flux() * along;
     use(identification_.finish());
-    psi_s_ += identification_.flux() * along;
-    const SpaceVector<T> psi_r = (identification_.flux() / machine_.k_r()) * along;
-    current_model_.set(psi_r);
-    set_flux(psi_s_);
+    current_model_.set((identification_.flux() / machine_.k_r()) * along);
+    set_flux(current_model_.psi_s(i_s_before), i_s_before);
   }
 
   void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s_before) noexcept {
@@ -188,7 +181,7 @@ class FluxTorqueEstimator {
         std::min(dt, driven_time(measurement.applied) + decay_time(measurement.u_dc, i_s_before, dt));
     if (decay > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, decay);
     if (decay < dt) current_model_.step(i_s_, omega_m, dt - decay);
-    set_flux(current_model_.psi_s(i_s_));
+    psi_s_ = current_model_.psi_s(i_s_);
   }
 
   /// Time in which phase currents die after the gates were turned off. Between them the diodes of two legs
@@ -209,24 +202,16 @@ class FluxTorqueEstimator {
     return T(t_ns) * T(1e-9);
   }
 
-  /// Unit vector along x; along phase a where x is zero.
-  [[nodiscard]] static SpaceVector<T> direction(SpaceVector<T> x) noexcept {
-    const T length = magnitude(x);
-    return length > T(0) ? (T(1) / length) * x : SpaceVector<T>{T(1), T(0)};
-  }
-
-  /// The flux from which the models go on. [Wb]
-  void set_flux(SpaceVector<T> psi_s) noexcept {
+  /// The flux from which the models go on [Wb], and the current of the same instant [A].
+  void set_flux(SpaceVector<T> psi_s, SpaceVector<T> i_s) noexcept {
     psi_s_ = psi_s;
-    voltage_model_.set(psi_s);
     compensated_.set(psi_s, T(machine_.pole_pairs) * omega_m_);
     hybrid_.set(psi_s);
-    observer_.set(current_model_.psi_r_from(psi_s, i_s_), i_s_, omega_m());
+    observer_.set(current_model_.psi_r_from(psi_s, i_s), i_s, omega_m_);
   }
 
   void use(const Machine& machine) noexcept {
     machine_ = machine;
-    voltage_model_.set_r_s(machine.r_s);
     current_model_.set_machine(machine);
     observer_.set_machine(machine);
   }
@@ -234,7 +219,6 @@ class FluxTorqueEstimator {
   FluxEstimatorKind kind_;
   Machine machine_;     ///< in use
   Machine configured_;  ///< as configured
-  VoltageModel<T> voltage_model_;
   CurrentModel<T> current_model_;
   CompensatedVoltageModel<T> compensated_;
   HybridFluxModel<T> hybrid_;

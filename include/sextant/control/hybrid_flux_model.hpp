@@ -64,10 +64,11 @@ class HybridFluxModel {
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
 
-  /// Sets the flux to that of the current model. [Wb]
+  /// Sets the flux [Wb]; the factor is 1 again, and the stator frequency begins anew.
   constexpr void set(SpaceVector<T> psi_s) noexcept {
     psi_s_ = psi_s;
     factor_ = {T(1), T(0)};
+    turn_ = norm_ = T(0);
   }
 
  private:

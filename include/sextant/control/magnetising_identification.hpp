@@ -101,7 +101,7 @@ class MagnetisingIdentification {
     return {.r_s = mix(turning.r_s, still.r_s),
             .r_r = mix(turning.r_r, still.r_r),
             .l_m = mix(turning.l_m, still.l_m),
-            .flux = mix(turning.flux, still.flux)};
+            .flux = mix(turning.flux, still.flux - lag_)};
   }
 
   /// x⁴/(x⁴ + corner⁴).

@@ -50,6 +50,13 @@ template <class T>
   return std::sqrt(dot(a, a));
 }
 
+/// Unit vector along a; along the alpha axis where a is zero.
+template <class T>
+[[nodiscard]] SpaceVector<T> direction(SpaceVector<T> a) noexcept {
+  const T length = magnitude(a);
+  return length > T(0) ? (T(1) / length) * a : SpaceVector<T>{T(1), T(0)};
+}
+
 /// Angle from the alpha axis, in (-π, π]. [rad]
 template <class T>
 [[nodiscard]] T angle(SpaceVector<T> a) noexcept {
