@@ -167,8 +167,8 @@ class DirectTorqueController final : public Controller<T> {
     const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
     const T length = magnitude(psi_r);
     const T omega_r = T(machine.pole_pairs) * measurement.omega_m;
-    // ω_r (k_r ψ_r + σL_s i_s) within 105 % of u_dc/√3, which the hexagon still has.
-    const T fed_flux = T(1.05 / std::numbers::sqrt3) * measurement.u_dc / std::max(std::abs(omega_r), T(1));
+    // ω_r (k_r ψ_r + σL_s i_s) within u_dc/√3.
+    const T fed_flux = T(1 / std::numbers::sqrt3) * measurement.u_dc / std::max(std::abs(omega_r), T(1));
     const T fed_current = (fed_flux - machine.k_r() * length) / machine.sigma_l_s();
     const T current =
         magnetiser_.step(estimate_.psi_s_magnitude, flux_reference, flux_reference / machine.l_s(),

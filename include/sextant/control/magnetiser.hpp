@@ -41,12 +41,13 @@ class Magnetiser {
   /// settled: the flux estimate may be relied on.
   [[nodiscard]] constexpr T step(T psi_s, T psi_ref, T holding_current, T current, T ripple, T fed_current,
                                  T leakage, bool settled) noexcept {
-    // What of the flux remains when the current has fallen.
-    const bool enough = psi_s - leakage * (current - holding_current) >= T(0.995) * psi_ref;
-    reached_ = reached_ || (enough && settled);
-    done_ = reached_ && current <= parameters_.hand_over_current;
     const T highest = parameters_.current_limit - ripple;
     const T limit = fed_current < highest ? fed_current : highest;
+    // What of the flux remains when the current has fallen; the link voltage keeps it by itself.
+    const T falls = fed_current < highest ? T(0) : current - holding_current;
+    const bool enough = psi_s - leakage * falls >= T(0.995) * psi_ref;
+    reached_ = reached_ || (enough && settled);
+    done_ = reached_ && current <= parameters_.hand_over_current;
     return reached_ || enough || limit < holding_current ? holding_current : limit;
   }
 
