@@ -1,9 +1,9 @@
-#include "sextant/control/flux_torque_estimator.hpp"
-
 #include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
+
+#include "sextant/control/flux_torque_estimator.hpp"
 
 namespace sextant {
 namespace {

@@ -24,8 +24,7 @@ template <class T>
   for (const GateSegment& segment : in_flight.segments()) {
     if (!is_driven(segment.state)) return x;
     const T dt = T(segment.duration_ns) * T(1e-9);
-    const SpaceVector<T> u_minus_ri =
-        stator_voltage(segment.state, u_dc) - estimator.machine().r_s * x.i_s;
+    const SpaceVector<T> u_minus_ri = stator_voltage(segment.state, u_dc) - estimator.machine().r_s * x.i_s;
     const CurrentModel<T>& model = estimator.current_model();
     const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
     const SpaceVector<T> di = model.current_derivative(u_minus_ri, psi_r, x.i_s, omega_m);

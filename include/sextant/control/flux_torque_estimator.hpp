@@ -10,9 +10,9 @@
 #include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/control/hybrid_flux_model.hpp"
 #include "sextant/control/magnetising_identification.hpp"
-#include "sextant/core/two_level_inverter.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/measurement.hpp"
+#include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
 

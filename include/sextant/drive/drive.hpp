@@ -146,7 +146,8 @@ class Drive {
   [[nodiscard]] LimitedTorque<T> present_limit(const AvailableTorque<T>& available) const noexcept {
     if (!makes_torque(state_)) return {};
     const T enough = std::max(available.motoring.torque, available.regenerating.torque);
-    return present_limit_.step(controller_.estimate().psi_s, clarke(i_before_), reference_.flux_share, enough);
+    return present_limit_.step(controller_.estimate().psi_s, clarke(i_before_), reference_.flux_share,
+                               enough);
   }
 
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
@@ -223,8 +224,7 @@ class Drive {
     state_ = next;
   }
 
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable, T torque,
-                                    T dt) noexcept {
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable, T torque, T dt) noexcept {
     const T target = capability_.flux_share(torque);
     const T share = gates_are_on(state_) ? flux_slew_.step(target, dt) : flux_slew_.reset(target);
     reference_ = {control_mode(), torque, share};

@@ -28,11 +28,11 @@ struct TorqueTracking {
 /// proportion; else it returns slowly. The tolerance is a share of the torque that an active vector adds in
 /// one period,  p ψ u_dc T/(σL_s),  because sampling biases the mean in proportion to it. The mean leaves out
 /// the first `settling_time` after a step of the torque reference, and the flux on its way. A reference that
-/// moves by the breakdown torque within 40 ms or faster counts as a step, unless it follows a limit. Rates and
-/// times are chosen: faster than the thermal change of the machine, slower than its transients. After
-/// D. Casadei, G. Serra, A. Stefani, A. Tani, L. Zarri, "DTC drives for wide speed range applications using a
-/// robust flux-weakening algorithm", IEEE Trans. Ind. Electron. 54 (2007) 2451–2461, who lower the flux by the
-/// same error.
+/// moves by the breakdown torque within 40 ms or faster counts as a step, unless it follows a limit. Rates
+/// and times are chosen: faster than the thermal change of the machine, slower than its transients. After D.
+/// Casadei, G. Serra, A. Stefani, A. Tani, L. Zarri, "DTC drives for wide speed range applications using a
+/// robust flux-weakening algorithm", IEEE Trans. Ind. Electron. 54 (2007) 2451–2461, who lower the flux by
+/// the same error.
 template <class T = double>
 class VoltageReserve {
  public:
