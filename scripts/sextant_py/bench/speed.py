@@ -17,8 +17,12 @@ RESOLVED_NS = 2.0  # the clock tells whole nanoseconds; a shorter push cannot be
 PLANTS = {"fixed": "fixed", "exact": "exact", "exact_at_constant_speed": "exact at constant speed"}
 PLANTS |= {"erk": "erk", "cvode": "cvode"}
 ESTIMATORS = (
-    *("voltage_model", "compensated_voltage_model", "current_model", "hybrid"),
-    *("observer", "sensorless_observer"),
+    "voltage_model",
+    "compensated_voltage_model",
+    "current_model",
+    "hybrid",
+    "observer",
+    "sensorless_observer",
 )
 CONTROL = (
     row("dtc_step_ratio", "ratio", "DTC step / hand-written reference of the same arithmetic", "x", at_most=1.2),
