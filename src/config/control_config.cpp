@@ -22,6 +22,16 @@ double flux_of_link(const DriveConfig& c) {
 
 }  // namespace
 
+void describe_other_machine(Section s, MachineConfig& other, const MachineConfig& machine,
+                            const std::string& unset) {
+  describe(s, other, unset);
+  s.check([&other, &machine]() -> std::string {
+    const bool known = machine.reactance_frequency_hz || other.reactance_frequency_hz;
+    if (known || !other.has_reactance()) return {};
+    return "reactance_frequency_hz is missing, which the reactances need";
+  });
+}
+
 /// What every control method shares, and the table of each.
 void describe_control(Section s, DriveConfig& c) {
   std::vector<std::string> names;
@@ -60,13 +70,7 @@ void describe_control(Section s, DriveConfig& c) {
     method.describe(table, method.parameters, c.control);
     table.optional([&c, &method] { return c.controller == method.name; });
   }
-  Section estimate = s.section("machine_estimate");
-  describe(estimate, c.machine_estimate, "that of [machine]");
-  estimate.check([&c]() -> std::string {
-    const bool known = c.machine.reactance_frequency_hz || c.machine_estimate.reactance_frequency_hz;
-    if (known || !c.machine_estimate.has_reactance()) return {};
-    return "reactance_frequency_hz is missing, which the reactances need";
-  });
+  describe_other_machine(s.section("machine_estimate"), c.machine_estimate, c.machine, "that of [machine]");
 }
 
 }  // namespace sextant

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "sextant/config/drive_config.hpp"
 #include "sextant/drive/drive_limits.hpp"
 
@@ -20,5 +22,9 @@ void describe_command(Section s, DriveConfig& c);
 void describe_capability(Section s, DriveConfig& c);
 void describe_protection(Section s, DriveConfig& c);
 void describe_torque_monitor(Section s, DriveConfig& c);
+
+/// The keys of a machine that differs from `machine` in what they set; `unset`: what counts for the others.
+void describe_other_machine(Section section, MachineConfig& other, const MachineConfig& machine,
+                            const std::string& unset);
 
 }  // namespace sextant

@@ -1,5 +1,3 @@
-#include <string>
-
 #include "drive_sections.hpp"
 
 namespace sextant {
@@ -31,13 +29,7 @@ void describe_torque_monitor(Section s, DriveConfig& c) {
   s.number(
       "sensor_share", p.sensor_share, share, "",
       "largest error of the estimated torque by the gains of the sensors, as a share of it: widens the band");
-  Section machine = s.section("machine");
-  describe(machine, c.monitored_machine, "that of the controller");
-  machine.check([&c]() -> std::string {
-    const bool known = c.machine.reactance_frequency_hz || c.monitored_machine.reactance_frequency_hz;
-    if (known || !c.monitored_machine.has_reactance()) return {};
-    return "reactance_frequency_hz is missing, which the reactances need";
-  });
+  describe_other_machine(s.section("machine"), c.monitored_machine, c.machine, "that of the controller");
   s.derive([&c, &p] {
     p.machine =
         apply(c.monitored_machine, c.control.machine, c.machine.reactance_frequency_hz.value_or(50.0));
