@@ -178,6 +178,25 @@ TYPED_TEST(FluxEstimatorsOf, MagnetisingIdentifiesTheMachineThroughTheNoiseOfThe
   }
 }
 
+// A rise by 60 K of winding and cage, between a start and the end of a drive in traffic.
+TYPED_TEST(FluxEstimatorsOf, HybridFollowsAMachineThatWarms) {
+  using T = TypeParam;
+  for (const double omega_m : {10.0, 20.0, 50.0, -100.0}) {
+    SCOPED_TRACE(testing::Message() << omega_m << " rad/s");
+    test::ControlledMachine<T> loop{with<T>(FluxEstimatorKind::hybrid)};
+    loop.machine.omega_m = omega_m;
+    loop.magnetise();
+    loop.run(ControlMode::torque, 15, 300);
+    loop.machine.warm(1.25);
+    for (int k = 0; k < 80; ++k) {
+      for (const double torque : {0, 60, -60}) loop.run(ControlMode::torque, torque, 100);
+    }
+    for (const double torque : {15, 60, -60}) {
+      EXPECT_NEAR(loop.run(ControlMode::torque, torque, 400), torque, 1.5) << torque;
+    }
+  }
+}
+
 TYPED_TEST(FluxEstimatorsOf, StartsWithinItsCurrentLimitAndInTime) {
   using T = TypeParam;
   struct Start {
@@ -286,7 +305,7 @@ TYPED_TEST(FluxEstimatorsOf, HybridForgetsAWrongStart) {
       loop.step(ControlMode::torque, 15);
       estimator.step(loop.machine.template measure<T>(loop.applied()));
     }
-    EXPECT_LT(error(), 0.01) << omega_m;
+    EXPECT_LT(error(), 0.02) << omega_m;  // a little is taken for wrong parameters
   }
 }
 

@@ -27,6 +27,12 @@ class ReferenceMachine {
   [[nodiscard]] double torque() const { return 1.5 * p_.pole_pairs * (std::conj(psi_s) * i_s()).imag(); }
   [[nodiscard]] double u_dc() const { return u_dc_; }
 
+  /// The resistances of stator and rotor rise to this multiple; the fluxes stay.
+  void warm(double factor) {
+    p_.r_s *= factor;
+    p_.r_r *= factor;
+  }
+
   /// Applies a driven pattern, each segment in steps of at most 5 µs.
   void apply(const GatePattern& pattern) {
     for (const GateSegment& segment : pattern.segments()) {
@@ -101,8 +107,8 @@ class ReferenceMachine {
 };
 
 /// The machine's parameters in another scalar.
-template <class T>
-[[nodiscard]] InductionMachineParameters<T> converted(const InductionMachineParameters<double>& p) {
+template <class T, class U = double>
+[[nodiscard]] InductionMachineParameters<T> converted(const InductionMachineParameters<U>& p) {
   return {T(p.r_s), T(p.r_r), T(p.l_ls), T(p.l_lr), T(p.l_m), p.pole_pairs, T(p.inertia)};
 }
 

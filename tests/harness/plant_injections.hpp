@@ -64,15 +64,15 @@ inline Injection over_speed() {
           .points = turning_points};
 }
 
-/// Temperature by the model of the drive, a period a step.
+/// Temperature by the model of the drive, a period a step, with what the current sensors read.
 inline Injection::Shows winding_shows() {
   struct Model {
     double temperature;
   };
-  return [model = Model{std::nan("")}](VirtualRig& rig, const Telemetry<double>& t) mutable {
+  return [model = Model{std::nan("")}](VirtualRig& rig, const Telemetry<double>&) mutable {
     const ProtectionLimits<>& limits = rig.drive_parameters().protection;
     if (std::isnan(model.temperature)) model.temperature = limits.winding.ambient;
-    const ThreePhase<double>& i = t.i_abc;
+    const ThreePhase<double>& i = rig.io.currents();
     const double squares = (i.a * i.a + i.b * i.b + i.c * i.c) / 3.0;
     const double nominal = limits.winding.nominal_current;
     const double rise = limits.winding.nominal_rise * squares / (nominal * nominal);

@@ -62,10 +62,6 @@ class CurrentModel {
   }
 
  private:
-  [[nodiscard]] static constexpr SpaceVector<T> product(SpaceVector<T> a, SpaceVector<T> b) noexcept {
-    return {a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
-  }
-
   /// (e^z − 1)/z. Its series to z⁴ errs by less than 1e-9 up to |z| = 0.05, where the closed form, without a
   /// difference of nearly equal numbers, takes over.
   [[nodiscard]] static SpaceVector<T> phi(SpaceVector<T> z) noexcept {

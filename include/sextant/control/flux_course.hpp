@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sextant/control/parameter_prior.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -11,8 +12,7 @@ namespace sextant {
 /// where current i and voltage u behind the leakage are those along the flux, by linear regression with
 /// Gaussian errors and prior (C. M. Bishop, Pattern Recognition and Machine Learning, New York 2006, section
 /// 3.3). A course of some tenths of the rotor time constant tells little of b, so that noise of φ of a
-/// percent is some ten percent of L_m. The prior is that R_r and L_m are as configured within their
-/// deviations. It counts in proportion to the variance that remains about the course, and to that of errors
+/// percent is some ten percent of L_m. The prior (`ParameterPrior`) counts in proportion to the variance that remains about the course, and to that of errors
 /// which the course itself takes up, such as those of the sensors' gains: half a percent of the leakage flux
 /// σL_s i. With a large current and a short course these make the prior of L_m count about half.
 ///   R_s = (∫u dt − a ∫i dt + b ∫φ dt)/∫i dt
@@ -27,6 +27,9 @@ class FluxCourse {
     T l_m{};   ///< [H]
     T flux{};  ///< φ at the end [Wb]
   };
+
+  /// Errors of the flux that a course takes up, by σL_s i. [-]
+  static constexpr T systematic_share = T(5e-3);
 
   /// The parameters as configured; `correlation`: time over which errors of φ are correlated. [s]
   FluxCourse(const Machine& machine, T correlation) noexcept
@@ -67,6 +70,8 @@ class FluxCourse {
   void reset() noexcept { *this = FluxCourse{nominal_, correlation_}; }
 
  private:
+  using Prior = ParameterPrior<T>;
+
   /// Spectral density of the errors of φ, by the variance about the course [Wb²]. [Wb²·s]
   [[nodiscard]] T noise(T variance) const noexcept {
     const T current = raised_ / (a_ * time_);
@@ -74,11 +79,6 @@ class FluxCourse {
     return std::max(T(0), variance) * correlation_ + systematic * systematic * time_;
   }
 
-  /// Errors of φ that the course takes up, by σL_s i. [-]
-  static constexpr T systematic_share = T(5e-3);
-  /// Deviations of R_r and L_r by their values: half of what the drive allows for.
-  static constexpr T r_r_deviation = T(0.25);
-  static constexpr T l_r_deviation = T(0.15);
 
   /// By how much a and b exceed their nominal values, as shares of these. [-]
   struct Shares {
@@ -93,8 +93,8 @@ class FluxCourse {
 
     /// The most probable shares; `noise`: spectral density of the errors of φ. [Wb²·s]
     [[nodiscard]] Shares solve(T noise) const noexcept {
-      const T by_l = noise / (l_r_deviation * l_r_deviation);
-      const T aa = raised_squared + noise / (r_r_deviation * r_r_deviation) + by_l;
+      const T by_l = noise / (Prior::l_deviation * Prior::l_deviation);
+      const T aa = raised_squared + noise / (Prior::r_r_deviation * Prior::r_r_deviation) + by_l;
       const T ab = raised_decayed + by_l;
       const T bb = decayed_squared + by_l;
       const T determinant = aa * bb - ab * ab;

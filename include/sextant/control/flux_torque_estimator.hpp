@@ -10,6 +10,7 @@
 #include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/control/hybrid_flux_model.hpp"
 #include "sextant/control/magnetising_identification.hpp"
+#include "sextant/control/parameter_adaptation.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/two_level_inverter.hpp"
@@ -27,7 +28,7 @@ template <class T>
 /// off the current model continues the flux, so that a drive can be enabled again on a spinning machine that
 /// still has rotor flux, also after a gap of many periods. Each model starts from the other's result.
 /// While the machine is magnetised, the kinds that use its parameters identify them, and use them from then
-/// on; the other kinds keep those configured.
+/// on; the hybrid adapts them while torque is made. The other kinds keep those configured.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
@@ -43,6 +44,7 @@ class FluxTorqueEstimator {
         hybrid_{machine},
         observer_{machine, kind == FluxEstimatorKind::sensorless_observer},
         identification_{machine},
+        adaptation_{machine},
         torque_gain_{T(1.5) * T(machine.pole_pairs)} {}
 
   /// Updates the estimate by the measurement at the end of a period and its applied pattern. `magnetising`:
@@ -136,8 +138,18 @@ class FluxTorqueEstimator {
         current_model_.step(p.i_s_mean, p.omega_m, p.dt);
         hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
         psi_s_ = hybrid_.psi_s();
+        if (adaptation_.is_due(p.dt)) adapt(p.i_s_mean);
         break;
     }
+  }
+
+  /// The parameters follow the machine, whose windings warm, as far as both models of the hybrid show it.
+  void adapt(SpaceVector<T> i_s) noexcept {
+    use(adaptation_.adapted(machine_, {.excess = hybrid_.excess(),
+                                       .rates = hybrid_.rates(),
+                                       .i_s = i_s,
+                                       .psi_r = current_model_.psi_r(),
+                                       .psi_s = psi_s_}));
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
@@ -165,7 +177,7 @@ class FluxTorqueEstimator {
     coasted_ = T(0);
     magnetised_ = T(0);
     const SpaceVector<T> along = direction(current_model_.psi_r());
-    use(identification_.finish());
+    use(identification_.finish(machine_));
     current_model_.set((identification_.flux() / machine_.k_r()) * along);
     set_flux(current_model_.psi_s(i_s_before), i_s_before);
   }
@@ -207,6 +219,7 @@ class FluxTorqueEstimator {
     psi_s_ = psi_s;
     compensated_.set(psi_s, T(machine_.pole_pairs) * omega_m_);
     hybrid_.set(psi_s);
+    adaptation_.reset();
     observer_.set(current_model_.psi_r_from(psi_s, i_s), i_s, omega_m_);
   }
 
@@ -224,6 +237,7 @@ class FluxTorqueEstimator {
   HybridFluxModel<T> hybrid_;
   AdaptiveObserver<T> observer_;
   MagnetisingIdentification<T> identification_;
+  ParameterAdaptation<T> adaptation_;
   T torque_gain_;  ///< 3/2 p [-]
   SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]

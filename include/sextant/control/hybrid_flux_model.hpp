@@ -48,27 +48,39 @@ class HybridFluxModel {
     turn_ += k * (cross(psi_r, current_model.derivative(psi_r, i_s, omega_m)) - turn_);
     norm_ += k * (dot(psi_r, psi_r) - norm_);
     const T omega_e = norm_ > T(0) ? std::clamp(turn_ / norm_, -highest, highest) : T(0);
-    const Weight w = weight(omega_e, pole_pairs_ * omega_m);
+    rates_ = rates(omega_e, pole_pairs_ * omega_m);
     psi_s_ += flux_change;
     const SpaceVector<T> error = psi_s_ - reference(psi_cm);
     psi_s_ -= (correction_ * dt / (T(1) + correction_ * dt)) * error;
     const T square = dot(psi_cm, psi_cm);
     if (!(square > T(0))) return;
-    const SpaceVector<T> difference = w.share * error - (correction_ * w.by_frequency) * rotate_90(error);
-    const T gain = adaptation(omega_e) * dt / square;
-    const T leak = inverse_tau_r_ * dt * (T(1) - w.share);
-    factor_.alpha += gain * dot(psi_cm, difference) - leak * (factor_.alpha - T(1));
-    factor_.beta += gain * cross(psi_cm, difference) - leak * factor_.beta;
+    const SpaceVector<T> difference =
+        (dt / square) * (rates_.follow * error - (correction_ * rates_.by_frequency) * rotate_90(error));
+    const T leak = rates_.leak * dt;
+    factor_.alpha += dot(psi_cm, difference) - leak * (factor_.alpha - T(1));
+    factor_.beta += cross(psi_cm, difference) - leak * factor_.beta;
     bound();
   }
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
+  /// c − 1. [-]
+  [[nodiscard]] constexpr SpaceVector<T> excess() const noexcept {
+    return {factor_.alpha - T(1), factor_.beta};
+  }
+  /// With what rates c follows ψ_v/ψ_cm, and 1, at present.
+  struct Rates {
+    T follow{};        ///< γ w [1/s]
+    T by_frequency{};  ///< γ w/ω_e, which is finite at zero stator frequency [-]
+    T leak{};          ///< (1 − w)/τ_r [1/s]
+  };
+  [[nodiscard]] constexpr const Rates& rates() const noexcept { return rates_; }
 
   /// Sets the flux [Wb]; the factor is 1 again, and the stator frequency begins anew.
   constexpr void set(SpaceVector<T> psi_s) noexcept {
     psi_s_ = psi_s;
     factor_ = {T(1), T(0)};
     turn_ = norm_ = T(0);
+    rates_ = {};
   }
 
  private:
@@ -76,22 +88,14 @@ class HybridFluxModel {
   static constexpr T farthest = T(0.6);     ///< largest |c − 1| [-]
   static constexpr T highest = T(1e5);      ///< largest stator frequency [rad/s]
 
-  struct Weight {
-    T share{};         ///< w [-]
-    T by_frequency{};  ///< w/ω_e [s]
-  };
-
-  /// γ. [1/s]
-  [[nodiscard]] T adaptation(T omega_e) const noexcept {
-    return std::min(correction_, std::max(inverse_tau_r_, T(0.5) * std::abs(omega_e)));
-  }
-
   /// From the smoothed stator frequency and the rotor's.
-  [[nodiscard]] Weight weight(T omega_e, T omega_r) const noexcept {
+  [[nodiscard]] Rates rates(T omega_e, T omega_r) const noexcept {
     const T r = omega_r * omega_r;
     const T w_1 = crossover_ * crossover_;
     const T by_frequency = omega_e * r * r / ((omega_e * omega_e + w_1) * (r * r + w_1 * w_1));
-    return {omega_e * by_frequency, by_frequency};
+    const T share = omega_e * by_frequency;
+    const T gamma = std::min(correction_, std::max(inverse_tau_r_, T(0.5) * std::abs(omega_e)));
+    return {gamma * share, gamma * by_frequency, inverse_tau_r_ * (T(1) - share)};
   }
 
   [[nodiscard]] constexpr SpaceVector<T> reference(SpaceVector<T> psi_cm) const noexcept {
@@ -114,6 +118,7 @@ class HybridFluxModel {
   T norm_{};         ///< smoothed |ψ_r|² [Wb²]
   SpaceVector<T> psi_s_{};
   SpaceVector<T> factor_{T(1), T(0)};  ///< c [-]
+  Rates rates_{};
 };
 
 }  // namespace sextant

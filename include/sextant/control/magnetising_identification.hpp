@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/control/flux_course.hpp"
+#include "sextant/control/parameter_prior.hpp"
 #include "sextant/control/standstill_course.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -27,7 +28,6 @@ class MagnetisingIdentification {
   /// Starts from the parameters as they are configured.
   explicit MagnetisingIdentification(const Machine& machine) noexcept
       : nominal_{machine},
-        machine_{machine},
         filter_time_{T(0.04) * machine.tau_r()},
         shortest_{T(0.2) * machine.tau_r()},
         resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
@@ -79,20 +79,21 @@ class MagnetisingIdentification {
   /// Time after which the parameters are identified. [s]
   [[nodiscard]] T settling_time() const noexcept { return T(4) * filter_time_ + shortest_; }
 
-  /// The parameters with what is identified so far; the flux is then that of the course. Call at the end of
-  /// magnetising.
-  [[nodiscard]] const Machine& finish() noexcept {
-    if (!is_identified()) return machine_;
+  /// The parameters in use with what is identified so far in their place; the flux is then that of the
+  /// course. Call at the end of magnetising.
+  [[nodiscard]] Machine finish(Machine machine) noexcept {
+    if (!is_identified()) return machine;
     const Result found = mixed(course_.solve(), standstill_.result());
     flux_ = found.flux;
-    identify_stator(found.r_s);
-    if (!is_near(found.r_r, nominal_.r_r) || !is_near(found.l_m, nominal_.l_m)) return machine_;
-    machine_.r_r = found.r_r;
-    machine_.l_m = found.l_m;
-    return machine_;
+    machine.r_s += stator_weight() * (Prior::bounded(found.r_s, nominal_.r_s) - machine.r_s);
+    if (!Prior::allows(found.r_r, nominal_.r_r) || !Prior::allows(found.l_m, nominal_.l_m)) return machine;
+    machine.r_r = found.r_r;
+    machine.l_m = found.l_m;
+    return machine;
   }
 
  private:
+  using Prior = ParameterPrior<T>;
   using Result = typename FluxCourse<T>::Result;
 
   /// By the share of the measured flux.
@@ -110,22 +111,16 @@ class MagnetisingIdentification {
     return ratio * ratio / (T(1) + ratio * ratio);
   }
 
-  [[nodiscard]] static bool is_near(T value, T nominal) noexcept {
-    return value > T(0.3) * nominal && value < T(3) * nominal;
-  }
-
   /// Long enough, and with φ from the same source throughout: a shaft that leaves standstill meanwhile
   /// changes it.
   [[nodiscard]] bool is_identified() const noexcept {
     return course_.time() > shortest_ && std::abs(seen_ - first_seen_) < T(0.1);
   }
 
-  /// At high speed a small angle between current and flux counts as resistance; there it has no weight.
-  void identify_stator(T r_s) noexcept {
+  /// Of the identified R_s: at high speed a small angle between current and flux counts as resistance. [-]
+  [[nodiscard]] T stator_weight() const noexcept {
     const T ratio = omega_r_.value() / high_;
-    const T weight = T(1) / (T(1) + ratio * ratio);
-    machine_.r_s = std::clamp(nominal_.r_s + weight * (r_s - nominal_.r_s), T(0.4) * nominal_.r_s,
-                              T(2.2) * nominal_.r_s);
+    return T(1) / (T(1) + ratio * ratio);
   }
 
   /// Two first-order low-pass filters, each of half the filter time.
@@ -144,7 +139,6 @@ class MagnetisingIdentification {
   };
 
   Machine nominal_;
-  Machine machine_;
   T filter_time_;         ///< [s]
   T shortest_;            ///< time over which the parameters are identified [s]
   T resistances_;         ///< R_s + k_r² R_r [Ω]

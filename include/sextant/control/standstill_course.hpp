@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "sextant/control/flux_course.hpp"
+#include "sextant/control/parameter_prior.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -13,8 +14,8 @@ namespace sextant {
 /// With the integrals of voltage behind the leakage and current along the flux, U = ∫u dt and Q = ∫i dt, the
 /// flux φ = k_r ψ_r is φ_0 + U − R_s Q, and
 ///   U = (R_s + a) Q − b ∫(φ_0 + U) dt + b R_s ∫Q dt,   a = k_r² R_r,   b = R_r/L_r.
-/// Nonlinear regression, by one step of Gauss-Newton a millisecond, with the priors and errors of
-/// `FluxCourse`, and R_s as configured within its deviation. Only the curve of U over a time of about τ_r
+/// Nonlinear regression, by one step of Gauss-Newton a millisecond, with `ParameterPrior` and the errors of
+/// `FluxCourse`. Only the curve of U over a time of about τ_r
 /// tells R_s, R_r and L_r apart: the shorter the course, the more the priors count. Source of the equations:
 /// P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
 template <class T = double>
@@ -58,8 +59,9 @@ class StandstillCourse {
 
  private:
   static constexpr T sample_time = T(1e-3);       ///< fewer sums round less in `float` [s]
-  static constexpr T systematic_share = T(5e-3);  ///< errors of U, by σL_s i [-]
-  static constexpr std::array<T, 3> deviations{T(0.5), T(0.25), T(0.15)};  ///< of R_s, R_r and L_r [-]
+  using Prior = ParameterPrior<T>;
+  static constexpr std::array<T, 3> deviations{Prior::r_s_deviation, Prior::r_r_deviation,
+                                               Prior::l_deviation};  ///< of R_s, R_r and L_r [-]
 
   /// By how much R_s, R_r and L_r exceed their nominal values, as shares of these. [-]
   using Shares = std::array<T, 3>;
@@ -113,7 +115,7 @@ class StandstillCourse {
   /// Spectral density of the errors of U. [Wb²·s]
   [[nodiscard]] T noise() const noexcept {
     const T current = time_ > T(0) ? charge_ / time_ : T(0);
-    const T systematic = systematic_share * nominal_.sigma_l_s() * current;
+    const T systematic = FluxCourse<T>::systematic_share * nominal_.sigma_l_s() * current;
     return systematic * systematic * time_;
   }
 
@@ -133,10 +135,10 @@ class StandstillCourse {
     return {dot(first), dot(second), dot(third)};
   }
 
-  /// x + step, with every parameter within 0.3 to 2.5 times its nominal value.
+  /// x + step, with every parameter within the bounds of the prior.
   [[nodiscard]] static Shares bounded(const Shares& x, const Shares& step) noexcept {
     Shares y{};
-    for (std::size_t n = 0; n < 3; ++n) y[n] = std::fmin(T(1.5), std::fmax(T(-0.7), x[n] + step[n]));
+    for (std::size_t n = 0; n < 3; ++n) y[n] = Prior::bounded(T(1) + x[n] + step[n], T(1)) - T(1);
     return y;
   }
 

@@ -39,6 +39,12 @@ template <class T>
   return a.alpha * b.beta - a.beta * b.alpha;
 }
 
+/// Product of two vectors as complex numbers.
+template <class T>
+[[nodiscard]] constexpr SpaceVector<T> product(SpaceVector<T> a, SpaceVector<T> b) noexcept {
+  return {a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
+}
+
 /// j·a: a turned by +90 electrical degrees.
 template <class T>
 [[nodiscard]] constexpr SpaceVector<T> rotate_90(SpaceVector<T> a) noexcept {

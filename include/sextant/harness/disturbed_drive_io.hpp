@@ -48,6 +48,9 @@ class DisturbedDriveIo final : public DriveIo<double> {
   }
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override { io_.write(pattern); }
 
+  /// What the drive read last. [A]
+  [[nodiscard]] const ThreePhase<double>& currents() const noexcept { return currents_; }
+
  private:
   [[nodiscard]] static double& signal(Measurement<double>& m, MeasuredSignal which) noexcept {
     switch (which) {
@@ -67,7 +70,7 @@ class DisturbedDriveIo final : public DriveIo<double> {
 
   DriveIo<double>& io_;
   std::vector<MeasurementEvent> events_;
-  ThreePhase<double> currents_{};  ///< of the last reading [A]
+  ThreePhase<double> currents_{};
 };
 
 }  // namespace sextant

@@ -1,0 +1,117 @@
+#pragma once
+
+#include "sextant/control/hybrid_flux_model.hpp"
+#include "sextant/control/parameter_prior.hpp"
+#include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/space_vector.hpp"
+
+namespace sextant {
+
+/// Adapts R_s, R_r and L_m while torque is made, by the factor c of `HybridFluxModel` between the stator
+/// fluxes of the voltage model and of the current model. To first order in the relative errors δ of the
+/// parameters, and with the leakage flux neglected beside the main flux,
+///   c − 1 = H_s δ_s + H_r δ_r + H_L δ_L
+/// With z = L_m i_s/ψ_r, the errors of the current model's rotor flux for δ_r = 1 and δ_L = 1 follow
+///   τ_r dh_r/dt = z − 1 − z h_r,   τ_r dh_L/dt = 1 − z h_L
+/// and that of the voltage model's stator flux for δ_s = 1 is h_s = −R_s i_s/(jω_e ψ_s). H_r, H_L and H_s pass the
+/// filter that c passes in the hybrid, so that the equation also holds after steps of the torque, and H is
+/// small where c is not relied on. One factor is two equations for three unknowns: each update follows the
+/// gradient of |c − 1 − H δ|², weighted by the prior variances and divided by the variance of c, prior and
+/// error together; over changing torque all three converge. The error of c is that of the sensors' gains, of
+/// the flux and of the resistive voltage alike, and that of a wrong initial flux, which decays with τ_r.
+/// Source of the principle, a voltage model as reference for a current model that is adapted: C. Schauder,
+/// "Adaptive speed identification for vector control of induction motors without rotational transducers",
+/// IEEE Trans. Ind. Appl. 28 (1992) 1054–1061; of the gradient along sensitivities: L. Ljung, System
+/// Identification, Upper Saddle River 1999, section 11.5.
+template <class T = double>
+class ParameterAdaptation {
+ public:
+  using Machine = InductionMachineParameters<T>;
+  using Rates = typename HybridFluxModel<T>::Rates;
+
+  /// What both models show at an instant.
+  struct Evidence {
+    SpaceVector<T> excess;  ///< c − 1 [-]
+    Rates rates;            ///< with which c follows
+    SpaceVector<T> i_s;     ///< [A]
+    SpaceVector<T> psi_r;   ///< of the current model [Wb]
+    SpaceVector<T> psi_s;   ///< [Wb]
+  };
+
+  /// From the parameters as configured.
+  constexpr explicit ParameterAdaptation(const Machine& configured) noexcept : configured_{configured} {}
+
+  /// Counts a period of dt [s]; true where `adapted` is due.
+  [[nodiscard]] bool is_due(T dt) noexcept {
+    time_ += dt;
+    return time_ >= update_time;
+  }
+
+  /// The parameters of a machine after the time counted.
+  [[nodiscard]] Machine adapted(Machine machine, const Evidence& seen) noexcept {
+    const T share = time_ / machine.tau_r();
+    const bool has_flux = follow(machine, seen, share);
+    time_ = T(0);
+    if (!has_flux) return machine;
+    const T error = gain_error * gain_error * (T(1) + dot(by_r_s_, by_r_s_)) + start_variance_;
+    const T step = rate * share /
+                   (r_s_variance * dot(by_r_s_, by_r_s_) + r_r_variance * dot(by_r_r_, by_r_r_) +
+                    l_variance * dot(by_l_, by_l_) + error);
+    machine.r_s = moved(machine.r_s, step * r_s_variance * dot(by_r_s_, seen.excess), configured_.r_s);
+    machine.r_r = moved(machine.r_r, step * r_r_variance * dot(by_r_r_, seen.excess), configured_.r_r);
+    machine.l_m = moved(machine.l_m, step * l_variance * dot(by_l_, seen.excess), configured_.l_m);
+    return machine;
+  }
+
+  /// The factor is 1 again: both models start from the same flux, which may be wrong.
+  void reset() noexcept {
+    rotor_by_r_r_ = rotor_by_l_ = by_r_s_ = by_r_r_ = by_l_ = {};
+    start_variance_ = T(1);
+    time_ = T(0);
+  }
+
+ private:
+  using Prior = ParameterPrior<T>;
+  static constexpr T update_time = T(1e-3);  ///< [s]
+  static constexpr T rate = T(0.1);        ///< of the update, by 1/τ_r [-]
+  static constexpr T gain_error = T(0.03);   ///< of currents and voltages [-]
+  static constexpr T r_s_variance = Prior::r_s_deviation * Prior::r_s_deviation;
+  static constexpr T r_r_variance = Prior::r_r_deviation * Prior::r_r_deviation;
+  static constexpr T l_variance = Prior::l_deviation * Prior::l_deviation;
+
+  /// Advances h and H by the time counted, `share` of τ_r; false without flux.
+  [[nodiscard]] bool follow(const Machine& machine, const Evidence& seen, T share) noexcept {
+    const T rotor = dot(seen.psi_r, seen.psi_r);
+    const T stator = dot(seen.psi_s, seen.psi_s);
+    if (!(rotor > T(0) && stator > T(0))) return false;
+    const T z_scale = machine.l_m / rotor;
+    const SpaceVector<T> z{z_scale * dot(seen.psi_r, seen.i_s), z_scale * cross(seen.psi_r, seen.i_s)};
+    const SpaceVector<T> one{T(1), T(0)};
+    rotor_by_r_r_ += share * (z - one - product(z, rotor_by_r_r_));
+    rotor_by_l_ += share * (one - product(z, rotor_by_l_));
+    const T drop = machine.r_s / stator;
+    const SpaceVector<T> by_frequency{drop * cross(seen.psi_s, seen.i_s), -drop * dot(seen.psi_s, seen.i_s)};
+    start_variance_ -= share * start_variance_;
+    const Rates& r = seen.rates;
+    const T decay = r.follow + r.leak;
+    by_r_s_ += time_ * (r.by_frequency * by_frequency - decay * by_r_s_);
+    by_r_r_ += time_ * (r.follow * rotor_by_r_r_ - decay * by_r_r_);
+    by_l_ += time_ * (r.follow * rotor_by_l_ - decay * by_l_);
+    return true;
+  }
+
+  [[nodiscard]] static constexpr T moved(T value, T share, T configured) noexcept {
+    return Prior::bounded(value * (T(1) + share), configured);
+  }
+
+  Machine configured_;
+  T time_{};                        ///< since the last update [s]
+  SpaceVector<T> rotor_by_r_r_{};   ///< h_r [-]
+  SpaceVector<T> rotor_by_l_{};     ///< h_L [-]
+  SpaceVector<T> by_r_s_{};         ///< H_s [-]
+  SpaceVector<T> by_r_r_{};         ///< H_r [-]
+  SpaceVector<T> by_l_{};           ///< H_L [-]
+  T start_variance_{1};             ///< of c, by the initial flux [-]
+};
+
+}  // namespace sextant

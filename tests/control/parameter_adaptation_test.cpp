@@ -1,0 +1,168 @@
+// The adaptation on machines that are known, whose fluxes and currents are complex numbers.
+#include "sextant/control/parameter_adaptation.hpp"
+
+#include <cmath>
+#include <complex>
+
+#include <gtest/gtest.h>
+
+#include "control/reference_machine.hpp"
+
+namespace sextant {
+namespace {
+
+using Complex = std::complex<double>;
+using Machine = InductionMachineParameters<double>;
+
+constexpr Complex j{0, 1};
+constexpr double update_time = 1e-3;
+
+/// Errors of the sensors: of all currents, of all voltages. [-]
+struct Gains {
+  double current{1};
+  double voltage{1};
+};
+
+/// What both models of a controller see of a machine whose rotor flux is held at 1 Wb while its torque steps,
+/// in the frame of that flux. omega_r: speed of the rotor. [rad/s]
+class TwoModels {
+ public:
+  TwoModels(const Machine& real, double omega_r, Gains gains) : real_{real}, omega_r_{omega_r}, gains_{gains} {}
+
+  /// `believed`: the parameters of the controller; omega_s: slip frequency, by the torque. [rad/s]
+  template <class T>
+  typename ParameterAdaptation<T>::Evidence step(const Machine& believed, double omega_s) {
+    const double omega_e = omega_r_ + omega_s;
+    const Complex i_s = (1.0 + j * omega_s * real_.tau_r()) / real_.l_m;
+    const Complex psi_s = real_.k_r() + real_.sigma_l_s() * i_s;
+    const Complex i = gains_.current * i_s;
+    const Complex pole = 1 / believed.tau_r() + j * omega_s;
+    const Complex settled = believed.l_m * i / believed.tau_r() / pole;
+    if (psi_r_ == Complex{}) psi_r_ = 1;
+    psi_r_ = settled + (psi_r_ - settled) * std::exp(-pole * update_time);
+    const Complex psi_cm = believed.k_r() * psi_r_ + believed.sigma_l_s() * i;
+    const Complex voltage_drop = gains_.voltage * real_.r_s * i_s - believed.r_s * i;
+    const Complex psi_v = gains_.voltage * psi_s + voltage_drop / (j * omega_e);
+    constexpr double rate = 40;
+    excess_ += (1 - std::exp(-rate * update_time)) * (psi_v / psi_cm - 1.0 - excess_);
+    const auto vector = [](Complex x) { return SpaceVector<T>{T(x.real()), T(x.imag())}; };
+    return {.excess = vector(excess_),
+            .rates = {.follow = T(rate), .by_frequency = T(rate / omega_e), .leak = T(0)},
+            .i_s = vector(i),
+            .psi_r = vector(psi_r_),
+            .psi_s = vector(psi_v)};
+  }
+
+ private:
+  Machine real_;
+  double omega_r_;
+  Gains gains_;
+  Complex psi_r_{};   ///< of the current model; at first that of the machine [Wb]
+  Complex excess_{};  ///< c − 1 [-]
+};
+
+/// The parameters after that time of torque of both signs and none, each for 0.1 s.
+template <class T>
+Machine adapted(const Machine& real, double omega_r, double seconds, Gains gains = {}) {
+  TwoModels models{real, omega_r, gains};
+  auto machine = test::converted<T>({});
+  ParameterAdaptation<T> adaptation{machine};
+  for (int ms = 0; ms < int(seconds * 1e3); ++ms) {
+    const double omega_s = 8.0 * (ms / 100 % 3 - 1);
+    while (!adaptation.is_due(T(0.1 * update_time))) {
+    }
+    machine = adaptation.adapted(machine, models.step<T>(test::converted<double>(machine), omega_s));
+  }
+  return test::converted<double>(machine);
+}
+
+template <class T>
+class ParameterAdaptationOf : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(ParameterAdaptationOf, Scalars);
+
+TYPED_TEST(ParameterAdaptationOf, TorqueOfBothSignsTellsEveryParameter) {
+  for (const double omega_r : {20.0, -40.0}) {
+    for (const double r_s : {0.7, 1.0, 1.4}) {
+      for (const double r_r : {0.7, 1.0, 1.4}) {
+        for (const double l_m : {0.85, 1.15}) {
+          SCOPED_TRACE(testing::Message() << omega_r << ' ' << r_s << ' ' << r_r << ' ' << l_m);
+          Machine real;
+          real.r_s *= r_s;
+          real.r_r *= r_r;
+          real.l_m *= l_m;
+          const Machine found = adapted<TypeParam>(real, omega_r, 200);
+          EXPECT_NEAR(found.r_s, real.r_s, 0.02 * real.r_s);
+          EXPECT_NEAR(found.r_r, real.r_r, 0.02 * real.r_r);
+          EXPECT_NEAR(found.l_m, real.l_m, 0.02 * real.l_m);
+        }
+      }
+    }
+  }
+}
+
+TYPED_TEST(ParameterAdaptationOf, AKnownMachineStaysKnown) {
+  const Machine real;
+  const Machine found = adapted<TypeParam>(real, 40, 10);
+  EXPECT_NEAR(found.r_s, real.r_s, 1e-4 * real.r_s);
+  EXPECT_NEAR(found.r_r, real.r_r, 1e-4 * real.r_r);
+  EXPECT_NEAR(found.l_m, real.l_m, 1e-4 * real.l_m);
+}
+
+// Equal gains of current and voltage are no change of any impedance; a gain of one of them is the same change
+// of all, and no torque in parts of it.
+TYPED_TEST(ParameterAdaptationOf, AGainOfASensorMovesTheParametersByNoMore) {
+  const Machine real;
+  for (const Gains gains : {Gains{1.02, 1}, Gains{0.98, 1}, Gains{1, 1.02}, Gains{1, 0.98}, Gains{1.02, 1.02}}) {
+    SCOPED_TRACE(testing::Message() << gains.current << ' ' << gains.voltage);
+    const double share = gains.voltage / gains.current;
+    const Machine found = adapted<TypeParam>(real, 40, 100, gains);
+    EXPECT_NEAR(found.r_s, share * real.r_s, 0.02 * real.r_s);
+    EXPECT_NEAR(found.r_r, share * real.r_r, 0.02 * real.r_r);
+    EXPECT_NEAR(found.l_m, share * real.l_m, 0.02 * real.l_m);
+  }
+}
+
+// At 400 rad/s the resistive voltage is a hundredth of that of the flux.
+TYPED_TEST(ParameterAdaptationOf, WithoutATraceAParameterStays) {
+  Machine real;
+  real.l_m *= 1.1;
+  const Machine found = adapted<TypeParam>(real, 800, 25);
+  EXPECT_NEAR(found.r_s, real.r_s, 0.02 * real.r_s);
+  EXPECT_NEAR(found.l_m, real.l_m, 0.02 * real.l_m);
+}
+
+TYPED_TEST(ParameterAdaptationOf, TheParametersStayWithinTheBoundsOfThePrior) {
+  using T = TypeParam;
+  Machine real;
+  real.r_s *= 6;
+  real.l_m *= 4;
+  const Machine found = adapted<T>(real, 20, 150);
+  const Machine m;
+  EXPECT_LE(found.r_s, 2.5001 * m.r_s);
+  EXPECT_LE(found.r_r, 2.5001 * m.r_r);
+  EXPECT_LE(found.l_m, 2.5001 * m.l_m);
+  EXPECT_GE(found.r_r, 0.2999 * m.r_r);
+}
+
+TYPED_TEST(ParameterAdaptationOf, WithoutFluxOrFrequencyNothingChanges) {
+  using T = TypeParam;
+  const auto m = test::converted<T>({});
+  ParameterAdaptation<T> adaptation{m};
+  typename ParameterAdaptation<T>::Evidence seen{};
+  seen.excess = {T(0.1), T(0.1)};
+  seen.i_s = {T(10), T(0)};
+  seen.rates.leak = T(10);
+  for (const double flux : {0.0, 1.0}) {
+    seen.psi_r = seen.psi_s = {T(flux), T(0)};
+    EXPECT_FALSE(adaptation.is_due(T(900e-6)));
+    EXPECT_TRUE(adaptation.is_due(T(200e-6)));
+    const auto after = adaptation.adapted(m, seen);
+    EXPECT_EQ(after.r_s, m.r_s);
+    EXPECT_EQ(after.r_r, m.r_r);
+    EXPECT_EQ(after.l_m, m.l_m);
+  }
+}
+
+}  // namespace
+}  // namespace sextant
