@@ -16,8 +16,9 @@ namespace sextant {
 /// and that of the voltage model's stator flux for δ_s = 1 is h_s = −R_s i_s/(jω_e ψ_s). H_r, H_L and H_s pass the
 /// filter that c passes in the hybrid, so that the equation also holds after steps of the torque, and H is
 /// small where c is not relied on. One factor is two equations for three unknowns: each update follows the
-/// gradient of |c − 1 − H δ|², weighted by the prior variances and divided by the variance of c, prior and
-/// error together; over changing torque all three converge. The error of c is that of the sensors' gains, of
+/// gradient of |c − 1 − H δ|², weighted by the covariance of `ParameterPrior` and divided by the variance of c,
+/// prior and error together; over changing torque all three converge, within seconds where their H is large.
+/// Where R_s leaves no trace it follows R_r by their common warming. The error of c is that of the sensors' gains, of
 /// the flux and of the resistive voltage alike, and that of a wrong initial flux, which decays with τ_r.
 /// Source of the principle, a voltage model as reference for a current model that is adapted: C. Schauder,
 /// "Adaptive speed identification for vector control of induction motors without rotational transducers",
@@ -54,12 +55,13 @@ class ParameterAdaptation {
     time_ = T(0);
     if (!has_flux) return machine;
     const T error = gain_error * gain_error * (T(1) + dot(by_r_s_, by_r_s_)) + start_variance_;
-    const T step = rate * share /
-                   (r_s_variance * dot(by_r_s_, by_r_s_) + r_r_variance * dot(by_r_r_, by_r_r_) +
-                    l_variance * dot(by_l_, by_l_) + error);
-    machine.r_s = moved(machine.r_s, step * r_s_variance * dot(by_r_s_, seen.excess), configured_.r_s);
-    machine.r_r = moved(machine.r_r, step * r_r_variance * dot(by_r_r_, seen.excess), configured_.r_r);
-    machine.l_m = moved(machine.l_m, step * l_variance * dot(by_l_, seen.excess), configured_.l_m);
+    const SpaceVector<T> for_r_s = r_s_variance * by_r_s_ + warming_variance * by_r_r_;
+    const SpaceVector<T> for_r_r = r_r_variance * by_r_r_ + warming_variance * by_r_s_;
+    const SpaceVector<T> for_l = l_variance * by_l_;
+    const T step = rate * share / (dot(by_r_s_, for_r_s) + dot(by_r_r_, for_r_r) + dot(by_l_, for_l) + error);
+    machine.r_s = moved(machine.r_s, step * dot(for_r_s, seen.excess), configured_.r_s);
+    machine.r_r = moved(machine.r_r, step * dot(for_r_r, seen.excess), configured_.r_r);
+    machine.l_m = moved(machine.l_m, step * dot(for_l, seen.excess), configured_.l_m);
     return machine;
   }
 
@@ -77,6 +79,7 @@ class ParameterAdaptation {
   static constexpr T gain_error = T(0.03);   ///< of currents and voltages [-]
   static constexpr T r_s_variance = Prior::r_s_deviation * Prior::r_s_deviation;
   static constexpr T r_r_variance = Prior::r_r_deviation * Prior::r_r_deviation;
+  static constexpr T warming_variance = Prior::warming * Prior::warming;
   static constexpr T l_variance = Prior::l_deviation * Prior::l_deviation;
 
   /// Advances h and H by the time counted, `share` of τ_r; false without flux.

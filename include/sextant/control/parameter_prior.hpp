@@ -12,6 +12,8 @@ struct ParameterPrior {
   static constexpr T r_s_deviation{T(0.5)};
   static constexpr T r_r_deviation{T(0.25)};
   static constexpr T l_deviation{T(0.15)};
+  /// Deviation that R_s and R_r have in common: winding and cage warm together, by some 40 K at 0.4 % a kelvin.
+  static constexpr T warming{T(0.17)};
   static constexpr T lowest{T(0.3)};
   static constexpr T highest{T(2.5)};
 
