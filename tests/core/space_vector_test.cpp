@@ -1,5 +1,6 @@
 #include "sextant/core/space_vector.hpp"
 
+#include <complex>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -72,6 +73,19 @@ TYPED_TEST(SpaceVectorOf, ProductsFollowTheAngleBetweenTheVectors) {
     EXPECT_GT(cross(a, rotate_90(a)), T(0));
     EXPECT_NEAR(angle(a), theta_a, T(4) * this->tolerance);
   }
+}
+
+TYPED_TEST(SpaceVectorOf, ProductAndQuotientAreThoseOfComplexNumbers) {
+  using T = TypeParam;
+  const std::complex<double> a{1.5, -2.0};
+  const std::complex<double> b{-0.5, 3.0};
+  const auto vector = [](std::complex<double> x) { return SpaceVector<T>{T(x.real()), T(x.imag())}; };
+  const auto expect_near = [](SpaceVector<T> x, std::complex<double> y) {
+    EXPECT_NEAR(double(x.alpha), y.real(), 1e-6);
+    EXPECT_NEAR(double(x.beta), y.imag(), 1e-6);
+  };
+  expect_near(product(vector(a), vector(b)), a * b);
+  expect_near(quotient(vector(a), vector(b)), a / b);
 }
 
 TYPED_TEST(SpaceVectorOf, AddsSubtractsAndScalesByComponent) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "sextant/control/hybrid_flux_model.hpp"
 #include "sextant/control/parameter_prior.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
@@ -88,10 +90,14 @@ class ParameterAdaptation {
     const T stator = dot(seen.psi_s, seen.psi_s);
     if (!(rotor > T(0) && stator > T(0))) return false;
     const T z_scale = machine.l_m / rotor;
-    const SpaceVector<T> z{z_scale * dot(seen.psi_r, seen.i_s), z_scale * cross(seen.psi_r, seen.i_s)};
+    // A current against the flux, which passes, is left out: it would make the errors grow without bound.
+    const SpaceVector<T> z{z_scale * std::max(T(0), dot(seen.psi_r, seen.i_s)),
+                           z_scale * cross(seen.psi_r, seen.i_s)};
     const SpaceVector<T> one{T(1), T(0)};
-    rotor_by_r_r_ += share * (z - one - product(z, rotor_by_r_r_));
-    rotor_by_l_ += share * (one - product(z, rotor_by_l_));
+    // One implicit step each, because z has no bound where the flux is small.
+    const SpaceVector<T> implicit = one + share * z;
+    rotor_by_r_r_ = quotient(rotor_by_r_r_ + share * (z - one), implicit);
+    rotor_by_l_ = quotient(rotor_by_l_ + share * one, implicit);
     const T drop = machine.r_s / stator;
     const SpaceVector<T> by_frequency{drop * cross(seen.psi_s, seen.i_s), -drop * dot(seen.psi_s, seen.i_s)};
     start_variance_ -= share * start_variance_;

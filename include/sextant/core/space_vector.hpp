@@ -45,6 +45,12 @@ template <class T>
   return {a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
 }
 
+/// Quotient of two vectors as complex numbers; b is not zero.
+template <class T>
+[[nodiscard]] constexpr SpaceVector<T> quotient(SpaceVector<T> a, SpaceVector<T> b) noexcept {
+  return (T(1) / dot(b, b)) * SpaceVector<T>{dot(b, a), cross(b, a)};
+}
+
 /// j·a: a turned by +90 electrical degrees.
 template <class T>
 [[nodiscard]] constexpr SpaceVector<T> rotate_90(SpaceVector<T> a) noexcept {
