@@ -152,7 +152,7 @@ def test_the_sets_are_those_of_the_factors() -> None:
 
 def drive(**more: object) -> torque_map_drive.Drive:
     machine = {"r_s_ohm": 0.4, "r_r_ohm": 0.8, "x_m_ohm": 26, "inertia_kg_m2": 0.5}
-    return torque_map_drive.Drive("after", {}, machine, set(), **more)
+    return torque_map_drive.Drive("shipped", {}, machine, set(), **more)
 
 
 def test_the_factors_scale_the_machine_or_what_the_controller_believes() -> None:
@@ -209,36 +209,36 @@ def made_up(name: str, silent_ms: float) -> Results:
 
 
 def test_results_are_kept(tmp_path: Path) -> None:
-    results = made_up("after", 500)
-    save(results, tmp_path / "after.json")
-    assert load(tmp_path / "after.json") == results
-    (tmp_path / "after.json").write_text("{}")
+    results = made_up("shipped", 500)
+    save(results, tmp_path / "shipped.json")
+    assert load(tmp_path / "shipped.json") == results
+    (tmp_path / "shipped.json").write_text("{}")
     with pytest.raises(UserError, match="no results"):
-        load(tmp_path / "after.json")
+        load(tmp_path / "shipped.json")
 
 
 def test_a_point_beyond_the_tolerance_of_the_stator_resistance_is_found() -> None:
-    assert beyond_r_s(made_up("after", 5)) == [(Conditions(r_s=1.5), 50, 15, 30.0)]
+    assert beyond_r_s(made_up("shipped", 5)) == [(Conditions(r_s=1.5), 50, 15, 30.0)]
 
 
 def test_the_page_has_the_figures_of_its_results_and_every_picture(tmp_path: Path) -> None:
-    maps = {"before": made_up("before", 500), "after": made_up("after", 5)}
+    maps = {"paper": made_up("paper", 500), "shipped": made_up("shipped", 5)}
     written = torque_map_page.write(maps, tmp_path)
     page = (tmp_path / "README.md").read_text(encoding="utf-8")
     assert all(file.is_file() for file in written)
     assert set(re.findall(r"\]\((\w+\.png)\)", page)) == {file.name for file in written if file.suffix == ".png"}
     assert not re.search(r"(?<![\\_])\{\w+\}", page.replace(r"\omega_{slip}", "")), "a field of the template is left"
-    points = maps["after"].points
+    points = maps["shipped"].points
     assert f"| all | {points} | {points} |" in page
     assert "| **silently wrong** | 1 | 0 |" in page
     assert "No point is silently wrong." in page
-    assert "drive before: at worst -2.0 % of the analytic torque, motoring" in page
+    assert "drive paper: at worst -2.0 % of the analytic torque, motoring" in page
     assert "15.1 (ripple 9)" in page
 
 
 @pytest.mark.parametrize("torque", TORQUES)
 def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None:
-    speed = torque_map_figures.zero_frequency_speed(made_up("after", 5), torque)
+    speed = torque_map_figures.zero_frequency_speed(made_up("shipped", 5), torque)
     m, slip = PAPER, -PAPER.pole_pairs * speed
     i_s = m.flux / (m.l_s - 1j * slip * m.l_m**2 / (m.r_r + 1j * slip * m.l_r))
     assert 1.5 * m.pole_pairs * m.flux * i_s.imag == pytest.approx(torque, abs=1e-9)
@@ -264,7 +264,7 @@ def quick(drive: str, directory: Path, monkeypatch: pytest.MonkeyPatch) -> tuple
 
 
 def test_no_point_of_the_shipped_drive_is_silently_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    status, results = quick("after", tmp_path, monkeypatch)
+    status, results = quick("shipped", tmp_path, monkeypatch)
     assert status == 0
     assert results.points == 4 * len(results.speeds) * len(results.torques)
     exact = results.find(Conditions())
@@ -272,17 +272,17 @@ def test_no_point_of_the_shipped_drive_is_silently_wrong(tmp_path: Path, monkeyp
 
 
 def test_points_are_kept_and_the_paper_s_drive_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    status, results = quick("before", tmp_path, monkeypatch)
+    status, results = quick("paper", tmp_path, monkeypatch)
     assert status == 0, "it is the drive with which the other is compared"
     half = results.find(Conditions(r_s=0.5))
     assert half.outcomes[results.torques.index(15)][results.speeds.index(50)] == SILENT
-    records = tmp_path / "torque_map" / "before.jsonl"
+    records = tmp_path / "torque_map" / "paper.jsonl"
     lines = records.read_text().splitlines()
     assert len(lines) == results.points + 1
-    quick("before", tmp_path, monkeypatch)
+    quick("paper", tmp_path, monkeypatch)
     assert records.read_text().splitlines() == lines, "nothing runs twice"
     monkeypatch.setattr(torque_map_points, "END_S", 0.9)
-    quick("before", tmp_path, monkeypatch)
+    quick("paper", tmp_path, monkeypatch)
     assert len(records.read_text().splitlines()) == 2 * results.points + 1, "points with other settings run again"
 
 
@@ -290,7 +290,7 @@ def test_the_command_line_says_what_is_wrong(tmp_path: Path) -> None:
     for options, sentence in (
         (("--quick", "--full"), "not allowed with"),
         (("--jobs", "0"), "expected a number from 1"),
-        (("--page",), "before.json is missing"),
+        (("--page",), "paper.json is missing"),
         (("--drive", "none"), "invalid choice"),
     ):
         done = run_map(tmp_path, *options)
