@@ -8,6 +8,7 @@ from pathlib import Path
 from . import (
     mil_program,
     torque_map_capability,
+    torque_map_counts,
     torque_map_drive,
     torque_map_page,
     torque_map_points,
@@ -21,11 +22,11 @@ from .torque_map_run import Lab, progress_of
 
 PAGE = ROOT / "docs" / "torque_map"
 EXAMPLES = """examples:
-  scripts/torque_map                  the map of configs/ecu.toml, then pictures and page of docs/torque_map
+  scripts/torque_map                  the map of configs/ecu.toml, then docs/torque_map and the counts of docs/torque.md
   scripts/torque_map --quick          a handful of points, printed
   scripts/torque_map --full           the whole factorial, into out/torque_map; no page
   scripts/torque_map --drive paper    the paper's drive, with which the page compares
-  scripts/torque_map --page           no runs: pictures and page again from paper.json and shipped.json
+  scripts/torque_map --page           no runs: the same again from paper.json and shipped.json
 
 Interrupted with Ctrl-C, the same command goes on where it stopped, with the same sextant-mil and configuration; records
 are kept in out/torque_map. Exit status: 0 when every point ran and, of the drive "shipped", none was silently wrong, 1
@@ -151,7 +152,11 @@ def main(arguments: list[str]) -> int:
         status = report(results)
         print(file)
     if options.page or (options.is_of_page and options.drive == "shipped"):
-        for file in torque_map_page.write(results_in(options.out), options.out):
+        maps = results_in(options.out)
+        written = torque_map_page.write(maps, options.out)
+        if options.out.resolve() == PAGE:
+            written.append(torque_map_counts.write(maps["shipped"]))
+        for file in written:
             print(file)
     return status
 

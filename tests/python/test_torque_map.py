@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from programs import program
-from sextant_py import torque_map, torque_map_drive, torque_map_figures, torque_map_page, torque_map_points
+from sextant_py import (
+    torque_map,
+    torque_map_counts,
+    torque_map_drive,
+    torque_map_figures,
+    torque_map_page,
+    torque_map_points,
+)
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from sextant_py.torque_map_capability import Limits, largest_torque, limits_of, worst_difference
@@ -236,6 +243,22 @@ def test_the_page_has_the_figures_of_its_results_and_every_picture(tmp_path: Pat
     assert "15.1 (ripple 9)" in page
 
 
+def test_the_counts_of_the_guarantees_are_those_of_their_sets_and_speeds() -> None:
+    results = made_up("shipped", 500)  # one point is silently wrong, of a set that no count has
+    row = results.torques.index(15)
+    for conditions, letter in (
+        (Conditions(r_r=0.5), SILENT),
+        (Conditions(l_m=1.3, detune="estimate"), UNSEEN),
+        (Conditions(**torque_map_points.SENSORS_ALONE), SILENT),
+    ):
+        results.find(conditions).outcomes[row] = letter * len(results.speeds)
+    names = [*torque_map_counts.COUNTS, "unobservable"]
+    page = torque_map_counts.filled("".join(f"<!-- {name} --><!-- end -->" for name in names), results)
+    assert re.findall(r"-->([^<]+)<", page) == [
+        "12 of 2,592", "10 of 2,160", "0 of 648", "0 of 648", "0 of 1,080", "29 of 2,610", "29",
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("torque", TORQUES)
 def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None:
     speed = torque_map_figures.zero_frequency_speed(made_up("shipped", 5), torque)
@@ -245,9 +268,11 @@ def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None
 
 
 @pytest.mark.skipif(not (COMMITTED / "README.md").is_file(), reason="scripts/torque_map has not written the page yet")
-def test_the_committed_page_is_that_of_its_results() -> None:
+def test_the_committed_pages_are_those_of_their_results() -> None:
     maps = {name: load(COMMITTED / f"{name}.json") for name in torque_map_drive.DRIVES}
     assert (COMMITTED / "README.md").read_text(encoding="utf-8") == torque_map_page.render(maps)
+    guarantees = torque_map_counts.PAGE.read_text(encoding="utf-8")
+    assert guarantees == torque_map_counts.filled(guarantees, maps["shipped"])
 
 
 def run_map(out: Path, *options: str) -> subprocess.CompletedProcess:
