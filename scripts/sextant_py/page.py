@@ -18,8 +18,9 @@ def table(head: Iterable[str], rows: Iterable[Iterable[object]], left: Iterable[
 
 
 def put(page: str, name: str, text: str) -> str:
-    """The page with the text between `<!-- NAME -->` and the next `<!-- end … -->`."""
-    marks = re.compile(rf"(<!-- {re.escape(name)} -->\n).*?(<!-- end[^>]*-->)", re.DOTALL)
+    """The page with the text between `<!-- NAME -->` and the next `<!-- end … -->`; on lines of its own where the first
+    mark ends a line."""
+    marks = re.compile(rf"(<!-- {re.escape(name)} -->(\n?)).*?(<!-- end[^>]*-->)", re.DOTALL)
     if len(marks.findall(page)) != 1:
         raise UserError(f"the page must have the mark <!-- {name} --> once, and an <!-- end --> behind it.")
-    return marks.sub(lambda found: f"{found[1]}{text}\n{found[2]}", page)
+    return marks.sub(lambda found: f"{found[1]}{text}{found[2]}{found[3]}", page)

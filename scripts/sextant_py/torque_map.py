@@ -5,7 +5,15 @@ import os
 import sys
 from pathlib import Path
 
-from . import mil_program, torque_map_capability, torque_map_drive, torque_map_first, torque_map_page, torque_map_points
+from . import (
+    mil_program,
+    torque_map_capability,
+    torque_map_counts,
+    torque_map_drive,
+    torque_map_page,
+    torque_map_points,
+    torque_map_steady,
+)
 from .errors import UserError, run
 from .paths import OUT, ROOT
 from .torque_map_points import Conditions, Point
@@ -14,14 +22,14 @@ from .torque_map_run import Lab, progress_of
 
 PAGE = ROOT / "docs" / "torque_map"
 EXAMPLES = """examples:
-  scripts/torque_map                  the map of configs/ecu.toml, then pictures and page of docs/torque_map
+  scripts/torque_map                  the map of configs/ecu.toml, then docs/torque_map and the counts of docs/torque.md
   scripts/torque_map --quick          a handful of points, printed
   scripts/torque_map --full           the whole factorial, into out/torque_map; no page
-  scripts/torque_map --drive before   the paper's drive, with which the page compares
-  scripts/torque_map --page           no runs: pictures and page again from before.json and after.json
+  scripts/torque_map --drive paper    the paper's drive, with which the page compares
+  scripts/torque_map --page           no runs: the same again from paper.json and shipped.json
 
 Interrupted with Ctrl-C, the same command goes on where it stopped, with the same sextant-mil and configuration; records
-are kept in out/torque_map. Exit status: 0 when every point ran and, of the drive "after", none was silently wrong, 1
+are kept in out/torque_map. Exit status: 0 when every point ran and, of the drive "shipped", none was silently wrong, 1
 when one was, 130 when interrupted."""
 
 
@@ -36,7 +44,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     size.add_argument("--quick", action="store_true", help="a handful of points, no page")
     size.add_argument("--full", action="store_true", help="every combination of the factors, no page")
     size.add_argument("--page", action="store_true", help="pictures and page from the results that are there")
-    parser.add_argument("--drive", choices=torque_map_drive.DRIVES, default="after", help="default: after")
+    parser.add_argument("--drive", choices=torque_map_drive.DRIVES, default="shipped", help="default: shipped")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, pictures, page (default: docs/torque_map)")
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
@@ -102,7 +110,7 @@ def measure(options: argparse.Namespace) -> Results:
     )  # fmt: skip
     if not options.quick:
         results.capability = capability(lab, speeds)
-        results.first_paragraph = torque_map_first.measure(lab, options.jobs)
+        results.steady = torque_map_steady.measure(lab, options.jobs)
     failed = [point for point in points if lab.records[point.key]["reason"]]
     for point in failed[:3]:
         print(f"torque_map: {point.key}: {lab.records[point.key]['reason']}", file=sys.stderr)
@@ -114,7 +122,7 @@ def report(results: Results) -> int:
     for letter, meaning in MEANING.items():
         if counts[letter]:
             print(f"{counts[letter]:7} {meaning}")
-    wrong = counts[FAILED] + (counts[SILENT] if results.drive != "before" else 0)
+    wrong = counts[FAILED] + (counts[SILENT] if results.drive != "paper" else 0)
     return 1 if wrong else 0
 
 
@@ -143,8 +151,12 @@ def main(arguments: list[str]) -> int:
         save(results, file)
         status = report(results)
         print(file)
-    if options.page or (options.is_of_page and options.drive == "after"):
-        for file in torque_map_page.write(results_in(options.out), options.out):
+    if options.page or (options.is_of_page and options.drive == "shipped"):
+        maps = results_in(options.out)
+        written = torque_map_page.write(maps, options.out)
+        if options.out.resolve() == PAGE:
+            written.append(torque_map_counts.write(maps["shipped"]))
+        for file in written:
             print(file)
     return status
 

@@ -17,17 +17,21 @@ from .sweep_point import clean_reason, read_summary
 # What every drive of the map has besides configs/ecu.toml: limits beyond which the map goes on purpose.
 COMMON: Settings = {"plant.integrator": "exact", "protection.over_speed_rad_s": 500}
 
-# The paper's drive: voltage model, no magnetising, no monitor, no flux weakening.
+# The paper's drive: voltage model, no magnetising, no torque trim, no flux priority, no torque monitor, and none of the
+# protections by a model of the machine.
 PAPER_OPTIONAL: Settings = {
     "control.flux_estimator": "voltage_model",
     "drive.magnetise_first": False,
     "torque_monitor.enabled": False,
     "control.dtc.flux_priority": False,
     "control.dtc.torque_trim_ms": 0,
+    "protection.current_response": 0,
+    "protection.speed_error_rad_s": 10_000,
+    "protection.flux_lost_share": 0,
 }
 DRIVES: dict[str, tuple[str, Settings]] = {
-    "before": ("before: the paper's drive", PAPER_OPTIONAL),
-    "after": ("after: ecu.toml", {}),
+    "paper": ("the paper's drive", PAPER_OPTIONAL),
+    "shipped": ("ecu.toml", {}),
 }
 
 # Converters as they are: offsets and gains of opposite sign in two phases, 12 bits over the range, noise.

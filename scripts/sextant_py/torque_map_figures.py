@@ -167,7 +167,7 @@ def rotor(maps: Maps, file: Path) -> None:
 
 
 def all_corners(maps: Maps, file: Path) -> None:
-    results = maps["after"]
+    results = maps["shipped"]
     rows = []
     for detune in torque_map_points.DETUNES:
         found = _found(results, torque_map_points.corners(detune=detune))
@@ -205,7 +205,7 @@ def capability(maps: Maps, file: Path) -> None:
     """What each drive publishes at exact parameters, and what the circuit allows."""
     plt.rcParams.update(STYLE)
     figure, panels = plt.subplots(1, 2, figsize=(WIDTH, 3.6), sharey=True)
-    limits = limits_from(maps["after"].capability["limits"])
+    limits = limits_from(maps["shipped"].capability["limits"])
     speeds = np.linspace(-400, 400, 161)
     for axes, direction, sign in zip(panels, ("motoring", "regenerating"), (1, -1), strict=True):
         for results, colour, marker in zip(maps.values(), ("#e08e2b", "#1b4f9c"), ("s", "o"), strict=False):

@@ -5,9 +5,9 @@ from pathlib import Path
 from . import torque_map_figures
 from .page import table
 from .torque_map_capability import worst_difference
-from .torque_map_first import CASES
 from .torque_map_points import END_S, FROM_S, L_M, R_R, R_S, SPEEDS, STEP_S, TORQUES
 from .torque_map_results import MEANING, RIGHT, SILENT, UNOBSERVABLE_RAD_S, UNSEEN, MapOf, Results, beyond_r_s, trips
+from .torque_map_steady import cases
 
 Maps = dict[str, Results]
 
@@ -36,7 +36,7 @@ def faults_table(maps: Maps) -> str:
     )
 
 
-def _of_first(entry: dict | None) -> str:
+def _of_steady(entry: dict | None) -> str:
     if entry is None or entry["torque_nm"] is None:
         return "–"
     if entry["fault"]:
@@ -46,16 +46,16 @@ def _of_first(entry: dict | None) -> str:
     return f"{entry['torque_nm']:.1f} (ripple {entry['ripple_nm']:.0f})"
 
 
-def first_table(maps: Maps, detune: str) -> str:
-    head = ("$R_s$", "speed [rad/s]", "first measured [N·m]", *(f"{results.label} [N·m]" for results in maps.values()))
+def steady_table(maps: Maps, detune: str) -> str:
+    head = ("$R_s$", "speed [rad/s]", *(f"{results.label} [N·m]" for results in maps.values()))
     rows = []
-    for factor, speed, then in CASES:
+    for factor, speed in cases(detune):
         entries = []
         for results in maps.values():
             wanted = (factor, speed, detune)
-            same = (e for e in results.first_paragraph if (e["r_s"], e["speed"], e["detune"]) == wanted)
-            entries.append(_of_first(next(same, None)))
-        rows.append((f"×{factor:g}", f"{speed:g}", f"{then:g}", *entries))
+            same = (e for e in results.steady if (e["r_s"], e["speed"], e["detune"]) == wanted)
+            entries.append(_of_steady(next(same, None)))
+        rows.append((f"×{factor:g}", f"{speed:g}", *entries))
     return table(head, rows, left=())
 
 
@@ -100,9 +100,9 @@ def capability_sentence(results: Results) -> str:
 
 def fields(maps: Maps) -> dict[str, str]:
     """What the template names."""
-    after, all_maps = maps["after"], maps.values()
+    shipped, all_maps = maps["shipped"], maps.values()
     left_out = "".join(
-        f"\n\nNot set in {r.label}, whose version has no such keys: {', '.join(f'`{key}`' for key in r.left_out)}."
+        f"\n\nNot set for {r.label}, whose version has no such keys: {', '.join(f'`{key}`' for key in r.left_out)}."
         for r in all_maps
         if r.left_out
     )
@@ -116,16 +116,16 @@ def fields(maps: Maps) -> dict[str, str]:
         "r_s": _numbers(R_S),
         "r_r": _numbers(R_R),
         "l_m": _numbers(L_M),
-        "sets": f"{len(after.maps)}",
+        "sets": f"{len(shipped.maps)}",
         "counts": counts_table(maps),
-        "worst": worst(after),
+        "worst": worst(shipped),
         "unobservable": f"{UNOBSERVABLE_RAD_S:g}",
         "left_out": left_out,
         "resistance": "\n".join(f"- {resistance_sentence(results)}" for results in all_maps),
         "faults": faults_table(maps),
         "capability": "\n".join(f"- {capability_sentence(results)}" for results in all_maps),
-        "first_machine": first_table(maps, "machine"),
-        "first_estimate": first_table(maps, "estimate"),
+        "steady_machine": steady_table(maps, "machine"),
+        "steady_estimate": steady_table(maps, "estimate"),
     }
 
 

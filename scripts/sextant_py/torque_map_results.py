@@ -91,7 +91,7 @@ class Results:
     torques: list[float]
     maps: list[MapOf]
     capability: dict = field(default_factory=dict)
-    first_paragraph: list[dict] = field(default_factory=list)
+    steady: list[dict] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
 
     @property

@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from programs import program
-from sextant_py import torque_map, torque_map_drive, torque_map_figures, torque_map_page, torque_map_points
+from sextant_py import (
+    torque_map,
+    torque_map_counts,
+    torque_map_drive,
+    torque_map_figures,
+    torque_map_page,
+    torque_map_points,
+)
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from sextant_py.torque_map_capability import Limits, largest_torque, limits_of, worst_difference
@@ -152,7 +159,7 @@ def test_the_sets_are_those_of_the_factors() -> None:
 
 def drive(**more: object) -> torque_map_drive.Drive:
     machine = {"r_s_ohm": 0.4, "r_r_ohm": 0.8, "x_m_ohm": 26, "inertia_kg_m2": 0.5}
-    return torque_map_drive.Drive("after", {}, machine, set(), **more)
+    return torque_map_drive.Drive("shipped", {}, machine, set(), **more)
 
 
 def test_the_factors_scale_the_machine_or_what_the_controller_believes() -> None:
@@ -209,45 +216,63 @@ def made_up(name: str, silent_ms: float) -> Results:
 
 
 def test_results_are_kept(tmp_path: Path) -> None:
-    results = made_up("after", 500)
-    save(results, tmp_path / "after.json")
-    assert load(tmp_path / "after.json") == results
-    (tmp_path / "after.json").write_text("{}")
+    results = made_up("shipped", 500)
+    save(results, tmp_path / "shipped.json")
+    assert load(tmp_path / "shipped.json") == results
+    (tmp_path / "shipped.json").write_text("{}")
     with pytest.raises(UserError, match="no results"):
-        load(tmp_path / "after.json")
+        load(tmp_path / "shipped.json")
 
 
 def test_a_point_beyond_the_tolerance_of_the_stator_resistance_is_found() -> None:
-    assert beyond_r_s(made_up("after", 5)) == [(Conditions(r_s=1.5), 50, 15, 30.0)]
+    assert beyond_r_s(made_up("shipped", 5)) == [(Conditions(r_s=1.5), 50, 15, 30.0)]
 
 
 def test_the_page_has_the_figures_of_its_results_and_every_picture(tmp_path: Path) -> None:
-    maps = {"before": made_up("before", 500), "after": made_up("after", 5)}
+    maps = {"paper": made_up("paper", 500), "shipped": made_up("shipped", 5)}
     written = torque_map_page.write(maps, tmp_path)
     page = (tmp_path / "README.md").read_text(encoding="utf-8")
     assert all(file.is_file() for file in written)
     assert set(re.findall(r"\]\((\w+\.png)\)", page)) == {file.name for file in written if file.suffix == ".png"}
     assert not re.search(r"(?<![\\_])\{\w+\}", page.replace(r"\omega_{slip}", "")), "a field of the template is left"
-    points = maps["after"].points
+    points = maps["shipped"].points
     assert f"| all | {points} | {points} |" in page
     assert "| **silently wrong** | 1 | 0 |" in page
     assert "No point is silently wrong." in page
-    assert "drive before: at worst -2.0 % of the analytic torque, motoring" in page
+    assert "drive paper: at worst -2.0 % of the analytic torque, motoring" in page
     assert "15.1 (ripple 9)" in page
+
+
+def test_the_counts_of_the_guarantees_are_those_of_their_sets_and_speeds() -> None:
+    results = made_up("shipped", 500)  # one point is silently wrong, of a set that no count has
+    row = results.torques.index(15)
+    for conditions, letter in (
+        (Conditions(r_r=0.5), SILENT),
+        (Conditions(l_m=1.3, detune="estimate"), UNSEEN),
+        (Conditions(**torque_map_points.SENSORS_ALONE), SILENT),
+    ):
+        results.find(conditions).outcomes[row] = letter * len(results.speeds)
+    names = [*torque_map_counts.COUNTS, "unobservable"]
+    page = torque_map_counts.filled("".join(f"<!-- {name} --><!-- end -->" for name in names), results)
+    assert re.findall(r"-->([^<]+)<", page) == [
+        "12 of 2,592", "10 of 2,160", "0 of 648", "0 of 648", "0 of 1,080", "29 of 2,610", "29",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("torque", TORQUES)
 def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None:
-    speed = torque_map_figures.zero_frequency_speed(made_up("after", 5), torque)
+    speed = torque_map_figures.zero_frequency_speed(made_up("shipped", 5), torque)
     m, slip = PAPER, -PAPER.pole_pairs * speed
     i_s = m.flux / (m.l_s - 1j * slip * m.l_m**2 / (m.r_r + 1j * slip * m.l_r))
     assert 1.5 * m.pole_pairs * m.flux * i_s.imag == pytest.approx(torque, abs=1e-9)
 
 
 @pytest.mark.skipif(not (COMMITTED / "README.md").is_file(), reason="scripts/torque_map has not written the page yet")
-def test_the_committed_page_is_that_of_its_results() -> None:
+def test_the_committed_pages_are_those_of_their_results() -> None:
     maps = {name: load(COMMITTED / f"{name}.json") for name in torque_map_drive.DRIVES}
     assert (COMMITTED / "README.md").read_text(encoding="utf-8") == torque_map_page.render(maps)
+    guarantees = torque_map_counts.PAGE.read_text(encoding="utf-8")
+    assert guarantees == torque_map_counts.filled(guarantees, maps["shipped"])
 
 
 def run_map(out: Path, *options: str) -> subprocess.CompletedProcess:
@@ -264,7 +289,7 @@ def quick(drive: str, directory: Path, monkeypatch: pytest.MonkeyPatch) -> tuple
 
 
 def test_no_point_of_the_shipped_drive_is_silently_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    status, results = quick("after", tmp_path, monkeypatch)
+    status, results = quick("shipped", tmp_path, monkeypatch)
     assert status == 0
     assert results.points == 4 * len(results.speeds) * len(results.torques)
     exact = results.find(Conditions())
@@ -272,17 +297,17 @@ def test_no_point_of_the_shipped_drive_is_silently_wrong(tmp_path: Path, monkeyp
 
 
 def test_points_are_kept_and_the_paper_s_drive_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    status, results = quick("before", tmp_path, monkeypatch)
+    status, results = quick("paper", tmp_path, monkeypatch)
     assert status == 0, "it is the drive with which the other is compared"
     half = results.find(Conditions(r_s=0.5))
     assert half.outcomes[results.torques.index(15)][results.speeds.index(50)] == SILENT
-    records = tmp_path / "torque_map" / "before.jsonl"
+    records = tmp_path / "torque_map" / "paper.jsonl"
     lines = records.read_text().splitlines()
     assert len(lines) == results.points + 1
-    quick("before", tmp_path, monkeypatch)
+    quick("paper", tmp_path, monkeypatch)
     assert records.read_text().splitlines() == lines, "nothing runs twice"
     monkeypatch.setattr(torque_map_points, "END_S", 0.9)
-    quick("before", tmp_path, monkeypatch)
+    quick("paper", tmp_path, monkeypatch)
     assert len(records.read_text().splitlines()) == 2 * results.points + 1, "points with other settings run again"
 
 
@@ -290,7 +315,7 @@ def test_the_command_line_says_what_is_wrong(tmp_path: Path) -> None:
     for options, sentence in (
         (("--quick", "--full"), "not allowed with"),
         (("--jobs", "0"), "expected a number from 1"),
-        (("--page",), "before.json is missing"),
+        (("--page",), "paper.json is missing"),
         (("--drive", "none"), "invalid choice"),
     ):
         done = run_map(tmp_path, *options)

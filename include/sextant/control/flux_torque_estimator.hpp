@@ -70,9 +70,10 @@ class FluxTorqueEstimator {
   [[nodiscard]] constexpr T omega_m() const noexcept {
     return kind_ == FluxEstimatorKind::sensorless_observer ? observer_.omega_m() : omega_m_;
   }
-  /// While the machine is magnetised: it has been for as long as the flux had not been controlled before, or
-  /// for the settling time of the identification. Missed periods count as neither; the identification, which
-  /// begins anew after them, may then have found nothing.
+  /// While the machine is magnetised: it has been for as long as the gates had been off since magnetising
+  /// last ended, or for the settling time of the identification. A period of which a part is off counts as
+  /// off, as do missed periods in which the gate driver turns the gates off; the identification, which begins
+  /// anew after them, may then have found nothing.
   [[nodiscard]] bool is_settled() const noexcept {
     return !identifies() || magnetised_ >= std::min(coasted_, identification_.settling_time());
   }
@@ -242,7 +243,7 @@ class FluxTorqueEstimator {
   SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]
-  T coasted_{T(1e3)};     ///< with gates off since the flux was last controlled; long at power-up [s]
+  T coasted_{T(1e3)};     ///< with gates off since magnetising last ended; long at power-up [s]
   T magnetised_{};        ///< time of driven periods in this magnetising [s]
   bool coasting_{true};
   bool identifying_{false};

@@ -25,10 +25,9 @@ template <class T = double>
 class CurrentResponse {
  public:
   struct Parameters {
-    T sigma_l_s{T(0.004735)};           ///< transient stator inductance σL_s [H]
-    std::int32_t period_ns{25'000};     ///< control period [ns]
-    std::int64_t window_ns{3'000'000};  ///< time constant of the window [ns]
-    T jump{T(8)};                       ///< |y − w| above it stays out of the sums [A]
+    T sigma_l_s{T(0.004735)};        ///< transient stator inductance σL_s [H]
+    std::int32_t period_ns{25'000};  ///< control period [ns]
+    T jump{T(8)};                    ///< |y − w| above it stays out of the sums [A]
   };
 
   /// The sums of one phase.
@@ -46,7 +45,7 @@ class CurrentResponse {
   explicit CurrentResponse(const Parameters& parameters) noexcept
       : inverse_inductance_{T(1) / parameters.sigma_l_s},
         largest_jump_{parameters.jump},
-        forget_{std::min(T(1), T(parameters.period_ns) / T(parameters.window_ns))} {}
+        forget_{std::min(T(1), T(parameters.period_ns) / T(window_ns))} {}
 
   /// The phase currents at the end of a period in which every leg was driven [A], and ∫u_x dt over it [V·s].
   constexpr void step(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds) noexcept {
@@ -83,6 +82,8 @@ class CurrentResponse {
   [[nodiscard]] constexpr T hidden_change() const noexcept { return hidden_change_; }
 
  private:
+  static constexpr std::int64_t window_ns = 3'000'000;  ///< time constant of the window [ns]
+
   struct State {
     T i{};       ///< at the last measurement [A]
     T v{};       ///< v of the last period [A]

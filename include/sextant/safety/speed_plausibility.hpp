@@ -25,11 +25,7 @@ class SpeedPlausibility {
  public:
   struct Parameters {
     InductionMachineParameters<T> machine{};
-    std::int32_t period_ns{25'000};      ///< control period [ns]
-    T leak{T(150)};                      ///< ω_c [rad/s]
-    std::int64_t block_ns{200'000};      ///< time between two evaluations, at least a period [ns]
-    std::int64_t filter_ns{1'500'000};   ///< time constant of the comparison [ns]
-    std::int64_t settle_ns{40'000'000};  ///< with flux, until the result counts [ns]
+    std::int32_t period_ns{25'000};  ///< control period [ns]
   };
 
   explicit SpeedPlausibility(const Parameters& p) noexcept
@@ -37,13 +33,13 @@ class SpeedPlausibility {
         pole_pairs_{T(p.machine.pole_pairs)},
         torque_gain_{T(1.5) * pole_pairs_},
         slip_gain_{p.machine.k_r() * p.machine.k_r() * p.machine.r_r / torque_gain_},
-        periods_a_block_{int(std::max<std::int64_t>(1, p.block_ns / p.period_ns))},
-        blocks_to_settle_{int(p.settle_ns / (std::int64_t{p.period_ns} * periods_a_block_))} {
+        periods_a_block_{int(std::max<std::int64_t>(1, block_ns / p.period_ns))},
+        blocks_to_settle_{int(settle_ns / (std::int64_t{p.period_ns} * periods_a_block_))} {
     const T block = T(p.period_ns) * T(1e-9) * T(periods_a_block_);
     half_r_s_block_ = T(0.5) * p.machine.r_s * block;
-    keep_ = std::max(T(0), T(1) - p.leak * block);
+    keep_ = std::max(T(0), T(1) - leak * block);
     inverse_block_ = T(1) / block;
-    filter_ = std::min(T(1), block / (T(p.filter_ns) * T(1e-9)));
+    filter_ = std::min(T(1), block / (T(filter_ns) * T(1e-9)));
     restart({});
   }
 
@@ -107,8 +103,12 @@ class SpeedPlausibility {
     return psi_r_squared > T(0) ? slip_gain_ * torque / psi_r_squared : T(0);
   }
 
-  static constexpr T slip_tolerance = T(1);             ///< share of the slip, for errors of R_r [-]
-  static constexpr T smallest_share_squared = T(0.04);  ///< of the flux reference's square [-]
+  static constexpr T leak = T(150);                  ///< ω_c [rad/s]
+  static constexpr std::int64_t block_ns = 200'000;  ///< time between two evaluations, at least a period [ns]
+  static constexpr std::int64_t filter_ns = 1'500'000;   ///< time constant of the comparison [ns]
+  static constexpr std::int64_t settle_ns = 40'000'000;  ///< with flux, until the result counts [ns]
+  static constexpr T slip_tolerance = T(1);              ///< share of the slip, for errors of R_r [-]
+  static constexpr T smallest_share_squared = T(0.04);   ///< of the flux reference's square [-]
 
   T sigma_l_s_;
   T pole_pairs_;

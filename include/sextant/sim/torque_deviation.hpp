@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "sextant/core/telemetry.hpp"
+#include "sextant/drive/available_torque.hpp"
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/sim/sliding_maximum.hpp"
 #include "sextant/sim/sliding_mean.hpp"
@@ -74,11 +75,12 @@ class TorqueDeviation {
   [[nodiscard]] double regenerating() const noexcept { return mean(regenerating_); }
 
  private:
-  /// The command within the published torque, of which the direction of the speed tells what is motoring.
+  /// The command within the published torque.
   [[nodiscard]] static double within_available(const Telemetry<double>& t, double command) noexcept {
-    const double forward = t.omega_m < 0 ? t.torque_regenerating : t.torque_motoring;
-    const double backward = t.omega_m > 0 ? t.torque_regenerating : t.torque_motoring;
-    return std::min(std::max(command, -backward), forward);
+    const AvailableTorque<double> available{.motoring = {.torque = t.torque_motoring},
+                                            .regenerating = {.torque = t.torque_regenerating}};
+    const TorqueRange<double> range = available.range(t.omega_m);
+    return std::min(std::max(command, range.lowest), range.highest);
   }
 
   static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
