@@ -27,7 +27,8 @@ struct Gains {
 /// in the frame of that flux. omega_r: speed of the rotor. [rad/s]
 class TwoModels {
  public:
-  TwoModels(const Machine& real, double omega_r, Gains gains) : real_{real}, omega_r_{omega_r}, gains_{gains} {}
+  TwoModels(const Machine& real, double omega_r, Gains gains)
+      : real_{real}, omega_r_{omega_r}, gains_{gains} {}
 
   /// `believed`: the parameters of the controller; omega_s: slip frequency, by the torque. [rad/s]
   template <class T>
@@ -113,7 +114,8 @@ TYPED_TEST(ParameterAdaptationOf, AKnownMachineStaysKnown) {
 // of all, and no torque in parts of it.
 TYPED_TEST(ParameterAdaptationOf, AGainOfASensorMovesTheParametersByNoMore) {
   const Machine real;
-  for (const Gains gains : {Gains{1.02, 1}, Gains{0.98, 1}, Gains{1, 1.02}, Gains{1, 0.98}, Gains{1.02, 1.02}}) {
+  for (const Gains gains :
+       {Gains{1.02, 1}, Gains{0.98, 1}, Gains{1, 1.02}, Gains{1, 0.98}, Gains{1.02, 1.02}}) {
     SCOPED_TRACE(testing::Message() << gains.current << ' ' << gains.voltage);
     const double share = gains.voltage / gains.current;
     const Machine found = adapted<TypeParam>(real, 40, 100, gains);

@@ -12,9 +12,10 @@ namespace sextant {
 /// where current i and voltage u behind the leakage are those along the flux, by linear regression with
 /// Gaussian errors and prior (C. M. Bishop, Pattern Recognition and Machine Learning, New York 2006, section
 /// 3.3). A course of some tenths of the rotor time constant tells little of b, so that noise of φ of a
-/// percent is some ten percent of L_m. The prior (`ParameterPrior`) counts in proportion to the variance that remains about the course, and to that of errors
-/// which the course itself takes up, such as those of the sensors' gains: half a percent of the leakage flux
-/// σL_s i. With a large current and a short course these make the prior of L_m count about half.
+/// percent is some ten percent of L_m. The prior (`ParameterPrior`) counts in proportion to the variance that
+/// remains about the course, and to that of errors which the course itself takes up, such as those of the
+/// sensors' gains: half a percent of the leakage flux σL_s i. With a large current and a short course these
+/// make the prior of L_m count about half.
 ///   R_s = (∫u dt − a ∫i dt + b ∫φ dt)/∫i dt
 template <class T = double>
 class FluxCourse {
@@ -78,7 +79,6 @@ class FluxCourse {
     const T systematic = systematic_share * nominal_.sigma_l_s() * current;
     return std::max(T(0), variance) * correlation_ + systematic * systematic * time_;
   }
-
 
   /// By how much a and b exceed their nominal values, as shares of these. [-]
   struct Shares {

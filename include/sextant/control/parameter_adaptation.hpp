@@ -15,17 +15,17 @@ namespace sextant {
 ///   c − 1 = H_s δ_s + H_r δ_r + H_L δ_L
 /// With z = L_m i_s/ψ_r, the errors of the current model's rotor flux for δ_r = 1 and δ_L = 1 follow
 ///   τ_r dh_r/dt = z − 1 − z h_r,   τ_r dh_L/dt = 1 − z h_L
-/// and that of the voltage model's stator flux for δ_s = 1 is h_s = −R_s i_s/(jω_e ψ_s). H_r, H_L and H_s pass the
-/// filter that c passes in the hybrid, so that the equation also holds after steps of the torque, and H is
-/// small where c is not relied on. One factor is two equations for three unknowns: each update follows the
-/// gradient of |c − 1 − H δ|², weighted by the covariance of `ParameterPrior` and divided by the variance of c,
-/// prior and error together; over changing torque all three converge, within seconds where their H is large.
-/// Where R_s leaves no trace it follows R_r by their common warming. The error of c is that of the sensors' gains, of
-/// the flux and of the resistive voltage alike, and that of a wrong initial flux, which decays with τ_r.
-/// Source of the principle, a voltage model as reference for a current model that is adapted: C. Schauder,
-/// "Adaptive speed identification for vector control of induction motors without rotational transducers",
-/// IEEE Trans. Ind. Appl. 28 (1992) 1054–1061; of the gradient along sensitivities: L. Ljung, System
-/// Identification, Upper Saddle River 1999, section 11.5.
+/// and that of the voltage model's stator flux for δ_s = 1 is h_s = −R_s i_s/(jω_e ψ_s). H_r, H_L and H_s
+/// pass the filter that c passes in the hybrid, so that the equation also holds after steps of the torque,
+/// and H is small where c is not relied on. One factor is two equations for three unknowns: each update
+/// follows the gradient of |c − 1 − H δ|², weighted by the covariance of `ParameterPrior` and divided by the
+/// variance of c, prior and error together; over changing torque all three converge, within seconds where
+/// their H is large. Where R_s leaves no trace it follows R_r by their common warming. The error of c is that
+/// of the sensors' gains, of the flux and of the resistive voltage alike, and that of a wrong initial flux,
+/// which decays with τ_r. Source of the principle, a voltage model as reference for a current model that is
+/// adapted: C. Schauder, "Adaptive speed identification for vector control of induction motors without
+/// rotational transducers", IEEE Trans. Ind. Appl. 28 (1992) 1054–1061; of the gradient along sensitivities:
+/// L. Ljung, System Identification, Upper Saddle River 1999, section 11.5.
 template <class T = double>
 class ParameterAdaptation {
  public:
@@ -77,7 +77,7 @@ class ParameterAdaptation {
  private:
   using Prior = ParameterPrior<T>;
   static constexpr T update_time = T(1e-3);  ///< [s]
-  static constexpr T rate = T(0.1);        ///< of the update, by 1/τ_r [-]
+  static constexpr T rate = T(0.1);          ///< of the update, by 1/τ_r [-]
   static constexpr T gain_error = T(0.03);   ///< of currents and voltages [-]
   static constexpr T r_s_variance = Prior::r_s_deviation * Prior::r_s_deviation;
   static constexpr T r_r_variance = Prior::r_r_deviation * Prior::r_r_deviation;
@@ -114,13 +114,13 @@ class ParameterAdaptation {
   }
 
   Machine configured_;
-  T time_{};                        ///< since the last update [s]
-  SpaceVector<T> rotor_by_r_r_{};   ///< h_r [-]
-  SpaceVector<T> rotor_by_l_{};     ///< h_L [-]
-  SpaceVector<T> by_r_s_{};         ///< H_s [-]
-  SpaceVector<T> by_r_r_{};         ///< H_r [-]
-  SpaceVector<T> by_l_{};           ///< H_L [-]
-  T start_variance_{1};             ///< of c, by the initial flux [-]
+  T time_{};                       ///< since the last update [s]
+  SpaceVector<T> rotor_by_r_r_{};  ///< h_r [-]
+  SpaceVector<T> rotor_by_l_{};    ///< h_L [-]
+  SpaceVector<T> by_r_s_{};        ///< H_s [-]
+  SpaceVector<T> by_r_r_{};        ///< H_r [-]
+  SpaceVector<T> by_l_{};          ///< H_L [-]
+  T start_variance_{1};            ///< of c, by the initial flux [-]
 };
 
 }  // namespace sextant

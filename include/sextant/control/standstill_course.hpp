@@ -58,7 +58,7 @@ class StandstillCourse {
   }
 
  private:
-  static constexpr T sample_time = T(1e-3);       ///< fewer sums round less in `float` [s]
+  static constexpr T sample_time = T(1e-3);  ///< fewer sums round less in `float` [s]
   using Prior = ParameterPrior<T>;
   static constexpr std::array<T, 3> deviations{Prior::r_s_deviation, Prior::r_r_deviation,
                                                Prior::l_deviation};  ///< of R_s, R_r and L_r [-]
