@@ -160,7 +160,8 @@ int run(const Options& options) {
   if (linked) {
     fmt::print("  plant behind shared memory: {} measurements, {} patterns\n", linked->measurements(),
                linked->patterns());
-    if (linked->measurements() < 1'000 || linked->patterns() < 1'000) {
+    // Some of each: a plant without a processor of its own misses most of them.
+    if (linked->measurements() < 50 || linked->patterns() < 50) {
       throw std::runtime_error("the link has not worked");
     }
   }
