@@ -114,7 +114,7 @@ class Lab:
 
     def __init__(self, mil: Path, directory: Path) -> None:
         self.mil = mil
-        self.drive = torque_map_drive.load("after", mil, directory)
+        self.drive = torque_map_drive.load("shipped", mil, directory)
         text = (directory / "after.toml").read_text(encoding="utf-8")
         # A cycle brings a torque of its own.
         self.plain = directory / "plain.toml"

@@ -305,7 +305,7 @@ TYPED_TEST(FluxEstimatorsOf, HybridForgetsAWrongStart) {
       loop.step(ControlMode::torque, 15);
       estimator.step(loop.machine.template measure<T>(loop.applied()));
     }
-    EXPECT_LT(error(), 0.02) << omega_m;  // a little is taken for wrong parameters
+    EXPECT_LT(error(), 0.01) << omega_m;
   }
 }
 

@@ -139,18 +139,18 @@ class FluxTorqueEstimator {
         current_model_.step(p.i_s_mean, p.omega_m, p.dt);
         hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
         psi_s_ = hybrid_.psi_s();
-        if (adaptation_.is_due(p.dt)) adapt(p.i_s_mean);
+        if (adaptation_.count(p.dt)) adapt();
         break;
     }
   }
 
   /// The parameters follow the machine, whose windings warm, as far as both models of the hybrid show it.
-  void adapt(SpaceVector<T> i_s) noexcept {
-    use(adaptation_.adapted(machine_, {.excess = hybrid_.excess(),
-                                       .rates = hybrid_.rates(),
-                                       .i_s = i_s,
-                                       .psi_r = current_model_.psi_r(),
-                                       .psi_s = psi_s_}));
+  void adapt() noexcept {
+    use(adaptation_.update(machine_, {.excess = hybrid_.excess(),
+                                      .rates = hybrid_.rates(),
+                                      .i_s = i_s_,
+                                      .psi_r = current_model_.psi_r(),
+                                      .psi_s = psi_s_}));
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.

@@ -17,7 +17,8 @@ namespace sextant {
 /// in steady state: the estimate is that of the voltage model, which needs neither R_r nor L_m. Where w is 0
 /// the factor is 1 and the estimate that of the current model, which does not need R_s. w is the product of
 ///   ω_e²/(ω_e² + ω_1²),  ω_1 = R_s/L_s          and   ω_r⁴/(ω_r⁴ + ω_1⁴),  ω_r = p ω_m
-/// At ω_1 the magnetising current's resistive voltage is as large as that of the flux.
+/// R_s, L_s and τ_r of these corners are those configured. At ω_1 the magnetising current's resistive voltage
+/// is as large as that of the flux.
 ///
 /// The correction lets only jω_e/(jω_e + g) of the difference ψ_v − c ψ_cm between the fluxes of both models
 /// remain in ψ_s − c ψ_cm. Its inverse in the adaptation takes gain and phase back, so that c follows
@@ -32,6 +33,13 @@ namespace sextant {
 template <class T = double>
 class HybridFluxModel {
  public:
+  /// With what rates c follows ψ_v/ψ_cm and returns to 1.
+  struct Rates {
+    T follow{};        ///< γ w [1/s]
+    T by_frequency{};  ///< γ w/ω_e, which is finite at zero stator frequency [-]
+    T leak{};          ///< (1 − w)/τ_r [1/s]
+  };
+
   explicit HybridFluxModel(const InductionMachineParameters<T>& machine) noexcept
       : correction_{machine.r_s / machine.sigma_l_s()},
         inverse_tau_r_{T(1) / machine.tau_r()},
@@ -67,12 +75,6 @@ class HybridFluxModel {
   [[nodiscard]] constexpr SpaceVector<T> excess() const noexcept {
     return {factor_.alpha - T(1), factor_.beta};
   }
-  /// With what rates c follows ψ_v/ψ_cm, and 1, at present.
-  struct Rates {
-    T follow{};        ///< γ w [1/s]
-    T by_frequency{};  ///< γ w/ω_e, which is finite at zero stator frequency [-]
-    T leak{};          ///< (1 − w)/τ_r [1/s]
-  };
   [[nodiscard]] constexpr const Rates& rates() const noexcept { return rates_; }
 
   /// Sets the flux [Wb]; the factor is 1 again, and the stator frequency begins anew.

@@ -10,22 +10,24 @@
 namespace sextant {
 
 /// Adapts R_s, R_r and L_m while torque is made, by the factor c of `HybridFluxModel` between the stator
-/// fluxes of the voltage model and of the current model. To first order in the relative errors δ of the
-/// parameters, and with the leakage flux neglected beside the main flux,
+/// fluxes of the voltage model and of the current model. With δ, by how much the machine's parameters exceed
+/// those in use, as shares of these, to first order and at constant leakage inductances,
 ///   c − 1 = H_s δ_s + H_r δ_r + H_L δ_L
-/// With z = L_m i_s/ψ_r, the errors of the current model's rotor flux for δ_r = 1 and δ_L = 1 follow
-///   τ_r dh_r/dt = z − 1 − z h_r,   τ_r dh_L/dt = 1 − z h_L
-/// and that of the voltage model's stator flux for δ_s = 1 is h_s = −R_s i_s/(jω_e ψ_s). H_r, H_L and H_s
-/// pass the filter that c passes in the hybrid, so that the equation also holds after steps of the torque,
-/// and H is small where c is not relied on. One factor is two equations for three unknowns: each update
-/// follows the gradient of |c − 1 − H δ|², weighted by the covariance of `ParameterPrior` and divided by the
-/// variance of c, prior and error together; over changing torque all three converge, within seconds where
-/// their H is large. Where R_s leaves no trace it follows R_r by their common warming. The error of c is that
-/// of the sensors' gains, of the flux and of the resistive voltage alike, and that of a wrong initial flux,
-/// which decays with τ_r. Source of the principle, a voltage model as reference for a current model that is
-/// adapted: C. Schauder, "Adaptive speed identification for vector control of induction motors without
-/// rotational transducers", IEEE Trans. Ind. Appl. 28 (1992) 1054–1061; of the gradient along sensitivities:
-/// L. Ljung, System Identification, Upper Saddle River 1999, section 11.5.
+/// By how much the machine's rotor flux exceeds that of the current model, for δ_r = 1 and for δ_L = 1:
+///   τ_r dh_r/dt = z − 1 − z h_r,   τ_r dh_L/dt = 1 − z h_L,   z = L_m i_s/ψ_r
+/// By how much the stator flux of the voltage model exceeds the machine's, for δ_s = 1, at a steady
+/// frequency:
+///   h_s = R_s i_s/(jω_e ψ_s)
+/// H_s, H_r and H_L are h_s and the shares k_r ψ_r/ψ_s of h_r and h_L behind the filter that c passes, so
+/// that the equation also holds after steps of the torque, and where c returns to 1. c has two components and
+/// there are three parameters: each update follows the gradient of |c − 1 − H δ|², weighted by the covariance
+/// of `ParameterPrior` and divided by the variance of c, that of the prior and that of its error together;
+/// the parameters converge where the torque changes. The error of c is that of the sensors' gains, alike for
+/// the flux and for the resistive voltage, and that of a wrong initial flux, which decays with τ_r. Source of
+/// the principle, a voltage model as reference for a current model that is adapted: C. Schauder, "Adaptive
+/// speed identification for vector control of induction motors without rotational transducers", IEEE Trans.
+/// Ind. Appl. 28 (1992) 1054–1061; of the gradient along sensitivities: L. Ljung, System Identification,
+/// Upper Saddle River 1999, chapter 11.
 template <class T = double>
 class ParameterAdaptation {
  public:
@@ -35,7 +37,7 @@ class ParameterAdaptation {
   /// What both models show at an instant.
   struct Evidence {
     SpaceVector<T> excess;  ///< c − 1 [-]
-    Rates rates;            ///< with which c follows
+    Rates rates;            ///< of c [1/s]
     SpaceVector<T> i_s;     ///< [A]
     SpaceVector<T> psi_r;   ///< of the current model [Wb]
     SpaceVector<T> psi_s;   ///< [Wb]
@@ -44,14 +46,14 @@ class ParameterAdaptation {
   /// From the parameters as configured.
   constexpr explicit ParameterAdaptation(const Machine& configured) noexcept : configured_{configured} {}
 
-  /// Counts a period of dt [s]; true where `adapted` is due.
-  [[nodiscard]] bool is_due(T dt) noexcept {
+  /// Counts a period of dt [s]; true where `update` is due.
+  [[nodiscard]] bool count(T dt) noexcept {
     time_ += dt;
     return time_ >= update_time;
   }
 
   /// The parameters of a machine after the time counted.
-  [[nodiscard]] Machine adapted(Machine machine, const Evidence& seen) noexcept {
+  [[nodiscard]] Machine update(Machine machine, const Evidence& seen) noexcept {
     const T share = time_ / machine.tau_r();
     const bool has_flux = follow(machine, seen, share);
     time_ = T(0);
@@ -70,15 +72,17 @@ class ParameterAdaptation {
   /// The factor is 1 again: both models start from the same flux, which may be wrong.
   void reset() noexcept {
     rotor_by_r_r_ = rotor_by_l_ = by_r_s_ = by_r_r_ = by_l_ = {};
-    start_variance_ = T(1);
+    start_variance_ = initial_variance;
     time_ = T(0);
   }
 
  private:
   using Prior = ParameterPrior<T>;
-  static constexpr T update_time = T(1e-3);  ///< [s]
-  static constexpr T rate = T(0.1);          ///< of the update, by 1/τ_r [-]
-  static constexpr T gain_error = T(0.03);   ///< of currents and voltages [-]
+  static constexpr T update_time = T(1e-3);         ///< [s]
+  static constexpr T rate = T(0.1);                 ///< largest of the update, as a multiple of 1/τ_r [-]
+  static constexpr T least_flux_squared = T(1e-6);  ///< with which c means something [Wb²]
+  static constexpr T initial_variance = T(10);      ///< of c, by a wrong initial flux [-]
+  static constexpr T gain_error = T(0.03);          ///< of currents and voltages [-]
   static constexpr T r_s_variance = Prior::r_s_deviation * Prior::r_s_deviation;
   static constexpr T r_r_variance = Prior::r_r_deviation * Prior::r_r_deviation;
   static constexpr T warming_variance = Prior::warming * Prior::warming;
@@ -88,7 +92,7 @@ class ParameterAdaptation {
   [[nodiscard]] bool follow(const Machine& machine, const Evidence& seen, T share) noexcept {
     const T rotor = dot(seen.psi_r, seen.psi_r);
     const T stator = dot(seen.psi_s, seen.psi_s);
-    if (!(rotor > T(0) && stator > T(0))) return false;
+    if (!(rotor > least_flux_squared && stator > least_flux_squared)) return false;
     const T z_scale = machine.l_m / rotor;
     // A current against the flux, which passes, is left out: it would make the errors grow without bound.
     const SpaceVector<T> z{z_scale * std::max(T(0), dot(seen.psi_r, seen.i_s)),
@@ -100,27 +104,30 @@ class ParameterAdaptation {
     rotor_by_l_ = quotient(rotor_by_l_ + share * one, implicit);
     const T drop = machine.r_s / stator;
     const SpaceVector<T> by_frequency{drop * cross(seen.psi_s, seen.i_s), -drop * dot(seen.psi_s, seen.i_s)};
-    start_variance_ -= share * start_variance_;
+    start_variance_ /= T(1) + share;
     const Rates& r = seen.rates;
     const T decay = r.follow + r.leak;
     by_r_s_ += time_ * (r.by_frequency * by_frequency - decay * by_r_s_);
-    by_r_r_ += time_ * (r.follow * rotor_by_r_r_ - decay * by_r_r_);
-    by_l_ += time_ * (r.follow * rotor_by_l_ - decay * by_l_);
+    const T main_scale = machine.k_r() / stator;
+    const SpaceVector<T> main_share{main_scale * dot(seen.psi_s, seen.psi_r),
+                                    main_scale * cross(seen.psi_s, seen.psi_r)};
+    by_r_r_ += time_ * (r.follow * product(main_share, rotor_by_r_r_) - decay * by_r_r_);
+    by_l_ += time_ * (r.follow * product(main_share, rotor_by_l_) - decay * by_l_);
     return true;
   }
 
-  [[nodiscard]] static constexpr T moved(T value, T share, T configured) noexcept {
-    return Prior::bounded(value * (T(1) + share), configured);
+  [[nodiscard]] static constexpr T moved(T value, T change, T configured) noexcept {
+    return Prior::bounded(value * (T(1) + change), configured);
   }
 
   Machine configured_;
-  T time_{};                       ///< since the last update [s]
-  SpaceVector<T> rotor_by_r_r_{};  ///< h_r [-]
-  SpaceVector<T> rotor_by_l_{};    ///< h_L [-]
-  SpaceVector<T> by_r_s_{};        ///< H_s [-]
-  SpaceVector<T> by_r_r_{};        ///< H_r [-]
-  SpaceVector<T> by_l_{};          ///< H_L [-]
-  T start_variance_{1};            ///< of c, by the initial flux [-]
+  T time_{};                            ///< since the last update [s]
+  SpaceVector<T> rotor_by_r_r_{};       ///< h_r [-]
+  SpaceVector<T> rotor_by_l_{};         ///< h_L [-]
+  SpaceVector<T> by_r_s_{};             ///< H_s [-]
+  SpaceVector<T> by_r_r_{};             ///< H_r [-]
+  SpaceVector<T> by_l_{};               ///< H_L [-]
+  T start_variance_{initial_variance};  ///< of c, by the initial flux [-]
 };
 
 }  // namespace sextant

@@ -4,18 +4,16 @@
 
 namespace sextant {
 
-/// What is known of R_s, R_r and of an inductance before anything is measured: they are as configured within
-/// a standard deviation, and certainly within bounds, all as shares of the configured value. The deviations
-/// are half of what the drive allows for. R_s and R_r are those of a winding and a cage of unknown
-/// temperature.
+/// How far R_s, R_r and an inductance may be from their configured values: standard deviations and bounds, as
+/// shares of these. R_s and R_r change with temperature by 0.4 % a kelvin.
 template <class T>
 struct ParameterPrior {
   static constexpr T r_s_deviation{T(0.5)};
   static constexpr T r_r_deviation{T(0.25)};
   static constexpr T l_deviation{T(0.15)};
-  /// Deviation that R_s and R_r have in common: winding and cage warm together, by some 40 K at 0.4 % a
+  /// Deviation that R_s and R_r have in common, because winding and cage warm together: some 40 K.
   /// kelvin.
-  static constexpr T warming{T(0.17)};
+  static constexpr T warming{T(0.16)};
   static constexpr T lowest{T(0.3)};
   static constexpr T highest{T(2.5)};
 
