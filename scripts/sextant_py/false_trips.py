@@ -115,7 +115,7 @@ class Lab:
     def __init__(self, mil: Path, directory: Path) -> None:
         self.mil = mil
         self.drive = torque_map_drive.load("shipped", mil, directory)
-        text = (directory / "after.toml").read_text(encoding="utf-8")
+        text = (directory / "shipped.toml").read_text(encoding="utf-8")
         # A cycle brings a torque of its own.
         self.plain = directory / "plain.toml"
         self.plain.write_text(text.replace("[profile.torque_nm]\nvalue = 0\n", ""), encoding="utf-8")
