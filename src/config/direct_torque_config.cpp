@@ -1,12 +1,12 @@
 #include "sextant/config/direct_torque_config.hpp"
 
+#include "magnetiser_config.hpp"
 #include "sextant/drive/drive_limits.hpp"
 
 namespace sextant {
 namespace {
 
 constexpr Range<double> torque_band_nm{1e-3, 1e5};
-constexpr Range<double> current_a{0.1, 1e5};
 
 DriveLimits<> limits_of(const ControlSetup& setup) {
   return drive_limits(setup.machine, setup.flux_reference, setup.u_dc);
@@ -32,13 +32,7 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
   s.number("sector_start_deg", p.sector.sector_start_deg, {-180, 180}, "deg",
            "lower edge of sector 1 of the switching table, from voltage vector 1; -30: symmetrical to the "
            "vectors");
-  s.derived("magnetising_current_a", p.magnetiser.current_limit, current_a, "A",
-            "limit of the stator current's magnitude while the flux is built up at standstill: the larger, "
-            "the sooner there is torque",
-            [&setup] { return limits_of(setup).magnetising_current; });
-  s.derived("hand_over_current_a", p.magnetiser.hand_over_current, current_a, "A",
-            "largest magnitude of the stator current at which torque control follows magnetising",
-            [&setup] { return limits_of(setup).hand_over_current; });
+  describe_magnetiser(s, p.magnetiser, setup);
   s.flag("flux_priority", p.flux_priority,
          "whether below the flux band a vector along the flux takes the place of zero vectors, up to "
          "magnetising_current_a");

@@ -3,7 +3,9 @@
 #include <tuple>
 
 #include "sextant/config/control_method.hpp"
+#include "sextant/config/deadbeat_config.hpp"
 #include "sextant/config/direct_torque_config.hpp"
+#include "sextant/control/deadbeat_controller.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 
 namespace sextant {
@@ -11,7 +13,7 @@ namespace sextant {
 /// Every control method of Sextant, the default first. The configuration, the real-time safety check and the
 /// conformance test walk this list.
 template <class T>
-using ControllerList = std::tuple<DirectTorqueController<T>>;
+using ControllerList = std::tuple<DirectTorqueController<T>, DeadbeatController<T>>;
 
 /// Their descriptions for the configuration.
 [[nodiscard]] ControlMethods control_methods();

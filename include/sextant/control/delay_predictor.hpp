@@ -1,8 +1,7 @@
 #pragma once
 
 #include "sextant/control/flux_torque_estimator.hpp"
-#include "sextant/core/gate_pattern.hpp"
-#include "sextant/core/two_level_inverter.hpp"
+#include "sextant/core/space_vector.hpp"
 
 namespace sextant {
 
@@ -13,25 +12,23 @@ struct FluxAndCurrent {
   SpaceVector<T> i_s{};    ///< [A]
 };
 
-/// Predicts ψ_s and i_s at the end of the pattern in flight, by the machine model and one Euler step per
-/// segment. A controller whose pattern is applied one period late decides on the prediction.
-/// Source: P. Cortés et al., "Delay compensation in model predictive current control of a three-phase
-/// inverter", IEEE Trans. Ind. Electron. 59 (2012) 1323–1325.
+/// Predicts ψ_s and i_s after the mean stator voltage u_s [V] of a pattern in flight over dt [s], by the
+/// machine model and one step of the midpoint rule. A controller whose pattern is applied one period late
+/// decides on the prediction. Source: P. Cortés et al., "Delay compensation in model predictive current
+/// control of a three-phase inverter", IEEE Trans. Ind. Electron. 59 (2012) 1323–1325.
 template <class T>
-[[nodiscard]] constexpr FluxAndCurrent<T> predict(const FluxTorqueEstimator<T>& estimator, T u_dc, T omega_m,
-                                                  const GatePattern& in_flight) noexcept {
-  FluxAndCurrent<T> x{estimator.psi_s(), estimator.i_s()};
-  for (const GateSegment& segment : in_flight.segments()) {
-    if (!is_driven(segment.state)) return x;
-    const T dt = T(segment.duration_ns) * T(1e-9);
-    const SpaceVector<T> u_minus_ri = stator_voltage(segment.state, u_dc) - estimator.machine().r_s * x.i_s;
+[[nodiscard]] constexpr FluxAndCurrent<T> predict(const FluxTorqueEstimator<T>& estimator, SpaceVector<T> u_s,
+                                                  T dt) noexcept {
+  const FluxAndCurrent<T> now{estimator.psi_s(), estimator.i_s()};
+  const auto ahead = [&](const FluxAndCurrent<T>& slope_at, T time) {
     const CurrentModel<T>& model = estimator.current_model();
-    const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
-    const SpaceVector<T> di = model.current_derivative(u_minus_ri, psi_r, x.i_s, omega_m);
-    x.psi_s += dt * u_minus_ri;
-    x.i_s += dt * di;
-  }
-  return x;
+    const SpaceVector<T> u_minus_ri = u_s - estimator.machine().r_s * slope_at.i_s;
+    const SpaceVector<T> psi_r = model.psi_r_from(slope_at.psi_s, slope_at.i_s);
+    const SpaceVector<T> slope =
+        model.current_derivative(u_minus_ri, psi_r, slope_at.i_s, estimator.omega_m());
+    return FluxAndCurrent<T>{now.psi_s + time * u_minus_ri, now.i_s + time * slope};
+  };
+  return ahead(ahead(now, T(0.5) * dt), dt);
 }
 
 }  // namespace sextant

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 
 #include "sextant/control/controller.hpp"
 #include "sextant/control/delay_predictor.hpp"
 #include "sextant/control/flux_comparator.hpp"
 #include "sextant/control/flux_torque_estimator.hpp"
-#include "sextant/control/magnetiser.hpp"
+#include "sextant/control/magnetising_control.hpp"
 #include "sextant/control/sector_selector.hpp"
 #include "sextant/control/switching_table.hpp"
 #include "sextant/control/torque_comparator.hpp"
@@ -54,16 +52,8 @@ class DirectTorqueController final : public Controller<T> {
       if (const char* problem = torque_comparator.validate()) return problem;
       if (const char* problem = flux_comparator.validate()) return problem;
       if (const char* problem = sector.validate()) return problem;
-      if (const char* problem = magnetiser.validate()) return problem;
+      if (const char* problem = magnetiser.validate(machine, flux_reference)) return problem;
       if (const char* problem = torque_trim.validate()) return problem;
-      // Magnetising ends only if the current, ripple included, reaches ψ_ref / L_s.
-      if (!(T(0.9) * magnetiser.current_limit * machine.l_s() > flux_reference)) {
-        return "the magnetising current limit is too low for the flux reference";
-      }
-      // Below ψ_ref / L_s the flux would have to fall again before the current is low enough.
-      if (!(T(0.9) * magnetiser.hand_over_current * machine.l_s() > flux_reference)) {
-        return "the hand-over current is too low for the flux reference";
-      }
       return nullptr;
     }
   };
@@ -74,8 +64,8 @@ class DirectTorqueController final : public Controller<T> {
         torque_comparator_{parameters.torque_comparator},
         flux_comparator_{parameters.flux_comparator},
         sector_{parameters.sector},
-        magnetiser_{parameters.magnetiser},
-        torque_trim_{parameters.torque_trim, parameters.machine, T(parameters.period_ns) * T(1e-9)} {}
+        magnetising_{parameters.magnetiser, period_of(parameters)},
+        torque_trim_{parameters.torque_trim, parameters.machine, period_of(parameters)} {}
 
   [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
                                  ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING override {
@@ -85,7 +75,7 @@ class DirectTorqueController final : public Controller<T> {
     estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
     estimate_.torque = estimator_.torque();
     state_ = next_state(measurement, reference);
-    estimate_.magnetised = magnetiser_.done();
+    estimate_.magnetised = magnetising_.done();
     estimate_.sector = estimate_.psi_s_magnitude > T(0) ? sector_.sector() : std::uint8_t{0};
     return GatePattern{state_, parameters_.period_ns};
   }
@@ -106,6 +96,10 @@ class DirectTorqueController final : public Controller<T> {
 
  private:
   using Controller<T>::estimate_;
+
+  [[nodiscard]] static constexpr T period_of(const Parameters& p) noexcept {
+    return T(p.period_ns) * T(1e-9);  // [s]
+  }
 
   [[nodiscard]] SwitchState next_state(const Measurement<T>& measurement,
                                        ControlReference<T> reference) noexcept {
@@ -139,7 +133,8 @@ class DirectTorqueController final : public Controller<T> {
   /// Flux and current when the pattern that is decided now begins.
   [[nodiscard]] FluxAndCurrent<T> ahead(const Measurement<T>& measurement) const noexcept {
     if (parameters_.actuation_delay_periods == 0) return {estimator_.psi_s(), estimator_.i_s()};
-    return predict(estimator_, measurement.u_dc, estimator_.omega_m(), {state_, parameters_.period_ns});
+    if (!is_driven(state_)) return {estimator_.psi_s(), estimator_.i_s()};
+    return predict(estimator_, stator_voltage(state_, measurement.u_dc), period_of(parameters_));
   }
 
   [[nodiscard]] SwitchState decide(const FluxAndCurrent<T>& x, T psi_s, T torque_error, T psi_ref) noexcept {
@@ -156,28 +151,10 @@ class DirectTorqueController final : public Controller<T> {
            dot(x.psi_s, x.i_s) <= parameters_.magnetiser.current_limit * psi_s;
   }
 
-  /// Moves the current towards one in the direction of the rotor flux, along phase a where there is none.
   [[nodiscard]] SwitchState magnetising_state(const Measurement<T>& measurement, T flux_reference) noexcept {
-    const FluxAndCurrent<T> x = ahead(measurement);
-    const InductionMachineParameters<T>& machine = estimator_.machine();
-    const CurrentModel<T>& model = estimator_.current_model();
-    const T period = T(parameters_.period_ns) * T(1e-9);
-    const T per_volt = period / machine.sigma_l_s();  // change of the current in a period [A/V]
-    const T largest_step = T(2.0 / 3.0) * measurement.u_dc * per_volt;
-    const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
-    const T length = magnitude(psi_r);
-    const T omega_r = T(machine.pole_pairs) * measurement.omega_m;
-    // ω_r (k_r ψ_r + σL_s i_s) within u_dc/√3.
-    const T fed_flux = T(1 / std::numbers::sqrt3) * measurement.u_dc / std::max(std::abs(omega_r), T(1));
-    const T fed_current = (fed_flux - machine.k_r() * length) / machine.sigma_l_s();
-    const T current =
-        magnetiser_.step(estimate_.psi_s_magnitude, flux_reference, flux_reference / machine.l_s(),
-                         magnitude(estimator_.i_s()), T(0.5) * largest_step, fed_current, machine.sigma_l_s(),
-                         estimator_.is_settled());
-    const SpaceVector<T> along = direction(psi_r);
-    const SpaceVector<T> wanted = current * (along + (omega_r * period) * rotate_90(along));
-    const SpaceVector<T> emf = machine.k_r() * model.derivative(psi_r, x.i_s, measurement.omega_m);
-    const SpaceVector<T> u = (T(1) / per_volt) * (wanted - x.i_s) + machine.r_s * x.i_s + emf;
+    const SpaceVector<T> u =
+        magnetising_.step(estimator_, ahead(measurement), estimate_.psi_s_magnitude, flux_reference,
+                          measurement.u_dc, measurement.omega_m, T(0.5));
     const SwitchState state = nearest_state(u, measurement.u_dc);
     return state == gates_off ? nearest_zero_state(state_) : state;
   }
@@ -189,7 +166,7 @@ class DirectTorqueController final : public Controller<T> {
   void rest() noexcept {
     torque_comparator_.reset();
     flux_comparator_.reset();
-    magnetiser_.reset();
+    magnetising_.reset();
     torque_trim_.reset();
     sector_.step(estimator_.psi_s());
   }
@@ -199,7 +176,7 @@ class DirectTorqueController final : public Controller<T> {
   TorqueComparator<T> torque_comparator_;
   FluxComparator<T> flux_comparator_;
   SectorSelector<T> sector_;
-  Magnetiser<T> magnetiser_;
+  MagnetisingControl<T> magnetising_;
   TorqueTrim<T> torque_trim_;
   SwitchState state_{gates_off};
   ControlMode mode_{ControlMode::off};  ///< of the last step

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/two_level_inverter.hpp"
@@ -28,6 +29,21 @@ class Magnetiser {
       }
       if (!(std::isfinite(hand_over_current) && hand_over_current > T(0))) {
         return "the hand-over current must be above zero";
+      }
+      return nullptr;
+    }
+
+    /// The same with the machine and the flux [Wb] that it is to have.
+    [[nodiscard]] const char* validate(const InductionMachineParameters<T>& machine,
+                                       T flux_reference) const noexcept {
+      if (const char* problem = validate()) return problem;
+      // Magnetising ends only if the current, ripple included, reaches ψ_ref / L_s.
+      if (!(T(0.9) * current_limit * machine.l_s() > flux_reference)) {
+        return "the magnetising current limit is too low for the flux reference";
+      }
+      // Below ψ_ref / L_s the flux would have to fall again before the current is low enough.
+      if (!(T(0.9) * hand_over_current * machine.l_s() > flux_reference)) {
+        return "the hand-over current is too low for the flux reference";
       }
       return nullptr;
     }

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sextant/control/delay_predictor.hpp"
+#include "sextant/control/flux_torque_estimator.hpp"
+#include "sextant/control/magnetiser.hpp"
+#include "sextant/core/space_vector.hpp"
+
+namespace sextant {
+
+/// Leads the current, within one period, to the reference of the `Magnetiser` in the direction of the rotor
+/// flux; along phase a where there is none.
+template <class T = double>
+class MagnetisingControl {
+ public:
+  using Parameters = typename Magnetiser<T>::Parameters;
+
+  /// period: the control period. [s]
+  constexpr MagnetisingControl(const Parameters& parameters, T period) noexcept
+      : magnetiser_{parameters}, period_{period} {}
+
+  /// The stator voltage of the coming period [V]. x: flux and current at its beginning; psi_s: magnitude of the
+  /// estimated flux now, and its reference [Wb]; u_dc [V]; omega_m [rad/s]; ripple_share: largest deviation of
+  /// the current within a period, by what an active vector changes in one. [-]
+  [[nodiscard]] SpaceVector<T> step(const FluxTorqueEstimator<T>& estimator, const FluxAndCurrent<T>& x,
+                                    T psi_s, T psi_ref, T u_dc, T omega_m, T ripple_share) noexcept {
+    const InductionMachineParameters<T>& machine = estimator.machine();
+    const CurrentModel<T>& model = estimator.current_model();
+    const T per_volt = period_ / machine.sigma_l_s();  // change of the current in a period [A/V]
+    const T largest_step = T(2.0 / 3.0) * u_dc * per_volt;
+    const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
+    const T omega_r = T(machine.pole_pairs) * omega_m;
+    // ω_r (k_r ψ_r + σL_s i_s) within u_dc/√3.
+    const T fed_flux = T(1 / std::numbers::sqrt3) * u_dc / std::max(std::abs(omega_r), T(1));
+    const T fed_current = (fed_flux - machine.k_r() * magnitude(psi_r)) / machine.sigma_l_s();
+    const T current = magnetiser_.step(psi_s, psi_ref, psi_ref / machine.l_s(), magnitude(estimator.i_s()),
+                                       ripple_share * largest_step, fed_current, machine.sigma_l_s(),
+                                       estimator.is_settled());
+    const SpaceVector<T> along = direction(psi_r);
+    const SpaceVector<T> wanted = current * (along + (omega_r * period_) * rotate_90(along));
+    const SpaceVector<T> emf = machine.k_r() * model.derivative(psi_r, x.i_s, omega_m);
+    return (T(1) / per_volt) * (wanted - x.i_s) + machine.r_s * x.i_s + emf;
+  }
+
+  /// The flux is ready for torque.
+  [[nodiscard]] constexpr bool done() const noexcept { return magnetiser_.done(); }
+  constexpr void reset() noexcept { magnetiser_.reset(); }
+
+ private:
+  Magnetiser<T> magnetiser_;
+  T period_;  ///< [s]
+};
+
+}  // namespace sextant

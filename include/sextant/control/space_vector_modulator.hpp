@@ -1,0 +1,209 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/space_vector.hpp"
+#include "sextant/core/switch_state.hpp"
+
+namespace sextant {
+
+/// How the active vectors stand in a period.
+enum class PatternKind : std::uint8_t {
+  symmetric,  ///< about its middle: each modulated leg goes high and low in every period
+  asymmetric  ///< each modulated leg switches once a period, up and down in turn: half the switching frequency
+};
+
+/// Which zero vector fills what the active vectors leave of a period.
+enum class ZeroVectors : std::uint8_t {
+  both,        ///< V0 and V7 for the same time (continuous space-vector modulation)
+  low,         ///< V0: the leg with the lowest voltage stays low (DPWMMIN)
+  high,        ///< V7: the leg with the highest voltage stays high (DPWMMAX)
+  alternating  ///< the leg with the largest voltage of either sign stays where it is (DPWM1)
+};
+
+/// Which voltage takes the place of one beyond the hexagon.
+enum class Overmodulation : std::uint8_t {
+  angle,     ///< the one in the same direction
+  magnitude  ///< the nearest one: up to six-step, as the voltage grows
+};
+
+/// Space-vector modulation of a two-level inverter: the gate pattern of a period whose mean voltage is a given
+/// vector, by the two active vectors beside it and the zero vectors. With the phase voltages sorted,
+///   t_1 = (v_max − v_mid)/u_dc · t_period,   t_2 = (v_mid − v_min)/u_dc · t_period
+/// are the times of the active vectors with one and with two legs high. Times are whole nanoseconds and fill the
+/// period exactly. Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization of
+/// a pulsewidth modulator based on voltage space vectors", IEEE Trans. Ind. Appl. 24 (1988) 142–150; for the
+/// zero vectors A. M. Hava, R. J. Kerkman, T. A. Lipo, "Simple analytical and graphical methods for
+/// carrier-based PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 49–61.
+template <class T = double>
+class SpaceVectorModulator {
+ public:
+  struct Parameters {
+    PatternKind pattern{PatternKind::symmetric};
+    ZeroVectors zero_vectors{ZeroVectors::both};
+    Overmodulation overmodulation{Overmodulation::magnitude};
+    /// A leg is high, and low, for no shorter time in a period, or not at all [ns]
+    std::int32_t shortest_pulse_ns{0};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      return shortest_pulse_ns >= 0 ? nullptr : "the shortest pulse must not be below zero";
+    }
+  };
+
+  constexpr explicit SpaceVectorModulator(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// The pattern of a period of period_ns with the mean voltage u [V], at the link voltage u_dc [V]; V0 without
+  /// link voltage. `leg_correction`: time by which each leg is to be high longer, such as what the dead time
+  /// takes from it. [s]
+  [[nodiscard]] GatePattern step(SpaceVector<T> u, T u_dc, std::int32_t period_ns,
+                                 ThreePhase<T> leg_correction = {}) noexcept {
+    const ThreePhase<T> v = inverse_clarke(u);
+    const Order order = sorted(v);
+    const Shares shares = u_dc > T(0) ? within_period(order, u_dc) : Shares{};
+    const std::array<T, 3> correction{leg_correction.a, leg_correction.b, leg_correction.c};
+    HighTimes high_ns = high_times(shares, v, period_ns);
+    for (std::size_t n = 0; n < 3; ++n) {
+      const T corrected = T(high_ns[n]) + T(1e9) * correction[order.legs[n]];
+      high_ns[n] = admissible(corrected, period_ns);
+    }
+    high_ns[1] = std::min(high_ns[1], high_ns[0]);
+    high_ns[2] = std::min(high_ns[2], high_ns[1]);
+    return pattern(order, high_ns, period_ns);
+  }
+
+  /// The mean voltage of a pattern's period as it will be: u, or what takes its place. [V]
+  [[nodiscard]] SpaceVector<T> within_hexagon(SpaceVector<T> u, T u_dc) const noexcept {
+    if (!(u_dc > T(0))) return {};
+    const Order order = sorted(inverse_clarke(u));
+    const Shares s = within_period(order, u_dc);
+    std::array<T, 3> legs{};
+    legs[order.legs[0]] = s.one + s.two;
+    legs[order.legs[1]] = s.two;
+    return u_dc * clarke(ThreePhase<T>{legs[0], legs[1], legs[2]});
+  }
+
+  void reset() noexcept { falls_ = false; }
+
+ private:
+  /// Legs by falling voltage, with their voltages [V].
+  struct Order {
+    std::array<std::size_t, 3> legs;
+    std::array<T, 3> volts;
+  };
+  /// Times of the active vectors with one and with two legs high, by the period. [-]
+  struct Shares {
+    T one{};
+    T two{};
+  };
+  using HighTimes = std::array<std::int32_t, 3>;  ///< of the legs by falling voltage [ns]
+
+  [[nodiscard]] static constexpr Order sorted(const ThreePhase<T>& v) noexcept {
+    Order o{{0, 1, 2}, {v.a, v.b, v.c}};
+    const auto compare = [&o](std::size_t n, std::size_t k) {
+      if (!(o.volts[n] < o.volts[k])) return;
+      std::swap(o.volts[n], o.volts[k]);
+      std::swap(o.legs[n], o.legs[k]);
+    };
+    compare(0, 1);
+    compare(1, 2);
+    compare(0, 1);
+    return o;
+  }
+
+  [[nodiscard]] Shares within_period(const Order& o, T u_dc) const noexcept {
+    const T one = (o.volts[0] - o.volts[1]) / u_dc;
+    const T two = (o.volts[1] - o.volts[2]) / u_dc;
+    const T sum = one + two;
+    if (!(sum > T(1))) return {one, two};
+    if (parameters_.overmodulation == Overmodulation::angle) return {one / sum, two / sum};
+    const T nearest = std::clamp(one - T(0.5) * (sum - T(1)), T(0), T(1));
+    return {nearest, T(1) - nearest};
+  }
+
+  [[nodiscard]] HighTimes high_times(Shares s, const ThreePhase<T>& v, std::int32_t period_ns) const noexcept {
+    const T period = T(period_ns);
+    const std::int32_t two = to_ns(s.two * period, period_ns);
+    const std::int32_t active = std::max(two, to_ns((s.one + s.two) * period, period_ns));
+    const std::int32_t zero = period_ns - active;
+    const std::int32_t all = to_ns(share_of_high(v) * T(zero), zero);
+    return {all + active, all + two, all};
+  }
+
+  /// Time of V7 by that of both zero vectors. [-]
+  [[nodiscard]] T share_of_high(const ThreePhase<T>& v) const noexcept {
+    switch (parameters_.zero_vectors) {
+      case ZeroVectors::low:
+        return T(0);
+      case ZeroVectors::high:
+        return T(1);
+      case ZeroVectors::alternating:
+        return std::max({v.a, v.b, v.c}) + std::min({v.a, v.b, v.c}) > T(0) ? T(1) : T(0);
+      case ZeroVectors::both:
+        break;
+    }
+    return T(0.5);
+  }
+
+  [[nodiscard]] static std::int32_t to_ns(T ns, std::int32_t most) noexcept {
+    return std::int32_t(std::clamp(ns + T(0.5), T(0), T(most)));
+  }
+
+  /// The high time of a leg to which neither its high nor its low pulse is too short. [ns]
+  [[nodiscard]] std::int32_t admissible(T high_ns, std::int32_t period_ns) const noexcept {
+    const std::int32_t t = to_ns(high_ns, period_ns);
+    const std::int32_t shortest = std::min(parameters_.shortest_pulse_ns, period_ns / 2);
+    if (t < shortest) return 2 * t < shortest ? 0 : shortest;
+    if (period_ns - t < shortest) return 2 * (period_ns - t) < shortest ? period_ns : period_ns - shortest;
+    return t;
+  }
+
+  [[nodiscard]] GatePattern pattern(const Order& o, const HighTimes& high_ns, std::int32_t period_ns) noexcept {
+    std::array<SwitchState, 4> states{};  // with none, one, two and all legs high
+    std::array<LegState, 3> legs{LegState::low, LegState::low, LegState::low};
+    states[0] = {legs[0], legs[1], legs[2]};
+    for (std::size_t n = 0; n < 3; ++n) {
+      legs[o.legs[n]] = LegState::high;
+      states[n + 1] = {legs[0], legs[1], legs[2]};
+    }
+    const std::array<std::int32_t, 4> times{period_ns - high_ns[0], high_ns[0] - high_ns[1],
+                                            high_ns[1] - high_ns[2], high_ns[2]};
+    return parameters_.pattern == PatternKind::symmetric ? symmetric(states, times)
+                                                         : asymmetric(states, times);
+  }
+
+  using States = std::array<SwitchState, 4>;
+  using Times = std::array<std::int32_t, 4>;
+
+  /// Halves of the first three states around the last.
+  [[nodiscard]] static GatePattern symmetric(const States& states, const Times& times) noexcept {
+    GatePattern p;
+    for (std::size_t n = 0; n < 3; ++n) append(p, states[n], times[n] / 2);
+    append(p, states[3], times[3]);
+    for (std::size_t n = 3; n-- > 0;) append(p, states[n], times[n] - times[n] / 2);
+    return p;
+  }
+
+  /// From V0 to V7, and in the next period back.
+  [[nodiscard]] GatePattern asymmetric(const States& states, const Times& times) noexcept {
+    GatePattern p;
+    for (std::size_t n = 0; n < 4; ++n) {
+      const std::size_t k = falls_ ? 3 - n : n;
+      append(p, states[k], times[k]);
+    }
+    falls_ = !falls_;
+    return p;
+  }
+
+  static void append(GatePattern& p, SwitchState state, std::int32_t duration_ns) noexcept {
+    if (duration_ns > 0) p.append({state, duration_ns});
+  }
+
+  Parameters parameters_;
+  bool falls_{false};  ///< the coming asymmetric pattern begins with V7
+};
+
+}  // namespace sextant

@@ -1,0 +1,18 @@
+#include "magnetiser_config.hpp"
+
+#include "sextant/drive/drive_limits.hpp"
+
+namespace sextant {
+
+void describe_magnetiser(Section s, Magnetiser<>::Parameters& p, const ControlSetup& setup) {
+  const auto limits = [&setup] { return drive_limits(setup.machine, setup.flux_reference, setup.u_dc); };
+  s.derived("magnetising_current_a", p.current_limit, {0.1, 1e5}, "A",
+            "limit of the stator current's magnitude while the flux is built up at standstill: the larger, "
+            "the sooner there is torque",
+            [limits] { return limits().magnetising_current; });
+  s.derived("hand_over_current_a", p.hand_over_current, {0.1, 1e5}, "A",
+            "largest magnitude of the stator current at which torque control follows magnetising",
+            [limits] { return limits().hand_over_current; });
+}
+
+}  // namespace sextant

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "sextant/config/control_method.hpp"
+#include "sextant/config/schema.hpp"
+#include "sextant/control/magnetiser.hpp"
+
+namespace sextant {
+
+/// The keys of magnetising in the table of a control method.
+void describe_magnetiser(Section table, Magnetiser<>::Parameters& parameters, const ControlSetup& setup);
+
+}  // namespace sextant
