@@ -3,6 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdint>
+#include <functional>
 
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
@@ -22,6 +23,7 @@ class ReferenceMachine {
   double omega_m{};  ///< imposed mechanical speed [rad/s]
   Complex psi_s{};   ///< [Wb]
   Complex psi_r{};   ///< [Wb]
+  std::function<void(double)> on_part{};  ///< called after each step of its integration [s]
 
   [[nodiscard]] Complex i_s() const { return (p_.l_r() * psi_s - p_.l_m * psi_r) / determinant(); }
   [[nodiscard]] double torque() const { return 1.5 * p_.pole_pairs * (std::conj(psi_s) * i_s()).imag(); }
@@ -33,11 +35,16 @@ class ReferenceMachine {
     p_.r_r *= factor;
   }
 
-  /// Applies a driven pattern, each segment in steps of at most 5 µs.
+  /// Applies a driven pattern, each segment in steps of at most 5 µs, or of 1 µs where `on_part` looks on.
   void apply(const GatePattern& pattern) {
+    const int longest_ns = on_part ? 1'000 : 5'000;
     for (const GateSegment& segment : pattern.segments()) {
-      const int steps = (segment.duration_ns + 4'999) / 5'000;
-      for (int k = 0; k < steps; ++k) rk4(voltage(segment.state), segment.duration_ns * 1e-9 / steps);
+      const int steps = (segment.duration_ns + longest_ns - 1) / longest_ns;
+      const double dt = segment.duration_ns * 1e-9 / steps;
+      for (int k = 0; k < steps; ++k) {
+        rk4(voltage(segment.state), dt);
+        if (on_part) on_part(dt);
+      }
     }
   }
 

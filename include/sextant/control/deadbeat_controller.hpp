@@ -48,21 +48,22 @@ class DeadbeatController final : public ModulatedController<T> {
   [[nodiscard]] SpaceVector<T> current(const Demand& demand, const InductionMachineParameters<T>& machine,
                                        T psi_r) const noexcept {
     const T limit = Base::current_limit();
-    const T holds = std::min(psi_r / machine.l_m, limit);
-    const T most = std::sqrt(limit * limit - holds * holds);
-    const T per_ampere = T(1.5) * T(machine.pole_pairs) * machine.k_r() * psi_r;
-    const T leakage = machine.sigma_l_s();
-    const bool within = std::abs(demand.torque) <= per_ampere * most;
     const T main_flux = machine.k_r() * psi_r;
-    // Without enough flux for the torque the current builds it up first.
-    const bool builds_up = !within && main_flux < demand.psi_ref;
-    const T i_q = within ? (per_ampere > T(0) ? demand.torque / per_ampere : T(0))
-                         : (builds_up ? T(0) : std::copysign(most, demand.torque));
-    const T across = leakage * i_q;
-    const T rest = demand.psi_ref * demand.psi_ref - across * across;
-    const T i_d = ((rest > T(0) ? std::sqrt(rest) : T(0)) - main_flux) / leakage;
-    const T largest = std::sqrt(std::max(T(0), limit * limit - i_q * i_q));
-    return {std::clamp(i_d, -largest, largest), i_q};
+    const T per_ampere = T(1.5) * T(machine.pole_pairs) * main_flux;
+    // Beside the current that holds the flux; else beside the one that brings it to its reference.
+    const T holding = rest_of(limit, psi_r / machine.l_m);
+    const bool suffices = std::abs(demand.torque) <= per_ampere * holding;
+    const T building = rest_of(limit, (demand.psi_ref - main_flux) / machine.sigma_l_s());
+    const T wanted = per_ampere > T(0) ? demand.torque / per_ampere : T(0);
+    const T i_q = suffices ? wanted : std::copysign(building, demand.torque);
+    const T i_d = (rest_of(demand.psi_ref, machine.sigma_l_s() * i_q) - main_flux) / machine.sigma_l_s();
+    const T rest = rest_of(limit, i_q);
+    return {std::clamp(i_d, -rest, rest), i_q};
+  }
+
+  /// √(whole² − part²), zero where the part exceeds the whole.
+  [[nodiscard]] static T rest_of(T whole, T part) noexcept {
+    return std::sqrt(std::max(T(0), whole * whole - part * part));
   }
 };
 

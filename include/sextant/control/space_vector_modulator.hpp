@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <utility>
 
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -58,7 +60,7 @@ class SpaceVectorModulator {
 
   /// The pattern of a period of period_ns with the mean voltage u [V], at the link voltage u_dc [V]; V0 without
   /// link voltage. `leg_correction`: time by which each leg is to be high longer, such as what the dead time
-  /// takes from it. [s]
+  /// takes from it; a leg that does not switch stays as it is. [s]
   [[nodiscard]] GatePattern step(SpaceVector<T> u, T u_dc, std::int32_t period_ns,
                                  ThreePhase<T> leg_correction = {}) noexcept {
     const ThreePhase<T> v = inverse_clarke(u);
@@ -67,8 +69,8 @@ class SpaceVectorModulator {
     const std::array<T, 3> correction{leg_correction.a, leg_correction.b, leg_correction.c};
     HighTimes high_ns = high_times(shares, v, period_ns);
     for (std::size_t n = 0; n < 3; ++n) {
-      const T corrected = T(high_ns[n]) + T(1e9) * correction[order.legs[n]];
-      high_ns[n] = admissible(corrected, period_ns);
+      if (high_ns[n] == 0 || high_ns[n] == period_ns) continue;  // the leg rests
+      high_ns[n] = admissible(T(high_ns[n]) + T(1e9) * correction[order.legs[n]], period_ns);
     }
     high_ns[1] = std::min(high_ns[1], high_ns[0]);
     high_ns[2] = std::min(high_ns[2], high_ns[1]);
@@ -118,7 +120,8 @@ class SpaceVectorModulator {
     const T one = (o.volts[0] - o.volts[1]) / u_dc;
     const T two = (o.volts[1] - o.volts[2]) / u_dc;
     const T sum = one + two;
-    if (!(sum > T(1))) return {one, two};
+    if (!(sum < std::numeric_limits<T>::infinity())) return {};  // no voltage at all
+    if (sum <= T(1)) return {one, two};
     if (parameters_.overmodulation == Overmodulation::angle) return {one / sum, two / sum};
     const T nearest = std::clamp(one - T(0.5) * (sum - T(1)), T(0), T(1));
     return {nearest, T(1) - nearest};
@@ -148,8 +151,9 @@ class SpaceVectorModulator {
     return T(0.5);
   }
 
+  /// Within [0, most]; 0 for no number.
   [[nodiscard]] static std::int32_t to_ns(T ns, std::int32_t most) noexcept {
-    return std::int32_t(std::clamp(ns + T(0.5), T(0), T(most)));
+    return ns > T(0) ? std::int32_t(std::min(ns + T(0.5), T(most))) : 0;
   }
 
   /// The high time of a leg to which neither its high nor its low pulse is too short. [ns]

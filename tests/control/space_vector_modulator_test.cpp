@@ -1,0 +1,228 @@
+// The modulator against the volt-seconds of the two-level inverter.
+#include "sextant/control/space_vector_modulator.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "sextant/core/two_level_inverter.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int32_t period_ns = 25'000;
+constexpr double u_dc = 530;
+
+SpaceVector<double> mean_voltage(const GatePattern& pattern) {
+  SpaceVector<double> sum{};
+  for (const GateSegment& s : pattern.segments()) sum += double(s.duration_ns) * stator_voltage(s.state, u_dc);
+  return (1.0 / double(pattern.duration_ns())) * sum;
+}
+
+/// Of one period, from its first state to its last.
+int commutations_within(const GatePattern& pattern) {
+  int count = 0;
+  for (std::size_t n = 1; n < pattern.segments().size(); ++n) {
+    count += commutations(pattern.segments()[n - 1].state, pattern.segments()[n].state);
+  }
+  return count;
+}
+
+template <class T>
+class SpaceVectorModulatorOf : public testing::Test {
+ protected:
+  /// Calls body(u) for vectors of that many lengths in all directions, up to `longest`. [V]
+  template <class Body>
+  static void for_vectors(double longest, const Body& body) {
+    for (int n = 0; n <= 8; ++n) {
+      for (int degrees = -180; degrees < 180; degrees += 5) {
+        const double theta = (degrees + 0.3) * std::numbers::pi / 180;
+        SCOPED_TRACE(testing::Message() << n << " of 8 at " << degrees);
+        body(SpaceVector<T>{T(longest * n / 8 * std::cos(theta)), T(longest * n / 8 * std::sin(theta))});
+      }
+    }
+  }
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(SpaceVectorModulatorOf, Scalars);
+
+// Whole nanoseconds: an edge is wrong by up to 1 ns of 25 µs at 530 V.
+constexpr double rounding = 2.0 * u_dc / period_ns;
+
+TYPED_TEST(SpaceVectorModulatorOf, TheMeanVoltageIsTheOneDemanded) {
+  using T = TypeParam;
+  for (const PatternKind kind : {PatternKind::symmetric, PatternKind::asymmetric}) {
+    for (const ZeroVectors zero :
+         {ZeroVectors::both, ZeroVectors::low, ZeroVectors::high, ZeroVectors::alternating}) {
+      SpaceVectorModulator<T> modulator{{.pattern = kind, .zero_vectors = zero}};
+      this->for_vectors(0.999 * u_dc / std::numbers::sqrt3, [&](SpaceVector<T> u) {
+        const GatePattern pattern = modulator.step(u, T(u_dc), period_ns);
+        EXPECT_EQ(pattern.duration_ns(), period_ns);
+        EXPECT_NEAR(mean_voltage(pattern).alpha, double(u.alpha), rounding);
+        EXPECT_NEAR(mean_voltage(pattern).beta, double(u.beta), rounding);
+      });
+    }
+  }
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, ASymmetricPatternIsTheSameBackwards) {
+  using T = TypeParam;
+  SpaceVectorModulator<T> modulator{{}};
+  this->for_vectors(300, [&](SpaceVector<T> u) {
+    const GatePattern pattern = modulator.step(u, T(u_dc), period_ns);
+    const auto s = pattern.segments();
+    for (std::size_t n = 0; n < s.size(); ++n) {
+      EXPECT_EQ(s[n].state, s[s.size() - 1 - n].state);
+      EXPECT_NEAR(s[n].duration_ns, s[s.size() - 1 - n].duration_ns, 1);
+    }
+  });
+}
+
+// One leg at a time; six edges a period, four where a leg rests, half of them in asymmetric patterns.
+TYPED_TEST(SpaceVectorModulatorOf, SwitchesAsRarelyAsItsKindAllows) {
+  using T = TypeParam;
+  const auto edges = [](PatternKind kind, ZeroVectors zero) {
+    SpaceVectorModulator<T> modulator{{.pattern = kind, .zero_vectors = zero}};
+    int count = 0;
+    SwitchState last = switch_states[0];
+    for (int k = 0; k < 20; ++k) {
+      const GatePattern p = modulator.step({T(150), T(80)}, T(u_dc), period_ns);
+      for (const GateSegment& s : p.segments()) {
+        EXPECT_LE(commutations(last, s.state), k == 0 ? 3 : 1);
+        count += k < 10 ? 0 : commutations(last, s.state);
+        last = s.state;
+      }
+    }
+    return count / 10.0;
+  };
+  EXPECT_EQ(edges(PatternKind::symmetric, ZeroVectors::both), 6);
+  EXPECT_EQ(edges(PatternKind::symmetric, ZeroVectors::low), 4);
+  EXPECT_EQ(edges(PatternKind::symmetric, ZeroVectors::high), 4);
+  EXPECT_EQ(edges(PatternKind::symmetric, ZeroVectors::alternating), 4);
+  EXPECT_EQ(edges(PatternKind::asymmetric, ZeroVectors::both), 3);
+  EXPECT_EQ(edges(PatternKind::asymmetric, ZeroVectors::low), 2);
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, BeyondTheHexagonTheNearestVoltageOrTheOneInTheSameDirection) {
+  using T = TypeParam;
+  SpaceVectorModulator<T> nearest{{.overmodulation = Overmodulation::magnitude}};
+  SpaceVectorModulator<T> direct{{.overmodulation = Overmodulation::angle}};
+  this->for_vectors(900, [&](SpaceVector<T> u) {
+    const SpaceVector<double> wanted{double(u.alpha), double(u.beta)};
+    const SpaceVector<double> near = mean_voltage(nearest.step(u, T(u_dc), period_ns));
+    const SpaceVector<double> along = mean_voltage(direct.step(u, T(u_dc), period_ns));
+    EXPECT_NEAR(cross(along, wanted) / std::max(1.0, magnitude(wanted)), 0, 2 * rounding);
+    EXPECT_LE(magnitude(wanted - near), magnitude(wanted - along) + 2 * rounding);
+    // No point of the hexagon's boundary is nearer.
+    for (int n = 1; n <= 6; ++n) {
+      const SpaceVector<double> corner = stator_voltage(switch_states[std::size_t(n)], u_dc);
+      const SpaceVector<double> next = stator_voltage(switch_states[std::size_t(n % 6 + 1)], u_dc);
+      for (int k = 0; k <= 20; ++k) {
+        const SpaceVector<double> edge = corner + k / 20.0 * (next - corner);
+        EXPECT_LE(magnitude(wanted - near), magnitude(wanted - edge) + 2 * rounding);
+      }
+    }
+  });
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, ALongVoltageIsOneVectorOfSixStep) {
+  using T = TypeParam;
+  SpaceVectorModulator<T> modulator{{}};
+  for (int n = 1; n <= 6; ++n) {
+    const SpaceVector<T> u = T(20) * stator_voltage(switch_states[std::size_t(n)], T(u_dc));
+    const GatePattern pattern = modulator.step(u, T(u_dc), period_ns);
+    EXPECT_EQ(commutations_within(pattern), 0);
+    EXPECT_EQ(pattern.last_state(), switch_states[std::size_t(n)]);
+  }
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, TellsTheVoltageThatThePatternHas) {
+  using T = TypeParam;
+  for (const Overmodulation o : {Overmodulation::angle, Overmodulation::magnitude}) {
+    SpaceVectorModulator<T> modulator{{.overmodulation = o}};
+    this->for_vectors(700, [&](SpaceVector<T> u) {
+      const SpaceVector<T> told = modulator.within_hexagon(u, T(u_dc));
+      const SpaceVector<double> real = mean_voltage(modulator.step(u, T(u_dc), period_ns));
+      EXPECT_NEAR(double(told.alpha), real.alpha, rounding);
+      EXPECT_NEAR(double(told.beta), real.beta, rounding);
+    });
+  }
+}
+
+// The error of the voltage stays below what half of the shortest pulse of a leg is worth.
+TYPED_TEST(SpaceVectorModulatorOf, NoLegIsHighOrLowForLessThanTheShortestPulse) {
+  using T = TypeParam;
+  constexpr std::int32_t shortest_ns = 1'000;
+  for (const ZeroVectors zero : {ZeroVectors::both, ZeroVectors::low, ZeroVectors::alternating}) {
+    SpaceVectorModulator<T> modulator{{.zero_vectors = zero, .shortest_pulse_ns = shortest_ns}};
+    this->for_vectors(350, [&](SpaceVector<T> u) {
+      const GatePattern pattern = modulator.step(u, T(u_dc), period_ns);
+      EXPECT_EQ(pattern.duration_ns(), period_ns);
+      for (unsigned leg = 0; leg < 3; ++leg) {
+        std::int32_t high_ns = 0;
+        for (const GateSegment& s : pattern.segments()) {
+          if ((s.state.upper_switches() >> leg & 1U) != 0U) high_ns += s.duration_ns;
+        }
+        EXPECT_TRUE(high_ns == 0 || high_ns == period_ns ||
+                    (high_ns >= shortest_ns && high_ns <= period_ns - shortest_ns))
+            << high_ns;
+      }
+      const SpaceVector<T> within = modulator.within_hexagon(u, T(u_dc));
+      const SpaceVector<double> wanted{double(within.alpha), double(within.beta)};
+      EXPECT_LE(magnitude(mean_voltage(pattern) - wanted), 1.01 * u_dc * shortest_ns / period_ns);
+    });
+  }
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, ACorrectionLengthensTheHighTimeOfLegsThatSwitch) {
+  using T = TypeParam;
+  SpaceVectorModulator<T> modulator{{.zero_vectors = ZeroVectors::low}};
+  const auto high_ns = [](const GatePattern& pattern, unsigned leg) {
+    std::int32_t sum = 0;
+    for (const GateSegment& s : pattern.segments()) {
+      if ((s.state.upper_switches() >> leg & 1U) != 0U) sum += s.duration_ns;
+    }
+    return sum;
+  };
+  const SpaceVector<T> u{T(150), T(80)};
+  const GatePattern plain = modulator.step(u, T(u_dc), period_ns);
+  const GatePattern corrected = modulator.step(u, T(u_dc), period_ns, {T(200e-9), T(-300e-9), T(500e-9)});
+  EXPECT_NEAR(high_ns(corrected, 0) - high_ns(plain, 0), 200, 1);
+  EXPECT_NEAR(high_ns(corrected, 1) - high_ns(plain, 1), -300, 1);
+  EXPECT_EQ(high_ns(corrected, 2), 0) << "it rests low";
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, AnyInputGivesAPatternThatFillsThePeriod) {
+  using T = TypeParam;
+  constexpr unsigned seed = 20261123;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 generator{seed};
+  std::uniform_real_distribution<double> exponent{-30, 30};
+  std::uniform_int_distribution<int> pick{0, 9};
+  const auto number = [&] {
+    const int kind = pick(generator);
+    if (kind == 0) return T(0);
+    if (kind == 1) return std::numeric_limits<T>::max();
+    if (kind == 2) return std::numeric_limits<T>::quiet_NaN();
+    return T((kind % 2 == 0 ? 1 : -1) * std::pow(10.0, exponent(generator)));
+  };
+  SpaceVectorModulator<T> modulator{{.pattern = PatternKind::asymmetric, .shortest_pulse_ns = 700}};
+  for (int k = 0; k < 20'000; ++k) {
+    const GatePattern pattern = modulator.step({number(), number()}, number(), period_ns);
+    ASSERT_EQ(pattern.duration_ns(), period_ns);
+    ASSERT_TRUE(pattern.is_driven());
+    for (const GateSegment& s : pattern.segments()) ASSERT_GE(s.duration_ns, 0);
+  }
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, RefusesANegativePulse) {
+  using Parameters = typename SpaceVectorModulator<TypeParam>::Parameters;
+  EXPECT_EQ(Parameters{}.validate(), nullptr);
+  EXPECT_NE((Parameters{.shortest_pulse_ns = -1}.validate()), nullptr);
+}
+
+}  // namespace
+}  // namespace sextant
