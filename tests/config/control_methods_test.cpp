@@ -139,14 +139,22 @@ TEST(ControlMethods, SayWhetherTheyTrimTheMeanTorqueWhichTheVoltageReserveTolera
   EXPECT_EQ(tolerance({"control.controller=trimmed", "control.trimmed.trims=true"}), 0.5);
 }
 
+/// The names of Sextant's own methods and of this test's.
+std::string choices() {
+  std::string text;
+  for (const ControlMethod& method : control_methods()) text += '"' + method.name + "\" or ";
+  return text + "\"own\"";
+}
+
 TEST(ControlMethods, ArePrintedWithTheirDefaultsAndReadBack) {
   const ConfigFiles files;
   const std::string text = print_config(load_scenario_config(
       shipped_scenario, {"control.controller=own", "control.own.gain=0.5", "control.flux_reference_wb=1"},
       own));
-  EXPECT_THAT(text,
-              HasSubstr("controller = \"own\"  # control method; dtc: direct torque control by a switching "
-                        "table; own: a method for this test; \"dtc\" or \"own\"; default \"dtc\"\n"));
+  std::string meanings = "control method; ";
+  for (const ControlMethod& method : control_methods()) meanings += method.name + ": " + method.meaning + "; ";
+  EXPECT_THAT(text, HasSubstr("controller = \"own\"  # " + meanings + "own: a method for this test; " +
+                              choices() + "; default \"dtc\"\n"));
   EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
   EXPECT_THAT(config_json(load_scenario_config(shipped_scenario,
                                                {"control.own.gain=7.5", "control.flux_reference_wb=1"}, own)),
@@ -169,7 +177,7 @@ TEST(ControlMethods, AreRefusedWithFileAndLine) {
       << "where the table itself is the nearest name";
   EXPECT_THAT(refusal({"control.dtc.foo=1"}),
               AllOf(HasSubstr("flux_band_wb"), HasSubstr("sector_start_deg")));
-  EXPECT_THAT(refusal({"control.controller=foc"}), HasSubstr("expected \"dtc\" or \"own\", got \"foc\""));
+  EXPECT_THAT(refusal({"control.controller=foc"}), HasSubstr("expected " + choices() + ", got \"foc\""));
 }
 
 TEST(ControlMethods, BlockNothingByDefaultsWhileAnotherIsChosen) {
