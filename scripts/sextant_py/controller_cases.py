@@ -1,0 +1,101 @@
+"""The runs of the bench of control methods: what each sets beside the drive of configs/ecu.toml."""
+
+import itertools
+from dataclasses import dataclass
+
+from .paths import ROOT
+from .sweep_file import Settings
+from .torque_map_drive import DELAY, FACTORS, SENSORS, Drive
+
+SPEEDS = (-100, -20, -5, 0, 5, 20, 50, 75, 100, 130, 200, 300)  # mechanical [rad/s]
+TORQUES = (-130, -60, -15, 2, 15, 60, 130)  # [N·m]
+QUICK_SPEEDS, QUICK_TORQUES = (0, 50, 100), (15, 60)
+PERIODS_US = (5, 10, 12.5, 20, 25, 40, 50, 100)  # of which each method gets the one nearest to SWITCHING_HZ
+SWITCHING_HZ = 10_000  # of a leg at the operating point of REFERENCE [Hz]
+REFERENCE = (50, 60)  # [rad/s], [N·m]
+STEP_S, WINDOW_S, END_S = 0.35, 0.5, 0.8
+NYCC_S = 598
+
+# A machine that is not what the controller believes, and sensors that are not ideal.
+DETUNED = {
+    "exact parameters": {},
+    "R_s ×1.5": {"r_s": 1.5},
+    "R_r ×1.5": {"r_r": 1.5},
+    "L_m ×0.7": {"l_m": 0.7},
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run: its section of the page, the method, and what tells it from the others there."""
+
+    section: str
+    method: str
+    what: tuple
+    settings: tuple  # of pairs of key and value
+
+    @staticmethod
+    def of(section: str, method: str, what: tuple, settings: Settings) -> "Case":
+        return Case(section, method, what, tuple((key, value) for key, value in settings.items()))
+
+
+def at(speed: float, torque: float, period_us: float) -> Settings:
+    """A step to a torque at an imposed speed, with the machine magnetised before, and a period of delay."""
+    return {
+        "duration_s": END_S,
+        "drive.period_us": period_us,
+        DELAY: 1,
+        "load.kind": "imposed_speed",
+        "load.speed_rad_s.value": speed,
+        "profile.torque_nm.shape": "steps",
+        "profile.torque_nm.points": [[0, 0], [STEP_S, torque]],
+        "metrics.step_s": STEP_S,
+        "metrics.window_from_s": WINDOW_S,
+    }
+
+
+def grid(section: str, method: str, period_us: float, speeds: tuple, torques: tuple) -> list[Case]:
+    points = itertools.product(speeds, torques)
+    return [Case.of(section, method, point, at(*point, period_us)) for point in points]
+
+
+def tuning(method: str) -> list[Case]:
+    """The reference point at every period, to find the one with the switching frequency in common."""
+    return [Case.of("tuning", method, (period,), at(*REFERENCE, period)) for period in PERIODS_US]
+
+
+def starts(method: str) -> list[Case]:
+    """From a dead machine at standstill to 15 N·m, with a limit of the current, as the drive magnetises."""
+    cases = []
+    for limit in (20, 40):
+        settings = at(0, 15, 25) | {
+            "profile.torque_nm.points": [[0, 15]],
+            "metrics.step_s": 0,
+            f"control.{method}.magnetising_current_a": limit,
+            f"control.{method}.hand_over_current_a": limit,
+        }
+        cases.append(Case.of("start", method, (limit,), settings))
+    return cases
+
+
+def detuned(method: str, drive: Drive) -> list[Case]:
+    cases = []
+    for (name, factors), sensors in itertools.product(DETUNED.items(), SENSORS):
+        believed = {f"control.machine_estimate.{key}": drive.machine[key] for key in FACTORS.values()}
+        real = {f"machine.{FACTORS[k]}": drive.machine[FACTORS[k]] * factor for k, factor in factors.items()}
+        settings = at(*REFERENCE, 25) | believed | real | SENSORS[sensors]
+        cases.append(Case.of("detuned", method, (name, sensors), settings))
+    return cases
+
+
+def cycle(method: str) -> list[Case]:
+    """The New York City Cycle with the paper's load, the table of torque and speed clipped."""
+    settings = {
+        "duration_s": NYCC_S,
+        DELAY: 1,
+        "cycle.file": str(ROOT / "configs/cycles/nycc.csv"),
+        "cycle.table": str(ROOT / "configs/vehicles/passive_ev.csv"),
+        "cycle.extrapolation": "clip",
+        "metrics.window_from_s": 0.5,
+    }
+    return [Case.of("cycle", method, (), settings)]

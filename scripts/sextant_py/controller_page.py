@@ -1,0 +1,171 @@
+"""The page of the bench of control methods, from its results."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from . import controller_figures
+from .controller_bench import Results
+from .controller_cases import DETUNED, REFERENCE, SWITCHING_HZ
+from .page import table
+from .torque_map_drive import SENSORS
+
+TEMPLATE = Path(__file__).with_name("controller_page.md")
+Value = Callable[[str], object]
+
+
+def figure(value: float | None, digits: int = 2) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def _by_method(results: Results, rows: list[tuple[str, Value]]) -> str:
+    return table(("", *results.methods), ((title, *(value(m) for m in results.methods)) for title, value in rows))
+
+
+def _at_reference(results: Results, section: str) -> str:
+    def of(name: str, digits: int, scale: float = 1.0) -> Value:
+        def value(method: str) -> str:
+            found = results.metric(section, method, REFERENCE, name)
+            return figure(None if found is None else found * scale, digits)
+
+        return value
+
+    period: Value = (lambda m: f"{results.periods_us[m]:g}") if section == "switching" else (lambda _: "25")
+    return _by_method(
+        results,
+        [
+            ("control period [µs]", period),
+            ("torque ripple, RMS [N·m]", of("torque_ripple_rms_nm", 2)),
+            ("torque ripple, peak to peak [N·m]", of("torque_ripple_pp_nm", 2)),
+            ("bias of the mean torque [N·m]", of("torque_bias_nm", 3)),
+            ("95 % of the step after [ms]", of("response_time_ms", 2)),
+            ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
+            ("current THD [%]", of("current_thd_percent", 2)),
+        ],
+    )
+
+
+def _worst(results: Results, section: str) -> str:
+    """Over all points whose torque is available."""
+
+    def of(extreme: Callable, name: str, digits: int) -> Value:
+        def value(method: str) -> str:
+            records = [r for r in results.of(section, method) if not r.reason and is_available(r)]
+            values = [r.metrics[name] for r in records if r.metrics.get(name) is not None]
+            return figure(extreme(values), digits) if values else "–"
+
+        return value
+
+    def mean(values: list[float]) -> float:
+        return sum(values) / len(values)
+
+    return _by_method(
+        results,
+        [
+            ("torque ripple, RMS, mean [N·m]", of(mean, "torque_ripple_rms_nm", 2)),
+            ("torque ripple, RMS, worst [N·m]", of(max, "torque_ripple_rms_nm", 2)),
+            ("bias of the mean torque, worst [N·m]", of(lambda v: max(map(abs, v)), "torque_bias_nm", 3)),
+            ("switching frequency, least [kHz]", lambda m: _kilohertz(results, section, m, min)),
+            ("switching frequency, most [kHz]", lambda m: _kilohertz(results, section, m, max)),
+        ],
+    )
+
+
+def is_available(record) -> bool:
+    """The command was within the published torque, so that the reference is the command."""
+    speed, torque = record.what
+    side = "torque_motoring_nm" if speed * torque >= 0 else "torque_regenerating_nm"
+    published = record.metrics.get(side)
+    return published is not None and abs(torque) < published
+
+
+def _kilohertz(results: Results, section: str, method: str, extreme: Callable) -> str:
+    values = [r.metrics.get("switching_frequency_hz") for r in results.of(section, method) if not r.reason]
+    return figure(extreme(v for v in values if v is not None) / 1e3, 1)
+
+
+def _starts(results: Results) -> str:
+    rows: list[tuple[str, Value]] = []
+    for limit in (20, 40):
+        rows.append((
+            f"15 N·m after [ms], {limit} A",
+            lambda m, limit=limit: figure(results.metric("start", m, (limit,), "response_time_ms"), 1),
+        ))  # fmt: skip
+        rows.append((
+            f"peak current [A], {limit} A",
+            lambda m, limit=limit: figure(results.metric("start", m, (limit,), "peak_current_a"), 1),
+        ))  # fmt: skip
+    return _by_method(results, rows)
+
+
+def _detuned(results: Results) -> str:
+    rows = [
+        (
+            f"{name}, {sensors} sensors",
+            lambda m, what=(name, sensors): " / ".join(
+                figure(results.metric("detuned", m, what, metric), 2)
+                for metric in ("torque_bias_nm", "torque_ripple_rms_nm")
+            ),
+        )
+        for name in DETUNED
+        for sensors in SENSORS
+    ]
+    return _by_method(results, rows)
+
+
+def _cycle(results: Results) -> str:
+    def of(name: str, digits: int, scale: float = 1.0) -> Value:
+        def value(method: str) -> str:
+            found = results.metric("cycle", method, (), name)
+            return figure(None if found is None else found * scale, digits)
+
+        return value
+
+    return _by_method(
+        results,
+        [
+            ("torque error, RMS [N·m]", of("torque_error_rms_nm", 3)),
+            ("stator flux, least [Wb]", of("flux_min_wb", 3)),
+            ("stator flux, most [Wb]", of("flux_max_wb", 3)),
+            ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
+            ("energy from the link [kJ]", of("energy_from_link_j", 1, 1e-3)),
+            ("energy into the link [kJ]", of("energy_to_link_j", 1, 1e-3)),
+            ("copper loss [kJ]", of("energy_copper_j", 1, 1e-3)),
+        ],
+    )
+
+
+def tables(results: Results) -> dict[str, str]:
+    return {
+        "sampling": _at_reference(results, "sampling"),
+        "switching": _at_reference(results, "switching"),
+        "sampling_worst": _worst(results, "sampling"),
+        "switching_worst": _worst(results, "switching"),
+        "start": _starts(results),
+        "detuned": _detuned(results),
+        "cycle": _cycle(results),
+    }
+
+
+def text(results: Results) -> str:
+    """For the terminal."""
+    shown = {name: one for name, one in tables(results).items() if name not in ("detuned", "cycle")}
+    return "\n\n".join(f"{name}\n{one}" for name, one in shown.items())
+
+
+def write(results: Results, docs: Path) -> list[Path]:
+    images = docs / "images"
+    pictures = controller_figures.draw(results, images)
+    failed = [r for r in results.records if r.reason]
+    content = TEMPLATE.read_text(encoding="utf-8").format(
+        version=results.version,
+        commit=results.commit,
+        speed=REFERENCE[0],
+        torque=REFERENCE[1],
+        kilohertz=SWITCHING_HZ // 1000,
+        runs=len(results.records),
+        failed="; ".join(f"{r.method}, {r.section} {r.what}: {r.reason}" for r in failed) or "none",
+        **tables(results),
+    )
+    page = docs / "controllers.md"
+    page.write_text(content, encoding="utf-8")
+    return [*pictures, page]
