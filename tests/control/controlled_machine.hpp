@@ -25,7 +25,8 @@ class ControlledMachine {
 
   /// One period; returns the machine's torque at its end. [N·m]
   double step(ControlMode mode, double torque) {
-    const GatePattern decided = controller_.step(machine.template measure<T>(applied_), {mode, T(torque)});
+    const GatePattern decided =
+        controller_.step(machine.template measure<T>(applied_), {mode, T(torque), T(flux_share)});
     const GatePattern pattern = is_late_ ? std::exchange(in_flight_, decided) : decided;
     if (is_driven(pattern.last_state())) {
       applied_ = pattern;
@@ -92,6 +93,7 @@ class ControlledMachine {
   [[nodiscard]] const GatePattern& applied() const { return applied_; }
 
   ReferenceMachine machine;
+  double flux_share{1};    ///< of the references [-]
   double peak_current{0};  ///< since the test has set it to zero [A]
 
  private:

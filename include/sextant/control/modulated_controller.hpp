@@ -83,6 +83,10 @@ class ModulatedController : public Controller<T> {
 
   /// The stator voltage of that period, which the modulator limits to the hexagon. [V]
   [[nodiscard]] virtual SpaceVector<T> voltage(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
+  /// What the modulator makes of such a voltage. [V]
+  [[nodiscard]] SpaceVector<T> realised(SpaceVector<T> u, T u_dc) const noexcept {
+    return modulator_.within_hexagon(u, u_dc);
+  }
   /// The torque follows no reference.
   virtual void release() noexcept SEXTANT_NONBLOCKING {}
 
