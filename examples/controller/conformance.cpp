@@ -7,6 +7,6 @@
 int main(int argc, char** argv) {
   sextant::ConformanceParameters parameters;
   if (argc > 1) parameters.seed = std::strtoull(argv[1], nullptr, 10);
-  return sextant::report("foc",
+  return sextant::report("own_foc",
                          sextant::check_controller<example::FieldOrientedController<>>({}, parameters));
 }

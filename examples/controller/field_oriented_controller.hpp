@@ -53,7 +53,7 @@ template <class T>
 template <class T = double>
 class FieldOrientedController final : public sextant::Controller<T> {
  public:
-  static constexpr const char* name = "foc";
+  static constexpr const char* name = "own_foc";
   static constexpr const char* meaning = "indirect field-oriented control with space-vector modulation";
   static constexpr std::array channels{
       sextant::ControlChannel{"i_d_a", "A", "stator current along the rotor flux"},
@@ -66,7 +66,7 @@ class FieldOrientedController final : public sextant::Controller<T> {
     std::int32_t period_ns{100'000};  ///< [ns]
     T flux_reference{T(1.1)};         ///< stator flux linkage without load [Wb]
     int actuation_delay_periods{0};   ///< [-]
-    // Keys of [control.foc].
+    // Keys of [control.own_foc].
     T bandwidth{T(1000)};     ///< of the current controllers [rad/s]
     T current_limit{T(120)};  ///< of the current vector [A]
 
@@ -175,7 +175,7 @@ class FieldOrientedController final : public sextant::Controller<T> {
   std::array<T, 3> values_{};  ///< of the channels
 };
 
-/// The keys of [control.foc].
+/// The keys of [control.own_foc].
 inline void describe(sextant::Section s, FieldOrientedController<>::Parameters& p,
                      const sextant::ControlSetup& /*setup*/) {
   s.number("bandwidth_rad_s", p.bandwidth, {1, 1e5}, "rad/s", "bandwidth of the current controllers");

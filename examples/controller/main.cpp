@@ -1,4 +1,4 @@
-// sextant-mil with field-oriented control: control.controller = "foc".
+// sextant-mil with field-oriented control: control.controller = "own_foc".
 #include <array>
 
 #include "field_oriented_controller.hpp"
