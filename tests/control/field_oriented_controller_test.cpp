@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -91,6 +92,60 @@ TYPED_TEST(FieldOrientedControllerOf, AStepOfTorqueTakesTheTimeOfTheBandwidthAnd
     EXPECT_GE(s.settled_ms, 0.35);
     EXPECT_LE(s.settled_ms, 0.65);
     EXPECT_LE(s.overshoot, 0.002);
+  }
+}
+
+// e^{−α t_period} of it remains, also where the frame turns by 2 % of a radian in a period.
+TYPED_TEST(FieldOrientedControllerOf, TheErrorFallsInEveryPeriodAsTheBandwidthSays) {
+  struct Case {
+    double omega_m;
+    double flux_share;
+  };
+  for (const Case c : {Case{50, 1}, Case{400, 0.15}, Case{-400, 0.15}}) {
+    Loop<TypeParam> loop{parameters<TypeParam>(0)};
+    loop.machine.omega_m = c.omega_m;
+    loop.flux_share = c.flux_share;
+    loop.magnetise();
+    loop.run(ControlMode::torque, 0, 200);
+    double before = 1;
+    for (int k = 0; k < 12; ++k) {
+      const double error = 1 - loop.step(ControlMode::torque, 1);
+      EXPECT_NEAR(error / before, std::exp(-0.2), 0.01) << c.omega_m << " rad/s, period " << k;
+      before = error;
+    }
+  }
+}
+
+// 200 µs at 350 rad/s: the frame turns by 8° in a period.
+TYPED_TEST(FieldOrientedControllerOf, AStepAcrossTheFluxLeavesTheCurrentAlongItAlone) {
+  using T = TypeParam;
+  auto p = parameters<T>(0);
+  p.period_ns = 200'000;
+  p.bandwidth = T(1000);
+  p.flux_estimator = FluxEstimatorKind::current_model;
+  Loop<T> loop{p};
+  loop.machine.omega_m = 350;
+  loop.flux_share = 0.3;
+  loop.run(ControlMode::magnetise, 0, 100);
+  loop.run(ControlMode::torque, 0, 50);
+  const auto i_dq = [&loop] {
+    return loop.machine.i_s() * std::conj(loop.machine.psi_r) / std::abs(loop.machine.psi_r);
+  };
+  const double before = i_dq().real();
+  for (int k = 0; k < 30; ++k) {
+    loop.step(ControlMode::torque, 5);
+    // 5.3 A across the flux take 0.2 A of those along it: |ψ_s| is to stay.
+    EXPECT_NEAR(i_dq().real() - before, -0.1, 0.12) << k;
+  }
+  EXPECT_NEAR(i_dq().imag(), 5.3, 0.1);
+}
+
+TYPED_TEST(FieldOrientedControllerOf, TheVoltageGoesOnFromThatOfMagnetising) {
+  for (const double omega_m : {0.0, 110.0, -110.0}) {
+    Loop<TypeParam> loop{parameters<TypeParam>()};
+    loop.machine.omega_m = omega_m;
+    loop.run(ControlMode::magnetise, 0, 400);
+    for (int k = 0; k < 200; ++k) EXPECT_NEAR(loop.step(ControlMode::torque, 0), 0, 0.1) << omega_m;
   }
 }
 
