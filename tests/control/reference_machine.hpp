@@ -20,9 +20,9 @@ class ReferenceMachine {
   explicit ReferenceMachine(const InductionMachineParameters<double>& parameters = {}, double u_dc = 530)
       : p_{parameters}, u_dc_{u_dc} {}
 
-  double omega_m{};  ///< imposed mechanical speed [rad/s]
-  Complex psi_s{};   ///< [Wb]
-  Complex psi_r{};   ///< [Wb]
+  double omega_m{};                       ///< imposed mechanical speed [rad/s]
+  Complex psi_s{};                        ///< [Wb]
+  Complex psi_r{};                        ///< [Wb]
   std::function<void(double)> on_part{};  ///< called after each step of its integration [s]
 
   [[nodiscard]] Complex i_s() const { return (p_.l_r() * psi_s - p_.l_m * psi_r) / determinant(); }

@@ -18,7 +18,8 @@ constexpr double u_dc = 530;
 
 SpaceVector<double> mean_voltage(const GatePattern& pattern) {
   SpaceVector<double> sum{};
-  for (const GateSegment& s : pattern.segments()) sum += double(s.duration_ns) * stator_voltage(s.state, u_dc);
+  for (const GateSegment& s : pattern.segments())
+    sum += double(s.duration_ns) * stator_voltage(s.state, u_dc);
   return (1.0 / double(pattern.duration_ns())) * sum;
 }
 

@@ -152,9 +152,8 @@ class DirectTorqueController final : public Controller<T> {
   }
 
   [[nodiscard]] SwitchState magnetising_state(const Measurement<T>& measurement, T flux_reference) noexcept {
-    const SpaceVector<T> u =
-        magnetising_.step(estimator_, ahead(measurement), estimate_.psi_s_magnitude, flux_reference,
-                          measurement.u_dc, measurement.omega_m, T(0.5));
+    const SpaceVector<T> u = magnetising_.step(estimator_, ahead(measurement), estimate_.psi_s_magnitude,
+                                               flux_reference, measurement.u_dc, measurement.omega_m, T(0.5));
     const SwitchState state = nearest_state(u, measurement.u_dc);
     return state == gates_off ? nearest_zero_state(state_) : state;
   }

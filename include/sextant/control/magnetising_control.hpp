@@ -22,9 +22,9 @@ class MagnetisingControl {
   constexpr MagnetisingControl(const Parameters& parameters, T period) noexcept
       : magnetiser_{parameters}, period_{period} {}
 
-  /// The stator voltage of the coming period [V]. x: flux and current at its beginning; psi_s: magnitude of the
-  /// estimated flux now, and its reference [Wb]; u_dc [V]; omega_m [rad/s]; ripple_share: largest deviation of
-  /// the current within a period, by what an active vector changes in one. [-]
+  /// The stator voltage of the coming period [V]. x: flux and current at its beginning; psi_s: magnitude of
+  /// the estimated flux now, and its reference [Wb]; u_dc [V]; omega_m [rad/s]; ripple_share: largest
+  /// deviation of the current within a period, by what an active vector changes in one. [-]
   [[nodiscard]] SpaceVector<T> step(const FluxTorqueEstimator<T>& estimator, const FluxAndCurrent<T>& x,
                                     T psi_s, T psi_ref, T u_dc, T omega_m, T ripple_share) noexcept {
     const InductionMachineParameters<T>& machine = estimator.machine();

@@ -16,7 +16,8 @@ namespace sextant {
 /// How the active vectors stand in a period.
 enum class PatternKind : std::uint8_t {
   symmetric,  ///< about its middle: each modulated leg goes high and low in every period
-  asymmetric  ///< each modulated leg switches once a period, up and down in turn: half the switching frequency
+  asymmetric  ///< each modulated leg switches once a period, up and down in turn: half the switching
+              ///< frequency
 };
 
 /// Which zero vector fills what the active vectors leave of a period.
@@ -33,13 +34,13 @@ enum class Overmodulation : std::uint8_t {
   magnitude  ///< the nearest one: up to six-step, as the voltage grows
 };
 
-/// Space-vector modulation of a two-level inverter: the gate pattern of a period whose mean voltage is a given
-/// vector, by the two active vectors beside it and the zero vectors. With the phase voltages sorted,
+/// Space-vector modulation of a two-level inverter: the gate pattern of a period whose mean voltage is a
+/// given vector, by the two active vectors beside it and the zero vectors. With the phase voltages sorted,
 ///   t_1 = (v_max − v_mid)/u_dc · t_period,   t_2 = (v_mid − v_min)/u_dc · t_period
-/// are the times of the active vectors with one and with two legs high. Times are whole nanoseconds and fill the
-/// period exactly. Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization of
-/// a pulsewidth modulator based on voltage space vectors", IEEE Trans. Ind. Appl. 24 (1988) 142–150; for the
-/// zero vectors A. M. Hava, R. J. Kerkman, T. A. Lipo, "Simple analytical and graphical methods for
+/// are the times of the active vectors with one and with two legs high. Times are whole nanoseconds and fill
+/// the period exactly. Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization
+/// of a pulsewidth modulator based on voltage space vectors", IEEE Trans. Ind. Appl. 24 (1988) 142–150; for
+/// the zero vectors A. M. Hava, R. J. Kerkman, T. A. Lipo, "Simple analytical and graphical methods for
 /// carrier-based PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 49–61.
 template <class T = double>
 class SpaceVectorModulator {
@@ -58,9 +59,9 @@ class SpaceVectorModulator {
 
   constexpr explicit SpaceVectorModulator(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
-  /// The pattern of a period of period_ns with the mean voltage u [V], at the link voltage u_dc [V]; V0 without
-  /// link voltage. `leg_correction`: time by which each leg is to be high longer, such as what the dead time
-  /// takes from it; a leg that does not switch stays as it is. [s]
+  /// The pattern of a period of period_ns with the mean voltage u [V], at the link voltage u_dc [V]; V0
+  /// without link voltage. `leg_correction`: time by which each leg is to be high longer, such as what the
+  /// dead time takes from it; a leg that does not switch stays as it is. [s]
   [[nodiscard]] GatePattern step(SpaceVector<T> u, T u_dc, std::int32_t period_ns,
                                  ThreePhase<T> leg_correction = {}) noexcept {
     const ThreePhase<T> v = inverse_clarke(u);
@@ -127,7 +128,8 @@ class SpaceVectorModulator {
     return {nearest, T(1) - nearest};
   }
 
-  [[nodiscard]] HighTimes high_times(Shares s, const ThreePhase<T>& v, std::int32_t period_ns) const noexcept {
+  [[nodiscard]] HighTimes high_times(Shares s, const ThreePhase<T>& v,
+                                     std::int32_t period_ns) const noexcept {
     const T period = T(period_ns);
     const std::int32_t two = to_ns(s.two * period, period_ns);
     const std::int32_t active = std::max(two, to_ns((s.one + s.two) * period, period_ns));
@@ -165,7 +167,8 @@ class SpaceVectorModulator {
     return t;
   }
 
-  [[nodiscard]] GatePattern pattern(const Order& o, const HighTimes& high_ns, std::int32_t period_ns) noexcept {
+  [[nodiscard]] GatePattern pattern(const Order& o, const HighTimes& high_ns,
+                                    std::int32_t period_ns) noexcept {
     std::array<SwitchState, 4> states{};  // with none, one, two and all legs high
     std::array<LegState, 3> legs{LegState::low, LegState::low, LegState::low};
     states[0] = {legs[0], legs[1], legs[2]};
