@@ -59,7 +59,7 @@ def measure(options: argparse.Namespace) -> Results:
     records: list[Record] = []
 
     def run_all(title: str, cases: list) -> None:
-        records.extend(bench.run(cases, progress_of(len(cases), title)))
+        records.extend(bench.run(cases, progress_of(len(cases), title, "compare_controllers")))
 
     run_all("periods", [case for name in names for case in controller_cases.tuning(name)])
     results = Results(drive.version, drive.commit, names, {}, records)

@@ -108,7 +108,7 @@ class Lab:
         return self.run_one(point.key, settings(self.drive, point)) | {"settings": self._digest(point)}
 
 
-def progress_of(total: int, name: str) -> Callable[[], None]:
+def progress_of(total: int, name: str, program: str = "torque_map") -> Callable[[], None]:
     """Reports on stderr how far the runs are, every ten seconds."""
     from rich.console import Console
 
@@ -120,6 +120,6 @@ def progress_of(total: int, name: str) -> Callable[[], None]:
         if now - said[0] >= 10 or done[0] == total:
             said[0] = now
             left = (now - began) / done[0] * (total - done[0])
-            console.print(f"torque_map: {name}: {done[0]} of {total} points, {left:.0f} s left", highlight=False)
+            console.print(f"{program}: {name}: {done[0]} of {total} points, {left:.0f} s left", highlight=False)
 
     return step

@@ -1,0 +1,57 @@
+"""The bench of control methods: options, choice of periods, and that the committed page is that of its results."""
+
+import subprocess
+
+import pytest
+from sextant_py import compare_controllers, controller_cases, controller_page
+from sextant_py.controller_bench import Record, Results, common_period
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+
+
+def test_help_has_examples() -> None:
+    command = [ROOT / "scripts/compare_controllers", "--help"]
+    found = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "scripts/compare_controllers --quick" in found.stdout
+
+
+def test_an_unknown_method_is_named_with_the_known_ones() -> None:
+    assert compare_controllers.chosen(None, ["dtc", "foc"]) == ["dtc", "foc"]
+    assert compare_controllers.chosen("foc", ["dtc", "foc"]) == ["foc"]
+    with pytest.raises(UserError, match='no control method "pid"; they are dtc, foc'):
+        compare_controllers.chosen("foc,pid", ["dtc", "foc"])
+
+
+def tuned(period_us: float, frequency: float | None, reason: str = "") -> Record:
+    return Record("tuning", "m", [period_us], reason, {"switching_frequency_hz": frequency})
+
+
+def test_the_common_period_is_the_one_that_switches_nearest_to_the_frequency() -> None:
+    records = [tuned(5, 200e3), tuned(50, 20e3), tuned(100, 10e3), tuned(12.5, 10e3, "OVERRUN at 0.1 s")]
+    assert common_period(records) == 100
+    assert common_period([tuned(20, 10.6e3), tuned(25, 8.8e3), tuned(40, None)]) == 20
+
+
+def test_every_case_sets_the_delay_and_one_method_s_own_keys_alone() -> None:
+    cases = controller_cases.grid("sampling", "foc", 25, (0, 50), (15,)) + controller_cases.starts("foc")
+    assert len({(case.section, case.what) for case in cases}) == len(cases) == 4
+    for case in cases:
+        settings = dict(case.settings)
+        assert settings["drive.actuation_delay_periods"] == 1
+        assert not [key for key in settings if key.startswith("control.") and not key.startswith("control.foc.")]
+
+
+def test_the_committed_page_is_that_of_its_results(tmp_path) -> None:
+    (tmp_path / "images").mkdir()
+    results = Results.load(ROOT / "docs/controllers.json")
+    controller_page.write(results, tmp_path)
+    committed = (ROOT / "docs/controllers.md").read_text(encoding="utf-8")
+    assert (tmp_path / "controllers.md").read_text(encoding="utf-8") == committed
+    assert not [record for record in results.records if record.reason]
+
+
+def test_points_beyond_the_published_torque_do_not_count() -> None:
+    metrics = {"torque_motoring_nm": 50.0, "torque_regenerating_nm": 80.0}
+    assert controller_page.is_available(Record("sampling", "m", [100, 40], "", metrics))
+    assert not controller_page.is_available(Record("sampling", "m", [100, 60], "", metrics))
+    assert controller_page.is_available(Record("sampling", "m", [100, -60], "", metrics))
