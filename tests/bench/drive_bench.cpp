@@ -2,6 +2,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -13,6 +15,7 @@
 #include "bench/recorded_run.hpp"
 #include "bench/reference_dtc.hpp"
 #include "bench/reference_rk4.hpp"
+#include "sextant/config/control_methods.hpp"
 #include "sextant/control/flux_torque_estimator.hpp"
 
 namespace sextant::bench {
@@ -57,6 +60,33 @@ void dtc_step(benchmark::State& state) {
   }
 }
 BENCHMARK(dtc_step);
+
+/// A control method with its default parameters, on the measurements of its own drive.
+template <class C>
+void controller_step(benchmark::State& state) {
+  const RecordedRun own = record_run<C>();
+  C controller{{}};
+  const ControlReference<double> reference{ControlMode::torque, torque_reference};
+  std::size_t k = 0;
+  for (auto _ : state) {
+    const GatePattern pattern = controller.step(own.measurements[k], reference);
+    keep(pattern);
+    if (++k == own.measurements.size()) {
+      k = 0;
+      controller.reset();
+    }
+  }
+}
+
+template <class... C>
+bool register_steps(std::tuple<C...>* /*list*/) {
+  const auto add = [](const char* name, auto* step) {
+    benchmark::RegisterBenchmark((std::string{"controller_step/"} + name).c_str(), step);
+  };
+  (add(C::name, &controller_step<C>), ...);
+  return true;
+}
+const bool registered = register_steps(static_cast<ControllerList<double>*>(nullptr));
 
 /// The flux and torque estimate alone, as each kind makes it.
 void estimator_step(benchmark::State& state, FluxEstimatorKind kind) {

@@ -19,10 +19,12 @@ inline constexpr int recorded_periods = 192;
 
 inline constexpr double torque_reference = 15.0;  // [N·m]
 
-inline RecordedRun record_run() {
+/// With a controller of that class.
+template <class C = DirectTorqueController<double>>
+RecordedRun record_run() {
   MechanicalLoad::Parameters load;
   load.imposed_speed = ProfileParameters{.value = 50.0};
-  testing::RecordedDrive drive{load, {.value = torque_reference}};
+  testing::RecordedDrive<C> drive{load, {.value = torque_reference}};
   RecordedRun run;
   constexpr std::int64_t settled = 8'000;
   drive.run(settled + recorded_periods,

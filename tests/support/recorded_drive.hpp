@@ -10,8 +10,8 @@
 
 namespace sextant::testing {
 
-/// A drive with direct torque control on a simulated machine of fixed step, period by period, that shows what
-/// passes between them.
+/// A drive on a simulated machine of fixed step, period by period, that shows what passes between them.
+template <class C = DirectTorqueController<double>>
 class RecordedDrive {
  public:
   static constexpr std::int64_t period_ns = 25'000;
@@ -58,7 +58,7 @@ class RecordedDrive {
 
   SimulatedPowerStage stage_;
   Tap io_;
-  DirectTorqueController<double> controller_{{}};
+  C controller_{{}};
   Drive<double> drive_{{}, controller_};
   ScenarioCommands commands_;
   Sink sink_{};

@@ -24,6 +24,7 @@ ESTIMATORS = (
     "observer",
     "sensorless_observer",
 )
+METHODS = {"dtc": {}, "deadbeat": {"at_most": 100.0}, "foc": {}}
 CONTROL = (
     row("dtc_step_ratio", "ratio", "DTC step / hand-written reference of the same arithmetic", "x", at_most=1.2),
     row("drive_step_ratio", "ratio", "`Drive::step` with estimator, protections and monitor / the same reference", "x"),
@@ -32,6 +33,10 @@ CONTROL = (
     *(
         row(f"estimator_step/{kind}", "cpu_ns", f"CPU time of the flux estimator `{kind}`", "ns", "least")
         for kind in ESTIMATORS
+    ),
+    *(
+        row(f"controller_step/{method}", "cpu_ns", f"CPU time of the control method `{method}`", "ns", "least", **limit)
+        for method, limit in METHODS.items()
     ),
     row("drive_step", "cpu_ns", "CPU time of `Drive::step`, 0.5 % of 25 µs", "ns", "least", at_most=125.0),
 )
@@ -193,7 +198,7 @@ CONTROL_STAGE = Stage(
     "control",
     "the control step against a hand-written one",
     15,
-    rows_of("^(dtc_step|estimator_step|drive_step)", CONTROL),
+    rows_of("^(dtc_step|estimator_step|controller_step|drive_step)", CONTROL),
 )
 PLANT_STAGE = Stage("plant", "the plant against a hand-written one", 15, rows_of("^plant_", PLANT))
 PRECISION_STAGE = Stage("precision", "error of the fixed step on a recorded switching sequence", 60, precision)
