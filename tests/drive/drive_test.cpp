@@ -574,7 +574,11 @@ TYPED_TEST(DriveOf, TheTorqueStaysWithinTheCurrentLimitByTheCurrentThatFlows) {
 
 TYPED_TEST(DriveOf, AMeanTorqueThatMissesItsReferenceAtTheVoltageLimitLowersFluxAndAvailableTorque) {
   using T = TypeParam;
+  typename Drive<T>::Parameters parameters;
+  parameters.torque_monitor.limit = T(1e6);
+  this->restart(parameters);
   this->measurement.omega_m = T(250);
+  this->measurement.applied = GatePattern{switch_states[0], period_ns};
   this->start(T(50));
   this->controller->estimate().torque = T(49);
   this->run(30 * ms);

@@ -69,6 +69,18 @@ TYPED_TEST(VoltageReserveOf, ErrorsOfStepsHaveNoEffect) {
   EXPECT_EQ(this->reserve.usable(), T(1));
 }
 
+// Gates that go off every 4 ms, because periods are missed, take torque that the voltage would have made.
+TYPED_TEST(VoltageReserveOf, WhatInterruptionsTakeHasNoEffect) {
+  using T = TypeParam;
+  for (int k = 0; k < 20; ++k) {
+    TorqueTracking<T> gap = this->period(T(100));
+    gap.interrupted = true;
+    this->reserve.step(gap, this->dt);
+    this->run(T(4e-3), T(50));
+  }
+  EXPECT_EQ(this->reserve.usable(), T(1));
+}
+
 // As at the voltage limit with a noisy speed: the limit, and the reference with it, moves by 1 N·m a period.
 TYPED_TEST(VoltageReserveOf, AReferenceThatFollowsALimitIsNoStep) {
   using T = TypeParam;

@@ -133,6 +133,7 @@ class Drive {
                    .u_dc = measurement.u_dc,
                    .flux_share = reference_.flux_share,
                    .makes_torque = makes_torque(state_),
+                   .interrupted = !measurement.applied.is_driven(),
                    .limited = limited_,
                    .slews = flux_slew_.is_slewing()},
                   dt);

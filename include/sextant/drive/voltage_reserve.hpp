@@ -17,6 +17,7 @@ struct TorqueTracking {
   T u_dc{};             ///< link voltage [V]
   T flux_share{T(1)};   ///< flux reference as a share of the configured one [-]
   bool makes_torque{};  ///< the torque is controlled
+  bool interrupted{};   ///< the gates were off in the meantime, as after missed periods
   bool limited{};       ///< the reference is what the drive limits it to
   bool slews{};         ///< the flux reference is on its way
 };
@@ -27,12 +28,12 @@ struct TorqueTracking {
 /// that mean error is beyond a tolerance, the usable share of the voltage's square falls, at a rate in
 /// proportion; else it returns slowly. The tolerance is a share of the torque that an active vector adds in
 /// one period,  p ψ u_dc T/(σL_s),  because sampling biases the mean in proportion to it. The mean leaves out
-/// the first `settling_time` after a step of the torque reference, and the flux on its way. A reference that
-/// moves by the breakdown torque within 40 ms or faster counts as a step, unless it follows a limit. Rates
-/// and times are chosen: faster than the thermal change of the machine, slower than its transients. After D.
-/// Casadei, G. Serra, A. Stefani, A. Tani, L. Zarri, "DTC drives for wide speed range applications using a
-/// robust flux-weakening algorithm", IEEE Trans. Ind. Electron. 54 (2007) 2451–2461, who lower the flux by
-/// the same error.
+/// the first `settling_time` after a step of the torque reference or an interruption, and the flux on its
+/// way. A reference that moves by the breakdown torque within 40 ms or faster counts as a step, unless it
+/// follows a limit. Rates and times are chosen: faster than the thermal change of the machine, slower than
+/// its transients. After D. Casadei, G. Serra, A. Stefani, A. Tani, L. Zarri, "DTC drives for wide speed
+/// range applications using a robust flux-weakening algorithm", IEEE Trans. Ind. Electron. 54 (2007)
+/// 2451–2461, who lower the flux by the same error.
 template <class T = double>
 class VoltageReserve {
  public:
@@ -56,7 +57,8 @@ class VoltageReserve {
 
   /// One period of dt [s].
   constexpr void step(const TorqueTracking<T>& now, T dt) noexcept {
-    if (!now.makes_torque || steps(now, dt)) {
+    const bool stepped = steps(now, dt);
+    if (!now.makes_torque || now.interrupted || stepped) {
       settling_ = settling_time;
       mean_ = T(0);
     } else if (!now.slews) {
