@@ -118,7 +118,7 @@ int main() {
   registers.u_dc = 21'200;  // 530 V
 
   RegisterDriveIo io{registers, period_ns};
-  sextant::DirectTorqueController<double> controller{{.actuation_delay_periods = 1}};
+  sextant::DirectTorqueController<double> controller{{{.actuation_delay_periods = 1}}};
   sextant::Drive<double> drive{{}, controller};
   Commands commands;
   LastTelemetry telemetry;

@@ -1,15 +1,12 @@
-#include "modulated_config.hpp"
+#include "sextant/config/modulated_config.hpp"
 
 #include "magnetiser_config.hpp"
-#include "sextant/drive/steady_state.hpp"
 
 namespace sextant {
+namespace {
 
 void describe_modulated(Section s, ModulatedController<>::Parameters& p, const ControlSetup& setup) {
-  s.derived("current_limit_a", p.current_limit, {0.1, 1e5}, "A",
-            "largest magnitude of the stator current that the controller asks for, torque before the rise of "
-            "the flux",
-            [&setup] { return steady_state(setup.machine, setup.flux_reference, 1.0).current(); });
+  describe_current_limit(s, p.current_limit, setup);
   describe_magnetiser(s, p.magnetiser, setup);
   s.choice(
       "pattern", p.modulator.pattern,
@@ -31,6 +28,43 @@ void describe_modulated(Section s, ModulatedController<>::Parameters& p, const C
   s.time("shortest_pulse_us", p.modulator.shortest_pulse_ns, 1e3, {0, 1000}, "us",
          "shortest time for which a leg is high, or low, in a period; a shorter one is left out or "
          "lengthened");
+}
+
+constexpr const char* bandwidth_of_torque_and_flux =
+    "bandwidth with which torque and stator flux follow their references; by default 0.2, at most 0.5, "
+    "divided "
+    "by the control period";
+
+void describe_bandwidth(Section& s, double& bandwidth, const ControlSetup& setup, const char* what) {
+  s.derived("bandwidth_rad_s", bandwidth, {1, 1e6}, "rad/s", what,
+            [&setup] { return default_bandwidth<double>(setup.period_ns); });
+}
+
+}  // namespace
+
+void describe(Section s, DeadbeatController<>::Parameters& p, const ControlSetup& setup) {
+  describe_modulated(s, p, setup);
+}
+
+void describe(Section s, FieldOrientedController<>::Parameters& p, const ControlSetup& setup) {
+  describe_bandwidth(s, p.bandwidth, setup,
+                     "bandwidth with which the current follows its reference; by default 0.2, at most 0.5, "
+                     "divided by the control period");
+  describe_modulated(s, p, setup);
+}
+
+void describe(Section s, FeedbackLinearisationController<>::Parameters& p, const ControlSetup& setup) {
+  describe_bandwidth(s, p.bandwidth, setup, bandwidth_of_torque_and_flux);
+  describe_modulated(s, p, setup);
+}
+
+void describe(Section s, PwmDtcController<>::Parameters& p, const ControlSetup& setup) {
+  describe_bandwidth(s, p.bandwidth, setup, bandwidth_of_torque_and_flux);
+  describe_modulated(s, p, setup);
+}
+
+bool trims_mean_torque(const ModulatedController<>::Parameters& /*parameters*/) {
+  return true;
 }
 
 }  // namespace sextant

@@ -23,7 +23,7 @@ class LiveLoop {
   LiveLoop(const RealtimeParameters& realtime, std::int32_t period_ns, Around&& around)
       : shared_{period_ns, realtime.wake_every_periods},
         io_{{.period_ns = period_ns}, plant_, integrator_, load_},
-        controller_{{.period_ns = period_ns}},
+        controller_{{{.period_ns = period_ns}}},
         drive_{{.period_ns = period_ns}, controller_},
         control_{realtime, period_ns, around(io_), drive_, shared_} {}
 

@@ -26,7 +26,7 @@ const RecordedRun run = record_run();
 /// With the flux estimator of the hand-written reference.
 std::unique_ptr<Controller<double>> papers_controller() {
   return std::make_unique<DirectTorqueController<double>>(
-      DirectTorqueController<double>::Parameters{.flux_estimator = FluxEstimatorKind::voltage_model});
+      DirectTorqueController<double>::Parameters{{.flux_estimator = FluxEstimatorKind::voltage_model}});
 }
 
 void dtc_step_reference(benchmark::State& state) {

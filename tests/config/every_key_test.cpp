@@ -133,7 +133,8 @@ std::vector<Kind> kinds() {
          "plant.sensors.sampling_lead_us", "plant.sensors.current.bits", "plant.sensors.voltage.bits"});
     if (kind.name == "plant") continue;
     add(kind, {"machine.reactance_frequency_hz", "drive.period_us", "drive.current_limit_a",
-               "control.flux_reference_wb", "control.foc.bandwidth_rad_s", "control.machine_estimate.r_s_ohm",
+               "control.flux_reference_wb", "control.foc.bandwidth_rad_s", "control.pwm_dtc.bandwidth_rad_s",
+               "control.feedback_linearisation.bandwidth_rad_s", "control.machine_estimate.r_s_ohm",
                "command.timeout_ms", "command.status_timeout_ms", "capability.base_speed_rad_s",
                "protection.dc_under_voltage_v", "protection.winding.warning_c", "plant.u_dc_v"});
   }

@@ -1,22 +1,15 @@
 // Every controller of Sextant conforms, in both scalars.
 #include <random>
-#include <tuple>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "conformance/types_of.hpp"
 #include "sextant/config/control_methods.hpp"
 #include "sextant/conformance/check_controller.hpp"
 
 namespace sextant {
 namespace {
-
-template <class List>
-struct TypesOf;
-template <class... C>
-struct TypesOf<std::tuple<C...>> {
-  using Types = testing::Types<C...>;
-};
 
 template <class C, class T>
 void expect_conformance() {
@@ -29,14 +22,14 @@ void expect_conformance() {
 
 template <class C>
 class Controllers : public testing::Test {};
-TYPED_TEST_SUITE(Controllers, TypesOf<ControllerList<double>>::Types);
+TYPED_TEST_SUITE(Controllers, test::TypesOf<ControllerList<double>>::Types);
 TYPED_TEST(Controllers, Conform) {
   expect_conformance<TypeParam, double>();
 }
 
 template <class C>
 class FloatControllers : public testing::Test {};
-TYPED_TEST_SUITE(FloatControllers, TypesOf<ControllerList<float>>::Types);
+TYPED_TEST_SUITE(FloatControllers, test::TypesOf<ControllerList<float>>::Types);
 TYPED_TEST(FloatControllers, Conform) {
   expect_conformance<TypeParam, float>();
 }

@@ -51,24 +51,6 @@ TYPED_TEST(MagnetiserOf, FluxThatSagsWhileTheCurrentFallsWasReached) {
   EXPECT_EQ(this->step(T(1.0), T(0)), T(39));
 }
 
-// Every direction and length against a search over all eight states in another metric.
-TYPED_TEST(MagnetiserOf, NearestStateIsTheOneWithTheShortestDistance) {
-  using T = TypeParam;
-  const T u_dc = T(530);
-  for (int length = 0; length <= 60; ++length) {
-    for (int degrees = 0; degrees < 360; ++degrees) {
-      const SpaceVector<T> u = polar(T(10 * length) + T(0.37), T(degrees) * T(0.0174532925));
-      const auto distance = [&](SwitchState s) {
-        const SpaceVector<T> v = is_driven(s) ? stator_voltage(s, u_dc) : SpaceVector<T>{};
-        return magnitude(u - v);
-      };
-      T shortest = distance(switch_states[0]);
-      for (const SwitchState s : switch_states) shortest = std::min(shortest, distance(s));
-      EXPECT_NEAR(distance(nearest_state(u, u_dc)), shortest, T(1e-3)) << length << " " << degrees;
-    }
-  }
-}
-
 TYPED_TEST(MagnetiserOf, RefusesCurrentsThatAreNone) {
   using T = TypeParam;
   using Parameters = typename Magnetiser<T>::Parameters;

@@ -140,7 +140,7 @@ class HardControlThreadTest : public testing::Test {
   SharedState shared{250'000, 1};
   SimulatedPowerStage stage{{.io = {.period_ns = 250'000}, .integrator = IntegratorKind::fixed}, {}};
   StallingIo io{stage.io()};
-  DirectTorqueController<double> controller{{.period_ns = 250'000}};
+  DirectTorqueController<double> controller{{{.period_ns = 250'000}}};
   Drive<double> drive{{.period_ns = 250'000}, controller};
   RealtimeParameters realtime{
       .wake_every_periods = 1, .wait = {.mode = WaitMode::spin}, .lock_memory = false};

@@ -23,7 +23,7 @@ TEST(ContinuousComparators, DecideAsTheSampledOnesDo) {
   SCOPED_TRACE(seed);
   std::mt19937 random{seed};
   std::uniform_real_distribution<double> flux{1.05, 1.15}, angle{-180, 180}, torque{-3, 3};
-  const DirectTorqueController<>::Parameters p{.flux_reference = 1.1};
+  const DirectTorqueController<>::Parameters p{{.flux_reference = 1.1}};
   ContinuousComparators continuous{p, mask_wb};
   TorqueComparator<> torque_comparator{p.torque_comparator};
   FluxComparator<> flux_comparator{p.flux_comparator};
@@ -53,7 +53,7 @@ TEST(ContinuousComparators, NothingIsLeftToCrossOnceSettled) {
 }
 
 TEST(ContinuousComparators, TheEventFunctionsVanishOnTheThresholds) {
-  ContinuousComparators c{{.flux_reference = 1.1}, mask_wb};
+  ContinuousComparators c{{{.flux_reference = 1.1}}, mask_wb};
   c.settle(inputs(1.1, 10, 0, 0), -1);
   const double band = TorqueComparator<>::Parameters{}.upper_band;
   const double flux_band = FluxComparator<>::Parameters{}.band;

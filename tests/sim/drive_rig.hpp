@@ -16,7 +16,7 @@ namespace sextant {
 struct RigParameters {
   SimulatedPowerStage::Parameters stage{.integrator = IntegratorKind::fixed};
   MechanicalLoad::Parameters load{};
-  DirectTorqueController<>::Parameters controller{.flux_estimator = FluxEstimatorKind::voltage_model};
+  DirectTorqueController<>::Parameters controller{{.flux_estimator = FluxEstimatorKind::voltage_model}};
   Drive<>::Parameters drive{.magnetise_first = false};
 
   static RigParameters at_speed(double omega_m, IntegratorKind integrator = IntegratorKind::fixed) {

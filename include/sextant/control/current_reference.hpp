@@ -16,6 +16,15 @@ struct CurrentDemand {
   T limit{};   ///< [A]
 };
 
+/// A limit of the stator current [A] that magnetises the machine to a stator flux [Wb]: nullptr, else what is
+/// wrong with it.
+template <class T>
+[[nodiscard]] const char* validate_current_limit(T limit, const InductionMachineParameters<T>& machine,
+                                                 T flux_reference) noexcept {
+  const bool magnetises = std::isfinite(limit) && limit * machine.l_s() > flux_reference;
+  return magnetises ? nullptr : "the current limit is below the current that magnetises the machine";
+}
+
 /// Stator current along and across the rotor flux of magnitude psi_r [Wb] that makes torque and stator flux
 /// at once,
 ///   i_q = T_ref/(3/2 p k_r ψ_r),   i_d = (√(ψ_ref² − (σL_s i_q)²) − k_r ψ_r)/σL_s
@@ -38,6 +47,13 @@ template <class T>
   const T i_d = (rest_of(demand.psi_s, machine.sigma_l_s() * i_q) - main_flux) / machine.sigma_l_s();
   const T rest = rest_of(demand.limit, i_q);
   return {std::clamp(i_d, -rest, rest), i_q};
+}
+
+/// Stator flux of a current along and across a rotor flux of magnitude psi_r. [Wb]
+template <class T>
+[[nodiscard]] T stator_flux(const InductionMachineParameters<T>& machine, T psi_r,
+                            SpaceVector<T> i_s) noexcept {
+  return magnitude(SpaceVector<T>{machine.k_r() * psi_r, T(0)} + machine.sigma_l_s() * i_s);
 }
 
 }  // namespace sextant

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 
+#include "sextant/control/bandwidth.hpp"
 #include "sextant/control/current_reference.hpp"
 #include "sextant/control/modulated_controller.hpp"
 
@@ -33,24 +33,11 @@ class FieldOrientedController final : public ModulatedController<T> {
   static constexpr const char* meaning = "field-oriented control with space-vector modulation";
 
   struct Parameters : ModulatedController<T>::Parameters {
-    T bandwidth{default_bandwidth(25'000)};  ///< α of the current controller [rad/s]
-
-    /// A fifth of 1/t_period. [rad/s]
-    [[nodiscard]] static constexpr T default_bandwidth(std::int32_t period_ns) noexcept {
-      return T(0.2e9) / T(period_ns);
-    }
+    T bandwidth{default_bandwidth<T>(25'000)};  ///< α of the current controller [rad/s]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = ModulatedController<T>::Parameters::validate()) return problem;
-      if (!(std::isfinite(bandwidth) && bandwidth > T(0))) {
-        return "the bandwidth of the current control must be above zero";
-      }
-      // Half of what leads the current to its reference within a period leaves room for a machine with half
-      // the leakage inductance.
-      if (!(bandwidth * T(this->period_ns) <= T(0.5e9))) {
-        return "the bandwidth of the current control must be at most 0.5 divided by the control period";
-      }
-      return nullptr;
+      return validate_bandwidth(bandwidth, this->period_ns);
     }
   };
 
@@ -78,18 +65,17 @@ class FieldOrientedController final : public ModulatedController<T> {
     if (!is_closed_) integral_ = (T(1) / frame.per_volt) * product(pole, i_s);   // what keeps the current
     is_closed_ = true;
     const SpaceVector<T> wanted =
-        current_reference(Base::estimator().machine(), frame.psi_r,
-                          CurrentDemand<T>{demand.torque, demand.psi_ref, Base::current_limit()});
+        current_reference(Base::estimator().machine(), frame.psi_r, Base::current_demand(demand));
     const SpaceVector<T> proportional = (approach_ / frame.per_volt) * product(frame.turn, wanted - i_s);
     const SpaceVector<T> u = frame.emf + product(frame.along, proportional + integral_);
-    follow(frame, pole, Base::realised(u, demand.u_dc));
+    update_integral(frame, pole, Base::realised(u, demand.u_dc));
     return u;
   }
 
   void release() noexcept SEXTANT_NONBLOCKING override { is_closed_ = false; }
 
   /// v at the end of the period in which u_real is realised [V].
-  void follow(const Frame& frame, SpaceVector<T> pole, SpaceVector<T> u_real) noexcept {
+  void update_integral(const Frame& frame, SpaceVector<T> pole, SpaceVector<T> u_real) noexcept {
     const SpaceVector<T> rest = product(conjugate(frame.along), u_real - frame.emf) - integral_;
     integral_ += product(conjugate(frame.turn), product(pole, rest));
   }

@@ -1,12 +1,8 @@
 #pragma once
 
 #include <cmath>
-#include <cstddef>
 
 #include "sextant/core/induction_machine_parameters.hpp"
-#include "sextant/core/space_vector.hpp"
-#include "sextant/core/switch_state.hpp"
-#include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
 
@@ -79,21 +75,5 @@ class Magnetiser {
   bool reached_{false};
   bool done_{false};
 };
-
-/// The switching state whose stator voltage is nearest to u [V]; `gates_off` stands for a zero vector.
-template <class T>
-[[nodiscard]] constexpr SwitchState nearest_state(SpaceVector<T> u, T u_dc) noexcept {
-  SwitchState nearest = gates_off;
-  T best{};
-  for (std::size_t n = 1; n <= 6; ++n) {
-    const SpaceVector<T> v = stator_voltage(switch_states[n], u_dc);
-    const T gain = dot(u, v) - T(0.5) * dot(v, v);
-    if (gain > best) {
-      best = gain;
-      nearest = switch_states[n];
-    }
-  }
-  return nearest;
-}
 
 }  // namespace sextant

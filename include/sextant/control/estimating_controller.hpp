@@ -1,0 +1,140 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/control/controller.hpp"
+#include "sextant/control/delay_predictor.hpp"
+#include "sextant/control/flux_torque_estimator.hpp"
+#include "sextant/control/magnetising_control.hpp"
+
+namespace sextant {
+
+/// What the control methods share: estimate of flux and torque, compensation of the actuation delay,
+/// magnetising. A method adds the pattern that follows the torque reference, and the pattern that it makes of
+/// a voltage.
+template <class T = double>
+class EstimatingController : public Controller<T> {
+ public:
+  struct Parameters {
+    InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
+    std::int32_t period_ns{25'000};           ///< control period [ns]
+    T flux_reference{T(1.1)};                 ///< ψ_ref at a flux share of 1 [Wb]
+    FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
+    int actuation_delay_periods{0};  ///< 1 when a pattern is applied one period late [-]
+    typename Magnetiser<T>::Parameters magnetiser{};
+
+    [[nodiscard]] const char* validate() const noexcept {
+      if (period_ns <= 0) return "the control period must be above zero";
+      if (!(std::isfinite(flux_reference) && flux_reference > T(0))) {
+        return "the flux reference must be above zero";
+      }
+      if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
+        return "the actuation delay must be 0 or 1 periods";
+      }
+      if (const char* problem = machine.validate()) return problem;
+      return magnetiser.validate(machine, flux_reference);
+    }
+  };
+
+  [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
+                                 ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING final {
+    estimator_.step(measurement, mode_ == ControlMode::magnetise);
+    mode_ = reference.mode;
+    estimate_.psi_s = estimator_.psi_s();
+    estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
+    estimate_.torque = estimator_.torque();
+    if (mode_ == ControlMode::off) {
+      rest();
+    } else {
+      in_flight_ = decide(measurement, reference);
+    }
+    estimate_.magnetised = magnetising_.done();
+    return in_flight_.pattern;
+  }
+
+  void reset() noexcept SEXTANT_NONBLOCKING final {
+    estimator_.reset();
+    estimate_ = {};
+    rest();
+    forget();
+    mode_ = ControlMode::off;
+  }
+
+ protected:
+  using Controller<T>::estimate_;
+
+  /// A period in which the torque is to follow its reference.
+  struct Demand {
+    FluxAndCurrent<T> x;  ///< when the pattern begins
+    T torque{};           ///< T_ref [N·m]
+    T psi_ref{};          ///< [Wb]
+    T u_dc{};             ///< [V]
+  };
+  struct Decision {
+    GatePattern pattern{};
+    SpaceVector<T> u{};  ///< mean stator voltage of the pattern [V]
+  };
+
+  /// ripple_share: as `MagnetisingControl::step` takes it. [-]
+  EstimatingController(const Parameters& parameters, T ripple_share) noexcept
+      : parameters_{parameters},
+        period_{T(parameters.period_ns) * T(1e-9)},
+        ripple_share_{ripple_share},
+        estimator_{parameters.machine, parameters.flux_estimator},
+        magnetising_{parameters.magnetiser, period_} {}
+
+  /// The pattern with which the torque follows its reference.
+  [[nodiscard]] virtual Decision follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
+  /// The pattern whose mean voltage is nearest to u [V].
+  [[nodiscard]] virtual Decision realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING = 0;
+  /// The torque follows no reference; `estimate_` is that of this period.
+  virtual void release() noexcept SEXTANT_NONBLOCKING {}
+  /// What is left of earlier periods, as after power-up.
+  virtual void forget() noexcept SEXTANT_NONBLOCKING {}
+
+  /// One switching state for the whole period.
+  [[nodiscard]] Decision whole_period(SwitchState state, T u_dc) const noexcept {
+    return {GatePattern{state, parameters_.period_ns}, stator_voltage(state, u_dc)};
+  }
+  /// The state in force when the coming pattern begins.
+  [[nodiscard]] SwitchState present() const noexcept { return in_flight_.pattern.last_state(); }
+
+  [[nodiscard]] const FluxTorqueEstimator<T>& estimator() const noexcept { return estimator_; }
+  [[nodiscard]] T period() const noexcept { return period_; }  ///< [s]
+  [[nodiscard]] std::int32_t period_ns() const noexcept { return parameters_.period_ns; }
+
+ private:
+  [[nodiscard]] Decision decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
+    const T psi_ref = reference.flux_share * parameters_.flux_reference;
+    if (mode_ == ControlMode::torque) return follow({ahead(), reference.torque, psi_ref, m.u_dc});
+    release();
+    return realise(magnetising_.step(estimator_, ahead(), estimate_.psi_s_magnitude, psi_ref, m.u_dc,
+                                     m.omega_m, ripple_share_),
+                   m.u_dc);
+  }
+
+  /// Flux and current when the pattern that is decided now begins.
+  [[nodiscard]] FluxAndCurrent<T> ahead() const noexcept {
+    if (parameters_.actuation_delay_periods == 0 || !in_flight_.pattern.is_driven()) {
+      return {estimator_.psi_s(), estimator_.i_s()};
+    }
+    return predict(estimator_, in_flight_.u, period_);
+  }
+
+  void rest() noexcept {
+    magnetising_.reset();
+    release();
+    in_flight_ = {GatePattern{gates_off, parameters_.period_ns}, {}};
+  }
+
+  Parameters parameters_;
+  T period_;        ///< [s]
+  T ripple_share_;  ///< [-]
+  FluxTorqueEstimator<T> estimator_;
+  MagnetisingControl<T> magnetising_;
+  Decision in_flight_{};  ///< of the last step
+  ControlMode mode_{ControlMode::off};
+};
+
+}  // namespace sextant

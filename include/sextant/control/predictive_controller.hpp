@@ -1,0 +1,31 @@
+#pragma once
+
+#include "sextant/control/flux_vector_controller.hpp"
+#include "sextant/control/nearest_state.hpp"
+
+namespace sextant {
+
+/// Finite-control-set predictive torque control without weighting factor: one switching state a period, the
+/// one whose voltage is nearest to that which leads torque and stator flux to their references. Sources: as
+/// `FluxVectorController`; V. P. Muddineni, S. R. Sandepudi, A. K. Bonala, "Simplified finite control set
+/// model predictive control for induction motor drive without weighting factors", PEDES 2016 (paper, [10]).
+template <class T = double>
+class PredictiveController final : public FluxVectorController<T> {
+ public:
+  static constexpr const char* name = "predictive";
+  static constexpr const char* meaning = "predictive torque control, one switching state a period";
+
+  struct Parameters : FluxVectorController<T>::Parameters {};
+
+  explicit PredictiveController(const Parameters& parameters) noexcept : Base{parameters, T(0.5)} {}
+
+ private:
+  using Base = FluxVectorController<T>;
+  using typename Base::Decision;
+
+  [[nodiscard]] Decision realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
+    return Base::whole_period(nearest_state(u, u_dc, Base::present()), u_dc);
+  }
+};
+
+}  // namespace sextant
