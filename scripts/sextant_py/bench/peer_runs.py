@@ -16,9 +16,8 @@ OMEGA_M = 50.0  # imposed, mechanical [rad/s]
 TORQUE_NM = 15.0
 
 
-def machine(file: str) -> dict[str, float]:
-    """T-model of the machine, inductances at its reactance frequency."""
-    data = tomllib.loads(Path(file).read_text(encoding="utf-8"))
+def machine(data: dict) -> dict[str, float]:
+    """T model of a machine's file, inductances at its reactance frequency."""
     omega = 2 * math.pi * data["reactance_frequency_hz"]
     return {
         "n_p": data["poles"] // 2,
@@ -31,25 +30,40 @@ def machine(file: str) -> dict[str, float]:
     }
 
 
+def motulator_parameters(m: dict[str, float]):
+    """The inverse-Γ model of motulator's controllers, from the T model."""
+    from motulator.drive.utils import InductionMachineInvGammaPars
+
+    l_s, l_r = m["l_m"] + m["l_sigma_s"], m["l_m"] + m["l_sigma_r"]
+    k_r = m["l_m"] / l_r
+    return InductionMachineInvGammaPars(
+        n_p=m["n_p"], R_s=m["r_s"], R_R=k_r**2 * m["r_r"], L_sgm=l_s - k_r * m["l_m"], L_M=k_r * m["l_m"]
+    )
+
+
+def motulator_drive(par, u_dc: float, omega_m: float):
+    """Inverter with carrier comparison, machine as the Γ model that motulator makes of its inverse-Γ model, and imposed
+    speed. u_dc: [V], omega_m: mechanical [rad/s]."""
+    from motulator.drive import model
+    from motulator.drive.utils import InductionMachinePars
+
+    plant = model.Drive(
+        model.VoltageSourceConverter(u_dc=u_dc),
+        model.InductionMachine(InductionMachinePars.from_inv_gamma_model_pars(par)),
+        model.ExternalRotorSpeed(w_M=lambda t: omega_m + 0 * t),
+    )
+    plant.pwm = model.CarrierComparison()
+    return plant
+
+
 def motulator(m: dict[str, float], seconds: float) -> tuple[float, float, float]:
     """Current-vector control with carrier comparison, measured speed, the speed imposed. Simulated and CPU time [s],
     torque at the end [N·m]."""
-    from motulator.drive import control, model
+    from motulator.drive import model
     from motulator.drive.control import im
-    from motulator.drive.utils import InductionMachineInvGammaPars, InductionMachinePars
 
-    # T model to inverse-Γ, from which motulator makes its own Γ model of the plant.
-    l_s, l_r = m["l_m"] + m["l_sigma_s"], m["l_m"] + m["l_sigma_r"]
-    k_r = m["l_m"] / l_r
-    par = InductionMachineInvGammaPars(
-        n_p=m["n_p"], R_s=m["r_s"], R_R=k_r**2 * m["r_r"], L_sgm=l_s - k_r * m["l_m"], L_M=k_r * m["l_m"]
-    )
-    plant = model.Drive(
-        model.VoltageSourceConverter(u_dc=U_DC_V),
-        model.InductionMachine(InductionMachinePars.from_inv_gamma_model_pars(par)),
-        model.ExternalRotorSpeed(w_M=lambda t: OMEGA_M + 0 * t),
-    )
-    plant.pwm = model.CarrierComparison()
+    par = motulator_parameters(m)
+    plant = motulator_drive(par, U_DC_V, OMEGA_M)
     reference = im.CurrentReferenceCfg(par, max_i_s=60.0, nom_psi_R=1.0, nom_u_s=U_DC_V / math.sqrt(3))
     controller = im.CurrentVectorControl(par, reference, T_s=PERIOD_S, sensorless=False)
     controller.ref.tau_M = lambda t: TORQUE_NM if t > 0.1 * seconds else 0.0
@@ -57,7 +71,6 @@ def motulator(m: dict[str, float], seconds: float) -> tuple[float, float, float]
     begin = time.process_time()
     simulation.simulate(t_stop=seconds)
     spent = time.process_time() - begin
-    del control
     return float(plant.t0), spent, float(plant.machine.data.tau_M[-1])
 
 
@@ -119,7 +132,7 @@ def gem(m: dict[str, float], seconds: float, solver) -> tuple[float, float, floa
 
 def main() -> None:
     tool, seconds, file = sys.argv[1], float(sys.argv[2]), sys.argv[3]
-    m = machine(file)
+    m = machine(tomllib.loads(Path(file).read_text(encoding="utf-8")))
     if tool == "motulator":
         simulated, spent, torque = motulator(m, seconds)
     else:
