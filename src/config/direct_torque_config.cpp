@@ -1,7 +1,7 @@
 #include "sextant/config/direct_torque_config.hpp"
 
-#include "magnetiser_config.hpp"
 #include "sextant/drive/drive_limits.hpp"
+#include "shared_control_keys.hpp"
 
 namespace sextant {
 namespace {
@@ -36,10 +36,7 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
   s.flag("flux_priority", p.flux_priority,
          "whether below the flux band a vector along the flux takes the place of zero vectors, up to "
          "magnetising_current_a");
-  s.number("torque_trim_ms", p.torque_trim.time_constant, {0, 1e4}, "ms",
-           "time constant with which the torque relays' reference is trimmed until the mean of the estimated "
-           "torque meets the command; 0: not trimmed",
-           1e-3);
+  describe_torque_trim(s, p.torque_trim);
 }
 
 bool trims_mean_torque(const DirectTorqueController<>::Parameters& p) {

@@ -1,16 +1,17 @@
 #include "sextant/config/flux_vector_config.hpp"
 
-#include "magnetiser_config.hpp"
+#include "shared_control_keys.hpp"
 
 namespace sextant {
 
 void describe(Section s, FluxVectorController<>::Parameters& p, const ControlSetup& setup) {
   describe_current_limit(s, p.current_limit, setup);
   describe_magnetiser(s, p.magnetiser, setup);
+  describe_torque_trim(s, p.torque_trim);
 }
 
-bool trims_mean_torque(const FluxVectorController<>::Parameters& /*parameters*/) {
-  return false;
+bool trims_mean_torque(const FluxVectorController<>::Parameters& p) {
+  return p.torque_trim.time_constant > 0;
 }
 
 }  // namespace sextant

@@ -1,6 +1,6 @@
 #include "sextant/config/modulated_config.hpp"
 
-#include "magnetiser_config.hpp"
+#include "shared_control_keys.hpp"
 
 namespace sextant {
 namespace {

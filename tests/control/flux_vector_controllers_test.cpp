@@ -27,11 +27,11 @@ struct Bounds;
 // A whole period of an active vector changes the torque by 5.9 N·m.
 template <class T>
 struct Bounds<PredictiveController<T>> {
-  static constexpr double worst = 3.5, rms = 1.6, bias = 0.35, flux_wb = 0.0055;
+  static constexpr double worst = 3.8, rms = 1.6, bias = 0.1, flux_wb = 0.0055;
 };
 template <class T>
 struct Bounds<DutyRatioController<T>> {
-  static constexpr double worst = 2.6, rms = 1.0, bias = 0.8, flux_wb = 0.0045;
+  static constexpr double worst = 2.6, rms = 0.8, bias = 0.1, flux_wb = 0.0045;
 };
 
 TYPED_TEST(FluxVectorControllers, TorqueAndFluxMeetTheirReferences) {

@@ -10,7 +10,7 @@ namespace sextant {
 /// The tables [control.predictive] and [control.duty_ratio].
 void describe(Section table, FluxVectorController<>::Parameters& parameters, const ControlSetup& setup);
 
-/// False: a mean torque may miss its reference by what a pattern of the set can.
+/// Without their trim the mean torque is below its reference by what the patterns of the set leave.
 [[nodiscard]] bool trims_mean_torque(const FluxVectorController<>::Parameters& parameters);
 
 }  // namespace sextant

@@ -2,13 +2,15 @@
 
 #include "sextant/control/deadbeat_voltage.hpp"
 #include "sextant/control/estimating_controller.hpp"
+#include "sextant/control/torque_trim.hpp"
 
 namespace sextant {
 
 /// What the controllers share that choose, of a set of patterns, the one that leads the stator flux vector
 /// nearest to its reference at the end of the coming period. With  ψ_s[k+1] = ψ_s + t_period (u − R_s i_s)
 /// that is the pattern whose mean voltage u is nearest to `deadbeat_voltage`. The vector stands for torque
-/// and flux at once, so that no weighting factor compares their errors. A method adds the set. Source: Y.
+/// and flux at once, so that no weighting factor compares their errors. What no pattern of the set realises
+/// is left for the next period; the trim takes its mean out of the torque. A method adds the set. Source: Y.
 /// Zhang, H. Yang, B. Xia, "Model-predictive control of induction motor drives: torque control versus flux
 /// control", IEEE Trans. Ind. Appl. 52 (2016) 4050–4060.
 template <class T = double>
@@ -16,9 +18,11 @@ class FluxVectorController : public EstimatingController<T> {
  public:
   struct Parameters : EstimatingController<T>::Parameters {
     T current_limit{T(250)};  ///< of the stator current that torque and flux may take [A]
+    typename TorqueTrim<T>::Parameters torque_trim{};
 
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
+      if (const char* problem = torque_trim.validate()) return problem;
       return validate_current_limit(current_limit, this->machine, this->flux_reference);
     }
   };
@@ -28,17 +32,23 @@ class FluxVectorController : public EstimatingController<T> {
   using typename EstimatingController<T>::Decision;
 
   FluxVectorController(const Parameters& parameters, T ripple_share) noexcept
-      : Base{parameters, ripple_share}, current_limit_{parameters.current_limit} {}
+      : Base{parameters, ripple_share},
+        current_limit_{parameters.current_limit},
+        torque_trim_{parameters.torque_trim, parameters.machine, Base::period()} {}
+
+  void release() noexcept SEXTANT_NONBLOCKING final { torque_trim_.reset(); }
 
  private:
   using Base = EstimatingController<T>;
 
   [[nodiscard]] Decision follow(const Demand& d) noexcept SEXTANT_NONBLOCKING final {
-    const CurrentDemand<T> demand{d.torque, d.psi_ref, current_limit_};
+    const T torque = torque_trim_.step(d.torque, Base::estimate_.torque, d.psi_ref, d.u_dc);
+    const CurrentDemand<T> demand{torque, d.psi_ref, current_limit_};
     return this->realise(deadbeat_voltage(Base::estimator(), d.x, demand, Base::period()), d.u_dc);
   }
 
   T current_limit_;  ///< [A]
+  TorqueTrim<T> torque_trim_;
 };
 
 }  // namespace sextant

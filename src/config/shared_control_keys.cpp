@@ -1,4 +1,4 @@
-#include "magnetiser_config.hpp"
+#include "shared_control_keys.hpp"
 
 #include "sextant/drive/drive_limits.hpp"
 #include "sextant/drive/steady_state.hpp"
@@ -21,6 +21,13 @@ void describe_current_limit(Section s, double& limit, const ControlSetup& setup)
             "largest magnitude of the stator current that the controller asks for, torque before the rise of "
             "the flux",
             [&setup] { return steady_state(setup.machine, setup.flux_reference, 1.0).current(); });
+}
+
+void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p) {
+  s.number("torque_trim_ms", p.time_constant, {0, 1e4}, "ms",
+           "time constant with which the torque reference is trimmed until the mean of the estimated torque "
+           "meets the command; 0: not trimmed",
+           1e-3);
 }
 
 }  // namespace sextant

@@ -3,6 +3,7 @@
 #include "sextant/config/control_method.hpp"
 #include "sextant/config/schema.hpp"
 #include "sextant/control/magnetiser.hpp"
+#include "sextant/control/torque_trim.hpp"
 
 namespace sextant {
 
@@ -11,5 +12,8 @@ void describe_magnetiser(Section table, Magnetiser<>::Parameters& parameters, co
 
 /// The key of the current that a method may ask for.
 void describe_current_limit(Section table, double& limit, const ControlSetup& setup);
+
+/// The key of the trim of the mean torque.
+void describe_torque_trim(Section table, TorqueTrim<>::Parameters& parameters);
 
 }  // namespace sextant
