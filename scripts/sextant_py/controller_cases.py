@@ -16,13 +16,23 @@ REFERENCE = (50, 60)  # [rad/s], [N·m]
 STEP_S, WINDOW_S, END_S = 0.35, 0.5, 0.8
 NYCC_S = 598
 
+LOW_SPEED = 20  # up to which the page judges low speed [rad/s]
+
 # A machine that is not what the controller believes, and sensors that are not ideal.
+PARAMETERS = FACTORS | {"l_ls": "x_ls_ohm", "l_lr": "x_lr_ohm"}
 DETUNED = {
     "exact parameters": {},
     "R_s ×1.5": {"r_s": 1.5},
     "R_r ×1.5": {"r_r": 1.5},
     "L_m ×0.7": {"l_m": 0.7},
+    "leakage ×0.5": {"l_ls": 0.5, "l_lr": 0.5},
+    "leakage ×1.5": {"l_ls": 1.5, "l_lr": 1.5},
 }
+
+# Without a speed sensor: the two best methods, by the estimator that estimates the speed too.
+BEST = ("foc", "deadbeat")
+SENSORLESS_SPEEDS = (20, 50, 100, 200)  # [rad/s]
+SENSORLESS_TORQUES = (15, 60, -60)  # [N·m]
 
 
 @dataclass(frozen=True)
@@ -78,11 +88,22 @@ def starts(method: str) -> list[Case]:
     return cases
 
 
+def standstill(method: str) -> list[Case]:
+    """15 N·m at standstill for 10 s."""
+    return [Case.of("standstill", method, (), at(0, 15, 25) | {"duration_s": WINDOW_S + 10})]
+
+
+def sensorless(method: str) -> list[Case]:
+    points = itertools.product(SENSORLESS_SPEEDS, SENSORLESS_TORQUES) if method in BEST else ()
+    estimator = {"control.flux_estimator": "sensorless_observer"}
+    return [Case.of("sensorless", method, point, at(*point, 25) | estimator) for point in points]
+
+
 def detuned(method: str, drive: Drive) -> list[Case]:
     cases = []
     for (name, factors), sensors in itertools.product(DETUNED.items(), SENSORS):
-        believed = {f"control.machine_estimate.{key}": drive.machine[key] for key in FACTORS.values()}
-        real = {f"machine.{FACTORS[k]}": drive.machine[FACTORS[k]] * factor for k, factor in factors.items()}
+        believed = {f"control.machine_estimate.{key}": drive.machine[key] for key in PARAMETERS.values()}
+        real = {f"machine.{PARAMETERS[k]}": drive.machine[PARAMETERS[k]] * factor for k, factor in factors.items()}
         settings = at(*REFERENCE, 25) | believed | real | SENSORS[sensors]
         cases.append(Case.of("detuned", method, (name, sensors), settings))
     return cases

@@ -139,6 +139,15 @@ def measure_run(golden_run: GoldenRun, problems: list[str], name: str) -> dict:
     }
 
 
+def methods(inputs: str) -> dict[str, dict[str, float]]:
+    """Instructions of a step of each control method, gates driven, on the measurements of a golden run."""
+    said = emulate("methods", inputs, "methods.costs", options=("-icount", f"shift={TICK_SHIFT}"))
+    names = said.split()
+    ticks = np.fromfile(BUILD / "methods.costs", "<u4").reshape(-1, len(names))
+    counts = np.round(ticks[ticks.any(axis=1)] / TICKS_PER_INSTRUCTION).astype(int)
+    return {name: spread(counts[:, n]) for n, name in enumerate(names)}
+
+
 def stack(inputs: str) -> int:
     """The most that the stack has held: in the firmware with its interrupt, or in a golden run [B]."""
     firmware = emulate("drive_firmware_run", options=("-icount", "shift=3"))
@@ -151,7 +160,7 @@ def stack(inputs: str) -> int:
 
 def measure_firmware(inputs: str, problems: list[str]) -> dict:
     image = BUILD / "drive_firmware.elf"
-    for checked in ("drive_firmware", "golden"):
+    for checked in ("drive_firmware", "golden", "methods"):
         names = firmware_image.forbidden(BUILD / f"{checked}.elf")
         problems += [f"{checked}: {name} must not be in it" for name in names]
     depends = output_of("ninja", "-C", BUILD, "-t", "deps", "CMakeFiles/drive_firmware.dir/drive_firmware.cpp.obj")
@@ -182,6 +191,7 @@ def measure(host: Path) -> tuple[dict, list[str]]:
         "processor": "Cortex-M4F",
         "firmware_bytes": firmware,
         "runs": measured,
+        "methods": methods(runs["delayed"].inputs),
     }
     return figures, problems
 
@@ -192,6 +202,8 @@ def bounded(figures: dict) -> dict[str, float]:
     for name, of_run in figures["runs"].items():
         for what, counts in of_run["instructions"].items():
             found |= {f"{name} {what} {statistic}": value for statistic, value in counts.items()}
+    for name, counts in figures["methods"].items():
+        found |= {f"{name} {statistic}": value for statistic, value in counts.items()}
     return found
 
 

@@ -63,6 +63,11 @@ def _instructions(figures: dict) -> str:
     return page.table(("instructions", *heads), rows)
 
 
+def _methods(figures: dict) -> str:
+    rows = ((f"`{name}`", f"{c['mean']:,.0f}", f"{c['max']:,}") for name, c in figures["methods"].items())
+    return page.table(("instructions of a step, gates driven, delayed", "mean", "most"), rows)
+
+
 def _golden(figures: dict) -> str:
     runs = figures["runs"]
     found = {(name, kind): runs[name]["against_host_float"][kind] for name in runs for kind in KINDS}
@@ -78,7 +83,7 @@ def _golden(figures: dict) -> str:
     return page.table(head, rows)
 
 
-TABLES = {"sizes": _sizes, "symbols": _symbols, "instructions": _instructions, "golden": _golden}
+TABLES = {"sizes": _sizes, "symbols": _symbols, "instructions": _instructions, "methods": _methods, "golden": _golden}
 
 
 def table(figures: dict) -> str:

@@ -61,11 +61,10 @@ class DirectTorqueController final : public EstimatingController<T> {
  private:
   using Base = EstimatingController<T>;
   using Base::estimate_;
-  using typename Base::Decision;
   using typename Base::Demand;
 
   /// The paper's Figures 2, 5 and 6: estimate, comparators and sector, switching table.
-  [[nodiscard]] Decision follow(const Demand& d) noexcept SEXTANT_NONBLOCKING override {
+  [[nodiscard]] GatePattern follow(const Demand& d) noexcept SEXTANT_NONBLOCKING override {
     const FluxAndCurrent<T>& x = d.x;
     const T reference = torque_trim_.step(d.torque, estimate_.torque, d.psi_ref, d.u_dc);
     const T torque = electromagnetic_torque(Base::estimator().machine().pole_pairs, x.psi_s, x.i_s);
@@ -79,7 +78,7 @@ class DirectTorqueController final : public EstimatingController<T> {
                               d.u_dc);
   }
 
-  [[nodiscard]] Decision realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
     return Base::whole_period(nearest_state(u, u_dc, Base::present()), u_dc);
   }
 

@@ -29,9 +29,8 @@ class DutyRatioController final : public FluxVectorController<T> {
 
  private:
   using Base = FluxVectorController<T>;
-  using typename Base::Decision;
 
-  [[nodiscard]] Decision realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
     std::size_t nearest = 1;
     T projection{};  // u · V_n [V²]
     for (std::size_t n = 1; n <= 6; ++n) {
@@ -49,14 +48,15 @@ class DutyRatioController final : public FluxVectorController<T> {
   }
 
   /// `active` [ns] in the middle of a period of its nearest zero vector; v: its voltage. [V]
-  [[nodiscard]] Decision pulse(SwitchState active, std::int32_t active_ns, SpaceVector<T> v) const noexcept {
+  [[nodiscard]] GatePattern pulse(SwitchState active, std::int32_t active_ns, SpaceVector<T> v) noexcept {
     const SwitchState zero = nearest_zero_state(active);
     const std::int32_t rest_ns = Base::period_ns() - active_ns;
     GatePattern pattern;
     pattern.append({zero, rest_ns / 2});
     pattern.append({active, active_ns});
     pattern.append({zero, rest_ns - rest_ns / 2});
-    return {pattern, (T(active_ns) / T(Base::period_ns())) * v};
+    Base::drive((T(active_ns) / T(Base::period_ns())) * v);
+    return pattern;
   }
 };
 

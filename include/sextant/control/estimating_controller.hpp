@@ -44,19 +44,15 @@ class EstimatingController : public Controller<T> {
     estimate_.psi_s = estimator_.psi_s();
     estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
     estimate_.torque = estimator_.torque();
-    if (mode_ == ControlMode::off) {
-      rest();
-    } else {
-      in_flight_ = decide(measurement, reference);
-    }
+    GatePattern pattern = mode_ == ControlMode::off ? rest() : decide(measurement, reference);
     estimate_.magnetised = magnetising_.done();
-    return in_flight_.pattern;
+    return pattern;
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING final {
     estimator_.reset();
     estimate_ = {};
-    rest();
+    (void)rest();
     forget();
     mode_ = ControlMode::off;
   }
@@ -71,10 +67,6 @@ class EstimatingController : public Controller<T> {
     T psi_ref{};          ///< [Wb]
     T u_dc{};             ///< [V]
   };
-  struct Decision {
-    GatePattern pattern{};
-    SpaceVector<T> u{};  ///< mean stator voltage of the pattern [V]
-  };
 
   /// ripple_share: as `MagnetisingControl::step` takes it. [-]
   EstimatingController(const Parameters& parameters, T ripple_share) noexcept
@@ -84,28 +76,35 @@ class EstimatingController : public Controller<T> {
         estimator_{parameters.machine, parameters.flux_estimator},
         magnetising_{parameters.magnetiser, period_} {}
 
-  /// The pattern with which the torque follows its reference.
-  [[nodiscard]] virtual Decision follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
-  /// The pattern whose mean voltage is nearest to u [V].
-  [[nodiscard]] virtual Decision realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING = 0;
+  /// The pattern with which the torque follows its reference. It must call `drive`.
+  [[nodiscard]] virtual GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
+  /// The pattern whose mean voltage is nearest to u [V]. It must call `drive`.
+  [[nodiscard]] virtual GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING = 0;
   /// The torque follows no reference; `estimate_` is that of this period.
   virtual void release() noexcept SEXTANT_NONBLOCKING {}
   /// What is left of earlier periods, as after power-up.
   virtual void forget() noexcept SEXTANT_NONBLOCKING {}
 
-  /// One switching state for the whole period.
-  [[nodiscard]] Decision whole_period(SwitchState state, T u_dc) const noexcept {
-    return {GatePattern{state, parameters_.period_ns}, stator_voltage(state, u_dc)};
+  /// The mean stator voltage of the pattern that is decided, with every leg driven. [V]
+  void drive(SpaceVector<T> u) noexcept {
+    u_in_flight_ = u;
+    is_driven_ = true;
   }
-  /// The state in force when the coming pattern begins.
-  [[nodiscard]] SwitchState present() const noexcept { return in_flight_.pattern.last_state(); }
+  /// One switching state for the whole period.
+  [[nodiscard]] GatePattern whole_period(SwitchState state, T u_dc) noexcept {
+    drive(stator_voltage(state, u_dc));
+    present_ = state;
+    return GatePattern{state, parameters_.period_ns};
+  }
+  /// The state of the last `whole_period`, until the gates go off.
+  [[nodiscard]] SwitchState present() const noexcept { return present_; }
 
   [[nodiscard]] const FluxTorqueEstimator<T>& estimator() const noexcept { return estimator_; }
   [[nodiscard]] T period() const noexcept { return period_; }  ///< [s]
   [[nodiscard]] std::int32_t period_ns() const noexcept { return parameters_.period_ns; }
 
  private:
-  [[nodiscard]] Decision decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
+  [[nodiscard]] GatePattern decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
     const T psi_ref = reference.flux_share * parameters_.flux_reference;
     if (mode_ == ControlMode::torque) return follow({ahead(), reference.torque, psi_ref, m.u_dc});
     release();
@@ -116,16 +115,18 @@ class EstimatingController : public Controller<T> {
 
   /// Flux and current when the pattern that is decided now begins.
   [[nodiscard]] FluxAndCurrent<T> ahead() const noexcept {
-    if (parameters_.actuation_delay_periods == 0 || !in_flight_.pattern.is_driven()) {
+    if (parameters_.actuation_delay_periods == 0 || !is_driven_) {
       return {estimator_.psi_s(), estimator_.i_s()};
     }
-    return predict(estimator_, in_flight_.u, period_);
+    return predict(estimator_, u_in_flight_, period_);
   }
 
-  void rest() noexcept {
+  [[nodiscard]] GatePattern rest() noexcept {
     magnetising_.reset();
     release();
-    in_flight_ = {GatePattern{gates_off, parameters_.period_ns}, {}};
+    is_driven_ = false;
+    present_ = gates_off;
+    return GatePattern{gates_off, parameters_.period_ns};
   }
 
   Parameters parameters_;
@@ -133,7 +134,9 @@ class EstimatingController : public Controller<T> {
   T ripple_share_;  ///< [-]
   FluxTorqueEstimator<T> estimator_;
   MagnetisingControl<T> magnetising_;
-  Decision in_flight_{};  ///< of the last step
+  SpaceVector<T> u_in_flight_{};  ///< mean voltage of the last pattern [V]
+  bool is_driven_{false};         ///< the last pattern drives every leg
+  SwitchState present_{gates_off};
   ControlMode mode_{ControlMode::off};
 };
 

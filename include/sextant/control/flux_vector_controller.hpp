@@ -29,7 +29,6 @@ class FluxVectorController : public EstimatingController<T> {
 
  protected:
   using typename EstimatingController<T>::Demand;
-  using typename EstimatingController<T>::Decision;
 
   FluxVectorController(const Parameters& parameters, T ripple_share) noexcept
       : Base{parameters, ripple_share},
@@ -41,7 +40,7 @@ class FluxVectorController : public EstimatingController<T> {
  private:
   using Base = EstimatingController<T>;
 
-  [[nodiscard]] Decision follow(const Demand& d) noexcept SEXTANT_NONBLOCKING final {
+  [[nodiscard]] GatePattern follow(const Demand& d) noexcept SEXTANT_NONBLOCKING final {
     const T torque = torque_trim_.step(d.torque, Base::estimate_.torque, d.psi_ref, d.u_dc);
     const CurrentDemand<T> demand{torque, d.psi_ref, current_limit_};
     return this->realise(deadbeat_voltage(Base::estimator(), d.x, demand, Base::period()), d.u_dc);

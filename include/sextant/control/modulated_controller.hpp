@@ -41,14 +41,14 @@ class ModulatedController : public EstimatingController<T> {
 
  private:
   using Base = EstimatingController<T>;
-  using typename Base::Decision;
 
-  [[nodiscard]] Decision follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING final {
+  [[nodiscard]] GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING final {
     return realise(voltage(demand), demand.u_dc);
   }
-  [[nodiscard]] Decision realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING final {
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING final {
     const SpaceVector<T> within = modulator_.within_hexagon(u, u_dc);
-    return {modulator_.step(within, u_dc, Base::period_ns()), within};
+    Base::drive(within);
+    return modulator_.step(within, u_dc, Base::period_ns());
   }
   void forget() noexcept SEXTANT_NONBLOCKING final { modulator_.reset(); }
 

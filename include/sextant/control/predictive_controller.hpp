@@ -21,9 +21,8 @@ class PredictiveController final : public FluxVectorController<T> {
 
  private:
   using Base = FluxVectorController<T>;
-  using typename Base::Decision;
 
-  [[nodiscard]] Decision realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
     return Base::whole_period(nearest_state(u, u_dc, Base::present()), u_dc);
   }
 };

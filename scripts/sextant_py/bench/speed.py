@@ -24,7 +24,8 @@ ESTIMATORS = (
     "observer",
     "sensorless_observer",
 )
-METHODS = {"dtc": {}, "deadbeat": {"at_most": 100.0}, "foc": {}}
+METHODS: dict[str, dict] = dict.fromkeys(("dtc", "duty_ratio", "predictive", "pwm_dtc", "feedback_linearisation", "foc"), {})
+METHODS |= {"deadbeat": {"at_most": 100.0}}
 CONTROL = (
     row("dtc_step_ratio", "ratio", "DTC step / hand-written reference of the same arithmetic", "x", at_most=1.2),
     row("drive_step_ratio", "ratio", "`Drive::step` with estimator, protections and monitor / the same reference", "x"),

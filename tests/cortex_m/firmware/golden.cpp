@@ -1,10 +1,12 @@
 // Golden inputs under QEMU: the answers of the drive and of the plant, and what each step cost in
 // instructions. Arguments (semihosting): golden INPUTS OUTPUTS COSTS.
+#include "arguments.hpp"
 #include "cortex_m/golden/golden_record.hpp"
 #include "cortex_m/golden/plant_replay.hpp"
 #include "report_stack.hpp"
 #include "semihosting.hpp"
 #include "startup.hpp"
+#include "stopwatch.hpp"
 #include "sys_tick.hpp"
 
 namespace sextant::golden {
@@ -12,16 +14,6 @@ namespace {
 
 using semihosting::File;
 using semihosting::Mode;
-
-/// Time stands still but for instructions: `-icount` advances the timer by a fixed amount for each.
-class Stopwatch {
- public:
-  void start() { begin_ = SysTick::instance().current; }
-  [[nodiscard]] std::uint32_t ticks() const { return (begin_ - SysTick::instance().current) & SysTick::mask; }
-
- private:
-  std::uint32_t begin_{};
-};
 
 /// Ticks of calls that do nothing, and that execute 1000 and 2000 instructions: how the checker knows that it
 /// counts instructions.
@@ -87,27 +79,6 @@ class MeasuredController final : public Controller<float> {
   return {ticks_of(do_nothing), ticks_of(do_thousand), ticks_of(do_two_thousand)};
 }
 
-/// The names after the program's, in place.
-struct Arguments {
-  char line[256]{};
-  const char* names[3]{};
-
-  [[nodiscard]] bool read() {
-    struct {
-      char* text;
-      std::int32_t size;
-    } block{line, sizeof line};
-    if (semihosting::detail::call(0x15, &block) != 0) return false;
-    int count = 0;
-    for (char* c = line; *c != '\0'; ++c) {
-      if (*c != ' ') continue;
-      *c = '\0';
-      if (count < 3) names[count++] = c + 1;
-    }
-    return count == 3;
-  }
-};
-
 [[nodiscard]] bool replay(const Setup& setup, File& inputs, File& outputs, File& costs) {
   // Statically, as firmware has them.
   static DirectTorqueController<float> controller{controller_parameters<float>(setup)};
@@ -144,7 +115,7 @@ struct Arguments {
 }
 
 [[nodiscard]] const char* run() {
-  static Arguments arguments;
+  static Arguments<3> arguments;
   if (!arguments.read()) return "golden: INPUTS OUTPUTS COSTS are expected\n";
   File inputs{arguments.names[0], Mode::read};
   File outputs{arguments.names[1], Mode::write};

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <tuple>
+
+#include "sextant/control/deadbeat_controller.hpp"
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/control/duty_ratio_controller.hpp"
+#include "sextant/control/feedback_linearisation_controller.hpp"
+#include "sextant/control/field_oriented_controller.hpp"
+#include "sextant/control/predictive_controller.hpp"
+#include "sextant/control/pwm_dtc_controller.hpp"
+
+namespace sextant {
+
+/// Every control method of Sextant, the paper's first. The configuration, the bench, the firmware's count of
+/// instructions, the real-time safety check and the conformance test walk this list.
+template <class T>
+using ControllerList = std::tuple<DirectTorqueController<T>, DutyRatioController<T>, PredictiveController<T>,
+                                  PwmDtcController<T>, FeedbackLinearisationController<T>,
+                                  FieldOrientedController<T>, DeadbeatController<T>>;
+
+}  // namespace sextant
