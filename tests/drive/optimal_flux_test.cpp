@@ -219,7 +219,9 @@ TEST(OptimalFlux, IronLossLowersTheFluxOnlyAsFarAsTheCurrentLimitAllows) {
     expect_optimum(c, FluxOptimum::min_loss, 100, torque, loss_of);
   }
   const double share = settled<double>(c, FluxOptimum::min_loss, 100, 40);
-  EXPECT_NEAR(c.at(share * c.psi, 100, 40)->current, 25.0, 1e-3) << "the limit counts here";
+  const auto circuit = c.at(share * c.psi, 100, 40);
+  ASSERT_TRUE(circuit.has_value());
+  EXPECT_NEAR(circuit->current, 25.0, 1e-3) << "the limit counts here";
 }
 
 TEST(OptimalFlux, IronLossLowersTheFluxOnlyAsFarAsTheBreakdownTorqueAllows) {

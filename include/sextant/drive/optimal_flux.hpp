@@ -42,10 +42,10 @@ struct FluxDemand {
 /// at which the torque takes the current limit I, and one for which the voltage suffices.
 /// The flux stays above `least_share`, from which torque starts, and below the limit by the voltage. It rises
 /// at once, as `FluxSlew` lets it, and falls with the time constant 3 τ_r, so that it does not follow a
-/// torque that comes and goes. Source: A. Ammar, A. Benakcha, A. Bourek, "Closed loop torque SVM-DTC based on
-/// robust super twisting speed controller for induction motor drive with efficiency optimization", Int. J.
-/// Hydrogen Energy 42 (2017) 17940–17952, who choose the flux by the loss; the equations here are those of
-/// the T-equivalent circuit.
+/// torque that comes and goes.
+/// The aim is that of A. Ammar, A. Benakcha, A. Bourek, "Closed loop torque SVM-DTC based on robust super
+/// twisting speed controller of induction motor drive with efficiency optimization", Int. J. Hydrogen Energy
+/// 42 (2017) 17940–17952; the equations are those of the T-equivalent circuit.
 template <class T = double>
 class OptimalFlux {
  public:
