@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -24,6 +25,27 @@ void share(DriveConfig& c) {
   c.control.u_dc = c.plant.io.u_dc;
   c.plant.io.period_ns = c.drive.period_ns;
   c.plant.io.actuation_delay_periods = c.control.actuation_delay_periods;
+}
+
+/// The stator flux by the torque.
+void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
+  s.choice(
+      "flux_optimum", p.optimum,
+      {{"constant", FluxOptimum::constant},
+       {"max_torque_per_ampere", FluxOptimum::max_torque_per_ampere},
+       {"min_loss", FluxOptimum::min_loss}},
+      "flux of a torque where the voltage leaves a choice: control.flux_reference_wb; of the least stator "
+      "current, or of the least loss in stator, rotor and iron, up to it");
+  s.number("flux_least_share", p.least_share, {0.05, 1}, "",
+           "least flux of the last two, as a share of control.flux_reference_wb; torque starts from it");
+  s.add("iron_loss_resistance_ohm", "ohm",
+        "of min_loss: per phase, across the voltage that the stator flux induces; not set: no iron loss",
+        NumberField{{1e-3, 1e9},
+                    [&p] {
+                      const double r = p.iron_loss_resistance;
+                      return std::isfinite(r) ? std::optional{r} : std::nullopt;
+                    },
+                    [&p](double x) { p.iron_loss_resistance = x; }});
 }
 
 }  // namespace
@@ -70,6 +92,7 @@ void describe(Section root, DriveConfig& c) {
   drive.derived("current_limit_a", c.drive.capability.current_limit, current_a, "A",
                 "peak of the stator current vector to which the torque is limited",
                 [&c] { return 0.8 * c.drive.protection.over_current; });
+  describe_optimal_flux(drive, c.drive.optimal_flux);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant);

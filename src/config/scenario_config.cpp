@@ -199,6 +199,8 @@ std::string validate_event_exact(const ScenarioConfig& c) {
   if (c.drive.drive.magnetise_first)
     return "an event-exact run has no drive states, set drive.magnetise_first = false and give "
            "event_exact.initial_flux_wb instead";
+  if (c.drive.drive.optimal_flux.optimum != FluxOptimum::constant)
+    return "an event-exact run has no drive around its controller, drive.flux_optimum must be \"constant\"";
   if (!is_ideal(c.drive.plant.io))
     return "an event-exact run has no samples, plant.sensors must be ideal and plant.faults.kind \"none\"";
   const IntegratorKind integrator = c.drive.plant.integrator;

@@ -57,6 +57,12 @@ TEST(EventExactConfig, HasNoStateInWhichToMagnetise) {
               HasSubstr("event_exact.initial_flux_wb"));
 }
 
+TEST(EventExactConfig, HasNoDriveThatChoosesTheFlux) {
+  EXPECT_THAT(refusal({"mode=event_exact", "drive.flux_optimum=min_loss"}),
+              HasSubstr("drive.flux_optimum must be \"constant\""));
+  EXPECT_EQ(refusal({"drive.flux_optimum=min_loss"}), "accepted");
+}
+
 TEST(EventExactConfig, HasTwoEnginesOnly) {
   for (const char* integrator : {"exact", "erk"}) {
     SCOPED_TRACE(integrator);

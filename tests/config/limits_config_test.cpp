@@ -153,6 +153,22 @@ TEST_F(LimitsConfig, ATypedCurveNeedsItsEnd) {
   EXPECT_EQ(c.drive.capability.zero_torque_speed, 100);
 }
 
+TEST_F(LimitsConfig, TheFluxIsConstantUnlessItsOptimumIsAskedFor) {
+  const OptimalFlux<>::Parameters by_default = load_ecu_config(shipped_ecu).drive.drive.optimal_flux;
+  EXPECT_EQ(by_default.optimum, FluxOptimum::constant);
+  EXPECT_TRUE(std::isinf(by_default.iron_loss_resistance));
+  const OptimalFlux<>::Parameters asked =
+      load_ecu_config(shipped_ecu, {"drive.flux_optimum=min_loss", "drive.flux_least_share=0.3",
+                                    "drive.iron_loss_resistance_ohm=900"})
+          .drive.drive.optimal_flux;
+  EXPECT_EQ(asked.optimum, FluxOptimum::min_loss);
+  EXPECT_EQ(asked.least_share, 0.3);
+  EXPECT_EQ(asked.iron_loss_resistance, 900);
+  EXPECT_EQ(load_ecu_config(shipped_ecu, {"drive.flux_optimum=max_torque_per_ampere"})
+                .drive.drive.optimal_flux.optimum,
+            FluxOptimum::max_torque_per_ampere);
+}
+
 TEST_F(LimitsConfig, ArePrintedWithTheirOrigin) {
   const std::string text = print_config(load_ecu_config(shipped_ecu));
   EXPECT_THAT(text, HasSubstr("torque_limit_nm = 150 "));

@@ -550,6 +550,43 @@ TYPED_TEST(DriveOf, TheFluxReferenceSlewsWithTheGatesOnAndJumpsWithThemOff) {
   EXPECT_EQ(this->controller->last_reference.flux_share, T(1));
 }
 
+TYPED_TEST(DriveOf, TheOptimumOfTheFluxCountsWhileTorqueIsMadeAndNothingLimitsItNow) {
+  using T = TypeParam;
+  typename Drive<T>::Parameters parameters;
+  parameters.optimal_flux.optimum = FluxOptimum::max_torque_per_ampere;
+  this->restart(parameters);
+  this->controller->estimate().magnetised = false;
+  this->step();
+  this->receive(T(0), false);
+  this->run(ms);
+  this->receive(T(0), true);
+  EXPECT_EQ(this->run(50 * ms).telemetry.state, DriveState::magnetising);
+  EXPECT_EQ(this->controller->last_reference.flux_share, T(1)) << "the machine gets its whole flux first";
+  this->controller->estimate().magnetised = true;
+  const auto run_on = [&](T torque, int commands) {
+    for (int k = 0; k < commands; ++k) {
+      this->receive(torque, true);
+      this->run(40 * ms);
+    }
+  };
+  run_on(T(0), 60);
+  EXPECT_NEAR(this->controller->last_reference.flux_share, T(0.4), T(2e-3));
+  // The estimate says that there is little flux: the torque is limited by it, and all of it is wanted.
+  this->controller->estimate().psi_s = {T(0.44), T(0)};
+  this->receive(T(150), true);
+  auto out = this->run(ms);
+  EXPECT_EQ(out.telemetry.state, DriveState::derated);
+  EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::voltage_limit);
+  EXPECT_LT(out.telemetry.torque_motoring, T(100));
+  EXPECT_EQ(out.telemetry.torque_regenerating, T(150));
+  this->controller->estimate().psi_s = {T(1.1), T(0)};
+  run_on(T(150), 2);
+  out = this->step();
+  EXPECT_EQ(out.telemetry.state, DriveState::torque);
+  EXPECT_EQ(out.telemetry.torque_motoring, T(150));
+  EXPECT_EQ(this->controller->last_reference.flux_share, T(1));
+}
+
 TYPED_TEST(DriveOf, TheTorqueStaysWithinTheCurrentLimitByTheCurrentThatFlows) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
@@ -827,6 +864,9 @@ TYPED_TEST(DriveOf, RefusesParametersThatCannotWork) {
   EXPECT_NE(parameters.validate(), nullptr);
   parameters = {};
   parameters.capability.torque = 0;
+  EXPECT_NE(parameters.validate(), nullptr);
+  parameters = {};
+  parameters.optimal_flux.least_share = 0;
   EXPECT_NE(parameters.validate(), nullptr);
   parameters = {};
   parameters.torque_monitor.limit = 0;

@@ -40,13 +40,16 @@ struct Stretch {
 };
 
 /// A drive on its simulated power stage, commanded by hand on virtual time.
-class DriveRig {
+template <class ControlMethod = DirectTorqueController<double>>
+class DriveRigOf {
  public:
   static constexpr std::int64_t period_ns = 25'000;
   static constexpr double period_s = 25e-6;
 
-  explicit DriveRig(const RigParameters& p = {})
-      : stage_{p.stage, p.load}, controller_{p.controller}, drive_{p.drive, controller_} {}
+  explicit DriveRigOf(const RigParameters& p = {}) : DriveRigOf{p, p.controller} {}
+  /// With parameters of the control method that stand in the place of `p.controller`.
+  DriveRigOf(const RigParameters& p, const typename ControlMethod::Parameters& controller)
+      : stage_{p.stage, p.load}, controller_{controller}, drive_{p.drive, controller_} {}
 
   /// The hand-shake of the contract; the next period is the first with torque.
   void start() {
@@ -107,9 +110,10 @@ class DriveRig {
 
  private:
   SimulatedPowerStage stage_;
-  DirectTorqueController<double> controller_;
+  ControlMethod controller_;
   Drive<double> drive_;
   std::uint64_t sequence_{0};
 };
+using DriveRig = DriveRigOf<>;
 
 }  // namespace sextant

@@ -8,7 +8,7 @@ namespace sextant {
 enum class DeratingCause : std::uint8_t {
   none = 0,           ///< nothing but configured limits of the torque
   current_limit = 1,  ///< the drive's limit of the stator current
-  voltage_limit = 2,  ///< the voltage of the link, or the breakdown torque at the flux that it allows
+  voltage_limit = 2,  ///< the voltage of the link, or the breakdown torque at a flux below the configured one
   temperature = 3,    ///< the winding, by its thermal model
   dc_link_limit = 4,  ///< not used
   gates_are_off = 5   ///< GATES_OFF in the contract: the torque is available after an enable

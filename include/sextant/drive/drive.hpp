@@ -15,6 +15,7 @@
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/drive/flux_slew.hpp"
+#include "sextant/drive/optimal_flux.hpp"
 #include "sextant/drive/present_limit.hpp"
 #include "sextant/drive/torque_capability.hpp"
 #include "sextant/drive/voltage_reserve.hpp"
@@ -42,6 +43,7 @@ class Drive {
     typename CommandSupervision<T>::Parameters command{};
     typename Protection<T>::Parameters protection{};
     typename TorqueCapability<T>::Parameters capability{};
+    typename OptimalFlux<T>::Parameters optimal_flux{};
     typename VoltageReserve<T>::Parameters reserve{};
     typename TorqueMonitor<T>::Parameters torque_monitor{};
 
@@ -51,6 +53,7 @@ class Drive {
       if (const char* problem = command.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
       if (const char* problem = capability.validate()) return problem;
+      if (const char* problem = optimal_flux.validate()) return problem;
       if (const char* problem = reserve.validate()) return problem;
       return torque_monitor.validate();
     }
@@ -67,6 +70,7 @@ class Drive {
                        parameters.capability.current_limit},
         reserve_{parameters.reserve, parameters.capability.machine, parameters.capability.flux_reference,
                  parameters.period_ns},
+        optimal_flux_{parameters.optimal_flux, parameters.capability},
         flux_slew_{parameters.capability.machine},
         torque_monitor_{parameters.torque_monitor} {}
 
@@ -99,7 +103,10 @@ class Drive {
     limited_ = limited || command.derated;
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
-    DriveOutput<T> output{control(measurement, usable, makes_torque(state_) ? command.torque : T(0), dt),
+    const FluxDemand<T> demand{.torque = makes_torque(state_) ? command.torque : T(0),
+                               .omega_m = measurement.omega_m,
+                               .takes_most = limited || !makes_torque(state_)};
+    DriveOutput<T> output{control(measurement, usable, demand, dt),
                           telemetry(t_ns, measurement, i_dc, request, command, available)};
     output.telemetry.switch_state = output.pattern.last_state();
     return output;
@@ -225,10 +232,11 @@ class Drive {
     state_ = next;
   }
 
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable, T torque, T dt) noexcept {
-    const T target = capability_.flux_share(torque);
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable,
+                                    const FluxDemand<T>& demand, T dt) noexcept {
+    const T target = optimal_flux_.step(demand, capability_, dt);
     const T share = gates_are_on(state_) ? flux_slew_.step(target, dt) : flux_slew_.reset(target);
-    reference_ = {control_mode(), torque, share};
+    reference_ = {control_mode(), demand.torque, share};
     if (usable) return controller_.step(measurement, reference_);
     controller_.reset();
     return GatePattern{gates_off, parameters_.period_ns};
@@ -280,6 +288,7 @@ class Drive {
   TorqueCapability<T> capability_;
   PresentLimit<T> present_limit_;
   VoltageReserve<T> reserve_;
+  OptimalFlux<T> optimal_flux_;
   FluxSlew<T> flux_slew_;
   TorqueMonitor<T> torque_monitor_;
   FaultMemory faults_{};

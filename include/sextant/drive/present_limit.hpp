@@ -19,8 +19,8 @@ namespace sextant {
 /// Below a tenth of its reference the flux counts as that tenth: a machine without flux gets its first flux
 /// by a torque reference (switching table).
 ///
-/// Pull-out, while the flux is weakened: the angle δ between stator and rotor flux stays below 42°, of which
-/// the breakdown torque has 45,
+/// Pull-out, while the flux is below its configured value: the angle δ between stator and rotor flux stays
+/// below 42°, of which the breakdown torque has 45,
 ///   |τ_e| = 3/2 p/(σL_s) |ψ_s| |k_r ψ_r| sin δ,   k_r ψ_r = ψ_s − σL_s i_s
 /// but for a twentieth of the breakdown torque at the flux, or at 32 % of its reference, for the same reason.
 /// At larger angles the rotor flux decays and the torque with it, and a torque reference holds that state.

@@ -125,6 +125,16 @@ class TorqueCapability {
     return weakened > full ? std::max(least_share, std::sqrt(full / weakened)) : T(1);
   }
 
+  /// A relative slip at which a torque [N·m] within the available range needs no more voltage than there is,
+  /// or which takes more flux than `flux_share`: `slip` itself, else that of the largest torque. [-]
+  [[nodiscard]] T within_voltage(T torque, T slip) const noexcept {
+    if (is_easy_) return slip;
+    const std::size_t side = torque * omega_m_ < T(0) ? regenerating : motoring;
+    const T share = std::abs(torque) * inverse_twice_breakdown_;
+    const bool suffices = share * demand_of(side).at(slip) * inverse_voltage_ <= slip;
+    return suffices ? slip : std::min(slip, sides_[side].slip);
+  }
+
  private:
   static constexpr T least_share = T(0.05);
   static constexpr T easy = T(0.8);  // share of the voltage's square below which it is no limit
