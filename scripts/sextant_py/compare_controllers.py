@@ -4,7 +4,7 @@ import argparse
 import os
 from pathlib import Path
 
-from . import controller_cases, controller_page, mil_program, torque_map_drive
+from . import controller_cases, controller_cost, controller_page, controller_step, mil_program, torque_map_drive
 from .controller_bench import Bench, Record, Results, common_period, methods
 from .errors import UserError, run
 from .paths import OUT, ROOT
@@ -62,7 +62,8 @@ def measure(options: argparse.Namespace) -> Results:
         records.extend(bench.run(cases, progress_of(len(cases), title, "compare_controllers")))
 
     run_all("periods", [case for name in names for case in controller_cases.tuning(name)])
-    results = Results(drive.version, drive.commit, names, {}, records)
+    results = Results(drive.version, drive.commit, names, {}, records, controller_cost.step_ns(names))
+    results.step = controller_step.measure(mil, bench.scenario)
     results.periods_us = {name: common_period(results.of("tuning", name)) for name in names}
     speeds = controller_cases.QUICK_SPEEDS if options.quick else controller_cases.SPEEDS
     torques = controller_cases.QUICK_TORQUES if options.quick else controller_cases.TORQUES
@@ -71,7 +72,7 @@ def measure(options: argparse.Namespace) -> Results:
         cases += controller_cases.grid("switching", name, results.periods_us[name], speeds, torques)
         cases += controller_cases.starts(name)
         if not options.quick:
-            cases += controller_cases.detuned(name, drive) + controller_cases.cycle(name)
+            cases += controller_cases.detuned(name, drive) + controller_cases.cycles(name)
             cases += controller_cases.standstill(name) + controller_cases.sensorless(name)
         run_all(name, cases)
     return results

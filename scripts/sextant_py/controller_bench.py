@@ -64,6 +64,8 @@ class Results:
     methods: list[str]
     periods_us: dict[str, float]  # with the switching frequency in common, by method
     records: list[Record]
+    step_ns: dict[str, float] = field(default_factory=dict)  # CPU time of a step, by method
+    step: dict = field(default_factory=dict)  # curves of a torque step, as controller_step has them
 
     def of(self, section: str, method: str) -> list[Record]:
         return [r for r in self.records if (r.section, r.method) == (section, method)]

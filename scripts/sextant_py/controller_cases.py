@@ -33,6 +33,7 @@ DETUNED = {
 BEST = ("foc", "deadbeat")
 SENSORLESS_SPEEDS = (20, 50, 100, 200)  # [rad/s]
 SENSORLESS_TORQUES = (15, 60, -60)  # [N·m]
+OPTIMA = ("constant", "max_torque_per_ampere", "min_loss")  # of drive.flux_optimum
 
 
 @dataclass(frozen=True)
@@ -109,14 +110,20 @@ def detuned(method: str, drive: Drive) -> list[Case]:
     return cases
 
 
-def cycle(method: str) -> list[Case]:
+def cycle(method: str, optimum: str = "constant") -> Case:
     """The New York City Cycle with the paper's load, the table of torque and speed clipped."""
     settings = {
         "duration_s": NYCC_S,
         DELAY: 1,
+        "drive.flux_optimum": optimum,
         "cycle.file": str(ROOT / "configs/cycles/nycc.csv"),
         "cycle.table": str(ROOT / "configs/vehicles/passive_ev.csv"),
         "cycle.extrapolation": "clip",
         "metrics.window_from_s": 0.5,
     }
-    return [Case.of("cycle", method, (), settings)]
+    return Case.of("cycle", method, (optimum,), settings)
+
+
+def cycles(method: str) -> list[Case]:
+    """With the configured flux; of the paper's method and the two best also with every optimum."""
+    return [cycle(method, optimum) for optimum in (OPTIMA if method in ("dtc", *BEST) else OPTIMA[:1])]

@@ -3,14 +3,16 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from . import controller_figures
-from .controller_bench import Results
-from .controller_cases import DETUNED, REFERENCE, SWITCHING_HZ
+from . import controller_cost, controller_figures
+from .controller_bench import Record, Results
+from .controller_cases import BEST, DETUNED, LOW_SPEED, NYCC_S, OPTIMA, REFERENCE, SWITCHING_HZ
 from .page import table
 from .torque_map_drive import SENSORS
 
 TEMPLATE = Path(__file__).with_name("controller_page.md")
 Value = Callable[[str], object]
+SHORT = ("sampling", "switching", "sampling_worst", "switching_worst", "start")  # what --quick measures
+EVENTS_PER_HZ = 6 * NYCC_S  # commutations of three legs over the cycle, two a switching period
 
 
 def figure(value: float | None, digits: int = 2) -> str:
@@ -70,7 +72,7 @@ def _worst(results: Results, section: str) -> str:
     )
 
 
-def is_available(record) -> bool:
+def is_available(record: Record) -> bool:
     """The command was within the published torque, so that the reference is the command."""
     speed, torque = record.what
     side = "torque_motoring_nm" if speed * torque >= 0 else "torque_regenerating_nm"
@@ -112,13 +114,55 @@ def _detuned(results: Results) -> str:
     return _by_method(results, rows)
 
 
+def _low_speed(results: Results) -> str:
+    """Over the points up to LOW_SPEED with torque, and 10 s at standstill."""
+
+    def points(method: str) -> list[Record]:
+        return [r for r in results.of("sampling", method) if abs(r.what[0]) <= LOW_SPEED and is_available(r)]
+
+    def flux_deviation(method: str) -> str:
+        return figure(100 * max(flux_error(r) for r in points(method)), 2)
+
+    return _by_method(
+        results,
+        [
+            ("torque ripple, RMS, worst [N·m]", lambda m: figure(max(ripple(r) for r in points(m)))),
+            ("stator flux, worst deviation [%]", flux_deviation),
+            (
+                "15 N·m at standstill for 10 s: ripple, RMS [N·m]",
+                lambda m: figure(results.metric("standstill", m, (), "torque_ripple_rms_nm")),
+            ),
+        ],
+    )
+
+
+def ripple(record: Record) -> float:
+    return record.metrics["torque_ripple_rms_nm"]
+
+
+def flux_error(record: Record) -> float:
+    """Largest deviation of the stator flux from its middle, as a share of it."""
+    least, most = record.metrics["flux_min_wb"], record.metrics["flux_max_wb"]
+    return (most - least) / (most + least)
+
+
+def _sensorless(results: Results) -> str:
+    records = {m: results.of("sensorless", m) for m in BEST if m in results.methods}
+    points = sorted({tuple(r.what) for found in records.values() for r in found})
+
+    def value(method: str, point: tuple) -> str:
+        names = ("torque_bias_nm", "torque_ripple_rms_nm")
+        return " / ".join(figure(results.metric("sensorless", method, point, name)) for name in names)
+
+    rows = (
+        (f"{speed:g} rad/s, {torque:g} N·m", *(value(m, (speed, torque)) for m in records)) for speed, torque in points
+    )
+    return table(("", *records), rows)
+
+
 def _cycle(results: Results) -> str:
     def of(name: str, digits: int, scale: float = 1.0) -> Value:
-        def value(method: str) -> str:
-            found = results.metric("cycle", method, (), name)
-            return figure(None if found is None else found * scale, digits)
-
-        return value
+        return lambda method: _scaled(results, method, "constant", name, digits, scale)
 
     return _by_method(
         results,
@@ -127,9 +171,52 @@ def _cycle(results: Results) -> str:
             ("stator flux, least [Wb]", of("flux_min_wb", 3)),
             ("stator flux, most [Wb]", of("flux_max_wb", 3)),
             ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
+            ("switching events, of all legs [million]", of("switching_frequency_hz", 1, EVENTS_PER_HZ * 1e-6)),
             ("energy from the link [kJ]", of("energy_from_link_j", 1, 1e-3)),
             ("energy into the link [kJ]", of("energy_to_link_j", 1, 1e-3)),
             ("copper loss [kJ]", of("energy_copper_j", 1, 1e-3)),
+        ],
+    )
+
+
+def _scaled(results: Results, method: str, optimum: str, name: str, digits: int, scale: float) -> str:
+    found = results.metric("cycle", method, (optimum,), name)
+    return figure(None if found is None else found * scale, digits)
+
+
+def _flux(results: Results) -> str:
+    methods = [m for m in results.methods if len(results.of("cycle", m)) == len(OPTIMA)]
+    rows = []
+    for method in methods:
+        for optimum in OPTIMA:
+
+            def net(method: str = method, optimum: str = optimum) -> str:
+                ways = [results.metric("cycle", method, (optimum,), f"energy_{way}_link_j") for way in ("from", "to")]
+                return "–" if None in ways else figure((ways[0] - ways[1]) / 1e3, 1)
+
+            rows.append((
+                f"`{method}`, `{optimum}`",
+                _scaled(results, method, optimum, "energy_copper_j", 1, 1e-3),
+                net(),
+                _scaled(results, method, optimum, "torque_error_rms_nm", 3, 1),
+                _scaled(results, method, optimum, "switching_frequency_hz", 1, 1e-3),
+            ))  # fmt: skip
+    heads = ("", "copper loss [kJ]", "net energy from the link [kJ]", "torque error, RMS [N·m]", "switching [kHz]")
+    return table(heads, rows)
+
+
+def _cost(results: Results) -> str:
+    counts = controller_cost.instructions()
+
+    def of(which: str) -> Value:
+        return lambda m: f"{counts[m][which]:,.0f}" if m in counts else "–"
+
+    return _by_method(
+        results,
+        [
+            ("CPU time [ns]", lambda m: figure(results.step_ns.get(m), 0)),
+            ("Cortex-M4F, instructions, mean", of("mean")),
+            ("Cortex-M4F, instructions, most", of("max")),
         ],
     )
 
@@ -141,14 +228,18 @@ def tables(results: Results) -> dict[str, str]:
         "sampling_worst": _worst(results, "sampling"),
         "switching_worst": _worst(results, "switching"),
         "start": _starts(results),
+        "low_speed": _low_speed(results),
         "detuned": _detuned(results),
+        "sensorless": _sensorless(results),
+        "flux": _flux(results),
+        "cost": _cost(results),
         "cycle": _cycle(results),
     }
 
 
 def text(results: Results) -> str:
     """For the terminal."""
-    shown = {name: one for name, one in tables(results).items() if name not in ("detuned", "cycle")}
+    shown = {name: one for name, one in tables(results).items() if name in SHORT}
     return "\n\n".join(f"{name}\n{one}" for name, one in shown.items())
 
 
@@ -162,6 +253,8 @@ def write(results: Results, docs: Path) -> list[Path]:
         speed=REFERENCE[0],
         torque=REFERENCE[1],
         kilohertz=SWITCHING_HZ // 1000,
+        low=LOW_SPEED,
+        least_flux_optima=", ".join(f"`{name}`" for name in OPTIMA),
         runs=len(results.records),
         failed="; ".join(f"{r.method}, {r.section} {r.what}: {r.reason}" for r in failed) or "none",
         **tables(results),

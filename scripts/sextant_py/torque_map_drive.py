@@ -17,8 +17,8 @@ from .sweep_point import clean_reason, read_summary
 # What every drive of the map has besides configs/ecu.toml: limits beyond which the map goes on purpose.
 COMMON: Settings = {"plant.integrator": "exact", "protection.over_speed_rad_s": 500}
 
-# The paper's drive: switching table, voltage model, no magnetising, no torque trim, no flux priority, no torque monitor, and none of the
-# protections by a model of the machine.
+# The paper's drive: switching table, voltage model, no magnetising, torque trim, flux priority or torque monitor,
+# and none of the protections by a model of the machine.
 PAPER_OPTIONAL: Settings = {
     "control.controller": "dtc",
     "control.flux_estimator": "voltage_model",

@@ -83,6 +83,8 @@ class Lab:
                 self.records[record["key"]] = record
                 step()
         except OSError as error:
+            if error.filename and Path(error.filename) != self.file:
+                raise UserError(f"{error.filename} cannot be run: {error.strerror}.") from None
             raise UserError(f"{self.file} cannot be written: {error.strerror}.") from None
         finally:
             log.close()

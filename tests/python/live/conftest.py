@@ -1,7 +1,7 @@
 """Fixtures of the live tests: sextant-ecu runs as a process of its own and is met only over CAN and DDS.
 
 The environment says what is tested: SEXTANT_BIN is the directory of the programs, SEXTANT_LIVE_BUS the kind of CAN bus,
-"socketcan" (vcan0, inside scripts/with_vcan) or "udp_multicast", SEXTANT_LIVE_INTEGRATOR the plant's integrator.
+"socketcan" (vcan0, inside scripts/with_vcan) or "udp_multicast".
 """
 
 import gc

@@ -1,6 +1,5 @@
 """sextant-ecu as a process."""
 
-import os
 import signal
 import subprocess
 import time
@@ -23,8 +22,7 @@ class DriveProcess(ProgramProcess):
     """One drive on a bus and in a DDS domain."""
 
     def __init__(self, address: str, domain: int, folder: Path, settings: tuple[str, ...] = ()) -> None:
-        integrator = os.environ.get("SEXTANT_LIVE_INTEGRATOR", "cvode")
-        own = (f"dds.domain={domain}", f"dds.statistics_rate_hz={STATISTICS_HZ}", f"plant.integrator={integrator}")
+        own = (f"dds.domain={domain}", f"dds.statistics_rate_hz={STATISTICS_HZ}")
         super().__init__(
             [program("sextant-ecu"), ROOT / "configs" / "ecu.toml", "--can", address, *overrides((*own, *settings))],
             folder / f"sextant-ecu.{time.monotonic_ns()}.stderr",
