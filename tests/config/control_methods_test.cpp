@@ -132,8 +132,12 @@ TEST(ControlMethods, SayWhetherTheyTrimTheMeanTorqueWhichTheVoltageReserveTolera
                                              control_method<elsewhere::TrimmedController>()};
     return load_ecu_config(shipped_ecu, overrides, methods).drive.drive.reserve.tolerance;
   };
-  EXPECT_EQ(tolerance({}), 0.5) << "direct torque control trims by default";
-  EXPECT_EQ(tolerance({"control.dtc.torque_trim_ms=0"}), 1.0);
+  EXPECT_EQ(tolerance({"control.controller=foc"}), 0.5);
+  for (const std::string name : {"dtc", "duty_ratio", "predictive"}) {
+    const std::string chosen = "control.controller=" + name;
+    EXPECT_EQ(tolerance({chosen}), 0.5) << name << " trims by default";
+    EXPECT_EQ(tolerance({chosen, "control." + name + ".torque_trim_ms=0"}), 1.0) << name;
+  }
   EXPECT_EQ(tolerance({"control.controller=own", "control.own.gain=1"}), 1.0) << "it does not say so";
   EXPECT_EQ(tolerance({"control.controller=trimmed"}), 1.0);
   EXPECT_EQ(tolerance({"control.controller=trimmed", "control.trimmed.trims=true"}), 0.5);

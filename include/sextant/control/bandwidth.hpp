@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/control/modulated_controller.hpp"
+
 namespace sextant {
 
 /// A fifth of 1/t_period: the bandwidth of a continuous control method in a period [ns]. [rad/s]
@@ -11,16 +13,25 @@ template <class T>
   return T(0.2e9) / T(period_ns);
 }
 
-/// nullptr, else what is wrong with a bandwidth [rad/s] in a period [ns]. Half of what leads a quantity to
-/// its reference within a period leaves room for a machine with half the leakage inductance.
+/// Parameters of a modulated method whose quantities follow their references with 1/(1 + s/α).
 template <class T>
-[[nodiscard]] const char* validate_bandwidth(T bandwidth, std::int32_t period_ns) noexcept {
-  if (!(std::isfinite(bandwidth) && bandwidth > T(0)))
-    return "the bandwidth of the control must be above zero";
-  if (!(bandwidth * T(period_ns) <= T(0.5e9))) {
-    return "the bandwidth of the control must be at most 0.5 divided by the control period";
+struct BandwidthParameters : ModulatedController<T>::Parameters {
+  T bandwidth{default_bandwidth<T>(25'000)};  ///< α [rad/s]
+
+  /// Half of what leads a quantity to its reference within a period leaves room for a machine with half the
+  /// leakage inductance.
+  [[nodiscard]] const char* validate() const noexcept {
+    if (const char* problem = ModulatedController<T>::Parameters::validate()) return problem;
+    if (!(std::isfinite(bandwidth) && bandwidth > T(0)))
+      return "the bandwidth of the control must be above zero";
+    if (!(bandwidth * T(this->period_ns) <= T(0.5e9))) {
+      return "the bandwidth of the control must be at most 0.5 divided by the control period";
+    }
+    return nullptr;
   }
-  return nullptr;
-}
+
+  /// 1 − e^{−α t_period}: what of an error is gone after a period. [-]
+  [[nodiscard]] T approach() const noexcept { return -std::expm1(-bandwidth * T(this->period_ns) * T(1e-9)); }
+};
 
 }  // namespace sextant

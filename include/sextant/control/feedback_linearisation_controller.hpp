@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "sextant/control/bandwidth.hpp"
 #include "sextant/control/modulated_controller.hpp"
@@ -26,17 +25,10 @@ class FeedbackLinearisationController final : public ModulatedController<T> {
   static constexpr const char* meaning =
       "direct torque control with feedback linearisation and space-vector modulation";
 
-  struct Parameters : ModulatedController<T>::Parameters {
-    T bandwidth{default_bandwidth<T>(25'000)};  ///< α of torque and flux [rad/s]
-
-    [[nodiscard]] const char* validate() const noexcept {
-      if (const char* problem = ModulatedController<T>::Parameters::validate()) return problem;
-      return validate_bandwidth(bandwidth, this->period_ns);
-    }
-  };
+  struct Parameters : BandwidthParameters<T> {};
 
   explicit FeedbackLinearisationController(const Parameters& parameters) noexcept
-      : Base{parameters}, gain_{-std::expm1(-parameters.bandwidth * Base::period()) / Base::period()} {}
+      : Base{parameters}, gain_{parameters.approach() / Base::period()} {}
 
  private:
   using Base = ModulatedController<T>;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cmath>
-
 #include "sextant/control/bandwidth.hpp"
 #include "sextant/control/current_reference.hpp"
 #include "sextant/control/modulated_controller.hpp"
@@ -32,17 +30,10 @@ class FieldOrientedController final : public ModulatedController<T> {
   static constexpr const char* name = "foc";
   static constexpr const char* meaning = "field-oriented control with space-vector modulation";
 
-  struct Parameters : ModulatedController<T>::Parameters {
-    T bandwidth{default_bandwidth<T>(25'000)};  ///< α of the current controller [rad/s]
-
-    [[nodiscard]] const char* validate() const noexcept {
-      if (const char* problem = ModulatedController<T>::Parameters::validate()) return problem;
-      return validate_bandwidth(bandwidth, this->period_ns);
-    }
-  };
+  struct Parameters : BandwidthParameters<T> {};
 
   explicit FieldOrientedController(const Parameters& parameters) noexcept
-      : ModulatedController<T>{parameters}, approach_{-std::expm1(-parameters.bandwidth * Base::period())} {}
+      : ModulatedController<T>{parameters}, approach_{parameters.approach()} {}
 
  private:
   using Base = ModulatedController<T>;
