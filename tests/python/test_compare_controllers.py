@@ -3,7 +3,7 @@
 import subprocess
 
 import pytest
-from sextant_py import compare_controllers, controller_cases, controller_page
+from sextant_py import compare_controllers, controller_cases, controller_cost, controller_figures, controller_page
 from sextant_py.controller_bench import Record, Results, common_period
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
@@ -55,3 +55,27 @@ def test_points_beyond_the_published_torque_do_not_count() -> None:
     assert controller_page.is_available(Record("sampling", "m", [100, 40], "", metrics))
     assert not controller_page.is_available(Record("sampling", "m", [100, 60], "", metrics))
     assert controller_page.is_available(Record("sampling", "m", [100, -60], "", metrics))
+
+
+def test_the_radar_is_one_for_the_best_and_zero_for_ten_times_as_much() -> None:
+    values = {"best": 0.2, "worse": 0.2 * 10**0.5, "bad": 3.0, "unknown": None}
+    found = [controller_figures.score(values, method) for method in values]
+    assert found == pytest.approx([1.0, 0.5, 0.0, 0.0])
+
+
+def test_only_the_best_run_without_a_speed_sensor_and_every_method_the_cycle() -> None:
+    for method in ("dtc", "predictive", *controller_cases.BEST):
+        sensorless = controller_cases.sensorless(method)
+        assert bool(sensorless) == (method in controller_cases.BEST)
+        assert all(dict(c.settings)["control.flux_estimator"] == "sensorless_observer" for c in sensorless)
+        assert controller_cases.cycles(method)[0].what == ("constant",)
+
+
+def test_the_flux_error_is_half_of_its_range_by_its_middle() -> None:
+    record = Record("sampling", "m", [0, 15], "", {"flux_min_wb": 0.99, "flux_max_wb": 1.01})
+    assert controller_page.flux_error(record) == pytest.approx(0.01)
+
+
+def test_every_method_of_the_page_has_its_instructions() -> None:
+    results = Results.load(ROOT / "docs/controllers.json")
+    assert set(results.methods) == set(controller_cost.instructions())
