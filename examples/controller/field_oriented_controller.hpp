@@ -68,7 +68,7 @@ class FieldOrientedController final : public sextant::Controller<T> {
     int actuation_delay_periods{0};   ///< [-]
     // Keys of [control.own_foc].
     T bandwidth{T(1000)};     ///< of the current controllers [rad/s]
-    T current_limit{T(120)};  ///< of the current vector [A]
+    T current_limit{T(120)};  ///< of the current vector, from the drive [A]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (!(bandwidth * T(period_ns) * T(1e-9) < T(0.5))) return "the bandwidth is too high for the period";
@@ -179,7 +179,6 @@ class FieldOrientedController final : public sextant::Controller<T> {
 inline void describe(sextant::Section s, FieldOrientedController<>::Parameters& p,
                      const sextant::ControlSetup& /*setup*/) {
   s.number("bandwidth_rad_s", p.bandwidth, {1, 1e5}, "rad/s", "bandwidth of the current controllers");
-  s.number("current_limit_a", p.current_limit, {0.1, 1e5}, "A", "largest magnitude of the current vector");
 }
 
 /// Its current controllers integrate, and the torque of its estimate is that of the currents.

@@ -9,7 +9,7 @@ from .errors import UserError
 from .figure_style import STYLE
 from .torque_map_drive import words
 
-METHODS = {"dtc": "the paper's switching table (dtc)", "foc": "field-oriented control (foc)"}
+METHODS = {"dtc": "the paper's switching table (dtc)", "foc": "field-oriented control (foc)"}  # all at 25 us
 BEFORE_S, AFTER_S = 0.002, 0.012  # of the step
 COLUMNS = {"least": "plant/torque_min_nm", "most": "plant/torque_max_nm", "i_a": "plant/i_a_a"}
 
@@ -58,6 +58,6 @@ def draw(curves: Curves, file: Path) -> None:
             current.set_xlabel("time after the step [ms]")
         axes[0][0].legend(loc="lower right")
         axes[0][0].set_ylabel("torque [N·m]")
-        axes[1][0].set_ylabel("current of phase a [A]")
+        axes[1][0].set_ylabel("current a at the\ncontrol instants [A]")
         figure.savefig(file)
         plt.close(figure)

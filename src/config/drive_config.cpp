@@ -34,12 +34,12 @@ void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
       {{"constant", FluxOptimum::constant},
        {"max_torque_per_ampere", FluxOptimum::max_torque_per_ampere},
        {"min_loss", FluxOptimum::min_loss}},
-      "flux of a torque where the voltage leaves a choice: control.flux_reference_wb; of the least stator "
-      "current, or of the least loss in stator, rotor and iron, up to it");
+      "flux reference: control.flux_reference_wb at every torque; or less of it at part load, for the least "
+      "stator current, or for the least loss in stator, rotor and iron");
   s.number("flux_least_share", p.least_share, {0.05, 1}, "",
-           "least flux of the last two, as a share of control.flux_reference_wb; torque starts from it");
+           "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb");
   s.add("iron_loss_resistance_ohm", "ohm",
-        "of min_loss: per phase, across the voltage that the stator flux induces; not set: no iron loss",
+        "resistance of the iron loss per phase, which min_loss uses; not set: no iron loss",
         NumberField{{1e-3, 1e9},
                     [&p] {
                       const double r = p.iron_loss_resistance;
@@ -79,7 +79,7 @@ void describe(Section root, DriveConfig& c) {
   drive.integer("actuation_delay_periods", c.control.actuation_delay_periods, {0, 1}, "",
                 "control periods between a decision and its pattern; the controller compensates it");
   drive.flag("magnetise_first", c.drive.magnetise_first,
-             "build up the flux before torque, under control.dtc.magnetising_current_a");
+             "build up the flux before torque, under the control method's magnetising_current_a");
   // By the controller's check of its current limit the flux is ready after three rotor time constants.
   drive.derived("magnetise_timeout_ms", c.magnetise_timeout_ms, {1, 1e6}, "ms",
                 "time after which flux that is not ready is a fault",
@@ -89,9 +89,14 @@ void describe(Section root, DriveConfig& c) {
     const ControlMethod& method = c.method();
     if (!method.trims_mean_torque(method.parameters)) c.drive.reserve.tolerance = 1;
   });
-  drive.derived("current_limit_a", c.drive.capability.current_limit, current_a, "A",
-                "peak of the stator current vector to which the torque is limited",
-                [&c] { return 0.8 * c.drive.protection.over_current; });
+  drive.derived(
+      "current_limit_a", c.drive.capability.current_limit, current_a, "A",
+      "peak of the stator current vector: limits the available torque, and what the control method asks for",
+      [&c] { return 0.8 * c.drive.protection.over_current; });
+  root.derive([&c] {
+    c.control.current_limit = c.drive.capability.current_limit;
+    for (ControlMethod& method : c.methods) method.share(c.control, method.parameters);
+  });
   describe_optimal_flux(drive, c.drive.optimal_flux);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");

@@ -5,7 +5,6 @@
 namespace sextant {
 
 void describe(Section s, FluxVectorController<>::Parameters& p, const ControlSetup& setup) {
-  describe_current_limit(s, p.current_limit, setup);
   describe_magnetiser(s, p.magnetiser, setup);
   describe_torque_trim(s, p.torque_trim);
 }

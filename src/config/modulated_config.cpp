@@ -6,7 +6,6 @@ namespace sextant {
 namespace {
 
 void describe_modulated(Section s, ModulatedController<>::Parameters& p, const ControlSetup& setup) {
-  describe_current_limit(s, p.current_limit, setup);
   describe_magnetiser(s, p.magnetiser, setup);
   s.choice(
       "pattern", p.modulator.pattern,

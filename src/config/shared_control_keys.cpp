@@ -1,7 +1,6 @@
 #include "shared_control_keys.hpp"
 
 #include "sextant/drive/drive_limits.hpp"
-#include "sextant/drive/steady_state.hpp"
 
 namespace sextant {
 
@@ -14,13 +13,6 @@ void describe_magnetiser(Section s, Magnetiser<>::Parameters& p, const ControlSe
   s.derived("hand_over_current_a", p.hand_over_current, {0.1, 1e5}, "A",
             "largest magnitude of the stator current at which torque control follows magnetising",
             [limits] { return limits().hand_over_current; });
-}
-
-void describe_current_limit(Section s, double& limit, const ControlSetup& setup) {
-  s.derived("current_limit_a", limit, {0.1, 1e5}, "A",
-            "largest magnitude of the stator current that the controller asks for, torque before the rise of "
-            "the flux",
-            [&setup] { return steady_state(setup.machine, setup.flux_reference, 1.0).current(); });
 }
 
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p) {

@@ -10,9 +10,6 @@ namespace sextant {
 /// The keys of magnetising in the table of a control method.
 void describe_magnetiser(Section table, Magnetiser<>::Parameters& parameters, const ControlSetup& setup);
 
-/// The key of the current that a method may ask for.
-void describe_current_limit(Section table, double& limit, const ControlSetup& setup);
-
 /// The key of the trim of the mean torque.
 void describe_torque_trim(Section table, TorqueTrim<>::Parameters& parameters);
 

@@ -4,6 +4,7 @@ import subprocess
 
 import pytest
 from sextant_py import compare_controllers, controller_cases, controller_cost, controller_figures, controller_page
+from sextant_py.bench import speed
 from sextant_py.controller_bench import Record, Results, common_period
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
@@ -76,6 +77,9 @@ def test_the_flux_error_is_half_of_its_range_by_its_middle() -> None:
     assert controller_page.flux_error(record) == pytest.approx(0.01)
 
 
-def test_every_method_of_the_page_has_its_instructions() -> None:
-    results = Results.load(ROOT / "docs/controllers.json")
-    assert set(results.methods) == set(controller_cost.instructions())
+def test_every_method_has_its_place_wherever_methods_are_listed() -> None:
+    methods = Results.load(ROOT / "docs/controllers.json").methods
+    assert set(methods) == set(controller_cost.instructions()) == set(speed.METHODS)
+    for page in ("README.md", "docs/architecture.md", "scripts/sextant_py/controller_page.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        assert not [method for method in methods if method not in text], page

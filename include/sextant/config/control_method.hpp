@@ -24,6 +24,7 @@ struct ControlSetup {
   FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
   int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after its decision [-]
   double u_dc{530.0};              ///< nominal voltage of the DC link [V]
+  double current_limit{200.0};     ///< of the stator current vector, as the drive has it [A]
 };
 
 /// Copies what `Parameters` has members for.
@@ -38,6 +39,7 @@ void share(const ControlSetup& setup, Parameters& p) {
   if constexpr (requires { p.actuation_delay_periods = 0; })
     p.actuation_delay_periods = setup.actuation_delay_periods;
   if constexpr (requires { p.u_dc = setup.u_dc; }) p.u_dc = setup.u_dc;
+  if constexpr (requires { p.current_limit = setup.current_limit; }) p.current_limit = setup.current_limit;
 }
 
 /// A control method as files choose and describe it: `control.controller = "NAME"` and the table
@@ -48,6 +50,8 @@ struct ControlMethod {
   std::span<const ControlChannel> channels;  ///< what it adds to a trace
   std::any parameters;                       ///< the controller's `Parameters`
 
+  /// Copies what every method shares into its parameters.
+  void (*share)(const ControlSetup& setup, std::any& parameters);
   /// Describes the table. `parameters` and `setup` are bound by reference.
   void (*describe)(Section table, std::any& parameters, const ControlSetup& setup);
   /// A controller with these parameters.
@@ -80,31 +84,35 @@ template <class C>
 /// and, where the mean torque of the estimate meets its reference in a steady state, also
 ///   bool trims_mean_torque(const C::Parameters& p);
 /// without which it may miss it by the torque that an active vector adds in one period.
-/// The shared members are set before the rule of a `derived` key runs. Ranges of keys are always checked;
-/// `validate()` is checked after all, for the method chosen and for others of whose table a key is given.
+/// The shared members, but `current_limit`, are set before the rule of a `derived` key runs. Ranges of keys
+/// are always checked; `validate()` is checked after all, for the method chosen and for others of whose table
+/// a key is given.
 template <class C>
 [[nodiscard]] ControlMethod control_method() {
   using Parameters = typename C::Parameters;
-  return {.name = C::name,
-          .meaning = C::meaning,
-          .channels = channels_of<C>(),
-          .parameters = Parameters{},
-          .describe =
-              [](Section table, std::any& parameters, const ControlSetup& setup) {
-                auto& p = std::any_cast<Parameters&>(parameters);
-                table.derive([&p, &setup] { share(setup, p); });
-                describe(table, p, setup);
-                table.check(p);
-              },
-          .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
-            return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
+  return {
+      .name = C::name,
+      .meaning = C::meaning,
+      .channels = channels_of<C>(),
+      .parameters = Parameters{},
+      .share = [](const ControlSetup& setup,
+                  std::any& parameters) { sextant::share(setup, std::any_cast<Parameters&>(parameters)); },
+      .describe =
+          [](Section table, std::any& parameters, const ControlSetup& setup) {
+            auto& p = std::any_cast<Parameters&>(parameters);
+            table.derive([&p, &setup] { sextant::share(setup, p); });
+            describe(table, p, setup);
+            table.check(p);
           },
-          .trims_mean_torque = [](const std::any& parameters) -> bool {
-            const auto& p = std::any_cast<const Parameters&>(parameters);
-            if constexpr (requires { trims_mean_torque(p); }) return trims_mean_torque(p);
-            return false;
-          },
-          .default_parameters = [] { return std::any{Parameters{}}; }};
+      .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
+        return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
+      },
+      .trims_mean_torque = [](const std::any& parameters) -> bool {
+        const auto& p = std::any_cast<const Parameters&>(parameters);
+        if constexpr (requires { trims_mean_torque(p); }) return trims_mean_torque(p);
+        return false;
+      },
+      .default_parameters = [] { return std::any{Parameters{}}; }};
 }
 
 /// The methods that the configuration can select: Sextant's own and those that a program adds.

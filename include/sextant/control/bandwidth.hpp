@@ -7,7 +7,7 @@
 
 namespace sextant {
 
-/// A fifth of 1/t_period: the bandwidth of a continuous control method in a period [ns]. [rad/s]
+/// 0.2/t_period, of a period [ns]. [rad/s]
 template <class T>
 [[nodiscard]] constexpr T default_bandwidth(std::int32_t period_ns) noexcept {
   return T(0.2e9) / T(period_ns);
@@ -18,8 +18,8 @@ template <class T>
 struct BandwidthParameters : ModulatedController<T>::Parameters {
   T bandwidth{default_bandwidth<T>(25'000)};  ///< α [rad/s]
 
-  /// Half of what leads a quantity to its reference within a period leaves room for a machine with half the
-  /// leakage inductance.
+  /// At most 0.5/t_period: with a machine of half the leakage inductance the gain of the loop doubles, and
+  /// the quantity still converges.
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* problem = ModulatedController<T>::Parameters::validate()) return problem;
     if (!(std::isfinite(bandwidth) && bandwidth > T(0)))

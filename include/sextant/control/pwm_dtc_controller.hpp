@@ -7,7 +7,7 @@
 namespace sextant {
 
 /// Direct torque control with PI controllers and space-vector modulation, at a constant switching frequency.
-/// In the frame of the stator flux, which turns with ω_s,
+/// In the frame of the stator flux, which in steady state turns with the rotor flux's ω_s,
 ///   u_d = R_s i_d + PI(ψ_s* − ψ_s),   u_q = ω_s ψ_s + PI(T* − T)
 /// with the gains α of the flux and α σL_s/(3/2 p ψ_ref) of the torque, and for both the integral time with
 /// which the torque decays, σL_s/(R_s + k_r² R_r + σL_s/τ_r). ψ_s* and T* follow from `current_reference`:

@@ -7,13 +7,12 @@
 
 namespace sextant {
 
-/// Slow correction of the torque reference. Comparators that decide once a period pass their thresholds by
-/// what the torque changes in a period, further in the direction that the EMF drives it to, so that the mean
-/// torque differs from the reference. The trim x is the integral of the difference, with the mean of a period
-/// by the trapezoidal rule from the estimates at both of its ends:
+/// Slow correction of the torque reference of a method that takes one of few patterns each period: what the
+/// torque changes in a period is not what it lacks, further in the direction that the EMF drives it to, so
+/// that the mean torque differs from the reference. The trim x is the integral of the difference, with the
+/// mean of a period by the trapezoidal rule from the estimates at both of its ends:
 ///   dx/dt = (T_ref − (T_before + T)/2) / τ,   |x| ≤ ΔT = 3/2 p ψ_ref (2/3 u_dc)/σL_s · t_period
-/// ΔT is what an active vector changes of the torque in a period. A change of T_ref reaches the comparator at
-/// once.
+/// ΔT is what an active vector changes of the torque in a period. A change of T_ref passes at once.
 ///
 /// The trim holds its value from a period in which the torque is further than 2 ΔT from T_ref + x, as after a
 /// step of T_ref or where the link voltage does not suffice, until the torque has crossed T_ref + x.
