@@ -112,7 +112,7 @@ class Bench:
         settings = dict(case.settings) | {"control.controller": case.method}
         record = Record(case.section, case.method, list(case.what))
         with tempfile.TemporaryDirectory(prefix="sextant-controllers-") as out:
-            command = [self.mil, self.scenario, *words(settings), "--no-trace", "--out", out]
+            command = [self.mil, case.file or self.scenario, *words(settings), "--no-trace", "--out", out]
             try:
                 done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
             except subprocess.TimeoutExpired:

@@ -146,6 +146,17 @@ def flux_error(record: Record) -> float:
     return (most - least) / (most + least)
 
 
+def _paper(results: Results) -> str:
+    scenarios = sorted({record.what[0] for method in results.methods for record in results.of("paper", method)})
+
+    def value(method: str, scenario: str) -> str:
+        names = ("torque_error_rms_nm", "response_time_ms", "peak_current_a")
+        found = (results.metric("paper", method, (scenario,), name) for name in names)
+        return " / ".join(figure(one, digits) for one, digits in zip(found, (2, 1, 0), strict=True))
+
+    return _by_method(results, [(f"`{s}`", lambda m, s=s: value(m, s)) for s in scenarios])
+
+
 def _sensorless(results: Results) -> str:
     records = {m: results.of("sensorless", m) for m in BEST if m in results.methods}
     points = sorted({tuple(r.what) for found in records.values() for r in found})
@@ -229,6 +240,7 @@ def tables(results: Results) -> dict[str, str]:
         "switching_worst": _worst(results, "switching"),
         "start": _starts(results),
         "low_speed": _low_speed(results),
+        "paper": _paper(results),
         "detuned": _detuned(results),
         "sensorless": _sensorless(results),
         "flux": _flux(results),
