@@ -12,12 +12,12 @@ import h5py
 import pytest
 from programs import program
 from sextant_py import e2e
+from sextant_py.bench import speed
 from sextant_py.contract import Contract
 from sextant_py.paths import ROOT
 from sextant_py.tracking import Tracking
 
 ECU_CONFIG = ROOT / "configs" / "ecu.toml"
-QUICK = ("--set", "plant.integrator=fixed")
 PERIOD_S = 0.01
 CYCLES_S = {
     name: message.cycle_time / 1e3
@@ -28,7 +28,7 @@ CYCLES_S = {
 
 def start(*arguments: object) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [program("sextant-ecu"), ECU_CONFIG, *QUICK, *map(str, arguments)],
+        [program("sextant-ecu"), ECU_CONFIG, *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=480,
@@ -103,6 +103,18 @@ def test_a_long_ramp_to_zero_has_its_time(tmp_path: Path) -> None:
     assert "left in TORQUE, 0 faults" in report
     last = telemetry(tmp_path / "run.csv")[-1]
     assert int(last["t_ns"]) > 4e9
+
+
+@pytest.mark.parametrize("method", speed.METHODS)
+def test_every_control_method_follows_without_another_change_of_the_file(
+    method: str, profile: Path, tmp_path: Path
+) -> None:
+    settings = ("--set", f"control.controller={method}")
+    report = run("--profile", profile, "--telemetry-out", tmp_path / "run.csv", *settings)
+    assert "left in READY, 0 faults" in report
+    torques = [float(row["torque_mean_nm"]) for row in telemetry(tmp_path / "run.csv") if row["state"] == "TORQUE"]
+    assert max(torques) == pytest.approx(15, abs=3)
+    assert min(torques) == pytest.approx(-10, abs=3)
 
 
 def test_a_run_too_short_for_the_hand_shake_says_how_short_it_was(profile: Path) -> None:
