@@ -1,5 +1,7 @@
 #include "sextant/config/modulated_config.hpp"
 
+#include <utility>
+
 #include "shared_control_keys.hpp"
 
 namespace sextant {
@@ -42,24 +44,24 @@ void describe_bandwidth(Section& s, double& bandwidth, const ControlSetup& setup
 }  // namespace
 
 void describe(Section s, DeadbeatController<>::Parameters& p, const ControlSetup& setup) {
-  describe_modulated(s, p, setup);
+  describe_modulated(std::move(s), p, setup);
 }
 
 void describe(Section s, FieldOrientedController<>::Parameters& p, const ControlSetup& setup) {
   describe_bandwidth(s, p.bandwidth, setup,
                      "bandwidth with which the current follows its reference; by default 0.2, at most 0.5, "
                      "divided by the control period");
-  describe_modulated(s, p, setup);
+  describe_modulated(std::move(s), p, setup);
 }
 
 void describe(Section s, FeedbackLinearisationController<>::Parameters& p, const ControlSetup& setup) {
   describe_bandwidth(s, p.bandwidth, setup, bandwidth_of_torque_and_flux);
-  describe_modulated(s, p, setup);
+  describe_modulated(std::move(s), p, setup);
 }
 
 void describe(Section s, PwmDtcController<>::Parameters& p, const ControlSetup& setup) {
   describe_bandwidth(s, p.bandwidth, setup, bandwidth_of_torque_and_flux);
-  describe_modulated(s, p, setup);
+  describe_modulated(std::move(s), p, setup);
 }
 
 bool trims_mean_torque(const ModulatedController<>::Parameters& /*parameters*/) {

@@ -1,6 +1,9 @@
 #include "sextant/hil/measurement_assembler.hpp"
 
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -81,7 +84,11 @@ TEST_F(MeasurementAssemblerTest, RandomPatternsKeepTheirOrderAndDuration) {
       assembler.add(record(applied));
     }
     const Measurement<double> m = assembler.take(0);
-    if (!m.plausible) continue;  // more changes than a pattern holds, or none yet
+    if (!m.plausible || nanoseconds.empty()) continue;
+    const auto changes =
+        std::size_t(std::inner_product(nanoseconds.begin() + 1, nanoseconds.end(), nanoseconds.begin(), 0,
+                                       std::plus<>{}, std::not_equal_to<>{}));
+    if (changes >= GatePattern::capacity) continue;  // the order is not kept
     std::vector<SwitchState> joined;
     for (const GateSegment& s : m.applied.segments()) {
       joined.insert(joined.end(), std::size_t(s.duration_ns), s.state);
@@ -90,10 +97,27 @@ TEST_F(MeasurementAssemblerTest, RandomPatternsKeepTheirOrderAndDuration) {
   }
 }
 
-TEST_F(MeasurementAssemblerTest, MoreChangesThanAPatternHoldsAreNotPlausible) {
-  for (int n = 0; n < 8; ++n) assembler.add(record(state(n % 2)));
+// As two periods of space-vector modulation.
+TEST_F(MeasurementAssemblerTest, MoreChangesThanAPatternHoldsKeepTheTimeOfEachStateAndTheLastOne) {
+  for (int n = 0; n < 25; ++n) assembler.add(record(state(n % 3)));
+  const Measurement<double> m = assembler.take(0);
+  EXPECT_TRUE(m.plausible);
+  EXPECT_EQ(m.applied.duration_ns(), 25 * period_ns);
+  EXPECT_EQ(m.applied.last_state(), switch_states[0]);
+  std::array<std::int64_t, 3> times{};
+  for (const GateSegment& s : m.applied.segments()) {
+    for (std::size_t n = 0; n < times.size(); ++n)
+      times[n] += s.state == switch_states[n] ? s.duration_ns : 0;
+  }
+  EXPECT_EQ(times, (std::array<std::int64_t, 3>{9 * period_ns, 8 * period_ns, 8 * period_ns}));
+  EXPECT_EQ(assembler.counters().overfull, 0U);
+}
+
+TEST_F(MeasurementAssemblerTest, MoreStatesThanAPatternHoldsAreNotPlausible) {
+  for (int n = 0; n < 8; ++n) assembler.add(record(state(n)));
   EXPECT_TRUE(assembler.take(0).plausible);
-  for (int n = 0; n < 9; ++n) assembler.add(record(state(n % 2)));
+  for (int n = 0; n < 8; ++n) assembler.add(record(state(n)));
+  assembler.add(record({gates_off, period_ns}));
   EXPECT_FALSE(assembler.take(0).plausible);
   assembler.add(record(state(1)));
   EXPECT_TRUE(assembler.take(0).plausible) << "and it heals";

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -13,7 +15,7 @@
 namespace sextant {
 
 /// The drive's side of a link: joins the records received since the last measurement to one. The applied
-/// patterns are appended in order, so that the estimator integrates all of them for any phase between the two
+/// patterns are appended, so that the estimator integrates all of them for any phase between the two
 /// sides' periods; the currents are the newest.
 ///
 /// A measurement is not plausible, so that the drive trips:
@@ -150,28 +152,52 @@ class MeasurementAssembler {
     applied_ = {};
   }
 
-  /// Appends an applied pattern; equal neighbours become one segment. False when there is no room.
+  /// Appends an applied pattern in order; equal neighbours become one segment. Where there is no room, all
+  /// segments of a state become one at the place of its last: the volt-seconds stay, the order does not.
+  /// False when that has no room either.
   [[nodiscard]] bool join(const GatePattern& next) noexcept SEXTANT_NONBLOCKING {
+    Segments all;
+    for (const GateSegment& segment : applied_.segments()) all.append(segment);
+    for (const GateSegment& segment : next.segments()) all.append(segment);
+    if (all.count > GatePattern::capacity) all.gather();
     GatePattern joined;
-    GateSegment open{};
-    bool any = false;
     bool fits = true;
-    const auto take = [&](GateSegment segment) {
-      const std::int64_t both = std::int64_t{open.duration_ns} + segment.duration_ns;
-      if (any && open.state == segment.state && both <= std::numeric_limits<std::int32_t>::max()) {
-        open.duration_ns = std::int32_t(both);
-        return;
-      }
-      if (any) fits = joined.append(open) && fits;
-      open = segment;
-      any = true;
-    };
-    for (const GateSegment& segment : applied_.segments()) take(segment);
-    for (const GateSegment& segment : next.segments()) take(segment);
-    if (any) fits = joined.append(open) && fits;
+    for (std::size_t k = 0; k < all.count; ++k) fits = joined.append(all.list[k]) && fits;
     applied_ = joined;
     return fits;
   }
+
+  /// Those of two patterns.
+  struct Segments {
+    std::array<GateSegment, 2 * GatePattern::capacity> list{};
+    std::size_t count{0};
+
+    void append(GateSegment segment) noexcept {
+      if (count > 0 && lengthen(list[count - 1], segment)) return;
+      list[count++] = segment;
+    }
+
+    /// One segment of each state.
+    void gather() noexcept {
+      std::size_t first = list.size();  // of what is gathered, at the end of the list
+      for (std::size_t k = count; k-- > 0;) {
+        const GateSegment segment = list[k];
+        const auto is_added = [&segment](GateSegment& other) { return lengthen(other, segment); };
+        if (std::any_of(list.begin() + std::ptrdiff_t(first), list.end(), is_added)) continue;
+        list[--first] = segment;
+      }
+      std::move(list.begin() + std::ptrdiff_t(first), list.end(), list.begin());
+      count = list.size() - first;
+    }
+
+    /// False where the states differ or the time is too long for one segment.
+    static bool lengthen(GateSegment& segment, const GateSegment& by) noexcept {
+      const std::int64_t both = std::int64_t{segment.duration_ns} + by.duration_ns;
+      if (segment.state != by.state || both > std::numeric_limits<std::int32_t>::max()) return false;
+      segment.duration_ns = std::int32_t(both);
+      return true;
+    }
+  };
 
   Parameters parameters_;
   MeasurementRecord newest_{};
