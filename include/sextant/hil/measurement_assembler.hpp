@@ -186,8 +186,8 @@ class MeasurementAssembler {
         if (std::any_of(list.begin() + std::ptrdiff_t(first), list.end(), is_added)) continue;
         list[--first] = segment;
       }
-      std::move(list.begin() + std::ptrdiff_t(first), list.end(), list.begin());
-      count = list.size() - first;
+      count = 0;
+      while (first < list.size()) list[count++] = list[first++];
     }
 
     /// False where the states differ or the time is too long for one segment.
