@@ -143,6 +143,17 @@ TEST(ControlMethods, SayWhetherTheyTrimTheMeanTorqueWhichTheVoltageReserveTolera
   EXPECT_EQ(tolerance({"control.controller=trimmed", "control.trimmed.trims=true"}), 0.5);
 }
 
+// One limit of the current: what the drive publishes as available is what the method may ask for.
+TEST(ControlMethods, HaveTheCurrentLimitOfTheDrive) {
+  const auto limit = [](const std::vector<std::string>& overrides) {
+    const DriveConfig drive = load_ecu_config(shipped_ecu, overrides).drive;
+    return std::any_cast<const FieldOrientedController<>::Parameters&>(drive.method("foc").parameters)
+        .current_limit;
+  };
+  EXPECT_EQ(limit({"drive.current_limit_a=60"}), 60.0);
+  EXPECT_EQ(limit({"protection.over_current_a=120"}), 96.0) << "it follows from the trip level";
+}
+
 /// The names of Sextant's own methods and of this test's.
 std::string choices() {
   std::string text;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cmath>
-
 #include "sextant/control/delay_predictor.hpp"
 #include "sextant/control/flux_torque_estimator.hpp"
 #include "sextant/core/space_vector.hpp"
