@@ -67,9 +67,8 @@ class Hdf5Sink:
         self._file.flush()
 
     def _create(self, place: h5py.Group, column: Column) -> h5py.Dataset:
-        kind = np.dtype(column.kind)
-        kind = h5py.string_dtype("utf-8", kind.itemsize) if column.is_text else kind
-        dataset = place.create_dataset(column.name, (0,), kind, maxshape=(None,), chunks=(self.CHUNK_ROWS,))
+        shape = {"shape": (0,), "maxshape": (None,), "chunks": (self.CHUNK_ROWS,)}
+        dataset = place.create_dataset(column.name, dtype=np.dtype(column.kind), **shape)
         if column.unit:
             dataset.attrs["unit"] = column.unit
         if column.text:
