@@ -12,7 +12,12 @@ from ..telemetry_contract import Signal, enumerations, enumerators, signals
 from .model import MAIN, Column, Group
 
 WAVEFORM = "waveform"
-TOPICS = {MAIN: dds.TELEMETRY, "drive_state": dds.STATE, "statistics": dds.STATISTICS, WAVEFORM: "sextant/DriveWaveform"}
+TOPICS = {
+    MAIN: dds.TELEMETRY,
+    "drive_state": dds.STATE,
+    "statistics": dds.STATISTICS,
+    WAVEFORM: "sextant/DriveWaveform",
+}
 TEXTS = {
     MAIN: "DriveTelemetry, a row a sample",
     "drive_state": "DriveState, a row a change",
