@@ -9,6 +9,8 @@ COMMANDS = {
     "vcu": "plays a torque profile to a drive over CAN",
     "monitor": "shows the telemetry of the drives on the network",
     "record": "records the telemetry of one drive",
+    "convert": "converts recordings between file formats",
+    "playback": "plays a recording over DDS and CAN",
     "plot": "draws a trace or a recording",
     "sweep": "runs a scenario at many points of its configuration",
     "rt_check": "says what keeps this machine from hard real time",

@@ -22,7 +22,7 @@ WITHOUT_OPERANDS = [
     "work_precision",
 ]
 SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_audit"]
-PYTHON_PROGRAMS = ["vcu", "monitor", "record", "plot", "sweep", "rt_check"]
+PYTHON_PROGRAMS = ["vcu", "monitor", "record", "convert", "playback", "check_recording", "plot", "sweep", "rt_check"]
 
 
 def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:
