@@ -1,0 +1,1 @@
+"""Triggered captures of the drive's waveform, as on an oscilloscope."""
