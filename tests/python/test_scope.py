@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from sextant_py.errors import UserError
-from sextant_py.recording.topics import WAVEFORM, group_of
+from sextant_py.recording.topics import STATE, WAVEFORM, group_of
 from sextant_py.scope import files, quantities
 from sextant_py.scope.scope import Scope, Settings
 from sextant_py.scope.trigger_text import parse
@@ -169,11 +169,15 @@ def test_a_capture_is_a_recording(tmp_path: Path) -> None:
     rows = waveform(8000, state=state, torque_nm=np.arange(8000))
     (capture,) = fed(Scope(Settings("fault", "single", 0.01, 0.01)), rows, np.full(19, 400))
     path = tmp_path / "capture.h5"
-    files.write(path, capture, 3)
+    states = np.zeros(3, group_of(STATE).dtype)
+    states["t_ns"] = [BEGIN_NS, capture.trigger_ns, BEGIN_NS + 10**10]
+    states["reason"] = [b"before", b"OVER_CURRENT", b"after"]
+    files.write(path, capture, 3, states)
     with h5py.File(path) as file:
         np.testing.assert_array_equal(file["waveform/torque_nm"][:], np.arange(3600, 4401))
         assert file["waveform/torque_nm"].attrs["unit"] == "N·m"
         np.testing.assert_array_equal(file["waveform/t_ns"][:], capture.rows["t_ns"])
+        assert file["drive_state/reason"][:].tolist() == [b"OVER_CURRENT"], "only what changed within the capture"
 
 
 @pytest.mark.parametrize(
@@ -181,7 +185,7 @@ def test_a_capture_is_a_recording(tmp_path: Path) -> None:
     [
         ("", "is empty"),
         ("falut", "is not known"),
-        ("rise i_a 30", "the nearest are i_a_a"),
+        ("rise i_a 30", "the nearest are i_._a"),
         ("rise i_a_a much", 'has "much" where a number is expected'),
         ("state TORK", "the nearest is TORQUE"),
         ("step -1", "a size that is not above zero"),

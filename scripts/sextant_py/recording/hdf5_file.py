@@ -81,7 +81,7 @@ class Hdf5Sink:
         self._reserve(columns, len(block))
         for dataset, column in zip(self._datasets[name], columns, strict=True):
             dataset.resize(self.kept[name] + len(block), axis=0)
-            dataset[-len(block) :] = block[column.name]
+            dataset[-len(block) :] = block[column.name].astype(dataset.dtype)  # text: its encoding
         self._file.flush()
         self.kept[name] += len(block)
 

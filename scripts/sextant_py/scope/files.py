@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import UserError
 from ..recording.formats import open_sink
-from ..recording.topics import WAVEFORM, group_of
+from ..recording.topics import STATE, WAVEFORM, group_of
 from .capture import Capture
 
 
@@ -23,11 +23,12 @@ def write(path: Path, capture: Capture, drive_id: int | None, states: np.ndarray
     if states is not None and len(states):
         times = states["t_ns"].astype(np.int64)
         within = (times >= int(capture.rows["t_ns"][0])) & (times <= int(capture.rows["t_ns"][-1]))
-        blocks["state"] = states[within]
+        blocks[STATE] = states[within]
     try:
         sink = open_sink(path, metadata)
-        for name, rows in blocks.items():
+        for name in blocks:
             sink.add(group_of(name))
+        for name, rows in blocks.items():
             sink.append(name, rows)
         sink.close({**metadata, "rows": dict(sink.kept)})
     except OSError as error:

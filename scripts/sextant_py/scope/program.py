@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UserError, run
+from ..errors import UserError
 from ..recording import formats
 from ..recording.live import LiveDrive
-from ..recording.topics import WAVEFORM
+from ..recording.topics import STATE, WAVEFORM
 from . import files, quantities
 from .capture import Capture
 from .scope import MODES, Scope, Settings
@@ -87,7 +87,7 @@ class Watch:
 
     def poll(self) -> None:
         for group, rows in self._live.poll():
-            if group.name == "state":
+            if group.name == STATE:
                 self._states = [*self._states[-MOST_STATES:], rows]
             elif group.name == WAVEFORM:
                 self._take(rows)
@@ -155,7 +155,3 @@ def main(arguments: list[str]) -> int:
         why = "ended before the trigger" if stopped else f"no trigger within {options.timeout:g} s"
         raise UserError(f"{why} ({options.trigger}): nothing was written. {watch.reason()}")
     return 0
-
-
-if __name__ == "__main__":
-    run("scope", main)

@@ -32,7 +32,9 @@ class Settings:
             if not 0.0 <= value <= MOST_S:
                 raise UserError(f"the scope's time {what} the trigger must be from 0 to {MOST_S:g} s, not {value:g} s.")
         if self.before_s + self.after_s <= 0.0:
-            raise UserError("the scope's times before and after the trigger are both zero: there is nothing to capture.")
+            raise UserError(
+                "the scope's times before and after the trigger are both zero: there is nothing to capture."
+            )
         parse(self.trigger)
 
 
@@ -56,7 +58,7 @@ class Scope:
 
     @property
     def state(self) -> str:
-        """"stopped", "triggered" (its rows are still coming) or "waiting"."""
+        """ "stopped", "triggered" (its rows are still coming) or "waiting"."""
         if self._stopped:
             return "stopped"
         return "waiting" if self._trigger_ns is None else "triggered"
