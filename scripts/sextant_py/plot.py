@@ -1,10 +1,8 @@
 """Draws torque, stator flux, speed and current of a trace or a recording over time, and what else a trace holds."""
 
 import argparse
-from dataclasses import dataclass, field
 from pathlib import Path
 
-import h5py
 import matplotlib
 
 matplotlib.use("Agg")
@@ -13,56 +11,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from .errors import UserError, run
+from .signal_file import Signals, load
 
 MAX_POINTS = 4000
 REFERENCE, MEASURED, BAND = "#d95f02", "#1b4f9c", "#9ecae1"
-
-
-@dataclass
-class Signals:
-    """Signals over one time axis, both from HDF5."""
-
-    time_s: np.ndarray
-    values: dict[str, np.ndarray]
-    units: dict[str, str] = field(default_factory=dict)
-
-    def get(self, *names: str) -> np.ndarray | None:
-        """The first of the signals that there is."""
-        return next((self.values[name] for name in names if name in self.values), None)
-
-
-def text_of(attribute: str | bytes) -> str:
-    return attribute.decode() if isinstance(attribute, bytes) else str(attribute)
-
-
-def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -> Signals:
-    """Reads t_s or t_ns and every signal of its length; time counts from the first sample."""
-    values: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
-    try:
-        with h5py.File(path, "r") as file:
-            for prefix in ("", "plant/", "control/"):
-                group = file.get(prefix or "/")
-                members = group.items() if isinstance(group, h5py.Group) else ()
-                for name, data in members:
-                    if isinstance(data, h5py.Dataset) and data.ndim == 1:
-                        values[f"{prefix}{name}"] = data[()]
-                        units[f"{prefix}{name}"] = text_of(data.attrs.get("unit", ""))
-    except FileNotFoundError:
-        raise UserError(f"{path} does not exist.") from None
-    except OSError:
-        raise UserError(f"{path} is not an HDF5 file.") from None
-    if "t_ns" in values and len(values["t_ns"]):
-        time_s = (values["t_ns"].astype(np.int64) - int(values["t_ns"][0])) / 1e9
-    elif "t_s" in values and len(values["t_s"]):
-        time_s = values["t_s"].astype(float)
-    else:
-        raise UserError(f"{path} has neither samples of t_s nor of t_ns, so it is no trace and no recording.")
-    values = {name: value for name, value in values.items() if len(value) == len(time_s)}
-    wanted = (time_s >= (-np.inf if begin_s is None else begin_s)) & (time_s <= (np.inf if end_s is None else end_s))
-    if not wanted.any():
-        raise UserError(f"{path} has no sample in that span; it runs from {time_s[0]:g} s to {time_s[-1]:g} s.")
-    return Signals(time_s[wanted], {name: value[wanted] for name, value in values.items()}, units)
 
 
 def blocks(values: np.ndarray, reduce: str) -> np.ndarray:
