@@ -10,6 +10,7 @@ COMMANDS = {
     "monitor": "shows the telemetry of the drives on the network",
     "record": "records the telemetry of one drive",
     "plot": "draws a trace or a recording",
+    "compare": "compares two runs metric by metric",
     "sweep": "runs a scenario at many points of its configuration",
     "rt_check": "says what keeps this machine from hard real time",
 }
