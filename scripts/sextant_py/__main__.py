@@ -9,6 +9,7 @@ COMMANDS = {
     "vcu": "plays a torque profile to a drive over CAN",
     "monitor": "shows the telemetry of the drives on the network",
     "record": "records the telemetry of one drive",
+    "scope": "captures the waveform around a trigger",
     "plot": "draws a trace or a recording",
     "compare": "compares two runs metric by metric",
     "sweep": "runs a scenario at many points of its configuration",

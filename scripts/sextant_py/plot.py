@@ -1,6 +1,7 @@
 """Draws traces and recordings: signals over time, spectra, loci and the layouts of the paper, as PNG or HTML."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from . import signal_file
@@ -26,7 +27,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="plot", description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    endings = ", ".join(signal_file.READERS)
+    endings = ", ".join(signal_file.SUFFIXES)
     parser.add_argument("words", nargs="*", metavar="FILE|SIGNAL", help=f"files ({endings}) and signals of them")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="picture or page to write (default: FILE.png)"
@@ -56,22 +57,25 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 
 def is_file(word: str) -> bool:
     """A signal has no ending of a file, and no file of its name lies here."""
-    return Path(word).suffix.lower() in signal_file.READERS or Path(word).is_file()
+    return Path(word).suffix.lower() in signal_file.SUFFIXES or Path(word).is_file()
 
 
-def print_signals(options: argparse.Namespace) -> None:
-    from .plots import series
+def print_signals(path: Path) -> None:
+    """The signals of a file by their groups, with the span of each group."""
+    found = signal_file.SignalFile(path)
+    print(path)
+    for name, rows in found.groups.items():
+        time_s = rows.time_s
+        print(f"{name}: {len(time_s)} samples from {time_s[0]:g} s to {time_s[-1]:g} s")
+        columns = [entry for entry in found.columns(name) if entry[1].name != "t_ns"]
+        width = max((len(full) for full, _ in columns), default=0)
+        for full, column in columns:
+            print(f"  {full:<{width}}  {column.unit:<6} {column.text}".rstrip())
 
-    for file in series.load(options.files, options.begin_s, options.end_s):
-        every = list(file.series.values())
-        if not every:
-            print(f"{file.path}: no signals")
-            continue
-        time_s = every[0].time_s
-        print(f"{file.path}: {len(time_s)} samples from {time_s[0]:g} s to {time_s[-1]:g} s")
-        width = max(len(found.name) for found in every)
-        for found in every:
-            print(f"  {found.name:<{width}}  {found.unit:<6} {found.text}".rstrip())
+
+def tell_cuts(sentences: list[str | None]) -> None:
+    for sentence in filter(None, sentences):
+        print(f"plot: {sentence}", file=sys.stderr)
 
 
 def perform(options: argparse.Namespace, output: Path) -> None:
@@ -81,11 +85,14 @@ def perform(options: argparse.Namespace, output: Path) -> None:
     if overview and not (options.spectrum or options.locus or options.figure):
         from .plots import overview
 
-        overview.draw(signal_file.load(options.files[0], options.begin_s, options.end_s), title, output)
+        file = signal_file.SignalFile(options.files[0], options.begin_s, options.end_s)
+        tell_cuts([file.cut])
+        overview.draw(file.signals(file.of_main()), title, output)
         return
     from .plots import series
 
     files = series.load(options.files, options.begin_s, options.end_s)
+    tell_cuts([file.cut for file in files])
     if len(files) > 1 and not options.title:
         title = " and ".join(file.label for file in files)
     if options.figure:
@@ -127,7 +134,8 @@ def main(arguments: list[str]) -> int:
         print(layouts.listed())
         return 0
     if options.list:
-        print_signals(options)
+        for path in options.files:
+            print_signals(path)
         return 0
     output = options.output or default_output(options)
     if output.suffix.lower() not in (*PICTURES, ".html"):

@@ -1,19 +1,17 @@
-"""Reads a trace of sextant-mil or a recording: every signal over one time axis, with unit and description."""
+"""Signals of a trace of sextant-mil or of a recording, in any of its file formats, over time in seconds."""
 
-import io
-import warnings
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from .errors import UserError
-from .telemetry_contract import signals
+from .recording.formats import SUFFIXES, open_source
+from .recording.model import MAIN, Column, Group, Source
 
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-TOPIC = "DriveTelemetry"  # whose members a recording without units has
+__all__ = ["SUFFIXES", "GroupRows", "SignalFile", "Signals", "load"]
 
 
 @dataclass
@@ -29,93 +27,94 @@ class Signals:
         """The first of the signals that there is."""
         return next((self.values[name] for name in names if name in self.values), None)
 
-    def between(self, wanted: np.ndarray) -> "Signals":
-        """The samples at which `wanted` is true."""
-        values = {name: value[wanted] for name, value in self.values.items()}
-        return Signals(self.time_s[wanted], values, self.units, self.texts)
+
+@dataclass
+class GroupRows:
+    """The rows of a group within a span of time; read when they are first needed."""
+
+    path: Path
+    source: Source
+    group: Group
+    zero_ns: int  # time 0
+    begin_s: float
+    end_s: float
+
+    def _times_s(self, block: np.ndarray) -> np.ndarray:
+        if self.group.time == "t_s":
+            return block["t_s"] - self.zero_ns / 1e9
+        return (self.group.times_ns(block) - self.zero_ns) / 1e9
+
+    @cached_property
+    def _read(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times [s] and rows."""
+        times, rows, ends = [], [], []
+        for block in self.source.blocks(self.group.name):
+            time_s = self._times_s(block)
+            wanted = (time_s >= self.begin_s) & (time_s <= self.end_s)
+            times.append(time_s[wanted])
+            rows.append(block[wanted])
+            ends += [time_s[0], time_s[-1]]
+        if not ends:
+            raise UserError(f"{self.path} has no samples.")
+        if not sum(map(len, times)):
+            raise UserError(f"{self.path} has no sample in that span; it runs from {min(ends):g} s to {max(ends):g} s.")
+        return np.concatenate(times), np.concatenate(rows)
+
+    @property
+    def time_s(self) -> np.ndarray:
+        return self._read[0]
+
+    def values(self, column: str) -> np.ndarray:
+        return self._read[1][column]
 
 
-def text_of(attribute: str | bytes) -> str:
-    return attribute.decode() if isinstance(attribute, bytes) else str(attribute)
+class SignalFile:
+    """A file with the groups of its signals. The signals of the main group have no prefix, the others `GROUP/`."""
 
+    def __init__(self, path: Path, begin_s: float | None = None, end_s: float | None = None) -> None:
+        """The span counts from the first sample of t_ns, or as t_s does."""
+        source = open_source(path)
+        self.path = path
+        self.cut = source.cut  # what a truncated file has lost, in a sentence
+        self.main = MAIN if MAIN in source.groups else next(iter(source.groups))
+        begin = -np.inf if begin_s is None else begin_s
+        end = np.inf if end_s is None else end_s
+        zero_ns = self._zero_ns(source)
+        self.groups = {
+            name: GroupRows(path, source, group, zero_ns, begin, end) for name, group in source.groups.items()
+        }
 
-def read_hdf5(path: Path) -> Signals:
-    """Every dataset of one dimension in the root, `plant/` and `control/`."""
-    found = Signals(np.empty(0), {})
-    try:
-        with h5py.File(path, "r") as file:
-            for prefix in ("", "plant/", "control/"):
-                group = file.get(prefix or "/")
-                members = group.items() if isinstance(group, h5py.Group) else ()
-                for name, data in members:
-                    if isinstance(data, h5py.Dataset) and data.ndim == 1:
-                        found.values[f"{prefix}{name}"] = data[()]
-                        found.units[f"{prefix}{name}"] = text_of(data.attrs.get("unit", ""))
-                        found.texts[f"{prefix}{name}"] = text_of(data.attrs.get("description", ""))
-    except FileNotFoundError:
-        raise UserError(f"{path} does not exist.") from None
-    except OSError as error:
-        raise UserError(_refusal(path, error)) from None
-    return found
+    def _zero_ns(self, source: Source) -> int:
+        group = source.groups[self.main]
+        first = next(source.blocks(self.main, 1), None)
+        if first is None:
+            raise UserError(f"{self.path} has no samples.")
+        return 0 if group.time == "t_s" else int(group.times_ns(first)[0])
 
+    def of_main(self) -> list[str]:
+        """The main group and those that share its time axis."""
+        return [name for name, rows in self.groups.items() if name == self.main or rows.group.time_of == self.main]
 
-def _refusal(path: Path, error: OSError) -> str:
-    try:
-        with path.open("rb") as file:
-            is_hdf5 = file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
-    except OSError as reason:
-        return f"{path} cannot be read: {reason.strerror}."
-    if is_hdf5:
-        return f"{path} is damaged or still being written: {error}; use another copy, or wait for the end of the run."
-    return f"{path} is not an HDF5 file."
+    def columns(self, group: str) -> Iterator[tuple[str, Column]]:
+        """The signals of a group that are numbers, with their full names; without the time."""
+        prefix = "" if group == self.main else f"{group}/"
+        rows = self.groups[group].group
+        return (
+            (prefix + column.name, column) for column in rows.columns if not column.is_text and column.name != "t_s"
+        )
 
-
-def read_csv(path: Path) -> Signals:
-    """A column a signal; units and descriptions are those of the telemetry contract."""
-    import pandas
-
-    try:
-        whole, _, rest = path.read_bytes().rpartition(b"\n")
-        table = pandas.read_csv(io.BytesIO(whole))
-    except FileNotFoundError:
-        raise UserError(f"{path} does not exist.") from None
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}.") from None
-    except ValueError as error:  # of pandas as well
-        raise UserError(f"{path} is not a table of comma-separated values: {error}.") from None
-    if rest:
-        warnings.warn(f"{path}: the last line is not complete and is left out.", stacklevel=2)
-    known = {signal.name: signal for signal in signals(TOPIC)}
-    numeric = [name for name in table.columns if pandas.api.types.is_numeric_dtype(table[name])]
-    found = Signals(np.empty(0), {name: table[name].to_numpy() for name in numeric})
-    found.units = {name: known[name].unit if name in known else "" for name in numeric}
-    found.texts = {name: known[name].text if name in known else "" for name in numeric}
-    return found
-
-
-# By the ending of the file's name: what reads it. A reader leaves `time_s` empty.
-READERS: dict[str, Callable[[Path], Signals]] = {".h5": read_hdf5, ".hdf5": read_hdf5, ".csv": read_csv}
-
-
-def reader_of(path: Path) -> Callable[[Path], Signals]:
-    if path.suffix.lower() not in READERS:
-        raise UserError(f'{path} has the ending "{path.suffix}"; known are {", ".join(READERS)}.')
-    return READERS[path.suffix.lower()]
+    def signals(self, groups: list[str]) -> Signals:
+        """The signals of groups that share a time axis."""
+        found = Signals(self.groups[groups[0]].time_s, {})
+        for group in groups:
+            for name, column in self.columns(group):
+                if group == groups[0] or column.name != "t_ns":
+                    found.values[name] = self.groups[group].values(column.name)
+                    found.units[name], found.texts[name] = column.unit, column.text
+        return found
 
 
 def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -> Signals:
-    """Reads t_s or t_ns and every signal of its length; time of t_ns counts from the first sample."""
-    found = reader_of(path)(path)
-    values = found.values
-    if "t_ns" in values and len(values["t_ns"]):
-        found.time_s = (values["t_ns"].astype(np.int64) - int(values["t_ns"][0])) / 1e9
-    elif "t_s" in values and len(values["t_s"]):
-        found.time_s = values["t_s"].astype(float)
-    else:
-        raise UserError(f"{path} has neither samples of t_s nor of t_ns, so it is no trace and no recording.")
-    time_s = found.time_s
-    found.values = {name: value for name, value in values.items() if len(value) == len(time_s)}
-    wanted = (time_s >= (-np.inf if begin_s is None else begin_s)) & (time_s <= (np.inf if end_s is None else end_s))
-    if not wanted.any():
-        raise UserError(f"{path} has no sample in that span; it runs from {time_s[0]:g} s to {time_s[-1]:g} s.")
-    return found.between(wanted)
+    """The signals of the main group and of those that share its time axis."""
+    file = SignalFile(path, begin_s, end_s)
+    return file.signals(file.of_main())

@@ -84,8 +84,8 @@ def test_version_and_dependencies_are_those_of_the_project() -> None:
 def test_the_module_sextant_is_installed(sextant: Path, tmp_path: Path) -> None:
     (tmp_path / "recording.csv").write_text("t_ns,torque_mean_nm\n0,1.5\n1000000,2.5\n")
     script = "import sextant; frame = sextant.read('recording.csv'); print(sextant.__file__);"
-    script += "print(frame['torque_mean_nm'].mean(), frame.attrs['units']['torque_mean_nm'])"
+    script += "print(frame['torque_mean_nm'].mean())"
     found = run(sextant.with_name("python"), "-c", script, cwd=tmp_path)
     assert found.returncode == 0, found.stderr
     assert found.stdout.startswith(str(sextant.parents[1]))
-    assert found.stdout.splitlines()[1] == "2.0 N·m"
+    assert found.stdout.splitlines()[1] == "2.0"

@@ -94,7 +94,7 @@ def merged(found: list[Series], label: str) -> list[Line]:
 
 
 def _is_shown_unasked(series: Series) -> bool:
-    if series.unit == TIME_STAMP or COUNTER.fullmatch(series.name):
+    if series.unit == TIME_STAMP or COUNTER.fullmatch(series.name.rpartition("/")[2]):
         return False
     if series.is_discrete:
         return 1 < len(np.unique(series.values)) <= MOST_LEVELS
@@ -103,7 +103,7 @@ def _is_shown_unasked(series: Series) -> bool:
 
 def choose(file: SeriesFile) -> list[Series]:
     """What is drawn where no signal is named: the drive's own, and those of other groups that it has no likes of."""
-    shown = [series for series in file.series.values() if _is_shown_unasked(series)]
+    shown = [series for name, series in file.series.items() if name in file.main and _is_shown_unasked(series)]
     own = {(series.unit, kind_of(series)) for series in shown if "/" not in series.name}
     return [series for series in shown if "/" not in series.name or (series.unit, kind_of(series)) not in own]
 

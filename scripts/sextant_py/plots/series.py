@@ -10,6 +10,8 @@ import numpy as np
 
 from .. import signal_file
 from ..errors import UserError
+from ..recording.model import Column
+from ..signal_file import GroupRows
 
 # How names of signals end, by unit.
 SUFFIXES = {"N·m": "_nm", "Wb": "_wb", "rad/s": "_rad_s", "A": "_a", "V": "_v", "W": "_w", "J": "_j", "rad": "_rad"}
@@ -18,13 +20,27 @@ STATISTIC = re.compile(r"(.*)_(mean|min|max)_(.+)")
 
 @dataclass(frozen=True)
 class Series:
-    """A signal over its time."""
+    """A signal; its samples are read when they are first needed."""
 
     name: str
-    unit: str
-    text: str
-    time_s: np.ndarray
-    values: np.ndarray
+    column: Column
+    rows: GroupRows
+
+    @property
+    def unit(self) -> str:
+        return self.column.unit
+
+    @property
+    def text(self) -> str:
+        return self.column.text
+
+    @property
+    def time_s(self) -> np.ndarray:
+        return self.rows.time_s
+
+    @property
+    def values(self) -> np.ndarray:
+        return self.rows.values(self.column.name)
 
     @property
     def quantity(self) -> str:
@@ -39,7 +55,7 @@ class Series:
 
     @property
     def is_discrete(self) -> bool:
-        return self.values.dtype.kind in "biu"
+        return np.dtype(self.column.kind).kind in "biu"
 
 
 @dataclass(frozen=True)
@@ -49,6 +65,8 @@ class SeriesFile:
     path: Path
     label: str  # that tells it from the other files
     series: dict[str, Series]
+    main: set[str]  # names of those on the time axis of the telemetry
+    cut: str | None  # what a truncated file has lost, in a sentence
 
     def find(self, wanted: str) -> list[Series]:
         """The signals that a name stands for: its own, of a pattern, of a quantity, or of a group that is not named."""
@@ -87,11 +105,13 @@ def labels(paths: list[Path]) -> list[str]:
 def load(paths: list[Path], begin_s: float | None, end_s: float | None) -> list[SeriesFile]:
     files = []
     for path, label in zip(paths, labels(paths), strict=True):
-        found = signal_file.load(path, begin_s, end_s)
+        found = signal_file.SignalFile(path, begin_s, end_s)
         named = {
-            name: Series(name, found.units.get(name, ""), found.texts.get(name, ""), found.time_s, values)
-            for name, values in found.values.items()
-            if name not in ("t_s", "t_ns")
+            name: Series(name, column, found.groups[group])
+            for group in found.groups
+            for name, column in found.columns(group)
+            if column.name != "t_ns"
         }
-        files.append(SeriesFile(path, label, named))
+        main = {name for group in found.of_main() for name, _ in found.columns(group)}
+        files.append(SeriesFile(path, label, named, main, found.cut))
     return files

@@ -59,7 +59,9 @@ def of_series(series: Series, window: str) -> tuple[np.ndarray, np.ndarray]:
 def choose(file: SeriesFile) -> list[Series]:
     """Torque and phase currents, of the drive where it has them."""
     wanted = []
-    for series in file.series.values():
+    for name, series in file.series.items():
+        if name not in file.main:
+            continue
         is_phase = series.unit == "A" and kind_of(series) == "phases"
         is_torque = series.unit == "N·m" and series.quantity.rpartition("/")[2] == "torque_nm"
         if (is_phase or is_torque) and not series.name.endswith(("_min_nm", "_max_nm")):
