@@ -161,7 +161,12 @@ def load_statistics(path: Path | None) -> dict | None:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="demo_report", description="Compares commands with a recording.")
+    parser = argparse.ArgumentParser(
+        prog="demo_report",
+        description="Compares commands with a recording.",
+        epilog="example:\n  python -m sextant_py.demo_report out/demo/commands.json out/demo/recording.h5",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("commands", type=Path, help="log of scripts/vcu")
     parser.add_argument("recording", type=Path, help="recording of scripts/record, .h5")
     parser.add_argument("--statistics", type=Path, metavar="FILE", help="output of scripts/monitor --json")

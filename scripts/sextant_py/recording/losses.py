@@ -5,10 +5,10 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from .model import MAIN
-from .topics import WAVEFORM
+from .topics import STATE, WAVEFORM
 
 COUNTER, COUNTERS = "Counter", 15  # of the E2E protection: counts modulo 15
-SEQUENCED = (MAIN, "drive_state", "statistics", WAVEFORM)
+SEQUENCED = (MAIN, STATE, "statistics", WAVEFORM)
 
 
 @dataclass

@@ -11,16 +11,17 @@ from ..errors import UserError
 from ..telemetry_contract import Signal, enumerations, enumerators, signals
 from .model import MAIN, Column, Group
 
+STATE = "drive_state"
 WAVEFORM = "waveform"
 TOPICS = {
     MAIN: dds.TELEMETRY,
-    "drive_state": dds.STATE,
+    STATE: dds.STATE,
     "statistics": dds.STATISTICS,
     WAVEFORM: "sextant/DriveWaveform",
 }
 TEXTS = {
     MAIN: "DriveTelemetry, a row a sample",
-    "drive_state": "DriveState, a row a change",
+    STATE: "DriveState, a row a change",
     "statistics": "RealTimeStatistics, a row a sample",
     WAVEFORM: "DriveWaveform, a row a control period; what holds for a batch is repeated",
 }
