@@ -114,21 +114,18 @@ class MessageCodec:
                 data += bytes(aligned(len(data), value.itemsize) - len(data)) + value.tobytes()
         return bytes(data)
 
-    def decode(self, chunk: memoryview, offset: int) -> tuple[np.ndarray, int]:
-        """The rows of the consecutive records of this channel from the offset, and where the next one begins."""
+    def decode(self, chunk: memoryview, offsets: np.ndarray) -> np.ndarray:
+        """The rows of the records that begin at these offsets of a chunk."""
         if self._fixed is None:
-            length = struct.unpack_from("<Q", chunk, offset + 1)[0]
-            end = offset + HEADER_BYTES + length
-            return self._decode_row(chunk[offset + RECORD.itemsize + 4 : end]), end
-        size = self._fixed.itemsize
-        records = np.frombuffer(chunk, self._fixed, (len(chunk) - offset) // size, offset)
-        own = (records["opcode"] == Opcode.MESSAGE) & (records["channel"] == self.channel)
-        own &= records["length"] == size - HEADER_BYTES
-        records = records if own.all() else records[: int(np.argmin(own))]
-        block = np.empty(len(records), self.group.dtype)
-        for column in self.group.columns:
-            block[column.name] = records[f"value {column.name}"]
-        return block, offset + max(len(records), 1) * size
+            rows = [self._decode_row(chunk[offset + RECORD.itemsize + 4 :]) for offset in offsets.tolist()]
+            return np.concatenate([np.empty(0, self.group.dtype), *rows])
+        block, done = np.empty(len(offsets), self.group.dtype), 0
+        for run in np.split(offsets, np.flatnonzero(np.diff(offsets) != self._fixed.itemsize) + 1):
+            records = np.frombuffer(chunk, self._fixed, len(run), int(run[0]) if len(run) else 0)
+            for column in self.group.columns:
+                block[column.name][done : done + len(run)] = records[f"value {column.name}"]
+            done += len(run)
+        return block
 
     def _decode_row(self, data: memoryview) -> np.ndarray:
         block, at = np.zeros(1, self.group.dtype), 0

@@ -21,14 +21,23 @@ from .mcap_messages import HEADER_BYTES, RECORD, MessageCodec
 from .mcap_sink import METADATA
 from .model import BLOCK_ROWS, Group, Metadata, cut_sentence
 
+ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])  # of a chunk's index
+RECENT_CHUNKS = 4
+
 
 @dataclass
 class ChunkPlace:
-    """Where a chunk is, and how many rows of which channel its index counts."""
+    """Where a chunk is, and by channel where its index is or, where the file is cut behind the chunk, what it says."""
 
     offset: int
     length: int
-    rows: dict[int, int]
+    indexes: dict[int, tuple[int, int]]  # place in the file and entries
+    offsets: dict[int, np.ndarray]
+
+    def rows(self, channel: int) -> int:
+        if channel in self.offsets:
+            return len(self.offsets[channel])
+        return self.indexes.get(channel, (0, 0))[1]
 
 
 class McapSource:
@@ -41,6 +50,7 @@ class McapSource:
         self.cut: str | None = None
         self._codecs: dict[str, MessageCodec] = {}
         self._chunks: list[ChunkPlace] = []
+        self._recent: dict[int, bytes] = {}
         with path.open("rb") as file:
             if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise UserError(f"{path} is not an MCAP file.")
@@ -48,6 +58,7 @@ class McapSource:
         if not self.groups:
             raise UserError(f"{path} has no channel of a Sextant recording; scripts/record writes them.")
         if lost_bytes is not None:
+            self._index_last_chunk()
             kept = {name: self.rows(name) for name in self.groups}
             self.cut = cut_sentence(path, kept, f"its last {lost_bytes} bytes are of an incomplete record")
 
@@ -76,10 +87,10 @@ class McapSource:
             if record.name == METADATA:
                 self.metadata = json.loads(record.metadata["json"])
         elif opcode == Opcode.CHUNK:
-            self._chunks.append(ChunkPlace(begin + HEADER_BYTES, length, {}))
+            self._chunks.append(ChunkPlace(begin + HEADER_BYTES, length, {}, {}))
         elif opcode == Opcode.MESSAGE_INDEX and self._chunks:
             channel, size = struct.unpack("<HI", file.read(6))
-            self._chunks[-1].rows[channel] = size // 16
+            self._chunks[-1].indexes[channel] = (begin + HEADER_BYTES + 6, size // ENTRY.itemsize)
 
     def _take_channel(self, channel: Channel) -> None:
         described = channel.metadata.get("sextant_group")
@@ -89,6 +100,26 @@ class McapSource:
         self.groups[group.name] = group
         self._codecs[group.name] = MessageCodec(group, channel.id)
 
+    def _index_last_chunk(self) -> None:
+        """What stands behind the chunk may be of its index or not: the chunk itself tells."""
+        if not self._chunks:
+            return
+        data, found, offset = self._data(len(self._chunks) - 1), {}, 0
+        while offset + RECORD.itemsize <= len(data):
+            opcode, length, channel = struct.unpack_from("<BQH", data, offset)
+            if opcode == Opcode.MESSAGE:
+                found.setdefault(channel, []).append(offset)
+            offset += HEADER_BYTES + length
+        self._chunks[-1].offsets = {channel: np.array(offsets) for channel, offsets in found.items()}
+
+    def _data(self, number: int) -> bytes:
+        """A chunk, decompressed. Readers of several groups come for it one after the other."""
+        if number not in self._recent:
+            self._recent[number] = self._decompressed(self._chunks[number])
+            while len(self._recent) > RECENT_CHUNKS:
+                self._recent.pop(next(iter(self._recent)))
+        return self._recent[number]
+
     def _decompressed(self, place: ChunkPlace) -> bytes:
         with self._path.open("rb") as file:
             file.seek(place.offset)
@@ -97,29 +128,21 @@ class McapSource:
             return zstandard.ZstdDecompressor().decompress(chunk.data, chunk.uncompressed_size)
         return lz4.frame.decompress(chunk.data) if chunk.compression == "lz4" else chunk.data
 
+    def _offsets(self, place: ChunkPlace, channel: int) -> np.ndarray:
+        if channel in place.offsets:
+            return place.offsets[channel]
+        begin, count = place.indexes[channel]
+        return np.fromfile(self._path, ENTRY, count, offset=begin)["offset"].astype(np.int64)
+
     def rows(self, name: str) -> int:
         channel = self._codecs[name].channel
-        return sum(place.rows.get(channel, 0) for place in self._chunks)
+        return sum(place.rows(channel) for place in self._chunks)
 
     def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]:
         codec = self._codecs[name]
-        for place in self._chunks:
-            if place.rows and codec.channel not in place.rows:
-                continue
-            found = [block for block in self._of_chunk(codec, self._decompressed(place)) if len(block)]
-            if found:
-                whole = np.concatenate(found)
+        for number, place in enumerate(self._chunks):
+            if place.rows(codec.channel):
+                offsets = self._offsets(place, codec.channel)
+                whole = codec.decode(memoryview(self._data(number)), offsets)
                 for begin in range(0, len(whole), rows):
                     yield whole[begin : begin + rows]
-
-    def _of_chunk(self, codec: MessageCodec, data: bytes) -> Iterator[np.ndarray]:
-        view, offset = memoryview(data), 0
-        others = {other.channel: other for other in self._codecs.values()}
-        while offset + RECORD.itemsize <= len(view):
-            opcode, length, channel = struct.unpack_from("<BQH", view, offset)
-            if opcode == Opcode.MESSAGE and channel in others:
-                block, offset = others[channel].decode(view, offset)
-                if channel == codec.channel:
-                    yield block
-            else:
-                offset += HEADER_BYTES + length
