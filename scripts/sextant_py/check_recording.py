@@ -32,6 +32,7 @@ PATIENCE = (
 )
 START_S, LEAVE_S = 30.0, 900.0
 BATCH_PERIODS = 400  # at most
+MDF_ROWS = 500_000  # at once
 EXAMPLES = """examples:
   check_recording                     ten minutes
   check_recording --minutes 0.2 --domain 9 --bin build/dev/apps
@@ -100,12 +101,30 @@ def record_live(options: argparse.Namespace, folder: Path) -> Cost:
                 process.wait(LEAVE_S)
 
 
-def columns(source: Source, group: str, *names: str) -> dict[str, np.ndarray]:
-    found: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    for block in source.blocks(group):
-        for name in names:
-            found[name].append(block[name])
-    return {name: np.concatenate(parts) for name, parts in found.items()}
+@dataclass
+class Numbering:
+    """First and last number and time of a group, how often the number changes, and what is missing."""
+
+    rows: int = 0
+    first: int = 0
+    last: int = 0
+    changes: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+    missing: int = 0  # control periods without a row, from begin_ns to end_ns
+
+    def take(self, block: np.ndarray, period_ns: int, begin_ns: int, end_ns: int) -> None:
+        numbers, times = block["sequence"].astype(np.int64), block["t_ns"]
+        if self.rows:
+            numbers, times = np.append(self.last, numbers), np.append(self.last_ns, times)
+        else:
+            self.first, self.first_ns = int(numbers[0]), int(times[0])
+        self.rows += len(block)
+        self.changes += int(np.count_nonzero(np.diff(numbers)))
+        inside = (times[:-1] >= begin_ns) & (times[1:] <= end_ns)
+        steps = np.rint(np.diff(times) / period_ns).astype(np.int64)[inside]
+        self.missing += int(np.sum(steps[steps > 1] - 1))
+        self.last, self.last_ns = int(numbers[-1]), int(times[-1])
 
 
 class Verdict:
@@ -119,14 +138,11 @@ class Verdict:
             self.failures.append(what)
 
 
-def explained_span(source: Source, waveform: dict[str, np.ndarray]) -> tuple[int, int]:
-    """Control periods without a row between the first and the last statistics, and those that the drive has missed."""
-    statistics = columns(source, "statistics", "t_ns", "periods_missed")
-    first_ns, last_ns = statistics["t_ns"][0], statistics["t_ns"][-1]
-    times = waveform["t_ns"][(waveform["t_ns"] >= first_ns) & (waveform["t_ns"] <= last_ns)]
-    steps = np.rint(np.diff(times) / waveform["period_ns"][0]).astype(np.int64)
-    missed = statistics["periods_missed"].astype(np.int64)
-    return int(np.sum(steps[steps > 1] - 1)), int(missed[-1] - missed[0])
+def missed_by_drive(source: Source) -> tuple[int, int, int]:
+    """Times of the first and the last statistics [ns], and the control periods missed by the drive between them."""
+    rows = np.concatenate(list(source.blocks("statistics")))
+    missed = rows["periods_missed"].astype(np.int64)
+    return int(rows["t_ns"][0]), int(rows["t_ns"][-1]), int(missed[-1] - missed[0])
 
 
 def check_losses(source: Source, verdict: Verdict) -> dict[str, object]:
@@ -135,32 +151,33 @@ def check_losses(source: Source, verdict: Verdict) -> dict[str, object]:
         verdict.expect(name in source.groups and source.rows(name) > 0, f"the recording has no {name}")
     if verdict.failures:
         return {}
-    counter = LossCounter()
+    begin_ns, end_ns, missed = missed_by_drive(source)
+    period_ns = int(next(source.blocks(WAVEFORM))["period_ns"][0])
+    counter, numbering = LossCounter(), {MAIN: Numbering(), WAVEFORM: Numbering()}
     for name in source.groups:
         for block in source.blocks(name):
             counter.take(name, block)
+            if name in numbering:
+                numbering[name].take(block, period_ns, begin_ns, end_ns)
     verdict.expect(counter.described() == source.metadata["losses"], "the file's losses are not those of its rows")
-    telemetry = columns(source, MAIN, "sequence")["sequence"].astype(np.int64)
-    lost = counter.of[MAIN].lost
-    verdict.expect(telemetry[-1] - telemetry[0] + 1 == len(telemetry) + lost, "samples of telemetry are not counted")
-    waveform = columns(source, WAVEFORM, "t_ns", "period_ns", "sequence")
-    periods = int(np.rint((waveform["t_ns"][-1] - waveform["t_ns"][0]) / waveform["period_ns"][0])) + 1
-    of = counter.of[WAVEFORM]
-    verdict.expect(periods == of.rows + of.periods_missing, "control periods are not counted")
-    batches = len(np.unique(waveform["sequence"]))
-    numbered = int(waveform["sequence"][-1]) - int(waveform["sequence"][0]) + 1
-    verdict.expect(numbered == batches + of.lost, "batches are not counted")
-    missing, missed = explained_span(source, waveform)
-    explained = of.dropped + missed + BATCH_PERIODS * of.lost
+    of, telemetry, waveform = counter.of, numbering[MAIN], numbering[WAVEFORM]
+    numbers = telemetry.last - telemetry.first + 1
+    verdict.expect(numbers == telemetry.rows + of[MAIN].lost, "samples of telemetry are not counted")
+    batches = waveform.last - waveform.first + 1
+    verdict.expect(batches == waveform.changes + 1 + of[WAVEFORM].lost, "batches are not counted")
+    periods = round((waveform.last_ns - waveform.first_ns) / period_ns) + 1
+    verdict.expect(periods == waveform.rows + of[WAVEFORM].periods_missing, "control periods are not counted")
+    explained = of[WAVEFORM].dropped + missed + BATCH_PERIODS * of[WAVEFORM].lost
     verdict.expect(
-        missing <= explained, f"{missing} control periods are missing, of which no more than {explained} are explained"
+        waveform.missing <= explained,
+        f"{waveform.missing} control periods are missing, of which no more than {explained} are explained",
     )
-    frames = {name: losses.lost for name, losses in counter.of.items() if name.startswith("can/")}
+    frames = sum(losses.lost for name, losses in of.items() if name.startswith("can/"))
     return {
-        "telemetry_rows": len(telemetry), "telemetry_lost": lost, "control_periods": of.rows,
-        "batches_lost": of.lost, "periods_dropped_by_drive": of.dropped, "periods_missing": of.periods_missing,
-        "periods_missed_by_drive": missed, "can_frames": source.rows("can"),
-        "can_frames_missing": sum(frames.values()),
+        "telemetry_rows": telemetry.rows, "telemetry_lost": of[MAIN].lost, "control_periods": waveform.rows,
+        "batches_lost": of[WAVEFORM].lost, "periods_dropped_by_drive": of[WAVEFORM].dropped,
+        "periods_missing": of[WAVEFORM].periods_missing, "periods_missed_by_drive": missed,
+        "can_frames": source.rows("can"), "can_frames_missing": frames,
     }  # fmt: skip
 
 
@@ -175,7 +192,7 @@ def check_mcap(path: Path, source: Source, verdict: Verdict) -> None:
         counts = {topics[number]: count for number, count in summary.statistics.channel_message_counts.items()}
         verdict.expect(counts == {name: source.rows(name) for name in source.groups}, "mcap counts other messages")
         times = [entry.log_time for _, entry in zip(range(1000), _messages(reader, WAVEFORM), strict=False)]
-    own = columns(source, WAVEFORM, "t_ns")["t_ns"][: len(times)]
+    own = next(source.blocks(WAVEFORM))["t_ns"][: len(times)]
     verdict.expect(len(times) > 0 and np.array_equal(times, own), "mcap reads other times")
 
 
@@ -192,15 +209,26 @@ def check_mdf(path: Path, source: Source, verdict: Verdict) -> None:
         numbers = {group.channel_group.acq_name: index for index, group in enumerate(file.groups)}
         rows = {name: file.groups[index].channel_group.cycles_nr for name, index in numbers.items()}
         verdict.expect(rows == {name: source.rows(name) for name in source.groups}, "asammdf counts other rows")
+        if verdict.failures:
+            return
         for group, name in ((MAIN, "torque_mean_nm"), (WAVEFORM, "torque_nm")):
-            own = columns(source, group, "t_ns", name)
-            found = file.get(name, group=numbers[group])
-            verdict.expect(found.unit == "N·m", f"asammdf reads the unit {found.unit} of {name}")
-            verdict.expect(np.array_equal(found.samples, own[name]), f"asammdf reads other values of {name}")
-            seconds = (own["t_ns"] - own["t_ns"][0]) / 1e9
-            times = found.timestamps - found.timestamps[0]
-            same = len(times) == len(seconds) and np.allclose(times, seconds, rtol=0, atol=1e-8)
-            verdict.expect(same, f"asammdf reads other times of {group}")
+            verdict.expect(same_values(file, numbers[group], source, group, name), f"asammdf reads another {name}")
+
+
+def same_values(file: object, number: int, source: Source, group: str, name: str) -> bool:
+    """Whether asammdf reads values, unit and times of a signal as they are in the other file."""
+    done, first_ns, first_s = 0, None, 0.0
+    for block in source.blocks(group, rows=MDF_ROWS):
+        found = file.get(name, group=number, record_offset=done, record_count=len(block))
+        if first_ns is None:
+            first_ns, first_s = int(block["t_ns"][0]), float(found.timestamps[0])
+        seconds = (block["t_ns"] - first_ns) / 1e9
+        if found.unit != "N·m" or not np.array_equal(found.samples, block[name]):
+            return False
+        if not np.allclose(found.timestamps - first_s, seconds, rtol=0, atol=1e-8):
+            return False
+        done += len(block)
+    return True
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:

@@ -72,17 +72,19 @@ def test_a_recording_without_control_periods_fails(tmp_path: Path) -> None:
 
 
 def test_files_that_hold_other_rows_fail(tmp_path: Path) -> None:
-    source, other = made(SEED), made(SEED + 1, telemetry=699)
-    write(source, tmp_path / "run.mcap")
-    for name in ("other.mcap", "other.mf4"):
-        write(other, tmp_path / name)
-    write(source, tmp_path / "run.mf4")
-    found, verdict = McapSource(tmp_path / "run.mcap"), check_recording.Verdict()
-    check_recording.check_mcap(tmp_path / "run.mcap", found, verdict)
-    check_recording.check_mdf(tmp_path / "run.mf4", found, verdict)
-    assert verdict.failures == []
-    check_recording.check_mcap(tmp_path / "other.mcap", found, verdict)
-    assert verdict.failures == ["mcap counts other messages"]
-    check_recording.check_mdf(tmp_path / "other.mf4", found, verdict)
-    assert "asammdf counts other rows" in verdict.failures
-    assert "asammdf reads other values of torque_mean_nm" in verdict.failures
+    source, shorter, other = made(SEED), made(SEED, telemetry=699), made(SEED + 1)
+    for name, written in (("run", source), ("shorter", shorter), ("other", other)):
+        write(written, tmp_path / f"{name}.mcap")
+        write(written, tmp_path / f"{name}.mf4")
+    found = McapSource(tmp_path / "run.mcap")
+    failures: dict[str, list[str]] = {}
+    for name in ("run", "shorter", "other"):
+        verdict = check_recording.Verdict()
+        check_recording.check_mcap(tmp_path / f"{name}.mcap", found, verdict)
+        check_recording.check_mdf(tmp_path / f"{name}.mf4", found, verdict)
+        failures[name] = verdict.failures
+    assert failures == {
+        "run": [],
+        "shorter": ["mcap counts other messages", "asammdf counts other rows"],
+        "other": ["asammdf reads another torque_mean_nm", "asammdf reads another torque_nm"],
+    }
