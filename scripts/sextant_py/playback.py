@@ -17,7 +17,7 @@ from .recording import formats, topics
 from .recording.can_frames import CAN, frame_of
 from .recording.model import MAIN, Source
 from .recording.progress import Progress
-from .recording.timeline import Item, items, span_ns
+from .recording.timeline import Item, begin_ns, items
 from .recording.topics import TOPICS, WAVEFORM
 
 STREAMS = (MAIN, WAVEFORM, CAN)  # groups that begin with the recording; the others hold what was latched before
@@ -44,6 +44,7 @@ class Player:
         self._writers = {name: self._writer(name) for name in self._types}
         self.played = dict.fromkeys(self.names, 0)
         self._passes: dict[str, int] = {}
+        self._last_ns = 0
 
     def _writer(self, name: str) -> DataWriter:
         participant = self.node.participant
@@ -58,15 +59,16 @@ class Player:
 
     def play(self, speed: float, number: int, progress: Progress) -> None:
         """One pass, the first has the number 0. Later ones go on with times and sequence numbers."""
-        first_ns, last_ns = span_ns(self._source, [name for name in self.names if name in STREAMS] or self.names)
-        shift_ns = number * (last_ns - first_ns + 1_000_000)
+        first_ns = begin_ns(self._source, [name for name in self.names if name in STREAMS] or self.names)
+        shift_ns = number * (self._last_ns - first_ns + 1_000_000)
         begin_s = time.monotonic()
         for item in items(self._source, self.names):
             due_s = begin_s + (item.t_ns - first_ns) / 1e9 / speed
             if (wait_s := due_s - time.monotonic()) > 0:
                 time.sleep(wait_s)
             self._publish(item, number, shift_ns)
-            progress.show(f"{max(item.t_ns - first_ns, 0) / 1e9:.1f} of {(last_ns - first_ns) / 1e9:.1f} s played")
+            progress.show(f"{max(item.t_ns - first_ns, 0) / 1e9:.1f} s played")
+            self._last_ns = max(self._last_ns, item.t_ns)
 
     def _publish(self, item: Item, number: int, shift_ns: int) -> None:
         self.played[item.group] += 1

@@ -250,7 +250,7 @@ def test_a_spectrum_of_uneven_samples_is_refused(tmp_path: Path) -> None:
 
 def test_spectra_without_names_are_of_torque_and_phase_currents(waves: Path) -> None:
     found = spectrum.compute(load(waves), [], "hann")
-    assert [one.label for one in found] == ["i_a_a", "i_b_a", "i_c_a", "torque_mean_nm"]
+    assert [one.label for one in found] == ["torque_mean_nm", "i_a_a", "i_b_a", "i_c_a"]
 
 
 def test_loci_are_circles_in_the_direction_of_the_field(waves: Path) -> None:

@@ -43,12 +43,7 @@ def items(source: Source, names: list[str]) -> Iterator[Item]:
     return heapq.merge(*each, key=attrgetter("t_ns"))
 
 
-def span_ns(source: Source, names: list[str]) -> tuple[int, int]:
-    """First and last time of these groups."""
-    first, last = [], []
-    for name in names:
-        for block in source.blocks(name):
-            times = source.groups[name].times_ns(block)
-            first.append(int(times.min()))
-            last.append(int(times.max()))
-    return min(first), max(last)
+def begin_ns(source: Source, names: list[str]) -> int:
+    """The first time of these groups."""
+    firsts = ((source.groups[name], next(source.blocks(name), None)) for name in names)
+    return min(int(group.times_ns(block[:1])[0]) for group, block in firsts if block is not None and len(block))
