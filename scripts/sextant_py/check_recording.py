@@ -32,7 +32,6 @@ PATIENCE = (
 )
 START_S, LEAVE_S = 30.0, 900.0
 BATCH_PERIODS = 400  # at most
-MDF_ROWS = 500_000  # at once
 EXAMPLES = """examples:
   check_recording                     ten minutes
   check_recording --minutes 0.2 --domain 9 --bin build/dev/apps
@@ -217,18 +216,17 @@ def check_mdf(path: Path, source: Source, verdict: Verdict) -> None:
 
 def same_values(file: object, number: int, source: Source, group: str, name: str) -> bool:
     """Whether asammdf reads values, unit and times of a signal as they are in the other file."""
-    done, first_ns, first_s = 0, None, 0.0
-    for block in source.blocks(group, rows=MDF_ROWS):
-        found = file.get(name, group=number, record_offset=done, record_count=len(block))
-        if first_ns is None:
-            first_ns, first_s = int(block["t_ns"][0]), float(found.timestamps[0])
+    found, done, first_ns = file.get(name, group=number), 0, None
+    for block in source.blocks(group):
+        first_ns = int(block["t_ns"][0]) if first_ns is None else first_ns
         seconds = (block["t_ns"] - first_ns) / 1e9
-        if found.unit != "N·m" or not np.array_equal(found.samples, block[name]):
+        here = slice(done, done + len(block))
+        if not np.array_equal(found.samples[here], block[name]):
             return False
-        if not np.allclose(found.timestamps - first_s, seconds, rtol=0, atol=1e-8):
+        if not np.allclose(found.timestamps[here] - found.timestamps[0], seconds, rtol=0, atol=1e-8):
             return False
         done += len(block)
-    return True
+    return found.unit == "N·m" and done == len(found.samples)
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:

@@ -18,6 +18,7 @@ ATTACHMENT = "sextant_recording.json"
 # What asammdf raises where a file is not what it should be.
 UNREADABLE = (MdfException, OSError, ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error)
 HEADER_AT = 64  # of the HD block, whose first link, after 24 bytes, is that to the first data group
+SLICE_ROWS = 131_072
 ZIPPED = 2  # deflate, with the bytes transposed
 
 
@@ -101,23 +102,41 @@ class MdfSource:
         return self._mdf.groups[self._numbers[name]].channel_group.cycles_nr
 
     def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]:
-        group, number = self.groups[name], self._numbers[name]
-        step = max(rows, 131_072)  # each access costs a search for the block
-        for begin in range(0, self.rows(name), step):
-            count = min(step, self.rows(name) - begin)
-            block = np.empty(count, group.dtype)
-            for index, column in enumerate(group.columns, start=1):
-                found = self._mdf.get(
-                    group=number,
-                    index=index,
-                    raw=True,
-                    ignore_invalidation_bits=True,
-                    record_offset=begin,
-                    record_count=count,
-                )
-                block[column.name] = found.samples
-            for first in range(0, count, rows):
+        has_text = any(column.is_text for column in self.groups[name].columns)
+        for block in [self._whole(name)] if has_text else self._slices(name):
+            for first in range(0, len(block), rows):
                 yield block[first : first + rows]
+
+    def _whole(self, name: str) -> np.ndarray:
+        """All rows at once: texts lie outside of the rows. No group of many rows has any."""
+        block = np.empty(self.rows(name), self.groups[name].dtype)
+        for index, column in enumerate(self.groups[name].columns, start=1):
+            options = {"raw": True, "ignore_invalidation_bits": True}
+            block[column.name] = self._mdf.get(group=self._numbers[name], index=index, **options).samples
+        return block
+
+    def _slices(self, name: str) -> Iterator[np.ndarray]:
+        """By asammdf's loader of whole rows: its access by channel decompresses the file anew for each slice."""
+        group, record = self._mdf.groups[self._numbers[name]], self._record(name)
+        for begin in range(0, self.rows(name), SLICE_ROWS):
+            count = min(SLICE_ROWS, self.rows(name) - begin)
+            parts = self._mdf._mdf._load_data(group, record_offset=begin, record_count=count)
+            records = np.frombuffer(b"".join(bytes(part.data) for part in parts), record, count)
+            block = np.empty(count, self.groups[name].dtype)
+            for column in self.groups[name].columns:
+                block[column.name] = records[column.name]
+            yield block
+
+    def _record(self, name: str) -> np.dtype:
+        """The layout of a row in the file, whose first channel is the master."""
+        group, columns = self._mdf.groups[self._numbers[name]], self.groups[name].columns
+        layout = {
+            "names": [column.name for column in columns],
+            "formats": [column.kind for column in columns],
+            "offsets": [channel.byte_offset for channel in group.channels[1:]],
+            "itemsize": group.channel_group.samples_byte_nr,
+        }
+        return np.dtype(layout)
 
 
 def opened(path: Path) -> MDF:
