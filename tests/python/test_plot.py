@@ -248,6 +248,21 @@ def test_a_spectrum_of_uneven_samples_is_refused(tmp_path: Path) -> None:
         plot.main([str(tmp_path / "gap.h5"), "torque_nm", "--spectrum", "--to", "0.005"])
 
 
+def test_the_last_row_of_a_trace_may_come_early(waves: Path) -> None:
+    (whole,) = spectrum.compute(load(waves), ["torque_mean_nm"], "hann")
+    with h5py.File(waves, "a") as file:
+        for name in list(file):
+            if isinstance(data := file[name], h5py.Dataset):
+                longer = np.append(data[()], data[-1])
+                unit = data.attrs["unit"]
+                del file[name]
+                file[name] = longer
+                file[name].attrs["unit"] = unit
+        file["t_ns"][-1] += 10_000
+    (found,) = spectrum.compute(load(waves), ["torque_mean_nm"], "hann")
+    np.testing.assert_array_equal(found.amplitude, whole.amplitude)
+
+
 def test_spectra_without_names_are_of_torque_and_phase_currents(waves: Path) -> None:
     found = spectrum.compute(load(waves), [], "hann")
     assert [one.label for one in found] == ["i_a_a", "i_b_a", "i_c_a", "torque_mean_nm"]
