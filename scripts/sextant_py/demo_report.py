@@ -57,10 +57,15 @@ def load_commands(path: Path) -> Commands:
         raise UserError(f"the log of commands {path} cannot be read: {error}.") from None
 
 
+def as_double(values: np.ndarray) -> np.ndarray:
+    """Sums of single precision over a long recording would lose digits."""
+    return values.astype(float) if values.dtype.kind == "f" else values
+
+
 def load_recording(path: Path) -> dict[str, np.ndarray]:
     try:
         with h5py.File(path, "r") as file:
-            return {name: file[name][()] for name in contract_fields("DriveTelemetry")}
+            return {name: as_double(file[name][()]) for name in contract_fields("DriveTelemetry")}
     except (OSError, KeyError) as error:
         raise UserError(f"the recording {path} cannot be read: {error}.") from None
 
