@@ -130,6 +130,8 @@ class DriveView:
 
     def _add_course(self, table: Table, course: Sparkline) -> None:
         """The last seconds, as many as fit, with the values of the lowest and the highest level."""
+        if course.count < 2:
+            return
         _, low, high = course.text(SPARK_WIDTH)
         ends = f"{low:+.1f} … {high:+.1f}"
         columns = min(SPARK_WIDTH, self._width - len(ends) - 10)

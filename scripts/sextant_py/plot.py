@@ -6,6 +6,7 @@ from pathlib import Path
 
 from . import signal_file
 from .errors import UserError, run
+from .recording.model import MAIN
 
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -81,14 +82,15 @@ def tell_cuts(sentences: list[str | None]) -> None:
 def perform(options: argparse.Namespace, output: Path) -> None:
     title = options.title or " and ".join(path.name for path in options.files)
     is_page = output.suffix.lower() == ".html"
-    overview = len(options.files) == 1 and not options.signals and not is_page
-    if overview and not (options.spectrum or options.locus or options.figure):
-        from .plots import overview
-
+    alone = len(options.files) == 1 and not options.signals and not is_page
+    if alone and not (options.spectrum or options.locus or options.figure):
         file = signal_file.SignalFile(options.files[0], options.begin_s, options.end_s)
-        tell_cuts([file.cut])
-        overview.draw(file.signals(file.of_main()), title, output)
-        return
+        if file.main == MAIN:  # a trace or telemetry; a capture of control periods has other signals
+            from .plots import overview
+
+            tell_cuts([file.cut])
+            overview.draw(file.signals(file.of_main()), title, output)
+            return
     from .plots import series
 
     files = series.load(options.files, options.begin_s, options.end_s)

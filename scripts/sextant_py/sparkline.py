@@ -10,8 +10,10 @@ STEP_S = 0.5  # of a column
 class Sparkline:
     """The means over steps of STEP_S, the newest on the right; a step without samples is blank."""
 
-    def __init__(self, columns: int = 40) -> None:
+    def __init__(self, columns: int = 40, span: float = 1.0) -> None:
+        """span: between the lowest and the highest level at least, so that noise does not fill the line."""
         self._columns = columns
+        self._span = span
         self._steps: deque[tuple[int, float, int]] = deque()  # number of the step, sum, count
 
     def add(self, time_s: float, value: float) -> None:
@@ -29,6 +31,11 @@ class Sparkline:
         while self._steps[0][0] <= step - self._columns:
             self._steps.popleft()
 
+    @property
+    def count(self) -> int:
+        """Steps that have samples."""
+        return len(self._steps)
+
     def values(self, columns: int) -> list[float | None]:
         """The means of the last steps, the newest last; None where there is no sample."""
         means = {step: total / count for step, total, count in self._steps}
@@ -36,15 +43,16 @@ class Sparkline:
         return [means.get(step) for step in range(newest - columns + 1, newest + 1)]
 
     def text(self, columns: int) -> tuple[str, float, float]:
-        """The line, and the values of its lowest and its highest level. A value that stands still is in the middle."""
+        """The line, and its smallest and its largest value. A value that stands still is in the middle."""
         values = self.values(min(columns, self._columns))
         known = [value for value in values if value is not None]
         low, high = (min(known), max(known)) if known else (0.0, 0.0)
-        return "".join(self._level(value, low, high) for value in values), low, high
+        middle, half = (low + high) / 2, max(high - low, self._span) / 2
+        return "".join(self._level(value, middle, half) for value in values), low, high
 
     @staticmethod
-    def _level(value: float | None, low: float, high: float) -> str:
+    def _level(value: float | None, middle: float, half: float) -> str:
         if value is None:
             return " "
-        share = (value - low) / (high - low) if high > low else 0.5
+        share = (value - middle + half) / (2 * half)
         return LEVELS[min(int(share * len(LEVELS)), len(LEVELS) - 1)]

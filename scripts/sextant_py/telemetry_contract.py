@@ -81,3 +81,9 @@ def enumerators(enumeration: str) -> tuple[str, ...]:
 @cache
 def enumerations() -> tuple[str, ...]:
     return tuple(re.findall(r"^  enum (\w+)", _contract(), re.MULTILINE))
+
+
+@cache
+def structs() -> tuple[str, ...]:
+    """The topics' types, in order."""
+    return tuple(re.findall(r"^  struct (\w+) {", _contract(), re.MULTILINE))

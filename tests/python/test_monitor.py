@@ -176,6 +176,10 @@ def test_a_sparkline_has_the_means_of_its_steps() -> None:
     for value, time_s in ((0.0, 4.0), (7.0, 4.5)):
         line.add(time_s, value)
     assert line.text(4) == ("▃▃▁█", 0.0, 7.0)
+    noise = sparkline.Sparkline(8, span=1.0)
+    for k in range(8):
+        noise.add(k / 2, 20 + 0.001 * k)
+    assert noise.text(8)[0] == "▄▄▄▄▅▅▅▅"
     line.add(1.0, 3.0)  # the drive was started again
     assert line.text(4) == ("   ▅", 3.0, 3.0)
 

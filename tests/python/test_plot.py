@@ -9,6 +9,8 @@ import pytest
 from sextant_py import plot, signal_file
 from sextant_py.errors import UserError
 from sextant_py.plots import locus, overview, panels, points, series, spectrum
+from sextant_py.recording.formats import open_sink
+from sextant_py.recording.topics import WAVEFORM, group_of
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -248,9 +250,24 @@ def test_a_spectrum_of_uneven_samples_is_refused(tmp_path: Path) -> None:
         plot.main([str(tmp_path / "gap.h5"), "torque_nm", "--spectrum", "--to", "0.005"])
 
 
+def test_the_last_row_of_a_trace_may_come_early(waves: Path) -> None:
+    (whole,) = spectrum.compute(load(waves), ["torque_mean_nm"], "hann")
+    with h5py.File(waves, "a") as file:
+        for name in list(file):
+            if isinstance(data := file[name], h5py.Dataset):
+                longer = np.append(data[()], data[-1])
+                unit = data.attrs["unit"]
+                del file[name]
+                file[name] = longer
+                file[name].attrs["unit"] = unit
+        file["t_ns"][-1] += 10_000
+    (found,) = spectrum.compute(load(waves), ["torque_mean_nm"], "hann")
+    np.testing.assert_array_equal(found.amplitude, whole.amplitude)
+
+
 def test_spectra_without_names_are_of_torque_and_phase_currents(waves: Path) -> None:
     found = spectrum.compute(load(waves), [], "hann")
-    assert [one.label for one in found] == ["torque_mean_nm", "i_a_a", "i_b_a", "i_c_a"]
+    assert sorted(one.label for one in found) == ["i_a_a", "i_b_a", "i_c_a", "torque_mean_nm"]
 
 
 def test_loci_are_circles_in_the_direction_of_the_field(waves: Path) -> None:
@@ -271,6 +288,44 @@ def test_the_flux_of_a_recording_is_of_magnitude_and_angle(tmp_path: Path) -> No
     np.testing.assert_allclose(loci.alpha + 1j * loci.beta, 0.9 * np.exp(0.1j * np.arange(50)))
     with pytest.raises(UserError, match="has no signals of the stator current"):
         plot.main([str(tmp_path / "recording.h5"), "--locus", "current"])
+
+
+def write_capture(path: Path, *others: str) -> None:
+    """400 control periods, with one row of other groups."""
+    sink = open_sink(path, {})
+    for name, count in (*((other, 1) for other in others), (WAVEFORM, 400)):
+        rows = np.zeros(count, group_of(name).dtype)
+        rows["t_ns"] = 10**9 + 25_000 * np.arange(count)
+        if name == WAVEFORM:
+            angle = 0.05 * np.arange(count)
+            rows["torque_nm"], rows["flux_alpha_wb"], rows["flux_beta_wb"] = 15, np.cos(angle), np.sin(angle)
+            rows["sector"] = 1 + angle // (np.pi / 3) % 6
+        sink.add(group_of(name))
+        sink.append(name, rows)
+    sink.close({})
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".mcap"])
+def test_control_periods_of_a_recording_and_of_a_capture(tmp_path: Path, suffix: str) -> None:
+    recording, capture = tmp_path / f"recording{suffix}", tmp_path / f"capture{suffix}"
+    write_capture(recording, "telemetry")
+    write_capture(capture)
+    (torque, sector) = panels.arrange(load(recording), ["waveform/torque_nm", "waveform/sector"])
+    assert [len(panel.lines[0].series.values) for panel in (torque, sector)] == [400, 400]
+    assert torque.lines[0].series.time_s[-1] == pytest.approx(399 * 25e-6)
+    headings = [panel.heading for panel in panels.arrange(load(capture), [])]
+    assert {"Torque [N·m]", "Flux linkage, components [Wb]", "States"} <= set(headings)
+    for path in (recording, capture):
+        (loci,) = locus.compute(load(path), "flux")
+        np.testing.assert_allclose(np.hypot(loci.alpha, loci.beta), 1, rtol=1e-6)
+    assert plot.main([str(capture)]) == 0
+    assert (tmp_path / "capture.png").read_bytes().startswith(PNG)
+
+
+def test_what_a_truncated_file_lost_is_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    (tmp_path / "cut.csv").write_text("t_ns,torque_mean_nm\n0,1.5\n1000000,2.25\n2000000,3.1")
+    assert plot.main([str(tmp_path / "cut.csv")]) == 0
+    assert capsys.readouterr().err.startswith(f"plot: {tmp_path / 'cut.csv'} is truncated: rows that are lost")
 
 
 @pytest.mark.parametrize("words", [[], ["torque", "sector"], ["--spectrum"], ["--locus", "flux"]])

@@ -102,7 +102,7 @@ def _is_shown_unasked(series: Series) -> bool:
 
 
 def choose(file: SeriesFile) -> list[Series]:
-    """What is drawn where no signal is named: the drive's own, and those of other groups that it has no likes of."""
+    """What is drawn where no signal is named: the drive's own, and others where it has none of their unit and kind."""
     shown = [series for name, series in file.series.items() if name in file.main and _is_shown_unasked(series)]
     own = {(series.unit, kind_of(series)) for series in shown if "/" not in series.name}
     return [series for series in shown if "/" not in series.name or (series.unit, kind_of(series)) not in own]

@@ -91,6 +91,7 @@ def draw(panels: list[Panel], title: str, output: Path) -> None:
         else:
             for number, line in enumerate(panel.lines):
                 draw_line(axes, line, number)
+            axes.ticklabel_format(axis="y", useOffset=False)
         axes.set_title(panel.heading, loc="left")
         axes.margins(x=0.01)
         legend(axes)

@@ -32,11 +32,12 @@ class Spectrum:
 
 def of_series(series: Series, window: str) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies [Hz] and amplitudes. A sine of a whole number of periods has its peak value as its line's."""
-    steps = np.diff(series.time_s)
-    if len(series.values) < FEWEST:
-        raise UserError(
-            f"{series.name} has {len(series.values)} samples in the span; a spectrum needs {FEWEST} or more."
-        )
+    values, steps = series.values.astype(float), np.diff(series.time_s)
+    if len(values) < FEWEST:
+        raise UserError(f"{series.name} has {len(values)} samples in the span; a spectrum needs {FEWEST}.")
+    # The last row of a trace ends with the run, which may be before the end of its interval.
+    if steps[-1] < (1 - UNEVEN) * np.median(steps):
+        values, steps = values[:-1], steps[:-1]
     step_s = float(steps.mean())
     if np.abs(steps - step_s).max() > UNEVEN * step_s:
         place_s = series.time_s[int(np.abs(steps - step_s).argmax())]
@@ -44,14 +45,12 @@ def of_series(series: Series, window: str) -> tuple[np.ndarray, np.ndarray]:
             f"the samples of {series.name} are not evenly spaced at {place_s:.6g} s, which a spectrum needs; "
             "--from and --to choose a span without a gap."
         )
-    if not np.isfinite(series.values).all():
+    if not np.isfinite(values).all():
         raise UserError(f"{series.name} has samples without a value in the span; --from and --to choose another.")
-    frequency, power = scipy_signal.periodogram(
-        series.values.astype(float), 1 / step_s, window, detrend=False, scaling="spectrum"
-    )
+    frequency, power = scipy_signal.periodogram(values, 1 / step_s, window, detrend=False, scaling="spectrum")
     amplitude = np.sqrt(2 * power)
     amplitude[0] = np.sqrt(power[0])
-    if len(series.values) % 2 == 0:
+    if len(values) % 2 == 0:
         amplitude[-1] = np.sqrt(power[-1])
     return frequency, amplitude
 

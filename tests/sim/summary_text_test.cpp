@@ -1,0 +1,69 @@
+#include "sextant/sim/summary_text.hpp"
+
+#include <cstdint>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sextant {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;  // [ns]
+
+RunSummary balanced() {
+  RunSummary s{.scenario = "x"};
+  s.metrics[Metric::energy_unaccounted] = 0;
+  return s;
+}
+
+TEST(SummaryText, LimitsValuesAndWindows) {
+  EXPECT_EQ(limit_text({"m", {}, 14.0}), "≤ 14");
+  EXPECT_EQ(limit_text({"m", 2.5, {}}), "≥ 2.5");
+  EXPECT_EQ(limit_text({"m", -3.0, 1.0}), "-3 … 1");
+  EXPECT_EQ(limit_text({"m", {}, {}}), "");
+  EXPECT_EQ(value_text(12.345678), "12.346");
+  EXPECT_EQ(value_text(std::numeric_limits<double>::quiet_NaN()), "-");
+  EXPECT_EQ(window_text({200 * ms, 500 * ms}), "0.2 s to 0.5 s");
+  EXPECT_EQ(window_text({.from_ns = 200 * ms}), "0.2 s to the end");
+}
+
+TEST(SummaryText, NothingIsToBeSaidOfARunThatPassesOrMissesALimit) {
+  EXPECT_EQ(reason_text(balanced()), "");
+  RunSummary s = balanced();
+  s.expectations = {{.limit = {"torque_bias_nm", {}, 1.0}, .value = 2, .pass = false}};
+  EXPECT_EQ(s.verdict(), Verdict::fail);
+  EXPECT_EQ(reason_text(s), "");
+}
+
+TEST(SummaryText, TheReasonOfAVerdict) {
+  RunSummary tripped = balanced();
+  tripped.faults = {{Fault::over_current, 1500 * ms}};
+  EXPECT_EQ(reason_text(tripped),
+            "the drive tripped with OVER_CURRENT at 1.500000 s; see [protection] and [command]");
+
+  RunSummary unbalanced;
+  unbalanced.metrics[Metric::energy_unaccounted] = 0.012;
+  EXPECT_THAT(reason_text(unbalanced), testing::StartsWith("0.012 of the energy is unaccounted for, "));
+
+  RunSummary interrupted = balanced();
+  interrupted.stopped = true;
+  interrupted.metrics[Metric::simulated] = 0.25;
+  EXPECT_EQ(reason_text(interrupted), "interrupted at 0.250000 s");
+
+  RunSummary missing = balanced();
+  missing.expected_fault = FaultExpectation{.fault = Fault::command_lost};
+  EXPECT_EQ(reason_text(missing), "COMMAND_LOST was expected and did not come");
+}
+
+TEST(SummaryText, AProblemComesFirstOnALineOfItsOwn) {
+  RunSummary s = balanced();
+  s.problem = "the integrator of the plant failed";
+  EXPECT_EQ(reason_text(s), "the integrator of the plant failed");
+  s.stopped = true;
+  s.metrics[Metric::simulated] = 1;
+  EXPECT_EQ(reason_text(s), "the integrator of the plant failed\ninterrupted at 1.000000 s");
+}
+
+}  // namespace
+}  // namespace sextant
