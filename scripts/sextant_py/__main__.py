@@ -8,6 +8,7 @@ from .errors import run
 COMMANDS = {
     "vcu": "plays a torque profile to a drive over CAN",
     "monitor": "shows the telemetry of the drives on the network",
+    "dashboard": "serves a page with the live telemetry of the drives",
     "record": "records the telemetry of one drive",
     "plot": "draws a trace or a recording",
     "sweep": "runs a scenario at many points of its configuration",

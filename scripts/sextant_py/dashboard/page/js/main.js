@@ -1,0 +1,160 @@
+// The page: what the server sends, by drive, into the views; drawn at most once a frame of the screen.
+
+import { CommandPanel } from "./command.js";
+import { CursorPanel } from "./cursors.js";
+import { element, number, quantity, setText } from "./format.js";
+import { HealthView } from "./health.js";
+import { History } from "./history.js";
+import { Link } from "./link.js";
+import { Notices } from "./notices.js";
+import { Panel } from "./panel.js";
+import { Plane, trailOf } from "./plane.js";
+import { StateView } from "./state.js";
+import { DriveTabs } from "./tabs.js";
+import { startTheme } from "./theme.js";
+import { connectToolbar } from "./toolbar.js";
+import { View } from "./view.js";
+
+const DRAW_MS = 1000 / 30;
+const byId = (id) => document.getElementById(id);
+
+class Dashboard {
+  constructor() {
+    this.hello = null;
+    this.status = { problems: [], drives: [] };
+    this.histories = new Map();
+    this.panels = [];
+    this.isDirty = true;
+    this.drawnAt = 0;
+    this.view = new View(() => this.touch());
+    this.link = new Link({
+      opened: () => this.opened(),
+      closed: () => this.command.lost(),
+      message: (message) => this.take(message),
+      frame: (frame) => this.takeFrame(frame),
+    });
+    this.tabs = new DriveTabs(byId("drives"), (drive) => this.watch(drive));
+    this.notices = new Notices(byId("notices"));
+    this.command = new CommandPanel(this.link);
+    this.plane = new Plane(byId("plane"));
+    this.toolbar = connectToolbar(this.view, () => this.history);
+    startTheme(byId("theme"), () => this.rebuild());
+    new ResizeObserver(() => this.resize()).observe(byId("plots"));
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  get history() {
+    return this.histories.get(this.tabs.selected) ?? null;
+  }
+
+  get drive() {
+    return this.status.drives.find(({ drive_id }) => drive_id === this.tabs.selected) ?? null;
+  }
+
+  touch() {
+    this.isDirty = true;
+  }
+
+  opened() {
+    if (this.tabs.selected !== null) this.watch(this.tabs.selected);
+  }
+
+  watch(drive) {
+    this.histories.get(drive)?.clear(); // the server sends what there is of it
+    this.link.send({ type: "watch", drive });
+    this.view.resume();
+  }
+
+  take(message) {
+    const takers = {
+      hello: () => this.greet(message),
+      status: () => this.takeStatus(message),
+      command: () => this.command.update(message),
+      refused: () => this.command.refuse(message.text),
+    };
+    takers[message.type]?.();
+    this.touch();
+  }
+
+  greet(hello) {
+    const isFirst = this.hello === null;
+    this.hello = hello;
+    setText(byId("where"), `DDS domain ${hello.domain}`);
+    if (!isFirst) return;
+    this.state = new StateView(hello.faults);
+    this.health = new HealthView();
+    this.panels = hello.panels.map((description) => new Panel(description, this.view, "time"));
+    byId("plots").append(...this.panels.map((panel) => panel.node));
+    this.cursors = new CursorPanel(hello.panels, this.view);
+  }
+
+  takeStatus(status) {
+    this.status = status;
+    this.tabs.show(status.drives, (drive) => this.stateOf(drive));
+  }
+
+  takeFrame(frame) {
+    if (!this.histories.has(frame.drive)) this.histories.set(frame.drive, new History(this.hello.columns));
+    this.histories.get(frame.drive).append(frame);
+    this.touch();
+  }
+
+  // By the newest telemetry where the page gets that of the drive, else by the newest DriveState.
+  stateOf(drive) {
+    const history = this.histories.get(drive?.drive_id);
+    const isWatched = drive?.drive_id === this.tabs.selected;
+    if (isWatched && history && !history.isEmpty) return this.hello.states[history.last("state")];
+    return drive?.state?.state ?? null;
+  }
+
+  rebuild() {
+    for (const panel of this.panels) if (panel.plot) panel.build();
+    this.touch();
+  }
+
+  resize() {
+    for (const panel of this.panels) panel.resize();
+    this.touch();
+  }
+
+  frame(now) {
+    requestAnimationFrame((next) => this.frame(next));
+    const isLost = this.link.lostFor() > 0;
+    if ((!this.isDirty && !isLost) || now - this.drawnAt < DRAW_MS - 2) return;
+    this.isDirty = false;
+    this.drawnAt = now;
+    this.notices.show(this.link, this.status, this.drive);
+    if (this.hello) this.draw();
+  }
+
+  draw() {
+    const { history, drive, view } = this;
+    this.state.show(this.stateOf(drive), drive, history);
+    this.health.show(drive?.statistics, drive, history);
+    this.toolbar.show();
+    const shown = view.frozen ?? history;
+    if (!shown || shown.isEmpty) return;
+    const origin = shown.lastTime();
+    for (const panel of this.panels) panel.draw(shown, origin);
+    this.cursors.show(shown, origin);
+    this.drawPlane(shown, origin);
+  }
+
+  drawPlane(shown, origin) {
+    const time = origin + this.view.range()[1];
+    const sample = shown.nearest(time);
+    if (sample === null) return;
+    const sector = shown.value("sector", sample);
+    this.plane.draw({ trail: trailOf(shown, time), sector, vector: null });
+    const degrees = (shown.value("flux_angle_rad", sample) * 180) / Math.PI;
+    const entries = [
+      ["magnitude", `${quantity(shown.value("flux_mean_wb", sample), "Wb")} Wb`],
+      ["angle from phase a", `${number(degrees, 1)}°`],
+      ["sector", sector ? String(sector) : "none"],
+    ];
+    const cells = entries.flatMap(([label, text]) => [element("dt", {}, label), element("dd", {}, text)]);
+    byId("plane-values").replaceChildren(...cells);
+  }
+}
+
+new Dashboard();

@@ -1,0 +1,170 @@
+// One plot: lines and a band over time, with their values beside the title.
+
+import uPlot from "../vendor/uplot-1.6.32/uPlot.esm.js";
+import { colour, element, quantity, setText } from "./format.js";
+
+const HEIGHT = { wide: 230, narrow: 160 };
+
+function colourOf(panel, index) {
+  const single = panel.lines.length === 1;
+  return colour(panel.key === "phases" ? `--phase-${index % 3}` : `--series-${single ? 2 : index % 3}`);
+}
+
+export class Panel {
+  constructor(description, view, sync) {
+    this.description = description;
+    this.view = view;
+    this.sync = sync;
+    this.columns = description.lines.map(({ signal }) => ({ name: signal, keep: "both" }));
+    const { band } = description;
+    if (band) this.columns.push({ name: band.low, keep: "min" }, { name: band.high, keep: "max" });
+    this.plot = null;
+    this.hovered = null;
+    this.node = this.makeNode();
+  }
+
+  makeNode() {
+    const { title, unit, lines, band, wide, key } = this.description;
+    const heading = element("h2", {}, `${title} `, element("small", {}, unit));
+    const header = element("header", {}, heading);
+    this.outputs = lines.map((line) => this.addKey(header, line.label, line.text, "line"));
+    if (band) this.range = this.addKey(header, "min … max", band.text, "area");
+    this.place = element("div", { class: "plot" });
+    const size = wide ? "panel wide" : "panel";
+    return element("section", { class: size, "aria-label": `${title}, ${unit}`, "data-panel": key }, header, this.place);
+  }
+
+  addKey(header, label, text, kind) {
+    const mark = element("i", { class: kind });
+    const output = element("output", kind === "area" ? { class: "range" } : {});
+    header.append(element("span", { class: "key", title: text }, mark, label, output));
+    return output;
+  }
+
+  // Made anew where the colours change.
+  build() {
+    this.plot?.destroy();
+    const { lines, band } = this.description;
+    const colours = lines.map((_, index) => colourOf(this.description, index));
+    const marks = this.node.querySelectorAll(".key i");
+    marks.forEach((mark, index) => (mark.style.background = colours[index] ?? colour("--band")));
+    const series = [{}, ...colours.map((stroke) => ({ stroke, width: 1.5, points: { show: false } }))];
+    const bands = [];
+    if (band) {
+      const edge = { stroke: colour("--band"), width: 1, points: { show: false } };
+      series.push({ ...edge }, { ...edge });
+      bands.push({ series: [series.length - 1, series.length - 2], fill: colour("--band") });
+    }
+    const options = { ...this.size(), series, bands, axes: this.axes(), scales: this.scales() };
+    Object.assign(options, { legend: { show: false }, cursor: this.cursor(), hooks: this.hooks(), padding: [8, 10, 0, 0] });
+    this.plot = new uPlot(options, [[], ...this.columns.map(() => [])], this.place);
+  }
+
+  size() {
+    return { width: Math.max(this.place.clientWidth, 120), height: this.description.wide ? HEIGHT.wide : HEIGHT.narrow };
+  }
+
+  axes() {
+    const common = { stroke: colour("--quiet"), font: "11px system-ui, sans-serif", grid: { stroke: colour("--grid"), width: 1 } };
+    common.ticks = { stroke: colour("--line"), width: 1, size: 4 };
+    const time = { ...common, size: 26, space: 60, values: (_, splits) => splits.map((value) => timeLabel(value, splits)) };
+    return [time, { ...common, size: 54, space: 28 }];
+  }
+
+  scales() {
+    return {
+      x: { time: false, range: () => this.view.range() },
+      y: { range: (_, low, high) => padded(low, high) },
+    };
+  }
+
+  cursor() {
+    return {
+      sync: { key: this.sync, setSeries: false },
+      drag: { x: true, y: false, setScale: false },
+      points: { show: false },
+    };
+  }
+
+  hooks() {
+    return {
+      setSelect: [(plot) => this.select(plot)],
+      setCursor: [(plot) => this.hover(plot)],
+      draw: [(plot) => this.drawCursors(plot)],
+      ready: [(plot) => plot.over.addEventListener("click", (event) => this.click(plot, event))],
+    };
+  }
+
+  select(plot) {
+    const { left, width } = plot.select;
+    if (width < 6) return;
+    const [from, to] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    this.view.zoomTo(from, to, this.history);
+  }
+
+  click(plot, event) {
+    if (!this.view.hasCursors) return;
+    this.view.placeCursor(plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x"));
+  }
+
+  hover(plot) {
+    this.hovered = plot.cursor.left >= 0 ? plot.posToVal(plot.cursor.left, "x") : null;
+    if (this.history) this.showValues();
+  }
+
+  drawCursors(plot) {
+    if (!this.view.hasCursors) return;
+    const { ctx, bbox } = plot;
+    ctx.save();
+    this.view.cursorTimes().forEach((time, index) => {
+      const x = Math.round(plot.valToPos(time, "x", true)) + 0.5;
+      ctx.strokeStyle = ctx.fillStyle = colour(index ? "--cursor-b" : "--cursor-a");
+      ctx.lineWidth = devicePixelRatio;
+      ctx.setLineDash([5 * devicePixelRatio, 3 * devicePixelRatio]);
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      ctx.font = `bold ${11 * devicePixelRatio}px system-ui, sans-serif`;
+      ctx.fillText("AB"[index], x + 3 * devicePixelRatio, bbox.top + 10 * devicePixelRatio);
+    });
+    ctx.restore();
+  }
+
+  draw(history, origin) {
+    this.history = history;
+    this.origin = origin;
+    if (!this.plot) this.build();
+    const [from, to] = this.view.range();
+    const places = Math.max(Math.round(this.plot.bbox.width / devicePixelRatio / 1.5), 50);
+    this.plot.setData(history.thinned(this.columns, origin + from, origin + to, origin, places));
+    this.showValues();
+  }
+
+  // Beside the title: the values under the pointer, else the newest.
+  showValues() {
+    const { lines, band, unit } = this.description;
+    const number = this.hovered === null ? this.history.end - 1 : this.history.nearest(this.origin + this.hovered);
+    const value = (name) => (number === null || this.history.isEmpty ? NaN : this.history.value(name, number));
+    lines.forEach(({ signal }, index) => setText(this.outputs[index], quantity(value(signal), unit)));
+    if (band) setText(this.range, `${quantity(value(band.low), unit)} … ${quantity(value(band.high), unit)}`);
+  }
+
+  resize() {
+    if (this.plot && this.place.clientWidth !== this.plot.width) this.plot.setSize(this.size());
+  }
+}
+
+function timeLabel(value, splits) {
+  const step = Math.abs(splits[1] - splits[0]) || 1;
+  const decimals = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  return `${value.toFixed(decimals).replace("-", "−")} s`;
+}
+
+// A little room above and below; a constant is shown in the middle.
+function padded(low, high) {
+  if (low === null || high === null) return [-1, 1];
+  const room = Math.max((high - low) * 0.08, Math.max(Math.abs(low), Math.abs(high)) * 0.01, 1e-3);
+  return [low - room, high + room];
+}

@@ -1,0 +1,195 @@
+"""The web server: the page's files, one WebSocket a page, and what they are sent."""
+
+import json
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+from tornado import ioloop, web, websocket
+
+from ..contract import Contract
+from ..telemetry_contract import enumerators
+from . import layout
+from .access import Access
+from .command_desk import CommandDesk, RefusedError
+from .frames import columns
+from .source import FRAMES_HZ
+
+PAGE = Path(__file__).with_name("page")
+LARGEST_MESSAGE = 65536  # bytes, of a page
+BACKLOG_S = 30  # of telemetry that a page is sent at first
+HEADERS = {
+    "Cache-Control": "no-cache",
+    "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+def fault_texts() -> dict[str, str]:
+    """What each fault means, from the CAN contract."""
+    contract = Contract()
+    message = contract.message("MCU_FaultsActive")
+    by_bit = {signal.start - 16: signal.comment or "" for signal in message.signals if signal.length == 1}
+    return {name: by_bit.get(bit, "") for name, bit in contract.faults().items()}
+
+
+class Hub:
+    """Everything that the pages are shown, and the pages."""
+
+    def __init__(self, domain: int, access: Access, desk: CommandDesk) -> None:
+        self.access, self.desk = access, desk
+        self.loop = ioloop.IOLoop.current()
+        self.pages: set[PageSocket] = set()
+        self.status: dict[str, Any] = {"type": "status", "problems": [], "drives": []}
+        self._backlog: dict[int, deque[bytes]] = {}
+        self._numbers = 0
+        self._hello = {
+            "type": "hello",
+            "domain": domain,
+            "columns": columns(),
+            "panels": layout.described(),
+            "states": enumerators("DriveStateKind"),
+            "faults": fault_texts(),
+        }
+
+    def deliver(self, drive_id: int, frame: bytes) -> None:
+        """A frame of telemetry, from any thread."""
+        self.loop.add_callback(self._deliver, drive_id, frame)
+
+    def report(self, status: dict[str, Any]) -> None:
+        """The state of affairs, from any thread."""
+        self.loop.add_callback(self._report, status)
+
+    def report_vehicle(self, report: dict[str, Any] | None) -> None:
+        """A report of the process that commands, from any thread."""
+        self.loop.add_callback(self._report_vehicle, report)
+
+    def _deliver(self, drive_id: int, frame: bytes) -> None:
+        self._backlog.setdefault(drive_id, deque(maxlen=BACKLOG_S * FRAMES_HZ)).append(frame)
+        for page in self.pages:
+            if page.watched == drive_id:
+                page.send_frame(frame)
+
+    def _report(self, status: dict[str, Any]) -> None:
+        self.status = status
+        text = json.dumps(status)
+        for page in self.pages:
+            page.send(text)
+
+    def _report_vehicle(self, report: dict[str, Any] | None) -> None:
+        self.desk.take_report(report)
+        self.tell_command()
+
+    def tell_command(self) -> None:
+        for page in self.pages:
+            page.send(json.dumps(self.desk.described(page)))
+
+    def greet(self, page: "PageSocket") -> None:
+        self._numbers += 1
+        page.name = f"page {self._numbers} ({page.request.remote_ip})"
+        self.pages.add(page)
+        for message in ({**self._hello, "name": page.name}, self.status, self.desk.described(page)):
+            page.send(json.dumps(message))
+
+    def watch(self, page: "PageSocket", drive_id: int) -> None:
+        """From now on the page gets this drive's telemetry, beginning with what there is of it."""
+        page.watched = drive_id
+        for frame in self._backlog.get(drive_id, ()):
+            page.send(frame)
+
+    def leave(self, page: "PageSocket") -> None:
+        self.pages.discard(page)
+        self.desk.leave(page)
+        self.tell_command()
+
+
+class PageSocket(websocket.WebSocketHandler):
+    """The connection of one page."""
+
+    def initialize(self, hub: Hub) -> None:
+        self._hub = hub
+        self.name = ""
+        self.watched: int | None = None
+        self._under_way = None
+
+    def check_origin(self, origin: str) -> bool:
+        return self._hub.access.is_own_origin(origin, self.request.host)
+
+    def open(self, *_: str) -> None:
+        self.set_nodelay(True)
+        self._hub.greet(self)
+
+    def on_close(self) -> None:
+        self._hub.leave(self)
+
+    def on_message(self, text: str | bytes) -> None:
+        try:
+            self._act(parsed(text))
+        except RefusedError as refusal:
+            self.send(json.dumps({"type": "refused", "text": str(refusal)}))
+
+    def _act(self, message: dict[str, Any]) -> None:
+        desk, kind = self._hub.desk, message.get("type")
+        if kind == "demand":
+            desk.demand(self, message)
+            return
+        if kind == "watch":
+            drive_id = message.get("drive")
+            if isinstance(drive_id, bool) or not isinstance(drive_id, int):
+                raise RefusedError("drive must be a number.")
+            self._hub.watch(self, drive_id)
+            return
+        if kind == "take":
+            desk.take(self, message.get("token"))
+        elif kind == "release":
+            desk.release(self)
+        else:
+            raise RefusedError(f'"{kind}" is not a message that this dashboard knows.')
+        self._hub.tell_command()
+
+    def send(self, message: str | bytes) -> Any:
+        try:
+            return self.write_message(message, binary=isinstance(message, bytes))
+        except websocket.WebSocketClosedError:
+            return None
+
+    def send_frame(self, frame: bytes) -> None:
+        """Sends it unless the one before is still under way: a slow page misses samples, which it counts itself."""
+        if self._under_way is None or self._under_way.done():
+            self._under_way = self.send(frame)
+
+
+def parsed(text: str | bytes) -> dict[str, Any]:
+    """A page's message."""
+    try:
+        message = json.loads(text)
+    except ValueError:
+        message = None
+    if not isinstance(message, dict):
+        raise RefusedError("a message must be one JSON object.")
+    return message
+
+
+class PageFile(web.StaticFileHandler):
+    """A file of the page."""
+
+    def initialize(self, path: str, access: Access) -> None:
+        super().initialize(path, default_filename="index.html")
+        self._access = access
+
+    def prepare(self) -> None:
+        if not self._access.is_own_host(self.request.host):
+            raise web.HTTPError(403, reason="This name is not one of this dashboard")
+
+    def set_extra_headers(self, _path: str) -> None:
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+
+
+def application(hub: Hub) -> web.Application:
+    routes = [
+        (r"/socket", PageSocket, {"hub": hub}),
+        (r"/(.*)", PageFile, {"path": str(PAGE), "access": hub.access}),
+    ]
+    return web.Application(routes, websocket_max_message_size=LARGEST_MESSAGE, log_function=lambda _: None)
