@@ -27,7 +27,7 @@ _PANELS = (
     Panel(
         "torque",
         "Torque",
-        {"torque_requested_nm": "request", "torque_reference_nm": "reference", "torque_mean_nm": "estimate"},
+        {"torque_requested_nm": "request", "torque_mean_nm": "estimate", "torque_reference_nm": "reference"},
         ("torque_min_nm", "torque_max_nm"),
         is_wide=True,
     ),

@@ -18,6 +18,7 @@ from .source import FRAMES_HZ
 PAGE = Path(__file__).with_name("page")
 LARGEST_MESSAGE = 65536  # bytes, of a page
 BACKLOG_S = 30  # of telemetry that a page is sent at first
+MOST_UNDER_WAY = FRAMES_HZ  # frames that a page has not taken yet
 HEADERS = {
     "Cache-Control": "no-cache",
     "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'",
@@ -111,7 +112,7 @@ class PageSocket(websocket.WebSocketHandler):
         self._hub = hub
         self.name = ""
         self.watched: int | None = None
-        self._under_way = None
+        self._under_way: list[Any] = []
 
     def check_origin(self, origin: str) -> bool:
         return self._hub.access.is_own_origin(origin, self.request.host)
@@ -155,9 +156,10 @@ class PageSocket(websocket.WebSocketHandler):
             return None
 
     def send_frame(self, frame: bytes) -> None:
-        """Sends it unless the one before is still under way: a slow page misses samples, which it counts itself."""
-        if self._under_way is None or self._under_way.done():
-            self._under_way = self.send(frame)
+        """Sends it unless many are still under way: a slow page misses samples, which it counts itself."""
+        self._under_way = [sent for sent in self._under_way if not sent.done()]
+        if len(self._under_way) < MOST_UNDER_WAY and (sent := self.send(frame)) is not None:
+            self._under_way.append(sent)
 
 
 def parsed(text: str | bytes) -> dict[str, Any]:

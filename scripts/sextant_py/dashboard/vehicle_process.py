@@ -6,8 +6,8 @@ It reads one JSON object a line from its standard input and writes a report a li
   {"silent": true}                                          silence at once
   {"end": true}                                             disable frames where it commands, then the process ends
 A "session" beside them is a number that the reports repeat. Silence on the bus makes the drive ramp to zero torque by
-its contract (docs/can.md). So the process falls silent where a demand is not repeated in time, and where its input ends,
-as it does when the dashboard crashes.
+its contract (docs/can.md). So the process falls silent where a demand is not repeated in time, and where its input
+ends, as it does when the dashboard crashes.
 """
 
 import argparse

@@ -1,6 +1,6 @@
 // The page as a vehicle control unit: it renews its demand ten times a second while it commands and is in view.
 
-import { element, quantity, setText } from "./format.js";
+import { element, number, setText } from "./format.js";
 
 const RENEW_MS = 100;
 const RESET_MS = 300;
@@ -159,7 +159,7 @@ export class CommandPanel {
   showReport(s) {
     const entries = [
       ["drive, over CAN", s.drive_state ?? "–"],
-      ["available", `−${quantity(s.regenerating_nm, "°C")} … ${quantity(s.motoring_nm, "°C")} N·m`],
+      ["available", `−${number(s.regenerating_nm, 1)} … ${number(s.motoring_nm, 1)} N·m`],
       ["bus", s.bus],
     ];
     this.reported.replaceChildren(

@@ -12,14 +12,19 @@ export function quantity(value, unit) {
   return number(value, DECIMALS[unit] ?? 3);
 }
 
+// What the last decimal that is shown stands for.
+export function resolution(unit) {
+  return 10 ** -(DECIMALS[unit] ?? 3);
+}
+
 export function count(value) {
   return value === null || value === undefined ? "–" : Math.round(value).toLocaleString("en").replaceAll(",", " ");
 }
 
-// The next of 1, 2, 5, 10, 20, … that is not below the value.
+// The next round number that is not below the value.
 export function roundedUp(value) {
   const decade = 10 ** Math.floor(Math.log10(Math.max(value, 1e-9)));
-  return [1, 2, 5, 10].map((step) => step * decade).find((step) => step >= value * 0.9999);
+  return [1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].map((step) => step * decade).find((step) => step >= value * 0.9999);
 }
 
 export function element(name, attributes = {}, ...children) {

@@ -65,7 +65,7 @@ export class HealthView {
       ["lost to this page", count(history?.missed), history?.missed > 0],
       ["periods dropped by the drive", count(statistics?.telemetry_dropped), statistics?.telemetry_dropped > 0],
       ["commands accepted", count(statistics?.commands_received)],
-      ["commands rejected", count(statistics?.commands_rejected), statistics?.commands_rejected > 0],
+      ["commands rejected", count(statistics?.commands_rejected)],
     ]);
   }
 }

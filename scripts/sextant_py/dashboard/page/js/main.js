@@ -8,13 +8,14 @@ import { History } from "./history.js";
 import { Link } from "./link.js";
 import { Notices } from "./notices.js";
 import { Panel } from "./panel.js";
-import { Plane, trailOf } from "./plane.js";
+import { Plane, sectorOf, trailOf } from "./plane.js";
 import { StateView } from "./state.js";
 import { DriveTabs } from "./tabs.js";
 import { startTheme } from "./theme.js";
 import { connectToolbar } from "./toolbar.js";
 import { View } from "./view.js";
 
+const NO_FLUX_WB = 0.01;
 const DRAW_MS = 1000 / 30;
 const byId = (id) => document.getElementById(id);
 
@@ -144,13 +145,14 @@ class Dashboard {
     const time = origin + this.view.range()[1];
     const sample = shown.nearest(time);
     if (sample === null) return;
-    const sector = shown.value("sector", sample);
-    this.plane.draw({ trail: trailOf(shown, time), sector, vector: null });
     const degrees = (shown.value("flux_angle_rad", sample) * 180) / Math.PI;
+    const reported = shown.value("sector", sample); // 0 where the controller uses none
+    const sector = reported || (shown.value("flux_mean_wb", sample) > NO_FLUX_WB ? sectorOf(degrees) : 0);
+    this.plane.draw({ trail: trailOf(shown, time), sector, vector: null });
     const entries = [
       ["magnitude", `${quantity(shown.value("flux_mean_wb", sample), "Wb")} Wb`],
       ["angle from phase a", `${number(degrees, 1)}°`],
-      ["sector", sector ? String(sector) : "none"],
+      [reported ? "sector" : "sector of the angle", sector ? String(sector) : "none"],
     ];
     const cells = entries.flatMap(([label, text]) => [element("dt", {}, label), element("dd", {}, text)]);
     byId("plane-values").replaceChildren(...cells);

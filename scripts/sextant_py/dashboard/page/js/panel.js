@@ -1,13 +1,16 @@
 // One plot: lines and a band over time, with their values beside the title.
 
 import uPlot from "../vendor/uplot-1.6.32/uPlot.esm.js";
-import { colour, element, quantity, setText } from "./format.js";
+import { colour, element, quantity, resolution, setText } from "./format.js";
 
+// Where request, estimate and reference agree, each of them is still seen.
+const LINE = { width: 1.5, points: { show: false } };
+const STYLES = [{ width: 5 }, {}, { dash: [6, 5] }];
 const HEIGHT = { wide: 230, narrow: 160 };
 
 function colourOf(panel, index) {
   const single = panel.lines.length === 1;
-  return colour(panel.key === "phases" ? `--phase-${index % 3}` : `--series-${single ? 2 : index % 3}`);
+  return colour(panel.key === "phases" ? `--phase-${index % 3}` : `--series-${single ? 1 : index % 3}`);
 }
 
 export class Panel {
@@ -28,7 +31,7 @@ export class Panel {
     const heading = element("h2", {}, `${title} `, element("small", {}, unit));
     const header = element("header", {}, heading);
     this.outputs = lines.map((line) => this.addKey(header, line.label, line.text, "line"));
-    if (band) this.range = this.addKey(header, "min … max", band.text, "area");
+    if (band) this.range = this.addKey(header, wide ? "min … max" : "", band.text, "area");
     this.place = element("div", { class: "plot" });
     const size = wide ? "panel wide" : "panel";
     return element("section", { class: size, "aria-label": `${title}, ${unit}`, "data-panel": key }, header, this.place);
@@ -48,10 +51,11 @@ export class Panel {
     const colours = lines.map((_, index) => colourOf(this.description, index));
     const marks = this.node.querySelectorAll(".key i");
     marks.forEach((mark, index) => (mark.style.background = colours[index] ?? colour("--band")));
-    const series = [{}, ...colours.map((stroke) => ({ stroke, width: 1.5, points: { show: false } }))];
+    const styles = this.description.key === "torque" ? STYLES : [];
+    const series = [{}, ...colours.map((stroke, index) => ({ ...LINE, stroke, ...styles[index] }))];
     const bands = [];
     if (band) {
-      const edge = { stroke: colour("--band"), width: 1, points: { show: false } };
+      const edge = { ...LINE, stroke: colour("--band"), width: 1 };
       series.push({ ...edge }, { ...edge });
       bands.push({ series: [series.length - 1, series.length - 2], fill: colour("--band") });
     }
@@ -74,7 +78,7 @@ export class Panel {
   scales() {
     return {
       x: { time: false, range: () => this.view.range() },
-      y: { range: (_, low, high) => padded(low, high) },
+      y: { range: (_, low, high) => padded(low, high, 50 * resolution(this.description.unit)) },
     };
   }
 
@@ -162,9 +166,9 @@ function timeLabel(value, splits) {
   return `${value.toFixed(decimals).replace("-", "−")} s`;
 }
 
-// A little room above and below; a constant is shown in the middle.
-function padded(low, high) {
+// A little room above and below, at least that; a constant is shown in the middle.
+function padded(low, high, least) {
   if (low === null || high === null) return [-1, 1];
-  const room = Math.max((high - low) * 0.08, Math.max(Math.abs(low), Math.abs(high)) * 0.01, 1e-3);
+  const room = Math.max((high - low) * 0.08, high - low < least ? least : 0);
   return [low - room, high + room];
 }

@@ -57,7 +57,7 @@ export class Plane {
       context.fillStyle = index === sector ? colour("--accent") : colour("--quiet");
       const out = radius * 1.13;
       context.fillText(index === vector ? `V${index}` : `${index}`, out * Math.cos(angle), -out * Math.sin(angle));
-      if (index === vector) this.arrow(context, radius * Math.cos(angle), -radius * Math.sin(angle), colour("--series-1"));
+      if (index === vector) this.arrow(context, radius * Math.cos(angle), -radius * Math.sin(angle), colour("--series-2"));
     }
     context.fillStyle = colour("--quiet");
     context.textAlign = "left";
@@ -66,7 +66,7 @@ export class Plane {
   }
 
   drawTrail(context, pixels, trail) {
-    context.strokeStyle = colour("--series-2");
+    context.strokeStyle = colour("--series-1");
     context.lineWidth = 1.5 * devicePixelRatio;
     context.lineJoin = "round";
     for (let index = 1; index < trail.length; index++) {
@@ -78,7 +78,7 @@ export class Plane {
     }
     context.globalAlpha = 1;
     const last = trail.at(-1);
-    if (last) this.arrow(context, last.alpha * pixels, -last.beta * pixels, colour("--series-2"));
+    if (last) this.arrow(context, last.alpha * pixels, -last.beta * pixels, colour("--series-1"));
   }
 
   arrow(context, x, y, stroke) {
@@ -101,6 +101,11 @@ export class Plane {
 
 function angleOf(sector) {
   return ((sector - 1) * Math.PI) / 3;
+}
+
+// The sector, centred on its active vector, of an angle in degrees.
+export function sectorOf(degrees) {
+  return ((Math.floor((degrees + 30) / 60) % 6) + 6) % 6 + 1;
 }
 
 // The flux of the last quarter of a second before a time.
