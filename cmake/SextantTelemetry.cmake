@@ -1,6 +1,6 @@
 # The list of telemetry signals is the DDS contract, configs/interfaces/telemetry.idl: names, types, units and texts.
-# From it come the records sextant/core/telemetry_record.hpp and sextant/comms/real_time_sample.hpp, with lists of their
-# members, and a table for people. CMake alone makes them, so that the core needs neither Python nor idlc. Without a
+# From it come the records sextant/core/telemetry_record.hpp, sextant/comms/real_time_sample.hpp and
+# sextant/comms/waveform_batch.hpp, with lists of their members, and a table for people. CMake alone makes them, so that the core needs neither Python nor idlc. Without a
 # project:
 #   cmake -DIDL=configs/interfaces/telemetry.idl -DOUTPUT=build -P cmake/SextantTelemetry.cmake
 if(CMAKE_SCRIPT_MODE_FILE)
@@ -16,11 +16,14 @@ function(sextant_generate_telemetry_record idl output)
   configure_file(${here}/telemetry.md.in ${output}/docs/telemetry.md @ONLY)
 endfunction()
 
-# sextant_generate_real_time_sample(<idl> <output>): <output>/include/sextant/comms/real_time_sample.hpp.
-function(sextant_generate_real_time_sample idl output)
+# sextant_generate_comms_samples(<idl> <output>): real_time_sample.hpp and waveform_batch.hpp in
+# <output>/include/sextant/comms.
+function(sextant_generate_comms_samples idl output)
   sextant_read_telemetry()
   set(here ${CMAKE_CURRENT_FUNCTION_LIST_DIR})
-  configure_file(${here}/real_time_sample.hpp.in ${output}/include/sextant/comms/real_time_sample.hpp @ONLY)
+  foreach(header IN ITEMS real_time_sample waveform_batch)
+    configure_file(${here}/${header}.hpp.in ${output}/include/sextant/comms/${header}.hpp @ONLY)
+  endforeach()
 endfunction()
 
 # What the templates need, from the caller's `idl`.
@@ -44,6 +47,7 @@ macro(sextant_read_telemetry)
   sextant_telemetry_struct(DriveTelemetry telemetry T drive_id sequence dropped)
   sextant_telemetry_struct(DriveState state float drive_id sequence)
   sextant_telemetry_struct(RealTimeStatistics statistics float drive_id sequence)
+  sextant_telemetry_struct(DriveWaveform waveform float drive_id sequence dropped)
 endmacro()
 
 # sextant_telemetry_refuse(<text>): ends with an error at the line of byte `at` of `contract`, the caller's.
@@ -108,7 +112,7 @@ function(sextant_telemetry_struct struct prefix float)
     if(line MATCHES "^[ \t]*$")
       continue()
     endif()
-    if(NOT line MATCHES "^    (@key )?([A-Za-z0-9<> ]+) _?([a-z][a-z0-9_]*);(.*)$")
+    if(NOT line MATCHES "^    (@key )?([A-Za-z0-9<>, ]+) _?([a-z][a-z0-9_]*);(.*)$")
       sextant_telemetry_refuse(
         "${struct} has the line \"${line}\", which is not a member: its form is \"    type name;  // [unit] text\"")
     endif()
@@ -153,18 +157,27 @@ macro(sextant_telemetry_text)
   endif()
 endmacro()
 
-# cpp, the type in C++ of the member `name` of `type`, the caller's.
+# cpp, the type in C++ of the member `name` of `type`, the caller's. A sequence<type, most> is a BoundedSequence of it.
 macro(sextant_telemetry_type)
+  set(element "${type}")
+  set(most "")
+  if(type MATCHES "^sequence<([a-z ]+), ([0-9]+)>$")
+    set(element "${CMAKE_MATCH_1}")
+    set(most ${CMAKE_MATCH_2})
+  endif()
   set(types
     "octet=std::uint8_t" "long=std::int32_t" "unsigned long=std::uint32_t" "long long=std::int64_t"
     "unsigned long long=std::uint64_t" "float=${float}" "double=double" "boolean=bool" "string<64>=std::string_view"
     "DriveStateKind=DriveState" "WaitKind=WaitMode" "SchedulingKind=SchedulingPolicy")
   set(cpp "")
   foreach(pair IN LISTS types)
-    if(pair MATCHES "^${type}=(.*)$")
+    if(pair MATCHES "^${element}=(.*)$")
       set(cpp ${CMAKE_MATCH_1})
     endif()
   endforeach()
+  if(cpp AND most)
+    set(cpp "BoundedSequence<${cpp}, ${most}>")
+  endif()
   if(NOT cpp)
     sextant_telemetry_refuse("${struct}.${name} has the type \"${type}\", which the telemetry has no place for")
   endif()
@@ -172,5 +185,5 @@ endmacro()
 
 if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
   sextant_generate_telemetry_record(${IDL} ${OUTPUT})
-  sextant_generate_real_time_sample(${IDL} ${OUTPUT})
+  sextant_generate_comms_samples(${IDL} ${OUTPUT})
 endif()

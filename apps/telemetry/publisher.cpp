@@ -1,6 +1,5 @@
 #include "telemetry/publisher.hpp"
 
-#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstring>
@@ -68,7 +67,7 @@ void Publisher::refuse(const std::string& sentence) {
 }
 
 void Publisher::publish() {
-  std::array<std::byte, 4096> buffer{};
+  std::vector<std::byte> buffer(longest_message);
   auto next_counts = std::chrono::steady_clock::now();
   for (;;) {
     alarm(hang_limit_s);
@@ -93,6 +92,10 @@ void Publisher::handle(std::span<const std::byte> message) {
     if (const auto m = content_of<StateMessage>(message)) (void)dds_->write(m->sample(), m->sequence);
   } else if (kind == TelemetryMessageKind::statistics) {
     if (const auto m = content_of<StatisticsMessage>(message)) (void)dds_->write(m->sample, m->sequence);
+  } else if (kind == TelemetryMessageKind::waveform) {
+    if (const auto m = content_of<WaveformMessage>(message)) {
+      (void)dds_->write(m->batch, m->dropped, m->sequence);
+    }
   }
 }
 
@@ -101,7 +104,8 @@ void Publisher::report_counts() {
   CountsMessage message{.written = counts.written,
                         .refused = counts.refused,
                         .failed = counts.failed,
-                        .incompatible_readers = dds_->incompatible_readers()};
+                        .incompatible_readers = dds_->incompatible_readers(),
+                        .waveform_readers = dds_->waveform_readers()};
   (void)socket_.send_struct(message);
 }
 

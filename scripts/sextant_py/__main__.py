@@ -10,6 +10,7 @@ COMMANDS = {
     "monitor": "shows the telemetry of the drives on the network",
     "dashboard": "serves a page with the live telemetry of the drives",
     "record": "records the telemetry of one drive",
+    "scope": "captures the waveform around a trigger",
     "plot": "draws a trace or a recording",
     "sweep": "runs a scenario at many points of its configuration",
     "rt_check": "says what keeps this machine from hard real time",

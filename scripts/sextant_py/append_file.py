@@ -13,15 +13,23 @@ class AppendFile:
 
     def append(self, text: str) -> None:
         """OSError where there is no room; the file is then as it was before."""
+        self.append_bytes(text.encode())
+
+    def append_bytes(self, data: bytes) -> None:
+        """As append."""
         size = os.fstat(self._file.fileno()).st_size
-        left = memoryview(text.encode())
+        left = memoryview(data)
         try:
             while left:
                 left = left[self._file.write(left) :]
         except OSError:
-            self._file.truncate(size)
-            self._file.seek(size)
+            self.truncate(size)
             raise
+
+    def truncate(self, size: int) -> None:
+        """Gives up what stands behind so many bytes."""
+        self._file.truncate(size)
+        self._file.seek(size)
 
     def sync(self) -> None:
         """Returns when everything is on the disk."""

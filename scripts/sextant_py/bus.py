@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import ipaddress
+import os
 import socket
 import struct
 import tomllib
@@ -19,6 +20,7 @@ ADDRESS_FORMS = f"socketcan:INTERFACE (socketcan:vcan0) or udp_multicast:GROUP[:
 
 _SIOCGIFFLAGS = 0x8913
 _IFF_UP = 0x1
+_SO_RCVBUFFORCE = 33
 
 
 def _configured(table: str = "can") -> dict:
@@ -142,3 +144,12 @@ def receive(bus: can.BusABC, timeout: float) -> can.Message | None:
         if "unpack" in str(error):
             return None
         raise
+
+
+def widen(opened: can.BusABC, size: int) -> None:
+    """Asks the kernel for so many bytes for frames that wait; it may grant less to a user who is not root."""
+    with socket.socket(fileno=os.dup(opened.fileno())) as receiver:
+        try:
+            receiver.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, size)
+        except PermissionError:
+            receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)

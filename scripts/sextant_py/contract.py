@@ -83,12 +83,22 @@ class Contract:
 
     def decode(self, frame: can.Message) -> tuple[str, dict] | None:
         """Name and signals of a classic data frame of the contract, of the right length; None otherwise."""
+        message = self._message_of(frame)
+        return (message.name, message.decode(frame.data)) if message else None
+
+    def decode_numbers(self, frame: can.Message) -> tuple[str, list[float]] | None:
+        """As decode; physical values in the order of the message's signals, and numbers where the DBC has names."""
+        message = self._message_of(frame)
+        if message is None:
+            return None
+        values = message.decode(frame.data, decode_choices=False)
+        return message.name, [float(values[signal.name]) for signal in message.signals]
+
+    def _message_of(self, frame: can.Message) -> cantools.database.can.Message | None:
         if frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd:
             return None
         try:
             message = self.database.get_message_by_frame_id(frame.arbitration_id - self.identifier_offset)
         except KeyError:
             return None
-        if len(frame.data) != message.length:
-            return None
-        return message.name, message.decode(frame.data)
+        return message if len(frame.data) == message.length else None

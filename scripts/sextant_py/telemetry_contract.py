@@ -18,7 +18,7 @@ _STATISTICS = {
     "p99_99": "99.99 % quantile",
 }
 _STATISTIC = re.compile(rf"(.*)_({'|'.join(_STATISTICS)})_([a-z]+)")
-_MEMBER = re.compile(r"^    (@key )?([A-Za-z0-9<> ]+) _?([a-z][a-z0-9_]*);(?: *// \[([^]]+)\] (.+))?$", re.MULTILINE)
+_MEMBER = re.compile(r"^    (@key )?([A-Za-z0-9<>, ]+) _?([a-z][a-z0-9_]*);(?: *// \[([^]]+)\] (.+))?$", re.MULTILINE)
 
 _ENUMERATOR = re.compile(r"[A-Z][A-Z0-9_]*")
 

@@ -1,5 +1,8 @@
 """Python types of configs/interfaces/telemetry.idl, read from the file itself."""
 
+import re
+from typing import get_args, get_origin
+
 from cyclonedds.idl import make_idl_enum, make_idl_struct, types
 from cyclonedds.idl.annotations import appendable
 
@@ -17,6 +20,7 @@ _TYPES = {
     "string<64>": types.bounded_str[64],
 }
 _ZEROS = {bool: False, types.bounded_str[64]: ""}
+_SEQUENCE = re.compile(r"sequence<([a-z ]+), ([0-9]+)>")
 
 for _name in enumerations():
     _values = {name: value for value, name in enumerate(enumerators(_name))}
@@ -30,8 +34,15 @@ def enum(name: str) -> type:
     return _TYPES[name]
 
 
+def member_type(of_contract: str) -> type:
+    """The Python type of a member, by the name that the contract gives it."""
+    if sequence := _SEQUENCE.fullmatch(of_contract):
+        return types.sequence[_TYPES[sequence[1]], int(sequence[2])]
+    return _TYPES[of_contract]
+
+
 def fields(name: str) -> dict[str, type]:
-    return {signal.name: _TYPES[signal.type] for signal in signals(name)}
+    return {signal.name: member_type(signal.type) for signal in signals(name)}
 
 
 def declared(name: str, members: dict[str, type]) -> type:
@@ -44,7 +55,12 @@ def struct(name: str, without: tuple[str, ...] = ()) -> type:
     return declared(name, {key: kind for key, kind in fields(name).items() if key not in without})
 
 
+def _zero(field: type) -> object:
+    is_plain = get_origin(field) is None or not isinstance(get_args(field)[-1], types.sequence)
+    return _ZEROS.get(field, 0) if is_plain else []
+
+
 def sample(kind: type, **values: object) -> object:
     """A sample whose fields are zero but for the values given."""
-    zeros = {name: _ZEROS.get(field, 0) for name, field in kind.__annotations__.items()}
+    zeros = {name: _zero(field) for name, field in kind.__annotations__.items()}
     return kind(**{**zeros, **values})

@@ -173,7 +173,8 @@ struct DdsTelemetry::Session {
         participant(create_participant(given, log)),
         telemetry(topic(sextant_DriveTelemetry_desc, telemetry_name, log)),
         state(topic(sextant_DriveState_desc, state_name, log)),
-        statistics(topic(sextant_RealTimeStatistics_desc, statistics_name, log)) {}
+        statistics(topic(sextant_RealTimeStatistics_desc, statistics_name, log)),
+        waveform(topic(sextant_DriveWaveform_desc, waveform_name, log)) {}
 
   [[nodiscard]] dds_entity_t topic(const dds_topic_descriptor_t& type, const char* name,
                                    const LogCapture& log) const {
@@ -183,11 +184,12 @@ struct DdsTelemetry::Session {
   static constexpr const char* telemetry_name = "sextant/DriveTelemetry";
   static constexpr const char* state_name = "sextant/DriveState";
   static constexpr const char* statistics_name = "sextant/RealTimeStatistics";
+  static constexpr const char* waveform_name = "sextant/DriveWaveform";
   Parameters parameters;
   DdsEntity domain;
   DdsEntity participant;
-  dds_entity_t telemetry, state, statistics;  // end with the participant
-  std::vector<std::uint32_t> drive_ids{};     // of the existing drives
+  dds_entity_t telemetry, state, statistics, waveform;  // end with the participant
+  std::vector<std::uint32_t> drive_ids{};               // of the existing drives
 };
 
 struct DdsTelemetry::Impl {
@@ -199,7 +201,9 @@ struct DdsTelemetry::Impl {
         state(parameters, session->participant.get(), session->state, Session::state_name,
               keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log),
         statistics(parameters, session->participant.get(), session->statistics, Session::statistics_name,
-                   keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log) {
+                   keep_last_qos(DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL), log),
+        waveform(parameters, session->participant.get(), session->waveform, Session::waveform_name,
+                 keep_last_qos(DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE), log) {
     session->drive_ids.push_back(id);
   }
   Impl(const Impl&) = delete;
@@ -222,6 +226,7 @@ struct DdsTelemetry::Impl {
   InstanceWriter<sextant_DriveTelemetry> telemetry;
   InstanceWriter<sextant_DriveState> state;
   InstanceWriter<sextant_RealTimeStatistics> statistics;
+  InstanceWriter<sextant_DriveWaveform> waveform;
   DdsTelemetryCounts counts{};
 };
 
@@ -252,6 +257,11 @@ DdsWrite DdsTelemetry::write(const RealTimeSample& sample, std::optional<std::ui
   return impl_->statistics.write(impl_->counts, sequence, sample);
 }
 
+DdsWrite DdsTelemetry::write(const WaveformBatch& batch, std::uint64_t dropped,
+                             std::optional<std::uint64_t> sequence) noexcept {
+  return impl_->waveform.write(impl_->counts, sequence, batch, dropped);
+}
+
 DdsTelemetryCounts DdsTelemetry::counts() const noexcept {
   return impl_->counts;
 }
@@ -260,9 +270,13 @@ std::uint32_t DdsTelemetry::readers() const noexcept {
   return impl_->telemetry.readers();
 }
 
+std::uint32_t DdsTelemetry::waveform_readers() const noexcept {
+  return impl_->waveform.readers();
+}
+
 std::uint32_t DdsTelemetry::incompatible_readers() const noexcept {
   return impl_->telemetry.incompatible_readers() + impl_->state.incompatible_readers() +
-         impl_->statistics.incompatible_readers();
+         impl_->statistics.incompatible_readers() + impl_->waveform.incompatible_readers();
 }
 
 }  // namespace sextant

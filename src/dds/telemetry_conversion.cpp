@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -59,6 +60,16 @@ bool assign(std::string_view in, char (&out)[size]) noexcept {
   return true;
 }
 
+/// Refers to the values, which DDS reads only. Values that are not finite are what a waveform has to show.
+template <class T, std::size_t most, class Sequence>
+bool assign(const BoundedSequence<T, most>& in, Sequence& out) noexcept {
+  out._maximum = most;
+  out._length = std::uint32_t(in.size());
+  out._buffer = const_cast<T*>(in.values().data());
+  out._release = false;
+  return true;
+}
+
 }  // namespace
 
 #define SEXTANT_ASSIGN(member, unit, text) finite = assign(in.member, out.member) && finite;
@@ -80,6 +91,13 @@ bool convert(const DriveStateSample& in, sextant_DriveState& out) noexcept {
 bool convert(const RealTimeSample& in, sextant_RealTimeStatistics& out) noexcept {
   bool finite = true;
   SEXTANT_REAL_TIME_MEMBERS(SEXTANT_ASSIGN)
+  return finite;
+}
+
+bool convert(const WaveformBatch& in, std::uint64_t dropped, sextant_DriveWaveform& out) noexcept {
+  bool finite = true;
+  SEXTANT_WAVEFORM_MEMBERS(SEXTANT_ASSIGN)
+  out.dropped = dropped;
   return finite;
 }
 

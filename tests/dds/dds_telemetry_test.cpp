@@ -1,6 +1,7 @@
 #include "sextant/dds/dds_telemetry.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -177,6 +178,37 @@ TEST_F(DdsTelemetryTest, WritesIntervalsWithoutAllocating) {
   // The counter itself counts.
   const std::string on_the_heap(1000, 'x');
   EXPECT_GT(allocations(), before);
+}
+
+TEST_F(DdsTelemetryTest, PublishesAWaveformAsItIs) {
+  Reader<sextant_DriveWaveform> reader{domain, sextant_DriveWaveform_desc, "sextant/DriveWaveform",
+                                       DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE};
+  for (int i = 0; i < 60'000 && telemetry_.waveform_readers() == 0; ++i) std::this_thread::sleep_for(1ms);
+  ASSERT_EQ(telemetry_.waveform_readers(), 1U);
+  EXPECT_EQ(telemetry_.readers(), 0U) << "of DriveTelemetry";
+  WaveformBatch batch{.t_ns = 5, .period_ns = 25'000};
+  for (unsigned k = 0; k < 400; ++k) {
+    batch.offset_ns.push_back(k * 25'000U);
+    batch.torque_nm.push_back(k == 7 ? std::numeric_limits<float>::quiet_NaN() : 0.5F * float(k));
+    batch.duty_c.push_back(float(k));
+    batch.state.push_back(std::uint8_t(k % 8));
+  }
+  ASSERT_EQ(telemetry_.write(batch, 1ULL << 40U, 9), DdsWrite::ok);
+  auto s = reader.take();
+  ASSERT_TRUE(s);
+  EXPECT_EQ(s->drive_id, 42U);
+  EXPECT_EQ(s->sequence, 9U);
+  EXPECT_EQ(s->dropped, 1ULL << 40U);
+  EXPECT_EQ(s->t_ns, 5);
+  ASSERT_EQ(s->offset_ns._length, 400U);
+  ASSERT_EQ(s->torque_nm._length, 400U);
+  EXPECT_EQ(s->i_a_a._length, 0U);
+  EXPECT_EQ(s->offset_ns._buffer[399], 399U * 25'000U);
+  EXPECT_TRUE(std::isnan(s->torque_nm._buffer[7]));
+  EXPECT_EQ(s->torque_nm._buffer[8], 4.0F);
+  EXPECT_EQ(s->duty_c._buffer[399], 399.0F);
+  EXPECT_EQ(s->state._buffer[9], 1U);
+  dds_sample_free(&*s, &sextant_DriveWaveform_desc, DDS_FREE_CONTENTS);
 }
 
 TEST_F(DdsTelemetryTest, LateJoinerGetsTheNewestState) {

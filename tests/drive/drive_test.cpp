@@ -811,7 +811,7 @@ TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   EXPECT_EQ(x.u_dc, T(530));
   EXPECT_EQ(x.omega_m, T(10));
   EXPECT_EQ(x.sector, 2);
-  EXPECT_EQ(x.switch_state, switch_states[1]);
+  EXPECT_EQ(x.pattern.last_state(), switch_states[1]);
   EXPECT_EQ(x.command_counter, 7);
   EXPECT_EQ(x.command_rejected, 3U);
   EXPECT_EQ(x.command_sequence, this->request.command.sequence);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -110,6 +111,56 @@ TEST(TelemetryTask, ATimedOutControlThreadIsPublishedInThePlaceOfTheDrive) {
   ASSERT_TRUE(told);
   EXPECT_EQ(told->sample().state, DriveState::torque);
   EXPECT_EQ(told->sample().reason, "torque reference as requested");
+}
+
+/// The waveforms that have arrived at the other end.
+std::vector<WaveformMessage> waveforms(MessageSocket& socket) {
+  std::vector<WaveformMessage> arrived;
+  std::vector<std::byte> buffer(1 << 16);
+  while (const auto message = socket.receive(buffer)) {
+    if (kind_of(*message) != TelemetryMessageKind::waveform) continue;
+    arrived.push_back(content_of<WaveformMessage>(*message).value());
+  }
+  return arrived;
+}
+
+TEST(TelemetryTask, WaveformsAreSentWhileTheyAreRead) {
+  SharedState shared{25'000, 1};
+  TelemetrySender sender;
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  TelemetryTask task{{}, sender, shared};
+  std::int64_t t_ns = 0;
+  const auto run = [&](int periods) {
+    for (int k = 0; k < periods; ++k, t_ns += 25'000) {
+      Telemetry<double> x;
+      x.t_ns = t_ns;
+      shared.telemetry.push(x);
+      if (k % 100 == 99) task.poll(t_ns);
+    }
+  };
+  run(1000);
+  EXPECT_TRUE(waveforms(other).empty()) << "nobody reads";
+  sender.set_waveform_is_read(true);
+  run(1000);
+  const auto arrived = waveforms(other);
+  ASSERT_EQ(arrived.size(), 2U) << "the third is not complete";
+  EXPECT_EQ(arrived[0].sequence, 0U);
+  EXPECT_EQ(arrived[0].batch.t_ns, 25'000'000);
+  EXPECT_EQ(arrived[1].sequence, 1U);
+  EXPECT_EQ(arrived[1].batch.t_ns, 35'000'000);
+  EXPECT_EQ(arrived[1].batch.offset_ns.size(), 400U);
+  sender.set_waveform_is_read(false);
+  run(1000);
+  EXPECT_TRUE(waveforms(other).empty());
+  sender.set_waveform_is_read(true);
+  run(100);
+  task.finish();
+  const auto last = waveforms(other);
+  ASSERT_EQ(last.size(), 1U) << "the end of the drive ends a batch";
+  EXPECT_EQ(last[0].sequence, 2U);
+  EXPECT_EQ(last[0].batch.t_ns, 75'000'000) << "nothing from before";
+  EXPECT_EQ(last[0].batch.offset_ns.size(), 100U);
 }
 
 }  // namespace

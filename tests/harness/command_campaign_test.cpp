@@ -321,7 +321,7 @@ TEST(CommandCampaign, Row12AnEnableAtPowerUpStaysLockedOut) {
     VirtualRig rig{c.rig};
     bool locked = true;
     rig.on_period = [&](const Telemetry<double>& t) {
-      locked = locked && t.lockout && !gates_are_on(t.state) && t.switch_state == gates_off;
+      locked = locked && t.lockout && !gates_are_on(t.state) && t.pattern.last_state() == gates_off;
     };
     rig.run_until(500 * ms);
     EXPECT_TRUE(locked);
@@ -341,7 +341,7 @@ TEST(CommandCampaign, Row17BusOffTripsWithin10Ms) {
     EXPECT_LE(r.rig.first_fault_ns, c.at_ns + 10 * ms);
     EXPECT_TRUE(r.rig.now().latched.test(Fault::bus_off));
     EXPECT_EQ(r.rig.now().first_fault, Fault::bus_off);
-    EXPECT_EQ(r.rig.now().switch_state, gates_off);
+    EXPECT_EQ(r.rig.now().pattern.last_state(), gates_off);
     // Reset, disable, enable bring it back once the bus is back.
     r.rig.run_for(away_ns + 400 * ms);
     EXPECT_EQ(r.rig.now().state, DriveState::torque);
@@ -412,7 +412,7 @@ TEST(CommandCampaign, AnotherDriveOnTheBusIsAFaultAsLongAsItIsThere) {
     r.rig.run_for(40 * ms);
     EXPECT_LE(r.rig.first_fault_ns, c.at_ns + 40 * ms);
     EXPECT_EQ(r.rig.now().first_fault, Fault::second_master);
-    EXPECT_EQ(r.rig.now().switch_state, gates_off);
+    EXPECT_EQ(r.rig.now().pattern.last_state(), gates_off);
     r.rig.run_until(end_ns + 900 * ms);
     EXPECT_EQ(r.rig.now().state, DriveState::fault) << "no reset while it was heard a second ago";
     r.rig.run_for(500 * ms);

@@ -116,7 +116,7 @@ TEST_P(FaultCampaign, LatchesAndIsLeftByResetDisableEnableAlone) {
   EXPECT_FALSE(rig.now().latched.any());
   send_only(rig, enable);
   EXPECT_EQ(rig.now().state, DriveState::standby) << "reset, enable: the lockout holds";
-  EXPECT_EQ(rig.now().switch_state, gates_off);
+  EXPECT_EQ(rig.now().pattern.last_state(), gates_off);
   send_only(rig, disable);
   send_only(rig, enable);
   EXPECT_TRUE(makes_torque_again(rig)) << "after reset, disable, enable";

@@ -91,7 +91,7 @@ class InjectionWatch {
       result_.raised = true;
       result_.first = t.first_fault;
     }
-    result_.gates_off = result_.gates_off && t.switch_state == gates_off;
+    result_.gates_off = result_.gates_off && t.pattern.last_state() == gates_off;
     result_.named = result_.named || is_named(t.latched);
   }
 

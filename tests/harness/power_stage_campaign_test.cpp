@@ -81,7 +81,7 @@ void expect_trip_at_once(CampaignCase& c, MeasurementEvent event, Fault fault) {
   rig.forget();
   bool off = true;
   rig.on_period = [&](const Telemetry<double>& t) {
-    off = off && (t.t_ns < event.begin_ns || t.switch_state == gates_off);
+    off = off && (t.t_ns < event.begin_ns || t.pattern.last_state() == gates_off);
   };
   rig.run_for(100 * ms);
   EXPECT_EQ(rig.first_fault_ns, event.begin_ns);

@@ -42,7 +42,7 @@ TEST(RandomBusCampaign, NoTorqueWithoutAFreshCommandWhateverTheBusDoes) {
         ASSERT_FALSE(gates_are_on(t.state));
       }
       if (t.latched.any()) {
-        ASSERT_EQ(t.switch_state, gates_off);
+        ASSERT_EQ(t.pattern.last_state(), gates_off);
       }
     };
     rig.run_until(storm_end_ns);

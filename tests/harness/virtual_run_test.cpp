@@ -63,7 +63,7 @@ TEST(VirtualRun, ShutdownRampsToZeroTurnsTheGatesOffAndReportsIt) {
   }
   ASSERT_TRUE(rig.ecu.stopped());
   EXPECT_LE(rig.clock.now_ns(), asked_ns + 100 * ms);
-  EXPECT_EQ(rig.now().switch_state, gates_off);
+  EXPECT_EQ(rig.now().pattern.last_state(), gates_off);
   EXPECT_EQ(rig.vehicle.status()->state, DriveState::shutdown);
   const std::uint64_t periods = rig.recorder.periods();
   rig.run_for(100 * ms);

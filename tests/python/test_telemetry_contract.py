@@ -31,6 +31,7 @@ def made_by_cmake(idl: Path, output: Path) -> subprocess.CompletedProcess:
         ("DriveTelemetry", "core/telemetry_record.hpp", "TELEMETRY_MEMBERS", ("drive_id", "sequence", "dropped")),
         ("DriveState", "comms/real_time_sample.hpp", "DRIVE_STATE_MEMBERS", ("drive_id", "sequence")),
         ("RealTimeStatistics", "comms/real_time_sample.hpp", "REAL_TIME_MEMBERS", ("drive_id", "sequence")),
+        ("DriveWaveform", "comms/waveform_batch.hpp", "WAVEFORM_MEMBERS", ("drive_id", "sequence", "dropped")),
     ],
 )
 def test_cmake_and_python_read_the_same_list(
@@ -43,7 +44,7 @@ def test_cmake_and_python_read_the_same_list(
     of_record = [(signal.name, signal.unit, signal.text) for signal in signals(struct) if signal.name not in publishers]
     assert re.findall(r'X\((\w+), "(.*)", "(.*)"\)', lines) == of_record
     if struct != "DriveState":
-        assert re.findall(r"^  \S+ (\w+)\{\};  ///< (.*) \[(.*)\]$", text, re.MULTILINE) == [
+        assert re.findall(r"^  \S+(?: \d+>)? (\w+)\{\};  ///< (.*) \[(.*)\]$", text, re.MULTILINE) == [
             (name, what, unit) for name, unit, what in of_record
         ]
     page = (tmp_path / "docs" / "telemetry.md").read_text(encoding="utf-8")
@@ -75,7 +76,11 @@ def test_a_statistic_says_which_it_is() -> None:
         (r"    float power_w; .*", "    float power_w;  // the power", "DriveTelemetry.power_w has no unit and text"),
         (r"    float torque_mean_nm; .*\n", "", "DriveTelemetry.torque_min_nm has no unit and text"),
         (r"estimated torque, mean over", "estimated torque over", "DriveTelemetry.torque_min_nm has no unit and text"),
-        (r"\[N·m\] requested", '[N·m] "requested"', "DriveTelemetry.torque_requested_nm: the text must be without"),
+        (
+            r"requested_nm; {2,}// \[N·m\] r",
+            'requested_nm; // [N·m] "r',
+            "DriveTelemetry.torque_requested_nm: the text must be without",
+        ),
         (r"    octet sector; ", "    uint8 sector; ", 'DriveTelemetry.sector has the type "uint8"'),
         (r"    octet sector; ", "    octet sector[2]; ", "which is not a member"),
         (r"struct RealTimeStatistics", "struct Statistics", "has no struct RealTimeStatistics"),

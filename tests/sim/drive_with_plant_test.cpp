@@ -165,7 +165,7 @@ TEST(DriveWithPlant, DisabledAtSpeedTheCurrentsDieAndTheMachineIsCaughtAgain) {
     rig.enable = false;
     rig.run(0.005);
     EXPECT_EQ(rig.drive().state(), DriveState::ready);
-    EXPECT_EQ(rig.telemetry.switch_state, gates_off);
+    EXPECT_EQ(rig.telemetry.pattern.last_state(), gates_off);
     EXPECT_LT(magnitude(rig.plant().i_s()), 1e-6);
     rig.run(0.025);
     const double tau_r = InductionMachineParameters<>{}.tau_r();
@@ -235,7 +235,7 @@ TEST(DriveWithPlant, OverCurrentTurnsTheGatesOffAndTheCurrentsDie) {
   while (rig.drive().state() != DriveState::fault && rig.t_ns < 20'000'000) rig.step();
   ASSERT_EQ(rig.drive().state(), DriveState::fault);
   EXPECT_TRUE(rig.telemetry.latched.test(Fault::over_current));
-  EXPECT_EQ(rig.telemetry.switch_state, gates_off);
+  EXPECT_EQ(rig.telemetry.pattern.last_state(), gates_off);
   EXPECT_LT(magnitude(rig.plant().i_s()), 50.0 + 10.0) << "the trip must come within a period";
   rig.run(0.005);
   EXPECT_LT(magnitude(rig.plant().i_s()), 1e-6);

@@ -88,6 +88,7 @@ void TelemetryTask::poll(std::int64_t now_ns) {
 void TelemetryTask::finish() {
   drain_telemetry();
   drain_wakes();
+  publish_waveform();
   timing_.finish();
   publish_statistics();
   report_.hand_over(timing_.last());
@@ -112,6 +113,7 @@ void TelemetryTask::drain_telemetry() {
   while (shared_.telemetry.pop(telemetry)) {
     newest_ = telemetry;
     interval_.add(telemetry);
+    record_waveform(telemetry);
     if (!any_published_ || !same_state(telemetry, published_)) {
       publish_state(telemetry, reason_for(telemetry));
     }
@@ -119,6 +121,21 @@ void TelemetryTask::drain_telemetry() {
     sender_.write(interval_.record(), shared_.telemetry.dropped());
     interval_.reset();
   }
+}
+
+void TelemetryTask::record_waveform(const Telemetry<double>& telemetry) {
+  if (!sender_.waveform_is_read()) {
+    waveform_.reset();
+    return;
+  }
+  if (!waveform_.fits(telemetry)) publish_waveform();
+  waveform_.add(telemetry);
+}
+
+void TelemetryTask::publish_waveform() {
+  if (waveform_.is_empty()) return;
+  sender_.write(waveform_.batch(), shared_.telemetry.dropped());
+  waveform_.reset();
 }
 
 void TelemetryTask::publish_state(const Telemetry<double>& telemetry, const std::string& reason) {

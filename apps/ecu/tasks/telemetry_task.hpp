@@ -9,15 +9,16 @@
 #include "ecu/telemetry/telemetry_sender.hpp"
 #include "ecu/timing/can_report.hpp"
 #include "ecu/timing/timing_statistics.hpp"
+#include "sextant/comms/waveform_recorder.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 #include "sextant/realtime/thread_setup.hpp"
 
 namespace sextant::ecu {
 
-/// The work of the telemetry thread, without the thread: drains the rings and sends intervals, state changes
-/// and statistics to the process that publishes them. While the control thread has timed out the task
-/// publishes `status_of_timed_out_drive`. Reads no clock.
+/// The work of the telemetry thread, without the thread: drains the rings and sends intervals, state changes,
+/// statistics and, while they are read, waveforms to the process that publishes them. While the control
+/// thread has timed out the task publishes `status_of_timed_out_drive`. Reads no clock.
 class TelemetryTask {
  public:
   struct Parameters {
@@ -38,6 +39,7 @@ class TelemetryTask {
         sender_{sender},
         shared_{shared},
         poll_publisher_{std::move(poll_publisher)},
+        waveform_{parameters.period_ns},
         timing_{parameters.timing},
         report_{shared} {}
 
@@ -52,6 +54,8 @@ class TelemetryTask {
 
  private:
   void drain_telemetry();
+  void record_waveform(const Telemetry<double>& telemetry);
+  void publish_waveform();
   void drain_wakes();
   void publish_state(const Telemetry<double>& telemetry, const std::string& reason);
   void publish_timeout(std::int64_t now_ns);
@@ -64,6 +68,7 @@ class TelemetryTask {
   std::function<void(std::int64_t)> poll_publisher_;
   bool real_time_scheduling_{false};
   bool memory_locked_{false};
+  WaveformRecorder waveform_;
   TelemetryInterval<double> interval_{};
   Telemetry<double> newest_{};     // newest record of the drive
   Telemetry<double> published_{};  // record published last as DriveState

@@ -172,7 +172,10 @@ void TelemetryProcess::handle(std::span<const std::byte> message) {
   const auto kind = kind_of(message);
   if (kind == TelemetryMessageKind::ready) ready_ = true;
   if (kind == TelemetryMessageKind::refused) refusal_ = text_after<AnswerMessage>(message);
-  if (kind == TelemetryMessageKind::counts) counts_ = content_of<CountsMessage>(message).value_or(counts_);
+  if (kind == TelemetryMessageKind::counts) {
+    counts_ = content_of<CountsMessage>(message).value_or(counts_);
+    sender_.set_waveform_is_read(counts_.waveform_readers > 0);
+  }
 }
 
 bool TelemetryProcess::reaped() {

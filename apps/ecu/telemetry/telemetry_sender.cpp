@@ -12,6 +12,7 @@ void TelemetrySender::connect(MessageSocket socket) noexcept {
 
 void TelemetrySender::disconnect() noexcept {
   const MessageSocket closed = std::move(socket_);
+  waveform_is_read_ = false;
 }
 
 void TelemetrySender::write(const TelemetryIntervalRecord<double>& record, std::uint64_t dropped) noexcept {
@@ -25,6 +26,11 @@ void TelemetrySender::write(const DriveStateSample& sample) noexcept {
 
 void TelemetrySender::write(const RealTimeSample& sample) noexcept {
   keep(statistics_, StatisticsMessage{.sequence = statistics_count_++, .sample = sample});
+}
+
+void TelemetrySender::write(const WaveformBatch& batch, std::uint64_t dropped) noexcept {
+  const WaveformMessage message{.sequence = waveforms_++, .dropped = dropped, .batch = batch};
+  if (!connected() || socket_.send_struct(message) != MessageSend::sent) ++dropped_;
 }
 
 void TelemetrySender::send_kept() noexcept {

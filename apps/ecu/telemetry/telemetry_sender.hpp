@@ -25,6 +25,11 @@ class TelemetrySender {
   void write(const TelemetryIntervalRecord<double>& record, std::uint64_t dropped) noexcept;
   void write(const DriveStateSample& sample) noexcept;
   void write(const RealTimeSample& sample) noexcept;
+  void write(const WaveformBatch& batch, std::uint64_t dropped) noexcept;
+
+  /// True while the publisher knows a reader of DriveWaveform.
+  [[nodiscard]] bool waveform_is_read() const noexcept { return waveform_is_read_; }
+  void set_waveform_is_read(bool is_read) noexcept { waveform_is_read_ = is_read; }
 
   /// Sends the kept samples that have not been sent.
   void send_kept() noexcept;
@@ -49,6 +54,8 @@ class TelemetrySender {
   std::uint64_t intervals_{0};
   std::uint64_t states_{0};
   std::uint64_t statistics_count_{0};
+  std::uint64_t waveforms_{0};
+  bool waveform_is_read_{false};
   Kept<StateMessage> state_{};
   Kept<StatisticsMessage> statistics_{};
   std::uint64_t dropped_{0};

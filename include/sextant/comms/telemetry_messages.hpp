@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "sextant/comms/telemetry_samples.hpp"
+#include "sextant/comms/waveform_batch.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 
 namespace sextant {
@@ -20,7 +21,7 @@ namespace sextant {
 /// are programs of one build: a struct is sent as its bytes in memory. The publisher compares version and
 /// size of the first message.
 
-constexpr std::uint32_t telemetry_messages_version = 1;
+constexpr std::uint32_t telemetry_messages_version = 2;
 
 /// File descriptor of the publisher's end of the socket. [-]
 constexpr int telemetry_process_descriptor = 3;
@@ -31,6 +32,7 @@ enum class TelemetryMessageKind : std::uint32_t {
   interval,
   state,
   statistics,
+  waveform,
   // publisher → drive
   ready,    ///< DDS has started
   refused,  ///< DDS cannot start; a text, one sentence
@@ -85,18 +87,27 @@ struct StatisticsMessage {
   RealTimeSample sample{};
 };
 
+/// A sample of DriveWaveform.
+struct WaveformMessage {
+  TelemetryMessageKind kind{TelemetryMessageKind::waveform};
+  std::uint64_t sequence{};
+  std::uint64_t dropped{};
+  WaveformBatch batch{};
+};
+
 /// Reply of the publisher: `ready`, or the head of `refused`.
 struct AnswerMessage {
   TelemetryMessageKind kind{TelemetryMessageKind::ready};
 };
 
-/// Since the publisher's start. [-]
+/// Since the publisher's start, but for the readers. [-]
 struct CountsMessage {
   TelemetryMessageKind kind{TelemetryMessageKind::counts};
   std::uint64_t written{};
   std::uint64_t refused{};
   std::uint64_t failed{};
   std::uint64_t incompatible_readers{};
+  std::uint32_t waveform_readers{};  ///< matched now: the drive sends waveforms while there is one
 };
 
 /// Kind of a message; empty for a message that is too short.

@@ -5,8 +5,8 @@
 #include "sextant/core/derating_cause.hpp"
 #include "sextant/core/drive_state.hpp"
 #include "sextant/core/fault.hpp"
+#include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
-#include "sextant/core/switch_state.hpp"
 
 namespace sextant {
 
@@ -30,7 +30,7 @@ struct Telemetry {
   FaultSet latched{};       ///< faults since the last reset
   std::uint32_t fault_total{};         ///< latched faults since start
   Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
-  SwitchState switch_state{};          ///< last switching state of the coming period
+  GatePattern pattern{};               ///< of the coming period
   std::int64_t command_received_ns{};  ///< receive time of the command in force [ns]
   std::uint64_t command_sequence{};    ///< accepted frames so far; 0 while none has come
   std::uint32_t command_rejected{};    ///< frames dropped so far

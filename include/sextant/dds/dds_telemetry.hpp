@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sextant/comms/telemetry_samples.hpp"
+#include "sextant/comms/waveform_batch.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 
 namespace sextant {
@@ -62,11 +63,17 @@ class DdsTelemetry {
                  std::optional<std::uint64_t> sequence = {}) noexcept;
   DdsWrite write(const DriveStateSample& sample, std::optional<std::uint64_t> sequence = {}) noexcept;
   DdsWrite write(const RealTimeSample& sample, std::optional<std::uint64_t> sequence = {}) noexcept;
+  /// Publishes consecutive control periods, without copying them. NaN is published as it is.
+  DdsWrite write(const WaveformBatch& batch, std::uint64_t dropped,
+                 std::optional<std::uint64_t> sequence = {}) noexcept;
 
   [[nodiscard]] DdsTelemetryCounts counts() const noexcept;
 
   /// Readers of DriveTelemetry that are matched now. [-]
   [[nodiscard]] std::uint32_t readers() const noexcept;
+
+  /// Readers of DriveWaveform that are matched now. [-]
+  [[nodiscard]] std::uint32_t waveform_readers() const noexcept;
 
   /// Readers of any topic that requested a quality of service that is not offered, since start. Such a reader
   /// gets no samples and no error. [-]

@@ -108,7 +108,7 @@ class Drive {
                                .takes_most = limited || !makes_torque(state_)};
     DriveOutput<T> output{control(measurement, usable, demand, dt),
                           telemetry(t_ns, measurement, i_dc, request, command, available)};
-    output.telemetry.switch_state = output.pattern.last_state();
+    output.telemetry.pattern = output.pattern;
     return output;
   }
 

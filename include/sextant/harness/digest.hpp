@@ -50,8 +50,8 @@ class Digest {
         std::uint64_t{static_cast<std::uint8_t>(x.first_fault)} << 48U | bit(x.lockout, 56));
     add(x.command_received_ns);
     add(x.command_sequence);
-    add(std::uint64_t{x.command_counter} | std::uint64_t{x.switch_state.upper_switches()} << 8U |
-        std::uint64_t{x.switch_state.legs_off()} << 16U | std::uint64_t{x.command_rejected} << 32U);
+    add(std::uint64_t{x.command_counter} | std::uint64_t{x.pattern.last_state().upper_switches()} << 8U |
+        std::uint64_t{x.pattern.last_state().legs_off()} << 16U | std::uint64_t{x.command_rejected} << 32U);
   }
 
   [[nodiscard]] constexpr std::uint64_t value() const noexcept { return value_; }

@@ -76,7 +76,8 @@ void run_firmware() {
   }
   SysTick::instance().control = 0;
   report_stack();
-  semihosting::exit(drive.state() == sextant::DriveState::fault && !is_driven(telemetry.value.switch_state));
+  semihosting::exit(drive.state() == sextant::DriveState::fault &&
+                    !is_driven(telemetry.value.pattern.last_state()));
 #else
   for (;;) asm volatile("wfi");
 #endif

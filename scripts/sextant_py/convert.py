@@ -1,0 +1,67 @@
+"""Converts recordings and traces between HDF5, MCAP, MDF4, CSV and Parquet."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from .errors import UserError, run
+from .recording import formats
+from .recording.copying import copy
+from .recording.model import Source
+from .recording.progress import Progress
+
+EXAMPLES = """examples:
+  convert run.h5 run.mf4                     for CANape and MDA
+  convert trace.h5 trace.mcap                a trace of sextant-mil for Foxglove and PlotJuggler
+  convert run.mcap run.csv                   run.csv, run.drive_state.csv, run.waveform.csv and so on
+  convert run.mcap waveform.parquet --group waveform
+  convert cut.mcap whole.mcap --truncated    what is left of a file that was cut
+"""
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="convert",
+        description="Converts a recording of scripts/record or a trace of sextant-mil; the suffixes"
+        f" {', '.join(formats.SUFFIXES)} name the formats.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("input", type=Path, metavar="IN", help="recording or trace to read")
+    parser.add_argument("output", type=Path, metavar="OUT", help="file to write; an existing one is replaced")
+    parser.add_argument(
+        "--group", action="append", metavar="NAME", help="convert this group only (repeatable; default: all)"
+    )
+    parser.add_argument(
+        "--truncated", action="store_true", help="a truncated IN is no failure: convert what is left, exit status 0"
+    )
+    return parser.parse_args(arguments)
+
+
+def chosen(source: Source, path: Path, names: list[str] | None) -> list[str]:
+    unknown = [name for name in names or () if name not in source.groups]
+    if unknown:
+        raise UserError(f"{path} has no group {unknown[0]}; it has {', '.join(source.groups)}.")
+    return list(source.groups) if names is None else list(dict.fromkeys(names))
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    formats.check(options.output)
+    if options.output.resolve() == options.input.resolve():
+        raise UserError(f"{options.output} is the file to read; the converted one needs another name.")
+    source = formats.open_source(options.input)
+    names = chosen(source, options.input, options.group)
+    progress = Progress()
+    kept = copy(source, options.output, names, lambda share: progress.show(f"{options.output}: {share:.0%} written"))
+    progress.end()
+    print(f"{options.output}: {', '.join(f'{count} rows of {name}' for name, count in kept.items())}")
+    if source.cut and options.truncated:
+        print(f"convert: {source.cut}", file=sys.stderr)
+    elif source.cut:
+        raise UserError(f"{source.cut}. {options.output} has them; --truncated makes this a success.")
+    return 0
+
+
+if __name__ == "__main__":
+    run("convert", main)

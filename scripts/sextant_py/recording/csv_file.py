@@ -1,0 +1,183 @@
+"""Recordings as CSV: a file a group, and NAME.csv.json with types, units and descriptions."""
+
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow
+from pyarrow import csv
+
+from ..append_file import AppendFile
+from ..errors import UserError
+from . import arrow_table
+from .model import BLOCK_ROWS, MAIN, Column, Group, Metadata, cut_sentence, missing_rows
+
+BLOCK_BYTES = 1 << 22
+
+
+def description_of(path: Path) -> Path:
+    return path.with_name(path.name + ".json")
+
+
+class CsvSink:
+    """A line a row, appended whole."""
+
+    def __init__(self, path: Path, metadata: Metadata) -> None:
+        self._path = path
+        self._metadata = metadata
+        self._groups: dict[str, Group] = {}
+        self._schemas: dict[str, pyarrow.Schema] = {}
+        self._files: dict[str, AppendFile] = {}
+        self.kept: dict[str, int] = {}
+
+    def add(self, group: Group) -> None:
+        self._groups[group.name] = group
+        self._schemas[group.name] = arrow_table.schema(group)
+        self._files[group.name] = AppendFile(self._file(group.name))
+        self._files[group.name].append(",".join(column.name for column in group.columns) + "\n")
+        self.kept[group.name] = 0
+        self._describe(self._metadata)
+
+    def _file(self, name: str) -> Path:
+        return arrow_table.file_of(self._path, name, self._metadata.get("main", MAIN))
+
+    def _describe(self, metadata: Metadata) -> None:
+        groups = [group.described() for group in self._groups.values()]
+        text = json.dumps({"recording": metadata, "groups": groups}, ensure_ascii=False, indent=1)
+        place = description_of(self._path)
+        new = place.with_name(place.name + ".new")
+        try:
+            new.write_text(text + "\n", encoding="utf-8")
+        except OSError:
+            new.unlink(missing_ok=True)
+            raise
+        new.replace(place)
+
+    def append(self, name: str, block: np.ndarray) -> None:
+        text = io.BytesIO()
+        options = csv.WriteOptions(include_header=False, quoting_style="needed")
+        csv.write_csv(arrow_table.table(self._groups[name], block, self._schemas[name]), text, options)
+        self._files[name].append_bytes(text.getvalue())
+        self.kept[name] += len(block)
+
+    def close(self, metadata: Metadata) -> None:
+        try:
+            if self._groups:
+                self._describe({**metadata, "rows": self.kept})
+        except OSError:
+            pass  # the description of the beginning stays
+        finally:
+            for file in self._files.values():
+                file.close()
+
+
+class WholeLines(io.RawIOBase):
+    """A text file up to its last complete line."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("rb")
+        self.end = size = path.stat().st_size
+        tail = b""
+        while self.end and b"\n" not in tail:
+            begin = max(0, self.end - 65536)
+            self._file.seek(begin)
+            tail = self._file.read(self.end - begin)
+            self.end = begin + (tail.rfind(b"\n") + 1)
+        self.cut_bytes = size - self.end
+        self._file.seek(0)
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        data = self._file.read(min(len(buffer), self.end - self._file.tell()))
+        buffer[: len(data)] = data
+        return len(data)
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()
+
+
+class CsvSource:
+    """A recording of scripts/record or scripts/convert, or any CSV file that has a time axis."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.metadata: Metadata = {}
+        self.cut: str | None = None
+        self.groups: dict[str, Group] = {}
+        place = description_of(path)
+        if place.exists():
+            self._read_description(place)
+        else:
+            self.groups = {MAIN: self._guessed()}
+        for group in self.groups.values():
+            _ = group.time  # raises where there is none
+        self._rows = {name: self._count(name) for name in self.groups}
+        cut_bytes = sum(WholeLines(self._file(name)).cut_bytes for name in self.groups)
+        lost = missing_rows(self.metadata, self._rows)
+        if cut_bytes or lost:
+            text = ", ".join(f"{count} of {name}" for name, count in lost.items()) or "the one of its last line"
+            self.cut = cut_sentence(path, self._rows, f"rows that are lost: {text}")
+
+    def _file(self, name: str) -> Path:
+        return arrow_table.file_of(self._path, name, self.metadata.get("main", MAIN))
+
+    def _read_description(self, place: Path) -> None:
+        try:
+            described = json.loads(place.read_text(encoding="utf-8"))
+            self.metadata = described["recording"]
+            self.groups = {entry["name"]: Group.of(entry) for entry in described["groups"]}
+        except (ValueError, KeyError, TypeError) as error:
+            raise UserError(f"{place} does not describe a recording: {error}.") from None
+        for name in self.groups:
+            if not self._file(name).exists():
+                raise UserError(f"{self._file(name)} does not exist, which {place} names as the group {name}.")
+
+    def _guessed(self) -> Group:
+        """Types as the first block has them, where no description says them."""
+        try:
+            with csv.open_csv(WholeLines(self._path)) as reader:
+                columns = [guessed_column(self._path, field) for field in reader.schema]
+        except pyarrow.ArrowInvalid as error:
+            raise UserError(f"{self._path} is not a CSV file of a recording: {error}.") from None
+        return Group(MAIN, tuple(columns))
+
+    def _count(self, name: str) -> int:
+        lines, source = 0, WholeLines(self._file(name))
+        buffer = bytearray(BLOCK_BYTES)
+        while count := source.readinto(buffer):
+            lines += buffer.count(b"\n", 0, count)
+        return max(lines - 1, 0)
+
+    def rows(self, name: str) -> int:
+        return self._rows[name]
+
+    def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]:
+        if not self._rows[name]:
+            return
+        group = self.groups[name]
+        types = {field.name: field.type for field in arrow_table.schema(group)}
+        read = csv.ReadOptions(block_size=BLOCK_BYTES)
+        convert = csv.ConvertOptions(column_types=types, include_columns=list(types), strings_can_be_null=False)
+        try:
+            with csv.open_csv(WholeLines(self._file(name)), read, convert_options=convert) as reader:
+                for batch in reader:
+                    whole = arrow_table.block(group, batch)
+                    for begin in range(0, len(whole), rows):
+                        yield whole[begin : begin + rows]
+        except pyarrow.ArrowInvalid as error:
+            raise UserError(f"{self._file(name)} is not the CSV file of a recording: {error}.") from None
+
+
+def guessed_column(path: Path, field: pyarrow.Field) -> Column:
+    if pyarrow.types.is_string(field.type):
+        raise UserError(
+            f"{path}: the column {field.name} holds text, whose length only {description_of(path).name} tells."
+        )
+    kind = np.dtype(field.type.to_pandas_dtype())
+    return Column(field.name, "|u1" if kind.kind == "b" else kind.str)

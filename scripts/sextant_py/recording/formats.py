@@ -1,0 +1,43 @@
+"""The file formats of recordings, by suffix."""
+
+from importlib import import_module
+from pathlib import Path
+
+from ..errors import UserError
+from .model import Metadata, Sink, Source
+
+# Imported when they are needed: MDF alone takes a second.
+_FORMATS = {
+    ".h5": (".hdf5_file", "Hdf5Sink", ".hdf5_file", "Hdf5Source"),
+    ".csv": (".csv_file", "CsvSink", ".csv_file", "CsvSource"),
+    ".mcap": (".mcap_sink", "McapSink", ".mcap_source", "McapSource"),
+    ".mf4": (".mdf_file", "MdfSink", ".mdf_file", "MdfSource"),
+    ".parquet": (".parquet_file", "ParquetSink", ".parquet_file", "ParquetSource"),
+}
+SUFFIXES = tuple(_FORMATS)
+AT_THE_END = (".mf4", ".parquet")  # readable only once they are complete
+
+
+def check(path: Path) -> None:
+    """Refuses a suffix that names no format."""
+    if path.suffix not in SUFFIXES:
+        raise UserError(f'{path}: a recording ends in {", ".join(SUFFIXES)}, and "{path.suffix}" is none of them.')
+
+
+def open_sink(path: Path, metadata: Metadata) -> Sink:
+    """OSError where it cannot be written."""
+    check(path)
+    module, name, _, _ = _FORMATS[path.suffix]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return getattr(import_module(module, __package__), name)(path, metadata)
+
+
+def open_source(path: Path) -> Source:
+    check(path)
+    _, _, module, name = _FORMATS[path.suffix]
+    if not path.exists() and not any(path.parent.glob(f"{path.stem}.*{path.suffix}")):
+        raise UserError(f"{path} does not exist.")
+    try:
+        return getattr(import_module(module, __package__), name)(path)
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror or error}.") from None

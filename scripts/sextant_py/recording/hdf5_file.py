@@ -1,0 +1,238 @@
+"""Recordings as HDF5: a dataset a signal, with unit and description; the group telemetry is the root."""
+
+import io
+import json
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from ..errors import UserError
+from .model import BLOCK_ROWS, MAIN, TIMES, Column, Group, Metadata, cut_sentence, missing_rows
+
+ATTRIBUTE = "recording"  # of the root: the metadata as JSON
+
+
+class Hdf5Sink:
+    """The layout of a trace.
+
+    HDF5 loses the whole file, and crashes at exit, where its own writes find no room. So the room is taken first, for
+    more than the rows can need: every chunk they touch and its index.
+    """
+
+    CHUNK_ROWS = 4096
+    INDEX_BYTES = 16_384
+
+    def __init__(self, path: Path, metadata: Metadata) -> None:
+        # Space that was given up is not used again: what one flush left behind stays whole during the next.
+        self._file = h5py.File(path, "w", fs_strategy="none")
+        self._groups: dict[str, Group] = {}
+        self._datasets: dict[str, list[h5py.Dataset]] = {}
+        self.kept: dict[str, int] = {}
+        try:
+            self._reserve(())
+            self._describe(metadata)
+            self._file.flush()
+        except OSError:
+            self._file.close()
+            raise
+
+    def _describe(self, metadata: Metadata) -> None:
+        self._file.attrs[ATTRIBUTE] = json.dumps(metadata, ensure_ascii=False)
+        for name, value in metadata.get("attributes", {}).items():
+            self._file.attrs[name] = value
+
+    def _reserve(self, columns: tuple[Column, ...], rows: int = 0) -> None:
+        """Room for so many rows of the columns, and for the metadata."""
+        need = sum(
+            (rows + 2 * self.CHUNK_ROWS) * np.dtype(column.kind).itemsize + self.INDEX_BYTES for column in columns
+        )
+        os.posix_fallocate(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), need + 4 * self.INDEX_BYTES)
+
+    def _stored(self, group: Group) -> tuple[Column, ...]:
+        return tuple(column for column in group.columns if not (group.time_of and column.name == group.time))
+
+    def add(self, group: Group) -> None:
+        self._reserve(group.columns)
+        place = self._file if group.name == MAIN else self._file.require_group(group.name)
+        self._groups[group.name] = group
+        self._datasets[group.name] = [self._create(place, column) for column in self._stored(group)]
+        if group.text and group.name != MAIN:
+            place.attrs["description"] = group.text
+        self.kept[group.name] = 0
+        self._file.flush()
+
+    def _create(self, place: h5py.Group, column: Column) -> h5py.Dataset:
+        kind = np.dtype(column.kind)
+        kind = h5py.string_dtype("utf-8", kind.itemsize) if column.is_text else kind
+        dataset = place.create_dataset(column.name, (0,), kind, maxshape=(None,), chunks=(self.CHUNK_ROWS,))
+        if column.unit:
+            dataset.attrs["unit"] = column.unit
+        if column.text:
+            dataset.attrs["description"] = column.text
+        return dataset
+
+    def append(self, name: str, block: np.ndarray) -> None:
+        columns = self._stored(self._groups[name])
+        self._reserve(columns, len(block))
+        for dataset, column in zip(self._datasets[name], columns, strict=True):
+            dataset.resize(self.kept[name] + len(block), axis=0)
+            dataset[-len(block) :] = block[column.name].astype(dataset.dtype)  # text: its encoding
+        self._file.flush()
+        self.kept[name] += len(block)
+
+    def close(self, metadata: Metadata) -> None:
+        try:
+            self._reserve(())
+            self._describe(metadata)
+        except OSError:
+            pass  # the metadata of the beginning stay
+        finally:
+            self._file.close()
+
+
+class PaddedFile(io.RawIOBase):
+    """A truncated file that reads as zeros behind its cut, so that HDF5 opens it."""
+
+    def __init__(self, path: Path, size: int) -> None:
+        self._file = path.open("rb")
+        self._size = size
+        self._at = 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        self._at = offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._size}[whence]
+        return self._at
+
+    def tell(self) -> int:
+        return self._at
+
+    def readinto(self, buffer: Any) -> int:
+        view = memoryview(buffer).cast("B")
+        wanted = max(0, min(len(view), self._size - self._at))
+        self._file.seek(self._at)
+        read = self._file.readinto(view[:wanted])
+        view[read:wanted] = bytes(wanted - read)
+        self._at += wanted
+        return wanted
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()
+
+
+class Hdf5Source:
+    """A recording of scripts/record or a trace of sextant-mil."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._size = path.stat().st_size
+        self.cut: str | None = None
+        self._file = self._open(path)
+        stored = self._file.attrs.get(ATTRIBUTE)
+        self.metadata: Metadata = json.loads(stored) if stored is not None else {"attributes": self._attributes()}
+        self.groups: dict[str, Group] = {}
+        self._rows: dict[str, int] = {}
+        self._add(MAIN, self._file)
+        if not self.groups:
+            raise UserError(f"{path} has no signals with a time axis ({', '.join(TIMES)}), so it is no recording.")
+        if self._is_padded:
+            lost = missing_rows(self.metadata, self._rows)
+            text = ", ".join(f"{count} of {name}" for name, count in lost.items())
+            self.cut = cut_sentence(path, self._rows, f"rows that are lost: {text or 'an unknown number'}")
+
+    def _open(self, path: Path) -> h5py.File:
+        self._is_padded = False
+        try:
+            return h5py.File(path, "r")
+        except OSError as error:
+            if not (found := re.search(r"truncated file.*stored_eof = (\d+)", str(error))):
+                raise UserError(f"{path} is not an HDF5 file.") from None
+            self._is_padded = True
+            size = int(found[1])
+        try:
+            return h5py.File(PaddedFile(path, size), "r")
+        except (OSError, RuntimeError):
+            raise UserError(
+                f"{path} is truncated: {self._size} of {size} bytes are there, and nothing of it is readable."
+            ) from None
+
+    def _attributes(self) -> dict[str, Any]:
+        return {name: value_of(value) for name, value in self._file.attrs.items()}
+
+    def _add(self, name: str, place: h5py.Group) -> None:
+        try:
+            members = list(place.items())
+        except (OSError, RuntimeError):
+            return  # behind the cut
+        datasets = {key: data for key, data in members if isinstance(data, h5py.Dataset) and data.ndim == 1}
+        if datasets:
+            self._add_group(name, place, datasets)
+        for key, member in members:
+            if isinstance(member, h5py.Group):
+                self._add(key if name == MAIN else f"{name}/{key}", member)
+
+    def _add_group(self, name: str, place: h5py.Group, datasets: dict[str, h5py.Dataset]) -> None:
+        columns = [column_of(key, data) for key, data in datasets.items()]
+        rows = min(self._readable_rows(data) for data in datasets.values())
+        shares = not any(column.name in TIMES for column in columns)
+        if shares and (MAIN not in self.groups or rows != self._rows[MAIN]):
+            return
+        if shares:
+            main = self.groups[MAIN]
+            columns.insert(0, next(column for column in main.columns if column.name == main.time))
+        columns.sort(key=lambda column: column.name not in TIMES)  # the time axis first
+        text = "" if name == MAIN else str(value_of(place.attrs.get("description", "")))
+        self.groups[name] = Group(name, tuple(columns), text, MAIN if shares else "")
+        self._rows[name] = rows
+
+    def _readable_rows(self, data: h5py.Dataset) -> int:
+        """Rows before the first chunk that reaches behind the cut."""
+        if not self._is_padded or not len(data):
+            return len(data)
+        try:
+            chunks = [data.id.get_chunk_info(index) for index in range(data.id.get_num_chunks())]
+        except (OSError, RuntimeError, ValueError):
+            return 0
+        whole = {chunk.chunk_offset[0] for chunk in chunks if chunk.byte_offset + chunk.size <= self._size}
+        rows = 0
+        while rows in whole:
+            rows += data.chunks[0]
+        return min(rows, len(data))
+
+    def rows(self, name: str) -> int:
+        return self._rows[name]
+
+    def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]:
+        group = self.groups[name]
+        for begin in range(0, self._rows[name], rows):
+            end = min(begin + rows, self._rows[name])
+            block = np.empty(end - begin, group.dtype)
+            for column in group.columns:
+                at_root = name == MAIN or (group.time_of and column.name == group.time)
+                block[column.name] = self._file[column.name if at_root else f"{name}/{column.name}"][begin:end]
+            yield block
+
+
+def value_of(attribute: Any) -> Any:
+    """An attribute as JSON holds it."""
+    if isinstance(attribute, bytes):
+        return attribute.decode()
+    return attribute.item() if isinstance(attribute, np.generic) else attribute
+
+
+def column_of(name: str, data: h5py.Dataset) -> Column:
+    unit, text = (str(value_of(data.attrs.get(key, ""))) for key in ("unit", "description"))
+    kind = data.dtype
+    if kind.kind not in "iufbS":
+        raise UserError(f"{data.file.filename}: the signal {data.name} has the type {kind}, which no recording has.")
+    return Column(name, "|u1" if kind.kind == "b" else np.dtype(kind.str).str, unit, text)

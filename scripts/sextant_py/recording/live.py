@@ -1,0 +1,70 @@
+"""What a drive publishes while it runs, as blocks of a recording."""
+
+from typing import Any
+
+import numpy as np
+from cyclonedds.core import Policy, Qos
+from cyclonedds.util import duration
+
+from .. import dds
+from . import topics
+from .can_frames import CanReader
+from .model import MAIN, Group
+
+STREAM_DEPTH = 5000  # samples that wait in a reader
+WAVEFORM_DEPTH = 400  # batches of 10 ms
+HELPING = 200  # samples a take: room for many is expensive
+
+
+def every_change() -> Qos:
+    """As dds.latched_qos, but no sample replaces one that was not read yet."""
+    reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
+    return Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(STREAM_DEPTH))
+
+
+class LiveDrive:
+    """The topics of one drive in a domain and, where asked for, the frames of a CAN bus."""
+
+    def __init__(self, domain: int, drive_id: int | None, waveform: bool, can: CanReader | None) -> None:
+        self.drive_id = drive_id  # None: the first one heard
+        self.node = dds.Node(domain)
+        self._can = can
+        quality = {MAIN: dds.streaming_qos(STREAM_DEPTH), topics.WAVEFORM: dds.streaming_qos(WAVEFORM_DEPTH)}
+        names = [name for name in topics.TOPICS if waveform or name != topics.WAVEFORM]
+        self._groups = {name: topics.group_of(name) for name in names}
+        self.subscriptions = {
+            name: dds.Subscription(self.node, topics.TOPICS[name], quality.get(name, every_change())) for name in names
+        }
+
+    def poll(self) -> list[tuple[Group, np.ndarray]]:
+        """The rows that have come since the last call."""
+        self.node.poll()
+        found = []
+        for name, subscription in self.subscriptions.items():
+            if samples := self._mine(self._taken(subscription)):
+                group = self._groups[name]
+                found.append((group, topics.rows_of(group, samples)))
+        return found + (self._can.poll() if self._can else [])
+
+    @staticmethod
+    def _taken(subscription: dds.Subscription) -> list[Any]:
+        samples = helping = subscription.poll(HELPING)
+        while len(helping) == HELPING:
+            helping = subscription.poll(HELPING)
+            samples = samples + helping
+        return samples
+
+    def _mine(self, samples: list[Any]) -> list[Any]:
+        if self.drive_id is None and samples:
+            self.drive_id = samples[0].drive_id
+        return [sample for sample in samples if sample.drive_id == self.drive_id]
+
+    def problems(self) -> list[str]:
+        """Why topics have no samples; nobody discovered is one problem, not four."""
+        found = [subscription.diagnosis() for subscription in self.subscriptions.values()]
+        problems = [problem for problem in found if problem]
+        return problems[:1] if not self.node.participant_count() else problems
+
+    def close(self) -> None:
+        if self._can:
+            self._can.close()

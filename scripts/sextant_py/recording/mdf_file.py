@@ -1,0 +1,108 @@
+"""Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds."""
+
+import json
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from asammdf import MDF, Signal
+from asammdf.blocks.utils import MdfException
+
+from ..errors import UserError
+from .model import BLOCK_ROWS, Group, Metadata
+
+ATTACHMENT = "sextant_recording.json"
+MASTER = "time"
+ZIPPED = 2  # deflate, with the bytes transposed
+
+
+class MdfSink:
+    """Blocks go to a temporary file beside the recording; closing writes the recording."""
+
+    def __init__(self, path: Path, metadata: Metadata) -> None:
+        self._path = path
+        self._mdf = MDF(version="4.10", temporary_folder=path.parent)
+        self._groups: dict[str, Group] = {}
+        self._numbers: dict[str, int] = {}
+        self._begin_ns = metadata.get("begin_ns")
+        wall_ns = metadata.get("wall_minus_monotonic_begin_ns")
+        if self._begin_ns is not None and wall_ns is not None:
+            self._mdf.header.start_time = datetime.fromtimestamp((self._begin_ns + wall_ns) / 1e9, UTC)
+        self.kept: dict[str, int] = {}
+
+    def add(self, group: Group) -> None:
+        self._groups[group.name] = group
+        self.kept[group.name] = 0
+
+    def append(self, name: str, block: np.ndarray) -> None:
+        group = self._groups[name]
+        times = group.times_ns(block)
+        if self._begin_ns is None:
+            self._begin_ns = int(times[0])
+        seconds = (times - self._begin_ns) / 1e9
+        if name in self._numbers:
+            columns = [(np.ascontiguousarray(block[column.name]), None) for column in group.columns]
+            self._mdf.extend(self._numbers[name], [(seconds, None), *columns])
+        else:
+            signals = [self._signal(column, block[column.name], seconds) for column in group.columns]
+            self._numbers[name] = self._mdf.append(signals, acq_name=name, comment=group.text)
+        self.kept[name] += len(block)
+
+    @staticmethod
+    def _signal(column, values: np.ndarray, seconds: np.ndarray) -> Signal:
+        encoding = {"encoding": "utf-8"} if column.is_text else {}
+        samples = np.ascontiguousarray(values)
+        return Signal(samples, seconds, unit=column.unit, name=column.name, comment=column.text, **encoding)
+
+    def close(self, metadata: Metadata) -> None:
+        groups = [group.described() for group in self._groups.values()]
+        about = {"recording": {**metadata, "rows": self.kept}, "groups": groups}
+        text = json.dumps(about, ensure_ascii=False, indent=1).encode()
+        self._mdf.attach(text, ATTACHMENT, mime="application/json", compression=True, embedded=True)
+        try:
+            self._mdf.save(self._path, overwrite=True, compression=ZIPPED)
+        finally:
+            self._mdf.close()
+
+
+class MdfSource:
+    """A file that MdfSink wrote: the attachment tells exact types and order."""
+
+    def __init__(self, path: Path) -> None:
+        self.cut: str | None = None
+        try:
+            self._mdf = MDF(path)
+            stored = [index for index, block in enumerate(self._mdf.attachments) if str(block.file_name) == ATTACHMENT]
+            about = json.loads(bytes(self._mdf.extract_attachment(stored[0])[0])) if stored else None
+        except (MdfException, OSError, ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
+            raise UserError(f"{path} is no MDF file, or truncated, and cannot be read: {error}.") from None
+        if about is None:
+            raise UserError(f"{path} is no Sextant recording: it has no attachment {ATTACHMENT}.")
+        self.metadata: Metadata = about["recording"]
+        named = {self._mdf.groups[index].channel_group.acq_name: index for index in range(len(self._mdf.groups))}
+        groups = [Group.of(entry) for entry in about["groups"]]
+        self.groups = {group.name: group for group in groups if group.name in named}
+        self._numbers = {name: named[name] for name in self.groups}
+
+    def rows(self, name: str) -> int:
+        return self._mdf.groups[self._numbers[name]].channel_group.cycles_nr
+
+    def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]:
+        group, number = self.groups[name], self._numbers[name]
+        step = max(rows, 131_072)  # each access costs a search for the block
+        for begin in range(0, self.rows(name), step):
+            count = min(step, self.rows(name) - begin)
+            block = np.empty(count, group.dtype)
+            for index, column in enumerate(group.columns, start=1):
+                found = self._mdf.get(
+                    group=number,
+                    index=index,
+                    raw=True,
+                    ignore_invalidation_bits=True,
+                    record_offset=begin,
+                    record_count=count,
+                )
+                block[column.name] = found.samples
+            for first in range(0, count, rows):
+                yield block[first : first + rows]

@@ -1,0 +1,121 @@
+"""What a recording is made of: groups of signals over one clock, read and written in blocks of rows."""
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..errors import UserError
+
+MAIN = "telemetry"  # the root of an HDF5 file, and the file NAME.csv of several
+TIMES = {"t_ns": 1, "t_s": 1_000_000_000}  # names of a time axis, and nanoseconds a unit
+BLOCK_ROWS = 8192
+Metadata = dict[str, Any]  # what JSON can hold
+
+
+@dataclass(frozen=True)
+class Column:
+    """A signal of a group."""
+
+    name: str
+    kind: str  # of numpy: "<f4", "|u1"; "|S64" is text of up to 64 bytes in UTF-8
+    unit: str = ""
+    text: str = ""
+
+    @property
+    def is_text(self) -> bool:
+        return np.dtype(self.kind).kind == "S"
+
+
+@dataclass(frozen=True)
+class Group:
+    """Signals that have the same times. A block of its rows is a structured array of its dtype."""
+
+    name: str
+    columns: tuple[Column, ...]
+    text: str = ""
+    time_of: str = ""  # the group whose time axis this one shares, where a trace stores it once
+
+    @cached_property
+    def dtype(self) -> np.dtype:
+        return np.dtype([(column.name, column.kind) for column in self.columns])
+
+    @cached_property
+    def time(self) -> str:
+        """The name of the time axis."""
+        for name in TIMES:
+            if name in (self.dtype.names or ()):
+                return name
+        raise UserError(f"the group {self.name} has no time axis; it needs a signal {' or '.join(TIMES)}.")
+
+    def times_ns(self, block: np.ndarray) -> np.ndarray:
+        """The times of the rows [ns]."""
+        times = block[self.time]
+        return times.astype(np.int64) if self.time == "t_ns" else np.rint(times * TIMES[self.time]).astype(np.int64)
+
+    def described(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        columns = [[column.name, column.kind, column.unit, column.text] for column in self.columns]
+        return {"name": self.name, "text": self.text, "time_of": self.time_of, "signals": columns}
+
+    @classmethod
+    def of(cls, described: dict[str, Any]) -> "Group":
+        columns = tuple(Column(*column) for column in described["signals"])
+        return cls(described["name"], columns, described["text"], described["time_of"])
+
+
+class Sink(Protocol):
+    """A file that is written block by block. OSError: there was no room; what `kept` counts stays readable."""
+
+    kept: dict[str, int]
+
+    def add(self, group: Group) -> None: ...
+
+    def append(self, name: str, block: np.ndarray) -> None: ...
+
+    def close(self, metadata: Metadata) -> None: ...
+
+
+class Source(Protocol):
+    """A file that is read block by block. `cut` says in a sentence what a truncated file has lost."""
+
+    metadata: Metadata
+    groups: dict[str, Group]
+    cut: str | None
+
+    def rows(self, name: str) -> int: ...
+
+    def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]: ...
+
+
+def merged(source: Source, names: list[str] | None = None) -> Iterator[tuple[Group, np.ndarray]]:
+    """The blocks of all groups, the one that begins first before the others."""
+    waiting: list[tuple[int, int, Group, np.ndarray, Iterator[np.ndarray]]] = []
+
+    def put(order: int, group: Group, blocks: Iterator[np.ndarray]) -> None:
+        for block in blocks:
+            if len(block):
+                heapq.heappush(waiting, (int(group.times_ns(block[:1])[0]), order, group, block, blocks))
+                return
+
+    for order, name in enumerate(source.groups if names is None else names):
+        put(order, source.groups[name], source.blocks(name))
+    while waiting:
+        _, order, group, block, blocks = heapq.heappop(waiting)
+        yield group, block
+        put(order, group, blocks)
+
+
+def missing_rows(metadata: Metadata, kept: dict[str, int]) -> dict[str, int]:
+    """Rows by group that the file had when it was closed and has no more."""
+    rows = metadata.get("rows", {})
+    return {name: count - kept.get(name, 0) for name, count in rows.items() if count > kept.get(name, 0)}
+
+
+def cut_sentence(path: object, kept: dict[str, int], lost: str) -> str:
+    """One sentence for a truncated file."""
+    rows = ", ".join(f"{count} of {name}" for name, count in kept.items()) or "none"
+    return f"{path} is truncated: {lost}; rows that are left: {rows}"
