@@ -1,4 +1,4 @@
-"""Samples of DriveTelemetry as binary WebSocket frames.
+"""Samples of DriveTelemetry, and captures, as binary WebSocket frames.
 
 A frame is four unsigned 32-bit numbers (kind, drive, columns, rows), then one column after another in 64-bit floats;
 all little-endian. The page is told the names of the columns before.
@@ -15,6 +15,7 @@ from ..telemetry_contract import enumerations, signals
 
 HEADER = struct.Struct("<4I")
 TELEMETRY = 1
+CAPTURE = 2  # the second number is that of the capture
 
 
 def columns() -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from ..errors import UserError
 from ..telemetry_contract import Signal, signals
 
-STRUCT = "DriveTelemetry"
+STRUCT, WAVEFORM = "DriveTelemetry", "DriveWaveform"
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,20 @@ _PANELS = (
     Panel("u_dc", "DC-link voltage", {"u_dc_v": "mean"}),
     Panel("i_dc", "DC-link current", {"i_dc_a": "mean"}),
 )
+_SCOPE_PANELS = (
+    Panel(
+        "scope_torque",
+        "Torque",
+        {"torque_requested_nm": "request", "torque_nm": "estimate", "torque_reference_nm": "reference"},
+        is_wide=True,
+    ),
+    Panel("scope_phases", "Phase currents", {"i_a_a": "a", "i_b_a": "b", "i_c_a": "c"}),
+    Panel("scope_flux", "Stator flux", {"flux_alpha_wb": "α", "flux_beta_wb": "β"}),
+    Panel("scope_duty", "Duty cycles", {"duty_a": "a", "duty_b": "b", "duty_c": "c"}),
+    Panel("scope_speed", "Speed", {"speed_rad_s": "measured"}),
+    Panel("scope_u_dc", "DC-link voltage", {"u_dc_v": "measured"}),
+    Panel("scope_i_dc", "DC-link current", {"i_dc_a": "mean of a period"}),
+)
 # Members that the page shows in another way, or not at all.
 _NO_PLOT = {"flux_angle_rad", "power_w"}
 
@@ -61,11 +75,21 @@ def panels() -> tuple[Panel, ...]:
     return (*_PANELS, *further)
 
 
-def described() -> list[dict]:
-    """The panels for the page, with unit and text of each signal."""
-    known = {signal.name: signal for signal in signals(STRUCT)}
+def scope_panels() -> tuple[Panel, ...]:
+    """The panels of a capture."""
+    known = {signal.name for signal in signals(WAVEFORM)}
+    for panel in _SCOPE_PANELS:
+        for name in panel.names:
+            if name not in known:
+                raise UserError(f"the telemetry contract has no {WAVEFORM}.{name}, which the dashboard draws.")
+    return _SCOPE_PANELS
+
+
+def described(struct: str = STRUCT) -> list[dict]:
+    """The panels of a struct for the page, with unit and text of each signal."""
+    known = {signal.name: signal for signal in signals(struct)}
     found = []
-    for panel in panels():
+    for panel in panels() if struct == STRUCT else scope_panels():
         lines = [{"signal": name, "label": label, "text": known[name].text} for name, label in panel.lines.items()]
         unit = known[panel.names[0]].unit
         found.append({"key": panel.key, "title": panel.title, "unit": unit, "lines": lines, "wide": panel.is_wide})

@@ -139,6 +139,7 @@ async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehic
     if vehicle:
         vehicle.start(hub.report_vehicle)
     source.start()
+    hub.scopes.start()
     address = address_of(options.host, sockets, token)
     print(f"dashboard: DDS domain {options.domain} at {address}", flush=True)
     if vehicle:
@@ -149,6 +150,7 @@ async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehic
         await ended.wait()
     finally:
         source.stop()
+        hub.scopes.stop()
         if vehicle:
             vehicle.end()
 

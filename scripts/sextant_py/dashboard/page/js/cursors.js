@@ -3,9 +3,9 @@
 import { element, number, quantity, setText } from "./format.js";
 
 export class CursorPanel {
-  constructor(panels, view) {
+  constructor(node, panels, view) {
     this.view = view;
-    this.node = document.getElementById("cursor-panel");
+    this.node = node;
     this.sliders = ["A", "B"].map((letter, index) => this.addSlider(letter, index));
     const columns = ["signal", "A", "B", "B − A", "mean A to B"].map((text) => element("th", { scope: "col" }, text));
     const body = element("tbody");

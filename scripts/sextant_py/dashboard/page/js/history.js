@@ -1,13 +1,16 @@
-// The last two minutes of one drive's telemetry: a ring of columns, thinned out for drawing without losing peaks.
+// Samples of one drive, the last two minutes of its telemetry or a capture: a ring of columns, thinned out for drawing
+// without losing peaks.
 
 const CAPACITY = 1 << 17;
 const GAP_S = 0.05; // without a sample for so long, a line is interrupted
 
 export class History {
-  constructor(columns) {
+  constructor(columns, { capacity = CAPACITY, gap = GAP_S } = {}) {
     this.names = columns;
-    this.time = new Float64Array(CAPACITY);
-    this.columns = Object.fromEntries(columns.map((name) => [name, new Float32Array(CAPACITY)]));
+    this.capacity = capacity; // a power of two
+    this.gap = gap;
+    this.time = new Float64Array(capacity);
+    this.columns = Object.fromEntries(columns.map((name) => [name, new Float32Array(capacity)]));
     this.index = { time: columns.indexOf("t_ns"), sequence: columns.indexOf("sequence") };
     this.clear();
   }
@@ -32,15 +35,15 @@ export class History {
     const times = values.subarray(this.index.time * rows, (this.index.time + 1) * rows);
     if (this.end > this.begin && times[0] * 1e-9 < this.lastTime()) this.clear(); // a drive with another clock
     const first = this.end;
-    for (let row = 0; row < rows; row++) this.time[(first + row) & (CAPACITY - 1)] = times[row] * 1e-9;
+    for (let row = 0; row < rows; row++) this.time[(first + row) & (this.capacity - 1)] = times[row] * 1e-9;
     this.names.forEach((name, column) => {
       const target = this.columns[name];
-      for (let row = 0; row < rows; row++) target[(first + row) & (CAPACITY - 1)] = values[column * rows + row];
+      for (let row = 0; row < rows; row++) target[(first + row) & (this.capacity - 1)] = values[column * rows + row];
     });
     this.count(values.subarray(this.index.sequence * rows, (this.index.sequence + 1) * rows));
     this.end += rows;
     this.received += rows;
-    this.begin = Math.max(this.begin, this.end - CAPACITY);
+    this.begin = Math.max(this.begin, this.end - this.capacity);
   }
 
   count(sequences) {
@@ -55,7 +58,7 @@ export class History {
   }
 
   timeAt(number) {
-    return this.time[number & (CAPACITY - 1)];
+    return this.time[number & (this.capacity - 1)];
   }
 
   lastTime() {
@@ -63,7 +66,7 @@ export class History {
   }
 
   value(name, number) {
-    return this.columns[name][number & (CAPACITY - 1)];
+    return this.columns[name][number & (this.capacity - 1)];
   }
 
   last(name) {
@@ -84,7 +87,7 @@ export class History {
 
   // The sample nearest to the time; null outside of what is kept.
   nearest(time) {
-    if (this.isEmpty || time < this.timeAt(this.begin) - GAP_S || time > this.lastTime() + GAP_S) return null;
+    if (this.isEmpty || time < this.timeAt(this.begin) - this.gap || time > this.lastTime() + this.gap) return null;
     const after = Math.min(this.find(time), this.end - 1);
     const before = Math.max(after - 1, this.begin);
     return time - this.timeAt(before) < this.timeAt(after) - time ? before : after;
@@ -115,7 +118,7 @@ export class History {
     let last = null;
     for (let number = begin; number < end; ) {
       const time = this.timeAt(number);
-      if (last !== null && time - last > Math.max(GAP_S, 2 * width)) interrupt(rows, last - origin);
+      if (last !== null && time - last > Math.max(this.gap, 2 * width)) interrupt(rows, last - origin);
       const place = Math.floor(time / width);
       let stop = number + 1;
       while (!isRaw && stop < end && Math.floor(this.timeAt(stop) / width) === place) stop++;
@@ -137,9 +140,9 @@ export class History {
     let low = begin;
     let high = begin;
     for (let number = begin + 1; number < end; number++) {
-      const value = column[number & (CAPACITY - 1)];
-      if (value < column[low & (CAPACITY - 1)]) low = number;
-      if (value > column[high & (CAPACITY - 1)]) high = number;
+      const value = column[number & (this.capacity - 1)];
+      if (value < column[low & (this.capacity - 1)]) low = number;
+      if (value > column[high & (this.capacity - 1)]) high = number;
     }
     const [smallest, largest] = [this.value(name, low), this.value(name, high)];
     if (keep === "min") return [smallest, smallest];

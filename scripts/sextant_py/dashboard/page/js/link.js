@@ -2,9 +2,10 @@
 
 const RETRY_MS = 1000;
 const TELEMETRY = 1;
+const CAPTURE = 2;
 
 export class Link {
-  // on: {message(object), frame({drive, columns, rows, values}), opened(), closed()}
+  // on: {message(object), frame({drive, columns, rows, values}), capture({number, …}), opened(), closed()}
   constructor(on) {
     this.on = on;
     this.closedAt = null;
@@ -33,8 +34,10 @@ export class Link {
       this.on.message(JSON.parse(data));
       return;
     }
-    const [kind, drive, columns, rows] = new Uint32Array(data, 0, 4);
-    if (kind === TELEMETRY) this.on.frame({ drive, columns, rows, values: new Float64Array(data, 16) });
+    const [kind, number, columns, rows] = new Uint32Array(data, 0, 4);
+    const values = new Float64Array(data, 16);
+    if (kind === TELEMETRY) this.on.frame({ drive: number, columns, rows, values });
+    else if (kind === CAPTURE) this.on.capture({ number, columns, rows, values });
   }
 
   get isOpen() {

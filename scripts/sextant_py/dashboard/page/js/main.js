@@ -9,6 +9,7 @@ import { Link } from "./link.js";
 import { Notices } from "./notices.js";
 import { Panel } from "./panel.js";
 import { Plane, sectorOf, trailOf } from "./plane.js";
+import { ScopePanel } from "./scope.js";
 import { StateView } from "./state.js";
 import { DriveTabs } from "./tabs.js";
 import { startTheme } from "./theme.js";
@@ -33,6 +34,7 @@ class Dashboard {
       closed: () => this.command.lost(),
       message: (message) => this.take(message),
       frame: (frame) => this.takeFrame(frame),
+      capture: (capture) => this.scope.takeCapture(capture),
     });
     this.tabs = new DriveTabs(byId("drives"), (drive) => this.watch(drive));
     this.notices = new Notices(byId("notices"));
@@ -58,12 +60,14 @@ class Dashboard {
 
   opened() {
     if (this.tabs.selected !== null) this.watch(this.tabs.selected);
+    this.scope?.reconnect();
   }
 
   watch(drive) {
     this.histories.get(drive)?.clear(); // the server sends what there is of it
     this.link.send({ type: "watch", drive });
     this.view.resume();
+    this.scope?.changeDrive();
   }
 
   take(message) {
@@ -72,6 +76,10 @@ class Dashboard {
       status: () => this.takeStatus(message),
       command: () => this.command.update(message),
       refused: () => this.command.refuse(message.text),
+      scope: () => this.scope.takeReport(message),
+      scope_refused: () => this.scope.refuse(message.text),
+      locus: () => this.scope.takeLocus(message),
+      capture: () => this.scope.describe(message),
     };
     takers[message.type]?.();
     this.touch();
@@ -86,7 +94,8 @@ class Dashboard {
     this.health = new HealthView();
     this.panels = hello.panels.map((description) => new Panel(description, this.view, "time"));
     byId("plots").append(...this.panels.map((panel) => panel.node));
-    this.cursors = new CursorPanel(hello.panels, this.view);
+    this.cursors = new CursorPanel(byId("cursor-panel"), hello.panels, this.view);
+    this.scope = new ScopePanel(byId("scope"), hello.scope, this.link, () => this.touch());
   }
 
   takeStatus(status) {
@@ -110,11 +119,13 @@ class Dashboard {
 
   rebuild() {
     for (const panel of this.panels) if (panel.plot) panel.build();
+    this.scope?.rebuild();
     this.touch();
   }
 
   resize() {
     for (const panel of this.panels) panel.resize();
+    this.scope?.resize();
     this.touch();
   }
 
@@ -133,6 +144,7 @@ class Dashboard {
     this.state.show(this.stateOf(drive), drive, history);
     this.health.show(drive?.statistics, drive, history);
     this.toolbar.show();
+    this.scope.show();
     const shown = view.frozen ?? history;
     if (!shown || shown.isEmpty) return;
     const origin = shown.lastTime();
@@ -148,11 +160,14 @@ class Dashboard {
     const degrees = (shown.value("flux_angle_rad", sample) * 180) / Math.PI;
     const reported = shown.value("sector", sample); // 0 where the controller uses none
     const sector = reported || (shown.value("flux_mean_wb", sample) > NO_FLUX_WB ? sectorOf(degrees) : 0);
-    this.plane.draw({ trail: trailOf(shown, time), sector, vector: null });
+    const locus = this.view.isPaused ? null : this.scope.locus();
+    if (locus) this.plane.draw(locus);
+    else this.plane.draw({ trail: trailOf(shown, time), sector, vector: null });
     const entries = [
       ["magnitude", `${quantity(shown.value("flux_mean_wb", sample), "Wb")} Wb`],
       ["angle from phase a", `${number(degrees, 1)}°`],
       [reported ? "sector" : "sector of the angle", sector ? String(sector) : "none"],
+      ["voltage vector applied", locus ? locus.vectorText : "with the scope on"],
     ];
     const cells = entries.flatMap(([label, text]) => [element("dt", {}, label), element("dd", {}, text)]);
     byId("plane-values").replaceChildren(...cells);

@@ -8,9 +8,12 @@ const LINE = { width: 1.5, points: { show: false } };
 const STYLES = [{ width: 5 }, {}, { dash: [6, 5] }];
 const HEIGHT = { wide: 230, narrow: 160 };
 
+const hasRequest = (panel) => panel.lines.some(({ label }) => label === "request");
+
 function colourOf(panel, index) {
   const single = panel.lines.length === 1;
-  return colour(panel.key === "phases" ? `--phase-${index % 3}` : `--series-${single ? 1 : index % 3}`);
+  const isPhases = panel.lines.length > 1 && !hasRequest(panel);
+  return colour(isPhases ? `--phase-${index % 3}` : `--series-${single ? 1 : index % 3}`);
 }
 
 export class Panel {
@@ -51,7 +54,7 @@ export class Panel {
     const colours = lines.map((_, index) => colourOf(this.description, index));
     const marks = this.node.querySelectorAll(".key i");
     marks.forEach((mark, index) => (mark.style.background = colours[index] ?? colour("--band")));
-    const styles = this.description.key === "torque" ? STYLES : [];
+    const styles = hasRequest(this.description) ? STYLES : [];
     const series = [{}, ...colours.map((stroke, index) => ({ ...LINE, stroke, ...styles[index] }))];
     const bands = [];
     if (band) {
@@ -94,9 +97,14 @@ export class Panel {
     return {
       setSelect: [(plot) => this.select(plot)],
       setCursor: [(plot) => this.hover(plot)],
-      draw: [(plot) => this.drawCursors(plot)],
-      ready: [(plot) => plot.over.addEventListener("click", (event) => this.click(plot, event))],
+      draw: [(plot) => this.drawMarks(plot)],
+      ready: [(plot) => this.listen(plot)],
     };
+  }
+
+  listen(plot) {
+    plot.over.addEventListener("click", (event) => this.click(plot, event));
+    plot.over.addEventListener("dblclick", () => this.view.unzoom());
   }
 
   select(plot) {
@@ -117,23 +125,13 @@ export class Panel {
     if (this.history) this.showValues();
   }
 
-  drawCursors(plot) {
-    if (!this.view.hasCursors) return;
-    const { ctx, bbox } = plot;
-    ctx.save();
-    this.view.cursorTimes().forEach((time, index) => {
-      const x = Math.round(plot.valToPos(time, "x", true)) + 0.5;
-      ctx.strokeStyle = ctx.fillStyle = colour(index ? "--cursor-b" : "--cursor-a");
-      ctx.lineWidth = devicePixelRatio;
-      ctx.setLineDash([5 * devicePixelRatio, 3 * devicePixelRatio]);
-      ctx.beginPath();
-      ctx.moveTo(x, bbox.top);
-      ctx.lineTo(x, bbox.top + bbox.height);
-      ctx.stroke();
-      ctx.font = `bold ${11 * devicePixelRatio}px system-ui, sans-serif`;
-      ctx.fillText("AB"[index], x + 3 * devicePixelRatio, bbox.top + 10 * devicePixelRatio);
-    });
-    ctx.restore();
+  drawMarks(plot) {
+    const { view } = this;
+    if (view.trigger !== null) mark(plot, view.trigger, "T", "--bad", []);
+    if (!view.hasCursors) return;
+    const [a, b] = view.cursorTimes();
+    mark(plot, a, "A", "--cursor-a", [5, 3]);
+    mark(plot, b, "B", "--cursor-b", [5, 3]);
   }
 
   draw(history, origin) {
@@ -160,10 +158,31 @@ export class Panel {
   }
 }
 
+// A vertical line with a letter, where its time is in the plot.
+function mark(plot, time, letter, name, dashes) {
+  const { ctx, bbox, scales } = plot;
+  if (time < scales.x.min || time > scales.x.max) return;
+  const x = Math.round(plot.valToPos(time, "x", true)) + 0.5;
+  ctx.save();
+  ctx.strokeStyle = ctx.fillStyle = colour(name);
+  ctx.lineWidth = devicePixelRatio;
+  ctx.setLineDash(dashes.map((length) => length * devicePixelRatio));
+  ctx.beginPath();
+  ctx.moveTo(x, bbox.top);
+  ctx.lineTo(x, bbox.top + bbox.height);
+  ctx.stroke();
+  ctx.font = `bold ${11 * devicePixelRatio}px system-ui, sans-serif`;
+  ctx.textAlign = "left";
+  ctx.fillText(letter, x + 3 * devicePixelRatio, bbox.top + 10 * devicePixelRatio);
+  ctx.restore();
+}
+
+// Seconds, or milliseconds where the steps are below 10 ms.
 function timeLabel(value, splits) {
   const step = Math.abs(splits[1] - splits[0]) || 1;
-  const decimals = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
-  return `${value.toFixed(decimals).replace("-", "−")} s`;
+  const [factor, unit] = step < 0.02 ? [1000, "ms"] : [1, "s"];
+  const decimals = Math.max(0, Math.ceil(-Math.log10(step * factor) - 1e-9));
+  return `${(value * factor + 0).toFixed(decimals).replace("-", "−")} ${unit}`;
 }
 
 // A little room above and below, at least that; a constant is shown in the middle.

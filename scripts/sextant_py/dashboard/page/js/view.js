@@ -10,6 +10,7 @@ export class View {
     this.zoom = null; // [from, to], relative to the origin
     this.frozen = null; // the history of a picture that stands still
     this.hasCursors = false;
+    this.trigger = null; // its time, where the picture has one
     this.cursors = [-0.75, -0.25]; // shares of the range that is shown, from its right end
   }
 
@@ -65,5 +66,23 @@ export class View {
   placeCursor(time) {
     const [a, b] = this.cursorTimes();
     this.setCursor(Math.abs(time - a) <= Math.abs(time - b) ? 0 : 1, time);
+  }
+}
+
+// The whole of a capture, or a part of it; time zero is the trigger.
+export class CaptureView extends View {
+  constructor(changed) {
+    super(changed);
+    this.whole = [-1, 0];
+    this.trigger = 0;
+  }
+
+  range() {
+    return this.zoom ?? this.whole;
+  }
+
+  zoomTo(from, to) {
+    this.zoom = [from, to];
+    this.changed();
   }
 }
