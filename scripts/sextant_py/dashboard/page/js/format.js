@@ -17,6 +17,10 @@ export function resolution(unit) {
   return 10 ** -(DECIMALS[unit] ?? 3);
 }
 
+export function unitText(unit) {
+  return unit === "1" ? "" : unit;
+}
+
 export function count(value) {
   return value === null || value === undefined ? "–" : Math.round(value).toLocaleString("en").replaceAll(",", " ");
 }

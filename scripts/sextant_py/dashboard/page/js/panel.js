@@ -1,7 +1,7 @@
 // One plot: lines and a band over time, with their values beside the title.
 
 import uPlot from "../vendor/uplot-1.6.32/uPlot.esm.js";
-import { colour, element, quantity, resolution, setText } from "./format.js";
+import { colour, element, quantity, resolution, setText, unitText } from "./format.js";
 
 // Where request, estimate and reference agree, each of them is still seen.
 const LINE = { width: 1.5, points: { show: false } };
@@ -31,7 +31,7 @@ export class Panel {
 
   makeNode() {
     const { title, unit, lines, band, wide, key } = this.description;
-    const heading = element("h2", {}, `${title} `, element("small", {}, unit));
+    const heading = element("h2", {}, `${title} `, element("small", {}, unitText(unit)));
     const header = element("header", {}, heading);
     this.outputs = lines.map((line) => this.addKey(header, line.label, line.text, "line"));
     if (band) this.range = this.addKey(header, wide ? "min … max" : "", band.text, "area");
@@ -63,7 +63,7 @@ export class Panel {
       bands.push({ series: [series.length - 1, series.length - 2], fill: colour("--band") });
     }
     const options = { ...this.size(), series, bands, axes: this.axes(), scales: this.scales() };
-    Object.assign(options, { legend: { show: false }, cursor: this.cursor(), hooks: this.hooks(), padding: [8, 10, 0, 0] });
+    Object.assign(options, { legend: { show: false }, cursor: this.cursor(), hooks: this.hooks(), padding: [8, 22, 0, 0] });
     this.plot = new uPlot(options, [[], ...this.columns.map(() => [])], this.place);
   }
 
@@ -180,7 +180,7 @@ function mark(plot, time, letter, name, dashes) {
 // Seconds, or milliseconds where the steps are below 10 ms.
 function timeLabel(value, splits) {
   const step = Math.abs(splits[1] - splits[0]) || 1;
-  const [factor, unit] = step < 0.02 ? [1000, "ms"] : [1, "s"];
+  const [factor, unit] = step < 0.05 ? [1000, "ms"] : [1, "s"];
   const decimals = Math.max(0, Math.ceil(-Math.log10(step * factor) - 1e-9));
   return `${(value * factor + 0).toFixed(decimals).replace("-", "−")} ${unit}`;
 }
