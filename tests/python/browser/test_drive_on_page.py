@@ -12,9 +12,9 @@ from drive_process import DriveProcess
 from handling_page import enable, reading, set_torque, wait_for, wait_for_state, wait_for_torque
 from page_client import DashboardProcess
 from playwright.sync_api import Page
+from repeating_vehicle import RepeatingVehicle
 from sextant_py.telemetry_contract import enumerators
 from telemetry_record import Span, TelemetryRecord
-from vehicle import Vehicle
 
 TORQUE_NM = 10.0
 WITHIN_NM = 1.0
@@ -23,7 +23,7 @@ CONTRACT_NS = 60_000_000  # docs/can.md: timeout_ms, zero_ramp_ms, and the drive
 PERIOD_NS = 1_000_000  # of telemetry
 
 
-def brought_up(page: Page, vehicle: Vehicle) -> None:
+def brought_up(page: Page, vehicle: RepeatingVehicle) -> None:
     vehicle.demand()
     wait_for_state(page, "READY")
     vehicle.demand(0.0, enable=True)
@@ -38,7 +38,7 @@ def test_torque_commanded_over_can_is_shown(
 ) -> None:
     start_drive()
     page = open_page(dashboard.address)
-    with Vehicle(bus_address) as vehicle:
+    with RepeatingVehicle(bus_address) as vehicle:
         brought_up(page, vehicle)
         assert reading(page, "torque_mean_nm") == pytest.approx(0.0, abs=WITHIN_NM)
         vehicle.demand(TORQUE_NM, enable=True)
@@ -60,7 +60,7 @@ def test_a_fault_is_red_and_its_capture_shows_the_periods_before_it(
 ) -> None:
     start_drive("command.timeout_ms=1000", "command.lost_ms=2000")
     page = open_page(dashboard.address)
-    with Vehicle(bus_address) as vehicle:
+    with RepeatingVehicle(bus_address) as vehicle:
         brought_up(page, vehicle)
         green = page.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor")
         page.click("#scope-arm")
