@@ -14,6 +14,7 @@ WITHOUT_OPERANDS = [
     "demo",
     "bench",
     "nightly",
+    "check_dashboard",
     "check_demo",
     "check_format",
     "check_instructions",
@@ -22,7 +23,7 @@ WITHOUT_OPERANDS = [
     "work_precision",
 ]
 SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_audit"]
-PYTHON_PROGRAMS = ["vcu", "monitor", "record", "plot", "sweep", "rt_check"]
+PYTHON_PROGRAMS = ["vcu", "monitor", "dashboard", "record", "plot", "sweep", "rt_check"]
 
 
 def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:

@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 PATIENCE_MS = 60_000  # a wait ends as soon as what it waits for is there
 WIDTH, HEIGHT = 1280, 900
+LOAD = ("load.kind=imposed_speed", "load.speed_rad_s.value=10")
 
 
 @pytest.fixture(scope="session")
@@ -52,13 +53,10 @@ def start_drive(domain: int, bus_address: str, tmp_path: Path) -> Iterator[Calla
     """start_drive(key=value…): a running sextant-ecu whose timeouts no machine that stands still reaches."""
     with ExitStack() as stack:
 
-        def start(*settings: str) -> DriveProcess:
-            return stack.enter_context(DriveProcess(bus_address, domain, tmp_path, (*WIDE, *LOAD, *settings)))
+        def start(*settings: str, load: tuple[str, ...] = LOAD) -> DriveProcess:
+            return stack.enter_context(DriveProcess(bus_address, domain, tmp_path, (*WIDE, *load, *settings)))
 
         yield start
-
-
-LOAD = ("load.kind=imposed_speed", "load.speed_rad_s.value=10")
 
 
 @pytest.fixture

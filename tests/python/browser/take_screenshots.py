@@ -22,7 +22,7 @@ def test_picture(
     dashboard: DashboardProcess,
     open_page: Callable[..., Page],
 ) -> None:
-    start_drive("load.kind=torque", "machine.inertia_kg_m2=0.5", "control.controller=dtc")
+    start_drive("control.controller=dtc", load=())
     page = open_page(dashboard.address, width=width, color_scheme=scheme)
     enable(page)
     page.select_option("#window", "5")
