@@ -56,7 +56,7 @@ int receive_priority(const RealtimeParameters& realtime) {
 
 }  // namespace
 
-Ecu::Ecu(const EcuConfig& config)
+Ecu::Ecu(const EcuConfig& config, const std::string& record_cycles)
     : config_{config},
       processor_latency_{is_hard(config.realtime)},
       shared_{config.drive.drive.period_ns, config.realtime.wake_every_periods, config.realtime.watchdog_ns},
@@ -64,7 +64,8 @@ Ecu::Ecu(const EcuConfig& config)
       drive_{config.drive},
       bus_{make_can_bus(config.can.bus, drive_identifiers(config.can.identifier_offset))},
       publisher_{publisher_parameters(config)},
-      control_{config.realtime, config.drive.drive.period_ns, power_stage_.io(), drive_.drive(), shared_},
+      control_{config.realtime, config.drive.drive.period_ns, recorded_io(record_cycles), drive_.drive(),
+               shared_},
       receive_{*bus_, shared_, config.can.identifier_offset, receive_priority(config.realtime)},
       transmit_{*bus_, shared_, config.can.identifier_offset,
                 [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
@@ -73,6 +74,15 @@ Ecu::Ecu(const EcuConfig& config)
       housekeeping_{shared_, [](const std::string& sentence) { spdlog::warn("telemetry: {}", sentence); }},
       telemetry_{telemetry_parameters(config), publisher_.sender(), shared_,
                  [this](std::int64_t now_ns) { publisher_.poll(now_ns); }} {}
+
+DriveIo<double>& Ecu::recorded_io(const std::string& record_cycles) {
+  if (record_cycles.empty()) return power_stage_.io();
+  cycles_.emplace(record_cycles, config_, power_stage_.io());
+  cycle_thread_.emplace(*cycles_,
+                        [](const std::string& sentence) { spdlog::error("recording: {}", sentence); });
+  shared_.cycles = &cycles_->recorder();
+  return cycles_->recorder();
+}
 
 Ecu::~Ecu() {
   stop();
@@ -83,6 +93,7 @@ void Ecu::start() {
   const RightsReport rights = control_.start();
   check_rights(config_.realtime, rights);
   warn_of_unbounded_execution();
+  if (cycle_thread_) cycle_thread_->start();
   control_.go();
   telemetry_.start(rights);
   watchdog_.start();
@@ -130,6 +141,7 @@ void Ecu::stop() {
   shared_.shutdown.store(true, std::memory_order_release);
   control_.join();
   power_stage_.announce_end();
+  if (cycle_thread_) cycle_thread_->join();
   // The other threads also end where the control thread was never started.
   shared_.stopped.store(true, std::memory_order_release);
   transmit_.join();
@@ -139,6 +151,10 @@ void Ecu::stop() {
   housekeeping_.join();
   telemetry_.join();
   publisher_.leave();
+}
+
+void Ecu::close_recording() {
+  if (cycles_) cycles_->close();
 }
 
 void Ecu::write_timing(const std::string& file) const {
@@ -156,6 +172,7 @@ void Ecu::print_report(std::FILE* out) const {
   print_commands(out, receive_.task().receiver(), config_.can.identifier_offset);
   print_can(out, bus_->stats(), transmit_.task().clamped());
   print_dds(out);
+  if (cycles_) cycles_->print_report(out);
 }
 
 void Ecu::print_dds(std::FILE* out) const {

@@ -2,10 +2,13 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "ecu/configured_drive.hpp"
 #include "ecu/power_stage.hpp"
+#include "ecu/replay/cycle_log.hpp"
+#include "ecu/replay/cycle_thread.hpp"
 #include "ecu/shared_state.hpp"
 #include "ecu/telemetry/telemetry_process.hpp"
 #include "ecu/threads/control_thread.hpp"
@@ -26,7 +29,8 @@ class Ecu {
  public:
   /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
   /// opened.
-  explicit Ecu(const EcuConfig& config);
+  /// record_cycles: file for the control periods; empty for none.
+  explicit Ecu(const EcuConfig& config, const std::string& record_cycles = {});
   ~Ecu();
 
   /// Starts the threads. Throws when real-time rights are required and refused.
@@ -38,6 +42,10 @@ class Ecu {
   /// Why the run ended early; empty where it did not.
   [[nodiscard]] std::string problem() const { return power_stage_.problem(); }
 
+  /// Closes the recording of the control periods; after stop(). Throws std::runtime_error where it could not
+  /// be written.
+  void close_recording();
+
   /// The timing of the run, for programs. Throws std::runtime_error where the file cannot be written.
   void write_timing(const std::string& file) const;
 
@@ -48,12 +56,16 @@ class Ecu {
   /// Receives for a while before the first frame is sent. Throws where another drive is on the bus.
   void require_lone_drive();
   void warn_of_unbounded_execution() const;
+  /// The power stage, with the recorder before it where the control periods are recorded.
+  [[nodiscard]] DriveIo<double>& recorded_io(const std::string& record_cycles);
   void print_dds(std::FILE* out) const;
 
   EcuConfig config_;
   ProcessorLatency processor_latency_;
   SharedState shared_;
   PowerStage power_stage_;
+  std::optional<CycleLog> cycles_{};
+  std::optional<CycleThread> cycle_thread_{};
   ConfiguredDrive drive_;
   std::unique_ptr<CanBus> bus_;
   TelemetryProcess publisher_;

@@ -15,6 +15,7 @@
 #include "common/program.hpp"
 #include "ecu/ecu.hpp"
 #include "ecu/power_stage.hpp"
+#include "ecu/replay/cycle_replay.hpp"
 #include "ecu/virtual_time/virtual_run.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
@@ -27,6 +28,7 @@ struct Options {
   sextant::LiveOptions live{.config = "configs/ecu.toml"};
   std::optional<std::string> can{};
   std::string timing_out{};
+  std::string replay{};
   bool virtual_time{false};
   std::vector<std::string> log{};  // none or one
   sextant::ecu::VirtualRunOptions virtual_run{};
@@ -41,6 +43,10 @@ constexpr const char* examples = R"(Examples:
                                                      without CAN, DDS and clock, as fast as the machine allows
   sextant-ecu --virtual-time run.log --telemetry-out run.csv
                                                      the same from a recording of candump -l or python-can
+  sextant-ecu --duration 10 --record-cycles run.h5   every control period, to be run again
+  sextant-ecu --replay run.h5                        identical switching?
+  sextant-ecu --replay run.h5 --set protection.over_speed_rad_s=60
+                                                     what other limits would have done
 It ends on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
 
 /// The options of a run in virtual time: the first makes one, the others need it.
@@ -60,7 +66,6 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
           part("--profile", &run.profile, "torque profile for a vehicle to play, .csv"),
           part("--log-interface", &run.log_interface, "the interface of a recording that has several"),
           part("--frames-out", &run.frames_out, "record the frames of the bus, as candump -l"),
-          part("--telemetry-out", &run.telemetry_out, "record telemetry, .csv or .h5"),
           part("--bus-seed", &run.bus_seed, "let the bus misbehave at random, by this seed")};
 }
 
@@ -80,6 +85,18 @@ sextant::CommandLine command_line(Options& options) {
        .value = &options.timing_out,
        .what = "write the histograms and overruns of the control thread, .json; not in virtual time",
        .excludes = "--virtual-time"});
+  line.options.push_back({.name = "--telemetry-out",
+                          .value = &options.virtual_run.telemetry_out,
+                          .what = "record telemetry, .csv or .h5; with --virtual-time or --replay, live "
+                                  "scripts/record does it"});
+  line.options.push_back({.name = "--record-cycles",
+                          .value = &options.virtual_run.record_cycles,
+                          .what = "record what enters and leaves the drive in every control period, .h5"});
+  line.options.push_back({.name = "--replay",
+                          .value = &options.replay,
+                          .what = "run such a recording through the drive again and compare the gate "
+                                  "patterns, with its configuration and --set; status 1 where one differs",
+                          .excludes = "--virtual-time"});
   return line;
 }
 
@@ -122,7 +139,16 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   return 0;
 }
 
+/// A recording through the drive again.
+int run_replay(const Options& options) {
+  sextant::ecu::CycleReplay replay{options.replay, options.live.overrides, options.virtual_run.telemetry_out};
+  replay.run();
+  replay.print_report(stdout);
+  return replay.is_identical() ? 0 : 1;
+}
+
 int run(const Options& options) {
+  if (!options.replay.empty()) return run_replay(options);
   sextant::EcuConfig config = sextant::load_ecu_config(options.live.config, options.live.overrides);
   if (options.can) config.can.bus = *options.can;
   if (options.live.print_config) {
@@ -130,15 +156,20 @@ int run(const Options& options) {
     return 0;
   }
   if (options.virtual_time) return run_virtual(config, options);
+  if (!options.virtual_run.telemetry_out.empty()) {
+    throw std::runtime_error(
+        "--telemetry-out needs --virtual-time or --replay; scripts/record records a live drive");
+  }
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
   sextant::set_up_process(config.realtime);
-  sextant::ecu::Ecu ecu{config};
+  sextant::ecu::Ecu ecu{config, options.virtual_run.record_cycles};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();
   // The file before the report: stdout may be closed.
   if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
+  ecu.close_recording();
   ecu.print_report(stdout);
   if (const std::string problem = ecu.problem(); !problem.empty()) throw std::runtime_error(problem);
   return 0;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,11 +19,13 @@
 #include "mil/interruption.hpp"
 #include "mil/progress_bar.hpp"
 #include "mil/result_directory.hpp"
+#include "mil/run_reports.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
 #include "sextant/sim/mil_runner.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 #include "sextant/sim/summary.hpp"
+#include "sextant/sim/summary_text.hpp"
 #include "sextant/sim/trace_recorder.hpp"
 
 namespace {
@@ -34,6 +37,8 @@ struct Options {
   std::optional<std::string> integrator{};
   bool print_config{false};
   bool no_trace{false};
+  std::filesystem::path junit{};
+  std::filesystem::path summary_markdown{};
 };
 
 /// For the name of the program.
@@ -42,6 +47,7 @@ constexpr const char* notes = R"(Examples:
   {0} configs/scenarios/*.toml --integrator fixed
   {0} configs/scenarios/reversal.toml --set control.dtc.torque_band_upper_nm=0.5 --out out/half_band
   {0} configs/scenarios/reversal.toml --print-config
+  {0} configs/scenarios/*.toml --no-trace --junit out/junit.xml --summary-markdown "$GITHUB_STEP_SUMMARY"
 Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario), in the
 place of those of an earlier run. Exit status: 0 if every run passes, 1 if one does not, 2 if the command or a
 file is wrong, 130 or 143 after SIGINT or SIGTERM, which close the trace and write the summary.)";
@@ -68,6 +74,14 @@ sextant::CommandLine command_line(const std::string& program, const std::string&
             .what = "how the plant is integrated",
             .choices = {"cvode", "fixed", "exact", "erk"}},
            {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
+           {.name = "--junit",
+            .value = &options.junit,
+            .what = "write a JUnit file: a test suite for each scenario",
+            .type_name = "FILE"},
+           {.name = "--summary-markdown",
+            .value = &options.summary_markdown,
+            .what = "append a Markdown table for each scenario",
+            .type_name = "FILE"},
            {.name = "--print-config",
             .value = &options.print_config,
             .what = "print the configuration in force and exit"}}};
@@ -114,35 +128,15 @@ std::string problem_of(const sextant::MilResult& result) {
 
 /// Prints on standard error why a run did not pass, where the table does not show it.
 void print_reason(const std::string& program, const sextant::RunSummary& summary) {
-  using sextant::Verdict;
-  const std::string place = program + ": " + summary.scenario;
-  const char* const name = place.c_str();
-  if (!summary.problem.empty()) std::fprintf(stderr, "%s: %s\n", name, summary.problem.c_str());
-  switch (summary.verdict()) {
-    case Verdict::tripped:
-      std::fprintf(stderr, "%s: the drive tripped with %s at %.6f s; see [protection] and [command]\n", name,
-                   to_string(summary.faults.front().fault), double(summary.faults.front().t_ns) * 1e-9);
-      break;
-    case Verdict::not_balanced:
-      std::fprintf(stderr,
-                   "%s: %.2g of the energy is unaccounted for, so that its figures do not count; "
-                   "choose a shorter step or tighter tolerances in [plant]\n",
-                   name, summary.metrics[sextant::Metric::energy_unaccounted]);
-      break;
-    case Verdict::interrupted:
-      std::fprintf(stderr, "%s: interrupted at %.6f s\n", name, summary.metrics[sextant::Metric::simulated]);
-      break;
-    default:
-      if (summary.expected_fault && summary.faults.empty())
-        std::fprintf(stderr, "%s: %s was expected and did not come\n", name,
-                     to_string(summary.expected_fault->fault));
-  }
+  std::istringstream lines{sextant::reason_text(summary)};
+  for (std::string line; std::getline(lines, line);)
+    std::fprintf(stderr, "%s: %s: %s\n", program.c_str(), summary.scenario.c_str(), line.c_str());
 }
 
 /// One scenario, from its file to its summary.
-sextant::Verdict report_scenario(const std::string& program, const sextant::ScenarioConfig& config,
-                                 const std::filesystem::path& out, bool with_trace,
-                                 const sextant::mil::Interruption& interruption) {
+sextant::RunSummary report_scenario(const std::string& program, const sextant::ScenarioConfig& config,
+                                    const std::filesystem::path& out, bool with_trace,
+                                    const sextant::mil::Interruption& interruption) {
   using namespace sextant;
   const Scenario& scenario = config.scenario;
   const mil::ResultDirectory directory{out, program};
@@ -166,7 +160,7 @@ sextant::Verdict report_scenario(const std::string& program, const sextant::Scen
   write_summary(summary, directory.summary());
   print_summary(summary, stdout);
   print_reason(program, summary);
-  return summary.verdict();
+  return summary;
 }
 
 /// Results are kept under the scenarios' names: each needs one of its own, and one that stays in --out.
@@ -194,6 +188,8 @@ int run(const std::string& program, Options options, std::span<const sextant::Co
     configs.push_back(sextant::load_scenario_config(file, options.overrides, own));
   }
   if (!options.print_config) check_names(options.scenarios, configs);
+  sextant::mil::RunReports reports{options.print_config ? "" : options.junit,
+                                   options.print_config ? "" : options.summary_markdown};
   const sextant::mil::Interruption interruption;
   bool passed = true;
   for (const sextant::ScenarioConfig& config : configs) {
@@ -203,8 +199,10 @@ int run(const std::string& program, Options options, std::span<const sextant::Co
     }
     const bool alone = configs.size() == 1;
     const std::filesystem::path out = alone ? options.out : options.out / config.scenario.name;
-    const sextant::Verdict verdict = report_scenario(program, config, out, !options.no_trace, interruption);
-    passed &= verdict == sextant::Verdict::pass;
+    const sextant::RunSummary summary =
+        report_scenario(program, config, out, !options.no_trace, interruption);
+    reports.add(summary);
+    passed &= summary.verdict() == sextant::Verdict::pass;
     if (interruption.signal() != 0) return interruption.status();
   }
   return passed ? 0 : 1;

@@ -14,7 +14,8 @@ constexpr const char* program_name = "sextant-telemetry";
 
 constexpr const char* notes =
     R"(sextant-ecu starts it, sends it the samples and restarts it after its end; it ends with the
-drive. DDS runs only in it, so that no failure of DDS affects the drive.)";
+drive. DDS runs only in it, so that no failure of DDS affects the drive.
+Example: pgrep -af 'sextant-telemetry --drive 1' finds the one of drive 1.)";
 
 int run() {
   constexpr int descriptor = sextant::telemetry_process_descriptor;

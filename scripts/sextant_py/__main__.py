@@ -1,8 +1,10 @@
 """sextant COMMAND [ARGUMENTS...]: the programs of scripts/ that people use, as one command of the Python package."""
 
+import argparse
 import importlib
 import sys
 
+from . import completion
 from .errors import run
 
 COMMANDS = {
@@ -12,12 +14,27 @@ COMMANDS = {
     "record": "records the telemetry of one drive",
     "scope": "captures the waveform around a trigger",
     "plot": "draws a trace or a recording",
+    "compare": "compares two runs metric by metric",
     "sweep": "runs a scenario at many points of its configuration",
+    "completion": "prints what a shell needs to complete these commands",
     "rt_check": "says what keeps this machine from hard real time",
 }
 
 
+def answer_shell() -> None:
+    """Completes the line of a shell: a command, or what the command takes."""
+    name = completion.command_of_request(COMMANDS)
+    if name:
+        run(name, importlib.import_module(f"sextant_py.{name}").main)
+    completion.answer_request()
+    parser = argparse.ArgumentParser(prog="sextant")
+    parser.add_argument("command", choices=COMMANDS if name is None else ())
+    parser.parse_args()
+
+
 def command() -> None:
+    if completion.is_requested():
+        answer_shell()
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name in COMMANDS:
         sys.argv = [f"sextant {name}", *sys.argv[2:]]

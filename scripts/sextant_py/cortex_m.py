@@ -261,7 +261,12 @@ def self_test(host: Path) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="check_cortex_m", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="check_cortex_m",
+        description=__doc__,
+        epilog="examples:\n  scripts/check_cortex_m\n  scripts/check_cortex_m --update",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--self-test", action="store_true", help="every seeded violation must be found")
     parser.add_argument("--update", action="store_true", help="make these figures the ones that may not grow")
     parser.add_argument("--host", type=Path, required=True, help="sextant_golden")

@@ -57,10 +57,15 @@ def load_commands(path: Path) -> Commands:
         raise UserError(f"the log of commands {path} cannot be read: {error}.") from None
 
 
+def as_double(values: np.ndarray) -> np.ndarray:
+    """Sums of single precision over a long recording would lose digits."""
+    return values.astype(float) if values.dtype.kind == "f" else values
+
+
 def load_recording(path: Path) -> dict[str, np.ndarray]:
     try:
         with h5py.File(path, "r") as file:
-            return {name: file[name][()] for name in contract_fields("DriveTelemetry")}
+            return {name: as_double(file[name][()]) for name in contract_fields("DriveTelemetry")}
     except (OSError, KeyError) as error:
         raise UserError(f"the recording {path} cannot be read: {error}.") from None
 
@@ -156,7 +161,12 @@ def load_statistics(path: Path | None) -> dict | None:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="demo_report", description="Compares commands with a recording.")
+    parser = argparse.ArgumentParser(
+        prog="demo_report",
+        description="Compares commands with a recording.",
+        epilog="example:\n  python -m sextant_py.demo_report out/demo/commands.json out/demo/recording.h5",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("commands", type=Path, help="log of scripts/vcu")
     parser.add_argument("recording", type=Path, help="recording of scripts/record, .h5")
     parser.add_argument("--statistics", type=Path, metavar="FILE", help="output of scripts/monitor --json")

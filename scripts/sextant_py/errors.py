@@ -1,5 +1,6 @@
 """How the programs end when something outside them is wrong."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -25,8 +26,13 @@ def output_of(*command: object, with_errors: bool = False) -> str:
 def run(program: str, main: Callable[[list[str]], int]) -> None:
     """Runs main on the command line; a UserError becomes one line on stderr and exit status 1.
 
-    SIGTERM ends it as Ctrl-C does. Ctrl-C is taken even where a shell started the program in the background.
+    A shell that asks for completions is answered instead. SIGTERM ends it as Ctrl-C does. Ctrl-C is taken even where a
+    shell started the program in the background.
     """
+    if "_ARGCOMPLETE" in os.environ:
+        from .completion import answer_request
+
+        answer_request()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     try:

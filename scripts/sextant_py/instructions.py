@@ -147,7 +147,12 @@ def self_test(probe: Path) -> int:
 
 
 def main(argv: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="check_instructions", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="check_instructions",
+        description=__doc__,
+        epilog="examples:\n  scripts/check_instructions\n  scripts/check_instructions --update",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("probe", type=Path, help="sextant_instruction_probe of the release")
     parser.add_argument("--update", action="store_true")
     parser.add_argument("--self-test", action="store_true")

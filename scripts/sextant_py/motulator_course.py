@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .plot import load
+from .signal_file import load
 
 
 @dataclass(frozen=True)

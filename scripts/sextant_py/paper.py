@@ -49,7 +49,12 @@ MEASURES: tuple[Measure, ...] = (
 
 def parser_of(program: str, description: str) -> argparse.ArgumentParser:
     """With the arguments of both programs."""
-    parser = argparse.ArgumentParser(prog=program, description=description)
+    parser = argparse.ArgumentParser(
+        prog=program,
+        description=description,
+        epilog=f"examples:\n  scripts/{program}\n  scripts/{program} --jobs 2",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     jobs = "runs at a time (default: all cores)"
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help=jobs)
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")

@@ -1,201 +1,146 @@
-"""Draws torque, stator flux, speed and current of a trace or a recording over time, and what else a trace holds."""
+"""Draws traces and recordings: signals over time, spectra, loci and the layouts of the paper, as PNG or HTML."""
 
 import argparse
-from dataclasses import dataclass, field
+import sys
 from pathlib import Path
 
-import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import numpy as np
-from matplotlib.axes import Axes
-
+from . import signal_file
 from .errors import UserError, run
 
-MAX_POINTS = 4000
-REFERENCE, MEASURED, BAND = "#d95f02", "#1b4f9c", "#9ecae1"
+PICTURES = (".png", ".svg", ".pdf")
 
+EXAMPLES = """examples:
+  scripts/plot out/run/trace.h5                               the overview, to out/run/trace.png
+  scripts/plot out/a/trace.h5 out/b/trace.h5                  two runs over each other
+  scripts/plot out/run/trace.h5 torque 'i_?_a' -o out/x.html  these signals, interactive, without a network
+  scripts/plot out/run/trace.h5 --list                        the signals of a file
+  scripts/plot out/run/trace.h5 --from 0.2 --to 0.4 --spectrum plant/torque_nm i_a_a
+  scripts/plot out/run/trace.h5 --locus flux
+  scripts/plot out/run/trace.h5 --figure 13                   as Figure 13 of the paper; --figure list names all
 
-@dataclass
-class Signals:
-    """Signals over one time axis, both from HDF5."""
-
-    time_s: np.ndarray
-    values: dict[str, np.ndarray]
-    units: dict[str, str] = field(default_factory=dict)
-
-    def get(self, *names: str) -> np.ndarray | None:
-        """The first of the signals that there is."""
-        return next((self.values[name] for name in names if name in self.values), None)
-
-
-def text_of(attribute: str | bytes) -> str:
-    return attribute.decode() if isinstance(attribute, bytes) else str(attribute)
-
-
-def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -> Signals:
-    """Reads t_s or t_ns and every signal of its length; time counts from the first sample."""
-    values: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
-    try:
-        with h5py.File(path, "r") as file:
-            for prefix in ("", "plant/", "control/"):
-                group = file.get(prefix or "/")
-                members = group.items() if isinstance(group, h5py.Group) else ()
-                for name, data in members:
-                    if isinstance(data, h5py.Dataset) and data.ndim == 1:
-                        values[f"{prefix}{name}"] = data[()]
-                        units[f"{prefix}{name}"] = text_of(data.attrs.get("unit", ""))
-    except FileNotFoundError:
-        raise UserError(f"{path} does not exist.") from None
-    except OSError:
-        raise UserError(f"{path} is not an HDF5 file.") from None
-    if "t_ns" in values and len(values["t_ns"]):
-        time_s = (values["t_ns"].astype(np.int64) - int(values["t_ns"][0])) / 1e9
-    elif "t_s" in values and len(values["t_s"]):
-        time_s = values["t_s"].astype(float)
-    else:
-        raise UserError(f"{path} has neither samples of t_s nor of t_ns, so it is no trace and no recording.")
-    values = {name: value for name, value in values.items() if len(value) == len(time_s)}
-    wanted = (time_s >= (-np.inf if begin_s is None else begin_s)) & (time_s <= (np.inf if end_s is None else end_s))
-    if not wanted.any():
-        raise UserError(f"{path} has no sample in that span; it runs from {time_s[0]:g} s to {time_s[-1]:g} s.")
-    return Signals(time_s[wanted], {name: value[wanted] for name, value in values.items()}, units)
-
-
-def blocks(values: np.ndarray, reduce: str) -> np.ndarray:
-    """No more than MAX_POINTS values: means, minima or maxima of blocks of equal length."""
-    size = -(-len(values) // MAX_POINTS)
-    if size == 1:
-        return values.astype(float)
-    starts = np.arange(0, len(values), size)
-    if reduce == "mean":
-        return np.add.reduceat(values.astype(float), starts) / np.diff(np.append(starts, len(values)))
-    return (np.minimum if reduce == "min" else np.maximum).reduceat(values.astype(float), starts)
-
-
-def draw_quantity(axes: Axes, signals: Signals, quantity: str, unit: str) -> None:
-    """Mean with its band of minimum and maximum. In a trace sampled each period the signal itself has both."""
-    time_s = blocks(signals.time_s, "mean")
-    mean = signals.get(f"{quantity}_mean_{unit}", f"{quantity}_{unit}", f"plant/{quantity}_{unit}")
-    if mean is None:
-        axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
-        return
-    smallest, largest = signals.get(f"{quantity}_min_{unit}"), signals.get(f"{quantity}_max_{unit}")
-    low = blocks(mean if smallest is None else smallest, "min")
-    high = blocks(mean if largest is None else largest, "max")
-    axes.fill_between(time_s, low, high, color=BAND, linewidth=0, label="minimum to maximum")
-    axes.plot(time_s, blocks(mean, "mean"), color=MEASURED, linewidth=1.2, label="mean")
-
-
-def draw_torque(axes: Axes, signals: Signals) -> None:
-    draw_quantity(axes, signals, "torque", "nm")
-    time_s = blocks(signals.time_s, "mean")
-    requested, reference = signals.get("torque_requested_nm"), signals.get("torque_reference_nm")
-    if requested is not None:
-        axes.plot(time_s, blocks(requested, "mean"), color="grey", linewidth=1.0, linestyle=":", label="requested")
-    if reference is not None:
-        axes.plot(time_s, blocks(reference, "mean"), color=REFERENCE, linewidth=1.4, linestyle="--", label="reference")
-
-
-def draw_speed(axes: Axes, signals: Signals) -> None:
-    speed = signals.get("speed_rad_s", "plant/omega_m_rad_s")
-    if speed is None:
-        axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
-        return
-    axes.plot(blocks(signals.time_s, "mean"), blocks(speed, "mean"), color=MEASURED, linewidth=1.2)
-
-
-# What a trace holds beside its standard signals: heading and signals of a panel.
-FURTHER_PANELS = (
-    ("Switching states of the legs a, b, c", ("plant/switch_a", "plant/switch_b", "plant/switch_c")),
-    ("Comparator outputs", ("control/torque_comparator", "control/flux_comparator")),
-    ("Stator voltage [V]", ("plant/u_s_alpha_v", "plant/u_s_beta_v")),
-    ("DC-link current at the end of each row [A]", ("plant/i_dc_a",)),
-    ("Rotor current [A]", ("plant/i_r_alpha_a", "plant/i_r_beta_a")),
-    ("Shaft angle [rad]", ("plant/theta_m_rad",)),
-    ("Energies [J]", ("plant/energy_link_j", "plant/energy_shaft_j", "plant/energy_copper_j", "plant/energy_field_j")),
-)
-LEVELS = {"plant/switch_a": 0, "plant/switch_b": 2, "plant/switch_c": 4, "control/flux_comparator": 3}
-
-
-def further_panels(signals: Signals) -> list[tuple[str, tuple[str, ...]]]:
-    """The panels of which there is at least one signal; the channels of a controller by their units."""
-    known = ((heading, tuple(n for n in names if n in signals.values)) for heading, names in FURTHER_PANELS)
-    panels = [(heading, names) for heading, names in known if names]
-    drawn = {name for _, names in FURTHER_PANELS for name in names}
-    channels: dict[str, list[str]] = {}
-    for name in signals.values:
-        if name.startswith("control/") and name not in drawn:
-            channels.setdefault(signals.units.get(name, ""), []).append(name)
-    return panels + [(f"Channels of the controller [{unit or '?'}]", tuple(names)) for unit, names in channels.items()]
-
-
-def draw_lines(axes: Axes, signals: Signals, names: tuple[str, ...]) -> None:
-    """Each signal by its name. Those of two or three levels stand above each other, as steps."""
-    for name in names:
-        values = signals.values[name]
-        label = name.split("/")[-1]
-        if np.issubdtype(values.dtype, np.integer):
-            axes.step(signals.time_s, values + LEVELS.get(name, 0), where="pre", linewidth=0.8, label=label)
-            axes.set_yticks([])
-        else:
-            axes.plot(blocks(signals.time_s, "mean"), blocks(values, "mean"), linewidth=1.2, label=label)
-
-
-def draw(signals: Signals, title: str, output: Path) -> None:
-    """Four panels over one time axis, and one for each further group of signals that there is, to a PNG."""
-    further = further_panels(signals)
-    count = 4 + len(further)
-    sizes = {"figsize": (11, 2 + 2.5 * count), "height_ratios": (3, *(2 for _ in range(count - 1)))}
-    figure, panels = plt.subplots(count, 1, sharex=True, layout="constrained", **sizes)
-    figure.suptitle(title, fontsize=13)
-    draw_torque(panels[0], signals)
-    draw_quantity(panels[1], signals, "flux", "wb")
-    draw_speed(panels[2], signals)
-    draw_quantity(panels[3], signals, "current", "a")
-    headings = (
-        "Torque [N·m]",
-        "Stator flux linkage [Wb]",
-        "Rotor speed, mechanical [rad/s]",
-        "Stator current vector [A]",
-        *(heading for heading, _ in further),
-    )
-    for axes, (_, names) in zip(panels[4:], further, strict=True):
-        draw_lines(axes, signals, names)
-    for axes, heading in zip(panels, headings, strict=True):
-        axes.set_title(heading, loc="left", fontsize=11)
-        axes.grid(True, alpha=0.3)
-        axes.margins(x=0.01)
-        if axes.get_legend_handles_labels()[1]:
-            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, fontsize=9, frameon=False)
-    panels[-1].set_xlabel("Time [s]")
-    try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(output, dpi=120)
-    except (OSError, ValueError) as error:
-        raise UserError(f"the plot {output} cannot be written: {getattr(error, 'strerror', None) or error}.") from None
-    finally:
-        plt.close(figure)
+A SIGNAL is a name of --list, a pattern, or a quantity: "torque" is torque_mean_nm with the band from torque_min_nm to
+torque_max_nm. Signals of one unit share a panel. Without SIGNAL the units and names of the signals decide. The ending
+of the output decides between a picture (.png, .svg, .pdf) and a page (.html). docs/plots.md has all of it."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="plot", description=__doc__)
-    source = "trace of sextant-mil or recording of scripts/record"
-    parser.add_argument("file", type=Path, metavar="FILE.h5", help=source)
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="picture to write (default: FILE.png)")
+    parser = argparse.ArgumentParser(
+        prog="plot", description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    endings = ", ".join(signal_file.SUFFIXES)
+    parser.add_argument("words", nargs="*", metavar="FILE|SIGNAL", help=f"files ({endings}) and signals of them")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="picture or page to write (default: FILE.png)"
+    )
     parser.add_argument("--from", dest="begin_s", type=float, metavar="S", help="begin of the span to draw [s]")
     parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="end of the span to draw [s]")
     parser.add_argument("--title", help="heading (default: the file's name)")
-    return parser.parse_args(arguments)
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--list", action="store_true", help="print the signals of the files and leave")
+    what.add_argument("--spectrum", action="store_true", help="amplitudes over frequency (default: torque, currents)")
+    what.add_argument("--locus", choices=("flux", "current"), help="the path in the α–β plane")
+    what.add_argument("--figure", metavar="N", help="the layout of the paper's Figure N, or list")
+    parser.add_argument(
+        "--window",
+        choices=("hann", "flattop", "blackmanharris", "boxcar"),
+        default="hann",
+        help="of a spectrum (default: hann; flattop has the most exact amplitudes)",
+    )
+    options = parser.parse_intermixed_args(arguments)
+    options.files = [Path(word) for word in options.words if is_file(word)]
+    options.signals = [word for word in options.words if not is_file(word)]
+    if not options.files and options.figure != "list":
+        unknown = f', and "{options.words[0]}" is none' if options.words else ""
+        parser.error(f"expected a file that ends in {endings}{unknown}")
+    return options
+
+
+def is_file(word: str) -> bool:
+    """A signal has no ending of a file, and no file of its name lies here."""
+    return Path(word).suffix.lower() in signal_file.SUFFIXES or Path(word).is_file()
+
+
+def print_signals(path: Path) -> None:
+    """The signals of a file by their groups, with the span of each group."""
+    found = signal_file.SignalFile(path)
+    print(path)
+    for name, rows in found.groups.items():
+        time_s = rows.time_s
+        print(f"{name}: {len(time_s)} samples from {time_s[0]:g} s to {time_s[-1]:g} s")
+        columns = [entry for entry in found.columns(name) if entry[1].name != "t_ns"]
+        width = max((len(full) for full, _ in columns), default=0)
+        for full, column in columns:
+            print(f"  {full:<{width}}  {column.unit:<6} {column.text}".rstrip())
+
+
+def tell_cuts(sentences: list[str | None]) -> None:
+    for sentence in filter(None, sentences):
+        print(f"plot: {sentence}", file=sys.stderr)
+
+
+def perform(options: argparse.Namespace, output: Path) -> None:
+    title = options.title or " and ".join(path.name for path in options.files)
+    is_page = output.suffix.lower() == ".html"
+    overview = len(options.files) == 1 and not options.signals and not is_page
+    if overview and not (options.spectrum or options.locus or options.figure):
+        from .plots import overview
+
+        file = signal_file.SignalFile(options.files[0], options.begin_s, options.end_s)
+        tell_cuts([file.cut])
+        overview.draw(file.signals(file.of_main()), title, output)
+        return
+    from .plots import series
+
+    files = series.load(options.files, options.begin_s, options.end_s)
+    tell_cuts([file.cut for file in files])
+    if len(files) > 1 and not options.title:
+        title = " and ".join(file.label for file in files)
+    if options.figure:
+        from .plots import layouts
+
+        if is_page:
+            raise UserError(f"--figure draws a picture ({', '.join(PICTURES)}), not the page {output}.")
+        layouts.draw(files, options.figure, output)
+    elif options.locus:
+        from .plots import locus
+
+        (locus.draw_html if is_page else locus.draw_png)(
+            locus.compute(files, options.locus), options.locus, title, output
+        )
+    elif options.spectrum:
+        from .plots import spectrum
+
+        spectra = spectrum.compute(files, options.signals, options.window)
+        (spectrum.draw_html if is_page else spectrum.draw_png)(spectra, title, output)
+    else:
+        from .plots import html, panels, png
+
+        (html if is_page else png).draw(panels.arrange(files, options.signals), title, output)
+
+
+def default_output(options: argparse.Namespace) -> Path:
+    """Beside the first file, with the kind of the picture in its name unless it is one over time."""
+    kind = ".spectrum" if options.spectrum else ""
+    kind = f".{options.locus}_locus" if options.locus else kind
+    kind = f".figure_{options.figure}" if options.figure else kind
+    return options.files[0].with_suffix(f"{kind}.png")
 
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    output = options.output or options.file.with_suffix(".png")
-    draw(load(options.file, options.begin_s, options.end_s), options.title or options.file.name, output)
+    if options.figure == "list":
+        from .plots import layouts
+
+        print(layouts.listed())
+        return 0
+    if options.list:
+        for path in options.files:
+            print_signals(path)
+        return 0
+    output = options.output or default_output(options)
+    if output.suffix.lower() not in (*PICTURES, ".html"):
+        raise UserError(f'-o {output}: expected the ending {", ".join(PICTURES)} or .html, got "{output.suffix}".')
+    perform(options, output)
     print(output)
     return 0
 

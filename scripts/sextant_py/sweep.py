@@ -118,6 +118,15 @@ def with_bar(records: Iterable[dict], store: SweepStore, total: int) -> Iterator
                 print(f"sweep: {len(store.records)} of {total} points, {failed} failed", file=sys.stderr, flush=True)
 
 
+def keep_records(records: Iterator[dict], store: SweepStore, total: int) -> None:
+    """Adds each record to the store as its point ends."""
+    try:
+        for record in with_bar(records, store, total):
+            store.add(record)
+    finally:
+        records.close()
+
+
 def run_points(sweep: Sweep, store: SweepStore, jobs: list[Job], options: argparse.Namespace) -> None:
     from . import sweep_cluster  # takes a second, which --help and a finished sweep need not wait for
 
@@ -129,12 +138,7 @@ def run_points(sweep: Sweep, store: SweepStore, jobs: list[Job], options: argpar
         slots = sweep_cluster.slots(client)
         where = f"scheduler {options.scheduler}" if options.scheduler else "this machine"
         print(f"sweep: {len(jobs)} points to run, {slots} at a time on {where}", flush=True)
-        records = sweep_cluster.run_jobs(client, jobs)
-        try:
-            for record in with_bar(records, store, len(sweep.points)):
-                store.add(record)
-        finally:
-            records.close()
+        keep_records(sweep_cluster.run_jobs(client, jobs), store, len(sweep.points))
 
 
 def last_line(store: SweepStore, total: int) -> str:

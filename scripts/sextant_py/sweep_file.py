@@ -3,13 +3,15 @@
 import itertools
 import json
 import math
-import random
 import re
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from . import sweep_sample
 from .errors import UserError
 
 RANGE_KEYS = {"from", "to", "count", "scale"}
@@ -42,21 +44,25 @@ class Sweep:
     varied: list[str]
     points: list[Settings]  # values of the varied keys
     log_keys: set[str]
-    seed: int | None  # of a random sample
+    seed: int | None  # of a sample
     plot: Plot
+    text: str  # of the file, for messages
+    method: str = "random"  # by which a sample is drawn
 
     @property
     def kind(self) -> str:
-        return "grid" if self.seed is None else "random sample"
+        return "grid" if self.seed is None else sweep_sample.KINDS[self.method]
 
 
 def toml_value(value: Any) -> str:
     """A value as TOML writes it, on one line."""
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return "[" + ", ".join(map(toml_value, value)) + "]"
     return repr(value)
 
@@ -230,23 +236,28 @@ def _grid(read: _Reader, table: Settings) -> tuple[list[str], list[Settings], se
     return list(values), points, _log_keys(axes)
 
 
-def _sample(read: _Reader, table: Settings) -> tuple[list[str], list[Settings], set[str], int]:
-    """Point by point, so that more samples of one seed begin with the same points."""
-    read.known(table, "random.", {"samples", "seed", "ranges"})
+def _sample(read: _Reader, table: Settings) -> tuple[list[str], list[Settings], set[str], int, str]:
+    """The points of a sample, with its seed and its method."""
+    read.known(table, "random.", {"method", "samples", "seed", "ranges"})
+    method = table.get("method", "random")
+    if method not in sweep_sample.KINDS:
+        raise read.refuse("random.method", f"expected {', '.join(sweep_sample.KINDS)}, got {shown(method)}.")
     samples = read.count(table.get("samples"), "random.samples", "how many points", 1)
+    if refusal := sweep_sample.refusal(method, samples):
+        raise read.refuse("random.samples", refusal)
     if "seed" not in table:
         raise read.refuse("random", '"seed" is missing; the same seed gives the same points.')
     seed = read.count(table["seed"], "random.seed", "a seed", 0)
     draws = _axes(read, read.table(table, "random.ranges"), "random.ranges", RANGE_KEYS - {"count"})
-    # random() is the one generator of Python whose sequence is promised to stay.
-    generator = random.Random(seed)
 
-    def drawn(draw: list | tuple) -> Any:
-        share = generator.random()
+    def drawn(draw: list | tuple, share: float) -> Any:
         return draw[int(share * len(draw))] if isinstance(draw, list) else _between(*draw, share)
 
-    points = [{name: drawn(draw) for name, draw in draws.items()} for _ in range(samples)]
-    return list(draws), points, _log_keys(draws), seed
+    rows = sweep_sample.shares(method, samples, len(draws), seed) if draws else ()
+    points = [
+        {name: drawn(draw, share) for (name, draw), share in zip(draws.items(), row, strict=True)} for row in rows
+    ]
+    return list(draws), points, _log_keys(draws), seed, method
 
 
 def _fixed(read: _Reader, tree: Settings, varied: list[str], where: str) -> Settings:
@@ -284,7 +295,7 @@ def parse(file: Path, text: str) -> Sweep:
         raise UserError(f"{file}: expected either [grid] or [random], got {'both' if 'grid' in tree else 'neither'}.")
     where = "grid" if "grid" in tree else "random"
     table = read.table(tree, where)
-    varied, points, log_keys, *seed = (_grid if where == "grid" else _sample)(read, table)
+    varied, points, log_keys, *sample = (_grid if where == "grid" else _sample)(read, table)
     if not varied:
         raise read.refuse("grid" if where == "grid" else "random.ranges", "expected at least one key that varies.")
     limit = tree.get("time_limit_s")
@@ -306,8 +317,10 @@ def parse(file: Path, text: str) -> Sweep:
         varied=varied,
         points=points,
         log_keys=log_keys,
-        seed=seed[0] if seed else None,
+        seed=sample[0] if sample else None,
         plot=_plot(read, tree, varied),
+        text=text,
+        method=sample[1] if sample else "random",
     )
 
 
@@ -326,8 +339,8 @@ def load(file: Path) -> Sweep:
 def refuse_key(sweep: Sweep, key: str, message: str) -> UserError:
     """About a key of the scenario that the sweep sets or varies."""
     table = "set" if key in sweep.fixed else "grid" if sweep.seed is None else "random.ranges"
-    return refusal(sweep.file, sweep.file.read_text(encoding="utf-8"), f"{table}.{key}", message, key)
+    return refusal(sweep.file, sweep.text, f"{table}.{key}", message, key)
 
 
 def refuse_plot(sweep: Sweep, message: str) -> UserError:
-    return refusal(sweep.file, sweep.file.read_text(encoding="utf-8"), "plot.metrics", message)
+    return refusal(sweep.file, sweep.text, "plot.metrics", message)

@@ -111,7 +111,10 @@ ConfigProblem Layer::problem(const toml::node* node, std::string_view path, std:
 }
 
 Layer read_layer(const std::string& file, const std::string& prefix) {
-  const std::string text = file_text(file);
+  return text_layer(file_text(file), file, prefix);
+}
+
+Layer text_layer(const std::string& text, const std::string& file, const std::string& prefix) {
   try {
     return {file, prefix, false, toml::parse(text, file)};
   } catch (const toml::parse_error& error) {

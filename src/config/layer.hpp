@@ -33,6 +33,9 @@ struct Layer {
 
 /// Throws ConfigError when the file cannot be read or is not TOML.
 [[nodiscard]] Layer read_layer(const std::string& file, const std::string& prefix = {});
+/// The same from a text; `file` names it in messages.
+[[nodiscard]] Layer text_layer(const std::string& text, const std::string& file,
+                               const std::string& prefix = {});
 
 /// "key=value". Throws ConfigError when it is not of that form.
 [[nodiscard]] Layer override_layer(const std::string& text);

@@ -18,10 +18,10 @@ Schema schema_of(Config& config) {
 
 /// Reads into a configuration that has its control methods.
 template <class Config>
-Config load(const std::string& file, const std::vector<std::string>& overrides,
+Config load(Layer file, const std::vector<std::string>& overrides,
             const std::vector<std::string>& sections_with_file, Config config) {
   std::vector<Layer> layers;
-  layers.push_back(read_layer(file));
+  layers.push_back(std::move(file));
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
   for (const std::string& section : sections_with_file) insert_section_layer(layers, section);
   read(schema_of(config), layers);
@@ -46,16 +46,21 @@ std::string printed(Config config) {
 
 EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides,
                           std::span<const ControlMethod> own) {
-  return load(file, overrides, {"machine"}, with_methods<EcuConfig>(own));
+  return load(read_layer(file), overrides, {"machine"}, with_methods<EcuConfig>(own));
+}
+
+EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
+                               const std::vector<std::string>& overrides) {
+  return load(text_layer(text, name), overrides, {"machine"}, with_methods<EcuConfig>({}));
 }
 
 PlantConfig load_plant_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load(file, overrides, {"machine"}, PlantConfig{});
+  return load(read_layer(file), overrides, {"machine"}, PlantConfig{});
 }
 
 ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides,
                                     std::span<const ControlMethod> own) {
-  return load(file, overrides, {"machine", "vehicle"}, with_methods<ScenarioConfig>(own));
+  return load(read_layer(file), overrides, {"machine", "vehicle"}, with_methods<ScenarioConfig>(own));
 }
 
 std::string print_config(const EcuConfig& config) {

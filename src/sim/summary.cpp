@@ -1,18 +1,17 @@
 #include "sextant/sim/summary.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <iterator>
-#include <stdexcept>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
+
+#include "sextant/files/replace_file.hpp"
+#include "sextant/sim/summary_text.hpp"
 
 namespace sextant {
 namespace {
@@ -28,17 +27,6 @@ Json limit_of(const Expectation& e) {
   if (e.min) limit["min"] = number(*e.min);
   if (e.max) limit["max"] = number(*e.max);
   return limit;
-}
-
-std::string limit_text(const Expectation& e) {
-  if (e.min && e.max) return fmt::format("{:g} … {:g}", *e.min, *e.max);
-  if (e.min) return fmt::format("≥ {:g}", *e.min);
-  if (e.max) return fmt::format("≤ {:g}", *e.max);
-  return "";
-}
-
-std::string value_text(double x) {
-  return std::isfinite(x) ? fmt::format("{:.5g}", x) : std::string{"-"};
 }
 
 std::string coloured(bool good, const std::string& word, bool colour) {
@@ -66,12 +54,6 @@ double in_seconds(std::int64_t t_ns) {
 Json window_of(const TimeWindow& window) {
   const bool ends = window.to_ns != TimeWindow{}.to_ns;
   return {{"from_s", in_seconds(window.from_ns)}, {"to_s", ends ? Json(in_seconds(window.to_ns)) : Json()}};
-}
-
-std::string window_text(const TimeWindow& window) {
-  const std::string end =
-      window.to_ns == TimeWindow{}.to_ns ? "the end" : fmt::format("{:g} s", in_seconds(window.to_ns));
-  return fmt::format("{:g} s to {}", in_seconds(window.from_ns), end);
 }
 
 Json expectation_of(const ExpectationResult& e) {
@@ -132,10 +114,6 @@ void append_metric(std::string& text, const RunSummary& summary, std::size_t ind
                    pass_text(e.pass, colour));
   }
   if (!demanded) text += line + '\n';
-}
-
-[[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
-  throw std::runtime_error{fmt::format("{}: cannot write the summary: {}", file.string(), reason)};
 }
 
 }  // namespace
@@ -220,26 +198,7 @@ std::string to_json(const RunSummary& summary) {
 }
 
 void write_summary(const RunSummary& summary, const std::filesystem::path& file) {
-  const std::string json = to_json(summary);
-  std::filesystem::path part = file;
-  part += fmt::format(".{}.part", ::getpid());
-  std::error_code ignored;
-  errno = 0;
-  std::ofstream out{part, std::ios::binary | std::ios::trunc};
-  if (!out) fail(file, std::strerror(errno));
-  out << json;
-  out.close();
-  if (!out) {
-    const std::string reason = std::strerror(errno);
-    std::filesystem::remove(part, ignored);
-    fail(file, reason);
-  }
-  std::error_code error;
-  std::filesystem::rename(part, file, error);
-  if (error) {
-    std::filesystem::remove(part, ignored);
-    fail(file, error.message());
-  }
+  replace_file(file, to_json(summary), "the summary");
 }
 
 std::optional<std::string> scenario_of_summary(const std::filesystem::path& file) {

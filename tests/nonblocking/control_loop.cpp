@@ -2,6 +2,7 @@
 // it. Checked by scripts/check_function_effects; GCC compiles it as well, so that it stays valid.
 #include "sextant/config/control_methods.hpp"
 #include "sextant/core/telemetry_interval.hpp"
+#include "sextant/drive/cycle_record.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/hil/plant_server.hpp"
 #include "sextant/hil/shared_memory_drive_io.hpp"
@@ -26,6 +27,7 @@ template class TelemetryInterval<double>;
 template class TelemetryInterval<float>;
 template class LatestValue<DriveRequest<double>>;
 template class Ring<Telemetry<double>>;
+template class Ring<CycleRecord<double>>;
 template class FixedStepIntegrator<DrivePlant<double>>;
 template class FixedStepIntegrator<DrivePlant<float>>;
 template class ExactIntegrator<DrivePlant<double>>;

@@ -1,8 +1,10 @@
 """The monitor: what it shows, and what it says about silence. Writers run in the same process, over the loopback."""
 
 import io
+import math
 import os
 import pty
+import re
 import subprocess
 import time
 from collections.abc import Callable
@@ -13,7 +15,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from rich.console import Console
-from sextant_py import dds, monitor, telemetry_types
+from sextant_py import dds, drive_view, monitor, sparkline, telemetry_types
 from sextant_py.paths import ROOT
 from topic_writer import Writer
 
@@ -35,14 +37,14 @@ VALUES = {
 
 
 def test_bar_marks_band_mean_reference_and_zero() -> None:
-    assert monitor.torque_bar(-4, -2, 0, 3, full_scale=5, width=11) == "·─" + "─" + "█" + "──" + "··" + "◆" + "··"
-    assert monitor.torque_bar(6, 7, 8, 9, full_scale=10, width=21)[10] == "│"
-    assert len(monitor.torque_bar(-99, 0, 99, 50, full_scale=10, width=21)) == 21
+    assert drive_view.torque_bar(-4, -2, 0, 3, full_scale=5, width=11) == "·─" + "─" + "█" + "──" + "··" + "◆" + "··"
+    assert drive_view.torque_bar(6, 7, 8, 9, full_scale=10, width=21)[10] == "│"
+    assert len(drive_view.torque_bar(-99, 0, 99, 50, full_scale=10, width=21)) == 21
 
 
 @pytest.mark.parametrize(("value", "expected"), [(0.2, 1), (1, 1), (1.1, 2), (19, 20), (21, 50), (130, 200)])
 def test_scale(value: float, expected: float) -> None:
-    assert monitor.rounded_up(value) == expected
+    assert drive_view.rounded_up(value) == expected
 
 
 def test_faults_are_named_by_the_contract() -> None:
@@ -81,7 +83,7 @@ def full_drive() -> dds.Drive:
 @pytest.mark.parametrize("width", [100, 80, 60, 48])
 def test_panel_shows_everything_at_any_width(width: int) -> None:
     console = Console(width=width, record=True, file=io.StringIO())
-    console.print(monitor.DriveView().panel(full_drive(), width))
+    console.print(drive_view.DriveView().panel(full_drive(), width))
     text = console.export_text()
     assert max(len(line) for line in text.splitlines()) <= width
     assert "…" not in text.replace(" … ", ""), text
@@ -111,7 +113,7 @@ def test_panel_shows_everything_at_any_width(width: int) -> None:
 
 
 def test_a_torque_beside_the_request_is_said_in_panel_and_line() -> None:
-    drive, view = full_drive(), monitor.DriveView()
+    drive, view = full_drive(), drive_view.DriveView()
     console = Console(width=80, record=True, file=io.StringIO())
     assert "NOT FOLLOWING" not in view.line(drive)
     kind = telemetry_types.struct("DriveTelemetry")
@@ -144,8 +146,57 @@ def test_a_terminal_shows_something_whatever_it_is(domain: int, terminal: str) -
     assert (b"\x1b" in shown) == (terminal == "xterm")
 
 
+@pytest.mark.parametrize("width", [100, 80, 60])
+def test_the_course_of_torque_and_speed_is_drawn(width: int) -> None:
+    """A torque that rises over 20 s rises from the lowest level to the highest; a speed stands still."""
+    drive, view = full_drive(), drive_view.DriveView()
+    kind = telemetry_types.struct("DriveTelemetry")
+    console = Console(width=width, record=True, file=io.StringIO())
+    for k in range(200):
+        values = {**VALUES, "t_ns": k * 100_000_000, "torque_mean_nm": k / 10}
+        drive.take_telemetry(telemetry_types.sample(kind, **values))
+        view.line(drive)
+    console.print(view.panel(drive, width))
+    courses = [line.strip("│ ") for line in console.export_text().splitlines() if "▁" in line or "▅▅" in line]
+    assert len(courses) == 2
+    torque, _, about = courses[0].partition(" ")
+    assert list(torque) == sorted(torque, key=sparkline.LEVELS.index)
+    assert (torque[0], torque[-1]) == ("▁" if len(torque) == 40 else torque[0], "█")
+    assert about.startswith("+0.2 … +19.7 in ")
+    assert courses[1].startswith("▅▅▅▅")
+
+
+def test_a_sparkline_has_the_means_of_its_steps() -> None:
+    line = sparkline.Sparkline(8)
+    for k in range(40):  # 0.1 s apart
+        if not 10 <= k < 20:
+            line.add(k / 10, float(k % 5))
+    assert line.values(8) == [2.0, 2.0, None, None, 2.0, 2.0, 2.0, 2.0]
+    line.add(3.95, math.nan)
+    for value, time_s in ((0.0, 4.0), (7.0, 4.5)):
+        line.add(time_s, value)
+    assert line.text(4) == ("▃▃▁█", 0.0, 7.0)
+    line.add(1.0, 3.0)  # the drive was started again
+    assert line.text(4) == ("   ▅", 3.0, 3.0)
+
+
+@pytest.mark.parametrize("no_color", [False, True])
+def test_no_colour_where_none_is_wanted(no_color: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    if no_color:
+        monkeypatch.setenv("NO_COLOR", "1")
+    shown = io.StringIO()
+    console = Console(width=80, file=shown, force_terminal=True, color_system="standard")
+    console.print(drive_view.DriveView().panel(full_drive(), 80))
+    colours = re.findall(r"\x1b\[[\d;]*3[1-7]", shown.getvalue())
+    assert bool(colours) != no_color
+    plain = io.StringIO()
+    Console(width=80, file=plain).print(drive_view.DriveView().panel(full_drive(), 80))
+    assert "\x1b" not in plain.getvalue()
+
+
 def test_line_is_one_line() -> None:
-    line = monitor.DriveView().line(full_drive())
+    line = drive_view.DriveView().line(full_drive())
     assert "\n" not in line
     assert "torque +14.50 N·m (+10.00 … +19.00) of +15.00" in line
     assert "FAULTS OVER_CURRENT" in line

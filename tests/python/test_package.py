@@ -30,7 +30,7 @@ def sextant(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("package")
     tree, environment = folder / "tree", folder / "environment"
     ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
-    for name in ("scripts/sextant_py", "configs"):
+    for name in ("scripts/sextant", "scripts/sextant_py", "configs"):
         shutil.copytree(ROOT / name, tree / name, ignore=ignored)
     shutil.copy(ROOT / "pyproject.toml", tree)
     made = run(sys.executable, "-m", "venv", "--without-pip", environment, cwd=folder)
@@ -79,3 +79,13 @@ def test_version_and_dependencies_are_those_of_the_project() -> None:
         r"^([\w.-]+)==", (ROOT / "scripts" / "requirements.txt").read_text(encoding="utf-8"), re.MULTILINE
     )
     assert set(PROJECT["project"]["dependencies"]) <= set(pinned)
+
+
+def test_the_module_sextant_is_installed(sextant: Path, tmp_path: Path) -> None:
+    (tmp_path / "recording.csv").write_text("t_ns,torque_mean_nm\n0,1.5\n1000000,2.5\n")
+    script = "import sextant; frame = sextant.read('recording.csv'); print(sextant.__file__);"
+    script += "print(frame['torque_mean_nm'].mean())"
+    found = run(sextant.with_name("python"), "-c", script, cwd=tmp_path)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith(str(sextant.parents[1]))
+    assert found.stdout.splitlines()[1] == "2.0"

@@ -1,12 +1,14 @@
-"""Pictures of a trace and of a recording, and what a bad file is told."""
+"""Pictures of traces and recordings: overview, chosen signals, spectra, loci, layouts; and what a bad call is told."""
 
+import re
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from sextant_py import plot
+from sextant_py import plot, signal_file
 from sextant_py.errors import UserError
+from sextant_py.plots import locus, overview, panels, points, series, spectrum
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -41,20 +43,20 @@ def test_picture_is_written(tmp_path: Path, count: int, time_name: str) -> None:
 
 def test_nanoseconds_count_from_the_first_sample(tmp_path: Path) -> None:
     write_trace(tmp_path / "trace.h5", 101, "t_ns")
-    signals = plot.load(tmp_path / "trace.h5", 0.25, 0.75)
+    signals = signal_file.load(tmp_path / "trace.h5", 0.25, 0.75)
     assert signals.time_s[0] == pytest.approx(0.25)
     assert signals.time_s[-1] == pytest.approx(0.75)
     assert len(signals.get("torque_mean_nm")) == len(signals.time_s) == 51
 
 
 def test_blocks_keep_peaks_and_mean() -> None:
-    values = np.zeros(10 * plot.MAX_POINTS + 3)
+    values = np.zeros(10 * overview.MAX_POINTS + 3)
     values[12_345] = 50.0
     values[20_000] = -7.0
-    assert plot.blocks(values, "max").max() == 50.0
-    assert plot.blocks(values, "min").min() == -7.0
-    assert len(plot.blocks(values, "mean")) <= plot.MAX_POINTS
-    assert np.average(plot.blocks(values + 1.0, "mean")) == pytest.approx(1.0, abs=0.01)
+    assert overview.blocks(values, "max").max() == 50.0
+    assert overview.blocks(values, "min").min() == -7.0
+    assert len(overview.blocks(values, "mean")) <= overview.MAX_POINTS
+    assert np.average(overview.blocks(values + 1.0, "mean")) == pytest.approx(1.0, abs=0.01)
 
 
 def test_missing_signals_leave_an_empty_panel(tmp_path: Path) -> None:
@@ -66,14 +68,14 @@ def test_missing_signals_leave_an_empty_panel(tmp_path: Path) -> None:
 
 def test_further_signals_have_panels_of_their_own(tmp_path: Path) -> None:
     write_trace(tmp_path / "trace.h5", 500, "t_ns")
-    before = plot.load(tmp_path / "trace.h5")
-    assert plot.further_panels(before) == []
+    before = signal_file.load(tmp_path / "trace.h5")
+    assert overview.further_panels(before) == []
     with h5py.File(tmp_path / "trace.h5", "a") as file:
         for leg in "abc":
             file[f"plant/switch_{leg}"] = np.ones(500, dtype=np.int8)
         file["plant/energy_link_j"] = np.linspace(0, 100, 500)
         file["control/torque_comparator"] = -np.ones(500, dtype=np.int8)
-    panels = plot.further_panels(plot.load(tmp_path / "trace.h5"))
+    panels = overview.further_panels(signal_file.load(tmp_path / "trace.h5"))
     assert [names for _, names in panels] == [
         ("plant/switch_a", "plant/switch_b", "plant/switch_c"),
         ("control/torque_comparator",),
@@ -90,7 +92,7 @@ def test_channels_of_a_controller_are_drawn_by_unit(tmp_path: Path) -> None:
             file[f"control/{name}"] = np.linspace(0, 1, 500)
             if unit is not None:
                 file[f"control/{name}"].attrs["unit"] = unit
-    panels = plot.further_panels(plot.load(tmp_path / "trace.h5"))
+    panels = overview.further_panels(signal_file.load(tmp_path / "trace.h5"))
     assert [names for _, names in panels] == [
         ("control/i_d_a", "control/i_q_a"),
         ("control/psi_r_wb",),
@@ -101,14 +103,231 @@ def test_channels_of_a_controller_are_drawn_by_unit(tmp_path: Path) -> None:
 
 def test_bad_files(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="does not exist"):
-        plot.load(tmp_path / "none.h5")
+        signal_file.load(tmp_path / "none.h5")
     (tmp_path / "text.h5").write_text("no HDF5")
     with pytest.raises(UserError, match="is not an HDF5 file"):
-        plot.load(tmp_path / "text.h5")
+        signal_file.load(tmp_path / "text.h5")
     with h5py.File(tmp_path / "empty.h5", "w"):
         pass
-    with pytest.raises(UserError, match="neither samples of t_s nor of t_ns"):
-        plot.load(tmp_path / "empty.h5")
+    with pytest.raises(UserError, match="has no signals with a time axis"):
+        signal_file.load(tmp_path / "empty.h5")
     write_trace(tmp_path / "trace.h5", 11, "t_s")
     with pytest.raises(UserError, match="no sample in that span"):
-        plot.load(tmp_path / "trace.h5", 5.0)
+        signal_file.load(tmp_path / "trace.h5", 5.0)
+
+
+TONES = ((50.0, 12.0), (1850.0, 0.75))  # [Hz, N·m]
+
+
+def write_waves(path: Path, count: int = 8000, period_s: float = 25e-6) -> None:
+    """A machine at 50 Hz: torque with two tones, phase currents of 10 A, flux of 1.1 Wb, a sector, a counter."""
+    t_s = period_s * np.arange(count)
+    angle = 2 * np.pi * 50 * t_s
+    torque = 20.0 + sum(amplitude * np.cos(2 * np.pi * hz * t_s + 0.3) for hz, amplitude in TONES)
+    with h5py.File(path, "w") as file:
+        for name, values, unit in (
+            ("t_ns", np.rint(t_s * 1e9).astype(np.int64), "ns"),
+            ("torque_mean_nm", torque, "N·m"),
+            ("torque_min_nm", torque - 1, "N·m"),
+            ("torque_max_nm", torque + 1, "N·m"),
+            ("plant/torque_nm", torque, "N·m"),
+            ("i_a_a", 10 * np.cos(angle), "A"),
+            ("i_b_a", 10 * np.cos(angle - 2 * np.pi / 3), "A"),
+            ("i_c_a", 10 * np.cos(angle + 2 * np.pi / 3), "A"),
+            ("plant/psi_s_alpha_wb", 1.1 * np.cos(angle), "Wb"),
+            ("plant/psi_s_beta_wb", 1.1 * np.sin(angle), "Wb"),
+            ("sector", (1 + angle / (np.pi / 3) % 6).astype(np.int64), "1"),
+            ("periods", 1 + np.arange(count) % 2, "1"),
+        ):
+            file[name] = values
+            file[name].attrs["unit"] = unit
+
+
+@pytest.fixture
+def waves(tmp_path: Path) -> Path:
+    write_waves(tmp_path / "waves.h5")
+    return tmp_path / "waves.h5"
+
+
+def load(*paths: Path) -> list[series.SeriesFile]:
+    return series.load(list(paths), None, None)
+
+
+def test_panels_are_chosen_by_unit_and_kind(waves: Path) -> None:
+    found = {panel.heading: [line.label for line in panel.lines] for panel in panels.arrange(load(waves), [])}
+    assert found == {
+        "Torque [N·m]": ["torque_nm"],
+        "Flux linkage, components [Wb]": ["plant/psi_s_alpha_wb", "plant/psi_s_beta_wb"],
+        "Current, phases [A]": ["i_a_a", "i_b_a", "i_c_a"],
+        "States": ["sector"],
+    }
+    (torque,) = panels.arrange(load(waves), ["torque"])
+    assert [line.low.name for line in torque.lines] == ["torque_min_nm"]
+
+
+@pytest.mark.parametrize(
+    ("name", "signals"),
+    [
+        ("i_a_a", ["i_a_a"]),
+        ("i_?_a", ["i_a_a", "i_b_a", "i_c_a"]),
+        ("torque", ["torque_mean_nm", "torque_min_nm", "torque_max_nm"]),
+        ("torque_nm", ["torque_mean_nm", "torque_min_nm", "torque_max_nm"]),
+        ("plant/torque_nm", ["plant/torque_nm"]),
+        ("psi_s_beta_wb", ["plant/psi_s_beta_wb"]),
+        ("psi_s_beta", ["plant/psi_s_beta_wb"]),
+    ],
+)
+def test_names_of_signals(waves: Path, name: str, signals: list[str]) -> None:
+    (file,) = load(waves)
+    assert sorted(found.name for found in file.find(name)) == sorted(signals)
+
+
+def test_an_unknown_signal_is_told_the_nearest(waves: Path) -> None:
+    with pytest.raises(UserError, match=r'has no signal "torqe_mean_nm"; the nearest are .*torque_mean_nm'):
+        plot.main([str(waves), "torqe_mean_nm"])
+    with pytest.raises(UserError, match=r'has no signal "xyz"; --list shows its signals\.'):
+        plot.main([str(waves), "xyz"])
+
+
+def test_two_files_are_drawn_over_each_other(waves: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        write_waves(tmp_path / name / "trace.h5", 4000)
+    files = [tmp_path / "a" / "trace.h5", tmp_path / "b" / "trace.h5"]
+    assert series.labels(files) == ["a", "b"]
+    (panel,) = panels.arrange(load(*files), ["sector"])
+    assert [line.label for line in panel.lines] == ["sector, a", "sector, b"]
+    assert plot.main([*map(str, files), "torque", "i_?_a", "-o", str(tmp_path / "two.png")]) == 0
+    assert (tmp_path / "two.png").read_bytes().startswith(PNG)
+    # A signal that one of the files lacks is drawn of the other.
+    (panel,) = panels.arrange(load(waves, files[0]), ["sector"])
+    assert len(panel.lines) == 2
+
+
+def test_bands_keep_every_peak_and_the_mean() -> None:
+    rng = np.random.default_rng(7)
+    values = rng.normal(size=30_011)
+    values[[5, 17_000]] = 40, -30
+    time_s, mean, low, high = points.bands(np.arange(len(values)) / 1e3, values, values, values, 1000)
+    assert len(time_s) == len(mean) == 1000
+    assert (high.max(), low.min()) == (40, -30)
+    assert np.all((low <= mean) & (mean <= high))
+    assert np.average(mean) == pytest.approx(values.mean(), abs=0.01)
+    values[100:200] = np.nan
+    _, mean, low, high = points.bands(np.arange(len(values)) / 1e3, values, values, values, 1000)
+    assert np.isnan(mean).sum() == np.isnan(low).sum() <= 4
+    time_s, drawn = points.envelope(np.arange(30_011.0), values, 1000)
+    assert len(drawn) <= 1000
+    assert (np.nanmax(drawn), np.nanmin(drawn)) == (40, -30)
+
+
+@pytest.mark.parametrize("window", spectrum.WINDOWS)
+def test_a_spectrum_has_the_amplitudes_of_the_tones(waves: Path, window: str) -> None:
+    """Against a least-squares fit of the tones, which knows nothing of windows or transforms."""
+    (found,) = spectrum.compute(load(waves), ["plant/torque_nm"], window)
+    torque = load(waves)[0].series["plant/torque_nm"]
+    columns = [wave(2 * np.pi * hz * torque.time_s) for hz, _ in TONES for wave in (np.cos, np.sin)]
+    fit = np.linalg.lstsq(np.column_stack([*columns, np.ones(len(torque.time_s))]), torque.values, rcond=None)[0]
+    for number, (hz, _) in enumerate(TONES):
+        line = np.abs(found.frequency_hz - hz).argmin()
+        assert found.frequency_hz[line] == pytest.approx(hz)
+        assert found.amplitude[line] == pytest.approx(np.hypot(*fit[2 * number : 2 * number + 2]), rel=1e-6)
+    assert found.amplitude[0] == pytest.approx(20.0, rel=1e-3)
+    assert (found.unit, len(found.frequency_hz)) == ("N·m", 4001)
+
+
+def test_a_spectrum_of_uneven_samples_is_refused(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "gap.h5", "w") as file:
+        t_ns = 1_000_000 * np.arange(200)
+        file["t_ns"] = np.delete(t_ns, 100)
+        file["torque_nm"] = np.zeros(199)
+    with pytest.raises(UserError, match=r"torque_nm are not evenly spaced at 0\.099 s"):
+        plot.main([str(tmp_path / "gap.h5"), "torque_nm", "--spectrum"])
+    assert plot.main([str(tmp_path / "gap.h5"), "torque_nm", "--spectrum", "--to", "0.05"]) == 0
+    with pytest.raises(UserError, match="has 6 samples in the span; a spectrum needs 16"):
+        plot.main([str(tmp_path / "gap.h5"), "torque_nm", "--spectrum", "--to", "0.005"])
+
+
+def test_spectra_without_names_are_of_torque_and_phase_currents(waves: Path) -> None:
+    found = spectrum.compute(load(waves), [], "hann")
+    assert [one.label for one in found] == ["i_a_a", "i_b_a", "i_c_a", "torque_mean_nm"]
+
+
+def test_loci_are_circles_in_the_direction_of_the_field(waves: Path) -> None:
+    (file,) = load(waves)
+    for quantity, radius in (("flux", 1.1), ("current", 10.0)):
+        alpha, beta = locus.components(file, quantity)
+        np.testing.assert_allclose(np.hypot(alpha, beta), radius, rtol=1e-12)
+        assert np.all(np.diff(np.unwrap(np.arctan2(beta, alpha))) > 0)
+        assert alpha[0] == pytest.approx(radius)
+
+
+def test_the_flux_of_a_recording_is_of_magnitude_and_angle(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "recording.h5", "w") as file:
+        file["t_ns"] = 1_000_000 * np.arange(50)
+        file["flux_mean_wb"] = np.full(50, 0.9)
+        file["flux_angle_rad"] = 0.1 * np.arange(50)
+    (loci,) = locus.compute(load(tmp_path / "recording.h5"), "flux")
+    np.testing.assert_allclose(loci.alpha + 1j * loci.beta, 0.9 * np.exp(0.1j * np.arange(50)))
+    with pytest.raises(UserError, match="has no signals of the stator current"):
+        plot.main([str(tmp_path / "recording.h5"), "--locus", "current"])
+
+
+@pytest.mark.parametrize("words", [[], ["torque", "sector"], ["--spectrum"], ["--locus", "flux"]])
+def test_pages_need_no_network(waves: Path, tmp_path: Path, words: list[str]) -> None:
+    page = tmp_path / "page.html"
+    assert plot.main([str(waves), *words, "-o", str(page)]) == 0
+    text = page.read_text(encoding="utf-8")
+    assert "plotly.js v" in text  # the script itself
+    assert re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=[^>]*>", text) == []
+
+
+@pytest.mark.parametrize("words", [["--spectrum"], ["--locus", "flux"], ["--locus", "current"], ["sector", "i_?_a"]])
+def test_pictures_of_each_kind_have_a_name_of_their_own(waves: Path, words: list[str]) -> None:
+    assert plot.main([str(waves), *words]) == 0
+    kind = {"--spectrum": ".spectrum", "--locus": f".{words[-1]}_locus"}.get(words[0], "")
+    assert waves.with_suffix(f"{kind}.png").read_bytes().startswith(PNG)
+
+
+def test_layouts_of_the_paper(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    write_trace(tmp_path / "trace.h5", 500, "t_ns")
+    with h5py.File(tmp_path / "trace.h5", "a") as file:
+        file["plant/tau_l_nm"] = np.full(500, 3.0)
+    trace = str(tmp_path / "trace.h5")
+    for name in ("9", "10", "13", "15"):
+        assert plot.main([trace, trace.replace("trace.h5", "./trace.h5"), "--figure", name]) == 0
+        assert (tmp_path / f"trace.figure_{name}.png").read_bytes().startswith(PNG)
+    with pytest.raises(UserError, match=r"--figure 12: .* lacks current_max_a, i_a_a, i_b_a, i_c_a\."):
+        plot.main([trace, "--figure", "12"])
+    with pytest.raises(UserError, match='no layout is called "7"; known are 9, 10,'):
+        plot.main([trace, "--figure", "7"])
+    capsys.readouterr()
+    assert plot.main(["--figure", "list"]) == 0
+    assert " 13  torque and speed of reversals" in capsys.readouterr().out
+
+
+def test_the_list_of_signals(waves: Path, capsys: pytest.CaptureFixture) -> None:
+    assert plot.main([str(waves), "--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == [str(waves), "telemetry: 8000 samples from 0 s to 0.199975 s"]
+    assert ["torque_mean_nm", "N·m"] in [line.split() for line in lines]
+    assert len(lines) == 14
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["-o", "x.txt"], "expected the ending .png, .svg, .pdf or .html"), (["--from", "9"], "no sample in that span")],
+)
+def test_bad_calls(waves: Path, words: list[str], said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        plot.main([str(waves), *words])
+
+
+def test_a_call_without_a_file_says_what_a_file_is(capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        plot.main(["torque_mean_nm"])
+    assert ended.value.code == 2
+    assert (
+        'expected a file that ends in .h5, .csv, .mcap, .mf4, .parquet, and "torque_mean_nm" is none'
+        in capsys.readouterr().err
+    )

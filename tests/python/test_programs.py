@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -185,6 +186,13 @@ def test_cvode_without_slack_is_warned_of(live: tuple[str, ...]) -> None:
     found = run("sextant-ecu", *live, *settings, "--set", "drive.period_us=250")
     assert found.returncode == 0, found.stderr
     assert 'plant.integrator = "cvode" has no bound on its time' in found.stderr
+
+
+@pytest.mark.parametrize("name", ["sextant-ecu", "sextant-mil", "sextant-plant", "sextant-telemetry"])
+def test_help_has_examples(name: str) -> None:
+    said = run(name, "--help").stdout
+    assert re.search(r"^Examples?:", said, re.MULTILINE)
+    assert name in said.split("Example")[1]
 
 
 BAD_SETTINGS = [

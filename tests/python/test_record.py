@@ -1,6 +1,5 @@
 """Recordings of the telemetry, and the comparison of commanded and delivered torque made of them."""
 
-import csv
 import json
 import os
 import re
@@ -15,101 +14,159 @@ import numpy as np
 import pytest
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
+from made_recording import reread, whole
 from sextant_py import dds, demo_report, record, telemetry_types
 from sextant_py.errors import UserError
+from sextant_py.recording import formats, topics
+from sextant_py.recording.live import LiveDrive
+from sextant_py.recording.model import MAIN
 from sextant_py.telemetry_contract import signals
 
+FILLED = (".h5", ".csv", ".mcap", ".mf4")
 COUNT = 400
+BATCHES, PERIODS = 30, 40
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 
 
-def publish(domain: int, go: threading.Event, done: threading.Event) -> None:
-    """Once asked, COUNT samples of drive 1, one a millisecond, with samples of drive 2 in between."""
-    kind = telemetry_types.struct("DriveTelemetry")
+def writer_of(node: dds.Node, topic: str) -> tuple[DataWriter, type]:
+    kind = telemetry_types.struct(topic.partition("/")[2])
+    latched = topic in (dds.STATE, dds.STATISTICS)
+    quality = dds.latched_qos() if latched else dds.streaming_qos(1)
+    return DataWriter(node.participant, Topic(node.participant, topic, kind), quality), kind
+
+
+def batch(kind: type, number: int) -> object:
+    """A batch of drive 1: torque and switching state count the periods, of which the fifth batch lacks two."""
+    first = number * PERIODS
+    offsets = [25_000 * index for index in range(PERIODS) if number != 5 or index not in (7, 8)]
+    members = {signal.name: signal for signal in signals("DriveWaveform")}
+    values = {name: [0] * len(offsets) for name, member in members.items() if member.type.startswith("sequence")}
+    values["offset_ns"] = offsets
+    values["torque_nm"] = [(first + offset // 25_000) / 8 for offset in offsets]
+    values["switch_state"] = [(first + offset // 25_000) % 64 for offset in offsets]
+    times = {"t_ns": first * 25_000, "period_ns": 25_000, "sequence": number, "dropped": 2 if number >= 5 else 0}
+    return telemetry_types.sample(kind, drive_id=1, **times, **values)
+
+
+def publish(domain: int, waveform: bool, done: threading.Event) -> None:
+    """Once there are readers: COUNT samples of drive 1, those of drive 2 in between, and all batches but the tenth."""
     node = dds.Node(domain)
-    writer = DataWriter(node.participant, Topic(node.participant, dds.TELEMETRY, kind), dds.streaming_qos(1))
+    writer, kind = writer_of(node, dds.TELEMETRY)
+    batches, batch_kind = writer_of(node, topics.TOPICS[topics.WAVEFORM])
+    states, state_kind = writer_of(node, dds.STATE)
     sample = telemetry_types.sample
-    while not go.is_set():
-        writer.write(sample(kind, drive_id=2))
-        time.sleep(0.01)
     state = telemetry_types.DriveStateKind.TORQUE
+    states.write(sample(state_kind, drive_id=1, sequence=3, t_ns=5, state=state, reason="as requested, “µ”"))
+    awaited = (writer, states, batches) if waveform else (writer, states)
+    while not done.is_set() and not all(one.get_matched_subscriptions() for one in awaited):
+        time.sleep(0.01)
     for index in range(COUNT):
         values = {"sequence": index, "t_ns": index * 1_000_000, "torque_mean_nm": index / 8, "state": state}
+        writer.write(sample(kind, drive_id=2, sequence=7 * index))
         writer.write(sample(kind, drive_id=1, **values))
+        if index < BATCHES and index != 10:
+            batches.write(batch(batch_kind, index))
         time.sleep(0.001)
     done.wait(120)
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".csv"])
-def test_every_sample_of_one_drive_is_recorded(tmp_path: Path, domain: int, suffix: str) -> None:
-    path = tmp_path / f"recording{suffix}"
-    go, done = threading.Event(), threading.Event()
-    thread = threading.Thread(target=publish, args=(domain, go, done))
+def record_all(path: Path, domain: int, waveform: bool) -> record.Recorder:
+    """The recorder, after it has taken everything that publish() sends."""
+    done = threading.Event()
+    thread = threading.Thread(target=publish, args=(domain, waveform, done))
     thread.start()
     try:
-        with record.Recorder(path, domain, drive_id=1) as recorder:
+        with record.Recorder(path, LiveDrive(domain, 1, waveform, None), {"program": "test"}) as recorder:
             end_s = time.monotonic() + 120
             while recorder.count < COUNT and time.monotonic() < end_s:
                 recorder.poll()
-                if recorder.telemetry.stream.samples:
-                    go.set()
                 time.sleep(0.01)
             assert recorder.count == COUNT
-            assert recorder.lost() == 0
+        recorder.convert(lambda share: None)
+        return recorder
     finally:
-        go.set()
         done.set()
         thread.join()
-    if suffix == ".h5":
-        with h5py.File(path) as file:
-            assert set(file) == set(dds.contract_fields("DriveTelemetry"))
-            assert file["t_ns"].dtype == np.int64
-            assert {name: (file[name].attrs["unit"], file[name].attrs["description"]) for name in file} == {
-                signal.name: (signal.unit, signal.text) for signal in signals("DriveTelemetry")
-            }
-            assert np.array_equal(file["torque_mean_nm"], np.arange(COUNT) / 8)
-            assert np.all(file["state"][()] == telemetry_types.DriveStateKind.TORQUE.value)
-    else:
-        with path.open() as file:
-            rows = list(csv.DictReader(file))
-        assert [float(row["torque_mean_nm"]) for row in rows] == [index / 8 for index in range(COUNT)]
-        assert tuple(rows[0]) == dds.contract_fields("DriveTelemetry")
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_every_sample_of_one_drive_is_recorded(tmp_path: Path, domain: int, suffix: str) -> None:
+    path = tmp_path / f"recording{suffix}"
+    recorder = record_all(path, domain, waveform=False)
+    assert recorder.losses.sentence(MAIN) == "0 lost on the way"
+    assert {found.suffix for found in tmp_path.glob("*")} <= {suffix, ".json"}, "nothing is left beside the recording"
+    found = reread(path)
+    rows = whole(found, MAIN)
+    assert set(rows.dtype.names) == set(dds.contract_fields("DriveTelemetry"))
+    units = {column.name: column.unit for column in found.groups[MAIN].columns}
+    assert units == {signal.name: signal.unit for signal in signals("DriveTelemetry")}
+    assert rows["t_ns"].dtype == np.int64
+    assert np.array_equal(rows["torque_mean_nm"], np.arange(COUNT) / 8)
+    assert np.all(rows["state"] == telemetry_types.DriveStateKind.TORQUE.value)
+    assert whole(found, "drive_state")["reason"].tolist() == ["as requested, “µ”".encode()]
+    assert found.metadata["losses"][MAIN]["rows"] == COUNT
+    wall_ns = found.metadata["begin_ns"] + found.metadata["wall_minus_monotonic_begin_ns"]
+    assert abs(time.time_ns() - wall_ns) < 300e9
+
+
+def test_every_control_period_is_recorded_and_what_is_missing_is_counted(tmp_path: Path, domain: int) -> None:
+    recorder = record_all(tmp_path / "recording.mcap", domain, waveform=True)
+    rows = whole(reread(tmp_path / "recording.mcap"), topics.WAVEFORM)
+    number = rows["t_ns"] // 25_000
+    gone = {10 * PERIODS + index for index in range(PERIODS)} | {5 * PERIODS + 7, 5 * PERIODS + 8}
+    assert number.tolist() == [index for index in range(BATCHES * PERIODS) if index not in gone]
+    assert np.array_equal(rows["torque_nm"], (number / 8).astype(np.float32))
+    assert np.array_equal(rows["switch_state"], number % 64)
+    assert np.array_equal(rows["sequence"], number // PERIODS)
+    losses = recorder.losses.of[topics.WAVEFORM]
+    assert (losses.lost, losses.dropped, losses.periods_missing, losses.restarts) == (1, 2, len(gone), 0)
+    assert reread(tmp_path / "recording.mcap").metadata["losses"][topics.WAVEFORM] == losses.described()
+    assert recorder.losses.sentence(topics.WAVEFORM) == (
+        "1 batches lost on the way, 2 control periods dropped within the drive, 42 control periods without a row"
+    )
 
 
 FILL_A_DISK = """
 import resource, sys
 from pathlib import Path
-from types import SimpleNamespace
+import numpy as np
 from sextant_py import record
 from sextant_py.errors import run
+from sextant_py.recording import formats
+from sextant_py.recording.model import MAIN
+from sextant_py.recording.topics import group_of
 
-class Samples:
-    def __init__(self, *_): self.drives, self.next = {}, 0
+class Rows:
+    drive_id, next = 1, 0
     def poll(self):
+        group = group_of(MAIN)
+        block = np.zeros(1000, group.dtype)
+        block["t_ns"] = block["sequence"] = np.arange(self.next, self.next + 1000)
         self.next += 1000
-        class Sample(SimpleNamespace):
-            __annotations__ = {"drive_id": int, "t_ns": int, "torque_mean_nm": float}
-        return [Sample(drive_id=1, t_ns=k, torque_mean_nm=k / 8) for k in range(self.next - 1000, self.next)]
+        return [(group, block)]
+    def close(self):
+        pass
 
 def fill(arguments):
-    record.Telemetry = Samples
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(arguments[1]), resource.RLIM_INFINITY))
-    with record.Recorder(Path(arguments[0])) as recorder:
-        for _ in range(1000):
+    with record.Recorder(Path(arguments[0]), Rows(), {}) as recorder:
+        for _ in range(3000):
             recorder.poll()
 
 run("record", fill)
 """
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".csv"])
-@pytest.mark.parametrize("room", [100, 1_000_000])
+@pytest.mark.parametrize(
+    ("suffix", "room"),
+    [*((suffix, 3_000_000) for suffix in (".h5", ".csv", ".mcap", ".mf4")), (".h5", 100), (".mcap", 100)],
+)
 def test_a_full_disk_ends_a_recording_with_a_sentence_and_keeps_what_is_there(
     tmp_path: Path, suffix: str, room: int
 ) -> None:
     path = tmp_path / f"recording{suffix}"
     command = [sys.executable, "-c", FILL_A_DISK, str(path), str(room)]
-    environment = {**os.environ, "PYTHONPATH": str(SCRIPTS)}
+    environment = {**os.environ, "PYTHONPATH": str(SCRIPTS), "PYTHONDONTWRITEBYTECODE": "1"}
     ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     assert ended.returncode == 1, ended.stderr
     assert ended.stderr.startswith(f"record: the recording {path} cannot be written: File too large")
@@ -118,13 +175,41 @@ def test_a_full_disk_ends_a_recording_with_a_sentence_and_keeps_what_is_there(
     if kept is None:
         assert room == 100
         return
-    if suffix == ".h5":
-        with h5py.File(path) as file:
-            times = file["t_ns"][()]
-    else:
-        with path.open() as file:
-            times = np.array([int(row["t_ns"]) for row in csv.DictReader(file)])
+    in_part = suffix in formats.AT_THE_END
+    assert in_part == (f" in {path}.part.mcap." in ended.stderr)
+    times = whole(reread(path.with_name(f"{path.name}.part.mcap") if in_part else path), MAIN)["t_ns"]
+    assert len(times) > 3000
     assert np.array_equal(times, np.arange(int(kept[1])))
+
+
+def test_a_killed_recorder_leaves_a_readable_file(tmp_path: Path) -> None:
+    for suffix in (".h5", ".csv", ".mcap"):
+        path = tmp_path / f"recording{suffix}"
+        script = FILL_A_DISK.replace("recorder.poll()", "recorder.poll(); import time; time.sleep(0.002)")
+        environment = {**os.environ, "PYTHONPATH": str(SCRIPTS), "PYTHONDONTWRITEBYTECODE": "1"}
+        command = [sys.executable, "-c", script, str(path), str(10**12)]
+        process = subprocess.Popen(command, env=environment)
+        end_s = time.monotonic() + 120
+        while time.monotonic() < end_s and not (path.exists() and path.stat().st_size > 5_000_000):
+            time.sleep(0.01)
+        process.kill()
+        process.wait()
+        times = whole(reread(path), MAIN)["t_ns"]
+        assert len(times) > 3000
+        assert np.array_equal(times, np.arange(len(times)))
+
+
+@pytest.mark.parametrize("words", [["--domain", "{domain}"], ["--domain", "{domain}", "--waveform"]])
+def test_silence_is_explained(tmp_path: Path, domain: int, words: list[str]) -> None:
+    words = [word.format(domain=domain) for word in words]
+    with pytest.raises(UserError, match=f"no other DDS participant was discovered .domain {domain}, "):
+        record.main([str(tmp_path / "run.mcap"), "--duration", "0.2", *words])
+    assert not (tmp_path / "run.mcap").exists()
+
+
+def test_a_suffix_that_no_format_has_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"a recording ends in \.h5, \.csv, .* and \"\.txt\" is none of them"):
+        record.main([str(tmp_path / "run.txt")])
 
 
 def write_run(folder: Path) -> tuple[Path, Path]:

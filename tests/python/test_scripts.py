@@ -1,6 +1,7 @@
 """The shell scripts: what they say of themselves, and that set-up is quick when there is nothing to do."""
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -23,7 +24,20 @@ WITHOUT_OPERANDS = [
     "work_precision",
 ]
 SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_audit"]
-PYTHON_PROGRAMS = ["vcu", "monitor", "dashboard", "record", "plot", "sweep", "rt_check"]
+PYTHON_PROGRAMS = [
+    "vcu",
+    "monitor",
+    "dashboard",
+    "record",
+    "plot",
+    "sweep",
+    "rt_check",
+    "compare",
+    "completion",
+    "scope",
+    "convert",
+    "playback",
+]
 
 
 def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:
@@ -36,6 +50,13 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
     assert found.returncode == 0, found.stderr
     assert name in found.stdout.splitlines()[0]
     assert found.stderr == ""
+
+
+@pytest.mark.parametrize("name", PYTHON_PROGRAMS)
+def test_help_has_examples(name: str) -> None:
+    said = run(SCRIPTS / name, "--help").stdout
+    examples = re.split(r"^examples?:$", said, flags=re.MULTILINE)[1]
+    assert name in examples
 
 
 @pytest.mark.parametrize("name", WITHOUT_OPERANDS)

@@ -4,6 +4,7 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sextant_py import sweep_file
 from sextant_py.errors import UserError
@@ -70,6 +71,32 @@ def test_a_seed_gives_the_same_points_and_more_samples_only_add(tmp_path: Path) 
     assert parse(tmp_path, RANDOM.replace("seed = 7", "seed = 8")).points != sweep.points
 
 
+def with_method(method: str, samples: int) -> str:
+    return edited(RANDOM, "samples = 200", f'samples = {samples}\nmethod = "{method}"')
+
+
+def test_a_latin_hypercube_has_one_point_in_each_share_of_a_range(tmp_path: Path) -> None:
+    sweep = parse(tmp_path, with_method("latin_hypercube", 50))
+    linear = sorted(int(50 * (point["machine.r_s_ohm"] - 0.2) / 0.4) for point in sweep.points)
+    logarithmic = sorted(int(50 * math.log10(point["machine.x_m_ohm"]) / 2) for point in sweep.points)
+    assert linear == logarithmic == list(range(50))
+    assert [point["plant.integrator"] for point in sweep.points].count("cvode") == 25
+    assert sweep.kind == "Latin hypercube sample"
+
+
+def test_a_sobol_sample_is_even_in_two_dimensions_and_more_samples_only_add(tmp_path: Path) -> None:
+    """Of 64 points of a (t, 2, 2)-net of base 2, each of 8 × 8 equal cells has exactly one."""
+    text = with_method("sobol", 64).replace('plant.integrator = ["cvode", "fixed"]\n', "")
+    points = parse(tmp_path, text).points
+    cells = {
+        (int(8 * (point["machine.r_s_ohm"] - 0.2) / 0.4), int(4 * math.log10(point["machine.x_m_ohm"])))
+        for point in points
+    }
+    assert len(cells) == 64
+    assert parse(tmp_path, edited(text, "samples = 64", "samples = 128")).points[:64] == points
+    assert parse(tmp_path, edited(text, "seed = 7", "seed = 8")).points != points
+
+
 def test_values_as_toml_writes_them() -> None:
     values = [True, 3, 0.1, 1e-7, 'a "b"', [[0, 5.0], [0.5, 10]]]
     assert [sweep_file.toml_value(value) for value in values] == [
@@ -80,6 +107,10 @@ def test_values_as_toml_writes_them() -> None:
         '"a \\"b\\""',
         "[[0, 5.0], [0.5, 10]]",
     ]
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    assert sweep_file.toml_value((np.float64(0.25), np.int64(3), np.bool_(True))) == "[0.25, 3, true]"
 
 
 def test_lines_of_keys() -> None:
@@ -135,6 +166,8 @@ def test_a_bad_file_is_refused_with_line_and_key(tmp_path: Path, old: str, new: 
     ("old", "new", "words"),
     [
         ("seed = 7\n", "", ':4: random: "seed" is missing'),
+        ("seed = 7", 'seed = 7\nmethod = "halton"', ":7: random.method: expected random, sobol, latin_hypercube, got"),
+        ("seed = 7", 'seed = 7\nmethod = "sobol"', ":5: random.samples: a Sobol' sample needs a power of two"),
         ("seed = 7", "seed = -1", ":6: random.seed: expected a seed, a whole number from 0"),
         ("samples = 200", "samples = 0", ":5: random.samples: expected how many points"),
         ('x_m_ohm = { from = 1.0, to = 100.0, scale = "log" }', "x_m_ohm = { from = 1, to = 2, count = 3 }",

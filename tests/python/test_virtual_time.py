@@ -258,3 +258,54 @@ def test_its_options_need_virtual_time(profile: Path) -> None:
     found = start("--profile", profile)
     assert found.returncode != 0
     assert "--virtual-time" in found.stderr
+
+
+def test_recorded_control_periods_replay_with_identical_switching(tmp_path: Path, profile: Path) -> None:
+    cycles, first, again = (tmp_path / name for name in ("run.h5", "first.csv", "again.csv"))
+    report = run("--profile", profile, "--record-cycles", cycles, "--telemetry-out", first)
+    periods = int(re.search(r"run.h5: (\d+) control periods recorded", report)[1])
+    found = start("--replay", cycles, "--telemetry-out", again)
+    assert found.returncode == 0, found.stdout + found.stderr
+    assert f"{periods} of {periods} gate patterns as recorded\n" in found.stdout
+    assert telemetry(again) == telemetry(first), "not only the switching"
+    with h5py.File(cycles) as file:
+        rows = file["cycles"][:]
+        assert len(rows) == periods > 20_000
+        assert set(rows["torque_nm"]) >= {15.0, -10.0}
+        # Each pattern is what the power stage has applied by the next measurement.
+        pattern, applied = rows["pattern"][:-1], rows["applied"][1:]
+        assert (pattern["segments"] > 1).sum() > 10_000
+        for member in ("segments", "state", "duration_ns"):
+            assert (pattern[member] == applied[member]).all(), member
+
+
+def test_a_replay_with_another_configuration_tells_the_first_other_pattern(tmp_path: Path, profile: Path) -> None:
+    cycles = tmp_path / "run.h5"
+    run("--profile", profile, "--record-cycles", cycles)
+    found = start("--replay", cycles, "--set", "control.foc.bandwidth_rad_s=500")
+    assert found.returncode == 1
+    as_recorded, periods = map(int, re.search(r"(\d+) of (\d+) gate patterns as recorded", found.stdout).groups())
+    assert 0 < as_recorded < periods
+    assert re.search(r"first other one in period \d+, .* after the first\n +recorded: .*\n +replayed: ", found.stdout)
+    # The protections of the replay see the recorded speed.
+    found = start("--replay", cycles, "--set", "protection.over_speed_rad_s=1", "--telemetry-out", tmp_path / "t.csv")
+    assert found.returncode == 1
+    assert telemetry(tmp_path / "t.csv")[-1]["state"] != telemetry(tmp_path / "t.csv")[0]["state"]
+
+
+def test_what_is_no_recording_of_control_periods_is_refused(tmp_path: Path, profile: Path) -> None:
+    cycles = tmp_path / "run.h5"
+    run("--profile", profile, "--record-cycles", cycles)
+    cut = tmp_path / "cut.h5"
+    cut.write_bytes(cycles.read_bytes()[: cycles.stat().st_size // 2])
+    for file, why in ((ECU_CONFIG, "signature"), (cut, "truncated file"), (tmp_path / "none.h5", "No such file")):
+        found = start("--replay", file)
+        assert found.returncode == 1
+        assert f"{file} is no recording of control periods" in found.stderr
+        assert why in found.stderr
+    found = start("--replay", cycles, "--set", "drive.perod_us=25")
+    assert found.returncode == 1
+    assert "drive.perod_us: unknown key" in found.stderr
+    found = start("--telemetry-out", tmp_path / "t.csv", "--duration", 1)
+    assert found.returncode == 1
+    assert "needs --virtual-time or --replay" in found.stderr

@@ -21,6 +21,7 @@ VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, 
       report_{shared_},
       next_watchdog_ns_{clock.now_ns()},
       next_transmit_ns_{clock.now_ns()} {
+  shared_.cycles = parameters.cycles;
   schedule_.start(clock.now_ns());
   report_.start(clock.now_ns());
   transmit_.start(clock.now_ns());

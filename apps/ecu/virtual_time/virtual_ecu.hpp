@@ -29,6 +29,7 @@ class VirtualEcu {
     std::int32_t period_ns{25'000};  ///< control period [ns]
     RealtimeParameters realtime{};   ///< of it `wake_every_periods`, `watchdog_ns` and `overrun_limit`
     IdentifierOffset identifier_offset{};
+    CycleRecorder* cycles{nullptr};  ///< records the requests; not owned
   };
 
   /// Clock, bus, power stage, drive and recorder are not owned and must outlive this object. The grid of

@@ -54,6 +54,12 @@ ProfileParameters read_profile(const std::string& file) {
   return profile;
 }
 
+std::optional<CycleLog> log_of_cycles(const VirtualRunOptions& options, const EcuConfig& config,
+                                      DriveIo<double>& io) {
+  if (options.record_cycles.empty()) return {};
+  return std::optional<CycleLog>{std::in_place, options.record_cycles, config, io};
+}
+
 }  // namespace
 
 VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options, DriveIo<double>& io,
@@ -63,6 +69,7 @@ VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options
       problem_{std::move(problem)},
       periods_per_record_{periods_per_sample(config)},
       drive_{config.drive},
+      cycles_{log_of_cycles(options, config, io)},
       recorder_{periods_per_record_,
                 {.record =
                      [this](const TelemetryIntervalRecord<double>& record) {
@@ -70,10 +77,11 @@ VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options
                      }}},
       ecu_{{.period_ns = config.drive.drive.period_ns,
             .realtime = config.realtime,
-            .identifier_offset = config.can.identifier_offset},
+            .identifier_offset = config.can.identifier_offset,
+            .cycles = cycles_ ? &cycles_->recorder() : nullptr},
            clock_,
            bus_,
-           io,
+           cycles_ ? cycles_->recorder() : io,
            drive_.drive(),
            recorder_} {
   set_up_sources();
@@ -145,12 +153,12 @@ void VirtualRun::run() {
   ecu_.shut_down();
   const std::int64_t limit_ns = config_.drive.drive.command.zero_ramp_ns + shutdown_ns;
   const std::int64_t deadline_ns = clock_.now_ns() + limit_ns;
-  while (!ecu_.stopped() && timeline_.step(deadline_ns)) {
-  }
+  while (!ecu_.stopped() && timeline_.step(deadline_ns)) record_cycles();
   wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   // The recorded part is kept even where the run failed.
   if (frames_) frames_->close();
   if (telemetry_) telemetry_->close();
+  if (cycles_) cycles_->close();
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
   }
@@ -162,11 +170,17 @@ void VirtualRun::run_to_end() {
   const std::int64_t end_ns = replay_ ? std::min(wanted_ns, source_end_ns()) : wanted_ns;
   while (clock_.now_ns() < end_ns) {
     timeline_.run_until(std::min(end_ns, clock_.now_ns() + slice_ns));
+    record_cycles();
     if (problem_ && !problem_().empty()) return;
     if (!vehicle_) continue;
     if (vehicle_->phase() == VirtualVehicle::Phase::done) return;
     if (!vehicle_->enabled_ns() && clock_.now_ns() > hand_shake_ns) return;
   }
+}
+
+void VirtualRun::record_cycles() {
+  if (!cycles_) return;
+  if (const std::string failure = cycles_->poll(); !failure.empty()) throw std::runtime_error{failure};
 }
 
 void VirtualRun::require_success() const {
@@ -188,6 +202,7 @@ void VirtualRun::print_report(std::FILE* out) const {
   print_periods(out, recorder_.periods(), wakes.periods_missed, wakes.overruns);
   print_commands(out, ecu_.receiver(), config_.can.identifier_offset);
   print_can(out);
+  if (cycles_) cycles_->print_report(out);
   fmt::print(out, "left in {}, {} faults", to_string(before_shutdown_.state), before_shutdown_.fault_total);
   if (before_shutdown_.latched.any()) fmt::print(out, ", first {}", to_string(before_shutdown_.first_fault));
   fmt::print(out, "\ndigest {:016x}: telemetry {:016x}, frames {:016x}\n", recorder_.digest(),

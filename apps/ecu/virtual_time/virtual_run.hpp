@@ -7,6 +7,7 @@
 #include <string>
 
 #include "ecu/configured_drive.hpp"
+#include "ecu/replay/cycle_log.hpp"
 #include "ecu/virtual_time/telemetry_file.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/config/ecu_config.hpp"
@@ -24,6 +25,7 @@ struct VirtualRunOptions {
   std::string profile{};                    ///< torque profile for a vehicle to play; empty: none
   std::string frames_out{};                 ///< recording to write; empty: none
   std::string telemetry_out{};              ///< .csv or .h5; empty: none
+  std::string record_cycles{};              ///< recording of the control periods to write; empty: none
   std::optional<double> duration_s{};       ///< virtual time after which the drive is shut down [s]
   std::optional<std::uint64_t> bus_seed{};  ///< of a bus that misbehaves at random [-]
 };
@@ -57,6 +59,7 @@ class VirtualRun {
   void set_up_files();
   void disturb_bus();
   void run_to_end();
+  void record_cycles();
   [[nodiscard]] std::int64_t source_end_ns() const noexcept;
   void print_can(std::FILE* out) const;
 
@@ -68,6 +71,7 @@ class VirtualRun {
   VirtualCanBus bus_{clock_};
   VirtualTimeline timeline_{clock_};
   ConfiguredDrive drive_;
+  std::optional<CycleLog> cycles_;
   RunRecorder recorder_;
   VirtualEcu ecu_;
   Profile profile_{};

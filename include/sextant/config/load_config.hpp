@@ -19,6 +19,9 @@ namespace sextant {
 [[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
                                         const std::vector<std::string>& overrides = {},
                                         std::span<const ControlMethod> own = {});
+/// The same from a text as print_config makes it; `name` stands for the file in messages.
+[[nodiscard]] EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
+                                             const std::vector<std::string>& overrides = {});
 [[nodiscard]] PlantConfig load_plant_config(const std::string& file,
                                             const std::vector<std::string>& overrides = {});
 [[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,

@@ -32,8 +32,9 @@ def copy(source: Source, output: Path, names: list[str] | None, report: Callable
 
 def _left(output: Path, sink: object, metadata: dict, reason: object) -> str:
     """What is left of a copy that found no room."""
+    if sink is not None and output.suffix in AT_THE_END:
+        sink.abandon()
     if sink is None or output.suffix in AT_THE_END:
-        output.unlink(missing_ok=True)
         return f"{output} cannot be written: {reason}; nothing of it is kept."
     sink.close(metadata)
     rows = ", ".join(f"{count} of {name}" for name, count in sink.kept.items())

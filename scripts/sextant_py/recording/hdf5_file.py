@@ -12,9 +12,12 @@ import h5py
 import numpy as np
 
 from ..errors import UserError
+from . import topics
 from .model import BLOCK_ROWS, MAIN, TIMES, Column, Group, Metadata, cut_sentence, missing_rows
 
-ATTRIBUTE = "recording"  # of the root: the metadata as JSON
+ATTRIBUTE = "recording"  # of the root: the metadata as JSON, and blanks
+# Reserved at the beginning: it is written in place at the end, and a cut of the file leaves it. HDF5 allows 64 KiB.
+ATTRIBUTE_BYTES = 32_000
 
 
 class Hdf5Sink:
@@ -28,6 +31,7 @@ class Hdf5Sink:
     INDEX_BYTES = 16_384
 
     def __init__(self, path: Path, metadata: Metadata) -> None:
+        self._path = path
         # Space that was given up is not used again: what one flush left behind stays whole during the next.
         self._file = h5py.File(path, "w", fs_strategy="none")
         self._groups: dict[str, Group] = {}
@@ -36,22 +40,25 @@ class Hdf5Sink:
         try:
             self._reserve(())
             self._describe(metadata)
+            for name, value in metadata.get("attributes", {}).items():
+                self._file.attrs[name] = value
             self._file.flush()
         except OSError:
             self._file.close()
             raise
 
     def _describe(self, metadata: Metadata) -> None:
-        self._file.attrs[ATTRIBUTE] = json.dumps(metadata, ensure_ascii=False)
-        for name, value in metadata.get("attributes", {}).items():
-            self._file.attrs[name] = value
+        text = json.dumps(metadata, ensure_ascii=False).encode().ljust(ATTRIBUTE_BYTES)
+        if len(text) > ATTRIBUTE_BYTES:
+            raise OSError(0, f"the metadata of the recording take more than {ATTRIBUTE_BYTES} bytes")
+        self._file.attrs.modify(ATTRIBUTE, np.array(text, f"S{ATTRIBUTE_BYTES}"))
 
     def _reserve(self, columns: tuple[Column, ...], rows: int = 0) -> None:
         """Room for so many rows of the columns, and for the metadata."""
         need = sum(
             (rows + 2 * self.CHUNK_ROWS) * np.dtype(column.kind).itemsize + self.INDEX_BYTES for column in columns
         )
-        os.posix_fallocate(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), need + 4 * self.INDEX_BYTES)
+        os.posix_fallocate(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), need + 4 * ATTRIBUTE_BYTES)
 
     def _stored(self, group: Group) -> tuple[Column, ...]:
         return tuple(column for column in group.columns if not (group.time_of and column.name == group.time))
@@ -67,9 +74,8 @@ class Hdf5Sink:
         self._file.flush()
 
     def _create(self, place: h5py.Group, column: Column) -> h5py.Dataset:
-        kind = np.dtype(column.kind)
-        kind = h5py.string_dtype("utf-8", kind.itemsize) if column.is_text else kind
-        dataset = place.create_dataset(column.name, (0,), kind, maxshape=(None,), chunks=(self.CHUNK_ROWS,))
+        shape = {"shape": (0,), "maxshape": (None,), "chunks": (self.CHUNK_ROWS,)}
+        dataset = place.create_dataset(column.name, dtype=np.dtype(column.kind), **shape)
         if column.unit:
             dataset.attrs["unit"] = column.unit
         if column.text:
@@ -93,6 +99,14 @@ class Hdf5Sink:
             pass  # the metadata of the beginning stay
         finally:
             self._file.close()
+            self._give_back()
+
+    def _give_back(self) -> None:
+        """The room that was taken and not used: what stands behind the end that the superblock names."""
+        with self._path.open("rb") as file:
+            end = int.from_bytes(file.read(36)[28:36], "little")
+        if end < self._path.stat().st_size:
+            os.truncate(self._path, end)
 
 
 class PaddedFile(io.RawIOBase):
@@ -138,11 +152,12 @@ class Hdf5Source:
         self._size = path.stat().st_size
         self.cut: str | None = None
         self._file = self._open(path)
-        stored = self._file.attrs.get(ATTRIBUTE)
-        self.metadata: Metadata = json.loads(stored) if stored is not None else {"attributes": self._attributes()}
+        self.metadata: Metadata = self._metadata()
         self.groups: dict[str, Group] = {}
         self._rows: dict[str, int] = {}
         self._add(MAIN, self._file)
+        if not self.groups and self._is_padded:
+            raise UserError(f"{path} is truncated, and nothing of it is readable.")
         if not self.groups:
             raise UserError(f"{path} has no signals with a time axis ({', '.join(TIMES)}), so it is no recording.")
         if self._is_padded:
@@ -166,13 +181,22 @@ class Hdf5Source:
                 f"{path} is truncated: {self._size} of {size} bytes are there, and nothing of it is readable."
             ) from None
 
+    def _metadata(self) -> Metadata:
+        try:
+            stored = self._file.attrs.get(ATTRIBUTE)
+            return json.loads(value_of(stored)) if stored is not None else {"attributes": self._attributes()}
+        except (OSError, RuntimeError, KeyError, ValueError):
+            if self._is_padded:
+                raise UserError(f"{self._path} is truncated, and nothing of it is readable.") from None
+            raise UserError(f"{self._path} has no readable attribute {ATTRIBUTE}; it is no recording.") from None
+
     def _attributes(self) -> dict[str, Any]:
         return {name: value_of(value) for name, value in self._file.attrs.items()}
 
     def _add(self, name: str, place: h5py.Group) -> None:
         try:
             members = list(place.items())
-        except (OSError, RuntimeError):
+        except (OSError, RuntimeError, KeyError):
             return  # behind the cut
         datasets = {key: data for key, data in members if isinstance(data, h5py.Dataset) and data.ndim == 1}
         if datasets:
@@ -185,12 +209,13 @@ class Hdf5Source:
         columns = [column_of(key, data) for key, data in datasets.items()]
         rows = min(self._readable_rows(data) for data in datasets.values())
         shares = not any(column.name in TIMES for column in columns)
-        if shares and (MAIN not in self.groups or rows != self._rows[MAIN]):
+        if shares and (MAIN not in self.groups or (rows != self._rows[MAIN] and not self._is_padded)):
             return
         if shares:
+            rows = min(rows, self._rows[MAIN])
             main = self.groups[MAIN]
             columns.insert(0, next(column for column in main.columns if column.name == main.time))
-        columns.sort(key=lambda column: column.name not in TIMES)  # the time axis first
+        columns.sort(key=lambda column: place_of(name, column.name))
         text = "" if name == MAIN else str(value_of(place.attrs.get("description", "")))
         self.groups[name] = Group(name, tuple(columns), text, MAIN if shares else "")
         self._rows[name] = rows
@@ -199,14 +224,15 @@ class Hdf5Source:
         """Rows before the first chunk that reaches behind the cut."""
         if not self._is_padded or not len(data):
             return len(data)
-        try:
-            chunks = [data.id.get_chunk_info(index) for index in range(data.id.get_num_chunks())]
-        except (OSError, RuntimeError, ValueError):
-            return 0
-        whole = {chunk.chunk_offset[0] for chunk in chunks if chunk.byte_offset + chunk.size <= self._size}
         rows = 0
-        while rows in whole:
-            rows += data.chunks[0]
+        try:
+            while rows < len(data):
+                chunk = data.id.get_chunk_info_by_coord((rows,))
+                if chunk.byte_offset is None or chunk.byte_offset + chunk.size > self._size:
+                    break
+                rows += data.chunks[0]
+        except (OSError, RuntimeError, ValueError):
+            pass  # its place is behind the cut
         return min(rows, len(data))
 
     def rows(self, name: str) -> int:
@@ -221,6 +247,12 @@ class Hdf5Source:
                 at_root = name == MAIN or (group.time_of and column.name == group.time)
                 block[column.name] = self._file[column.name if at_root else f"{name}/{column.name}"][begin:end]
             yield block
+
+
+def place_of(group: str, signal: str) -> tuple[bool, int]:
+    """HDF5 sorts names by the alphabet; the contract's order is restored, other groups have the time axis first."""
+    known = [column.name for column in topics.group_of(group).columns] if group in topics.TOPICS else []
+    return (signal not in TIMES and signal not in known, known.index(signal) if signal in known else 0)
 
 
 def value_of(attribute: Any) -> Any:

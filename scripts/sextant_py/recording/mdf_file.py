@@ -1,6 +1,8 @@
 """Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds."""
 
 import json
+import struct
+import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,7 +15,9 @@ from ..errors import UserError
 from .model import BLOCK_ROWS, Group, Metadata
 
 ATTACHMENT = "sextant_recording.json"
-MASTER = "time"
+# What asammdf raises where a file is not what it should be.
+UNREADABLE = (MdfException, OSError, ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error)
+HEADER_AT = 64  # of the HD block, whose first link, after 24 bytes, is that to the first data group
 ZIPPED = 2  # deflate, with the bytes transposed
 
 
@@ -30,6 +34,11 @@ class MdfSink:
         if self._begin_ns is not None and wall_ns is not None:
             self._mdf.header.start_time = datetime.fromtimestamp((self._begin_ns + wall_ns) / 1e9, UTC)
         self.kept: dict[str, int] = {}
+
+    def abandon(self) -> None:
+        """Removes the file, which is not readable."""
+        self._mdf.close()
+        self._path.unlink(missing_ok=True)
 
     def add(self, group: Group) -> None:
         self._groups[group.name] = group
@@ -71,12 +80,15 @@ class MdfSource:
 
     def __init__(self, path: Path) -> None:
         self.cut: str | None = None
+        check_whole(path)
+        self._mdf = opened(path)
         try:
-            self._mdf = MDF(path)
-            stored = [index for index, block in enumerate(self._mdf.attachments) if str(block.file_name) == ATTACHMENT]
-            about = json.loads(bytes(self._mdf.extract_attachment(stored[0])[0])) if stored else None
-        except (MdfException, OSError, ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
-            raise UserError(f"{path} is no MDF file, or truncated, and cannot be read: {error}.") from None
+            names = [str(block.file_name) for block in self._mdf.attachments]
+            about = None
+            if ATTACHMENT in names:
+                about = json.loads(bytes(self._mdf.extract_attachment(names.index(ATTACHMENT))[0]))
+        except UNREADABLE as error:
+            raise UserError(f"{path} is truncated or damaged, and cannot be read: {error}.") from None
         if about is None:
             raise UserError(f"{path} is no Sextant recording: it has no attachment {ATTACHMENT}.")
         self.metadata: Metadata = about["recording"]
@@ -106,3 +118,27 @@ class MdfSource:
                 block[column.name] = found.samples
             for first in range(0, count, rows):
                 yield block[first : first + rows]
+
+
+def opened(path: Path) -> MDF:
+    """asammdf complains on stderr about what it has opened halfway; what is raised here says as much."""
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        try:
+            return MDF(path)
+        except UNREADABLE as error:
+            reason = str(error)
+    finally:
+        sys.unraisablehook = hook
+    raise UserError(f"{path} is truncated or damaged, and cannot be read: {reason}.")
+
+
+def check_whole(path: Path) -> None:
+    """MdfSink's files have the description of their groups at the end: without it nothing of them is readable."""
+    with path.open("rb") as file:
+        begin = file.read(HEADER_AT + 32)
+    if begin[:3] != b"MDF" or len(begin) < HEADER_AT + 32:
+        raise UserError(f"{path} is no MDF file.")
+    first_group = int.from_bytes(begin[HEADER_AT + 24 :], "little")
+    if first_group >= path.stat().st_size:
+        raise UserError(f"{path} is truncated: it lacks its end, without which nothing of it is readable.")

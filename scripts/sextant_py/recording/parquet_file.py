@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -27,11 +28,23 @@ class ParquetSink:
         self._waiting: dict[str, list[np.ndarray]] = {}
         self.kept: dict[str, int] = {}
 
+    def abandon(self) -> None:
+        """Removes the files, of which none is readable."""
+        for name, writer in self._writers.items():
+            writer.is_open = False  # it shall not write its end
+            with suppress(OSError):
+                writer.file_handle.close()
+            self._file(name).unlink(missing_ok=True)
+
+    def _file(self, name: str) -> Path:
+        return arrow_table.file_of(self._path, name, self._metadata.get("main", MAIN))
+
     def add(self, group: Group) -> None:
         self._groups[group.name] = group
         self._schemas[group.name] = arrow_table.schema(group)
-        place = arrow_table.file_of(self._path, group.name, self._metadata.get("main", MAIN))
-        self._writers[group.name] = parquet.ParquetWriter(place, self._schemas[group.name], compression="zstd")
+        self._writers[group.name] = parquet.ParquetWriter(
+            self._file(group.name), self._schemas[group.name], compression="zstd"
+        )
         self._waiting[group.name] = []
         self.kept[group.name] = 0
 

@@ -38,4 +38,5 @@ def test_picture(
     page.wait_for_timeout(1000)
     DIRECTORY.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=DIRECTORY / f"dashboard_{width}_{scheme}.png", full_page=True)
+    page.evaluate("scrollTo(0, 0)")
     page.screenshot(path=DIRECTORY / f"dashboard_{width}_{scheme}_top.png")

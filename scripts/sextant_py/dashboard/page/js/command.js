@@ -43,6 +43,7 @@ export class CommandPanel {
     this.entry = element("input", { type: "number", id: "torque", step: 0.5, "aria-label": "Torque request, N·m" });
     this.slider.addEventListener("input", () => this.setTorque(Number(this.slider.value)));
     this.entry.addEventListener("change", () => this.setTorque(Number(this.entry.value)));
+    this.bus = element("p", { class: "quiet bus" });
     this.say = element("p", { class: "say quiet", role: "status", "aria-live": "polite" });
     this.reported = element("dl", { class: "values" });
     const unit = element("span", { class: "quiet" }, "N·m");
@@ -50,7 +51,7 @@ export class CommandPanel {
     this.controls.append(this.slider, element("div", { class: "row" }, this.entry, unit, this.zero));
     this.controls.append(element("div", { class: "row" }, this.reset, this.release), this.reported);
     const title = element("h2", { id: "command-title" }, "Command over CAN");
-    this.node.append(title, element("div", { class: "row" }, this.take), this.controls, this.say);
+    this.node.append(title, element("div", { class: "row" }, this.take), this.controls, this.say, this.bus);
     this.show();
   }
 
@@ -122,6 +123,7 @@ export class CommandPanel {
   show() {
     const s = this.standing ?? { allowed: false };
     this.node.hidden = !this.standing;
+    setText(this.bus, s.bus ?? "");
     const mayTake = s.allowed && !s.holder && !s.has_ended && Boolean(token());
     this.take.parentElement.hidden = this.isMine || !s.allowed;
     this.take.disabled = !mayTake;
@@ -160,7 +162,6 @@ export class CommandPanel {
     const entries = [
       ["drive, over CAN", s.drive_state ?? "–"],
       ["available", `−${number(s.regenerating_nm, 1)} … ${number(s.motoring_nm, 1)} N·m`],
-      ["bus", s.bus],
     ];
     this.reported.replaceChildren(
       ...entries.flatMap(([label, value]) => [element("dt", {}, label), element("dd", {}, value)]),

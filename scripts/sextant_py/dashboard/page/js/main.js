@@ -16,7 +16,6 @@ import { startTheme } from "./theme.js";
 import { connectToolbar } from "./toolbar.js";
 import { View } from "./view.js";
 
-const NO_FLUX_WB = 0.01;
 const DRAW_MS = 1000 / 30;
 const byId = (id) => document.getElementById(id);
 
@@ -157,15 +156,15 @@ class Dashboard {
     const time = origin + this.view.range()[1];
     const sample = shown.nearest(time);
     if (sample === null) return;
-    const degrees = (shown.value("flux_angle_rad", sample) * 180) / Math.PI;
-    const reported = shown.value("sector", sample); // 0 where the controller uses none
-    const sector = reported || (shown.value("flux_mean_wb", sample) > NO_FLUX_WB ? sectorOf(degrees) : 0);
     const locus = this.view.isPaused ? null : this.scope.locus();
-    if (locus) this.plane.draw(locus);
-    else this.plane.draw({ trail: trailOf(shown, time), sector, vector: null });
+    const trail = locus?.trail ?? trailOf(shown, time);
+    const { alpha, beta } = trail.at(-1) ?? { alpha: 0, beta: 0 };
+    const reported = shown.value("sector", sample); // 0 where the controller uses none
+    const sector = (locus ? 0 : reported) || sectorOf(alpha, beta);
+    this.plane.draw({ trail, sector, vector: locus?.vector ?? null });
     const entries = [
-      ["magnitude", `${quantity(shown.value("flux_mean_wb", sample), "Wb")} Wb`],
-      ["angle from phase a", `${number(degrees, 1)}°`],
+      ["magnitude", `${quantity(Math.hypot(alpha, beta), "Wb")} Wb`],
+      ["angle from phase a", `${number((Math.atan2(beta, alpha) * 180) / Math.PI, 1)}°`],
       [reported ? "sector" : "sector of the angle", sector ? String(sector) : "none"],
       ["voltage vector applied", locus ? locus.vectorText : "with the scope on"],
     ];

@@ -4,11 +4,13 @@ import { colour, roundedUp } from "./format.js";
 
 const TRAIL_S = 0.25;
 const ARROW = 8;
+const SMALLEST_WB = 0.1; // of the edge
+const NO_FLUX_WB = 0.01; // below it there is no sector
 
 export class Plane {
   constructor(canvas) {
     this.canvas = canvas;
-    this.scale = 0.1; // [Wb] at the edge
+    this.scale = SMALLEST_WB; // at the edge [Wb]
   }
 
   // trail: [{alpha, beta}] oldest first; sector: 0 for none; vector: number of the active vector, null where unknown.
@@ -19,7 +21,7 @@ export class Plane {
     if (canvas.width !== size) canvas.width = canvas.height = size;
     const context = canvas.getContext("2d");
     const largest = trail.reduce((found, { alpha, beta }) => Math.max(found, Math.hypot(alpha, beta)), 0);
-    this.scale = Math.max(roundedUp(largest * 1.02), largest < this.scale * 0.4 ? 0 : this.scale);
+    this.scale = Math.max(roundedUp(largest * 1.02), largest < this.scale * 0.4 ? SMALLEST_WB : this.scale);
     const radius = size * 0.4;
     context.clearRect(0, 0, size, size);
     context.save();
@@ -103,8 +105,10 @@ function angleOf(sector) {
   return ((sector - 1) * Math.PI) / 3;
 }
 
-// The sector, centred on its active vector, of an angle in degrees.
-export function sectorOf(degrees) {
+// The sector, centred on its active vector; 0 without flux.
+export function sectorOf(alpha, beta) {
+  if (Math.hypot(alpha, beta) < NO_FLUX_WB) return 0;
+  const degrees = (Math.atan2(beta, alpha) * 180) / Math.PI;
   return ((Math.floor((degrees + 30) / 60) % 6) + 6) % 6 + 1;
 }
 

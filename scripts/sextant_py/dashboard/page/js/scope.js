@@ -136,7 +136,7 @@ export class ScopePanel {
     if (!this.isOn || !message || performance.now() - this.locusAt > FRESH_MS) return null;
     const trail = message.alpha.map((alpha, index) => ({ alpha, beta: message.beta[index] }));
     const last = trail.at(-1);
-    const sector = message.sector || sectorOf((Math.atan2(last.beta, last.alpha) * 180) / Math.PI);
+    const sector = message.sector || sectorOf(last.alpha, last.beta);
     const isOff = (message.switch_state & LEGS_OFF) !== 0;
     const vector = isOff ? null : (VECTORS[message.switch_state & 7] ?? null);
     const vectorText = isOff ? "gates off" : vector ? `V${vector}` : message.switch_state & 7 ? "V7 (zero)" : "V0 (zero)";

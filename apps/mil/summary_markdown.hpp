@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "sextant/sim/summary.hpp"
+
+namespace sextant::mil {
+
+/// The run as Markdown, as GitHub shows it: a heading with the verdict, why it did not pass, and a table of
+/// the limits; the metrics without a limit are folded away.
+[[nodiscard]] std::string to_markdown(const RunSummary& summary);
+
+/// Appends a text to a file. Throws std::runtime_error with file and reason.
+void append_markdown(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace sextant::mil

@@ -1,0 +1,33 @@
+"""A trace or a recording as a pandas DataFrame."""
+
+import warnings
+from pathlib import Path
+
+import pandas
+from sextant_py.errors import UserError
+from sextant_py.signal_file import SignalFile
+
+
+def read(file: str | Path, group: str | None = None) -> pandas.DataFrame:
+    """The signals of a trace or a recording, a column each, over time.
+
+    group: of a recording, such as `waveform`; None: the telemetry, of a trace with `plant/…` and `control/…`.
+
+    The index is the time in seconds, `t_s`; that of a recording counts from its first sample. `attrs["units"]` and
+    `attrs["descriptions"]` have unit and meaning of each column. docs/recordings.md lists the formats. Warns of a
+    truncated file, of which the rows are returned that are left. Raises UserError, with a sentence, where the file
+    cannot be read.
+    """
+    found = SignalFile(Path(file))
+    if found.cut:
+        warnings.warn(found.cut, stacklevel=2)
+    if group is not None and group not in found.groups:
+        raise UserError(f'{file} has no group "{group}"; it has {", ".join(found.groups)}.')
+    signals = found.signals(found.of_main() if group is None else [group])
+    prefix = "" if group in (None, found.main) else f"{group}/"
+    named = {name.removeprefix(prefix): name for name in signals.values}
+    values = {name: signals.values[full] for name, full in named.items()}
+    frame = pandas.DataFrame(values, index=pandas.Index(signals.time_s, name="t_s"))
+    frame.attrs["units"] = {name: signals.units[full] for name, full in named.items()}
+    frame.attrs["descriptions"] = {name: signals.texts[full] for name, full in named.items()}
+    return frame

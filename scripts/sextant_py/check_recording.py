@@ -1,0 +1,257 @@
+"""Records a live drive with every control period and its CAN frames, and checks that the files have all of it.
+
+A sample that is missing has to be counted, as lost on the way or as dropped or missed by the drive. The packages mcap
+and asammdf have to read the MCAP and the MDF4 file alike. Size and processor time are told.
+"""
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from . import bus as can_bus
+from .errors import UserError, run
+from .paths import OUT, ROOT
+from .recording import formats
+from .recording.losses import LossCounter
+from .recording.model import MAIN, Source
+from .recording.topics import WAVEFORM
+
+PROFILE = ROOT / "configs" / "profiles" / "demo.csv"
+# No machine that stands still trips the drive.
+PATIENCE = (
+    *("command.timeout_ms=10000", "command.lost_ms=60000", "command.status_timeout_ms=10000"),
+    *("command.status_lost_ms=60000", "realtime.watchdog_ms=60000"),
+)
+START_S, LEAVE_S = 30.0, 900.0
+BATCH_PERIODS = 400  # at most
+EXAMPLES = """examples:
+  check_recording                     ten minutes
+  check_recording --minutes 0.2 --domain 9 --bin build/dev/apps
+"""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a program has taken."""
+
+    wall_s: float
+    cpu_s: float
+    peak_mib: float
+
+    def described(self) -> dict[str, float]:
+        share = 100 * self.cpu_s / self.wall_s
+        return {"wall_s": round(self.wall_s, 1), "cpu_s": round(self.cpu_s, 1), "cpu_percent": round(share, 1)} | {
+            "peak_mib": round(self.peak_mib, 1)
+        }
+
+
+def measured(command: list[object], log: Path) -> Cost:
+    """Runs a program of scripts/ to its end; its words go to the log."""
+    begin_s = time.monotonic()
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            [str(word) for word in command], stdin=subprocess.DEVNULL, stdout=output, stderr=output
+        )
+        _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise UserError(f"{command[0]} failed: {log.read_text(encoding='utf-8').strip()[-500:]}")
+    return Cost(time.monotonic() - begin_s, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+
+
+def long_profile(path: Path, seconds: float) -> None:
+    """The demo's profile over and over."""
+    from .profile import load
+
+    points = load(PROFILE, "linear").points
+    span_s = points[-1].time_s + 0.5
+    times = [number * span_s for number in range(int(seconds / span_s) + 1)]
+    lines = [f"{begin_s + point.time_s:.3f},{point.torque_nm:g}" for begin_s in times for point in points]
+    path.write_text("\n".join(["time_s,torque_nm", *lines]) + "\n", encoding="utf-8")
+
+
+def record_live(options: argparse.Namespace, folder: Path) -> Cost:
+    """The drive under commands, recorded to run.mcap."""
+    seconds = 60 * options.minutes
+    long_profile(folder / "profile.csv", seconds + 10)
+    ecu_command = [options.bin / "sextant-ecu", ROOT / "configs" / "ecu.toml", "--can", options.can]
+    settings = (f"dds.domain={options.domain}", *PATIENCE)
+    ecu_command += [word for setting in settings for word in ("--set", setting)]
+    vcu_command = [ROOT / "scripts" / "vcu", "--profile", folder / "profile.csv", "--can", options.can, "--quiet"]
+    with (folder / "ecu.log").open("wb") as ecu_log, (folder / "vcu.log").open("wb") as vcu_log:
+        ecu = subprocess.Popen(ecu_command, stdin=subprocess.DEVNULL, stdout=ecu_log, stderr=ecu_log)
+        vcu = subprocess.Popen([*vcu_command, "--timeout", str(START_S)], stdout=vcu_log, stderr=vcu_log)
+        try:
+            time.sleep(1)
+            recorder = [ROOT / "scripts" / "record", folder / "run.mcap", "--waveform", "--can", options.can]
+            recorder += ["--domain", options.domain, "--duration", seconds]
+            return measured(recorder, folder / "record.log")
+        finally:
+            for process in (vcu, ecu):
+                process.terminate()
+                process.wait(LEAVE_S)
+
+
+def columns(source: Source, group: str, *names: str) -> dict[str, np.ndarray]:
+    found: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    for block in source.blocks(group):
+        for name in names:
+            found[name].append(block[name])
+    return {name: np.concatenate(parts) for name, parts in found.items()}
+
+
+class Verdict:
+    """What holds and what does not."""
+
+    def __init__(self) -> None:
+        self.failures: list[str] = []
+
+    def expect(self, holds: bool, what: str) -> None:
+        if not holds:
+            self.failures.append(what)
+
+
+def explained_span(source: Source, waveform: dict[str, np.ndarray]) -> tuple[int, int]:
+    """Control periods without a row between the first and the last statistics, and those that the drive has missed."""
+    statistics = columns(source, "statistics", "t_ns", "periods_missed")
+    first_ns, last_ns = statistics["t_ns"][0], statistics["t_ns"][-1]
+    times = waveform["t_ns"][(waveform["t_ns"] >= first_ns) & (waveform["t_ns"] <= last_ns)]
+    steps = np.rint(np.diff(times) / waveform["period_ns"][0]).astype(np.int64)
+    missed = statistics["periods_missed"].astype(np.int64)
+    return int(np.sum(steps[steps > 1] - 1)), int(missed[-1] - missed[0])
+
+
+def check_losses(source: Source, verdict: Verdict) -> dict[str, object]:
+    """Every number of the sequence is a row or counted as lost, and every control period has its reason."""
+    for name in (MAIN, WAVEFORM, "statistics", "can"):
+        verdict.expect(name in source.groups and source.rows(name) > 0, f"the recording has no {name}")
+    if verdict.failures:
+        return {}
+    counter = LossCounter()
+    for name in source.groups:
+        for block in source.blocks(name):
+            counter.take(name, block)
+    verdict.expect(counter.described() == source.metadata["losses"], "the file's losses are not those of its rows")
+    telemetry = columns(source, MAIN, "sequence")["sequence"].astype(np.int64)
+    lost = counter.of[MAIN].lost
+    verdict.expect(telemetry[-1] - telemetry[0] + 1 == len(telemetry) + lost, "samples of telemetry are not counted")
+    waveform = columns(source, WAVEFORM, "t_ns", "period_ns", "sequence")
+    periods = int(np.rint((waveform["t_ns"][-1] - waveform["t_ns"][0]) / waveform["period_ns"][0])) + 1
+    of = counter.of[WAVEFORM]
+    verdict.expect(periods == of.rows + of.periods_missing, "control periods are not counted")
+    batches = len(np.unique(waveform["sequence"]))
+    numbered = int(waveform["sequence"][-1]) - int(waveform["sequence"][0]) + 1
+    verdict.expect(numbered == batches + of.lost, "batches are not counted")
+    missing, missed = explained_span(source, waveform)
+    explained = of.dropped + missed + BATCH_PERIODS * of.lost
+    verdict.expect(
+        missing <= explained, f"{missing} control periods are missing, of which no more than {explained} are explained"
+    )
+    frames = {name: losses.lost for name, losses in counter.of.items() if name.startswith("can/")}
+    return {
+        "telemetry_rows": len(telemetry), "telemetry_lost": lost, "control_periods": of.rows,
+        "batches_lost": of.lost, "periods_dropped_by_drive": of.dropped, "periods_missing": of.periods_missing,
+        "periods_missed_by_drive": missed, "can_frames": source.rows("can"),
+        "can_frames_missing": sum(frames.values()),
+    }  # fmt: skip
+
+
+def check_mcap(path: Path, source: Source, verdict: Verdict) -> None:
+    """By the package mcap: the counts of its summary, and the first messages of a channel."""
+    from mcap.reader import make_reader
+
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        summary = reader.get_summary()
+        topics = {channel.id: channel.topic.removeprefix("/") for channel in summary.channels.values()}
+        counts = {topics[number]: count for number, count in summary.statistics.channel_message_counts.items()}
+        verdict.expect(counts == {name: source.rows(name) for name in source.groups}, "mcap counts other messages")
+        times = [entry.log_time for _, entry in zip(range(1000), _messages(reader, WAVEFORM), strict=False)]
+    own = columns(source, WAVEFORM, "t_ns")["t_ns"][: len(times)]
+    verdict.expect(len(times) > 0 and np.array_equal(times, own), "mcap reads other times")
+
+
+def _messages(reader: object, group: str):
+    for _, _, message in reader.iter_messages(topics=[f"/{group}"]):
+        yield message
+
+
+def check_mdf(path: Path, source: Source, verdict: Verdict) -> None:
+    """By asammdf: rows of each group, and the values of two signals."""
+    from asammdf import MDF
+
+    with MDF(path) as file:
+        numbers = {group.channel_group.acq_name: index for index, group in enumerate(file.groups)}
+        rows = {name: file.groups[index].channel_group.cycles_nr for name, index in numbers.items()}
+        verdict.expect(rows == {name: source.rows(name) for name in source.groups}, "asammdf counts other rows")
+        for group, name in ((MAIN, "torque_mean_nm"), (WAVEFORM, "torque_nm")):
+            own = columns(source, group, "t_ns", name)
+            found = file.get(name, group=numbers[group])
+            verdict.expect(found.unit == "N·m", f"asammdf reads the unit {found.unit} of {name}")
+            verdict.expect(np.array_equal(found.samples, own[name]), f"asammdf reads other values of {name}")
+            steps = np.diff(own["t_ns"]) / 1e9
+            verdict.expect(
+                np.allclose(np.diff(found.timestamps), steps, atol=1e-9), f"asammdf reads other times of {group}"
+            )
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="check_recording", description=__doc__, epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("--minutes", type=float, default=10.0, help="how long to record (default: 10)")
+    parser.add_argument("--domain", type=int, default=38, help="DDS domain (default: 38)")
+    parser.add_argument("--can", default="udp_multicast:239.74.163.2:43138", metavar="ADDRESS", help="CAN bus")
+    bin_folder = ROOT / "build" / "release" / "apps"
+    parser.add_argument(
+        "--bin", type=Path, default=bin_folder, metavar="DIR", help="programs (default: of the release)"
+    )
+    folder = OUT / "check_recording"
+    parser.add_argument(
+        "--out", type=Path, default=folder, metavar="DIR", help=f"where the files go (default: {folder})"
+    )
+    return parser.parse_args(arguments)
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    if not options.minutes > 0:
+        raise UserError("--minutes must be above 0.")
+    if not (options.bin / "sextant-ecu").is_file():
+        raise UserError(f"there is no sextant-ecu in {options.bin}; --bin names its directory.")
+    can_bus.open_bus(can_bus.parse(options.can)).shutdown()
+    folder = options.out
+    folder.mkdir(parents=True, exist_ok=True)
+    mcap, mdf = folder / "run.mcap", folder / "run.mf4"
+    print(f"check_recording: recording {options.minutes:g} minutes to {mcap}", flush=True)
+    cost = record_live(options, folder)
+    print(f"check_recording: converting to {mdf}", flush=True)
+    conversion = measured([ROOT / "scripts" / "convert", mcap, mdf], folder / "convert.log")
+    verdict, source = Verdict(), formats.open_source(mcap)
+    figures = check_losses(source, verdict)
+    if figures:
+        check_mcap(mcap, source, verdict)
+        check_mdf(mdf, source, verdict)
+    figures |= {f"{path.suffix[1:]}_mib": round(path.stat().st_size / 2**20, 1) for path in (mcap, mdf)}
+    report = {"minutes": options.minutes, **figures, "record": cost.described(), "convert": conversion.described()}
+    report |= {"check_peak_mib": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)}
+    report |= {"failures": verdict.failures}
+    text = json.dumps(report, indent=2, ensure_ascii=False)
+    (folder / "report.json").write_text(text + "\n", encoding="utf-8")
+    print(text)
+    for failure in verdict.failures:
+        print(f"check_recording: {failure}", file=sys.stderr)
+    return 1 if verdict.failures else 0
+
+
+if __name__ == "__main__":
+    run("check_recording", main)

@@ -1,0 +1,120 @@
+"""Signals of a trace of sextant-mil or of a recording, in any of its file formats, over time in seconds."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from .errors import UserError
+from .recording.formats import SUFFIXES, open_source
+from .recording.model import MAIN, Column, Group, Source
+
+__all__ = ["SUFFIXES", "GroupRows", "SignalFile", "Signals", "load"]
+
+
+@dataclass
+class Signals:
+    """Signals over one time axis."""
+
+    time_s: np.ndarray
+    values: dict[str, np.ndarray]
+    units: dict[str, str] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+
+    def get(self, *names: str) -> np.ndarray | None:
+        """The first of the signals that there is."""
+        return next((self.values[name] for name in names if name in self.values), None)
+
+
+@dataclass
+class GroupRows:
+    """The rows of a group within a span of time; read when they are first needed."""
+
+    path: Path
+    source: Source
+    group: Group
+    zero_ns: int  # time 0
+    begin_s: float
+    end_s: float
+
+    def _times_s(self, block: np.ndarray) -> np.ndarray:
+        if self.group.time == "t_s":
+            return block["t_s"] - self.zero_ns / 1e9
+        return (self.group.times_ns(block) - self.zero_ns) / 1e9
+
+    @cached_property
+    def _read(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times [s] and rows."""
+        times, rows, ends = [], [], []
+        for block in self.source.blocks(self.group.name):
+            time_s = self._times_s(block)
+            wanted = (time_s >= self.begin_s) & (time_s <= self.end_s)
+            times.append(time_s[wanted])
+            rows.append(block[wanted])
+            ends += [time_s[0], time_s[-1]]
+        if not ends:
+            raise UserError(f"{self.path} has no samples.")
+        if not sum(map(len, times)):
+            raise UserError(f"{self.path} has no sample in that span; it runs from {min(ends):g} s to {max(ends):g} s.")
+        return np.concatenate(times), np.concatenate(rows)
+
+    @property
+    def time_s(self) -> np.ndarray:
+        return self._read[0]
+
+    def values(self, column: str) -> np.ndarray:
+        return self._read[1][column]
+
+
+class SignalFile:
+    """A file with the groups of its signals. The signals of the main group have no prefix, the others `GROUP/`."""
+
+    def __init__(self, path: Path, begin_s: float | None = None, end_s: float | None = None) -> None:
+        """The span counts from the first sample of t_ns, or as t_s does."""
+        source = open_source(path)
+        self.path = path
+        self.cut = source.cut  # what a truncated file has lost, in a sentence
+        self.main = MAIN if MAIN in source.groups else next(iter(source.groups))
+        begin = -np.inf if begin_s is None else begin_s
+        end = np.inf if end_s is None else end_s
+        zero_ns = self._zero_ns(source)
+        self.groups = {
+            name: GroupRows(path, source, group, zero_ns, begin, end) for name, group in source.groups.items()
+        }
+
+    def _zero_ns(self, source: Source) -> int:
+        group = source.groups[self.main]
+        first = next(source.blocks(self.main, 1), None)
+        if first is None:
+            raise UserError(f"{self.path} has no samples.")
+        return 0 if group.time == "t_s" else int(group.times_ns(first)[0])
+
+    def of_main(self) -> list[str]:
+        """The main group and those that share its time axis."""
+        return [name for name, rows in self.groups.items() if name == self.main or rows.group.time_of == self.main]
+
+    def columns(self, group: str) -> Iterator[tuple[str, Column]]:
+        """The signals of a group that are numbers, with their full names; without the time."""
+        prefix = "" if group == self.main else f"{group}/"
+        rows = self.groups[group].group
+        return (
+            (prefix + column.name, column) for column in rows.columns if not column.is_text and column.name != "t_s"
+        )
+
+    def signals(self, groups: list[str]) -> Signals:
+        """The signals of groups that share a time axis."""
+        found = Signals(self.groups[groups[0]].time_s, {})
+        for group in groups:
+            for name, column in self.columns(group):
+                if group == groups[0] or column.name != "t_ns":
+                    found.values[name] = self.groups[group].values(column.name)
+                    found.units[name], found.texts[name] = column.unit, column.text
+        return found
+
+
+def load(path: Path, begin_s: float | None = None, end_s: float | None = None) -> Signals:
+    """The signals of the main group and of those that share its time axis."""
+    file = SignalFile(path, begin_s, end_s)
+    return file.signals(file.of_main())

@@ -1,0 +1,57 @@
+#include "sextant/sim/summary_text.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+#include <fmt/format.h>
+
+namespace sextant {
+namespace {
+
+double in_seconds(std::int64_t t_ns) {
+  return double(t_ns) / 1e9;
+}
+
+std::string verdict_reason(const RunSummary& summary) {
+  switch (summary.verdict()) {
+    case Verdict::tripped:
+      return fmt::format("the drive tripped with {} at {:.6f} s; see [protection] and [command]",
+                         to_string(summary.faults.front().fault), in_seconds(summary.faults.front().t_ns));
+    case Verdict::not_balanced:
+      return fmt::format(
+          "{:.2g} of the energy is unaccounted for, so that its figures do not count; "
+          "choose a shorter step or tighter tolerances in [plant]",
+          summary.metrics[Metric::energy_unaccounted]);
+    case Verdict::interrupted:
+      return fmt::format("interrupted at {:.6f} s", summary.metrics[Metric::simulated]);
+    default:
+      if (!summary.expected_fault || !summary.faults.empty()) return "";
+      return fmt::format("{} was expected and did not come", to_string(summary.expected_fault->fault));
+  }
+}
+
+}  // namespace
+
+std::string limit_text(const Expectation& e) {
+  if (e.min && e.max) return fmt::format("{:g} … {:g}", *e.min, *e.max);
+  if (e.min) return fmt::format("≥ {:g}", *e.min);
+  if (e.max) return fmt::format("≤ {:g}", *e.max);
+  return "";
+}
+
+std::string value_text(double x) {
+  return std::isfinite(x) ? fmt::format("{:.5g}", x) : std::string{"-"};
+}
+
+std::string window_text(const TimeWindow& window) {
+  const std::string end =
+      window.to_ns == TimeWindow{}.to_ns ? "the end" : fmt::format("{:g} s", in_seconds(window.to_ns));
+  return fmt::format("{:g} s to {}", in_seconds(window.from_ns), end);
+}
+
+std::string reason_text(const RunSummary& summary) {
+  const std::string reason = verdict_reason(summary);
+  return summary.problem + (summary.problem.empty() || reason.empty() ? "" : "\n") + reason;
+}
+
+}  // namespace sextant

@@ -1,0 +1,307 @@
+"""Recordings in every format: values, units and texts survive, and readers of other origin find the same."""
+
+import csv
+import itertools
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import mdfreader
+import numpy as np
+import pytest
+from made_recording import EXTREMES, assert_same, assert_same_values, made, reread, whole, write
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from programs import program
+from pyarrow import parquet
+from sextant_py import convert
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+from sextant_py.recording import formats, topics
+from sextant_py.recording.mcap_messages import field_name
+from sextant_py.recording.model import MAIN, merged
+
+SEED = 13
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_every_value_survives(tmp_path: Path, suffix: str) -> None:
+    source = made(SEED)
+    write(source, tmp_path / f"run{suffix}")
+    found = reread(tmp_path / f"run{suffix}")
+    assert found.cut is None
+    assert_same(found, source)
+    kept = {key: found.metadata[key] for key in source.metadata}
+    assert kept == source.metadata
+    assert found.metadata["rows"] == {name: source.rows(name) for name in source.groups}
+
+
+def test_a_chain_through_all_formats_changes_nothing(tmp_path: Path) -> None:
+    source = made(SEED + 1)
+    write(source, tmp_path / "run.mcap")
+    chain = ["run.mcap", "run.mf4", "run.csv", "run.parquet", "run.h5", "again.mcap"]
+    for before, after in itertools.pairwise(chain):
+        assert convert.main([str(tmp_path / before), str(tmp_path / after)]) == 0
+    assert_same(reread(tmp_path / "again.mcap"), source)
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_a_trace_of_mil_survives(tmp_path: Path, suffix: str) -> None:
+    """With plant and control, which share the time axis of the record."""
+    scenario = ROOT / "configs" / "scenarios" / "constant_torque.toml"
+    settings = ["--set", 'trace.signals=["all"]', "--out", str(tmp_path / "out")]
+    ran = subprocess.run([program("sextant-mil"), scenario, *settings], capture_output=True, text=True, timeout=240)
+    trace = tmp_path / "out" / "trace.h5"
+    assert trace.exists(), ran.stderr
+    assert convert.main([str(trace), str(tmp_path / f"trace{suffix}")]) == 0
+    assert_same(reread(tmp_path / f"trace{suffix}"), reread(trace))
+    if suffix == ".h5":
+        return
+    assert convert.main([str(tmp_path / f"trace{suffix}"), str(tmp_path / "again.h5")]) == 0
+    with h5py.File(trace) as before, h5py.File(tmp_path / "again.h5") as after:
+        names: list[str] = []
+        before.visit(names.append)
+        found: list[str] = []
+        after.visit(found.append)
+        assert sorted(found) == sorted(names)
+        for name in names:
+            if isinstance(before[name], h5py.Dataset):
+                assert before[name].dtype == after[name].dtype
+                assert np.array_equal(before[name], after[name], equal_nan=True)
+        assert after.attrs["control_period_ns"] == before.attrs["control_period_ns"]
+
+
+def test_h5py_finds_the_layout_of_a_trace(tmp_path: Path) -> None:
+    source = made(SEED)
+    write(source, tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as file:
+        for name, group in source.groups.items():
+            place = file if name == MAIN else file[name]
+            for column in group.columns:
+                data = place[column.name]
+                assert np.array_equal(data[()], whole(source, name)[column.name])
+                assert (data.attrs["unit"], data.attrs["description"]) == (column.unit, column.text)
+        assert json.loads(file.attrs["recording"])["drive_id"] == 3
+
+
+def test_a_ros_2_decoder_reads_the_messages(tmp_path: Path) -> None:
+    source = made(SEED)
+    write(source, tmp_path / "run.mcap")
+    rows: dict[str, list] = {name: [] for name in source.groups}
+    with (tmp_path / "run.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        counts = reader.get_summary().statistics.channel_message_counts
+        assert sum(counts.values()) == sum(source.rows(name) for name in source.groups)
+        for schema, channel, message, decoded in reader.iter_decoded_messages():
+            name = channel.topic.removeprefix("/")
+            assert message.log_time == decoded.t_ns
+            rows[name].append(decoded)
+            if len(rows[name]) == 1:
+                for column in source.groups[name].columns:
+                    line = rf"^\S+ {field_name(column.name)}  # \[{re.escape(column.unit)}\] {re.escape(column.text)}$"
+                    assert re.search(line, schema.data.decode(), re.MULTILINE), line
+    for name, group in source.groups.items():
+        expected = whole(source, name)
+        for column in group.columns:
+            found = [getattr(row, field_name(column.name)) for row in rows[name]]
+            if column.is_text:
+                assert found == [value.decode() for value in expected[column.name]]
+            else:
+                assert np.array_equal(np.array(found, column.kind), expected[column.name]), (name, column.name)
+
+
+def test_messages_lie_in_the_order_of_their_times(tmp_path: Path) -> None:
+    """Chunks that overlap by much would make players keep the whole file in memory."""
+    source = made(SEED, telemetry=60_000, periods=40_000)
+    write(source, tmp_path / "run.mcap")
+    with (tmp_path / "run.mcap").open("rb") as file:
+        chunks = make_reader(file).get_summary().chunk_indexes
+    assert len(chunks) >= 2
+    begins = [chunk.message_start_time for chunk in chunks]
+    assert begins == sorted(begins)
+    assert [int(group.times_ns(block)[0]) for group, block in merged(source)] == sorted(
+        int(group.times_ns(block)[0]) for group, block in merged(source)
+    )
+
+
+def test_another_mdf_reader_finds_channels_units_and_masters(tmp_path: Path) -> None:
+    source = made(SEED)
+    write(source, tmp_path / "run.mf4")
+    file = mdfreader.Mdf(str(tmp_path / "run.mf4"))
+    masters = dict(file.masterChannelList)
+    assert len(masters) == len(source.groups)
+    by_count = {len(file.get_channel_data(master)): (master, names) for master, names in masters.items()}
+    for name, group in source.groups.items():
+        expected = whole(source, name)
+        master, names = by_count[len(expected)]
+        seconds = (expected["t_ns"] - 5_000_000_000) / 1e9
+        assert np.allclose(file.get_channel_data(master), seconds, rtol=0, atol=1e-9)
+        for column in group.columns:
+            channel = next(one for one in names if re.fullmatch(rf"{column.name}(_\d+)*", one))
+            values = file.get_channel_data(channel)
+            if column.is_text:
+                assert [str(value) for value in values] == [value.decode() for value in expected[column.name]]
+            else:
+                assert np.array_equal(values, expected[column.name]), (name, column.name)
+            assert file.get_channel_unit(channel) == column.unit
+
+
+def test_csv_and_parquet_are_a_file_a_group(tmp_path: Path) -> None:
+    source = made(SEED)
+    write(source, tmp_path / "run.csv")
+    write(source, tmp_path / "run.parquet")
+    assert {path.name for path in tmp_path.glob("run*.csv")} == {
+        "run.csv", *(f"run.{name}.csv" for name in source.groups if name != MAIN)
+    }  # fmt: skip
+    for name, group in source.groups.items():
+        expected = whole(source, name)
+        middle = "" if name == MAIN else f".{name}"
+        with (tmp_path / f"run{middle}.csv").open(encoding="utf-8", newline="") as file:
+            lines = list(csv.DictReader(file))
+        table = parquet.read_table(tmp_path / f"run{middle}.parquet")
+        for column in group.columns:
+            field = table.schema.field(column.name)
+            assert field.metadata == {b"unit": column.unit.encode(), b"description": column.text.encode()}
+            texts, values = [line[column.name] for line in lines], table[column.name].to_pylist()
+            if column.is_text:
+                assert texts == values == [value.decode() for value in expected[column.name]]
+            else:
+                # Not in one step: numpy would take a text for a float, which a whole number of 64 bits does not fit in.
+                number = float if np.dtype(column.kind).kind == "f" else int
+                assert np.array_equal(np.array([number(text) for text in texts], column.kind), expected[column.name])
+                assert np.array_equal(np.array(values, column.kind), expected[column.name])
+
+
+def test_one_group_is_one_file(tmp_path: Path) -> None:
+    source = made(SEED)
+    write(source, tmp_path / "run.mcap")
+    for suffix in (".csv", ".parquet"):
+        output = tmp_path / f"periods{suffix}"
+        assert convert.main([str(tmp_path / "run.mcap"), str(output), "--group", topics.WAVEFORM]) == 0
+        found = reread(output)
+        assert set(found.groups) == {topics.WAVEFORM}
+        assert whole(found, topics.WAVEFORM).tobytes() == whole(source, topics.WAVEFORM).tobytes()
+        assert len(list(tmp_path.glob(f"periods*{suffix}"))) == 1
+
+
+def test_a_csv_file_of_other_origin_is_read(tmp_path: Path) -> None:
+    (tmp_path / "other.csv").write_text("t_s,speed_rad_s,count\n0,1.5,7\n0.25,2.5,8\n", encoding="utf-8")
+    assert convert.main([str(tmp_path / "other.csv"), str(tmp_path / "other.mcap")]) == 0
+    found = whole(reread(tmp_path / "other.mcap"), MAIN)
+    assert found["speed_rad_s"].tolist() == [1.5, 2.5]
+    assert found["count"].tolist() == [7, 8]
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+@pytest.mark.parametrize("share", [0.1, 0.6, 0.9, 0.999])
+def test_a_truncated_file_gives_what_is_before_its_cut(tmp_path: Path, suffix: str, share: float) -> None:
+    source = made(SEED, periods=20_000)
+    path = tmp_path / f"run{suffix}"
+    write(source, path)
+    size = int(path.stat().st_size * share)
+    with path.open("r+b") as file:
+        file.truncate(size)
+    try:
+        found = reread(path)
+    except UserError as error:
+        assert suffix in (".mf4", ".parquet", ".h5"), error
+        assert suffix != ".h5" or share == 0.1
+        assert str(error).startswith(f"{path} is ")
+        assert "truncated" in str(error)
+        return
+    assert found.cut is not None
+    assert found.cut.startswith(f"{path} is truncated: ")
+    kept = {name: found.rows(name) for name in found.groups}
+    assert kept[MAIN] < source.rows(MAIN) or kept[topics.WAVEFORM] < source.rows(topics.WAVEFORM) or share == 0.999
+    for name, count in kept.items():
+        assert_same_values(whole(found, name), whole(source, name)[:count])
+        assert f"{count} of {name}" in found.cut
+
+
+def test_a_truncated_recording_is_converted_and_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    source = made(SEED)
+    path, output = tmp_path / "run.csv", tmp_path / "out.h5"
+    write(source, path)
+    with path.open("r+b") as file:
+        file.truncate(path.stat().st_size // 2)
+    with pytest.raises(UserError, match=r"rows that are lost: \d+ of telemetry; .* --truncated makes this a success"):
+        convert.main([str(path), str(output)])
+    kept = reread(output).rows(MAIN)
+    assert 0 < kept < source.rows(MAIN)
+    assert convert.main([str(path), str(output), "--truncated"]) == 0
+    said = capsys.readouterr()
+    assert f"{kept} rows of telemetry" in said.out
+    assert f"rows that are lost: {source.rows(MAIN) - kept} of telemetry" in said.err
+
+
+FILL_A_DISK = """
+import resource, sys
+from pathlib import Path
+from made_recording import made
+from sextant_py.errors import run
+from sextant_py.recording.copying import copy
+
+def fill(arguments):
+    source = made(13, telemetry=60_000, periods=40_000)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(arguments[1]), resource.RLIM_INFINITY))
+    copy(source, Path(arguments[0]), None, lambda share: None)
+
+run("convert", fill)
+"""
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+@pytest.mark.parametrize("room", [100, 6_000_000])
+def test_a_full_disk_ends_a_conversion_with_a_sentence(tmp_path: Path, suffix: str, room: int) -> None:
+    path = tmp_path / f"run{suffix}"
+    folders = f"{ROOT / 'scripts'}:{ROOT / 'tests' / 'python'}"
+    environment = {**os.environ, "PYTHONPATH": folders, "PYTHONDONTWRITEBYTECODE": "1"}  # it would be cut as well
+    command = [sys.executable, "-c", FILL_A_DISK, str(path), str(room)]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 1, ended.stderr
+    assert ended.stderr.startswith(f"convert: {path} cannot be written"), ended.stderr
+    assert ended.stderr.count("\n") == 1
+    kept = {name: int(count) for count, name in re.findall(r"(\d+) of ([\w/]+)", ended.stderr)}
+    if not sum(kept.values()):
+        assert room == 100 or suffix in formats.AT_THE_END
+        return
+    found, source = reread(path), made(13, telemetry=60_000, periods=40_000)
+    for name, count in kept.items():
+        assert_same_values(whole(found, name), whole(source, name)[:count])
+
+
+@pytest.mark.parametrize(
+    ("words", "objection"),
+    [
+        (["run.h5", "run.xlsx"], r'run.xlsx: a recording ends in \.h5, \.csv, .*, and "\.xlsx" is none of them'),
+        (["none.h5", "run.csv"], "none.h5 does not exist"),
+        (["run.h5", "run.h5"], "run.h5 is the file to read; the converted one needs another name"),
+        (["run.h5", "run.csv", "--group", "nonsense"], "run.h5 has no group nonsense; it has telemetry, "),
+        (["text.h5", "run.csv"], "text.h5 is not an HDF5 file"),
+        (["text.mcap", "run.csv"], "text.mcap is not an MCAP file"),
+        (["text.mf4", "run.csv"], "text.mf4 is no MDF file"),
+        (["text.parquet", "run.csv"], "text.parquet is no Parquet file"),
+        (["text.csv", "run.h5"], "has no time axis; it needs a signal t_ns or t_s"),
+    ],
+)
+def test_bad_input_gets_a_sentence(tmp_path: Path, words: list[str], objection: str) -> None:
+    write(made(SEED), tmp_path / "run.h5")
+    for suffix in formats.SUFFIXES:
+        (tmp_path / f"text{suffix}").write_text("some,words\n1,2\n", encoding="utf-8")
+    before = (tmp_path / "run.h5").read_bytes()
+    with pytest.raises(UserError, match=objection):
+        convert.main([str(tmp_path / words[0]), str(tmp_path / words[1]), *words[2:]])
+    assert (tmp_path / "run.h5").read_bytes() == before
+
+
+def test_the_extremes_are_extreme() -> None:
+    """Otherwise the round trips show less than they seem to."""
+    rows = whole(made(SEED), EXTREMES.name)
+    assert rows["whole_u8"].max() == 2**64 - 1
+    assert rows["whole_i8"].min() == -(2**63)
+    assert np.isinf(rows["single"]).any()
+    assert {"", "Größe µ"} <= {word.decode() for word in rows["words"]}
