@@ -160,7 +160,7 @@ class Dashboard {
     const trail = locus?.trail ?? trailOf(shown, time);
     const { alpha, beta } = trail.at(-1) ?? { alpha: 0, beta: 0 };
     const reported = shown.value("sector", sample); // 0 where the controller uses none
-    const sector = (locus ? 0 : reported) || sectorOf(alpha, beta);
+    const sector = locus?.sector ?? (reported || sectorOf(alpha, beta));
     this.plane.draw({ trail, sector, vector: locus?.vector ?? null });
     const entries = [
       ["magnitude", `${quantity(Math.hypot(alpha, beta), "Wb")} Wb`],
