@@ -1,6 +1,5 @@
 """The scopes of the pages, one a page, on the waveform of a drive, which is read only while a page has its scope on."""
 
-import gc
 import threading
 import time
 from collections.abc import Callable, Hashable
@@ -113,12 +112,17 @@ class ScopeFeed:
             self._changed.wait()
             self._changed.clear()
             self._watch()
-            gc.collect()  # the reader is gone: the drive stops publishing
 
     def _watch(self) -> None:
-        """Until no page has a scope on."""
+        """Until no page has a scope on; then the drive stops publishing."""
         node = dds.Node(self._domain)
         reader = dds.Subscription(node, topics.TOPICS[topics.WAVEFORM], dds.streaming_qos(WAVEFORM_DEPTH))
+        try:
+            self._read(node, reader)
+        finally:
+            reader.close()
+
+    def _read(self, node: dds.Node, reader: dds.Subscription) -> None:
         report_s = 0.0
         while not self._is_ended:
             with self._lock:
