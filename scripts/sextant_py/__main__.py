@@ -10,6 +10,7 @@ from .errors import run
 COMMANDS = {
     "vcu": "plays a torque profile to a drive over CAN",
     "monitor": "shows the telemetry of the drives on the network",
+    "dashboard": "serves a page with the live telemetry of the drives",
     "record": "records the telemetry of one drive",
     "convert": "converts recordings between file formats",
     "playback": "plays a recording over DDS and CAN",

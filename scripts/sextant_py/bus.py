@@ -23,9 +23,9 @@ _IFF_UP = 0x1
 _SO_RCVBUFFORCE = 33
 
 
-def _configured() -> dict:
-    """[can] of configs/ecu.toml: a VCU and an ECU that are told nothing meet."""
-    return tomllib.loads(ECU.read_text(encoding="utf-8"))["can"]
+def _configured(table: str = "can") -> dict:
+    """A table of configs/ecu.toml: a VCU and an ECU that are told nothing meet."""
+    return tomllib.loads(ECU.read_text(encoding="utf-8"))[table]
 
 
 def default_address() -> str:
@@ -42,6 +42,14 @@ def default_identifier_offset() -> int:
         return int(_configured().get("identifier_offset", 0))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"{ECU} names no offset ({error}); --identifier-offset names one.") from None
+
+
+def default_torque_limit_nm() -> float:
+    """The largest torque [N·m] that configs/ecu.toml lets a vehicle control unit request."""
+    try:
+        return float(_configured("command")["torque_limit_nm"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{ECU} names no largest torque ({error}); --torque-limit names one.") from None
 
 
 @dataclass(frozen=True)

@@ -131,6 +131,11 @@ class Subscription:
         self.samples += len(samples)
         return samples
 
+    def close(self) -> None:
+        """Ends the reader, which its writers learn. Cyclone DDS keeps a reader that is only found by the collector of
+        cyclic garbage, and a listener makes it one."""
+        self._reader = None
+
     def _connect(self) -> None:
         for writer in self._node.writers(self.topic):
             if writer.key in self._refused:

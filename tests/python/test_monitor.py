@@ -6,7 +6,6 @@ import os
 import pty
 import re
 import subprocess
-import threading
 import time
 from collections.abc import Callable
 
@@ -18,6 +17,7 @@ from cyclonedds.util import duration
 from rich.console import Console
 from sextant_py import dds, drive_view, monitor, sparkline, telemetry_types
 from sextant_py.paths import ROOT
+from topic_writer import Writer
 
 LABELS = 15  # columns of border and label in front of a value
 VALUES = {
@@ -204,31 +204,6 @@ def test_line_is_one_line() -> None:
     assert "\n" not in line
     assert "torque +14.50 N·m (+10.00 … +19.00) of +15.00" in line
     assert "FAULTS OVER_CURRENT" in line
-
-
-class Writer:
-    """Writes one topic over and over until it is closed."""
-
-    def __init__(self, domain: int, topic: str, kind: type, qos: Qos, **values: object) -> None:
-        self._node = dds.Node(domain)
-        self._writer = DataWriter(self._node.participant, Topic(self._node.participant, topic, kind), qos)
-        self._kind, self._values = kind, values
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-
-    def __enter__(self) -> "Writer":
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
-
-    def _run(self) -> None:
-        sequence = 0
-        while not self._stop.wait(0.005):
-            sequence += 1
-            self._writer.write(telemetry_types.sample(self._kind, **{**self._values, "sequence": sequence}))
 
 
 def until(telemetry: dds.Telemetry, condition: Callable[[], bool], patience_s: float = 120.0) -> bool:

@@ -15,6 +15,7 @@ WITHOUT_OPERANDS = [
     "demo",
     "bench",
     "nightly",
+    "check_dashboard",
     "check_demo",
     "check_format",
     "check_instructions",
@@ -26,6 +27,7 @@ SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_a
 PYTHON_PROGRAMS = [
     "vcu",
     "monitor",
+    "dashboard",
     "record",
     "plot",
     "sweep",

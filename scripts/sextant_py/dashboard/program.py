@@ -1,0 +1,164 @@
+"""scripts/dashboard: its arguments, and what it says in the terminal."""
+
+import argparse
+import asyncio
+import ipaddress
+import secrets
+import signal
+import socket
+import webbrowser
+
+from tornado import httpserver, netutil
+
+from .. import bus as can_bus
+from ..errors import UserError
+from .access import Access
+from .command_desk import CommandDesk
+from .server import Hub, application
+from .source import Source
+from .vehicle import Vehicle
+
+DEFAULT_PORT = 8150
+LARGEST_DOMAIN = 230
+DESCRIPTION = "Serves a page with the live telemetry of the drives of a DDS domain, until Ctrl-C."
+EXAMPLES = """examples:
+  scripts/dashboard --open                        # domain 0, http://127.0.0.1:8150/
+  scripts/dashboard --domain 7 --port 0           # any free port
+  scripts/dashboard --allow-command               # the page may command torque over the bus of configs/ecu.toml
+  scripts/dashboard --allow-command --can socketcan:can0 --torque-limit 20
+  scripts/dashboard --host 0.0.0.0                # other machines of the network can read along
+"""
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="dashboard",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--domain", type=int, default=0, metavar="N", help="DDS domain (default: 0)")
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen at (default: 127.0.0.1, this machine alone)"
+    )
+    port = f"port to listen at (default: {DEFAULT_PORT}; 0: any free one)"
+    parser.add_argument("--port", type=int, default=DEFAULT_PORT, metavar="N", help=port)
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    command = parser.add_argument_group("commands to a drive over CAN")
+    command.add_argument("--allow-command", action="store_true", help="pages with the token may command torque")
+    command.add_argument("--can", metavar="BUS", help="default: the bus that configs/ecu.toml names")
+    offset = "the drive's can.identifier_offset; default: that of configs/ecu.toml"
+    command.add_argument("--identifier-offset", type=int, metavar="N", help=offset)
+    limit = "largest torque that a page may request (default: command.torque_limit_nm of configs/ecu.toml)"
+    command.add_argument("--torque-limit", type=float, metavar="NM", help=limit)
+    command.add_argument("--token", metavar="TEXT", help="what a page has to present (default: a random one, printed)")
+    return parser.parse_args(arguments)
+
+
+def check(options: argparse.Namespace) -> None:
+    if not 0 <= options.port <= 65535:
+        raise UserError(f"--port {options.port} is not a port (0 to 65535).")
+    if not 0 <= options.domain <= LARGEST_DOMAIN:
+        raise UserError(f"--domain {options.domain} is not a DDS domain (0 to {LARGEST_DOMAIN}).")
+    given = [
+        name for name in ("can", "identifier_offset", "torque_limit", "token") if getattr(options, name) is not None
+    ]
+    if given and not options.allow_command:
+        raise UserError(f"--{given[0].replace('_', '-')} has a meaning only with --allow-command.")
+    if options.token is not None and len(options.token) < 8:
+        raise UserError("--token must have at least 8 characters; without --token a random one is made.")
+
+
+def vehicle_of(options: argparse.Namespace) -> Vehicle | None:
+    if not options.allow_command:
+        return None
+    offset = can_bus.default_identifier_offset() if options.identifier_offset is None else options.identifier_offset
+    limit_nm = can_bus.default_torque_limit_nm() if options.torque_limit is None else options.torque_limit
+    return Vehicle(options.can or can_bus.default_address(), offset, limit_nm)
+
+
+def listen(host: str, port: int) -> list[socket.socket]:
+    try:
+        return netutil.bind_sockets(port, host)
+    except socket.gaierror:
+        raise UserError(f"--host {host} is no address of this machine and no name of one.") from None
+    except OSError as error:
+        if port and error.errno in (98, 48):
+            raise UserError(
+                f"port {port} of {host} is taken; --port names another, and --port 0 takes any free one."
+            ) from None
+        raise UserError(f"{host}:{port} cannot be listened at: {error.strerror}.") from None
+
+
+def address_of(host: str, sockets: list[socket.socket], token: str | None) -> str:
+    """The page's address. The token follows the #, which a browser keeps to itself."""
+    port = sockets[0].getsockname()[1]
+    try:
+        address = ipaddress.ip_address(host)
+        name = "127.0.0.1" if address.is_unspecified else f"[{host}]" if address.version == 6 else host
+    except ValueError:
+        name = host
+    return f"http://{name}:{port}/" + (f"#token={token}" if token else "")
+
+
+class Terminal:
+    """Says in the terminal what changes: problems, and drives that come, fall silent and return."""
+
+    def __init__(self) -> None:
+        self._problems: list[str] = []
+        self._silent: dict[int, bool] = {}
+
+    def show(self, status: dict) -> None:
+        for problem in status["problems"]:
+            if problem not in self._problems:
+                print(f"dashboard: {problem}", flush=True)
+        self._problems = status["problems"]
+        for drive in status["drives"]:
+            silence = drive["silence"]
+            if self._silent.get(drive["drive_id"]) != bool(silence) and drive["received"]:
+                said = f"no telemetry; {silence['reason']}" if silence else "telemetry arrives"
+                print(f"dashboard: drive {drive['drive_id']}: {said}.", flush=True)
+            self._silent[drive["drive_id"]] = bool(silence)
+
+
+async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehicle: Vehicle | None) -> None:
+    token = (options.token or secrets.token_urlsafe(16)) if vehicle else None
+    access = Access(options.host, token)
+    hub = Hub(options.domain, access, CommandDesk(access, vehicle))
+    terminal = Terminal()
+
+    def report(status: dict) -> None:
+        terminal.show(status)
+        hub.report(status)
+
+    source = Source(options.domain, hub.deliver, report)
+    httpserver.HTTPServer(application(hub)).add_sockets(sockets)
+    ended = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, ended.set)
+    if vehicle:
+        vehicle.start(hub.report_vehicle)
+    source.start()
+    hub.scopes.start()
+    address = address_of(options.host, sockets, token)
+    print(f"dashboard: DDS domain {options.domain} at {address}", flush=True)
+    if vehicle:
+        print(f"dashboard: a page with the token may command the drive on {vehicle.address}.", flush=True)
+    if options.open and not webbrowser.open(address):
+        print("dashboard: no browser could be opened; open the address by hand.", flush=True)
+    try:
+        await ended.wait()
+    finally:
+        source.stop()
+        hub.scopes.stop()
+        if vehicle:
+            vehicle.end()
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    check(options)
+    vehicle = vehicle_of(options)
+    sockets = listen(options.host, options.port)
+    asyncio.run(serve(options, sockets, vehicle))
+    return 0

@@ -1,0 +1,111 @@
+"""The drives of a DDS domain, polled by a thread of its own: frames and reports for the pages."""
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from ..dds import TELEMETRY, Drive, Telemetry
+from ..monitor import FOLLOWING, PATIENCE_S, TIMEOUT_S, fault_names, plain
+from ..tracking import Tracking
+from .frames import TelemetryFrames
+
+FRAMES_HZ = 30
+REPORT_S = 0.2
+DEPTH = 1000
+
+
+def finite(value: Any) -> Any:
+    """The value with None for every number that JSON cannot hold."""
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+class Source:
+    """Calls `deliver` with each frame and `report` with the state of affairs, in the polling thread."""
+
+    def __init__(self, domain: int, deliver: Callable[[int, bytes], None], report: Callable[[dict], None]) -> None:
+        self._telemetry = Telemetry(domain, DEPTH)
+        self._deliver, self._report = deliver, report
+        self._frames = TelemetryFrames()
+        self._tracking: dict[int, Tracking] = {}
+        self._began_s = time.monotonic()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="telemetry", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._stop.set()
+        self._thread.join(5.0)
+
+    def _run(self) -> None:
+        due_s, report_s, known = time.monotonic(), 0.0, ()
+        while not self._stop.wait(max(due_s - time.monotonic(), 0.0)):
+            due_s = max(due_s + 1 / FRAMES_HZ, time.monotonic())
+            self._pass_on(self._telemetry.poll())
+            latest = tuple((key, drive.state and drive.state.sequence) for key, drive in self._telemetry.drives.items())
+            if latest != known or time.monotonic() >= report_s:
+                known, report_s = latest, time.monotonic() + REPORT_S
+                self._report(self.report())
+
+    def _pass_on(self, samples: list[Any]) -> None:
+        by_drive: dict[int, list[Any]] = {}
+        for sample in samples:
+            by_drive.setdefault(sample.drive_id, []).append(sample)
+        for drive_id, found in by_drive.items():
+            self._track(drive_id, found[-1])
+            self._deliver(drive_id, self._frames.encode(drive_id, found))
+
+    def _track(self, drive_id: int, sample: Any) -> None:
+        tracking = self._tracking.setdefault(drive_id, Tracking())
+        if sample.state.name in FOLLOWING:
+            tracking.add(sample.t_ns / 1e9, sample.torque_requested_nm, sample.torque_mean_nm)
+        else:
+            tracking.pause()
+
+    def report(self) -> dict:
+        """What is known of each drive, and why topics have no samples."""
+        # Discovery takes a moment; before that, silence means nothing.
+        is_patient = time.monotonic() - self._began_s < PATIENCE_S
+        return {
+            "type": "status",
+            "problems": [] if is_patient else self._telemetry.problems(),
+            "drives": [self._report_of(drive) for _, drive in sorted(self._telemetry.drives.items())],
+        }
+
+    def _report_of(self, drive: Drive) -> dict:
+        state = plain(drive.state)
+        if state is not None:
+            state["active"] = fault_names(drive.state.faults_active)
+            state["latched"] = fault_names(drive.state.faults_latched)
+        age_s = time.monotonic() - drive.received_s
+        tracking = self._tracking.get(drive.drive_id)
+        return finite(
+            {
+                "drive_id": drive.drive_id,
+                "received": drive.received,
+                "lost": drive.lost,
+                "silence": self._silence(age_s) if drive.telemetry is not None else None,
+                "state": state,
+                "statistics": plain(drive.statistics),
+                "deviation_nm": tracking.deviation_nm if tracking else 0.0,
+            }
+        )
+
+    def _silence(self, age_s: float) -> dict | None:
+        """For how long no telemetry has come, and what the network knows of its writer."""
+        if age_s < TIMEOUT_S:
+            return None
+        if self._telemetry.node.writers(TELEMETRY):
+            reason = f"{TELEMETRY} still has a writer, but no sample arrives"
+        elif self._telemetry.node.participant_count():
+            reason = f"no DDS participant of domain {self._telemetry.node.domain} writes {TELEMETRY} any more"
+        else:
+            reason = f"no other DDS participant is left in domain {self._telemetry.node.domain}"
+        return {"age_s": age_s, "reason": reason}

@@ -1,0 +1,172 @@
+"""A vehicle control unit as a process of its own, told by the dashboard what to demand.
+
+It reads one JSON object a line from its standard input and writes a report a line to its standard output:
+  {"torque_nm": 10, "enable": true, "fault_reset": false}   the demand; it holds for DEAD_MAN_S
+  {"release": true}                                         disable frames, then silence
+  {"silent": true}                                          silence at once
+  {"end": true}                                             disable frames where it commands, then the process ends
+A "session" beside them is a number that the reports repeat. Silence on the bus makes the drive ramp to zero torque by
+its contract (docs/can.md). So the process falls silent where a demand is not repeated in time, and where its input
+ends, as it does when the dashboard crashes.
+"""
+
+import argparse
+import json
+import queue
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from .. import bus as can_bus
+from ..contract import Contract
+from ..errors import UserError, run
+from ..vcu import RUNNING_STATES, STATUS, Commander, Reports, disable
+
+PERIOD_S = 0.01
+DEAD_MAN_S = 0.4
+REPORT_PERIODS = 10
+
+
+@dataclass
+class Demand:
+    """What the page asks for."""
+
+    torque_nm: float
+    enable: bool
+    fault_reset: bool
+    received_s: float
+
+
+class Unit:
+    """Sends a command each period as long as the demand is renewed."""
+
+    def __init__(self, commander: Commander, reports: Reports) -> None:
+        self._commander = commander
+        self._reports = reports
+        self._demand: Demand | None = None
+        self._is_tripped = False  # enabled, and the drive left its running states: the page has to disable first
+        self._was_running = False
+        self._silence = "no page has demanded anything yet"
+        self._is_drive_heard = False
+        self._session = 0
+
+    def obey(self, order: dict[str, Any]) -> bool:
+        """Takes an order; False where it is the last one."""
+        self._session = order.get("session", self._session)
+        if "torque_nm" in order:
+            new = Demand(order["torque_nm"], order["enable"], order["fault_reset"], time.monotonic())
+            if not new.enable:
+                self._is_tripped = False
+            self._demand = new
+        elif "silent" in order:
+            self._fall_silent("the page that commanded is gone")
+        else:
+            if self._demand is not None:
+                disable(self._commander)
+            self._fall_silent("the page that commanded has released the drive")
+        return "end" not in order
+
+    def _fall_silent(self, reason: str) -> None:
+        self._demand, self._silence = None, reason
+        self._was_running = self._is_tripped = False
+
+    def step(self) -> None:
+        """One period."""
+        self._commander.wait()
+        demand = self._demand
+        self._is_drive_heard = not self._reports.timed_out(PERIOD_S)
+        if demand is None:
+            return
+        if time.monotonic() - demand.received_s > DEAD_MAN_S:
+            self._fall_silent(f"the page sent no demand for {DEAD_MAN_S:g} s")
+            return
+        self._interlock(demand)
+        enable = demand.enable and not self._is_tripped
+        reset = demand.fault_reset and not enable
+        self._commander.send(demand.torque_nm if enable else 0.0, enable, reset)
+
+    def _interlock(self, demand: Demand) -> None:
+        """A drive that tripped or was never ready is not enabled again before the page has demanded a disable."""
+        is_running = self._reports.state() in RUNNING_STATES
+        if demand.enable and not self._was_running and not is_running and not self._reports.ready():
+            self._is_tripped = True
+        lost = self._was_running and not is_running and not self._reports.ready()
+        if demand.enable and (lost or not self._is_drive_heard or self._reports.other_contract()):
+            self._is_tripped = True
+        self._was_running = demand.enable and is_running
+
+    def report(self) -> dict[str, Any]:
+        reports, demand = self._reports, self._demand
+        is_there = self._is_drive_heard
+        status = reports.latest.get(STATUS, {}) if is_there else {}
+        capability = reports.latest.get("MCU_Capability", {}) if is_there else {}
+        return {
+            "session": self._session,
+            "is_sending": demand is not None,
+            "silence": None if demand else self._silence,
+            "enable": bool(demand and demand.enable and not self._is_tripped),
+            "torque_nm": demand.torque_nm if demand else 0.0,
+            "tripped": self._is_tripped,
+            "drive_state": str(status["DriveState"]) if status else None,
+            "lockout": bool(status["Lockout"]) if status else None,
+            "ready": is_there and reports.ready(),
+            "first_fault": reports.first_fault() if status and str(status["DriveState"]) == "FAULT" else None,
+            "motoring_nm": number(capability.get("TorqueMotoring")),
+            "regenerating_nm": number(capability.get("TorqueRegenerating")),
+            "refused_frames": reports.refused,
+            "unsent": self._commander.unsent,
+            "missed": self._commander.missed,
+            "problem": reports.other_contract(),
+        }
+
+
+def number(value: Any) -> float | None:
+    """A signal's number; None for what is not there or has a name in the place of a number."""
+    return float(value) if isinstance(value, (int, float)) else None
+
+
+def read_orders(orders: "queue.Queue[dict | None]") -> None:
+    for line in sys.stdin:
+        orders.put(json.loads(line))
+    orders.put(None)
+
+
+def serve(unit: Unit) -> None:
+    orders: queue.Queue[dict | None] = queue.Queue()
+    threading.Thread(target=read_orders, args=(orders,), name="orders", daemon=True).start()
+    periods = 0
+    while True:
+        while not orders.empty():
+            order = orders.get()
+            if order is None or not unit.obey(order):
+                return
+        unit.step()
+        periods += 1
+        if periods % REPORT_PERIODS == 0:
+            print(json.dumps(unit.report()), flush=True)
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="vehicle_process", description=__doc__.partition("\n")[0])
+    parser.add_argument("--can", required=True, metavar="BUS")
+    parser.add_argument("--identifier-offset", type=int, default=0, metavar="N")
+    parser.add_argument("--torque-limit", type=float, required=True, metavar="NM")
+    options = parser.parse_args(arguments)
+    contract = Contract(identifier_offset=options.identifier_offset)
+    bus = can_bus.open_bus(can_bus.parse(options.can))
+    reports = Reports(bus, contract)
+    reports.start()
+    try:
+        serve(Unit(Commander(bus, contract, PERIOD_S, options.torque_limit, keeps_log=False), reports))
+    except BrokenPipeError:
+        raise UserError("the dashboard is gone.") from None
+    finally:
+        reports.stop()
+        bus.shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    run("vehicle_process", main)

@@ -1,0 +1,43 @@
+"""A vehicle that repeats its demand every 10 ms, from a thread of the test."""
+
+import threading
+from typing import Self
+
+from sextant_py import bus
+from sextant_py.contract import Contract
+from sextant_py.vcu import Commander
+
+PERIOD_S = 0.01
+TORQUE_LIMIT_NM = 150.0
+
+
+class RepeatingVehicle:
+    """A context; silent before its first demand."""
+
+    def __init__(self, address: str) -> None:
+        self._bus = bus.open_bus(bus.parse(address))
+        self._commander = Commander(self._bus, Contract(), PERIOD_S, TORQUE_LIMIT_NM, keeps_log=False)
+        self._demand: tuple[float, bool] | None = None
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._bus.shutdown()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            self._commander.wait()
+            if (demand := self._demand) is not None:
+                self._commander.send(*demand)
+
+    def demand(self, torque_nm: float = 0.0, enable: bool = False) -> None:
+        self._demand = (torque_nm, enable)
+
+    def fall_silent(self) -> None:
+        self._demand = None

@@ -1,0 +1,162 @@
+"""The page without a drive: several drives by id, pause, zoom, cursors, narrow pages, and a server that is gone."""
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+from handling_page import reading, wait_for
+from page_client import DashboardProcess
+from playwright.sync_api import Page
+from sextant_py import dds, telemetry_types
+
+NEAR = 0.05
+
+
+class RampWriter:
+    """Telemetry of one drive, 1 kHz, with a torque that rises by 1 N·m a second."""
+
+    def __init__(self, domain: int, drive_id: int, begin_nm: float) -> None:
+        kind = telemetry_types.struct("DriveTelemetry")
+        self._node = dds.Node(domain)
+        self._writer = DataWriter(
+            self._node.participant, Topic(self._node.participant, dds.TELEMETRY, kind), dds.streaming_qos(1)
+        )
+        self._state = telemetry_types.DriveStateKind.TORQUE
+        self._sample = lambda k: telemetry_types.sample(
+            kind,
+            drive_id=drive_id,
+            sequence=k,
+            t_ns=k * 1_000_000,
+            torque_mean_nm=begin_nm + k * 1e-3,
+            flux_mean_wb=1.0,
+            state=self._state,
+        )
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> "RampWriter":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        begin_s, k = time.monotonic(), 0
+        while not self._stop.wait(0.005):
+            while k < (time.monotonic() - begin_s) * 1e3:
+                self._writer.write(self._sample(k))
+                k += 1
+
+
+@pytest.fixture
+def two_drives(domain: int) -> Iterator[None]:
+    with ExitStack() as stack:
+        for drive_id, begin_nm in ((3, 100.0), (8, -100.0)):
+            stack.enter_context(RampWriter(domain, drive_id, begin_nm))
+        yield
+
+
+@pytest.fixture
+def watching(domain: int, tmp_path: Path) -> Iterator[DashboardProcess]:
+    with DashboardProcess(domain, tmp_path) as process:
+        yield process
+
+
+def test_drives_by_id_pause_zoom_and_cursors(
+    two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page]
+) -> None:
+    page = open_page(watching.address)
+    wait_for(lambda: len(page.query_selector_all('#drives [role="tab"]')) == 2, "two tabs", page)
+    wait_for(lambda: reading(page, "torque_mean_nm") > 50, "the first drive", page)
+    page.focus('#drives [aria-selected="true"]')
+    page.keyboard.press("ArrowRight")
+    wait_for(lambda: reading(page, "torque_mean_nm") < -50, "the other drive", page)
+    assert page.inner_text('#drives [aria-selected="true"]') == "Drive 8"
+    page.wait_for_timeout(1500)
+    check_pause(page)
+    check_zoom_and_cursors(page)
+
+
+def estimate(page: Page) -> float:
+    return float(page.inner_text('[data-panel="torque"] .key:nth-of-type(2) output').replace("−", "-"))
+
+
+def check_pause(page: Page) -> None:
+    page.keyboard.press("p")
+    wait_for(lambda: page.get_attribute("#pause", "aria-pressed") == "true", "the pause", page)
+    held = estimate(page)
+    page.wait_for_timeout(500)
+    assert estimate(page) == held
+    assert reading(page, "torque_mean_nm") > held, "the readings go on"
+
+
+def check_zoom_and_cursors(page: Page) -> None:
+    page.select_option("#window", "1")
+    box = page.locator('[data-panel="torque"] .u-over').bounding_box()
+    middle = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + box["width"] * 0.5, middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.75, middle, steps=4)
+    page.mouse.up()
+    page.wait_for_selector("#unzoom:not([disabled])")
+    page.click("#cursors")
+    first, second = page.locator('#cursor-panel input[type="range"]').all()
+    first.fill("-1")
+    second.fill("0")
+    row = page.locator("#cursor-panel tbody tr").first.locator("td")
+    wait_for(lambda: row.nth(2).inner_text() != "", "the times", page)
+    times = [float(text.removesuffix(" s").replace("−", "-")) for text in row.all_inner_texts()[:3]]
+    assert times == pytest.approx([-0.5, -0.25, 0.25], abs=0.02)
+    torque = page.locator("#cursor-panel tbody tr", has_text="Torque, estimate").locator("td").all_inner_texts()
+    assert float(torque[2]) == pytest.approx(times[2] * 1.0, abs=NEAR), "1 N·m a second"
+    page.click("#unzoom")
+    page.click("#pause")
+    wait_for(lambda: page.get_attribute("#pause", "aria-pressed") == "false", "the live picture", page)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_narrow_page_needs_no_sideways_scrolling(
+    scheme: str, two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page]
+) -> None:
+    page = open_page(watching.address, width=400, color_scheme=scheme)
+    wait_for(lambda: reading(page, "torque_mean_nm") > 50, "telemetry", page)
+    page.click("#cursors")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 400
+    assert page.evaluate("document.documentElement.dataset.theme") == scheme
+    page.click("#theme")
+    page.click("#theme")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.reload()
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+
+def test_no_drive_is_explained(watching: DashboardProcess, open_page: Callable[..., Page], domain: int) -> None:
+    page = open_page(watching.address)
+    wait_for(lambda: "participant" in page.inner_text("#notices"), "the reason", page)
+    assert f"No other DDS participant was discovered (domain {domain}, " in page.inner_text("#notices")
+    assert page.inner_text("#link") == "no drive heard"
+    page.click("#scope-arm")
+    wait_for(lambda: "no drive" in page.inner_text("#scope-say"), "the refusal of the scope", page)
+
+
+def test_the_server_goes_and_returns(
+    two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page], domain: int, tmp_path: Path
+) -> None:
+    page = open_page(watching.address)
+    wait_for(lambda: reading(page, "torque_mean_nm") > 50, "telemetry", page)
+    watching.send_signal(signal.SIGKILL)
+    wait_for(lambda: "server has not answered" in page.inner_text("#notices"), "the sentence", page)
+    assert reading(page, "torque_mean_nm") > 50, "the last picture stays"
+    port = watching.address.rstrip("/").rpartition(":")[2]
+    with DashboardProcess(domain, tmp_path, "--port", port):
+        wait_for(lambda: page.inner_text("#link") == "live", "the connection", page)
+        before = reading(page, "torque_mean_nm")
+        wait_for(lambda: reading(page, "torque_mean_nm") > before, "telemetry again", page)

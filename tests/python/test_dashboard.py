@@ -1,0 +1,373 @@
+"""The dashboard's server: its protocol, who may command, and silence on the bus when the page is gone."""
+
+import os
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from fake_drive import FakeDrive
+from page_client import TOKEN, DashboardProcess, PageClient, wait_for
+from sextant_py import dds, telemetry_contract, telemetry_types
+from sextant_py.dashboard import frames, layout, program
+from sextant_py.dashboard.access import Access
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+from topic_writer import Writer
+from tornado import httpclient
+
+SAMPLE = {"drive_id": 7, "t_ns": 12_345_678_901, "torque_mean_nm": 14.5, "i_a_a": -3.25, "sector": 4}
+SILENCE_S = 0.5
+
+
+def test_every_panel_is_of_the_contract_and_of_one_unit() -> None:
+    units = {signal.name: signal.unit for signal in telemetry_contract.signals(layout.STRUCT)}
+    for panel in layout.panels():
+        assert len({units[name] for name in panel.names}) == 1, panel.key
+    described = {panel["key"]: panel for panel in layout.described()}
+    assert described["torque"]["unit"] == "N·m"
+    assert described["torque"]["lines"][0]["text"] == "requested torque, as received"
+    assert described["flux"]["band"]["low"] == "flux_min_wb"
+
+
+def test_a_temperature_of_a_later_contract_gets_a_panel(monkeypatch: pytest.MonkeyPatch) -> None:
+    signals = telemetry_contract.signals(layout.STRUCT)
+    warm = telemetry_contract.Signal("winding_temperature_c", "float", "°C", "temperature of the winding", False)
+    monkeypatch.setattr(layout, "signals", lambda _: (*signals, warm))
+    assert layout.described()[-1]["lines"][0]["signal"] == "winding_temperature_c"
+    assert layout.described()[-1]["unit"] == "°C"
+    monkeypatch.setattr(layout, "signals", lambda _: signals[3:8])
+    with pytest.raises(UserError, match="has no DriveTelemetry"):
+        layout.panels()
+
+
+@pytest.mark.parametrize(
+    ("origin", "host", "is_own"),
+    [
+        ("http://127.0.0.1:8150", "127.0.0.1:8150", True),
+        ("http://localhost:8150", "localhost:8150", True),
+        ("http://[::1]:8150", "[::1]:8150", True),
+        ("http://192.0.2.7:8150", "192.0.2.7:8150", True),
+        ("http://127.0.0.1:8151", "127.0.0.1:8150", False),
+        ("https://evil.example", "127.0.0.1:8150", False),
+        ("http://evil.example:8150", "evil.example:8150", False),  # a name that resolves to this machine
+        ("http://127.0.0.1.evil.example:8150", "127.0.0.1.evil.example:8150", False),
+        ("null", "127.0.0.1:8150", False),
+        ("http://[", "127.0.0.1:8150", False),
+        ("file://", "", False),
+    ],
+)
+def test_origins(origin: str, host: str, is_own: bool) -> None:
+    assert Access("127.0.0.1", TOKEN).is_own_origin(origin, host) == is_own
+
+
+def test_tokens() -> None:
+    access = Access("127.0.0.1", TOKEN)
+    assert access.may_command(TOKEN)
+    for wrong in ("", TOKEN[:-1], TOKEN + "x", None, 1, ["x"], "ä"):
+        assert not access.may_command(wrong)
+    assert not Access("127.0.0.1", None).may_command("")
+
+
+def telemetry_writer(domain: int, **values: object) -> Writer:
+    kind = telemetry_types.struct("DriveTelemetry")
+    state = telemetry_types.DriveStateKind.TORQUE
+    return Writer(domain, dds.TELEMETRY, kind, dds.streaming_qos(1), **{**SAMPLE, "state": state, **values})
+
+
+def state_writer(domain: int) -> Writer:
+    kind = telemetry_types.struct("DriveState")
+    values = {"drive_id": 7, "faults_active": 1 << 8, "faults_latched": 1 << 8 | 1 << 0, "reason": "too much current"}
+    return Writer(domain, dds.STATE, kind, dds.latched_qos(), state=telemetry_types.DriveStateKind.FAULT, **values)
+
+
+@pytest.fixture
+def dashboard(domain: int, tmp_path: Path) -> Iterator[DashboardProcess]:
+    with DashboardProcess(domain, tmp_path) as process:
+        yield process
+
+
+def test_a_page_gets_contract_telemetry_and_state(dashboard: DashboardProcess, domain: int) -> None:
+    with telemetry_writer(domain), state_writer(domain), PageClient(dashboard.socket) as page:
+        hello = page.message("hello")
+        assert hello["domain"] == domain
+        assert hello["columns"] == [*dds.contract_fields("DriveTelemetry")[1:]]
+        assert hello["states"][4] == "TORQUE"
+        assert "current" in hello["faults"]["OVER_CURRENT"]
+        found = page.until(lambda m: m["type"] == "status" and m["drives"] and m["drives"][0]["state"])["drives"][0]
+        assert found["drive_id"] == 7
+        assert found["state"]["active"] == ["OVER_CURRENT"]
+        assert found["state"]["latched"] == ["COMMAND_LOST", "OVER_CURRENT"]
+        assert found["state"]["reason"] == "too much current"
+        page.send({"type": "watch", "drive": 7})
+        sequences: list[float] = []
+        while len(sequences) < 30:
+            drive, columns = page.frame()
+            values = {name: columns[index] for index, name in enumerate(hello["columns"])}
+            assert drive == 7
+            for name, value in {**SAMPLE, "state": 4}.items():
+                assert name == "drive_id" or set(values[name]) == {value}, name
+            sequences += values["sequence"]
+        assert sequences == sorted(set(sequences))
+
+
+def test_a_frame_is_what_its_description_says() -> None:
+    kind = telemetry_types.struct("DriveTelemetry")
+    samples = [telemetry_types.sample(kind, sequence=2**40 + k, speed_rad_s=k + 0.5) for k in range(3)]
+    data = frames.TelemetryFrames().encode(9, samples)
+    columns = frames.columns()
+    begin = 16 + 8 * 3 * columns.index("speed_rad_s")
+    assert data[:16] == bytes([1, 0, 0, 0, 9, 0, 0, 0, len(columns), 0, 0, 0, 3, 0, 0, 0])
+    assert data[begin : begin + 24] == bytes.fromhex("000000000000e03f 000000000000f83f 0000000000000440")
+
+
+def test_a_drive_falls_silent_and_returns(dashboard: DashboardProcess, domain: int) -> None:
+    def is_silent(message: dict) -> bool:
+        return message["type"] == "status" and bool(message["drives"]) and bool(message["drives"][0]["silence"])
+
+    with PageClient(dashboard.socket) as page:
+        with telemetry_writer(domain):
+            page.until(lambda m: m["type"] == "status" and m["drives"])
+        silence = page.until(is_silent)["drives"][0]["silence"]
+        assert silence["age_s"] >= 1
+        assert "domain" in silence["reason"] or "no sample arrives" in silence["reason"]
+        with telemetry_writer(domain):
+            page.until(lambda m: m["type"] == "status" and not is_silent(m))
+            wait_for(lambda: dashboard.text().count("drive 7: telemetry arrives") == 2, "the return", dashboard.text)
+    assert "drive 7: no telemetry; " in dashboard.text()
+
+
+def test_no_drive_is_explained_on_the_page_and_in_the_terminal(dashboard: DashboardProcess, domain: int) -> None:
+    with PageClient(dashboard.socket) as page:
+        problems = page.until(lambda m: m["type"] == "status" and m["problems"])["problems"]
+    assert len(problems) == 1
+    assert f"no other DDS participant was discovered (domain {domain}, " in problems[0]
+    wait_for(lambda: f"dashboard: {problems[0]}\n" in dashboard.text(), "the sentence", dashboard.text)
+
+
+WRONG = ["nonsense", "[1]", "{}", '{"type": "dance"}', '{"type": "watch", "drive": "1"}', '{"type": "demand"}', "\0"]
+
+
+def test_a_wrong_message_is_refused_and_nothing_else(dashboard: DashboardProcess) -> None:
+    with PageClient(dashboard.socket) as page:
+        for text in WRONG:
+            page.send(text)
+            assert page.message("refused")["text"].endswith("."), text
+        page.message("status")
+
+
+def test_another_site_is_refused(dashboard: DashboardProcess) -> None:
+    for origin in ("https://evil.example", "null", "http://127.0.0.1:1"):
+        with pytest.raises(httpclient.HTTPClientError, match="403"), PageClient(dashboard.socket, origin):
+            pass
+    own = dashboard.address.partition("#")[0].rstrip("/")
+    with PageClient(dashboard.socket, own) as page:
+        page.message("hello")
+
+
+def get(address: str, **headers: str) -> httpclient.HTTPResponse:
+    client = httpclient.HTTPClient()
+    try:
+        return client.fetch(address, headers=headers, raise_error=False)
+    finally:
+        client.close()
+
+
+def test_files_of_the_page(dashboard: DashboardProcess) -> None:
+    page = get(dashboard.address)
+    assert page.code == 200
+    assert "frame-ancestors 'none'" in page.headers["Content-Security-Policy"]
+    assert get(dashboard.address + "js/main.js").headers["Content-Type"].startswith("text/javascript")
+    assert get(dashboard.address + "../server.py").code in (403, 404)
+    assert get(dashboard.address + "%2e%2e/server.py").code in (403, 404)
+    assert get(dashboard.address, Host="evil.example").code == 403
+
+
+def test_the_page_names_no_other_server() -> None:
+    pages = ROOT / "scripts" / "sextant_py" / "dashboard" / "page"
+    files = [file for kind in ("*.js", "*.css", "*.html") for file in pages.rglob(kind) if "vendor" not in file.parts]
+    assert len(files) > 10
+    for file in files:
+        assert "://" not in file.read_text(encoding="utf-8").replace("`${scheme}://${location.host}/socket`", ""), file
+
+
+def test_a_port_that_is_taken() -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        command = [ROOT / "scripts" / "dashboard", "--port", str(port)]
+        found = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert found.returncode == 1
+    assert found.stderr == (
+        f"dashboard: port {port} of 127.0.0.1 is taken; --port names another, and --port 0 takes any free one.\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--port", "65536"), "--port 65536 is not a port"),
+        (("--domain", "231"), "--domain 231 is not a DDS domain"),
+        (("--token", TOKEN), "--token has a meaning only with --allow-command"),
+        (("--can", "socketcan:can0"), "--can has a meaning only with --allow-command"),
+        (("--allow-command", "--token", "short"), "--token must have at least 8 characters"),
+        (("--allow-command", "--can", "bus"), '"bus" is not the address of a CAN bus'),
+        (("--host", "no.such.host.invalid"), "--host no.such.host.invalid is no address"),
+        (("--host", "192.0.2.200", "--port", "0"), "192.0.2.200:0 cannot be listened at"),
+    ],
+)
+def test_wrong_arguments(arguments: tuple[str, ...], said: str) -> None:
+    with pytest.raises(UserError) as failure:
+        program.main(list(arguments))
+    assert str(failure.value).startswith(said)
+
+
+class Commanding:
+    """A dashboard that may command a drive, its pages, and the drive."""
+
+    def __init__(self, process: DashboardProcess, drive: FakeDrive, stack: ExitStack) -> None:
+        self.process, self.drive, self._stack = process, drive, stack
+
+    def page(self) -> PageClient:
+        page = self._stack.enter_context(PageClient(self.process.socket))
+        page.message("command")
+        return page
+
+    def in_control(self) -> PageClient:
+        page = self.page()
+        page.send({"type": "take", "token": TOKEN})
+        page.until(lambda m: m["type"] == "command" and m["is_mine"])
+        return page
+
+    def at_torque(self, torque_nm: float = 10.0) -> PageClient:
+        page = self.in_control()
+        page.until(lambda m: m["type"] == "command" and m.get("ready"), lambda: demand(page, 0.0, False))
+        page.until(lambda m: m["type"] == "command" and m["drive_state"] == "TORQUE", lambda: demand(page, torque_nm))
+        return page
+
+    def torque(self) -> float:
+        return self.drive.accepted[-1][1]["TorqueRequest"]
+
+    def check_silence(self) -> None:
+        wait_for(lambda: time.monotonic() - self.drive.accepted[-1][0] > SILENCE_S, "silence on the bus")
+
+
+def demand(page: PageClient, torque_nm: float, enable: bool = True, reset: bool = False) -> None:
+    page.send({"type": "demand", "torque_nm": torque_nm, "enable": enable, "fault_reset": reset})
+
+
+@pytest.fixture
+def commanding(domain: int, bus_address: str, tmp_path: Path) -> Iterator[Commanding]:
+    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--torque-limit", "50")
+    with ExitStack() as stack:
+        drive = stack.enter_context(FakeDrive(bus_address))
+        process = stack.enter_context(DashboardProcess(domain, tmp_path, *arguments))
+        yield Commanding(process, drive, stack)
+
+
+def test_a_page_with_the_token_commands_torque_and_releases(commanding: Commanding) -> None:
+    page = commanding.at_torque(10.0)
+    assert commanding.torque() == pytest.approx(10.0)
+    assert commanding.drive.accepted[-1][1]["TorqueLimit"] == pytest.approx(50.0)
+    page.send({"type": "release"})
+    released = page.until(lambda m: m["type"] == "command" and m["holder"] is None)
+    assert not released["is_mine"]
+    commanding.check_silence()
+    assert str(commanding.drive.accepted[-1][1]["Enable"]) == "DISABLE"
+
+
+def test_without_the_token_no_command_reaches_the_bus(commanding: Commanding) -> None:
+    page = commanding.page()
+    for token in (None, "", "wrong", TOKEN + " ", 5):
+        page.send({"type": "take", "token": token})
+        assert "token" in page.message("refused")["text"]
+        demand(page, 10.0)
+        assert "does not command" in page.message("refused")["text"]
+    time.sleep(0.3)
+    assert commanding.drive.accepted == []
+
+
+def test_without_permission_there_is_no_command(dashboard: DashboardProcess) -> None:
+    with PageClient(dashboard.socket) as page:
+        assert page.message("command") == {"type": "command", "allowed": False}
+        page.send({"type": "take", "token": TOKEN})
+        assert "--allow-command" in page.message("refused")["text"]
+
+
+def test_a_page_that_closes_leaves_the_bus_silent(commanding: Commanding) -> None:
+    page = commanding.at_torque()
+    page.close()
+    commanding.check_silence()
+    assert (
+        str(commanding.drive.accepted[-1][1]["Enable"]) == "ENABLE"
+    )  # silence, not a disable: the drive's own timeout acts
+    other = commanding.page()
+    assert "gone" in other.until(lambda m: m["type"] == "command" and m.get("silence"))["silence"]
+    commanding.at_torque(-5.0)
+    assert commanding.torque() == pytest.approx(-5.0)
+
+
+def test_a_page_that_stops_renewing_leaves_the_bus_silent(commanding: Commanding) -> None:
+    page = commanding.at_torque()
+    commanding.check_silence()
+    lost = page.until(lambda m: m["type"] == "command" and m["holder"] is None)
+    assert "sent no demand for" in lost["silence"]
+    demand(page, 10.0)
+    assert "does not command" in page.message("refused")["text"]
+
+
+def test_a_dashboard_that_crashes_leaves_the_bus_silent(commanding: Commanding) -> None:
+    commanding.at_torque()
+    os.kill(commanding.process.pid, signal.SIGKILL)
+    commanding.check_silence()
+
+
+def test_a_dashboard_that_ends_disables_the_drive(commanding: Commanding) -> None:
+    commanding.at_torque()
+    commanding.process.send_signal(signal.SIGTERM)
+    assert commanding.process.wait(30.0) == 0
+    assert str(commanding.drive.accepted[-1][1]["Enable"]) == "DISABLE"
+
+
+def test_one_page_commands_at_a_time(commanding: Commanding) -> None:
+    first, second = commanding.in_control(), commanding.page()
+    second.send({"type": "take", "token": TOKEN})
+    assert "page 1 (127.0.0.1) commands" in second.message("refused")["text"]
+    demand(second, 20.0)
+    assert "does not command" in second.message("refused")["text"]
+    first.close()
+    second.send({"type": "take", "token": TOKEN})
+    second.until(lambda m: m["type"] == "command" and m["is_mine"])
+
+
+def test_a_torque_that_is_none_or_too_large_is_refused(commanding: Commanding) -> None:
+    page = commanding.in_control()
+    for torque in ('"10"', "null", "true", "1e300", "NaN", "Infinity", "50.01", "-51"):
+        page.send(f'{{"type": "demand", "torque_nm": {torque}, "enable": true, "fault_reset": false}}')
+        assert "torque" in page.message("refused")["text"], torque
+    assert {entry[1]["TorqueRequest"] for entry in commanding.drive.accepted} <= {0.0}
+
+
+def test_a_drive_that_trips_is_not_enabled_again_by_itself(domain: int, bus_address: str, tmp_path: Path) -> None:
+    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN)
+    with (
+        ExitStack() as stack,
+        FakeDrive(bus_address, fault_after=20) as drive,
+        DashboardProcess(domain, tmp_path, *arguments) as process,
+    ):
+        page = Commanding(process, drive, stack).at_torque()
+        tripped = page.until(lambda m: m["type"] == "command" and m["tripped"], lambda: demand(page, 10.0))
+        assert not tripped["enable"]
+        count = sum(str(entry[1]["Enable"]) == "ENABLE" for entry in drive.accepted)
+        for _ in range(20):
+            demand(page, 10.0)
+            time.sleep(0.05)
+        assert sum(str(entry[1]["Enable"]) == "ENABLE" for entry in drive.accepted) <= count + 20
+        assert str(drive.accepted[-1][1]["Enable"]) == "DISABLE"
+        demand(page, 0.0, enable=False, reset=True)
+        wait_for(lambda: drive.accepted[-1][1]["FaultReset"], "the reset")

@@ -1,0 +1,181 @@
+"""The scope of the dashboard's page: captures of a waveform whose instants are known, read only while a scope is on."""
+
+import struct
+import threading
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+from page_client import DashboardProcess, PageClient, wait_for
+from sextant_py import dds, telemetry_types
+from sextant_py.dashboard import layout, scope_feed
+from sextant_py.errors import UserError
+from sextant_py.recording import topics
+from topic_writer import Writer
+from tornado import httpclient
+
+PERIOD_NS = 25_000
+BATCH = 400
+STEP_PERIODS = 4000  # the torque reference steps by STEP_NM each so many periods
+STEP_NM = 8.0
+SETTINGS = {"trigger": "step 5", "mode": "normal", "before_ms": 5, "after_ms": 15, "hold_off_ms": 0}
+
+
+class WaveformWriter:
+    """Writes batches of a drive with the id 7 in real time; `batches` are the numbers of those to leave out."""
+
+    def __init__(self, domain: int, without: range = range(0)) -> None:
+        self._node = dds.Node(domain)
+        self._kind = telemetry_types.struct("DriveWaveform")
+        topic = Topic(self._node.participant, topics.TOPICS[topics.WAVEFORM], self._kind)
+        self._writer = DataWriter(self._node.participant, topic, dds.streaming_qos(1))
+        self._without = without
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> "WaveformWriter":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def readers(self) -> int:
+        return len(self._writer.get_matched_subscriptions())
+
+    def _batch(self, number: int) -> object:
+        period = number * BATCH + np.arange(BATCH)
+        torque = STEP_NM * (period // STEP_PERIODS % 2)
+        zeros = {name: [0] * BATCH for name in self._kind.__annotations__ if name not in ("drive_id", "sequence")}
+        values = {
+            **zeros,
+            "dropped": 0,
+            "t_ns": number * BATCH * PERIOD_NS,
+            "period_ns": PERIOD_NS,
+            "offset_ns": (PERIOD_NS * np.arange(BATCH)).tolist(),
+            "torque_reference_nm": torque.tolist(),
+            "flux_alpha_wb": np.cos(1e-3 * period).tolist(),
+            "flux_beta_wb": np.sin(1e-3 * period).tolist(),
+            "switch_state": [6] * BATCH,
+        }
+        return telemetry_types.sample(self._kind, drive_id=7, sequence=number, **values)
+
+    def _run(self) -> None:
+        begin_s, number = time.monotonic(), 0
+        while not self._stop.wait(0.002):
+            while number < (time.monotonic() - begin_s) * 1e9 / (BATCH * PERIOD_NS):
+                if number not in self._without:
+                    self._writer.write(self._batch(number))
+                number += 1
+
+
+def telemetry_writer(domain: int) -> Writer:
+    kind = telemetry_types.struct("DriveTelemetry")
+    return Writer(domain, dds.TELEMETRY, kind, dds.streaming_qos(1), drive_id=7)
+
+
+def test_every_panel_of_a_capture_is_of_the_contract() -> None:
+    described = {panel["key"]: panel for panel in layout.described(layout.WAVEFORM)}
+    assert described["scope_torque"]["unit"] == "N·m"
+    assert described["scope_duty"]["lines"][2]["signal"] == "duty_c"
+    assert {"t_ns", "switch_state", "torque_nm"} <= set(scope_feed.columns())
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"trigger": "stepp 5"}, 'the trigger "stepp 5" is not known'),
+        ({"trigger": "rise i_x 5"}, 'the waveform has no signal "i_x"'),
+        ({"mode": "burst"}, 'the mode "burst" of the scope'),
+        ({"after_ms": 996}, "captures at most 1 s"),
+        ({"before_ms": -1}, "must be from 0"),
+        ({"before_ms": "5"}, "must be numbers"),
+        ({"before_ms": None}, "must be numbers"),
+        ({"before_ms": 0, "after_ms": 0}, "nothing to capture"),
+    ],
+)
+def test_wrong_settings_are_one_sentence(change: dict, said: str) -> None:
+    with pytest.raises(UserError, match=said.replace("(", r"\(")) as error:
+        scope_feed.settings_of({**SETTINGS, **change})
+    assert str(error.value).count("\n") == 0
+
+
+def capture_of(page: PageClient) -> tuple[dict, dict[str, np.ndarray]]:
+    """The next capture: what is said of it, and its columns."""
+    said = page.message("capture")
+    while not isinstance(data := page.receive(), bytes) or data[0] != 2:
+        pass
+    kind, number, columns, rows = struct.unpack_from("<4I", data)
+    assert (kind, number) == (2, said["number"])
+    table = np.frombuffer(data, "<f8", offset=16).reshape(columns, rows)
+    return said, dict(zip(scope_feed.columns(), table, strict=True))
+
+
+def test_a_page_is_shown_captures_and_the_drive_is_read_only_meanwhile(domain: int, tmp_path: Path) -> None:
+    with (
+        DashboardProcess(domain, tmp_path) as process,
+        telemetry_writer(domain),
+        WaveformWriter(domain) as writer,
+        PageClient(process.socket) as page,
+    ):
+        page.until(lambda m: m["type"] == "status" and m["drives"])
+        assert writer.readers() == 0
+        page.send({"type": "watch", "drive": 7})
+        page.send({"type": "scope", "on": True, **SETTINGS})
+        locus = page.message("locus")
+        assert locus["switch_state"] == 6
+        assert np.hypot(locus["alpha"], locus["beta"]) == pytest.approx(1.0, abs=1e-4)
+        said, rows = capture_of(page)
+        check(said, rows)
+        assert writer.readers() == 1
+        check_file(process, said, rows, tmp_path)
+        page.send({"type": "scope", "on": False})
+        wait_for(lambda: writer.readers() == 0, "the reader's end")
+        page.send({"type": "scope", "on": True, **SETTINGS})
+        capture_of(page)
+        page.close()
+        wait_for(lambda: writer.readers() == 0, "the reader's end with the page")
+
+
+def check(said: dict, rows: dict[str, np.ndarray]) -> None:
+    assert said["trigger"] == "step 5"
+    assert (said["rows"], said["missing"]) == (801, 0)
+    np.testing.assert_array_equal(rows["t_ns"], PERIOD_NS * np.arange(-200, 601))
+    step = np.abs(np.diff(rows["torque_reference_nm"]))
+    assert np.flatnonzero(step).tolist() == [199], "the step is at time zero"
+    assert step[199] == STEP_NM
+
+
+def check_file(process: DashboardProcess, said: dict, rows: dict[str, np.ndarray], folder: Path) -> None:
+    client = httpclient.HTTPClient()
+    found = client.fetch(f"{process.address}captures/{said['number']}.h5")
+    assert f'filename="capture_{said["number"]:03}.h5"' in found.headers["Content-Disposition"]
+    missing = client.fetch(f"{process.address}captures/999.h5", raise_error=False)
+    assert missing.code == 404
+    client.close()
+    path = folder / "capture.h5"
+    path.write_bytes(found.body)
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(file["waveform/torque_reference_nm"], rows["torque_reference_nm"])
+        times = np.asarray(file["waveform/t_ns"])
+    np.testing.assert_array_equal(times - times[200], rows["t_ns"])
+
+
+def test_lost_batches_are_counted(domain: int, tmp_path: Path) -> None:
+    with (
+        DashboardProcess(domain, tmp_path) as process,
+        telemetry_writer(domain),
+        WaveformWriter(domain, without=range(50, 10_000, 10)),
+        PageClient(process.socket) as page,
+    ):
+        page.until(lambda m: m["type"] == "status" and m["drives"])
+        page.send({"type": "watch", "drive": 7})
+        page.send({"type": "scope", "on": True, **SETTINGS, "trigger": "fault"})
+        report = page.until(lambda m: m["type"] == "scope" and m["lost"] >= 3)
+    assert report["state"] == "waiting"
+    assert report["rows"] > 0
