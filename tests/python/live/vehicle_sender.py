@@ -20,11 +20,20 @@ COUNTER_COUNT = 15
 PRIORITY = 20  # below the drive's control thread, above all else
 
 
-def open_bus(kind: str, channel: str, port: int) -> socket.socket:
+class MulticastSocket:
+    """Not connected: a connected socket sends by the interface of its source address, not by the route of the group."""
+
+    def __init__(self, group: str, port: int) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._group = (group, port)
+
+    def send(self, frame: bytes) -> None:
+        self._socket.sendto(frame, self._group)
+
+
+def open_bus(kind: str, channel: str, port: int) -> socket.socket | MulticastSocket:
     if kind != "socketcan":
-        out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        out.connect((channel, port))
-        return out
+        return MulticastSocket(channel, port)
     out = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
     out.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)
     out.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"")
@@ -33,7 +42,7 @@ def open_bus(kind: str, channel: str, port: int) -> socket.socket:
 
 
 class Sender:
-    def __init__(self, control: socket.socket, out: socket.socket) -> None:
+    def __init__(self, control: socket.socket, out: socket.socket | MulticastSocket) -> None:
         self._control = control
         self._out = out
         self._demand: list[bytes] | None = None
