@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import UserError
 from .recording.formats import SUFFIXES, open_source
-from .recording.model import MAIN, Column, Group, Source
+from .recording.model import MAIN, TRIGGER, Column, Group, Source
 
 __all__ = ["SUFFIXES", "GroupRows", "SignalFile", "Signals", "load"]
 
@@ -72,7 +72,7 @@ class SignalFile:
     """A file with the groups of its signals. The signals of the main group have no prefix, the others `GROUP/`."""
 
     def __init__(self, path: Path, begin_s: float | None = None, end_s: float | None = None) -> None:
-        """The span counts from the first sample of t_ns, or as t_s does."""
+        """The span counts from the trigger of a capture, from the first sample of t_ns, or as t_s does."""
         source = open_source(path)
         self.path = path
         self.cut = source.cut  # what a truncated file has lost, in a sentence
@@ -85,6 +85,8 @@ class SignalFile:
         }
 
     def _zero_ns(self, source: Source) -> int:
+        if TRIGGER in source.metadata:
+            return int(source.metadata[TRIGGER])
         group = source.groups[self.main]
         first = next(source.blocks(self.main, 1), None)
         if first is None:

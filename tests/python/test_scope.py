@@ -10,6 +10,7 @@ from sextant_py.recording.topics import STATE, WAVEFORM, group_of
 from sextant_py.scope import files, quantities
 from sextant_py.scope.scope import Scope, Settings
 from sextant_py.scope.trigger_text import parse
+from sextant_py.signal_file import SignalFile
 from sextant_py.telemetry_contract import enumerators
 
 PERIOD_NS = 25_000
@@ -178,6 +179,7 @@ def test_a_capture_is_a_recording(tmp_path: Path) -> None:
         assert file["waveform/torque_nm"].attrs["unit"] == "N·m"
         np.testing.assert_array_equal(file["waveform/t_ns"][:], capture.rows["t_ns"])
         assert file["drive_state/reason"][:].tolist() == [b"OVER_CURRENT"], "only what changed within the capture"
+    np.testing.assert_allclose(SignalFile(path).groups["waveform"].time_s, capture.times_s, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import UserError
 
 MAIN = "telemetry"  # the root of an HDF5 file, and the file NAME.csv of several
+TRIGGER = "trigger_ns"  # of the metadata: the instant that a capture was triggered at
 TIMES = {"t_ns": 1, "t_s": 1_000_000_000}  # names of a time axis, and nanoseconds a unit
 BLOCK_ROWS = 8192
 Metadata = dict[str, Any]  # what JSON can hold

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..errors import UserError
 from ..recording.formats import open_sink
+from ..recording.model import TRIGGER
 from ..recording.topics import STATE, WAVEFORM, group_of
 from .capture import Capture
 
@@ -18,7 +19,7 @@ def numbered(path: Path, number: int, several: bool) -> Path:
 
 def write(path: Path, capture: Capture, drive_id: int | None, states: np.ndarray | None = None) -> None:
     """The waveform of the capture and, where given, the changes of the drive's state within it."""
-    metadata = {"trigger": capture.trigger, "trigger_ns": capture.trigger_ns, "drive_id": drive_id}
+    metadata = {"trigger": capture.trigger, TRIGGER: capture.trigger_ns, "drive_id": drive_id}
     blocks = {WAVEFORM: capture.rows}
     if states is not None and len(states):
         times = states["t_ns"].astype(np.int64)
