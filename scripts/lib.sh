@@ -76,9 +76,13 @@ build_preset() {
   (cd "$sextant_root" && cmake --preset "$preset" && cmake --build --preset "$preset" "${targets[@]}" -j "$(nproc)")
 }
 
+need_python() {
+  [ -x "$sextant_python" ] || die "the Python packages are not installed yet; scripts/setup does it."
+}
+
 # run_module MODULE [ARGUMENTS...]: becomes a program of scripts/sextant_py.
 run_module() {
-  [ -x "$sextant_python" ] || die "the Python packages are not installed yet; scripts/setup does it."
+  need_python
   local module=$1
   shift
   PYTHONPATH=$sextant_root/scripts${PYTHONPATH:+:$PYTHONPATH} exec "$sextant_python" -m "sextant_py.$module" "$@"

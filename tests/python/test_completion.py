@@ -41,7 +41,7 @@ def completed(code: str, line: str) -> set[str]:
         ("scripts/plot trace.h5 --locus ", {"flux", "current"}),
         ("./scripts/compare a b --j", {"--json", "--junit"}),
         ("scripts/sweep --sch", {"--scheduler"}),
-        ("sextant pl", {"plot"}),
+        ("sextant pl", {"playback", "plot"}),
         ("sextant plot --locus f", {"flux"}),
         ("sextant vcu --prof", {"--profile"}),
         ("sextant nonsense --x", set()),
