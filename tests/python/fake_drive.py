@@ -1,15 +1,15 @@
 """The CAN side of a drive, as far as a vehicle control unit sees it: status frames, lockout, E2E check of commands."""
 
-import threading
 import time
 
+from background import Background
 from sextant_py import bus, e2e
 from sextant_py.contract import Contract
 
 COMMAND = "VCU_TorqueCommand"
 
 
-class FakeDrive:
+class FakeDrive(Background):
     """Answers on a bus until it is closed; remembers every command it accepted or refused."""
 
     def __init__(
@@ -29,16 +29,10 @@ class FakeDrive:
         self._contract_major = self._contract.version()[0] if contract_major is None else contract_major
         self._checker = e2e.Checker(self._contract.data_id(COMMAND))
         self._bus = bus.open_bus(bus.parse(address))
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run)
+        super().__init__()
 
-    def __enter__(self) -> "FakeDrive":
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
+    def __exit__(self, *details: object) -> None:
+        super().__exit__(*details)
         self._bus.shutdown()
 
     def _run(self) -> None:

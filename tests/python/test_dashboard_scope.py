@@ -1,13 +1,13 @@
 """The scope of the dashboard's page: captures of a waveform whose instants are known, read only while a scope is on."""
 
 import struct
-import threading
 import time
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from background import Background
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from page_client import DashboardProcess, PageClient, wait_for
@@ -25,7 +25,7 @@ STEP_NM = 8.0
 SETTINGS = {"trigger": "step 5", "mode": "normal", "before_ms": 5, "after_ms": 15, "hold_off_ms": 0}
 
 
-class WaveformWriter:
+class WaveformWriter(Background):
     """Writes batches of a drive with the id 7 in real time; `batches` are the numbers of those to leave out."""
 
     def __init__(self, domain: int, without: range = range(0)) -> None:
@@ -34,16 +34,7 @@ class WaveformWriter:
         topic = Topic(self._node.participant, topics.TOPICS[topics.WAVEFORM], self._kind)
         self._writer = DataWriter(self._node.participant, topic, dds.streaming_qos(1))
         self._without = without
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-
-    def __enter__(self) -> "WaveformWriter":
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
+        super().__init__()
 
     def readers(self) -> int:
         return len(self._writer.get_matched_subscriptions())

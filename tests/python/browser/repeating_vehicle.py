@@ -1,8 +1,6 @@
 """A vehicle that repeats its demand every 10 ms, from a thread of the test."""
 
-import threading
-from typing import Self
-
+from background import Background
 from sextant_py import bus
 from sextant_py.contract import Contract
 from sextant_py.vcu import Commander
@@ -11,27 +9,21 @@ PERIOD_S = 0.01
 TORQUE_LIMIT_NM = 150.0
 
 
-class RepeatingVehicle:
+class RepeatingVehicle(Background):
     """A context; silent before its first demand."""
 
     def __init__(self, address: str) -> None:
         self._bus = bus.open_bus(bus.parse(address))
         self._commander = Commander(self._bus, Contract(), PERIOD_S, TORQUE_LIMIT_NM, keeps_log=False)
         self._demand: tuple[float, bool] | None = None
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run)
+        super().__init__()
 
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        self._thread.join()
+    def __exit__(self, *details: object) -> None:
+        super().__exit__(*details)
         self._bus.shutdown()
 
     def _run(self) -> None:
-        while not self._ended.is_set():
+        while not self._stop.is_set():
             self._commander.wait()
             if (demand := self._demand) is not None:
                 self._commander.send(*demand)

@@ -1,13 +1,13 @@
 """The page without a drive: several drives by id, pause, zoom, cursors, narrow pages, and a server that is gone."""
 
 import signal
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from background import Background
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from handling_page import reading, wait_for
@@ -18,7 +18,7 @@ from sextant_py import dds, telemetry_types
 NEAR = 0.05
 
 
-class RampWriter:
+class RampWriter(Background):
     """Telemetry of one drive, 1 kHz, with a torque that rises by 1 N·m a second."""
 
     def __init__(self, domain: int, drive_id: int, begin_nm: float) -> None:
@@ -37,16 +37,7 @@ class RampWriter:
             flux_mean_wb=1.0,
             state=self._state,
         )
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-
-    def __enter__(self) -> "RampWriter":
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
+        super().__init__()
 
     def _run(self) -> None:
         begin_s, k = time.monotonic(), 0
