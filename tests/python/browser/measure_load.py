@@ -1,4 +1,4 @@
-"""The processor time of the dashboard's server at 1 kHz, and how often the page draws: scripts/check_dashboard --load."""
+"""The processor time of the dashboard's server, and how often the page draws: scripts/check_dashboard --load."""
 
 import time
 from collections.abc import Callable
