@@ -35,7 +35,7 @@ void refine(CLI::App& app, CLI::Option& added, const Option& option) {
   if (option.type_name != nullptr) added.type_name(option.type_name);
   if (option.group != nullptr) added.group(option.group);
   if (option.needs != nullptr) added.needs(app.get_option(option.needs));
-  if (option.excludes != nullptr) added.excludes(app.get_option(option.excludes));
+  for (const char* other : option.excludes) added.excludes(app.get_option(other));
   if (option.required) added.required();
   if (!option.choices.empty()) added.check(CLI::IsMember(option.choices));
   const bool bounded = option.least > std::numeric_limits<double>::lowest() ||

@@ -20,12 +20,12 @@ struct Option {
                              std::optional<std::string>*, std::vector<std::string>*>;
   const char* name;
   Value value;
-  const char* what;                ///< for the help
-  const char* type_name{nullptr};  ///< for the help; nullptr: that of the value
-  const char* group{nullptr};      ///< heading in the help; nullptr: Options
-  const char* needs{nullptr};      ///< an option before this one that must be given too
-  const char* excludes{nullptr};   ///< an option before this one that must not be given too
-  bool* given{nullptr};            ///< set to whether the option was given
+  const char* what;                     ///< for the help
+  const char* type_name{nullptr};       ///< for the help; nullptr: that of the value
+  const char* group{nullptr};           ///< heading in the help; nullptr: Options
+  const char* needs{nullptr};           ///< an option before this one that must be given too
+  std::vector<const char*> excludes{};  ///< options before this one that must not be given too
+  bool* given{nullptr};                 ///< set to whether the option was given
   bool required{false};
   bool may_be_empty{false};                             ///< a vector of an option: none or one value
   std::vector<std::string> choices{};                   ///< the values allowed; empty: any

@@ -93,7 +93,10 @@ void Ecu::start() {
   const RightsReport rights = control_.start();
   check_rights(config_.realtime, rights);
   warn_of_unbounded_execution();
-  if (cycle_thread_) cycle_thread_->start();
+  if (cycle_thread_) {
+    cycles_->open();
+    cycle_thread_->start();
+  }
   control_.go();
   telemetry_.start(rights);
   watchdog_.start();
@@ -141,7 +144,6 @@ void Ecu::stop() {
   shared_.shutdown.store(true, std::memory_order_release);
   control_.join();
   power_stage_.announce_end();
-  if (cycle_thread_) cycle_thread_->join();
   // The other threads also end where the control thread was never started.
   shared_.stopped.store(true, std::memory_order_release);
   transmit_.join();
@@ -151,10 +153,14 @@ void Ecu::stop() {
   housekeeping_.join();
   telemetry_.join();
   publisher_.leave();
+  // Last: a disk that does not answer keeps nothing else.
+  if (cycle_thread_) cycle_thread_->join();
+  if (cycles_) cycles_->close();
 }
 
-void Ecu::close_recording() {
-  if (cycles_) cycles_->close();
+std::string Ecu::problem() const {
+  if (std::string problem = power_stage_.problem(); !problem.empty()) return problem;
+  return cycles_ ? cycles_->failure() : std::string{};
 }
 
 void Ecu::write_timing(const std::string& file) const {

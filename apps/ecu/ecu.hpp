@@ -40,11 +40,7 @@ class Ecu {
   void stop();
 
   /// Why the run ended early; empty where it did not.
-  [[nodiscard]] std::string problem() const { return power_stage_.problem(); }
-
-  /// Closes the recording of the control periods; after stop(). Throws std::runtime_error where it could not
-  /// be written.
-  void close_recording();
+  [[nodiscard]] std::string problem() const;
 
   /// The timing of the run, for programs. Throws std::runtime_error where the file cannot be written.
   void write_timing(const std::string& file) const;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -46,8 +47,10 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu --duration 10 --record-cycles run.h5   every control period, to be run again
   sextant-ecu --replay run.h5                        identical switching?
   sextant-ecu --replay run.h5 --set protection.over_speed_rad_s=60
-                                                     what other limits would have done
+                                                     what another limit would have done
 It ends on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
+
+constexpr const char* replay_option = "--replay";
 
 /// The options of a run in virtual time: the first makes one, the others need it.
 std::vector<sextant::Option> virtual_time_options(Options& options) {
@@ -61,6 +64,7 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
            .value = &options.log,
            .what = "run in virtual time, with commands from this recording, or from --profile",
            .type_name = "LOG",
+           .excludes = {replay_option},
            .given = &options.virtual_time,
            .may_be_empty = true},
           part("--profile", &run.profile, "torque profile for a vehicle to play, .csv"),
@@ -71,32 +75,38 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
 
 sextant::CommandLine command_line(Options& options) {
   sextant::CommandLine line{
-      program_name, "Sextant: the live drive. Takes torque commands over CAN, publishes telemetry over DDS.",
-      examples, virtual_time_options(options)};
+      program_name,
+      "Sextant: the live drive. Takes torque commands over CAN, publishes telemetry over DDS.",
+      examples,
+      {{.name = replay_option,
+        .value = &options.replay,
+        .what =
+            "run such a recording as --record-cycles makes through the drive again and compare the gate "
+            "patterns, with its configuration and --set; status 1 where one differs, 2 where it cannot run",
+        .type_name = "FILE"}}};
+  for (sextant::Option& option : virtual_time_options(options)) line.options.push_back(std::move(option));
   for (sextant::Option& option :
        sextant::live_options(options.live, "end after this time, with --virtual-time of virtual time [s]")) {
+    if (std::string_view{option.name} != "--set") option.excludes.push_back(replay_option);
     line.options.push_back(std::move(option));
   }
   line.options.push_back({.name = "--can",
                           .value = &options.can,
-                          .what = "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>"});
+                          .what = "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>",
+                          .excludes = {replay_option}});
   line.options.push_back(
       {.name = "--timing-out",
        .value = &options.timing_out,
        .what = "write the histograms and overruns of the control thread, .json; not in virtual time",
-       .excludes = "--virtual-time"});
+       .excludes = {"--virtual-time", replay_option}});
   line.options.push_back({.name = "--telemetry-out",
                           .value = &options.virtual_run.telemetry_out,
                           .what = "record telemetry, .csv or .h5; with --virtual-time or --replay, live "
                                   "scripts/record does it"});
   line.options.push_back({.name = "--record-cycles",
                           .value = &options.virtual_run.record_cycles,
-                          .what = "record what enters and leaves the drive in every control period, .h5"});
-  line.options.push_back({.name = "--replay",
-                          .value = &options.replay,
-                          .what = "run such a recording through the drive again and compare the gate "
-                                  "patterns, with its configuration and --set; status 1 where one differs",
-                          .excludes = "--virtual-time"});
+                          .what = "record what enters and leaves the drive in every control period, .h5",
+                          .excludes = {replay_option}});
   return line;
 }
 
@@ -169,7 +179,6 @@ int run(const Options& options) {
   ecu.stop();
   // The file before the report: stdout may be closed.
   if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
-  ecu.close_recording();
   ecu.print_report(stdout);
   if (const std::string problem = ecu.problem(); !problem.empty()) throw std::runtime_error(problem);
   return 0;
@@ -181,5 +190,5 @@ int main(int argc, char** argv) {
   sextant::start_log(program_name);
   Options options;
   if (const std::optional<int> status = command_line(options).parse(argc, argv)) return *status;
-  return sextant::run_program(program_name, 1, [&] { return run(options); });
+  return sextant::run_program(program_name, options.replay.empty() ? 1 : 2, [&] { return run(options); });
 }

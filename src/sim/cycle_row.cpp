@@ -7,6 +7,12 @@
 namespace sextant {
 namespace {
 
+// Whoever adds a member adds it to CycleRow, to_row, to_record and cycle_row_type, or the replay is another
+// run.
+static_assert(sizeof(Measurement<double>) == 144);
+static_assert(sizeof(TorqueCommand<double>) == 64);
+static_assert(sizeof(DriveRequest<double>) == 88);
+
 PatternRow to_row(const GatePattern& pattern) noexcept {
   PatternRow row;
   for (const GateSegment& segment : pattern.segments()) {

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "sextant/sim/trace_recorder.hpp"
 
@@ -50,14 +47,6 @@ hdf5::Handle open_folder(hid_t file, const char* name) {
   return {H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
 }
 
-/// Freed space in the file is not used again, so that the data of a flush stays readable during the next
-/// flush, and after one that was interrupted.
-hdf5::Handle append_only() {
-  hdf5::Handle properties{H5Pcreate(H5P_FILE_CREATE), H5Pclose};
-  hdf5::check(H5Pset_file_space_strategy(properties.get(), H5F_FSPACE_STRATEGY_NONE, false, 1));
-  return properties;
-}
-
 }  // namespace
 
 bool is_trace(const std::filesystem::path& file) {
@@ -72,13 +61,11 @@ bool is_trace(const std::filesystem::path& file) {
 TraceFile::TraceFile(const std::filesystem::path& file, const Parameters& parameters,
                      std::function<void(const std::string&)> on_error)
     : name_{file.string()}, on_error_{std::move(on_error)} {
-  // HDF5's own clean-up at exit crashes on a file that could not be written to its end; `close` needs none.
-  H5dont_atexit();
   const hdf5::Quiet quiet;
-  file_ = {H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, append_only().get(), H5P_DEFAULT), H5Fclose};
+  file_ = hdf5::GrowingFile{name_};
   write_attributes(parameters);
   create_columns(parameters);
-  hdf5::check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL));
+  file_.flush();
 }
 
 void TraceFile::write_attributes(const Parameters& parameters) {
@@ -121,11 +108,9 @@ bool TraceFile::flush_is_due() const {
 void TraceFile::flush() {
   if (!file_ || waiting_ == 0) return;
   guarded([this] {
-    reserve_space();
-    for (TraceColumnWriter& c : columns_) c.write(written_);
-    // Nothing of a row reaches the file before this call, so that a kill between two flushes finds it whole.
-    hdf5::check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL));
-    trim_space();
+    file_.write(most_bytes(), [this] {
+      for (TraceColumnWriter& c : columns_) c.write(written_);
+    });
   });
   written_ += std::exchange(waiting_, 0);
   last_flush_ = Clock::now();
@@ -141,33 +126,11 @@ void TraceFile::close() {
   });
 }
 
-int TraceFile::descriptor() const {
-  void* descriptor = nullptr;
-  hdf5::check(H5Fget_vfd_handle(file_.get(), H5P_DEFAULT, &descriptor));
-  return *static_cast<int*>(descriptor);
-}
-
-off_t TraceFile::size() const {
-  hsize_t bytes = 0;
-  hdf5::check(H5Fget_filesize(file_.get(), &bytes));
-  return static_cast<off_t>(bytes);
-}
-
-// HDF5 writes its index even where the data before it found no room, which loses the whole file. So the room
-// is taken first, for more than the rows can need: every chunk they touch, uncompressed, and its index.
-void TraceFile::reserve_space() {
+// Every chunk that the rows touch, uncompressed, and its index.
+std::size_t TraceFile::most_bytes() const noexcept {
   constexpr std::size_t value_bytes = 8;
   constexpr std::size_t index_bytes = 16'384;
-  const std::size_t values = waiting_ + 2 * chunk_rows;
-  const std::size_t bytes = columns_.size() * (values * value_bytes + index_bytes);
-  if (const int error = ::posix_fallocate(descriptor(), size(), static_cast<off_t>(bytes))) {
-    throw std::runtime_error{std::generic_category().message(error)};
-  }
-}
-
-// Room that stays behind does no harm, so that failing here ends nothing.
-void TraceFile::trim_space() {
-  if (::ftruncate(descriptor(), size()) != 0) return;
+  return columns_.size() * ((waiting_ + 2 * chunk_rows) * value_bytes + index_bytes);
 }
 
 // Runs something that writes. The first failure ends the recording: a trace with a hole would mislead.
@@ -183,11 +146,10 @@ void TraceFile::guarded(Write&& write) {
   }
 }
 
-// Closing would write again, over what the last flush left whole: HDF5 offers no other way than to let go.
 void TraceFile::abandon() noexcept {
   for (TraceColumnWriter& c : columns_) c.abandon();
   columns_.clear();
-  file_.release();
+  file_.abandon();
 }
 
 }  // namespace sextant

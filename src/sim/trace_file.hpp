@@ -10,9 +10,7 @@
 #include <string>
 #include <vector>
 
-#include <sys/types.h>
-
-#include "hdf5_handle.hpp"
+#include "growing_file.hpp"
 #include "trace_column_writer.hpp"
 
 namespace sextant {
@@ -52,17 +50,14 @@ class TraceFile {
   void write_attributes(const Parameters& parameters);
   void create_columns(const Parameters& parameters);
   [[nodiscard]] bool flush_is_due() const;
-  [[nodiscard]] int descriptor() const;
-  [[nodiscard]] off_t size() const;
-  void reserve_space();
-  void trim_space();
+  [[nodiscard]] std::size_t most_bytes() const noexcept;
   template <class Write>
   void guarded(Write&& write);
   void abandon() noexcept;
 
   std::string name_;
   std::function<void(const std::string&)> on_error_;
-  hdf5::Handle file_{};
+  hdf5::GrowingFile file_{};
   std::vector<TraceColumn> channel_columns_{};  // which some of the writers refer to
   std::vector<TraceColumnWriter> columns_{};
   std::size_t waiting_{0};  // rows that are yet to be written

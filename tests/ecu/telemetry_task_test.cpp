@@ -163,5 +163,35 @@ TEST(TelemetryTask, WaveformsAreSentWhileTheyAreRead) {
   EXPECT_EQ(last[0].batch.offset_ns.size(), 100U);
 }
 
+TEST(TelemetryTask, WaveformsWithoutAPublisherAreMissingInTheSequence) {
+  SharedState shared{25'000, 1};
+  TelemetrySender sender;
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  sender.set_waveform_is_read(true);
+  TelemetryTask task{{}, sender, shared};
+  std::int64_t t_ns = 0;
+  const auto run = [&](int batches) {
+    for (int k = 0; k < 400 * batches; ++k, t_ns += 25'000) {
+      Telemetry<double> x;
+      x.t_ns = t_ns;
+      shared.telemetry.push(x);
+      if (k % 100 == 99) task.poll(t_ns);
+    }
+  };
+  run(3);
+  ASSERT_EQ(waveforms(other).size(), 2U) << "the third is not complete";
+  sender.disconnect();
+  run(5);
+  auto [own_again, other_again] = MessageSocket::pair();
+  sender.connect(std::move(own_again));
+  run(3);
+  const auto after = waveforms(other_again);
+  ASSERT_FALSE(after.empty());
+  // Each batch that nobody took has its number.
+  EXPECT_EQ(after[0].batch.t_ns, std::int64_t(after[0].sequence) * 10'000'000);
+  EXPECT_GE(after[0].sequence, 7U);
+}
+
 }  // namespace
 }  // namespace sextant::ecu

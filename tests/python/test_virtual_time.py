@@ -27,8 +27,17 @@ CYCLES_S = {
 
 
 def start(*arguments: object) -> subprocess.CompletedProcess:
+    return launch(ECU_CONFIG, *arguments)
+
+
+def replay(*arguments: object) -> subprocess.CompletedProcess:
+    """Without a configuration: the recording has it."""
+    return launch("--replay", *arguments)
+
+
+def launch(*arguments: object) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [program("sextant-ecu"), ECU_CONFIG, *map(str, arguments)],
+        [program("sextant-ecu"), *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=480,
@@ -264,7 +273,7 @@ def test_recorded_control_periods_replay_with_identical_switching(tmp_path: Path
     cycles, first, again = (tmp_path / name for name in ("run.h5", "first.csv", "again.csv"))
     report = run("--profile", profile, "--record-cycles", cycles, "--telemetry-out", first)
     periods = int(re.search(r"run.h5: (\d+) control periods recorded", report)[1])
-    found = start("--replay", cycles, "--telemetry-out", again)
+    found = replay(cycles, "--telemetry-out", again)
     assert found.returncode == 0, found.stdout + found.stderr
     assert f"{periods} of {periods} gate patterns as recorded\n" in found.stdout
     assert telemetry(again) == telemetry(first), "not only the switching"
@@ -282,15 +291,34 @@ def test_recorded_control_periods_replay_with_identical_switching(tmp_path: Path
 def test_a_replay_with_another_configuration_tells_the_first_other_pattern(tmp_path: Path, profile: Path) -> None:
     cycles = tmp_path / "run.h5"
     run("--profile", profile, "--record-cycles", cycles)
-    found = start("--replay", cycles, "--set", "control.foc.bandwidth_rad_s=500")
+    found = replay(cycles, "--set", "control.foc.bandwidth_rad_s=500")
     assert found.returncode == 1
     as_recorded, periods = map(int, re.search(r"(\d+) of (\d+) gate patterns as recorded", found.stdout).groups())
     assert 0 < as_recorded < periods
     assert re.search(r"first other one in period \d+, .* after the first\n +recorded: .*\n +replayed: ", found.stdout)
     # The protections of the replay see the recorded speed.
-    found = start("--replay", cycles, "--set", "protection.over_speed_rad_s=1", "--telemetry-out", tmp_path / "t.csv")
+    found = replay(cycles, "--set", "protection.over_speed_rad_s=1", "--telemetry-out", tmp_path / "t.csv")
     assert found.returncode == 1
-    assert telemetry(tmp_path / "t.csv")[-1]["state"] != telemetry(tmp_path / "t.csv")[0]["state"]
+    assert "FAULT" in {row["state"] for row in telemetry(tmp_path / "t.csv")}
+    replay(cycles, "--telemetry-out", tmp_path / "same.csv")
+    assert "FAULT" not in {row["state"] for row in telemetry(tmp_path / "same.csv")}
+
+
+def test_a_recording_that_cannot_be_made_loses_nothing(tmp_path: Path, profile: Path) -> None:
+    cycles = tmp_path / "run.h5"
+    run("--profile", profile, "--record-cycles", cycles)
+    before = cycles.read_bytes()
+    found = start("--virtual-time", tmp_path / "missing.log", "--record-cycles", cycles)
+    assert found.returncode == 1
+    assert "missing.log" in found.stderr
+    assert cycles.read_bytes() == before
+    found = start("--virtual-time", "--profile", profile, "--record-cycles", profile)
+    assert found.returncode == 1
+    assert "profile.csv is there and no recording of control periods" in found.stderr
+    assert profile.read_text(encoding="utf-8").startswith("time_s")
+    found = start("--virtual-time", "--profile", profile, "--record-cycles", tmp_path / "none" / "run.h5")
+    assert found.returncode == 1
+    assert "run.h5 cannot be written: No such file or directory" in found.stderr
 
 
 def test_what_is_no_recording_of_control_periods_is_refused(tmp_path: Path, profile: Path) -> None:
@@ -299,13 +327,29 @@ def test_what_is_no_recording_of_control_periods_is_refused(tmp_path: Path, prof
     cut = tmp_path / "cut.h5"
     cut.write_bytes(cycles.read_bytes()[: cycles.stat().st_size // 2])
     for file, why in ((ECU_CONFIG, "signature"), (cut, "truncated file"), (tmp_path / "none.h5", "No such file")):
-        found = start("--replay", file)
-        assert found.returncode == 1
+        found = replay(file)
+        assert found.returncode == 2
         assert f"{file} is no recording of control periods" in found.stderr
         assert why in found.stderr
-    found = start("--replay", cycles, "--set", "drive.perod_us=25")
-    assert found.returncode == 1
+    found = replay(cycles, "--set", "drive.perod_us=25")
+    assert found.returncode == 2
     assert "drive.perod_us: unknown key" in found.stderr
+    found = replay(cycles, "--set", "drive.period_us=50")
+    assert found.returncode == 2
+    assert "drive.period_us is that of the recording (25 us)" in found.stderr
+    for other in (("--duration", 1), ("--record-cycles", tmp_path / "again.h5"), ("--print-config",), (ECU_CONFIG,)):
+        found = replay(cycles, *other)
+        assert found.returncode == 2, other
+        assert len(found.stderr.splitlines()) == 1
+    with h5py.File(cycles, "a") as file:
+        rows = file["cycles"][:]
+        del file["cycles"]
+        file["cycles"] = rows.astype(
+            [(name.replace("speed_rad_s", "speed"), rows.dtype[name]) for name in rows.dtype.names]
+        )
+    found = replay(cycles)
+    assert found.returncode == 2
+    assert "its rows are of another version of Sextant" in found.stderr
     found = start("--telemetry-out", tmp_path / "t.csv", "--duration", 1)
     assert found.returncode == 1
     assert "needs --virtual-time or --replay" in found.stderr

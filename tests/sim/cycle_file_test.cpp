@@ -1,8 +1,11 @@
 #include "sextant/sim/cycle_file.hpp"
 
+#include <bit>
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -10,6 +13,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 namespace sextant {
 namespace {
@@ -37,6 +41,9 @@ CycleRecord<double> random_record(std::mt19937& random) {
                    .omega_m = number(random),
                    .applied = random_pattern(random),
                    .plausible = random() % 2 == 0};
+  constexpr double special[]{std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity(), -0.0};
+  if (random() % 4 == 0) r.measurement.u_dc = special[random() % 3];
   if (random() % 2 == 0) r.measurement.theta_m = number(random);
   r.request.command = {.torque = number(random),
                        .torque_limit = number(random),
@@ -63,7 +70,8 @@ CycleRecord<double> random_record(std::mt19937& random) {
 void expect_same(const CycleRecord<double>& a, const CycleRecord<double>& b) {
   EXPECT_EQ(a.t_ns, b.t_ns);
   EXPECT_EQ(a.measurement.i_abc, b.measurement.i_abc);
-  EXPECT_EQ(a.measurement.u_dc, b.measurement.u_dc);
+  EXPECT_EQ(std::bit_cast<std::uint64_t>(a.measurement.u_dc),
+            std::bit_cast<std::uint64_t>(b.measurement.u_dc));
   EXPECT_EQ(a.measurement.omega_m, b.measurement.omega_m);
   EXPECT_EQ(a.measurement.applied, b.measurement.applied);
   EXPECT_EQ(a.measurement.plausible, b.measurement.plausible);
@@ -110,8 +118,8 @@ TEST_F(CycleFileTest, HoldsEveryMemberBitForBit) {
   writer.append({records.data(), 1});
   writer.append({records.data() + 1, 2000});
   writer.append({records.data() + 2001, 999});
-  EXPECT_EQ(writer.written(), 3000U);
   writer.close(5);
+  EXPECT_EQ(writer.written(), 3000U);
 
   CycleFileReader reader{path("run.h5")};
   EXPECT_EQ(reader.configuration(), "drive_id = 7\n");
@@ -123,6 +131,63 @@ TEST_F(CycleFileTest, HoldsEveryMemberBitForBit) {
     for (const CycleRecord<double>& record : part) expect_same(record, records.at(at++));
   }
   EXPECT_EQ(at, 3000U);
+}
+
+TEST_F(CycleFileTest, IsWholeWithoutItsEnd) {
+  std::mt19937 random{seed};
+  std::vector<CycleRecord<double>> records;
+  for (int k = 0; k < 20'000; ++k) records.push_back(random_record(random));
+  CycleFileWriter writer{path("run.h5"), ""};
+  for (std::size_t k = 0; k < records.size(); k += 1000) writer.append({records.data() + k, 1000});
+  // As a killed program leaves it.
+  std::filesystem::copy_file(path("run.h5"), path("copy.h5"));
+  CycleFileReader reader{path("copy.h5")};
+  EXPECT_EQ(reader.size(), writer.written());
+  EXPECT_GT(reader.size(), 10'000U);
+  EXPECT_FALSE(reader.dropped());
+  std::size_t at = 0;
+  for (auto part = reader.next(); !part.empty(); part = reader.next()) {
+    for (const CycleRecord<double>& record : part) expect_same(record, records.at(at++));
+  }
+  EXPECT_EQ(at, reader.size());
+}
+
+TEST_F(CycleFileTest, KeepsWhatHadRoom) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  std::mt19937 random{seed};
+  std::vector<CycleRecord<double>> records;
+  for (int k = 0; k < 8192; ++k) records.push_back(random_record(random));
+  CycleFileWriter writer{path("run.h5"), ""};
+  const rlimit limit{.rlim_cur = 7'000'000, .rlim_max = before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  const auto fill = [&] {
+    for (int k = 0; k < 20; ++k) writer.append(records);
+  };
+  EXPECT_THAT(fill, ThrowsMessage<std::runtime_error>(HasSubstr("run.h5 cannot be written: File too large")));
+  writer.append(records);
+  writer.close(0);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  CycleFileReader reader{path("run.h5")};
+  EXPECT_EQ(reader.size(), writer.written());
+  EXPECT_EQ(reader.size() % records.size(), 0U);
+  EXPECT_GT(reader.size(), 0U);
+  EXPECT_FALSE(reader.dropped()) << "its end is missing";
+  std::size_t at = 0;
+  for (auto part = reader.next(); !part.empty(); part = reader.next()) {
+    for (const CycleRecord<double>& record : part) expect_same(record, records.at(at++ % records.size()));
+  }
+}
+
+TEST_F(CycleFileTest, ReplacesNothingButItsKind) {
+  CycleFileWriter{path("run.h5"), "first"}.close(0);
+  CycleFileWriter{path("run.h5"), "second"}.close(0);
+  EXPECT_EQ(CycleFileReader{path("run.h5")}.configuration(), "second");
+  std::ofstream{path("notes")} << "mine";
+  EXPECT_THAT([&] { CycleFileWriter(path("notes"), ""); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("is there and no recording of control periods")));
+  EXPECT_EQ(std::filesystem::file_size(path("notes")), 4U);
 }
 
 TEST_F(CycleFileTest, AConfigurationMayBeLong) {

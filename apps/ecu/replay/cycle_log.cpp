@@ -18,18 +18,26 @@ std::size_t room(const EcuConfig& config) {
 }  // namespace
 
 CycleLog::CycleLog(const std::string& file, const EcuConfig& config, DriveIo<double>& io)
-    : file_{file}, recorder_{io, room(config)}, writer_{file, print_config(config)} {
+    : file_{file}, configuration_{print_config(config)}, recorder_{io, room(config)} {
   waiting_.reserve(most_at_once);
 }
 
-std::string CycleLog::poll() {
-  if (!failure_.empty()) return {};
+void CycleLog::open() {
+  writer_.emplace(file_, configuration_);
+}
+
+template <class Write>
+void CycleLog::guarded(Write&& write) {
+  if (!writer_ || !failure_.empty()) return;
   try {
-    write_waiting();
+    write();
   } catch (const std::runtime_error& problem) {
-    failure_ = fmt::format("{}; its first {} control periods are kept", problem.what(), writer_.written());
+    failure_ = fmt::format("{}; its first {} control periods are kept", problem.what(), writer_->written());
   }
-  return failure_;
+}
+
+void CycleLog::poll() {
+  guarded([this] { write_waiting(); });
 }
 
 void CycleLog::write_waiting() {
@@ -37,18 +45,27 @@ void CycleLog::write_waiting() {
     waiting_.clear();
     CycleRecord<double> record;
     while (waiting_.size() < most_at_once && recorder_.records().pop(record)) waiting_.push_back(record);
-    if (!waiting_.empty()) writer_.append(waiting_);
+    if (!waiting_.empty()) writer_->append(waiting_);
   } while (waiting_.size() == most_at_once);
 }
 
 void CycleLog::close() {
-  (void)poll();
-  if (!failure_.empty()) throw std::runtime_error{failure_};
-  writer_.close(recorder_.records().dropped());
+  guarded([this] {
+    write_waiting();
+    lost_ = recorder_.records().dropped();
+    writer_->close(lost_);
+  });
 }
 
 void CycleLog::print_report(std::FILE* out) const {
-  fmt::print(out, "{}: {} control periods recorded\n", file_, writer_.written());
+  if (!writer_) return;
+  fmt::print(out, "{}: {} control periods recorded", file_, writer_->written());
+  if (!failure_.empty()) {
+    fmt::print(out, ", then none");
+  } else if (lost_ > 0) {
+    fmt::print(out, ", {} lost: the disk was too slow", lost_);
+  }
+  fmt::print(out, "\n");
 }
 
 }  // namespace sextant::ecu

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,16 +18,20 @@ namespace sextant::ecu {
 /// that takes what the recorder has.
 class CycleLog {
  public:
-  /// Throws std::runtime_error with one sentence where the file cannot be made.
   CycleLog(const std::string& file, const EcuConfig& config, DriveIo<double>& io);
+
+  /// Makes the file; before the first control period. Throws std::runtime_error with one sentence where that
+  /// cannot be.
+  void open();
 
   [[nodiscard]] CycleRecorder& recorder() noexcept { return recorder_; }
 
-  /// Writes what has come. After a failure nothing more is written, and the drive runs on. Returns the
-  /// failure in one sentence, once; otherwise nothing.
-  [[nodiscard]] std::string poll();
+  /// Writes what has come. After a failure nothing more is written, and the drive runs on.
+  void poll();
   /// Once no control period can come: writes the rest.
   void close();
+  /// Why the recording has ended before its end, in one sentence; empty where it has not.
+  [[nodiscard]] const std::string& failure() const noexcept { return failure_; }
 
   /// For people.
   void print_report(std::FILE* out) const;
@@ -35,11 +40,15 @@ class CycleLog {
   static constexpr std::size_t most_at_once = 4096;  // [control periods]
 
   void write_waiting();
+  template <class Write>
+  void guarded(Write&& write);
 
   std::string file_;
+  std::string configuration_;
   CycleRecorder recorder_;
-  CycleFileWriter writer_;
+  std::optional<CycleFileWriter> writer_{};
   std::vector<CycleRecord<double>> waiting_{};
+  std::uint64_t lost_{0};  // control periods that the ring had no room for
   std::string failure_{};
 };
 

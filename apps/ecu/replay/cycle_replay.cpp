@@ -14,11 +14,9 @@ char letter(LegState leg) {
   return leg == LegState::off ? '-' : leg == LegState::high ? '1' : '0';
 }
 
-/// "100 for 25 us": legs a, b, c; "-" is off.
+/// "100 for 25 us": legs a, b, c; "-" is off; "none" where gates stay off.
 std::string text_of(const GatePattern& pattern) {
-  if (pattern.segments().empty() || pattern == GatePattern{gates_off, std::int32_t(pattern.duration_ns())}) {
-    return "gates off";
-  }
+  if (pattern.segments().empty()) return "none";
   std::vector<std::string> parts;
   for (const GateSegment& part : pattern.segments()) {
     parts.push_back(fmt::format("{}{}{} for {:g} us", letter(part.state.a()), letter(part.state.b()),
@@ -36,10 +34,19 @@ CycleReplay::CycleReplay(const std::string& file, const std::vector<std::string>
       is_changed_{!overrides.empty()},
       config_{load_ecu_config_text(reader_.configuration(), file + ": configuration", overrides)},
       drive_{config_.drive} {
+  require_recorded_period();
   if (reader_.size() == 0) throw std::runtime_error{file + " has no control period"};
   if (!telemetry_out.empty()) {
     telemetry_.emplace(telemetry_out, config_.drive.drive.period_ns, periods_per_sample(config_));
   }
+}
+
+void CycleReplay::require_recorded_period() const {
+  const EcuConfig recorded = load_ecu_config_text(reader_.configuration(), file_ + ": configuration", {});
+  if (recorded.drive.drive.period_ns == config_.drive.drive.period_ns) return;
+  throw std::runtime_error{
+      fmt::format("drive.period_us is that of the recording ({:g} us): leave it out of --set",
+                  double(recorded.drive.drive.period_ns) * 1e-3)};
 }
 
 void CycleReplay::run() {
@@ -68,10 +75,12 @@ void CycleReplay::step(const CycleRecord<double>& record) {
 void CycleReplay::print_report(std::FILE* out) const {
   fmt::print(out, "{}: {} control periods, {:.3f} s, recorded by version {}\n", file_, periods_,
              double(end_ns_ - begin_ns_) * 1e-9, reader_.version());
-  if (reader_.dropped() > 0) {
+  if (!reader_.dropped()) {
+    fmt::print(out, "  the recording was not closed: its end is missing\n");
+  } else if (*reader_.dropped() > 0) {
     fmt::print(
         out, "  {} control periods are not in the recording: after the first gap the replay is another run\n",
-        reader_.dropped());
+        *reader_.dropped());
   }
   fmt::print(out, "{} of {} gate patterns as recorded{}\n", periods_ - different_, periods_,
              is_changed_ ? ", with another configuration" : "");

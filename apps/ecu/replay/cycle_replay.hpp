@@ -37,6 +37,7 @@ class CycleReplay {
     GatePattern replayed{};
   };
 
+  void require_recorded_period() const;
   void step(const CycleRecord<double>& record);
 
   std::string file_;

@@ -32,7 +32,11 @@ class CycleThread {
  private:
   void run() {
     while (!stopped_.load(std::memory_order_acquire)) {
-      if (const std::string failure = log_.poll(); !failure.empty()) warn_(failure);
+      log_.poll();
+      if (!log_.failure().empty()) {
+        warn_(log_.failure());
+        return;
+      }
       std::this_thread::sleep_for(std::chrono::milliseconds{20});
     }
   }

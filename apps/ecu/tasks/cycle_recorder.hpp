@@ -26,9 +26,9 @@ class CycleRecorder final : public DriveIo<double> {
   void note(const DriveRequest<double>& request) noexcept SEXTANT_NONBLOCKING { record_.request = request; }
 
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
+    io_.write(pattern);
     record_.pattern = pattern;
     records_.push(record_);
-    io_.write(pattern);
   }
 
   /// For one reader.

@@ -53,7 +53,9 @@ class TelemetryProcess {
   static constexpr std::int64_t first_delay_ns = 100'000'000;   ///< before the first restart [ns]
   static constexpr std::int64_t last_delay_ns = 5'000'000'000;  ///< each delay is twice the one before [ns]
   static constexpr std::int64_t healthy_ns =
-      10'000'000'000;                             ///< run time after which the first delay applies again [ns]
+      10'000'000'000;  ///< run time after which the first delay applies again [ns]
+  /// Time in which a restarted process finds the readers that there are [ns].
+  static constexpr std::int64_t rediscovery_ns = 1'000'000'000;
   static constexpr int ready_within_ms = 60'000;  ///< at start [ms]
   static constexpr int left_within_ms = 1000;     ///< [ms]
 

@@ -12,7 +12,6 @@ void TelemetrySender::connect(MessageSocket socket) noexcept {
 
 void TelemetrySender::disconnect() noexcept {
   const MessageSocket closed = std::move(socket_);
-  waveform_is_read_ = false;
 }
 
 void TelemetrySender::write(const TelemetryIntervalRecord<double>& record, std::uint64_t dropped) noexcept {

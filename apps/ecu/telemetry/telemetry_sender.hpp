@@ -27,7 +27,8 @@ class TelemetrySender {
   void write(const RealTimeSample& sample) noexcept;
   void write(const WaveformBatch& batch, std::uint64_t dropped) noexcept;
 
-  /// True while the publisher knows a reader of DriveWaveform.
+  /// True while the publisher knows a reader of DriveWaveform. It stays without a connection, so that batches
+  /// are numbered on and readers see what is missing.
   [[nodiscard]] bool waveform_is_read() const noexcept { return waveform_is_read_; }
   void set_waveform_is_read(bool is_read) noexcept { waveform_is_read_ = is_read; }
 

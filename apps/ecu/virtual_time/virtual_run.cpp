@@ -119,6 +119,11 @@ void VirtualRun::set_up_files() {
   if (!options_.telemetry_out.empty()) {
     telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_);
   }
+  set_up_frames();
+  if (cycles_) cycles_->open();
+}
+
+void VirtualRun::set_up_frames() {
   if (options_.frames_out.empty()) return;
   std::error_code none;
   if (std::filesystem::equivalent(options_.frames_out, options_.log, none)) {
@@ -159,6 +164,7 @@ void VirtualRun::run() {
   if (frames_) frames_->close();
   if (telemetry_) telemetry_->close();
   if (cycles_) cycles_->close();
+  if (cycles_ && !cycles_->failure().empty()) throw std::runtime_error{cycles_->failure()};
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
   }
@@ -171,6 +177,7 @@ void VirtualRun::run_to_end() {
   while (clock_.now_ns() < end_ns) {
     timeline_.run_until(std::min(end_ns, clock_.now_ns() + slice_ns));
     record_cycles();
+    if (cycles_ && !cycles_->failure().empty()) return;
     if (problem_ && !problem_().empty()) return;
     if (!vehicle_) continue;
     if (vehicle_->phase() == VirtualVehicle::Phase::done) return;
@@ -179,8 +186,7 @@ void VirtualRun::run_to_end() {
 }
 
 void VirtualRun::record_cycles() {
-  if (!cycles_) return;
-  if (const std::string failure = cycles_->poll(); !failure.empty()) throw std::runtime_error{failure};
+  if (cycles_) cycles_->poll();
 }
 
 void VirtualRun::require_success() const {

@@ -57,6 +57,7 @@ class VirtualRun {
  private:
   void set_up_sources();
   void set_up_files();
+  void set_up_frames();
   void disturb_bus();
   void run_to_end();
   void record_cycles();
