@@ -22,7 +22,7 @@ def test_picture(
     dashboard: DashboardProcess,
     open_page: Callable[..., Page],
 ) -> None:
-    start_drive("control.controller=dtc", load=())
+    start_drive(load=())
     page = open_page(dashboard.address, width=width, color_scheme=scheme)
     enable(page)
     page.select_option("#window", "5")
