@@ -117,8 +117,7 @@ void add_verdict(Suite& suite, const RunSummary& summary) {
   const pugi::xml_node test = suite.add("verdict", summary.metrics[Metric::wall]);
   const Verdict verdict = summary.verdict();
   if (verdict == Verdict::pass) return;
-  std::string reason = reason_text(summary);
-  if (!summary.trace_error.empty()) reason += (reason.empty() ? "" : "\n") + summary.trace_error;
+  const std::string reason = reason_text(summary);
   if (verdict == Verdict::fail) {
     suite.fail(test, to_string(verdict), reason.empty() ? "a limit does not hold" : reason);
   } else {

@@ -141,7 +141,10 @@ sextant::RunSummary report_scenario(const std::string& program, const sextant::S
   const Scenario& scenario = config.scenario;
   const mil::ResultDirectory directory{out, program};
   std::optional<TraceRecorder> trace;
-  if (with_trace) trace.emplace(directory.trace(), scenario.trace, origin(config));
+  if (with_trace) {
+    // The summary's reason has the error of the trace.
+    trace.emplace(directory.trace(), scenario.trace, origin(config), [](const std::string&) {});
+  }
 
   mil::ProgressBar bar{scenario.name, stderr};
   const MilResult result = run_scenario(config, trace ? &*trace : nullptr, [&](double fraction) {
