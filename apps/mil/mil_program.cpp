@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -141,7 +142,10 @@ sextant::RunSummary report_scenario(const std::string& program, const sextant::S
   const Scenario& scenario = config.scenario;
   const mil::ResultDirectory directory{out, program};
   std::optional<TraceRecorder> trace;
-  if (with_trace) trace.emplace(directory.trace(), scenario.trace, origin(config));
+  if (with_trace) {
+    // The summary's reason has the error of the trace.
+    trace.emplace(directory.trace(), scenario.trace, origin(config), [](const std::string&) {});
+  }
 
   mil::ProgressBar bar{scenario.name, stderr};
   const MilResult result = run_scenario(config, trace ? &*trace : nullptr, [&](double fraction) {
@@ -179,6 +183,42 @@ void check_names(const std::vector<std::string>& files, const std::vector<sextan
   }
 }
 
+std::vector<std::string> names_of(const std::vector<sextant::ScenarioConfig>& configs) {
+  std::vector<std::string> names;
+  names.reserve(configs.size());
+  for (const sextant::ScenarioConfig& config : configs) names.push_back(config.scenario.name);
+  return names;
+}
+
+/// One scenario, with its reports; those of a run that throws have its sentence. True if it passes.
+bool run_reported(const std::string& program, const Options& options, const sextant::ScenarioConfig& config,
+                  const sextant::mil::Interruption& interruption, sextant::mil::RunReports& reports) {
+  const std::string& name = config.scenario.name;
+  const std::filesystem::path out = options.scenarios.size() == 1 ? options.out : options.out / name;
+  std::optional<sextant::RunSummary> summary;
+  try {
+    summary = report_scenario(program, config, out, !options.no_trace, interruption);
+  } catch (const std::exception& problem) {
+    reports.add_error(name, problem.what());
+    throw;
+  }
+  reports.add(*summary);
+  return summary->verdict() == sextant::Verdict::pass;
+}
+
+int run_all(const std::string& program, const Options& options,
+            const std::vector<sextant::ScenarioConfig>& configs) {
+  check_names(options.scenarios, configs);
+  sextant::mil::RunReports reports{options.junit, options.summary_markdown, names_of(configs)};
+  const sextant::mil::Interruption interruption;
+  bool passed = true;
+  for (const sextant::ScenarioConfig& config : configs) {
+    passed &= run_reported(program, options, config, interruption, reports);
+    if (interruption.signal() != 0) return interruption.status();
+  }
+  return passed ? 0 : 1;
+}
+
 int run(const std::string& program, Options options, std::span<const sextant::ControlMethod> own) {
   if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
   // All files are read before anything runs: a mistake in the last one must not cost the first its time.
@@ -187,25 +227,10 @@ int run(const std::string& program, Options options, std::span<const sextant::Co
   for (const std::string& file : options.scenarios) {
     configs.push_back(sextant::load_scenario_config(file, options.overrides, own));
   }
-  if (!options.print_config) check_names(options.scenarios, configs);
-  sextant::mil::RunReports reports{options.print_config ? "" : options.junit,
-                                   options.print_config ? "" : options.summary_markdown};
-  const sextant::mil::Interruption interruption;
-  bool passed = true;
-  for (const sextant::ScenarioConfig& config : configs) {
-    if (options.print_config) {
-      std::fputs(sextant::print_config(config).c_str(), stdout);
-      continue;
-    }
-    const bool alone = configs.size() == 1;
-    const std::filesystem::path out = alone ? options.out : options.out / config.scenario.name;
-    const sextant::RunSummary summary =
-        report_scenario(program, config, out, !options.no_trace, interruption);
-    reports.add(summary);
-    passed &= summary.verdict() == sextant::Verdict::pass;
-    if (interruption.signal() != 0) return interruption.status();
-  }
-  return passed ? 0 : 1;
+  if (!options.print_config) return run_all(program, options, configs);
+  for (const sextant::ScenarioConfig& config : configs)
+    std::fputs(sextant::print_config(config).c_str(), stdout);
+  return 0;
 }
 
 }  // namespace

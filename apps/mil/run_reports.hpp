@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "mil/junit_file.hpp"
 #include "sextant/sim/summary.hpp"
@@ -11,12 +13,16 @@ namespace sextant::mil {
 /// The files for continuous integration that were asked for.
 class RunReports {
  public:
-  /// An empty path is no file. Both are tried at once: throws std::runtime_error with file and reason where
-  /// one cannot be written.
-  RunReports(const std::filesystem::path& junit, std::filesystem::path markdown);
+  /// An empty path is no file; the directory of one is made. Both are tried at once: throws
+  /// std::runtime_error with file and reason where one cannot be written, and where both are the same file.
+  RunReports(const std::filesystem::path& junit, std::filesystem::path markdown,
+             const std::vector<std::string>& scenarios);
 
-  /// Adds a run to each file.
+  /// Adds the run of the next scenario to each file.
   void add(const RunSummary& summary);
+
+  /// Adds to each file why the next scenario, of this name, has no summary.
+  void add_error(const std::string& scenario, const std::string& reason);
 
  private:
   std::optional<JUnitFile> junit_;

@@ -4,8 +4,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -24,14 +25,21 @@ std::string plain(const std::string& text) {
   return escaped;
 }
 
+/// A paragraph: each line of a text stays one, by the two spaces at its end.
+std::string paragraph(const std::string& text) {
+  std::string shown;
+  std::istringstream lines{text};
+  for (std::string line; std::getline(lines, line);) shown += (shown.empty() ? "" : "  \n") + plain(line);
+  return shown + "\n\n";
+}
+
+std::string heading(const std::string& scenario, const std::string& verdict) {
+  return fmt::format("### {}: {}\n\n", plain(scenario), plain(verdict));
+}
+
 std::string metric_cell(const ExpectationResult& result) {
   const std::string window = result.window ? ", " + window_text(*result.window) : "";
   return fmt::format("`{}`{}", result.limit.metric, window);
-}
-
-std::string unit_of(const std::string& metric) {
-  const std::optional<Metric> found = find_metric(metric);
-  return found ? info(*found).unit : "";
 }
 
 void append_limits(std::string& text, const RunSummary& summary) {
@@ -39,7 +47,7 @@ void append_limits(std::string& text, const RunSummary& summary) {
   text += "| metric | value | unit | limit | |\n|---|---:|---|---|---|\n";
   for (const ExpectationResult& result : summary.expectations) {
     text += fmt::format("| {} | {} | {} | {} | {} |\n", metric_cell(result), value_text(result.value),
-                        unit_of(result.limit.metric), limit_text(result.limit),
+                        unit_text(result.limit.metric), limit_text(result.limit),
                         result.pass ? "pass" : "**FAIL**");
   }
   text += '\n';
@@ -70,15 +78,18 @@ void append_metrics(std::string& text, const RunSummary& summary) {
 }  // namespace
 
 std::string to_markdown(const RunSummary& summary) {
-  std::string text =
-      fmt::format("### {}: {}\n\n", plain(summary.scenario), plain(to_string(summary.verdict())));
-  if (const std::string reason = reason_text(summary); !reason.empty()) text += plain(reason) + "\n\n";
+  std::string text = heading(summary.scenario, to_string(summary.verdict()));
+  if (const std::string reason = reason_text(summary); !reason.empty()) text += paragraph(reason);
   for (const LatchedFault& latched : summary.faults)
-    text += fmt::format("- fault `{}` at {:.6f} s\n", to_string(latched.fault), double(latched.t_ns) / 1e9);
+    text += fmt::format("- fault `{}` at {:.6f} s\n", to_string(latched.fault), in_seconds(latched.t_ns));
   if (!summary.faults.empty()) text += '\n';
   append_limits(text, summary);
   append_metrics(text, summary);
   return text;
+}
+
+std::string error_markdown(const std::string& scenario, const std::string& reason) {
+  return heading(scenario, "error") + paragraph(reason);
 }
 
 void append_markdown(const std::filesystem::path& file, const std::string& text) {

@@ -46,10 +46,6 @@ std::string verdict_text(const RunSummary& summary, bool colour) {
   return coloured(verdict == Verdict::pass, word, colour);
 }
 
-double in_seconds(std::int64_t t_ns) {
-  return double(t_ns) / 1e9;
-}
-
 /// An end that is none is infinite, which JSON writes as null.
 Json window_of(const TimeWindow& window) {
   const bool ends = window.to_ns != TimeWindow{}.to_ns;

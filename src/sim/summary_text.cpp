@@ -1,16 +1,12 @@
 #include "sextant/sim/summary_text.hpp"
 
 #include <cmath>
-#include <cstdint>
+#include <optional>
 
 #include <fmt/format.h>
 
 namespace sextant {
 namespace {
-
-double in_seconds(std::int64_t t_ns) {
-  return double(t_ns) / 1e9;
-}
 
 std::string verdict_reason(const RunSummary& summary) {
   switch (summary.verdict()) {
@@ -32,10 +28,19 @@ std::string verdict_reason(const RunSummary& summary) {
 
 }  // namespace
 
+double in_seconds(std::int64_t t_ns) noexcept {
+  return double(t_ns) / 1e9;
+}
+
+std::string unit_text(std::string_view metric) {
+  const std::optional<Metric> found = find_metric(metric);
+  return found ? info(*found).unit : "";
+}
+
 std::string limit_text(const Expectation& e) {
-  if (e.min && e.max) return fmt::format("{:g} … {:g}", *e.min, *e.max);
-  if (e.min) return fmt::format("≥ {:g}", *e.min);
-  if (e.max) return fmt::format("≤ {:g}", *e.max);
+  if (e.min && e.max) return fmt::format("{} … {}", *e.min, *e.max);
+  if (e.min) return fmt::format("≥ {}", *e.min);
+  if (e.max) return fmt::format("≤ {}", *e.max);
   return "";
 }
 
@@ -45,13 +50,18 @@ std::string value_text(double x) {
 
 std::string window_text(const TimeWindow& window) {
   const std::string end =
-      window.to_ns == TimeWindow{}.to_ns ? "the end" : fmt::format("{:g} s", in_seconds(window.to_ns));
-  return fmt::format("{:g} s to {}", in_seconds(window.from_ns), end);
+      window.to_ns == TimeWindow{}.to_ns ? "the end" : fmt::format("{} s", in_seconds(window.to_ns));
+  return fmt::format("{} s to {}", in_seconds(window.from_ns), end);
 }
 
 std::string reason_text(const RunSummary& summary) {
-  const std::string reason = verdict_reason(summary);
-  return summary.problem + (summary.problem.empty() || reason.empty() ? "" : "\n") + reason;
+  std::string text;
+  for (const std::string& sentence : {summary.problem, verdict_reason(summary), summary.trace_error}) {
+    if (sentence.empty()) continue;
+    if (!text.empty()) text += '\n';
+    text += sentence;
+  }
+  return text;
 }
 
 }  // namespace sextant

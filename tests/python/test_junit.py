@@ -1,9 +1,11 @@
 """sextant-mil --junit and --summary-markdown against its summary.json, read by parsers of others."""
 
 import json
+import os
 import re
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -28,8 +30,13 @@ def suites(file: Path) -> dict[str, junitparser.TestSuite]:
 
 
 def failed(suite: junitparser.TestSuite) -> dict[str, str]:
-    """Messages by test case."""
+    """Messages by test case that did not pass."""
     return {case.name: result.message for case in suite for result in case.result}
+
+
+def skipped(suite: junitparser.TestSuite) -> list[str]:
+    """Names of the test cases that are skipped."""
+    return [case.name for case in suite for result in case.result if isinstance(result, junitparser.Skipped)]
 
 
 def check_counts(file: Path) -> None:
@@ -51,10 +58,11 @@ def check_counts(file: Path) -> None:
 
 
 def test_every_limit_is_a_test_case(tmp_path: Path) -> None:
-    file, out = tmp_path / "new" / "junit.xml", tmp_path / "out"
+    file, markdown, out = tmp_path / "new" / "junit.xml", tmp_path / "newer" / "summary.md", tmp_path / "out"
     scenarios = [SCENARIOS / "constant_torque.toml", SCENARIOS / "reversal.toml"]
-    done = run(*scenarios, *QUICK, "--out", out, "--junit", file)
+    done = run(*scenarios, *QUICK, "--out", out, "--junit", file, "--summary-markdown", markdown)
     assert done.returncode == 0, done.stderr
+    assert markdown.read_text(encoding="utf-8").count("\n### ") == 1
     check_counts(file)
     found = suites(file)
     assert list(found) == ["constant_torque", "reversal"]
@@ -104,12 +112,12 @@ def test_a_trip_is_an_error_and_an_expected_one_a_test_case(tmp_path: Path) -> N
 
 def test_names_are_escaped(tmp_path: Path) -> None:
     file, markdown = tmp_path / "junit.xml", tmp_path / "summary.md"
-    name = 'a "b" <c> & d | *e* `f` \\u0001 ü'
+    name = 'a "b" <c> & d | *e* `f` \\u0001\\uFFFE\\uFFFF ü€\U0001f600'
     settings = ("--set", f'name="{name}"'.replace('"b"', '\\"b\\"'), "--out", tmp_path / "out")
     done = run(SCENARIOS / "constant_torque.toml", *QUICK, *settings, "--junit", file, "--summary-markdown", markdown)
     assert done.returncode == 0, done.stderr
     (suite,) = suites(file).values()
-    assert suite.name == 'a "b" <c> & d | *e* `f` ? ü'
+    assert suite.name == 'a "b" <c> & d | *e* `f` ??? ü€\U0001f600'
     heading = MarkdownIt("commonmark").parse(markdown.read_text(encoding="utf-8"))[1]
     assert {child.type for child in heading.children} <= {"text", "text_special"}  # no markup
     assert "".join(child.content for child in heading.children).startswith('a "b" <c> & d | *e* `f`')
@@ -143,18 +151,159 @@ def test_a_report_that_cannot_be_written_ends_the_program_before_the_run(tmp_pat
 
 def test_an_interrupted_run_is_an_error_of_its_suite(tmp_path: Path) -> None:
     file, out = tmp_path / "junit.xml", tmp_path / "out"
-    words = [SCENARIOS / "constant_torque.toml", "--set", "duration_s=10000", "--out", out, "--junit", file]
+    names = ["constant_torque", "reversal"]
+    words = [
+        *(SCENARIOS / f"{name}.toml" for name in names),
+        "--set",
+        "duration_s=10000",
+        "--out",
+        out,
+        "--junit",
+        file,
+    ]
     with subprocess.Popen(
         [program("sextant-mil"), *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as process:
-        deadline_s = time.monotonic() + 60
-        while not (out / "trace.h5").is_file():
-            assert process.poll() is None and time.monotonic() < deadline_s
-            time.sleep(0.02)
-        assert suites(file) == {}  # the file is whole at any time
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(60) == 128 + signal.SIGTERM
+        try:
+            deadline_s = time.monotonic() + 60
+            while not (out / names[0] / "trace.h5").is_file():
+                assert process.poll() is None and time.monotonic() < deadline_s
+                time.sleep(0.02)
+            check_counts(file)  # the file is whole at any time
+            assert {name: skipped(suite) for name, suite in suites(file).items()} == {key: ["verdict"] for key in names}
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(60) == 128 + signal.SIGTERM
+        finally:
+            process.kill()
+    check_counts(file)
+    first, second = suites(file).values()
+    assert (first.errors, second.errors, skipped(first), skipped(second)) == (1, 0, [], ["verdict"])
+    assert failed(first)["verdict"].startswith("interrupted at")
+    assert failed(second) == {"verdict": "not run"}
+
+
+def test_a_scenario_whose_results_cannot_be_kept_is_an_error_of_its_suite(tmp_path: Path) -> None:
+    file, markdown, out = tmp_path / "junit.xml", tmp_path / "summary.md", tmp_path / "out"
+    out.mkdir()
+    (out / "reversal").write_text("a file")
+    names = ("constant_torque", "reversal", "paper/3_1_constant_torque")
+    scenarios = [SCENARIOS / f"{name}.toml" for name in names]
+    done = run(*scenarios, *QUICK, "--out", out, "--junit", file, "--summary-markdown", markdown)
+    sentence = f"the directory {out}/reversal cannot be made: "
+    assert done.returncode == 2 and f"sextant-mil: {sentence}" in done.stderr
+    check_counts(file)
+    found = suites(file)
+    assert failed(found["constant_torque"]) == {} and skipped(found["constant_torque"]) == []
+    (result,) = next(iter(found["reversal"])).result
+    assert isinstance(result, junitparser.Error) and result.message.startswith(sentence)
+    assert failed(found["3_1_constant_torque"]) == {"verdict": "not run"}
+    assert "### reversal: error\n\nthe directory " in markdown.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", [b"o\xff", b"o\xed\xa0\x80", b"o\xc0\xaf", b"o\xf4\x90\x80\x80", b"o\xe2\x82"])
+def test_what_is_no_utf_8_is_replaced(tmp_path: Path, path: bytes) -> None:
+    file, out = tmp_path / "junit.xml", Path(os.fsdecode(os.fsencode(tmp_path) + b"/" + path))
+    out.write_text("a file")
+    command = [program("sextant-mil"), SCENARIOS / "reversal.toml", "--out", out, "--junit", file]
+    assert subprocess.run(command, capture_output=True, timeout=60).returncode == 2
+    (suite,) = suites(file).values()
+    shown = str(tmp_path / "o") + "?" * (len(path) - 1)
+    assert failed(suite)["verdict"].startswith(f"the directory {shown} cannot be made")
+
+
+def test_the_reason_of_an_incomplete_trace_stands_once_in_each_report(tmp_path: Path) -> None:
+    file, markdown, out = tmp_path / "junit.xml", tmp_path / "summary.md", tmp_path / "out"
+    words = ["--set", "plant.integrator=fixed", "--out", out, "--junit", file, "--summary-markdown", markdown]
+    command = [program("sextant-mil"), SCENARIOS / "constant_torque.toml", *words]
+    limit = "import os, resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)); "
+    started = [sys.executable, "-c", limit + "os.execv(sys.argv[1], sys.argv[1:])", *map(str, command)]
+    # Python ignores SIGXFSZ, and so does the program then.
+    done = subprocess.run(started, capture_output=True, text=True, timeout=300, restore_signals=False)
+    assert done.returncode == 1, done.stderr
     check_counts(file)
     (suite,) = suites(file).values()
-    assert suite.errors == 1
-    assert failed(suite)["verdict"].startswith("interrupted at")
+    reason = failed(suite)["verdict"]
+    assert re.match(rf"{out}/trace\.h5: recording stopped, cannot write the trace: .+$", reason)
+    assert done.stderr == f"sextant-mil: constant_torque: {reason}\n"
+    text = markdown.read_text(encoding="utf-8")
+    assert text.startswith("### constant\\_torque: trace\\_incomplete\n\n")
+    assert text.count("recording stopped, cannot write the trace") == 1
+
+
+def test_each_sentence_has_a_line_of_the_markdown(tmp_path: Path) -> None:
+    markdown = tmp_path / "summary.md"
+    keys = {
+        "control.dtc.comparator_reading": "memoryless",
+        "event_exact.minimum_dwell_ns": "0",
+        "event_exact.max_events": "1",
+        "expect.fault": '"COMMAND_LOST"',
+    }
+    settings = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
+    scenario = SCENARIOS / "paper" / "3_1_constant_torque.toml"
+    done = run(scenario, *QUICK, *settings, "--out", tmp_path / "out", "--summary-markdown", markdown)
+    assert done.returncode == 1, done.stderr
+    paragraph = MarkdownIt("commonmark").parse(markdown.read_text(encoding="utf-8"))[4]
+    kinds = [child.type for child in paragraph.children]
+    assert paragraph.content.startswith("the events do not end at") and kinds.count("hardbreak") == 1
+    assert "softbreak" not in kinds
+
+
+def test_test_cases_of_windows_that_are_nearly_the_same_have_names_of_their_own(tmp_path: Path) -> None:
+    file = tmp_path / "junit.xml"
+    windows = ",".join(f"{{from_s={start},to_s=0.5,flux_mean_wb={{max=2}}}}" for start in ("0.3", "0.3000001"))
+    settings = ("--set", f"expect.window=[{windows}]", "--out", tmp_path / "out", "--junit", file)
+    assert run(SCENARIOS / "constant_torque.toml", *QUICK, *settings).returncode == 0
+    check_counts(file)
+    (suite,) = suites(file).values()
+    assert {"flux_mean_wb, 0.3 s to 0.5 s ≤ 2", "flux_mean_wb, 0.3000001 s to 0.5 s ≤ 2"} < {
+        case.name for case in suite
+    }
+
+
+@pytest.mark.parametrize("text", ['name = "x"\n', '{"scenario": "x"}', "about <testsuites>\n", "<html/>", "\n"])
+def test_a_file_that_is_no_junit_file_stays(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "mine"
+    file.write_text(text)
+    (tmp_path / "link").symlink_to(file)
+    for name in (file, tmp_path / "link"):
+        done = run(SCENARIOS / "constant_torque.toml", *QUICK, "--out", tmp_path / "out", "--junit", name)
+        assert done.returncode == 2
+        sentence = "is there and is no JUnit file: move it, or name another file with --junit"
+        assert done.stderr == f"sextant-mil: {name} {sentence}\n"
+        assert file.read_text() == text and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "head", ["", "<testsuite/>", "<?xml version='1.0'?>\n<!-- x -->\n<testsuites " + 5000 * " " + "/>"]
+)
+def test_an_older_junit_file_is_replaced(tmp_path: Path, head: str) -> None:
+    file = tmp_path / "junit.xml"
+    file.write_text(head)
+    assert run(SCENARIOS / "reversal.toml", *QUICK, "--out", tmp_path / "out", "--junit", file).returncode == 0
+    check_counts(file)
+    assert list(suites(file)) == ["reversal"]
+
+
+@pytest.mark.parametrize("link", ["junit.xml", "summary.md", None])
+def test_both_reports_in_one_file_are_refused(tmp_path: Path, link: str | None) -> None:
+    (tmp_path / "new").mkdir()
+    both = tmp_path / "new" / ".." / "both"
+    files = {"junit.xml": both, "summary.md": tmp_path / "both"}
+    if link:
+        (tmp_path / link).symlink_to("both")  # which is not there yet
+        files[link] = tmp_path / link
+    words = ("--junit", files["junit.xml"], "--summary-markdown", files["summary.md"])
+    done = run(SCENARIOS / "constant_torque.toml", *QUICK, "--out", tmp_path / "out", *words)
+    assert done.returncode == 2
+    sentence = "--junit and --summary-markdown name the same file: name two files"
+    assert done.stderr == f"sextant-mil: {files['junit.xml']}: {sentence}\n"
+    assert not both.exists() and not (tmp_path / "out").exists()
+
+
+def test_a_link_to_a_report_stays(tmp_path: Path) -> None:
+    link, target = tmp_path / "junit.xml", tmp_path / "target.xml"
+    target.touch(0o600)
+    link.symlink_to(target.name)
+    assert run(SCENARIOS / "reversal.toml", *QUICK, "--out", tmp_path / "out", "--junit", link).returncode == 0
+    assert link.is_symlink() and target.stat().st_mode & 0o777 == 0o600
+    check_counts(target)

@@ -26,6 +26,13 @@ TEST(SummaryText, LimitsValuesAndWindows) {
   EXPECT_EQ(value_text(std::numeric_limits<double>::quiet_NaN()), "-");
   EXPECT_EQ(window_text({200 * ms, 500 * ms}), "0.2 s to 0.5 s");
   EXPECT_EQ(window_text({.from_ns = 200 * ms}), "0.2 s to the end");
+  EXPECT_EQ(unit_text("torque_bias_nm"), "N·m");
+  EXPECT_EQ(unit_text("no_metric"), "");
+}
+
+TEST(SummaryText, LimitsAndWindowsThatDifferHaveTextsThatDiffer) {
+  EXPECT_EQ(limit_text({"m", 0.3000001, 1234567.5}), "0.3000001 … 1234567.5");
+  EXPECT_EQ(window_text({300'000'100, 123'456'789'012}), "0.3000001 s to 123.456789012 s");
 }
 
 TEST(SummaryText, NothingIsToBeSaidOfARunThatPassesOrMissesALimit) {
@@ -54,15 +61,22 @@ TEST(SummaryText, TheReasonOfAVerdict) {
   RunSummary missing = balanced();
   missing.expected_fault = FaultExpectation{.fault = Fault::command_lost};
   EXPECT_EQ(reason_text(missing), "COMMAND_LOST was expected and did not come");
+
+  RunSummary cut = balanced();
+  cut.trace_error = "trace.h5: recording stopped";
+  EXPECT_EQ(reason_text(cut), "trace.h5: recording stopped");
 }
 
-TEST(SummaryText, AProblemComesFirstOnALineOfItsOwn) {
+TEST(SummaryText, AProblemComesFirstAndEachSentenceHasALine) {
   RunSummary s = balanced();
   s.problem = "the integrator of the plant failed";
   EXPECT_EQ(reason_text(s), "the integrator of the plant failed");
   s.stopped = true;
   s.metrics[Metric::simulated] = 1;
   EXPECT_EQ(reason_text(s), "the integrator of the plant failed\ninterrupted at 1.000000 s");
+  s.trace_error = "trace.h5: recording stopped";
+  EXPECT_EQ(reason_text(s),
+            "the integrator of the plant failed\ninterrupted at 1.000000 s\ntrace.h5: recording stopped");
 }
 
 }  // namespace
