@@ -169,6 +169,15 @@ def test_another_site_is_refused(dashboard: DashboardProcess) -> None:
         page.message("hello")
 
 
+@pytest.mark.parametrize("origin", [None, "http://evil.example:8150"])
+def test_a_name_that_only_resolves_to_this_machine_is_refused(dashboard: DashboardProcess, origin: str | None) -> None:
+    with (
+        pytest.raises(httpclient.HTTPClientError, match="403: This name is not one of this dashboard"),
+        PageClient(dashboard.socket, origin, host="evil.example:8150"),
+    ):
+        pass
+
+
 def get(address: str, **headers: str) -> httpclient.HTTPResponse:
     client = httpclient.HTTPClient()
     try:
@@ -184,7 +193,9 @@ def test_files_of_the_page(dashboard: DashboardProcess) -> None:
     assert get(dashboard.address + "js/main.js").headers["Content-Type"].startswith("text/javascript")
     assert get(dashboard.address + "../server.py").code in (403, 404)
     assert get(dashboard.address + "%2e%2e/server.py").code in (403, 404)
-    assert get(dashboard.address, Host="evil.example").code == 403
+    for file in ("", "captures/1.h5"):
+        refused = get(dashboard.address + file, Host="evil.example")
+        assert (refused.code, refused.reason) == (403, "This name is not one of this dashboard")
 
 
 def test_the_page_names_no_other_server() -> None:

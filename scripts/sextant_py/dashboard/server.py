@@ -144,6 +144,12 @@ class Hub:
         self.tell_command()
 
 
+def require_own_host(handler: web.RequestHandler, access: Access) -> None:
+    """Refuses a request whose Host header has a name that is not one of this machine."""
+    if not access.is_own_host(handler.request.host):
+        raise web.HTTPError(403, reason="This name is not one of this dashboard")
+
+
 class PageSocket(websocket.WebSocketHandler):
     """The connection of one page."""
 
@@ -152,6 +158,9 @@ class PageSocket(websocket.WebSocketHandler):
         self.name = ""
         self.watched: int | None = None
         self._under_way: list[Any] = []
+
+    def prepare(self) -> None:
+        require_own_host(self, self._hub.access)
 
     def check_origin(self, origin: str) -> bool:
         return self._hub.access.is_own_origin(origin, self.request.host)
@@ -233,8 +242,7 @@ class PageFile(web.StaticFileHandler):
         self._access = access
 
     def prepare(self) -> None:
-        if not self._access.is_own_host(self.request.host):
-            raise web.HTTPError(403, reason="This name is not one of this dashboard")
+        require_own_host(self, self._access)
 
     def set_extra_headers(self, _path: str) -> None:
         for name, value in HEADERS.items():
@@ -247,9 +255,10 @@ class CaptureFile(web.RequestHandler):
     def initialize(self, hub: Hub) -> None:
         self._hub = hub
 
+    def prepare(self) -> None:
+        require_own_host(self, self._hub.access)
+
     async def get(self, number: str) -> None:
-        if not self._hub.access.is_own_host(self.request.host):
-            raise web.HTTPError(403)
         found = self._hub.capture(int(number))
         if found is None:
             raise web.HTTPError(404, reason=f"Only the newest {KEPT_CAPTURES} captures are kept")
