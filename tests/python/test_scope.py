@@ -1,13 +1,20 @@
 """Triggers and captures of the scope, on waveforms of which the instants are known."""
 
+import os
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+from sextant_py.recording import formats
 from sextant_py.recording.topics import STATE, WAVEFORM, group_of
 from sextant_py.scope import files, quantities
+from sextant_py.scope.capture import Capture
 from sextant_py.scope.scope import Scope, Settings
 from sextant_py.scope.trigger_text import parse
 from sextant_py.signal_file import SignalFile
@@ -180,6 +187,66 @@ def test_a_capture_is_a_recording(tmp_path: Path) -> None:
         np.testing.assert_array_equal(file["waveform/t_ns"][:], capture.rows["t_ns"])
         assert file["drive_state/reason"][:].tolist() == [b"OVER_CURRENT"], "only what changed within the capture"
     np.testing.assert_allclose(SignalFile(path).groups["waveform"].time_s, capture.times_s, atol=1e-12)
+
+
+def stepped(periods: int = 800) -> tuple[Capture, np.ndarray]:
+    """A capture of a torque step, and a change of the state long before it."""
+    rows = waveform(10 * periods, torque_reference_nm=np.where(np.arange(10 * periods) < 5 * periods, 0.0, 10.0))
+    half_s = periods * PERIOD_NS * 0.5e-9
+    (capture,) = fed(Scope(Settings("step 5", "single", half_s, half_s)), rows, np.full(19, periods // 2))
+    states = np.zeros(1, group_of(STATE).dtype)
+    states["t_ns"] = BEGIN_NS
+    return capture, states
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_a_capture_without_a_change_of_state_is_readable(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"step{suffix}"
+    capture, states = stepped()
+    inside = states.copy()
+    inside["t_ns"] = capture.trigger_ns
+    files.write(path, capture, 3, inside)
+    assert set(SignalFile(path).groups) == {"waveform", "drive_state"}
+    files.write(path, capture, 3, states)
+    file = SignalFile(path)
+    assert set(file.groups) == {"waveform"}, "no state, and none of the file that was replaced"
+    np.testing.assert_array_equal(file.signals(["waveform"]).get("torque_nm"), capture.rows["torque_nm"])
+    np.testing.assert_allclose(file.groups["waveform"].time_s, capture.times_s, atol=1e-9)
+
+
+FILL_A_DISK = """
+import resource, sys
+from pathlib import Path
+from sextant_py.errors import run
+from sextant_py.scope import files
+from test_scope import stepped
+
+def fill(arguments):
+    capture, states = stepped(40_000)
+    states["t_ns"] = capture.trigger_ns
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(arguments[1]), resource.RLIM_INFINITY))
+    files.write(Path(arguments[0]), capture, 3, states)
+
+run("scope", fill)
+"""
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+@pytest.mark.parametrize("room", [100, 60_000])
+def test_a_full_disk_leaves_no_part_of_a_capture(tmp_path: Path, suffix: str, room: int) -> None:
+    path = tmp_path / f"capture{suffix}"
+    files.write(path, stepped()[0], 3)
+    before = {file.name for file in tmp_path.iterdir()}
+    folders = f"{ROOT / 'scripts'}:{ROOT / 'tests' / 'python'}"
+    environment = {**os.environ, "PYTHONPATH": folders, "PYTHONDONTWRITEBYTECODE": "1"}  # it would be cut as well
+    command = [sys.executable, "-c", FILL_A_DISK, str(path), str(room)]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 1, ended.stderr
+    assert re.fullmatch(
+        f"scope: the capture {path} cannot be written: [^:;]+; nothing of it is kept.\n", ended.stderr
+    ), ended.stderr
+    assert {file.name for file in tmp_path.iterdir()} == before
+    assert len(SignalFile(path).groups["waveform"].time_s) == 801, "the file before stays"
 
 
 @pytest.mark.parametrize(
