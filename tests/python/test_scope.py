@@ -2,6 +2,7 @@
 
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,16 +10,21 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from page_client import wait_for
+from programs import ProgramProcess
+from sextant_py import dds, telemetry_types
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from sextant_py.recording import formats
 from sextant_py.recording.topics import STATE, WAVEFORM, group_of
-from sextant_py.scope import files, quantities
+from sextant_py.scope import files, program, quantities
 from sextant_py.scope.capture import Capture
 from sextant_py.scope.scope import Scope, Settings
 from sextant_py.scope.trigger_text import parse
 from sextant_py.signal_file import SignalFile
 from sextant_py.telemetry_contract import enumerators
+from topic_writer import Writer
+from waveform_writer import WaveformWriter
 
 PERIOD_NS = 25_000
 BEGIN_NS = 7_000_000_000
@@ -271,8 +277,49 @@ def test_a_wrong_trigger_is_one_sentence(text: str, sentence: str) -> None:
         (Settings(before_s=0.0, after_s=0.0), "there is nothing to capture"),
         (Settings(after_s=-1.0), "after the trigger must be from 0"),
         (Settings(mode="once"), "none of auto, normal, single"),
+        *((Settings(auto_s=auto_s), "mode auto must be above 0 s") for auto_s in (0.0, -50.0, np.nan, np.inf)),
     ],
 )
 def test_wrong_settings_are_one_sentence(settings: Settings, sentence: str) -> None:
     with pytest.raises(UserError, match=sentence):
         Scope(settings)
+
+
+def test_no_sample_of_a_drive_names_the_drives_that_are_there(domain: int) -> None:
+    kind = telemetry_types.struct("DriveState")
+    watch = program.Watch(program.parse_arguments(["--domain", str(domain), "--drive", "9"]))
+
+    def reason() -> str:
+        watch.poll()
+        return watch.reason()
+
+    with WaveformWriter(domain), Writer(domain, dds.STATE, kind, dds.latched_qos(), drive_id=7):
+        expected = f"no sample of drive 9 arrived in domain {domain}; drives there: 7."
+        wait_for(lambda: reason() == expected, "the drive that is there", reason)
+    watch.close()
+
+
+def scope_process(domain: int, folder: Path, *arguments: str) -> ProgramProcess:
+    command = [ROOT / "scripts" / "scope", "--domain", str(domain), "--out", folder / "capture.h5", *arguments]
+    return ProgramProcess(command, folder / "scope.txt")
+
+
+def test_a_drive_that_sends_without_a_trigger_has_no_reason(domain: int, tmp_path: Path) -> None:
+    with WaveformWriter(domain), scope_process(domain, tmp_path) as scope:
+        wait_for(lambda: "drive 7, waiting for: fault" in scope.text(), "the waveform", scope.text)
+        scope.send_signal(signal.SIGINT)
+        assert scope.wait(30.0) == 1
+    assert scope.text().endswith("scope: ended before the trigger (fault): nothing was written.\n")
+
+
+def test_the_line_of_a_capture_from_its_trigger_on(domain: int, tmp_path: Path) -> None:
+    with WaveformWriter(domain), scope_process(domain, tmp_path, "--trigger", "step 5", "--before", "0") as scope:
+        assert scope.wait(60.0) == 0
+    assert ", 0.000 ms before to 50.000 ms after the trigger (step 5)" in scope.text()
+
+
+@pytest.mark.parametrize("time_s", ["0", "-1", "nan", "inf", "soon"])
+def test_a_timeout_that_is_no_time_above_zero_is_refused(time_s: str, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit):
+        program.parse_arguments([f"--timeout={time_s}"])
+    assert f'argument --timeout: expected a time above 0 s, got "{time_s}"' in capsys.readouterr().err

@@ -31,6 +31,8 @@ class Settings:
         for what, value in (("before", self.before_s), ("after", self.after_s), ("hold-off", self.hold_off_s)):
             if not 0.0 <= value <= MOST_S:
                 raise UserError(f"the scope's time {what} the trigger must be from 0 to {MOST_S:g} s, not {value:g} s.")
+        if not 0.0 < self.auto_s < float("inf"):
+            raise UserError(f"the scope's time of mode auto must be above 0 s, not {self.auto_s:g} s.")
         if self.before_s + self.after_s <= 0.0:
             raise UserError(
                 "the scope's times before and after the trigger are both zero: there is nothing to capture."
