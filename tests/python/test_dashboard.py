@@ -68,7 +68,7 @@ def test_origins(origin: str, host: str, is_own: bool) -> None:
 def test_tokens() -> None:
     access = Access("127.0.0.1", TOKEN)
     assert access.may_command(TOKEN)
-    for wrong in ("", TOKEN[:-1], TOKEN + "x", None, 1, ["x"], "ä"):
+    for wrong in ("", TOKEN[:-1], TOKEN + "x", None, 1, ["x"], "ä", "\ud800"):
         assert not access.may_command(wrong)
     assert not Access("127.0.0.1", None).may_command("")
 
@@ -150,6 +150,8 @@ def test_no_drive_is_explained_on_the_page_and_in_the_terminal(dashboard: Dashbo
 
 
 WRONG = ["nonsense", "[1]", "{}", '{"type": "dance"}', '{"type": "watch", "drive": "1"}', '{"type": "demand"}', "\0"]
+HUGE = "1" + "0" * 400
+WRONG += ["[" * 60_000, f'{{"type": "watch", "drive": {HUGE}}}', f'{{"type": {"9" * 5000}}}', '{"type": "\\ud800"}']
 
 
 def test_a_wrong_message_is_refused_and_nothing_else(dashboard: DashboardProcess) -> None:
@@ -294,7 +296,7 @@ def test_a_page_with_the_token_commands_torque_and_releases(commanding: Commandi
 
 def test_without_the_token_no_command_reaches_the_bus(commanding: Commanding) -> None:
     page = commanding.page()
-    for token in (None, "", "wrong", TOKEN + " ", 5):
+    for token in (None, "", "wrong", TOKEN + " ", 5, "\ud800"):
         page.send({"type": "take", "token": token})
         assert "token" in page.message("refused")["text"]
         demand(page, 10.0)
@@ -358,7 +360,7 @@ def test_one_page_commands_at_a_time(commanding: Commanding) -> None:
 
 def test_a_torque_that_is_none_or_too_large_is_refused(commanding: Commanding) -> None:
     page = commanding.in_control()
-    for torque in ('"10"', "null", "true", "1e300", "NaN", "Infinity", "50.01", "-51"):
+    for torque in ('"10"', "null", "true", "1e300", "NaN", "Infinity", "50.01", "-51", HUGE, f"-{HUGE}"):
         page.send(f'{{"type": "demand", "torque_nm": {torque}, "enable": true, "fault_reset": false}}')
         assert "torque" in page.message("refused")["text"], torque
     assert {entry[1]["TorqueRequest"] for entry in commanding.drive.accepted} <= {0.0}

@@ -1,5 +1,6 @@
 """The scope of the dashboard's page: captures of a waveform whose instants are known, read only while a scope is on."""
 
+import json
 import struct
 from pathlib import Path
 
@@ -46,6 +47,18 @@ def test_wrong_settings_are_one_sentence(change: dict, said: str) -> None:
     with pytest.raises(UserError, match=said.replace("(", r"\(")) as error:
         scope_feed.settings_of({**SETTINGS, **change})
     assert str(error.value).count("\n") == 0
+
+
+def test_times_beyond_every_number_are_refused(domain: int, tmp_path: Path) -> None:
+    huge = "1" + "0" * 400
+    with DashboardProcess(domain, tmp_path) as process, telemetry_writer(domain), PageClient(process.socket) as page:
+        page.until(lambda m: m["type"] == "status" and m["drives"])
+        page.send({"type": "watch", "drive": 7})
+        for name in ("before_ms", "after_ms", "hold_off_ms"):
+            for value in (huge, f"-{huge}", "NaN"):
+                settings = {**SETTINGS, "type": "scope", "on": True, name: 0}
+                page.send(json.dumps(settings).replace(f'"{name}": 0', f'"{name}": {value}'))
+                assert page.message("scope_refused")["text"].endswith("."), (name, value)
 
 
 def capture_of(page: PageClient) -> tuple[dict, dict[str, np.ndarray]]:

@@ -54,4 +54,5 @@ class Access:
         """Compares in constant time. Without --allow-command there is no token, and none is right."""
         if self._token is None or not isinstance(token, str):
             return False
-        return hmac.compare_digest(token.encode(), self._token.encode())
+        given, right = (text.encode("utf-8", "surrogatepass") for text in (token, self._token))
+        return hmac.compare_digest(given, right)

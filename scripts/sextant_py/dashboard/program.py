@@ -2,6 +2,7 @@
 
 import argparse
 import asyncio
+import errno
 import ipaddress
 import secrets
 import signal
@@ -83,7 +84,7 @@ def listen(host: str, port: int) -> list[socket.socket]:
     except socket.gaierror:
         raise UserError(f"--host {host} is no address of this machine and no name of one.") from None
     except OSError as error:
-        if port and error.errno in (98, 48):
+        if port and error.errno == errno.EADDRINUSE:
             raise UserError(
                 f"port {port} of {host} is taken; --port names another, and --port 0 takes any free one."
             ) from None

@@ -24,6 +24,7 @@ from .source import FRAMES_HZ
 
 PAGE = Path(__file__).with_name("page")
 LARGEST_MESSAGE = 65536  # bytes, of a page
+LONGEST_INTEGER = 18  # characters, of a message
 BACKLOG_S = 30  # of telemetry that a page is sent at first
 MOST_UNDER_WAY = FRAMES_HZ  # frames that a page has not taken yet
 KEPT_CAPTURES = 16
@@ -38,8 +39,9 @@ HEADERS = {
 def fault_texts() -> dict[str, str]:
     """What each fault means, from the CAN contract."""
     contract = Contract()
-    message = contract.message("MCU_FaultsActive")
-    by_bit = {signal.start - 16: signal.comment or "" for signal in message.signals if signal.length == 1}
+    signals = [signal for signal in contract.message("MCU_FaultsActive").signals if signal.length == 1]
+    first = min(signal.start for signal in signals)  # the bit of fault 0
+    by_bit = {signal.start - first: signal.comment or "" for signal in signals}
     return {name: by_bit.get(bit, "") for name, bit in contract.faults().items()}
 
 
@@ -223,11 +225,16 @@ class PageSocket(websocket.WebSocketHandler):
             self._under_way.append(sent)
 
 
+def whole_number(text: str) -> int | float:
+    """An integer; a long one as a float, which is infinity beyond the range of a float."""
+    return int(text) if len(text) <= LONGEST_INTEGER else float(text)
+
+
 def parsed(text: str | bytes) -> dict[str, Any]:
     """A page's message."""
     try:
-        message = json.loads(text)
-    except ValueError:
+        message = json.loads(text, parse_int=whole_number)
+    except (ValueError, RecursionError):
         message = None
     if not isinstance(message, dict):
         raise RefusedError("a message must be one JSON object.")
