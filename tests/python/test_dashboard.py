@@ -1,5 +1,6 @@
 """The dashboard's server: its protocol, who may command, and silence on the bus when the page is gone."""
 
+import asyncio
 import os
 import signal
 import socket
@@ -11,14 +12,15 @@ from pathlib import Path
 
 import pytest
 from fake_drive import FakeDrive
-from page_client import TOKEN, DashboardProcess, PageClient, wait_for
+from page_client import PATIENCE_S, TOKEN, DashboardProcess, PageClient, wait_for
 from sextant_py import dds, telemetry_contract, telemetry_types
-from sextant_py.dashboard import frames, layout, program
+from sextant_py.dashboard import frames, layout, program, server
 from sextant_py.dashboard.access import Access
+from sextant_py.dashboard.command_desk import CommandDesk
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from topic_writer import Writer
-from tornado import httpclient
+from tornado import httpclient, httpserver, netutil
 
 SAMPLE = {"drive_id": 7, "t_ns": 12_345_678_901, "torque_mean_nm": 14.5, "i_a_a": -3.25, "sector": 4}
 SILENCE_S = 0.5
@@ -160,6 +162,31 @@ def test_a_wrong_message_is_refused_and_nothing_else(dashboard: DashboardProcess
             page.send(text)
             assert page.message("refused")["text"].endswith("."), text
         page.message("status")
+
+
+UPGRADE = (
+    "GET /socket HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+def test_a_page_that_does_not_reply_is_disconnected(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "PING_S", 0.2)
+
+    async def connect() -> None:
+        access = Access("127.0.0.1", None)
+        hub = server.Hub(domain, access, CommandDesk(access, None))
+        sockets = netutil.bind_sockets(0, "127.0.0.1")
+        httpserver.HTTPServer(server.application(hub)).add_sockets(sockets)
+        reader, writer = await asyncio.open_connection(*sockets[0].getsockname())
+        writer.write(UPGRADE.encode())
+        received = await asyncio.wait_for(reader.read(), PATIENCE_S)
+        assert b'"type": "hello"' in received
+        assert hub.pages == set()
+
+    loop = asyncio.new_event_loop()
+    loop.run_until_complete(connect())
+    loop.close()
 
 
 def test_another_site_is_refused(dashboard: DashboardProcess) -> None:

@@ -1,7 +1,9 @@
 """The scope of the dashboard's page: captures of a waveform whose instants are known, read only while a scope is on."""
 
+import itertools
 import json
 import struct
+import time
 from pathlib import Path
 
 import h5py
@@ -135,3 +137,18 @@ def test_lost_batches_are_counted(domain: int, tmp_path: Path) -> None:
         report = page.until(lambda m: m["type"] == "scope" and m["lost"] >= 3)
     assert report["state"] == "waiting"
     assert report["rows"] > 0
+
+
+def test_captures_do_not_queue_for_a_page_that_reads_too_slowly(domain: int, tmp_path: Path) -> None:
+    with (
+        DashboardProcess(domain, tmp_path) as process,
+        telemetry_writer(domain),
+        WaveformWriter(domain),
+        PageClient(process.socket) as page,
+    ):
+        page.until(lambda m: m["type"] == "status" and m["drives"])
+        page.send({"type": "watch", "drive": 7})
+        page.send({"type": "scope", "on": True, **SETTINGS, "after_ms": 900})
+        number = itertools.count()
+        page.until(lambda m: m["type"] == "scope" and m["unshown"] > 0, lambda: next(number) % 300 or time.sleep(4.0))
+        page.message("capture")
