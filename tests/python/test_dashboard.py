@@ -1,4 +1,4 @@
-"""The dashboard's server: its protocol, who may command, and silence on the bus when the page is gone."""
+"""The dashboard's server: its protocol, who may command, and the end of the commands when the page is gone."""
 
 import asyncio
 import os
@@ -23,7 +23,7 @@ from topic_writer import Writer
 from tornado import httpclient, httpserver, netutil
 
 SAMPLE = {"drive_id": 7, "t_ns": 12_345_678_901, "torque_mean_nm": 14.5, "i_a_a": -3.25, "sector": 4}
-SILENCE_S = 0.5
+WITHOUT_COMMAND_S = 0.5
 
 
 def test_every_panel_is_of_the_contract_and_of_one_unit() -> None:
@@ -127,18 +127,18 @@ def test_a_frame_is_what_its_description_says() -> None:
     assert data[begin : begin + 24] == bytes.fromhex("000000000000e03f 000000000000f83f 0000000000000440")
 
 
-def test_a_drive_falls_silent_and_returns(dashboard: DashboardProcess, domain: int) -> None:
-    def is_silent(message: dict) -> bool:
-        return message["type"] == "status" and bool(message["drives"]) and bool(message["drives"][0]["silence"])
+def test_a_drive_stops_sending_and_returns(dashboard: DashboardProcess, domain: int) -> None:
+    def is_timed_out(message: dict) -> bool:
+        return message["type"] == "status" and bool(message["drives"]) and bool(message["drives"][0]["timed_out"])
 
     with PageClient(dashboard.socket) as page:
         with telemetry_writer(domain):
             page.until(lambda m: m["type"] == "status" and m["drives"])
-        silence = page.until(is_silent)["drives"][0]["silence"]
-        assert silence["age_s"] >= 1
-        assert "domain" in silence["reason"] or "no sample arrives" in silence["reason"]
+        timed_out = page.until(is_timed_out)["drives"][0]["timed_out"]
+        assert timed_out["age_s"] >= 1
+        assert "domain" in timed_out["reason"] or "no sample arrives" in timed_out["reason"]
         with telemetry_writer(domain):
-            page.until(lambda m: m["type"] == "status" and not is_silent(m))
+            page.until(lambda m: m["type"] == "status" and not is_timed_out(m))
             wait_for(lambda: dashboard.text().count("drive 7: telemetry arrives") == 2, "the return", dashboard.text)
     assert "drive 7: no telemetry; " in dashboard.text()
 
@@ -293,8 +293,8 @@ class Commanding:
     def torque(self) -> float:
         return self.drive.accepted[-1][1]["TorqueRequest"]
 
-    def check_silence(self) -> None:
-        wait_for(lambda: time.monotonic() - self.drive.accepted[-1][0] > SILENCE_S, "silence on the bus")
+    def check_no_command(self) -> None:
+        wait_for(lambda: time.monotonic() - self.drive.accepted[-1][0] > WITHOUT_COMMAND_S, "the end of the commands")
 
 
 def demand(page: PageClient, torque_nm: float, enable: bool = True, reset: bool = False) -> None:
@@ -317,7 +317,7 @@ def test_a_page_with_the_token_commands_torque_and_releases(commanding: Commandi
     page.send({"type": "release"})
     released = page.until(lambda m: m["type"] == "command" and m["holder"] is None)
     assert not released["is_mine"]
-    commanding.check_silence()
+    commanding.check_no_command()
     assert str(commanding.drive.accepted[-1][1]["Enable"]) == "DISABLE"
 
 
@@ -339,32 +339,30 @@ def test_without_permission_there_is_no_command(dashboard: DashboardProcess) -> 
         assert "--allow-command" in page.message("refused")["text"]
 
 
-def test_a_page_that_closes_leaves_the_bus_silent(commanding: Commanding) -> None:
+def test_a_page_that_closes_ends_the_commands(commanding: Commanding) -> None:
     page = commanding.at_torque()
     page.close()
-    commanding.check_silence()
-    assert (
-        str(commanding.drive.accepted[-1][1]["Enable"]) == "ENABLE"
-    )  # silence, not a disable: the drive's own timeout acts
+    commanding.check_no_command()
+    assert str(commanding.drive.accepted[-1][1]["Enable"]) == "ENABLE"  # no disable: the drive's own timeout acts
     other = commanding.page()
-    assert "gone" in other.until(lambda m: m["type"] == "command" and m.get("silence"))["silence"]
+    assert "gone" in other.until(lambda m: m["type"] == "command" and m.get("not_sending"))["not_sending"]
     commanding.at_torque(-5.0)
     assert commanding.torque() == pytest.approx(-5.0)
 
 
-def test_a_page_that_stops_renewing_leaves_the_bus_silent(commanding: Commanding) -> None:
+def test_a_page_that_stops_renewing_ends_the_commands(commanding: Commanding) -> None:
     page = commanding.at_torque()
-    commanding.check_silence()
+    commanding.check_no_command()
     lost = page.until(lambda m: m["type"] == "command" and m["holder"] is None)
-    assert "sent no demand for" in lost["silence"]
+    assert "sent no demand for" in lost["not_sending"]
     demand(page, 10.0)
     assert "does not command" in page.message("refused")["text"]
 
 
-def test_a_dashboard_that_crashes_leaves_the_bus_silent(commanding: Commanding) -> None:
+def test_a_dashboard_that_crashes_ends_the_commands(commanding: Commanding) -> None:
     commanding.at_torque()
     os.kill(commanding.process.pid, signal.SIGKILL)
-    commanding.check_silence()
+    commanding.check_no_command()
 
 
 def test_a_dashboard_that_ends_disables_the_drive(commanding: Commanding) -> None:

@@ -36,13 +36,13 @@ class Access:
 
     def is_own_origin(self, origin: str, host_header: str) -> bool:
         try:
-            asking = urlsplit(origin)
-            name = (asking.hostname or "").lower()
+            parts = urlsplit(origin)
+            name = (parts.hostname or "").lower()
         except ValueError:
             return False
         return (
-            asking.scheme in ("http", "https")
-            and asking.netloc.lower() == host_header.lower()
+            parts.scheme in ("http", "https")
+            and parts.netloc.lower() == host_header.lower()
             and (name in self._names or _is_address(name))
         )
 

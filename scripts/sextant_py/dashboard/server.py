@@ -125,9 +125,9 @@ class Hub:
 
     def _report_vehicle(self, report: dict[str, Any] | None) -> None:
         self.desk.take_report(report)
-        self.tell_command()
+        self.report_command()
 
-    def tell_command(self) -> None:
+    def report_command(self) -> None:
         for page in self.pages:
             page.send(json.dumps(self.desk.described(page)))
 
@@ -148,7 +148,7 @@ class Hub:
         self.pages.discard(page)
         self.scopes.turn_off(page)
         self.desk.leave(page)
-        self.tell_command()
+        self.report_command()
 
 
 def require_own_host(handler: web.RequestHandler, access: Access) -> None:
@@ -208,8 +208,8 @@ class PageSocket(websocket.WebSocketHandler):
         elif kind == "release":
             desk.release(self)
         else:
-            raise RefusedError(f'"{kind}" is not a message that this dashboard knows.')
-        self._hub.tell_command()
+            raise RefusedError(f'"{kind}" is no type of a message.')
+        self._hub.report_command()
 
     def _set_scope(self, message: dict[str, Any]) -> None:
         if not message.get("on"):

@@ -57,7 +57,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--timeout", type=positive_seconds, metavar="S", help=timeout)
     parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")
     parser.add_argument("--drive", type=int, metavar="ID", help="drive (default: the first one received)")
-    parser.add_argument("--list", action="store_true", help="list the signals that a trigger can watch, and end")
+    parser.add_argument("--list", action="store_true", help="list the signals that a trigger can evaluate, and end")
     return parser.parse_args(arguments)
 
 

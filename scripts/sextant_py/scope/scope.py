@@ -88,7 +88,7 @@ class Scope:
 
     def _next(self, fulfilled: np.ndarray, newest_ns: int) -> Capture | None:
         if self._trigger_ns is None:
-            self._look(fulfilled, newest_ns)
+            self._find_trigger(fulfilled, newest_ns)
         after_ns = round(self.settings.after_s * 1e9)
         if self._trigger_ns is None or newest_ns < self._trigger_ns + after_ns:
             return None
@@ -100,7 +100,7 @@ class Scope:
         self.captures += 1
         return capture
 
-    def _look(self, fulfilled: np.ndarray, newest_ns: int) -> None:
+    def _find_trigger(self, fulfilled: np.ndarray, newest_ns: int) -> None:
         found = fulfilled[fulfilled >= self._ready_ns]
         auto_ns = self._ready_ns + round((self.settings.auto_s + self.settings.before_s) * 1e9)
         if len(found):

@@ -65,7 +65,7 @@ export class ScopePanel {
     this.showStanding();
   }
 
-  // After a reconnection the server knows nothing of the scope.
+  // A new connection has no scope on the server.
   reconnect() {
     if (this.isOn) this.arm();
   }
