@@ -163,6 +163,14 @@ def test_auto_captures_without_a_trigger_and_normal_does_not() -> None:
     assert all(len(capture.rows) in (2800, 2801) for capture in captures)
 
 
+def test_auto_takes_no_capture_in_a_gap_of_the_waveform() -> None:
+    rows = np.delete(waveform(100_000), range(8000, 60_000))
+    scope = Scope(Settings("fault", "auto", auto_s=0.5))
+    captures = fed(scope, rows, np.full(119, 400))
+    assert len(captures) == scope.captures == 2
+    assert all(len(capture.rows) > 0 for capture in captures)
+
+
 def test_missing_periods_are_counted() -> None:
     rows = np.delete(waveform(4000, torque_reference_nm=np.where(np.arange(4000) < 2000, 0.0, 10.0)), range(2100, 2150))
     (capture,) = fed(Scope(Settings("step 5", "single", 0.01, 0.02)), rows, np.full(8, 400))

@@ -78,7 +78,9 @@ class Scope:
             self._ready_ns = int(times[0])
         complete = []
         while not self._stopped and (capture := self._next(fulfilled, int(times[-1]))):
-            complete.append(capture)
+            if len(capture.rows):  # none where mode auto falls in a gap of the waveform
+                complete.append(capture)
+        self.captures += len(complete)
         self._forget(int(times[-1]))
         return complete
 
@@ -97,7 +99,6 @@ class Scope:
         self._ready_ns = self._trigger_ns + max(after_ns, hold_off_ns) + 1
         self._trigger_ns = None
         self._stopped = self.settings.mode == "single"
-        self.captures += 1
         return capture
 
     def _find_trigger(self, fulfilled: np.ndarray, newest_ns: int) -> None:
