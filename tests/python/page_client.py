@@ -49,8 +49,9 @@ def wait_for(
 class PageClient:
     """Speaks the protocol of the page; a context."""
 
-    def __init__(self, address: str, origin: str | None = None) -> None:
-        self._request = httpclient.HTTPRequest(address, headers={"Origin": origin} if origin else {})
+    def __init__(self, address: str, origin: str | None = None, host: str | None = None) -> None:
+        headers = {name: value for name, value in (("Origin", origin), ("Host", host)) if value}
+        self._request = httpclient.HTTPRequest(address, headers=headers)
         self._loop = asyncio.new_event_loop()
 
     def __enter__(self) -> Self:

@@ -1,5 +1,6 @@
-"""The dashboard's server: its protocol, who may command, and silence on the bus when the page is gone."""
+"""The dashboard's server: its protocol, who may command, and the end of the commands when the page is gone."""
 
+import asyncio
 import os
 import signal
 import socket
@@ -11,17 +12,18 @@ from pathlib import Path
 
 import pytest
 from fake_drive import FakeDrive
-from page_client import TOKEN, DashboardProcess, PageClient, wait_for
+from page_client import PATIENCE_S, TOKEN, DashboardProcess, PageClient, wait_for
 from sextant_py import dds, telemetry_contract, telemetry_types
-from sextant_py.dashboard import frames, layout, program
+from sextant_py.dashboard import frames, layout, program, server
 from sextant_py.dashboard.access import Access
+from sextant_py.dashboard.command_desk import CommandDesk
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from topic_writer import Writer
-from tornado import httpclient
+from tornado import httpclient, httpserver, netutil
 
 SAMPLE = {"drive_id": 7, "t_ns": 12_345_678_901, "torque_mean_nm": 14.5, "i_a_a": -3.25, "sector": 4}
-SILENCE_S = 0.5
+WITHOUT_COMMAND_S = 0.5
 
 
 def test_every_panel_is_of_the_contract_and_of_one_unit() -> None:
@@ -68,7 +70,7 @@ def test_origins(origin: str, host: str, is_own: bool) -> None:
 def test_tokens() -> None:
     access = Access("127.0.0.1", TOKEN)
     assert access.may_command(TOKEN)
-    for wrong in ("", TOKEN[:-1], TOKEN + "x", None, 1, ["x"], "ä"):
+    for wrong in ("", TOKEN[:-1], TOKEN + "x", None, 1, ["x"], "ä", "\ud800"):
         assert not access.may_command(wrong)
     assert not Access("127.0.0.1", None).may_command("")
 
@@ -125,18 +127,18 @@ def test_a_frame_is_what_its_description_says() -> None:
     assert data[begin : begin + 24] == bytes.fromhex("000000000000e03f 000000000000f83f 0000000000000440")
 
 
-def test_a_drive_falls_silent_and_returns(dashboard: DashboardProcess, domain: int) -> None:
-    def is_silent(message: dict) -> bool:
-        return message["type"] == "status" and bool(message["drives"]) and bool(message["drives"][0]["silence"])
+def test_a_drive_stops_sending_and_returns(dashboard: DashboardProcess, domain: int) -> None:
+    def is_timed_out(message: dict) -> bool:
+        return message["type"] == "status" and bool(message["drives"]) and bool(message["drives"][0]["timed_out"])
 
     with PageClient(dashboard.socket) as page:
         with telemetry_writer(domain):
             page.until(lambda m: m["type"] == "status" and m["drives"])
-        silence = page.until(is_silent)["drives"][0]["silence"]
-        assert silence["age_s"] >= 1
-        assert "domain" in silence["reason"] or "no sample arrives" in silence["reason"]
+        timed_out = page.until(is_timed_out)["drives"][0]["timed_out"]
+        assert timed_out["age_s"] >= 1
+        assert "domain" in timed_out["reason"] or "no sample arrives" in timed_out["reason"]
         with telemetry_writer(domain):
-            page.until(lambda m: m["type"] == "status" and not is_silent(m))
+            page.until(lambda m: m["type"] == "status" and not is_timed_out(m))
             wait_for(lambda: dashboard.text().count("drive 7: telemetry arrives") == 2, "the return", dashboard.text)
     assert "drive 7: no telemetry; " in dashboard.text()
 
@@ -150,6 +152,8 @@ def test_no_drive_is_explained_on_the_page_and_in_the_terminal(dashboard: Dashbo
 
 
 WRONG = ["nonsense", "[1]", "{}", '{"type": "dance"}', '{"type": "watch", "drive": "1"}', '{"type": "demand"}', "\0"]
+HUGE = "1" + "0" * 400
+WRONG += ["[" * 60_000, f'{{"type": "watch", "drive": {HUGE}}}', f'{{"type": {"9" * 5000}}}', '{"type": "\\ud800"}']
 
 
 def test_a_wrong_message_is_refused_and_nothing_else(dashboard: DashboardProcess) -> None:
@@ -160,6 +164,31 @@ def test_a_wrong_message_is_refused_and_nothing_else(dashboard: DashboardProcess
         page.message("status")
 
 
+UPGRADE = (
+    "GET /socket HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+def test_a_page_that_does_not_reply_is_disconnected(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "PING_S", 0.2)
+
+    async def connect() -> None:
+        access = Access("127.0.0.1", None)
+        hub = server.Hub(domain, access, CommandDesk(access, None))
+        sockets = netutil.bind_sockets(0, "127.0.0.1")
+        httpserver.HTTPServer(server.application(hub)).add_sockets(sockets)
+        reader, writer = await asyncio.open_connection(*sockets[0].getsockname())
+        writer.write(UPGRADE.encode())
+        received = await asyncio.wait_for(reader.read(), PATIENCE_S)
+        assert b'"type": "hello"' in received
+        assert hub.pages == set()
+
+    loop = asyncio.new_event_loop()
+    loop.run_until_complete(connect())
+    loop.close()
+
+
 def test_another_site_is_refused(dashboard: DashboardProcess) -> None:
     for origin in ("https://evil.example", "null", "http://127.0.0.1:1"):
         with pytest.raises(httpclient.HTTPClientError, match="403"), PageClient(dashboard.socket, origin):
@@ -167,6 +196,15 @@ def test_another_site_is_refused(dashboard: DashboardProcess) -> None:
     own = dashboard.address.partition("#")[0].rstrip("/")
     with PageClient(dashboard.socket, own) as page:
         page.message("hello")
+
+
+@pytest.mark.parametrize("origin", [None, "http://evil.example:8150"])
+def test_a_name_that_only_resolves_to_this_machine_is_refused(dashboard: DashboardProcess, origin: str | None) -> None:
+    with (
+        pytest.raises(httpclient.HTTPClientError, match="403: This name is not one of this dashboard"),
+        PageClient(dashboard.socket, origin, host="evil.example:8150"),
+    ):
+        pass
 
 
 def get(address: str, **headers: str) -> httpclient.HTTPResponse:
@@ -184,7 +222,9 @@ def test_files_of_the_page(dashboard: DashboardProcess) -> None:
     assert get(dashboard.address + "js/main.js").headers["Content-Type"].startswith("text/javascript")
     assert get(dashboard.address + "../server.py").code in (403, 404)
     assert get(dashboard.address + "%2e%2e/server.py").code in (403, 404)
-    assert get(dashboard.address, Host="evil.example").code == 403
+    for file in ("", "captures/1.h5"):
+        refused = get(dashboard.address + file, Host="evil.example")
+        assert (refused.code, refused.reason) == (403, "This name is not one of this dashboard")
 
 
 def test_the_page_names_no_other_server() -> None:
@@ -253,8 +293,8 @@ class Commanding:
     def torque(self) -> float:
         return self.drive.accepted[-1][1]["TorqueRequest"]
 
-    def check_silence(self) -> None:
-        wait_for(lambda: time.monotonic() - self.drive.accepted[-1][0] > SILENCE_S, "silence on the bus")
+    def check_no_command(self) -> None:
+        wait_for(lambda: time.monotonic() - self.drive.accepted[-1][0] > WITHOUT_COMMAND_S, "the end of the commands")
 
 
 def demand(page: PageClient, torque_nm: float, enable: bool = True, reset: bool = False) -> None:
@@ -277,13 +317,13 @@ def test_a_page_with_the_token_commands_torque_and_releases(commanding: Commandi
     page.send({"type": "release"})
     released = page.until(lambda m: m["type"] == "command" and m["holder"] is None)
     assert not released["is_mine"]
-    commanding.check_silence()
+    commanding.check_no_command()
     assert str(commanding.drive.accepted[-1][1]["Enable"]) == "DISABLE"
 
 
 def test_without_the_token_no_command_reaches_the_bus(commanding: Commanding) -> None:
     page = commanding.page()
-    for token in (None, "", "wrong", TOKEN + " ", 5):
+    for token in (None, "", "wrong", TOKEN + " ", 5, "\ud800"):
         page.send({"type": "take", "token": token})
         assert "token" in page.message("refused")["text"]
         demand(page, 10.0)
@@ -299,32 +339,30 @@ def test_without_permission_there_is_no_command(dashboard: DashboardProcess) -> 
         assert "--allow-command" in page.message("refused")["text"]
 
 
-def test_a_page_that_closes_leaves_the_bus_silent(commanding: Commanding) -> None:
+def test_a_page_that_closes_ends_the_commands(commanding: Commanding) -> None:
     page = commanding.at_torque()
     page.close()
-    commanding.check_silence()
-    assert (
-        str(commanding.drive.accepted[-1][1]["Enable"]) == "ENABLE"
-    )  # silence, not a disable: the drive's own timeout acts
+    commanding.check_no_command()
+    assert str(commanding.drive.accepted[-1][1]["Enable"]) == "ENABLE"  # no disable: the drive's own timeout acts
     other = commanding.page()
-    assert "gone" in other.until(lambda m: m["type"] == "command" and m.get("silence"))["silence"]
+    assert "gone" in other.until(lambda m: m["type"] == "command" and m.get("not_sending"))["not_sending"]
     commanding.at_torque(-5.0)
     assert commanding.torque() == pytest.approx(-5.0)
 
 
-def test_a_page_that_stops_renewing_leaves_the_bus_silent(commanding: Commanding) -> None:
+def test_a_page_that_stops_renewing_ends_the_commands(commanding: Commanding) -> None:
     page = commanding.at_torque()
-    commanding.check_silence()
+    commanding.check_no_command()
     lost = page.until(lambda m: m["type"] == "command" and m["holder"] is None)
-    assert "sent no demand for" in lost["silence"]
+    assert "sent no demand for" in lost["not_sending"]
     demand(page, 10.0)
     assert "does not command" in page.message("refused")["text"]
 
 
-def test_a_dashboard_that_crashes_leaves_the_bus_silent(commanding: Commanding) -> None:
+def test_a_dashboard_that_crashes_ends_the_commands(commanding: Commanding) -> None:
     commanding.at_torque()
     os.kill(commanding.process.pid, signal.SIGKILL)
-    commanding.check_silence()
+    commanding.check_no_command()
 
 
 def test_a_dashboard_that_ends_disables_the_drive(commanding: Commanding) -> None:
@@ -347,7 +385,7 @@ def test_one_page_commands_at_a_time(commanding: Commanding) -> None:
 
 def test_a_torque_that_is_none_or_too_large_is_refused(commanding: Commanding) -> None:
     page = commanding.in_control()
-    for torque in ('"10"', "null", "true", "1e300", "NaN", "Infinity", "50.01", "-51"):
+    for torque in ('"10"', "null", "true", "1e300", "NaN", "Infinity", "50.01", "-51", HUGE, f"-{HUGE}"):
         page.send(f'{{"type": "demand", "torque_nm": {torque}, "enable": true, "fault_reset": false}}')
         assert "torque" in page.message("refused")["text"], torque
     assert {entry[1]["TorqueRequest"] for entry in commanding.drive.accepted} <= {0.0}

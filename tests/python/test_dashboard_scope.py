@@ -1,5 +1,7 @@
 """The scope of the dashboard's page: captures of a waveform whose instants are known, read only while a scope is on."""
 
+import itertools
+import json
 import struct
 import time
 from pathlib import Path
@@ -7,62 +9,15 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from background import Background
-from cyclonedds.pub import DataWriter
-from cyclonedds.topic import Topic
 from page_client import DashboardProcess, PageClient, wait_for
 from sextant_py import dds, telemetry_types
 from sextant_py.dashboard import layout, scope_feed
 from sextant_py.errors import UserError
-from sextant_py.recording import topics
 from topic_writer import Writer
 from tornado import httpclient
+from waveform_writer import PERIOD_NS, STEP_NM, WaveformWriter
 
-PERIOD_NS = 25_000
-BATCH = 400
-STEP_PERIODS = 4000  # the torque reference steps by STEP_NM each so many periods
-STEP_NM = 8.0
 SETTINGS = {"trigger": "step 5", "mode": "normal", "before_ms": 5, "after_ms": 15, "hold_off_ms": 0}
-
-
-class WaveformWriter(Background):
-    """Writes batches of a drive with the id 7 in real time; `batches` are the numbers of those to leave out."""
-
-    def __init__(self, domain: int, without: range = range(0)) -> None:
-        self._node = dds.Node(domain)
-        self._kind = telemetry_types.struct("DriveWaveform")
-        topic = Topic(self._node.participant, topics.TOPICS[topics.WAVEFORM], self._kind)
-        self._writer = DataWriter(self._node.participant, topic, dds.streaming_qos(1))
-        self._without = without
-        super().__init__()
-
-    def readers(self) -> int:
-        return len(self._writer.get_matched_subscriptions())
-
-    def _batch(self, number: int) -> object:
-        period = number * BATCH + np.arange(BATCH)
-        torque = STEP_NM * (period // STEP_PERIODS % 2)
-        zeros = {name: [0] * BATCH for name in self._kind.__annotations__ if name not in ("drive_id", "sequence")}
-        values = {
-            **zeros,
-            "dropped": 0,
-            "t_ns": number * BATCH * PERIOD_NS,
-            "period_ns": PERIOD_NS,
-            "offset_ns": (PERIOD_NS * np.arange(BATCH)).tolist(),
-            "torque_reference_nm": torque.tolist(),
-            "flux_alpha_wb": np.cos(1e-3 * period).tolist(),
-            "flux_beta_wb": np.sin(1e-3 * period).tolist(),
-            "switch_state": [6] * BATCH,
-        }
-        return telemetry_types.sample(self._kind, drive_id=7, sequence=number, **values)
-
-    def _run(self) -> None:
-        begin_s, number = time.monotonic(), 0
-        while not self._stop.wait(0.002):
-            while number < (time.monotonic() - begin_s) * 1e9 / (BATCH * PERIOD_NS):
-                if number not in self._without:
-                    self._writer.write(self._batch(number))
-                number += 1
 
 
 def telemetry_writer(domain: int) -> Writer:
@@ -94,6 +49,18 @@ def test_wrong_settings_are_one_sentence(change: dict, said: str) -> None:
     with pytest.raises(UserError, match=said.replace("(", r"\(")) as error:
         scope_feed.settings_of({**SETTINGS, **change})
     assert str(error.value).count("\n") == 0
+
+
+def test_times_beyond_every_number_are_refused(domain: int, tmp_path: Path) -> None:
+    huge = "1" + "0" * 400
+    with DashboardProcess(domain, tmp_path) as process, telemetry_writer(domain), PageClient(process.socket) as page:
+        page.until(lambda m: m["type"] == "status" and m["drives"])
+        page.send({"type": "watch", "drive": 7})
+        for name in ("before_ms", "after_ms", "hold_off_ms"):
+            for value in (huge, f"-{huge}", "NaN"):
+                settings = {**SETTINGS, "type": "scope", "on": True, name: 0}
+                page.send(json.dumps(settings).replace(f'"{name}": 0', f'"{name}": {value}'))
+                assert page.message("scope_refused")["text"].endswith("."), (name, value)
 
 
 def capture_of(page: PageClient) -> tuple[dict, dict[str, np.ndarray]]:
@@ -170,3 +137,18 @@ def test_lost_batches_are_counted(domain: int, tmp_path: Path) -> None:
         report = page.until(lambda m: m["type"] == "scope" and m["lost"] >= 3)
     assert report["state"] == "waiting"
     assert report["rows"] > 0
+
+
+def test_captures_do_not_queue_for_a_page_that_reads_too_slowly(domain: int, tmp_path: Path) -> None:
+    with (
+        DashboardProcess(domain, tmp_path) as process,
+        telemetry_writer(domain),
+        WaveformWriter(domain),
+        PageClient(process.socket) as page,
+    ):
+        page.until(lambda m: m["type"] == "status" and m["drives"])
+        page.send({"type": "watch", "drive": 7})
+        page.send({"type": "scope", "on": True, **SETTINGS, "after_ms": 900})
+        number = itertools.count()
+        page.until(lambda m: m["type"] == "scope" and m["unshown"] > 0, lambda: next(number) % 300 or time.sleep(4.0))
+        page.message("capture")

@@ -1,17 +1,30 @@
 """Triggers and captures of the scope, on waveforms of which the instants are known."""
 
+import os
+import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from page_client import wait_for
+from programs import ProgramProcess
+from sextant_py import dds, telemetry_types
 from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+from sextant_py.recording import formats
 from sextant_py.recording.topics import STATE, WAVEFORM, group_of
-from sextant_py.scope import files, quantities
+from sextant_py.scope import files, program, quantities
+from sextant_py.scope.capture import Capture
 from sextant_py.scope.scope import Scope, Settings
 from sextant_py.scope.trigger_text import parse
 from sextant_py.signal_file import SignalFile
 from sextant_py.telemetry_contract import enumerators
+from topic_writer import Writer
+from waveform_writer import WaveformWriter
 
 PERIOD_NS = 25_000
 BEGIN_NS = 7_000_000_000
@@ -150,6 +163,14 @@ def test_auto_captures_without_a_trigger_and_normal_does_not() -> None:
     assert all(len(capture.rows) in (2800, 2801) for capture in captures)
 
 
+def test_auto_takes_no_capture_in_a_gap_of_the_waveform() -> None:
+    rows = np.delete(waveform(100_000), range(8000, 60_000))
+    scope = Scope(Settings("fault", "auto", auto_s=0.5))
+    captures = fed(scope, rows, np.full(119, 400))
+    assert len(captures) == scope.captures == 2
+    assert all(len(capture.rows) > 0 for capture in captures)
+
+
 def test_missing_periods_are_counted() -> None:
     rows = np.delete(waveform(4000, torque_reference_nm=np.where(np.arange(4000) < 2000, 0.0, 10.0)), range(2100, 2150))
     (capture,) = fed(Scope(Settings("step 5", "single", 0.01, 0.02)), rows, np.full(8, 400))
@@ -182,6 +203,66 @@ def test_a_capture_is_a_recording(tmp_path: Path) -> None:
     np.testing.assert_allclose(SignalFile(path).groups["waveform"].time_s, capture.times_s, atol=1e-12)
 
 
+def stepped(periods: int = 800) -> tuple[Capture, np.ndarray]:
+    """A capture of a torque step, and a change of the state long before it."""
+    rows = waveform(10 * periods, torque_reference_nm=np.where(np.arange(10 * periods) < 5 * periods, 0.0, 10.0))
+    half_s = periods * PERIOD_NS * 0.5e-9
+    (capture,) = fed(Scope(Settings("step 5", "single", half_s, half_s)), rows, np.full(19, periods // 2))
+    states = np.zeros(1, group_of(STATE).dtype)
+    states["t_ns"] = BEGIN_NS
+    return capture, states
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_a_capture_without_a_change_of_state_is_readable(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"step{suffix}"
+    capture, states = stepped()
+    inside = states.copy()
+    inside["t_ns"] = capture.trigger_ns
+    files.write(path, capture, 3, inside)
+    assert set(SignalFile(path).groups) == {"waveform", "drive_state"}
+    files.write(path, capture, 3, states)
+    file = SignalFile(path)
+    assert set(file.groups) == {"waveform"}, "no state, and none of the file that was replaced"
+    np.testing.assert_array_equal(file.signals(["waveform"]).get("torque_nm"), capture.rows["torque_nm"])
+    np.testing.assert_allclose(file.groups["waveform"].time_s, capture.times_s, atol=1e-9)
+
+
+FILL_A_DISK = """
+import resource, sys
+from pathlib import Path
+from sextant_py.errors import run
+from sextant_py.scope import files
+from test_scope import stepped
+
+def fill(arguments):
+    capture, states = stepped(40_000)
+    states["t_ns"] = capture.trigger_ns
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(arguments[1]), resource.RLIM_INFINITY))
+    files.write(Path(arguments[0]), capture, 3, states)
+
+run("scope", fill)
+"""
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+@pytest.mark.parametrize("room", [100, 60_000])
+def test_a_full_disk_leaves_no_part_of_a_capture(tmp_path: Path, suffix: str, room: int) -> None:
+    path = tmp_path / f"capture{suffix}"
+    files.write(path, stepped()[0], 3)
+    before = {file.name for file in tmp_path.iterdir()}
+    folders = f"{ROOT / 'scripts'}:{ROOT / 'tests' / 'python'}"
+    environment = {**os.environ, "PYTHONPATH": folders, "PYTHONDONTWRITEBYTECODE": "1"}  # it would be cut as well
+    command = [sys.executable, "-c", FILL_A_DISK, str(path), str(room)]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 1, ended.stderr
+    assert re.fullmatch(
+        f"scope: the capture {path} cannot be written: [^:;]+; nothing of it is kept.\n", ended.stderr
+    ), ended.stderr
+    assert {file.name for file in tmp_path.iterdir()} == before
+    assert len(SignalFile(path).groups["waveform"].time_s) == 801, "the file before stays"
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -204,8 +285,49 @@ def test_a_wrong_trigger_is_one_sentence(text: str, sentence: str) -> None:
         (Settings(before_s=0.0, after_s=0.0), "there is nothing to capture"),
         (Settings(after_s=-1.0), "after the trigger must be from 0"),
         (Settings(mode="once"), "none of auto, normal, single"),
+        *((Settings(auto_s=auto_s), "mode auto must be above 0 s") for auto_s in (0.0, -50.0, np.nan, np.inf)),
     ],
 )
 def test_wrong_settings_are_one_sentence(settings: Settings, sentence: str) -> None:
     with pytest.raises(UserError, match=sentence):
         Scope(settings)
+
+
+def test_no_sample_of_a_drive_names_the_drives_that_are_there(domain: int) -> None:
+    kind = telemetry_types.struct("DriveState")
+    watch = program.Watch(program.parse_arguments(["--domain", str(domain), "--drive", "9"]))
+
+    def reason() -> str:
+        watch.poll()
+        return watch.reason()
+
+    with WaveformWriter(domain), Writer(domain, dds.STATE, kind, dds.latched_qos(), drive_id=7):
+        expected = f"no sample of drive 9 arrived in domain {domain}; drives there: 7."
+        wait_for(lambda: reason() == expected, "the drive that is there", reason)
+    watch.close()
+
+
+def scope_process(domain: int, folder: Path, *arguments: str) -> ProgramProcess:
+    command = [ROOT / "scripts" / "scope", "--domain", str(domain), "--out", folder / "capture.h5", *arguments]
+    return ProgramProcess(command, folder / "scope.txt")
+
+
+def test_a_drive_that_sends_without_a_trigger_has_no_reason(domain: int, tmp_path: Path) -> None:
+    with WaveformWriter(domain), scope_process(domain, tmp_path) as scope:
+        wait_for(lambda: "drive 7, waiting for: fault" in scope.text(), "the waveform", scope.text)
+        scope.send_signal(signal.SIGINT)
+        assert scope.wait(30.0) == 1
+    assert scope.text().endswith("scope: ended before the trigger (fault): nothing was written.\n")
+
+
+def test_the_line_of_a_capture_from_its_trigger_on(domain: int, tmp_path: Path) -> None:
+    with WaveformWriter(domain), scope_process(domain, tmp_path, "--trigger", "step 5", "--before", "0") as scope:
+        assert scope.wait(60.0) == 0
+    assert ", 0.000 ms before to 50.000 ms after the trigger (step 5)" in scope.text()
+
+
+@pytest.mark.parametrize("time_s", ["0", "-1", "nan", "inf", "soon"])
+def test_a_timeout_that_is_no_time_above_zero_is_refused(time_s: str, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit):
+        program.parse_arguments([f"--timeout={time_s}"])
+    assert f'argument --timeout: expected a time above 0 s, got "{time_s}"' in capsys.readouterr().err

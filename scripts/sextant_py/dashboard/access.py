@@ -36,13 +36,13 @@ class Access:
 
     def is_own_origin(self, origin: str, host_header: str) -> bool:
         try:
-            asking = urlsplit(origin)
-            name = (asking.hostname or "").lower()
+            parts = urlsplit(origin)
+            name = (parts.hostname or "").lower()
         except ValueError:
             return False
         return (
-            asking.scheme in ("http", "https")
-            and asking.netloc.lower() == host_header.lower()
+            parts.scheme in ("http", "https")
+            and parts.netloc.lower() == host_header.lower()
             and (name in self._names or _is_address(name))
         )
 
@@ -54,4 +54,5 @@ class Access:
         """Compares in constant time. Without --allow-command there is no token, and none is right."""
         if self._token is None or not isinstance(token, str):
             return False
-        return hmac.compare_digest(token.encode(), self._token.encode())
+        given, right = (text.encode("utf-8", "surrogatepass") for text in (token, self._token))
+        return hmac.compare_digest(given, right)

@@ -12,7 +12,7 @@ class RefusedError(Exception):
 
 
 class Page(Protocol):
-    """A connected page; `name` says who it is."""
+    """A connected page, with the name that others are shown."""
 
     name: str
 
@@ -58,16 +58,16 @@ class CommandDesk:
         self._order(torque_nm=float(torque), enable=enable, fault_reset=reset)
 
     def release(self, page: Page) -> None:
-        """Disable frames, then silence."""
+        """Disable frames, then none."""
         self._check_holder(page)
         self._holder = None
         self._order(release=True)
 
     def leave(self, page: Page) -> None:
-        """The page is gone: silence, at once."""
+        """The page is gone: no further frame."""
         if page is self._holder:
             self._holder = None
-            self._vehicle.order(session=self._session, silent=True)
+            self._vehicle.order(session=self._session, stop=True)
 
     def _order(self, **order: object) -> None:
         if not self._vehicle.order(session=self._session, **order):
@@ -79,7 +79,7 @@ class CommandDesk:
             raise RefusedError("this page does not command; take control first.")
 
     def take_report(self, report: dict[str, Any] | None) -> None:
-        """A report of the process. One that has fallen silent by itself has lost its page."""
+        """A report of the process. One that has stopped sending by itself has lost its page."""
         if report is None:
             self._holder, self.has_ended = None, True
             return

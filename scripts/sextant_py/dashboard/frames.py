@@ -1,7 +1,7 @@
 """Samples of DriveTelemetry, and captures, as binary WebSocket frames.
 
 A frame is four unsigned 32-bit numbers (kind, drive, columns, rows), then one column after another in 64-bit floats;
-all little-endian. The page is told the names of the columns before.
+all little-endian. The page gets the names of the columns before.
 """
 
 import struct

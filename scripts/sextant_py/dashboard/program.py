@@ -1,7 +1,8 @@
-"""scripts/dashboard: its arguments, and what it says in the terminal."""
+"""scripts/dashboard: its arguments, and what it prints."""
 
 import argparse
 import asyncio
+import errno
 import ipaddress
 import secrets
 import signal
@@ -26,7 +27,7 @@ EXAMPLES = """examples:
   scripts/dashboard --domain 7 --port 0           # any free port
   scripts/dashboard --allow-command               # the page may command torque over the bus of configs/ecu.toml
   scripts/dashboard --allow-command --can socketcan:can0 --torque-limit 20
-  scripts/dashboard --host 0.0.0.0                # other machines of the network can read along
+  scripts/dashboard --host 0.0.0.0                # for other machines of the network too
 """
 
 
@@ -83,7 +84,7 @@ def listen(host: str, port: int) -> list[socket.socket]:
     except socket.gaierror:
         raise UserError(f"--host {host} is no address of this machine and no name of one.") from None
     except OSError as error:
-        if port and error.errno in (98, 48):
+        if port and error.errno == errno.EADDRINUSE:
             raise UserError(
                 f"port {port} of {host} is taken; --port names another, and --port 0 takes any free one."
             ) from None
@@ -102,11 +103,11 @@ def address_of(host: str, sockets: list[socket.socket], token: str | None) -> st
 
 
 class Terminal:
-    """Says in the terminal what changes: problems, and drives that come, fall silent and return."""
+    """Prints what changes: problems, and drives whose telemetry comes, times out and returns."""
 
     def __init__(self) -> None:
         self._problems: list[str] = []
-        self._silent: dict[int, bool] = {}
+        self._timed_out: dict[int, bool] = {}
 
     def show(self, status: dict) -> None:
         for problem in status["problems"]:
@@ -114,11 +115,11 @@ class Terminal:
                 print(f"dashboard: {problem}", flush=True)
         self._problems = status["problems"]
         for drive in status["drives"]:
-            silence = drive["silence"]
-            if self._silent.get(drive["drive_id"]) != bool(silence) and drive["received"]:
-                said = f"no telemetry; {silence['reason']}" if silence else "telemetry arrives"
-                print(f"dashboard: drive {drive['drive_id']}: {said}.", flush=True)
-            self._silent[drive["drive_id"]] = bool(silence)
+            timed_out = drive["timed_out"]
+            if self._timed_out.get(drive["drive_id"]) != bool(timed_out) and drive["received"]:
+                text = f"no telemetry; {timed_out['reason']}" if timed_out else "telemetry arrives"
+                print(f"dashboard: drive {drive['drive_id']}: {text}.", flush=True)
+            self._timed_out[drive["drive_id"]] = bool(timed_out)
 
 
 async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehicle: Vehicle | None) -> None:

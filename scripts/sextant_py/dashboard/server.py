@@ -24,8 +24,10 @@ from .source import FRAMES_HZ
 
 PAGE = Path(__file__).with_name("page")
 LARGEST_MESSAGE = 65536  # bytes, of a page
+LONGEST_INTEGER = 18  # characters, of a message
 BACKLOG_S = 30  # of telemetry that a page is sent at first
-MOST_UNDER_WAY = FRAMES_HZ  # frames that a page has not taken yet
+MOST_UNDER_WAY = FRAMES_HZ  # messages that a page has not taken yet
+PING_S = 10  # a page without a reply for so long is disconnected
 KEPT_CAPTURES = 16
 HEADERS = {
     "Cache-Control": "no-cache",
@@ -38,8 +40,9 @@ HEADERS = {
 def fault_texts() -> dict[str, str]:
     """What each fault means, from the CAN contract."""
     contract = Contract()
-    message = contract.message("MCU_FaultsActive")
-    by_bit = {signal.start - 16: signal.comment or "" for signal in message.signals if signal.length == 1}
+    signals = [signal for signal in contract.message("MCU_FaultsActive").signals if signal.length == 1]
+    first = min(signal.start for signal in signals)  # the bit of fault 0
+    by_bit = {signal.start - first: signal.comment or "" for signal in signals}
     return {name: by_bit.get(bit, "") for name, bit in contract.faults().items()}
 
 
@@ -88,13 +91,13 @@ class Hub:
         self._backlog.setdefault(drive_id, deque(maxlen=BACKLOG_S * FRAMES_HZ)).append(frame)
         for page in self.pages:
             if page.watched == drive_id:
-                page.send_frame(frame)
+                page.offer(frame)
 
     def _report(self, status: dict[str, Any]) -> None:
         self.status = status
         text = json.dumps(status)
         for page in self.pages:
-            page.send(text)
+            page.offer(text)
 
     def show_scope(self, page: Any, message: dict[str, Any], capture: Capture | None) -> None:
         """What the scope of a page has to show, from any thread."""
@@ -104,23 +107,27 @@ class Hub:
         if page not in self.pages:
             return
         if capture is None:
-            page.send(json.dumps(message))
-            return
+            page.offer(json.dumps({**message, "unshown": page.unshown} if message["type"] == "scope" else message))
+        elif not page.has_room_for_capture():
+            page.unshown += 1
+        else:
+            self._show_capture(page, message, capture)
+
+    def _show_capture(self, page: "PageSocket", message: dict[str, Any], capture: Capture) -> None:
         self._capture_numbers += 1
         number = self._capture_numbers
         self._captures[number] = (message["drive"], capture)
         self._captures.pop(number - KEPT_CAPTURES, None)
-        page.send(json.dumps({**message, "number": number}))
-        page.send(scope_feed.frame_of(number, capture))
+        page.send_capture(json.dumps({**message, "number": number}), scope_feed.frame_of(number, capture))
 
     def capture(self, number: int) -> tuple[int, Capture] | None:
         return self._captures.get(number)
 
     def _report_vehicle(self, report: dict[str, Any] | None) -> None:
         self.desk.take_report(report)
-        self.tell_command()
+        self.report_command()
 
-    def tell_command(self) -> None:
+    def report_command(self) -> None:
         for page in self.pages:
             page.send(json.dumps(self.desk.described(page)))
 
@@ -141,7 +148,13 @@ class Hub:
         self.pages.discard(page)
         self.scopes.turn_off(page)
         self.desk.leave(page)
-        self.tell_command()
+        self.report_command()
+
+
+def require_own_host(handler: web.RequestHandler, access: Access) -> None:
+    """Refuses a request whose Host header has a name that is not one of this machine."""
+    if not access.is_own_host(handler.request.host):
+        raise web.HTTPError(403, reason="This name is not one of this dashboard")
 
 
 class PageSocket(websocket.WebSocketHandler):
@@ -151,7 +164,12 @@ class PageSocket(websocket.WebSocketHandler):
         self._hub = hub
         self.name = ""
         self.watched: int | None = None
+        self.unshown = 0  # captures that the page was too slow for, since its scope was armed
         self._under_way: list[Any] = []
+        self._capture: Any = None  # the newest one sent
+
+    def prepare(self) -> None:
+        require_own_host(self, self._hub.access)
 
     def check_origin(self, origin: str) -> bool:
         return self._hub.access.is_own_origin(origin, self.request.host)
@@ -190,8 +208,8 @@ class PageSocket(websocket.WebSocketHandler):
         elif kind == "release":
             desk.release(self)
         else:
-            raise RefusedError(f'"{kind}" is not a message that this dashboard knows.')
-        self._hub.tell_command()
+            raise RefusedError(f'"{kind}" is no type of a message.')
+        self._hub.report_command()
 
     def _set_scope(self, message: dict[str, Any]) -> None:
         if not message.get("on"):
@@ -199,7 +217,9 @@ class PageSocket(websocket.WebSocketHandler):
             return
         if self.watched is None:
             raise UserError("there is no drive yet whose waveform could be captured.")
-        self._hub.scopes.arm(self, self.watched, scope_feed.settings_of(message))
+        settings = scope_feed.settings_of(message)
+        self.unshown = 0
+        self._hub.scopes.arm(self, self.watched, settings)
 
     def send(self, message: str | bytes) -> Any:
         try:
@@ -207,18 +227,35 @@ class PageSocket(websocket.WebSocketHandler):
         except websocket.WebSocketClosedError:
             return None
 
-    def send_frame(self, frame: bytes) -> None:
-        """Sends it unless many are still under way: a slow page misses samples, which it counts itself."""
+    def is_behind(self) -> bool:
+        """Whether many messages are still under way."""
         self._under_way = [sent for sent in self._under_way if not sent.done()]
-        if len(self._under_way) < MOST_UNDER_WAY and (sent := self.send(frame)) is not None:
+        return len(self._under_way) >= MOST_UNDER_WAY
+
+    def offer(self, message: str | bytes) -> None:
+        """Sends it unless the page is behind: a slow page misses samples, which it counts itself, and reports."""
+        if not self.is_behind() and (sent := self.send(message)) is not None:
             self._under_way.append(sent)
+
+    def has_room_for_capture(self) -> bool:
+        """Whether the capture before has left, and the page is not behind."""
+        return not self.is_behind() and (self._capture is None or self._capture.done())
+
+    def send_capture(self, description: str, frame: bytes) -> None:
+        self.send(description)
+        self._capture = self.send(frame)
+
+
+def whole_number(text: str) -> int | float:
+    """An integer; a long one as a float, which is infinity beyond the range of a float."""
+    return int(text) if len(text) <= LONGEST_INTEGER else float(text)
 
 
 def parsed(text: str | bytes) -> dict[str, Any]:
     """A page's message."""
     try:
-        message = json.loads(text)
-    except ValueError:
+        message = json.loads(text, parse_int=whole_number)
+    except (ValueError, RecursionError):
         message = None
     if not isinstance(message, dict):
         raise RefusedError("a message must be one JSON object.")
@@ -233,8 +270,7 @@ class PageFile(web.StaticFileHandler):
         self._access = access
 
     def prepare(self) -> None:
-        if not self._access.is_own_host(self.request.host):
-            raise web.HTTPError(403, reason="This name is not one of this dashboard")
+        require_own_host(self, self._access)
 
     def set_extra_headers(self, _path: str) -> None:
         for name, value in HEADERS.items():
@@ -247,9 +283,10 @@ class CaptureFile(web.RequestHandler):
     def initialize(self, hub: Hub) -> None:
         self._hub = hub
 
+    def prepare(self) -> None:
+        require_own_host(self, self._hub.access)
+
     async def get(self, number: str) -> None:
-        if not self._hub.access.is_own_host(self.request.host):
-            raise web.HTTPError(403)
         found = self._hub.capture(int(number))
         if found is None:
             raise web.HTTPError(404, reason=f"Only the newest {KEPT_CAPTURES} captures are kept")
@@ -273,4 +310,5 @@ def application(hub: Hub) -> web.Application:
         (r"/captures/(\d+)\.h5", CaptureFile, {"hub": hub}),
         (r"/(.*)", PageFile, {"path": str(PAGE), "access": hub.access}),
     ]
-    return web.Application(routes, websocket_max_message_size=LARGEST_MESSAGE, log_function=lambda _: None)
+    options = {"websocket_max_message_size": LARGEST_MESSAGE, "websocket_ping_interval": PING_S}
+    return web.Application(routes, **options, log_function=lambda _: None)

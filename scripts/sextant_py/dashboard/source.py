@@ -45,13 +45,13 @@ class Source:
         self._thread.join(5.0)
 
     def _run(self) -> None:
-        due_s, report_s, known = time.monotonic(), 0.0, ()
+        due_s, report_s, reported = time.monotonic(), 0.0, ()
         while not self._stop.wait(max(due_s - time.monotonic(), 0.0)):
             due_s = max(due_s + 1 / FRAMES_HZ, time.monotonic())
             self._pass_on(self._telemetry.poll())
             latest = tuple((key, drive.state and drive.state.sequence) for key, drive in self._telemetry.drives.items())
-            if latest != known or time.monotonic() >= report_s:
-                known, report_s = latest, time.monotonic() + REPORT_S
+            if latest != reported or time.monotonic() >= report_s:
+                reported, report_s = latest, time.monotonic() + REPORT_S
                 self._report(self.report())
 
     def _pass_on(self, samples: list[Any]) -> None:
@@ -70,8 +70,8 @@ class Source:
             tracking.pause()
 
     def report(self) -> dict:
-        """What is known of each drive, and why topics have no samples."""
-        # Discovery takes a moment; before that, silence means nothing.
+        """The newest of each drive, and why topics have no samples."""
+        # Discovery takes a moment; before that, a topic without samples is no problem.
         is_patient = time.monotonic() - self._began_s < PATIENCE_S
         return {
             "type": "status",
@@ -91,15 +91,15 @@ class Source:
                 "drive_id": drive.drive_id,
                 "received": drive.received,
                 "lost": drive.lost,
-                "silence": self._silence(age_s) if drive.telemetry is not None else None,
+                "timed_out": self._timed_out(age_s) if drive.telemetry is not None else None,
                 "state": state,
                 "statistics": plain(drive.statistics),
                 "deviation_nm": tracking.deviation_nm if tracking else 0.0,
             }
         )
 
-    def _silence(self, age_s: float) -> dict | None:
-        """For how long no telemetry has come, and what the network knows of its writer."""
+    def _timed_out(self, age_s: float) -> dict | None:
+        """For how long no telemetry has come, and whether the topic still has a writer."""
         if age_s < TIMEOUT_S:
             return None
         if self._telemetry.node.writers(TELEMETRY):

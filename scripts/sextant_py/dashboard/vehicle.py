@@ -25,7 +25,7 @@ class Vehicle:
         smallest_nm, largest_nm = Contract(identifier_offset=identifier_offset).limits(COMMAND, "TorqueLimit")
         if not smallest_nm < torque_limit_nm <= largest_nm:
             raise UserError(f"--torque-limit must be above {smallest_nm:g} and at most {largest_nm:g} N·m.")
-        can_bus.open_bus(parsed).shutdown()  # what is wrong with the bus is said here
+        can_bus.open_bus(parsed).shutdown()  # raises what is wrong with the bus
         self.address = str(parsed)
         self.torque_limit_nm = torque_limit_nm
         self._command = [sys.executable, "-m", "sextant_py.dashboard.vehicle_process", "--can", self.address]
@@ -43,9 +43,9 @@ class Vehicle:
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
             start_new_session=True,  # Ctrl-C is for the dashboard, which then ends this process in good order
         )
-        threading.Thread(target=self._listen, args=(report,), name="vehicle", daemon=True).start()
+        threading.Thread(target=self._read_reports, args=(report,), name="vehicle", daemon=True).start()
 
-    def _listen(self, report: Callable[[dict | None], None]) -> None:
+    def _read_reports(self, report: Callable[[dict | None], None]) -> None:
         for line in self._process.stdout:
             report(json.loads(line))
         report(None)

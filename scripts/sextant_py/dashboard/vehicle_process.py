@@ -1,12 +1,12 @@
-"""A vehicle control unit as a process of its own, told by the dashboard what to demand.
+"""A vehicle control unit as a process of its own, which gets its demands from the dashboard.
 
 It reads one JSON object a line from its standard input and writes a report a line to its standard output:
   {"torque_nm": 10, "enable": true, "fault_reset": false}   the demand; it holds for DEAD_MAN_S
-  {"release": true}                                         disable frames, then silence
-  {"silent": true}                                          silence at once
+  {"release": true}                                         disable frames, then none
+  {"stop": true}                                            no further frame
   {"end": true}                                             disable frames where it commands, then the process ends
-A "session" beside them is a number that the reports repeat. Silence on the bus makes the drive ramp to zero torque by
-its contract (docs/can.md). So the process falls silent where a demand is not repeated in time, and where its input
+A "session" beside them is a number that the reports repeat. Without commands on the bus the drive ramps to zero torque
+by its contract (docs/can.md). So the process stops sending where a demand is not repeated in time, and where its input
 ends, as it does when the dashboard crashes.
 """
 
@@ -31,7 +31,7 @@ REPORT_PERIODS = 10
 
 @dataclass
 class Demand:
-    """What the page asks for."""
+    """What the page demands."""
 
     torque_nm: float
     enable: bool
@@ -48,11 +48,11 @@ class Unit:
         self._demand: Demand | None = None
         self._is_tripped = False  # enabled, and the drive left its running states: the page has to disable first
         self._was_running = False
-        self._silence = "no page has demanded anything yet"
-        self._is_drive_heard = False
+        self._not_sending = "no page has demanded anything yet"
+        self._is_drive_there = False
         self._session = 0
 
-    def obey(self, order: dict[str, Any]) -> bool:
+    def take(self, order: dict[str, Any]) -> bool:
         """Takes an order; False where it is the last one."""
         self._session = order.get("session", self._session)
         if "torque_nm" in order:
@@ -60,27 +60,27 @@ class Unit:
             if not new.enable:
                 self._is_tripped = False
             self._demand = new
-        elif "silent" in order:
-            self._fall_silent("the page that commanded is gone")
+        elif "stop" in order:
+            self._stop_sending("the page that commanded is gone")
         else:
             if self._demand is not None:
                 disable(self._commander)
-            self._fall_silent("the page that commanded has released the drive")
+            self._stop_sending("the page that commanded has released the drive")
         return "end" not in order
 
-    def _fall_silent(self, reason: str) -> None:
-        self._demand, self._silence = None, reason
+    def _stop_sending(self, reason: str) -> None:
+        self._demand, self._not_sending = None, reason
         self._was_running = self._is_tripped = False
 
     def step(self) -> None:
         """One period."""
         self._commander.wait()
         demand = self._demand
-        self._is_drive_heard = not self._reports.timed_out(PERIOD_S)
+        self._is_drive_there = not self._reports.timed_out(PERIOD_S)
         if demand is None:
             return
         if time.monotonic() - demand.received_s > DEAD_MAN_S:
-            self._fall_silent(f"the page sent no demand for {DEAD_MAN_S:g} s")
+            self._stop_sending(f"the page sent no demand for {DEAD_MAN_S:g} s")
             return
         self._interlock(demand)
         enable = demand.enable and not self._is_tripped
@@ -93,19 +93,19 @@ class Unit:
         if demand.enable and not self._was_running and not is_running and not self._reports.ready():
             self._is_tripped = True
         lost = self._was_running and not is_running and not self._reports.ready()
-        if demand.enable and (lost or not self._is_drive_heard or self._reports.other_contract()):
+        if demand.enable and (lost or not self._is_drive_there or self._reports.other_contract()):
             self._is_tripped = True
         self._was_running = demand.enable and is_running
 
     def report(self) -> dict[str, Any]:
         reports, demand = self._reports, self._demand
-        is_there = self._is_drive_heard
+        is_there = self._is_drive_there
         status = reports.latest.get(STATUS, {}) if is_there else {}
         capability = reports.latest.get("MCU_Capability", {}) if is_there else {}
         return {
             "session": self._session,
             "is_sending": demand is not None,
-            "silence": None if demand else self._silence,
+            "not_sending": None if demand else self._not_sending,
             "enable": bool(demand and demand.enable and not self._is_tripped),
             "torque_nm": demand.torque_nm if demand else 0.0,
             "tripped": self._is_tripped,
@@ -140,7 +140,7 @@ def serve(unit: Unit) -> None:
     while True:
         while not orders.empty():
             order = orders.get()
-            if order is None or not unit.obey(order):
+            if order is None or not unit.take(order):
                 return
         unit.step()
         periods += 1

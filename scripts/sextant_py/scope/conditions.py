@@ -26,7 +26,7 @@ class Edge:
     rising: bool = True
     falling: bool = False
     hysteresis: float = 0.0
-    _side: float = field(default=0.0, repr=False)  # 1 above, −1 below, 0 not known
+    _side: float = field(default=0.0, repr=False)  # 1 above, −1 below, 0 before the first row
 
     def hits(self, rows: np.ndarray) -> np.ndarray:
         sides = self._sides(quantities.values(rows, self.signal))

@@ -8,18 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import dds
 from ..errors import UserError
 from ..recording import formats
 from ..recording.live import LiveDrive
 from ..recording.topics import STATE, WAVEFORM
+from ..seconds import positive_seconds
 from . import files, quantities
 from .capture import Capture
 from .scope import MODES, Scope, Settings
 from .trigger_text import FORMS
 
 POLL_S = 0.02
-SILENCE_S = 5.0  # without a row, after which the reason is told
+TIMEOUT_S = 5.0  # without a row, after which the reason is reported
 MOST_STATES = 1000
+OUT = f"file in the format of its suffix: {', '.join(formats.SUFFIXES)} (default: capture.h5)"
 
 EXAMPLES = """examples:
   scope --out capture.h5                                 the next fault, 20 ms before to 50 ms after
@@ -38,22 +41,23 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="scope",
         description="Waits for a trigger on the waveform of a drive (every control period, by DDS) and writes the"
-        " control periods before and after it to a file.",
+        " control periods before and after it to a file. An existing file is replaced.",
         epilog=f"{forms()}\n\n{EXAMPLES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--trigger", default="fault", metavar="TEXT", help="what to wait for (default: fault)")
-    parser.add_argument("--out", type=Path, default=Path("capture.h5"), metavar="FILE", help="default: capture.h5")
+    parser.add_argument("--out", type=Path, default=Path("capture.h5"), metavar="FILE", help=OUT)
     parser.add_argument("--mode", choices=MODES, default="single", help="default: single")
     parser.add_argument("--count", type=int, metavar="N", help="captures, then end (default: 1 with single)")
     parser.add_argument("--before", type=float, default=20.0, metavar="MS", help="before the trigger (default: 20)")
     parser.add_argument("--after", type=float, default=50.0, metavar="MS", help="after the trigger (default: 50)")
     parser.add_argument("--hold-off", type=float, default=0.0, metavar="MS", help="between triggers (default: 0)")
     parser.add_argument("--auto-after", type=float, default=500.0, metavar="MS", help="mode auto (default: 500)")
-    parser.add_argument("--timeout", type=float, metavar="S", help="end without a trigger after so long, status 1")
+    timeout = "end without a trigger after so long, status 1"
+    parser.add_argument("--timeout", type=positive_seconds, metavar="S", help=timeout)
     parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")
     parser.add_argument("--drive", type=int, metavar="ID", help="drive (default: the first one received)")
-    parser.add_argument("--list", action="store_true", help="list the signals that a trigger can watch, and end")
+    parser.add_argument("--list", action="store_true", help="list the signals that a trigger can evaluate, and end")
     return parser.parse_args(arguments)
 
 
@@ -76,9 +80,11 @@ class Watch:
         self._several = self._count != 1
         self._out = options.out
         self._live = LiveDrive(options.domain, options.drive, waveform=True, can=None)
+        self._all_states = dds.Subscription(self._live.node, dds.STATE, dds.latched_qos())
+        self._drives: set[int] = set()  # ids, of all drives of the domain
         self._states: list[np.ndarray] = []
-        self._rows = 0
-        self._heard_s = time.monotonic()
+        self._received_s = time.monotonic()
+        self.rows = 0
         self.written = 0
 
     @property
@@ -91,13 +97,14 @@ class Watch:
                 self._states = [*self._states[-MOST_STATES:], rows]
             elif group.name == WAVEFORM:
                 self._take(rows)
-        self._tell_silence()
+        self._drives |= {sample.drive_id for sample in self._all_states.poll()}
+        self._report_timeout()
 
     def _take(self, rows: np.ndarray) -> None:
-        if not self._rows:
+        if not self.rows:
             print(f"scope: drive {self._live.drive_id}, waiting for: {self._scope.settings.trigger}", flush=True)
-        self._rows += len(rows)
-        self._heard_s = time.monotonic()
+        self.rows += len(rows)
+        self._received_s = time.monotonic()
         for capture in self._scope.take(rows):
             if not self.done:
                 self._write(capture)
@@ -112,19 +119,28 @@ class Watch:
         times = capture.times_s * 1e3
         missing = f", {capture.periods_missing} missing" if capture.periods_missing else ""
         print(
-            f"{path}: {len(capture.rows)} control periods{missing}, {-times[0]:.3f} ms before to {times[-1]:.3f} ms"
+            f"{path}: {len(capture.rows)} control periods{missing}, {abs(times[0]):.3f} ms before to {times[-1]:.3f} ms"
             f" after the trigger ({capture.trigger})",
             flush=True,
         )
 
-    def _tell_silence(self) -> None:
-        if time.monotonic() - self._heard_s < SILENCE_S:
+    def _report_timeout(self) -> None:
+        if time.monotonic() - self._received_s < TIMEOUT_S:
             return
-        self._heard_s = time.monotonic()
-        print(f"scope: no waveform for {SILENCE_S:g} s: {self.reason()}", file=sys.stderr, flush=True)
+        self._received_s = time.monotonic()
+        print(f"scope: no waveform for {TIMEOUT_S:g} s: {self.reason()}", file=sys.stderr, flush=True)
 
     def reason(self) -> str:
-        return " ".join(self._live.problems()) or "the drive is silent; is it still running?"
+        """Why no waveform comes, in a sentence."""
+        if self.rows:
+            return f"drive {self._live.drive_id} sends none any more; is it still running?"
+        if problem := self._live.subscriptions[WAVEFORM].diagnosis():
+            return problem
+        drive_id, domain = self._live.drive_id, self._live.node.domain
+        if self._drives and drive_id not in self._drives:
+            there = ", ".join(map(str, sorted(self._drives)))
+            return f"no sample of drive {drive_id} arrived in domain {domain}; drives there: {there}."
+        return f"no waveform of drive {drive_id} arrived in domain {domain}."
 
     def close(self) -> None:
         self._live.close()
@@ -153,5 +169,6 @@ def main(arguments: list[str]) -> int:
         watch.close()
     if not watch.written:
         why = "ended before the trigger" if stopped else f"no trigger within {options.timeout:g} s"
-        raise UserError(f"{why} ({options.trigger}): nothing was written. {watch.reason()}")
+        reason = "" if watch.rows else f" {watch.reason()}"
+        raise UserError(f"{why} ({options.trigger}): nothing was written.{reason}")
     return 0

@@ -1,4 +1,4 @@
-"""The signals that a trigger can watch: those of DriveWaveform, and magnitudes of its vectors."""
+"""The signals that a trigger can evaluate: those of DriveWaveform, and magnitudes of its vectors."""
 
 import difflib
 from collections.abc import Callable
@@ -30,7 +30,7 @@ MAGNITUDES: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str, str]] = {
 
 
 def known() -> dict[str, tuple[str, str]]:
-    """Unit and text of every signal that a trigger can watch."""
+    """Unit and text of every signal that a trigger can evaluate."""
     of_contract = {
         signal.name: (signal.unit, signal.text)
         for signal in signals("DriveWaveform")

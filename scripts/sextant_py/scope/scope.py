@@ -31,6 +31,8 @@ class Settings:
         for what, value in (("before", self.before_s), ("after", self.after_s), ("hold-off", self.hold_off_s)):
             if not 0.0 <= value <= MOST_S:
                 raise UserError(f"the scope's time {what} the trigger must be from 0 to {MOST_S:g} s, not {value:g} s.")
+        if not 0.0 < self.auto_s < float("inf"):
+            raise UserError(f"the scope's time of mode auto must be above 0 s, not {self.auto_s:g} s.")
         if self.before_s + self.after_s <= 0.0:
             raise UserError(
                 "the scope's times before and after the trigger are both zero: there is nothing to capture."
@@ -76,7 +78,9 @@ class Scope:
             self._ready_ns = int(times[0])
         complete = []
         while not self._stopped and (capture := self._next(fulfilled, int(times[-1]))):
-            complete.append(capture)
+            if len(capture.rows):  # none where mode auto falls in a gap of the waveform
+                complete.append(capture)
+        self.captures += len(complete)
         self._forget(int(times[-1]))
         return complete
 
@@ -86,7 +90,7 @@ class Scope:
 
     def _next(self, fulfilled: np.ndarray, newest_ns: int) -> Capture | None:
         if self._trigger_ns is None:
-            self._look(fulfilled, newest_ns)
+            self._find_trigger(fulfilled, newest_ns)
         after_ns = round(self.settings.after_s * 1e9)
         if self._trigger_ns is None or newest_ns < self._trigger_ns + after_ns:
             return None
@@ -95,10 +99,9 @@ class Scope:
         self._ready_ns = self._trigger_ns + max(after_ns, hold_off_ns) + 1
         self._trigger_ns = None
         self._stopped = self.settings.mode == "single"
-        self.captures += 1
         return capture
 
-    def _look(self, fulfilled: np.ndarray, newest_ns: int) -> None:
+    def _find_trigger(self, fulfilled: np.ndarray, newest_ns: int) -> None:
         found = fulfilled[fulfilled >= self._ready_ns]
         auto_ns = self._ready_ns + round((self.settings.auto_s + self.settings.before_s) * 1e9)
         if len(found):

@@ -10,7 +10,7 @@ TORQUE_LIMIT_NM = 150.0
 
 
 class RepeatingVehicle(Background):
-    """A context; silent before its first demand."""
+    """A context; it sends nothing before its first demand."""
 
     def __init__(self, address: str) -> None:
         self._bus = bus.open_bus(bus.parse(address))
@@ -31,5 +31,5 @@ class RepeatingVehicle(Background):
     def demand(self, torque_nm: float = 0.0, enable: bool = False) -> None:
         self._demand = (torque_nm, enable)
 
-    def fall_silent(self) -> None:
+    def stop_sending(self) -> None:
         self._demand = None

@@ -1,4 +1,4 @@
-"""The page with a live drive: torque, faults, captures, and the silence of a page that is gone."""
+"""The page with a live drive: torque, faults, captures, and the end of the commands with the page."""
 
 import signal
 import time
@@ -66,7 +66,7 @@ def test_a_fault_is_red_and_its_capture_shows_the_periods_before_it(
         page.click("#scope-arm")
         wait_for(lambda: "waiting for: fault" in page.inner_text("#scope-say"), "the armed scope", page)
         page.wait_for_timeout(200)  # periods before the trigger
-        vehicle.fall_silent()
+        vehicle.stop_sending()
         wait_for_state(page, "FAULT")
     red = page.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor")
     assert (green, red) == ("rgb(26, 127, 75)", "rgb(196, 32, 43)")
@@ -93,7 +93,7 @@ def check_capture(path: Path, caption: str) -> None:
     assert f"{len(times_ms)}controlperiods" in "".join(caption.split())
 
 
-def test_the_drive_dies_and_returns(
+def test_the_drive_ends_and_returns(
     start_drive: Callable[..., DriveProcess], dashboard: DashboardProcess, open_page: Callable[..., Page]
 ) -> None:
     drive = start_drive()
@@ -104,7 +104,7 @@ def test_the_drive_dies_and_returns(
     drive.leave(signal.SIGKILL)
     wait_for(lambda: "no telemetry for" in page.inner_text("#notices"), "the sentence", page)
     assert "Drive 1: no telemetry for" in page.inner_text("#notices")
-    assert page.inner_text("#state-name") == "STANDBY (last known)"
+    assert page.inner_text("#state-name") == "STANDBY (last received)"
     assert reading(page, "u_dc_v") == link_v
     wait_for(lambda: "drive 1: no telemetry; " in dashboard.text(), "the sentence in the terminal", page)
     start_drive()
@@ -126,7 +126,7 @@ def test_closing_the_page_brings_zero_torque(
     closed_s = time.monotonic()
     page.close()
     record.wait(lambda own: settled_at_zero(own.samples), "zero torque")
-    print(f"zero torque was heard {time.monotonic() - closed_s:.2f} s after the page was closed")
+    print(f"zero torque was received {time.monotonic() - closed_s:.2f} s after the page was closed")
     span = Span(record.samples)
     ended = np.flatnonzero(span.torque_reference_nm > 0)[-1] + 1
     took_ns = span.t_ns[ended] - span.command_received_ns[ended]

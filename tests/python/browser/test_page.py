@@ -133,7 +133,7 @@ def test_no_drive_is_explained(watching: DashboardProcess, open_page: Callable[.
     page = open_page(watching.address)
     wait_for(lambda: "participant" in page.inner_text("#notices"), "the reason", page)
     assert f"No other DDS participant was discovered (domain {domain}, " in page.inner_text("#notices")
-    assert page.inner_text("#link") == "no drive heard"
+    assert page.inner_text("#link") == "no drive found"
     page.click("#scope-arm")
     wait_for(lambda: "no drive" in page.inner_text("#scope-say"), "the refusal of the scope", page)
 
@@ -144,7 +144,7 @@ def test_the_server_goes_and_returns(
     page = open_page(watching.address)
     wait_for(lambda: reading(page, "torque_mean_nm") > 50, "telemetry", page)
     watching.send_signal(signal.SIGKILL)
-    wait_for(lambda: "server has not answered" in page.inner_text("#notices"), "the sentence", page)
+    wait_for(lambda: "No connection to the dashboard's server" in page.inner_text("#notices"), "the sentence", page)
     assert reading(page, "torque_mean_nm") > 50, "the last picture stays"
     port = watching.address.rstrip("/").rpartition(":")[2]
     with DashboardProcess(domain, tmp_path, "--port", port):

@@ -15,7 +15,7 @@ export class CommandPanel {
     this.link = link;
     this.node = document.getElementById("command");
     this.node.classList.add("command");
-    this.standing = null; // the server's last word on who commands
+    this.standing = null; // the server's newest report on who commands
     this.demand = { torque_nm: 0, enable: false, fault_reset: false };
     this.refusal = "";
     this.build();
@@ -95,7 +95,7 @@ export class CommandPanel {
     this.renew();
   }
 
-  // A page out of sight does not command: nobody sees what the drive does.
+  // A page out of view does not command.
   renew() {
     if (this.isMine && document.visibilityState === "visible") this.link.send({ type: "demand", ...this.demand });
   }
@@ -152,7 +152,7 @@ export class CommandPanel {
     if (s.problem) return [s.problem, true];
     if (s.holder && !this.isMine) return [`${s.holder} commands.`, false];
     if (!token()) return ["This page has no token; open it by the address that the dashboard printed.", false];
-    if (!this.isMine && s.silence) return [`The bus is silent: ${s.silence}.`, false];
+    if (!this.isMine && s.not_sending) return [`No commands on the bus: ${s.not_sending}.`, false];
     if (!s.drive_state) return [`No status frames of the drive on ${s.bus}.`, true];
     if (s.first_fault) return [`The drive is in FAULT (${s.first_fault}).`, true];
     return ["", false];

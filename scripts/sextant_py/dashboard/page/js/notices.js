@@ -12,17 +12,17 @@ export class Notices {
 
   show(link, status, drive) {
     const lost = link.lostFor();
-    const silence = drive?.silence;
+    const timedOut = drive?.timed_out;
     const texts = [];
     if (lost > PATIENCE_MS) {
       const seconds = number(lost / 1000, 0);
-      texts.push(["bad", `The dashboard's server has not answered for ${seconds} s. This page reconnects by itself.`]);
+      texts.push(["bad", `No connection to the dashboard's server for ${seconds} s. This page reconnects by itself.`]);
     } else {
-      if (silence) {
-        const since = `Drive ${drive.drive_id}: no telemetry for ${number(silence.age_s, 1)} s`;
-        texts.push(["bad", `${since}; ${silence.reason}. The last picture stays until it returns.`]);
+      if (timedOut) {
+        const since = `Drive ${drive.drive_id}: no telemetry for ${number(timedOut.age_s, 1)} s`;
+        texts.push(["bad", `${since}; ${timedOut.reason}. The last picture stays until it returns.`]);
       }
-      if (drive?.deviation_nm && !silence) {
+      if (drive?.deviation_nm && !timedOut) {
         const off = number(Math.abs(drive.deviation_nm), 1);
         const side = drive.deviation_nm > 0 ? "above" : "below";
         texts.push(["", `The torque is ${off} N·m ${side} the request.`]);
@@ -30,7 +30,7 @@ export class Notices {
       texts.push(...status.problems.map((problem) => ["", problem.charAt(0).toUpperCase() + problem.slice(1)]));
     }
     this.showTexts(texts);
-    this.showLink(link, lost, silence, drive);
+    this.showLink(link, lost, timedOut, drive);
   }
 
   showTexts(texts) {
@@ -42,11 +42,11 @@ export class Notices {
     });
   }
 
-  showLink(link, lost, silence, drive) {
+  showLink(link, lost, timedOut, drive) {
     let [state, text] = ["live", "live"];
     if (lost || !link.isOpen) [state, text] = lost ? ["lost", "server lost"] : ["connecting", "connecting"];
-    else if (!drive) [state, text] = ["silent", "no drive heard"];
-    else if (silence) [state, text] = ["silent", "no telemetry"];
+    else if (!drive) [state, text] = ["none", "no drive found"];
+    else if (timedOut) [state, text] = ["timed-out", "no telemetry"];
     this.link.dataset.state = state;
     setText(this.link, text);
   }

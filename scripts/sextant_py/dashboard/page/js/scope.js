@@ -65,7 +65,7 @@ export class ScopePanel {
     this.showStanding();
   }
 
-  // After a reconnection the server knows nothing of the scope.
+  // A new connection has no scope on the server.
   reconnect() {
     if (this.isOn) this.arm();
   }
@@ -93,7 +93,8 @@ export class ScopePanel {
     const waiting = report.rows ? `waiting for: ${report.trigger}` : (report.problem ?? "waiting for the waveform");
     const texts = { waiting, triggered: "triggered", stopped: "stopped after the capture; Arm waits for the next one" };
     const captures = report.captures ? `; ${count(report.captures)} captures` : "";
-    this.showStanding(`${texts[report.state]}${captures}${lost}`, report.state);
+    const unshown = report.unshown ? `; ${count(report.unshown)} not shown: this page is too slow` : "";
+    this.showStanding(`${texts[report.state]}${captures}${unshown}${lost}`, report.state);
     if (report.state === "stopped") this.stop();
   }
 

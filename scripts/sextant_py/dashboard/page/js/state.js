@@ -31,11 +31,11 @@ export class StateView {
 
   // state: name by the newest telemetry; drive: the server's status of it, null without one.
   show(state, drive, history) {
-    const silent = Boolean(drive?.silence);
+    const isTimedOut = Boolean(drive?.timed_out);
     this.box.dataset.state = state ?? "none";
-    this.box.classList.toggle("stale", silent);
-    this.readings.classList.toggle("stale-values", silent);
-    setText(this.name, silent ? `${state ?? "no telemetry"} (last known)` : (state ?? "no drive"));
+    this.box.classList.toggle("timed-out", isTimedOut);
+    this.readings.classList.toggle("timed-out-values", isTimedOut);
+    setText(this.name, isTimedOut ? `${state ?? "no telemetry"} (last received)` : (state ?? "no drive"));
     setText(this.reason, reasonOf(drive?.state));
     this.showReadings(history);
     this.showFaults(drive?.state);

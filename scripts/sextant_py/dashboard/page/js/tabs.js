@@ -15,7 +15,7 @@ export class DriveTabs {
     for (const drive of drives) {
       if (!this.tabs.has(drive.drive_id)) this.add(drive.drive_id);
       const dot = this.tabs.get(drive.drive_id).querySelector(".dot");
-      dot.dataset.state = drive.silence ? "silent" : (stateOf(drive) ?? "none");
+      dot.dataset.state = drive.timed_out ? "timed-out" : (stateOf(drive) ?? "none");
     }
     if (this.selected === null && drives.length) this.select(drives[0].drive_id);
   }

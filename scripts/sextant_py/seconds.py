@@ -1,0 +1,17 @@
+"""Options in seconds."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+
+def positive_seconds(text: str) -> float:
+    """`text` as a finite time above zero [s]; a type of argparse."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f'expected a time above 0 s, got "{text}"')
+    return seconds
