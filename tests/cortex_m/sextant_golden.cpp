@@ -209,7 +209,7 @@ CommandLine command_line(Options& options) {
            {.name = "--delay",
             .value = &options.setup.actuation_delay_periods,
             .what = "actuation delay of the run that is recorded [periods]",
-            .excludes = "outputs",
+            .excludes = {"outputs"},
             .least = 0,
             .most = 1},
            {.name = "--scalar",
