@@ -17,7 +17,7 @@ TOPICS = {
     MAIN: dds.TELEMETRY,
     STATE: dds.STATE,
     "statistics": dds.STATISTICS,
-    WAVEFORM: "sextant/DriveWaveform",
+    WAVEFORM: dds.WAVEFORM,
 }
 TEXTS = {
     MAIN: "DriveTelemetry, a row a sample",
