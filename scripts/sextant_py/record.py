@@ -83,7 +83,7 @@ def follow(recorder: Recorder, end_s: float) -> None:
     progress, begin_s, reported = Progress(), time.monotonic(), False
     while not stopped and time.monotonic() < end_s:
         recorder.poll()
-        if not (reported or recorder.losses.of) and time.monotonic() - begin_s > PATIENCE_S:
+        if not (reported or recorder.count) and time.monotonic() - begin_s > PATIENCE_S:
             reported = True
             progress.end()
             print(f"record: no sample for {PATIENCE_S:g} s: {reason(recorder)}", file=sys.stderr, flush=True)

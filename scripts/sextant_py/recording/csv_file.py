@@ -147,7 +147,7 @@ class CsvSource:
         try:
             with csv.open_csv(WholeLines(self._path), csv.ReadOptions(use_threads=False)) as reader:
                 columns = [guessed_column(self._path, field) for field in reader.schema]
-        except pyarrow.ArrowInvalid as error:
+        except pyarrow.ArrowException as error:
             raise unreadable(self._path, error) from None
         return Group(MAIN, tuple(columns))
 
@@ -174,7 +174,7 @@ class CsvSource:
                     whole = arrow_table.block(group, batch)
                     for begin in range(0, len(whole), rows):
                         yield whole[begin : begin + rows]
-        except pyarrow.ArrowInvalid as error:
+        except pyarrow.ArrowException as error:
             raise unreadable(self._file(name), error) from None
 
 

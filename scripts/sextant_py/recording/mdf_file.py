@@ -1,5 +1,6 @@
 """Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds."""
 
+import gc
 import json
 import struct
 import sys
@@ -153,6 +154,7 @@ def opened(path: Path) -> MDF:
             return MDF(path)
         except UNREADABLE as error:
             reason = str(error)
+        gc.collect()  # what was opened halfway is in a cycle
     finally:
         sys.unraisablehook = hook
     raise UserError(f"{path} is truncated or damaged, and cannot be read: {reason}.")

@@ -85,16 +85,17 @@ class ParquetSource:
     def _add(self, path: Path, place: Path) -> None:
         try:
             file = parquet.ParquetFile(place, page_checksum_verification=True)
-        except (pyarrow.ArrowInvalid, OSError):
+        except (pyarrow.ArrowException, OSError):
             raise UserError(
                 f"{place} is no Parquet file, or truncated: it lacks its end, without which nothing of it is readable."
             ) from None
         about = file.schema_arrow.metadata or {}
         if arrow_table.GROUP not in about:
             return
-        group = Group.of(json.loads(about[arrow_table.GROUP]))
         stored = (file.metadata.metadata or {}).get(arrow_table.RECORDING)
-        metadata = json.loads(stored) if stored else {}
+        with damage(place, ValueError, KeyError, TypeError):
+            group = Group.of(json.loads(about[arrow_table.GROUP]))
+            metadata = json.loads(stored) if stored else {}
         if arrow_table.file_of(path, group.name, metadata.get("main", MAIN)) != place:
             return  # of a recording whose name begins the same
         self.groups[group.name] = group
