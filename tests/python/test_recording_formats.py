@@ -198,11 +198,13 @@ def test_one_group_is_one_file(tmp_path: Path) -> None:
 
 
 def test_a_csv_file_of_other_origin_is_read(tmp_path: Path) -> None:
-    (tmp_path / "other.csv").write_text("t_s,speed_rad_s,count\n0,1.5,7\n0.25,2.5,8\n", encoding="utf-8")
+    """An empty column is of numbers that are none."""
+    (tmp_path / "other.csv").write_text("t_s,speed_rad_s,count,none\n0,1.5,7,\n0.25,2.5,8,\n", encoding="utf-8")
     assert convert.main([str(tmp_path / "other.csv"), str(tmp_path / "other.mcap")]) == 0
     found = whole(reread(tmp_path / "other.mcap"), MAIN)
     assert found["speed_rad_s"].tolist() == [1.5, 2.5]
     assert found["count"].tolist() == [7, 8]
+    assert np.isnan(found["none"]).all()
 
 
 @pytest.mark.parametrize("suffix", formats.SUFFIXES)
@@ -410,6 +412,7 @@ def test_a_full_disk_ends_a_conversion_with_a_sentence(tmp_path: Path, suffix: s
         (["run.h5", "run.h5"], "run.h5 would replace .*run.h5, which is to be read; the converted one needs another"),
         (["header.csv", "run.csv"], "header.csv has no rows of telemetry; .*run.csv is not written"),
         (["number.csv", "out.h5"], "number.csv, line 1500002: .*invalid value 'abc'; correct or remove that line"),
+        (["cell.csv", "out.h5"], "cell.csv: the column count of whole numbers has an empty cell"),
         (["run.h5", "run.csv", "--group", "nonsense"], "run.h5 has no group nonsense; it has telemetry, "),
         (["text.h5", "run.csv"], "text.h5 is not an HDF5 file"),
         (["text.mcap", "run.csv"], "text.mcap is not an MCAP file"),
@@ -422,6 +425,7 @@ def test_bad_input_gets_a_sentence(tmp_path: Path, words: list[str], objection: 
     write(made(SEED), tmp_path / "run.h5")
     for suffix in formats.SUFFIXES:
         (tmp_path / f"text{suffix}").write_text("some,words\n1,2\n", encoding="utf-8")
+    (tmp_path / "cell.csv").write_text("t_s,count\n0,1\n1,\n", encoding="utf-8")
     (tmp_path / "header.csv").write_text("t_s,speed_rad_s\n", encoding="utf-8")
     (tmp_path / "number.csv").write_text("t_s,speed\n" + "3,4\n" * 1_500_000 + "2,abc\n", encoding="utf-8")
     before = (tmp_path / "run.h5").read_bytes()

@@ -171,6 +171,7 @@ class CsvSource:
         try:
             with csv.open_csv(WholeLines(self._file(name)), read, convert_options=convert) as reader:
                 for batch in reader:
+                    check_cells(self._file(name), group, batch)
                     whole = arrow_table.block(group, batch)
                     for begin in range(0, len(whole), rows):
                         yield whole[begin : begin + rows]
@@ -184,6 +185,15 @@ def unreadable(path: Path, error: Exception) -> UserError:
     if found := re.search(r"Row #(\d+): (.*)", text):
         return UserError(f"{path}, line {found[1]}: {found[2].rstrip('.')}; correct or remove that line.")
     return UserError(f"{path} is not a CSV file of a recording: {text.rstrip('.')}.")
+
+
+def check_cells(path: Path, group: Group, batch: pyarrow.RecordBatch) -> None:
+    """An empty cell is NaN, which a whole number cannot be."""
+    for index, column in enumerate(group.columns):
+        if batch.column(index).null_count and np.dtype(column.kind).kind in "iu":
+            raise UserError(
+                f"{path}: the column {column.name} of whole numbers has an empty cell; write a number there."
+            )
 
 
 def guessed_column(path: Path, field: pyarrow.Field) -> Column:
