@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_recording import assert_same_values, made, reread, whole, write
 from sextant_py import bus as can_bus
-from sextant_py import playback, record
+from sextant_py import playback, record, telemetry_types
 from sextant_py.contract import Contract
 from sextant_py.errors import UserError
 from sextant_py.recording import topics
@@ -133,6 +133,13 @@ def test_items_come_in_the_order_of_their_times_and_batches_whole(tmp_path: Path
     assert {len(batch) for batch in batches} == {40}
     assert np.concatenate(batches).tobytes() == whole(source, topics.WAVEFORM).tobytes()
     assert begin_ns(source, [MAIN, CAN]) == 5_000_000_000
+
+
+def test_a_state_that_the_contract_does_not_name_is_refused() -> None:
+    row = np.zeros(1, topics.group_of(MAIN).dtype)[0]
+    row["state"] = 255
+    with pytest.raises(UserError, match="the recording has state 255, which DriveStateKind of the telemetry contract"):
+        topics.sample_of(MAIN, row, telemetry_types.struct("DriveTelemetry"))
 
 
 def test_a_frame_survives_as_it_is() -> None:
