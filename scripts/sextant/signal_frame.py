@@ -3,9 +3,17 @@
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pandas
 from sextant_py.errors import UserError
 from sextant_py.signal_file import SignalFile
+
+
+def plain(values: np.ndarray) -> np.ndarray:
+    """Texts as str, numbers as they are."""
+    if values.dtype.kind != "S":
+        return values
+    return np.array([value.decode("utf-8", "replace") for value in values.tolist()], object)
 
 
 def read(file: str | Path, group: str | None = None) -> pandas.DataFrame:
@@ -23,10 +31,10 @@ def read(file: str | Path, group: str | None = None) -> pandas.DataFrame:
         warnings.warn(found.cut, stacklevel=2)
     if group is not None and group not in found.groups:
         raise UserError(f'{file} has no group "{group}"; it has {", ".join(found.groups)}.')
-    signals = found.signals(found.of_main() if group is None else [group])
+    signals = found.signals(found.of_main() if group is None else [group], with_texts=True)
     prefix = "" if group in (None, found.main) else f"{group}/"
     named = {name.removeprefix(prefix): name for name in signals.values}
-    values = {name: signals.values[full] for name, full in named.items()}
+    values = {name: plain(signals.values[full]) for name, full in named.items()}
     frame = pandas.DataFrame(values, index=pandas.Index(signals.time_s, name="t_s"))
     frame.attrs["units"] = {name: signals.units[full] for name, full in named.items()}
     frame.attrs["descriptions"] = {name: signals.texts[full] for name, full in named.items()}

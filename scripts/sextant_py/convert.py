@@ -6,7 +6,7 @@ from pathlib import Path
 
 from .errors import UserError, run
 from .recording import formats
-from .recording.copying import copy
+from .recording.copying import copy, main_of
 from .recording.model import Source
 from .recording.progress import Progress
 
@@ -45,13 +45,25 @@ def chosen(source: Source, path: Path, names: list[str] | None) -> list[str]:
     return list(source.groups) if names is None else list(dict.fromkeys(names))
 
 
+def check(source: Source, options: argparse.Namespace, names: list[str]) -> None:
+    """Refuses an output that would replace a file of the input, and one that would have no row."""
+    written = [*formats.files(options.output, names, main_of(names)), *formats.earlier(options.output)]
+    replaced = {place.resolve() for place in written}
+    for place in source.paths:
+        if place.resolve() in replaced:
+            raise UserError(
+                f"{options.output} would replace {place}, which is to be read; the converted one needs another name."
+            )
+    if not any(source.rows(name) for name in names):
+        raise UserError(f"{options.input} has no rows of {', '.join(names)}; {options.output} is not written.")
+
+
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     formats.check(options.output)
-    if options.output.resolve() == options.input.resolve():
-        raise UserError(f"{options.output} is the file to read; the converted one needs another name.")
     source = formats.open_source(options.input)
     names = chosen(source, options.input, options.group)
+    check(source, options, names)
     progress = Progress()
     kept = copy(source, options.output, names, lambda share: progress.show(f"{options.output}: {share:.0%} written"))
     progress.end()

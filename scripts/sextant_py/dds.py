@@ -32,6 +32,8 @@ from cyclonedds.util import duration
 TELEMETRY = "sextant/DriveTelemetry"
 STATE = "sextant/DriveState"
 STATISTICS = "sextant/RealTimeStatistics"
+WAVEFORM = "sextant/DriveWaveform"
+LARGEST_DOMAIN = 230  # whose ports are within those of UDP
 
 # The identifiers of the DDS specification, 2.3.3 (PSM for C++), and of DDS-XTypes.
 _POLICIES = {
@@ -72,10 +74,16 @@ def contract_fields(struct: str) -> tuple[str, ...]:
     return tuple(signal.name for signal in signals(struct))
 
 
+def check_domain(domain: int) -> None:
+    if not 0 <= domain <= LARGEST_DOMAIN:
+        raise UserError(f"--domain {domain} is not a DDS domain (0 to {LARGEST_DOMAIN}).")
+
+
 class Node:
     """A participant of a domain that knows who else is there and what they write."""
 
     def __init__(self, domain: int = 0) -> None:
+        check_domain(domain)
         self.domain = domain
         try:
             self.participant = DomainParticipant(domain)

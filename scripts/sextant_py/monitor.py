@@ -14,6 +14,7 @@ from rich.text import Text
 from .dds import Drive, Telemetry
 from .drive_view import FOLLOWING, TIMEOUT_S, DriveView, fault_names
 from .errors import UserError, run
+from .seconds import positive_seconds
 
 __all__ = ["FOLLOWING", "PATIENCE_S", "TIMEOUT_S", "Monitor", "as_dict", "fault_names", "main", "plain"]
 
@@ -113,7 +114,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so long")
+    parser.add_argument("--duration", type=positive_seconds, metavar="S", help="end after so long")
     parser.add_argument("--once", action="store_true", help="show what is there, once, and end; fail if it is nothing")
     parser.add_argument("--json", action="store_true", help="as --once, in JSON")
     return parser.parse_args(arguments)
@@ -121,8 +122,6 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    if options.duration is not None and not options.duration > 0:
-        raise UserError("--duration must be above zero.")
     telemetry = Telemetry(options.domain)
     console = Console()
     monitor = Monitor(telemetry, console)

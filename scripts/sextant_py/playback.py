@@ -43,7 +43,7 @@ class Player:
         self._types = {name: telemetry_types.struct(topics.struct_of(name)) for name in self.names if name != CAN}
         self._writers = {name: self._writer(name) for name in self._types}
         self.played = dict.fromkeys(self.names, 0)
-        self._passes: dict[str, int] = {}
+        self._spans: dict[str, tuple[int, int]] = {}  # first and last sequence number of the first pass
         self._last_ns = 0
 
     def _writer(self, name: str) -> DataWriter:
@@ -59,7 +59,8 @@ class Player:
 
     def play(self, speed: float, number: int, progress: Progress) -> None:
         """One pass, the first has the number 0. Later ones go on with times and sequence numbers."""
-        first_ns = begin_ns(self._source, [name for name in self.names if name in STREAMS] or self.names)
+        filled = [name for name in self.names if self._source.rows(name)]
+        first_ns = begin_ns(self._source, [name for name in filled if name in STREAMS] or filled)
         shift_ns = number * (self._last_ns - first_ns + 1_000_000)
         begin_s = time.monotonic()
         for item in items(self._source, self.names):
@@ -83,8 +84,10 @@ class Player:
         if self._drive_id is not None:
             sample.drive_id = self._drive_id
         if number == 0:
-            self._passes[name] = max(self._passes.get(name, 0), sample.sequence + 1)
-        sample.sequence += number * self._passes[name]
+            first, last = self._spans.get(name, (sample.sequence, sample.sequence))
+            self._spans[name] = min(first, sample.sequence), max(last, sample.sequence)
+        first, last = self._spans[name]
+        sample.sequence += number * (last - first + 1)
         sample.t_ns += shift_ns
         return sample
 
@@ -112,10 +115,16 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def check(source: Source, options: argparse.Namespace) -> None:
     if not options.speed > 0 or not np.isfinite(options.speed):
         raise UserError("--speed must be a number above 0.")
+    if not options.wait >= 0:
+        raise UserError("--wait must be a number from 0.")
     if options.can and CAN not in source.groups:
         raise UserError(f"{options.file} holds no CAN frames; scripts/record --can records them.")
     if not any(name in TOPICS for name in source.groups) and not options.can:
         raise UserError(f"{options.file} holds no telemetry; it has {', '.join(source.groups)}.")
+    played = [name for name in source.groups if name in TOPICS or (name == CAN and options.can)]
+    if not any(source.rows(name) for name in played):
+        reason = source.cut or f"{options.file} has no rows of {', '.join(played)}"
+        raise UserError(f"{reason}; nothing can be played.")
 
 
 def main(arguments: list[str]) -> int:

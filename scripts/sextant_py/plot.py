@@ -66,6 +66,9 @@ def print_signals(path: Path) -> None:
     found = signal_file.SignalFile(path)
     print(path)
     for name, rows in found.groups.items():
+        if not rows.count:
+            print(f"{name}: no samples")
+            continue
         time_s = rows.time_s
         print(f"{name}: {len(time_s)} samples from {time_s[0]:g} s to {time_s[-1]:g} s")
         columns = [entry for entry in found.columns(name) if entry[1].name != "t_ns"]

@@ -2,6 +2,7 @@
 
 import argparse
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -13,9 +14,11 @@ from .recording.live import LiveDrive
 from .recording.model import MAIN
 from .recording.progress import Progress
 from .recording.recorder import Recorder
-from .recording.topics import WAVEFORM
+from .recording.topics import TOPICS, WAVEFORM
+from .seconds import positive_seconds
 
 POLL_S = 0.05
+PATIENCE_S = 5.0  # without a sample, after which the reason is reported
 EXAMPLES = """examples:
   record run.h5                                     until Ctrl-C; scripts/plot run.h5 draws it
   record run.mcap --waveform --duration 60          also every control period; Foxglove and PlotJuggler open it
@@ -32,15 +35,17 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     suffixes = ", ".join(formats.SUFFIXES)
-    parser.add_argument("file", type=Path, metavar="FILE", help=f"recording to write; its suffix, {suffixes}, says how")
-    parser.add_argument("--waveform", action="store_true", help="also every control period (sextant/DriveWaveform)")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help=f"recording to write ({suffixes}); an existing file is replaced"
+    )
+    parser.add_argument("--waveform", action="store_true", help=f"also every control period ({TOPICS[WAVEFORM]})")
     parser.add_argument("--can", metavar="ADDRESS", help=f"also the frames of a CAN bus: {can_bus.ADDRESS_FORMS}")
     parser.add_argument(
         "--identifier-offset", type=int, metavar="N", help="of the drive on that bus (default: of configs/ecu.toml)"
     )
     parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")
     parser.add_argument("--drive", type=int, metavar="ID", help="drive to record (default: the first one received)")
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so long")
+    parser.add_argument("--duration", type=positive_seconds, metavar="S", help="end after so long")
     return parser.parse_args(arguments)
 
 
@@ -60,6 +65,11 @@ def open_recorder(options: argparse.Namespace) -> Recorder:
         raise
 
 
+def reason(recorder: Recorder) -> str:
+    """Why no sample has arrived."""
+    return " ".join(recorder.rows.problems()) or "no sample of that drive arrived."
+
+
 def follow(recorder: Recorder, end_s: float) -> None:
     """Records until a signal or the end."""
     stopped = False
@@ -70,9 +80,13 @@ def follow(recorder: Recorder, end_s: float) -> None:
 
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, stop)
-    progress, begin_s = Progress(), time.monotonic()
+    progress, begin_s, reported = Progress(), time.monotonic(), False
     while not stopped and time.monotonic() < end_s:
         recorder.poll()
+        if not (reported or recorder.count) and time.monotonic() - begin_s > PATIENCE_S:
+            reported = True
+            progress.end()
+            print(f"record: no sample for {PATIENCE_S:g} s: {reason(recorder)}", file=sys.stderr, flush=True)
         progress.show(f"{time.monotonic() - begin_s:.0f} s, {recorder.count} samples")
         time.sleep(POLL_S)
     recorder.poll()
@@ -95,15 +109,15 @@ def main(arguments: list[str]) -> int:
     end_s = time.monotonic() + (options.duration or float("inf"))
     with open_recorder(options) as recorder:
         follow(recorder, end_s)
-        problems = recorder.rows.problems()
+        why = reason(recorder)
         if not recorder.losses.of:
-            raise UserError(" ".join(problems) or "no sample of that drive arrived.")
+            raise UserError(why)
     progress = Progress()
     recorder.convert(lambda share: progress.show(f"{options.file}: {share:.0%} written"))
     progress.end()
     report(recorder, options)
     if not recorder.count:
-        raise UserError(" ".join(problems) or "no sample of that drive arrived.")
+        raise UserError(why)
     if options.waveform and WAVEFORM not in recorder.losses.of:
         raise UserError(
             recorder.rows.subscriptions[WAVEFORM].diagnosis() or "no control periods of that drive arrived."

@@ -1,7 +1,5 @@
 """Options in seconds."""
 
-from __future__ import annotations
-
 import argparse
 import math
 

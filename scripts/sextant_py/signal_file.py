@@ -55,10 +55,15 @@ class GroupRows:
             rows.append(block[wanted])
             ends += [time_s[0], time_s[-1]]
         if not ends:
-            raise UserError(f"{self.path} has no samples.")
+            raise UserError(f"{self.path} has no samples of {self.group.name}.")
         if not sum(map(len, times)):
             raise UserError(f"{self.path} has no sample in that span; it runs from {min(ends):g} s to {max(ends):g} s.")
         return np.concatenate(times), np.concatenate(rows)
+
+    @property
+    def count(self) -> int:
+        """Rows of the group, also those outside of the span."""
+        return self.source.rows(self.group.name)
 
     @property
     def time_s(self) -> np.ndarray:
@@ -76,7 +81,10 @@ class SignalFile:
         source = open_source(path)
         self.path = path
         self.cut = source.cut  # what a truncated file has lost, in a sentence
-        self.main = MAIN if MAIN in source.groups else next(iter(source.groups))
+        filled = [name for name in source.groups if source.rows(name)]
+        if not filled:
+            raise UserError(f"{path} has no samples of {', '.join(source.groups)}.")
+        self.main = MAIN if MAIN in filled else filled[0]
         begin = -np.inf if begin_s is None else begin_s
         end = np.inf if end_s is None else end_s
         zero_ns = self._zero_ns(source)
@@ -88,28 +96,28 @@ class SignalFile:
         if TRIGGER in source.metadata:
             return int(source.metadata[TRIGGER])
         group = source.groups[self.main]
-        first = next(source.blocks(self.main, 1), None)
-        if first is None:
-            raise UserError(f"{self.path} has no samples.")
+        first = next(source.blocks(self.main, 1))
         return 0 if group.time == "t_s" else int(group.times_ns(first)[0])
 
     def of_main(self) -> list[str]:
         """The main group and those that share its time axis."""
-        return [name for name, rows in self.groups.items() if name == self.main or rows.group.time_of == self.main]
+        return [name for name in self.filled() if name == self.main or self.groups[name].group.time_of == self.main]
 
-    def columns(self, group: str) -> Iterator[tuple[str, Column]]:
-        """The signals of a group that are numbers, with their full names; without the time."""
+    def filled(self) -> list[str]:
+        """The groups that have rows."""
+        return [name for name, rows in self.groups.items() if rows.count]
+
+    def columns(self, group: str, with_texts: bool = False) -> Iterator[tuple[str, Column]]:
+        """The signals of a group, with their full names and without the time: numbers, with_texts also texts."""
         prefix = "" if group == self.main else f"{group}/"
-        rows = self.groups[group].group
-        return (
-            (prefix + column.name, column) for column in rows.columns if not column.is_text and column.name != "t_s"
-        )
+        columns = [column for column in self.groups[group].group.columns if column.name != "t_s"]
+        return ((prefix + column.name, column) for column in columns if with_texts or not column.is_text)
 
-    def signals(self, groups: list[str]) -> Signals:
+    def signals(self, groups: list[str], with_texts: bool = False) -> Signals:
         """The signals of groups that share a time axis."""
         found = Signals(self.groups[groups[0]].time_s, {})
         for group in groups:
-            for name, column in self.columns(group):
+            for name, column in self.columns(group, with_texts):
                 if group == groups[0] or column.name != "t_ns":
                     found.values[name] = self.groups[group].values(column.name)
                     found.units[name], found.texts[name] = column.unit, column.text

@@ -33,6 +33,7 @@ class MadeSource:
         self.metadata = {"program": "test", "drive_id": 3, "begin_ns": 5_000_000_000, "note": "N·m"}
         self.groups = {group.name: group for group in groups}
         self.cut = None
+        self.paths = [Path("made")]
         self._blocks = blocks
 
     def rows(self, name: str) -> int:

@@ -53,6 +53,13 @@ def test_batches_and_periods_of_the_waveform(at: list[int]) -> None:
     assert counted(topics.WAVEFORM, rows, at) == (6, 1, 0, 0, 1 + 5)
 
 
+@pytest.mark.parametrize("at", [[], [2], [3]])
+def test_the_time_between_two_starts_of_a_drive_is_not_missing(at: list[int]) -> None:
+    times = [0, 25_000, 75_000, 5_000_000, 5_025_000]
+    rows = numbered(topics.WAVEFORM, [7, 7, 8, 0, 0], t_ns=times, period_ns=[25_000] * 5)
+    assert counted(topics.WAVEFORM, rows, at) == (5, 0, 1, 0, 1)
+
+
 def test_frames_are_counted_by_their_counters() -> None:
     """The counter runs from 0 to 14; a repeated frame is no loss."""
     kind = np.dtype([("t_ns", "<i8"), ("Counter", "<f8")])

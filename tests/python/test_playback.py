@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_recording import assert_same_values, made, reread, whole, write
 from sextant_py import bus as can_bus
-from sextant_py import playback, record
+from sextant_py import playback, record, telemetry_types
 from sextant_py.contract import Contract
 from sextant_py.errors import UserError
 from sextant_py.recording import topics
@@ -102,9 +102,11 @@ def test_frames_are_sent_again_in_their_order_and_time(tmp_path: Path, domain: i
     assert recorder.losses.of[CAN].rows == len(frames)
 
 
-def test_another_id_another_speed_and_a_second_pass(tmp_path: Path, domain: int) -> None:
+@pytest.mark.parametrize("first", [0, 5_000])
+def test_another_id_another_speed_and_a_second_pass(tmp_path: Path, domain: int, first: int) -> None:
     """In a second pass times and numbers go on, so that nobody takes them for a loss or a restart."""
     source = numbered(SEED)
+    source._blocks[MAIN]["sequence"] += first
     write(source, tmp_path / "run.mcap")
     player = playback.Player(reread(tmp_path / "run.mcap"), domain, 9, None)
     seen: list[tuple[int, int, int]] = []
@@ -119,7 +121,7 @@ def test_another_id_another_speed_and_a_second_pass(tmp_path: Path, domain: int)
     player.play(1000.0, 1, playback.Progress())
     assert time.monotonic() - begin_s < PATIENCE_S
     assert {drive for drive, _, _ in seen} == {9}
-    assert [number for _, number, _ in seen] == list(range(800))
+    assert [number for _, number, _ in seen] == list(range(first, first + 800))
     assert np.all(np.diff([t_ns for _, _, t_ns in seen]) > 0)
 
 
@@ -131,6 +133,13 @@ def test_items_come_in_the_order_of_their_times_and_batches_whole(tmp_path: Path
     assert {len(batch) for batch in batches} == {40}
     assert np.concatenate(batches).tobytes() == whole(source, topics.WAVEFORM).tobytes()
     assert begin_ns(source, [MAIN, CAN]) == 5_000_000_000
+
+
+def test_a_state_that_the_contract_does_not_name_is_refused() -> None:
+    row = np.zeros(1, topics.group_of(MAIN).dtype)[0]
+    row["state"] = 255
+    with pytest.raises(UserError, match="the recording has state 255, which DriveStateKind of the telemetry contract"):
+        topics.sample_of(MAIN, row, telemetry_types.struct("DriveTelemetry"))
 
 
 def test_a_frame_survives_as_it_is() -> None:
@@ -151,11 +160,17 @@ def test_a_frame_survives_as_it_is() -> None:
             "holds no CAN frames; scripts/record --can records",
         ),
         (["can.mcap"], "can.mcap holds no telemetry; it has can"),
+        (["run.mcap", "--wait", "nan"], "--wait must be a number from 0"),
+        (["run.mcap", "--domain", "231"], "--domain 231 is not a DDS domain"),
+        (["cut.mcap"], "cut.mcap is truncated: .*; rows that are left: none; nothing can be played"),
+        (["empty.csv"], "empty.csv has no rows of telemetry; nothing can be played"),
     ],
 )
 def test_bad_input_gets_a_sentence(tmp_path: Path, words: list[str], objection: str) -> None:
     source = made(SEED)
     write(source, tmp_path / "run.mcap")
+    (tmp_path / "cut.mcap").write_bytes((tmp_path / "run.mcap").read_bytes()[:30_000])
+    (tmp_path / "empty.csv").write_text("t_ns,sequence\n", encoding="utf-8")
     for name in (MAIN, CAN):
         copy(source, tmp_path / f"{name}.mcap", [name], lambda share: None)
     with pytest.raises(UserError, match=objection):
@@ -176,5 +191,11 @@ def test_a_bus_that_dies_ends_the_recording_with_a_sentence(tmp_path: Path, bus_
     reader._bus.shutdown()
     while reader.failure is None and time.monotonic() < end_s:
         time.sleep(0.01)
-    with pytest.raises(UserError, match="can no longer be read"):
-        reader.poll()
+    frame = can.Message(arbitration_id=0x322, data=b"\x02", is_extended_id=False)
+    reader._frames.append((time.time_ns(), frame))  # received before the failure, and not lost by it
+    path = tmp_path / "run.mcap"
+    with record.Recorder(path, LiveDrive(domain, None, False, reader), {"program": "record"}) as recorder:
+        recorder.poll()
+        with pytest.raises(UserError, match=f"can no longer be read: .* Rows that are kept in {path}: 1 of can."):
+            recorder.poll()
+    assert whole(reread(path), CAN)["id"].tolist() == [0x322]

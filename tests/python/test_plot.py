@@ -290,10 +290,10 @@ def test_the_flux_of_a_recording_is_of_magnitude_and_angle(tmp_path: Path) -> No
         plot.main([str(tmp_path / "recording.h5"), "--locus", "current"])
 
 
-def write_capture(path: Path, *others: str) -> None:
-    """400 control periods, with one row of other groups."""
+def write_capture(path: Path, *others: str, **counts: int) -> None:
+    """400 control periods, with one row of other groups or with these counts."""
     sink = open_sink(path, {})
-    for name, count in (*((other, 1) for other in others), (WAVEFORM, 400)):
+    for name, count in {**dict.fromkeys(others, 1), WAVEFORM: 400, **counts}.items():
         rows = np.zeros(count, group_of(name).dtype)
         rows["t_ns"] = 10**9 + 25_000 * np.arange(count)
         if name == WAVEFORM:
@@ -303,6 +303,21 @@ def write_capture(path: Path, *others: str) -> None:
         sink.add(group_of(name))
         sink.append(name, rows)
     sink.close({})
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".mcap"])
+def test_groups_without_rows_are_passed_over(tmp_path: Path, suffix: str, capsys: pytest.CaptureFixture) -> None:
+    path = tmp_path / f"capture{suffix}"
+    write_capture(path, drive_state=0, telemetry=0)
+    assert plot.main([str(path)]) == 0
+    assert plot.main([str(path), "-o", str(tmp_path / "page.html")]) == 0
+    assert plot.main([str(path), "--list"]) == 0
+    said = capsys.readouterr().out
+    assert "drive_state: no samples\n" in said
+    assert "waveform: 400 samples from 0 s" in said
+    write_capture(path, drive_state=0, waveform=0)
+    with pytest.raises(UserError, match=r"has no samples of (drive_state, waveform|waveform, drive_state)"):
+        plot.main([str(path)])
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".mcap"])

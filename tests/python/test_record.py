@@ -21,6 +21,7 @@ from sextant_py.recording import formats, topics
 from sextant_py.recording.live import LiveDrive
 from sextant_py.recording.model import MAIN
 from sextant_py.telemetry_contract import signals
+from topic_writer import Writer
 
 FILLED = (".h5", ".csv", ".mcap", ".mf4")
 COUNT = 400
@@ -149,7 +150,7 @@ class Rows:
 
 def fill(arguments):
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(arguments[1]), resource.RLIM_INFINITY))
-    with record.Recorder(Path(arguments[0]), Rows(), {}) as recorder:
+    with record.Recorder(Path(arguments[0]), Rows(), {"program": "record"}) as recorder:
         for _ in range(3000):
             recorder.poll()
 
@@ -197,6 +198,43 @@ def test_a_killed_recorder_leaves_a_readable_file(tmp_path: Path) -> None:
         times = whole(reread(path), MAIN)["t_ns"]
         assert len(times) > 3000
         assert np.array_equal(times, np.arange(len(times)))
+        cut = reread(path).cut
+        assert f"; rows that are left: {len(times)} of telemetry" in cut
+        if suffix != ".mcap":
+            assert cut.startswith(f"{path} was not closed, so what came last may be missing")
+
+
+def test_an_mcap_that_ends_between_two_records_lacks_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with record.Recorder(path, Made(), {"program": "record"}) as recorder:
+        recorder.poll()
+        recorder._sink.flush()
+        size = path.stat().st_size
+    assert reread(path).cut is None
+    with path.open("r+b") as file:
+        file.truncate(size)
+    assert reread(path).cut == f"{path} is truncated: it lacks its end; rows that are left: 3 of telemetry"
+
+
+class Made:
+    """Three rows."""
+
+    drive_id = 1
+
+    def poll(self) -> list:
+        group = topics.group_of(MAIN)
+        return [(group, np.zeros(3, group.dtype))]
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_recording_that_an_earlier_run_kept_is_not_replaced(tmp_path: Path, domain: int) -> None:
+    kept = tmp_path / "run.mf4.part.mcap"
+    kept.write_bytes(b"kept")
+    with pytest.raises(UserError, match=r"run\.mf4\.part\.mcap is there, of an earlier run; convert it"):
+        record.main([str(tmp_path / "run.mf4"), "--duration", "0.2", "--domain", str(domain)])
+    assert kept.read_bytes() == b"kept"
 
 
 @pytest.mark.parametrize("words", [["--domain", "{domain}"], ["--domain", "{domain}", "--waveform"]])
@@ -205,6 +243,40 @@ def test_silence_is_explained(tmp_path: Path, domain: int, words: list[str]) -> 
     with pytest.raises(UserError, match=f"no other DDS participant was discovered .domain {domain}, "):
         record.main([str(tmp_path / "run.mcap"), "--duration", "0.2", *words])
     assert not (tmp_path / "run.mcap").exists()
+
+
+def test_silence_is_explained_while_it_lasts(
+    tmp_path: Path, domain: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.setattr(record, "PATIENCE_S", 0.1)
+    with pytest.raises(UserError):
+        record.main([str(tmp_path / "run.mcap"), "--duration", "1", "--domain", str(domain)])
+    said = capsys.readouterr().err
+    assert said.startswith("record: no sample for 0.1 s: no other DDS participant was discovered")
+    assert said.count("\n") == 1
+
+
+def test_an_id_that_no_drive_has_is_told_those_that_there_are(tmp_path: Path, domain: int) -> None:
+    kind = telemetry_types.struct("DriveTelemetry")
+    with Writer(domain, dds.TELEMETRY, kind, dds.streaming_qos(1), drive_id=1):
+        live, end_s = LiveDrive(domain, 9, False, None), time.monotonic() + 60
+        while not live._received and time.monotonic() < end_s:
+            assert live.poll() == []
+            time.sleep(0.01)
+        assert live.problems() == [f"no sample of drive 9 arrived in domain {domain}; drives there: 1."]
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "soon"])
+def test_a_duration_that_is_none_is_refused(tmp_path: Path, seconds: str, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit):
+        record.main([str(tmp_path / "run.h5"), "--duration", seconds])
+    assert f'--duration: expected a time above 0 s, got "{seconds}"' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", [-1, 231])
+def test_a_domain_that_dds_does_not_have_is_refused(tmp_path: Path, number: int) -> None:
+    with pytest.raises(UserError, match=f"--domain {number} is not a DDS domain .0 to 230."):
+        record.main([str(tmp_path / "run.h5"), "--domain", str(number)])
 
 
 def test_a_suffix_that_no_format_has_is_refused(tmp_path: Path) -> None:

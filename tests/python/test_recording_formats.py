@@ -1,20 +1,26 @@
 """Recordings in every format: values, units and texts survive, and readers of other origin find the same."""
 
 import csv
+import dataclasses
 import itertools
 import json
 import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 
 import h5py
 import mdfreader
 import numpy as np
 import pytest
-from made_recording import EXTREMES, assert_same, assert_same_values, made, reread, whole, write
+import zstandard
+from made_recording import EXTREMES, MadeSource, assert_same, assert_same_values, made, reread, whole, write
+from mcap.data_stream import ReadDataStream
 from mcap.reader import make_reader
+from mcap.records import Chunk
 from mcap_ros2.decoder import DecoderFactory
 from programs import program
 from pyarrow import parquet
@@ -22,7 +28,10 @@ from sextant_py import convert
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from sextant_py.recording import formats, topics
-from sextant_py.recording.mcap_messages import field_name
+from sextant_py.recording.can_frames import CAN
+from sextant_py.recording.copying import copy
+from sextant_py.recording.mcap_messages import HEADER_BYTES, field_name
+from sextant_py.recording.mcap_sink import bytes_of
 from sextant_py.recording.model import MAIN, merged
 
 SEED = 13
@@ -189,11 +198,13 @@ def test_one_group_is_one_file(tmp_path: Path) -> None:
 
 
 def test_a_csv_file_of_other_origin_is_read(tmp_path: Path) -> None:
-    (tmp_path / "other.csv").write_text("t_s,speed_rad_s,count\n0,1.5,7\n0.25,2.5,8\n", encoding="utf-8")
+    """An empty column is of numbers that are none."""
+    (tmp_path / "other.csv").write_text("t_s,speed_rad_s,count,none\n0,1.5,7,\n0.25,2.5,8,\n", encoding="utf-8")
     assert convert.main([str(tmp_path / "other.csv"), str(tmp_path / "other.mcap")]) == 0
     found = whole(reread(tmp_path / "other.mcap"), MAIN)
     assert found["speed_rad_s"].tolist() == [1.5, 2.5]
     assert found["count"].tolist() == [7, 8]
+    assert np.isnan(found["none"]).all()
 
 
 @pytest.mark.parametrize("suffix", formats.SUFFIXES)
@@ -219,7 +230,7 @@ def test_a_truncated_file_gives_what_is_before_its_cut(tmp_path: Path, suffix: s
     assert kept[MAIN] < source.rows(MAIN) or kept[topics.WAVEFORM] < source.rows(topics.WAVEFORM) or share >= 0.9
     for name, count in kept.items():
         assert_same_values(whole(found, name), whole(source, name)[:count])
-        assert f"{count} of {name}" in found.cut
+        assert (f" {count} of {name}" in found.cut.partition("left:")[2]) == (count > 0)
 
 
 def test_a_truncated_recording_is_converted_and_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
@@ -236,6 +247,126 @@ def test_a_truncated_recording_is_converted_and_told(tmp_path: Path, capsys: pyt
     said = capsys.readouterr()
     assert f"{kept} rows of telemetry" in said.out
     assert f"rows that are lost: {source.rows(MAIN) - kept} of telemetry" in said.err
+
+
+@pytest.mark.parametrize("suffix", formats.SEVERAL)
+def test_no_conversion_replaces_a_file_that_it_reads(tmp_path: Path, suffix: str) -> None:
+    """One group of the recording to the name of that group's file, and a group's file to the recording's name."""
+    source = made(SEED)
+    write(source, tmp_path / f"run{suffix}")
+    part = tmp_path / f"run.waveform{suffix}"
+    with pytest.raises(UserError, match=f"would replace .*run.waveform{suffix}, which is to be read"):
+        convert.main([str(tmp_path / f"run{suffix}"), str(part), "--group", topics.WAVEFORM])
+    with pytest.raises(UserError):
+        convert.main([str(part), str(tmp_path / f"run{suffix}")])
+    assert_same(reread(tmp_path / f"run{suffix}"), source)
+
+
+@pytest.mark.parametrize("suffix", formats.SEVERAL)
+@pytest.mark.parametrize("through", ["copy", "sink"])
+def test_no_group_of_an_earlier_recording_stays(tmp_path: Path, suffix: str, through: str) -> None:
+    source, path = made(SEED), tmp_path / f"run{suffix}"
+    write(source, path)
+    write(source, tmp_path / f"run.b{suffix}")  # another recording, whose name begins the same
+    if through == "copy":
+        copy(source, path, [MAIN, CAN], lambda share: None)
+    else:
+        sink = formats.open_sink(path, {})
+        for name in (MAIN, CAN):
+            sink.add(source.groups[name])
+            sink.append(name, whole(source, name))
+        sink.close({})
+    assert set(reread(path).groups) == {MAIN, CAN}
+    assert not (tmp_path / f"run.waveform{suffix}").exists()
+    assert_same(reread(tmp_path / f"run.b{suffix}"), source)
+
+
+@pytest.mark.parametrize("suffix", [".mcap", ".mf4", ".parquet"])
+def test_a_damaged_file_is_refused(tmp_path: Path, suffix: str, capsys: pytest.CaptureFixture) -> None:
+    """Its checksums show it, and the output stays as it was."""
+    path, output = tmp_path / f"run{suffix}", tmp_path / "out.h5"
+    write(made(SEED), path)
+    write(made(SEED + 1), output)
+    whole_file, before = path.read_bytes(), output.read_bytes()
+    for share in (0.1, 0.3, 0.5, 0.7):
+        data, place = bytearray(whole_file), int(share * len(whole_file))
+        data[place] ^= 0xFF
+        path.write_bytes(data)
+        with pytest.raises(UserError, match=f"run{suffix} is (truncated or )?damaged") as refusal:
+            convert.main([str(path), str(output)])
+        assert "\n" not in str(refusal.value)
+        assert output.read_bytes() == before
+
+
+def uncompressed(chunk: Chunk) -> Chunk:
+    data = zstandard.ZstdDecompressor().decompress(chunk.data, chunk.uncompressed_size)
+    return dataclasses.replace(chunk, compression="", data=data)
+
+
+def test_a_damaged_chunk_is_named_by_its_place(tmp_path: Path) -> None:
+    """One that is not compressed, so that its checksum alone shows it."""
+    path = tmp_path / "run.mcap"
+    write(made(SEED), path)
+    data, place = path.read_bytes(), reread(path)._chunks[0]
+    begin, end = place.offset - HEADER_BYTES, place.offset + place.length
+    chunk = uncompressed(Chunk.read(ReadDataStream(BytesIO(data[place.offset : end]))))
+    path.write_bytes(data[:begin] + bytes_of(chunk) + data[end:])
+    assert_same(reread(path), made(SEED))
+    record = bytearray(bytes_of(chunk))
+    record[-1] ^= 1
+    path.write_bytes(data[:begin] + record + data[end:])
+    with pytest.raises(UserError, match=f"run.mcap is damaged at byte {begin}: .* does not match its checksum"):
+        convert.main([str(path), str(tmp_path / "out.h5")])
+
+
+def test_an_index_that_points_elsewhere_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    write(made(SEED), path)
+    data, source = bytearray(path.read_bytes()), reread(path)
+    for name in (MAIN, "drive_state"):
+        place, _ = source._chunks[0].indexes[source._codecs[name].channel]
+        damaged = bytearray(data)
+        damaged[place + 8] ^= 4  # the offset of the first row
+        path.write_bytes(damaged)
+        with pytest.raises(UserError, match=f"is damaged at byte .*no row of {name} is where the index says"):
+            convert.main([str(path), str(tmp_path / "out.h5")])
+
+
+def test_hdf5_is_read_while_it_is_written(tmp_path: Path) -> None:
+    """By another process, of which HDF5's locks keep the file."""
+    source, path = made(SEED), tmp_path / "run.h5"
+    sink = formats.open_sink(path, {"program": "record"})
+    sink.add(source.groups[MAIN])
+    sink.append(MAIN, whole(source, MAIN))
+    folders = f"{ROOT / 'scripts'}:{ROOT / 'tests' / 'python'}"
+    command = [sys.executable, "-m", "sextant_py.convert", str(path), str(tmp_path / "out.csv"), "--truncated"]
+    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": folders}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == (
+        f"convert: {path} was not closed, so what came last may be missing; rows that are left: 700 of telemetry\n"
+    )
+    sink.close({"program": "record", "rows": sink.kept})
+    assert whole(reread(tmp_path / "out.csv"), MAIN).tobytes() == whole(source, MAIN).tobytes()
+    assert reread(path).cut is None
+
+
+def test_an_error_of_the_system_is_named(tmp_path: Path) -> None:
+    (tmp_path / "run.h5").mkdir()
+    with pytest.raises(UserError, match=r"run\.h5 cannot be read: Is a directory"):
+        reread(tmp_path / "run.h5")
+
+
+def test_an_error_while_reading_names_the_source(tmp_path: Path) -> None:
+    class Unreadable(MadeSource):
+        def blocks(self, name: str, rows: int = 300) -> Iterator[np.ndarray]:
+            raise OSError(5, "Input/output error")
+            yield
+
+    source = made(SEED)
+    broken = Unreadable(source._blocks, list(source.groups.values()))
+    with pytest.raises(UserError, match=r"^made is damaged and cannot be read: Input/output error"):
+        write(broken, tmp_path / "run.csv")
+    assert list(tmp_path.iterdir()) == []
 
 
 FILL_A_DISK = """
@@ -257,7 +388,10 @@ run("convert", fill)
 @pytest.mark.parametrize("suffix", formats.SUFFIXES)
 @pytest.mark.parametrize("room", [100, 6_000_000])
 def test_a_full_disk_ends_a_conversion_with_a_sentence(tmp_path: Path, suffix: str, room: int) -> None:
-    path = tmp_path / f"run{suffix}"
+    """And leaves the recording that it should replace."""
+    path, before = tmp_path / f"run{suffix}", made(SEED)
+    write(before, path)
+    files = sorted(tmp_path.iterdir())
     folders = f"{ROOT / 'scripts'}:{ROOT / 'tests' / 'python'}"
     environment = {**os.environ, "PYTHONPATH": folders, "PYTHONDONTWRITEBYTECODE": "1"}  # it would be cut as well
     command = [sys.executable, "-c", FILL_A_DISK, str(path), str(room)]
@@ -265,13 +399,9 @@ def test_a_full_disk_ends_a_conversion_with_a_sentence(tmp_path: Path, suffix: s
     assert ended.returncode == 1, ended.stderr
     assert ended.stderr.startswith(f"convert: {path} cannot be written"), ended.stderr
     assert ended.stderr.count("\n") == 1
-    kept = {name: int(count) for count, name in re.findall(r"(\d+) of ([\w/]+)", ended.stderr)}
-    if not sum(kept.values()):
-        assert room == 100 or suffix in formats.AT_THE_END
-        return
-    found, source = reread(path), made(13, telemetry=60_000, periods=40_000)
-    for name, count in kept.items():
-        assert_same_values(whole(found, name), whole(source, name)[:count])
+    assert ended.stderr.endswith("; nothing of it is kept.\n")
+    assert_same(reread(path), before)
+    assert sorted(tmp_path.iterdir()) == files
 
 
 @pytest.mark.parametrize(
@@ -279,7 +409,10 @@ def test_a_full_disk_ends_a_conversion_with_a_sentence(tmp_path: Path, suffix: s
     [
         (["run.h5", "run.xlsx"], r'run.xlsx: a recording ends in \.h5, \.csv, .*, and "\.xlsx" is none of them'),
         (["none.h5", "run.csv"], "none.h5 does not exist"),
-        (["run.h5", "run.h5"], "run.h5 is the file to read; the converted one needs another name"),
+        (["run.h5", "run.h5"], "run.h5 would replace .*run.h5, which is to be read; the converted one needs another"),
+        (["header.csv", "run.csv"], "header.csv has no rows of telemetry; .*run.csv is not written"),
+        (["number.csv", "out.h5"], "number.csv, line 1500002: .*invalid value 'abc'; correct or remove that line"),
+        (["cell.csv", "out.h5"], "cell.csv: the column count of whole numbers has an empty cell"),
         (["run.h5", "run.csv", "--group", "nonsense"], "run.h5 has no group nonsense; it has telemetry, "),
         (["text.h5", "run.csv"], "text.h5 is not an HDF5 file"),
         (["text.mcap", "run.csv"], "text.mcap is not an MCAP file"),
@@ -292,6 +425,9 @@ def test_bad_input_gets_a_sentence(tmp_path: Path, words: list[str], objection: 
     write(made(SEED), tmp_path / "run.h5")
     for suffix in formats.SUFFIXES:
         (tmp_path / f"text{suffix}").write_text("some,words\n1,2\n", encoding="utf-8")
+    (tmp_path / "cell.csv").write_text("t_s,count\n0,1\n1,\n", encoding="utf-8")
+    (tmp_path / "header.csv").write_text("t_s,speed_rad_s\n", encoding="utf-8")
+    (tmp_path / "number.csv").write_text("t_s,speed\n" + "3,4\n" * 1_500_000 + "2,abc\n", encoding="utf-8")
     before = (tmp_path / "run.h5").read_bytes()
     with pytest.raises(UserError, match=objection):
         convert.main([str(tmp_path / words[0]), str(tmp_path / words[1]), *words[2:]])

@@ -8,6 +8,7 @@ import pytest
 import sextant
 from sextant_py import signal_file
 from sextant_py.errors import UserError
+from sextant_py.recording.can_frames import FRAMES
 from sextant_py.recording.formats import SUFFIXES, open_sink
 from sextant_py.recording.topics import WAVEFORM, group_of
 from sextant_py.telemetry_contract import signals
@@ -71,6 +72,20 @@ def test_recordings_of_every_format(tmp_path: Path, suffix: str) -> None:
         sextant.read(path, "nonsense")
 
 
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_texts_are_columns_of_a_frame(tmp_path: Path, suffix: str) -> None:
+    path, groups = tmp_path / f"recording{suffix}", {"drive_state": group_of("drive_state"), "can": FRAMES}
+    sink = open_sink(path, {})
+    for name, column in (("drive_state", "reason"), ("can", "data")):
+        block = np.zeros(2, groups[name].dtype)
+        block["t_ns"], block[column] = TIME_NS[:2], ["größer".encode(), b"01ff"]
+        sink.add(groups[name])
+        sink.append(name, block)
+    sink.close({})
+    assert sextant.read(path, "drive_state")["reason"].tolist() == ["größer", "01ff"]
+    assert sextant.read(path, "can")["data"].tolist() == ["größer", "01ff"]
+
+
 def test_a_recording_that_was_cut_off_keeps_its_complete_lines(tmp_path: Path) -> None:
     (tmp_path / "cut.csv").write_text("t_ns,torque_mean_nm\n0,1.5\n1000000,2.25\n2000000,3.1")
     with pytest.warns(UserWarning, match="is truncated: rows that are lost: the one of its last line"):
@@ -94,7 +109,7 @@ def test_bad_files_are_refused_in_a_sentence(tmp_path: Path) -> None:
     for name, words in (
         ("text.h5", "is not an HDF5 file"),
         ("text.csv", "is not a CSV file of a recording"),
-        ("empty.csv", "has no samples"),
+        ("empty.csv", "has no samples of telemetry"),
         ("none.csv", "does not exist"),
         ("none.xyz", 'a recording ends in .h5, .*, and ".xyz" is none of them'),
     ):

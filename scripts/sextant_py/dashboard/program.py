@@ -12,6 +12,7 @@ import webbrowser
 from tornado import httpserver, netutil
 
 from .. import bus as can_bus
+from .. import dds
 from ..errors import UserError
 from .access import Access
 from .command_desk import CommandDesk
@@ -20,7 +21,6 @@ from .source import Source
 from .vehicle import Vehicle
 
 DEFAULT_PORT = 8150
-LARGEST_DOMAIN = 230
 DESCRIPTION = "Serves a page with the live telemetry of the drives of a DDS domain, until Ctrl-C."
 EXAMPLES = """examples:
   scripts/dashboard --open                        # domain 0, http://127.0.0.1:8150/
@@ -59,8 +59,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def check(options: argparse.Namespace) -> None:
     if not 0 <= options.port <= 65535:
         raise UserError(f"--port {options.port} is not a port (0 to 65535).")
-    if not 0 <= options.domain <= LARGEST_DOMAIN:
-        raise UserError(f"--domain {options.domain} is not a DDS domain (0 to {LARGEST_DOMAIN}).")
+    dds.check_domain(options.domain)
     given = [
         name for name in ("can", "identifier_offset", "torque_limit", "token") if getattr(options, name) is not None
     ]

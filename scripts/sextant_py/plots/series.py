@@ -108,7 +108,7 @@ def load(paths: list[Path], begin_s: float | None, end_s: float | None) -> list[
         found = signal_file.SignalFile(path, begin_s, end_s)
         named = {
             name: Series(name, column, found.groups[group])
-            for group in found.groups
+            for group in found.filled()
             for name, column in found.columns(group)
             if column.name != "t_ns"
         }

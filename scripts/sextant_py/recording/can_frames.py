@@ -97,7 +97,7 @@ class CanReader:
 
     def poll(self) -> list[tuple[Group, np.ndarray]]:
         """The frames that have come since the last call. Their times are the kernel's, of the wall clock."""
-        if self.failure:
+        if self.failure and not self._frames:
             raise UserError(self.failure)
         offset_ns = wall_minus_monotonic_ns()
         frames = [self._frames.popleft() for _ in range(len(self._frames))]

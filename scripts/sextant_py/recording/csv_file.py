@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from pyarrow import csv
 from ..append_file import AppendFile
 from ..errors import UserError
 from . import arrow_table
-from .model import BLOCK_ROWS, MAIN, Column, Group, Metadata, cut_sentence, missing_rows
+from .model import BLOCK_ROWS, MAIN, Column, Group, Metadata, cut_sentence, missing_rows, unclosed_sentence
 
 BLOCK_BYTES = 1 << 22
 
@@ -117,12 +118,15 @@ class CsvSource:
             self.groups = {MAIN: self._guessed()}
         for group in self.groups.values():
             _ = group.time  # raises where there is none
+        self.paths = [self._file(name) for name in self.groups] + ([place] if place.exists() else [])
         self._rows = {name: self._count(name) for name in self.groups}
         cut_bytes = sum(WholeLines(self._file(name)).cut_bytes for name in self.groups)
         lost = missing_rows(self.metadata, self._rows)
         if cut_bytes or lost:
             text = ", ".join(f"{count} of {name}" for name, count in lost.items()) or "the one of its last line"
             self.cut = cut_sentence(path, self._rows, f"rows that are lost: {text}")
+        else:
+            self.cut = unclosed_sentence(path, self.metadata, self._rows)
 
     def _file(self, name: str) -> Path:
         return arrow_table.file_of(self._path, name, self.metadata.get("main", MAIN))
@@ -141,10 +145,10 @@ class CsvSource:
     def _guessed(self) -> Group:
         """Types as the first block has them, where no description says them."""
         try:
-            with csv.open_csv(WholeLines(self._path)) as reader:
+            with csv.open_csv(WholeLines(self._path), csv.ReadOptions(use_threads=False)) as reader:
                 columns = [guessed_column(self._path, field) for field in reader.schema]
-        except pyarrow.ArrowInvalid as error:
-            raise UserError(f"{self._path} is not a CSV file of a recording: {error}.") from None
+        except pyarrow.ArrowException as error:
+            raise unreadable(self._path, error) from None
         return Group(MAIN, tuple(columns))
 
     def _count(self, name: str) -> int:
@@ -162,16 +166,34 @@ class CsvSource:
             return
         group = self.groups[name]
         types = {field.name: field.type for field in arrow_table.schema(group)}
-        read = csv.ReadOptions(block_size=BLOCK_BYTES)
+        read = csv.ReadOptions(use_threads=False, block_size=BLOCK_BYTES)
         convert = csv.ConvertOptions(column_types=types, include_columns=list(types), strings_can_be_null=False)
         try:
             with csv.open_csv(WholeLines(self._file(name)), read, convert_options=convert) as reader:
                 for batch in reader:
+                    check_cells(self._file(name), group, batch)
                     whole = arrow_table.block(group, batch)
                     for begin in range(0, len(whole), rows):
                         yield whole[begin : begin + rows]
-        except pyarrow.ArrowInvalid as error:
-            raise UserError(f"{self._file(name)} is not the CSV file of a recording: {error}.") from None
+        except pyarrow.ArrowException as error:
+            raise unreadable(self._file(name), error) from None
+
+
+def unreadable(path: Path, error: Exception) -> UserError:
+    """Where pyarrow, which counts lines in one thread only, names a line, so does the sentence."""
+    text = " ".join(str(error).split())
+    if found := re.search(r"Row #(\d+): (.*)", text):
+        return UserError(f"{path}, line {found[1]}: {found[2].rstrip('.')}; correct or remove that line.")
+    return UserError(f"{path} is not a CSV file of a recording: {text.rstrip('.')}.")
+
+
+def check_cells(path: Path, group: Group, batch: pyarrow.RecordBatch) -> None:
+    """An empty cell is NaN, which a whole number cannot be."""
+    for index, column in enumerate(group.columns):
+        if batch.column(index).null_count and np.dtype(column.kind).kind in "iu":
+            raise UserError(
+                f"{path}: the column {column.name} of whole numbers has an empty cell; write a number there."
+            )
 
 
 def guessed_column(path: Path, field: pyarrow.Field) -> Column:
@@ -179,5 +201,7 @@ def guessed_column(path: Path, field: pyarrow.Field) -> Column:
         raise UserError(
             f"{path}: the column {field.name} holds text, whose length only {description_of(path).name} tells."
         )
+    if pyarrow.types.is_null(field.type):
+        return Column(field.name, "<f8")  # no row, or none that has a value
     kind = np.dtype(field.type.to_pandas_dtype())
     return Column(field.name, "|u1" if kind.kind == "b" else kind.str)

@@ -16,6 +16,7 @@ _FORMATS = {
 }
 SUFFIXES = tuple(_FORMATS)
 AT_THE_END = (".mf4", ".parquet")  # readable only once they are complete
+SEVERAL = (".csv", ".parquet")  # a file a group
 
 
 def check(path: Path) -> None:
@@ -29,7 +30,31 @@ def open_sink(path: Path, metadata: Metadata) -> Sink:
     check(path)
     module, name, _, _ = _FORMATS[path.suffix]
     path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix in SEVERAL:
+        for place in earlier(path):
+            place.unlink()
     return getattr(import_module(module, __package__), name)(path, metadata)
+
+
+def files(path: Path, names: list[str], main: str) -> list[Path]:
+    """The files of a recording with these groups."""
+    if path.suffix not in SEVERAL:
+        return [path]
+    from .arrow_table import file_of
+
+    description = [path.with_name(path.name + ".json")] if path.suffix == ".csv" else []
+    return [file_of(path, name, main) for name in names] + description
+
+
+def earlier(path: Path) -> list[Path]:
+    """The files of the Sextant recording that has this name already, which a new one replaces."""
+    if path.suffix not in SEVERAL:
+        return [path] if path.exists() else []
+    try:
+        source = open_source(path)
+    except UserError:
+        return []
+    return source.paths if source.metadata else []
 
 
 def open_source(path: Path) -> Source:

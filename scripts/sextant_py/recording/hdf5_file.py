@@ -13,7 +13,18 @@ import numpy as np
 
 from ..errors import UserError
 from . import topics
-from .model import BLOCK_ROWS, MAIN, TIMES, Column, Group, Metadata, cut_sentence, missing_rows
+from .model import (
+    BLOCK_ROWS,
+    MAIN,
+    TIMES,
+    Column,
+    Group,
+    Metadata,
+    cut_sentence,
+    damage,
+    missing_rows,
+    unclosed_sentence,
+)
 
 ATTRIBUTE = "recording"  # of the root: the metadata as JSON, and blanks
 # Reserved at the beginning: it is written in place at the end, and a cut of the file leaves it. HDF5 allows 64 KiB.
@@ -149,6 +160,7 @@ class Hdf5Source:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self.paths = [path]
         self._size = path.stat().st_size
         self.cut: str | None = None
         self._file = self._open(path)
@@ -164,12 +176,17 @@ class Hdf5Source:
             lost = missing_rows(self.metadata, self._rows)
             text = ", ".join(f"{count} of {name}" for name, count in lost.items())
             self.cut = cut_sentence(path, self._rows, f"rows that are lost: {text or 'an unknown number'}")
+        else:
+            self.cut = unclosed_sentence(path, self.metadata, self._rows)
 
     def _open(self, path: Path) -> h5py.File:
+        """Without a lock, which a recorder holds on the file that it writes."""
         self._is_padded = False
         try:
-            return h5py.File(path, "r")
+            return h5py.File(path, "r", locking=False)
         except OSError as error:
+            if error.errno:
+                raise UserError(f"{path} cannot be read: {os.strerror(error.errno)}.") from None
             if not (found := re.search(r"truncated file.*stored_eof = (\d+)", str(error))):
                 raise UserError(f"{path} is not an HDF5 file.") from None
             self._is_padded = True
@@ -245,7 +262,9 @@ class Hdf5Source:
             block = np.empty(end - begin, group.dtype)
             for column in group.columns:
                 at_root = name == MAIN or (group.time_of and column.name == group.time)
-                block[column.name] = self._file[column.name if at_root else f"{name}/{column.name}"][begin:end]
+                place = column.name if at_root else f"{name}/{column.name}"
+                with damage(self._path, OSError, RuntimeError, KeyError):
+                    block[column.name] = self._file[place][begin:end]
             yield block
 
 

@@ -4,11 +4,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from .model import MAIN
-from .topics import STATE, WAVEFORM
+from ..e2e import COUNTER_COUNT
+from .topics import TOPICS, WAVEFORM
 
-COUNTER, COUNTERS = "Counter", 15  # of the E2E protection: counts modulo 15
-SEQUENCED = (MAIN, STATE, "statistics", WAVEFORM)
+COUNTER = "Counter"  # of the E2E protection
 
 
 @dataclass
@@ -37,16 +36,22 @@ class LossCounter:
         losses.rows += len(block)
         rows = np.concatenate((self._last[name][None], block)) if name in self._last else block
         self._last[name] = block[-1].copy()
-        if name in SEQUENCED:
+        if name in TOPICS:
             self._take_sequence(losses, rows["sequence"].astype(np.int64), name == WAVEFORM)
         elif COUNTER in (block.dtype.names or ()):
-            steps = np.mod(np.diff(rows[COUNTER]).astype(np.int64), COUNTERS)
+            steps = np.mod(np.diff(rows[COUNTER]).astype(np.int64), COUNTER_COUNT)
             losses.lost += int(np.sum(np.where(steps == 0, 0, steps - 1)))
         if "dropped" in (block.dtype.names or ()):
             self._take_dropped(losses, rows["dropped"].astype(np.int64))
         if name == WAVEFORM:
-            steps = np.rint(np.diff(rows["t_ns"]) / rows["period_ns"][1:]).astype(np.int64)
-            losses.periods_missing += int(np.sum(steps[steps > 1] - 1))
+            losses.periods_missing += self._missing_periods(rows)
+
+    @staticmethod
+    def _missing_periods(rows: np.ndarray) -> int:
+        """Not those between two starts of a drive."""
+        steps = np.rint(np.diff(rows["t_ns"]) / rows["period_ns"][1:]).astype(np.int64)
+        goes_on = np.diff(rows["sequence"].astype(np.int64)) >= 0
+        return int(np.sum(steps[goes_on & (steps > 1)] - 1))
 
     @staticmethod
     def _take_sequence(losses: Losses, sequence: np.ndarray, repeats: bool) -> None:

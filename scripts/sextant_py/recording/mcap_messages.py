@@ -117,15 +117,29 @@ class MessageCodec:
     def decode(self, chunk: memoryview, offsets: np.ndarray) -> np.ndarray:
         """The rows of the records that begin at these offsets of a chunk."""
         if self._fixed is None:
+            heads = [struct.unpack_from("<BQH", chunk, offset)[::2] for offset in offsets.tolist()]
+            if any(head != (Opcode.MESSAGE, self.channel) for head in heads):
+                raise self._misplaced()
             rows = [self._decode_row(chunk[offset + RECORD.itemsize + 4 :]) for offset in offsets.tolist()]
             return np.concatenate([np.empty(0, self.group.dtype), *rows])
         block, done = np.empty(len(offsets), self.group.dtype), 0
         for run in np.split(offsets, np.flatnonzero(np.diff(offsets) != self._fixed.itemsize) + 1):
             records = np.frombuffer(chunk, self._fixed, len(run), int(run[0]) if len(run) else 0)
+            self._check(records)
             for column in self.group.columns:
                 block[column.name][done : done + len(run)] = records[f"value {column.name}"]
             done += len(run)
         return block
+
+    def _check(self, records: np.ndarray) -> None:
+        """The index of a chunk has no checksum: what it points at must be a record of the channel."""
+        length = self._fixed.itemsize - HEADER_BYTES
+        heads = (records["opcode"] == Opcode.MESSAGE) & (records["channel"] == self.channel)
+        if not np.all(heads & (records["length"] == length)):
+            raise self._misplaced()
+
+    def _misplaced(self) -> ValueError:
+        return ValueError(f"no row of {self.group.name} is where the index says")
 
     def _decode_row(self, data: memoryview) -> np.ndarray:
         block, at = np.zeros(1, self.group.dtype), 0

@@ -99,6 +99,8 @@ class McapSink:
         self._taken = getattr(self, "_taken", {})
 
     def append(self, name: str, block: np.ndarray) -> None:
+        if not len(block):
+            return
         codec = self._codecs[name]
         data, offsets = codec.encode(block, self._taken[codec.channel])
         times = np.maximum(codec.group.times_ns(block), 0).astype(np.uint64)

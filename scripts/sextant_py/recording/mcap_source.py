@@ -2,6 +2,7 @@
 
 import json
 import struct
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
@@ -11,6 +12,7 @@ import lz4.frame
 import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk
 from mcap.records import Metadata as MetadataRecord
@@ -23,6 +25,8 @@ from .model import BLOCK_ROWS, Group, Metadata, cut_sentence
 
 ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])  # of a chunk's index
 RECENT_CHUNKS = 4
+# What the libraries raise where a record is not what it should be; lz4 raises RuntimeError.
+UNREADABLE = (ValueError, KeyError, TypeError, struct.error, RuntimeError, McapError, zstandard.ZstdError, MemoryError)
 
 
 @dataclass
@@ -45,6 +49,7 @@ class McapSource:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self.paths = [path]
         self.metadata: Metadata = {}
         self.groups: dict[str, Group] = {}
         self.cut: str | None = None
@@ -60,7 +65,8 @@ class McapSource:
         if lost_bytes is not None:
             self._index_last_chunk()
             kept = {name: self.rows(name) for name in self.groups}
-            self.cut = cut_sentence(path, kept, f"its last {lost_bytes} bytes are of an incomplete record")
+            lost = f"its last {lost_bytes} bytes are of an incomplete record" if lost_bytes else "it lacks its end"
+            self.cut = cut_sentence(path, kept, lost)
 
     def _scan(self, file: BytesIO, size: int) -> int | None:
         """Bytes of the incomplete record at the end; None where the file ends as it should."""
@@ -76,7 +82,10 @@ class McapSource:
             if begin + HEADER_BYTES + length > size:
                 return size - begin
             has_end = opcode == Opcode.FOOTER
-            self._take(file, opcode, begin, length)
+            try:
+                self._take(file, opcode, begin, length)
+            except UNREADABLE as error:
+                raise self._damaged(begin, f"the record there cannot be read ({error})") from None
             file.seek(begin + HEADER_BYTES + length)
 
     def _take(self, file: BytesIO, opcode: int, begin: int, length: int) -> None:
@@ -90,6 +99,8 @@ class McapSource:
             self._chunks.append(ChunkPlace(begin + HEADER_BYTES, length, {}, {}))
         elif opcode == Opcode.MESSAGE_INDEX and self._chunks:
             channel, size = struct.unpack("<HI", file.read(6))
+            if size != length - 6:
+                raise ValueError("an index of another length than its record")
             self._chunks[-1].indexes[channel] = (begin + HEADER_BYTES + 6, size // ENTRY.itemsize)
 
     def _take_channel(self, channel: Channel) -> None:
@@ -120,13 +131,23 @@ class McapSource:
                 self._recent.pop(next(iter(self._recent)))
         return self._recent[number]
 
+    def _damaged(self, offset: int, reason: str) -> UserError:
+        return UserError(f"{self._path} is damaged at byte {offset}: {reason}.")
+
     def _decompressed(self, place: ChunkPlace) -> bytes:
+        """UserError where the chunk does not match its checksum; 0 is none."""
+        begin = place.offset - HEADER_BYTES
         with self._path.open("rb") as file:
             file.seek(place.offset)
-            chunk = Chunk.read(ReadDataStream(BytesIO(file.read(place.length))))
-        if chunk.compression == "zstd":
-            return zstandard.ZstdDecompressor().decompress(chunk.data, chunk.uncompressed_size)
-        return lz4.frame.decompress(chunk.data) if chunk.compression == "lz4" else chunk.data
+            stored = file.read(place.length)
+        try:
+            chunk = Chunk.read(ReadDataStream(BytesIO(stored)))
+            data = decompressed(chunk)
+        except UNREADABLE as error:
+            raise self._damaged(begin, f"the chunk there cannot be decompressed ({error})") from None
+        if chunk.uncompressed_crc and chunk.uncompressed_crc != zlib.crc32(data):
+            raise self._damaged(begin, "the chunk there does not match its checksum")
+        return data
 
     def _offsets(self, place: ChunkPlace, channel: int) -> np.ndarray:
         if channel in place.offsets:
@@ -143,6 +164,16 @@ class McapSource:
         for number, place in enumerate(self._chunks):
             if place.rows(codec.channel):
                 offsets = self._offsets(place, codec.channel)
-                whole = codec.decode(memoryview(self._data(number)), offsets)
+                data = memoryview(self._data(number))
+                try:
+                    whole = codec.decode(data, offsets)
+                except UNREADABLE as error:
+                    raise self._damaged(place.offset - HEADER_BYTES, f"index or rows of a chunk: {error}") from None
                 for begin in range(0, len(whole), rows):
                     yield whole[begin : begin + rows]
+
+
+def decompressed(chunk: Chunk) -> bytes:
+    if chunk.compression == "zstd":
+        return zstandard.ZstdDecompressor().decompress(chunk.data, chunk.uncompressed_size)
+    return lz4.frame.decompress(chunk.data) if chunk.compression == "lz4" else chunk.data

@@ -1,8 +1,10 @@
 """Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds."""
 
+import gc
 import json
 import struct
 import sys
+import zlib
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,13 +12,17 @@ from pathlib import Path
 import numpy as np
 from asammdf import MDF, Signal
 from asammdf.blocks.utils import MdfException
+from isal import isal_zlib
 
 from ..errors import UserError
-from .model import BLOCK_ROWS, Group, Metadata
+from .model import BLOCK_ROWS, Group, Metadata, damage
 
 ATTACHMENT = "sextant_recording.json"
 # What asammdf raises where a file is not what it should be.
-UNREADABLE = (MdfException, OSError, ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error)
+UNREADABLE = (
+    *(MdfException, isal_zlib.error, zlib.error, struct.error, OSError),
+    *(ValueError, KeyError, IndexError, TypeError, AttributeError, MemoryError),
+)
 HEADER_AT = 64  # of the HD block, whose first link, after 24 bytes, is that to the first data group
 SLICE_ROWS = 131_072
 ZIPPED = 2  # deflate, with the bytes transposed
@@ -37,9 +43,8 @@ class MdfSink:
         self.kept: dict[str, int] = {}
 
     def abandon(self) -> None:
-        """Removes the file, which is not readable."""
+        """Gives up the file, which is not readable."""
         self._mdf.close()
-        self._path.unlink(missing_ok=True)
 
     def add(self, group: Group) -> None:
         self._groups[group.name] = group
@@ -81,6 +86,7 @@ class MdfSource:
 
     def __init__(self, path: Path) -> None:
         self.cut: str | None = None
+        self._path, self.paths = path, [path]
         check_whole(path)
         self._mdf = opened(path)
         try:
@@ -103,9 +109,10 @@ class MdfSource:
 
     def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]:
         has_text = any(column.is_text for column in self.groups[name].columns)
-        for block in [self._whole(name)] if has_text else self._slices(name):
-            for first in range(0, len(block), rows):
-                yield block[first : first + rows]
+        with damage(self._path, *UNREADABLE):
+            for block in [self._whole(name)] if has_text else self._slices(name):
+                for first in range(0, len(block), rows):
+                    yield block[first : first + rows]
 
     def _whole(self, name: str) -> np.ndarray:
         """All rows at once: texts lie outside of the rows. No group of many rows has any."""
@@ -147,6 +154,7 @@ def opened(path: Path) -> MDF:
             return MDF(path)
         except UNREADABLE as error:
             reason = str(error)
+        gc.collect()  # what was opened halfway is in a cycle
     finally:
         sys.unraisablehook = hook
     raise UserError(f"{path} is truncated or damaged, and cannot be read: {reason}.")

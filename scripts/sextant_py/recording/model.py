@@ -2,8 +2,10 @@
 
 import heapq
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -81,11 +83,13 @@ class Sink(Protocol):
 
 
 class Source(Protocol):
-    """A file that is read block by block. `cut` says in a sentence what a truncated file has lost."""
+    """A file that is read block by block, or the several `paths` of a recording. `cut` says in a sentence what a file
+    lacks that was truncated or not closed. UserError: what it holds is damaged."""
 
     metadata: Metadata
     groups: dict[str, Group]
     cut: str | None
+    paths: list[Path]
 
     def rows(self, name: str) -> int: ...
 
@@ -110,6 +114,16 @@ def merged(source: Source, names: list[str] | None = None) -> Iterator[tuple[Gro
         put(order, group, blocks)
 
 
+@contextmanager
+def damage(path: Path, *errors: type[Exception]) -> Iterator[None]:
+    """Turns what a library raises at a damaged file into a sentence."""
+    try:
+        yield
+    except errors as error:
+        reason = " ".join(str(getattr(error, "strerror", None) or error).split()).rstrip(".")
+        raise UserError(f"{path} is damaged and cannot be read: {reason}.") from None
+
+
 def missing_rows(metadata: Metadata, kept: dict[str, int]) -> dict[str, int]:
     """Rows by group that the file had when it was closed and has no more."""
     rows = metadata.get("rows", {})
@@ -118,5 +132,16 @@ def missing_rows(metadata: Metadata, kept: dict[str, int]) -> dict[str, int]:
 
 def cut_sentence(path: object, kept: dict[str, int], lost: str) -> str:
     """One sentence for a truncated file."""
-    rows = ", ".join(f"{count} of {name}" for name, count in kept.items()) or "none"
-    return f"{path} is truncated: {lost}; rows that are left: {rows}"
+    return f"{path} is truncated: {lost}; rows that are left: {counted(kept)}"
+
+
+def unclosed_sentence(path: object, metadata: Metadata, kept: dict[str, int]) -> str | None:
+    """One sentence for a recording that its recorder has not closed: at its end it writes the counts of rows."""
+    if metadata.get("program") != "record" or "rows" in metadata:
+        return None
+    return f"{path} was not closed, so what came last may be missing; rows that are left: {counted(kept)}"
+
+
+def counted(rows: dict[str, int]) -> str:
+    """The groups that have rows."""
+    return ", ".join(f"{count} of {name}" for name, count in rows.items() if count) or "none"

@@ -11,7 +11,7 @@ from pyarrow import parquet
 
 from ..errors import UserError
 from . import arrow_table
-from .model import BLOCK_ROWS, MAIN, Group, Metadata
+from .model import BLOCK_ROWS, MAIN, Group, Metadata, damage
 
 ROW_GROUP_ROWS = 131_072
 
@@ -29,12 +29,11 @@ class ParquetSink:
         self.kept: dict[str, int] = {}
 
     def abandon(self) -> None:
-        """Removes the files, of which none is readable."""
-        for name, writer in self._writers.items():
+        """Gives up the files, of which none is readable."""
+        for writer in self._writers.values():
             writer.is_open = False  # it shall not write its end
             with suppress(OSError):
                 writer.file_handle.close()
-            self._file(name).unlink(missing_ok=True)
 
     def _file(self, name: str) -> Path:
         return arrow_table.file_of(self._path, name, self._metadata.get("main", MAIN))
@@ -43,7 +42,7 @@ class ParquetSink:
         self._groups[group.name] = group
         self._schemas[group.name] = arrow_table.schema(group)
         self._writers[group.name] = parquet.ParquetWriter(
-            self._file(group.name), self._schemas[group.name], compression="zstd"
+            self._file(group.name), self._schemas[group.name], compression="zstd", write_page_checksum=True
         )
         self._waiting[group.name] = []
         self.kept[group.name] = 0
@@ -71,6 +70,8 @@ class ParquetSource:
     """NAME.parquet and its groups NAME.GROUP.parquet."""
 
     def __init__(self, path: Path) -> None:
+        self._path = path
+        self.paths: list[Path] = []
         self.metadata: Metadata = {}
         self.groups: dict[str, Group] = {}
         self.cut: str | None = None
@@ -83,26 +84,30 @@ class ParquetSource:
 
     def _add(self, path: Path, place: Path) -> None:
         try:
-            file = parquet.ParquetFile(place)
-        except (pyarrow.ArrowInvalid, OSError):
+            file = parquet.ParquetFile(place, page_checksum_verification=True)
+        except (pyarrow.ArrowException, OSError):
             raise UserError(
                 f"{place} is no Parquet file, or truncated: it lacks its end, without which nothing of it is readable."
             ) from None
         about = file.schema_arrow.metadata or {}
         if arrow_table.GROUP not in about:
             return
-        group = Group.of(json.loads(about[arrow_table.GROUP]))
         stored = (file.metadata.metadata or {}).get(arrow_table.RECORDING)
-        metadata = json.loads(stored) if stored else {}
+        with damage(place, ValueError, KeyError, TypeError):
+            group = Group.of(json.loads(about[arrow_table.GROUP]))
+            metadata = json.loads(stored) if stored else {}
         if arrow_table.file_of(path, group.name, metadata.get("main", MAIN)) != place:
             return  # of a recording whose name begins the same
         self.groups[group.name] = group
         self._files[group.name] = file
+        self.paths.append(place)
         self.metadata = metadata
 
     def rows(self, name: str) -> int:
         return self._files[name].metadata.num_rows
 
     def blocks(self, name: str, rows: int = BLOCK_ROWS) -> Iterator[np.ndarray]:
-        for batch in self._files[name].iter_batches(rows):
-            yield arrow_table.block(self.groups[name], batch)
+        place = arrow_table.file_of(self._path, name, self.metadata.get("main", MAIN))
+        with damage(place, pyarrow.ArrowException, OSError):
+            for batch in self._files[name].iter_batches(rows):
+                yield arrow_table.block(self.groups[name], batch)

@@ -13,7 +13,7 @@ from .can_frames import wall_minus_monotonic_ns
 from .copying import copy
 from .formats import AT_THE_END, check, open_sink, open_source
 from .losses import LossCounter
-from .model import MAIN, Group, Metadata, Sink
+from .model import MAIN, Group, Metadata, Sink, counted
 
 
 class Rows(Protocol):
@@ -33,6 +33,8 @@ class Recorder:
         check(path)
         self.path = path
         self.written = path.with_name(f"{path.name}.part.mcap") if path.suffix in AT_THE_END else path
+        if self.written != path and self.written.exists():
+            raise UserError(f"{self.written} is there, of an earlier run; convert it by scripts/convert, or remove it.")
         self.losses = LossCounter()
         self.rows = rows
         self._about = about
@@ -54,10 +56,15 @@ class Recorder:
         finally:
             self.rows.close()
 
+    def begin(self) -> Metadata:
+        """What is known when the file is opened."""
+        return {**self._about, "drive_id": self.rows.drive_id, **self._begin}
+
     def metadata(self) -> Metadata:
-        ended = {} if self._sink is None else {"rows": dict(self._sink.kept), "losses": self.losses.described()}
-        ended |= {"end_ns": time.monotonic_ns(), "wall_minus_monotonic_end_ns": wall_minus_monotonic_ns()}
-        return {**self._about, "drive_id": self.rows.drive_id, **self._begin, **ended}
+        """What is known at the end. `rows` and `end_ns` show that the file was closed."""
+        rows = dict(self._sink.kept) if self._sink else {}
+        ended = {"end_ns": time.monotonic_ns(), "wall_minus_monotonic_end_ns": wall_minus_monotonic_ns()}
+        return {**self.begin(), "rows": rows, "losses": self.losses.described(), **ended}
 
     @property
     def count(self) -> int:
@@ -66,11 +73,11 @@ class Recorder:
 
     def poll(self) -> None:
         """Writes what has come."""
-        for group, block in self.rows.poll():
+        for group, block in self._polled():
             self.losses.take(group.name, block)
             try:
                 if self._sink is None:
-                    self._sink = open_sink(self.written, self.metadata())
+                    self._sink = open_sink(self.written, self.begin())
                 if group.name not in self._seen:
                     self._sink.add(group)
                     self._seen.add(group.name)
@@ -78,11 +85,19 @@ class Recorder:
             except OSError as error:
                 raise UserError(self._full(error)) from None
 
+    def _polled(self) -> list[tuple[Group, np.ndarray]]:
+        try:
+            return self.rows.poll()
+        except UserError as error:
+            kept = counted({name: losses.rows for name, losses in self.losses.of.items()})
+            place = f"in {self.written}" if self._sink else "of the recording"
+            raise UserError(f"{error} Rows that are kept {place}: {kept}.") from None
+
     def _full(self, error: OSError) -> str:
         reason = os.strerror(error.errno) if error.errno else error
         sink, self._sink = self._sink, None
         if sink:
-            sink.close({**self._about, "drive_id": self.rows.drive_id, **self._begin})
+            sink.close({**self.begin(), "rows": dict(sink.kept)})
         count = sink.kept.get(MAIN, 0) if sink else 0
         kept = f"; its first {count} samples are kept" if count else ""
         kept += f" in {self.written}" if count and self.written != self.path else ""

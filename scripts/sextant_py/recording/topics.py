@@ -17,7 +17,7 @@ TOPICS = {
     MAIN: dds.TELEMETRY,
     STATE: dds.STATE,
     "statistics": dds.STATISTICS,
-    WAVEFORM: "sextant/DriveWaveform",
+    WAVEFORM: dds.WAVEFORM,
 }
 TEXTS = {
     MAIN: "DriveTelemetry, a row a sample",
@@ -114,7 +114,12 @@ def member(signal: Signal, value: Any) -> Any:
     from .. import telemetry_types
 
     if signal.type in enumerations():
-        return telemetry_types.enum(signal.type)(value)
+        try:
+            return telemetry_types.enum(signal.type)(value)
+        except ValueError:
+            raise UserError(
+                f"the recording has {signal.name} {value}, which {signal.type} of the telemetry contract does not name."
+            ) from None
     if signal.type == "boolean":
         return bool(value)
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
