@@ -1,7 +1,7 @@
 """Records a live drive with every control period and its CAN frames, and checks that the files have all of it.
 
 A sample that is missing has to be counted, as lost on the way or as dropped or missed by the drive. The packages mcap
-and asammdf have to read the MCAP and the MDF4 file alike. Size and processor time are told.
+and asammdf have to read the MCAP and the MDF4 file alike. Size and processor time are reported.
 """
 
 import argparse
