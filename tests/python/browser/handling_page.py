@@ -11,7 +11,13 @@ PATIENCE_S = 60.0
 def reading(page: Page, name: str) -> float:
     """A reading of the headline; NaN while there is none."""
     text = page.inner_text(f'[data-reading="{name}"]').replace("−", "-")
-    return float("nan") if text == "–" else float(text)
+    return float("nan") if text in ("", "–") else float(text)
+
+
+def wait_until_drawn(page: Page) -> None:
+    """Until the page has drawn what was asked of it: it draws at most every 33 ms."""
+    page.evaluate("""() => new Promise(done => setTimeout(
+        () => requestAnimationFrame(() => requestAnimationFrame(done)), 100))""")
 
 
 def wait_for(condition: Callable[[], bool], what: str, page: Page) -> float:

@@ -10,7 +10,7 @@ import pytest
 from background import Background
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
-from handling_page import reading, wait_for
+from handling_page import reading, wait_for, wait_until_drawn
 from page_client import DashboardProcess
 from playwright.sync_api import Page
 from sextant_py import dds, telemetry_types
@@ -77,12 +77,15 @@ def test_drives_by_id_pause_zoom_and_cursors(
 
 
 def estimate(page: Page) -> float:
-    return float(page.inner_text('[data-panel="torque"] .key:nth-of-type(2) output').replace("−", "-"))
+    """The value beside the plot of the torque; NaN while there is none."""
+    text = page.inner_text('[data-panel="torque"] .key:nth-of-type(2) output').replace("−", "-")
+    return float(text or "nan")
 
 
 def check_pause(page: Page) -> None:
     page.keyboard.press("p")
     wait_for(lambda: page.get_attribute("#pause", "aria-pressed") == "true", "the pause", page)
+    wait_until_drawn(page)
     held = estimate(page)
     page.wait_for_timeout(500)
     assert estimate(page) == held
@@ -91,6 +94,7 @@ def check_pause(page: Page) -> None:
 
 def check_zoom_and_cursors(page: Page) -> None:
     page.select_option("#window", "1")
+    wait_until_drawn(page)
     box = page.locator('[data-panel="torque"] .u-over').bounding_box()
     middle = box["y"] + box["height"] / 2
     page.mouse.move(box["x"] + box["width"] * 0.5, middle)
@@ -99,9 +103,11 @@ def check_zoom_and_cursors(page: Page) -> None:
     page.mouse.up()
     page.wait_for_selector("#unzoom:not([disabled])")
     page.click("#cursors")
+    wait_until_drawn(page)
     first, second = page.locator('#cursor-panel input[type="range"]').all()
     first.fill("-1")
     second.fill("0")
+    wait_until_drawn(page)
     row = page.locator("#cursor-panel tbody tr").first.locator("td")
     wait_for(lambda: row.nth(2).inner_text() != "", "the times", page)
     times = [float(text.removesuffix(" s").replace("−", "-")) for text in row.all_inner_texts()[:3]]
@@ -149,5 +155,6 @@ def test_the_server_goes_and_returns(
     port = watching.address.rstrip("/").rpartition(":")[2]
     with DashboardProcess(domain, tmp_path, "--port", port):
         wait_for(lambda: page.inner_text("#link") == "live", "the connection", page)
+        wait_for(lambda: reading(page, "torque_mean_nm") > 50, "telemetry", page)
         before = reading(page, "torque_mean_nm")
         wait_for(lambda: reading(page, "torque_mean_nm") > before, "telemetry again", page)
