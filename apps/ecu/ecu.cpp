@@ -93,10 +93,8 @@ void Ecu::start() {
   const RightsReport rights = control_.start();
   check_rights(config_.realtime, rights);
   warn_of_unbounded_execution();
-  if (cycle_thread_) {
-    cycles_->open();
-    cycle_thread_->start();
-  }
+  if (cycles_) cycles_->open();
+  if (cycle_thread_) cycle_thread_->start();
   control_.go();
   telemetry_.start(rights);
   watchdog_.start();

@@ -1,5 +1,6 @@
 #include "ecu/replay/cycle_log.hpp"
 
+#include <memory>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -23,7 +24,7 @@ CycleLog::CycleLog(const std::string& file, const EcuConfig& config, DriveIo<dou
 }
 
 void CycleLog::open() {
-  writer_.emplace(file_, configuration_);
+  writer_ = std::make_unique<CycleFileWriter>(file_, configuration_);
 }
 
 template <class Write>

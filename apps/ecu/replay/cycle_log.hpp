@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -46,7 +46,7 @@ class CycleLog {
   std::string file_;
   std::string configuration_;
   CycleRecorder recorder_;
-  std::optional<CycleFileWriter> writer_{};
+  std::unique_ptr<CycleFileWriter> writer_{};  // once the file is open
   std::vector<CycleRecord<double>> waiting_{};
   std::uint64_t lost_{0};  // control periods that the ring had no room for
   std::string failure_{};
