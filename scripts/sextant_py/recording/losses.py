@@ -10,6 +10,14 @@ from .topics import TOPICS, WAVEFORM
 COUNTER = "Counter"  # of the E2E protection
 
 
+def missing_periods(rows: np.ndarray) -> int:
+    """Control periods between the first and the last row of a waveform that have no row; not those between two starts
+    of a drive."""
+    steps = np.rint(np.diff(rows["t_ns"].astype(np.int64)) / rows["period_ns"][1:]).astype(np.int64)
+    goes_on = np.diff(rows["sequence"].astype(np.int64)) >= 0
+    return int(np.sum(steps[goes_on & (steps > 1)] - 1))
+
+
 @dataclass
 class Losses:
     """Of one group. What is zero was not lost or cannot be counted."""
@@ -44,14 +52,7 @@ class LossCounter:
         if "dropped" in (block.dtype.names or ()):
             self._take_dropped(losses, rows["dropped"].astype(np.int64))
         if name == WAVEFORM:
-            losses.periods_missing += self._missing_periods(rows)
-
-    @staticmethod
-    def _missing_periods(rows: np.ndarray) -> int:
-        """Not those between two starts of a drive."""
-        steps = np.rint(np.diff(rows["t_ns"]) / rows["period_ns"][1:]).astype(np.int64)
-        goes_on = np.diff(rows["sequence"].astype(np.int64)) >= 0
-        return int(np.sum(steps[goes_on & (steps > 1)] - 1))
+            losses.periods_missing += missing_periods(rows)
 
     @staticmethod
     def _take_sequence(losses: Losses, sequence: np.ndarray, repeats: bool) -> None:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..recording.losses import missing_periods
+
 
 @dataclass(frozen=True)
 class Capture:
@@ -21,7 +23,4 @@ class Capture:
     @property
     def periods_missing(self) -> int:
         """Control periods between the first and the last row that have no row."""
-        if len(self.rows) < 2:
-            return 0
-        steps = np.rint(np.diff(self.rows["t_ns"].astype(np.int64)) / self.rows["period_ns"][1:]).astype(np.int64)
-        return int(np.sum(steps[steps > 1] - 1))
+        return missing_periods(self.rows)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import dds
 from ..errors import UserError
 from ..recording import formats
 from ..recording.live import LiveDrive
@@ -80,8 +79,6 @@ class Watch:
         self._several = self._count != 1
         self._out = options.out
         self._live = LiveDrive(options.domain, options.drive, waveform=True, can=None)
-        self._all_states = dds.Subscription(self._live.node, dds.STATE, dds.latched_qos())
-        self._drives: set[int] = set()  # ids, of all drives of the domain
         self._states: list[np.ndarray] = []
         self._received_s = time.monotonic()
         self.rows = 0
@@ -97,7 +94,6 @@ class Watch:
                 self._states = [*self._states[-MOST_STATES:], rows]
             elif group.name == WAVEFORM:
                 self._take(rows)
-        self._drives |= {sample.drive_id for sample in self._all_states.poll()}
         self._report_timeout()
 
     def _take(self, rows: np.ndarray) -> None:
@@ -134,13 +130,8 @@ class Watch:
         """Why no waveform comes, in a sentence."""
         if self.rows:
             return f"drive {self._live.drive_id} sends none any more; is it still running?"
-        if problem := self._live.subscriptions[WAVEFORM].diagnosis():
-            return problem
-        drive_id, domain = self._live.drive_id, self._live.node.domain
-        if self._drives and drive_id not in self._drives:
-            there = ", ".join(map(str, sorted(self._drives)))
-            return f"no sample of drive {drive_id} arrived in domain {domain}; drives there: {there}."
-        return f"no waveform of drive {drive_id} arrived in domain {domain}."
+        nothing = f"no waveform of drive {self._live.drive_id} arrived in domain {self._live.node.domain}."
+        return " ".join(self._live.problems()) or nothing
 
     def close(self) -> None:
         self._live.close()
