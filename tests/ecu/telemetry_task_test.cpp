@@ -124,6 +124,16 @@ std::vector<WaveformMessage> waveforms(MessageSocket& socket) {
   return arrived;
 }
 
+/// The drive's records of control periods of 25 µs from t_ns on, which the task takes a hundred at a time.
+void run_periods(SharedState& shared, TelemetryTask& task, std::int64_t& t_ns, int periods) {
+  for (int k = 0; k < periods; ++k, t_ns += 25'000) {
+    Telemetry<double> x;
+    x.t_ns = t_ns;
+    shared.telemetry.push(x);
+    if (k % 100 == 99) task.poll(t_ns);
+  }
+}
+
 TEST(TelemetryTask, WaveformsAreSentWhileTheyAreRead) {
   SharedState shared{25'000, 1};
   TelemetrySender sender;
@@ -131,14 +141,7 @@ TEST(TelemetryTask, WaveformsAreSentWhileTheyAreRead) {
   sender.connect(std::move(own));
   TelemetryTask task{{}, sender, shared};
   std::int64_t t_ns = 0;
-  const auto run = [&](int periods) {
-    for (int k = 0; k < periods; ++k, t_ns += 25'000) {
-      Telemetry<double> x;
-      x.t_ns = t_ns;
-      shared.telemetry.push(x);
-      if (k % 100 == 99) task.poll(t_ns);
-    }
-  };
+  const auto run = [&](int periods) { run_periods(shared, task, t_ns, periods); };
   run(1000);
   EXPECT_TRUE(waveforms(other).empty()) << "nobody reads";
   sender.set_waveform_is_read(true);
@@ -171,21 +174,14 @@ TEST(TelemetryTask, WaveformsWithoutAPublisherAreMissingInTheSequence) {
   sender.set_waveform_is_read(true);
   TelemetryTask task{{}, sender, shared};
   std::int64_t t_ns = 0;
-  const auto run = [&](int batches) {
-    for (int k = 0; k < 400 * batches; ++k, t_ns += 25'000) {
-      Telemetry<double> x;
-      x.t_ns = t_ns;
-      shared.telemetry.push(x);
-      if (k % 100 == 99) task.poll(t_ns);
-    }
-  };
-  run(3);
+  const auto run = [&](int periods) { run_periods(shared, task, t_ns, periods); };
+  run(1200);
   ASSERT_EQ(waveforms(other).size(), 2U) << "the third is not complete";
   sender.disconnect();
-  run(5);
+  run(2000);
   auto [own_again, other_again] = MessageSocket::pair();
   sender.connect(std::move(own_again));
-  run(3);
+  run(1200);
   const auto after = waveforms(other_again);
   ASSERT_FALSE(after.empty());
   // Each batch that nobody took has its number.

@@ -1,5 +1,6 @@
 #include "ecu/replay/cycle_log.hpp"
 
+#include <cstdint>
 #include <memory>
 #include <stdexcept>
 
@@ -53,8 +54,7 @@ void CycleLog::write_waiting() {
 void CycleLog::close() {
   guarded([this] {
     write_waiting();
-    lost_ = recorder_.records().dropped();
-    writer_->close(lost_);
+    writer_->close(recorder_.dropped());
   });
 }
 
@@ -63,8 +63,8 @@ void CycleLog::print_report(std::FILE* out) const {
   fmt::print(out, "{}: {} control periods recorded", file_, writer_->written());
   if (!failure_.empty()) {
     fmt::print(out, ", then none");
-  } else if (lost_ > 0) {
-    fmt::print(out, ", {} lost: the disk was too slow", lost_);
+  } else if (const std::uint64_t lost = recorder_.dropped(); lost > 0) {
+    fmt::print(out, ", {} lost: the disk was too slow", lost);
   }
   fmt::print(out, "\n");
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -48,7 +47,6 @@ class CycleLog {
   CycleRecorder recorder_;
   std::unique_ptr<CycleFileWriter> writer_{};  // once the file is open
   std::vector<CycleRecord<double>> waiting_{};
-  std::uint64_t lost_{0};  // control periods that the ring had no room for
   std::string failure_{};
 };
 

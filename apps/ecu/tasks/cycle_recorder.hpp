@@ -33,6 +33,8 @@ class CycleRecorder final : public DriveIo<double> {
 
   /// For one reader.
   [[nodiscard]] Ring<CycleRecord<double>>& records() noexcept { return records_; }
+  /// Control periods that the ring had no room for. [-]
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return records_.dropped(); }
 
  private:
   DriveIo<double>& io_;

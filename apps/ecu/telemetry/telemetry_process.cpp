@@ -174,10 +174,8 @@ void TelemetryProcess::handle(std::span<const std::byte> message) {
   if (kind == TelemetryMessageKind::refused) refusal_ = text_after<AnswerMessage>(message);
   if (kind == TelemetryMessageKind::counts) {
     counts_ = content_of<CountsMessage>(message).value_or(counts_);
-    const bool finds_readers = now_ns() - started_ns_ < rediscovery_ns;
-    if (counts_.waveform_readers > 0 || !finds_readers) {
-      sender_.set_waveform_is_read(counts_.waveform_readers > 0);
-    }
+    const bool is_read = counts_.waveform_readers > 0;
+    if (is_read || now_ns() - started_ns_ > rediscovery_ns) sender_.set_waveform_is_read(is_read);
   }
 }
 
