@@ -13,11 +13,20 @@ constexpr Range<double> voltage_v{1, 2e4};
 constexpr Range<double> tolerance{1e-14, 1e-1};
 
 void describe(Section s, ErrorControl& p) {
-  s.number("relative_tolerance", p.relative_tolerance, tolerance, "", "local error of a step, of each state");
-  s.number("flux_tolerance_wb", p.flux_tolerance, tolerance, "Wb", "absolute, of flux linkages");
-  s.number("speed_tolerance_rad_s", p.speed_tolerance, tolerance, "rad/s", "absolute, of the speed");
-  s.number("angle_tolerance_rad", p.angle_tolerance, tolerance, "rad", "absolute, of the shaft's angle");
-  s.number("appended_tolerance", p.appended_tolerance, tolerance, "", "absolute, of appended states");
+  s.choice("at_switching", p.at_switching,
+           {{"by_tolerance", AtSwitching::by_tolerance}, {"go_on", AtSwitching::go_on}, {"stop", AtSwitching::stop}},
+           "where the inverter switches with every leg driven: go on, restart, or restart where the relative "
+           "tolerance is below 1e-7");
+  s.number("relative_tolerance", p.relative_tolerance, tolerance, "",
+           "local error of a step, of each state; 1e-7 where it goes on, 1e-11 where it restarts");
+  s.number("flux_tolerance_wb", p.flux_tolerance, tolerance, "Wb",
+           "absolute, of flux linkages; 0.01 Wb times the relative one");
+  s.number("speed_tolerance_rad_s", p.speed_tolerance, tolerance, "rad/s",
+           "absolute, of the speed; 1000 rad/s times the relative one where it goes on, else 1 rad/s");
+  s.number("angle_tolerance_rad", p.angle_tolerance, tolerance, "rad",
+           "absolute, of the shaft's angle; 1000 rad times the relative one where it goes on, else 1 rad");
+  s.number("appended_tolerance", p.appended_tolerance, tolerance, "",
+           "absolute, of appended states; 100 times the relative one");
   s.integer("max_steps", p.max_steps, {1, 100'000'000}, "", "internal steps between two switching instants");
   s.integer("max_events", p.max_events, {1, 100'000'000}, "", "diode events between two switching instants");
   s.check(p);
@@ -68,6 +77,8 @@ void describe(Section s, SimulatedPowerStage::Parameters& p) {
   Section fixed = s.section("fixed");
   fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
              "longest integration step; a machine that is too fast for it gets shorter ones");
+  fixed.choice("at_switching", p.fixed.at_switching, {{"go_on", AtSwitching::go_on}, {"stop", AtSwitching::stop}},
+               "where the inverter switches with every leg driven: go on, or end a step");
   fixed.check(p.fixed);
   Section exact = s.section("exact");
   exact.time("max_step_us", p.exact.max_step_ns, ns_per_us, {0.1, 1e5}, "us",

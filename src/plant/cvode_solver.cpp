@@ -32,22 +32,23 @@ struct CvodeSolver::Implementation : SundialsSolution {
   Owned<SUNNonlinearSolver, FreeNonlinearSolver> nonlinear_solver{};
   std::unique_ptr<void, FreeCvode> memory{};
 
-  Implementation(const OdeProblem& ode, const CvodeParameters& parameters,
+  Implementation(const OdeProblem& ode, const CvodeParameters& parameters, double relative,
                  std::span<const double> absolute_tolerance);
   void attach_method(const CvodeParameters& parameters);
   void find_events();
+  SolverOutcome go(const void* plant, double t_end, double* end, int task) noexcept;
 
-  static int jacobian(sunrealtype, N_Vector x, N_Vector, SUNMatrix j, void* user, N_Vector, N_Vector,
+  static int jacobian(sunrealtype t, N_Vector x, N_Vector, SUNMatrix j, void* user, N_Vector, N_Vector,
                       N_Vector) {
     const auto& self = *static_cast<const SundialsSolution*>(user);
-    self.problem.jacobian(self.context, N_VGetArrayPointer(x), SUNDenseMatrix_Data(j));
+    self.problem.jacobian(self.context, t, N_VGetArrayPointer(x), SUNDenseMatrix_Data(j));
     return 0;
   }
 };
 
-CvodeSolver::Implementation::Implementation(const OdeProblem& ode, const CvodeParameters& parameters,
+CvodeSolver::Implementation::Implementation(const OdeProblem& ode, const CvodeParameters& parameters, double relative,
                                             std::span<const double> absolute_tolerance)
-    : SundialsSolution{"CVODE", ode, parameters.relative_tolerance} {
+    : SundialsSolution{"CVODE", ode, relative} {
   allocate(new_small_vector, absolute_tolerance);
   memory.reset(
       CVodeCreate(parameters.method == CvodeMethod::adams_fixed_point ? CV_ADAMS : CV_BDF, sundials));
@@ -85,9 +86,21 @@ void CvodeSolver::Implementation::find_events() {
   require(CVodeSetRootDirection(memory.get(), falling.data()) == CV_SUCCESS, "CVodeSetRootDirection");
 }
 
-CvodeSolver::CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters,
+SolverOutcome CvodeSolver::Implementation::go(const void* plant, double t_end, double* end,
+                                              int task) noexcept {
+  context = plant;
+  if (CVodeSetStopTime(memory.get(), t_end) != CV_SUCCESS) return SolverOutcome::failed;
+  const int flag = CVode(memory.get(), t_end, x.get(), &time, task);
+  if (flag < 0 || !copy_state(end)) return SolverOutcome::failed;
+  if (flag != CV_ROOT_RETURN) return SolverOutcome::reached;
+  if (CVodeGetRootInfo(memory.get(), fired.data()) != CV_SUCCESS) return SolverOutcome::failed;
+  return take_event();
+}
+
+CvodeSolver::CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters, double relative,
                          std::span<const double> absolute_tolerance)
-    : implementation_{std::make_unique<Implementation>(problem, parameters, absolute_tolerance)} {}
+    : implementation_{std::make_unique<Implementation>(problem, parameters, relative,
+                                                       absolute_tolerance)} {}
 
 CvodeSolver::~CvodeSolver() = default;
 
@@ -98,14 +111,11 @@ bool CvodeSolver::restart(const double* x) noexcept {
 }
 
 CvodeSolver::Outcome CvodeSolver::advance(const void* context, double t_end, double* x) noexcept {
-  Implementation& self = *implementation_;
-  self.context = context;
-  if (CVodeSetStopTime(self.memory.get(), t_end) != CV_SUCCESS) return Outcome::failed;
-  const int flag = CVode(self.memory.get(), t_end, self.x.get(), &self.time, CV_NORMAL);
-  if (flag < 0 || !self.copy_state(x)) return Outcome::failed;
-  if (flag != CV_ROOT_RETURN) return Outcome::reached;
-  if (CVodeGetRootInfo(self.memory.get(), self.fired.data()) != CV_SUCCESS) return Outcome::failed;
-  return self.take_event();
+  return implementation_->go(context, t_end, x, CV_NORMAL);
+}
+
+CvodeSolver::Outcome CvodeSolver::step(const void* context, double t_end, double* x) noexcept {
+  return implementation_->go(context, t_end, x, CV_ONE_STEP);
 }
 
 double CvodeSolver::time() const noexcept {

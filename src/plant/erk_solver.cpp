@@ -18,14 +18,15 @@ struct ErkSolver::Implementation : SundialsSolution {
   std::unique_ptr<void, FreeErkStep> memory{};
   bool fresh{true};  // no step since the last restart
 
-  Implementation(const OdeProblem& ode, const ErrorControl& parameters,
+  Implementation(const OdeProblem& ode, const ErrorControl& parameters, double relative,
                  std::span<const double> absolute_tolerance);
   void find_events();
+  SolverOutcome go(const void* plant, double t_end, double* end, int task) noexcept;
 };
 
-ErkSolver::Implementation::Implementation(const OdeProblem& ode, const ErrorControl& parameters,
+ErkSolver::Implementation::Implementation(const OdeProblem& ode, const ErrorControl& parameters, double relative,
                                           std::span<const double> absolute_tolerance)
-    : SundialsSolution{"ARKODE", ode, parameters.relative_tolerance} {
+    : SundialsSolution{"ARKODE", ode, relative} {
   allocate(new_runge_kutta_vector, absolute_tolerance);
   memory.reset(ERKStepCreate(derivative, 0.0, x.get(), sundials));
   require(memory != nullptr, "ERKStepCreate");
@@ -47,9 +48,23 @@ void ErkSolver::Implementation::find_events() {
   require(ERKStepSetRootDirection(memory.get(), falling.data()) == ARK_SUCCESS, "ERKStepSetRootDirection");
 }
 
-ErkSolver::ErkSolver(const OdeProblem& problem, const ErrorControl& parameters,
+SolverOutcome ErkSolver::Implementation::go(const void* plant, double t_end, double* end, int task) noexcept {
+  context = plant;
+  // The first guess of a step is the whole segment; the error control shortens it where it must.
+  if (fresh && ERKStepSetInitStep(memory.get(), t_end) != ARK_SUCCESS) return SolverOutcome::failed;
+  fresh = false;
+  if (ERKStepSetStopTime(memory.get(), t_end) != ARK_SUCCESS) return SolverOutcome::failed;
+  const int flag = ERKStepEvolve(memory.get(), t_end, x.get(), &time, task);
+  if (flag < 0 || !copy_state(end)) return SolverOutcome::failed;
+  if (flag != ARK_ROOT_RETURN) return SolverOutcome::reached;
+  if (ERKStepGetRootInfo(memory.get(), fired.data()) != ARK_SUCCESS) return SolverOutcome::failed;
+  return take_event();
+}
+
+ErkSolver::ErkSolver(const OdeProblem& problem, const ErrorControl& parameters, double relative,
                      std::span<const double> absolute_tolerance)
-    : implementation_{std::make_unique<Implementation>(problem, parameters, absolute_tolerance)} {}
+    : implementation_{std::make_unique<Implementation>(problem, parameters, relative,
+                                                       absolute_tolerance)} {}
 
 ErkSolver::~ErkSolver() = default;
 
@@ -61,18 +76,11 @@ bool ErkSolver::restart(const double* x) noexcept {
 }
 
 ErkSolver::Outcome ErkSolver::advance(const void* context, double t_end, double* x) noexcept {
-  Implementation& self = *implementation_;
-  void* const memory = self.memory.get();
-  self.context = context;
-  // The first guess of a step is the whole segment; the error control shortens it where it must.
-  if (self.fresh && ERKStepSetInitStep(memory, t_end) != ARK_SUCCESS) return Outcome::failed;
-  self.fresh = false;
-  if (ERKStepSetStopTime(memory, t_end) != ARK_SUCCESS) return Outcome::failed;
-  const int flag = ERKStepEvolve(memory, t_end, self.x.get(), &self.time, ARK_NORMAL);
-  if (flag < 0 || !self.copy_state(x)) return Outcome::failed;
-  if (flag != ARK_ROOT_RETURN) return Outcome::reached;
-  if (ERKStepGetRootInfo(memory, self.fired.data()) != ARK_SUCCESS) return Outcome::failed;
-  return self.take_event();
+  return implementation_->go(context, t_end, x, ARK_NORMAL);
+}
+
+ErkSolver::Outcome ErkSolver::step(const void* context, double t_end, double* x) noexcept {
+  return implementation_->go(context, t_end, x, ARK_ONE_STEP);
 }
 
 double ErkSolver::time() const noexcept {

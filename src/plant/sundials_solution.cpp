@@ -38,10 +38,10 @@ std::vector<int> SundialsSolution::all_falling() const {
 
 OdeProblem SundialsSolution::harmless(const OdeProblem& real) noexcept {
   return {real.size, real.event_count,
-          [](const void* self, const double* state, double* slope) noexcept {
+          [](const void* self, double, const double* state, double* slope) noexcept {
             for (int i = 0; i < static_cast<const OdeProblem*>(self)->size; ++i) slope[i] = 1.0 - state[i];
           },
-          [](const void* self, const double*, double* j) noexcept {
+          [](const void* self, double, const double*, double* j) noexcept {
             const int n = static_cast<const OdeProblem*>(self)->size;
             for (int i = 0; i < n * n; ++i) j[i] = i % (n + 1) == 0 ? -1.0 : 0.0;
           },
@@ -70,10 +70,10 @@ SolverOutcome SundialsSolution::take_event() noexcept {
   return first == fired.end() ? SolverOutcome::failed : SolverOutcome::event;
 }
 
-int SundialsSolution::derivative(sunrealtype, N_Vector x, N_Vector dx, void* user) {
+int SundialsSolution::derivative(sunrealtype t, N_Vector x, N_Vector dx, void* user) {
   const auto& self = *static_cast<const SundialsSolution*>(user);
   double* const slope = N_VGetArrayPointer(dx);
-  self.problem.derivative(self.context, N_VGetArrayPointer(x), slope);
+  self.problem.derivative(self.context, t, N_VGetArrayPointer(x), slope);
   // The norms of SUNDIALS compare false with NaN, so that it would take one for a small error.
   double sum = 0.0;
   for (int i = 0; i < self.problem.size; ++i) sum += slope[i];
@@ -91,7 +91,13 @@ int SundialsSolution::weights(N_Vector x, N_Vector w, void* user) {
   const double* const state = N_VGetArrayPointer(x);
   const double* const absolute = N_VGetArrayPointer(self.tolerance.get());
   double* const weight = N_VGetArrayPointer(w);
-  for (int i = 0; i < self.problem.size; ++i) {
+  int i = 0;
+  for (; i < self.problem.vector_states; i += 2) {
+    const double magnitude = std::sqrt(state[i] * state[i] + state[i + 1] * state[i + 1]);
+    weight[i] = 1.0 / (self.relative_tolerance * magnitude + absolute[i]);
+    weight[i + 1] = 1.0 / (self.relative_tolerance * magnitude + absolute[i + 1]);
+  }
+  for (; i < self.problem.size; ++i) {
     const double relative = i < self.problem.relative_states ? self.relative_tolerance : 0.0;
     weight[i] = 1.0 / (relative * std::abs(state[i]) + absolute[i]);
   }

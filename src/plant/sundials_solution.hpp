@@ -62,9 +62,10 @@ struct SundialsSolution {
 
   /// The callbacks get this as their user data.
   [[nodiscard]] void* as_user_data() noexcept { return this; }
-  static int derivative(sunrealtype, N_Vector x, N_Vector dx, void* user);
+  static int derivative(sunrealtype t, N_Vector x, N_Vector dx, void* user);
   static int events(sunrealtype, N_Vector x, sunrealtype* g, void* user);
-  /// The weight of an error of each state: 1 / (relative |x| + absolute).
+  /// The weight of an error of each state: 1 / (relative |x| + absolute), |x| that of the vector where the
+  /// state is a component of one.
   static int weights(N_Vector x, N_Vector w, void* user);
   /// Failures are reported by return values; SUNDIALS' own messages would go to stderr from the control
   /// thread.

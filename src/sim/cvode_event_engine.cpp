@@ -7,45 +7,30 @@ namespace sextant {
 namespace {
 
 using State = EventExactSystem::State;
-using Jacobian = EventExactSystem::Jacobian;
-
-OdeProblem problem(int event_count) noexcept {
-  return {EventExactSystem::size,
-          event_count,
-          [](const void* system, const double* x, double* dx) noexcept {
-            State slope;
-            static_cast<const EventExactSystem*>(system)->derivative(Eigen::Map<const State>(x), slope);
-            Eigen::Map<State>{dx} = slope;
-          },
-          [](const void* system, const double* x, double* j) noexcept {
-            Jacobian matrix;
-            static_cast<const EventExactSystem*>(system)->jacobian(Eigen::Map<const State>(x), matrix);
-            Eigen::Map<Jacobian>{j} = matrix;
-          },
-          [](const void* system, const double* x, double* g) noexcept {
-            EventExactSystem::Events values;
-            static_cast<const EventExactSystem*>(system)->events(Eigen::Map<const State>(x), values);
-            std::copy(values.begin(), values.end(), g);
-          },
-          EventExactSystem::meter};
-}
 
 /// The estimator's flux is held to the tolerance of the machine's.
-std::array<double, EventExactSystem::size> tolerances(const CvodeParameters& parameters) noexcept {
+std::array<double, EventExactSystem::size> absolute(const Tolerances& tolerances) noexcept {
   std::array<double, EventExactSystem::size> t;
-  t.fill(parameters.flux_tolerance);
-  t[EventExactSystem::Plant::omega] = parameters.speed_tolerance;
-  t[EventExactSystem::Plant::theta] = parameters.angle_tolerance;
-  t[EventExactSystem::torque_reference] = parameters.appended_tolerance;
-  std::fill(t.begin() + EventExactSystem::meter, t.end(), parameters.appended_tolerance);
+  t.fill(tolerances.flux);
+  t[EventExactSystem::Plant::omega] = tolerances.speed;
+  t[EventExactSystem::Plant::theta] = tolerances.angle;
+  t[EventExactSystem::torque_reference] = tolerances.appended;
+  std::fill(t.begin() + EventExactSystem::meter, t.end(), tolerances.appended);
   return t;
+}
+
+/// Such a run stops at each switching.
+CvodeSolver solver(int event_count, const CvodeParameters& parameters) {
+  const Tolerances tolerances = parameters.tolerances(true);
+  return {ode_problem<EventExactSystem>(event_count, EventExactSystem::meter), parameters, tolerances.relative,
+          absolute(tolerances)};
 }
 
 }  // namespace
 
 CvodeEventEngine::CvodeEventEngine(const CvodeParameters& parameters, double max_piece)
-    : with_events_{problem(EventExactSystem::event_count), parameters, tolerances(parameters)},
-      smooth_{problem(0), parameters, tolerances(parameters)},
+    : with_events_{solver(EventExactSystem::event_count, parameters)},
+      smooth_{solver(0, parameters)},
       max_piece_{max_piece} {}
 
 EventPiece CvodeEventEngine::advance(EventExactSystem& system, double duration, bool detect) noexcept {

@@ -138,9 +138,8 @@ class EventExactRun {
 
   [[nodiscard]] MetricsSample sample() const {
     const EventExactSystem::Plant& plant = system_.plant();
-    const PlantInstant<EventExactSystem::Plant> now{plant.state(), plant.u_s(), plant.i_dc()};
     MetricsSample sample =
-        PlantLook{plant.machine(), now, EventExactSystem::meter}.metrics_sample(parameters_.u_dc);
+        PlantLook{plant, plant.state(), EventExactSystem::meter}.metrics_sample(plant.u_s());
     const double elapsed_ns = elapsed_ * 1e9;
     const auto whole_ns = static_cast<std::int64_t>(elapsed_ns);
     sample.t_ns = t_ns_ + whole_ns;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/plant/runge_kutta.hpp"
 
 namespace sextant {
 namespace {
@@ -18,28 +19,15 @@ constexpr double tolerance(int event) noexcept {
 
 }  // namespace
 
-FixedStepEventEngine::State FixedStepEventEngine::runge_kutta(const EventExactSystem& system, const State& x,
-                                                              const State& k1, double h) noexcept {
-  constexpr int n = EventExactSystem::size;
-  State y, k2, k3, k4;
-  for (int i = 0; i < n; ++i) y[i] = x[i] + 0.5 * h * k1[i];
-  system.derivative(y, k2);
-  for (int i = 0; i < n; ++i) y[i] = x[i] + 0.5 * h * k2[i];
-  system.derivative(y, k3);
-  for (int i = 0; i < n; ++i) y[i] = x[i] + h * k3[i];
-  system.derivative(y, k4);
-  for (int i = 0; i < n; ++i) y[i] = x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
-  return y;
-}
-
 EventPiece FixedStepEventEngine::advance(EventExactSystem& system, double duration, bool detect) noexcept {
   // The same bound as that of the sampled engine.
   const double bound = FixedStepIntegrator<EventExactSystem::Plant>::longest_step(system.plant());
   const double h = std::min(std::min(duration, max_step_), bound);
-  Interpolant path;
+  Path path;
   path.x0 = system.state();
   if (!slope_known_) system.derivative(path.x0, slope_);
-  path.x1 = runge_kutta(system, path.x0, slope_, h);
+  const auto slope = [&system](double, const State& x, State& dx) noexcept { system.derivative(x, dx); };
+  path.x1 = runge_kutta_step(slope, path.x0, slope_, h);
   State slope_after;
   system.derivative(path.x1, slope_after);
   if (!path.x1.allFinite()) return {EventOutcome::failed, 0.0, -1};
@@ -60,7 +48,7 @@ EventPiece FixedStepEventEngine::advance(EventExactSystem& system, double durati
 }
 
 FixedStepEventEngine::Found FixedStepEventEngine::first_event(const EventExactSystem& system,
-                                                              const Interpolant& path) noexcept {
+                                                              const Path& path) noexcept {
   Events middle, after;
   system.events(path.x1, after);
   // The middle is evaluated too, so that a dip within the step is rarely missed.
@@ -78,7 +66,7 @@ FixedStepEventEngine::Found FixedStepEventEngine::first_event(const EventExactSy
   return first;
 }
 
-double FixedStepEventEngine::locate(const EventExactSystem& system, const Interpolant& path, int event,
+double FixedStepEventEngine::locate(const EventExactSystem& system, const Path& path, int event,
                                     const std::array<double, 3>& g) noexcept {
   constexpr int max_iterations = 60;
   const double tol = tolerance(event);

@@ -92,11 +92,18 @@ void MetricsAccumulator::note_reference(const MetricsSample& before, const Metri
   }
 }
 
-MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const MetricsSample& s) noexcept {
+const MetricsAccumulator::FluxFrame& MetricsAccumulator::flux_frame(const MetricsSample& s) noexcept {
+  if (s.psi_s == frame_.psi_s && s.i_s == frame_.i_s) return frame_;
   const double psi = magnitude(s.psi_s);
   // A machine without flux has no flux angle; phase a's axis replaces it.
   const SpaceVector<> axis = psi > 0 ? (1 / psi) * s.psi_s : SpaceVector<>{1, 0};
-  return {{s.torque - s.torque_reference, psi, dot(axis, s.i_s), cross(axis, s.i_s)},
+  frame_ = {s.psi_s, s.i_s, psi, dot(axis, s.i_s), cross(axis, s.i_s)};
+  return frame_;
+}
+
+MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const MetricsSample& s) noexcept {
+  const FluxFrame& frame = flux_frame(s);
+  return {{s.torque - s.torque_reference, frame.flux, frame.i_flux, frame.i_quadrature},
           s.omega_m - s.speed_reference,
           s.p_dc,
           s.energies};

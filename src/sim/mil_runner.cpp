@@ -42,27 +42,31 @@ class SampledObserver {
     reference_slope_ = commands.reference_slope(now.t_ns);
     metrics_.begin_period(now, reference_);
     if (trace_ != nullptr && now.t_ns >= 0)
-      trace_->add(now, trace_sample(look(end_of_period())), control_sample());
+      trace_->add(now, trace_sample(look(io_.plant().state()), io_.plant().u_s()), control_sample());
   }
 
   [[nodiscard]] const RunMetrics& metrics() const noexcept { return metrics_; }
 
  private:
-  using Instant = PlantInstant<MeteredPlant>;
-
   /// The segments applied since the last period. The reference runs in a line from that period on;
   /// what jumps between two periods acts with the second.
   void add_segments(const ScenarioCommands& commands) {
+    const auto instants = io_.log().instants();
     std::int64_t elapsed_ns = 0;
-    for (const ActedSegment<MeteredPlant>& segment : io_.log().segments()) {
-      const PlantLook begin = look(segment.begin);
-      const PlantLook end = look(segment.end);
-      const MetricsSample before = metrics_sample(begin, elapsed_ns, commands);
+    std::size_t at = 0;  // the instant that is looked at
+    PlantLook begin = look(instants[at]);
+    for (const ActedSegment& segment : io_.log().segments()) {
+      if (segment.begin != at) begin = look(instants[segment.begin]);
+      at = segment.end;
+      const PlantLook end = look(instants[at]);
+      const MetricsSample before = metrics_sample(begin, segment.u_s_begin, elapsed_ns, commands);
       metrics_.commutate(before.t_ns, segment.state);
       elapsed_ns += segment.duration_ns;
-      metrics_.add_segment(before, metrics_sample(end, elapsed_ns, commands));
-      if (trace_ == nullptr) continue;
-      trace_->add_segment(trace_sample(begin), trace_sample(end), double(segment.duration_ns) * 1e-9);
+      metrics_.add_segment(before, metrics_sample(end, segment.u_s_end, elapsed_ns, commands));
+      if (trace_ != nullptr)
+        trace_->add_segment(trace_sample(begin, segment.u_s_begin), trace_sample(end, segment.u_s_end),
+                            double(segment.duration_ns) * 1e-9);
+      begin = end;
     }
   }
 
@@ -74,28 +78,22 @@ class SampledObserver {
     demand_ = demand;
   }
 
-  [[nodiscard]] MetricsSample metrics_sample(const PlantLook& now, std::int64_t elapsed_ns,
+  [[nodiscard]] MetricsSample metrics_sample(const PlantLook& now, SpaceVector<> u_s, std::int64_t elapsed_ns,
                                              const ScenarioCommands& commands) const noexcept {
-    MetricsSample sample = now.metrics_sample(io_.plant().inputs().u_dc);
+    MetricsSample sample = now.metrics_sample(u_s);
     sample.t_ns = t_ns_ + elapsed_ns;
     sample.torque_reference = reference_ + reference_slope_ * (double(elapsed_ns) * 1e-9);
     sample.speed_reference = commands.speed_reference(sample.t_ns);
     return sample;
   }
 
-  [[nodiscard]] PlantSample trace_sample(const PlantLook& now) const noexcept {
+  [[nodiscard]] PlantSample trace_sample(const PlantLook& now, SpaceVector<> u_s) const noexcept {
     const MeteredPlant& plant = io_.plant();
-    return now.trace_sample(plant.inputs().state, plant.inputs().u_dc, io_.tau_l());
+    return now.trace_sample(plant.inputs().state, u_s, plant.inputs().u_dc, io_.tau_l());
   }
 
-  [[nodiscard]] PlantLook look(const Instant& now) const noexcept {
-    return {io_.plant().machine(), now, MeteredPlant::appended};
-  }
-
-  /// The plant as the period found it.
-  [[nodiscard]] Instant end_of_period() const noexcept {
-    const MeteredPlant& plant = io_.plant();
-    return {plant.state(), plant.u_s(), plant.i_dc()};
+  [[nodiscard]] PlantLook look(const MeteredPlant::State& x) const noexcept {
+    return {io_.plant(), x, MeteredPlant::appended};
   }
 
   [[nodiscard]] ControlSample control_sample() const noexcept {

@@ -1,9 +1,7 @@
 #pragma once
 
 #include "sextant/plant/energy_meter.hpp"
-#include "sextant/plant/induction_machine.hpp"
 #include "sextant/sim/metrics_sample.hpp"
-#include "sextant/sim/segment_log.hpp"
 #include "sextant/sim/trace_row.hpp"
 
 namespace sextant {
@@ -11,36 +9,30 @@ namespace sextant {
 /// The plant's true quantities at one instant of a run, each computed once.
 class PlantLook {
  public:
-  /// `meter`: index of the energy meter's first state.
+  /// x: a state of the plant. `meter`: index of the energy meter's first state.
   template <class Plant>
-  PlantLook(const InductionMachine<double>& machine, const PlantInstant<Plant>& now, int meter) noexcept
-      : psi_s{now.x[Plant::psi_s_alpha], now.x[Plant::psi_s_beta]},
-        psi_r{now.x[Plant::psi_r_alpha], now.x[Plant::psi_r_beta]},
-        i_s{machine.stator_current(psi_s, psi_r)},
-        i_r{machine.rotor_current(psi_s, psi_r)},
-        u_s{now.u_s},
-        torque{machine.torque(psi_s, i_s)},
-        omega_m{now.x[Plant::omega]},
-        theta_m{now.x[Plant::theta]},
-        i_dc{now.i_dc},
-        energies{.link = now.x[meter + int(EnergyMeter<>::dc_link)],
-                 .copper = now.x[meter + int(EnergyMeter<>::stator_copper)] +
-                           now.x[meter + int(EnergyMeter<>::rotor_copper)],
-                 .shaft = now.x[meter + int(EnergyMeter<>::mechanical)],
-                 .field = 0.75 * (dot(psi_s, i_s) + dot(psi_r, i_r))} {}
+  PlantLook(const Plant& plant, const typename Plant::State& x, int meter) noexcept
+      : PlantLook{plant.quantities(x.template head<Plant::machine_size>())} {
+    energies = {.link = x[meter + int(EnergyMeter<>::dc_link)],
+                .copper = x[meter + int(EnergyMeter<>::stator_copper)] +
+                          x[meter + int(EnergyMeter<>::rotor_copper)],
+                .shaft = x[meter + int(EnergyMeter<>::mechanical)],
+                .field = plant.machine().magnetic_energy(psi_s, psi_r)};
+  }
 
-  /// For the metrics; instant and references are the caller's.
-  [[nodiscard]] MetricsSample metrics_sample(double u_dc) const noexcept {
+  /// For the metrics, with the stator voltage before or after it jumps; instant and references are the caller's.
+  [[nodiscard]] MetricsSample metrics_sample(SpaceVector<> u_s) const noexcept {
     return {.torque = torque,
             .psi_s = psi_s,
             .i_s = i_s,
             .omega_m = omega_m,
-            .p_dc = u_dc * i_dc,
+            .p_dc = power(u_s),
             .energies = energies};
   }
 
   /// For a trace, with what acts on the plant from outside.
-  [[nodiscard]] PlantSample trace_sample(SwitchState state, double u_dc, double tau_l) const noexcept {
+  [[nodiscard]] PlantSample trace_sample(SwitchState state, SpaceVector<> u_s, double u_dc,
+                                         double tau_l) const noexcept {
     return {.torque = torque,
             .tau_l = tau_l,
             .psi_s = psi_s,
@@ -49,16 +41,29 @@ class PlantLook {
             .u_dc = u_dc,
             .omega_m = omega_m,
             .theta_m = theta_m,
-            .i_dc = i_dc,
+            .i_dc = u_dc > 0 ? power(u_s) / u_dc : 0.0,
             .state = state,
             .u_s = u_s,
             .i_r = i_r,
             .energies = energies};
   }
 
-  SpaceVector<> psi_s, psi_r, i_s, i_r, u_s;
-  double torque, omega_m, theta_m, i_dc;
-  DriveEnergies energies;
+  SpaceVector<> psi_s, psi_r, i_s, i_r;
+  double torque, omega_m, theta_m;
+  DriveEnergies energies{};
+
+ private:
+  explicit PlantLook(const PlantQuantities<>& q) noexcept
+      : psi_s{q.psi_s},
+        psi_r{q.psi_r},
+        i_s{q.i_s},
+        i_r{q.i_r},
+        torque{q.tau_e},
+        omega_m{q.omega_m},
+        theta_m{q.theta_m} {}
+
+  /// What the inverter draws from the link, u_dc i_dc = 3/2 u_s · i_s: it keeps nothing. [W]
+  [[nodiscard]] double power(SpaceVector<> u_s) const noexcept { return 1.5 * dot(u_s, i_s); }
 };
 
 }  // namespace sextant

@@ -229,7 +229,7 @@ TEST(Sensors, CurrentsAreSampledAheadOfThePeriod) {
     if (t_ns == 0) return;
     const auto segments = bench.io().log().segments();
     ASSERT_EQ(segments.size(), 2U);
-    const Plant::State& x = segments[1].begin.x;
+    const Plant::State& x = bench.io().log().instants()[segments[1].begin];
     const SpaceVector<double> i = plant.machine().stator_current({x[0], x[1]}, {x[2], x[3]});
     ASSERT_EQ(m.i_abc, inverse_clarke(i));
     ASSERT_EQ(m.omega_m, plant.omega_m());

@@ -58,7 +58,7 @@ class RecordedDrive {
 
   SimulatedPowerStage stage_;
   Tap io_;
-  C controller_{{}};
+  C controller_{typename C::Parameters{}};
   Drive<double> drive_{{}, controller_};
   ScenarioCommands commands_;
   Sink sink_{};

@@ -14,6 +14,7 @@ template <class First, class Second, class T = double>
   requires AppendedSystem<First, T> && AppendedSystem<Second, T>
 struct AppendedPair {
   static constexpr int size = First::size + Second::size;
+  static constexpr bool is_integral = sextant::is_integral<First> && sextant::is_integral<Second>;
   static constexpr int second_begin = First::size;  ///< index of the second system's first state
 
   First first;

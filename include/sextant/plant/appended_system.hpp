@@ -35,6 +35,16 @@ concept AppendedSystem =
       { a.derivative(plant, y, dy) } noexcept;
     };
 
+/// True for an appended system whose slope does not depend on its own states, as a meter's: it declares
+/// `static constexpr bool is_integral = true`. Integrators may take such integrals apart from the rest.
+template <class A>
+inline constexpr bool is_integral = [] {
+  if constexpr (requires { A::is_integral; })
+    return A::is_integral;
+  else
+    return A::size == 0;
+}();
+
 /// The appended system that is none.
 template <class T = double>
 struct NoAppendedSystem {

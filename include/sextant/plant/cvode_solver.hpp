@@ -16,8 +16,8 @@ class CvodeSolver {
   using Parameters = CvodeParameters;
   using Outcome = SolverOutcome;
 
-  /// absolute_tolerance: one for each state. Throws std::runtime_error when CVODE cannot be set up.
-  CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters,
+  /// relative_tolerance [-]; absolute_tolerance: one for each state. Those of the parameters do not count. Throws std::runtime_error when CVODE cannot be set up.
+  CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters, double relative_tolerance,
               std::span<const double> absolute_tolerance);
   ~CvodeSolver();
   CvodeSolver(const CvodeSolver&) = delete;
@@ -29,6 +29,10 @@ class CvodeSolver {
   /// Integrates to t_end [s], counted from the last restart, or to the first event. On success x is the state
   /// there. After `failed` the solver must be restarted.
   [[nodiscard]] Outcome advance(const void* context, double t_end, double* x) noexcept;
+
+  /// The same by one internal step, which ends at t_end at the latest; `time` tells where it has ended. The
+  /// problem must have no events.
+  [[nodiscard]] Outcome step(const void* context, double t_end, double* x) noexcept;
 
   /// Time since the last restart. [s]
   [[nodiscard]] double time() const noexcept;

@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 
 #include <Eigen/Core>
 
+#include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
+#include "sextant/core/two_level_inverter.hpp"
 #include "sextant/plant/appended_system.hpp"
 #include "sextant/plant/drive_plant_parameters.hpp"
 #include "sextant/plant/induction_machine.hpp"
@@ -27,7 +31,8 @@ namespace sextant {
 /// off, u_s depends on the state through the back-EMF and the ties of the legs change at events.
 ///
 /// The plant holds the state and the inputs; a `PlantIntegrator` moves the state. `revision()` changes
-/// whenever the right-hand side or the state jumps, and only then.
+/// whenever the right-hand side or the state jumps, and only then; `jumps()` leaves out what an integrator
+/// gets over without a restart: another voltage while every leg is driven, another load.
 ///
 /// `Machine` holds the equations between fluxes, currents and torque; the default is the linear induction
 /// machine. Another machine, with saturation for instance, is a class with the functions of `PlantMachine`.
@@ -37,13 +42,19 @@ class DrivePlant {
  public:
   using Scalar = T;
   static constexpr bool is_linear = Machine::is_linear;
+  static constexpr bool appends_integrals = is_integral<Appended>;
   static constexpr int machine_size = 6;
   static constexpr int size = machine_size + Appended::size;
   static constexpr int event_count = Inverter<T>::event_count;
   /// Elements of the state; the appended system's follow.
   enum Index : int { psi_s_alpha, psi_s_beta, psi_r_alpha, psi_r_beta, omega, theta, appended };
   using State = Eigen::Matrix<T, size, 1>;
+  /// The same without the appended system's.
+  using MachineState = Eigen::Matrix<T, machine_size, 1>;
   using Jacobian = Eigen::Matrix<T, size, size>;
+  using Events = std::array<T, std::size_t(event_count)>;
+  /// States of the appended system.
+  using Integrals = std::array<T, std::size_t(Appended::size)>;
 
   /// At rest, without flux, gates off. The parameters must be valid.
   explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
@@ -72,6 +83,7 @@ class DrivePlant {
     if (inputs == inputs_) return;
     const bool bridge_changed = inputs.state != inputs_.state || inputs.u_dc != inputs_.u_dc;
     // By member, as the caller stored it.
+    if (inputs.imposed_speed != inputs_.imposed_speed) ++jumps_;
     inputs_.state = inputs.state;
     inputs_.u_dc = inputs.u_dc;
     inputs_.tau_l = inputs.tau_l;
@@ -83,6 +95,13 @@ class DrivePlant {
     largest_u_dc_ = std::max(largest_u_dc_, inputs.u_dc);
     settle_inverter();
   }
+  /// Leg states of the segment to come, the other inputs as they are.
+  void set_switch_state(SwitchState state) noexcept SEXTANT_NONBLOCKING {
+    if (state == inputs_.state) return;
+    inputs_.state = state;
+    ++revision_;
+    settle_inverter();
+  }
   [[nodiscard]] const PlantInputs<T>& inputs() const noexcept SEXTANT_NONBLOCKING { return inputs_; }
 
   /// Opens the motor cable of phase 0, 1 or 2: no current flows in it from its next zero on.
@@ -90,14 +109,14 @@ class DrivePlant {
   void open_phase(int phase) noexcept SEXTANT_NONBLOCKING {
     if (phase == inverter_.open_phase()) return;
     inverter_.open_phase(phase, i_s());
-    ++revision_;
+    note_jump();
     settle_inverter();
   }
 
   /// Replaces the state from outside, so that an integrator restarts.
   void set_state(const State& x) noexcept SEXTANT_NONBLOCKING {
     x_ = x;
-    ++revision_;
+    note_jump();
     settle_inverter();
   }
   /// Flux linkages, stationary frame. [Wb]
@@ -120,6 +139,9 @@ class DrivePlant {
   void continue_at(const State& x) noexcept SEXTANT_NONBLOCKING { x_ = x; }
   [[nodiscard]] const State& state() const noexcept SEXTANT_NONBLOCKING { return x_; }
   [[nodiscard]] std::uint64_t revision() const noexcept SEXTANT_NONBLOCKING { return revision_; }
+  /// Changes whenever the state jumps, or the right-hand side does by anything but the voltage of a bridge
+  /// whose legs are all driven, the load torque or the imposed slope of the speed.
+  [[nodiscard]] std::uint64_t jumps() const noexcept SEXTANT_NONBLOCKING { return jumps_; }
 
   /// The right-hand side, dx/dt at x.
   void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
@@ -133,6 +155,39 @@ class DrivePlant {
     derivative_at(x, dx, [this](SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
       return inverter_.voltage_map().offset;
     });
+  }
+
+  /// The slope of fluxes, speed and angle at x without the stator voltage: where every leg is driven,
+  ///   dx/dt = undriven_derivative(x) + (u_s, 0, 0, 0).
+  void undriven_derivative(const MachineState& x, MachineState& dx) const noexcept SEXTANT_NONBLOCKING {
+    derivative_at(x, dx, [](SpaceVector<T>) noexcept SEXTANT_NONBLOCKING { return SpaceVector<T>{}; });
+  }
+  /// The quantities at x but stator voltage and link current, which the inverter decides.
+  [[nodiscard]] PlantQuantities<T> quantities(const MachineState& x) const noexcept SEXTANT_NONBLOCKING {
+    PlantQuantities<T> q;
+    q.psi_s = stator_flux(x);
+    q.psi_r = rotor_flux(x);
+    q.i_s = machine_.stator_current(q.psi_s, q.psi_r);
+    q.i_r = machine_.rotor_current(q.psi_s, q.psi_r);
+    q.u_dc = inputs_.u_dc;
+    q.tau_e = machine_.torque(q.psi_s, q.i_s);
+    q.tau_l = inputs_.tau_l;
+    q.omega_m = x[omega];
+    q.theta_m = x[theta];
+    return q;
+  }
+  /// The slope of an appended system of integrals under leg states that are all driven; q: of `quantities`, gets
+  /// stator voltage and link current.
+  [[nodiscard]] Integrals integral_derivative(PlantQuantities<T>& q, SwitchState state) const noexcept
+      SEXTANT_NONBLOCKING
+    requires(is_integral<Appended>)
+  {
+    Integrals dy{};
+    q.u_s = stator_voltage(state, inputs_.u_dc);
+    q.i_dc = sextant::dc_link_current(state, inverse_clarke(q.i_s));
+    // What it is an integral of does not depend on it.
+    appended_.derivative(q, Integrals{}, dy);
+    return dy;
   }
 
   /// d²omega_m/dt² at x, whose derivative is dx; of a linear machine, whose torque is bilinear in the
@@ -183,13 +238,19 @@ class DrivePlant {
     const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
     g = inverter_.events(i_s, emf_at(x));
   }
+  /// True when the stator voltage over all of these gate segments follows from them alone.
+  [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
+    return inverter_.open_phase() == Inverter<T>::no_phase &&
+           std::all_of(segments.begin(), segments.end(),
+                       [](const GateSegment& segment) { return is_driven(segment.state); });
+  }
   /// True while events can come: a leg is off or a cable open.
   [[nodiscard]] bool has_events() const noexcept SEXTANT_NONBLOCKING { return inverter_.has_events(); }
   /// The event of a leg has come at the present state.
   void on_event(int leg) noexcept SEXTANT_NONBLOCKING {
     inverter_.on_event(leg, i_s(), emf_at(x_));
     make_current_admissible();
-    ++revision_;
+    note_jump();
   }
 
   [[nodiscard]] SpaceVector<T> psi_s() const noexcept SEXTANT_NONBLOCKING { return stator_flux(x_); }
@@ -233,15 +294,21 @@ class DrivePlant {
   /// By which the largest flux may be passed without a reason.
   static constexpr T rounding = T(1e-3);
 
-  static SpaceVector<T> stator_flux(const State& x) noexcept SEXTANT_NONBLOCKING {
+  template <class Vector>
+  static SpaceVector<T> stator_flux(const Vector& x) noexcept SEXTANT_NONBLOCKING {
     return {x[psi_s_alpha], x[psi_s_beta]};
   }
-  static SpaceVector<T> rotor_flux(const State& x) noexcept SEXTANT_NONBLOCKING {
+  template <class Vector>
+  static SpaceVector<T> rotor_flux(const Vector& x) noexcept SEXTANT_NONBLOCKING {
     return {x[psi_r_alpha], x[psi_r_beta]};
   }
-  /// stator_voltage: u_s by dpsi_r/dt.
-  template <class StatorVoltage>
-  void derivative_at(const State& x, State& dx,
+  void note_jump() noexcept SEXTANT_NONBLOCKING {
+    ++revision_;
+    ++jumps_;
+  }
+  /// x: the whole state, or that of the machine. stator_voltage: u_s by dpsi_r/dt.
+  template <class Vector, class StatorVoltage>
+  void derivative_at(const Vector& x, Vector& dx,
                      const StatorVoltage& stator_voltage) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> flux_s = stator_flux(x);
     const SpaceVector<T> flux_r = rotor_flux(x);
@@ -261,7 +328,7 @@ class DrivePlant {
     if (feels_road_) [[unlikely]]
       dx[omega] -= road_load_.torque(x[omega]) * inverse_inertia_;
     dx[theta] = x[omega];
-    if constexpr (Appended::size > 0) {
+    if constexpr (Vector::RowsAtCompileTime > machine_size) {
       const PlantQuantities<T> q{
           flux_s, flux_r,        i_s,      i_r,     u_s, inputs_.u_dc, inverter_.dc_link_current(i_s),
           tau_e,  inputs_.tau_l, x[omega], x[theta]};
@@ -302,6 +369,7 @@ class DrivePlant {
   PlantInputs<T> inputs_{};
   State x_{State::Zero()};
   std::uint64_t revision_{1};
+  std::uint64_t jumps_{1};
 };
 
 template <class T, class Appended, class Machine>

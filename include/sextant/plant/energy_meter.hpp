@@ -18,6 +18,7 @@ template <class T = double>
 class EnergyMeter {
  public:
   static constexpr int size = 4;
+  static constexpr bool is_integral = true;
   enum Index : std::size_t {
     dc_link = 0,        ///< drawn from the DC link [J]
     stator_copper = 1,  ///< lost in the stator resistance [J]

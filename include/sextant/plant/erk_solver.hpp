@@ -19,9 +19,9 @@ class ErkSolver {
   using Parameters = ErrorControl;
   using Outcome = SolverOutcome;
 
-  /// absolute_tolerance: one for each state. Throws std::runtime_error when ARKODE cannot be set up.
-  ErkSolver(const OdeProblem& problem, const ErrorControl& parameters,
-            std::span<const double> absolute_tolerance);
+  /// relative_tolerance [-]; absolute_tolerance: one for each state. Those of the parameters do not count. Throws std::runtime_error when ARKODE cannot be set up.
+  ErkSolver(const OdeProblem& problem, const ErrorControl& parameters, double relative_tolerance,
+              std::span<const double> absolute_tolerance);
   ~ErkSolver();
   ErkSolver(const ErkSolver&) = delete;
   ErkSolver& operator=(const ErkSolver&) = delete;
@@ -32,6 +32,10 @@ class ErkSolver {
   /// Integrates to t_end [s], counted from the last restart, or to the first event. On success x is the state
   /// there. After `failed` the solver must be restarted.
   [[nodiscard]] Outcome advance(const void* context, double t_end, double* x) noexcept;
+
+  /// The same by one internal step, which ends at t_end at the latest; `time` tells where it has ended. The
+  /// problem must have no events.
+  [[nodiscard]] Outcome step(const void* context, double t_end, double* x) noexcept;
 
   /// Time since the last restart. [s]
   [[nodiscard]] double time() const noexcept;

@@ -1,33 +1,69 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
+
+#include "sextant/plant/at_switching.hpp"
 
 namespace sextant {
 
-/// Accuracy of an integrator with a variable step, and its limits. The defaults are of local errors,
-/// which occur after each of some 30 000 switching edges in a second and add up: a torque within 1e-6
-/// of its peak takes a relative tolerance below 1e-9.
+/// Largest local error of a step: relative |x| + absolute.
+struct Tolerances {
+  double relative{};  ///< of flux vectors, speed and angle [-]
+  double flux{};      ///< absolute, flux linkages [Wb]
+  double speed{};     ///< absolute, mechanical speed [rad/s]
+  double angle{};     ///< absolute, mechanical angle [rad]
+  double appended{};  ///< absolute, states of the appended system [in their units]
+};
+
+/// Accuracy of an integrator with a variable step, and its limits.
+///
+/// Where it stops at each switching, local errors occur after each of some 30 000 edges in a second and add up:
+/// a torque within 1e-6 of its peak takes a relative tolerance below 1e-9; the default is 1e-11. Where it goes
+/// on over the switching it is 1e-7, and tighter gains nothing. The absolute tolerances that are not set follow
+/// from the relative one: 0.01 Wb, 1 rad/s, 1 rad and 100 times as much; of speed and angle 1000 rad/s and
+/// 1000 rad where it goes on, because the slope of the speed then has a corner at each switching, and steps
+/// that shorten for it lose more accuracy than they gain.
 struct ErrorControl {
-  double relative_tolerance{1e-11};  ///< local error of a step, relative to each state [-]
-  double flux_tolerance{1e-13};      ///< absolute, flux linkages [Wb]
-  double speed_tolerance{1e-11};     ///< absolute, mechanical speed [rad/s]
-  double angle_tolerance{1e-11};     ///< absolute, mechanical angle [rad]
-  double appended_tolerance{1e-9};   ///< absolute, states of the appended system [in their units]
-  int max_steps{10'000};             ///< internal steps of one segment between events, at most [-]
-  int max_events{1'000};             ///< diode events of one segment, at most [-]
+  std::optional<double> relative_tolerance{};  ///< local error of a step, relative to each state [-]
+  std::optional<double> flux_tolerance{};      ///< absolute, flux linkages [Wb]
+  std::optional<double> speed_tolerance{};     ///< absolute, mechanical speed [rad/s]
+  std::optional<double> angle_tolerance{};     ///< absolute, mechanical angle [rad]
+  std::optional<double> appended_tolerance{};  ///< absolute, states of the appended system [in their units]
+  AtSwitching at_switching{AtSwitching::by_tolerance};
+  int max_steps{10'000};  ///< internal steps of one segment between events, at most [-]
+  int max_events{1'000};  ///< diode events of one segment, at most [-]
+
+  /// True where the integrator stops at each switching.
+  [[nodiscard]] bool stops() const noexcept {
+    if (at_switching != AtSwitching::by_tolerance) return at_switching == AtSwitching::stop;
+    return relative_tolerance.value_or(relative_on_going) < relative_on_going;
+  }
+
+  /// Those in force where the integrator stops at each switching, or goes on.
+  [[nodiscard]] Tolerances tolerances(bool stops_there) const noexcept {
+    const double relative = relative_tolerance.value_or(stops_there ? relative_stopping : relative_on_going);
+    const double shaft = stops_there ? relative : 1e3 * relative;
+    return {relative, flux_tolerance.value_or(1e-2 * relative), speed_tolerance.value_or(shaft),
+            angle_tolerance.value_or(shaft), appended_tolerance.value_or(1e2 * relative)};
+  }
 
   /// nullptr when usable, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
-    const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
-    if (!positive(relative_tolerance)) return "the relative tolerance must be finite and above zero";
-    if (!positive(flux_tolerance) || !positive(speed_tolerance) || !positive(angle_tolerance) ||
-        !positive(appended_tolerance)) {
+    const auto usable = [](const std::optional<double>& x) { return !x || (std::isfinite(*x) && *x > 0.0); };
+    if (!usable(relative_tolerance)) return "the relative tolerance must be finite and above zero";
+    if (!usable(flux_tolerance) || !usable(speed_tolerance) || !usable(angle_tolerance) ||
+        !usable(appended_tolerance)) {
       return "the absolute tolerances must be finite and above zero";
     }
     if (max_steps < 1) return "the internal steps of a segment must be at least one";
     if (max_events < 1) return "the events of a segment must be at least one";
     return nullptr;
   }
+
+ private:
+  static constexpr double relative_on_going = 1e-7;
+  static constexpr double relative_stopping = 1e-11;
 };
 
 }  // namespace sextant

@@ -3,12 +3,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/core/space_vector.hpp"
+#include "sextant/plant/at_switching.hpp"
+#include "sextant/plant/hermite_path.hpp"
 #include "sextant/plant/plant_integrator.hpp"
+#include "sextant/plant/runge_kutta.hpp"
+#include "sextant/plant/segment_corners.hpp"
+#include "sextant/plant/smooth_state.hpp"
 #include "sextant/plant/step_count.hpp"
+#include "sextant/plant/voltage_integral.hpp"
+#include "sextant/plant/voltage_parabola.hpp"
 
 namespace sextant {
 
@@ -16,9 +25,11 @@ namespace sextant {
 struct FixedStepParameters {
   std::int32_t max_step_ns{
       25'000};  ///< longest step; a machine that is too fast for it gets shorter ones [ns]
+  AtSwitching at_switching{AtSwitching::go_on};  ///< go_on or stop
 
   /// nullptr when usable, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
+    if (at_switching == AtSwitching::by_tolerance) return "a fixed step has no tolerance to go by";
     return max_step_ns > 0 ? nullptr : "the longest step must be above zero";
   }
 };
@@ -26,7 +37,14 @@ struct FixedStepParameters {
 /// Classical Runge-Kutta method of order 4 with equal steps, in bounded time. A segment is divided into steps
 /// of at most `max_step_ns` and of at most `largest_angle` divided by the plant's fastest rate at the
 /// beginning of the segment, so that the error stays below 1e-6 of the peak torque and the method far inside
-/// its region of stability (2.8) at any speed, on any machine. While legs are off, diode events are located
+/// its region of stability (2.8) at any speed, on any machine.
+///
+/// Where gate segments follow each other with every leg driven, the steps do not end at the corners between
+/// them: the method moves psi_s − V, V the `VoltageIntegral`, whose slope does not jump. Within a step V is
+/// replaced by the parabola with the same ends and the same area, which is exact for a symmetric pattern; what
+/// a step neglects is of third order in V's deviation from it.
+///
+/// While legs are off, diode events are located
 /// within the step by bisection on its cubic Hermite interpolant and the step is taken up to the event.
 /// Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", II.1 and II.6.
 template <class Plant>
@@ -34,6 +52,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
  public:
   using T = typename Plant::Scalar;
   using State = typename Plant::State;
+  using MachineState = typename Plant::MachineState;
 
   /// Largest product of a step and of the plant's fastest rate. The error goes with its fourth power; at 0.04
   /// it was at most 3e-7 of the peak torque on the machines of tests/python/machines.py. [-]
@@ -41,7 +60,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
 
   /// The parameters must be valid.
   explicit FixedStepIntegrator(const FixedStepParameters& parameters = {}) noexcept
-      : max_step_ns_{parameters.max_step_ns} {}
+      : max_step_ns_{parameters.max_step_ns}, goes_on_{parameters.at_switching == AtSwitching::go_on} {}
 
   [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
     if (duration_ns <= 0) return true;
@@ -50,6 +69,15 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     if (steps == 0) return false;
     const T h = steps == 1 ? total : total / T(steps);
     return plant.has_events() ? advance_through_events(plant, h, steps) : advance_smoothly(plant, h, steps);
+  }
+
+  [[nodiscard]] bool advance_through(Plant& plant, std::span<const GateSegment> segments,
+                                     std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
+    if constexpr (Plant::appends_integrals) {
+      if (segments.size() > 1 && goes_on_ && plant.is_driven_by(segments))
+        return advance_over_corners(plant, segments, corners);
+    }
+    return PlantIntegrator<Plant>::advance_through(plant, segments, corners);
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING override {}
@@ -79,38 +107,64 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return at_least(steps, T(steps) * std::sqrt(square) / largest_angle);
   }
 
-  /// The state after a step of h [s] from x with the slope k1 there; slope: dx/dt by x.
-  template <class Slope>
-  static State step(const Slope& slope, const State& x, const State& k1, T h) noexcept SEXTANT_NONBLOCKING {
-    State k2, k3, k4;
-    slope(along(x, T(0.5) * h, k1), k2);
-    slope(along(x, T(0.5) * h, k2), k3);
-    slope(along(x, h, k3), k4);
-    State next;
-    for (int i = 0; i < Plant::size; ++i)
-      next[i] = x[i] + (h / T(6)) * (k1[i] + T(2) * (k2[i] + k3[i]) + k4[i]);
-    return next;
-  }
-
-  /// x + h k. By element.
-  static State along(const State& x, T h, const State& k) noexcept SEXTANT_NONBLOCKING {
-    State y;
-    for (int i = 0; i < Plant::size; ++i) y[i] = x[i] + h * k[i];
-    return y;
-  }
-
   [[gnu::flatten]] static bool advance_smoothly(Plant& plant, T h,
                                                 std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
-    const auto slope = [&plant](const State& x, State& dx) noexcept { plant.driven_derivative(x, dx); };
+    const auto slope = [&plant](T, const State& x, State& dx) noexcept { plant.driven_derivative(x, dx); };
     State x = plant.state();
     State k1;
     for (std::int64_t n = 0; n < steps; ++n) {
-      slope(x, k1);
-      x = step(slope, x, k1, h);
+      slope(T(0), x, k1);
+      x = runge_kutta_step(slope, x, k1, h);
     }
     if (!x.allFinite()) return false;
     plant.continue_at(x);
     return true;
+  }
+
+  [[gnu::flatten]] bool advance_over_corners(Plant& plant, std::span<const GateSegment> segments,
+                                             std::span<State> corners) const noexcept SEXTANT_NONBLOCKING
+    requires(Plant::appends_integrals)
+  {
+    const VoltageIntegral<T> voltage{segments, plant.inputs().u_dc};
+    std::int64_t duration_ns = 0;
+    for (const GateSegment& segment : segments) duration_ns += segment.duration_ns;
+    const T total = T(duration_ns) * T(1e-9);
+    const std::int64_t steps = steps_for(plant, duration_ns, total);
+    if (steps == 0) return false;
+    const T h = total / T(steps);
+    SegmentCorners<Plant> at_corners{plant, segments, voltage, corners};
+    const SmoothState<Plant> smooth_state{plant};
+    MachineState x = plant.state().template head<Plant::machine_size>();
+    MachineState k;
+    plant.undriven_derivative(x, k);
+    at_corners.begin(x, k);
+    VoltageMoments<T> before{};
+    for (std::int64_t n = 1; n <= steps; ++n) {
+      const VoltageMoments<T> after = voltage(T(n) * h);
+      x = step_over_corners(plant, x, k, h, {before, after, h});
+      before = after;
+      if (n == steps && !at_corners.wanted()) break;
+      plant.undriven_derivative(x, k);
+      if (at_corners.wanted()) at_corners.step(h, smooth_state.smooth(x, after), smooth_state.slope(k, after.v));
+    }
+    if (!x.allFinite()) return false;
+    plant.continue_at(at_corners.finish(x));
+    plant.set_switch_state(segments.back().state);
+    return true;
+  }
+
+  /// The machine's state after a step of h [s] from x, whose slope without the voltage is k1.
+  static MachineState step_over_corners(const Plant& plant, const MachineState& x, const MachineState& k1, T h,
+                                        const VoltageParabola<T>& v) noexcept SEXTANT_NONBLOCKING {
+    const auto slope = [&plant, &v](T s, const MachineState& y, MachineState& dy) noexcept {
+      plant.undriven_derivative(raised(y, s < T(1) ? v.middle() : v.rise()), dy);
+    };
+    return raised(runge_kutta_step(slope, x, k1, h), v.rise());
+  }
+  static MachineState raised(MachineState x, SpaceVector<T> v) noexcept SEXTANT_NONBLOCKING {
+    x[Plant::psi_s_alpha] += v.alpha;
+    x[Plant::psi_s_beta] += v.beta;
+    return x;
   }
 
   static bool advance_through_events(Plant& plant, T h, std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
@@ -125,37 +179,28 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   }
 
   static bool step_through_events(Plant& plant, T h) noexcept SEXTANT_NONBLOCKING {
-    const auto slope = [&plant](const State& x, State& dx) noexcept { plant.derivative(x, dx); };
+    const auto slope = [&plant](T, const State& x, State& dx) noexcept { plant.derivative(x, dx); };
     T left = h;
     for (int events = 0; events <= max_events_per_step; ++events) {
       const State x0 = plant.state();
       State k0, k1;
-      slope(x0, k0);
-      const State x1 = step(slope, x0, k0, left);
+      slope(T(0), x0, k0);
+      const State x1 = runge_kutta_step(slope, x0, k0, left);
       if (!x1.allFinite()) return false;
-      slope(x1, k1);
-      const Interpolant path{x0, x1, left * k0, left * k1};
+      slope(T(1), x1, k1);
+      const HermitePath<State> path{x0, x1, left * k0, left * k1};
       const T crossing = first_crossing(plant, path);
       if (crossing >= T(1)) {
         plant.continue_at(x1);
         return true;
       }
       const int leg = lowest_event(plant, path.at(crossing));
-      plant.continue_at(step(slope, x0, k0, crossing * left));
+      plant.continue_at(runge_kutta_step(slope, x0, k0, crossing * left));
       plant.on_event(leg);
       left *= T(1) - crossing;
     }
     return false;
   }
-
-  /// Cubic Hermite interpolation between both ends of a step, s from 0 to 1.
-  struct Interpolant {
-    State x0, x1, d0, d1;
-    [[nodiscard]] State at(T s) const noexcept SEXTANT_NONBLOCKING {
-      const T r = T(1) - s;
-      return r * x0 + s * x1 + (s * r) * (r * d0 - s * d1 - (T(1) - T(2) * s) * (x1 - x0));
-    }
-  };
 
   static T lowest_value(const Plant& plant, const State& x) noexcept SEXTANT_NONBLOCKING {
     std::array<T, 3> g;
@@ -169,7 +214,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   }
 
   /// Fraction of the step at which the first event function has just fallen below zero; 1 when none does.
-  static T first_crossing(const Plant& plant, const Interpolant& path) noexcept SEXTANT_NONBLOCKING {
+  static T first_crossing(const Plant& plant, const HermitePath<State>& path) noexcept SEXTANT_NONBLOCKING {
     T low = T(0);
     T high = T(1);
     // The middle is evaluated too, so that a dip within the step is rarely missed.
@@ -188,6 +233,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   }
 
   std::int64_t max_step_ns_;  ///< [ns]
+  bool goes_on_;               ///< over the switching within a call
 };
 
 }  // namespace sextant

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/nonblocking.hpp"
 
 namespace sextant {
@@ -19,6 +22,20 @@ class PlantIntegrator {
   /// duration of zero or less does nothing. False when the integration failed; the plant is then as it was
   /// before the call, and the caller must report it.
   [[nodiscard]] virtual bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING = 0;
+
+  /// The same over gate segments that follow each other, GatePattern::capacity at most, the plant's other
+  /// inputs held. corners: the state at the end of each segment, or empty where nobody asks for it. After a
+  /// failure the plant is as it was before the segment that failed, or before all of them. Integrators that do
+  /// not have to stop where the inverter switches have a faster way.
+  [[nodiscard]] virtual bool advance_through(Plant& plant, std::span<const GateSegment> segments,
+                                             std::span<typename Plant::State> corners) noexcept SEXTANT_NONBLOCKING {
+    for (std::size_t k = 0; k < segments.size(); ++k) {
+      plant.set_switch_state(segments[k].state);
+      if (!advance(plant, segments[k].duration_ns)) return false;
+      if (!corners.empty()) corners[k] = plant.state();
+    }
+    return true;
+  }
 
   /// Clears the history of the solution; to be called before another plant is advanced.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;

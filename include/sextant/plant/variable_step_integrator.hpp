@@ -5,48 +5,68 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 
-#include <Eigen/Core>
-
+#include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/plant/ode_problem.hpp"
 #include "sextant/plant/plant_integrator.hpp"
+#include "sextant/plant/smooth_solution.hpp"
 
 namespace sextant {
 
-/// What the integrators with a variable step have in common, Solver being `CvodeSolver` or `ErkSolver`. The
-/// solution is continued from segment to segment as long as the plant's revision stays the same, and
-/// restarted at each jump of the right-hand side. Root finding for diode events is a second solver that runs
-/// only while legs are off.
+/// What the integrators with a variable step have in common, Solver being `CvodeSolver` or `ErkSolver`.
+///
+/// While every leg is driven the solution goes on over the switching of the inverter (`SmoothSolution`),
+/// unless it stops there (`AtSwitching`). Otherwise it is continued from segment to segment as long as the plant's
+/// revision stays the same, and restarted at each jump of the right-hand side: where a leg is off or a cable
+/// open. Root finding for diode events is a solver of
+/// its own, which runs only while legs are off.
 template <class Plant, class Solver>
-  requires std::same_as<typename Plant::Scalar, double>
+  requires(std::same_as<typename Plant::Scalar, double> && Plant::appends_integrals)
 class VariableStepIntegrator : public PlantIntegrator<Plant> {
  public:
   using Parameters = typename Solver::Parameters;
+  using State = typename Plant::State;
 
   /// Throws std::runtime_error on bad parameters or when the solver cannot be set up.
   explicit VariableStepIntegrator(const Parameters& parameters = {})
       : max_events_{checked(parameters).max_events},
-        smooth_{problem(0), parameters, tolerances(parameters)},
-        with_events_{problem(Plant::event_count), parameters, tolerances(parameters)} {}
+        over_switching_{parameters},
+        goes_on_{!parameters.stops()},
+        smooth_{solver(0, parameters)},
+        with_events_{solver(Plant::event_count, parameters)} {}
 
   SEXTANT_TRUSTED_BEGIN
   [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
     if (duration_ns <= 0) return true;
+    if (duration_ns <= std::numeric_limits<std::int32_t>::max()) {
+      const GateSegment one{plant.inputs().state, std::int32_t(duration_ns)};
+      if (goes_on_over({&one, 1}, plant)) return go_on(plant, {&one, 1}, {});
+    }
+    over_switching_.reset();
     const bool good = plant.has_events() ? advance_through_events(plant, duration_ns)
                                          : advance_smoothly(plant, duration_ns);
     if (!good) reset();
     return good;
   }
+
+  [[nodiscard]] bool advance_through(Plant& plant, std::span<const GateSegment> segments,
+                                     std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
+    if (goes_on_over(segments, plant)) return go_on(plant, segments, corners);
+    return PlantIntegrator<Plant>::advance_through(plant, segments, corners);
+  }
   SEXTANT_TRUSTED_END
 
-  void reset() noexcept SEXTANT_NONBLOCKING override { active_ = nullptr; }
+  void reset() noexcept SEXTANT_NONBLOCKING override {
+    active_ = nullptr;
+    over_switching_.reset();
+  }
 
  private:
-  using State = typename Plant::State;
-
   static Parameters checked(const Parameters& parameters) {
     if (const char* reason = parameters.validate()) {
       throw std::runtime_error(std::string(Solver::name) + " integrator: " + reason);
@@ -54,34 +74,15 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
     return parameters;
   }
 
-  static OdeProblem problem(int event_count) noexcept {
-    return {Plant::size,
-            event_count,
-            [](const void* plant, const double* x, double* dx) noexcept {
-              State slope;
-              static_cast<const Plant*>(plant)->derivative(Eigen::Map<const State>(x), slope);
-              Eigen::Map<State>{dx} = slope;
-            },
-            [](const void* plant, const double* x, double* j) noexcept {
-              typename Plant::Jacobian matrix;
-              static_cast<const Plant*>(plant)->jacobian(Eigen::Map<const State>(x), matrix);
-              Eigen::Map<typename Plant::Jacobian>{j} = matrix;
-            },
-            [](const void* plant, const double* x, double* g) noexcept {
-              std::array<double, Plant::event_count> values;
-              static_cast<const Plant*>(plant)->events(Eigen::Map<const State>(x), values);
-              std::copy(values.begin(), values.end(), g);
-            },
-            Plant::machine_size};
-  }
-
-  static std::array<double, Plant::size> tolerances(const Parameters& parameters) noexcept {
-    std::array<double, Plant::size> t;
-    t.fill(parameters.appended_tolerance);
-    std::fill_n(t.begin(), 4, parameters.flux_tolerance);
-    t[Plant::omega] = parameters.speed_tolerance;
-    t[Plant::theta] = parameters.angle_tolerance;
-    return t;
+  /// One that restarts at each jump.
+  static Solver solver(int event_count, const Parameters& parameters) {
+    const Tolerances tolerances = parameters.tolerances(true);
+    std::array<double, std::size_t(Plant::size)> absolute;
+    absolute.fill(tolerances.appended);
+    std::fill_n(absolute.begin(), 4, tolerances.flux);
+    absolute[Plant::omega] = tolerances.speed;
+    absolute[Plant::theta] = tolerances.angle;
+    return {ode_problem<Plant>(event_count, Plant::machine_size), parameters, tolerances.relative, absolute};
   }
 
   /// Makes the solver continue the plant's solution; restarts it where it holds another one.
@@ -132,7 +133,18 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
   /// counted apart, so that a long run loses no precision. [s]
   [[nodiscard]] double end_time() const noexcept { return start_ + 1e-9 * double(elapsed_ns_); }
 
+  [[nodiscard]] bool goes_on_over(std::span<const GateSegment> segments, const Plant& plant) const noexcept {
+    return goes_on_ && !segments.empty() && plant.is_driven_by(segments);
+  }
+
+  bool go_on(Plant& plant, std::span<const GateSegment> segments, std::span<State> corners) noexcept {
+    active_ = nullptr;
+    return over_switching_.advance(plant, segments, corners);
+  }
+
   int max_events_;
+  SmoothSolution<Plant, Solver> over_switching_;
+  bool goes_on_;
   Solver smooth_;
   Solver with_events_;
   Solver* active_{nullptr};    ///< the solver that holds the plant's solution

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "sextant/plant/hermite_path.hpp"
 #include "sextant/sim/event_engine_outcome.hpp"
 #include "sextant/sim/event_exact_system.hpp"
 
@@ -25,35 +26,21 @@ class FixedStepEventEngine {
   void restart() noexcept { slope_known_ = false; }
 
  private:
-  /// Cubic Hermite interpolation between both ends of a step, s from 0 to 1.
-  struct Interpolant {
-    State x0, x1, d0, d1;
-    [[nodiscard]] State at(double s) const noexcept {
-      const double r = 1.0 - s;
-      const double w0 = r * r * (1.0 + 2.0 * s), w1 = s * s * (3.0 - 2.0 * s);
-      const double v0 = s * r * r, v1 = -s * s * r;
-      State x;
-      for (int i = 0; i < EventExactSystem::size; ++i)
-        x[i] = w0 * x0[i] + w1 * x1[i] + v0 * d0[i] + v1 * d1[i];
-      return x;
-    }
-  };
+  using Path = HermitePath<State>;
 
-  static State runge_kutta(const EventExactSystem& system, const State& x, const State& k1,
-                           double h) noexcept;
   /// An event and the fraction of the step at which it has just come.
   struct Found {
     int event{-1};  ///< −1 where none comes
     double s{2.0};
   };
-  static Found first_event(const EventExactSystem& system, const Interpolant& path) noexcept;
+  static Found first_event(const EventExactSystem& system, const Path& path) noexcept;
   /// Value of an event function at a fraction of the step.
   struct Point {
     double s, g;
   };
   /// Fraction at which the event function, known at the beginning, in the middle and at the end, has just
   /// fallen below zero, by no more than the tolerance.
-  static double locate(const EventExactSystem& system, const Interpolant& path, int event,
+  static double locate(const EventExactSystem& system, const Path& path, int event,
                        const std::array<double, 3>& g) noexcept;
   /// Where the parabola through the three values falls to `aim`; may be NaN or outside of the step.
   static double root_of_parabola(const std::array<double, 3>& g, double aim) noexcept;

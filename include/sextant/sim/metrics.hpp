@@ -103,7 +103,15 @@ class MetricsAccumulator {
     DriveEnergies energies{};
   };
 
-  [[nodiscard]] static WindowValues window_values(const MetricsSample& sample) noexcept;
+  // Flux and current of one instant, the current in the frame of the flux: the end of a segment is mostly the
+  // beginning of the next.
+  struct FluxFrame {
+    SpaceVector<> psi_s{}, i_s{};
+    double flux{}, i_flux{}, i_quadrature{};
+  };
+
+  [[nodiscard]] const FluxFrame& flux_frame(const MetricsSample& sample) noexcept;
+  [[nodiscard]] WindowValues window_values(const MetricsSample& sample) noexcept;
   [[nodiscard]] static WindowValues between(const WindowValues& a, const WindowValues& b,
                                             double share) noexcept;
   void note_current(SpaceVector<> i_s) noexcept;
@@ -112,6 +120,7 @@ class MetricsAccumulator {
   void fill_window_metrics(MetricList& m) const noexcept;
 
   MetricsParameters parameters_;
+  FluxFrame frame_{};
   StepResponse response_;
   std::optional<TorqueDeviation> deviation_{};  // of a sampled run
   Moments<quantities> moments_{};

@@ -9,70 +9,96 @@
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
+#include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
 
-/// The plant at one end of a gate segment. Voltage and link current are those under the segment's own state.
-template <class Plant>
-struct PlantInstant {
-  typename Plant::State x{};
-  SpaceVector<> u_s{};  ///< stator voltage [V]
-  double i_dc{};        ///< drawn from the DC link [A]
-};
-
-/// One gate segment that has been applied.
-template <class Plant>
+/// A gate segment that has been applied, or the part of one between two stops of the plant.
 struct ActedSegment {
   SwitchState state{};
   std::int64_t duration_ns{};  ///< [ns]
-  PlantInstant<Plant> begin{};
-  PlantInstant<Plant> end{};
+  SpaceVector<> u_s_begin{};   ///< stator voltage at its beginning; it changes within while a leg is off [V]
+  SpaceVector<> u_s_end{};     ///< at its end [V]
+  std::size_t begin{};         ///< of `SegmentLog::instants`
+  std::size_t end{};           ///< the same
 };
 
-/// The plant over the last `read` of a power stage: every gate segment with the plant at
-/// both of its ends, so that nothing that switched within a period is lost.
+/// The plant over the last `read` of a power stage: every gate segment with the plant's states at both of its
+/// ends, so that nothing that switched within a period is lost. Segments that follow each other share the
+/// state between them, unless it has jumped there.
 template <class Plant>
 class SegmentLog {
  public:
+  using State = typename Plant::State;
+  static constexpr bool wants_corners = true;
+
   /// The segments of the last read, in order.
-  [[nodiscard]] std::span<const ActedSegment<Plant>> segments() const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] std::span<const ActedSegment> segments() const noexcept SEXTANT_NONBLOCKING {
     return {segments_.data(), count_};
+  }
+  /// The states at their ends, in order.
+  [[nodiscard]] std::span<const State> instants() const noexcept SEXTANT_NONBLOCKING {
+    return {instants_.data(), instant_count_};
   }
 
   /// A read begins.
-  void clear() noexcept SEXTANT_NONBLOCKING { count_ = 0; }
+  void clear() noexcept SEXTANT_NONBLOCKING { count_ = instant_count_ = 0; }
 
-  /// A segment begins; the plant has its inputs.
+  /// The plant is about to advance; it has its inputs.
   void begin(const Plant& plant) noexcept SEXTANT_NONBLOCKING {
-    ActedSegment<Plant>& s = segments_[count_];
-    s.state = plant.inputs().state;
-    s.begin = instant(plant);
+    u_s_begin_ = plant.u_s();
+    if (instant_count_ == 0 || instants_[instant_count_ - 1] != plant.state())
+      instants_[instant_count_++] = plant.state();
   }
 
-  /// It has ended.
-  void end(const Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING {
-    segments_[count_].duration_ns = duration_ns;
-    segments_[count_].end = instant(plant);
-    ++count_;
+  /// It has advanced over one segment, or over several whose legs are all driven; corners: the state at the end
+  /// of each.
+  void end(const Plant& plant, std::span<const GateSegment> segments,
+           std::span<const State> corners) noexcept SEXTANT_NONBLOCKING {
+    for (std::size_t k = 0; k < segments.size(); ++k) {
+      const auto& [state, duration_ns] = segments[k];
+      const bool driven = segments.size() > 1;
+      const SpaceVector<> fixed = driven ? stator_voltage(state, plant.inputs().u_dc) : u_s_begin_;
+      add({state, duration_ns, fixed, driven ? fixed : plant.u_s(), instant_count_ - 1, instant_count_},
+          corners[k]);
+    }
   }
 
  private:
-  static PlantInstant<Plant> instant(const Plant& plant) noexcept {
-    return {plant.state(), plant.u_s(), plant.i_dc()};
+  // What was applied over one read is a pattern itself.
+  static constexpr std::size_t capacity = GatePattern::capacity;
+
+  /// A segment that goes on with the state of the last one, after a stop, is a part of it.
+  void add(const ActedSegment& segment, const State& end) noexcept SEXTANT_NONBLOCKING {
+    if (count_ > 0 && segments_[count_ - 1].state == segment.state) {
+      ActedSegment& last = segments_[count_ - 1];
+      last.duration_ns += segment.duration_ns;
+      last.u_s_end = segment.u_s_end;
+      last.end = segment.begin;
+      instants_[segment.begin] = end;
+      instant_count_ = segment.begin + 1;
+      return;
+    }
+    segments_[count_++] = segment;
+    instants_[instant_count_++] = end;
   }
 
-  // What was applied over one read is a pattern itself.
-  std::array<ActedSegment<Plant>, GatePattern::capacity> segments_{};
+  std::array<ActedSegment, capacity> segments_{};
   std::size_t count_{0};
+  std::array<State, 2 * capacity> instants_{};
+  std::size_t instant_count_{0};
+  SpaceVector<> u_s_begin_{};  ///< [V]
 };
 
 /// The log that keeps nothing, for power stages whose plant is not observed.
 template <class Plant>
 class NoSegmentLog {
  public:
+  static constexpr bool wants_corners = false;
   void clear() noexcept SEXTANT_NONBLOCKING {}
   void begin(const Plant&) noexcept SEXTANT_NONBLOCKING {}
-  void end(const Plant&, std::int64_t) noexcept SEXTANT_NONBLOCKING {}
+  void end(const Plant&, std::span<const GateSegment>,
+           std::span<const typename Plant::State>) noexcept SEXTANT_NONBLOCKING {}
 };
 
 }  // namespace sextant

@@ -1,17 +1,20 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/plant_fault.hpp"
+#include "sextant/sim/segment_cursor.hpp"
 #include "sextant/sim/segment_log.hpp"
 #include "sextant/sim/sensor_model.hpp"
 
@@ -73,7 +76,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
       prepare_stops(t_ns);
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
-    for (const GateSegment& segment : applied.segments()) advance(segment);
+    advance(applied);
     // No room in `applied` for the segment with gates off, or a gap too long to integrate: the plant is not
     // at t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
@@ -176,22 +179,16 @@ class SimulatedDriveIo final : public DriveIo<double> {
     if (sample_ns_ > plant_t_ns_) next_stop_ns_ = std::min(next_stop_ns_, sample_ns_);
   }
 
-  /// In pieces between the corners of the load, so that a load step acts at its instant, and the stops.
-  void advance(const GateSegment& segment) noexcept {
-    if (failed_) return;
-    const std::int64_t end_ns = plant_t_ns_ + segment.duration_ns;
-    bool first = true;
-    while (!failed_ && plant_t_ns_ < end_ns) {
+  /// Between the corners of the load, so that a load step acts at its instant, and the stops.
+  void advance(const GatePattern& applied) noexcept {
+    SegmentCursor cursor{applied};
+    while (!failed_ && !cursor.rest().empty()) {
       const std::int64_t load_ns = load_time(plant_t_ns_);
       const std::int64_t to_corner_ns = load_.next_corner_ns(load_ns) - load_ns;
-      const std::int64_t left_ns = std::min(end_ns, next_stop_ns_) - plant_t_ns_;
-      const std::int64_t piece_ns = std::min(left_ns, to_corner_ns);
-      set_inputs(segment.state, piece_ns);
-      if (first) log_.begin(plant_);
-      first = false;
-      failed_ = !integrator_.advance(plant_, piece_ns) || !plant_.is_reachable();
-      plant_t_ns_ += piece_ns;
-      if (to_corner_ns <= left_ns && load_.imposes_speed() && !failed_) {
+      const std::int64_t to_stop_ns = next_stop_ns_ == never_ns ? never_ns : next_stop_ns_ - plant_t_ns_;
+      const std::int64_t taken_ns = advance(cursor, std::min(to_corner_ns, to_stop_ns));
+      plant_t_ns_ += taken_ns;
+      if (taken_ns == to_corner_ns && load_.imposes_speed() && !failed_) {
         jump_to(load_.speed(load_time(plant_t_ns_)));
       }
       if (has_stops_ && !failed_) [[unlikely]] {
@@ -199,7 +196,23 @@ class SimulatedDriveIo final : public DriveIo<double> {
         if (plant_t_ns_ == sample_ns_) sample();
       }
     }
-    if (!failed_ && !first) log_.end(plant_, segment.duration_ns);
+  }
+
+  /// Over the next segments as long as all are driven, else over the first of them, for most_ns at most. Returns
+  /// how long that is. [ns]
+  std::int64_t advance(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
+    const std::span<const GateSegment> rest = cursor.rest();
+    const bool driven = plant_.is_driven_by(rest);
+    const auto segments = cursor.take(driven ? most_ns : std::min<std::int64_t>(most_ns, rest[0].duration_ns));
+    std::int64_t duration_ns = 0;
+    for (const GateSegment& segment : segments) duration_ns += segment.duration_ns;
+    set_inputs(segments[0].state, duration_ns);
+    log_.begin(plant_);
+    std::array<typename Plant::State, Log::wants_corners ? GatePattern::capacity : 0> states;
+    const std::span corners{states.data(), Log::wants_corners ? segments.size() : 0};
+    failed_ = !integrator_.advance_through(plant_, segments, corners) || !plant_.is_reachable();
+    if (!failed_) log_.end(plant_, segments, corners);
+    return duration_ns;
   }
 
   /// For a piece in which the load is linear: its torque acts with its mean.

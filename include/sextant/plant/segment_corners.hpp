@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/plant/appended_system.hpp"
+#include "sextant/plant/cubic.hpp"
+#include "sextant/plant/smooth_state.hpp"
+#include "sextant/plant/voltage_integral.hpp"
+
+namespace sextant {
+
+/// The corners of gate segments for an integrator that does not stop at them. Within each of its steps the
+/// states at the corners follow by cubic Hermite interpolation of the smooth state (`SmoothState`), and an
+/// appended system of integrals by Simpson's rule over each segment.
+template <class Plant>
+  requires(Plant::appends_integrals)
+class SegmentCorners {
+ public:
+  using T = typename Plant::Scalar;
+  using State = typename Plant::State;
+  using MachineState = typename Plant::MachineState;
+
+  /// Begins at the plant's present state; the plant, all segments and their voltage must outlive this object.
+  /// corners: where the state at the end of each segment goes, or empty.
+  SegmentCorners(const Plant& plant, std::span<const GateSegment> segments, const VoltageIntegral<T>& voltage,
+                 std::span<State> corners) noexcept SEXTANT_NONBLOCKING : plant_{plant},
+                                                                          segments_{segments},
+                                                                          voltage_{voltage},
+                                                                          corners_{corners},
+                                                                          smooth_state_{plant},
+                                                                          x_{plant.state()} {
+    if constexpr (has_integrals) q_ = plant.quantities(machine_part(x_));
+  }
+
+  /// True where somebody asks for corners or integrals: then each step has to be told.
+  [[nodiscard]] bool wanted() const noexcept SEXTANT_NONBLOCKING {
+    return has_integrals || !corners_.empty();
+  }
+
+  /// The smooth state at the beginning of the segments, where V and A are zero, and its slope.
+  void begin(const MachineState& smooth, const MachineState& slope) noexcept SEXTANT_NONBLOCKING {
+    smooth_ = smooth;
+    slope_ = slope;
+  }
+
+  /// A step of the integrator over h [s], and smooth state and slope at its end.
+  void step(T h, const MachineState& smooth, const MachineState& slope) noexcept SEXTANT_NONBLOCKING {
+    path_.set(smooth_, slope_, smooth, slope, h);
+    const T end = t_ + h;
+    T from = t_;
+    for (; segment_ + 1 < segments_.size() && voltage_.corner(segment_) < end; ++segment_) {
+      const T corner = voltage_.corner(segment_);
+      go_to(from, corner, smooth_state_.machine(path_(corner - t_), voltage_.at_corner(segment_)));
+      if (!corners_.empty()) corners_[segment_] = x_;
+      from = corner;
+    }
+    if constexpr (has_integrals) go_to(from, end, smooth_state_.machine(smooth, voltage_(end)));
+    t_ = end;
+    smooth_ = smooth;
+    slope_ = slope;
+  }
+
+  /// The state at the end of all segments, with the machine's part as the integrator has found it.
+  [[nodiscard]] State finish(const MachineState& end) noexcept SEXTANT_NONBLOCKING {
+    machine_part(x_) = end;
+    if (!corners_.empty()) corners_[segments_.size() - 1] = x_;
+    return x_;
+  }
+
+ private:
+  static constexpr bool has_integrals = Plant::size > Plant::machine_size;
+
+  static auto machine_part(State& x) noexcept { return x.template head<Plant::machine_size>(); }
+  static MachineState machine_part(const State& x) noexcept { return x.template head<Plant::machine_size>(); }
+
+  /// From one time to another [s] within the present segment and step, at which the machine's state is `end`.
+  void go_to(T from, T to, const MachineState& end) noexcept SEXTANT_NONBLOCKING {
+    if constexpr (has_integrals) {
+      const SwitchState state = segments_[segment_].state;
+      const T length = to - from;
+      PlantQuantities<T> middle = plant_.quantities(middle_of(from, length, end));
+      const auto k0 = plant_.integral_derivative(q_, state);
+      const auto k1 = plant_.integral_derivative(middle, state);
+      q_ = plant_.quantities(end);
+      const auto k2 = plant_.integral_derivative(q_, state);
+      for (std::size_t i = 0; i < k0.size(); ++i)
+        x_[Plant::machine_size + int(i)] += (length / T(6)) * (k0[i] + T(4) * k1[i] + k2[i]);
+    }
+    machine_part(x_) = end;
+  }
+
+  /// Half way from the last corner to `end`: the middle of the chord, less what the path bends.
+  [[nodiscard]] MachineState middle_of(T from, T length, const MachineState& end) const noexcept
+      SEXTANT_NONBLOCKING {
+    const MachineState bend = smooth_state_.curvature(path_.curvature(from + T(0.5) * length - t_),
+                                                      voltage_.u_s(segment_));
+    const T eighth = T(0.125) * length * length;
+    MachineState x;
+    for (int i = 0; i < Plant::machine_size; ++i) x[i] = T(0.5) * (x_[i] + end[i]) - eighth * bend[i];
+    return x;
+  }
+
+  const Plant& plant_;
+  std::span<const GateSegment> segments_;
+  const VoltageIntegral<T>& voltage_;
+  std::span<State> corners_;
+  SmoothState<Plant> smooth_state_;
+  std::size_t segment_{0};           ///< the present one
+  T t_{0};                           ///< end of the last step [s]
+  MachineState smooth_{};            ///< smooth state at the end of the last step
+  MachineState slope_{};             ///< its slope there
+  Cubic<MachineState> path_{};       ///< of the smooth state over the present step
+  State x_;                          ///< at the last corner or end of a step
+  PlantQuantities<T> q_{};           ///< there
+};
+
+}  // namespace sextant

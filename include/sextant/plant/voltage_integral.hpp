@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/core/space_vector.hpp"
+#include "sextant/core/two_level_inverter.hpp"
+#include "sextant/plant/smooth_state.hpp"
+
+namespace sextant {
+
+/// The integral V(t) = ∫ u_s dt of the stator voltage from the beginning of gate segments that follow each
+/// other with every leg driven: a polygon with its corners where the inverter switches, known in closed form.
+/// Times count from its beginning. [s]
+template <class T = double>
+class VoltageIntegral {
+ public:
+  /// The segments must be driven, GatePattern::capacity at most. Link voltage [V].
+  VoltageIntegral(std::span<const GateSegment> segments, T u_dc) noexcept SEXTANT_NONBLOCKING {
+    for (const GateSegment& segment : segments) append(stator_voltage(segment.state, u_dc), segment.duration_ns);
+  }
+
+  /// V and A = ∫ V dt from the beginning to t.
+  [[nodiscard]] VoltageMoments<T> operator()(T t) const noexcept SEXTANT_NONBLOCKING {
+    std::size_t k = 0;
+    while (k + 1 < count_ && t >= pieces_[k].end) ++k;
+    const Piece& p = pieces_[k];
+    return moved(p.at_begin, p.u_s, t - p.begin);
+  }
+
+  /// V and A at the end.
+  [[nodiscard]] const VoltageMoments<T>& end() const noexcept SEXTANT_NONBLOCKING { return end_; }
+
+  [[nodiscard]] std::size_t size() const noexcept SEXTANT_NONBLOCKING { return count_; }
+  /// End of segment k. [s]
+  [[nodiscard]] T corner(std::size_t k) const noexcept SEXTANT_NONBLOCKING { return pieces_[k].end; }
+  /// V and A at the end of segment k.
+  [[nodiscard]] const VoltageMoments<T>& at_corner(std::size_t k) const noexcept SEXTANT_NONBLOCKING {
+    return k + 1 < count_ ? pieces_[k + 1].at_begin : end_;
+  }
+  /// Stator voltage of segment k. [V]
+  [[nodiscard]] SpaceVector<T> u_s(std::size_t k) const noexcept SEXTANT_NONBLOCKING { return pieces_[k].u_s; }
+
+ private:
+  struct Piece {
+    T begin{};                     ///< [s]
+    T end{};                       ///< [s]
+    SpaceVector<T> u_s{};          ///< [V]
+    VoltageMoments<T> at_begin{};
+  };
+
+  static VoltageMoments<T> moved(const VoltageMoments<T>& m, SpaceVector<T> u_s, T t) noexcept
+      SEXTANT_NONBLOCKING {
+    return {m.v + t * u_s, m.a + t * (m.v + (T(0.5) * t) * u_s)};
+  }
+
+  void append(SpaceVector<T> u_s, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING {
+    const T begin = T(1e-9) * T(duration_ns_);
+    duration_ns_ += duration_ns;
+    pieces_[count_++] = {begin, T(1e-9) * T(duration_ns_), u_s, end_};
+    end_ = moved(end_, u_s, T(1e-9) * T(duration_ns));
+  }
+
+  std::array<Piece, GatePattern::capacity> pieces_{};
+  std::size_t count_{0};
+  std::int64_t duration_ns_{0};
+  VoltageMoments<T> end_{};
+};
+
+}  // namespace sextant
