@@ -20,6 +20,7 @@ PROGRAM = ROOT / "build" / "release" / "apps" / "sextant-ecu"
 PROFILE = ROOT / "configs" / "profiles" / "demo.csv"
 BUS = "udp_multicast:239.74.163.2:43178"
 INTEGRATORS = ("cvode", "fixed")
+OWN = "own execution"  # the cause of an overrun that an integrator has
 MARGIN_S = 2.0  # for the start and the hand-shake
 # A machine that stands still for a moment does not end a run.
 PATIENCE = ("command.timeout_ms=3000", "command.lost_ms=10000", "realtime.watchdog_ms=10000", "dds.domain=101")
@@ -29,7 +30,7 @@ EXAMPLES = """examples:
   scripts/compare_live --rounds 10 --set realtime.cpu=1
   scripts/compare_live --config configs/ecu_foc.toml      with field-oriented control
 A missed period is one that a wake-up late by a wake period or more has left out. The machine's own pauses do it too:
-only on an idle machine the columns compare the integrators. Needs a multicast route, as scripts/vcu does."""
+overruns by the drive's own execution are the integrator's. Needs a multicast route, as scripts/vcu does."""
 
 
 @dataclass
@@ -39,6 +40,7 @@ class Run:
     periods: int
     missed: int
     overruns: int
+    own: int  # overruns by the drive's own execution
     execution: dict[str, float]  # percentiles of a wake-up's execution time [ns]
 
 
@@ -60,7 +62,8 @@ def drive(options: argparse.Namespace, integrator: str) -> Run:
         if played.returncode or ecu.returncode:
             raise UserError(f"the run with {integrator} has failed: {(played.stderr or said).strip()}")
         found = json.loads(timing.read_text(encoding="utf-8"))
-    return Run(found["periods"], found["periods_missed"], found["overruns"], found["execution"])
+    own = found["overruns_by_cause"][OWN]
+    return Run(found["periods"], found["periods_missed"], found["overruns"], own, found["execution"])
 
 
 def in_turns(options: argparse.Namespace) -> dict[str, list[Run]]:
@@ -88,6 +91,7 @@ def table_of(found: dict[str, list[Run]]) -> Table:
         "periods": lambda runs: f"{sum(one.periods for one in runs)}",
         "missed": lambda runs: f"{sum(one.missed for one in runs)} ({', '.join(str(one.missed) for one in runs)})",
         "overruns": lambda runs: f"{sum(one.overruns for one in runs)}",
+        "of these by the drive's own execution": lambda runs: f"{sum(one.own for one in runs)}",
         "execution of a wake-up, median": lambda runs: best(runs, "p50_ns"),
         "execution of a wake-up, 99 %": lambda runs: best(runs, "p99_ns"),
     }
