@@ -33,7 +33,9 @@ PAPER_OPTIONAL: Settings = {
 DRIVES: dict[str, tuple[str, Settings]] = {
     "paper": ("the paper's drive", PAPER_OPTIONAL),
     "shipped": ("ecu.toml", {}),
+    "foc": ("ecu_foc.toml", {"control.controller": "foc"}),
 }
+GUARANTEED = "foc"  # that of docs/torque.md and of the page's single pictures
 
 # Converters as they are: offsets and gains of opposite sign in two phases, 12 bits over the range, noise.
 SENSORS: dict[str, Settings] = {

@@ -18,6 +18,7 @@ from matplotlib.patches import Patch
 from . import torque_map_points
 from .figure_style import STYLE
 from .torque_map_capability import largest_torque, limits_from
+from .torque_map_drive import GUARANTEED
 from .torque_map_points import Conditions
 from .torque_map_results import (
     BRIEF,
@@ -41,6 +42,7 @@ COLOURS = LinearSegmentedColormap.from_list(
 PLAIN = {BRIEF: "#ffe8a3", TRIPPED: "#b9a3d0", OFF: "#d4d4d4", FAILED: "#000000"}
 SHOWN_SPEEDS = (-400, -200, -100, -35, 0, 35, 100, 200, 400)
 ANALYTIC = {"color": "#111111", "linestyle": "--", "linewidth": 1}
+MARKS = (("#e08e2b", "s"), ("#1b4f9c", "o"), ("#4a9a5a", "^"))  # of the drives
 Maps = dict[str, Results]
 
 
@@ -167,7 +169,7 @@ def rotor(maps: Maps, file: Path) -> None:
 
 
 def all_corners(maps: Maps, file: Path) -> None:
-    results = maps["shipped"]
+    results = maps[GUARANTEED]
     rows = []
     for detune in torque_map_points.DETUNES:
         found = _found(results, torque_map_points.corners(detune=detune))
@@ -205,17 +207,17 @@ def capability(maps: Maps, file: Path) -> None:
     """What each drive publishes at exact parameters, and what the circuit allows."""
     plt.rcParams.update(STYLE)
     figure, panels = plt.subplots(1, 2, figsize=(WIDTH, 3.6), sharey=True)
-    limits = limits_from(maps["shipped"].capability["limits"])
+    limits = limits_from(maps[GUARANTEED].capability["limits"])
     speeds = np.linspace(-400, 400, 161)
     for axes, direction, sign in zip(panels, ("motoring", "regenerating"), (1, -1), strict=True):
-        for results, colour, marker in zip(maps.values(), ("#e08e2b", "#1b4f9c"), ("s", "o"), strict=False):
+        for results, (colour, marker) in zip(maps.values(), MARKS, strict=False):
             published = [math.nan if value is None else value for value in results.capability[direction]]
             axes.plot(results.speeds, published, color=colour, marker=marker, markersize=3.5, linewidth=1)
         axes.plot(speeds, [largest_torque(limits, abs(speed), sign) for speed in speeds], **ANALYTIC)
         axes.set_title(direction)
         axes.set_xlabel("speed [rad/s]")
     panels[0].set_ylabel("available torque [N·m]")
-    names = [*(results.label for results in maps.values()), "analytic, limits of the second"]
+    names = [*(results.label for results in maps.values()), f"analytic, limits of {maps[GUARANTEED].label}"]
     figure.legend(panels[0].lines, names, loc="outside lower center", ncols=3, fontsize=8.5)
     _save(figure, file)
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from . import torque_map_figures
 from .page import table
 from .torque_map_capability import worst_difference
+from .torque_map_drive import GUARANTEED
 from .torque_map_points import END_S, FROM_S, L_M, R_R, R_S, SPEEDS, STEP_S, TORQUES
 from .torque_map_results import MEANING, RIGHT, SILENT, UNOBSERVABLE_RAD_S, UNSEEN, MapOf, Results, beyond_r_s, trips
 from .torque_map_steady import cases
@@ -68,10 +69,11 @@ def worst(results: Results) -> str:
             if one.outcomes[row][column] == SILENT and (longest is None or silent_ms > longest[0]):
                 longest = (silent_ms, one, where)
     if longest is None:
-        return "No point is silently wrong."
+        return f"{results.label}: no point is silently wrong."
     silent_ms, one, where = longest
     speed, torque = where.split("/")
-    return f"The longest silence is {silent_ms:g} ms, at {speed} rad/s and {torque} N·m with {one.conditions.label}."
+    place = f"{speed} rad/s and {torque} N·m with {one.conditions.label}"
+    return f"{results.label}: the longest silence is {silent_ms:g} ms, at {place}."
 
 
 def _place(results: Results, where: str) -> tuple[int, int]:
@@ -100,13 +102,14 @@ def capability_sentence(results: Results) -> str:
 
 def fields(maps: Maps) -> dict[str, str]:
     """What the template names."""
-    shipped, all_maps = maps["shipped"], maps.values()
+    guaranteed, all_maps = maps[GUARANTEED], maps.values()
     left_out = "".join(
         f"\n\nNot set for {r.label}, whose version has no such keys: {', '.join(f'`{key}`' for key in r.left_out)}."
         for r in all_maps
         if r.left_out
     )
     return {
+        "files": ", ".join(f"`{name}.json`" for name in maps),
         "versions": "; ".join(f"{r.label}: {r.version}, {r.commit[:10]}" for r in all_maps),
         "step": f"{STEP_S:g}",
         "from": f"{FROM_S:g}",
@@ -116,9 +119,9 @@ def fields(maps: Maps) -> dict[str, str]:
         "r_s": _numbers(R_S),
         "r_r": _numbers(R_R),
         "l_m": _numbers(L_M),
-        "sets": f"{len(shipped.maps)}",
+        "sets": f"{len(guaranteed.maps)}",
         "counts": counts_table(maps),
-        "worst": worst(shipped),
+        "worst": worst(guaranteed),
         "unobservable": f"{UNOBSERVABLE_RAD_S:g}",
         "left_out": left_out,
         "resistance": "\n".join(f"- {resistance_sentence(results)}" for results in all_maps),

@@ -39,6 +39,14 @@ bool is_dotted_key(std::string_view key) {
   return is_bare_word(key) && key.find_first_of("/:+~") == std::string_view::npos;
 }
 
+/// Refuses a file that is not there, at the place that names it.
+void require_file(const std::string& file, const std::string& kind, ConfigProblem place) {
+  std::error_code error;
+  if (std::filesystem::exists(file, error)) return;
+  place.message = "the " + kind + " file " + file + " does not exist";
+  throw ConfigError{{std::move(place)}};
+}
+
 /// Where a layer names the file of a section, if it does; the name is taken out.
 std::optional<std::string> take_section_file(Layer& layer, const std::string& section, int& line) {
   toml::node* given = layer.table.get(section);
@@ -157,12 +165,25 @@ void insert_section_layer(std::vector<Layer>& layers, const std::string& section
     }
   }
   if (!file) return;
-  std::error_code error;
-  if (!std::filesystem::exists(*file, error)) {
-    place.message = "the " + section + " file " + *file + " does not exist";
-    throw ConfigError{{place}};
-  }
+  require_file(*file, section, std::move(place));
   layers.insert(layers.begin(), read_layer(*file, section));
+}
+
+void insert_base_layer(std::vector<Layer>& layers) {
+  constexpr const char* key = "base";
+  Layer& changes = layers.front();
+  const toml::node* node = changes.table.get(key);
+  if (node == nullptr) return;
+  const auto path = node->value<std::string>();
+  ConfigProblem place = changes.problem(node, key, "expected the path of a file, got " + shown(*node));
+  if (!path || path->empty()) throw ConfigError{{std::move(place)}};
+  const std::string file = changes.resolved(*path);
+  require_file(file, key, std::move(place));
+  changes.table.erase(key);
+  Layer base = read_layer(file);
+  if (const toml::node* own = base.table.get(key))
+    throw ConfigError{{base.problem(own, key, "a base file names no base of its own")}};
+  layers.insert(layers.begin(), std::move(base));
 }
 
 std::string shown(const toml::node& node) {

@@ -22,6 +22,7 @@ Config load(Layer file, const std::vector<std::string>& overrides,
             const std::vector<std::string>& sections_with_file, Config config) {
   std::vector<Layer> layers;
   layers.push_back(std::move(file));
+  insert_base_layer(layers);
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
   for (const std::string& section : sections_with_file) insert_section_layer(layers, section);
   read(schema_of(config), layers);

@@ -82,6 +82,40 @@ TEST(ConfigFile, ValuesThatContradictEachOtherAreRefusedWithTheirSection) {
   EXPECT_EQ(ecu_refusal(flux), flux + ":4: control.dtc: the flux band must be below the flux reference");
 }
 
+TEST(ConfigFile, ChangesKeysOfItsBaseWhichHasThePathsOfItsOwnDirectory) {
+  const ConfigFiles files;
+  (void)files.write("base/motor.toml",
+                    "r_s_ohm = 1\nr_r_ohm = 2\nl_ls_h = 0.01\nl_lr_h = 0.01\nl_m_h = 0.1\npoles = 8\n"
+                    "inertia_kg_m2 = 0.2\n");
+  (void)files.write("base/ecu.toml",
+                    "machine = \"motor.toml\"\n[control]\nflux_reference_wb = 0.9\ncontroller = \"dtc\"\n");
+  const std::string file = files.write(
+      "ecu.toml", "base = \"base/ecu.toml\"\n[control]\ncontroller = \"foc\"\n[machine]\nr_s_ohm = 3\n");
+  const DriveConfig c = load_ecu_config(file, {"control.flux_reference_wb=0.8"}).drive;
+  EXPECT_EQ(c.controller, "foc");
+  EXPECT_EQ(c.control.flux_reference, 0.8);
+  EXPECT_EQ(c.plant.plant.machine.r_s, 3.0);
+  EXPECT_EQ(c.plant.plant.machine.r_r, 2.0);
+}
+
+TEST(ConfigFile, ABaseThatCannotBeOneIsRefusedWhereItIsNamed) {
+  const ConfigFiles files;
+  const auto changes = [&files](const std::string& base) {
+    return files.write("ecu.toml", "drive_id = 1\nbase = " + base + "\n");
+  };
+  const std::string place = files.path("ecu.toml") + ":2: base: ";
+  for (const char* bad : {"1", "\"\"", "{ file = \"a.toml\" }"})
+    EXPECT_THAT(ecu_refusal(changes(bad)), StartsWith(place + "expected the path of a file, got ")) << bad;
+  EXPECT_EQ(ecu_refusal(changes("\"none.toml\"")),
+            place + "the base file " + files.path("none.toml") + " does not exist");
+  const std::string own = files.write("own.toml", "base = \"ecu.toml\"\n");
+  EXPECT_EQ(ecu_refusal(changes("\"own.toml\"")), own + ":1: base: a base file names no base of its own");
+  const std::string wrong = files.write("wrong.toml", machine_line() + "drive_id = 1.5\n");
+  EXPECT_THAT(ecu_refusal(files.write("ecu.toml", "base = \"wrong.toml\"\n")),
+              StartsWith(wrong + ":2: drive_id: "));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"base=own.toml"}), HasSubstr("--set: base: unknown key"));
+}
+
 TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
   const ConfigFiles files;
   // No limits follow from a machine almost without leakage.

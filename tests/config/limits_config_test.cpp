@@ -105,7 +105,7 @@ TEST_F(LimitsConfig, FollowTheControllersIdeaOfTheMachine) {
 }
 
 TEST_F(LimitsConfig, NoShippedDriveAnnouncesMoreThanItsVoltageAllows) {
-  for (const char* name : {"ecu.toml", "ecu_hil.toml", "ecu_hard.toml"}) {
+  for (const char* name : {"ecu.toml", "ecu_foc.toml", "ecu_hil.toml", "ecu_hard.toml"}) {
     SCOPED_TRACE(name);
     const DriveConfig c = load_ecu_config(SEXTANT_SOURCE_DIR "/configs/" + std::string{name}).drive;
     const TorqueCapability<> capability{c.drive.capability};

@@ -1,3 +1,7 @@
+#include <string>
+#include <utility>
+#include <vector>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,8 +37,40 @@ TEST(ShippedConfigs, EveryScenarioLoadsAndExpectsSomething) {
   EXPECT_GE(count, 2);
 }
 
-TEST(ShippedConfigs, TheLiveDriveRunsThePapersController) {
+/// The values, by key, of what makes direct torque control on CVODE hold.
+std::vector<std::pair<std::string, std::string>> method(const DriveConfig& c) {
+  const DirectTorqueController<>::Parameters& dtc = c.direct_torque();
+  const auto text = [](auto value) { return std::to_string(static_cast<double>(value)); };
+  return {{"control.controller", c.controller},
+          {"plant.integrator", text(c.plant.integrator)},
+          {"control.flux_estimator", text(c.control.flux_estimator)},
+          {"control.dtc.flux_priority", text(dtc.flux_priority)},
+          {"control.dtc.torque_trim_ms", text(dtc.torque_trim.time_constant)},
+          {"drive.magnetise_first", text(c.drive.magnetise_first)}};
+}
+
+TEST(ShippedConfigs, AFileThatLeavesTheMethodOutGetsThatOfTheLiveDrive) {
+  const ConfigFiles files;
+  const std::string machine = "machine = \"" + shipped_machine + "\"\n";
+  const auto live = method(load_ecu_config(shipped_ecu).drive);
+  EXPECT_EQ(method(load_ecu_config(files.write("ecu.toml", machine)).drive), live);
+  const std::string run = "name = \"test\"\nduration_s = 1\n" + machine;
+  EXPECT_EQ(method(load_scenario_config(files.write("scenario.toml", run)).drive), live);
+}
+
+TEST(ShippedConfigs, FieldOrientedControlIsOneKeyAway) {
+  EXPECT_EQ(print_config(load_ecu_config(SEXTANT_SOURCE_DIR "/configs/ecu_foc.toml")),
+            print_config(load_ecu_config(shipped_ecu, {"control.controller=foc"})));
+}
+
+TEST(ShippedConfigs, TheLiveDriveRunsThePapersControllerOnCvode) {
   const EcuConfig config = load_ecu_config(shipped_ecu);
+  EXPECT_EQ(config.drive.controller, "dtc");
+  EXPECT_EQ(config.drive.plant.integrator, IntegratorKind::cvode);
+  EXPECT_EQ(config.drive.control.flux_estimator, FluxEstimatorKind::hybrid);
+  EXPECT_TRUE(config.drive.direct_torque().flux_priority);
+  EXPECT_EQ(config.drive.direct_torque().torque_trim.time_constant, 0.01);
+  EXPECT_TRUE(config.drive.drive.magnetise_first);
   EXPECT_EQ(config.drive.direct_torque().flux_reference, 1.1);
   EXPECT_EQ(config.drive.direct_torque().torque_comparator.upper_band, 0.918);
   EXPECT_EQ(config.drive.plant.io.u_dc, 530.0);

@@ -229,16 +229,17 @@ def test_a_point_beyond_the_tolerance_of_the_stator_resistance_is_found() -> Non
 
 
 def test_the_page_has_the_figures_of_its_results_and_every_picture(tmp_path: Path) -> None:
-    maps = {"paper": made_up("paper", 500), "shipped": made_up("shipped", 5)}
+    maps = {"paper": made_up("paper", 500), "shipped": made_up("shipped", 500), "foc": made_up("foc", 5)}
     written = torque_map_page.write(maps, tmp_path)
     page = (tmp_path / "README.md").read_text(encoding="utf-8")
     assert all(file.is_file() for file in written)
     assert set(re.findall(r"\]\((\w+\.png)\)", page)) == {file.name for file in written if file.suffix == ".png"}
     assert not re.search(r"(?<![\\_])\{\w+\}", page.replace(r"\omega_{slip}", "")), "a field of the template is left"
-    points = maps["shipped"].points
-    assert f"| all | {points} | {points} |" in page
-    assert "| **silently wrong** | 1 | 0 |" in page
-    assert "No point is silently wrong." in page
+    points = maps["foc"].points
+    assert f"| all | {points} | {points} | {points} |" in page
+    assert "| **silently wrong** | 1 | 1 | 0 |" in page
+    assert "drive foc: no point is silently wrong." in page
+    assert "from `paper.json`, `shipped.json`, `foc.json` (" in page
     assert "drive paper: at worst -2.0 % of the analytic torque, motoring" in page
     assert "15.1 (ripple 9)" in page
 
@@ -269,10 +270,10 @@ def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None
 
 @pytest.mark.skipif(not (COMMITTED / "README.md").is_file(), reason="scripts/torque_map has not written the page yet")
 def test_the_committed_pages_are_those_of_their_results() -> None:
-    maps = {name: load(COMMITTED / f"{name}.json") for name in torque_map_drive.DRIVES}
+    maps = torque_map.results_in(COMMITTED)
     assert (COMMITTED / "README.md").read_text(encoding="utf-8") == torque_map_page.render(maps)
     guarantees = torque_map_counts.PAGE.read_text(encoding="utf-8")
-    assert guarantees == torque_map_counts.filled(guarantees, maps["shipped"])
+    assert guarantees == torque_map_counts.filled(guarantees, maps[torque_map_drive.GUARANTEED])
 
 
 def run_map(out: Path, *options: str) -> subprocess.CompletedProcess:

@@ -11,11 +11,12 @@
 
 namespace sextant {
 
-/// Reads a TOML file. `machine = "path"` (or `machine.file`) names a machine file, relative to the file that
-/// names it; keys of [machine] change it. A scenario's vehicle is named in the same way. `overrides`
-/// are "key=value" with a dotted key and a TOML value, where bare words count as strings; they come last, and
-/// a file they name is relative to the working directory. `own`: control methods that a program brings beside
-/// Sextant's. Throws ConfigError with every problem found.
+/// Reads a TOML file. `base = "path"` names a file of the same kind, relative to the file that names it,
+/// whose keys this file changes; a base has none of its own. `machine = "path"` (or `machine.file`) names a
+/// machine file in the same way; keys of [machine] change it. So does a scenario name its vehicle.
+/// `overrides` are "key=value" with a dotted key and a TOML value, where bare words count as strings; they
+/// come last, and a file they name is relative to the working directory. `own`: control methods that a
+/// program brings beside Sextant's. Throws ConfigError with every problem found.
 [[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
                                         const std::vector<std::string>& overrides = {},
                                         std::span<const ControlMethod> own = {});
