@@ -25,10 +25,7 @@ uml_version() { apt_unstable apt-cache show --no-all-versions user-mode-linux 2>
 download_uml() {
   local keyring=/usr/share/keyrings/debian-archive-keyring.gpg mirror options packages package
   mirror=$(debian_mirror)
-  if [ -z "$mirror" ]; then
-    update_package_lists
-    mirror=$(debian_mirror)
-  fi
+  if [ -z "$mirror" ] && can_be_root && apt update; then mirror=$(debian_mirror); fi
   reason="no package source of this system is a Debian archive, which has a User Mode Linux that runs here"
   [ -n "$mirror" ] || return 1
   options="target=Packages arch=$(dpkg --print-architecture)"
