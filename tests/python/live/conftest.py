@@ -4,7 +4,6 @@ The environment says what is tested: SEXTANT_BIN is the directory of the program
 "socketcan" (vcan0, inside scripts/with_vcan) or "udp_multicast".
 """
 
-import gc
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -48,13 +47,6 @@ def live_bus() -> str:
 def other_bus() -> str:
     """A second bus beside the first."""
     return _address(1)
-
-
-@pytest.fixture(autouse=True)
-def no_readers_left() -> Iterator[None]:
-    """DDS readers of the last test are gone before the next one begins: each takes its share of the processor."""
-    yield
-    gc.collect()
 
 
 @pytest.fixture
