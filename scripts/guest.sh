@@ -25,6 +25,9 @@ finding() {
   fi
 }
 
+# forget NAME: the finding is none any more.
+forget() { rm -f "$findings/$(cat /proc/sys/kernel/random/boot_id)/$1"; }
+
 # directory_for_guest: on the host's file system (the guest has its own /dev, /run), of a path short enough for the
 # guest's control socket and without characters that a kernel command line would split.
 directory_for_guest() {

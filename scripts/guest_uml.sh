@@ -1,7 +1,33 @@
 # User Mode Linux as the guest of scripts/with_vcan: a kernel that is a program. Sourced after guest.sh, never run.
+# It is the machine's own, or where scripts/setup has fetched another one, that one.
 # shellcheck shell=bash
 
-uml_missing() { missing_programs linux.uml taskset busybox ip flock; }
+guest_uml=$sextant_root/.cache/guest-uml # linux.uml, lib/, modules/ and version, which scripts/setup fetches
+
+# In the order of their loading.
+uml_modules=(
+  drivers/net/can/dev/can-dev net/can/can net/can/can-raw net/can/can-bcm net/can/can-gw
+  drivers/net/can/vcan drivers/net/can/vxcan net/sched/sch_tbf
+)
+
+# uml_is_fetched: linux.uml names its libraries by full path, so that one of a tree that was moved is none.
+uml_is_fetched() { [ "$(sed -n 2p "$guest_uml/version" 2>/dev/null)" = "$(realpath -m "$guest_uml")" ]; }
+
+# choose_uml: sets linux_uml to the program, uml_name to what messages call it, and uml_kernel to the directory of its
+# modules, as the guest's shell writes it.
+choose_uml() {
+  linux_uml=linux.uml
+  uml_name="User Mode Linux"
+  # shellcheck disable=SC2016
+  uml_kernel='/usr/lib/uml/modules/$(uname -r)/kernel'
+  if uml_is_fetched; then
+    linux_uml=$guest_uml/linux.uml
+    uml_name="User Mode Linux ($(sed -n 1p "$guest_uml/version") of Debian unstable)"
+    uml_kernel=$(printf '%q' "$guest_uml/modules")
+  fi
+}
+
+uml_missing() { missing_programs "$linux_uml" taskset busybox ip flock; }
 
 # directory_for_memory: the guest's memory is a file that is mapped executable.
 directory_for_memory() {
@@ -37,12 +63,13 @@ uml_prepare() {
 }
 
 uml_init() {
-  cat <<'GUEST'
-modules=/usr/lib/uml/modules/$(uname -r)/kernel
-for module in drivers/net/can/dev/can-dev net/can/can net/can/can-raw net/can/can-bcm net/can/can-gw \
-  drivers/net/can/vcan drivers/net/can/vxcan net/sched/sch_tbf; do
-  busybox insmod $modules/$module.ko
+  cat <<GUEST
+modules=$uml_kernel
+for module in ${uml_modules[*]}; do
+  busybox insmod "\$modules/\$module.ko"
 done
+GUEST
+  cat <<'GUEST'
 # The consoles carry the command's output as bytes.
 stty -F /dev/tty1 raw -echo
 stty -F /dev/tty2 raw -echo
@@ -67,7 +94,7 @@ uml_boot() {
   local err=$!
   # shellcheck disable=SC2094
   TMPDIR=$(directory_for_memory) run_and_wait timeout -k 5 "$limit" taskset -c "$cpu" \
-    linux.uml mem="$uml_memory" umid=guest uml_dir="$work/" root=/dev/root rootfstype=hostfs rootflags=/ rw \
+    "$linux_uml" mem="$uml_memory" umid=guest uml_dir="$work/" root=/dev/root rootfstype=hostfs rootflags=/ rw \
     init="$work/init" quiet loglevel=1 con=null con0=null,fd:1 con1=null,fd:7 con2=null,fd:8 ssl=null \
     >"$work/kernel.log" 2>&1 7>&7 8>&8
   local status=$?
@@ -79,5 +106,5 @@ uml_boot() {
 # Linux 6.1 keeps too little room for the registers of a processor with AMX.
 uml_never_works() {
   ! grep -q put_fp_registers "$work/kernel.log" ||
-    echo "User Mode Linux does not run on this processor (put_fp_registers failed: more registers than it has room for)"
+    echo "$uml_name does not run on this processor (put_fp_registers failed: more registers than it has room for)"
 }

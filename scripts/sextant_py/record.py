@@ -106,9 +106,8 @@ def report(recorder: Recorder, options: argparse.Namespace) -> None:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    end_s = time.monotonic() + (options.duration or float("inf"))
     with open_recorder(options) as recorder:
-        follow(recorder, end_s)
+        follow(recorder, time.monotonic() + (options.duration or float("inf")))
         why = reason(recorder)
         if not recorder.losses.of:
             raise UserError(why)

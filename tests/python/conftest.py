@@ -1,6 +1,7 @@
 """Fixtures shared by the Python tests."""
 
 import fcntl
+import gc
 import itertools
 import os
 import tempfile
@@ -35,7 +36,11 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 
 @pytest.fixture
 def domain() -> Iterator[int]:
-    """A DDS domain that no other Python test of this machine uses at the same time; C++ tests have those below."""
+    """A DDS domain that no other Python test of this machine uses at the same time; C++ tests have those below.
+
+    Its participants end with the test: one that waits for the collector of cyclic garbage is there for the next test,
+    of whichever process, that has this domain.
+    """
     for _ in range(DOMAINS):
         number = FIRST_DOMAIN + (os.getpid() * 7 + next(_offsets)) % DOMAINS
         with Path(tempfile.gettempdir(), f"sextant_test_domain_{number}").open("w") as lock:
@@ -44,6 +49,7 @@ def domain() -> Iterator[int]:
             except BlockingIOError:
                 continue
             yield number
+            gc.collect()
             return
     pytest.fail("every DDS domain is in use")
 

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -248,9 +249,16 @@ def test_silence_is_explained(tmp_path: Path, domain: int, words: list[str]) -> 
 def test_silence_is_explained_while_it_lasts(
     tmp_path: Path, domain: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
+    explained = record.reason
+
+    def explain_and_end(recorder: record.Recorder) -> str:
+        os.kill(os.getpid(), signal.SIGTERM)
+        return explained(recorder)
+
     monkeypatch.setattr(record, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(record, "reason", explain_and_end)
     with pytest.raises(UserError):
-        record.main([str(tmp_path / "run.mcap"), "--duration", "1", "--domain", str(domain)])
+        record.main([str(tmp_path / "run.mcap"), "--duration", "600", "--domain", str(domain)])
     said = capsys.readouterr().err
     assert said.startswith("record: no sample for 0.1 s: no other DDS participant was discovered")
     assert said.count("\n") == 1

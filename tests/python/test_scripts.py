@@ -194,28 +194,6 @@ def test_what_only_gates_need_is_installed_for_them_alone(elsewhere: Path) -> No
         assert found.stderr == "setup: no package source of this system offers: no-such-package-here.\n", name
 
 
-def test_setup_waits_once_for_a_guest_that_hangs(elsewhere: Path) -> None:
-    """Then it wants QEMU, without another try of User Mode Linux before the next start of the machine."""
-    scripts = elsewhere / "scripts"
-    for name in ("packages.txt", "packages_qemu.txt"):
-        (scripts / name).write_text("bash\n")
-    (elsewhere / ".venv").symlink_to(ROOT / ".venv")
-    calls = elsewhere / "calls"
-    (scripts / "with_vcan").write_text(
-        f'#!/bin/bash\necho "$*" >>"{calls}"\ncase $1 in --native) exit 125 ;; *) exit 124 ;; esac\n'
-    )
-    shutil.rmtree(elsewhere / ".cache" / "with_vcan")
-    kernel = elsewhere / ".cache" / "guest-kernel"
-    kernel.mkdir(parents=True)
-    (kernel / "version").write_text("there already\n")
-    for _ in range(2):
-        found = run(scripts / "setup")
-        assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
-    assert calls.read_text() == "--native true\n--uml -t 60 true\n"
-    findings = list((elsewhere / ".cache" / "with_vcan").glob("*/uml_fails"))
-    assert [file.read_text() for file in findings] == ["a User Mode Linux guest did not end within 60 s\n"]
-
-
 @pytest.mark.parametrize("name", PYTHON_PROGRAMS)
 def test_programs_before_setup_name_it(name: str, elsewhere: Path) -> None:
     found = run(elsewhere / "scripts" / name)

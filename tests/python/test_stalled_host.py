@@ -54,6 +54,13 @@ def test_every_process_below_the_command_stands_still() -> None:
     assert float(found.stdout.splitlines()[0]) >= 0.9 * stalled_host.STOP_S
 
 
+def test_a_guest_stands_still_too() -> None:
+    """The tests on a kernel vcan stall with it, where their kernel is a process of this machine."""
+    found = run(str(ROOT / "scripts" / "with_vcan"), "bash", "-c", '"$0" -c "$1" | cat', sys.executable, ORPHAN)
+    assert found.returncode == 0, found.stderr
+    assert float(found.stdout.splitlines()[0]) >= 0.9 * stalled_host.STOP_S
+
+
 def test_who_is_stopped_by_the_test_is_not_woken() -> None:
     found = run(sys.executable, "-c", STOPPED)
     assert found.returncode == 0, found.stderr

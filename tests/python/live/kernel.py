@@ -16,6 +16,11 @@ def in_guest() -> bool:
     return os.environ.get("WITH_VCAN") in {"uml", "qemu"}
 
 
+def is_emulated() -> bool:
+    """Whether the kernel is QEMU's, whose guest is too slow for all live tests."""
+    return os.environ.get("WITH_VCAN") == "qemu"
+
+
 def native_kernel_only() -> None:
     """Ends a test that needs more processor time than a guest has."""
     if in_guest():

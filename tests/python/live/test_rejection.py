@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import can
 import numpy as np
+import pytest
 from drive_process import DriveProcess
 from handling import at_torque, untripped
 from sextant_py import e2e
@@ -90,6 +91,7 @@ FORGERIES = [
 ]
 
 
+@pytest.mark.kernel_can
 def test_bad_frames_change_only_a_counter(live_bus: str, domain: int, start_drive: Callable[..., DriveProcess]) -> None:
     start_drive(live_bus, "load.kind=imposed_speed", "load.speed_rad_s.value=10")
     record = TelemetryRecord(domain)

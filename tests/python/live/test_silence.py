@@ -186,6 +186,7 @@ def interface(live_bus: str) -> Iterator[str]:
     set_up(name, True)
 
 
+@pytest.mark.kernel_can
 def test_an_interface_that_comes_back_heals(start: Start, live_bus: str, interface: str) -> None:
     drive, record = start(*ZERO_FOR_LONG)
     with Vehicle(live_bus) as vehicle:
@@ -195,6 +196,7 @@ def test_an_interface_that_comes_back_heals(start: Start, live_bus: str, interfa
             assert drive.is_running(), drive.errors()
 
 
+@pytest.mark.kernel_can
 def test_an_interface_that_stays_away_trips_the_drive(start: Start, live_bus: str, interface: str) -> None:
     drive, record = start(*SOON_LOST)
     with Vehicle(live_bus) as vehicle:

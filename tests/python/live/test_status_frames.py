@@ -39,6 +39,7 @@ def recorded(log: FrameLog, record: TelemetryRecord) -> tuple[dict[str, list[Raw
     return by_name, Span(record.samples[first:])
 
 
+@pytest.mark.kernel_can
 def test_status_frames(live_bus: str, domain: int, tmp_path: Path, start_drive: Callable[..., DriveProcess]) -> None:
     start_drive(live_bus, "load.kind=imposed_speed", f"load.speed_rad_s.value={SPEED_RAD_S:g}")
     record = TelemetryRecord(domain)
