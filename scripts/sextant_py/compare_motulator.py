@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from . import mil_program, motulator_cases, motulator_page, torque_map_drive
-from .bench import peers
+from .bench import peer_python
 from .errors import UserError, run
 from .motulator_bench import LIMIT_PERCENT, Bench, Results
 from .paths import OUT, ROOT
@@ -46,7 +46,7 @@ def measure(options: argparse.Namespace) -> Results:
     work.mkdir(parents=True, exist_ok=True)
     drive = torque_map_drive.load("shipped", mil, work)
     plant = motulator_cases.Plant.of(drive)
-    bench = Bench(mil, work / "shipped.toml", peers.install(), plant)
+    bench = Bench(mil, work / "shipped.toml", peer_python.install(), plant)
     cases = motulator_cases.cases(motulator_cases.QUICK_PLAN if options.quick else motulator_cases.PLAN)
     records = bench.run(cases, options.jobs, progress_of(len(cases), "both drives", "compare_motulator"))
     return Results(drive.version, drive.commit, bench.motulator_version, plant.__dict__, records, bench.curves)

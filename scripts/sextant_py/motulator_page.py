@@ -20,6 +20,20 @@ UNITS = {
 }
 
 
+# How a version is set and works, by the beginning of its number; the last one counts for all others.
+OF_VERSION = {
+    "0.5.": {"flux_setting": "`nom_psi_R`", "observer": "Euler's forward step"},
+    "": {
+        "flux_setting": "`psi_s_nom`, the stator flux without load at that rotor flux",
+        "observer": "the discrete model of a voltage that is held for the period",
+    },
+}
+
+
+def _of_version(version: str) -> dict[str, str]:
+    return next(words for beginning, words in OF_VERSION.items() if version.startswith(beginning))
+
+
 def _of(record: Record) -> tuple[str, str, str]:
     return f"{record.period_us:g}", f"{record.speed_rad_s:g}", f"{record.torque_nm:g}"
 
@@ -105,6 +119,7 @@ def write(results: Results, docs: Path) -> list[Path]:
         speed=SHOWN[0],
         torque=SHOWN[1],
         apart=_apart(results),
+        **_of_version(results.motulator_version),
         **tables(results),
     )
     page = docs / "motulator.md"

@@ -2,7 +2,9 @@
 
 import argparse
 import os
+import resource
 import sys
+import time
 from pathlib import Path
 
 from . import (
@@ -127,6 +129,21 @@ def report(results: Results) -> int:
     return 1 if wrong else 0
 
 
+def run_minutes() -> tuple[float, float]:
+    """Elapsed, and processor time of the runs that have ended."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.monotonic() / 60, (children.ru_utime + children.ru_stime) / 60
+
+
+def timed_measure(options: argparse.Namespace) -> Results:
+    """As measure; says how long the runs took."""
+    before = run_minutes()
+    results = measure(options)
+    elapsed, processor = (after - then for after, then in zip(run_minutes(), before, strict=True))
+    print(f"torque_map: {results.label}: {elapsed:.3g} minutes, {processor:.3g} minutes of processor time")
+    return results
+
+
 def results_in(directory: Path) -> dict[str, Results]:
     """Those of every drive that was measured; the page needs those it compares."""
     found = {}
@@ -147,7 +164,7 @@ def main(arguments: list[str]) -> int:
         raise UserError(f"--out: {options.out} cannot be made: {error.strerror}.") from None
     status = 0
     if not options.page:
-        results = measure(options)
+        results = timed_measure(options)
         suffix = "" if options.is_of_page else "_quick" if options.quick else "_full"
         file = options.out / f"{results.drive}{suffix}.json"
         save(results, file)

@@ -1,6 +1,8 @@
 """The work-precision diagram of the plant integrators and the table beside it."""
 
 import json
+import subprocess
+from dataclasses import asdict
 from pathlib import Path
 
 import matplotlib
@@ -9,14 +11,18 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from . import errors, page
+from . import closed_loops, errors, page
 from .figure_style import STYLE
+from .origin import Origin
 from .paths import ROOT
 
 DATA = ROOT / "docs" / "work_precision.json"
 PICTURE = ROOT / "docs" / "images" / "work_precision.png"
 PAGE = ROOT / "docs" / "performance_plant.md"
 MARK = "table: scripts/work_precision"
+LOOPS_MARK = "closed loops: scripts/work_precision"
+ORIGIN_MARK = "run: scripts/work_precision"
+PROGRAM = ROOT / "build" / "release" / "tests" / "bench" / "sextant_work_precision"
 CONTRACT_NM = 1e-6
 SERIES = {
     "fixed": ("fixed", "#1b4f9c", "o"),
@@ -98,22 +104,42 @@ def rounded(value: object) -> object:
     return [rounded(item) for item in value] if isinstance(value, list) else value
 
 
-def main(arguments: list[str]) -> int:
-    source = Path(arguments[0])
+def measure() -> dict:
+    origin = asdict(Origin.now())
+    done = subprocess.run([PROGRAM], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise errors.UserError(f"{PROGRAM.name} failed: {done.stderr.strip()}")
+    return {"origin": origin} | json.loads(done.stdout)
+
+
+def load(source: Path) -> dict:
     try:
-        data = rounded(json.loads(source.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise errors.UserError(f"{source} cannot be read as a measurement: {error}") from None
-    lines = [json.dumps(p) for shaft in SHAFTS for p in data[shaft]["points"]]
-    if len(lines) < 2:
-        raise errors.UserError(f"{source} holds no points.")
+        data = json.loads(source.read_text(encoding="utf-8"))
+        Origin(**data["origin"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise errors.UserError(f"{source} cannot be read as a measurement: {type(error).__name__}: {error}") from None
+    if any(not data.get(key) for key in (*SHAFTS, "closed_loops")):
+        raise errors.UserError(f"{source} holds no points or no closed loops.")
+    return data
+
+
+def write_page(data: dict) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    loops = closed_loops.table(data["closed_loops"])
+    for mark, block in ((ORIGIN_MARK, Origin(**data["origin"]).text), (MARK, table(data)), (LOOPS_MARK, loops)):
+        text = page.put(text, mark, block)
+        print(f"{block}\n")
+    PAGE.write_text(text, encoding="utf-8")
+
+
+def main(arguments: list[str]) -> int:
+    """With a file: of an earlier measurement."""
+    data = load(Path(arguments[0])) if arguments else rounded(measure())
     DATA.write_text(json.dumps(data).replace("}, {", "},\n{") + "\n", encoding="utf-8")
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     draw(data, PICTURE)
-    rows = table(data)
-    PAGE.write_text(page.put(PAGE.read_text(encoding="utf-8"), MARK, rows), encoding="utf-8")
-    print(rows)
-    print(f"\nwritten: {PICTURE.relative_to(ROOT)}, {DATA.relative_to(ROOT)}, {PAGE.relative_to(ROOT)}")
+    write_page(data)
+    print(f"written: {PICTURE.relative_to(ROOT)}, {DATA.relative_to(ROOT)}, {PAGE.relative_to(ROOT)}")
     return 0
 
 

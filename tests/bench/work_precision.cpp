@@ -7,16 +7,19 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 #include <time.h>
 
+#include "bench/closed_loops.hpp"
 #include "support/recorded_switching.hpp"
 
 namespace sextant::bench {
@@ -106,14 +109,6 @@ double flux_error(const Trajectory& a, const Trajectory& b) {
   return error;
 }
 
-CvodeParameters cvode_at(double tolerance, CvodeMethod method = CvodeMethod::adams_fixed_point) {
-  CvodeParameters p{};
-  p.method = method;
-  p.relative_tolerance = tolerance;
-  p.flux_tolerance = p.speed_tolerance = p.angle_tolerance = 1e-2 * tolerance;
-  return p;
-}
-
 struct Entry {
   std::string integrator;
   std::string setting;
@@ -197,20 +192,32 @@ nlohmann::json measure_all(const std::vector<SwitchState>& sequence, Shaft shaft
   return result;
 }
 
-}  // namespace
-}  // namespace sextant::bench
-
-int main() {
-  using namespace sextant;
+/// One recorded sequence of switching states under every integrator and several tolerances.
+nlohmann::json switching() {
   constexpr double duration_s = 1.0;
   const std::vector<SwitchState> sequence = testing::record_switching(duration_s);
   std::size_t changes = 0;
   for (std::size_t k = 1; k < sequence.size(); ++k) changes += sequence[k] == sequence[k - 1] ? 0U : 1U;
-  const nlohmann::json result{
-      {"simulated_s", duration_s},
-      {"period_us", 25},
-      {"voltage_changes", changes},
-      {"free_shaft", bench::measure_all(sequence, bench::Shaft::free, duration_s)},
-      {"constant_speed", bench::measure_all(sequence, bench::Shaft::held, duration_s)}};
+  return {{"simulated_s", duration_s},
+          {"period_us", 25},
+          {"voltage_changes", changes},
+          {"free_shaft", measure_all(sequence, Shaft::free, duration_s)},
+          {"constant_speed", measure_all(sequence, Shaft::held, duration_s)}};
+}
+
+}  // namespace
+}  // namespace sextant::bench
+
+/// Without an argument everything, else the part of that name.
+int main(int count, char** arguments) {
+  const std::string_view part = count > 1 ? arguments[1] : "";
+  nlohmann::json result;
+  try {
+    if (part != "closed_loops") result = sextant::bench::switching();
+    if (part != "switching") result["closed_loops"] = sextant::bench::closed_loops();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "sextant_work_precision: %s\n", error.what());
+    return 1;
+  }
   std::printf("%s\n", result.dump(1).c_str());
 }

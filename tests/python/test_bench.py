@@ -2,20 +2,27 @@
 
 import json
 import math
+import os
 import re
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from sextant_py import closed_loops
 from sextant_py import page as pages
 from sextant_py.bench import __main__ as bench
-from sextant_py.bench import peers, results, speed
+from sextant_py.bench import peer_python, peers, results, speed
 from sextant_py.bench.figure import MET, MISSED, NOT_MEASURED, PUBLISHED, Figure, NotMeasurableError, number
 from sextant_py.bench.google import GoogleResult
 from sextant_py.bench.histogram import Histogram
 from sextant_py.bench.lab import Lab, Stage
-from sextant_py.bench.results import StageResult
+from sextant_py.bench.results import Run, StageResult
 from sextant_py.errors import UserError
+from sextant_py.origin import Origin
 from sextant_py.paths import ROOT
+
+ORIGIN = Origin("a processor", 2, "Linux 6.1", "2026-01-02 03:04", "0123456789", clean=True, load=0.07)
 
 
 def google_run(name: str, repetition: int = 0, **values: object) -> dict:
@@ -112,8 +119,13 @@ def test_a_cost_that_grows_with_the_length_of_the_run_is_seen() -> None:
 
 def peer_round(fixed: float, motulator: float, gem: float) -> dict:
     return {"ours": {"fixed": fixed, "cvode": fixed / 30}} | {
-        tool: {"factor": factor, "version": "1"}
-        for tool, factor in (("motulator", motulator), ("gem", gem), ("gem_euler", 2 * gem))
+        tool: {"factor": factor, "version": "1", "python": "3.12.1"}
+        for tool, factor in (
+            ("motulator", motulator),
+            ("motulator_averaged", 2 * motulator),
+            ("gem", gem),
+            ("gem_euler", 2 * gem),
+        )
     }
 
 
@@ -128,13 +140,54 @@ def test_peers_are_compared_within_a_round() -> None:
     euler = figures["simulated seconds a second, ours / gym-electric-motor with its Euler solver"]
     assert euler.verdict == PUBLISHED
     slow = peers.compare([peer_round(100, 0.025, 0.16)])
-    assert [figure.verdict for figure in slow[:2]] == [MISSED, MISSED]
+    assert [figure.verdict for figure in slow if figure.target] == [MISSED, MISSED]
+
+
+def test_each_figure_of_a_peer_names_its_version() -> None:
+    figures = peers.compare([peer_round(200, 0.025, 0.16)])
+    of_peers = [figure for figure in figures if "motulator" in figure.measure or "gym" in figure.measure]
+    assert len(of_peers) == len(peers.RATIOS) + len(peers.TOOLS)
+    assert all(figure.note.startswith("version 1, Python 3.12.1") for figure in of_peers)
+
+
+def stub(folder: Path, name: str, script: str) -> Path:
+    program = folder / name
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    return program
+
+
+def test_the_peers_get_the_oldest_python_that_is_new_enough_and_runs(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    stub(tmp_path, "python3.91", "echo command not found >&2; exit 127")  # as a shim without its version
+    stub(tmp_path, "python3.92", "echo 3 11")  # not what its name says
+    found = stub(tmp_path, "python3.93", "echo 3 93")
+    stub(tmp_path, "python3.94", "echo 3 94")
+    stub(tmp_path, "python3.93-config", "echo 3 93")
+    monkeypatch.setattr(peer_python, "folders", lambda: [tmp_path / "none", tmp_path])
+    assert peer_python.interpreter((3, 90)) == str(found)
+    assert peer_python.interpreter((3, 95)) == sys.executable
+    assert peer_python.interpreter((3, 0)) == sys.executable
+
+
+def test_pyenv_is_searched_beside_the_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    folder = tmp_path / "versions" / "3.99.0" / "bin"
+    folder.mkdir(parents=True)
+    monkeypatch.setenv("PYENV_ROOT", str(tmp_path))
+    monkeypatch.setenv("PATH", f"/first{os.pathsep}/second")
+    assert peer_python.folders() == [Path("/first"), Path("/second"), folder]
+
+
+def test_each_python_gets_one_version_of_motulator() -> None:
+    lines = peer_python.REQUIREMENTS.read_text(encoding="utf-8").splitlines()
+    needed = ".".join(map(str, peer_python.NEWEST_NEEDS))
+    markers = [line.partition("; ")[2] for line in lines if line.startswith("motulator==")]
+    assert sorted(markers) == [f'python_version < "{needed}"', f'python_version >= "{needed}"']
 
 
 def test_a_peer_that_ran_something_else_is_refused(tmp_path: Path) -> None:
-    peer = tmp_path / "peer"
-    peer.write_text('#!/bin/sh\necho \'{"version": "1", "simulated_s": 1, "cpu_s": 2, "torque": 20}\'\n')
-    peer.chmod(0o755)
+    peer = stub(tmp_path, "peer", 'echo \'{"version": "1", "simulated_s": 1, "cpu_s": 2, "torque": 20}\'')
     with pytest.raises(UserError, match=r"stands at 20\.0 N·m"):
         peers.run_peer(Lab(), peer, "gem", 1.0)
 
@@ -143,7 +196,7 @@ def test_peers_that_cannot_be_installed_are_not_measured(monkeypatch: pytest.Mon
     def fail() -> Path:
         raise UserError("no network")
 
-    monkeypatch.setattr(peers, "install", fail)
+    monkeypatch.setattr(peer_python, "install", fail)
     figures = peers.peers(Lab())
     assert [(f.verdict, f.note, f.at_least) for f in figures] == [
         (NOT_MEASURED, "no network", 5000.0),
@@ -190,23 +243,63 @@ def test_a_missing_program_is_a_miss_of_its_stage(tmp_path: Path) -> None:
         speed.precision(Lab(programs=tmp_path))
 
 
-def some_results() -> dict[str, StageResult]:
-    away = Figure("wake-up", "x", at_most=1.1).failed(NotMeasurableError("no cyclictest"))
+def loop(controller: str, speed: float | None, cpu_s: float, error: float) -> dict:
+    one = {"cpu_s_per_simulated_s": cpu_s, "error_of_peak": error}
     return {
+        "controller": controller,
+        "speed_rad_s": speed,
+        "integrators": {name: dict(one) for name in closed_loops.INTEGRATORS},
+    }
+
+
+def test_closed_loops_are_summed_over_time_and_the_largest_error_counts() -> None:
+    loops = [loop("foc", 0.0, 0.01, 1e-6), loop("foc", 50.0, 0.01, 3e-6), loop("foc", -50.0, 0.03, 2e-6)]
+    loops += [loop("foc", None, 0.01, 4e-6)]
+    fixed = closed_loops.rows(loops)[0]
+    assert (fixed.controller, fixed.integrator) == ("foc", "fixed")
+    assert fixed.factor == pytest.approx(4 / 0.06)
+    assert fixed.errors == {0.0: 1e-6, 50.0: 3e-6, None: 4e-6}
+
+
+def test_closed_loops_have_targets_for_foc() -> None:
+    figures = {figure.measure: figure for figure in speed.loop_figures([loop("foc", None, 0.02, 1.5e-5)])}
+    assert len(figures) == 2 * len(closed_loops.INTEGRATORS)
+    name = "closed loop of foc on {} with metrics: simulated time / CPU time"
+    assert figures[name.format("fixed")].verdict == MISSED
+    assert figures[name.format("cvode")].verdict == MET
+    assert figures[name.format("erk")].verdict == PUBLISHED
+    error = "closed loop of foc on {}: torque error in parts of the peak torque, 0 to 300 rad/s"
+    assert figures[error.format("fixed")].verdict == MET
+    assert figures[error.format("cvode")].verdict == MISSED
+
+
+def test_the_table_of_the_closed_loops_has_a_row_for_each_integrator() -> None:
+    speeds = (0.0, *(sign * one for one in (50.0, 150.0, 300.0) for sign in (1, -1)), None)
+    table = closed_loops.table([loop(c, one, 0.1, 2e-7) for c in ("dtc", "foc") for one in speeds]).splitlines()
+    assert len(table) == 2 + 2 * len(closed_loops.INTEGRATORS)
+    assert table[2] == "| `dtc` | `fixed` | 10 | 2.0e-07 | 2.0e-07 | 2.0e-07 | 2.0e-07 | 2.0e-07 |"
+
+
+def some_run() -> Run:
+    away = Figure("wake-up", "x", at_most=1.1).failed(NotMeasurableError("no cyclictest"))
+    stages = {
         "control": StageResult("the step", [Figure("too slow", "x", 1.2, value=1.4), Figure("time", "ns", value=12.0)]),
         "plant": StageResult("the plant", [Figure("ratio | of it", "x", 1.2, value=1.1, note="in turns")], 3.0, 0.5),
         "live": StageResult("the drive", [away], distributions={"cyclictest": Histogram.of([1000, 2500]).summary()}),
     }
+    return Run(ORIGIN, stages)
 
 
 def test_results_survive_the_file(tmp_path: Path) -> None:
     file = tmp_path / "deep" / "bench.json"
-    results.write(file, some_results())
-    assert results.read(file) == some_results()
+    results.write(file, some_run())
+    assert results.read(file) == some_run()
     assert json.loads(file.read_text())["stages"]["control"]["figures"][0]["verdict"] == MISSED
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": 2, "stages": {"a": {}}}', '{"format": 1, "stages": {}}'])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"format": 3, "stages": {"a": {}}}', '{"format": 3, "stages": {}}', '{"format": 2}']
+)
 def test_a_file_of_something_else_is_refused_in_a_sentence(tmp_path: Path, text: str) -> None:
     file = tmp_path / "bench.json"
     file.write_text(text)
@@ -214,16 +307,31 @@ def test_a_file_of_something_else_is_refused_in_a_sentence(tmp_path: Path, text:
         results.read(file)
 
 
-def test_the_page_has_every_figure_once() -> None:
-    found = results.tables(some_results())
+def test_the_page_has_every_measured_figure_once_and_no_other() -> None:
+    found = results.blocks(some_run())
     assert found["judged figures"].splitlines()[2:] == [
         "| too slow | ≤ 1.2 × | 1.4 × | missed | `control` |",
         "| ratio \\| of it (in turns) | ≤ 1.2 × | 1.1 × | met | `plant` |",
-        "| wake-up (no cyclictest) | ≤ 1.1 × | – | not measured | `live` |",
     ]
     assert found["published figures"].splitlines()[2:] == ["| time | 12 ns | `control` |"]
+    assert found["not measured"] == "- Not measured: wake-up: no cyclictest."
     assert "| cyclictest | 2 | 1 | 2.5 | 2.5 | 2.5 | 2.5 |" in found["latency"]
-    assert "latency" not in results.tables({"control": some_results()["control"]}), "without a run the section stays"
+    assert results.blocks(Run(ORIGIN, {}))["latency"] == ""
+
+
+def test_the_page_says_of_which_machine_date_and_commit_it_is() -> None:
+    text = results.blocks(some_run())["run"]
+    assert text == (
+        "a processor, 2 cores, Linux 6.1; 2026-01-02 03:04 UTC; commit 0123456789; load average at the start 0.07."
+    )
+    assert "commit 0123456789 with changes that are not committed;" in replace(ORIGIN, clean=False).text
+
+
+def test_the_origin_is_that_of_this_checkout() -> None:
+    here = Origin.now()
+    assert re.fullmatch(r"[0-9a-f]{10,}", here.commit)
+    assert here.processor
+    assert here.cores == os.cpu_count()
 
 
 def test_text_is_put_between_the_marks_and_nowhere_else() -> None:
@@ -254,6 +362,13 @@ def two_stages(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
+def page_of(folder: Path) -> Path:
+    """A page with every mark and old figures between them."""
+    page = folder / "page.md"
+    page.write_text("".join(f"<!-- {mark} -->\nold\n<!-- end of {mark} -->\n" for mark in results.blocks(Run(ORIGIN))))
+    return page
+
+
 @pytest.mark.usefixtures("two_stages")
 def test_a_stage_that_fails_is_told_and_does_not_stop_the_others(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -264,8 +379,9 @@ def test_a_stage_that_fails_is_told_and_does_not_stop_the_others(
     printed = capsys.readouterr().out
     assert "bench: missed: stage broken: /no/such/program cannot be run: No such file or directory" in printed
     assert "bench: missed: slow" in printed
+    assert set(results.read(out).stages) == {"good", "broken"}
     assert bench.main(["--out", str(out), "--judge", "--only", "broken"]) == 1
-    assert set(results.read(out)) == {"good", "broken"}
+    assert set(results.read(out).stages) == {"broken"}, "a file holds one run"
 
 
 @pytest.mark.parametrize("error", [KeyError("wake_latency"), json.JSONDecodeError("no value", "", 0)])
@@ -282,7 +398,7 @@ def test_an_error_that_nobody_expected_is_a_miss_of_its_stage_alone(
     printed = capsys.readouterr()
     assert f"bench: missed: stage broken: {type(error).__name__}: " in printed.out
     assert "Traceback" in printed.err
-    assert results.read(out)["good"].figures[0].verdict == MET
+    assert results.read(out).stages["good"].figures[0].verdict == MET
 
 
 def judged(monkeypatch: pytest.MonkeyPatch, out: Path, *figures: Figure) -> int:
@@ -352,34 +468,38 @@ def test_a_full_ring_is_judged_without_the_clock() -> None:
 
 
 @pytest.mark.usefixtures("two_stages")
-def test_figures_of_elsewhere_join_and_reach_the_page(tmp_path: Path) -> None:
-    out, other, page = tmp_path / "bench.json", tmp_path / "live.json", tmp_path / "page.md"
-    body = Figure("body", "x", at_most=1.3, value=1.0)
-    results.write(other, {"live": StageResult("from elsewhere", [body])})
-    marks = "".join(f"<!-- {name} figures -->\n<!-- end of {name} figures -->\n" for name in ("judged", "published"))
-    page.write_text(marks)
-    command = ["--out", str(out), "--only", "good", "--add", str(other), "--page", str(page), "--write-page"]
-    assert bench.main(command) == 0
-    assert "| body | ≤ 1.3 × | 1 × | met | `live` |" in page.read_text()
-    assert "| missed |" in page.read_text()
+def test_the_page_is_that_of_the_run_alone(tmp_path: Path) -> None:
+    page = page_of(tmp_path)
+    assert bench.main(["--out", str(tmp_path / "bench.json"), "--page", str(page), "--write-page"]) == 0
+    text = page.read_text()
+    assert "| slow | ≤ 1 × | 2 × | missed | `good` |" in text
+    assert "load average at the start" in text
+    assert "old" not in text
 
 
 @pytest.mark.usefixtures("two_stages")
-def test_a_page_does_not_lose_the_figures_of_other_stages(tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    kept = "".join(
-        f"<!-- {name} figures -->\n| a | `live` |\n<!-- end of {name} figures -->\n" for name in ("judged", "published")
-    )
-    page.write_text(kept)
-    with pytest.raises(UserError, match="figures of stages that were not measured here, live, and would lose them"):
-        bench.main(["--out", str(tmp_path / "bench.json"), "--only", "good", "--page", str(page), "--write-page"])
-    assert page.read_text() == kept
+def test_the_page_takes_no_part_of_a_run(tmp_path: Path) -> None:
+    page, out = page_of(tmp_path), tmp_path / "bench.json"
+    before = page.read_text()
+    command = ["--out", str(out), "--page", str(page), "--write-page"]
+    with pytest.raises(UserError, match="the page takes a whole run"):
+        bench.main([*command, "--only", "good"])
+    assert not out.exists()
+    assert bench.main(["--out", str(out), "--only", "good"]) == 0
+    with pytest.raises(UserError, match=r"bench\.json has no broken; run scripts/bench"):
+        bench.main([*command, "--report"])
+    assert page.read_text() == before
+
+
+def test_a_part_of_a_run_has_a_file_of_its_own() -> None:
+    assert bench.parse_arguments([]).out == bench.OUT
+    assert bench.parse_arguments(["--only", "control"]).out == bench.OUT_OF_SOME
 
 
 def test_unknown_stages_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match='there is no stage "nonsense"; the stages are control, plant'):
         bench.main(["--out", str(tmp_path / "bench.json"), "--only", "control,nonsense"])
-    with pytest.raises(UserError, match="holds no figures yet"):
+    with pytest.raises(UserError, match="cannot be read"):
         bench.main(["--out", str(tmp_path / "bench.json"), "--report"])
 
 
@@ -390,8 +510,9 @@ def test_a_program_that_hangs_is_ended(tmp_path: Path) -> None:
         lab.run("sleep", "30")
 
 
-def test_the_page_is_written_by_the_stages_that_there_are() -> None:
-    """Each known stage has rows in the committed page, and no row calls a stage that is gone."""
+def test_the_committed_page_has_the_marks_and_no_row_of_a_stage_that_is_gone() -> None:
     text = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
     named = set(re.findall(r"\| `([a-z]+)` \|$", text, re.MULTILINE))
-    assert named == {stage.name for stage in bench.STAGES}
+    assert named <= {stage.name for stage in bench.STAGES}
+    for mark in results.blocks(Run(ORIGIN)):
+        assert f"<!-- {mark} -->" in text

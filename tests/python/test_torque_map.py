@@ -289,9 +289,12 @@ def quick(drive: str, directory: Path, monkeypatch: pytest.MonkeyPatch) -> tuple
     return status, load(directory / f"{drive}_quick.json")
 
 
-def test_no_point_of_the_shipped_drive_is_silently_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_point_of_the_shipped_drive_is_silently_wrong(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     status, results = quick("shipped", tmp_path, monkeypatch)
     assert status == 0
+    assert re.search(r"ecu\.toml: [0-9.e-]+ minutes, [0-9.e-]+ minutes of processor time\n", capsys.readouterr().out)
     assert results.points == 4 * len(results.speeds) * len(results.torques)
     exact = results.find(Conditions())
     assert exact.outcomes[results.torques.index(15)][results.speeds.index(50)] == RIGHT

@@ -1,14 +1,17 @@
-"""Runs one of the peers on the paper's machine and prints as JSON what it took. It runs in a virtual environment of its
-own and needs nothing of Sextant but the machine's file: peer_runs.py TOOL SECONDS MACHINE.toml."""
+"""Runs one of the peers on the paper's machine and prints as JSON what it took. It runs in the virtual environment of
+the peers: python -m sextant_py.bench.peer_runs TOOL SECONDS MACHINE.toml."""
 
 import cmath
 import importlib.metadata
 import json
 import math
+import platform
 import sys
 import time
 import tomllib
 from pathlib import Path
+
+from . import motulator_drive
 
 PERIOD_S = 25e-6
 U_DC_V = 530.0
@@ -30,48 +33,23 @@ def machine(data: dict) -> dict[str, float]:
     }
 
 
-def motulator_parameters(m: dict[str, float]):
-    """The inverse-Γ model of motulator's controllers, from the T model."""
-    from motulator.drive.utils import InductionMachineInvGammaPars
-
-    l_s, l_r = m["l_m"] + m["l_sigma_s"], m["l_m"] + m["l_sigma_r"]
-    k_r = m["l_m"] / l_r
-    return InductionMachineInvGammaPars(
-        n_p=m["n_p"], R_s=m["r_s"], R_R=k_r**2 * m["r_r"], L_sgm=l_s - k_r * m["l_m"], L_M=k_r * m["l_m"]
+def motulator(m: dict[str, float], seconds: float, switched: bool) -> tuple[float, float, float]:
+    """Current-vector control, measured speed, the speed imposed; switched: with carrier comparison. Simulated and CPU
+    time [s], torque at the end [N·m]."""
+    run = motulator_drive.run(
+        motulator_drive.Setup(
+            machine=m,
+            u_dc_v=U_DC_V,
+            speed_rad_s=OMEGA_M,
+            rotor_flux_wb=1.0,
+            current_limit_a=60.0,
+            period_s=PERIOD_S,
+            end_s=seconds,
+            torque_nm=lambda t: TORQUE_NM if t > 0.1 * seconds else 0.0,
+            switched=switched,
+        )
     )
-
-
-def motulator_drive(par, u_dc: float, omega_m: float):
-    """Inverter with carrier comparison, machine as the Γ model that motulator makes of its inverse-Γ model, and imposed
-    speed. u_dc: [V], omega_m: mechanical [rad/s]."""
-    from motulator.drive import model
-    from motulator.drive.utils import InductionMachinePars
-
-    plant = model.Drive(
-        model.VoltageSourceConverter(u_dc=u_dc),
-        model.InductionMachine(InductionMachinePars.from_inv_gamma_model_pars(par)),
-        model.ExternalRotorSpeed(w_M=lambda t: omega_m + 0 * t),
-    )
-    plant.pwm = model.CarrierComparison()
-    return plant
-
-
-def motulator(m: dict[str, float], seconds: float) -> tuple[float, float, float]:
-    """Current-vector control with carrier comparison, measured speed, the speed imposed. Simulated and CPU time [s],
-    torque at the end [N·m]."""
-    from motulator.drive import model
-    from motulator.drive.control import im
-
-    par = motulator_parameters(m)
-    plant = motulator_drive(par, U_DC_V, OMEGA_M)
-    reference = im.CurrentReferenceCfg(par, max_i_s=60.0, nom_psi_R=1.0, nom_u_s=U_DC_V / math.sqrt(3))
-    controller = im.CurrentVectorControl(par, reference, T_s=PERIOD_S, sensorless=False)
-    controller.ref.tau_M = lambda t: TORQUE_NM if t > 0.1 * seconds else 0.0
-    simulation = model.Simulation(plant, controller)
-    begin = time.process_time()
-    simulation.simulate(t_stop=seconds)
-    spent = time.process_time() - begin
-    return float(plant.t0), spent, float(plant.machine.data.tau_M[-1])
+    return run.simulated_s, run.cpu_s, float(run.points["torque_nm"][-1])
 
 
 def switching_states(m: dict[str, float], steps: int) -> list[int]:
@@ -130,20 +108,23 @@ def gem(m: dict[str, float], seconds: float, solver) -> tuple[float, float, floa
     return steps * PERIOD_S, spent, float(torque)
 
 
+def run(tool: str, m: dict[str, float], seconds: float) -> tuple[str, tuple[float, float, float]]:
+    """The tool's package, and what its run took."""
+    if tool.startswith("motulator"):
+        return "motulator", motulator(m, seconds, switched=tool == "motulator")
+    from gym_electric_motor.physical_systems import EulerSolver, ScipyOdeSolver
+
+    return "gym-electric-motor", gem(m, seconds, EulerSolver() if tool == "gem_euler" else ScipyOdeSolver())
+
+
 def main() -> None:
     tool, seconds, file = sys.argv[1], float(sys.argv[2]), sys.argv[3]
-    m = machine(tomllib.loads(Path(file).read_text(encoding="utf-8")))
-    if tool == "motulator":
-        simulated, spent, torque = motulator(m, seconds)
-    else:
-        from gym_electric_motor.physical_systems import EulerSolver, ScipyOdeSolver
-
-        simulated, spent, torque = gem(m, seconds, EulerSolver() if tool == "gem_euler" else ScipyOdeSolver())
-    package = "motulator" if tool == "motulator" else "gym-electric-motor"
+    package, (simulated, spent, torque) = run(tool, machine(tomllib.loads(Path(file).read_text("utf-8"))), seconds)
     if not math.isfinite(torque):
         raise SystemExit(f"{tool}: the torque is {torque}")
     result = {
         "version": importlib.metadata.version(package),
+        "python": platform.python_version(),
         "simulated_s": simulated,
         "cpu_s": spent,
         "torque": torque,

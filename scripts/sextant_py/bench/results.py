@@ -1,18 +1,18 @@
-"""out/bench.json, kept from run to run, so that one stage can be measured again; and the page made of it."""
+"""out/bench.json, the figures of one run; and the page made of it."""
 
 import json
-import re
 import shutil
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from sextant_py import page
 from sextant_py.errors import UserError
+from sextant_py.origin import Origin
 from sextant_py.paths import ROOT
 
-from .figure import PUBLISHED, Figure
+from .figure import NOT_MEASURED, PUBLISHED, Figure
 
-FORMAT = 2
+FORMAT = 3
 PAGE = ROOT / "docs" / "performance.md"
 IMAGES = ROOT / "docs" / "images"
 PLOTS = {"growth": "growth.png", "live": "latency.png"}  # by stage, in the folder beside the results
@@ -43,23 +43,35 @@ class StageResult:
 Stages = dict[str, StageResult]
 
 
-def read(file: Path) -> Stages:
+@dataclass
+class Run:
+    """What one run of scripts/bench measured, and where."""
+
+    origin: Origin
+    stages: Stages = field(default_factory=dict)
+
+    def to_json(self) -> dict:
+        stages = {name: stage.to_json() for name, stage in self.stages.items()}
+        return {"format": FORMAT, "origin": asdict(self.origin), "stages": stages}
+
+
+def read(file: Path) -> Run:
     """Throws UserError where the file is no result of a benchmark."""
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
         if data["format"] != FORMAT:
             raise UserError(f"{file} has format {data['format']}, not {FORMAT}; measure again with scripts/bench.")
-        return {name: StageResult.from_json(stage) for name, stage in data["stages"].items()}
+        stages = {name: StageResult.from_json(stage) for name, stage in data["stages"].items()}
+        return Run(Origin(**data["origin"]), stages)
     except OSError as error:
         raise UserError(f"{file} cannot be read: {error.strerror}.") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise UserError(f"{file} is no result of scripts/bench ({type(error).__name__}: {error}).") from error
 
 
-def write(file: Path, stages: Stages) -> None:
+def write(file: Path, run: Run) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
-    content = {"format": FORMAT, "stages": {name: stage.to_json() for name, stage in stages.items()}}
-    file.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    file.write_text(json.dumps(run.to_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def terminal(stages: Stages) -> str:
@@ -73,42 +85,56 @@ def terminal(stages: Stages) -> str:
     return "\n".join(lines[1:])
 
 
-def tables(stages: Stages) -> dict[str, str]:
-    """By mark of the page: figures with a target, figures without, and the distributions."""
-    with_target, without, distributions = [], [], []
+def figure_rows(stages: Stages) -> tuple[list[tuple], list[tuple]]:
+    """Of the figures that were measured: those with a target, those without."""
+    with_target, without = [], []
     for name, stage in stages.items():
         for f in stage.figures:
-            stage_name = f"`{name}`"
             measure = f"{f.measure} ({f.note})" if f.note else f.measure
             target, shown = (text.replace(" x", " ×") for text in (f.target, f.shown))
+            if f.verdict == NOT_MEASURED:
+                continue
             if f.target:
-                with_target.append((measure, target, shown, f.verdict, stage_name))
+                with_target.append((measure, target, shown, f.verdict, f"`{name}`"))
             else:
-                without.append((measure, shown if f.verdict == PUBLISHED else f.verdict, stage_name))
-        for text, summary in stage.distributions.items():
-            values = [f"{summary[key]:.3g}" for key in PERCENTILES]
-            distributions.append((text, summary["count"], *values, f"{summary['max_us']:.4g}"))
+                without.append((measure, shown if f.verdict == PUBLISHED else f.verdict, f"`{name}`"))
+    return with_target, without
+
+
+def latency(stages: Stages) -> str:
+    """The distributions; empty where there are none."""
+    rows = [
+        (text, summary["count"], *(f"{summary[key]:.3g}" for key in PERCENTILES), f"{summary['max_us']:.4g}")
+        for stage in stages.values()
+        for text, summary in stage.distributions.items()
+    ]
     head = ("[µs]", "samples", "median", "99 %", "99.9 %", "99.99 %", "longest")
-    found = {
+    return page.table(head, rows) + LATENCY if rows else ""
+
+
+def not_measured(stages: Stages) -> str:
+    found = [f for stage in stages.values() for f in stage.figures if f.verdict == NOT_MEASURED]
+    return "\n".join(f"- Not measured: {f.measure}: {f.note}." for f in found)
+
+
+def blocks(run: Run) -> dict[str, str]:
+    """By mark of the page, what stands there."""
+    with_target, without = figure_rows(run.stages)
+    return {
+        "run": run.origin.text,
         "judged figures": page.table(("measure", "target", "figure", "verdict", "stage"), with_target, (0, 3, 4)),
         "published figures": page.table(("measure", "figure", "stage"), without, (0, 2)),
+        "latency": latency(run.stages),
+        "not measured": not_measured(run.stages),
     }
-    return found | ({"latency": page.table(head, distributions) + LATENCY} if distributions else {})
 
 
-def write_page(file: Path, stages: Stages, plots: Path) -> None:
-    """The tables of all stages, and where it is the committed page, its pictures. Throws UserError, and writes nothing,
-    where the page has figures of a stage that was not measured: they would be lost."""
+def write_page(file: Path, run: Run, plots: Path) -> None:
+    """What this run measured and nothing else; where it is the committed page, its pictures too."""
     text = file.read_text(encoding="utf-8")
-    lost = sorted(set(re.findall(r"\| `(\w+)` \|$", text, re.MULTILINE)) - set(stages))
-    if lost:
-        raise UserError(
-            f"{file} has figures of stages that were not measured here, {', '.join(lost)}, and would lose them;"
-            " run scripts/bench --write-page without --only."
-        )
-    for mark, content in tables(stages).items():
+    for mark, content in blocks(run).items():
         text = page.put(text, mark, content)
     file.write_text(text, encoding="utf-8")
     for stage, plot in PLOTS.items():
-        if file == PAGE and stage in stages and (plots / plot).exists():
+        if file == PAGE and stage in run.stages and (plots / plot).exists():
             shutil.copyfile(plots / plot, IMAGES / plot)
