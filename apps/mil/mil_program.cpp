@@ -1,5 +1,6 @@
 #include "sextant/mil/mil_program.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -134,6 +135,21 @@ void print_reason(const std::string& program, const sextant::RunSummary& summary
     std::fprintf(stderr, "%s: %s: %s\n", program.c_str(), summary.scenario.c_str(), line.c_str());
 }
 
+/// Says on standard error where a run takes minutes for a simulated second.
+void note_slow_run(const std::string& program, const sextant::ScenarioConfig& config) {
+  using namespace sextant;
+  if (config.mode != ScenarioMode::event_exact) return;
+  const EventExactRunner::Parameters run = config.event_exact_runner();
+  if (run.control.torque_comparator.reading != ComparatorReading::memoryless) return;
+  fmt::print(
+      stderr,
+      "{}: {}: control.dtc.comparator_reading = \"memoryless\" switches at each end of "
+      "event_exact.minimum_dwell_ns = {}, up to {:.3g} times a simulated second, which takes minutes; a "
+      "longer dwell takes less\n",
+      program, config.scenario.name, run.event_exact.minimum_dwell_ns,
+      1e9 / double(std::max<std::int64_t>(1, run.event_exact.minimum_dwell_ns)));
+}
+
 /// One scenario, from its file to its summary.
 sextant::RunSummary report_scenario(const std::string& program, const sextant::ScenarioConfig& config,
                                     const std::filesystem::path& out, bool with_trace,
@@ -147,6 +163,7 @@ sextant::RunSummary report_scenario(const std::string& program, const sextant::S
     trace.emplace(directory.trace(), scenario.trace, origin(config), [](const std::string&) {});
   }
 
+  note_slow_run(program, config);
   mil::ProgressBar bar{scenario.name, stderr};
   const MilResult result = run_scenario(config, trace ? &*trace : nullptr, [&](double fraction) {
     bar.show(fraction);

@@ -14,7 +14,9 @@ constexpr Range<double> tolerance{1e-14, 1e-1};
 
 void describe(Section s, ErrorControl& p) {
   s.choice("at_switching", p.at_switching,
-           {{"by_tolerance", AtSwitching::by_tolerance}, {"go_on", AtSwitching::go_on}, {"stop", AtSwitching::stop}},
+           {{"by_tolerance", AtSwitching::by_tolerance},
+            {"go_on", AtSwitching::go_on},
+            {"stop", AtSwitching::stop}},
            "where the inverter switches with every leg driven: go on, restart, or restart where the relative "
            "tolerance is below 1e-7");
   s.number("relative_tolerance", p.relative_tolerance, tolerance, "",
@@ -77,7 +79,8 @@ void describe(Section s, SimulatedPowerStage::Parameters& p) {
   Section fixed = s.section("fixed");
   fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
              "longest integration step; a machine that is too fast for it gets shorter ones");
-  fixed.choice("at_switching", p.fixed.at_switching, {{"go_on", AtSwitching::go_on}, {"stop", AtSwitching::stop}},
+  fixed.choice("at_switching", p.fixed.at_switching,
+               {{"go_on", AtSwitching::go_on}, {"stop", AtSwitching::stop}},
                "where the inverter switches with every leg driven: go on, or end a step");
   fixed.check(p.fixed);
   Section exact = s.section("exact");

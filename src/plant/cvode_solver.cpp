@@ -46,8 +46,8 @@ struct CvodeSolver::Implementation : SundialsSolution {
   }
 };
 
-CvodeSolver::Implementation::Implementation(const OdeProblem& ode, const CvodeParameters& parameters, double relative,
-                                            std::span<const double> absolute_tolerance)
+CvodeSolver::Implementation::Implementation(const OdeProblem& ode, const CvodeParameters& parameters,
+                                            double relative, std::span<const double> absolute_tolerance)
     : SundialsSolution{"CVODE", ode, relative} {
   allocate(new_small_vector, absolute_tolerance);
   memory.reset(
@@ -99,8 +99,7 @@ SolverOutcome CvodeSolver::Implementation::go(const void* plant, double t_end, d
 
 CvodeSolver::CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters, double relative,
                          std::span<const double> absolute_tolerance)
-    : implementation_{std::make_unique<Implementation>(problem, parameters, relative,
-                                                       absolute_tolerance)} {}
+    : implementation_{std::make_unique<Implementation>(problem, parameters, relative, absolute_tolerance)} {}
 
 CvodeSolver::~CvodeSolver() = default;
 

@@ -24,8 +24,8 @@ struct ErkSolver::Implementation : SundialsSolution {
   SolverOutcome go(const void* plant, double t_end, double* end, int task) noexcept;
 };
 
-ErkSolver::Implementation::Implementation(const OdeProblem& ode, const ErrorControl& parameters, double relative,
-                                          std::span<const double> absolute_tolerance)
+ErkSolver::Implementation::Implementation(const OdeProblem& ode, const ErrorControl& parameters,
+                                          double relative, std::span<const double> absolute_tolerance)
     : SundialsSolution{"ARKODE", ode, relative} {
   allocate(new_runge_kutta_vector, absolute_tolerance);
   memory.reset(ERKStepCreate(derivative, 0.0, x.get(), sundials));
@@ -63,8 +63,7 @@ SolverOutcome ErkSolver::Implementation::go(const void* plant, double t_end, dou
 
 ErkSolver::ErkSolver(const OdeProblem& problem, const ErrorControl& parameters, double relative,
                      std::span<const double> absolute_tolerance)
-    : implementation_{std::make_unique<Implementation>(problem, parameters, relative,
-                                                       absolute_tolerance)} {}
+    : implementation_{std::make_unique<Implementation>(problem, parameters, relative, absolute_tolerance)} {}
 
 ErkSolver::~ErkSolver() = default;
 

@@ -22,8 +22,8 @@ std::array<double, EventExactSystem::size> absolute(const Tolerances& tolerances
 /// Such a run stops at each switching.
 CvodeSolver solver(int event_count, const CvodeParameters& parameters) {
   const Tolerances tolerances = parameters.tolerances(true);
-  return {ode_problem<EventExactSystem>(event_count, EventExactSystem::meter), parameters, tolerances.relative,
-          absolute(tolerances)};
+  return {ode_problem<EventExactSystem>(event_count, EventExactSystem::meter), parameters,
+          tolerances.relative, absolute(tolerances)};
 }
 
 }  // namespace

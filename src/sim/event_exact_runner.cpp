@@ -149,7 +149,11 @@ class EventExactRun {
     return sample;
   }
 
+  /// Once a control period, as the monitors of the protections count.
   void protect(const MetricsSample& now) {
+    if (now.t_ns < next_protection_ns_) return;
+    const std::int64_t period_ns = parameters_.protection.period_ns;
+    next_protection_ns_ = (now.t_ns / period_ns + 1) * period_ns;
     const Measurement<> measurement{inverse_clarke(now.i_s), parameters_.u_dc, now.omega_m, {}, true};
     faults_.step(protection_.step(measurement));
     result_.note_faults(faults_.latched(), faults_.first(), now.t_ns);
@@ -184,6 +188,7 @@ class EventExactRun {
   std::optional<EventExactTrace> trace_{};
   MetricsSample before_{};
   std::int64_t pulses_{0};
+  std::int64_t next_protection_ns_{0};  ///< when the protections are next evaluated [ns]
 };
 
 }  // namespace

@@ -13,14 +13,15 @@ class PlantLook {
   template <class Plant>
   PlantLook(const Plant& plant, const typename Plant::State& x, int meter) noexcept
       : PlantLook{plant.quantities(x.template head<Plant::machine_size>())} {
-    energies = {.link = x[meter + int(EnergyMeter<>::dc_link)],
-                .copper = x[meter + int(EnergyMeter<>::stator_copper)] +
-                          x[meter + int(EnergyMeter<>::rotor_copper)],
-                .shaft = x[meter + int(EnergyMeter<>::mechanical)],
-                .field = plant.machine().magnetic_energy(psi_s, psi_r)};
+    energies = {
+        .link = x[meter + int(EnergyMeter<>::dc_link)],
+        .copper = x[meter + int(EnergyMeter<>::stator_copper)] + x[meter + int(EnergyMeter<>::rotor_copper)],
+        .shaft = x[meter + int(EnergyMeter<>::mechanical)],
+        .field = plant.machine().magnetic_energy(psi_s, psi_r)};
   }
 
-  /// For the metrics, with the stator voltage before or after it jumps; instant and references are the caller's.
+  /// For the metrics, with the stator voltage before or after it jumps; instant and references are the
+  /// caller's.
   [[nodiscard]] MetricsSample metrics_sample(SpaceVector<> u_s) const noexcept {
     return {.torque = torque,
             .psi_s = psi_s,

@@ -57,6 +57,7 @@ Scenario scenario_at(const OperatingPoint& point) {
 SimulatedPowerStageParameters reference_of(SimulatedPowerStageParameters parameters) {
   parameters.integrator = IntegratorKind::cvode;
   parameters.cvode = cvode_at(1e-12);
+  parameters.cvode.at_switching = AtSwitching::stop;
   return parameters;
 }
 

@@ -12,8 +12,8 @@ class Cubic {
   using T = typename Vector::Scalar;
 
   /// Values x and slopes v at the times 0 and h [s].
-  void set(const Vector& x0, const Vector& v0, const Vector& x1, const Vector& v1, T h) noexcept
-      SEXTANT_NONBLOCKING {
+  void set(const Vector& x0, const Vector& v0, const Vector& x1, const Vector& v1,
+           T h) noexcept SEXTANT_NONBLOCKING {
     const T k = T(1) / h;
     for (int i = 0; i < Vector::RowsAtCompileTime; ++i) {
       const T mean = k * (x1[i] - x0[i]);

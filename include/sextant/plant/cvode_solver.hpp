@@ -16,7 +16,8 @@ class CvodeSolver {
   using Parameters = CvodeParameters;
   using Outcome = SolverOutcome;
 
-  /// relative_tolerance [-]; absolute_tolerance: one for each state. Those of the parameters do not count. Throws std::runtime_error when CVODE cannot be set up.
+  /// relative_tolerance [-]; absolute_tolerance: one for each state. Those of the parameters do not count.
+  /// Throws std::runtime_error when CVODE cannot be set up.
   CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters, double relative_tolerance,
               std::span<const double> absolute_tolerance);
   ~CvodeSolver();

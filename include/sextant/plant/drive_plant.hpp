@@ -176,10 +176,10 @@ class DrivePlant {
     q.theta_m = x[theta];
     return q;
   }
-  /// The slope of an appended system of integrals under leg states that are all driven; q: of `quantities`, gets
-  /// stator voltage and link current.
-  [[nodiscard]] Integrals integral_derivative(PlantQuantities<T>& q, SwitchState state) const noexcept
-      SEXTANT_NONBLOCKING
+  /// The slope of an appended system of integrals under leg states that are all driven; q: of `quantities`,
+  /// gets stator voltage and link current.
+  [[nodiscard]] Integrals integral_derivative(PlantQuantities<T>& q,
+                                              SwitchState state) const noexcept SEXTANT_NONBLOCKING
     requires(is_integral<Appended>)
   {
     Integrals dy{};

@@ -19,9 +19,10 @@ class ErkSolver {
   using Parameters = ErrorControl;
   using Outcome = SolverOutcome;
 
-  /// relative_tolerance [-]; absolute_tolerance: one for each state. Those of the parameters do not count. Throws std::runtime_error when ARKODE cannot be set up.
+  /// relative_tolerance [-]; absolute_tolerance: one for each state. Those of the parameters do not count.
+  /// Throws std::runtime_error when ARKODE cannot be set up.
   ErkSolver(const OdeProblem& problem, const ErrorControl& parameters, double relative_tolerance,
-              std::span<const double> absolute_tolerance);
+            std::span<const double> absolute_tolerance);
   ~ErkSolver();
   ErkSolver(const ErkSolver&) = delete;
   ErkSolver& operator=(const ErkSolver&) = delete;

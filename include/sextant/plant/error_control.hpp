@@ -18,12 +18,12 @@ struct Tolerances {
 
 /// Accuracy of an integrator with a variable step, and its limits.
 ///
-/// Where it stops at each switching, local errors occur after each of some 30 000 edges in a second and add up:
-/// a torque within 1e-6 of its peak takes a relative tolerance below 1e-9; the default is 1e-11. Where it goes
-/// on over the switching it is 1e-7, and tighter gains nothing. The absolute tolerances that are not set follow
-/// from the relative one: 0.01 Wb, 1 rad/s, 1 rad and 100 times as much; of speed and angle 1000 rad/s and
-/// 1000 rad where it goes on, because the slope of the speed then has a corner at each switching, and steps
-/// that shorten for it lose more accuracy than they gain.
+/// Where it stops at each switching, local errors occur after each of some 30 000 edges in a second and add
+/// up: a torque within 1e-6 of its peak takes a relative tolerance below 1e-9; the default is 1e-11. Where it
+/// goes on over the switching it is 1e-7, and tighter gains nothing. The absolute tolerances that are not set
+/// follow from the relative one: 0.01 Wb, 1 rad/s, 1 rad and 100 times as much; of speed and angle 1000 rad/s
+/// and 1000 rad where it goes on, because the slope of the speed then has a corner at each switching, and
+/// steps that shorten for it lose more accuracy than they gain.
 struct ErrorControl {
   std::optional<double> relative_tolerance{};  ///< local error of a step, relative to each state [-]
   std::optional<double> flux_tolerance{};      ///< absolute, flux linkages [Wb]

@@ -41,8 +41,8 @@ struct FixedStepParameters {
 ///
 /// Where gate segments follow each other with every leg driven, the steps do not end at the corners between
 /// them: the method moves psi_s − V, V the `VoltageIntegral`, whose slope does not jump. Within a step V is
-/// replaced by the parabola with the same ends and the same area, which is exact for a symmetric pattern; what
-/// a step neglects is of third order in V's deviation from it.
+/// replaced by the parabola with the same ends and the same area, which is exact for a symmetric pattern;
+/// what a step neglects is of third order in V's deviation from it.
 ///
 /// While legs are off, diode events are located
 /// within the step by bisection on its cubic Hermite interpolant and the step is taken up to the event.
@@ -145,7 +145,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
       before = after;
       if (n == steps && !at_corners.wanted()) break;
       plant.undriven_derivative(x, k);
-      if (at_corners.wanted()) at_corners.step(h, smooth_state.smooth(x, after), smooth_state.slope(k, after.v));
+      if (at_corners.wanted())
+        at_corners.step(h, smooth_state.smooth(x, after), smooth_state.slope(k, after.v));
     }
     if (!x.allFinite()) return false;
     plant.continue_at(at_corners.finish(x));
@@ -154,8 +155,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   }
 
   /// The machine's state after a step of h [s] from x, whose slope without the voltage is k1.
-  static MachineState step_over_corners(const Plant& plant, const MachineState& x, const MachineState& k1, T h,
-                                        const VoltageParabola<T>& v) noexcept SEXTANT_NONBLOCKING {
+  static MachineState step_over_corners(const Plant& plant, const MachineState& x, const MachineState& k1,
+                                        T h, const VoltageParabola<T>& v) noexcept SEXTANT_NONBLOCKING {
     const auto slope = [&plant, &v](T s, const MachineState& y, MachineState& dy) noexcept {
       plant.undriven_derivative(raised(y, s < T(1) ? v.middle() : v.rise()), dy);
     };
@@ -233,7 +234,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   }
 
   std::int64_t max_step_ns_;  ///< [ns]
-  bool goes_on_;               ///< over the switching within a call
+  bool goes_on_;              ///< over the switching within a call
 };
 
 }  // namespace sextant

@@ -19,8 +19,8 @@ struct HermitePath {
     const T r = T(1) - s;
     State x;
     for (int i = 0; i < State::RowsAtCompileTime; ++i)
-      x[i] = (r * x0[i] + s * x1[i]) +
-             (s * r) * ((r * d0[i] - s * d1[i]) - (T(1) - T(2) * s) * (x1[i] - x0[i]));
+      x[i] =
+          (r * x0[i] + s * x1[i]) + (s * r) * ((r * d0[i] - s * d1[i]) - (T(1) - T(2) * s) * (x1[i] - x0[i]));
     return x;
   }
 };

@@ -37,9 +37,8 @@ template <class System>
   constexpr int fluxes = 4;
   using State = typename System::State;
   using Jacobian = typename System::Jacobian;
-  constexpr bool timed = requires(const System& s, double t, const State& x, State& dx) {
-    s.derivative(t, x, dx);
-  };
+  constexpr bool timed =
+      requires(const System& s, double t, const State& x, State& dx) { s.derivative(t, x, dx); };
   OdeProblem problem{
       .size = int(State::RowsAtCompileTime),
       .event_count = event_count,

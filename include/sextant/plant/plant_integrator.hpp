@@ -25,10 +25,11 @@ class PlantIntegrator {
 
   /// The same over gate segments that follow each other, GatePattern::capacity at most, the plant's other
   /// inputs held. corners: the state at the end of each segment, or empty where nobody asks for it. After a
-  /// failure the plant is as it was before the segment that failed, or before all of them. Integrators that do
-  /// not have to stop where the inverter switches have a faster way.
+  /// failure the plant is as it was before the segment that failed, or before all of them. Integrators that
+  /// do not have to stop where the inverter switches have a faster way.
   [[nodiscard]] virtual bool advance_through(Plant& plant, std::span<const GateSegment> segments,
-                                             std::span<typename Plant::State> corners) noexcept SEXTANT_NONBLOCKING {
+                                             std::span<typename Plant::State> corners) noexcept
+      SEXTANT_NONBLOCKING {
     for (std::size_t k = 0; k < segments.size(); ++k) {
       plant.set_switch_state(segments[k].state);
       if (!advance(plant, segments[k].duration_ns)) return false;

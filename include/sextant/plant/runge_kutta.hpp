@@ -6,8 +6,8 @@ namespace sextant {
 
 /// x + h k, by element.
 template <class State>
-[[nodiscard]] State along(const State& x, typename State::Scalar h, const State& k) noexcept
-    SEXTANT_NONBLOCKING {
+[[nodiscard]] State along(const State& x, typename State::Scalar h,
+                          const State& k) noexcept SEXTANT_NONBLOCKING {
   State y;
   for (int i = 0; i < State::RowsAtCompileTime; ++i) y[i] = x[i] + h * k[i];
   return y;

@@ -93,10 +93,10 @@ class SegmentCorners {
   }
 
   /// Half way from the last corner to `end`: the middle of the chord, less what the path bends.
-  [[nodiscard]] MachineState middle_of(T from, T length, const MachineState& end) const noexcept
-      SEXTANT_NONBLOCKING {
-    const MachineState bend = smooth_state_.curvature(path_.curvature(from + T(0.5) * length - t_),
-                                                      voltage_.u_s(segment_));
+  [[nodiscard]] MachineState middle_of(T from, T length,
+                                       const MachineState& end) const noexcept SEXTANT_NONBLOCKING {
+    const MachineState bend =
+        smooth_state_.curvature(path_.curvature(from + T(0.5) * length - t_), voltage_.u_s(segment_));
     const T eighth = T(0.125) * length * length;
     MachineState x;
     for (int i = 0; i < Plant::machine_size; ++i) x[i] = T(0.5) * (x_[i] + end[i]) - eighth * bend[i];
@@ -108,13 +108,13 @@ class SegmentCorners {
   const VoltageIntegral<T>& voltage_;
   std::span<State> corners_;
   SmoothState<Plant> smooth_state_;
-  std::size_t segment_{0};           ///< the present one
-  T t_{0};                           ///< end of the last step [s]
-  MachineState smooth_{};            ///< smooth state at the end of the last step
-  MachineState slope_{};             ///< its slope there
-  Cubic<MachineState> path_{};       ///< of the smooth state over the present step
-  State x_;                          ///< at the last corner or end of a step
-  PlantQuantities<T> q_{};           ///< there
+  std::size_t segment_{0};      ///< the present one
+  T t_{0};                      ///< end of the last step [s]
+  MachineState smooth_{};       ///< smooth state at the end of the last step
+  MachineState slope_{};        ///< its slope there
+  Cubic<MachineState> path_{};  ///< of the smooth state over the present step
+  State x_;                     ///< at the last corner or end of a step
+  PlantQuantities<T> q_{};      ///< there
 };
 
 }  // namespace sextant

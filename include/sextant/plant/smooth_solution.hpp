@@ -21,8 +21,8 @@ namespace sextant {
 /// The solution of a plant whose legs are all driven, by a solver with a variable step that goes on over the
 /// switching of the inverter: it moves the smooth state (`SmoothPlant`) and stops at the end of the gate
 /// segments it is given, because the voltage beyond is not known. It restarts when the plant has jumped, and
-/// when a smooth flux has grown to `most_fluxes` times the largest flux so far, because the relative tolerance
-/// counts for the smooth state.
+/// when a smooth flux has grown to `most_fluxes` times the largest flux so far, because the relative
+/// tolerance counts for the smooth state.
 template <class Plant, class Solver>
 class SmoothSolution {
  public:
@@ -40,15 +40,17 @@ class SmoothSolution {
     const VoltageIntegral<double> voltage{segments, plant.inputs().u_dc};
     const double begin = time();
     for (const GateSegment& segment : segments) elapsed_ns_ += segment.duration_ns;
-    const SmoothPlant<Plant> smooth{plant, {{}, voltage.end(), time() - begin}, begin, at_end_};
+    const double h = time() - begin;
+    const VoltageMoments<> end{at_end_.v + voltage.end().v, at_end_.a + h * at_end_.v + voltage.end().a};
+    const SmoothPlant<Plant> smooth{plant, voltage, begin, at_end_};
     SegmentCorners<Plant> at_corners{plant, segments, voltage, corners};
     const bool good = at_corners.wanted() ? go_by_steps(smooth, at_corners) : go(smooth);
     if (!good) {
       reset();
       return false;
     }
-    at_end_ = smooth.moments(time());
-    plant.continue_at(at_corners.finish(smooth.machine(time(), x_)));
+    at_end_ = end;
+    plant.continue_at(at_corners.finish(SmoothState<Plant>{plant}.machine(x_, end)));
     plant.set_switch_state(segments.back().state);
     return true;
   }
@@ -66,7 +68,8 @@ class SmoothSolution {
     absolute.fill(tolerances.flux);
     absolute[Plant::omega] = tolerances.speed;
     absolute[Plant::theta] = tolerances.angle;
-    return {ode_problem<SmoothPlant<Plant>>(0, Plant::machine_size), parameters, tolerances.relative, absolute};
+    return {ode_problem<SmoothPlant<Plant>>(0, Plant::machine_size), parameters, tolerances.relative,
+            absolute};
   }
 
   /// Makes the solver continue the plant's solution; restarts it where it holds another one.

@@ -29,30 +29,31 @@ class SmoothState {
       : rates_{plant.machine().electrical_rates()} {}
 
   /// The state of the machine whose smooth state is x.
-  [[nodiscard]] MachineState machine(const MachineState& x, const VoltageMoments<T>& m) const noexcept
-      SEXTANT_NONBLOCKING {
+  [[nodiscard]] MachineState machine(const MachineState& x,
+                                     const VoltageMoments<T>& m) const noexcept SEXTANT_NONBLOCKING {
     return shifted(x, m.v - rates_.ss * m.a, rates_.rs * m.a);
   }
   /// The smooth state of the machine's x.
-  [[nodiscard]] MachineState smooth(const MachineState& x, const VoltageMoments<T>& m) const noexcept
-      SEXTANT_NONBLOCKING {
+  [[nodiscard]] MachineState smooth(const MachineState& x,
+                                    const VoltageMoments<T>& m) const noexcept SEXTANT_NONBLOCKING {
     return shifted(x, rates_.ss * m.a - m.v, -rates_.rs * m.a);
   }
   /// The slope of the smooth state from that of `DrivePlant::undriven_derivative`, and V.
-  [[nodiscard]] MachineState slope(const MachineState& undriven, SpaceVector<T> v) const noexcept
-      SEXTANT_NONBLOCKING {
+  [[nodiscard]] MachineState slope(const MachineState& undriven,
+                                   SpaceVector<T> v) const noexcept SEXTANT_NONBLOCKING {
     return shifted(undriven, rates_.ss * v, -rates_.rs * v);
   }
 
-  /// The second derivative of the machine's state from that of the smooth one under a voltage that is constant.
-  [[nodiscard]] MachineState curvature(const MachineState& smooth, SpaceVector<T> u_s) const noexcept
-      SEXTANT_NONBLOCKING {
+  /// The second derivative of the machine's state from that of the smooth one under a voltage that is
+  /// constant.
+  [[nodiscard]] MachineState curvature(const MachineState& smooth,
+                                       SpaceVector<T> u_s) const noexcept SEXTANT_NONBLOCKING {
     return shifted(smooth, -rates_.ss * u_s, rates_.rs * u_s);
   }
 
  private:
-  static MachineState shifted(MachineState x, SpaceVector<T> s, SpaceVector<T> r) noexcept
-      SEXTANT_NONBLOCKING {
+  static MachineState shifted(MachineState x, SpaceVector<T> s,
+                              SpaceVector<T> r) noexcept SEXTANT_NONBLOCKING {
     x[Plant::psi_s_alpha] += s.alpha;
     x[Plant::psi_s_beta] += s.beta;
     x[Plant::psi_r_alpha] += r.alpha;

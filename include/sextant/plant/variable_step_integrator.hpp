@@ -21,10 +21,9 @@ namespace sextant {
 /// What the integrators with a variable step have in common, Solver being `CvodeSolver` or `ErkSolver`.
 ///
 /// While every leg is driven the solution goes on over the switching of the inverter (`SmoothSolution`),
-/// unless it stops there (`AtSwitching`). Otherwise it is continued from segment to segment as long as the plant's
-/// revision stays the same, and restarted at each jump of the right-hand side: where a leg is off or a cable
-/// open. Root finding for diode events is a solver of
-/// its own, which runs only while legs are off.
+/// unless it stops there (`AtSwitching`). Otherwise it is continued from segment to segment as long as the
+/// plant's revision stays the same, and restarted at each jump of the right-hand side: where a leg is off or
+/// a cable open. Root finding for diode events is a solver of its own, which runs only while legs are off.
 template <class Plant, class Solver>
   requires(std::same_as<typename Plant::Scalar, double> && Plant::appends_integrals)
 class VariableStepIntegrator : public PlantIntegrator<Plant> {

@@ -21,7 +21,8 @@ class VoltageIntegral {
  public:
   /// The segments must be driven, GatePattern::capacity at most. Link voltage [V].
   VoltageIntegral(std::span<const GateSegment> segments, T u_dc) noexcept SEXTANT_NONBLOCKING {
-    for (const GateSegment& segment : segments) append(stator_voltage(segment.state, u_dc), segment.duration_ns);
+    for (const GateSegment& segment : segments)
+      append(stator_voltage(segment.state, u_dc), segment.duration_ns);
   }
 
   /// V and A = ∫ V dt from the beginning to t.
@@ -32,6 +33,10 @@ class VoltageIntegral {
     return moved(p.at_begin, p.u_s, t - p.begin);
   }
 
+  /// ∫ A dt over all segments. [Wb·s²]
+  [[nodiscard]] SpaceVector<T> area_of_a() const noexcept SEXTANT_NONBLOCKING { return area_of_a_; }
+  /// How long they last together. [s]
+  [[nodiscard]] T duration() const noexcept SEXTANT_NONBLOCKING { return T(1e-9) * T(duration_ns_); }
   /// V and A at the end.
   [[nodiscard]] const VoltageMoments<T>& end() const noexcept SEXTANT_NONBLOCKING { return end_; }
 
@@ -43,18 +48,20 @@ class VoltageIntegral {
     return k + 1 < count_ ? pieces_[k + 1].at_begin : end_;
   }
   /// Stator voltage of segment k. [V]
-  [[nodiscard]] SpaceVector<T> u_s(std::size_t k) const noexcept SEXTANT_NONBLOCKING { return pieces_[k].u_s; }
+  [[nodiscard]] SpaceVector<T> u_s(std::size_t k) const noexcept SEXTANT_NONBLOCKING {
+    return pieces_[k].u_s;
+  }
 
  private:
   struct Piece {
-    T begin{};                     ///< [s]
-    T end{};                       ///< [s]
-    SpaceVector<T> u_s{};          ///< [V]
+    T begin{};             ///< [s]
+    T end{};               ///< [s]
+    SpaceVector<T> u_s{};  ///< [V]
     VoltageMoments<T> at_begin{};
   };
 
-  static VoltageMoments<T> moved(const VoltageMoments<T>& m, SpaceVector<T> u_s, T t) noexcept
-      SEXTANT_NONBLOCKING {
+  static VoltageMoments<T> moved(const VoltageMoments<T>& m, SpaceVector<T> u_s,
+                                 T t) noexcept SEXTANT_NONBLOCKING {
     return {m.v + t * u_s, m.a + t * (m.v + (T(0.5) * t) * u_s)};
   }
 
@@ -62,13 +69,16 @@ class VoltageIntegral {
     const T begin = T(1e-9) * T(duration_ns_);
     duration_ns_ += duration_ns;
     pieces_[count_++] = {begin, T(1e-9) * T(duration_ns_), u_s, end_};
-    end_ = moved(end_, u_s, T(1e-9) * T(duration_ns));
+    const T t = T(1e-9) * T(duration_ns);
+    area_of_a_ += t * (end_.a + t * (T(0.5) * end_.v + (t / T(6)) * u_s));
+    end_ = moved(end_, u_s, t);
   }
 
   std::array<Piece, GatePattern::capacity> pieces_{};
   std::size_t count_{0};
   std::int64_t duration_ns_{0};
   VoltageMoments<T> end_{};
+  SpaceVector<T> area_of_a_{};  ///< [Wb·s²]
 };
 
 }  // namespace sextant

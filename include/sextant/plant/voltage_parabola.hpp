@@ -6,32 +6,23 @@
 
 namespace sextant {
 
-/// The parabola that stands for a voltage integral over a step: it has the same ends and the same area. That of
-/// a parabola is (begin + 4 middle + end)/6 of its length.
+/// The parabola that stands for a voltage integral over a step: it has the same ends and the same area. That
+/// of a parabola is (begin + 4 middle + end)/6 of its length.
 template <class T = double>
 class VoltageParabola {
  public:
   /// V and A at both ends of a step of h [s].
-  VoltageParabola(const VoltageMoments<T>& begin, const VoltageMoments<T>& end, T h) noexcept
-      SEXTANT_NONBLOCKING : h_{h},
-                            rise_{end.v - begin.v},
-                            middle_{(T(1.5) / h) * (end.a - begin.a - h * begin.v) - T(0.25) * rise_} {}
+  VoltageParabola(const VoltageMoments<T>& begin, const VoltageMoments<T>& end,
+                  T h) noexcept SEXTANT_NONBLOCKING
+      : rise_{end.v - begin.v},
+        middle_{(T(1.5) / h) * (end.a - begin.a - h * begin.v) - T(0.25) * rise_} {}
 
   /// From the beginning to the middle. [Wb]
   [[nodiscard]] SpaceVector<T> middle() const noexcept SEXTANT_NONBLOCKING { return middle_; }
   /// From the beginning to the end. [Wb]
   [[nodiscard]] SpaceVector<T> rise() const noexcept SEXTANT_NONBLOCKING { return rise_; }
 
-  /// V and A from the beginning to the time t after it. [s]
-  [[nodiscard]] VoltageMoments<T> operator()(T t) const noexcept SEXTANT_NONBLOCKING {
-    const T s = t / h_;
-    const SpaceVector<T> linear = T(4) * middle_ - rise_;
-    const SpaceVector<T> square = T(2) * rise_ - T(4) * middle_;
-    return {s * (linear + s * square), (t * s) * (T(0.5) * linear + (s / T(3)) * square)};
-  }
-
  private:
-  T h_;  ///< [s]
   SpaceVector<T> rise_;
   SpaceVector<T> middle_;
 };

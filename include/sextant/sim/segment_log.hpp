@@ -51,8 +51,8 @@ class SegmentLog {
       instants_[instant_count_++] = plant.state();
   }
 
-  /// It has advanced over one segment, or over several whose legs are all driven; corners: the state at the end
-  /// of each.
+  /// It has advanced over one segment, or over several whose legs are all driven; corners: the state at the
+  /// end of each.
   void end(const Plant& plant, std::span<const GateSegment> segments,
            std::span<const State> corners) noexcept SEXTANT_NONBLOCKING {
     for (std::size_t k = 0; k < segments.size(); ++k) {

@@ -198,12 +198,13 @@ class SimulatedDriveIo final : public DriveIo<double> {
     }
   }
 
-  /// Over the next segments as long as all are driven, else over the first of them, for most_ns at most. Returns
-  /// how long that is. [ns]
+  /// Over the next segments as long as all are driven, else over the first of them, for most_ns at most.
+  /// Returns how long that is. [ns]
   std::int64_t advance(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
     const std::span<const GateSegment> rest = cursor.rest();
     const bool driven = plant_.is_driven_by(rest);
-    const auto segments = cursor.take(driven ? most_ns : std::min<std::int64_t>(most_ns, rest[0].duration_ns));
+    const auto segments =
+        cursor.take(driven ? most_ns : std::min<std::int64_t>(most_ns, rest[0].duration_ns));
     std::int64_t duration_ns = 0;
     for (const GateSegment& segment : segments) duration_ns += segment.duration_ns;
     set_inputs(segments[0].state, duration_ns);

@@ -26,9 +26,10 @@ InductionMachineParameters<> machine_of(const nlohmann::json& j) {
 }
 
 /// Torque at the end of each period [N·m]; shorter than the sequence where the power stage has failed.
-std::vector<double> torques(const nlohmann::json& task, IntegratorKind integrator) {
+std::vector<double> torques(const nlohmann::json& task, IntegratorKind integrator, AtSwitching at_switching) {
   SimulatedPowerStage::Parameters parameters;
   parameters.integrator = integrator;
+  parameters.cvode.at_switching = at_switching;
   parameters.plant.machine = machine_of(task.at("machine"));
   parameters.io.u_dc = task.at("u_dc");
   parameters.io.period_ns = task.at("period_ns");
@@ -52,14 +53,18 @@ std::vector<double> torques(const nlohmann::json& task, IntegratorKind integrato
 }  // namespace sextant
 
 int main() {
+  using sextant::AtSwitching;
   using sextant::IntegratorKind;
   const nlohmann::json task = nlohmann::json::parse(std::cin);
   nlohmann::json result;
-  for (const auto& [name, integrator] : {std::pair{"cvode", IntegratorKind::cvode},
-                                         {"erk", IntegratorKind::erk},
-                                         {"fixed", IntegratorKind::fixed},
-                                         {"exact", IntegratorKind::exact}}) {
-    result[name] = sextant::torques(task, integrator);
-  }
+  const auto play = [&](const char* name, IntegratorKind integrator,
+                        AtSwitching at_switching = AtSwitching::by_tolerance) {
+    result[name] = sextant::torques(task, integrator, at_switching);
+  };
+  play("cvode", IntegratorKind::cvode);
+  play("cvode, stop", IntegratorKind::cvode, AtSwitching::stop);
+  play("erk", IntegratorKind::erk);
+  play("fixed", IntegratorKind::fixed);
+  play("exact", IntegratorKind::exact);
   std::puts(result.dump().c_str());
 }
