@@ -32,7 +32,8 @@ namespace sextant {
 ///
 /// The plant holds the state and the inputs; a `PlantIntegrator` moves the state. `revision()` changes
 /// whenever the right-hand side or the state jumps, and only then; `jumps()` leaves out what an integrator
-/// gets over without a restart: another voltage while every leg is driven, another load.
+/// gets over without a restart: another voltage while every leg is driven, and a load that moves in small
+/// steps, as one with a slope does; where a load jumps, the integrator is to be reset.
 ///
 /// `Machine` holds the equations between fluxes, currents and torque; the default is the linear induction
 /// machine. Another machine, with saturation for instance, is a class with the functions of `PlantMachine`.

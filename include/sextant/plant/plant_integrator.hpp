@@ -38,7 +38,8 @@ class PlantIntegrator {
     return true;
   }
 
-  /// Clears the history of the solution; to be called before another plant is advanced.
+  /// Clears the history of the solution; to be called before another plant is advanced, and where the load
+  /// torque or the slope of an imposed speed jumps.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;
 };
 

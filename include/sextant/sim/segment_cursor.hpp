@@ -24,6 +24,9 @@ class SegmentCursor {
     return {segments_.data() + next_, count_ - next_};
   }
 
+  /// True while the first segment of what is left is the rest of one.
+  [[nodiscard]] bool resumes() const noexcept SEXTANT_NONBLOCKING { return resumes_; }
+
   /// The next segments, which last `most_ns` together at most; the last of them may be the first part of one.
   [[nodiscard]] std::span<const GateSegment> take(std::int64_t most_ns) noexcept SEXTANT_NONBLOCKING {
     std::size_t n = 0;
@@ -33,7 +36,8 @@ class SegmentCursor {
       taken_[n] = {segment.state, taken_ns};
       most_ns -= taken_ns;
       segment.duration_ns -= taken_ns;
-      if (segment.duration_ns == 0) ++next_;
+      resumes_ = segment.duration_ns > 0;
+      if (!resumes_) ++next_;
     }
     return {taken_.data(), n};
   }
@@ -43,6 +47,7 @@ class SegmentCursor {
   std::array<GateSegment, GatePattern::capacity> taken_{};
   std::size_t count_;
   std::size_t next_{0};
+  bool resumes_{false};
 };
 
 }  // namespace sextant

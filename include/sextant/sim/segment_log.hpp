@@ -13,7 +13,7 @@
 
 namespace sextant {
 
-/// A gate segment that has been applied, or the part of one between two stops of the plant.
+/// A gate segment that has been applied.
 struct ActedSegment {
   SwitchState state{};
   std::int64_t duration_ns{};  ///< [ns]
@@ -53,14 +53,14 @@ class SegmentLog {
 
   /// It has advanced over one segment, or over several whose legs are all driven; corners: the state at the
   /// end of each.
-  void end(const Plant& plant, std::span<const GateSegment> segments,
-           std::span<const State> corners) noexcept SEXTANT_NONBLOCKING {
+  void end(const Plant& plant, std::span<const GateSegment> segments, std::span<const State> corners,
+           bool resumes) noexcept SEXTANT_NONBLOCKING {
     for (std::size_t k = 0; k < segments.size(); ++k) {
       const auto& [state, duration_ns] = segments[k];
       const bool driven = segments.size() > 1;
       const SpaceVector<> fixed = driven ? stator_voltage(state, plant.inputs().u_dc) : u_s_begin_;
       add({state, duration_ns, fixed, driven ? fixed : plant.u_s(), instant_count_ - 1, instant_count_},
-          corners[k]);
+          corners[k], resumes && k == 0);
     }
   }
 
@@ -68,15 +68,14 @@ class SegmentLog {
   // What was applied over one read is a pattern itself.
   static constexpr std::size_t capacity = GatePattern::capacity;
 
-  /// A segment that goes on with the state of the last one, after a stop, is a part of it.
-  void add(const ActedSegment& segment, const State& end) noexcept SEXTANT_NONBLOCKING {
-    if (count_ > 0 && segments_[count_ - 1].state == segment.state) {
+  void add(const ActedSegment& segment, const State& end, bool resumes) noexcept SEXTANT_NONBLOCKING {
+    if (resumes && count_ > 0) {
       ActedSegment& last = segments_[count_ - 1];
       last.duration_ns += segment.duration_ns;
       last.u_s_end = segment.u_s_end;
-      last.end = segment.begin;
-      instants_[segment.begin] = end;
-      instant_count_ = segment.begin + 1;
+      // A state that has jumped at the stop is not kept.
+      instants_[last.end] = end;
+      instant_count_ = last.end + 1;
       return;
     }
     segments_[count_++] = segment;
@@ -97,8 +96,8 @@ class NoSegmentLog {
   static constexpr bool wants_corners = false;
   void clear() noexcept SEXTANT_NONBLOCKING {}
   void begin(const Plant&) noexcept SEXTANT_NONBLOCKING {}
-  void end(const Plant&, std::span<const GateSegment>,
-           std::span<const typename Plant::State>) noexcept SEXTANT_NONBLOCKING {}
+  void end(const Plant&, std::span<const GateSegment>, std::span<const typename Plant::State>,
+           bool) noexcept SEXTANT_NONBLOCKING {}
 };
 
 }  // namespace sextant

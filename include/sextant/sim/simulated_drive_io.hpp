@@ -188,9 +188,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
       const std::int64_t to_stop_ns = next_stop_ns_ == never_ns ? never_ns : next_stop_ns_ - plant_t_ns_;
       const std::int64_t taken_ns = advance(cursor, std::min(to_corner_ns, to_stop_ns));
       plant_t_ns_ += taken_ns;
-      if (taken_ns == to_corner_ns && load_.imposes_speed() && !failed_) {
-        jump_to(load_.speed(load_time(plant_t_ns_)));
-      }
+      if (taken_ns == to_corner_ns && !failed_) pass_corner();
       if (has_stops_ && !failed_) [[unlikely]] {
         update_fault();
         if (plant_t_ns_ == sample_ns_) sample();
@@ -198,11 +196,18 @@ class SimulatedDriveIo final : public DriveIo<double> {
     }
   }
 
+  /// The load has a corner at the plant's present time: it may jump there.
+  void pass_corner() noexcept {
+    integrator_.reset();
+    if (load_.imposes_speed()) jump_to(load_.speed(load_time(plant_t_ns_)));
+  }
+
   /// Over the next segments as long as all are driven, else over the first of them, for most_ns at most.
   /// Returns how long that is. [ns]
   std::int64_t advance(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
     const std::span<const GateSegment> rest = cursor.rest();
     const bool driven = plant_.is_driven_by(rest);
+    const bool resumes = cursor.resumes();
     const auto segments =
         cursor.take(driven ? most_ns : std::min<std::int64_t>(most_ns, rest[0].duration_ns));
     std::int64_t duration_ns = 0;
@@ -212,7 +217,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
     std::array<typename Plant::State, Log::wants_corners ? GatePattern::capacity : 0> states;
     const std::span corners{states.data(), Log::wants_corners ? segments.size() : 0};
     failed_ = !integrator_.advance_through(plant_, segments, corners) || !plant_.is_reachable();
-    if (!failed_) log_.end(plant_, segments, corners);
+    if (!failed_) log_.end(plant_, segments, corners, resumes);
     return duration_ns;
   }
 
