@@ -7,14 +7,15 @@
 
 namespace sextant {
 
-/// What stands for the integral V of the stator voltage and for A = ∫ V dt over gate segments: a straight line and
-/// its integral, each raised by a constant to the mean of what it stands for. Unlike V they run nearly straight
-/// on from period to period under a modulated voltage, whatever the pattern is within them.
+/// What stands for the integral V of the stator voltage and for A = ∫ V dt over gate segments: a straight
+/// line and its integral, each raised by a constant to the mean of what it stands for. Unlike V they run
+/// nearly straight on from period to period under a modulated voltage, whatever the pattern is within them.
 template <class T = double>
 class MeanVoltage {
  public:
   /// V and A where the segments begin.
-  MeanVoltage(const VoltageMoments<T>& begin, const VoltageIntegral<T>& voltage) noexcept SEXTANT_NONBLOCKING {
+  MeanVoltage(const VoltageMoments<T>& begin,
+              const VoltageIntegral<T>& voltage) noexcept SEXTANT_NONBLOCKING {
     const T h = voltage.duration();
     const SpaceVector<T> rise = voltage.end().v;
     const SpaceVector<T> above = (T(1) / h) * voltage.end().a - T(0.5) * rise;
