@@ -22,13 +22,13 @@ void describe(Section s, ErrorControl& p) {
   s.number("relative_tolerance", p.relative_tolerance, tolerance, "",
            "local error of a step, of each state; 1e-7 where it goes on, 1e-11 where it restarts");
   s.number("flux_tolerance_wb", p.flux_tolerance, tolerance, "Wb",
-           "absolute, of flux linkages; 0.01 Wb times the relative one");
+           "absolute, of flux linkages; 0.01 Wb times the relative one where it goes on, else 1e-13 Wb");
   s.number("speed_tolerance_rad_s", p.speed_tolerance, tolerance, "rad/s",
-           "absolute, of the speed; 1000 rad/s times the relative one where it goes on, else 1 rad/s");
-  s.number("angle_tolerance_rad", p.angle_tolerance, tolerance, "rad",
-           "absolute, of the shaft's angle; 1000 rad times the relative one where it goes on, else 1 rad");
-  s.number("appended_tolerance", p.appended_tolerance, tolerance, "",
-           "absolute, of appended states; 100 times the relative one");
+           "absolute, of the speed; 1000 rad/s times the relative one where it goes on, else 1e-11 rad/s");
+  s.number(
+      "angle_tolerance_rad", p.angle_tolerance, tolerance, "rad",
+      "absolute, of the shaft's angle; 1000 rad times the relative one where it goes on, else 1e-11 rad");
+  s.number("appended_tolerance", p.appended_tolerance, tolerance, "", "absolute, of appended states; 1e-9");
   s.integer("max_steps", p.max_steps, {1, 100'000'000}, "", "internal steps between two switching instants");
   s.integer("max_events", p.max_events, {1, 100'000'000}, "", "diode events between two switching instants");
   s.check(p);

@@ -264,7 +264,8 @@ TEST(OverSwitching, TightTolerancesStop) {
   EXPECT_FALSE(p.stops());
   p.relative_tolerance = 0.99e-7;
   EXPECT_TRUE(p.stops());
-  EXPECT_EQ(p.tolerances(true).speed, 0.99e-7);
+  EXPECT_EQ(p.tolerances(true).relative, 0.99e-7);
+  EXPECT_EQ(p.tolerances(true).speed, 1e-11);
   p.at_switching = AtSwitching::go_on;
   EXPECT_FALSE(p.stops());
   EXPECT_NE(FixedStepParameters{.at_switching = AtSwitching::by_tolerance}.validate(), nullptr);

@@ -19,11 +19,11 @@ struct Tolerances {
 /// Accuracy of an integrator with a variable step, and its limits.
 ///
 /// Where it stops at each switching, local errors occur after each of some 30 000 edges in a second and add
-/// up: a torque within 1e-6 of its peak takes a relative tolerance below 1e-9; the default is 1e-11. Where it
-/// goes on over the switching it is 1e-7, and tighter gains nothing. The absolute tolerances that are not set
-/// follow from the relative one: 0.01 Wb, 1 rad/s, 1 rad and 100 times as much; of speed and angle 1000 rad/s
-/// and 1000 rad where it goes on, because the slope of the speed then has a corner at each switching, and
-/// steps that shorten for it lose more accuracy than they gain.
+/// up: a torque within 1e-6 of its peak takes a relative tolerance below 1e-9; the default is 1e-11, and the
+/// absolute tolerances that are not set are 1e-13 Wb, 1e-11 rad/s and 1e-11 rad. Where it goes on over the
+/// switching the relative tolerance is 1e-7, and tighter gains nothing; the absolute ones are 0.01 Wb,
+/// 1000 rad/s and 1000 rad times as much: the slope of the speed has a corner at each switching, and steps
+/// that shorten for it lose more accuracy than they gain. That of an appended state is 1e-9.
 struct ErrorControl {
   std::optional<double> relative_tolerance{};  ///< local error of a step, relative to each state [-]
   std::optional<double> flux_tolerance{};      ///< absolute, flux linkages [Wb]
@@ -42,10 +42,14 @@ struct ErrorControl {
 
   /// Those in force where the integrator stops at each switching, or goes on.
   [[nodiscard]] Tolerances tolerances(bool stops_there) const noexcept {
-    const double relative = relative_tolerance.value_or(stops_there ? relative_stopping : relative_on_going);
-    const double shaft = stops_there ? relative : 1e3 * relative;
-    return {relative, flux_tolerance.value_or(1e-2 * relative), speed_tolerance.value_or(shaft),
-            angle_tolerance.value_or(shaft), appended_tolerance.value_or(1e2 * relative)};
+    if (stops_there) {
+      return {relative_tolerance.value_or(relative_stopping), flux_tolerance.value_or(1e-13),
+              speed_tolerance.value_or(1e-11), angle_tolerance.value_or(1e-11),
+              appended_tolerance.value_or(1e-9)};
+    }
+    const double relative = relative_tolerance.value_or(relative_on_going);
+    return {relative, flux_tolerance.value_or(1e-2 * relative), speed_tolerance.value_or(1e3 * relative),
+            angle_tolerance.value_or(1e3 * relative), appended_tolerance.value_or(1e-9)};
   }
 
   /// nullptr when usable, else what is wrong.
