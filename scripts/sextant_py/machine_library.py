@@ -1,0 +1,136 @@
+"""Measures the shipped drive on every published machine of configs/machines, and writes docs/machine_library.md."""
+
+import argparse
+import os
+import time
+from pathlib import Path
+
+from . import machine_library_faults, machine_library_page, mil_program
+from .errors import UserError, run
+from .machine_library_points import (
+    METHODS,
+    PERIODS_US,
+    POINTS_A_CELL,
+    Machine,
+    cells,
+    points,
+    quick_points,
+    read_library,
+)
+from .machine_library_results import Results, load, outcome, save
+from .machine_library_run import Lab
+from .paths import OUT, ROOT
+from .torque_map_run import progress_of
+
+DOCS = ROOT / "docs"
+EXAMPLES = """examples:
+  scripts/machine_library                                   all machines, then docs/machine_library.md
+  scripts/machine_library --quick                           a few points of each machine, printed
+  scripts/machine_library --machines krause_50hp,ong_20hp --methods foc --periods 100
+  scripts/machine_library --points 10                       more speeds in each cell, printed
+  scripts/machine_library --from docs/machine_library.json  no runs: picture and page again
+
+Nothing is set but machine, link, method, control period and sensors: the drive is the shipped one. A point is right,
+derated (less torque, and the drive says so), refused in a sentence, tripped, or wrong. Exit status: 0 when no healthy
+point tripped or was wrong, 1 when one was, 130 when interrupted."""
+
+
+def words(text: str) -> list[str]:
+    return [word for word in text.split(",") if word]
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="machine_library",
+        description="Measures the shipped drive on every published machine, method and control period.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--quick", action="store_true", help="a few points of each machine, printed; no page")
+    parser.add_argument("--machines", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
+    parser.add_argument("--methods", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
+    parser.add_argument("--periods", type=words, metavar="US,US", help="these alone, printed; no page (default: all)")
+    parser.add_argument("--points", type=int, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the choice of points (default: 1)")
+    parser.add_argument("--no-faults", action="store_true", help="healthy points alone; no page")
+    parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help="no runs: the page from these results")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="results, picture and page (default: docs)")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
+    )
+    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    options = parser.parse_args(arguments)
+    if options.jobs < 1:
+        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
+    if options.points is not None and options.points < 1:
+        parser.error(f"--points: expected a number from 1, got {options.points}")
+    parts = (options.quick, options.machines, options.methods, options.periods, options.points, options.no_faults)
+    options.is_of_page = not any(parts)
+    return options
+
+
+def chosen(option: str, wanted: list[str] | None, known: list[str]) -> list[str]:
+    for name in wanted or []:
+        if name not in known:
+            raise UserError(f'{option}: there is no "{name}"; they are {", ".join(known)}.')
+    return wanted or known
+
+
+def chosen_machines(wanted: list[str] | None) -> list[Machine]:
+    library = read_library()
+    names = chosen("--machines", wanted, [machine.id for machine in library])
+    return [machine for machine in library if machine.id in names]
+
+
+def command_of(options: argparse.Namespace) -> str:
+    return "scripts/machine_library" + (f" --seed {options.seed}" if options.seed != 1 else "")
+
+
+def measure(options: argparse.Namespace) -> Results:
+    work = OUT / "machine_library"
+    work.mkdir(parents=True, exist_ok=True)
+    machines = chosen_machines(options.machines)
+    methods = chosen("--methods", options.methods, list(METHODS))
+    periods = [int(p) for p in chosen("--periods", options.periods, [str(p) for p in PERIODS_US])]
+    lab = Lab(mil_program.find(options.mil), machines, work)
+    plan = points(cells(machines, methods, periods), options.seed, options.points or POINTS_A_CELL)
+    plan = quick_points(plan, options.seed) if options.quick else plan
+    lab.configure(plan, options.jobs)
+    records = lab.run([(p, {}) for p in plan], options.jobs, progress_of(len(plan), "healthy", "machine_library"))
+    outcomes = [
+        outcome(record, point, lab.machines[point.cell.machine], lab.configuration(point))
+        for record, point in zip(records, plan, strict=True)
+    ]
+    rows = [
+        {"id": m.id, "name": m.name, "power_w": m.power_w, "voltage": m.voltage, "poles": m.poles} for m in machines
+    ]
+    results = Results(lab.version, lab.commit, options.seed, command_of(options), rows, outcomes)
+    if not options.no_faults:
+        cases = machine_library_faults.cases(lab.machines, methods, options.quick)
+        step = progress_of(len(cases), "faults", "machine_library")
+        results.faults = machine_library_faults.measure(lab, cases, options.jobs, step)
+    return results
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    began = time.monotonic()
+    results = load(options.source) if options.source else measure(options)
+    print(machine_library_page.text(results))
+    directory = options.out or (DOCS if options.is_of_page else OUT / "machine_library")
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"--out: {directory} cannot be made: {error.strerror}.") from None
+    if not options.source:
+        print(f"machine_library: {(time.monotonic() - began) / 60:.3g} minutes")
+        save(results, directory / "machine_library.json")
+        print(directory / "machine_library.json")
+    if options.source or options.is_of_page:
+        for file in machine_library_page.write(results, directory):
+            print(file)
+    return 1 if results.not_right else 0
+
+
+if __name__ == "__main__":
+    run("machine_library", main)
