@@ -12,6 +12,7 @@ from . import (
     torque_map_capability,
     torque_map_counts,
     torque_map_drive,
+    torque_map_file,
     torque_map_page,
     torque_map_points,
     torque_map_steady,
@@ -29,6 +30,8 @@ EXAMPLES = """examples:
   scripts/torque_map --full           the whole factorial, into out/torque_map; no page
   scripts/torque_map --drive paper    the paper's drive, with which the page compares
   scripts/torque_map --drive foc      the drive of configs/ecu_foc.toml
+  scripts/torque_map my.toml          any drive: a file of sextant-ecu or sextant-mil, into out/torque_map; no page
+  scripts/torque_map my.toml --quick  a handful of its points, printed
   scripts/torque_map --page           no runs: the same again from paper.json, shipped.json and foc.json
 
 Interrupted with Ctrl-C, the same command goes on where it stopped, with the same sextant-mil and configuration; records
@@ -47,7 +50,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     size.add_argument("--quick", action="store_true", help="a handful of points, no page")
     size.add_argument("--full", action="store_true", help="every combination of the factors, no page")
     size.add_argument("--page", action="store_true", help="pictures and page from the results that are there")
-    parser.add_argument("--drive", choices=torque_map_drive.DRIVES, default="shipped", help="default: shipped")
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="the drive of this file, no page")
+    parser.add_argument("--drive", choices=torque_map_drive.DRIVES, help="default: shipped")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, pictures, page (default: docs/torque_map)")
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
@@ -57,16 +61,24 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.jobs < 1:
         parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
-    options.is_of_page = not (options.quick or options.full)
+    if options.file and (options.drive or options.page):
+        parser.error(f"FILE: {options.file} is a drive of its own; leave --drive and --page out")
+    options.drive = options.drive or "shipped"
+    options.is_of_page = not (options.quick or options.full or options.file)
     options.out = options.out or (PAGE if options.is_of_page else OUT / "torque_map")
     return options
 
 
-def chosen(options: argparse.Namespace) -> tuple[list[Conditions], list[float], list[float]]:
+def chosen(
+    options: argparse.Namespace, scale: torque_map_file.Scale | None
+) -> tuple[list[Conditions], list[float], list[float]]:
+    of = torque_map_points
     if options.quick:
-        return torque_map_points.quick_sets(), [*torque_map_points.QUICK_SPEEDS], [*torque_map_points.QUICK_TORQUES]
-    sets = torque_map_points.full_sets() if options.full else torque_map_points.default_sets()
-    return sets, [*torque_map_points.SPEEDS], [*torque_map_points.TORQUES]
+        speeds, torques = (scale.quick_speeds, scale.quick_torques) if scale else (of.QUICK_SPEEDS, of.QUICK_TORQUES)
+        return of.quick_sets(), [*speeds], [*torques]
+    sets = of.full_sets() if options.full else of.default_sets()
+    speeds, torques = (scale.speeds, scale.torques) if scale else (of.SPEEDS, of.TORQUES)
+    return sets, [*speeds], [*torques]
 
 
 def capability(lab: Lab, speeds: list[float]) -> dict:
@@ -89,10 +101,14 @@ def measure(options: argparse.Namespace) -> Results:
     mil = mil_program.find(options.mil)
     work = OUT / "torque_map"
     work.mkdir(parents=True, exist_ok=True)
-    drive = torque_map_drive.load(options.drive, mil, work)
+    if options.file:
+        drive, scale = torque_map_file.load(options.file, mil, work)
+    else:
+        drive, scale = torque_map_drive.load(options.drive, mil, work), None
     for key in drive.left_out:
-        print(f"torque_map: {key} is left out: this sextant-mil does not know it", file=sys.stderr)
-    sets, speeds, torques = chosen(options)
+        why = "no scenario has it" if scale else "this sextant-mil does not know it"
+        print(f"torque_map: {key} is left out: {why}", file=sys.stderr)
+    sets, speeds, torques = chosen(options, scale)
     if missing := {one.sensors for one in sets if not drive.has_sensors(one.sensors)}:
         sets = [one for one in sets if one.sensors not in missing]
         print("torque_map: sensors with errors are left out: this sextant-mil does not know them", file=sys.stderr)
@@ -109,11 +125,12 @@ def measure(options: argparse.Namespace) -> Results:
         raise
     results = Results(
         drive.name, drive.label, drive.version, drive.commit, speeds, torques,
-        [map_of(one, speeds, torques, lab.records) for one in sets], left_out=drive.left_out,
+        [map_of(one, speeds, torques, lab.records, *([scale.torque_floor] if scale else [])) for one in sets],
+        left_out=drive.left_out,
     )  # fmt: skip
     if not options.quick:
         results.capability = capability(lab, speeds)
-        results.steady = torque_map_steady.measure(lab, options.jobs)
+        results.steady = [] if scale else torque_map_steady.measure(lab, options.jobs)
     failed = [point for point in points if lab.records[point.key]["reason"]]
     for point in failed[:3]:
         print(f"torque_map: {point.key}: {lab.records[point.key]['reason']}", file=sys.stderr)
@@ -125,6 +142,10 @@ def report(results: Results) -> int:
     for letter, meaning in MEANING.items():
         if counts[letter]:
             print(f"{counts[letter]:7} {meaning}")
+    for one in results.maps:
+        for where, silent_ms in list(one.silent_ms.items())[:3]:
+            speed, torque = where.split("/")
+            print(f"        {one.conditions.label}: {speed} rad/s, {torque} N·m: wrong for {silent_ms:g} ms")
     wrong = counts[FAILED] + (counts[SILENT] if results.drive != "paper" else 0)
     return 1 if wrong else 0
 
@@ -165,7 +186,9 @@ def main(arguments: list[str]) -> int:
     status = 0
     if not options.page:
         results = timed_measure(options)
-        suffix = "" if options.is_of_page else "_quick" if options.quick else "_full"
+        suffix = (
+            "" if options.is_of_page or not (options.quick or options.full) else "_quick" if options.quick else "_full"
+        )
         file = options.out / f"{results.drive}{suffix}.json"
         save(results, file)
         status = report(results)

@@ -8,6 +8,7 @@ import tempfile
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from .errors import UserError
 from .paths import ECU
@@ -59,6 +60,8 @@ CURRENT_LIMIT = "drive.current_limit_a"
 SHORT: Settings = {"duration_s": 0.001}
 # Keys of a machine that the factors scale, and the ratio of their meaning to it.
 FACTORS = {"r_s": "r_s_ohm", "r_r": "r_r_ohm", "l_m": "x_m_ohm"}
+# The magnetising inductance, of a machine that has it in the place of the reactance.
+INDUCTANCE = "l_m_h"
 
 
 @dataclass
@@ -73,10 +76,16 @@ class Drive:
     configuration: Settings = field(default_factory=dict)  # in force
     version: str = ""
     commit: str = ""
+    title: str = ""  # of a drive that is not one of DRIVES
+    scale: Any = None  # range of its points, where it is not that of the shipped drive; torque_map_file.Scale
 
     @property
     def label(self) -> str:
-        return DRIVES[self.name][0]
+        return self.title or DRIVES[self.name][0]
+
+    @property
+    def factors(self) -> dict[str, str]:
+        return FACTORS if FACTORS["l_m"] in self.machine else FACTORS | {"l_m": INDUCTANCE}
 
     def has_sensors(self, kind: str) -> bool:
         return set(SENSORS[kind]) <= self.known
@@ -113,13 +122,27 @@ def summary_of(mil: Path, scenario: Path, settings: Settings) -> dict:
     return found
 
 
-def load(name: str, mil: Path, directory: Path) -> Drive:
-    """The drive of that name on the machine of configs/ecu.toml; writes its scenario into the directory."""
+def _shipped() -> tuple[dict, dict]:
+    """configs/ecu.toml without machine and load, and the machine."""
     ecu = tomllib.loads(ECU.read_text(encoding="utf-8"))
     file = ecu["machine"].pop("file", None)
     machine = tomllib.loads((ECU.parent / file).read_text(encoding="utf-8")) if file else {}
     machine |= ecu.pop("machine")
     ecu.pop("load", None)
+    return ecu, machine
+
+
+def known_keys(mil: Path, directory: Path) -> set[str]:
+    """What this sextant-mil knows."""
+    probe = Drive("known_keys", {f"machine.{key}": value for key, value in _shipped()[1].items()}, {}, set())
+    scenario = directory / "known_keys.toml"
+    scenario.write_text(probe.scenario(), encoding="utf-8")
+    return set(summary_of(mil, scenario, SHORT)["configuration"])
+
+
+def load(name: str, mil: Path, directory: Path) -> Drive:
+    """The drive of that name on the machine of configs/ecu.toml; writes its scenario into the directory."""
+    ecu, machine = _shipped()
     shipped = flat(ecu)
     given = {f"machine.{key}": value for key, value in machine.items()}
     scenario = directory / f"{name}.toml"

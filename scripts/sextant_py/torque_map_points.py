@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from .sweep_file import Settings
-from .torque_map_drive import DELAY, FACTORS, SENSORS, Drive
+from .torque_map_drive import DELAY, SENSORS, Drive
 
 _MAGNITUDES = (0, 2, 5, 10, 20, 35, 50, 75, 100, 130, 160, 200, 260, 320, 400)
 SPEEDS = tuple(sorted({sign * speed for speed in _MAGNITUDES for sign in (-1, 1)}))  # mechanical [rad/s]
@@ -108,31 +108,39 @@ def points(sets: Iterable[Conditions], speeds: Iterable[float], torques: Iterabl
 
 def machine_settings(drive: Drive, conditions: Conditions) -> Settings:
     found: Settings = {}
-    for factor, key in FACTORS.items():
+    for factor, key in drive.factors.items():
         nominal, scaled = drive.machine[key], drive.machine[key] * getattr(conditions, factor)
         real, believed = (scaled, nominal) if conditions.detune == "machine" else (nominal, scaled)
         found |= {f"machine.{key}": real, f"control.machine_estimate.{key}": believed}
     return found
 
 
+def times(drive: Drive) -> tuple[float, float, float]:
+    """End of start and magnetising, step of the torque, end. [s]"""
+    return (drive.scale.from_s, drive.scale.step_s, drive.scale.end_s) if drive.scale else (FROM_S, STEP_S, END_S)
+
+
 def load_settings(drive: Drive, point: Point) -> Settings:
     """The shaft: at the speed from the beginning; or free, brought there by the load, which then has the command."""
     if point.conditions.shaft == "imposed":
         return {"load.kind": "imposed_speed", "load.speed_rad_s.value": point.speed}
-    push = -drive.machine["inertia_kg_m2"] * point.speed / (STEP_S - FROM_S)
-    steps = [[0, 0], [FROM_S, push], [STEP_S, point.torque]]
+    from_s, step_s, _ = times(drive)
+    push = -drive.machine["inertia_kg_m2"] * point.speed / (step_s - from_s)
+    steps = [[0, 0], [from_s, push], [step_s, point.torque]]
     return {"load.kind": "torque", "load.torque_nm.shape": "steps", "load.torque_nm.points": steps}
 
 
 def settings(drive: Drive, point: Point) -> Settings:
     """What the point adds to the drive's scenario."""
-    profile = {"profile.torque_nm.shape": "steps", "profile.torque_nm.points": [[0, 0], [STEP_S, point.torque]]}
+    from_s, step_s, end_s = times(drive)
+    sensors = drive.scale.sensors if drive.scale else SENSORS
+    profile = {"profile.torque_nm.shape": "steps", "profile.torque_nm.points": [[0, 0], [step_s, point.torque]]}
     return {
-        "duration_s": END_S,
-        "metrics.window_from_s": FROM_S if point.conditions.shaft == "imposed" else STEP_S,
+        "duration_s": end_s,
+        "metrics.window_from_s": from_s if point.conditions.shaft == "imposed" else step_s,
         **profile,
         **load_settings(drive, point),
         **machine_settings(drive, point.conditions),
-        **SENSORS[point.conditions.sensors],
+        **sensors[point.conditions.sensors],
         DELAY: point.conditions.delay,
     }

@@ -44,7 +44,8 @@ def may_be_unseen(point: Point) -> bool:
     return detuned and abs(point.speed) <= UNOBSERVABLE_RAD_S
 
 
-def outcome(record: dict, point: Point) -> str:
+def outcome(record: dict, point: Point, floor: float = TOLERANCE_NM) -> str:
+    """floor: the smallest deviation that counts [N·m]."""
     if record["reason"]:
         return FAILED
     wrong = UNSEEN if may_be_unseen(point) else SILENT
@@ -54,10 +55,10 @@ def outcome(record: dict, point: Point) -> str:
     if faults:
         return TRIPPED
     if silent_ms is None:  # the gates were never on
-        return OFF if min(abs(point.torque), offered) <= TOLERANCE_NM else wrong
+        return OFF if min(abs(point.torque), offered) <= floor else wrong
     if silent_ms > 0:
         return BRIEF
-    return DERATED if abs(point.torque) > offered + tolerance(point.torque) else RIGHT
+    return DERATED if abs(point.torque) > offered + tolerance(point.torque, floor) else RIGHT
 
 
 def rounded(value: float | None) -> float | None:
@@ -106,12 +107,15 @@ class Results:
         return next((one for one in self.maps if one.conditions == conditions), None)
 
 
-def map_of(conditions: Conditions, speeds: list[float], torques: list[float], records: dict[str, dict]) -> MapOf:
+def map_of(
+    conditions: Conditions, speeds: list[float], torques: list[float], records: dict[str, dict],
+    floor: float = TOLERANCE_NM,
+) -> MapOf:  # fmt: skip
     one = MapOf(conditions, [], [])
     faults: Counter = Counter()
     for torque in torques:
         found = [(point, records[point.key]) for point in (Point(conditions, speed, torque) for speed in speeds)]
-        letters = [outcome(record, point) for point, record in found]
+        letters = [outcome(record, point, floor) for point, record in found]
         one.outcomes.append("".join(letters))
         one.deviations.append([rounded(record.get("torque_deviation_nm")) for _, record in found])
         faults.update(record["faults"][0][0] for _, record in found if record.get("faults"))

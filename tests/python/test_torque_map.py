@@ -14,8 +14,10 @@ from sextant_py import (
     torque_map_counts,
     torque_map_drive,
     torque_map_figures,
+    torque_map_file,
     torque_map_page,
     torque_map_points,
+    torque_map_run,
 )
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
@@ -325,3 +327,78 @@ def test_the_command_line_says_what_is_wrong(tmp_path: Path) -> None:
         done = run_map(tmp_path, *options)
         assert done.returncode and sentence in done.stderr, options
     assert "examples:" in run_map(tmp_path, "--help").stdout
+
+
+def write_drive(directory: Path, text: str = "") -> Path:
+    machine = ROOT / "configs" / "machines" / "mathworks_215hp.toml"
+    (directory / "base.toml").write_text(
+        f'[machine]\nfile = "{machine}"\n[control]\ncontroller = "foc"\n[can]\nbus = "socketcan:can0"\n',
+        encoding="utf-8",
+    )
+    file = directory / "my.toml"
+    head = 'base = "base.toml"\n[drive]\nperiod_us = 125\n[plant]\nu_dc_v = 566\n[load]\nkind = "torque"\n'
+    file.write_text(head + text, encoding="utf-8")
+    return file
+
+
+def test_a_file_is_read_with_its_base_and_machine(tmp_path: Path) -> None:
+    found = torque_map_file.read(write_drive(tmp_path, "[machine]\ninertia_kg_m2 = 5\n"))
+    assert found["machine.l_m_h"] == 0.00769 and found["machine.inertia_kg_m2"] == 5
+    assert found["control.controller"] == "foc" and found["drive.period_us"] == 125
+    known = {"control.controller", "drive.period_us", "plant.u_dc_v", "load.kind"}
+    settings, left_out = torque_map_file.of_the_drive(found, known, Path("my.toml"))
+    assert settings == {"control.controller": "foc", "drive.period_us": 125, "plant.u_dc_v": 566}
+    assert left_out == ["can"]
+    with pytest.raises(UserError, match=r"my.toml: drive.period_ms is unknown"):
+        torque_map_file.of_the_drive(found | {"drive.period_ms": 1}, known, Path("my.toml"))
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="cannot be read: No such file"):
+        torque_map_file.read(tmp_path / "none.toml")
+    (tmp_path / "self.toml").write_text('base = "self.toml"\n', encoding="utf-8")
+    with pytest.raises(UserError, match="is based on itself"):
+        torque_map_file.read(tmp_path / "self.toml")
+    (tmp_path / "bad.toml").write_text("control = [\n", encoding="utf-8")
+    with pytest.raises(UserError, match="is no TOML"):
+        torque_map_file.read(tmp_path / "bad.toml")
+
+
+def test_points_of_another_drive_scale_with_its_speed_and_torque() -> None:
+    configuration = {
+        "machine.poles": 4, "plant.u_dc_v": 530, "control.flux_reference_wb": 1.1, "command.torque_limit_nm": 150,
+        "capability.torque_nm": 150, "protection.over_current_a": 250, "drive.magnetise_timeout_ms": 50,
+    }  # fmt: skip
+    shipped = torque_map_file.scale_of(configuration)
+    assert shipped.speeds == SPEEDS
+    assert shipped.torques == TORQUES and shipped.torque_floor == 2.0
+    assert shipped.sensors == torque_map_drive.SENSORS and shipped.from_s == pytest.approx(0.15)
+    large = torque_map_file.scale_of(
+        configuration | {"plant.u_dc_v": 1060, "command.torque_limit_nm": 1500, "capability.torque_nm": 1800}
+        | {"protection.over_current_a": 2500, "drive.magnetise_timeout_ms": 1000}
+    )  # fmt: skip
+    assert large.speeds[-1] == pytest.approx(800, rel=1e-3) and large.torques[-1] == 1300
+    assert large.sensors["real"]["plant.sensors.current.noise_a"] == 2.0
+    assert large.sensors["real"]["plant.sensors.voltage.range_v"] == 2000
+    assert large.sensors["real"]["plant.sensors.current.bits"] == 12
+    assert large.step_s > large.from_s == pytest.approx(1.1)
+
+
+def test_a_file_of_its_own_is_mapped(tmp_path: Path) -> None:
+    mil = program("sextant-mil")
+    drive, scale = torque_map_file.load(write_drive(tmp_path), mil, tmp_path)
+    assert drive.label == "my.toml" and drive.left_out == ["can"]
+    assert drive.factors["l_m"] == "l_m_h"
+    lab = torque_map_run.Lab(mil, drive, tmp_path)
+    point = Point(EXACT, scale.quick_speeds[2], scale.quick_torques[1])
+    lab.run([point], 1, lambda: None)
+    assert outcome(lab.records[point.key], point, scale.torque_floor) == RIGHT
+    # The configured limits hold in the independent computation of a machine given by inductances.
+    limits = limits_of(drive.configuration, torque_map_drive.CURRENT_LIMIT)
+    assert limits.l_s == pytest.approx(0.00769 + 0.000152)
+
+
+@pytest.mark.parametrize("words", [["--drive", "foc"], ["--page"]])
+def test_a_file_excludes_the_shipped_drives(words: list[str], tmp_path: Path) -> None:
+    with pytest.raises(SystemExit):
+        torque_map.parse_arguments([str(write_drive(tmp_path)), *words])

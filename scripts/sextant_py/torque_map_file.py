@@ -1,0 +1,142 @@
+"""The drive of any configuration for the torque map: a file of sextant-ecu or of sextant-mil, and its range of points.
+
+Speeds and torques are those of the shipped drive, scaled by the speed at which the link is just enough for the flux,
+and by the drive's torque limit; so are the errors of the sensors, by the over-current limit and the link.
+"""
+
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import UserError
+from .sweep_file import Settings
+from .torque_map_drive import COMMON, SENSORS, SHORT, Drive, flat, known_keys, summary_of
+from .torque_map_points import QUICK_SPEEDS, QUICK_TORQUES, SPEEDS, TORQUES
+
+# What the shipped drive has, by which the ranges of the map scale.
+BASE_SPEED, TORQUE_LIMIT = 530 / math.sqrt(3) / 1.1 / 2, 150.0  # [rad/s], [N·m]
+OVER_CURRENT, LINK = 250.0, 530.0  # [A], [V]
+TORQUE_FLOOR = 2.0  # smallest deviation that counts [N·m]
+OF_A_RUN = (  # sections and keys that the map sets, or that belong to the run of a scenario or to a live drive
+    "name", "description", "duration_s", "mode", "profile", "load", "cycle", "vehicle", "driver", "trace", "metrics",
+    "expect", "event_exact",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The range of the points of a drive."""
+
+    speeds: tuple[float, ...]  # mechanical [rad/s]
+    torques: tuple[float, ...]  # [N·m]
+    quick_speeds: tuple[float, ...]
+    quick_torques: tuple[float, ...]
+    torque_floor: float  # [N·m]
+    sensors: dict[str, Settings]
+    from_s: float  # end of start and magnetising [s]
+    step_s: float  # of the torque [s]
+    end_s: float  # [s]
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _sensors(configuration: Settings) -> dict[str, Settings]:
+    current = configuration["protection.over_current_a"] / OVER_CURRENT
+    voltage = configuration["plant.u_dc_v"] / LINK
+    by = {"_a": current, "_v": voltage}
+    return {
+        name: {key: _rounded(value * by.get(key[-2:], 1)) if key[-2:] in by else value for key, value in one.items()}
+        for name, one in SENSORS.items()
+    }
+
+
+def scale_of(configuration: Settings) -> Scale:
+    """From the configuration in force."""
+    pole_pairs = configuration["machine.poles"] // 2
+    flux_speed = configuration["plant.u_dc_v"] / math.sqrt(3) / configuration["control.flux_reference_wb"]
+    speed = flux_speed / pole_pairs / BASE_SPEED
+    limit = min(configuration["command.torque_limit_nm"], configuration["capability.torque_nm"])
+    torque = limit / TORQUE_LIMIT
+    # As long as magnetising may take, and a tenth of a second.
+    from_s = max(0.15, 0.1 + 1e-3 * configuration["drive.magnetise_timeout_ms"])
+    return Scale(
+        tuple(_rounded(speed * value) for value in SPEEDS),
+        tuple(_rounded(torque * value) for value in TORQUES),
+        tuple(_rounded(speed * value) for value in QUICK_SPEEDS),
+        tuple(_rounded(torque * value) for value in QUICK_TORQUES),
+        _rounded(torque * TORQUE_FLOOR),
+        _sensors(configuration),
+        from_s,
+        from_s + 0.2,
+        from_s + 0.95,
+    )
+
+
+def _machine(value: object, file: Path) -> dict:
+    """The values of a machine, of which a file may hold some."""
+    section = {"file": value} if isinstance(value, str) else dict(value) if isinstance(value, dict) else {}
+    if "file" in section:
+        return _parsed(file.parent / section.pop("file")) | section
+    return section
+
+
+def _parsed(file: Path) -> dict:
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UserError(f"{file} cannot be read: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{file} is no TOML: {error}.") from None
+
+
+def read(file: Path, seen: tuple[Path, ...] = ()) -> Settings:
+    """Dotted keys of a file and of those that it is based on; the machine's values in the place of its file."""
+    if file.resolve() in seen:
+        raise UserError(f"{file} is based on itself.")
+    tree = _parsed(file)
+    base = tree.pop("base", None)
+    found = read(file.parent / base, (*seen, file.resolve())) if base else {}
+    machine = _machine(tree.pop("machine", {}), file)
+    return found | flat(tree) | {f"machine.{key}": value for key, value in machine.items()}
+
+
+def of_the_drive(found: Settings, known: set[str], file: Path) -> tuple[Settings, list[str]]:
+    """The keys of the file that a point begins with, and the sections of a live drive, which no scenario has."""
+    settings, left_out, sections = {}, [], {key.split(".")[0] for key in known}
+    for key, value in found.items():
+        section = key.split(".")[0]
+        if section in (*OF_A_RUN, "machine") or key.startswith("plant.faults."):
+            continue
+        if key in known:
+            settings[key] = value
+        elif section in sections:
+            raise UserError(f"{file}: {key} is unknown; sextant-mil FILE --print-config shows every key.")
+        elif section not in left_out:
+            left_out.append(section)
+    return settings, left_out
+
+
+def load(file: Path, mil: Path, directory: Path) -> tuple[Drive, Scale]:
+    """The drive of the file, and its range; writes its scenario into the directory."""
+    found = read(file)
+    machine = {key.removeprefix("machine."): value for key, value in found.items() if key.startswith("machine.")}
+    if not machine:
+        raise UserError(f'{file} names no machine: [machine] with file = "…" or with its values is needed.')
+    known = known_keys(mil, directory)
+    settings, left_out = of_the_drive(found, known, file)
+    drive = Drive(f"file_{file.stem}", {f"machine.{k}": v for k, v in machine.items()} | settings, machine, known)
+    drive.title, drive.left_out = file.name, left_out
+    drive.base |= {key: value for key, value in COMMON.items() if key in known and not key.startswith("protection.")}
+    scenario = directory / f"{drive.name}.toml"
+    scenario.write_text(drive.scenario(), encoding="utf-8")
+    scale = scale_of(summary_of(mil, scenario, SHORT)["configuration"])
+    # Limits beyond which the map goes on purpose.
+    drive.base["protection.over_speed_rad_s"] = _rounded(1.25 * scale.speeds[-1])
+    scenario.write_text(drive.scenario(), encoding="utf-8")
+    shown = summary_of(mil, scenario, SHORT)
+    drive.configuration, drive.version, drive.commit = shown["configuration"], shown["version"], shown["commit"]
+    drive.scale = scale
+    return drive, scale
