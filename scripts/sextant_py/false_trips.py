@@ -74,17 +74,20 @@ def _nycc(_: Drive, __: Path) -> Settings:
     }
 
 
-def _random_steps(drive: Drive, directory: Path) -> Settings:
+def random_steps(
+    drive: Drive, directory: Path, largest_torque: float = LARGEST_TORQUE, largest_speed: float = LARGEST_SPEED,
+    from_s: float = 0.1,
+) -> Settings:  # fmt: skip
     """Steps of torque 2.5 to 300 ms apart, on a shaft that goes in straight lines between random speeds."""
     dice = random.Random(drive.seed)
     steps, speeds = [(0.0, 0.0)], [(0.0, 0.0)]
-    t = 0.1
+    t = from_s
     while t < drive.duration_s:
-        torque = dice.uniform(-LARGEST_TORQUE, LARGEST_TORQUE)
+        torque = dice.uniform(-largest_torque, largest_torque)
         steps += [(t, steps[-1][1]), (t, torque)]
         t += dice.choice((0.005, 0.02, 0.1, 0.3)) * dice.uniform(0.5, 1.0)
     while speeds[-1][0] < drive.duration_s:
-        speeds.append((speeds[-1][0] + dice.uniform(0.3, 2.0), dice.uniform(-LARGEST_SPEED, LARGEST_SPEED)))
+        speeds.append((speeds[-1][0] + dice.uniform(0.3, 2.0), dice.uniform(-largest_speed, largest_speed)))
     return {
         **_torque(directory, steps),
         "load.kind": "imposed_speed",
@@ -96,7 +99,7 @@ def _random_steps(drive: Drive, directory: Path) -> Settings:
 KINDS: dict[str, tuple[Callable[[Drive, Path], Settings], float]] = {
     "demo profile": (_demo, 10.0),
     "NYCC": (_nycc, 598.0),
-    "random torque steps": (_random_steps, 30.0),
+    "random torque steps": (random_steps, 30.0),
 }
 
 

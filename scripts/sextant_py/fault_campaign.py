@@ -10,10 +10,11 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from . import false_trips, mil_program
+from . import false_trips, fault_campaign_file, mil_program
 from .errors import UserError, run
 from .fault_campaign_page import fault_table, trip_table, write
 from .paths import OUT, ROOT
+from .torque_map_run import progress_of
 
 PROGRAM = ROOT / "build" / "release" / "tests" / "bench" / "sextant_fault_campaign"
 PAGE = ROOT / "docs" / "fault_campaign.md"
@@ -21,6 +22,8 @@ EXAMPLES = """examples:
   scripts/fault_campaign                          100 seeds and three hours, then the tables of docs/fault_campaign.md
   scripts/fault_campaign --quick                  3 seeds and a few minutes, printed
   scripts/fault_campaign --seeds 1000 --hours 0   the faults alone, printed
+  scripts/fault_campaign my.toml                  any drive: the faults of plant and sensors in sextant-mil, printed
+  scripts/fault_campaign my.toml --methods all    the same with every control method
 
 Exit status: 0 when no fault was missed or late and nothing tripped without one, 1 otherwise, 130 when interrupted."""
 
@@ -32,6 +35,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="of sextant-ecu or sextant-mil; no page")
+    parser.add_argument("--methods", metavar="A,B", help="of FILE: these, or all (default: the one of the file)")
     parser.add_argument("--quick", action="store_true", help="a few seeds and minutes, no page")
     parser.add_argument("--seeds", type=int, metavar="N", help="of each injection (default: 100)")
     parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
@@ -44,8 +49,10 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error(f"--seeds: expected a number from 1, got {options.seeds}")
     if options.hours is not None and options.hours < 0:
         parser.error(f"--hours: expected a number from 0, got {options.hours:g}")
-    options.is_of_page = not options.quick and options.seeds is None and options.hours is None
-    options.seeds = options.seeds or (3 if options.quick else 100)
+    if options.methods and not options.file:
+        parser.error("--methods: the methods are those of a FILE, and none is given")
+    options.is_of_page = not (options.quick or options.file) and options.seeds is None and options.hours is None
+    options.seeds = options.seeds or (1 if options.quick and options.file else 3 if options.quick else 100)
     options.hours = options.hours if options.hours is not None else (0.02 if options.quick else 1.0)
     return options
 
@@ -98,8 +105,34 @@ def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
     return [hours[kind] for kind in false_trips.KINDS if kind in hours]
 
 
+def of_a_file(options: argparse.Namespace) -> int:
+    """The campaign of the drive of a file."""
+    work = OUT / "fault_campaign"
+    work.mkdir(parents=True, exist_ok=True)
+    campaign = fault_campaign_file.Campaign(options.file, mil_program.find(options.mil), work)
+    for key in campaign.drive.left_out:
+        print(f"fault_campaign: {key} is left out: no scenario has it", file=sys.stderr)
+    methods = fault_campaign_file.chosen_methods(options.methods, campaign.method)
+    plan = fault_campaign_file.cases(methods, options.seeds)
+    found = campaign.run_all(plan, options.jobs, progress_of(len(plan), options.file.name, "fault_campaign"))
+    hours = campaign.hours(methods, options.hours, options.jobs) if options.hours > 0 else []
+    print(fault_campaign_file.faults_table(found), trip_table(hours), sep="\n\n")
+    results = {"seeds": options.seeds, "runs": found, "hours": [one.to_json() for one in hours]}
+    file = work / f"{options.file.stem}.json"
+    file.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    print(file)
+    bad, trips = fault_campaign_file.wrong(found), sum(sum(one.faults.values()) for one in hours)
+    for one in bad[:10]:
+        print(f"fault_campaign: {one['case']}: {one['kind']}: {one['seen']}", file=sys.stderr)
+    if bad or trips:
+        print(f"fault_campaign: {len(bad)} runs are not right, {trips} false trips", file=sys.stderr)
+    return 1 if bad or trips else 0
+
+
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
+    if options.file:
+        return of_a_file(options)
     faults = provoke(options)
     hours = drive(options) if options.hours > 0 else []
     print(fault_table(faults), trip_table(hours), sep="\n\n")

@@ -69,8 +69,20 @@ def cases(machines: Iterable[str], methods: Iterable[str], is_quick: bool) -> li
     ]
 
 
+def of_a_trip(trip: list, names: tuple[str, ...], at_s: float, step_s: float) -> dict:
+    """How a trip is called that follows a cause at at_s, and how late since it, or since torque was asked."""
+    seen, tripped_s = trip
+    early = tripped_s < at_s
+    since = max(0.0, tripped_s - (at_s or step_s))
+    return {
+        "kind": NAMED if seen in names and not early else OTHERWISE,
+        "seen": f"{seen} before" if early else seen,
+        "late_ms": round(1e3 * since, 3),
+    }
+
+
 def judge(record: dict, fault: Fault, point: Point, machine: Machine) -> dict:
-    """What the run shows: how it is called, and how late since the cause, or since torque was asked."""
+    """What the run shows."""
     cell = point.cell
     found = {
         "fault": fault.name, "method": cell.method, "machine": cell.machine, "period_us": cell.period_us,
@@ -79,11 +91,7 @@ def judge(record: dict, fault: Fault, point: Point, machine: Machine) -> dict:
     if record["refusal"]:
         return found | {"kind": REFUSED, "seen": record["refusal"]}
     if record["faults"]:
-        seen, at_s = record["faults"][0]
-        early = at_s < fault.at_s
-        kind = NAMED if seen in fault.names and not early else OTHERWISE
-        since = max(0.0, at_s - (fault.at_s or STEP_S))
-        return found | {"kind": kind, "seen": f"{seen} before" if early else seen, "late_ms": round(1e3 * since, 3)}
+        return found | of_a_trip(record["faults"][0], fault.names, fault.at_s, STEP_S)
     right, said = is_right(record, point, machine)
     return found if right else found | {"kind": MISSED, "seen": said}
 

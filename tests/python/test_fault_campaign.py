@@ -5,7 +5,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from sextant_py import false_trips, fault_campaign, fault_campaign_page
+from programs import program
+from sextant_py import false_trips, fault_campaign, fault_campaign_file, fault_campaign_page
 from sextant_py.errors import UserError
 from sextant_py.false_trips import Drive, Hours
 from sextant_py.paths import ROOT
@@ -88,3 +89,68 @@ def test_the_page_keeps_its_text(tmp_path: Path) -> None:
     assert "## Not detectable" in found
     with pytest.raises(UserError):
         fault_campaign_page.write(tmp_path / "none.md", 7, [ONE], [])
+
+
+def test_a_file_is_a_campaign_of_its_own() -> None:
+    own = fault_campaign.parse_arguments(["my.toml"])
+    assert (own.file, own.is_of_page, own.methods) == (Path("my.toml"), False, None)
+    assert fault_campaign_file.chosen_methods(None, "foc") == ["foc"]
+    assert fault_campaign_file.chosen_methods("dtc,foc", "foc") == ["dtc", "foc"]
+    assert len(fault_campaign_file.chosen_methods("all", "foc")) == 7
+    with pytest.raises(SystemExit):
+        fault_campaign.parse_arguments(["--methods", "all"])
+
+
+def test_cases_of_a_file_are_all_different() -> None:
+    found = fault_campaign_file.cases(["dtc", "foc"], 2)
+    assert len({case.key for case in found}) == len(found)
+    kinds = len(fault_campaign_file.INJECTIONS) + 1
+    assert len(found) == 2 * kinds * 2 * len(fault_campaign_file.PLACES) * 2
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> fault_campaign_file.Campaign:
+    directory = tmp_path_factory.mktemp("campaign")
+    file = directory / "my.toml"
+    machine = ROOT / "configs" / "machines" / "motulator_2k2.toml"
+    text = f'[machine]\nfile = "{machine}"\n[control]\ncontroller = "foc"\n[drive]\nperiod_us = 100\n'
+    file.write_text(text + "[plant]\nu_dc_v = 566\n", encoding="utf-8")
+    return fault_campaign_file.Campaign(file, program("sextant-mil"), directory)
+
+
+def case_of(name: str, place: int) -> fault_campaign_file.Case:
+    found = (one for one in fault_campaign_file.INJECTIONS if one.name == name)
+    return fault_campaign_file.Case(next(found, None), "foc", 1, place, "ideal")
+
+
+def test_runs_of_a_file_are_judged(campaign: fault_campaign_file.Campaign) -> None:
+    steady, lost, sagged = (
+        campaign.run(case_of(name, 1)) for name in ("none", "encoder at zero", "link under-voltage")
+    )
+    assert steady["kind"] == fault_campaign_file.HARMLESS
+    assert (lost["kind"], lost["seen"]) == (fault_campaign_file.NAMED, "SPEED_SENSOR")
+    assert (sagged["kind"], sagged["seen"]) == (fault_campaign_file.NAMED, "DC_UNDER_VOLTAGE")
+    assert fault_campaign_file.wrong([steady, lost, sagged]) == []
+    assert fault_campaign_file.wrong([steady | {"kind": fault_campaign_file.OTHERWISE}]) != []
+    table = fault_campaign_file.faults_table([steady, lost])
+    assert "| no fault | `foc` | 1 | 0 | 0 | 1 | 0 | 0 | – | – |" in table
+
+
+def test_a_record_of_a_file_is_judged_by_its_torque(campaign: fault_campaign_file.Campaign) -> None:
+    case = case_of("open phase", 1)
+    _, torque = campaign.place(case)
+    at_s, end_s = campaign.times(case)
+    right = {"reason": "", "faults": [], "torque_bias_nm": 0.0, "torque_motoring_nm": 99.0}
+    assert campaign.judged(case, right)["kind"] == fault_campaign_file.HARMLESS
+    assert campaign.judged(case, right | {"torque_bias_nm": -0.2 * torque})["kind"] == fault_campaign_file.MISSED
+    half = right | {"torque_motoring_nm": torque / 2, "torque_bias_nm": -torque / 2}
+    assert campaign.judged(case, half)["kind"] == fault_campaign_file.HARMLESS
+    assert campaign.judged(case, right | {"torque_motoring_nm": None})["kind"] == fault_campaign_file.MISSED
+    assert campaign.judged(case, {"reason": "the file is wrong"})["kind"] == fault_campaign_file.REFUSED
+    late = campaign.judged(case, right | {"faults": [["OPEN_PHASE", at_s + 0.005]]})
+    assert (late["kind"], late["late_ms"]) == (fault_campaign_file.NAMED, pytest.approx(5.0))
+    other = campaign.judged(case, right | {"faults": [["FLUX_LOST", at_s + 0.005]]})
+    assert other["kind"] == fault_campaign_file.OTHERWISE
+    early = campaign.judged(case, right | {"faults": [["OPEN_PHASE", at_s - 0.1]]})
+    assert (early["kind"], early["late_ms"]) == (fault_campaign_file.OTHERWISE, 0)
+    assert end_s > at_s + 0.5

@@ -1,0 +1,225 @@
+"""The fault campaign of any drive, in sextant-mil: every fault of plant and sensors at several operating points, with
+ideal and with real sensors, and driving without a fault."""
+
+import math
+import random
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import false_trips, torque_map_drive, torque_map_file
+from .machine_library_faults import HARMLESS, KINDS, MISSED, NAMED, OTHERWISE, REFUSED, of_a_trip
+from .machine_library_points import METHODS
+from .page import table
+from .sweep_file import Settings
+from .torque_map_drive import Drive
+from .torque_map_file import Scale
+from .torque_map_run import Lab
+
+# Shares of base speed and torque limit.
+PLACES = ((0.0, 0.1), (0.3, 0.4), (-0.6, -0.1), (0.7, 0.1), (1.5, 0.2))
+AFTER_S = (0.3, 0.4)  # of the fault, from the torque step [s]
+WATCHED_S = 0.9  # after the fault; an open phase at standstill waits for its current's zero crossing [s]
+TOLERANCE = 0.05  # of the mean torque after a fault, as a share of the command, beside the floor of the scale
+DRIVING_S = 30.0  # of a run without a fault [s]
+STEADY = "no fault"  # the row of the same operating points without any
+
+Make = Callable[[random.Random, float, dict], Settings]
+
+
+@dataclass(frozen=True)
+class Injection:
+    """A fault of the plant, and the faults of the drive that name it rightly."""
+
+    name: str
+    kind: str
+    names: tuple[str, ...]
+    more: Make = lambda dice, speed, configuration: {}
+    is_from_power_up: bool = False
+    changes_speed: bool = False  # the shaft leaves its speed: else the fault shows nothing
+
+
+def _drift(dice: random.Random, _: float, configuration: dict) -> Settings:
+    """From nothing to the over-current limit in half a second."""
+    return {"plant.faults.drift_a_s": dice.choice((-1, 1)) * 2 * configuration["protection.over_current_a"]}
+
+
+def _jump(dice: random.Random, _: float, configuration: dict) -> Settings:
+    limit = configuration["protection.speed_error_rad_s"]
+    return {"plant.faults.jump_rad_s": dice.choice((-1, 1)) * dice.uniform(1.5, 4.0) * limit}
+
+
+def _sag(dice: random.Random, _: float, configuration: dict) -> Settings:
+    limit = configuration["protection.dc_under_voltage_v"]
+    return {"plant.faults.sag_v": dice.uniform(0.6, 0.95) * limit, "plant.faults.ramp_ms": dice.choice((0, 10, 50))}
+
+
+SENSOR = ("CURRENT_SENSOR", "CURRENT_SUM")
+INJECTIONS = (
+    Injection("current sensor stuck", "current_stuck", SENSOR),
+    Injection("current sensor open", "current_zero", (*SENSOR, "OPEN_PHASE")),
+    Injection("current sensor drifts", "current_drift", SENSOR, _drift),
+    Injection("current sensors swapped", "phases_swapped", ("CURRENT_SENSOR",)),
+    Injection("open phase", "open_phase", ("OPEN_PHASE",)),
+    Injection("phase never connected", "open_phase", ("OPEN_PHASE",), is_from_power_up=True),
+    Injection("encoder at zero", "speed_lost", ("SPEED_SENSOR",)),
+    Injection("encoder stuck", "speed_frozen", ("SPEED_SENSOR",), changes_speed=True),
+    Injection("encoder jumps", "speed_jump", ("SPEED_SENSOR",), _jump),
+    Injection("encoder reversed", "speed_jump", ("SPEED_SENSOR",),
+              lambda _, speed, __: {"plant.faults.jump_rad_s": -2 * speed}, is_from_power_up=True),
+    Injection("link under-voltage", "link_sag", ("DC_UNDER_VOLTAGE",), _sag),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run; injection: None is the same without a fault."""
+
+    injection: Injection | None
+    method: str
+    seed: int
+    place: int
+    sensors: str
+
+    @property
+    def key(self) -> str:
+        name = self.injection.name if self.injection else STEADY
+        return f"{name}/{self.method}/{self.seed}/{self.place}/{self.sensors}"
+
+
+def cases(methods: Iterable[str], seeds: int) -> list[Case]:
+    return [
+        Case(injection, method, seed, place, sensors)
+        for method in methods
+        for injection in (None, *INJECTIONS)
+        for seed in range(1, seeds + 1)
+        for place in range(len(PLACES))
+        for sensors in ("ideal", "real")
+    ]
+
+
+class Campaign:
+    """The drive of a file."""
+
+    def __init__(self, file: Path, mil: Path, directory: Path) -> None:
+        self.drive: Drive
+        self.scale: Scale
+        self.drive, self.scale = torque_map_file.load(file, mil, directory)
+        self.lab = Lab(mil, self.drive, directory)
+        self.method = self.drive.configuration["control.controller"]
+
+    def place(self, case: Case) -> tuple[float, float]:
+        """Speed [rad/s], and torque [N·m]."""
+        speed, torque = PLACES[case.place]
+        base = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / 400
+        return speed * base, torque * self.drive.configuration["command.torque_limit_nm"]
+
+    def times(self, case: Case) -> tuple[float, float]:
+        """Of the fault; and the end. [s]"""
+        dice = random.Random(case.seed)
+        at_s = self.scale.step_s + dice.uniform(*AFTER_S)
+        return (0.0 if case.injection and case.injection.is_from_power_up else at_s), at_s + WATCHED_S
+
+    def settings(self, case: Case) -> Settings:
+        (speed, torque), (at_s, end_s) = self.place(case), self.times(case)
+        found: Settings = {
+            "duration_s": end_s, "metrics.window_from_s": end_s - 0.3, "control.controller": case.method,
+            "profile.torque_nm.shape": "steps", "profile.torque_nm.points": [[0, 0], [self.scale.step_s, torque]],
+            "load.kind": "imposed_speed", "load.speed_rad_s.value": speed,
+            "plant.sensors.seed": case.seed, **self.scale.sensors[case.sensors],
+        }  # fmt: skip
+        if case.injection is None:
+            return found
+        dice = random.Random(case.key)
+        found |= {"plant.faults.kind": case.injection.kind, "plant.faults.at_s": at_s}
+        found["plant.faults.phase"] = dice.choice("abc")
+        if case.injection.changes_speed:
+            base = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / 400
+            points = [[0, speed], [at_s, speed], [end_s, speed + math.copysign(0.5 * base, -speed)]]
+            found |= {"load.speed_rad_s.shape": "linear", "load.speed_rad_s.points": points}
+        return found | case.injection.more(dice, speed, self.drive.configuration)
+
+    def run(self, case: Case) -> dict:
+        record = self.lab.run_one(case.key, self.settings(case))
+        found = {"name": case.injection.name if case.injection else STEADY, "method": case.method, "case": case.key}
+        return found | {"seen": "", "late_ms": None} | self.judged(case, record)
+
+    def judged(self, case: Case, record: dict) -> dict:
+        if record["reason"]:
+            return {"kind": REFUSED, "seen": record["reason"]}
+        if record["faults"]:
+            names = case.injection.names if case.injection else ()
+            return of_a_trip(record["faults"][0], names, self.times(case)[0], self.scale.step_s)
+        _, torque = self.place(case)
+        ahead = self.place(case)[0] * torque >= 0
+        offered = record["torque_motoring_nm" if ahead else "torque_regenerating_nm"]
+        due = math.copysign(min(abs(torque), offered or 0.0), torque)
+        mean = torque + record["torque_bias_nm"]
+        off = abs(mean - due) > max(self.scale.torque_floor, TOLERANCE * abs(torque))
+        if offered is None or off:
+            return {"kind": MISSED, "seen": f"{mean:.4g} N·m for {due:.4g} N·m"}
+        return {"kind": HARMLESS}
+
+    def run_all(self, plan: list[Case], jobs: int, step: Callable[[], None]) -> list[dict]:
+        pool = ThreadPoolExecutor(jobs)
+        try:
+            found = []
+            for one in pool.map(self.run, plan):
+                found.append(one)
+                step()
+            return found
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    def drive_on(self, method: str, seed: int) -> tuple[false_trips.Drive, dict]:
+        """A run of random torque steps without a fault, with real sensors."""
+        one = false_trips.Drive(f"random torque steps, {method}", seed, DRIVING_S)
+        base = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / 400
+        with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
+            largest = 0.87 * self.drive.configuration["command.torque_limit_nm"]
+            settings = {
+                "duration_s": DRIVING_S, "metrics.window_from_s": 0, "control.controller": method,
+                "plant.sensors.seed": seed, **self.scale.sensors["real"],
+                "plant.sensors.encoder.lines": 1024, "plant.sensors.encoder.speed": "period",
+                "plant.sensors.encoder.window_periods": 20,
+                **false_trips.random_steps(one, Path(name), largest, 0.86 * base, self.scale.from_s),
+            }  # fmt: skip
+            return one, torque_map_drive.summary_of(self.lab.mil, self.lab.scenario, settings)
+
+    def hours(self, methods: Iterable[str], hours: float, jobs: int) -> list[false_trips.Hours]:
+        count = max(1, -int(-3600 * hours // DRIVING_S))
+        plan = [(method, seed) for method in methods for seed in range(1, count + 1)]
+        found: dict[str, false_trips.Hours] = {}
+        with ThreadPoolExecutor(jobs) as pool:
+            for one, summary in pool.map(lambda pair: self.drive_on(*pair), plan):
+                false_trips.add(found, one, summary)
+        return [*found.values()]
+
+
+def chosen_methods(wanted: str | None, own: str) -> list[str]:
+    return [own] if wanted is None else list(METHODS) if wanted == "all" else wanted.split(",")
+
+
+def faults_table(found: list[dict]) -> str:
+    head = ("injection", "method", "runs", NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED, "latest [ms]", "tripped as")
+    groups: dict[tuple[str, str], list[dict]] = {}
+    for one in found:
+        groups.setdefault((one["name"], one["method"]), []).append(one)
+    rows = []
+    for (name, method), own in groups.items():
+        counts = Counter(one["kind"] for one in own)
+        late = max((one["late_ms"] for one in own if one["late_ms"] is not None), default=None)
+        seen = Counter(one["seen"] for one in own if one["kind"] in (NAMED, OTHERWISE))
+        named = ", ".join(f"{fault} {count}" for fault, count in seen.most_common()) or "–"
+        shown = "–" if late is None else f"{late:.4g}"
+        rows.append((name, f"`{method}`", len(own), *(counts[kind] for kind in KINDS), shown, named))
+    return table(head, rows, left=(0, 1, 9))
+
+
+def wrong(found: list[dict]) -> list[dict]:
+    """Missed faults, refused runs, and trips without a fault."""
+    bad = (MISSED, REFUSED)
+    return [one for one in found if one["kind"] in bad or (one["name"] == STEADY and one["kind"] != HARMLESS)]
