@@ -83,7 +83,16 @@ def chosen_machines(wanted: list[str] | None) -> list[Machine]:
 
 
 def command_of(options: argparse.Namespace) -> str:
-    return "scripts/machine_library" + (f" --seed {options.seed}" if options.seed != 1 else "")
+    """That makes the same results."""
+    words = ["scripts/machine_library"]
+    words += ["--quick"] if options.quick else []
+    for name in ("machines", "methods", "periods"):
+        if chosen := getattr(options, name):
+            words += [f"--{name}", ",".join(chosen)]
+    words += ["--points", str(options.points)] if options.points else []
+    words += ["--no-faults"] if options.no_faults else []
+    words += ["--seed", str(options.seed)] if options.seed != 1 else []
+    return " ".join(words)
 
 
 def measure(options: argparse.Namespace) -> Results:

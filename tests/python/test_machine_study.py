@@ -165,3 +165,12 @@ def test_a_lost_encoder_is_told_by_its_name(tmp_path: Path) -> None:
     (found,) = machine_library_faults.measure(lab, chosen, 1, lambda: None)
     assert (found["kind"], found["seen"]) == (machine_library_faults.NAMED, "SPEED_SENSOR")
     assert found["late_ms"] < 10
+
+
+@pytest.mark.parametrize(
+    "words", [[], ["--quick"], ["--seed", "3"], ["--machines", "krause_3hp", "--methods", "foc", "--periods", "25,50"]]
+)
+def test_the_results_name_the_command_that_makes_them(words: list[str]) -> None:
+    options = machine_library.parse_arguments([*words, "--jobs", "1"])
+    assert machine_library.command_of(options).split() == ["scripts/machine_library", *words]
+    assert options.is_of_page == (words == [] or words[0] == "--seed")
