@@ -130,10 +130,8 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
     table.append(("torque beside the request", followed(commands, recording, during)))
     quiet = settled(recording, during)
     if quiet.any():
-        band = (recording["torque_max_nm"] - recording["torque_min_nm"])[quiet]
         off = (mean - recording["torque_reference_nm"])[quiet]
         table.append(("  at constant torque", f"{off.mean():+.3f} N·m mean, {off.std():.3f} N·m RMS about it"))
-        table.append(("torque ripple within 1 ms", f"{np.median(band):.2f} N·m median, {band.max():.2f} N·m largest"))
         flux = recording["flux_mean_wb"][quiet]
         table.append(("stator flux", f"{flux.mean():.4f} Wb mean, {flux.min():.4f} … {flux.max():.4f} Wb"))
     response = response_time_ms(recording)
