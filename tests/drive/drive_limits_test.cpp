@@ -1,8 +1,11 @@
 #include "sextant/drive/drive_limits.hpp"
 
+#include <cmath>
 #include <complex>
 
 #include <gtest/gtest.h>
+
+#include "support/equivalent_circuit.hpp"
 
 namespace sextant {
 namespace {
@@ -35,6 +38,53 @@ TYPED_TEST(DriveLimitsOf, FollowFromThePapersMachine) {
   EXPECT_NEAR(limits.hand_over_current, 1.25 * 1.1 / l_s, 0.01);
   EXPECT_NEAR(limits.torque_band, 0.905, 0.005);
   EXPECT_NEAR(limits.flux_band, 0.011, 1e-6);
+}
+
+// Of a machine with unlike factors: every limit by its own circuit.
+TYPED_TEST(DriveLimitsOf, FollowFromTheCircuitOfAnotherMachine) {
+  using T = TypeParam;
+  const auto m = unlike_machine();
+  const double psi = 0.7;
+  const double u_dc = 400.0;
+  EquivalentCircuit breakdown = EquivalentCircuit::of_flux(m, 0.0, 0.0, psi);
+  const double rest_current = std::abs(breakdown.i_s);
+  for (double slip = 0.0; slip < 60.0; slip += 0.002) {
+    const auto c = EquivalentCircuit::of_flux(m, 0.0, slip, psi);
+    if (c.torque > breakdown.torque) breakdown = c;
+  }
+  double low = 0.0;
+  double high = 1e4;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    const double voltage = std::abs(EquivalentCircuit::of_flux(m, middle, 0.0, psi).u_s);
+    (voltage < u_dc / std::sqrt(3.0) ? low : high) = middle;
+  }
+  const DriveLimits<T> limits = drive_limits(in_scalar<T>(m), T(psi), T(u_dc));
+  const auto expect = [](T found, double expected) { EXPECT_NEAR(double(found), expected, 1e-4 * expected); };
+  expect(limits.torque, 0.4 * breakdown.torque);
+  expect(limits.torque_band, 0.0025 * breakdown.torque);
+  expect(limits.flux_band, 0.01 * psi);
+  expect(limits.magnetising_current, 1.8 * rest_current);
+  expect(limits.hand_over_current, 1.25 * rest_current);
+  expect(limits.over_current, 1.25 * std::abs(breakdown.i_s));
+  expect(limits.dc_over_voltage, 1.3 * u_dc);
+  expect(limits.dc_under_voltage, 0.5 * u_dc);
+  expect(limits.torque_deviation, 0.0275 * breakdown.torque);
+  expect(limits.current_offset, 0.045 * rest_current);
+  expect(limits.over_speed, 3.5 * low);
+  expect(limits.speed_jump, 0.25 * low);
+  expect(limits.speed_error, 0.2 * low);
+}
+
+TYPED_TEST(DriveLimitsOf, ThoseOfCurrentSensorsFollowFromTheTripLevelAndTheChangeByAVector) {
+  using T = TypeParam;
+  const auto m = unlike_machine();
+  const CurrentSensorLimits<T> limits = current_sensor_limits(in_scalar<T>(m), T(90), T(400), T(50e-6));
+  const double sigma_l_s = m.l_ls + m.l_m - m.l_m * m.l_m / (m.l_lr + m.l_m);
+  EXPECT_NEAR(double(limits.sum), 2.7, 1e-5);
+  EXPECT_NEAR(double(limits.jump), 2.7 + 0.5 * 400.0 * 2.0 / 3.0 * 50e-6 / sigma_l_s, 1e-4);
+  EXPECT_NEAR(double(limits.noise), 0.09, 1e-6);
+  EXPECT_NEAR(double(limits.zero_current), 0.9, 1e-6);
 }
 
 TYPED_TEST(DriveLimitsOf, ScaleWithFluxAndLink) {

@@ -1,5 +1,6 @@
 #include "sextant/drive/present_limit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "sextant/drive/steady_state.hpp"
+#include "support/equivalent_circuit.hpp"
 
 namespace sextant {
 namespace {
@@ -116,6 +118,40 @@ TYPED_TEST(PresentLimitOf, AtTheFullFluxTheAngleIsNoLimit) {
   const State<T> s{this->machine, 1.1, 3.0, 0.0};
   PresentLimit<T> wide{InductionMachineParameters<T>{}, T(1.1), T(1e3)};
   EXPECT_EQ(wide.step(s.psi_s, s.i_s, T(1), this->enough).cause, DeratingCause::current_limit);
+}
+
+// A machine with unlike factors; every limit is that of its circuit.
+TYPED_TEST(PresentLimitOf, OfAnotherMachineIsThatOfItsCircuit) {
+  using T = TypeParam;
+  const auto m = unlike_machine();
+  const double reference_flux = 0.7;
+  const double sigma_l_s = m.l_ls + m.l_m - m.l_m * m.l_m / (m.l_lr + m.l_m);
+  const PresentLimit<T> narrow{in_scalar<T>(m), T(reference_flux), T(40)};
+  const PresentLimit<T> wide{in_scalar<T>(m), T(reference_flux), T(1e4)};
+  for (const double slip : {-25.0, 4.0, 20.0}) {
+    const auto c = EquivalentCircuit::of_flux(m, 0.0, slip, 0.6);
+    const SpaceVector<T> psi{T(c.psi_s.real()), T(c.psi_s.imag())};
+    const SpaceVector<T> i{T(c.i_s.real()), T(c.i_s.imag())};
+    // The current along the flux and what is left of 40 A across it.
+    const double across = std::sqrt(40.0 * 40.0 - c.i_s.real() * c.i_s.real());
+    EXPECT_NEAR(double(narrow.step(psi, i, T(1), this->enough).torque), 1.5 * 3.0 * 0.6 * across, 0.05)
+        << slip;
+    // The circuit's own torque, turned from the angle between its fluxes to 42 degrees.
+    const double angle = std::abs(std::arg(c.psi_s / c.psi_r));
+    const double pull_out = std::abs(c.torque) * std::sin(42.0 * std::acos(-1.0) / 180.0) / std::sin(angle);
+    EXPECT_NEAR(double(wide.step(psi, i, T(0.9), this->enough).torque), pull_out, 1e-3 * pull_out) << slip;
+  }
+  // Without rotor flux a twentieth of the breakdown torque is left, at √0.1 of the flux reference at least.
+  for (const double psi : {0.0, 0.5}) {
+    double breakdown = 0.0;
+    const double counted = std::max(psi, std::sqrt(0.1) * reference_flux);
+    for (double slip = 0.0; slip < 200.0; slip += 0.05) {
+      breakdown = std::max(breakdown, EquivalentCircuit::of_flux(m, 0.0, slip, counted).torque);
+    }
+    const SpaceVector<T> i{T(psi / sigma_l_s), T(0)};
+    const double found = double(wide.step({T(psi), T(0)}, i, T(0.9), this->enough).torque);
+    EXPECT_NEAR(found, 0.05 * breakdown, 1e-3 * breakdown) << psi;
+  }
 }
 
 }  // namespace

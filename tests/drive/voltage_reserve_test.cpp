@@ -1,8 +1,12 @@
 #include "sextant/drive/voltage_reserve.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "support/equivalent_circuit.hpp"
 
 namespace sextant {
 namespace {
@@ -128,6 +132,71 @@ TYPED_TEST(VoltageReserveOf, WhatIsNoNumberHasNoLastingEffect) {
   this->reserve.step({}, this->dt);
   this->run(T(0.02), T(21));
   EXPECT_LT(this->reserve.usable(), T(0.9));
+}
+
+/// Largest torque of the circuit at a stator flux, over the slips. [N·m]
+double breakdown_by_circuit(const InductionMachineParameters<double>& m, double psi) {
+  double most = 0.0;
+  for (double slip = 0.0; slip < 200.0; slip += 0.05) {
+    most = std::max(most, EquivalentCircuit::of_flux(m, 0.0, slip, psi).torque);
+  }
+  return most;
+}
+
+/// A machine with unlike factors under a constant error of its torque.
+template <class T>
+class VoltageReserveOfACircuit : public testing::Test {
+ protected:
+  static constexpr double psi = 0.7;
+  static constexpr double dt = 50e-6;
+  static constexpr double link = 400.0;
+
+  void run(double seconds, double error, double slope = 0.0) {
+    for (long left = std::lround(seconds / dt); left > 0; --left) {
+      reference += slope * dt;
+      reserve.step({.reference = T(reference),
+                    .torque = T(reference - error),
+                    .omega_m = T(100),
+                    .u_dc = T(link),
+                    .makes_torque = true},
+                   T(dt));
+    }
+  }
+
+  InductionMachineParameters<double> machine{unlike_machine()};
+  double breakdown{breakdown_by_circuit(machine, psi)};
+  double reference{10.0};
+  VoltageReserve<T> reserve{{}, in_scalar<T>(machine), T(psi), 50'000};
+};
+TYPED_TEST_SUITE(VoltageReserveOfACircuit, Scalars);
+
+// After 5 ms the mean of the error goes to it with 2 ms, and the share falls with 700/T_b of what is beyond
+// half of the torque that the largest vector, 2/3 u_dc across the flux, adds in a period: its integral is
+// written out here.
+TYPED_TEST(VoltageReserveOfACircuit, FallsByTheIntegralOfTheMeanErrorBeyondItsTolerance) {
+  const auto& m = this->machine;
+  const double sigma_l_s = m.l_ls + m.l_m - m.l_m * m.l_m / (m.l_lr + m.l_m);
+  const double tolerance =
+      0.5 * 1.5 * m.pole_pairs * this->psi * (2.0 / 3.0 * this->link * this->dt) / sigma_l_s;
+  const double error = 6.0 * tolerance;
+  const double tau = 2e-3;
+  const double t = 3e-3;
+  const double begin = -tau * std::log(1.0 - tolerance / error);
+  const double beyond =
+      (error - tolerance) * (t - begin) - error * tau * (std::exp(-begin / tau) - std::exp(-t / tau));
+  this->run(5e-3 + t, error);
+  const double step = 700.0 / this->breakdown * (error - tolerance) * this->dt;
+  const double fall = 700.0 / this->breakdown * beyond;
+  ASSERT_GT(fall, 10.0 * step);
+  EXPECT_NEAR(double(this->reserve.usable()), 1.0 - fall, 2.0 * step);
+}
+
+TYPED_TEST(VoltageReserveOfACircuit, AReferenceThatMovesByTheBreakdownTorqueInFortyMillisecondsSteps) {
+  const double rate = this->breakdown / 0.04;
+  this->run(0.01, 20.0, 1.05 * rate);
+  EXPECT_EQ(this->reserve.usable(), TypeParam(1));
+  this->run(0.01, 20.0, 0.95 * rate);
+  EXPECT_LT(this->reserve.usable(), TypeParam(1));
 }
 
 TYPED_TEST(VoltageReserveOf, RefusesAToleranceThatIsNone) {

@@ -110,6 +110,18 @@ TEST_F(CommandRules, StatusThatIsNotSentRampsAndThenLatches) {
   EXPECT_EQ(evaluate_period().faults, only(Fault::transmit_lost));
 }
 
+// Facts that are left at their defaults say that nothing has come and nothing is asked.
+TEST_F(CommandRules, FactsSayNothingThatIsNotStated) {
+  command.torque = 2.0 * limits.torque_limit;
+  const CommandFacts<> silent{.command = command};
+  EXPECT_FALSE(silent.is_new || silent.disabled || silent.reset || silent.zero_requested);
+  const CommandActions frame = evaluate<frame_rules<>>(silent, limits);
+  EXPECT_FALSE(frame.hold) << "a frame out of range counts where it is new";
+  EXPECT_FALSE(frame.drop || frame.ramp || frame.faults.any());
+  const CommandActions period = evaluate<period_rules<>>(silent, limits);
+  EXPECT_FALSE(period.drop || period.hold || period.ramp || period.faults.any());
+}
+
 TEST_F(CommandRules, ASecondSenderIsASecondMaster) {
   command.second_sender = true;
   EXPECT_EQ(evaluate_period().faults, only(Fault::second_master));
