@@ -354,3 +354,47 @@ def test_a_full_cycle_needs_little_memory(tmp_path):
     with h5py.File(tmp_path / "trace.h5") as trace:
         assert len(trace["t_ns"]) >= 800_000
     assert max(before, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss) < 300 * 1024
+
+
+# A machine of 44 V and one of 540 V: R_s, R_r [ohm], L_ls, L_lr, L_m [H], poles, flux reference [Wb], link [V].
+STANDSTILL_MACHINES = {
+    "44 V": (6.317e-5, 7.753e-5, 1.306e-6, 1.027e-6, 3.885e-5, 8, 0.0755, 44.2),
+    "540 V": (0.057, 0.0316, 1.124e-3, 1.124e-3, 25.58e-3, 4, 1.04, 540.0),
+}
+
+
+@pytest.mark.parametrize("machine", STANDSTILL_MACHINES)
+@pytest.mark.parametrize(
+    ("controller", "estimator"),
+    [("foc", "hybrid"), ("dtc", "hybrid"), ("foc", "current_model"), ("foc", "observer")],
+)
+def test_a_start_while_the_shaft_passes_through_standstill_makes_its_torque(controller, estimator, machine, tmp_path):
+    """Exact parameters, ideal sensors: from 50 ms of torque on it is within 2 % of the breakdown torque."""
+    r_s, r_r, l_ls, l_lr, l_m, poles, flux, link = STANDSTILL_MACHINES[machine]
+    tau_r = (l_lr + l_m) / r_r
+    leakage = l_ls + l_lr * l_m / (l_lr + l_m)
+    breakdown = 0.375 * poles * (1 / leakage - 1 / (l_ls + l_m)) * flux**2
+    base_speed = link / math.sqrt(3) / (poles / 2 * flux)
+    for share in (0.5, 0.58, 0.66, 0.74):
+        passage = share * tau_r
+        scenario = tmp_path / "start.toml"
+        scenario.write_text(
+            f'name = "start"\nduration_s = {1.3 * tau_r + 0.1}\n'
+            f"[machine]\nr_s_ohm = {r_s}\nr_r_ohm = {r_r}\nl_ls_h = {l_ls}\nl_lr_h = {l_lr}\nl_m_h = {l_m}\n"
+            f"poles = {poles}\ninertia_kg_m2 = 1\n"
+            f'[control]\ncontroller = "{controller}"\nflux_estimator = "{estimator}"\n'
+            f'flux_reference_wb = {flux}\n[plant]\nintegrator = "fixed"\nu_dc_v = {link}\n'
+            f'[load]\nkind = "imposed_speed"\n[load.speed_rad_s]\nshape = "linear"\n'
+            f"points = [[0, {base_speed}], [{2 * passage}, {-base_speed}]]\n"
+            f'[profile.torque_nm]\nvalue = {0.15 * breakdown}\n[trace]\ninterval_us = 1000\nsignals = ["all"]\n'
+        )
+        done = run(scenario, "--out", tmp_path / "out")
+        assert done.returncode != 2, done.stderr
+        with h5py.File(tmp_path / "out" / "trace.h5") as trace:
+            reference = trace["torque_reference_nm"][:]
+            torque = trace["plant/torque_mean_nm"][:]
+        first = next(k for k, x in enumerate(reference) if x > 0)
+        assert first + 150 < len(torque), "the torque starts too late"
+        for k in range(first + 50, len(torque) - 5, 5):
+            mean = sum(torque[k : k + 5]) / 5
+            assert abs(mean - reference[k]) < 0.02 * breakdown, f"{share} tau_r, {k} ms"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 #include "sextant/control/flux_course.hpp"
 #include "sextant/control/parameter_prior.hpp"
@@ -18,8 +18,13 @@ namespace sextant {
 /// Its part across the flux gives φ without any resistance; the part along the flux, integrated, then gives
 /// R_s, and the course of φ gives R_r and L_r (`FluxCourse`). Near standstill the curve of the voltage along
 /// the flux gives all three (`StandstillCourse`), and φ comes from the current model until then. All signals
-/// pass the same low-pass filter, of order two because the noise of the current counts by its slope. Source
-/// of the equations: P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
+/// pass the same low-pass filter, of order two because the noise of the current counts by its slope. φ is the
+/// current model's and its error by least squares (`FluxError`), which has no pole where the speed passes
+/// through zero. Nothing is identified over such a passage. By a current i along the flux
+///   φ = φ_0 e^(−bt) + a ∫i e^(−b(t−s)) ds,   a = k_r² R_r,   b = R_r/L_r,
+/// so that within the bounds of `ParameterPrior` the quotient of φ and that of the current model has the same
+/// bounds; φ is kept within them. Source of the equations: P. Vas, Sensorless Vector and Direct Torque
+/// Control, Oxford 1998.
 template <class T = double>
 class MagnetisingIdentification {
  public:
@@ -42,10 +47,10 @@ class MagnetisingIdentification {
     model_flux_.set(phi);
     omega_r_.set(omega_r);
     along_.set(T(0));
-    across_.set(omega_r * phi);
+    error_.begin(omega_r);
     current_.set(T(0));
     time_ = lag_ = T(0);
-    first_seen_ = T(-1);
+    span_ = {};
     course_.reset();
     standstill_.begin(phi);
   }
@@ -57,36 +62,34 @@ class MagnetisingIdentification {
     const T k = dt / (T(0.5) * filter_time_ + dt);
     along_.step(voltage.alpha, k);
     // The ripple across the flux, with its voltage at both resistances.
-    across_.step(voltage.beta - resistances_ * i_s.beta, k);
+    error_.step(voltage.beta - resistances_ * i_s.beta - omega_r * model_flux, omega_r, k);
     current_.step(i_s.alpha, k);
     model_flux_.step(model_flux, k);
     lag_ = model_flux - model_flux_.value();
     omega_r_.step(omega_r, k);
-    seen_ = share(omega_r_.value(), low_);
-    const T measured = seen_ > T(0) ? across_.value() / omega_r_.value() : T(0);
-    flux_ = seen_ * measured + (T(1) - seen_) * model_flux_.value();
+    seen_ = share(error_.square() / (low_ * low_));
+    flux_ = model_flux_.value() + (seen_ > T(0) ? seen_ * error_.value() : T(0));
     time_ += dt;
     if (!(time_ > T(4) * filter_time_)) return;  // the filter has not forgotten how it began
-    if (first_seen_ < T(0)) first_seen_ = seen_;
+    span_.add(seen_, omega_r_.value());
     course_.add(along_.value(), current_.value(), flux_, dt);
   }
 
-  /// φ: filtered, and the current model's for what is faster than the filter; at least a third of that of the
-  /// current model, because while there is little flux noise may exceed it. [Wb]
-  [[nodiscard]] T flux() const noexcept {
-    return std::max(flux_ + lag_, (model_flux_.value() + lag_) / T(3));
-  }
+  /// φ: filtered, and the current model's for what is faster than the filter, within what the current allows.
+  /// [Wb]
+  [[nodiscard]] T flux() const noexcept { return Prior::bounded(flux_ + lag_, model_flux_.value() + lag_); }
   /// Time after which the parameters are identified. [s]
   [[nodiscard]] T settling_time() const noexcept { return T(4) * filter_time_ + shortest_; }
 
   /// The parameters in use with what is identified so far in their place; the flux is then that of the
-  /// course. Call at the end of magnetising.
+  /// course. Of a course that finds parameters beyond their bounds nothing is taken over. Call at the end of
+  /// magnetising.
   [[nodiscard]] Machine finish(Machine machine) noexcept {
     if (!is_identified()) return machine;
     const Result found = mixed(course_.solve(), standstill_.result());
+    if (!Prior::allows(found.r_r, nominal_.r_r) || !Prior::allows(found.l_m, nominal_.l_m)) return machine;
     flux_ = found.flux;
     machine.r_s += stator_weight() * (Prior::bounded(found.r_s, nominal_.r_s) - machine.r_s);
-    if (!Prior::allows(found.r_r, nominal_.r_r) || !Prior::allows(found.l_m, nominal_.l_m)) return machine;
     machine.r_r = found.r_r;
     machine.l_m = found.l_m;
     return machine;
@@ -105,23 +108,68 @@ class MagnetisingIdentification {
             .flux = mix(turning.flux, still.flux - lag_)};
   }
 
-  /// x⁴/(x⁴ + corner⁴).
-  [[nodiscard]] static T share(T x, T corner) noexcept {
-    const T ratio = x * x / (corner * corner);
-    return ratio * ratio / (T(1) + ratio * ratio);
+  /// x²/(x² + 1).
+  [[nodiscard]] static T share(T x) noexcept { return x * x / (T(1) + x * x); }
+
+  /// Long enough, with φ from the same source throughout, and in one direction of rotation: a shaft that
+  /// leaves standstill meanwhile, comes to it or passes through it changes the source.
+  [[nodiscard]] bool is_identified() const noexcept {
+    return course_.time() > shortest_ && span_.highest_seen - span_.lowest_seen < T(0.1) &&
+           !(span_.lowest_speed < -slowest() && span_.highest_speed > slowest());
   }
 
-  /// Long enough, and with φ from the same source throughout: a shaft that leaves standstill meanwhile
-  /// changes it.
-  [[nodiscard]] bool is_identified() const noexcept {
-    return course_.time() > shortest_ && std::abs(seen_ - first_seen_) < T(0.1);
-  }
+  /// ω_r below which the shaft counts as still: the share of the measured flux is 6 % there. [rad/s]
+  [[nodiscard]] T slowest() const noexcept { return T(0.5) * low_; }
 
   /// Of the identified R_s: at high speed a small angle between current and flux counts as resistance. [-]
   [[nodiscard]] T stator_weight() const noexcept {
     const T ratio = omega_r_.value() / high_;
     return T(1) / (T(1) + ratio * ratio);
   }
+
+  /// Over the course: share of the measured flux [-] and filtered ω_r [rad/s].
+  struct Span {
+    T lowest_seen{T(1)};
+    T highest_seen{T(0)};
+    T lowest_speed{std::numeric_limits<T>::infinity()};
+    T highest_speed{-std::numeric_limits<T>::infinity()};
+
+    void add(T seen, T omega_r) noexcept {
+      lowest_seen = std::min(lowest_seen, seen);
+      highest_seen = std::max(highest_seen, seen);
+      lowest_speed = std::min(lowest_speed, omega_r);
+      highest_speed = std::max(highest_speed, omega_r);
+    }
+  };
+
+  /// By how much φ exceeds that of the current model φ_m, by least squares over the filter time of
+  ///   y = ω_r (φ − φ_m),   φ − φ_m = Σ ω_r y/Σ ω_r²,
+  /// with y the voltage across the flux less ω_r φ_m. It is a mean, weighted by ω_r², and finite where the
+  /// speed passes through zero. Both stages have half the filter time.
+  class FluxError {
+   public:
+    void begin(T omega_r) noexcept {
+      voltage_ = product_ = T(0);
+      omega_r_ = omega_r;
+      square_ = omega_r * omega_r;
+    }
+    void step(T voltage, T omega_r, T k) noexcept {
+      voltage_ += k * (voltage - voltage_);
+      omega_r_ += k * (omega_r - omega_r_);
+      product_ += k * (omega_r_ * voltage_ - product_);
+      square_ += k * (omega_r_ * omega_r_ - square_);
+    }
+    /// Meaningful where the square is above zero. [Wb]
+    [[nodiscard]] T value() const noexcept { return product_ / square_; }
+    /// Filtered ω_r². [rad²/s²]
+    [[nodiscard]] T square() const noexcept { return square_; }
+
+   private:
+    T voltage_{};  ///< y [V]
+    T omega_r_{};  ///< [rad/s]
+    T product_{};  ///< ω_r y [V·rad/s]
+    T square_{};   ///< [rad²/s²]
+  };
 
   /// Two first-order low-pass filters, each of half the filter time.
   class LowPass {
@@ -145,7 +193,7 @@ class MagnetisingIdentification {
   T low_;                 ///< ω_r above which φ is measured [rad/s]
   T high_;                ///< ω_r above which R_s is not identified [rad/s]
   LowPass along_{};       ///< voltage along the flux [V]
-  LowPass across_{};      ///< and across it [V]
+  FluxError error_{};     ///< by the voltage across the flux
   LowPass current_{};     ///< [A]
   LowPass model_flux_{};  ///< [Wb]
   LowPass omega_r_{};     ///< [rad/s]
@@ -153,7 +201,7 @@ class MagnetisingIdentification {
   T lag_{};               ///< of the current model behind its filter [Wb]
   T time_{};              ///< [s]
   T seen_{};              ///< share of the measured flux in φ [-]
-  T first_seen_{T(-1)};   ///< the same where the course begins; below zero before [-]
+  Span span_{};
   FluxCourse<T> course_;
   StandstillCourse<T> standstill_;
 };
