@@ -17,6 +17,7 @@ from .page import table
 from .sweep_file import Settings
 from .torque_map_drive import Drive
 from .torque_map_file import Scale
+from .torque_map_points import SPEEDS
 from .torque_map_run import Lab
 
 # Shares of base speed and torque limit.
@@ -110,12 +111,13 @@ class Campaign:
         self.drive, self.scale = torque_map_file.load(file, mil, directory)
         self.lab = Lab(mil, self.drive, directory)
         self.method = self.drive.configuration["control.controller"]
+        # The map's speeds go beyond it, as those of the shipped drive do. [rad/s]
+        self.base_speed = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / SPEEDS[-1]
 
     def place(self, case: Case) -> tuple[float, float]:
         """Speed [rad/s], and torque [N·m]."""
         speed, torque = PLACES[case.place]
-        base = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / 400
-        return speed * base, torque * self.drive.configuration["command.torque_limit_nm"]
+        return speed * self.base_speed, torque * self.drive.configuration["command.torque_limit_nm"]
 
     def times(self, case: Case) -> tuple[float, float]:
         """Of the fault; and the end. [s]"""
@@ -137,8 +139,7 @@ class Campaign:
         found |= {"plant.faults.kind": case.injection.kind, "plant.faults.at_s": at_s}
         found["plant.faults.phase"] = dice.choice("abc")
         if case.injection.changes_speed:
-            base = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / 400
-            points = [[0, speed], [at_s, speed], [end_s, speed + math.copysign(0.5 * base, -speed)]]
+            points = [[0, speed], [at_s, speed], [end_s, speed + math.copysign(0.5 * self.base_speed, -speed)]]
             found |= {"load.speed_rad_s.shape": "linear", "load.speed_rad_s.points": points}
         return found | case.injection.more(dice, speed, self.drive.configuration)
 
@@ -177,7 +178,6 @@ class Campaign:
     def drive_on(self, method: str, seed: int) -> tuple[false_trips.Drive, dict]:
         """A run of random torque steps without a fault, with real sensors."""
         one = false_trips.Drive(f"random torque steps, {method}", seed, DRIVING_S)
-        base = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / 400
         with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
             largest = 0.87 * self.drive.configuration["command.torque_limit_nm"]
             settings = {
@@ -185,7 +185,7 @@ class Campaign:
                 "plant.sensors.seed": seed, **self.scale.sensors["real"],
                 "plant.sensors.encoder.lines": 1024, "plant.sensors.encoder.speed": "period",
                 "plant.sensors.encoder.window_periods": 20,
-                **false_trips.random_steps(one, Path(name), largest, 0.86 * base, self.scale.from_s),
+                **false_trips.random_steps(one, Path(name), largest, 0.86 * self.base_speed, self.scale.from_s),
             }  # fmt: skip
             return one, torque_map_drive.summary_of(self.lab.mil, self.lab.scenario, settings)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from .errors import UserError
-from .machine_library_points import Cell, Machine, Point
+from .machine_library_points import Machine, Point
 from .torque_map_capability import largest_torque, limits_of
 from .torque_map_drive import CURRENT_LIMIT
 
@@ -136,7 +136,3 @@ def load(file: Path) -> Results:
         return Results(**tree)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"{file} holds no results of scripts/machine_library: {error}.") from None
-
-
-def cell_of(one: Outcome) -> Cell:
-    return Cell(one.machine, one.period_us, one.method, one.sensors)

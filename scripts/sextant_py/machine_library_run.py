@@ -65,7 +65,7 @@ class Lab:
         summary = self.summary_of(point.cell.machine, own)
         if isinstance(summary, str):
             return {"key": point.key, "refusal": summary}
-        names = ("torque_bias_nm", "torque_motoring_nm", "torque_regenerating_nm", "flux_mean_wb", "peak_current_a")
+        names = ("torque_bias_nm", "torque_motoring_nm", "torque_regenerating_nm")
         faults = [[fault["fault"], fault["t_s"]] for fault in summary["faults"]]
         command = command_of(point, machine, configuration)
         metrics = {name: summary["metrics"][name] for name in names}
