@@ -126,10 +126,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     requires(Plant::appends_integrals)
   {
     const VoltageIntegral<T> voltage{segments, plant.inputs().u_dc};
-    std::int64_t duration_ns = 0;
-    for (const GateSegment& segment : segments) duration_ns += segment.duration_ns;
-    const T total = T(duration_ns) * T(1e-9);
-    const std::int64_t steps = steps_for(plant, duration_ns, total);
+    const T total = voltage.duration();
+    const std::int64_t steps = steps_for(plant, voltage.duration_ns(), total);
     if (steps == 0) return false;
     const T h = total / T(steps);
     SegmentCorners<Plant> at_corners{plant, segments, voltage, corners};

@@ -39,7 +39,7 @@ class SmoothSolution {
     if (!follow(plant)) return false;
     const VoltageIntegral<double> voltage{segments, plant.inputs().u_dc};
     const double begin = time();
-    for (const GateSegment& segment : segments) elapsed_ns_ += segment.duration_ns;
+    elapsed_ns_ += voltage.duration_ns();
     const double h = time() - begin;
     const VoltageMoments<> end{at_end_.v + voltage.end().v, at_end_.a + h * at_end_.v + voltage.end().a};
     const SmoothPlant<Plant> smooth{plant, voltage, begin, at_end_};

@@ -37,6 +37,8 @@ class VoltageIntegral {
   [[nodiscard]] SpaceVector<T> area_of_a() const noexcept SEXTANT_NONBLOCKING { return area_of_a_; }
   /// How long they last together. [s]
   [[nodiscard]] T duration() const noexcept SEXTANT_NONBLOCKING { return T(1e-9) * T(duration_ns_); }
+  /// The same. [ns]
+  [[nodiscard]] std::int64_t duration_ns() const noexcept SEXTANT_NONBLOCKING { return duration_ns_; }
   /// V and A at the end.
   [[nodiscard]] const VoltageMoments<T>& end() const noexcept SEXTANT_NONBLOCKING { return end_; }
 
