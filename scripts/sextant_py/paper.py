@@ -13,6 +13,7 @@ from . import (
     paper_curves,
     paper_cycle,
     paper_cycle_figures,
+    paper_defaults,
     paper_figures,
     paper_rise,
     paper_steady,
@@ -31,6 +32,7 @@ PICTURES = (*FIGURES, *paper_curves.ALL)
 Measure = Callable[[Lab, Numbers, bool], None]
 
 MEASURES: tuple[Measure, ...] = (
+    paper_defaults.measure_defaults,
     paper_steps.measure_steps,
     paper_steps.measure_constant_torque,
     paper_steps.measure_reversal,

@@ -4,7 +4,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from . import mil_program, paper
+from . import mil_program, paper, paper_defaults
 from .errors import run
 from .paper_lab import Lab
 from .paper_numbers import Numbers, differences, load
@@ -61,7 +61,8 @@ def main(arguments: list[str]) -> int:
         found = self_test(committed, now)
         good = f"found: a changed number, whichever of {len(now.entries)}"
     else:
-        found = differences(committed, now) + page_differences(COMMITTED, committed)
+        found = differences(committed, now) + paper_defaults.gone(committed, now)
+        found += page_differences(COMMITTED, committed)
         good = f"docs/paper: {len(now.entries)} of its {len(committed.entries)} numbers measured again, all hold."
     for sentence in found:
         print(f"check_paper: {sentence}", file=sys.stderr)

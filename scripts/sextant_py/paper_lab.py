@@ -109,6 +109,14 @@ class Lab:
         """In the order of the points."""
         return [begun.result() for begun in [self._begin(*point, trace) for point in points]]
 
+    def configuration(self, scenario: str) -> str:
+        """The configuration in force, as `--print-config` has it."""
+        arguments = [str(SCENARIOS / f"{scenario}.toml"), "--print-config"]
+        found = subprocess.run([self.mil, *arguments], cwd=ROOT, capture_output=True, text=True)
+        if found.returncode != 0:
+            raise UserError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
+        return found.stdout
+
     def _begin(self, scenario: str, settings: Settings, trace: bool) -> "Future[Run]":
         if trace and scenario in ROWS_US:
             settings = {"trace.interval_us": ROWS_US[scenario]} | settings

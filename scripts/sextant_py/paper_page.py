@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .page import table
 from .paper_cycle import FIGURES
+from .paper_defaults import PREFIX
 from .paper_numbers import Numbers
 from .paper_vehicle import KINDS
 
@@ -107,7 +108,13 @@ def vehicle_table(n: Numbers) -> str:
     return table(["NYCC, one motor of two", "event-exact", "sampled 25 µs"], rows)
 
 
+def defaults_table(n: Numbers) -> str:
+    rows = [[*name.split("/"), f"{count:.0f}"] for name, count in n.under(PREFIX).items()]
+    return table(["key", "default", "here", "scenarios"], [[f"`{key}`", *more] for key, *more in rows])
+
+
 TABLES: dict[str, Callable[[Numbers], str]] = {
+    "defaults": defaults_table,
     "response": response_table,
     "table6": table6,
     "cycle": cycle_table,

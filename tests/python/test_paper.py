@@ -11,7 +11,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sextant_py import mil_program, paper, paper_check, paper_cycle, paper_rise, paper_steady, paper_steps, paper_style
+from sextant_py import (
+    mil_program,
+    paper,
+    paper_check,
+    paper_cycle,
+    paper_defaults,
+    paper_rise,
+    paper_steady,
+    paper_steps,
+    paper_style,
+)
 from sextant_py.errors import UserError
 from sextant_py.paper_lab import SCENARIOS, Lab, Trace
 from sextant_py.paper_numbers import Number, Numbers, differences, load
@@ -272,3 +282,34 @@ def test_a_changed_number_or_page_is_found(tmp_path: Path) -> None:
     assert len(paper_check.page_differences(tmp_path, numbers)) == 1
     (tmp_path / "response.png").unlink()
     assert len(paper_check.page_differences(tmp_path, numbers)) == 2
+
+
+def test_defaults_that_a_configuration_switches_off() -> None:
+    configuration = """mode = "event_exact"  # how; "sampled" or "event_exact"; default "sampled"
+[control]
+flux_estimator = "voltage_model"  # a model; one or the other; "hybrid" or "voltage_model"; default "hybrid"
+adapts = true  # whether; true or false; default true
+[control.dtc]
+torque_trim_ms = 0  # time; 0: not trimmed [ms]; a number from 0 to 10000; default 10
+torque_band_nm = 0.918  # band [N·m]; a number from 0.001 to 100000; default derived from machine and link
+# later =  # not set; default not set
+[drive]
+magnetise_first = false  # the flux; true or false; default true
+idle = 0  # nothing; a number from 0 to 1; default 0
+[plant]
+measures_angle = false  # the plant's; true or false; default true
+"""
+    assert paper_defaults.switched_off(configuration) == [
+        ("control.flux_estimator", "hybrid", "voltage_model"),
+        ("control.dtc.torque_trim_ms", "10", "0"),
+        ("drive.magnetise_first", "true", "false"),
+    ]
+
+
+def test_a_default_that_is_no_longer_switched_off_is_found() -> None:
+    committed = Numbers()
+    committed.add(f"{paper_defaults.PREFIX}drive.magnetise_first/true/false", 14, "scenarios", 0.0, "made up", "none")
+    assert paper_defaults.gone(committed, committed) == []
+    assert len(paper_defaults.gone(committed, Numbers())) == 1
+    page = render(committed, "a\n<!-- table defaults -->\nb\n")
+    assert "| `drive.magnetise_first` | true | false | 14 |" in page
