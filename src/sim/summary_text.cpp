@@ -34,9 +34,9 @@ std::string verdict_reason(const RunSummary& summary) {
     case Verdict::interrupted:
       return fmt::format("interrupted at {:.6f} s", summary.metrics[Metric::simulated]);
     case Verdict::no_torque:
-      return missing_text(*summary.missing_torque);
+      return missing_text(summary.missing_torque.value_or(MissingTorque{}));
     case Verdict::not_followed:
-      return departure_text(*summary.cycle_departure);
+      return departure_text(summary.cycle_departure.value_or(CycleDeparture{}));
     case Verdict::nothing_expected:
       if (!summary.expectations_required) return "";
       return "nothing is expected of the run: give its scenario limits in [expect], or a fault";
