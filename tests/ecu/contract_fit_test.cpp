@@ -1,12 +1,13 @@
 #include "ecu/contract_fit.hpp"
 
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "config/config_files.hpp"
 #include "sextant/config/load_config.hpp"
+#include "support/source_directory.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -15,7 +16,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 std::string beyond(const std::vector<std::string>& overrides) {
-  return beyond_contract(load_ecu_config(shipped_ecu, overrides).drive);
+  return beyond_contract(load_ecu_config(SEXTANT_SOURCE_DIR "/configs/ecu.toml", overrides).drive);
 }
 
 TEST(ContractFit, TheShippedDrivesFit) {

@@ -14,14 +14,15 @@ constexpr std::int64_t ms = 1'000'000;
 constexpr double km_h = 1 / 3.6;  // [m/s]
 
 /// To 50 km/h within 10 s, held for 10 s, and back.
-const ProfileParameters cycle{.shape = ProfileShape::table,
-                              .table = {{0, 0}, {10, 50 * km_h}, {20, 50 * km_h}, {30, 0}}};
+ProfileParameters cycle() {
+  return {.shape = ProfileShape::table, .table = {{0, 0}, {10, 50 * km_h}, {20, 50 * km_h}, {30, 0}}};
+}
 
 /// speed: of the cycle [m/s] and the time [s] to that of the vehicle [m/s].
 std::optional<CycleDeparture> departure(const std::function<double(double speed, double t_s)>& speed,
                                         std::int64_t step_ns = 5 * ms) {
-  CycleFollowing following{cycle};
-  const Profile reference{cycle};
+  CycleFollowing following{cycle()};
+  const Profile reference{cycle()};
   for (std::int64_t t = 0; t <= 30'000 * ms; t += step_ns)
     following.add(t, speed(reference.value(t), double(t) * 1e-9));
   return following.departure();
@@ -39,7 +40,7 @@ TEST(CycleFollowing, TheBandIsTwoKilometresAnHourAroundTheCycle) {
 }
 
 TEST(CycleFollowing, ASecondOfTheCycleBeforeAndAfterCounts) {
-  const Profile reference{cycle};
+  const Profile reference{cycle()};
   const auto late = [&](double seconds) {
     return [&reference, seconds](double, double t_s) {
       return reference.value(std::llround((t_s - seconds) * 1e9));
@@ -77,7 +78,7 @@ TEST(CycleFollowing, DoesNotDependOnHowOftenItIsTold) {
 }
 
 TEST(CycleFollowing, AShortRunOfALongCycle) {
-  CycleFollowing following{cycle};
+  CycleFollowing following{cycle()};
   for (std::int64_t t = 0; t <= 2'000 * ms; t += 10 * ms) following.add(t, 0);
   EXPECT_FALSE(following.departure()) << "it is a few km/h behind for less than a second";
 }
