@@ -8,18 +8,21 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "common/command_line.hpp"
 #include "common/live_program.hpp"
 #include "common/process_setup.hpp"
 #include "common/program.hpp"
+#include "ecu/contract_fit.hpp"
 #include "ecu/ecu.hpp"
 #include "ecu/power_stage.hpp"
 #include "ecu/replay/cycle_replay.hpp"
 #include "ecu/virtual_time/virtual_run.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/sim/verdict.hpp"
 
 namespace {
 
@@ -48,7 +51,21 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu --replay run.h5                        identical switching?
   sextant-ecu --replay run.h5 --set protection.over_speed_rad_s=60
                                                      what another limit would have done
-It ends on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.)";
+It ends on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.
+Exit status: 0; 1 where it cannot start or a file cannot be used. With --virtual-time or --replay too:
+)";
+
+/// A line for each verdict that a run in virtual time or a replay may have.
+std::string status_table() {
+  using sextant::Verdict;
+  const auto line = [](Verdict verdict, const char* meaning) {
+    return fmt::format("  {:>3}  {:<10} {}\n", sextant::exit_status(verdict), to_string(verdict), meaning);
+  };
+  return line(Verdict::tripped, "the drive was in FAULT at the end, also of a recording that is played") +
+         line(Verdict::no_torque, "the drive did not get ready for the profile") +
+         line(Verdict::fail, "with --replay: a gate pattern is not the recorded one") +
+         "    2             with --replay: the recording or a key cannot be used";
+}
 
 constexpr const char* replay_option = "--replay";
 
@@ -73,16 +90,16 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
           part("--bus-seed", &run.bus_seed, "let the bus misbehave at random, by this seed")};
 }
 
-sextant::CommandLine command_line(Options& options) {
+/// The help must outlive it.
+sextant::CommandLine command_line(const std::string& help, Options& options) {
   sextant::CommandLine line{
       program_name,
       "Sextant: the live drive. Takes torque commands over CAN, publishes telemetry over DDS.",
-      examples,
+      help.c_str(),
       {{.name = replay_option,
         .value = &options.replay,
-        .what =
-            "run such a recording as --record-cycles makes through the drive again and compare the gate "
-            "patterns, with its configuration and --set; status 1 where one differs, 2 where it cannot run",
+        .what = "run such a recording as --record-cycles makes through the drive again and compare the gate "
+                "patterns, with its configuration and --set",
         .type_name = "FILE"}}};
   for (sextant::Option& option : virtual_time_options(options)) line.options.push_back(std::move(option));
   for (sextant::Option& option :
@@ -134,6 +151,14 @@ void require_waiting_plant(const sextant::EcuConfig& config) {
       "that, or power_stage \"simulated\"");
 }
 
+/// Exit status of a run in virtual time or of a replay; its reason, where there is one, goes to stderr.
+template <class Run>
+int status_of(const Run& run) {
+  if (const std::string reason = run.reason(); !reason.empty())
+    std::fprintf(stderr, "%s: %s\n", program_name, reason.c_str());
+  return sextant::exit_status(run.verdict());
+}
+
 /// The configured drive in virtual time.
 int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   require_waiting_plant(config);
@@ -145,8 +170,7 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   run.run();
   run.print_report(stdout);
   if (const std::string problem = power_stage.problem(); !problem.empty()) throw std::runtime_error(problem);
-  run.require_success();
-  return 0;
+  return status_of(run);
 }
 
 /// A recording through the drive again.
@@ -154,7 +178,7 @@ int run_replay(const Options& options) {
   sextant::ecu::CycleReplay replay{options.replay, options.live.overrides, options.virtual_run.telemetry_out};
   replay.run();
   replay.print_report(stdout);
-  return replay.is_identical() ? 0 : 1;
+  return status_of(replay);
 }
 
 int run(const Options& options) {
@@ -165,6 +189,8 @@ int run(const Options& options) {
     std::fputs(sextant::print_config(config).c_str(), stdout);
     return 0;
   }
+  if (const std::string beyond = sextant::ecu::beyond_contract(config.drive); !beyond.empty())
+    spdlog::warn("CAN: {}", beyond);
   if (options.virtual_time) return run_virtual(config, options);
   if (!options.virtual_run.telemetry_out.empty()) {
     throw std::runtime_error(
@@ -189,6 +215,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   sextant::start_log(program_name);
   Options options;
-  if (const std::optional<int> status = command_line(options).parse(argc, argv)) return *status;
+  const std::string help = examples + status_table();
+  if (const std::optional<int> status = command_line(help, options).parse(argc, argv)) return *status;
   return sextant::run_program(program_name, options.replay.empty() ? 1 : 2, [&] { return run(options); });
 }

@@ -23,6 +23,11 @@ void print_commands(std::FILE* out, const CommandReceiver& receiver, IdentifierO
   }
 }
 
+std::string tripped_text(Fault first, const std::string& source) {
+  const std::string text = fmt::format("the drive went to FAULT ({})", to_string(first));
+  return source.empty() ? text : text + " while it followed " + source;
+}
+
 void print_can(std::FILE* out, const CanBusStats& stats, std::uint64_t clamped) {
   fmt::print(out, "CAN {} sent, {} not sent, {} received\n", stats.sent, stats.send_dropped, stats.received);
   if (stats.receive_overflow + stats.receive_malformed > 0) {

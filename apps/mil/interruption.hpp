@@ -3,6 +3,8 @@
 #include <array>
 #include <csignal>
 
+#include "sextant/sim/verdict.hpp"
+
 namespace sextant::mil {
 
 /// The first SIGINT or SIGTERM ends a run in order; the next one of either ends the program at once.
@@ -22,7 +24,7 @@ class Interruption {
   [[nodiscard]] int signal() const noexcept { return caught; }
 
   /// Exit status of a program that a signal has ended, as shells count.
-  [[nodiscard]] int status() const noexcept { return 128 + caught; }
+  [[nodiscard]] int status() const noexcept { return exit_status(Verdict::interrupted) + caught; }
 
  private:
   static constexpr std::array ending{SIGINT, SIGTERM};

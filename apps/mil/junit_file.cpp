@@ -72,7 +72,11 @@ void add_verdict(JUnitSuite& suite, const RunSummary& summary) {
   const Verdict verdict = summary.verdict();
   if (verdict == Verdict::pass) return;
   const std::string reason = reason_text(summary);
-  if (verdict == Verdict::fail) {
+  if (summary.status() == 0) {
+    suite.skip(test, info(verdict).meaning);
+    return;
+  }
+  if (verdict == Verdict::fail || verdict == Verdict::nothing_expected) {
     suite.fail(test, to_string(verdict), reason.empty() ? "a limit does not hold" : reason);
   } else {
     suite.error(test, to_string(verdict), reason.empty() ? to_string(verdict) : reason);

@@ -29,6 +29,7 @@
 #include "sextant/sim/summary.hpp"
 #include "sextant/sim/summary_text.hpp"
 #include "sextant/sim/trace_recorder.hpp"
+#include "sextant/sim/verdict.hpp"
 
 namespace {
 
@@ -39,11 +40,12 @@ struct Options {
   std::optional<std::string> integrator{};
   bool print_config{false};
   bool no_trace{false};
+  bool require_expectations{false};
   std::filesystem::path junit{};
   std::filesystem::path summary_markdown{};
 };
 
-/// For the name of the program.
+/// For the name of the program and the statuses of its runs.
 constexpr const char* notes = R"(Examples:
   {0} configs/scenarios/constant_torque.toml
   {0} configs/scenarios/*.toml --integrator fixed
@@ -51,8 +53,24 @@ constexpr const char* notes = R"(Examples:
   {0} configs/scenarios/reversal.toml --print-config
   {0} configs/scenarios/*.toml --no-trace --junit out/junit.xml --summary-markdown "$GITHUB_STEP_SUMMARY"
 Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario), in the
-place of those of an earlier run. Exit status: 0 if every run passes, 1 if one does not, 2 if the command or a
-file is wrong, 130 or 143 after SIGINT or SIGTERM, which close the trace and write the summary.)";
+place of those of an earlier run. SIGINT and SIGTERM close the trace and write the summary.
+Exit status, by the verdict of the run; of several runs, the one of them that stands first here:
+{1})";
+
+/// A line for each verdict.
+std::string status_table() {
+  using namespace sextant;
+  std::string table;
+  for (std::size_t k = 0; k < verdict_catalogue.size(); ++k) {
+    const auto verdict = static_cast<Verdict>(k);
+    const VerdictInfo& row = info(verdict);
+    table += fmt::format("  {:>3}  {:<16}  {}", row.status, row.word, row.meaning);
+    if (exit_status(verdict, true) != row.status)
+      table += fmt::format("; {} with --require-expectations", exit_status(verdict, true));
+    table += '\n';
+  }
+  return table + "    2  the command or a file is wrong";
+}
 
 /// The file name of the program that runs, for its messages.
 std::string program_name(int argc, char** argv) {
@@ -76,6 +94,9 @@ sextant::CommandLine command_line(const std::string& program, const std::string&
             .what = "how the plant is integrated",
             .choices = {"cvode", "fixed", "exact", "erk"}},
            {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
+           {.name = "--require-expectations",
+            .value = &options.require_expectations,
+            .what = "a scenario that expects nothing is a failure"},
            {.name = "--junit",
             .value = &options.junit,
             .what = "write a JUnit file: a test suite for each scenario",
@@ -152,13 +173,13 @@ void note_slow_run(const std::string& program, const sextant::ScenarioConfig& co
 
 /// One scenario, from its file to its summary.
 sextant::RunSummary report_scenario(const std::string& program, const sextant::ScenarioConfig& config,
-                                    const std::filesystem::path& out, bool with_trace,
+                                    const std::filesystem::path& out, const Options& options,
                                     const sextant::mil::Interruption& interruption) {
   using namespace sextant;
   const Scenario& scenario = config.scenario;
   const mil::ResultDirectory directory{out, program};
   std::optional<TraceRecorder> trace;
-  if (with_trace) {
+  if (!options.no_trace) {
     // The summary's reason has the error of the trace.
     trace.emplace(directory.trace(), scenario.trace, origin(config), [](const std::string&) {});
   }
@@ -174,6 +195,7 @@ sextant::RunSummary report_scenario(const std::string& program, const sextant::S
 
   RunSummary summary = summarise(scenario, result);
   summary.trace_error = trace ? trace->error() : "";
+  summary.expectations_required = options.require_expectations;
   summary.problem = problem_of(result);
   summary.configuration = config_json(config);
   summary.version = SEXTANT_VERSION;
@@ -207,20 +229,22 @@ std::vector<std::string> names_of(const std::vector<sextant::ScenarioConfig>& co
   return names;
 }
 
-/// One scenario, with its reports; those of a run that throws have its sentence. True if it passes.
-bool run_reported(const std::string& program, const Options& options, const sextant::ScenarioConfig& config,
-                  const sextant::mil::Interruption& interruption, sextant::mil::RunReports& reports) {
+/// One scenario, with its reports; those of a run that throws have its sentence.
+sextant::Verdict run_reported(const std::string& program, const Options& options,
+                              const sextant::ScenarioConfig& config,
+                              const sextant::mil::Interruption& interruption,
+                              sextant::mil::RunReports& reports) {
   const std::string& name = config.scenario.name;
   const std::filesystem::path out = options.scenarios.size() == 1 ? options.out : options.out / name;
   std::optional<sextant::RunSummary> summary;
   try {
-    summary = report_scenario(program, config, out, !options.no_trace, interruption);
+    summary = report_scenario(program, config, out, options, interruption);
   } catch (const std::exception& problem) {
     reports.add_error(name, problem.what());
     throw;
   }
   reports.add(*summary);
-  return summary->verdict() == sextant::Verdict::pass;
+  return summary->verdict();
 }
 
 int run_all(const std::string& program, const Options& options,
@@ -228,12 +252,12 @@ int run_all(const std::string& program, const Options& options,
   check_names(options.scenarios, configs);
   sextant::mil::RunReports reports{options.junit, options.summary_markdown, names_of(configs)};
   const sextant::mil::Interruption interruption;
-  bool passed = true;
+  sextant::Verdict first = sextant::Verdict::pass;  // in the order of the verdicts
   for (const sextant::ScenarioConfig& config : configs) {
-    passed &= run_reported(program, options, config, interruption, reports);
+    first = std::min(first, run_reported(program, options, config, interruption, reports));
     if (interruption.signal() != 0) return interruption.status();
   }
-  return passed ? 0 : 1;
+  return sextant::exit_status(first, options.require_expectations);
 }
 
 int run(const std::string& program, Options options, std::span<const sextant::ControlMethod> own) {
@@ -255,7 +279,7 @@ int run(const std::string& program, Options options, std::span<const sextant::Co
 int sextant::mil_program(int argc, char** argv, std::span<const ControlMethod> own) {
   Options options;
   const std::string program = program_name(argc, argv);
-  const std::string help = fmt::format(notes, program);
+  const std::string help = fmt::format(notes, program, status_table());
   if (const std::optional<int> status = command_line(program, help, options).parse(argc, argv))
     return *status;
   return run_program(program.c_str(), 2, [&] { return run(program, options, own); });

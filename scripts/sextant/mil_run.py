@@ -10,7 +10,7 @@ import pandas
 from sextant_py import mil_program
 from sextant_py.errors import UserError
 from sextant_py.sweep_file import toml_value
-from sextant_py.sweep_point import clean_reason, read_summary
+from sextant_py.sweep_point import clean_reason, has_summary, read_summary
 
 from .signal_frame import read
 
@@ -26,7 +26,7 @@ class Run:
 
     @property
     def verdict(self) -> str:
-        """`pass`, `fail`, `tripped`, …: docs/architecture.md lists them."""
+        """`pass`, `fail`, `tripped`, …: docs/ci.md lists them."""
         return self.summary["verdict"]
 
     @property
@@ -78,7 +78,7 @@ def run(
         check=False,
     )
     reason = clean_reason(done.stderr, program.name)
-    summary = read_summary(directory) if done.returncode in (0, 1) else None
+    summary = read_summary(directory) if has_summary(done.returncode) else None
     if summary is None:
         raise UserError(reason or f"{program} left no summary and exit status {done.returncode}.")
     return Run(directory, summary, reason if done.returncode else "", keep)

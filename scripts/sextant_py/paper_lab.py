@@ -17,6 +17,7 @@ import numpy as np
 
 from .errors import UserError
 from .paths import ROOT
+from .sweep_point import WITH_FIGURES
 
 SCENARIOS = Path("configs/scenarios/paper")
 SAMPLED = {"mode": "sampled", "plant.integrator": "fixed"}
@@ -143,9 +144,9 @@ class Lab:
             env=os.environ | {"LC_ALL": "C.UTF-8"},
         )
         summary = directory / "summary.json"
-        # A tripped drive or a failed integration leaves a summary too, and a sentence.
-        if not summary.is_file() or found.returncode not in (0, 1) or found.stderr.strip():
+        content = json.loads(summary.read_text(encoding="utf-8")) if summary.is_file() else {}
+        # A tripped drive or a failed integration leaves a summary too.
+        if content.get("verdict") not in WITH_FIGURES or found.stderr.strip():
             raise UserError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
-        content = json.loads(summary.read_text(encoding="utf-8"))
         metrics = {name: math.nan if entry is None else entry for name, entry in content["metrics"].items()}
         return Run("sextant-mil " + shlex.join(arguments), metrics, directory)

@@ -15,6 +15,9 @@ from pathlib import Path
 from typing import Any
 
 OK, EXPECT_FAILED, FAILED = "ok", "expect_failed", "failed"
+# Verdicts of sextant-mil whose figures count: the run went to its end as it was meant to.
+GOOD, WITH_FIGURES = {"pass", "nothing_expected"}, {"pass", "nothing_expected", "fail"}
+REFUSED = 2  # exit status of a command that has not run
 LONGEST_REASON = 500
 
 
@@ -68,6 +71,11 @@ def read_summary(directory: Path) -> dict | None:
         return None
 
 
+def has_summary(status: int) -> bool:
+    """Whether a run with that exit status has gone to its end, and a summary is its own."""
+    return 0 <= status < 128 and status != REFUSED
+
+
 def judge(status: int, said: str, summary: dict | None, program: str = "sextant-mil") -> tuple[str, str]:
     """Status and reason of a run that ended by itself."""
     if status < 0:
@@ -77,14 +85,15 @@ def judge(status: int, said: str, summary: dict | None, program: str = "sextant-
             name = str(-status)
         return FAILED, clean_reason(f"{program} was ended by signal {name}\n{said}", program)
     reason = clean_reason(said, program)
-    if status not in (0, 1) or summary is None:
+    if not has_summary(status) or summary is None:
         return FAILED, reason or f"{program} left {'' if summary else 'no summary and '}exit status {status}"
-    if status == 0:
+    verdict = summary.get("verdict")
+    if verdict in GOOD and status == 0:
         return OK, ""
-    # Status 1 has two meanings. A drive that tripped says so; figures that miss their limits need no sentence.
-    missed = missed_expectations(summary)
+    # An expected fault that did not come is said; figures that miss their limits need no sentence.
+    missed = missed_expectations(summary) if verdict == "fail" else ""
     if reason or not missed:
-        return FAILED, reason or f"{program} left exit status 1 and no reason"
+        return FAILED, reason or f"{program} left exit status {status} and no reason"
     return EXPECT_FAILED, missed
 
 

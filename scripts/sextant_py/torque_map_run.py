@@ -12,7 +12,7 @@ from pathlib import Path
 from .append_file import AppendFile
 from .errors import UserError
 from .sweep_file import Settings
-from .sweep_point import clean_reason, read_summary
+from .sweep_point import WITH_FIGURES, clean_reason, read_summary
 from .sweep_program import fingerprint
 from .torque_map_drive import Drive, words
 from .torque_map_points import Point, settings
@@ -28,7 +28,7 @@ METRICS = (
 )
 TIME_LIMIT_S = 120  # of one run [s]
 BATCH = 2000  # points that wait at a time
-VERDICTS = {"pass", "fail", "tripped"}  # of a run that has figures
+VERDICTS = WITH_FIGURES | {"tripped", "no_torque"}  # whose figures tell what the drive did
 
 
 class Lab:

@@ -23,7 +23,7 @@ HEADER = """\
 
 namespace sextant::contract {
 
-/// A signal: its range in physical units and the generated functions that scale it.
+/// A signal: its range in physical units, the generated functions that scale it, and what people call it.
 template <class Raw>
 struct Signal {
   double minimum;
@@ -31,6 +31,8 @@ struct Signal {
   Raw (*encode)(double);
   double (*decode)(Raw);
   bool (*is_in_range)(Raw);
+  const char* name;
+  const char* unit;
 };
 
 /// A message; without a data id it has no end-to-end protection.
@@ -53,6 +55,8 @@ FAULT_LIST = ("MCU_Faults", "FirstFault")
 FAULT_MASKS = {"MCU_FaultsActive": "Active", "MCU_FaultsLatched": "Latched"}
 """The messages with one bit a fault, and how the names of these signals begin."""
 FIRST_BIT = 16
+UNITS = {"Nm": "N·m", "degC": "°C"}
+"""How people write units that the database has in ASCII."""
 
 
 def raw_type(signal):
@@ -67,7 +71,8 @@ def signal_lines(message, signal):
     functions = ", ".join(f"sextant_{name}_{f}" for f in ("encode", "decode", "is_in_range"))
     yield (
         f"inline constexpr Signal<{raw_type(signal)}> {name}"
-        f"{{{float(signal.minimum)!r}, {float(signal.maximum)!r}, {functions}}};"
+        f"{{{float(signal.minimum)!r}, {float(signal.maximum)!r}, {functions}, "
+        f'"{message.name}.{signal.name}", "{UNITS.get(signal.unit, signal.unit or "")}"}};'
     )
     for value, text in (signal.choices or {}).items():
         if str(text) == "NOT_AVAILABLE":

@@ -42,11 +42,12 @@ void describe(Section s, VehicleParameters& p) {
   s.check(p);
 }
 
-void describe(Section s, Driver::Parameters& p) {
+void describe(Section s, Driver::Parameters& p, const std::function<double()>& torque_of_drive) {
   s.time("period_ms", p.period_ns, ns_per_ms, {0.01, 1e4}, "ms", "between two decisions of the driver");
   s.number("bandwidth_rad_s", p.bandwidth, {1e-3, 1e3}, "rad/s", "of the speed loop");
   s.number("integral_time_s", p.integral_time, {1e-3, 1e4}, "s", "of the speed loop");
-  s.number("torque_limit_nm", p.torque_limit, {1e-3, 1e5}, "N·m", "of each motor, driving and braking");
+  s.derived("torque_limit_nm", p.torque_limit, {1e-3, 1e5}, "N·m", "of each motor, driving and braking",
+            torque_of_drive);
   s.check(p);
 }
 
@@ -67,10 +68,10 @@ std::string CycleConfig::validate() const {
   return passive_ev.validate();
 }
 
-void describe(const Section& root, CycleConfig& p) {
+void describe(const Section& root, CycleConfig& p, const std::function<double()>& torque_of_drive) {
   describe_cycle(root.section("cycle"), p);
   describe(root.section("vehicle"), p.vehicle);
-  describe(root.section("driver"), p.driver);
+  describe(root.section("driver"), p.driver, torque_of_drive);
 }
 
 }  // namespace sextant

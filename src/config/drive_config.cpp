@@ -48,6 +48,15 @@ void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
                     [&p](double x) { p.iron_loss_resistance = x; }});
 }
 
+/// Empty where a converter's largest reading is above its trip level, else a sentence.
+std::string range_problem(const Converter& sensor, double trip, const std::string& unit, const char* key,
+                          const char* fault) {
+  if (!(sensor.highest() <= trip)) return {};
+  return "readings end at " + number_text(sensor.highest()) + " " + unit + ", not above " + key + ", " +
+         number_text(trip) + " " + unit + ": " + fault +
+         " could never come; widen the range or lower the trip level";
+}
+
 }  // namespace
 
 const ControlMethod& DriveConfig::method(std::string_view name) const {
@@ -63,6 +72,30 @@ std::string validate_link(const DriveConfig& c) {
   if (!(link > trip)) return {};
   return number_text(link) + " V is above protection.dc_over_voltage_v, " + number_text(trip) +
          " V: the drive would trip at once; lower the link or raise the trip level";
+}
+
+std::string validate_imposed_speed(const DriveConfig& c, const ProfileParameters& speed,
+                                   std::int64_t duration_ns) {
+  if (!speed.validate().empty()) return {};
+  const double most = largest_magnitude(speed, duration_ns);
+  const double trip = c.drive.protection.over_speed;
+  if (!(most > trip)) return {};
+  return "the speed reaches " + number_text(most) + " rad/s, above protection.over_speed_rad_s, " +
+         number_text(trip) + " rad/s: the drive would trip; lower the speed or raise the trip level";
+}
+
+std::string validate_current_range(const DriveConfig& c) {
+  const ConverterParameters& sensor = c.plant.io.sensors.current;
+  if (sensor.validate() != nullptr) return {};
+  return range_problem(Converter{sensor, true}, c.drive.protection.over_current, "A",
+                       "protection.over_current_a", "OVER_CURRENT");
+}
+
+std::string validate_voltage_range(const DriveConfig& c) {
+  const ConverterParameters& sensor = c.plant.io.sensors.voltage;
+  if (sensor.validate() != nullptr) return {};
+  return range_problem(Converter{sensor, false}, c.drive.protection.dc_over_voltage, "V",
+                       "protection.dc_over_voltage_v", "DC_OVER_VOLTAGE");
 }
 
 void describe(Section root, DriveConfig& c) {

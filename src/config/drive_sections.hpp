@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "sextant/config/drive_config.hpp"
@@ -15,6 +16,9 @@ inline constexpr Range<double> current_a{0.1, 1e5};
 [[nodiscard]] inline DriveLimits<> limits_of(const DriveConfig& c) {
   return drive_limits(c.control.machine, c.control.flux_reference, c.plant.io.u_dc);
 }
+
+/// The largest magnitude that a profile reaches in a run of that length; the profile must be valid.
+[[nodiscard]] double largest_magnitude(const ProfileParameters& profile, std::int64_t duration_ns);
 
 /// Sections of a drive, each of which needs others for its default values.
 void describe_control(Section s, DriveConfig& c);

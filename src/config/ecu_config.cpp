@@ -62,6 +62,28 @@ std::string check_power_stage(const EcuConfig& c) {
   return {};
 }
 
+/// Empty when the load never imposes a speed at which the drive trips, else a sentence.
+std::string check_speed(const DriveConfig& c) {
+  constexpr std::int64_t longest_profile_ns = 1'000'000'000'000'000;
+  const LoadConfig& load = c.load;
+  if (load.kind != LoadConfig::Kind::imposed_speed) return {};
+  return validate_imposed_speed(c, load.imposed_speed, longest_profile_ns);
+}
+
+/// What the simulated plant must not do to its drive.
+void describe_simulated_plant(const Section& root, EcuConfig& c) {
+  const auto check = [&c](Section key, std::string (*problem)(const DriveConfig&)) {
+    key.check([&c, problem] {
+      return c.power_stage == PowerStageKind::simulated ? problem(c.drive) : std::string{};
+    });
+  };
+  const Section plant = root.section("plant");
+  check(plant.section("u_dc_v"), validate_link);
+  check(plant.section("sensors").section("current").section("range_a"), validate_current_range);
+  check(plant.section("sensors").section("voltage").section("range_v"), validate_voltage_range);
+  check(root.section("load").section("speed_rad_s"), check_speed);
+}
+
 }  // namespace
 
 void describe(Section s, RealtimeParameters& p) {
@@ -102,8 +124,7 @@ void describe(Section root, EcuConfig& c) {
                {"udp", PowerStageKind::udp}},
               "a plant in this process, in another one of this machine, or on another machine");
   describe(root, c.drive);
-  root.section("plant").section("u_dc_v").check(
-      [&c] { return c.power_stage == PowerStageKind::simulated ? validate_link(c.drive) : std::string{}; });
+  describe_simulated_plant(root, c);
   Section hil = root.section("hil");
   describe(hil, c.hil);
   hil.check([&c] { return check_power_stage(c); });

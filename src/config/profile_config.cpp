@@ -1,5 +1,9 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <string>
 
+#include "drive_sections.hpp"
 #include "sextant/config/drive_config.hpp"
 #include "sextant/sim/profile_table.hpp"
 
@@ -13,6 +17,21 @@ constexpr Range<double> speed_rad_s{-1e4, 1e4};
 
 bool is_given(const ProfileParameters& p) {
   return p.shape != ProfileShape::constant || p.value != 0.0 || !p.points.empty() || !p.table.empty();
+}
+
+double largest_magnitude(const ProfileParameters& parameters, std::int64_t duration_ns) {
+  const bool whole_sine = parameters.shape == ProfileShape::sine &&
+                          static_cast<double>(duration_ns) * parameters.frequency_hz >= 1e9;
+  if (whole_sine) return std::abs(parameters.value) + std::abs(parameters.amplitude);
+  const Profile profile{parameters};
+  double most = 0;
+  for (std::int64_t t = 0; t <= duration_ns;) {
+    const std::int64_t next = profile.next_corner_ns(t);
+    const std::int64_t last = std::min(next - 1, duration_ns);
+    most = std::max({most, std::abs(profile.value(t)), std::abs(profile.value(last))});
+    t = next;
+  }
+  return most;
 }
 
 std::string LoadConfig::validate() const {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "drive_sections.hpp"
 #include "number_text.hpp"
 #include "sextant/config/sensor_config.hpp"
 
@@ -122,32 +123,22 @@ void describe_fault(Section s, ScenarioConfig& c) {
   });
 }
 
-/// The largest magnitude that a profile reaches in a run.
-double largest(const ProfileParameters& parameters, std::int64_t duration_ns) {
-  const bool whole_sine = parameters.shape == ProfileShape::sine &&
-                          static_cast<double>(duration_ns) * parameters.frequency_hz >= ns_per_s;
-  if (whole_sine) return std::abs(parameters.value) + std::abs(parameters.amplitude);
-  const Profile profile{parameters};
-  double most = 0;
-  for (std::int64_t t = 0; t <= duration_ns;) {
-    const std::int64_t next = profile.next_corner_ns(t);
-    const std::int64_t last = std::min(next - 1, duration_ns);
-    most = std::max({most, std::abs(profile.value(t)), std::abs(profile.value(last))});
-    t = next;
-  }
-  return most;
-}
-
 /// Empty when the command supervision accepts the torque reference of the run, else a sentence. Only sampled
 /// runs have command supervision; a driver has a limit of its own.
 std::string validate_torque(const ScenarioConfig& c) {
   if (c.mode != ScenarioMode::sampled || c.expected_fault || c.cycle.drives_vehicle()) return {};
   if (!c.scenario.torque_reference.validate().empty()) return {};
-  const double most = largest(c.scenario.torque_reference, c.scenario.duration_ns);
+  const double most = largest_magnitude(c.scenario.torque_reference, c.scenario.duration_ns);
   const double limit = c.drive.drive.command.torque_limit;
   if (!(most > limit)) return {};
   return "the torque reaches " + number_text(most) + " N·m, beyond command.torque_limit_nm, " +
          number_text(limit) + " N·m: the drive would block it and trip; lower it or raise the limit";
+}
+
+/// Empty when the imposed speed of the run does not trip the drive, or a trip is expected; else a sentence.
+std::string validate_speed(const ScenarioConfig& c) {
+  if (c.expected_fault || !c.scenario.load.imposed_speed) return {};
+  return validate_imposed_speed(c.drive, *c.scenario.load.imposed_speed, c.scenario.duration_ns);
 }
 
 /// What holds between the parts of a run.
@@ -302,7 +293,8 @@ void describe(Section root, ScenarioConfig& c) {
   describe(root.section("event_exact"), c.event_exact);
   describe(root, c.drive);
   describe(root.section("profile").section("torque_nm"), c.torque_nm, "N·m", {-1e5, 1e5});
-  describe(root, c.cycle);
+  describe(root, c.cycle,
+           [&c] { return std::min(c.drive.drive.command.torque_limit, c.drive.drive.capability.torque); });
   root.section("cycle").check([&c] { return validate_alone(c); });
   root.section("driver").check([&c] { return validate_driver(c); });
   root.derive([&c] { prescribe(c); });
@@ -323,6 +315,15 @@ void describe(Section root, ScenarioConfig& c) {
                                  [](Section s, WindowExpectation& w) { describe(std::move(s), w); });
   root.section("plant").section("u_dc_v").check(
       [&c] { return c.expected_fault ? std::string{} : validate_link(c.drive); });
+  root.section("load").section("speed_rad_s").check([&c] {
+    return c.cycle.is_given() ? std::string{} : validate_speed(c);
+  });
+  root.section("cycle").check([&c] { return c.cycle.is_given() ? validate_speed(c) : std::string{}; });
+  Section sensors = root.section("plant").section("sensors");
+  sensors.section("current").section("range_a").check(
+      [&c] { return c.expected_fault ? std::string{} : validate_current_range(c.drive); });
+  sensors.section("voltage").section("range_v").check(
+      [&c] { return c.expected_fault ? std::string{} : validate_voltage_range(c.drive); });
   root.section("profile").section("torque_nm").check([&c] {
     return c.cycle.is_given() ? std::string{} : validate_torque(c);
   });

@@ -167,6 +167,7 @@ class EventExactRun {
     result_.metrics[Metric::wall] = wall.count();
     result_.metrics[Metric::realtime_factor] = result_.metrics[Metric::simulated] / wall.count();
     result_.window_metrics = metrics_.window_metrics(result_.metrics);
+    result_.cycle_departure = metrics_.cycle_departure();
     result_.final_state = result_.faults.any() ? DriveState::fault : DriveState::torque;
     return result_;
   }

@@ -163,6 +163,8 @@ MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const P
   result.metrics[Metric::wall] = wall.count();
   result.metrics[Metric::realtime_factor] = result.metrics[Metric::simulated] / wall.count();
   result.window_metrics = observer.metrics().window_metrics(result.metrics);
+  result.missing_torque = observer.metrics().missing_torque();
+  result.cycle_departure = observer.metrics().cycle_departure();
   result.plant_healthy = io_.healthy();
   result.plant_reachable = io_.plant().is_reachable();
   result.final_state = drive_.state();

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "sextant/sim/cycle_following.hpp"
 #include "sextant/sim/metrics.hpp"
 #include "sextant/sim/scenario.hpp"
+#include "sextant/sim/torque_answer.hpp"
 
 namespace sextant {
 
-/// The metrics of a run: those of its own window, and of each window that has limits of its own.
+/// The metrics of a run: those of its own window, and of each window that has limits of its own; and whether
+/// it made the torque and followed the cycle that it was given.
 class RunMetrics {
  public:
   /// Throws std::runtime_error where a window is none.
@@ -17,11 +21,17 @@ class RunMetrics {
       windows_.emplace_back(MetricsParameters{
           .from_ns = w.window.from_ns, .to_ns = w.window.to_ns, .step_ns = scenario.metrics.step_ns});
     }
+    if (!scenario.cycle) return;
+    following_.emplace(scenario.cycle->speed);
+    wheel_radius_ = scenario.cycle->driver.wheel_radius;
   }
 
   void add_segment(const MetricsSample& before, const MetricsSample& after) noexcept {
     run_.add_segment(before, after);
     for (MetricsAccumulator& w : windows_) w.add_segment(before, after);
+    const double duration_ns = double(after.t_ns - before.t_ns) + (after.fraction_ns - before.fraction_ns);
+    if (answer_) answer_->add_segment(before.torque, after.torque, duration_ns);
+    if (following_) following_->add(after.t_ns, wheel_radius_ * after.omega_m);
   }
   void commutate(std::int64_t t_ns, SwitchState state) noexcept {
     run_.commutate(t_ns, state);
@@ -34,14 +44,26 @@ class RunMetrics {
   void begin_period(const Telemetry<double>& telemetry, double command) noexcept {
     run_.begin_period(telemetry, command);
     for (MetricsAccumulator& w : windows_) w.begin_period(telemetry, command);
+    if (answer_) answer_->begin_period(telemetry, command);
   }
   void has_control_period(std::int64_t period_ns) {
     run_.has_control_period(period_ns);
     for (MetricsAccumulator& w : windows_) w.has_control_period(period_ns);
+    answer_.emplace();
   }
   void has_no_pulses() noexcept {
     run_.has_no_pulses();
     for (MetricsAccumulator& w : windows_) w.has_no_pulses();
+  }
+
+  /// The torque that was asked and not made; empty where it was, and of a run without control periods.
+  [[nodiscard]] std::optional<MissingTorque> missing_torque() const noexcept {
+    return answer_ ? answer_->missing() : std::nullopt;
+  }
+
+  /// How the vehicle left its cycle; empty where it followed, and without a driver.
+  [[nodiscard]] std::optional<CycleDeparture> cycle_departure() const noexcept {
+    return following_ ? following_->departure() : std::nullopt;
   }
 
   /// Those of the run's own window.
@@ -61,6 +83,9 @@ class RunMetrics {
  private:
   MetricsAccumulator run_;
   std::vector<MetricsAccumulator> windows_{};
+  std::optional<TorqueAnswer> answer_{};       // of a sampled run
+  std::optional<CycleFollowing> following_{};  // of a run with a driver
+  double wheel_radius_{};                      // [m]
 };
 
 }  // namespace sextant

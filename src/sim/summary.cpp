@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -43,7 +44,7 @@ std::string verdict_text(const RunSummary& summary, bool colour) {
   std::string word{to_string(verdict)};
   if (verdict == Verdict::fail) word = "FAIL";
   std::replace(word.begin(), word.end(), '_', ' ');
-  return coloured(verdict == Verdict::pass, word, colour);
+  return coloured(summary.status() == 0, word, colour);
 }
 
 /// An end that is none is infinite, which JSON writes as null.
@@ -114,26 +115,6 @@ void append_metric(std::string& text, const RunSummary& summary, std::size_t ind
 
 }  // namespace
 
-const char* to_string(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::interrupted:
-      return "interrupted";
-    case Verdict::plant_failed:
-      return "plant_failed";
-    case Verdict::tripped:
-      return "tripped";
-    case Verdict::not_balanced:
-      return "not_balanced";
-    case Verdict::trace_incomplete:
-      return "trace_incomplete";
-    case Verdict::fail:
-      return "fail";
-    case Verdict::pass:
-      return "pass";
-  }
-  return "?";
-}
-
 bool RunSummary::passed() const noexcept {
   return std::all_of(expectations.begin(), expectations.end(), [](const auto& e) { return e.pass; });
 }
@@ -141,7 +122,7 @@ bool RunSummary::passed() const noexcept {
 bool RunSummary::faults_as_expected() const noexcept {
   if (!expected_fault) return faults.empty();
   return !faults.empty() && faults.front().fault == expected_fault->fault &&
-         expected_fault->window.contains(faults.front().t_ns);
+         expected_fault->window.contains(std::max<std::int64_t>(0, faults.front().t_ns));
 }
 
 Verdict RunSummary::verdict() const noexcept {
@@ -151,6 +132,10 @@ Verdict RunSummary::verdict() const noexcept {
   // A balance that is no number does not close.
   if (!(metrics[Metric::energy_unaccounted] <= largest_unaccounted)) return Verdict::not_balanced;
   if (!trace_error.empty()) return Verdict::trace_incomplete;
+  // A drive that trips as expected owes nothing.
+  if (missing_torque && !expected_fault) return Verdict::no_torque;
+  if (cycle_departure && !expected_fault) return Verdict::not_followed;
+  if (!expects_something()) return Verdict::nothing_expected;
   return passed() && faults_as_expected() ? Verdict::pass : Verdict::fail;
 }
 
@@ -160,6 +145,8 @@ RunSummary summarise(const Scenario& scenario, const MilResult& result) {
                      .expectations = evaluate(scenario.expectations, result.metrics),
                      .faults = result.fault_times,
                      .expected_fault = scenario.expected_fault,
+                     .missing_torque = result.missing_torque,
+                     .cycle_departure = result.cycle_departure,
                      .stopped = result.stopped,
                      .plant_healthy = result.plant_healthy};
   for (std::size_t k = 0; k < scenario.windows.size(); ++k) {

@@ -8,6 +8,19 @@
 namespace sextant {
 namespace {
 
+std::string missing_text(const MissingTorque& missing) {
+  return fmt::format(
+      "torque was asked, {:.4g} N·m in the mean, and {:.4g} N·m were made; the drive was in {} at last",
+      missing.asked, missing.made, to_string(missing.state));
+}
+
+std::string departure_text(const CycleDeparture& departure) {
+  return fmt::format(
+      "the vehicle was up to {:.3g} km/h off its cycle, for {:.3g} s from {:.4g} s on; see [driver] and the "
+      "torque that the drive has",
+      3.6 * departure.farthest, in_seconds(departure.duration_ns), in_seconds(departure.from_ns));
+}
+
 std::string verdict_reason(const RunSummary& summary) {
   switch (summary.verdict()) {
     case Verdict::tripped:
@@ -20,6 +33,13 @@ std::string verdict_reason(const RunSummary& summary) {
           summary.metrics[Metric::energy_unaccounted]);
     case Verdict::interrupted:
       return fmt::format("interrupted at {:.6f} s", summary.metrics[Metric::simulated]);
+    case Verdict::no_torque:
+      return missing_text(summary.missing_torque.value_or(MissingTorque{}));
+    case Verdict::not_followed:
+      return departure_text(summary.cycle_departure.value_or(CycleDeparture{}));
+    case Verdict::nothing_expected:
+      if (!summary.expectations_required) return "";
+      return "nothing is expected of the run: give its scenario limits in [expect], or a fault";
     default:
       if (!summary.expected_fault || !summary.faults.empty()) return "";
       return fmt::format("{} was expected and did not come", to_string(summary.expected_fault->fault));

@@ -133,6 +133,19 @@ TEST_F(CycleConfigFile, AVehicleComesWithItsDriver) {
   EXPECT_EQ(print_config(load_scenario_config(files_.write("else/where/s.toml", text))), text);
 }
 
+TEST_F(CycleConfigFile, ADriverMayAskForWhatTheDriveHas) {
+  const std::string cycle = "vehicle = \"" + configs + "/vehicles/micro_ev.toml\"\n[cycle]\nfile = \"" +
+                            configs + "/cycles/nycc.csv\"\nload = \"vehicle\"\n";
+  const auto limit = [](const ScenarioConfig& c) { return c.scenario.cycle->driver.torque_limit; };
+  const ScenarioConfig own = load(cycle);
+  EXPECT_EQ(limit(own), own.drive.drive.command.torque_limit) << "which follows from machine and link";
+  EXPECT_GT(limit(own), 100);
+  const std::string given = "[command]\ntorque_limit_nm = 80\n";
+  EXPECT_EQ(limit(load(cycle + given)), 80);
+  EXPECT_EQ(limit(load(cycle + given + "[capability]\ntorque_nm = 60\n")), 60);
+  EXPECT_EQ(limit(load(cycle + given + "[driver]\ntorque_limit_nm = 50\n")), 50);
+}
+
 TEST_F(CycleConfigFile, AVehicleThatDoesNotFitIsRefused) {
   const std::string file = files_.path("s.toml");
   const std::string cycle = "[cycle]\nfile = \"" + configs + "/cycles/nycc.csv\"\nload = \"vehicle\"\n";

@@ -110,6 +110,53 @@ TEST_F(ExpectationConfig, ALinkAboveItsOwnTripLevelIsRefused) {
   EXPECT_THROW((void)load_ecu_config(shipped_ecu, {"protection.dc_over_voltage_v=500"}), ConfigError);
 }
 
+TEST_F(ExpectationConfig, AnImposedSpeedAboveItsOwnTripLevelIsRefused) {
+  const std::string level =
+      "[protection]\nover_speed_rad_s = 200\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\n";
+  EXPECT_THAT(refusal(level + "value = -200.5\n"),
+              HasSubstr(file_ + ":8: load.speed_rad_s: the speed reaches 200.5 rad/s, above "
+                                "protection.over_speed_rad_s, 200 rad/s"));
+  EXPECT_NO_THROW(load(level + "value = 200\n"));
+  const std::string ramp = level + "shape = \"linear\"\npoints = [[0, 0], [4, 400]]\n";
+  EXPECT_NO_THROW(load(ramp)) << "the run ends before";
+  EXPECT_THAT(refusal(ramp, {"duration_s=2.5"}), HasSubstr("reaches 250 rad/s"));
+  EXPECT_NO_THROW(load(level + "value = 300\n[expect]\nfault = \"OVER_SPEED\"\n"));
+  const std::vector<std::string> live{"load.kind=imposed_speed", "load.speed_rad_s.value=300"};
+  EXPECT_NO_THROW((void)load_ecu_config(shipped_ecu, live));
+  std::vector<std::string> fast = live;
+  fast.emplace_back("protection.over_speed_rad_s=299");
+  EXPECT_THAT(ecu_refusal(shipped_ecu, fast), HasSubstr("the speed reaches 300 rad/s"));
+}
+
+TEST_F(ExpectationConfig, ACycleFasterThanTheTripLevelIsRefused) {
+  const std::string cycle =
+      "[cycle]\nfile = \"" SEXTANT_SOURCE_DIR "/configs/cycles/nycc.csv\"\ntable = \"" SEXTANT_SOURCE_DIR
+      "/configs/vehicles/passive_ev.csv\"\n";
+  EXPECT_NO_THROW(load(cycle, {"duration_s=598"}));
+  EXPECT_THAT(refusal(cycle, {"duration_s=598", "protection.over_speed_rad_s=20"}),
+              HasSubstr("cycle: the speed reaches "));
+}
+
+TEST_F(ExpectationConfig, ASensorThatEndsBelowItsTripLevelIsRefused) {
+  const std::string levels =
+      "[protection]\nover_current_a = 100\ndc_over_voltage_v = 600\n[plant]\nu_dc_v = 530\n";
+  EXPECT_THAT(refusal(levels + "[plant.sensors.current]\nrange_a = 100\n"),
+              HasSubstr(file_ + ":10: plant.sensors.current.range_a: readings end at 100 A, not above "
+                                "protection.over_current_a, 100 A: OVER_CURRENT could never come"));
+  EXPECT_NO_THROW(load(levels + "[plant.sensors.current]\nrange_a = 100.01\n"));
+  // Of 8 bits over both signs: a step is 1/128 of the range.
+  EXPECT_THAT(refusal(levels + "[plant.sensors.current]\nrange_a = 100.5\nbits = 8\n"),
+              HasSubstr("readings end at 99.71484375 A"));
+  EXPECT_NO_THROW(load(levels + "[plant.sensors.current]\nrange_a = 101\nbits = 8\n"));
+  EXPECT_THAT(refusal(levels + "[plant.sensors.voltage]\nrange_v = 602\nbits = 8\n"),
+              HasSubstr("plant.sensors.voltage.range_v: readings end at 599.6484375 V"));
+  EXPECT_NO_THROW(load(levels + "[plant.sensors.voltage]\nrange_v = 603\nbits = 8\n"));
+  EXPECT_NO_THROW(
+      load(levels + "[plant.sensors.current]\nrange_a = 50\n[expect]\nfault = \"CURRENT_SUM\"\n"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.sensors.current.range_a=200"}),
+              HasSubstr("readings end at 200 A, not above protection.over_current_a, 250 A"));
+}
+
 TEST_F(ExpectationConfig, ATorqueBeyondTheGatesLimitIsRefused) {
   const std::string gate = "[command]\ntorque_limit_nm = 20\n";
   EXPECT_THAT(

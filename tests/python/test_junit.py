@@ -98,7 +98,7 @@ def test_a_limit_that_does_not_hold_is_a_failure_with_value_and_limit(tmp_path: 
 def test_a_trip_is_an_error_and_an_expected_one_a_test_case(tmp_path: Path) -> None:
     file = tmp_path / "junit.xml"
     trip = ("--set", "protection.over_current_a=50", "--out", tmp_path / "out", "--junit", file)
-    assert run(SCENARIOS / "constant_torque.toml", *QUICK, *trip).returncode == 1
+    assert run(SCENARIOS / "constant_torque.toml", *QUICK, *trip).returncode == 3
     check_counts(file)
     (suite,) = suites(file).values()
     (result,) = next(case for case in suite if case.name == "verdict").result
@@ -108,6 +108,21 @@ def test_a_trip_is_an_error_and_an_expected_one_a_test_case(tmp_path: Path) -> N
     run(SCENARIOS / "constant_torque.toml", *QUICK, *expected, *trip)
     (suite,) = suites(file).values()
     assert re.match(r"OVER_CURRENT came first, at 0\.\d+ s$", failed(suite)["fault COMMAND_LOST, 0 s to the end"])
+
+
+def test_a_run_of_which_nothing_is_expected_is_skipped_or_fails(tmp_path: Path) -> None:
+    file, scenario = tmp_path / "junit.xml", tmp_path / "silent.toml"
+    text = (SCENARIOS / "constant_torque.toml").read_text().replace("../machines", str(SCENARIOS.parent / "machines"))
+    scenario.write_text(text[: text.index("[expect]")])
+    out = ("--out", tmp_path / "out", "--junit", file)
+    assert run(scenario, *QUICK, *out).returncode == 0
+    check_counts(file)
+    (suite,) = suites(file).values()
+    assert (skipped(suite), suite.failures) == (["verdict"], 0)
+    assert run(scenario, *QUICK, *out, "--require-expectations").returncode == 9
+    check_counts(file)
+    (suite,) = suites(file).values()
+    assert failed(suite)["verdict"].startswith("nothing is expected of the run")
 
 
 def test_names_are_escaped(tmp_path: Path) -> None:
@@ -219,7 +234,7 @@ def test_the_reason_of_an_incomplete_trace_stands_once_in_each_report(tmp_path: 
     started = [sys.executable, "-c", limit + "os.execv(sys.argv[1], sys.argv[1:])", *map(str, command)]
     # Python ignores SIGXFSZ, and so does the program then.
     done = subprocess.run(started, capture_output=True, text=True, timeout=300, restore_signals=False)
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == 8, done.stderr
     check_counts(file)
     (suite,) = suites(file).values()
     reason = failed(suite)["verdict"]
@@ -241,7 +256,7 @@ def test_each_sentence_has_a_line_of_the_markdown(tmp_path: Path) -> None:
     settings = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
     scenario = SCENARIOS / "paper" / "3_1_constant_torque.toml"
     done = run(scenario, *QUICK, *settings, "--out", tmp_path / "out", "--summary-markdown", markdown)
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == 6, done.stderr
     paragraph = MarkdownIt("commonmark").parse(markdown.read_text(encoding="utf-8"))[4]
     kinds = [child.type for child in paragraph.children]
     assert paragraph.content.startswith("the events do not end at") and kinds.count("hardbreak") == 1

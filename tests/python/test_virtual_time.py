@@ -131,7 +131,7 @@ def test_every_control_method_follows_without_another_change_of_the_file(
 
 def test_a_run_too_short_for_the_hand_shake_says_how_short_it_was(profile: Path) -> None:
     found = start("--virtual-time", "--profile", profile, "--duration", "0.005")
-    assert found.returncode == 1
+    assert found.returncode == 4
     assert "the drive was not ready within 0.005 s" in found.stderr
 
 
@@ -261,9 +261,60 @@ def test_a_vehicle_that_is_let_down_says_so(profile: Path) -> None:
     table = ("--set", "drive.magnetise_first=false")  # its start surges to 84 A
     lowered = (*table, "--set", "protection.over_current_a=30")
     found = start("--virtual-time", "--profile", profile, *lowered)
-    assert found.returncode == 1
+    assert found.returncode == 3
     assert "went to FAULT (OVER_CURRENT)" in found.stderr
     assert "left in FAULT, 1 faults, first OVER_CURRENT" in found.stdout
+
+
+def test_a_recording_that_trips_the_drive_says_so(commands: Path) -> None:
+    lowered = ("--set", "drive.magnetise_first=false", "--set", "protection.over_current_a=30")
+    found = start("--virtual-time", commands, *lowered)
+    assert found.returncode == 3
+    assert f"the drive went to FAULT (OVER_CURRENT) while it followed {commands}" in found.stderr
+
+
+# 150 kW, 565 V.
+LARGE = """
+machine.r_s_ohm = 0.01379
+machine.r_r_ohm = 0.007728
+machine.l_ls_h = 0.000152
+machine.l_lr_h = 0.000152
+machine.l_m_h = 0.00769
+machine.poles = 4
+machine.inertia_kg_m2 = 2.9
+machine.reactance_frequency_hz = 50
+control.controller = "foc"
+drive.period_us = 125
+plant.integrator = "fixed"
+plant.u_dc_v = 565
+realtime.wake_every_periods = 8
+"""
+
+
+def test_what_the_contract_cannot_carry_is_announced(tmp_path: Path) -> None:
+    """By the ranges that cantools reads from the database."""
+    config, profile, contract = tmp_path / "large.toml", tmp_path / "small.csv", Contract()
+    config.write_text(LARGE, encoding="utf-8")
+    low, high = contract.limits("VCU_TorqueCommand", "TorqueRequest")
+    profile.write_text(f"time_s,torque_nm\n0,{high}\n0.1,{low}\n", encoding="utf-8")
+    found = launch(config, "--virtual-time", "--profile", profile)
+    assert found.returncode == 0, found.stderr
+    said = [line for line in found.stderr.splitlines() if "warn" in line]
+    assert len(said) == 1
+    assert f"VCU_TorqueCommand.TorqueRequest carries {low:g} to {high:g} N·m, and command.torque_limit_nm is" in said[0]
+    rms = contract.limits("MCU_Electrical", "PhaseCurrentRms")[1]
+    assert f"MCU_Electrical.PhaseCurrentRms carries 0 to {rms:g} A" in said[0]
+    assert "FluxMagnitude" not in said[0]
+
+
+@pytest.mark.parametrize("beyond", [1, -1])
+def test_a_profile_beyond_the_contract_is_refused_as_by_scripts_vcu(beyond: int, tmp_path: Path) -> None:
+    profile = tmp_path / "large.csv"
+    high = Contract().limits("VCU_TorqueCommand", "TorqueRequest")[1]
+    profile.write_text(f"time_s,torque_nm\n0,0\n1,{beyond * (high + 0.01)}\n", encoding="utf-8")
+    found = start("--virtual-time", "--profile", profile)
+    assert (found.returncode, found.stdout) == (1, "")
+    assert "large.csv:3: torque_nm is" in found.stderr and "-250 to 250 N·m" in found.stderr
 
 
 def test_its_options_need_virtual_time(profile: Path) -> None:
@@ -306,7 +357,8 @@ def test_a_replay_with_another_configuration_tells_the_first_other_pattern(tmp_p
     assert re.search(r"first other one in period \d+, .* after the first\n +recorded: .*\n +replayed: ", found.stdout)
     # The protections of the replay see the recorded speed.
     found = replay(cycles, "--set", "protection.over_speed_rad_s=1", "--telemetry-out", tmp_path / "t.csv")
-    assert found.returncode == 1
+    assert found.returncode == 3
+    assert "the drive went to FAULT (OVER_SPEED) while it followed" in found.stderr
     assert "FAULT" in {row["state"] for row in telemetry(tmp_path / "t.csv")}
     replay(cycles, "--telemetry-out", tmp_path / "same.csv")
     assert "FAULT" not in {row["state"] for row in telemetry(tmp_path / "same.csv")}

@@ -1,5 +1,6 @@
 #include "sextant/sim/mil_runner.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <stdexcept>
@@ -32,6 +33,16 @@ class MilRun {
   MeteredPowerStage stage_;
   DirectTorqueController<double> controller_;
   Drive<double> drive_;
+};
+
+/// Keeps a short circuit, and never has flux.
+class WithoutFlux final : public Controller<double> {
+ public:
+  [[nodiscard]] GatePattern step(const Measurement<double>& /*measurement*/,
+                                 ControlReference<double> /*reference*/) noexcept override {
+    return GatePattern{switch_states[0], period_ns};
+  }
+  void reset() noexcept override {}
 };
 
 Scenario constant_torque(double torque, std::int64_t duration_ns) {
@@ -79,6 +90,22 @@ TEST(MilRunner, AWrongStatorResistanceMakesTheTorqueDepartFromTheCommandInSilenc
   EXPECT_GT(m[Metric::torque_deviation], 20);
   EXPECT_NEAR(m[Metric::torque_silent], 200, 0.026) << "the whole window";
   EXPECT_EQ(m[Metric::torque_motoring], p.drive.capability.torque);
+}
+
+TEST(MilRunner, ADriveThatDoesNotGetReadyMakesNoTorque) {
+  RigParameters p = RigParameters::at_speed(20.0);
+  p.drive.magnetise_first = true;
+  MeteredPowerStage stage{p.stage, p.load};
+  WithoutFlux controller;
+  Drive<double> drive{p.drive, controller};
+  const MilResult result =
+      MilRunner{drive, stage.io(), period_ns}.run(constant_torque(15.0, 200'000'000), nullptr, {});
+  EXPECT_FALSE(result.faults.any());
+  ASSERT_TRUE(result.missing_torque);
+  EXPECT_EQ(result.missing_torque->asked, 15);
+  EXPECT_LT(std::abs(result.missing_torque->made), 1);
+  EXPECT_EQ(result.missing_torque->state, DriveState::magnetising);
+  EXPECT_FALSE(MilRun{RigParameters::at_speed(20.0)}(constant_torque(15.0, 200'000'000)).missing_torque);
 }
 
 TEST(MilRunner, ARunIsRepeatedExactly) {

@@ -82,9 +82,15 @@ TEST_F(SummaryFile, HoldsScenarioMetricsAndEvaluatedExpectations) {
 
 TEST_F(SummaryFile, TheFirstVerdictThatAppliesCounts) {
   RunSummary s = balanced();
+  EXPECT_EQ(s.verdict(), Verdict::nothing_expected);
+  s.expectations = evaluate(std::vector<Expectation>{{"energy_unaccounted", {}, 1.0}}, s.metrics);
   EXPECT_EQ(s.verdict(), Verdict::pass);
   s.expectations = evaluate(std::vector<Expectation>{{"torque_bias_nm", {}, 1.0}}, s.metrics);
   EXPECT_EQ(s.verdict(), Verdict::fail);
+  s.cycle_departure = CycleDeparture{.duration_ns = 2'000'000'000, .farthest = 3};
+  EXPECT_EQ(s.verdict(), Verdict::not_followed);
+  s.missing_torque = MissingTorque{.asked = 20};
+  EXPECT_EQ(s.verdict(), Verdict::no_torque);
   s.trace_error = "disk full";
   EXPECT_EQ(s.verdict(), Verdict::trace_incomplete);
   s.metrics[Metric::energy_unaccounted] = 1.1e-4;
@@ -112,6 +118,37 @@ TEST_F(SummaryFile, AnExpectedFaultIsTheFirstOneInItsWindow) {
   EXPECT_EQ(s.verdict(), Verdict::tripped) << "too late";
   s.faults = {{Fault::dc_over_voltage, 1'500}, {Fault::over_current, 1'600}};
   EXPECT_EQ(s.verdict(), Verdict::tripped) << "another one was first";
+}
+
+TEST_F(SummaryFile, AnExpectedFaultOfTheHandShakeCountsAsOneAtZero) {
+  RunSummary s = balanced();
+  s.expected_fault = FaultExpectation{.fault = Fault::over_speed};
+  s.faults = {{Fault::over_speed, -500'000}};
+  EXPECT_EQ(s.verdict(), Verdict::pass) << "at power-up";
+  s.expected_fault->window = {0, 1'000};
+  EXPECT_EQ(s.verdict(), Verdict::pass);
+  s.expected_fault->window = {1, 1'000};
+  EXPECT_EQ(s.verdict(), Verdict::tripped) << "it was to come later";
+}
+
+TEST_F(SummaryFile, ADriveThatTripsAsExpectedOwesNothing) {
+  RunSummary s = balanced();
+  s.missing_torque = MissingTorque{.asked = 20};
+  s.cycle_departure = CycleDeparture{.duration_ns = 2'000'000'000, .farthest = 3};
+  s.expected_fault = FaultExpectation{.fault = Fault::flux_lost};
+  s.faults = {{Fault::flux_lost, 1'000}};
+  EXPECT_EQ(s.verdict(), Verdict::pass);
+}
+
+TEST_F(SummaryFile, ARunOfWhichNothingIsExpectedFailsOnlyWhereThatIsRequired) {
+  RunSummary s = balanced();
+  EXPECT_EQ(s.status(), 0);
+  s.expectations_required = true;
+  EXPECT_EQ(s.status(), 9);
+  EXPECT_EQ(nlohmann::json::parse(to_json(s)).at("verdict"), "nothing_expected");
+  s.expected_fault = FaultExpectation{.fault = Fault::flux_lost};
+  s.faults = {{Fault::flux_lost, 1'000}};
+  EXPECT_EQ(s.status(), 0) << "a fault is an expectation";
 }
 
 TEST_F(SummaryFile, IsKnownAgainByItsScenario) {

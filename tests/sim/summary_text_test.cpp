@@ -58,6 +58,22 @@ TEST(SummaryText, TheReasonOfAVerdict) {
   interrupted.metrics[Metric::simulated] = 0.25;
   EXPECT_EQ(reason_text(interrupted), "interrupted at 0.250000 s");
 
+  RunSummary still = balanced();
+  still.missing_torque = MissingTorque{.asked = 632, .made = 0.25, .state = DriveState::magnetising};
+  EXPECT_EQ(reason_text(still),
+            "torque was asked, 632 N·m in the mean, and 0.25 N·m were made; the drive was in MAGNETISING at "
+            "last");
+
+  RunSummary behind = balanced();
+  behind.cycle_departure = CycleDeparture{.from_ns = 7400 * ms, .duration_ns = 15'200 * ms, .farthest = 5};
+  EXPECT_EQ(reason_text(behind),
+            "the vehicle was up to 18 km/h off its cycle, for 15.2 s from 7.4 s on; see [driver] and the "
+            "torque that the drive has");
+
+  RunSummary silent = balanced();
+  silent.expectations_required = true;
+  EXPECT_THAT(reason_text(silent), testing::StartsWith("nothing is expected of the run"));
+
   RunSummary missing = balanced();
   missing.expected_fault = FaultExpectation{.fault = Fault::command_lost};
   EXPECT_EQ(reason_text(missing), "COMMAND_LOST was expected and did not come");

@@ -90,6 +90,22 @@ TEST(VehicleRun, TheRunnerTakesTheDriver) {
   EXPECT_NEAR(stage.io().plant().omega_m() * vehicle.wheel_radius, 3.0, 0.2);
   EXPECT_LT(result.metrics[Metric::speed_error_rms] * vehicle.wheel_radius, 0.1);
   EXPECT_GT(result.metrics[Metric::speed_error_rms], 0.0);
+  EXPECT_FALSE(result.cycle_departure);
+}
+
+TEST(VehicleRun, ADriverWithoutTheTorqueForItsCycleDoesNotFollow) {
+  const RigParameters p = vehicle_rig();
+  MeteredPowerStage stage{p.stage, p.load};
+  DirectTorqueController<double> controller{p.controller};
+  Drive<double> drive{p.drive, controller};
+  Scenario scenario = drive_away_and_brake();
+  scenario.duration_ns = 4'000'000'000;
+  scenario.cycle->driver.torque_limit = 8;  // 2 m/s² take 28 N·m
+  const MilResult result = MilRunner{drive, stage.io(), period_ns}.run(scenario, nullptr, {});
+  EXPECT_FALSE(result.missing_torque);
+  ASSERT_TRUE(result.cycle_departure);
+  EXPECT_GT(result.cycle_departure->farthest, CycleFollowing::tolerance);
+  EXPECT_GT(result.cycle_departure->duration_ns, 1'000'000'000);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "ecu/run_report.hpp"
 #include "sextant/config/load_config.hpp"
 
 namespace sextant::ecu {
@@ -65,11 +66,22 @@ void CycleReplay::step(const CycleRecord<double>& record) {
     if (!first_) first_ = {periods_, record.t_ns, record.pattern, output.pattern};
   }
   ++periods_;
+  tripped_.reset();
+  if (output.telemetry.latched.any()) tripped_ = output.telemetry.first_fault;
   if (!telemetry_) return;
   interval_.add(output.telemetry);
   if (interval_.count() < periods_per_sample(config_)) return;
   telemetry_->add(interval_.record());
   interval_.reset();
+}
+
+Verdict CycleReplay::verdict() const noexcept {
+  if (tripped_) return Verdict::tripped;
+  return different_ > 0 ? Verdict::fail : Verdict::pass;
+}
+
+std::string CycleReplay::reason() const {
+  return tripped_ ? tripped_text(*tripped_, file_) : "";
 }
 
 void CycleReplay::print_report(std::FILE* out) const {

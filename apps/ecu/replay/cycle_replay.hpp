@@ -9,8 +9,10 @@
 #include "ecu/configured_drive.hpp"
 #include "ecu/virtual_time/telemetry_file.hpp"
 #include "sextant/config/ecu_config.hpp"
+#include "sextant/core/fault.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/sim/cycle_file.hpp"
+#include "sextant/sim/verdict.hpp"
 
 namespace sextant::ecu {
 
@@ -26,8 +28,11 @@ class CycleReplay {
 
   void run();
   void print_report(std::FILE* out) const;
-  /// Every pattern as recorded.
-  [[nodiscard]] bool is_identical() const noexcept { return different_ == 0; }
+  /// `tripped` where the drive is in FAULT at the end, `fail` where a pattern differs from the recorded one,
+  /// else `pass`.
+  [[nodiscard]] Verdict verdict() const noexcept;
+  /// Why the drive has tripped, in one sentence; empty where it has not.
+  [[nodiscard]] std::string reason() const;
 
  private:
   struct Difference {
@@ -52,6 +57,7 @@ class CycleReplay {
   std::int64_t begin_ns_{0};
   std::int64_t end_ns_{0};
   std::optional<Difference> first_{};
+  std::optional<Fault> tripped_{};  // the first fault that is latched in the last period
 };
 
 }  // namespace sextant::ecu

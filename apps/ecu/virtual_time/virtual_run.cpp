@@ -14,6 +14,7 @@
 
 #include "ecu/run_report.hpp"
 #include "ecu/timing/timing_report.hpp"
+#include "sextant/comms/contract_ranges.hpp"
 #include "sextant/harness/random_bus_events.hpp"
 #include "sextant/sim/csv_table.hpp"
 
@@ -45,11 +46,16 @@ ProfileParameters read_profile(const std::string& file) {
   }
   const std::size_t time = table.column("time_s");
   const std::size_t torque = table.column("torque_nm");
+  const SignalRange range = contract_ranges().torque_request;
   ProfileParameters profile{.shape = ProfileShape::table, .file = file};
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     profile.table.push_back({table.rows[k][time], table.rows[k][torque]});
     const std::string problem = validate_point(profile.table, k, profile.shape);
     if (!problem.empty()) refuse("{}: {}", table.place(k), problem);
+    if (!range.contains(profile.table.back().value)) {
+      refuse("{}: torque_nm is {:g}; the contract's range of torque is {:g} to {:g} N·m", table.place(k),
+             profile.table.back().value, range.lowest, range.highest);
+    }
   }
   return profile;
 }
@@ -108,8 +114,9 @@ void VirtualRun::set_up_sources() {
     profile_ = Profile{parameters};
     profile_end_ns_ = std::llround(parameters.table.back().t_s * 1e9);
     vehicle_.emplace(
-        VirtualVehicle::Parameters{.identifier_offset = config_.can.identifier_offset}, clock_, bus_,
-        [this](std::int64_t t_ns) { return profile_.value(t_ns); }, profile_end_ns_);
+        VirtualVehicle::Parameters{.torque_limit = contract_ranges().torque_limit.highest,
+                                   .identifier_offset = config_.can.identifier_offset},
+        clock_, bus_, [this](std::int64_t t_ns) { return profile_.value(t_ns); }, profile_end_ns_);
     timeline_.add(vehicle_->party());
   }
   ecu_.join(timeline_);
@@ -189,14 +196,20 @@ void VirtualRun::record_cycles() {
   if (cycles_) cycles_->poll();
 }
 
-void VirtualRun::require_success() const {
-  if (!vehicle_) return;
-  if (!vehicle_->enabled_ns()) {
-    refuse("the drive was not ready within {} s", double(before_shutdown_ns_) * 1e-9);
-  }
-  if (before_shutdown_.latched.any()) {
-    refuse("the drive went to FAULT ({}) while it followed {}", to_string(before_shutdown_.first_fault),
-           options_.profile);
+Verdict VirtualRun::verdict() const {
+  if (before_shutdown_.latched.any()) return Verdict::tripped;
+  return vehicle_ && !vehicle_->enabled_ns() ? Verdict::no_torque : Verdict::pass;
+}
+
+std::string VirtualRun::reason() const {
+  switch (verdict()) {
+    case Verdict::tripped:
+      return tripped_text(before_shutdown_.first_fault,
+                          options_.profile.empty() ? options_.log : options_.profile);
+    case Verdict::no_torque:
+      return fmt::format("the drive was not ready within {} s", double(before_shutdown_ns_) * 1e-9);
+    default:
+      return "";
   }
 }
 

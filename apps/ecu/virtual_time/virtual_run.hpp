@@ -15,6 +15,7 @@
 #include "sextant/harness/log_replay.hpp"
 #include "sextant/harness/virtual_vehicle.hpp"
 #include "sextant/sim/profile.hpp"
+#include "sextant/sim/verdict.hpp"
 
 namespace sextant::ecu {
 
@@ -49,8 +50,11 @@ class VirtualRun {
   /// The report of the run, for people.
   void print_report(std::FILE* out) const;
 
-  /// Throws std::runtime_error where a vehicle could not play its profile to the end.
-  void require_success() const;
+  /// How it turned out: `no_torque` where the drive never got ready for the vehicle that plays a profile,
+  /// `tripped` where the drive was in FAULT at the end, else `pass`.
+  [[nodiscard]] Verdict verdict() const;
+  /// Why it is not `pass`, in one sentence; empty where it is.
+  [[nodiscard]] std::string reason() const;
 
   [[nodiscard]] const RunRecorder& recorder() const noexcept { return recorder_; }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "sextant/config/schema.hpp"
@@ -30,7 +31,8 @@ struct CycleConfig {
   [[nodiscard]] std::string validate() const;
 };
 
-/// Sections cycle, vehicle and driver.
-void describe(const Section& root, CycleConfig& config);
+/// Sections cycle, vehicle and driver. torque_of_drive: the largest torque that the drive can be asked for,
+/// once everything has been read: the driver's limit where none is given [N·m].
+void describe(const Section& root, CycleConfig& config, const std::function<double()>& torque_of_drive);
 
 }  // namespace sextant

@@ -58,6 +58,16 @@ void describe(Section root, DriveConfig& config);
 /// Empty when the link is below the level at which the drive trips, else a sentence.
 [[nodiscard]] std::string validate_link(const DriveConfig& config);
 
+/// Empty when a speed that the load imposes for so long [ns] is not above the level at which the drive trips,
+/// else a sentence.
+[[nodiscard]] std::string validate_imposed_speed(const DriveConfig& config, const ProfileParameters& speed,
+                                                 std::int64_t duration_ns);
+
+/// Empty when the sensors of the simulated plant can read more than the level at which the drive trips, else
+/// a sentence.
+[[nodiscard]] std::string validate_current_range(const DriveConfig& config);
+[[nodiscard]] std::string validate_voltage_range(const DriveConfig& config);
+
 /// Sections plant and load alone.
 void describe(Section section, SimulatedPowerStage::Parameters& parameters);
 void describe(Section section, LoadConfig& config);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sextant/core/nonblocking.hpp"
 
@@ -44,6 +45,11 @@ class Converter {
   }
 
   [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
+
+  /// Largest reading there can be; infinite without a range. [unit of the quantity]
+  [[nodiscard]] double highest() const noexcept SEXTANT_NONBLOCKING {
+    return is_limited_ ? high_ : std::numeric_limits<double>::infinity();
+  }
 
   /// What is read of x with a standard normal sample n; NaN of NaN.
   [[nodiscard]] double operator()(double x, double n) const noexcept SEXTANT_NONBLOCKING {

@@ -2,13 +2,16 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "sextant/control/controller.hpp"
 #include "sextant/drive/drive.hpp"
+#include "sextant/sim/cycle_following.hpp"
 #include "sextant/sim/metric_list.hpp"
 #include "sextant/sim/scenario.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/sim/torque_answer.hpp"
 
 namespace sextant {
 
@@ -28,6 +31,8 @@ struct MilResult {
   bool plant_reachable{true};                ///< false: the plant's state has left what the DC link can feed
   bool events_ended{true};                   ///< false: an event-exact run had more events than it may
   bool stopped{false};                       ///< the caller has ended the run early
+  std::optional<MissingTorque> missing_torque{};    ///< asked and not made, of a sampled run
+  std::optional<CycleDeparture> cycle_departure{};  ///< of a driver that did not follow
   DriveState final_state{DriveState::init};
   FaultSet faults{};                        ///< latched during the run
   Fault first_fault{};                      ///< meaningful while `faults.any()`

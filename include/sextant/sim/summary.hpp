@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -11,22 +10,9 @@
 #include "sextant/sim/metric_list.hpp"
 #include "sextant/sim/mil_runner.hpp"
 #include "sextant/sim/scenario.hpp"
+#include "sextant/sim/verdict.hpp"
 
 namespace sextant {
-
-/// Verdict of a run; the first that applies counts.
-enum class Verdict : std::uint8_t {
-  interrupted,       ///< ended from outside before its time
-  plant_failed,      ///< the plant's integration gave up
-  tripped,           ///< a fault that was not expected latched
-  not_balanced,      ///< more than 1e-4 of the energy is unaccounted for
-  trace_incomplete,  ///< the trace could not be written to its end
-  fail,              ///< a limit does not hold, or an expected fault did not come
-  pass
-};
-
-/// The word in summaries: `pass`, `not_balanced`, …
-[[nodiscard]] const char* to_string(Verdict verdict) noexcept;
 
 /// How a run turned out.
 struct RunSummary {
@@ -38,22 +24,33 @@ struct RunSummary {
   std::vector<ExpectationResult> expectations{};
   std::vector<LatchedFault> faults{};  ///< in the order in which they latched
   std::optional<FaultExpectation> expected_fault{};
-  bool stopped{false};          ///< ended from outside before its time
-  bool plant_healthy{true};     ///< false: the plant's integration gave up
-  std::string trace_error{};    ///< why the trace ends early; empty when it does not
-  std::string problem{};        ///< a further problem of the run, in a sentence
-  std::string configuration{};  ///< in force, as JSON; empty where there is none
-  std::string version{};        ///< of the program
-  std::string commit{};         ///< that the program was built from
+  std::optional<MissingTorque> missing_torque{};    ///< asked and not made
+  std::optional<CycleDeparture> cycle_departure{};  ///< of a vehicle that did not follow its cycle
+  bool expectations_required{false};                ///< a run of which nothing is expected is a failure
+  bool stopped{false};                              ///< ended from outside before its time
+  bool plant_healthy{true};                         ///< false: the plant's integration gave up
+  std::string trace_error{};                        ///< why the trace ends early; empty when it does not
+  std::string problem{};                            ///< a further problem of the run, in a sentence
+  std::string configuration{};                      ///< in force, as JSON; empty where there is none
+  std::string version{};                            ///< of the program
+  std::string commit{};                             ///< that the program was built from
 
   /// True when every expectation holds; also when there is none.
   [[nodiscard]] bool passed() const noexcept;
 
   /// True when no fault was expected and none came, or when the first one is the one that was expected, in
-  /// its window.
+  /// its window. One of the hand-shake, before time zero, counts as one at zero.
   [[nodiscard]] bool faults_as_expected() const noexcept;
 
+  /// True where a limit or a fault is expected.
+  [[nodiscard]] bool expects_something() const noexcept {
+    return !expectations.empty() || expected_fault.has_value();
+  }
+
   [[nodiscard]] Verdict verdict() const noexcept;
+
+  /// Exit status of a program with this run alone; `interrupted`: without the signal.
+  [[nodiscard]] int status() const noexcept { return exit_status(verdict(), expectations_required); }
 };
 
 /// What is known of a run once it has ended; trace, configuration and program are the caller's to add.
