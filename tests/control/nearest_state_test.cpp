@@ -36,5 +36,23 @@ TYPED_TEST(NearestStateOf, OfTheZeroVectorsTheOneWithTheFewestCommutations) {
   }
 }
 
+// Against a search in another metric, of vectors that act for a part of the period.
+TYPED_TEST(NearestStateOf, OfAShareOfThePeriodHasTheShortestDistance) {
+  using T = TypeParam;
+  const T u_dc = T(530);
+  for (const T share : {T(0.05), T(0.34), T(0.8)}) {
+    for (int length = 0; length <= 20; ++length) {
+      for (int degrees = 0; degrees < 360; degrees += 7) {
+        const SpaceVector<T> u = polar(T(20 * length) + T(0.37), T(degrees) * T(0.0174532925));
+        const auto distance = [&](SwitchState s) { return magnitude(u - share * stator_voltage(s, u_dc)); };
+        T shortest = distance(switch_states[0]);
+        for (const SwitchState s : switch_states) shortest = std::min(shortest, distance(s));
+        EXPECT_NEAR(distance(nearest_state(u, u_dc, gates_off, share)), shortest, T(1e-3))
+            << share << " " << length << " " << degrees;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sextant

@@ -5,7 +5,6 @@
 
 #include "sextant/control/estimating_controller.hpp"
 #include "sextant/control/flux_comparator.hpp"
-#include "sextant/control/nearest_state.hpp"
 #include "sextant/control/sector_selector.hpp"
 #include "sextant/control/switching_table.hpp"
 #include "sextant/control/torque_comparator.hpp"
@@ -78,8 +77,8 @@ class DirectTorqueController final : public EstimatingController<T> {
                               d.u_dc);
   }
 
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
-    return Base::whole_period(nearest_state(u, u_dc, Base::present()), u_dc);
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T share) noexcept SEXTANT_NONBLOCKING override {
+    return Base::nearest_vector(u, u_dc, share);
   }
 
   void release() noexcept SEXTANT_NONBLOCKING override {

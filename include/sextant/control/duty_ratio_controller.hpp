@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 
 #include "sextant/control/flux_vector_controller.hpp"
-#include "sextant/control/nearest_state.hpp"
+#include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
 
@@ -30,7 +29,7 @@ class DutyRatioController final : public FluxVectorController<T> {
  private:
   using Base = FluxVectorController<T>;
 
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T) noexcept SEXTANT_NONBLOCKING override {
     std::size_t nearest = 1;
     T projection{};  // u · V_n [V²]
     for (std::size_t n = 1; n <= 6; ++n) {
@@ -42,21 +41,7 @@ class DutyRatioController final : public FluxVectorController<T> {
     const SwitchState active = switch_states[nearest];
     const SpaceVector<T> v = stator_voltage(active, u_dc);
     const T square = dot(v, v);
-    const std::int32_t period_ns = Base::period_ns();
-    const T share = projection > T(0) ? std::min(projection / square, T(1)) : T(0);
-    return pulse(active, std::int32_t(share * T(period_ns)), v);
-  }
-
-  /// `active` [ns] in the middle of a period of its nearest zero vector; v: its voltage. [V]
-  [[nodiscard]] GatePattern pulse(SwitchState active, std::int32_t active_ns, SpaceVector<T> v) noexcept {
-    const SwitchState zero = nearest_zero_state(active);
-    const std::int32_t rest_ns = Base::period_ns() - active_ns;
-    GatePattern pattern;
-    pattern.append({zero, rest_ns / 2});
-    pattern.append({active, active_ns});
-    pattern.append({zero, rest_ns - rest_ns / 2});
-    Base::drive((T(active_ns) / T(Base::period_ns())) * v);
-    return pattern;
+    return Base::pulse(active, projection > T(0) ? std::min(projection / square, T(1)) : T(0), v);
   }
 };
 

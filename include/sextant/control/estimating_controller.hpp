@@ -7,6 +7,7 @@
 #include "sextant/control/delay_predictor.hpp"
 #include "sextant/control/flux_torque_estimator.hpp"
 #include "sextant/control/magnetising_control.hpp"
+#include "sextant/control/nearest_state.hpp"
 
 namespace sextant {
 
@@ -78,8 +79,10 @@ class EstimatingController : public Controller<T> {
 
   /// The pattern with which the torque follows its reference. It must call `drive`.
   [[nodiscard]] virtual GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
-  /// The pattern whose mean voltage is nearest to u [V]. It must call `drive`.
-  [[nodiscard]] virtual GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING = 0;
+  /// The pattern whose mean voltage is nearest to u [V]. It must call `drive`. share: largest share of the
+  /// period for which a method of one vector a period lets an active one act. [-]
+  [[nodiscard]] virtual GatePattern realise(SpaceVector<T> u, T u_dc,
+                                            T share) noexcept SEXTANT_NONBLOCKING = 0;
   /// The torque follows no reference; `estimate_` is that of this period.
   virtual void release() noexcept SEXTANT_NONBLOCKING {}
   /// What is left of earlier periods, as after power-up.
@@ -96,7 +99,27 @@ class EstimatingController : public Controller<T> {
     present_ = state;
     return GatePattern{state, parameters_.period_ns};
   }
-  /// The state of the last `whole_period`, until the gates go off.
+  /// An active state for a share of the period, in [0, 1], between two halves of its nearest zero vector; v:
+  /// its voltage. [V]
+  [[nodiscard]] GatePattern pulse(SwitchState active, T share, SpaceVector<T> v) noexcept {
+    const auto active_ns = std::int32_t(share * T(parameters_.period_ns));
+    const SwitchState zero = nearest_zero_state(active);
+    const std::int32_t rest_ns = parameters_.period_ns - active_ns;
+    GatePattern pattern;
+    pattern.append({zero, rest_ns / 2});
+    pattern.append({active, active_ns});
+    pattern.append({zero, rest_ns - rest_ns / 2});
+    drive((T(active_ns) / T(parameters_.period_ns)) * v);
+    present_ = pattern.last_state();
+    return pattern;
+  }
+  /// The state of which that share of the period is nearest to u [V], or a zero vector.
+  [[nodiscard]] GatePattern nearest_vector(SpaceVector<T> u, T u_dc, T share) noexcept {
+    const SwitchState state = nearest_state(u, u_dc, present_, share);
+    const bool is_whole = share >= T(1) || state == nearest_zero_state(state);
+    return is_whole ? whole_period(state, u_dc) : pulse(state, share, stator_voltage(state, u_dc));
+  }
+  /// The state in force at the end of the last pattern of these, until the gates go off.
   [[nodiscard]] SwitchState present() const noexcept { return present_; }
 
   [[nodiscard]] const FluxTorqueEstimator<T>& estimator() const noexcept { return estimator_; }
@@ -108,9 +131,10 @@ class EstimatingController : public Controller<T> {
     const T psi_ref = reference.flux_share * parameters_.flux_reference;
     if (mode_ == ControlMode::torque) return follow({ahead(), reference.torque, psi_ref, m.u_dc});
     release();
+    const T share = magnetising_.vector_share(parameters_.machine, psi_ref, m.u_dc);
     return realise(magnetising_.step(estimator_, ahead(), estimate_.psi_s_magnitude, psi_ref, m.u_dc,
-                                     m.omega_m, ripple_share_),
-                   m.u_dc);
+                                     m.omega_m, share * ripple_share_),
+                   m.u_dc, share);
   }
 
   /// Flux and current when the pattern that is decided now begins.

@@ -64,6 +64,7 @@ class Magnetiser {
   }
 
   [[nodiscard]] constexpr bool done() const noexcept { return done_; }
+  [[nodiscard]] constexpr T current_limit() const noexcept { return parameters_.current_limit; }  ///< [A]
 
   constexpr void reset() noexcept {
     reached_ = false;

@@ -22,6 +22,18 @@ class MagnetisingControl {
   constexpr MagnetisingControl(const Parameters& parameters, T period) noexcept
       : magnetiser_{parameters}, period_{period} {}
 
+  /// The largest share of a period for which an active vector may act, so that it moves the current by no
+  /// more than the limit has above the current that holds the flux psi_ref [Wb]:
+  ///   (I − ψ_ref/L_s)/((2/3) u_dc t_period/σL_s), at most 1
+  /// A vector that moves it further would overshoot the limit, or the nearest to any voltage would be a zero
+  /// vector, and no flux would arise. u_dc [V].
+  [[nodiscard]] constexpr T vector_share(const InductionMachineParameters<T>& machine, T psi_ref,
+                                         T u_dc) const noexcept {
+    const T largest_step = T(2.0 / 3.0) * u_dc * period_ / machine.sigma_l_s();
+    const T room = magnetiser_.current_limit() - psi_ref / machine.l_s();
+    return room < largest_step ? room / largest_step : T(1);
+  }
+
   /// The stator voltage of the coming period [V]. x: flux and current at its beginning; psi_s: magnitude of
   /// the estimated flux now, and its reference [Wb]; u_dc [V]; omega_m [rad/s]; ripple_share: largest
   /// deviation of the current within a period, by what an active vector changes in one. [-]

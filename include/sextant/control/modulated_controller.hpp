@@ -43,9 +43,9 @@ class ModulatedController : public EstimatingController<T> {
   using Base = EstimatingController<T>;
 
   [[nodiscard]] GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING final {
-    return realise(voltage(demand), demand.u_dc);
+    return realise(voltage(demand), demand.u_dc, T(1));
   }
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING final {
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T) noexcept SEXTANT_NONBLOCKING final {
     const SpaceVector<T> within = modulator_.within_hexagon(u, u_dc);
     Base::drive(within);
     return modulator_.step(within, u_dc, Base::period_ns());

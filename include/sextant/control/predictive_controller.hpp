@@ -1,7 +1,6 @@
 #pragma once
 
 #include "sextant/control/flux_vector_controller.hpp"
-#include "sextant/control/nearest_state.hpp"
 
 namespace sextant {
 
@@ -22,8 +21,8 @@ class PredictiveController final : public FluxVectorController<T> {
  private:
   using Base = FluxVectorController<T>;
 
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc) noexcept SEXTANT_NONBLOCKING override {
-    return Base::whole_period(nearest_state(u, u_dc, Base::present()), u_dc);
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T share) noexcept SEXTANT_NONBLOCKING override {
+    return Base::nearest_vector(u, u_dc, share);
   }
 };
 

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <unistd.h>
+
+#include "sextant/config/load_config.hpp"
+#include "sextant/config/make_controller.hpp"
+#include "sextant/drive/drive_limits.hpp"
+#include "sextant/sim/mil_runner.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
+
+namespace sextant {
+
+/// A machine with its link and flux.
+struct TestMachine {
+  const char* name;
+  InductionMachineParameters<> parameters;
+  double u_dc;  ///< [V]
+  double psi;   ///< stator flux reference [Wb]
+
+  [[nodiscard]] double torque_limit() const { return drive_limits(parameters, psi, u_dc).torque; }
+  /// Speed at which the flux without torque meets the voltage limit. [rad/s]
+  [[nodiscard]] double base_speed() const { return zero_torque_speed(parameters, psi, u_dc); }
+};
+
+/// From 0.25 kW to 200 kW, 311 V to 565 V, two to four pole pairs.
+inline const std::array test_machines{
+    TestMachine{"250 W", {25, 22, 0.06, 0.06, 1.1, 2, 3e-4}, 540, 0.9},
+    TestMachine{"paper", {}, 530, 1.1},
+    TestMachine{"7.5 kW", {0.72, 0.62, 0.0043, 0.0043, 0.152, 2, 0.03}, 560, 1.0},
+    TestMachine{"8 poles", {0.467, 0.380, 0.0033, 0.0033, 0.039674, 4, 0.2066}, 311, 0.476},
+    TestMachine{"traction", {0.010, 0.008, 40e-6, 40e-6, 1.5e-3, 2, 0.06}, 400, 0.1838},
+    TestMachine{
+        "45 kW", {0.057, 0.0316040816, 0.00112364373, 0.00112364373, 0.0255763563, 2, 0.8134}, 540, 1.04},
+    TestMachine{"150 kW", {0.01379, 0.007728, 0.000152, 0.000152, 0.00769, 2, 2.9}, 565, 1.0383},
+    TestMachine{"200 kW", {0.012, 0.009, 1.4e-4, 1.6e-4, 5.2e-3, 3, 4}, 560, 0.9},
+};
+
+/// What a machine is asked to do, and how.
+struct MachineRun {
+  std::string controller{"foc"};
+  int period_us{50};
+  double omega_m{};      ///< imposed [rad/s]
+  double first{};        ///< torque [N·m]
+  double second{};       ///< torque [N·m]
+  double first_s{1.0};   ///< instant of the first torque; zero before it [s]
+  double second_s{1.2};  ///< instant of the second one [s]
+  double end_s{1.5};     ///< [s]
+  std::string more{};    ///< further tables of the file
+};
+
+/// A run with every default that follows from machine, link and period; the metrics' window is the last
+/// 100 ms.
+inline MilResult run(const TestMachine& machine, const MachineRun& r) {
+  const InductionMachineParameters<>& m = machine.parameters;
+  const auto number = [](double x) { return std::to_string(x * 1e6) + "e-6"; };
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("sextant_machine_run_" + std::to_string(getpid()) + ".toml");
+  std::ofstream{file}
+      << "name = \"machine_run\"\nduration_s = " << number(r.end_s)
+      << "\n[machine]\nr_s_ohm = " << number(m.r_s) << "\nr_r_ohm = " << number(m.r_r)
+      << "\nl_ls_h = " << number(m.l_ls) << "\nl_lr_h = " << number(m.l_lr) << "\nl_m_h = " << number(m.l_m)
+      << "\npoles = " << 2 * m.pole_pairs << "\ninertia_kg_m2 = " << number(m.inertia)
+      << "\n[control]\ncontroller = \"" << r.controller << "\"\nflux_reference_wb = " << number(machine.psi)
+      << "\n[drive]\nperiod_us = " << r.period_us << "\n[plant]\nu_dc_v = " << number(machine.u_dc)
+      << "\nintegrator = \"exact\"\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\nvalue = "
+      << number(r.omega_m) << "\n[profile.torque_nm]\nshape = \"steps\"\npoints = [[0, 0], ["
+      << number(r.first_s) << ", " << number(r.first) << "], [" << number(r.second_s) << ", "
+      << number(r.second) << "]]\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n'
+      << r.more;
+  const ScenarioConfig config = load_scenario_config(file.string(), {});
+  std::filesystem::remove(file);
+  MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
+  const auto controller = make_controller(config.drive);
+  Drive<double> drive{config.drive.drive, *controller};
+  return MilRunner{drive, power_stage.io(), config.drive.drive.period_ns}.run(config.scenario, nullptr, {});
+}
+
+}  // namespace sextant

@@ -1,0 +1,35 @@
+// Drives whose every limit follows from machine, link and period, over machines of 0.25 to 200 kW.
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "sim/machine_run.hpp"
+
+namespace sextant {
+namespace {
+
+// One vector for one period moves the current of some of these machines by more than the limit of
+// magnetising.
+TEST(MachinesRun, MethodsOfOneVectorAPeriodMagnetiseEveryMachine) {
+  for (const TestMachine& machine : test_machines) {
+    for (const char* controller : {"dtc", "predictive"}) {
+      for (const double sign : {-1.0, 1.0}) {
+        SCOPED_TRACE(testing::Message() << machine.name << ", " << controller << ", " << sign);
+        const double tau_r = machine.parameters.tau_r();
+        const MilResult result = run(machine, {.controller = controller,
+                                               .period_us = 250,
+                                               .omega_m = sign * 0.1 * machine.base_speed(),
+                                               .end_s = std::max(0.3, 2.5 * tau_r)});
+        EXPECT_FALSE(result.faults.any());
+        EXPECT_EQ(result.final_state, DriveState::torque);
+        EXPECT_GT(result.metrics[Metric::flux_mean], 0.9 * machine.psi);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sextant
