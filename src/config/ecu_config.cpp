@@ -62,14 +62,6 @@ std::string check_power_stage(const EcuConfig& c) {
   return {};
 }
 
-/// Empty when the load never imposes a speed at which the drive trips, else a sentence.
-std::string check_speed(const DriveConfig& c) {
-  constexpr std::int64_t longest_profile_ns = 1'000'000'000'000'000;
-  const LoadConfig& load = c.load;
-  if (load.kind != LoadConfig::Kind::imposed_speed) return {};
-  return validate_imposed_speed(c, load.imposed_speed, longest_profile_ns);
-}
-
 /// What the simulated plant must not do to its drive.
 void describe_simulated_plant(const Section& root, EcuConfig& c) {
   const auto check = [&c](Section key, std::string (*problem)(const DriveConfig&)) {
@@ -81,7 +73,6 @@ void describe_simulated_plant(const Section& root, EcuConfig& c) {
   check(plant.section("u_dc_v"), validate_link);
   check(plant.section("sensors").section("current").section("range_a"), validate_current_range);
   check(plant.section("sensors").section("voltage").section("range_v"), validate_voltage_range);
-  check(root.section("load").section("speed_rad_s"), check_speed);
 }
 
 }  // namespace
