@@ -22,7 +22,6 @@ struct TestMachine {
   double u_dc;  ///< [V]
   double psi;   ///< stator flux reference [Wb]
 
-  [[nodiscard]] double torque_limit() const { return drive_limits(parameters, psi, u_dc).torque; }
   /// Speed at which the flux without torque meets the voltage limit. [rad/s]
   [[nodiscard]] double base_speed() const { return zero_torque_speed(parameters, psi, u_dc); }
 };
@@ -40,17 +39,12 @@ inline const std::array test_machines{
     TestMachine{"200 kW", {0.012, 0.009, 1.4e-4, 1.6e-4, 5.2e-3, 3, 4}, 560, 0.9},
 };
 
-/// What a machine is asked to do, and how.
+/// How a machine runs, without a torque command.
 struct MachineRun {
   std::string controller{"foc"};
   int period_us{50};
-  double omega_m{};      ///< imposed [rad/s]
-  double first{};        ///< torque [N·m]
-  double second{};       ///< torque [N·m]
-  double first_s{1.0};   ///< instant of the first torque; zero before it [s]
-  double second_s{1.2};  ///< instant of the second one [s]
-  double end_s{1.5};     ///< [s]
-  std::string more{};    ///< further tables of the file
+  double omega_m{};   ///< imposed [rad/s]
+  double end_s{1.5};  ///< [s]
 };
 
 /// A run with every default that follows from machine, link and period; the metrics' window is the last
@@ -68,10 +62,7 @@ inline MilResult run(const TestMachine& machine, const MachineRun& r) {
       << "\n[control]\ncontroller = \"" << r.controller << "\"\nflux_reference_wb = " << number(machine.psi)
       << "\n[drive]\nperiod_us = " << r.period_us << "\n[plant]\nu_dc_v = " << number(machine.u_dc)
       << "\nintegrator = \"exact\"\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\nvalue = "
-      << number(r.omega_m) << "\n[profile.torque_nm]\nshape = \"steps\"\npoints = [[0, 0], ["
-      << number(r.first_s) << ", " << number(r.first) << "], [" << number(r.second_s) << ", "
-      << number(r.second) << "]]\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n'
-      << r.more;
+      << number(r.omega_m) << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
   const ScenarioConfig config = load_scenario_config(file.string(), {});
   std::filesystem::remove(file);
   MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};

@@ -20,7 +20,7 @@ struct MissingTorque {
 };
 
 /// Whether a sampled run makes any of the torque that is asked in it, from control period to control period,
-/// from time zero on and while the command is not zero. What the drive owes is the command within the
+/// over the stretches that are added and while the command is not zero. What the drive owes is the command within the
 /// available range that it publishes in TORQUE and DERATED. The torque is missing where it was asked for
 /// 20 ms or longer in all, and
 ///   the drive was never in TORQUE nor DERATED, or
@@ -42,7 +42,7 @@ class TorqueAnswer {
     end_period();
     area_ = elapsed_ns_ = 0;
     state_ = telemetry.state;
-    command_ = telemetry.t_ns < 0 ? 0 : command;
+    command_ = command;
     available_ = {.motoring = {.torque = telemetry.torque_motoring},
                   .regenerating = {.torque = telemetry.torque_regenerating}};
     omega_m_ = telemetry.omega_m;
