@@ -20,9 +20,9 @@ struct MissingTorque {
 };
 
 /// Whether a sampled run makes any of the torque that is asked in it, from control period to control period,
-/// over the stretches that are added and while the command is not zero. What the drive owes is the command within the
-/// available range that it publishes in TORQUE and DERATED. The torque is missing where it was asked for
-/// 20 ms or longer in all, and
+/// over the stretches that are added and while the command is not zero. What the drive owes is the command
+/// within the available range that it publishes in TORQUE and DERATED. The torque is missing where it was
+/// asked for 20 ms or longer in all, and
 ///   the drive was never in TORQUE nor DERATED, or
 ///   ∫ sgn(c) τ_e dt < 0.05 ∫ |owed| dt, with  ∫ |owed| dt > 0.05 ∫ available dt:
 /// less would be lost among the errors that every drive has.
