@@ -19,9 +19,11 @@ AHEAD = 4
 
 
 def _quiet() -> None:
-    """What goes wrong is told in this program's own words."""
-    for name in ("distributed", "distributed.worker", "distributed.scheduler", "distributed.client", "tornado"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    """What goes wrong is told in this program's own words. Some loggers have levels of their own: of long garbage
+    collections, as on a machine that stands still, and of callbacks that fail, as when a scheduler dies."""
+    for name in ("asyncio", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("asyncio", "distributed", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 @contextmanager

@@ -202,6 +202,16 @@ def crashing(bench: Bench, where: str) -> None:
     wrapped(bench, where, "kill -SEGV $$")
 
 
+SPEAKS = """import logging
+from sextant_py import sweep_cluster
+with sweep_cluster.local_client(1) as client:
+    for name in ("asyncio", *list(logging.root.manager.loggerDict)):
+        if name.startswith(("asyncio", "distributed", "tornado")):
+            print(name)
+            logging.getLogger(name).error("of %s", name)
+"""
+
+
 @dataclass
 class Hold:
     """Points that run until they are released, however fast the machine is."""
@@ -462,6 +472,15 @@ def test_a_scheduler_that_dies_leaves_what_is_finished(bench: Bench, cluster: Cl
     hold.release()
     assert bench.run().returncode == 0
     assert {k: bench.records()[k] for k in kept} == kept
+
+
+def test_dask_says_nothing_of_its_own() -> None:
+    """Not even of a long garbage collection or a failed callback: each logger by itself."""
+    found = subprocess.run(
+        [sys.executable, "-c", SPEAKS], capture_output=True, text=True, timeout=480, cwd=ROOT / "scripts", check=True
+    )
+    assert "distributed.gc" in found.stdout.split()
+    assert found.stderr == ""
 
 
 def test_no_scheduler(bench: Bench, udp_port: int) -> None:
