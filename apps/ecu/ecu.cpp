@@ -73,7 +73,8 @@ Ecu::Ecu(const EcuConfig& config, const std::string& record_cycles)
       link_{power_stage_, shared_},
       housekeeping_{shared_, [](const std::string& sentence) { spdlog::warn("telemetry: {}", sentence); }},
       telemetry_{telemetry_parameters(config), publisher_.sender(), shared_,
-                 [this](std::int64_t now_ns) { publisher_.poll(now_ns); }} {}
+                 [this](std::int64_t now_ns) { publisher_.poll(now_ns); },
+                 [](const std::string& sentence) { spdlog::warn("drive: {}", sentence); }} {}
 
 DriveIo<double>& Ecu::recorded_io(const std::string& record_cycles) {
   if (record_cycles.empty()) return power_stage_.io();

@@ -80,6 +80,11 @@ static_assert(int(DeratingCause::temperature) == SEXTANT_MCU_CAPABILITY_DERATING
 static_assert(int(DeratingCause::dc_link_limit) ==
               SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_DC_LINK_LIMIT_CHOICE);
 static_assert(int(DeratingCause::gates_are_off) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_GATES_OFF_CHOICE);
+static_assert(int(DeratingCause::command_timeout) ==
+              SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_COMMAND_TIMEOUT_CHOICE);
+static_assert(int(DeratingCause::status_timeout) ==
+              SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_STATUS_TIMEOUT_CHOICE);
+static_assert(int(DeratingCause::shutdown) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_SHUTDOWN_CHOICE);
 
 EncodedFrame encode(const TorqueStatus& x) noexcept {
   Packer pack;

@@ -132,26 +132,30 @@ std::span<const CanFrame> StatusEncoder::due(std::int64_t now_ns, const Telemetr
   const FaultReport faults = fault_report_of(drive);
   const bool faults_changed =
       drive.active != sent_active_ || drive.latched != sent_latched_ || faults != sent_faults_;
+  const bool ramp_changed = drive.derating_cause != sent_cause_ &&
+                            (is_ramp_to_zero(drive.derating_cause) || is_ramp_to_zero(sent_cause_));
   std::size_t n = 0;
   for (std::size_t i = 0; i < status_message_count; ++i) {
     const auto message = static_cast<StatusMessage>(i);
-    if (!is_due(i, now_ns, faults_changed) || (is_measurement(message) && !extras.measured)) continue;
+    const bool changed =
+        (faults_changed && is_of_faults(message)) || (ramp_changed && message == StatusMessage::capability);
+    if (!is_due(i, now_ns, changed) || (is_measurement(message) && !extras.measured)) continue;
     frames_[n++] = frame(message, drive, extras);
   }
   sent_active_ = drive.active;
   sent_latched_ = drive.latched;
   sent_faults_ = faults;
+  sent_cause_ = drive.derating_cause;
   return {frames_.data(), n};
 }
 
-bool StatusEncoder::is_due(std::size_t message, std::int64_t now_ns, bool faults_changed) noexcept {
-  const auto kind = static_cast<StatusMessage>(message);
+bool StatusEncoder::is_due(std::size_t message, std::int64_t now_ns, bool changed) noexcept {
   if (now_ns >= next_ns_[message]) {
-    const std::int64_t cycle = cycle_time_ns(kind);
+    const std::int64_t cycle = cycle_time_ns(static_cast<StatusMessage>(message));
     next_ns_[message] += ((now_ns - next_ns_[message]) / cycle + 1) * cycle;
     return true;
   }
-  return faults_changed && is_of_faults(kind);
+  return changed;
 }
 
 std::int64_t StatusEncoder::next_due_ns() const noexcept {

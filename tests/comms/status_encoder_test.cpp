@@ -185,6 +185,31 @@ TEST(StatusEncoder, SendsFaultsWhenTheyChange) {
   EXPECT_EQ(encoder.due(4 * ms, x, {}).size(), 3U) << "it was reset";
 }
 
+// Who reads the state finds its cause.
+TEST(StatusEncoder, TheFirstFaultIsSentBeforeTheStateThatItCauses) {
+  StatusEncoder encoder;
+  const std::span<const CanFrame> frames = encoder.due(0, some_telemetry(), {});
+  const auto place = [&](std::uint32_t id) {
+    return std::ranges::find(frames, id, &CanFrame::id) - frames.begin();
+  };
+  EXPECT_LT(place(0x124), place(0x120));
+}
+
+TEST(StatusEncoder, SendsTheCapabilityWhenARampToZeroBeginsAndEnds) {
+  StatusEncoder encoder;
+  Telemetry<double> x = some_telemetry();
+  (void)encoder.due(0, x, {});
+  const auto is_sent = [&](std::int64_t t, DeratingCause cause) {
+    x.derating_cause = cause;
+    const std::span<const CanFrame> frames = encoder.due(t, x, {});
+    return std::ranges::find(frames, 0x123U, &CanFrame::id) != frames.end();
+  };
+  EXPECT_FALSE(is_sent(1 * ms, DeratingCause::voltage_limit)) << "within its cycle time";
+  EXPECT_TRUE(is_sent(2 * ms, DeratingCause::command_timeout));
+  EXPECT_FALSE(is_sent(3 * ms, DeratingCause::command_timeout));
+  EXPECT_TRUE(is_sent(4 * ms, DeratingCause::none));
+}
+
 TEST(StatusEncoder, CountsFramesWithAValueBeyondItsRange) {
   StatusEncoder encoder;
   Telemetry<double> x = some_telemetry();

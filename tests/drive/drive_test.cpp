@@ -110,6 +110,63 @@ TYPED_TEST(DriveOf, ATorqueCommandReachesTheControllerAfterADisable) {
   EXPECT_EQ(this->controller->last_reference.mode, ControlMode::off);
 }
 
+TYPED_TEST(DriveOf, ARampToZeroHasACauseWhileItLasts) {
+  using T = TypeParam;
+  const CommandLimits<T> limits{};
+  this->start(T(15));
+  EXPECT_EQ(this->step().telemetry.derating_cause, DeratingCause::none);
+  this->run(limits.timeout_ns + ms);
+  const auto late = this->step();
+  EXPECT_EQ(late.telemetry.state, DriveState::torque);
+  EXPECT_LT(late.telemetry.torque_reference, T(15));
+  EXPECT_EQ(late.telemetry.derating_cause, DeratingCause::command_timeout);
+  this->receive(T(15), true);
+  EXPECT_EQ(this->step().telemetry.derating_cause, DeratingCause::none);
+  this->request.status_age_ns = limits.status_timeout_ns + 1;
+  EXPECT_EQ(this->step().telemetry.derating_cause, DeratingCause::status_timeout);
+  this->request.status_age_ns = 0;
+  this->request.shutdown = true;
+  EXPECT_EQ(this->step().telemetry.derating_cause, DeratingCause::shutdown);
+  this->run(limits.zero_ramp_ns + ms);
+  const auto end = this->step();
+  EXPECT_EQ(end.telemetry.state, DriveState::shutdown);
+  EXPECT_EQ(end.telemetry.derating_cause, DeratingCause::gates_are_off);
+}
+
+TYPED_TEST(DriveOf, NoRampIsToldWhileTheFluxBuildsUp) {
+  using T = TypeParam;
+  this->controller->estimate().magnetised = false;
+  this->step();
+  this->receive(T(0), false);
+  this->run(ms);
+  this->receive(T(15), true);
+  const auto out = this->run(ms);
+  ASSERT_EQ(out.telemetry.state, DriveState::magnetising);
+  EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::none);
+}
+
+// A plant at the other end of a link, whose first measurement is on its way.
+TYPED_TEST(DriveOf, WaitsInInitForTheFirstValidMeasurement) {
+  this->measurement.plausible = false;
+  const auto waits = this->run(50 * ms);
+  EXPECT_EQ(waits.telemetry.state, DriveState::init);
+  EXPECT_FALSE(waits.telemetry.active.any() || waits.telemetry.latched.any());
+  this->measurement.plausible = true;
+  EXPECT_EQ(this->step().telemetry.state, DriveState::standby);
+  this->measurement.plausible = false;
+  const auto lost = this->step();
+  EXPECT_EQ(lost.telemetry.state, DriveState::fault);
+  EXPECT_TRUE(lost.telemetry.latched.test(Fault::measurement_invalid));
+}
+
+TYPED_TEST(DriveOf, AFaultOfTheFirstValidMeasurementCounts) {
+  this->measurement.plausible = false;
+  this->step();
+  this->measurement.plausible = true;
+  this->measurement.u_dc = TypeParam(1000);
+  EXPECT_EQ(this->step().telemetry.state, DriveState::fault);
+}
+
 // Both come before the control thread looks again, so that it sees the enable only.
 TYPED_TEST(DriveOf, ADisableThatAnEnableOverwroteTurnsTheGatesOffForAPeriodAndTorqueStartsFromZero) {
   using T = TypeParam;

@@ -113,6 +113,39 @@ TEST(TelemetryTask, ATimedOutControlThreadIsPublishedInThePlaceOfTheDrive) {
   EXPECT_EQ(told->sample().reason, "torque reference as requested");
 }
 
+TEST(TelemetryTask, ARampToZeroAndAFaultAreToldAndLoggedOnce) {
+  SharedState shared{25'000, 1};
+  TelemetrySender sender;
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  std::vector<std::string> logged;
+  TelemetryTask task{{},
+                     sender,
+                     shared,
+                     [](std::int64_t) {},
+                     [&](const std::string& sentence) { logged.push_back(sentence); }};
+  Telemetry<double> record;
+  record.t_ns = 1'000 * ms;
+  record.state = DriveState::torque;
+  const auto told = [&](DeratingCause cause) {
+    record.derating_cause = cause;
+    for (int period = 0; period < 3; ++period) shared.telemetry.push(record);
+    task.poll(record.t_ns);
+    const auto newest = newest_state(other);
+    return newest ? std::string{newest->sample().reason} : "";
+  };
+  EXPECT_EQ(told(DeratingCause::none), "torque reference as requested");
+  EXPECT_EQ(told(DeratingCause::voltage_limit), "") << "no change of the state";
+  const std::string late = "ramp to zero: no command within command.timeout_ms";
+  EXPECT_EQ(told(DeratingCause::command_timeout), late);
+  EXPECT_EQ(told(DeratingCause::none), "torque reference as requested");
+  record.state = DriveState::fault;
+  record.first_fault = Fault::over_current;
+  record.latched.set(Fault::over_current);
+  const std::string fault = told(DeratingCause::gates_are_off);
+  EXPECT_EQ(logged, (std::vector<std::string>{"TORQUE: " + late, "FAULT: " + fault}));
+}
+
 /// The waveforms that have arrived at the other end.
 std::vector<WaveformMessage> waveforms(MessageSocket& socket) {
   std::vector<WaveformMessage> arrived;

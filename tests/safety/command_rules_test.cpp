@@ -86,6 +86,17 @@ TEST_F(CommandRules, WindingDownRamps) {
   EXPECT_TRUE(evaluate_period().ramp);
 }
 
+// One that is to be told on CAN, in telemetry and in the log.
+TEST_F(CommandRules, ARampHasACause) {
+  EXPECT_EQ(evaluate_period().cause, DeratingCause::none);
+  zero_requested = true;
+  EXPECT_EQ(evaluate_period().cause, DeratingCause::shutdown);
+  status_age_ns = limits.status_timeout_ns + 1;
+  EXPECT_EQ(evaluate_period().cause, DeratingCause::status_timeout);
+  age_ns = limits.timeout_ns + 1;
+  EXPECT_EQ(evaluate_period().cause, DeratingCause::command_timeout) << "the first that applies";
+}
+
 TEST_F(CommandRules, ReceptionLatchesItsFaults) {
   command.e2e = E2eState::invalid;
   EXPECT_EQ(evaluate_period().faults, only(Fault::command_invalid));

@@ -8,7 +8,9 @@ namespace sextant::ecu {
 namespace {
 
 bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
-  return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched;
+  const auto ramp = [](DeratingCause cause) { return is_ramp_to_zero(cause) ? cause : DeratingCause::none; };
+  return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched &&
+         ramp(a.derating_cause) == ramp(b.derating_cause);
 }
 
 double us(std::int64_t ns) {
@@ -45,12 +47,26 @@ void fill_stages(RealTimeSample& sample, const TimingHistograms& histograms) {
   fill(Stage::push, sample.push_p50_us, sample.push_p99_9_us, sample.push_max_us);
 }
 
+/// Why torque is made and is not what is requested.
+const char* reason_for(DeratingCause cause) {
+  switch (cause) {
+    case DeratingCause::command_timeout:
+      return "ramp to zero: no command within command.timeout_ms";
+    case DeratingCause::status_timeout:
+      return "ramp to zero: the bus has taken no status frame within command.status_timeout_ms";
+    case DeratingCause::shutdown:
+      return "ramp to zero: shutting down";
+    default:
+      return "torque reference as requested";
+  }
+}
+
 }  // namespace
 
 std::string reason_for(const Telemetry<double>& t) {
   switch (t.state) {
     case DriveState::init:
-      return "starting";
+      return "waiting for the first valid measurement";
     case DriveState::standby:
       return t.command_sequence == 0 ? "no valid command yet" : "locked out until a valid disable";
     case DriveState::ready:
@@ -60,9 +76,10 @@ std::string reason_for(const Telemetry<double>& t) {
     case DriveState::magnetising:
       return "building up flux";
     case DriveState::torque:
-      return "torque reference as requested";
+      return reason_for(t.derating_cause);
     case DriveState::derated:
-      return "torque reference below the request: less is available";
+      return is_ramp_to_zero(t.derating_cause) ? reason_for(t.derating_cause)
+                                               : "torque reference below the request: less is available";
     case DriveState::fault:
       return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
     case DriveState::shutdown:
@@ -115,6 +132,7 @@ void TelemetryTask::drain_telemetry() {
     interval_.add(telemetry);
     record_waveform(telemetry);
     if (!any_published_ || !same_state(telemetry, published_)) {
+      log_state(telemetry);
       publish_state(telemetry, reason_for(telemetry));
     }
     if (interval_.count() < parameters_.periods_per_sample) continue;
@@ -136,6 +154,12 @@ void TelemetryTask::publish_waveform() {
   if (waveform_.is_empty()) return;
   sender_.write(waveform_.batch(), shared_.telemetry.dropped());
   waveform_.reset();
+}
+
+void TelemetryTask::log_state(const Telemetry<double>& telemetry) const {
+  const bool ramps = is_ramp_to_zero(telemetry.derating_cause) && !is_ramp_to_zero(published_.derating_cause);
+  const bool trips = telemetry.state == DriveState::fault && published_.state != DriveState::fault;
+  if (ramps || trips) log_(fmt::format("{}: {}", to_string(telemetry.state), reason_for(telemetry)));
 }
 
 void TelemetryTask::publish_state(const Telemetry<double>& telemetry, const std::string& reason) {

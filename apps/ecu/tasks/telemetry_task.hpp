@@ -31,14 +31,17 @@ class TelemetryTask {
     SchedulingPolicy policy{SchedulingPolicy::fifo};
   };
 
-  /// `poll_publisher` is called at every poll with the time [ns], for the publishing process.
+  /// `poll_publisher` is called at every poll with the time [ns], for the publishing process; `log` with a
+  /// sentence where the drive goes to FAULT and where its torque begins to ramp to zero.
   TelemetryTask(
       const Parameters& parameters, TelemetrySender& sender, SharedState& shared,
-      std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {})
+      std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {},
+      std::function<void(const std::string&)> log = [](const std::string&) {})
       : parameters_{parameters},
         sender_{sender},
         shared_{shared},
         poll_publisher_{std::move(poll_publisher)},
+        log_{std::move(log)},
         waveform_{parameters.period_ns},
         timing_{parameters.timing},
         report_{shared} {}
@@ -57,6 +60,7 @@ class TelemetryTask {
   void record_waveform(const Telemetry<double>& telemetry);
   void publish_waveform();
   void drain_wakes();
+  void log_state(const Telemetry<double>& telemetry) const;
   void publish_state(const Telemetry<double>& telemetry, const std::string& reason);
   void publish_timeout(std::int64_t now_ns);
   void publish_statistics();
@@ -66,6 +70,7 @@ class TelemetryTask {
   TelemetrySender& sender_;
   SharedState& shared_;
   std::function<void(std::int64_t)> poll_publisher_;
+  std::function<void(const std::string&)> log_;
   bool real_time_scheduling_{false};
   bool memory_locked_{false};
   WaveformRecorder waveform_;

@@ -17,11 +17,12 @@ namespace sextant::ecu {
 /// The telemetry thread: polls its task every millisecond.
 class TelemetryThread {
  public:
-  /// As TelemetryTask; `poll_publisher` is called from this thread.
+  /// As TelemetryTask; `poll_publisher` and `log` are called from this thread.
   TelemetryThread(
       const TelemetryTask::Parameters& parameters, TelemetrySender& sender, SharedState& shared,
-      std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {})
-      : shared_{shared}, task_{parameters, sender, shared, std::move(poll_publisher)} {}
+      std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {},
+      std::function<void(const std::string&)> log = [](const std::string&) {})
+      : shared_{shared}, task_{parameters, sender, shared, std::move(poll_publisher), std::move(log)} {}
 
   /// `rights`: those granted to the control thread.
   void start(const RightsReport& rights = {}) {

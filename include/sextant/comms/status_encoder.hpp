@@ -12,13 +12,14 @@
 
 namespace sextant {
 
-/// The status messages of the drive.
+/// The status messages of the drive, in the order in which those due at one time are sent: the first fault
+/// before the state that it causes.
 enum class StatusMessage : std::uint8_t {
+  faults,
   torque_status,
   motion,
   electrical,
   capability,
-  faults,
   real_time,
   temperatures,
   faults_active,
@@ -52,8 +53,9 @@ class StatusEncoder {
                                const StatusExtras& extras) noexcept;
 
   /// The frames that are due at now_ns [ns, any fixed clock], at most one of each message: all of them at the
-  /// first call, then each by its cycle time with its phase kept, and the three of the faults when one of
-  /// them changed. Cycles without a call are left out. The frames stay valid until the next call.
+  /// first call, then each by its cycle time with its phase kept, the three of the faults when one of
+  /// them changed, and MCU_Capability when a ramp to zero begins or ends. Cycles without a call are left out.
+  /// The frames stay valid until the next call.
   [[nodiscard]] std::span<const CanFrame> due(std::int64_t now_ns, const Telemetry<double>& drive,
                                               const StatusExtras& extras) noexcept;
 
@@ -65,13 +67,15 @@ class StatusEncoder {
 
  private:
   void protect(StatusMessage message, CanFrame& frame) noexcept;
-  [[nodiscard]] bool is_due(std::size_t message, std::int64_t now_ns, bool faults_changed) noexcept;
+  /// True by the cycle time, or where what the message tells has changed.
+  [[nodiscard]] bool is_due(std::size_t message, std::int64_t now_ns, bool changed) noexcept;
 
   IdentifierOffset offset_;
   std::array<std::optional<E2eProtector>, status_message_count> protectors_{};  ///< of the protected ones
   FaultSet sent_active_{};
   FaultSet sent_latched_{};
   FaultReport sent_faults_{};
+  DeratingCause sent_cause_{};
   std::array<std::int64_t, status_message_count> next_ns_{};
   std::array<CanFrame, status_message_count> frames_{};
   bool started_{false};

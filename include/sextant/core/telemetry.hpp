@@ -37,7 +37,7 @@ struct Telemetry {
   std::uint8_t command_counter{};      ///< E2E counter of the command in force
   std::uint8_t sector{};               ///< sector of the stator flux, 1…6; 0 without flux
   DriveState state{DriveState::init};
-  DeratingCause derating_cause{DeratingCause::gates_are_off};  ///< what limits the available torque
+  DeratingCause derating_cause{DeratingCause::gates_are_off};  ///< what limits the torque
   bool lockout{true};  ///< no enable is accepted before a valid disable
 };
 

@@ -98,7 +98,10 @@ class Drive {
     }
     const bool flux_ready = !parameters_.magnetise_first || controller_.estimate().magnetised;
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
-    update_state(present_faults(measured, missing_flux, request, command), flux_ready, request, command);
+    // A power stage whose first measurement is yet to come has no fault.
+    if (state_ == DriveState::init && !usable) measured = {};
+    update_state(present_faults(measured, missing_flux, request, command), usable, flux_ready, request,
+                 command);
 
     limited_ = limited || command.derated;
     const T i_dc = dc_link_mean(measurement);
@@ -208,10 +211,11 @@ class Drive {
     return faults;
   }
 
-  void update_state(FaultSet present, bool flux_ready, const DriveRequest<T>& request,
+  void update_state(FaultSet present, bool usable, bool flux_ready, const DriveRequest<T>& request,
                     const SupervisedCommand<T>& command) noexcept {
     faults_.step(present);
     const DriveConditions conditions{
+        .measured = usable,
         .trip = present.any(),
         .fault_reset = command.fault_reset,
         .shutdown = request.shutdown,
@@ -275,10 +279,16 @@ class Drive {
             .command_counter = request.command.counter,
             .sector = estimate.sector,
             .state = state_,
-            .derating_cause = gates_are_on(state_)
-                                  ? available.side(request.command.torque, measurement.omega_m).cause
-                                  : DeratingCause::gates_are_off,
+            .derating_cause =
+                derating_cause(available.side(request.command.torque, measurement.omega_m), command),
             .lockout = command.lockout || state_ == DriveState::fault};
+  }
+
+  [[nodiscard]] DeratingCause derating_cause(const LimitedTorque<T>& limit,
+                                             const SupervisedCommand<T>& command) const noexcept {
+    if (!gates_are_on(state_)) return DeratingCause::gates_are_off;
+    // While the flux builds up zero torque is no ramp of the reference.
+    return makes_torque(state_) && is_ramp_to_zero(command.ramp) ? command.ramp : limit.cause;
   }
 
   Parameters parameters_;

@@ -6,6 +6,7 @@ namespace sextant {
 
 /// Inputs of the state machine in one period.
 struct DriveConditions {
+  bool measured{true};      ///< the measurement is valid
   bool trip{false};         ///< a fault is present
   bool fault_reset{false};  ///< a valid reset has arrived
   bool shutdown{false};     ///< shutdown is requested
@@ -24,14 +25,15 @@ struct DriveConditions {
   return s == DriveState::magnetising || makes_torque(s);
 }
 
-/// The state of the coming period; the first line that applies wins. A trip turns the gates off; FAULT is
-/// left by a reset while no fault is present, and then through the lockout. A shutdown with the gates on
+/// The state of the coming period; the first line that applies wins. A trip turns the gates off; INIT ends
+/// with the first valid measurement; FAULT is left by a reset while no fault is present, and then through the
+/// lockout. A shutdown with the gates on
 /// waits for a torque reference of zero.
 [[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {
   if (state == DriveState::shutdown) return state;
   if (c.shutdown && (c.trip || c.at_zero || !gates_are_on(state))) return DriveState::shutdown;
   if (c.trip) return DriveState::fault;
-  if (state == DriveState::init) return DriveState::standby;
+  if (state == DriveState::init) return c.measured ? DriveState::standby : state;
   if (state == DriveState::fault) return c.fault_reset ? DriveState::standby : state;
   if (c.lockout) return DriveState::standby;
   if (!c.enable) return DriveState::ready;

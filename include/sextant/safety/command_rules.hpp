@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sextant/core/derating_cause.hpp"
 #include "sextant/core/fault.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/torque_command.hpp"
@@ -39,7 +40,8 @@ template <class T = double>
 struct CommandRule {
   CommandAction action{};
   bool (*applies)(const CommandFacts<T>&, const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING{};
-  Fault fault{};  ///< of action `latch`
+  Fault fault{};                             ///< of action `latch`
+  DeratingCause cause{DeratingCause::none};  ///< of action `ramp`
 };
 
 namespace command_rule {
@@ -128,9 +130,10 @@ inline constexpr std::array frame_rules{
 /// Rules on the command in force, evaluated after the frames.
 template <class T = double>
 inline constexpr std::array period_rules{
-    CommandRule<T>{CommandAction::ramp, command_rule::has_timed_out<T>},
-    CommandRule<T>{CommandAction::ramp, command_rule::status_has_timed_out<T>},
-    CommandRule<T>{CommandAction::ramp, command_rule::zero_is_requested<T>},
+    CommandRule<T>{CommandAction::ramp, command_rule::has_timed_out<T>, {}, DeratingCause::command_timeout},
+    CommandRule<T>{
+        CommandAction::ramp, command_rule::status_has_timed_out<T>, {}, DeratingCause::status_timeout},
+    CommandRule<T>{CommandAction::ramp, command_rule::zero_is_requested<T>, {}, DeratingCause::shutdown},
     CommandRule<T>{CommandAction::latch, command_rule::is_lost<T>, Fault::command_lost},
     CommandRule<T>{CommandAction::latch, command_rule::e2e_is_invalid<T>, Fault::command_invalid},
     CommandRule<T>{CommandAction::latch, command_rule::is_blocked_in_a_row<T>, Fault::command_out_of_range},
@@ -144,13 +147,16 @@ struct CommandActions {
   bool drop{false};
   bool hold{false};
   bool ramp{false};
+  DeratingCause cause{DeratingCause::none};  ///< of the first rule that ramps
   FaultSet faults{};
 
-  constexpr void add(CommandAction action, Fault fault) noexcept {
-    drop |= action == CommandAction::drop;
-    hold |= action == CommandAction::hold;
-    ramp |= action == CommandAction::ramp;
-    if (action == CommandAction::latch) faults.set(fault);
+  template <class T>
+  constexpr void add(const CommandRule<T>& rule) noexcept {
+    drop |= rule.action == CommandAction::drop;
+    hold |= rule.action == CommandAction::hold;
+    if (rule.action == CommandAction::ramp && !ramp) cause = rule.cause;
+    ramp |= rule.action == CommandAction::ramp;
+    if (rule.action == CommandAction::latch) faults.set(rule.fault);
   }
 };
 
@@ -160,7 +166,7 @@ template <const auto& rules, class T>
                                                 const CommandLimits<T>& limits) noexcept {
   CommandActions actions;
   for_each_rule<rules>([&]<std::size_t n>() {
-    if (rules[n].applies(facts, limits)) actions.add(rules[n].action, rules[n].fault);
+    if (rules[n].applies(facts, limits)) actions.add(rules[n]);
   });
   return actions;
 }

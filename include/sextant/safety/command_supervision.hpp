@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/core/derating_cause.hpp"
 #include "sextant/core/elapsed.hpp"
 #include "sextant/core/fault.hpp"
 #include "sextant/core/torque_command.hpp"
@@ -22,7 +23,8 @@ struct SupervisedCommand {
   bool lockout{true};       ///< no enable is accepted before a valid disable
   bool fault_reset{false};  ///< true in the one period after a valid reset, with no command fault
   bool derated{false};      ///< less torque is available than requested
-  FaultSet faults{};        ///< command faults present
+  DeratingCause ramp{DeratingCause::none};  ///< by which the reference ramps to zero, or stays there
+  FaultSet faults{};                        ///< command faults present
 };
 
 /// Command supervision: turns a vehicle's command into the torque reference. CommandReceiver has checked
@@ -62,6 +64,7 @@ class CommandSupervision {
     if (!out.enable) {
       restart();
     } else if (actions.ramp) {
+      out.ramp = actions.cause;
       ramp_to_zero(out, dt, available);
     } else {
       follow(out, dt, available);
