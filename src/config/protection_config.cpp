@@ -44,6 +44,19 @@ void describe_current_sensors(Section& s, DriveConfig& c) {
             [limits] { return limits().zero_current; });
 }
 
+/// A reading beyond them comes from no sensor: a broken converter or link.
+void describe_ranges(Section& s, Protection<>::Parameters& p) {
+  s.derived("current_range_a", p.current_range, {1e-3, 1e7}, "A",
+            "largest magnitude that a current sensor can read; more is MEASUREMENT_INVALID",
+            [&p] { return 10 * p.over_current; });
+  s.derived("voltage_range_v", p.voltage_range, {1, 2e5}, "V",
+            "largest voltage of the DC link that its sensor can read; more is MEASUREMENT_INVALID",
+            [&p] { return 10 * p.dc_over_voltage; });
+  s.derived("speed_range_rad_s", p.speed_range, {1e-3, 1e5}, "rad/s",
+            "largest magnitude that the speed sensor can read; more is MEASUREMENT_INVALID",
+            [&p] { return 10 * p.over_speed; });
+}
+
 void describe_winding(Section s, Protection<>::Parameters& p) {
   WindingTemperature<>::Parameters& w = p.winding;
   s.add(
@@ -82,6 +95,7 @@ void describe_protection(Section s, DriveConfig& c) {
   s.derived("dc_under_voltage_v", p.dc_under_voltage, {0, 2e4}, "V",
             "smallest voltage of the DC link while the gates are driven; less is DC_UNDER_VOLTAGE",
             [&c] { return limits_of(c).dc_under_voltage; });
+  describe_ranges(s, p);
   describe_current_sensors(s, c);
   s.derived("speed_jump_rad_s", p.speed_jump, {1e-3, 1e4}, "rad/s",
             "largest change of the measured speed in a control period while the gates are driven; more is "

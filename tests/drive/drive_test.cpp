@@ -208,9 +208,9 @@ TYPED_TEST(DriveOf, TheControllerIsSteppedInEveryPeriod) {
   EXPECT_EQ(this->controller->steps, 40);
 }
 
-TYPED_TEST(DriveOf, AMeasurementThatIsNoNumberTurnsTheGatesOffAtOnceAndIsKeptFromTheController) {
+TYPED_TEST(DriveOf, AMeasurementThatNoSensorReadsTurnsTheGatesOffAtOnceAndIsKeptFromTheController) {
   using T = TypeParam;
-  const int unusable = 3;
+  const int unusable = 5;
   for (int kind = 0; kind < unusable; ++kind) {
     SCOPED_TRACE(kind);
     this->restart();
@@ -219,17 +219,43 @@ TYPED_TEST(DriveOf, AMeasurementThatIsNoNumberTurnsTheGatesOffAtOnceAndIsKeptFro
     if (kind == 0) this->measurement.i_abc.b = this->nan;
     if (kind == 1) this->measurement.omega_m = std::numeric_limits<T>::infinity();
     if (kind == 2) this->measurement.plausible = false;
-    const int steps = this->controller->steps;
+    if (kind == 3) this->measurement.i_abc = {T(1e30), T(-1e30), T(0)};
+    if (kind == 4) this->measurement.u_dc = T(1e30);
     const auto out = this->step();
     EXPECT_EQ(out.telemetry.state, DriveState::fault);
     EXPECT_EQ(out.pattern.last_state(), gates_off);
     EXPECT_TRUE(out.telemetry.latched.test(Fault::measurement_invalid));
-    EXPECT_EQ(this->controller->steps, steps);
-    EXPECT_EQ(this->controller->resets, 1);
+    const Measurement<T>& seen = this->controller->last_measurement;
+    EXPECT_EQ(seen.i_abc, ThreePhase<T>{});
+    EXPECT_EQ(seen.u_dc, good.u_dc);
+    EXPECT_EQ(seen.omega_m, good.omega_m);
+    EXPECT_EQ(seen.applied, (GatePattern{gates_off, period_ns}));
     this->measurement = good;
     EXPECT_EQ(this->step().telemetry.state, DriveState::fault);
-    EXPECT_EQ(this->controller->steps, steps + 1);
+    EXPECT_EQ(this->controller->last_measurement.i_abc, ThreePhase<T>{}) << "nor any reading in FAULT";
+    EXPECT_EQ(this->controller->resets, 0);
+    this->receive(T(0), false, true);
+    EXPECT_EQ(this->step().telemetry.state, DriveState::standby);
+    EXPECT_EQ(this->controller->resets, 1) << "from the state of a start";
+    EXPECT_EQ(this->controller->last_measurement.i_abc, good.i_abc);
   }
+}
+
+TYPED_TEST(DriveOf, TheFluxOfADriveInFaultTurnsByTheMeasuredSpeedUnlessThatIsInDoubt) {
+  using T = TypeParam;
+  const auto seen_speed = [this](T speed) {
+    this->measurement.omega_m = speed;
+    this->step();
+    return this->controller->last_measurement.omega_m;
+  };
+  this->start(T(15));
+  this->request.external.set(Fault::overrun);
+  EXPECT_EQ(seen_speed(T(11)), T(11));
+  ASSERT_EQ(this->drive->state(), DriveState::fault);
+  EXPECT_EQ(seen_speed(T(12)), T(12));
+  EXPECT_EQ(seen_speed(T(1000)), T(12)) << "over-speed";
+  EXPECT_EQ(seen_speed(this->nan), T(12));
+  EXPECT_EQ(seen_speed(T(13)), T(13));
 }
 
 TYPED_TEST(DriveOf, OverCurrentAndOverVoltageTurnTheGatesOffInTheSamePeriod) {
@@ -712,7 +738,7 @@ TYPED_TEST(DriveOf, WithoutLinkVoltageThereIsNoTorque) {
 // The rules on sequences of measurements are tested in the whole drive: tests/harness/fault_list_test.cpp.
 TYPED_TEST(DriveOf, AMeasurementBeyondATripLevelTripsADriveThatMakesTorque) {
   using T = TypeParam;
-  constexpr T beyond = T(1e6);
+  constexpr T beyond = T(1e3);
   const Measurement<T> usual = this->measurement;
   const auto expect_trip = [&](Fault fault, auto&& change) {
     this->restart();

@@ -44,7 +44,7 @@ using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(ProtectionOf, Scalars);
 
 TYPED_TEST(ProtectionOf, AHealthyMeasurementShowsNoFault) {
-  EXPECT_TRUE(Protection<TypeParam>::is_usable(this->healthy()));
+  EXPECT_TRUE(this->protection.is_usable(this->healthy()));
   EXPECT_FALSE(this->protection.step(this->healthy()).any());
 }
 
@@ -94,10 +94,41 @@ TYPED_TEST(ProtectionOf, EveryNumberMustBeFinite) {
       EXPECT_FALSE(this->protection.step(m).any());
       T* const numbers[] = {&m.i_abc.a, &m.i_abc.b, &m.i_abc.c, &m.u_dc, &m.omega_m, &*m.theta_m};
       *numbers[which] = bad;
-      EXPECT_FALSE(Protection<T>::is_usable(m));
+      EXPECT_FALSE(this->protection.is_usable(m));
       EXPECT_EQ(this->protection.step(m), this->only(Fault::measurement_invalid)) << which;
     }
   }
+}
+
+// A converter's rail, a broken word on a link: no sensor reads that.
+TYPED_TEST(ProtectionOf, ANumberBeyondTheRangeOfItsSensorIsNoMeasurement) {
+  using T = TypeParam;
+  const ProtectionLimits<T> limits{};
+  for (const T sign : {T(-1), T(1)}) {
+    for (int which = 0; which < 5; ++which) {
+      const T range = which < 3    ? limits.current_range
+                      : which == 3 ? limits.voltage_range
+                                   : limits.speed_range;
+      for (const bool beyond : {false, true}) {
+        Measurement<T> m = this->healthy();
+        T* const numbers[] = {&m.i_abc.a, &m.i_abc.b, &m.i_abc.c, &m.u_dc, &m.omega_m};
+        *numbers[which] = sign * range * (beyond ? T(1.001) : T(0.999));
+        EXPECT_EQ(this->protection.is_usable(m), !beyond) << which;
+      }
+    }
+  }
+}
+
+// It would count as hot for hours.
+TYPED_TEST(ProtectionOf, AReadingBeyondTheTripLevelDoesNotHeatTheModelOfTheWindingFurther) {
+  using T = TypeParam;
+  typename Protection<T>::Parameters p;
+  p.winding.nominal_current = T(40);
+  Protection<T> heated{p};
+  Measurement<T> m = this->healthy();
+  m.i_abc = {T(1900), T(-950), T(-950)};
+  for (int k = 0; k < 16'000; ++k) (void)heated.step(m);  // 0.4 s
+  EXPECT_EQ(heated.available_share(), T(1));
 }
 
 TYPED_TEST(ProtectionOf, AnUnansweredReadIsAFault) {

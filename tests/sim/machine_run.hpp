@@ -47,9 +47,8 @@ struct MachineRun {
   double end_s{1.5};  ///< [s]
 };
 
-/// A run with every default that follows from machine, link and period; the metrics' window is the last
-/// 100 ms.
-inline MilResult run(const TestMachine& machine, const MachineRun& r) {
+/// With every default that follows from machine, link and period; the metrics' window is the last 100 ms.
+inline ScenarioConfig machine_config(const TestMachine& machine, const MachineRun& r) {
   const InductionMachineParameters<>& m = machine.parameters;
   const auto number = [](double x) { return std::to_string(x * 1e6) + "e-6"; };
   const std::filesystem::path file =
@@ -65,6 +64,11 @@ inline MilResult run(const TestMachine& machine, const MachineRun& r) {
       << number(r.omega_m) << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
   const ScenarioConfig config = load_scenario_config(file.string(), {});
   std::filesystem::remove(file);
+  return config;
+}
+
+inline MilResult run(const TestMachine& machine, const MachineRun& r) {
+  const ScenarioConfig config = machine_config(machine, r);
   MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
   const auto controller = make_controller(config.drive);
   Drive<double> drive{config.drive.drive, *controller};

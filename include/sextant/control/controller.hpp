@@ -60,7 +60,8 @@ class Controller {
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
                                          ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING = 0;
 
-  /// Back to the state after power-up: no flux, comparators at rest.
+  /// Back to the state after power-up, but for the rotor flux, which decays by itself: parameters as
+  /// configured, comparators at rest.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;
 
   /// Values of the channels that the class declares as `channels`, in the same order, after the last step.

@@ -82,8 +82,15 @@ class FluxTorqueEstimator {
   /// The machine's parameters in use.
   [[nodiscard]] constexpr const Machine& machine() const noexcept { return machine_; }
 
-  /// Flux zero and parameters as configured, as after power-up.
-  void reset() noexcept { *this = FluxTorqueEstimator{configured_, kind_}; }
+  /// As after power-up, but for the rotor flux: a machine keeps it for some τ_r. [Wb]
+  void reset() noexcept {
+    const SpaceVector<T> psi_r = coasting_ ? current_model_.psi_r() : current_model_.psi_r_from(psi_s_, i_s_);
+    const T omega_m = omega_m_;
+    *this = FluxTorqueEstimator{configured_, kind_};
+    current_model_.set(psi_r);
+    psi_s_ = current_model_.psi_s(i_s_);
+    omega_m_ = omega_m;
+  }
 
  private:
   [[nodiscard]] constexpr bool identifies() const noexcept {

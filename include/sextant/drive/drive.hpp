@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "sextant/control/controller.hpp"
@@ -87,7 +88,7 @@ class Drive {
     const bool usable = !measured.test(Fault::measurement_invalid);
     const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     const T dt = T(elapsed_ns) * T(1e-9);
-    measured |= monitor_torque(raw, usable, dt);
+    measured |= monitor_torque(raw, measured.any() || state_ == DriveState::fault, dt);
     AvailableTorque<T> available = available_torque(measurement, dt);
     const LimitedTorque<T> present = present_limit(available);
     const SupervisedCommand<T> command =
@@ -109,7 +110,7 @@ class Drive {
     const FluxDemand<T> demand{.torque = makes_torque(state_) ? command.torque : T(0),
                                .omega_m = measurement.omega_m,
                                .takes_most = limited || !makes_torque(state_)};
-    DriveOutput<T> output{control(measurement, usable, demand, dt),
+    DriveOutput<T> output{control(believed(measurement, usable, elapsed_ns), demand, dt),
                           telemetry(t_ns, measurement, i_dc, request, command, available)};
     output.telemetry.pattern = output.pattern;
     return output;
@@ -162,11 +163,12 @@ class Drive {
   }
 
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
-  [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool usable, T dt) noexcept {
+  /// Readings of a fault are kept from the monitor as from the controller.
+  [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool faulty, T dt) noexcept {
     FaultSet faults;
     const std::optional<T> commanded =
         makes_torque(state_) ? std::optional<T>{reference_.torque} : std::nullopt;
-    if (!usable) {
+    if (faulty) {
       torque_monitor_.coast(dt);
     } else if (torque_monitor_.step(measurement, dt, commanded)) {
       faults.set(Fault::torque_plausibility);
@@ -232,18 +234,36 @@ class Drive {
   void enter(DriveState next) noexcept {
     if (next == DriveState::fault) supervision_.lock();
     if (next == DriveState::ready || next == DriveState::magnetising) supervision_.restart();
-    if (state_ == DriveState::fault && next == DriveState::standby) faults_.reset();
+    if (state_ == DriveState::fault && next == DriveState::standby) {
+      faults_.reset();
+      protection_.leave_fault();
+      controller_.reset();
+    }
     state_ = next;
   }
 
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, bool usable,
-                                    const FluxDemand<T>& demand, T dt) noexcept {
+  /// What the controller sees. In FAULT, with the gates off, it sees no reading of current and voltage, one
+  /// of which may be what tripped: no current flows, and the rotor flux decays as it turns, by the measured
+  /// speed unless that is in doubt.
+  [[nodiscard]] const Measurement<T>& believed(const Measurement<T>& measurement, bool usable,
+                                               std::int64_t elapsed_ns) noexcept {
+    const bool in_fault = state_ == DriveState::fault;
+    if (usable && !in_fault) return believed_ = measurement;
+    const FaultSet active = faults_.active();
+    const bool has_speed = usable && !active.test(Fault::speed_sensor) && !active.test(Fault::over_speed);
+    if (has_speed) believed_.omega_m = measurement.omega_m;
+    believed_.i_abc = {};
+    const auto longest = std::int64_t{std::numeric_limits<std::int32_t>::max()};
+    believed_.applied = GatePattern{gates_off, std::int32_t(std::min(elapsed_ns, longest))};
+    return believed_;
+  }
+
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const FluxDemand<T>& demand,
+                                    T dt) noexcept {
     const T target = optimal_flux_.step(demand, capability_, dt);
     const T share = gates_are_on(state_) ? flux_slew_.step(target, dt) : flux_slew_.reset(target);
     reference_ = {control_mode(), demand.torque, share};
-    if (usable) return controller_.step(measurement, reference_);
-    controller_.reset();
-    return GatePattern{gates_off, parameters_.period_ns};
+    return controller_.step(measurement, reference_);
   }
 
   [[nodiscard]] ControlMode control_mode() const noexcept {
@@ -306,6 +326,7 @@ class Drive {
   std::int64_t magnetising_left_ns_{0};      ///< until MAGNETISING is a fault [ns]
   ControlReference<T> reference_{};          ///< of the controller's last step
   ThreePhase<T> i_before_{};                 ///< the last usable phase currents [A]
+  Measurement<T> believed_{};                ///< of the controller's last step
   bool limited_{false};                      ///< less torque was made than requested, in the last period
   DriveState state_{DriveState::init};
 };

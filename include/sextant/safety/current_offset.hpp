@@ -43,6 +43,13 @@ class CurrentOffset {
     return corrected;
   }
 
+  /// The means begin anew, as at power-up: what a broken sensor has read is in them.
+  constexpr void restart() noexcept {
+    mean_ = removed_ = {};
+    largest_ = T(0);
+    averaged_ns_ = 0;
+  }
+
   /// Largest magnitude of the three means; zero until they span their time constant. [A]
   [[nodiscard]] constexpr T largest() const noexcept { return largest_; }
 

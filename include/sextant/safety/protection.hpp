@@ -38,10 +38,13 @@ class Protection {
     for (std::size_t n = 0; n < rule_count; ++n) needed_[n] = protection_rules<T>[n].needed(parameters);
   }
 
-  /// True for a plausible measurement in which every number is finite.
-  [[nodiscard]] static bool is_usable(const Measurement<T>& m) noexcept {
-    return m.plausible && std::isfinite(m.i_abc.a) && std::isfinite(m.i_abc.b) && std::isfinite(m.i_abc.c) &&
-           std::isfinite(m.u_dc) && std::isfinite(m.omega_m) && std::isfinite(m.theta_m.value_or(T(0)));
+  /// True for a plausible measurement of which every number is one that its sensor can read.
+  [[nodiscard]] bool is_usable(const Measurement<T>& m) const noexcept {
+    const auto within = [](T x, T range) { return std::abs(x) <= range; };  // false for NaN
+    const T current = limits_.current_range;
+    return m.plausible && within(m.i_abc.a, current) && within(m.i_abc.b, current) &&
+           within(m.i_abc.c, current) && within(m.u_dc, limits_.voltage_range) &&
+           within(m.omega_m, limits_.speed_range) && std::isfinite(m.theta_m.value_or(T(0)));
   }
 
   /// The faults that the measurements up to this one show; `measurement_invalid`, and no other, where it is
@@ -82,6 +85,9 @@ class Protection {
     return offset_.removed_from(m);
   }
 
+  /// A fault is over: its readings are not to stay in the offset of the currents.
+  constexpr void leave_fault() noexcept { offset_.restart(); }
+
   /// Share of the torque that the winding's temperature leaves: 1 up to the warning, 0 at the trip. [-]
   [[nodiscard]] T available_share() const noexcept {
     return std::clamp((limits_.winding_trip - winding_.temperature()) * share_per_kelvin_, T(0), T(1));
@@ -94,6 +100,12 @@ class Protection {
       typename WindingTemperature<T>::Parameters p, std::int32_t period_ns) noexcept {
     p.period_ns = period_ns;
     return p;
+  }
+
+  /// A current beyond the trip level does not flow for long; its reading may be that of a broken sensor.
+  [[nodiscard]] ThreePhase<T> within_trip(const ThreePhase<T>& i) const noexcept {
+    const T most = limits_.over_current;
+    return {std::clamp(i.a, -most, most), std::clamp(i.b, -most, most), std::clamp(i.c, -most, most)};
   }
 
   /// The noise of the readings changes a response by √6 σ_i / √(Σ w²); it counts where this is below 1/16,
@@ -110,7 +122,7 @@ class Protection {
   /// True where every leg was driven since the last measurement.
   [[nodiscard]] bool update_monitors(const Measurement<T>& m, const ProtectionInputs<T>& drive) noexcept {
     offset_.step(m);
-    winding_.step(m.i_abc);
+    winding_.step(within_trip(m.i_abc));
     if (!m.applied.is_driven()) {
       restart(m.i_abc);
       return false;

@@ -16,6 +16,10 @@ struct ProtectionLimits {
   T over_speed{T(487)};        ///< of the mechanical speed's magnitude [rad/s]
   T dc_under_voltage{T(265)};  ///< of the DC link while the gates are driven [V]
 
+  T current_range{T(2000)};  ///< largest magnitude that a current sensor can read [A]
+  T voltage_range{T(7000)};  ///< of the sensor of the DC link [V]
+  T speed_range{T(4870)};    ///< of the speed sensor [rad/s]
+
   T current_sum{T(6)};                ///< sum of the phase currents, beside the tolerance of their gains [A]
   T current_gain_tolerance{T(0.05)};  ///< of the sum, as a share of the largest phase current [-]
   T current_offset{T(0.58)};          ///< offset of a phase current, also the most that is removed [A]
@@ -47,6 +51,9 @@ struct ProtectionLimits {
     if (!(dc_under_voltage >= T(0) && dc_under_voltage < dc_over_voltage)) {
       return "the DC-link under-voltage trip must be from zero to below the over-voltage trip";
     }
+    if (!(current_range > over_current)) return "the range of the currents must be above their trip";
+    if (!(voltage_range > dc_over_voltage)) return "the range of the link voltage must be above its trip";
+    if (!(speed_range > over_speed)) return "the range of the speed must be above its trip";
     if (!positive(current_sum)) return "the limit of the sum of currents must be above zero";
     if (!(current_gain_tolerance >= T(0) && current_gain_tolerance < T(1))) {
       return "the tolerance of the current gains must be from 0 to below 1";
