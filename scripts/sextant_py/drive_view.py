@@ -192,6 +192,9 @@ class DriveView:
         rights = f"SCHED_{r.policy.name}" if r.real_time_scheduling else "no real-time priority"
         memory = f"memory {'locked' if r.memory_locked else 'not locked'},", f"{r.page_faults} page faults"
         self._add(table, "", f"{rights},", f"wait {r.wait.name.lower()},", *memory)
+        if r.r_s_ohm:
+            in_use = f"R_s {r.r_s_ohm:.4g} Ω,", f"R_r {r.r_r_ohm:.4g} Ω,", f"L_m {r.l_m_h:.4g} H"
+            self._add(table, "machine in use", *in_use)
         self._add(table, "commands", f"{r.commands_received} accepted,", f"{r.commands_rejected} rejected")
 
     def line(self, drive: Drive) -> str:

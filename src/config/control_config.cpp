@@ -61,6 +61,10 @@ void describe_control(Section s, DriveConfig& c) {
       "voltage model at speed and current model near standstill; the paper's open integrator; that with a "
       "low-pass filter; rotor flux from current and speed; full-order observer with measured, or with "
       "estimated speed");
+  s.flag("adapts_parameters", c.control.adapts_parameters,
+         "with the flux estimators hybrid, current_model and observer: R_s, R_r and L_m are identified while "
+         "the machine is magnetised, and follow it while torque is made (hybrid); false: those of "
+         "[control.machine_estimate] hold");
   s.check([&c]() -> std::string {
     if (zero_torque_speed(c.control.machine, c.control.flux_reference, c.plant.io.u_dc) > 0.0) return {};
     return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";

@@ -23,8 +23,8 @@ bool is_bare_key(const std::string& name) {
 }
 
 bool is_shared_key(const std::string& name) {
-  return name == "controller" || name == "flux_estimator" || name == "flux_reference_wb" ||
-         name == "machine_estimate";
+  return name == "controller" || name == "flux_estimator" || name == "adapts_parameters" ||
+         name == "flux_reference_wb" || name == "machine_estimate";
 }
 
 /// Each channel needs a dataset of its own in the group `control` of a trace.

@@ -179,8 +179,27 @@ TYPED_TEST(DirectTorqueControllerOf, IsAsNewAfterAReset) {
   EXPECT_FALSE(x.magnetised);
 }
 
+// The switching table starts from the sector that is kept: after a reset the same one as after power-up.
+TYPED_TEST(DirectTorqueControllerOf, TheFirstStateAfterAResetIsThatAfterPowerUp) {
+  using T = TypeParam;
+  Measurement<T> nothing;
+  nothing.u_dc = T(530);
+  const auto first_state = [&](DirectTorqueController<T>& controller) {
+    return controller.step(nothing, {ControlMode::torque, T(15)}).last_state();
+  };
+  Loop<T> loop;
+  for (int k = 0; k < 4000; ++k) {
+    loop.step(ControlMode::torque, 15);
+    if (loop.controller().estimate().sector == 4) break;
+  }
+  ASSERT_EQ(loop.controller().estimate().sector, 4);
+  loop.controller().reset();
+  DirectTorqueController<T> fresh{{}};
+  EXPECT_EQ(first_state(loop.controller()), first_state(fresh));
+}
+
 // The machine keeps its rotor flux, and the switching table starts from its sector.
-TYPED_TEST(DirectTorqueControllerOf, TheSectorAfterAResetIsThatOfTheRotorFlux) {
+TYPED_TEST(DirectTorqueControllerOf, TheSectorAfterARestartIsThatOfTheRotorFlux) {
   using T = TypeParam;
   Measurement<T> off;
   off.u_dc = T(530);
@@ -191,7 +210,7 @@ TYPED_TEST(DirectTorqueControllerOf, TheSectorAfterAResetIsThatOfTheRotorFlux) {
       loop.step(ControlMode::torque, 15);
       if (k > 2000 && loop.controller().estimate().sector == sector) break;
     }
-    loop.controller().reset();
+    loop.controller().restart();
     (void)loop.controller().step(off, {});
     const ControlEstimate<T> x = loop.controller().estimate();
     SectorSelector<T> fresh{{}};

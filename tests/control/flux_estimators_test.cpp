@@ -145,6 +145,31 @@ TYPED_TEST(FluxEstimatorsOf, MagnetisingIdentifiesTheMachine) {
   }
 }
 
+// The parameters in use are told; where they are not to be adapted they stay those configured.
+TYPED_TEST(FluxEstimatorsOf, ParametersFollowTheMachineUnlessTheyAreToStay) {
+  using T = TypeParam;
+  using Kind = FluxEstimatorKind;
+  const auto real = machine_with(1.0, 1.4, 0.8);
+  for (const Kind kind : {Kind::hybrid, Kind::current_model, Kind::observer}) {
+    for (const bool adapts : {false, true}) {
+      SCOPED_TRACE(testing::Message() << int(kind) << (adapts ? ", adapted" : ", configured"));
+      auto parameters = with<T>(kind);
+      parameters.adapts_parameters = adapts;
+      test::ControlledMachine<T> loop{parameters, real};
+      loop.machine.omega_m = 50.0;
+      EXPECT_GT(loop.magnetise(), 0);
+      loop.run(ControlMode::torque, 15, 100);
+      const ControlEstimate<T> x = loop.estimate();
+      const InductionMachineParameters<double> configured;
+      EXPECT_NEAR(double(x.r_r), (adapts ? real : configured).r_r, adapts ? 0.1 * real.r_r : 1e-6);
+      EXPECT_NEAR(double(x.l_m), (adapts ? real : configured).l_m, adapts ? 0.1 * real.l_m : 1e-6);
+      if (!adapts) {
+        EXPECT_NEAR(double(x.r_s), configured.r_s, 1e-6);
+      }
+    }
+  }
+}
+
 // 0.2 A of noise in each phase, as a converter of 12 bits has, at speeds at which the EMF is a few volts.
 TYPED_TEST(FluxEstimatorsOf, MagnetisingIdentifiesTheMachineThroughTheNoiseOfTheCurrents) {
   using T = TypeParam;

@@ -103,8 +103,21 @@ TYPED_TEST(FluxTorqueEstimatorOf, AnOpenInverterWithoutLinkVoltageIsNoDivisionBy
   }
 }
 
+TYPED_TEST(FluxTorqueEstimatorOf, ForgetsTheFluxOnReset) {
+  using T = TypeParam;
+  this->drive(100);
+  this->estimator.reset();
+  EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
+  EXPECT_EQ(this->estimator.torque(), T(0));
+  // Nothing of before comes back when the gates stay off without current.
+  Measurement<T> m;
+  m.applied = GatePattern{gates_off, period_ns};
+  this->estimator.step(m);
+  EXPECT_EQ(this->estimator.psi_s(), SpaceVector<T>{});
+}
+
 // A machine that is turned off keeps its rotor flux for a while.
-TYPED_TEST(FluxTorqueEstimatorOf, KeepsTheRotorFluxOnReset) {
+TYPED_TEST(FluxTorqueEstimatorOf, KeepsTheRotorFluxOnRestart) {
   using T = TypeParam;
   this->drive(100);
   Measurement<T> m;
@@ -112,7 +125,7 @@ TYPED_TEST(FluxTorqueEstimatorOf, KeepsTheRotorFluxOnReset) {
   this->estimator.step(m);
   const SpaceVector<T> before = this->estimator.psi_s();
   ASSERT_GT(magnitude(before), T(0));
-  this->estimator.reset();
+  this->estimator.restart();
   EXPECT_EQ(this->estimator.psi_s(), before);
   EXPECT_EQ(this->estimator.torque(), T(0));
   this->estimator.step(m);

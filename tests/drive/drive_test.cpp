@@ -233,10 +233,10 @@ TYPED_TEST(DriveOf, AMeasurementThatNoSensorReadsTurnsTheGatesOffAtOnceAndIsKept
     this->measurement = good;
     EXPECT_EQ(this->step().telemetry.state, DriveState::fault);
     EXPECT_EQ(this->controller->last_measurement.i_abc, ThreePhase<T>{}) << "nor any reading in FAULT";
-    EXPECT_EQ(this->controller->resets, 0);
+    EXPECT_EQ(this->controller->restarts, 0);
     this->receive(T(0), false, true);
     EXPECT_EQ(this->step().telemetry.state, DriveState::standby);
-    EXPECT_EQ(this->controller->resets, 1) << "from the state of a start";
+    EXPECT_EQ(this->controller->restarts, 1) << "from the state of a start";
     EXPECT_EQ(this->controller->last_measurement.i_abc, good.i_abc);
   }
 }
@@ -877,7 +877,7 @@ TYPED_TEST(DriveOf, TheLinkCurrentOfAGapIsNotThatOfTheCurrentsBeforeIt) {
 TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   using T = TypeParam;
   this->start(T(15));
-  this->controller->estimate() = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true};
+  this->controller->estimate() = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true, T(0.5), T(0.9), T(0.07)};
   this->request.command.counter = 7;
   this->request.command.rejected = 3;
   this->measurement.applied = GatePattern{switch_states[1], 25'000};
@@ -889,6 +889,9 @@ TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   EXPECT_EQ(x.torque, T(14.5));
   EXPECT_EQ(x.psi_s, (SpaceVector<T>{T(1), T(0.5)}));
   EXPECT_EQ(x.psi_s_magnitude, T(1.118));
+  EXPECT_EQ(x.r_s, T(0.5));
+  EXPECT_EQ(x.r_r, T(0.9));
+  EXPECT_EQ(x.l_m, T(0.07));
   EXPECT_EQ(x.i_abc, this->measurement.i_abc);
   EXPECT_EQ(x.i_dc, T(5));  // V1 applied: leg a alone was high
   EXPECT_EQ(x.u_dc, T(530));

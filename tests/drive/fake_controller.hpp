@@ -19,9 +19,11 @@ class FakeController final : public Controller<T> {
   }
   [[nodiscard]] ControlEstimate<T>& estimate() noexcept { return this->estimate_; }
   void reset() noexcept override { ++resets; }
+  void restart() noexcept override { ++restarts; }
 
   int steps{0};
   int resets{0};
+  int restarts{0};
   Measurement<T> last_measurement{};
   ControlReference<T> last_reference{};
 };

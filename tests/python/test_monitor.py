@@ -76,6 +76,9 @@ def full_drive() -> dds.Drive:
         real_time_scheduling=True,
         policy=telemetry_types.enum("SchedulingKind").FIFO,
         page_faults=5,
+        r_s_ohm=0.4351,
+        r_r_ohm=0.9,
+        l_m_h=0.0693,
     )
     return drive
 
@@ -107,6 +110,7 @@ def test_panel_shows_everything_at_any_width(width: int) -> None:
         "2 overruns",
         "machine 1, late wake-up 1",
         "SCHED_FIFO, wait sleep, memory not locked, 5 page faults",
+        "R_s 0.4351 Ω, R_r 0.9 Ω, L_m 0.0693 H",
         "accepted, 0 rejected",
     ):
         assert expected in text, text

@@ -234,10 +234,14 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   {
     TraceRecorder recorder{
         file_,
-        {.interval_us = 25, .signals = {"switching", "plant/i_dc_a", "energy", "comparators", "monitor"}},
+        {.interval_us = 25,
+         .signals = {"switching", "plant/i_dc_a", "energy", "comparators", "monitor", "parameters"}},
         origin};
     Telemetry<> record = telemetry(1);
     record.torque_monitored = 8.5;
+    record.r_s = 0.5;
+    record.r_r = 0.9;
+    record.l_m = 0.07;
     recorder.add(record, sample, {.torque_comparator = -1, .flux_comparator = 1});
   }
   const TraceFile trace{file_};
@@ -254,6 +258,9 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(trace.read("control/torque_comparator"), testing::ElementsAre(-1));
   EXPECT_THAT(trace.read("control/flux_comparator"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("control/torque_monitored_nm"), testing::ElementsAre(8.5));
+  EXPECT_THAT(trace.read("control/r_s_ohm"), testing::ElementsAre(0.5));
+  EXPECT_THAT(trace.read("control/r_r_ohm"), testing::ElementsAre(0.9));
+  EXPECT_THAT(trace.read("control/l_m_h"), testing::ElementsAre(0.07));
 }
 
 TEST_F(TraceRecorderTest, HoldsTheChannelsOfAController) {

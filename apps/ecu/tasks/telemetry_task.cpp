@@ -226,6 +226,9 @@ RealTimeSample TelemetryTask::sample() const {
       .commands_rejected = shared_.commands_rejected.load(std::memory_order_relaxed),
       .real_time_scheduling = real_time_scheduling_,
       .memory_locked = memory_locked_,
+      .r_s_ohm = newest_.r_s,
+      .r_r_ohm = newest_.r_r,
+      .l_m_h = newest_.l_m,
   };
   fill_durations(sample, timing_.interval());
   fill_stages(sample, timing_.interval());

@@ -22,6 +22,7 @@ struct ControlSetup {
   std::int32_t period_ns{25'000};          ///< control period [ns]
   double flux_reference{1.1};              ///< stator flux linkage [Wb]
   FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
+  bool adapts_parameters{true};    ///< of the machine, while it runs
   int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after its decision [-]
   double u_dc{530.0};              ///< nominal voltage of the DC link [V]
   double current_limit{200.0};     ///< of the stator current vector, as the drive has it [A]
@@ -36,6 +37,8 @@ void share(const ControlSetup& setup, Parameters& p) {
     p.flux_reference = setup.flux_reference;
   if constexpr (requires { p.flux_estimator = setup.flux_estimator; })
     p.flux_estimator = setup.flux_estimator;
+  if constexpr (requires { p.adapts_parameters = setup.adapts_parameters; })
+    p.adapts_parameters = setup.adapts_parameters;
   if constexpr (requires { p.actuation_delay_periods = 0; })
     p.actuation_delay_periods = setup.actuation_delay_periods;
   if constexpr (requires { p.u_dc = setup.u_dc; }) p.u_dc = setup.u_dc;

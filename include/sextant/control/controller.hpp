@@ -33,6 +33,9 @@ struct ControlEstimate {
   T torque{};              ///< electromagnetic torque [N·m]
   std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 without flux, or without sectors
   bool magnetised{false};  ///< the flux is ready for torque
+  T r_s{};                 ///< stator resistance in use; 0 where the controller tells none [Ω]
+  T r_r{};                 ///< the same of the rotor [Ω]
+  T l_m{};                 ///< the same of the magnetising inductance [H]
 };
 
 /// A quantity that a controller gives to traces beside its estimate.
@@ -60,9 +63,12 @@ class Controller {
   [[nodiscard]] virtual GatePattern step(const Measurement<T>& measurement,
                                          ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING = 0;
 
-  /// Back to the state after power-up, but for the rotor flux, which decays by itself: parameters as
-  /// configured, comparators at rest.
+  /// Back to the state after power-up: no flux, comparators at rest.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;
+
+  /// A fault is over, which may have misled the controller: back to the state after power-up, but for the
+  /// rotor flux that the machine keeps, where the controller knows it.
+  virtual void restart() noexcept SEXTANT_NONBLOCKING { reset(); }
 
   /// Values of the channels that the class declares as `channels`, in the same order, after the last step.
   [[nodiscard]] virtual std::span<const T> channel_values() const noexcept SEXTANT_NONBLOCKING { return {}; }

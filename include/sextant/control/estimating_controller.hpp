@@ -22,6 +22,7 @@ class EstimatingController : public Controller<T> {
     std::int32_t period_ns{25'000};           ///< control period [ns]
     T flux_reference{T(1.1)};                 ///< ψ_ref at a flux share of 1 [Wb]
     FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
+    bool adapts_parameters{true};  ///< R_s, R_r and L_m follow the machine, with the kinds that identify them
     int actuation_delay_periods{0};  ///< 1 when a pattern is applied one period late [-]
     typename Magnetiser<T>::Parameters magnetiser{};
 
@@ -45,6 +46,9 @@ class EstimatingController : public Controller<T> {
     estimate_.psi_s = estimator_.psi_s();
     estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
     estimate_.torque = estimator_.torque();
+    estimate_.r_s = estimator_.machine().r_s;
+    estimate_.r_r = estimator_.machine().r_r;
+    estimate_.l_m = estimator_.machine().l_m;
     GatePattern pattern = mode_ == ControlMode::off ? rest() : decide(measurement, reference);
     estimate_.magnetised = magnetising_.done();
     return pattern;
@@ -52,10 +56,12 @@ class EstimatingController : public Controller<T> {
 
   void reset() noexcept SEXTANT_NONBLOCKING final {
     estimator_.reset();
-    estimate_ = {};
-    (void)rest();
-    forget();
-    mode_ = ControlMode::off;
+    stop();
+  }
+
+  void restart() noexcept SEXTANT_NONBLOCKING final {
+    estimator_.restart();
+    stop();
   }
 
  protected:
@@ -74,7 +80,7 @@ class EstimatingController : public Controller<T> {
       : parameters_{parameters},
         period_{T(parameters.period_ns) * T(1e-9)},
         ripple_share_{ripple_share},
-        estimator_{parameters.machine, parameters.flux_estimator},
+        estimator_{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters},
         magnetising_{parameters.magnetiser, period_} {}
 
   /// The pattern with which the torque follows its reference. It must call `drive`.
@@ -135,6 +141,13 @@ class EstimatingController : public Controller<T> {
     return realise(magnetising_.step(estimator_, ahead(), estimate_.psi_s_magnitude, psi_ref, m.u_dc,
                                      m.omega_m, share * ripple_share_),
                    m.u_dc, share);
+  }
+
+  void stop() noexcept {
+    estimate_ = {};
+    (void)rest();
+    forget();
+    mode_ = ControlMode::off;
   }
 
   /// Flux and current when the pattern that is decided now begins.

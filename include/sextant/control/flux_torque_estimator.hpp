@@ -28,15 +28,18 @@ template <class T>
 /// off the current model continues the flux, so that a drive can be enabled again on a spinning machine that
 /// still has rotor flux, also after a gap of many periods. Each model starts from the other's result.
 /// While the machine is magnetised, the kinds that use its parameters identify them, and use them from then
-/// on; the hybrid adapts them while torque is made. The other kinds keep those configured.
+/// on; the hybrid adapts them while torque is made. The other kinds keep those configured, as all do with
+/// `adapts` false.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
   using Machine = InductionMachineParameters<T>;
 
   explicit FluxTorqueEstimator(const Machine& machine,
-                               FluxEstimatorKind kind = FluxEstimatorKind::voltage_model) noexcept
+                               FluxEstimatorKind kind = FluxEstimatorKind::voltage_model,
+                               bool adapts = true) noexcept
       : kind_{kind},
+        adapts_{adapts},
         machine_{machine},
         configured_{machine},
         current_model_{machine},
@@ -82,11 +85,14 @@ class FluxTorqueEstimator {
   /// The machine's parameters in use.
   [[nodiscard]] constexpr const Machine& machine() const noexcept { return machine_; }
 
-  /// As after power-up, but for the rotor flux: a machine keeps it for some τ_r. [Wb]
-  void reset() noexcept {
+  /// Flux zero and parameters as configured, as after power-up.
+  void reset() noexcept { *this = FluxTorqueEstimator{configured_, kind_, adapts_}; }
+
+  /// The same with the gates off, but for the rotor flux: a machine keeps it for some τ_r.
+  void restart() noexcept {
     const SpaceVector<T> psi_r = coasting_ ? current_model_.psi_r() : current_model_.psi_r_from(psi_s_, i_s_);
     const T omega_m = omega_m_;
-    *this = FluxTorqueEstimator{configured_, kind_};
+    reset();
     current_model_.set(psi_r);
     psi_s_ = current_model_.psi_s(i_s_);
     omega_m_ = omega_m;
@@ -94,8 +100,8 @@ class FluxTorqueEstimator {
 
  private:
   [[nodiscard]] constexpr bool identifies() const noexcept {
-    return kind_ == FluxEstimatorKind::hybrid || kind_ == FluxEstimatorKind::current_model ||
-           kind_ == FluxEstimatorKind::observer;
+    return adapts_ && (kind_ == FluxEstimatorKind::hybrid || kind_ == FluxEstimatorKind::current_model ||
+                       kind_ == FluxEstimatorKind::observer);
   }
 
   void step_driven(const Measurement<T>& m, SpaceVector<T> i_s_before, bool identify) noexcept {
@@ -146,7 +152,7 @@ class FluxTorqueEstimator {
         current_model_.step(p.i_s_mean, p.omega_m, p.dt);
         hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
         psi_s_ = hybrid_.psi_s();
-        if (adaptation_.count(p.dt)) adapt();
+        if (adapts_ && adaptation_.count(p.dt)) adapt();
         break;
     }
   }
@@ -238,6 +244,7 @@ class FluxTorqueEstimator {
   }
 
   FluxEstimatorKind kind_;
+  bool adapts_;
   Machine machine_;     ///< in use
   Machine configured_;  ///< as configured
   CurrentModel<T> current_model_;

@@ -237,7 +237,7 @@ class Drive {
     if (state_ == DriveState::fault && next == DriveState::standby) {
       faults_.reset();
       protection_.leave_fault();
-      controller_.reset();
+      controller_.restart();
     }
     state_ = next;
   }
@@ -284,6 +284,9 @@ class Drive {
             .psi_s = estimate.psi_s,
             .psi_s_magnitude = estimate.psi_s_magnitude,
             .torque = estimate.torque,
+            .r_s = estimate.r_s,
+            .r_r = estimate.r_r,
+            .l_m = estimate.l_m,
             .torque_monitored = torque_monitor_.torque(),
             .torque_requested = request.command.torque,
             .torque_reference = reference_.torque,

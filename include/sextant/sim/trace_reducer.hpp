@@ -28,6 +28,9 @@ class TraceReducer {
     control_.torque_comparator = control.torque_comparator;
     control_.flux_comparator = control.flux_comparator;
     control_.torque_monitored_nm = telemetry.torque_monitored;
+    control_.r_s_ohm = telemetry.r_s;
+    control_.r_r_ohm = telemetry.r_r;
+    control_.l_m_h = telemetry.l_m;
     std::copy_n(control.channels.begin(), std::min(control.channels.size(), control_.channels.size()),
                 control_.channels.begin());
     return drive_.count() >= periods_per_row_;

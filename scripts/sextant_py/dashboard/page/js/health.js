@@ -39,6 +39,9 @@ export class HealthView {
   }
 
   showStatistics(s) {
+    const inUse = s.r_s_ohm
+      ? [["R_s, R_r, L_m in use", `${number(s.r_s_ohm, 3)} Ω, ${number(s.r_r_ohm, 3)} Ω, ${number(s.l_m_h * 1e3, 1)} mH`]]
+      : [];
     const causes = Object.entries(CAUSES).filter(([name]) => s[name]).map(([name, text]) => [`– ${text}`, count(s[name])]);
     rows(this.counts, [
       ["period × wake-up", `${number(s.period_ns / 1e3, 0)} µs × ${s.wake_every_periods}`],
@@ -46,6 +49,7 @@ export class HealthView {
       ["missed", count(s.periods_missed), s.periods_missed > 0],
       ["overruns", count(s.overruns), s.overruns > 0],
       ...causes,
+      ...inUse,
     ]);
     const head = element("tr", {}, element("th", { scope: "col" }, "µs, last interval"));
     head.append(...Object.values(QUANTILES).map((text) => element("th", { scope: "col" }, text)));
