@@ -194,7 +194,7 @@ class DriveView:
         self._add(table, "", f"{rights},", f"wait {r.wait.name.lower()},", *memory)
         if r.r_s_ohm:
             in_use = f"R_s {r.r_s_ohm:.4g} Ω,", f"R_r {r.r_r_ohm:.4g} Ω,", f"L_m {r.l_m_h:.4g} H"
-            self._add(table, "machine in use", *in_use)
+            self._add(table, "parameters", *in_use)
         self._add(table, "commands", f"{r.commands_received} accepted,", f"{r.commands_rejected} rejected")
 
     def line(self, drive: Drive) -> str:
