@@ -82,8 +82,7 @@ std::string PowerStage::state_change() {
   if (reported_ != plant) {
     const bool never_came = reported_ == Plant::unknown && plant == Plant::timed_out;
     reported_ = plant;
-    return link + (never_came ? "no plant; the drive waits in FAULT (MEASUREMENT_INVALID) with its gates off"
-                              : sentence(plant));
+    return link + (never_came ? "no plant; the drive waits in INIT with its gates off" : sentence(plant));
   }
   reported_refusals_ = state.refusals();
   if (!refused) return {};

@@ -111,6 +111,10 @@ void describe(Section root, DriveConfig& c) {
   drive.time("period_us", c.drive.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
   drive.integer("actuation_delay_periods", c.control.actuation_delay_periods, {0, 1}, "",
                 "control periods between a decision and its pattern; the controller compensates it");
+  drive.time(
+      "sampling_lead_us", c.drive.sampling_lead_ns, ns_per_us, {0, 1e5}, "us",
+      "time before a control period begins at which the power stage samples currents and link voltage, "
+      "as in the middle of a carrier period: estimate, prediction and checks count on it");
   drive.flag("magnetise_first", c.drive.magnetise_first,
              "build up the flux before torque, under the control method's magnetising_current_a");
   // By the controller's check of its current limit the flux is ready after three rotor time constants.
@@ -127,13 +131,14 @@ void describe(Section root, DriveConfig& c) {
       "peak of the stator current vector: limits the available torque, and what the control method asks for",
       [&c] { return 0.8 * c.drive.protection.over_current; });
   root.derive([&c] {
+    c.control.sampling_lead_ns = c.drive.sampling_lead_ns;
     c.control.current_limit = c.drive.capability.current_limit;
     for (ControlMethod& method : c.methods) method.share(c.control, method.parameters);
   });
   describe_optimal_flux(drive, c.drive.optimal_flux);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
-  describe(plant, c.plant);
+  describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;

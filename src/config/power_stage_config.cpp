@@ -61,7 +61,8 @@ std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
 
 }  // namespace
 
-void describe(Section s, SimulatedPowerStage::Parameters& p) {
+void describe(Section s, SimulatedPowerStage::Parameters& p,
+              const std::function<std::int32_t()>& lead_of_drive) {
   s.choice("integrator", p.integrator,
            {{"cvode", IntegratorKind::cvode},
             {"fixed", IntegratorKind::fixed},
@@ -73,7 +74,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p) {
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
-  describe(s.section("sensors"), p.io.sensors);
+  describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);
   Section fixed = s.section("fixed");

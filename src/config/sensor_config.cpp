@@ -68,10 +68,13 @@ void describe_end(Section& s, std::int64_t& until_ns) {
 
 }  // namespace
 
-void describe(Section s, SensorParameters& p) {
+void describe(Section s, SensorParameters& p, const std::function<std::int32_t()>& lead_of_drive) {
   s.integer("seed", p.seed, {0, 1'000'000'000}, "", "of the random noise: the same seed makes the same run");
-  s.time("sampling_lead_us", p.sampling_lead_ns, 1e3, {0, 1e5}, "us",
-         "time before a control period begins at which currents and link voltage are sampled");
+  s.derived_time<std::int32_t>(
+      "sampling_lead_us", p.sampling_lead_ns, 1e3, {0, 1e5}, "us",
+      "time before a control period begins at which currents and link voltage are sampled; by default as the "
+      "drive takes it",
+      lead_of_drive);
   describe_current(s.section("current"), p);
   describe_voltage(s.section("voltage"), p.voltage);
   describe_encoder(s.section("encoder"), p.encoder);

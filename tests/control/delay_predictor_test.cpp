@@ -52,8 +52,8 @@ double prediction_error(std::int32_t duration_ns) {
   const test::ReferenceMachine machine = loaded_machine();
   FluxTorqueEstimator<double> estimator = informed_estimator(machine);
   const GatePattern in_flight{switch_states[3], duration_ns};
-  const auto ahead =
-      predict(estimator, stator_voltage(in_flight.last_state(), machine.u_dc()), duration_ns * 1e-9);
+  const auto ahead = predict(estimator, {estimator.psi_s(), estimator.i_s()},
+                             stator_voltage(in_flight.last_state(), machine.u_dc()), duration_ns * 1e-9);
   // The reference starts where the estimator believes to be, so that only the prediction errs.
   test::ReferenceMachine reference = machine;
   reference.psi_s = {estimator.psi_s().alpha, estimator.psi_s().beta};

@@ -39,12 +39,14 @@ inline const std::array test_machines{
     TestMachine{"200 kW", {0.012, 0.009, 1.4e-4, 1.6e-4, 5.2e-3, 3, 4}, 560, 0.9},
 };
 
-/// How a machine runs, without a torque command.
+/// How a machine runs.
 struct MachineRun {
   std::string controller{"foc"};
   int period_us{50};
   double omega_m{};   ///< imposed [rad/s]
   double end_s{1.5};  ///< [s]
+  double torque{};    ///< asked for from the beginning [N·m]
+  double lead_us{};   ///< of the samples, as the drive and the sensors have it [us]
 };
 
 /// With every default that follows from machine, link and period; the metrics' window is the last 100 ms.
@@ -59,9 +61,11 @@ inline ScenarioConfig machine_config(const TestMachine& machine, const MachineRu
       << "\nl_ls_h = " << number(m.l_ls) << "\nl_lr_h = " << number(m.l_lr) << "\nl_m_h = " << number(m.l_m)
       << "\npoles = " << 2 * m.pole_pairs << "\ninertia_kg_m2 = " << number(m.inertia)
       << "\n[control]\ncontroller = \"" << r.controller << "\"\nflux_reference_wb = " << number(machine.psi)
-      << "\n[drive]\nperiod_us = " << r.period_us << "\n[plant]\nu_dc_v = " << number(machine.u_dc)
+      << "\n[drive]\nperiod_us = " << r.period_us << "\nsampling_lead_us = " << number(r.lead_us)
+      << "\n[plant]\nu_dc_v = " << number(machine.u_dc)
       << "\nintegrator = \"exact\"\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\nvalue = "
-      << number(r.omega_m) << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
+      << number(r.omega_m) << "\n[profile.torque_nm]\nvalue = " << number(r.torque)
+      << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
   const ScenarioConfig config = load_scenario_config(file.string(), {});
   std::filesystem::remove(file);
   return config;

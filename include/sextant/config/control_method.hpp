@@ -22,10 +22,11 @@ struct ControlSetup {
   std::int32_t period_ns{25'000};          ///< control period [ns]
   double flux_reference{1.1};              ///< stator flux linkage [Wb]
   FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
-  bool adapts_parameters{true};    ///< of the machine, while it runs
-  int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after its decision [-]
-  double u_dc{530.0};              ///< nominal voltage of the DC link [V]
-  double current_limit{200.0};     ///< of the stator current vector, as the drive has it [A]
+  bool adapts_parameters{true};      ///< of the machine, while it runs
+  std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
+  int actuation_delay_periods{0};    ///< 1: a pattern is applied one period after its decision [-]
+  double u_dc{530.0};                ///< nominal voltage of the DC link [V]
+  double current_limit{200.0};       ///< of the stator current vector, as the drive has it [A]
 };
 
 /// Copies what `Parameters` has members for.
@@ -39,6 +40,8 @@ void share(const ControlSetup& setup, Parameters& p) {
     p.flux_estimator = setup.flux_estimator;
   if constexpr (requires { p.adapts_parameters = setup.adapts_parameters; })
     p.adapts_parameters = setup.adapts_parameters;
+  if constexpr (requires { p.sampling_lead_ns = setup.sampling_lead_ns; })
+    p.sampling_lead_ns = setup.sampling_lead_ns;
   if constexpr (requires { p.actuation_delay_periods = 0; })
     p.actuation_delay_periods = setup.actuation_delay_periods;
   if constexpr (requires { p.u_dc = setup.u_dc; }) p.u_dc = setup.u_dc;

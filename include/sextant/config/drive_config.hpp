@@ -2,6 +2,7 @@
 
 #include <any>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -69,7 +70,10 @@ void describe(Section root, DriveConfig& config);
 [[nodiscard]] std::string validate_voltage_range(const DriveConfig& config);
 
 /// Sections plant and load alone.
-void describe(Section section, SimulatedPowerStage::Parameters& parameters);
+/// lead_of_drive: as the sensors take it. [ns]
+void describe(
+    Section section, SimulatedPowerStage::Parameters& parameters,
+    const std::function<std::int32_t()>& lead_of_drive = [] { return 0; });
 void describe(Section section, LoadConfig& config);
 
 /// True when a file makes the quantity other than zero.

@@ -179,6 +179,24 @@ class Section {
                                }});
   }
 
+  /// A time whose default `rule` gives [ns] once everything has been read.
+  template <std::signed_integral I>
+  void derived_time(const std::string& key, I& member, double unit_ns, Range<double> range, const char* unit,
+                    const char* meaning, const std::function<I()>& rule) {
+    const auto is_given = std::make_shared<bool>(false);
+    add(key, unit, meaning,
+        NumberField{range,
+                    [&member, unit_ns] { return std::optional{static_cast<double>(member) / unit_ns}; },
+                    [&member, unit_ns, is_given](double x) {
+                      member = to_ns<I>(x * unit_ns);
+                      *is_given = true;
+                    }});
+    schema_->fields.back().derived = true;
+    derive([&member, is_given, rule] {
+      if (!*is_given) member = rule();
+    });
+  }
+
   /// A time, kept as integer nanoseconds; `unit_ns` is the length of the key's unit [ns].
   template <std::signed_integral I>
   void time(const std::string& key, I& member, double unit_ns, Range<double> range, const char* unit,

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+
 #include "sextant/config/schema.hpp"
 #include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/sensor_model.hpp"
@@ -8,7 +11,8 @@
 namespace sextant {
 
 /// Keys of [plant.sensors].
-void describe(Section s, SensorParameters& p);
+/// lead_of_drive: the sampling lead that the drive counts on, the default of theirs. [ns]
+void describe(Section s, SensorParameters& p, const std::function<std::int32_t()>& lead_of_drive);
 
 /// Keys of [plant.faults]; u_dc: of the link without a fault [V], read before.
 void describe(Section s, PlantFaultParameters& p, const double& u_dc);

@@ -12,14 +12,14 @@ struct FluxAndCurrent {
   SpaceVector<T> i_s{};    ///< [A]
 };
 
-/// Predicts ψ_s and i_s after the mean stator voltage u_s [V] of a pattern in flight over dt [s], by the
-/// machine model and one step of the midpoint rule. A controller whose pattern is applied one period late
-/// decides on the prediction. Source: P. Cortés et al., "Delay compensation in model predictive current
-/// control of a three-phase inverter", IEEE Trans. Ind. Electron. 59 (2012) 1323–1325.
+/// Predicts ψ_s and i_s from those at an instant, after the mean stator voltage u_s [V] of a pattern over
+/// dt [s], by the machine model and one step of the midpoint rule. A controller whose pattern is applied one
+/// period late decides on the prediction. Source: P. Cortés et al., "Delay compensation in model predictive
+/// current control of a three-phase inverter", IEEE Trans. Ind. Electron. 59 (2012) 1323–1325.
 template <class T>
-[[nodiscard]] constexpr FluxAndCurrent<T> predict(const FluxTorqueEstimator<T>& estimator, SpaceVector<T> u_s,
+[[nodiscard]] constexpr FluxAndCurrent<T> predict(const FluxTorqueEstimator<T>& estimator,
+                                                  const FluxAndCurrent<T>& now, SpaceVector<T> u_s,
                                                   T dt) noexcept {
-  const FluxAndCurrent<T> now{estimator.psi_s(), estimator.i_s()};
   const auto ahead = [&](const FluxAndCurrent<T>& slope_at, T time) {
     const CurrentModel<T>& model = estimator.current_model();
     const SpaceVector<T> u_minus_ri = u_s - estimator.machine().r_s * slope_at.i_s;

@@ -8,6 +8,7 @@
 #include "sextant/control/flux_torque_estimator.hpp"
 #include "sextant/control/magnetising_control.hpp"
 #include "sextant/control/nearest_state.hpp"
+#include "sextant/core/sampling_instant.hpp"
 
 namespace sextant {
 
@@ -23,13 +24,17 @@ class EstimatingController : public Controller<T> {
     T flux_reference{T(1.1)};                 ///< ψ_ref at a flux share of 1 [Wb]
     FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
     bool adapts_parameters{true};  ///< R_s, R_r and L_m follow the machine, with the kinds that identify them
-    int actuation_delay_periods{0};  ///< 1 when a pattern is applied one period late [-]
+    std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
+    int actuation_delay_periods{0};    ///< 1 when a pattern is applied one period late [-]
     typename Magnetiser<T>::Parameters magnetiser{};
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
       if (!(std::isfinite(flux_reference) && flux_reference > T(0))) {
         return "the flux reference must be above zero";
+      }
+      if (sampling_lead_ns < 0 || sampling_lead_ns > period_ns) {
+        return "the sampling lead must be from zero to the control period";
       }
       if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
         return "the actuation delay must be 0 or 1 periods";
@@ -41,7 +46,7 @@ class EstimatingController : public Controller<T> {
 
   [[nodiscard]] GatePattern step(const Measurement<T>& measurement,
                                  ControlReference<T> reference) noexcept SEXTANT_NONBLOCKING final {
-    estimator_.step(measurement, mode_ == ControlMode::magnetise);
+    estimator_.step(sampling_.step(measurement), mode_ == ControlMode::magnetise);
     mode_ = reference.mode;
     estimate_.psi_s = estimator_.psi_s();
     estimate_.psi_s_magnitude = magnitude(estimate_.psi_s);
@@ -80,6 +85,7 @@ class EstimatingController : public Controller<T> {
       : parameters_{parameters},
         period_{T(parameters.period_ns) * T(1e-9)},
         ripple_share_{ripple_share},
+        sampling_{parameters.sampling_lead_ns},
         estimator_{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters},
         magnetising_{parameters.magnetiser, period_} {}
 
@@ -135,15 +141,17 @@ class EstimatingController : public Controller<T> {
  private:
   [[nodiscard]] GatePattern decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
     const T psi_ref = reference.flux_share * parameters_.flux_reference;
-    if (mode_ == ControlMode::torque) return follow({ahead(), reference.torque, psi_ref, m.u_dc});
+    const FluxAndCurrent<T> x = ahead(m.u_dc);
+    if (mode_ == ControlMode::torque) return follow({x, reference.torque, psi_ref, m.u_dc});
     release();
     const T share = magnetising_.vector_share(parameters_.machine, psi_ref, m.u_dc);
-    return realise(magnetising_.step(estimator_, ahead(), estimate_.psi_s_magnitude, psi_ref, m.u_dc,
-                                     m.omega_m, share * ripple_share_),
+    return realise(magnetising_.step(estimator_, x, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m,
+                                     share * ripple_share_),
                    m.u_dc, share);
   }
 
   void stop() noexcept {
+    sampling_.reset();
     estimate_ = {};
     (void)rest();
     forget();
@@ -151,11 +159,14 @@ class EstimatingController : public Controller<T> {
   }
 
   /// Flux and current when the pattern that is decided now begins.
-  [[nodiscard]] FluxAndCurrent<T> ahead() const noexcept {
-    if (parameters_.actuation_delay_periods == 0 || !is_driven_) {
-      return {estimator_.psi_s(), estimator_.i_s()};
+  [[nodiscard]] FluxAndCurrent<T> ahead(T u_dc) const noexcept {
+    FluxAndCurrent<T> x{estimator_.psi_s(), estimator_.i_s()};
+    if (const GatePattern& since = sampling_.since(); since.is_driven()) {
+      const T lead = T(since.duration_ns()) * T(1e-9);
+      x = predict(estimator_, x, (T(1) / lead) * volt_seconds(since, u_dc), lead);
     }
-    return predict(estimator_, u_in_flight_, period_);
+    if (parameters_.actuation_delay_periods == 0 || !is_driven_) return x;
+    return predict(estimator_, x, u_in_flight_, period_);
   }
 
   [[nodiscard]] GatePattern rest() noexcept {
@@ -169,6 +180,7 @@ class EstimatingController : public Controller<T> {
   Parameters parameters_;
   T period_;        ///< [s]
   T ripple_share_;  ///< [-]
+  SamplingInstant<T> sampling_;
   FluxTorqueEstimator<T> estimator_;
   MagnetisingControl<T> magnetising_;
   SpaceVector<T> u_in_flight_{};  ///< mean voltage of the last pattern [V]

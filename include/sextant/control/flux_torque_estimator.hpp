@@ -109,11 +109,7 @@ class FluxTorqueEstimator {
     coasting_ = false;
     const T dt = T(m.applied.duration_ns()) * T(1e-9);
     if (!(dt > T(0))) return;
-    SpaceVector<T> volt_seconds{};  // ∫u_s dt [V·s]
-    for (const GateSegment& segment : m.applied.segments()) {
-      volt_seconds += (T(segment.duration_ns) * T(1e-9)) * stator_voltage(segment.state, m.u_dc);
-    }
-    const Period period{volt_seconds, i_s_before, T(0.5) * (i_s_before + i_s_),
+    const Period period{volt_seconds(m.applied, m.u_dc), i_s_before, T(0.5) * (i_s_before + i_s_),
                         T(0.5) * (omega_m_ + m.omega_m), dt};
     if (identify) return step_magnetising(period);
     if (identifying_) adopt(i_s_before);

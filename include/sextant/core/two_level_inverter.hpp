@@ -24,6 +24,16 @@ template <class T>
   return u_dc * unit_voltages<T>[s.upper_switches()];
 }
 
+/// ∫u_s dt over an applied pattern in which every leg is driven. [V·s]
+template <class T>
+[[nodiscard]] constexpr SpaceVector<T> volt_seconds(const GatePattern& applied, T u_dc) noexcept {
+  SpaceVector<T> sum{};
+  for (const GateSegment& segment : applied.segments()) {
+    sum += (T(segment.duration_ns) * T(1e-9)) * stator_voltage(segment.state, u_dc);
+  }
+  return sum;
+}
+
 /// Current drawn from the DC link, i_dc = Σ S_x i_x; negative when it flows back. A leg that is off carries
 /// its current through a diode: the upper one, into the link, while i_x < 0. [A]
 template <class T>

@@ -11,6 +11,7 @@
 #include "sextant/core/elapsed.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/core/sampling_instant.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/two_level_inverter.hpp"
 #include "sextant/drive/drive_state_machine.hpp"
@@ -39,6 +40,7 @@ class Drive {
  public:
   struct Parameters {
     std::int32_t period_ns{25'000};                    ///< control period [ns]
+    std::int32_t sampling_lead_ns{0};                  ///< from the sample of the currents to the period [ns]
     bool magnetise_first{true};                        ///< build up the flux in MAGNETISING before torque [-]
     std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
     typename CommandSupervision<T>::Parameters command{};
@@ -50,6 +52,9 @@ class Drive {
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
+      if (sampling_lead_ns < 0 || sampling_lead_ns > period_ns) {
+        return "the sampling lead must be from zero to the control period";
+      }
       if (magnetise_timeout_ns <= 0) return "the time for magnetising must be above zero";
       if (const char* problem = command.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
@@ -64,6 +69,7 @@ class Drive {
   Drive(const Parameters& parameters, Controller<T>& controller) noexcept
       : parameters_{parameters},
         controller_{controller},
+        sampling_{parameters.sampling_lead_ns},
         supervision_{parameters.command},
         protection_{parameters.protection},
         capability_{parameters.capability},
@@ -84,11 +90,12 @@ class Drive {
     const std::int64_t elapsed_ns =
         std::max<std::int64_t>(elapsed(last_t_ns_.value_or(t_ns), t_ns), parameters_.period_ns);
     last_t_ns_ = t_ns;
-    FaultSet measured = protection_.step(raw, protection_inputs());
+    const Measurement<T>& sampled = sampling_.step(raw);
+    FaultSet measured = protection_.step(sampled, protection_inputs());
     const bool usable = !measured.test(Fault::measurement_invalid);
     const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     const T dt = T(elapsed_ns) * T(1e-9);
-    measured |= monitor_torque(raw, measured.any() || state_ == DriveState::fault, dt);
+    measured |= monitor_torque(sampled, measured.any() || state_ == DriveState::fault, dt);
     AvailableTorque<T> available = available_torque(measurement, dt);
     const LimitedTorque<T> present = present_limit(available);
     const SupervisedCommand<T> command =
@@ -316,6 +323,7 @@ class Drive {
 
   Parameters parameters_;
   Controller<T>& controller_;
+  SamplingInstant<T> sampling_;
   CommandSupervision<T> supervision_;
   Protection<T> protection_;
   TorqueCapability<T> capability_;

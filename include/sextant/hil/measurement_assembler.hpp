@@ -1,14 +1,13 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/core/segment_list.hpp"
 #include "sextant/hil/hil_parameters.hpp"
 #include "sextant/hil/link_records.hpp"
 
@@ -152,52 +151,14 @@ class MeasurementAssembler {
     applied_ = {};
   }
 
-  /// Appends an applied pattern in order; equal neighbours become one segment. Where there is no room, all
-  /// segments of a state become one at the place of its last: the volt-seconds stay, the order does not.
-  /// False when that has no room either.
+  /// Appends an applied pattern in order; false where there is no room.
   [[nodiscard]] bool join(const GatePattern& next) noexcept SEXTANT_NONBLOCKING {
-    Segments all;
-    for (const GateSegment& segment : applied_.segments()) all.append(segment);
-    for (const GateSegment& segment : next.segments()) all.append(segment);
-    if (all.count > GatePattern::capacity) all.gather();
-    GatePattern joined;
-    bool fits = true;
-    for (std::size_t k = 0; k < all.count; ++k) fits = joined.append(all.list[k]) && fits;
-    applied_ = joined;
-    return fits;
+    SegmentList all;
+    all.append(applied_.segments());
+    all.append(next.segments());
+    applied_ = {};
+    return all.join(applied_);
   }
-
-  /// Those of two patterns.
-  struct Segments {
-    std::array<GateSegment, 2 * GatePattern::capacity> list{};
-    std::size_t count{0};
-
-    void append(GateSegment segment) noexcept {
-      if (count > 0 && lengthen(list[count - 1], segment)) return;
-      list[count++] = segment;
-    }
-
-    /// One segment of each state.
-    void gather() noexcept {
-      std::size_t first = list.size();  // of what is gathered, at the end of the list
-      for (std::size_t k = count; k-- > 0;) {
-        const GateSegment segment = list[k];
-        const auto is_added = [&segment](GateSegment& other) { return lengthen(other, segment); };
-        if (std::any_of(list.begin() + std::ptrdiff_t(first), list.end(), is_added)) continue;
-        list[--first] = segment;
-      }
-      count = 0;
-      while (first < list.size()) list[count++] = list[first++];
-    }
-
-    /// False where the states differ or the time is too long for one segment.
-    static bool lengthen(GateSegment& segment, const GateSegment& by) noexcept {
-      const std::int64_t both = std::int64_t{segment.duration_ns} + by.duration_ns;
-      if (segment.state != by.state || both > std::numeric_limits<std::int32_t>::max()) return false;
-      segment.duration_ns = std::int32_t(both);
-      return true;
-    }
-  };
 
   Parameters parameters_;
   MeasurementRecord newest_{};
