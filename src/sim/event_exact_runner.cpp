@@ -112,7 +112,7 @@ class EventExactRun {
     metrics_.add_segment(before_, after);
     note_pulses();
     if (trace_) trace_->add(system_, duration);
-    protect(after);
+    protect(before_, after);
     before_ = after;
     return !result_.faults.any();
   }
@@ -149,14 +149,18 @@ class EventExactRun {
     return sample;
   }
 
-  /// Once a control period, as the monitors of the protections count.
-  void protect(const MetricsSample& now) {
-    if (now.t_ns < next_protection_ns_) return;
-    const std::int64_t period_ns = parameters_.protection.period_ns;
-    next_protection_ns_ = (now.t_ns / period_ns + 1) * period_ns;
-    const Measurement<> measurement{inverse_clarke(now.i_s), parameters_.u_dc, now.omega_m, {}, true};
-    faults_.step(protection_.step(measurement));
-    result_.note_faults(faults_.latched(), faults_.first(), now.t_ns);
+  /// At the beginning of each control period within a piece without an event, over which the currents run in
+  /// straight lines: where a piece ends depends on the rows of a trace.
+  void protect(const MetricsSample& begin, const MetricsSample& end) {
+    for (; next_protection_ns_ <= end.t_ns && !result_.faults.any();
+         next_protection_ns_ += parameters_.protection.period_ns) {
+      const double span = double(end.t_ns - begin.t_ns);
+      const double share = span > 0.0 ? double(next_protection_ns_ - begin.t_ns) / span : 1.0;
+      const SpaceVector<> i_s = begin.i_s + share * (end.i_s - begin.i_s);
+      const double omega_m = std::lerp(begin.omega_m, end.omega_m, share);
+      faults_.step(protection_.step({inverse_clarke(i_s), parameters_.u_dc, omega_m, {}, true}));
+      result_.note_faults(faults_.latched(), faults_.first(), next_protection_ns_);
+    }
   }
 
   [[nodiscard]] MilResult finish() {

@@ -1,9 +1,12 @@
 #include "sextant/sim/event_exact_runner.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <random>
+#include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "sim/event_exact_setup.hpp"
 
@@ -118,6 +121,29 @@ TEST(EventExactRunner, AnOverCurrentEndsTheRunAndIsNamed) {
   EXPECT_TRUE(r.faults.test(Fault::over_current));
   EXPECT_LT(metric(r, Metric::simulated), 0.01);
   EXPECT_NEAR(metric(r, Metric::peak_current), 50, 2);
+}
+
+// The rows of a trace end pieces of the integration.
+TEST(EventExactRunner, ATraceDoesNotMoveATrip) {
+  EventExactSetup s = EventExactSetup::at(15, 0);
+  for (const double over_current : {30.0, 50.0, 62.0}) {
+    s.parameters.protection.over_current = over_current;
+    const MilResult without = s.run();
+    ASSERT_EQ(without.first_fault, Fault::over_current);
+    for (const double interval_us : {10.0, 130.0, 1000.0}) {
+      SCOPED_TRACE(testing::Message() << over_current << " A, rows of " << interval_us << " us");
+      s.scenario.trace.interval_us = interval_us;
+      const std::filesystem::path file = std::filesystem::temp_directory_path() /
+                                         ("sextant_event_exact_" + std::to_string(getpid()) + ".h5");
+      {
+        TraceRecorder trace{file, s.scenario.trace, {}};
+        const MilResult with = s.run(&trace);
+        EXPECT_EQ(with.fault_ns, without.fault_ns);
+        EXPECT_EQ(with.fault_ns % s.parameters.protection.period_ns, 0);
+      }
+      std::filesystem::remove(file);
+    }
+  }
 }
 
 TEST(EventExactRunner, ARampOfTheReferenceIsAnsweredOnceItPassesTheBand) {

@@ -36,7 +36,9 @@ struct EventExactSetup {
     parameters.cvode.flux_tolerance = 1e-2 * relative_tolerance;
     return *this;
   }
-  [[nodiscard]] MilResult run() const { return EventExactRunner{parameters}.run(scenario, nullptr, {}); }
+  [[nodiscard]] MilResult run(TraceRecorder* trace = nullptr) const {
+    return EventExactRunner{parameters}.run(scenario, trace, {});
+  }
 };
 
 }  // namespace sextant
