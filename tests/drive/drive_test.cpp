@@ -957,6 +957,11 @@ TYPED_TEST(DriveOf, RefusesParametersThatCannotWork) {
   parameters = {};
   parameters.torque_monitor.limit = 0;
   EXPECT_NE(parameters.validate(), nullptr);
+  parameters = {};
+  parameters.period_ns = 50'000;  // and the protections count 25 us
+  EXPECT_NE(parameters.validate(), nullptr);
+  parameters.protection.period_ns = 50'000;
+  EXPECT_EQ(parameters.validate(), nullptr);
 }
 
 }  // namespace

@@ -61,7 +61,9 @@ class Drive {
       if (const char* problem = capability.validate()) return problem;
       if (const char* problem = optimal_flux.validate()) return problem;
       if (const char* problem = reserve.validate()) return problem;
-      return torque_monitor.validate();
+      if (const char* problem = torque_monitor.validate()) return problem;
+      // Protections that count periods of another length would be silent.
+      return protection.period_ns == period_ns ? nullptr : "the control periods of drive and protections differ";
     }
   };
 
