@@ -274,9 +274,10 @@ TEST(CommandCampaign, Row9TorqueBeyondTheContractIsBlocked) {
 TEST(CommandCampaign, Row10ATorqueStepIsFollowedAtTheConfiguredRate) {
   for_seeds(seeds, [](CampaignCase& c) {
     const double rate = double(c.between(200, 4000));
-    c.rig.drive.command.torque_rate = rate;
+    c.rig.config.drive.command.torque_rate = rate;
     Running r{c};
     ASSERT_TRUE(r.started);
+    r.rig.run_for(std::int64_t(std::abs(c.rig.torque) / rate * 1e9));
     const double from = r.rig.now().torque_reference;
     ASSERT_EQ(from, c.rig.torque);
     const double to = -from;
@@ -301,7 +302,7 @@ TEST(CommandCampaign, Row10ATorqueStepIsFollowedAtTheConfiguredRate) {
 TEST(CommandCampaign, Row11MoreThanAvailableDeratesAndNeverTrips) {
   for_seeds(seeds, [](CampaignCase& c) {
     const double available = double(c.between(5, 35));
-    c.rig.drive.capability.torque = available;
+    c.rig.config.drive.capability.torque = available;
     c.rig.torque = (c.rig.torque < 0 ? -1.0 : 1.0) * std::min(available, 4.0);
     Running r{c};
     ASSERT_TRUE(r.started);

@@ -18,9 +18,9 @@ inline Injection over_current() {
           .prepare =
               [](CampaignCase& c) {
                 wake_in_every_period(c);
-                c.rig.drive.protection.over_current = c.just_inside ? 60.0 : 32.0;
-                c.rig.controller.magnetiser.current_limit = 20.0;
-                c.rig.controller.magnetiser.hand_over_current = 20.0;
+                c.rig.config.drive.protection.over_current = c.just_inside ? 60.0 : 32.0;
+                direct_torque(c.rig.config).magnetiser.current_limit = 20.0;
+                direct_torque(c.rig.config).magnetiser.hand_over_current = 20.0;
                 c.start_torque = 0.1 * c.rig.torque;
                 c.rig.torque = std::copysign(120.0, c.rig.torque);
               },
@@ -54,7 +54,7 @@ inline Injection over_speed() {
           .prepare =
               [](CampaignCase& c) {
                 wake_in_every_period(c);
-                c.rig.drive.protection.over_speed = 110.0;
+                c.rig.config.drive.protection.over_speed = 110.0;
                 ramp_speed(c, std::copysign(c.just_inside ? 108.0 : 120.0, c.rig.omega_m), 50 * ms, 50 * ms);
               },
           .make_shows = always([](VirtualRig& rig, const Telemetry<double>& t) {
@@ -92,10 +92,10 @@ inline Injection winding_too_hot() {
           .prepare =
               [](CampaignCase& c) {
                 wake_in_every_period(c);
-                c.rig.drive.protection.winding = {.nominal_current = c.just_inside ? 17.0 : 9.0,
-                                                  .time_constant = 1.0};
-                c.rig.drive.protection.winding_warning = 90.0;
-                c.rig.drive.protection.winding_trip = 100.0;
+                c.rig.config.drive.protection.winding = {.nominal_current = c.just_inside ? 17.0 : 9.0,
+                                                         .time_constant = 1.0};
+                c.rig.config.drive.protection.winding_warning = 90.0;
+                c.rig.config.drive.protection.winding_trip = 100.0;
                 c.rig.torque = std::copysign(10.0, c.rig.torque);
               },
           .make_shows = winding_shows,
@@ -128,9 +128,9 @@ inline Injection torque_deviates() {
           .prepare =
               [](CampaignCase& c) {
                 wake_in_every_period(c);
-                c.rig.drive.magnetise_first = false;  // which would identify the rotor
-                c.rig.controller.flux_estimator = FluxEstimatorKind::current_model;
-                c.rig.controller.machine.r_r *= c.just_inside ? 1.05 : 3.0;
+                c.rig.config.drive.magnetise_first = false;  // which would identify the rotor
+                direct_torque(c.rig.config).flux_estimator = FluxEstimatorKind::current_model;
+                direct_torque(c.rig.config).machine.r_r *= c.just_inside ? 1.05 : 3.0;
                 c.rig.torque = 0.0;
               },
           .inject = [](VirtualRig& rig,
@@ -172,12 +172,12 @@ inline Injection flux_lost() {
           .prepare =
               [](CampaignCase& c) {
                 wake_in_every_period(c);
-                c.rig.controller.flux_priority = false;
-                c.rig.controller.sector.sector_start_deg = 60.0;
-                c.rig.drive.torque_monitor.enabled = false;
-                c.rig.drive.protection.speed_error = 1e6;
+                direct_torque(c.rig.config).flux_priority = false;
+                direct_torque(c.rig.config).sector.sector_start_deg = 60.0;
+                c.rig.config.drive.torque_monitor.enabled = false;
+                c.rig.config.drive.protection.speed_error = 1e6;
                 c.rig.vehicle.first_ns += 50 * ms;
-                if (c.just_inside) c.rig.drive.protection.flux_lost_ns = 1'000 * ms;
+                if (c.just_inside) c.rig.config.drive.protection.flux_lost_ns = 1'000 * ms;
               },
           .make_shows = always([](VirtualRig& rig, const Telemetry<double>& t) {
             const double limit = 0.5 * rig.drive_parameters().capability.flux_reference;

@@ -104,7 +104,7 @@ TEST(PowerStageCampaign, Row32ANumberThatIsNoneTripsInItsPeriod) {
 
 TEST(PowerStageCampaign, Row33OverCurrentTripsInItsPeriod) {
   for_seeds(seeds, [](CampaignCase& c) {
-    const double limit = c.rig.drive.protection.over_current;
+    const double limit = c.rig.config.drive.protection.over_current;
     const double sign = c.between(0, 1) == 0 ? -1.0 : 1.0;
     expect_trip_at_once(c,
                         {.signal = static_cast<MeasuredSignal>(c.between(0, 2)),
@@ -115,7 +115,7 @@ TEST(PowerStageCampaign, Row33OverCurrentTripsInItsPeriod) {
 
 TEST(PowerStageCampaign, Row33OverVoltageTripsInItsPeriod) {
   for_seeds(seeds, [](CampaignCase& c) {
-    const double limit = c.rig.drive.protection.dc_over_voltage;
+    const double limit = c.rig.config.drive.protection.dc_over_voltage;
     expect_trip_at_once(c,
                         {.signal = MeasuredSignal::u_dc, .offset = limit + double(c.between(1, 1000)) * 0.1},
                         Fault::dc_over_voltage);

@@ -101,7 +101,7 @@ inline Injection current_reads_high() {
           .bound_ns = period,
           .prepare =
               [](CampaignCase& c) {
-                const double limit = c.rig.drive.protection.over_current;
+                const double limit = c.rig.config.drive.protection.over_current;
                 add_event(c, period,
                           {.signal = static_cast<MeasuredSignal>(c.between(0, 2)),
                            .offset = random_sign(c) * (limit + 0.1 * double(c.between(1, 1000)))});
@@ -114,7 +114,7 @@ inline Injection link_over_voltage() {
           .fault = Fault::dc_over_voltage,
           .bound_ns = period,
           .prepare = [](CampaignCase& c) {
-            const double limit = c.rig.drive.protection.dc_over_voltage;
+            const double limit = c.rig.config.drive.protection.dc_over_voltage;
             const double beyond = 0.1 * double(c.between(1, 1000));
             add_event(c, period,
                       {.signal = MeasuredSignal::u_dc, .offset = limit + (c.just_inside ? -1.0 : beyond)});
@@ -138,7 +138,7 @@ inline Injection speed_frozen() {
           .bound_ns = 10 * ms,
           .prepare =
               [](CampaignCase& c) {
-                c.rig.drive.torque_monitor.enabled = !c.just_inside;
+                c.rig.config.drive.torque_monitor.enabled = !c.just_inside;
                 const double inside = c.rig.omega_m - std::copysign(15.0, c.rig.omega_m);
                 ramp_speed(c, c.just_inside ? inside : 0.25 * c.rig.omega_m, 100 * ms, 50 * ms);
                 set_plant_fault(c, PlantFaultKind::speed_frozen, 250 * ms);
@@ -156,7 +156,7 @@ inline Injection speed_jumps() {
           .bound_ns = 10 * ms,
           .prepare =
               [](CampaignCase& c) {
-                c.rig.drive.torque_monitor.enabled = !c.just_inside;
+                c.rig.config.drive.torque_monitor.enabled = !c.just_inside;
                 set_plant_fault(c, PlantFaultKind::speed_jump, 100 * ms);
                 c.rig.fault.jump = random_sign(c) * (c.just_inside ? 15.0 : double(c.between(30, 90)));
               },

@@ -1,21 +1,41 @@
 #pragma once
 
+#include <any>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
+#include "ecu/configured_drive.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
+#include "sextant/config/load_config.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/harness/disturbed_drive_io.hpp"
 #include "sextant/harness/log_replay.hpp"
 #include "sextant/harness/random_bus_events.hpp"
 #include "sextant/harness/virtual_vehicle.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
+#include "support/source_directory.hpp"
 
 namespace sextant::test {
 
 inline constexpr std::int64_t ms = 1'000'000;  // [ns]
+
+/// The drive that is shipped, configs/ecu.toml.
+inline const DriveConfig& shipped_drive() {
+  static const DriveConfig config = load_ecu_config(SEXTANT_SOURCE_DIR "/configs/ecu.toml").drive;
+  return config;
+}
+
+/// Parameters of its direct torque control.
+inline DirectTorqueController<>::Parameters& direct_torque(DriveConfig& config) {
+  for (ControlMethod& method : config.methods) {
+    if (method.name == DirectTorqueController<>::name)
+      return std::any_cast<DirectTorqueController<>::Parameters&>(method.parameters);
+  }
+  throw std::logic_error("no direct torque control");
+}
 
 /// What a rig is made of.
 struct VirtualRigParameters {
@@ -26,8 +46,8 @@ struct VirtualRigParameters {
   std::vector<LateWake> late_wakes{};
   VirtualVehicle::Parameters vehicle{};
   std::int64_t vehicle_duration_ns{never_ns};
-  Drive<>::Parameters drive{};
-  DirectTorqueController<>::Parameters controller{};
+  DriveConfig config{
+      shipped_drive()};  ///< its plant is integrated in fixed steps, with sensors and fault below
   std::optional<ProfileParameters> speed{};  ///< imposed, in the place of omega_m [rad/s]
   SensorParameters sensors{};
   PlantFaultParameters fault{};
@@ -39,16 +59,15 @@ struct VirtualRigParameters {
 /// The whole live drive with its plant and a vehicle, in virtual time.
 class VirtualRig {
  public:
-  static constexpr std::int32_t period_ns = 25'000;
+  static constexpr std::int32_t period_ns = 25'000;  ///< of the shipped drive
 
   explicit VirtualRig(const VirtualRigParameters& p = {})
       : torque{p.torque},
-        drive_parameters_{p.drive},
-        stage_{{.io = {.sensors = p.sensors, .fault = p.fault}, .integrator = IntegratorKind::fixed},
+        drive_parameters_{p.config.drive},
+        stage_{stage_parameters(p),
                {.imposed_speed = p.speed.value_or(ProfileParameters{.value = p.omega_m})}},
         io{stage_.io(), p.measurements},
-        controller_{p.controller},
-        drive_{p.drive, controller_},
+        drive_{p.config},
         bus{clock, p.bus},
         replay{p.log, bus, p.identifier_offset},
         vehicle{p.vehicle, clock, bus, [this](std::int64_t) { return torque; }, p.vehicle_duration_ns},
@@ -59,7 +78,7 @@ class VirtualRig {
             clock,
             bus,
             io,
-            drive_,
+            drive_.drive(),
             recorder,
             LateWakes{p.late_wakes}} {
     timeline.add(bus.party());
@@ -88,6 +107,14 @@ class VirtualRig {
   std::function<void(const Telemetry<double>&)> on_period{};
 
  private:
+  [[nodiscard]] static SimulatedPowerStage::Parameters stage_parameters(const VirtualRigParameters& p) {
+    SimulatedPowerStage::Parameters stage = p.config.plant;
+    stage.integrator = IntegratorKind::fixed;
+    stage.io.sensors = p.sensors;
+    stage.io.fault = p.fault;
+    return stage;
+  }
+
   void see(const Telemetry<double>& t) {
     if (t.state == DriveState::fault && first_fault_ns == never_ns) first_fault_ns = t.t_ns;
     if (t.torque_reference == 0.0 && first_zero_ns == never_ns) first_zero_ns = t.t_ns;
@@ -102,8 +129,7 @@ class VirtualRig {
   DisturbedDriveIo io;
 
  private:
-  DirectTorqueController<double> controller_;
-  Drive<double> drive_;
+  ecu::ConfiguredDrive drive_;
 
  public:
   VirtualCanBus bus;

@@ -63,7 +63,8 @@ class Drive {
       if (const char* problem = reserve.validate()) return problem;
       if (const char* problem = torque_monitor.validate()) return problem;
       // Protections that count periods of another length would be silent.
-      return protection.period_ns == period_ns ? nullptr : "the control periods of drive and protections differ";
+      return protection.period_ns == period_ns ? nullptr
+                                               : "the control periods of drive and protections differ";
     }
   };
 
