@@ -11,6 +11,7 @@
 #include "sextant/safety/applied_volt_seconds.hpp"
 #include "sextant/safety/current_offset.hpp"
 #include "sextant/safety/current_response.hpp"
+#include "sextant/safety/direction_check.hpp"
 #include "sextant/safety/protection_facts.hpp"
 #include "sextant/safety/protection_limits.hpp"
 #include "sextant/safety/protection_rules.hpp"
@@ -33,6 +34,9 @@ class Protection {
                    .period_ns = parameters.period_ns,
                    .jump = parameters.current_jump}},
         speed_{{.machine = parameters.machine, .period_ns = parameters.period_ns}},
+        direction_{{.machine = parameters.machine,
+                    .current_noise = parameters.current_noise,
+                    .slowest = slowest_share * parameters.over_speed}},
         winding_{with_period(parameters.winding, parameters.period_ns)},
         share_per_kelvin_{T(1) / (parameters.winding_trip - parameters.winding_warning)} {
     for (std::size_t n = 0; n < rule_count; ++n) needed_[n] = protection_rules<T>[n].needed(parameters);
@@ -51,6 +55,7 @@ class Protection {
     if (!is_usable(m)) {
       faults.set(Fault::measurement_invalid);
       restart({});
+      direction_.coast(seconds(limits_.period_ns));
       counts_ = {};
       omega_m_.reset();
       return faults;
@@ -63,6 +68,7 @@ class Protection {
         .drive = drive,
         .response = response_,
         .speed = speed_,
+        .direction = direction_,
         .is_driven = is_driven,
         .flux_was_built = flux_was_built_,
         .unresponsive_phases = unresponsive_phases(),
@@ -88,6 +94,9 @@ class Protection {
   }
 
  private:
+  /// Of the speed trip, which is 3.5 times base speed by default: below 0.5 % of base speed an encoder counts
+  /// too few edges for a direction. [-]
+  static constexpr T slowest_share = T(0.0015);
   static constexpr std::size_t rule_count = protection_rules<T>.size();
 
   [[nodiscard]] static typename WindingTemperature<T>::Parameters with_period(
@@ -113,15 +122,19 @@ class Protection {
     winding_.step(m.i_abc);
     if (!m.applied.is_driven()) {
       restart(m.i_abc);
+      direction_.restart();
+      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(m.applied.duration_ns()));
       return false;
     }
     const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
     if (applied.duration_ns != limits_.period_ns) {
       restart(m.i_abc);  // periods were missed
+      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(applied.duration_ns));
       return true;
     }
     response_.step(m.i_abc, applied.integral);
     speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference);
+    direction_.step(m.i_abc, applied.integral, m.u_dc, m.omega_m, seconds(applied.duration_ns));
     return true;
   }
 
@@ -129,6 +142,8 @@ class Protection {
     response_.restart(i);
     speed_.restart(i);
   }
+
+  [[nodiscard]] static constexpr T seconds(std::int64_t ns) noexcept { return T(ns) * T(1e-9); }
 
   void evaluate(const ProtectionFacts<T>& facts, FaultSet& faults) noexcept {
     for_each_rule<protection_rules<T>>([&]<std::size_t n>() {
@@ -147,6 +162,7 @@ class Protection {
   CurrentOffset<T> offset_;
   CurrentResponse<T> response_;
   SpeedPlausibility<T> speed_;
+  DirectionCheck<T> direction_;
   WindingTemperature<T> winding_;
   T share_per_kelvin_;
   std::array<int, rule_count> needed_{};  ///< count that makes a fault, by rule [-]

@@ -1,0 +1,160 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/space_vector.hpp"
+#include "sextant/safety/monitored_flux.hpp"
+
+namespace sextant {
+
+/// Decides whether the shaft turns as the speed is read or the other way round, as behind an encoder that is
+/// wired in reverse or two motor cables that are exchanged. The rotor flux of each direction follows from
+/// currents and speed (`MonitoredFlux`), the reactive power of each flux is held against that of the voltage:
+///   q = i_s × (u − R_s i_s − σL_s di_s/dt),   q± = k_r i_s × dψ_r(±ω_m)/dt
+/// (air-gap form of the reactive power; F. Z. Peng, T. Fukao, "Robust speed identification for
+/// speed-sensorless vector control of induction motors", IEEE Trans. Ind. Appl. 30 (1994) 1234–1240). R_s and
+/// the dead time of a bridge act along i_s and have no part in q. With r = q − (q₊ + q₋)/2 and d = q₊ − q₋
+/// the mean of r d is d²/2 where the reading is right, −d²/2 where it is reversed. It is reversed where
+///   r d < −d²/4,   and   d²/2 − r d > |d| E
+/// in means over τ_r: E is what errors of voltage, R_s and rotor parameters make of q₊, so that no error
+/// within them can be the reason.
+///
+/// Not seen: a speed below `slowest`; a stator frequency near zero, or torque against which 2 p ω_m is small
+/// beside the slip (d is within E); about 2 p ω_m τ_r < 1 in steady state. A direct current that builds up
+/// the flux shows less than that, by the side to which the flux turns. Evaluated once in some 200 µs.
+template <class T = double>
+class DirectionCheck {
+ public:
+  struct Parameters {
+    InductionMachineParameters<T> machine{};
+    T current_noise{T(0.2)};  ///< standard deviation of a measured phase current [A]
+    T slowest{T(0.5)};        ///< speed from which on the direction is decided [rad/s]
+  };
+
+  explicit DirectionCheck(const Parameters& p) noexcept
+      : r_s_{p.machine.r_s},
+        sigma_l_s_{p.machine.sigma_l_s()},
+        k_r_{p.machine.k_r()},
+        slowest_{p.slowest},
+        // What the mean over `smooth` leaves of the noise of σL_s di/dt, three deviations.
+        noise_{T(3) * p.machine.sigma_l_s() * p.current_noise / smooth},
+        memory_{std::max(p.machine.tau_r(), T(2) * smooth)},
+        forwards_{p.machine},
+        backwards_{p.machine} {}
+
+  /// A period of dt [s] with every leg driven: currents at its end [A], ∫u_x dt over it [V·s], link voltage
+  /// [V], measured speed [rad/s].
+  void step(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds, T u_dc, T omega_m, T dt) noexcept {
+    volt_seconds_ += clarke(volt_seconds);
+    u_dc_ = u_dc;
+    advance(clarke(i), omega_m, dt);
+  }
+
+  /// The same with voltages that are not known: the fluxes go on.
+  void step_without_voltage(const ThreePhase<T>& i, T omega_m, T dt) noexcept {
+    is_known_ = false;
+    advance(clarke(i), omega_m, dt);
+  }
+
+  /// dt [s] without a usable measurement: the gates are off, the speed is the last one.
+  void coast(T dt) noexcept { step_without_voltage({}, omega_m_, dt); }
+
+  /// Forgets what has been found; the fluxes go on.
+  constexpr void restart() noexcept { means_ = {}; }
+
+  /// True where currents and voltages show that the shaft turns against the measured speed.
+  [[nodiscard]] constexpr bool is_reversed() const noexcept {
+    const T contradicts = T(0.5) * means_.d_squared - means_.r_d;
+    return means_.r_d < T(-0.25) * means_.d_squared &&
+           contradicts * contradicts > means_.d_squared * means_.error_squared;
+  }
+
+ private:
+  /// Reactive powers over 3/2, means over `smooth`. [VA]
+  struct Powers {
+    T q{};
+    T forwards{};   ///< q₊
+    T backwards{};  ///< q₋
+  };
+  /// Means over τ_r. [VA²]
+  struct Means {
+    T r_d{};
+    T d_squared{};
+    T error_squared{};  ///< E²
+  };
+
+  void advance(SpaceVector<T> i_s, T omega_m, T dt) noexcept {
+    omega_m_ = omega_m;
+    seconds_ += dt;
+    if (seconds_ + T(0.5) * dt < block) return;
+    const SpaceVector<T> mean_i = T(0.5) * (i_s + i_s_);
+    const T forwards = power_of(forwards_, mean_i, omega_m);
+    const T backwards = power_of(backwards_, mean_i, -omega_m);
+    if (is_known_) {
+      const SpaceVector<T> emf_seconds =
+          volt_seconds_ - (r_s_ * seconds_) * mean_i - sigma_l_s_ * (i_s - i_s_);
+      smooth_in({cross(mean_i, emf_seconds) / seconds_, forwards, backwards});
+      if (std::abs(omega_m) > slowest_) compare(dot(mean_i, mean_i));
+    }
+    i_s_ = i_s;
+    volt_seconds_ = {};
+    seconds_ = T(0);
+    is_known_ = true;
+  }
+
+  /// k_r i × Δψ_r/Δt over the block.
+  [[nodiscard]] T power_of(MonitoredFlux<T>& flux, SpaceVector<T> i_s, T omega_m) const noexcept {
+    const SpaceVector<T> before = flux.psi_r();
+    flux.step(i_s, omega_m, seconds_);
+    return k_r_ * cross(i_s, flux.psi_r() - before) / seconds_;
+  }
+
+  void smooth_in(const Powers& now) noexcept {
+    const T share = std::min(T(1), seconds_ / smooth);
+    powers_.q += share * (now.q - powers_.q);
+    powers_.forwards += share * (now.forwards - powers_.forwards);
+    powers_.backwards += share * (now.backwards - powers_.backwards);
+  }
+
+  void compare(T i_squared) noexcept {
+    const T share = std::min(T(1), seconds_ / memory_);
+    const T d = powers_.forwards - powers_.backwards;
+    const T r = powers_.q - T(0.5) * (powers_.forwards + powers_.backwards);
+    const T voltage = voltage_share * u_dc_ + noise_;
+    const T of_r_s = r_s_share * r_s_;
+    const T of_rotor = rotor_share * powers_.forwards;
+    const T error_squared =
+        i_squared * (voltage * voltage + of_r_s * of_r_s * i_squared) + of_rotor * of_rotor;
+    means_.r_d += share * (r * d - means_.r_d);
+    means_.d_squared += share * (d * d - means_.d_squared);
+    means_.error_squared += share * (error_squared - means_.error_squared);
+  }
+
+  static constexpr T block = T(200e-6);         ///< time between two evaluations, at least a period [s]
+  static constexpr T smooth = T(0.01);          ///< time constant of the powers [s]
+  static constexpr T voltage_share = T(0.002);  ///< error across the current, of the link voltage [-]
+  static constexpr T r_s_share = T(0.05);       ///< the same of R_s |i_s|: offsets and gains of phases [-]
+  static constexpr T rotor_share = T(0.5);      ///< error of q₊ by R_r and L_m [-]
+
+  T r_s_;
+  T sigma_l_s_;
+  T k_r_;
+  T slowest_;
+  T noise_;   ///< [V]
+  T memory_;  ///< time constant of the means [s]
+  MonitoredFlux<T> forwards_;
+  MonitoredFlux<T> backwards_;
+  SpaceVector<T> i_s_{};           ///< at the end of the last block [A]
+  SpaceVector<T> volt_seconds_{};  ///< of the block so far [V·s]
+  T seconds_{};                    ///< of the block so far [s]
+  T u_dc_{};                       ///< [V]
+  T omega_m_{};                    ///< last one measured [rad/s]
+  bool is_known_{true};            ///< the voltage of the whole block is known
+  Powers powers_{};
+  Means means_{};
+};
+
+}  // namespace sextant
