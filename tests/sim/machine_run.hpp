@@ -43,8 +43,10 @@ inline const std::array test_machines{
 struct MachineRun {
   std::string controller{"foc"};
   int period_us{50};
-  double omega_m{};   ///< imposed [rad/s]
-  double end_s{1.5};  ///< [s]
+  double omega_m{};           ///< imposed [rad/s]
+  double slope{};             ///< of the imposed speed [rad/s²]
+  std::string fault{"none"};  ///< of the plant, from the beginning
+  double end_s{1.5};          ///< [s]
 };
 
 /// A run with every default that follows from machine, link and period; the metrics' window is the last
@@ -61,8 +63,11 @@ inline MilResult run(const TestMachine& machine, const MachineRun& r) {
       << "\npoles = " << 2 * m.pole_pairs << "\ninertia_kg_m2 = " << number(m.inertia)
       << "\n[control]\ncontroller = \"" << r.controller << "\"\nflux_reference_wb = " << number(machine.psi)
       << "\n[drive]\nperiod_us = " << r.period_us << "\n[plant]\nu_dc_v = " << number(machine.u_dc)
-      << "\nintegrator = \"exact\"\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\nvalue = "
-      << number(r.omega_m) << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
+      << "\nintegrator = \"exact\"\n[plant.faults]\nkind = \"" << r.fault
+      << "\"\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\nshape = \"linear\"\npoints = [[0, "
+      << number(r.omega_m) << "], [" << number(r.end_s) << ", " << number(r.omega_m + r.slope * r.end_s)
+      << "]]"
+      << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
   const ScenarioConfig config = load_scenario_config(file.string(), {});
   std::filesystem::remove(file);
   MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};

@@ -16,11 +16,11 @@ namespace sextant {
 ///   q = i_s × (u − R_s i_s − σL_s di_s/dt),   q± = k_r i_s × dψ_r(±ω_m)/dt
 /// (air-gap form of the reactive power; F. Z. Peng, T. Fukao, "Robust speed identification for
 /// speed-sensorless vector control of induction motors", IEEE Trans. Ind. Appl. 30 (1994) 1234–1240). R_s and
-/// the dead time of a bridge act along i_s and have no part in q. With r = q − (q₊ + q₋)/2 and d = q₊ − q₋
-/// the mean of r d is d²/2 where the reading is right, −d²/2 where it is reversed. It is reversed where
-///   r d < −d²/4,   and   d²/2 − r d > |d| E
-/// in means over τ_r: E is what errors of voltage, R_s and rotor parameters make of q₊, so that no error
-/// within them can be the reason.
+/// the dead time of a bridge act along i_s and have no part in q. The reading is reversed where, as root mean
+/// squares over τ_r,
+///   |q − q₋| < |q₊ − q₋|/4   and   E < 3/4 |q₊ − q₋|
+/// so that |q − q₊| > E, which is what errors of voltage, R_s, rotor parameters and a late speed make of q₊.
+/// An open phase or a wrong current fits neither direction.
 ///
 /// Not seen: a speed below `slowest`; a stator frequency near zero, or torque against which 2 p ω_m is small
 /// beside the slip (d is within E); about 2 p ω_m τ_r < 1 in steady state. A direct current that builds up
@@ -41,6 +41,7 @@ class DirectionCheck {
         slowest_{p.slowest},
         // What the mean over `smooth` leaves of the noise of σL_s di/dt, three deviations.
         noise_{T(3) * p.machine.sigma_l_s() * p.current_noise / smooth},
+        flux_share_{T(p.machine.pole_pairs) * p.machine.tau_r()},
         memory_{std::max(p.machine.tau_r(), T(2) * smooth)},
         forwards_{p.machine},
         backwards_{p.machine} {}
@@ -67,23 +68,22 @@ class DirectionCheck {
 
   /// True where currents and voltages show that the shaft turns against the measured speed.
   [[nodiscard]] constexpr bool is_reversed() const noexcept {
-    const T contradicts = T(0.5) * means_.d_squared - means_.r_d;
-    return means_.r_d < T(-0.25) * means_.d_squared &&
-           contradicts * contradicts > means_.d_squared * means_.error_squared;
+    return means_.rest < T(0.0625) * means_.difference && means_.error < T(0.5625) * means_.difference;
   }
 
  private:
-  /// Reactive powers over 3/2, means over `smooth`. [VA]
-  struct Powers {
-    T q{};
-    T forwards{};   ///< q₊
-    T backwards{};  ///< q₋
+  /// Speed, and reactive powers over 3/2: means over `smooth`.
+  struct Smooth {
+    T omega_m{};    ///< [rad/s]
+    T q{};          ///< [VA]
+    T forwards{};   ///< q₊ [VA]
+    T backwards{};  ///< q₋ [VA]
   };
-  /// Means over τ_r. [VA²]
+  /// Squares, means over τ_r. [VA²]
   struct Means {
-    T r_d{};
-    T d_squared{};
-    T error_squared{};  ///< E²
+    T rest{};        ///< of q − q₋
+    T difference{};  ///< of q₊ − q₋
+    T error{};       ///< of E
   };
 
   void advance(SpaceVector<T> i_s, T omega_m, T dt) noexcept {
@@ -96,7 +96,7 @@ class DirectionCheck {
     if (is_known_) {
       const SpaceVector<T> emf_seconds =
           volt_seconds_ - (r_s_ * seconds_) * mean_i - sigma_l_s_ * (i_s - i_s_);
-      smooth_in({cross(mean_i, emf_seconds) / seconds_, forwards, backwards});
+      smooth_in({omega_m, cross(mean_i, emf_seconds) / seconds_, forwards, backwards});
       if (std::abs(omega_m) > slowest_) compare(dot(mean_i, mean_i));
     }
     i_s_ = i_s;
@@ -112,30 +112,33 @@ class DirectionCheck {
     return k_r_ * cross(i_s, flux.psi_r() - before) / seconds_;
   }
 
-  void smooth_in(const Powers& now) noexcept {
+  void smooth_in(const Smooth& now) noexcept {
     const T share = std::min(T(1), seconds_ / smooth);
-    powers_.q += share * (now.q - powers_.q);
-    powers_.forwards += share * (now.forwards - powers_.forwards);
-    powers_.backwards += share * (now.backwards - powers_.backwards);
+    mean_.omega_m += share * (now.omega_m - mean_.omega_m);
+    late_omega_m_ += share * (mean_.omega_m - late_omega_m_);
+    mean_.q += share * (now.q - mean_.q);
+    mean_.forwards += share * (now.forwards - mean_.forwards);
+    mean_.backwards += share * (now.backwards - mean_.backwards);
   }
 
   void compare(T i_squared) noexcept {
     const T share = std::min(T(1), seconds_ / memory_);
-    const T d = powers_.forwards - powers_.backwards;
-    const T r = powers_.q - T(0.5) * (powers_.forwards + powers_.backwards);
+    const T rest = mean_.q - mean_.backwards;
+    const T difference = mean_.forwards - mean_.backwards;
     const T voltage = voltage_share * u_dc_ + noise_;
     const T of_r_s = r_s_share * r_s_;
-    const T of_rotor = rotor_share * powers_.forwards;
-    const T error_squared =
-        i_squared * (voltage * voltage + of_r_s * of_r_s * i_squared) + of_rotor * of_rotor;
-    means_.r_d += share * (r * d - means_.r_d);
-    means_.d_squared += share * (d * d - means_.d_squared);
-    means_.error_squared += share * (error_squared - means_.error_squared);
+    // A reading that is late by `smooth` errs by this much, and the slip p times as much.
+    const T late = std::abs(mean_.omega_m - late_omega_m_);
+    const T of_rotor = (rotor_share + flux_share_ * late) * mean_.forwards;
+    const T error = i_squared * (voltage * voltage + of_r_s * of_r_s * i_squared) + of_rotor * of_rotor;
+    means_.rest += share * (rest * rest - means_.rest);
+    means_.difference += share * (difference * difference - means_.difference);
+    means_.error += share * (error - means_.error);
   }
 
   static constexpr T block = T(200e-6);         ///< time between two evaluations, at least a period [s]
   static constexpr T smooth = T(0.01);          ///< time constant of the powers [s]
-  static constexpr T voltage_share = T(0.002);  ///< error across the current, of the link voltage [-]
+  static constexpr T voltage_share = T(0.001);  ///< error across the current, of the link voltage [-]
   static constexpr T r_s_share = T(0.05);       ///< the same of R_s |i_s|: offsets and gains of phases [-]
   static constexpr T rotor_share = T(0.5);      ///< error of q₊ by R_r and L_m [-]
 
@@ -143,8 +146,9 @@ class DirectionCheck {
   T sigma_l_s_;
   T k_r_;
   T slowest_;
-  T noise_;   ///< [V]
-  T memory_;  ///< time constant of the means [s]
+  T noise_;       ///< [V]
+  T flux_share_;  ///< p τ_r: share of the flux that an error of the speed takes [s]
+  T memory_;      ///< time constant of the means [s]
   MonitoredFlux<T> forwards_;
   MonitoredFlux<T> backwards_;
   SpaceVector<T> i_s_{};           ///< at the end of the last block [A]
@@ -153,7 +157,8 @@ class DirectionCheck {
   T u_dc_{};                       ///< [V]
   T omega_m_{};                    ///< last one measured [rad/s]
   bool is_known_{true};            ///< the voltage of the whole block is known
-  Powers powers_{};
+  Smooth mean_{};
+  T late_omega_m_{};  ///< mean of the mean [rad/s]
   Means means_{};
 };
 
