@@ -72,12 +72,11 @@ class DirectionCheck {
   }
 
  private:
-  /// Speed, and reactive powers over 3/2: means over `smooth`.
-  struct Smooth {
-    T omega_m{};    ///< [rad/s]
-    T q{};          ///< [VA]
-    T forwards{};   ///< q₊ [VA]
-    T backwards{};  ///< q₋ [VA]
+  /// Reactive powers over 3/2, means over `smooth`. [VA]
+  struct Powers {
+    T q{};
+    T forwards{};   ///< q₊
+    T backwards{};  ///< q₋
   };
   /// Squares, means over τ_r. [VA²]
   struct Means {
@@ -93,10 +92,11 @@ class DirectionCheck {
     const SpaceVector<T> mean_i = T(0.5) * (i_s + i_s_);
     const T forwards = power_of(forwards_, mean_i, omega_m);
     const T backwards = power_of(backwards_, mean_i, -omega_m);
+    smooth_in(omega_m);
     if (is_known_) {
       const SpaceVector<T> emf_seconds =
           volt_seconds_ - (r_s_ * seconds_) * mean_i - sigma_l_s_ * (i_s - i_s_);
-      smooth_in({omega_m, cross(mean_i, emf_seconds) / seconds_, forwards, backwards});
+      smooth_in({cross(mean_i, emf_seconds) / seconds_, forwards, backwards});
       if (std::abs(omega_m) > slowest_) compare(dot(mean_i, mean_i));
     }
     i_s_ = i_s;
@@ -112,10 +112,14 @@ class DirectionCheck {
     return k_r_ * cross(i_s, flux.psi_r() - before) / seconds_;
   }
 
-  void smooth_in(const Smooth& now) noexcept {
+  void smooth_in(T omega_m) noexcept {
     const T share = std::min(T(1), seconds_ / smooth);
-    mean_.omega_m += share * (now.omega_m - mean_.omega_m);
-    late_omega_m_ += share * (mean_.omega_m - late_omega_m_);
+    mean_omega_m_ += share * (omega_m - mean_omega_m_);
+    late_omega_m_ += share * (mean_omega_m_ - late_omega_m_);
+  }
+
+  void smooth_in(const Powers& now) noexcept {
+    const T share = std::min(T(1), seconds_ / smooth);
     mean_.q += share * (now.q - mean_.q);
     mean_.forwards += share * (now.forwards - mean_.forwards);
     mean_.backwards += share * (now.backwards - mean_.backwards);
@@ -128,7 +132,7 @@ class DirectionCheck {
     const T voltage = voltage_share * u_dc_ + noise_;
     const T of_r_s = r_s_share * r_s_;
     // A reading that is late by `smooth` errs by this much, and the slip p times as much.
-    const T late = std::abs(mean_.omega_m - late_omega_m_);
+    const T late = std::abs(mean_omega_m_ - late_omega_m_);
     const T of_rotor = (rotor_share + flux_share_ * late) * mean_.forwards;
     const T error = i_squared * (voltage * voltage + of_r_s * of_r_s * i_squared) + of_rotor * of_rotor;
     means_.rest += share * (rest * rest - means_.rest);
@@ -157,8 +161,9 @@ class DirectionCheck {
   T u_dc_{};                       ///< [V]
   T omega_m_{};                    ///< last one measured [rad/s]
   bool is_known_{true};            ///< the voltage of the whole block is known
-  Smooth mean_{};
-  T late_omega_m_{};  ///< mean of the mean [rad/s]
+  Powers mean_{};
+  T mean_omega_m_{};  ///< over `smooth` [rad/s]
+  T late_omega_m_{};  ///< the same of this mean [rad/s]
   Means means_{};
 };
 
