@@ -45,8 +45,8 @@ struct MachineRun {
   int period_us{50};
   double omega_m{};           ///< imposed [rad/s]
   double slope{};             ///< of the imposed speed [rad/s²]
-  std::string fault{"none"};  ///< of the plant, from the beginning
   double end_s{1.5};          ///< [s]
+  std::string fault{"none"};  ///< of the plant, from the beginning
 };
 
 /// A run with every default that follows from machine, link and period; the metrics' window is the last
