@@ -69,8 +69,8 @@ INJECTIONS = (
     Injection("encoder at zero", "speed_lost", ("SPEED_SENSOR",)),
     Injection("encoder stuck", "speed_frozen", ("SPEED_SENSOR",), changes_speed=True),
     Injection("encoder jumps", "speed_jump", ("SPEED_SENSOR",), _jump),
-    Injection("encoder reversed", "speed_jump", ("SPEED_SENSOR",),
-              lambda _, speed, __: {"plant.faults.jump_rad_s": -2 * speed}, is_from_power_up=True),
+    Injection("encoder reversed", "encoder_reversed", ("SPEED_SENSOR",), is_from_power_up=True),
+    Injection("motor cables swapped", "cables_swapped", ("SPEED_SENSOR",), is_from_power_up=True),
     Injection("link under-voltage", "link_sag", ("DC_UNDER_VOLTAGE",), _sag),
 )  # fmt: skip
 

@@ -45,10 +45,8 @@ FAULTS = (
     Fault("current sensors swapped", ("CURRENT_SENSOR",), lambda *_: _kind("phases_swapped")),
     Fault("encoder stuck", ("SPEED_SENSOR",), lambda speed, base: _kind("speed_frozen") | _rising(speed, base)),
     Fault("encoder at zero", ("SPEED_SENSOR",), lambda *_: _kind("speed_lost")),
-    Fault(
-        "encoder reversed", ("SPEED_SENSOR",),
-        lambda speed, _: _kind("speed_jump", 0) | {"plant.faults.jump_rad_s": -2 * speed}, 0,
-    ),
+    Fault("encoder reversed", ("SPEED_SENSOR",), lambda *_: _kind("encoder_reversed", 0), 0),
+    Fault("motor cables swapped", ("SPEED_SENSOR",), lambda *_: _kind("cables_swapped", 0), 0),
 )  # fmt: skip
 NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED = "named", "by another name", "no effect", "missed", "refused"
 KINDS = (NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED)

@@ -88,15 +88,17 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
             {"current_zero", PlantFaultKind::current_zero},
             {"current_drift", PlantFaultKind::current_drift},
             {"phases_swapped", PlantFaultKind::phases_swapped},
+            {"cables_swapped", PlantFaultKind::cables_swapped},
             {"open_phase", PlantFaultKind::open_phase},
             {"speed_lost", PlantFaultKind::speed_lost},
             {"speed_frozen", PlantFaultKind::speed_frozen},
             {"speed_jump", PlantFaultKind::speed_jump},
+            {"encoder_reversed", PlantFaultKind::encoder_reversed},
             {"link_stuck", PlantFaultKind::link_stuck},
             {"link_sag", PlantFaultKind::link_sag}},
-           "a sensor's, except for the open motor cable of a phase and the sag of the link itself");
+           "a sensor's, except for motor cables that are swapped or open and the sag of the link itself");
   s.choice("phase", p.phase, {{"a", 0}, {"b", 1}, {"c", 2}},
-           "of a fault of one phase; phases_swapped: it and the next one");
+           "of a fault of one phase; phases_swapped and cables_swapped: it and the next one");
   s.time("at_s", p.at_ns, ns_per_s, {0, 1e6}, "s", "beginning of the fault, as the load's profiles count");
   describe_end(s, p.until_ns);
   s.number("drift_a_s", p.drift, {-1e6, 1e6}, "A/s", "slope of current_drift");

@@ -86,6 +86,8 @@ TEST(SensorConfig, WhatContradictsItselfIsRefused) {
       HasSubstr("the gain error must be above -1"));
   EXPECT_THAT(refusal({"plant.faults.at_s=0.5", "plant.faults.until_s=0.4"}),
               HasSubstr("the fault must end after it began"));
+  EXPECT_THAT(refusal({"plant.faults.kind=cables_swapped", "plant.faults.at_s=0.5"}),
+              HasSubstr("swapped motor cables must be so from the beginning to the end"));
 }
 
 TEST(SensorConfig, AnEventExactRunHasNoSamples) {

@@ -33,5 +33,46 @@ TEST(MachinesRun, MethodsOfOneVectorAPeriodMagnetiseEveryMachine) {
   }
 }
 
+// From 2 % of base speed on the first magnetising shows an encoder or cables the wrong way round.
+TEST(MachinesRun, AShaftThatTurnsAgainstItsReadingIsASpeedFault) {
+  int n = 0;
+  for (const TestMachine& machine : test_machines) {
+    for (const char* fault : {"encoder_reversed", "cables_swapped"}) {
+      for (const double share : {-0.3, -0.02, 0.02, 0.3}) {
+        const char* controller = n++ % 2 == 0 ? "foc" : "dtc";
+        SCOPED_TRACE(testing::Message()
+                     << machine.name << ", " << fault << ", " << share << ", " << controller);
+        const MilResult result = run(machine, {.controller = controller,
+                                               .omega_m = share * machine.base_speed(),
+                                               .end_s = std::max(0.3, 1.5 * machine.parameters.tau_r()),
+                                               .fault = fault});
+        ASSERT_TRUE(result.faults.any());
+        EXPECT_EQ(result.first_fault, Fault::speed_sensor);
+      }
+    }
+  }
+}
+
+TEST(MachinesRun, AShaftThatTurnsAsItIsReadIsNoFault) {
+  int n = 0;
+  for (const TestMachine& machine : test_machines) {
+    for (const double share : {-0.3, -0.02, 0.005, 0.05, 0.5}) {
+      // The second: through standstill while the flux is built up.
+      for (const bool passes : {false, true}) {
+        const char* controller = n++ % 2 == 0 ? "dtc" : "foc";
+        SCOPED_TRACE(testing::Message()
+                     << machine.name << ", " << share << ", " << passes << ", " << controller);
+        const double end_s = std::max(0.3, 1.5 * machine.parameters.tau_r());
+        const double omega = share * machine.base_speed();
+        const MilResult result = run(machine, {.controller = controller,
+                                               .omega_m = omega,
+                                               .slope = passes ? -2.0 * omega / end_s : 0.0,
+                                               .end_s = end_s});
+        EXPECT_FALSE(result.faults.any());
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sextant

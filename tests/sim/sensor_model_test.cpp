@@ -340,6 +340,11 @@ TEST(PlantFaults, TheSpeedIsLostFrozenOrJumps) {
                ASSERT_EQ(m.theta_m, angle);
                ASSERT_NE(std::remainder(plant.theta_m(), 2 * std::numbers::pi), angle);
              });
+  with_fault({.kind = PlantFaultKind::encoder_reversed},
+             [](std::int64_t, const Measurement<double>& m, const Plant& plant) {
+               ASSERT_EQ(m.omega_m, -plant.omega_m());
+               ASSERT_EQ(*m.theta_m, -std::remainder(plant.theta_m(), 2 * std::numbers::pi));
+             });
   with_fault({.kind = PlantFaultKind::speed_jump, .jump = -35.0},
              [](std::int64_t, const Measurement<double>& m, const Plant& plant) {
                ASSERT_EQ(m.omega_m, plant.omega_m() - 35.0);
@@ -423,6 +428,36 @@ TEST(PlantFaults, AnOpenPhaseHasNoCurrent) {
              });
   EXPECT_GT(open_ns, at_ns);
   EXPECT_LT(open_ns, end_ns - 1'000'000);
+}
+
+// The field of the inverter turns the other way in the machine: with the shaft reversed as well the readings
+// are those of a machine with its cables right.
+TEST(PlantFaults, SwappedCablesMirrorTheMachine) {
+  for (const int phase : {0, 1, 2}) {
+    SCOPED_TRACE(phase);
+    const auto run = [phase](PlantFaultKind kind, double omega_m) {
+      Io::Parameters p;
+      p.fault = {.kind = kind, .phase = phase};
+      MechanicalLoad load{{.imposed_speed = ProfileParameters{.value = omega_m}}};
+      Plant plant{DrivePlantParameters<double>{}, EnergyMeter<double>{1, 1}};
+      ExactIntegrator<Plant> integrator;
+      Io io{p, plant, integrator, load};
+      Measurement<double> m;
+      for (int k = 0; k < 400; ++k) {
+        m = io.read(std::int64_t{k} * period_ns);
+        io.write({switch_states[std::size_t(1 + k / 60 % 6)], period_ns});
+      }
+      return std::pair{m, plant.tau_e()};
+    };
+    const auto [right, torque] = run(PlantFaultKind::none, 60.0);
+    const auto [swapped, mirrored] = run(PlantFaultKind::cables_swapped, -60.0);
+    EXPECT_NEAR(swapped.i_abc.a, right.i_abc.a, 1e-6);
+    EXPECT_NEAR(swapped.i_abc.b, right.i_abc.b, 1e-6);
+    EXPECT_NEAR(swapped.i_abc.c, right.i_abc.c, 1e-6);
+    EXPECT_EQ(swapped.applied, right.applied);
+    EXPECT_NEAR(mirrored, -torque, 1e-6);
+    EXPECT_GT(std::abs(torque), 1.0);
+  }
 }
 
 TEST(PlantFaults, EndsAtItsTime) {

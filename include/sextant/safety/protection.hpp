@@ -11,6 +11,7 @@
 #include "sextant/safety/applied_volt_seconds.hpp"
 #include "sextant/safety/current_offset.hpp"
 #include "sextant/safety/current_response.hpp"
+#include "sextant/safety/direction_check.hpp"
 #include "sextant/safety/protection_facts.hpp"
 #include "sextant/safety/protection_limits.hpp"
 #include "sextant/safety/protection_rules.hpp"
@@ -33,6 +34,7 @@ class Protection {
                    .period_ns = parameters.period_ns,
                    .jump = parameters.current_jump}},
         speed_{{.machine = parameters.machine, .period_ns = parameters.period_ns}},
+        direction_{direction_check(parameters)},
         winding_{with_period(parameters.winding, parameters.period_ns)},
         share_per_kelvin_{T(1) / (parameters.winding_trip - parameters.winding_warning)} {
     for (std::size_t n = 0; n < rule_count; ++n) needed_[n] = protection_rules<T>[n].needed(parameters);
@@ -54,6 +56,7 @@ class Protection {
     if (!is_usable(m)) {
       faults.set(Fault::measurement_invalid);
       restart({});
+      direction_.coast(seconds(limits_.period_ns));
       counts_ = {};
       omega_m_.reset();
       return faults;
@@ -66,6 +69,7 @@ class Protection {
         .drive = drive,
         .response = response_,
         .speed = speed_,
+        .direction = direction_,
         .is_driven = is_driven,
         .flux_was_built = flux_was_built_,
         .unresponsive_phases = unresponsive_phases(),
@@ -85,8 +89,11 @@ class Protection {
     return offset_.removed_from(m);
   }
 
-  /// A fault is over: its readings are not to stay in the offset of the currents.
-  constexpr void leave_fault() noexcept { offset_.restart(); }
+  /// A fault is over: its readings are not to stay in what is kept of the currents.
+  void leave_fault() noexcept {
+    offset_.restart();
+    direction_ = direction_check(limits_);
+  }
 
   /// Share of the torque that the winding's temperature leaves: 1 up to the warning, 0 at the trip. [-]
   [[nodiscard]] T available_share() const noexcept {
@@ -94,7 +101,15 @@ class Protection {
   }
 
  private:
+  /// Of the speed trip, which is 3.5 times base speed by default: below 0.5 % of base speed an encoder counts
+  /// too few edges for a direction. [-]
+  static constexpr T slowest_share = T(0.0005);
   static constexpr std::size_t rule_count = protection_rules<T>.size();
+
+  [[nodiscard]] static DirectionCheck<T> direction_check(const Parameters& p) noexcept {
+    return DirectionCheck<T>{
+        {.machine = p.machine, .current_noise = p.current_noise, .slowest = slowest_share * p.over_speed}};
+  }
 
   [[nodiscard]] static typename WindingTemperature<T>::Parameters with_period(
       typename WindingTemperature<T>::Parameters p, std::int32_t period_ns) noexcept {
@@ -125,15 +140,19 @@ class Protection {
     winding_.step(within_trip(m.i_abc));
     if (!m.applied.is_driven()) {
       restart(m.i_abc);
+      direction_.restart();
+      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(m.applied.duration_ns()));
       return false;
     }
     const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
     if (applied.duration_ns != limits_.period_ns) {
       restart(m.i_abc);  // periods were missed
+      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(applied.duration_ns));
       return true;
     }
     response_.step(m.i_abc, applied.integral);
     speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference);
+    direction_.step(m.i_abc, applied.integral, m.u_dc, m.omega_m, seconds(applied.duration_ns));
     return true;
   }
 
@@ -141,6 +160,8 @@ class Protection {
     response_.restart(i);
     speed_.restart(i);
   }
+
+  [[nodiscard]] static constexpr T seconds(std::int64_t ns) noexcept { return T(ns) * T(1e-9); }
 
   void evaluate(const ProtectionFacts<T>& facts, FaultSet& faults) noexcept {
     for_each_rule<protection_rules<T>>([&]<std::size_t n>() {
@@ -159,6 +180,7 @@ class Protection {
   CurrentOffset<T> offset_;
   CurrentResponse<T> response_;
   SpeedPlausibility<T> speed_;
+  DirectionCheck<T> direction_;
   WindingTemperature<T> winding_;
   T share_per_kelvin_;
   std::array<int, rule_count> needed_{};  ///< count that makes a fault, by rule [-]

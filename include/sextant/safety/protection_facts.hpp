@@ -2,6 +2,7 @@
 
 #include "sextant/core/measurement.hpp"
 #include "sextant/safety/current_response.hpp"
+#include "sextant/safety/direction_check.hpp"
 #include "sextant/safety/speed_plausibility.hpp"
 
 namespace sextant {
@@ -23,6 +24,7 @@ struct ProtectionFacts {
   const ProtectionInputs<T>& drive;
   const CurrentResponse<T>& response;
   const SpeedPlausibility<T>& speed;
+  const DirectionCheck<T>& direction;
   bool is_driven{false};  ///< every leg was driven since the last measurement
   bool flux_was_built{
       false};  ///< the flux has reached its reference, less a fifth, since torque production began

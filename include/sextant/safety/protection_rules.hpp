@@ -133,6 +133,12 @@ template <class T>
   return facts.speed.is_off_by(limits.speed_error);
 }
 
+template <class T>
+[[nodiscard]] constexpr bool direction_is_reversed(
+    const ProtectionFacts<T>& facts, const ProtectionLimits<T>& /*limits*/) noexcept SEXTANT_NONBLOCKING {
+  return facts.direction.is_reversed();
+}
+
 /// Flux that was there and is gone. At zero torque the switching table need not hold it, and a start without
 /// MAGNETISING builds it up as the torque allows.
 template <class T>
@@ -166,6 +172,7 @@ inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_jumps<T>},
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_disagrees<T>, 1,
                       &ProtectionLimits<T>::speed_error_ns},
+    ProtectionRule<T>{Fault::speed_sensor, protection_rule::direction_is_reversed<T>},
     ProtectionRule<T>{Fault::flux_lost, protection_rule::flux_lost<T>, 1, &ProtectionLimits<T>::flux_lost_ns},
     ProtectionRule<T>{Fault::over_temperature, protection_rule::over_temperature<T>},
 };

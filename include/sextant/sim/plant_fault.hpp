@@ -12,16 +12,18 @@ namespace sextant {
 /// Faults that a simulated power stage can be given, in its sensors unless said otherwise.
 enum class PlantFaultKind : std::uint8_t {
   none,
-  current_stuck,   ///< the current of the phase keeps its last reading
-  current_zero,    ///< it reads zero
-  current_drift,   ///< its offset rises
-  phases_swapped,  ///< the current of the phase is read as that of the next one, and the reverse
-  open_phase,      ///< the motor cable of the phase opens; not of a sensor
-  speed_lost,      ///< the speed reads zero, a measured angle keeps its last reading
-  speed_frozen,    ///< speed and angle keep their last reading
-  speed_jump,      ///< the speed jumps and stays beside the true one
-  link_stuck,      ///< the link voltage keeps its last reading
-  link_sag         ///< the link voltage itself falls; not of a sensor
+  current_stuck,     ///< the current of the phase keeps its last reading
+  current_zero,      ///< it reads zero
+  current_drift,     ///< its offset rises
+  phases_swapped,    ///< the current of the phase is read as that of the next one, and the reverse
+  cables_swapped,    ///< the motor cables of the phase and the next one are exchanged; not of a sensor
+  open_phase,        ///< the motor cable of the phase opens; not of a sensor
+  speed_lost,        ///< the speed reads zero, a measured angle keeps its last reading
+  speed_frozen,      ///< speed and angle keep their last reading
+  speed_jump,        ///< the speed jumps and stays beside the true one
+  encoder_reversed,  ///< speed and angle read with the other sign
+  link_stuck,        ///< the link voltage keeps its last reading
+  link_sag           ///< the link voltage itself falls; not of a sensor
 };
 
 /// One fault, and the time for which it is there. Times count as the profiles of the load do.
@@ -44,12 +46,16 @@ struct PlantFaultParameters {
     if (!std::isfinite(drift)) return "the drift must be finite";
     if (!std::isfinite(jump)) return "the jump must be finite";
     if (!(std::isfinite(sag_voltage) && sag_voltage > 0.0)) return "the sag voltage must be above zero";
+    if (kind == PlantFaultKind::cables_swapped && (at_ns != 0 || until_ns != never_ns)) {
+      return "swapped motor cables must be so from the beginning to the end";
+    }
     return ramp_ns >= 0 ? nullptr : "the ramp must not be below zero";
   }
 
   /// True for a fault that changes more than what a sensor reads.
   [[nodiscard]] bool acts_on_plant() const noexcept {
-    return kind == PlantFaultKind::open_phase || kind == PlantFaultKind::link_sag;
+    return kind == PlantFaultKind::cables_swapped || kind == PlantFaultKind::open_phase ||
+           kind == PlantFaultKind::link_sag;
   }
 
   /// What is there at t_ns.

@@ -86,7 +86,9 @@ class SensorModel {
     const PlantFaultKind fault = fault_.kind_at(fault_ns);
     std::array<double, 3> i{m.i_abc.a, m.i_abc.b, m.i_abc.c};
     const auto x = std::size_t(fault_.phase);
-    if (fault == PlantFaultKind::phases_swapped) std::swap(i[x], i[(x + 1) % 3]);
+    // Exchanged motor cables bring the currents to the sensors of each other's legs.
+    if (fault == PlantFaultKind::phases_swapped || fault == PlantFaultKind::cables_swapped)
+      std::swap(i[x], i[(x + 1) % 3]);
     if (fault == PlantFaultKind::current_drift) i[x] += fault_.drift * double(fault_ns - fault_.at_ns) * 1e-9;
     convert(i, m.u_dc);
     count_edges(m, theta_m, t_ns);
@@ -118,6 +120,10 @@ class SensorModel {
   void replace_others(PlantFaultKind fault, Measurement<double>& m) const noexcept SEXTANT_NONBLOCKING {
     if (fault == PlantFaultKind::link_stuck) m.u_dc = last_.u_dc;
     if (fault == PlantFaultKind::speed_jump) m.omega_m += fault_.jump;
+    if (fault == PlantFaultKind::encoder_reversed) {
+      m.omega_m = -m.omega_m;
+      if (m.theta_m) m.theta_m = -*m.theta_m;
+    }
     if (fault != PlantFaultKind::speed_lost && fault != PlantFaultKind::speed_frozen) return;
     m.omega_m = fault == PlantFaultKind::speed_lost ? 0.0 : last_.omega_m;
     m.theta_m = last_.theta_m;

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/plant/drive_plant.hpp"
@@ -76,7 +77,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
       prepare_stops(t_ns);
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
-    advance(applied);
+    advance(parameters_.fault.kind == PlantFaultKind::cables_swapped ? with_swapped_cables(applied)
+                                                                     : applied);
     // No room in `applied` for the segment with gates off, or a gap too long to integrate: the plant is not
     // at t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
@@ -153,6 +155,18 @@ class SimulatedDriveIo final : public DriveIo<double> {
     }
     if (t < total) applied.append({gates_off, std::int32_t(total - t)});
     return applied;
+  }
+
+  /// The pattern as the motor's phases get it behind exchanged cables.
+  [[nodiscard]] GatePattern with_swapped_cables(const GatePattern& applied) const noexcept {
+    const auto x = std::size_t(parameters_.fault.phase);
+    GatePattern swapped;
+    for (const GateSegment& segment : applied.segments()) {
+      std::array<LegState, 3> legs{segment.state.a(), segment.state.b(), segment.state.c()};
+      std::swap(legs[x], legs[(x + 1) % 3]);
+      swapped.append({SwitchState{legs[0], legs[1], legs[2]}, segment.duration_ns});
+    }
+    return swapped;
   }
 
   /// At the beginning of a read at t_ns, for a fault and for currents that are sampled before.
