@@ -97,7 +97,7 @@ class DirectionCheck {
       const SpaceVector<T> emf_seconds =
           volt_seconds_ - (r_s_ * seconds_) * mean_i - sigma_l_s_ * (i_s - i_s_);
       smooth_in({cross(mean_i, emf_seconds) / seconds_, forwards, backwards});
-      if (std::abs(omega_m) > slowest_) compare(dot(mean_i, mean_i));
+      if (std::abs(omega_m) > slowest_) compare(mean_i);
     }
     i_s_ = i_s;
     volt_seconds_ = {};
@@ -125,7 +125,8 @@ class DirectionCheck {
     mean_.backwards += share * (now.backwards - mean_.backwards);
   }
 
-  void compare(T i_squared) noexcept {
+  void compare(SpaceVector<T> i_s) noexcept {
+    const T i_squared = dot(i_s, i_s);
     const T share = std::min(T(1), seconds_ / memory_);
     const T rest = mean_.q - mean_.backwards;
     const T difference = mean_.forwards - mean_.backwards;
@@ -133,7 +134,11 @@ class DirectionCheck {
     const T of_r_s = r_s_share * r_s_;
     // A reading that is late by `smooth` errs by this much, and the slip p times as much.
     const T late = std::abs(mean_omega_m_ - late_omega_m_);
-    const T of_rotor = (rotor_share + flux_share_ * late) * mean_.forwards;
+    // By a relative error of τ_r, q₊ errs by twice as much times the square of the sine between i_s and ψ_r.
+    const T across = cross(forwards_.psi_r(), i_s);
+    const T product = dot(forwards_.psi_r(), forwards_.psi_r()) * i_squared;
+    const T square_of_sine = product > T(0) ? across * across / product : T(0);
+    const T of_rotor = (rotor_share * (T(1) + T(2) * square_of_sine) + flux_share_ * late) * mean_.forwards;
     const T error = i_squared * (voltage * voltage + of_r_s * of_r_s * i_squared) + of_rotor * of_rotor;
     means_.rest += share * (rest * rest - means_.rest);
     means_.difference += share * (difference * difference - means_.difference);
@@ -144,7 +149,7 @@ class DirectionCheck {
   static constexpr T smooth = T(0.01);          ///< time constant of the powers [s]
   static constexpr T voltage_share = T(0.001);  ///< error across the current, of the link voltage [-]
   static constexpr T r_s_share = T(0.05);       ///< the same of R_s |i_s|: offsets and gains of phases [-]
-  static constexpr T rotor_share = T(0.5);      ///< error of q₊ by R_r and L_m [-]
+  static constexpr T rotor_share = T(0.5);      ///< error of L_m, and of τ_r [-]
 
   T r_s_;
   T sigma_l_s_;
