@@ -94,11 +94,11 @@ class Drive {
         std::max<std::int64_t>(elapsed(last_t_ns_.value_or(t_ns), t_ns), parameters_.period_ns);
     last_t_ns_ = t_ns;
     const Measurement<T>& sampled = sampling_.step(raw);
-    FaultSet measured = protection_.step(sampled, protection_inputs());
-    const bool usable = !measured.test(Fault::measurement_invalid);
-    const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     const T dt = T(elapsed_ns) * T(1e-9);
-    measured |= monitor_torque(sampled, measured.any() || state_ == DriveState::fault, dt);
+    const bool usable = protection_.is_usable(raw);
+    FaultSet measured = monitor_torque(sampled, usable && state_ != DriveState::fault, dt);
+    measured |= protection_.step(sampled, protection_inputs());
+    const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     AvailableTorque<T> available = available_torque(measurement, dt);
     const LimitedTorque<T> present = present_limit(available);
     const SupervisedCommand<T> command =
@@ -129,14 +129,15 @@ class Drive {
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
  private:
-  /// What the drive did with the measurement before.
+  /// What the drive did with the measurement before, and the rotor flux at this one.
   [[nodiscard]] ProtectionInputs<T> protection_inputs() const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
     return {.makes_torque = makes_torque(state_),
             .torque_reference = reference_.torque,
             .flux_reference = parameters_.capability.flux_reference * reference_.flux_share,
             .torque = estimate.torque,
-            .psi_s = estimate.psi_s_magnitude};
+            .psi_s = estimate.psi_s_magnitude,
+            .psi_r = torque_monitor_.psi_r()};
   }
 
   [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns, T dt,
@@ -173,12 +174,12 @@ class Drive {
   }
 
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
-  /// Readings of a fault are kept from the monitor as from the controller.
-  [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool faulty, T dt) noexcept {
+  /// In FAULT readings are kept from the monitor as from the controller.
+  [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool trusted, T dt) noexcept {
     FaultSet faults;
     const std::optional<T> commanded =
         makes_torque(state_) ? std::optional<T>{reference_.torque} : std::nullopt;
-    if (faulty) {
+    if (!trusted) {
       torque_monitor_.coast(dt);
     } else if (torque_monitor_.step(measurement, dt, commanded)) {
       faults.set(Fault::torque_plausibility);
