@@ -42,6 +42,9 @@ void describe_current_sensors(Section& s, DriveConfig& c) {
             "largest reading of a phase without current; a phase that stays below it and does not respond is "
             "OPEN_PHASE",
             [limits] { return limits().zero_current; });
+  s.derived("current_step_a", p.current_step, {0, 1e5}, "A",
+            "step of the current sensors' converter: readings that differ by no more are equal; 0: none",
+            [limits] { return limits().step; });
 }
 
 void describe_winding(Section s, Protection<>::Parameters& p) {

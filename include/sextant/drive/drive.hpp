@@ -83,11 +83,11 @@ class Drive {
     const std::int64_t elapsed_ns =
         std::max<std::int64_t>(elapsed(last_t_ns_.value_or(t_ns), t_ns), parameters_.period_ns);
     last_t_ns_ = t_ns;
-    FaultSet measured = protection_.step(raw, protection_inputs());
-    const bool usable = !measured.test(Fault::measurement_invalid);
-    const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     const T dt = T(elapsed_ns) * T(1e-9);
-    measured |= monitor_torque(raw, usable, dt);
+    const bool usable = Protection<T>::is_usable(raw);
+    FaultSet measured = monitor_torque(raw, usable, dt);
+    measured |= protection_.step(raw, protection_inputs());
+    const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     AvailableTorque<T> available = available_torque(measurement, dt);
     const LimitedTorque<T> present = present_limit(available);
     const SupervisedCommand<T> command =
@@ -115,14 +115,15 @@ class Drive {
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
  private:
-  /// What the drive did with the measurement before.
+  /// What the drive did with the measurement before, and the rotor flux at this one.
   [[nodiscard]] ProtectionInputs<T> protection_inputs() const noexcept {
     const ControlEstimate<T>& estimate = controller_.estimate();
     return {.makes_torque = makes_torque(state_),
             .torque_reference = reference_.torque,
             .flux_reference = parameters_.capability.flux_reference * reference_.flux_share,
             .torque = estimate.torque,
-            .psi_s = estimate.psi_s_magnitude};
+            .psi_s = estimate.psi_s_magnitude,
+            .psi_r = torque_monitor_.psi_r()};
   }
 
   [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns, T dt,

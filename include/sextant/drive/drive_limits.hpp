@@ -55,6 +55,7 @@ struct CurrentSensorLimits {
   T jump{};          ///< the same, and half of the change by an active vector in one period [A]
   T noise{};         ///< 0.001 of the trip level [A]
   T zero_current{};  ///< 0.01 of the trip level [A]
+  T step{};          ///< 0.003 of the trip level: 10 bits over 1.5 times it, both signs [A]
 };
 
 /// over_current is the trip level [A], u_dc the nominal voltage of the link [V], period the control period
@@ -66,7 +67,8 @@ template <class T>
   return {.sum = T(0.03) * over_current,
           .jump = T(0.03) * over_current + T(0.5) * active_vector,
           .noise = T(0.001) * over_current,
-          .zero_current = T(0.01) * over_current};
+          .zero_current = T(0.01) * over_current,
+          .step = T(0.003) * over_current};
 }
 
 }  // namespace sextant

@@ -3,62 +3,78 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "sextant/core/space_vector.hpp"
+#include "sextant/safety/current_prediction.hpp"
 
 namespace sextant {
 
-/// The response of the three measured phase currents to the applied voltage, by the transient model of the
-/// machine (P. Vas, Sensorless Vector and Direct Torque Control, 1998):
-///   σL_s di/dt = u − R_s i − e,   Δi_k = v_k − e_k,   v_k = ∫u_k dt / σL_s,
-/// in which e_k, the change by R_s i + e, differs little from period to period. In the second difference it
-/// cancels:
-///   y = Δi_k − Δi_{k−1} = w − (e_k − e_{k−1}) ≈ w = v_k − v_{k−1}.
-/// Per phase, over a window that forgets exponentially: Σ w y = response · Σ w². The response is near 1 for a
-/// phase that answers, 0 for one that is open or stuck, −1/2 on average for one that is swapped with another.
-/// |y − w| is a jump that no voltage has caused, and no response to one. The second difference does not show
-/// readings that all stand still under one voltage vector: for these, v_k less the mean of e_k before adds up
-/// to the change that they ought to show. Needs no parameter but σL_s. Only periods of the nominal length
-/// with every leg driven count; each other one starts anew.
+/// The response of the three measured phase currents to the applied voltage. By the model of the machine
+/// (`CurrentPrediction`) a period changes a current by p_k = v_k − e_k. In the second difference what is
+/// constant in an error of the model cancels:
+///   Δi_k ≈ p_k,   y = Δi_k − Δi_{k−1} ≈ w = p_k − p_{k−1} = v_k − v_{k−1} − d,   d = e_k − e_{k−1}
+/// Per phase, over a window that forgets exponentially: Σ w y = response · Σ w², and the same of Σ p Δi and
+/// Σ p². The response is near 1 for a phase that answers, 0 for one that is open or stuck, −1/2 on average
+/// for one that is swapped with another. |y − w| is a jump that no voltage has caused, and no response to
+/// one.
+///
+/// A phase is judged by what exceeds the error of the model. d, the rotation of e by ω_e T, may be wrong by
+/// half of |d|: w counts where Σ w² exceeds Σ |d|²/2, and a jump by as much as it exceeds |d|/2. p may be
+/// wrong by its uncertainty: it counts where Σ p² exceeds four times the sum of the squares of that. Methods
+/// whose voltage changes by active vectors from period to period are judged by w, down to four periods a
+/// turn. A smooth voltage changes by little more than d: by w its methods are judged in transients; by p as
+/// soon as a reading that does not answer makes them raise the voltage, where e is less than 1.5 times what
+/// they raise.
+///
+/// The second difference does not show readings that all stand still, under one voltage: for these, Σ (v − e)
+/// is the change that they ought to show, but for Σ of its uncertainty. Readings within one step of the
+/// converter are equal. Only periods of the nominal length with every leg driven count; each other one starts
+/// anew.
 template <class T = double>
 class CurrentResponse {
  public:
   struct Parameters {
-    T sigma_l_s{T(0.004735)};        ///< transient stator inductance σL_s [H]
     std::int32_t period_ns{25'000};  ///< control period [ns]
     T jump{T(8)};                    ///< |y − w| above it stays out of the sums [A]
+    T step{};                        ///< of the converter: readings that differ by no more are equal [A]
   };
 
-  /// The sums of one phase.
-  struct Phase {
-    T answered{};  ///< Σ w y [A²]
-    T expected{};  ///< Σ w² [A²]
+  /// Sums over the window, of one phase.
+  struct Sums {
+    T answered{};   ///< Σ w y [A²]
+    T expected{};   ///< Σ w² [A²]
+    T uncertain{};  ///< what Σ w² must exceed for the errors of the model [A²]
 
-    /// True where the voltage ought to have moved the current by enough (Σ w² above `least` [A²]), and the
-    /// response is below `response` [-].
+    constexpr void add(T w, T y, T error, T forget) noexcept {
+      answered += w * y - forget * answered;
+      expected += w * w - forget * expected;
+      uncertain += error - forget * uncertain;
+    }
+    /// True where the voltage ought to have moved the current by enough (Σ w² above `least` [A²] and what is
+    /// uncertain), and the response is below `response` [-].
     [[nodiscard]] constexpr bool is_unresponsive(T response, T least) const noexcept {
-      return expected > least && answered < response * expected;
+      return expected > least + uncertain && answered < response * expected;
     }
   };
 
   explicit CurrentResponse(const Parameters& parameters) noexcept
-      : inverse_inductance_{T(1) / parameters.sigma_l_s},
-        largest_jump_{parameters.jump},
+      : largest_jump_{parameters.jump},
+        step_{parameters.step},
         forget_{std::min(T(1), T(parameters.period_ns) / T(window_ns))} {}
 
-  /// The phase currents at the end of a period in which every leg was driven [A], and ∫u_x dt over it [V·s].
-  constexpr void step(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds) noexcept {
-    const bool stands_still = i == ThreePhase<T>{phases_[0].i, phases_[1].i, phases_[2].i};
+  /// The phase currents at the end of a period in which every leg was driven [A], and their predicted change.
+  void step(const ThreePhase<T>& i, const PredictedChange<T>& change) noexcept {
+    const ThreePhase<T>& e = change.e;
+    const SpaceVector<T> emf = clarke(e);
+    const Uncertainty error{has_predecessor_ ? T(0.5) * magnitude(emf - emf_) : T(0), change.uncertainty};
+    emf_ = emf;
     jump_ = T(0);
-    step(phases_[0], i.a, volt_seconds.a);
-    step(phases_[1], i.b, volt_seconds.b);
-    step(phases_[2], i.c, volt_seconds.c);
-    if (stands_still) {
-      add_hidden_change();
-    } else {
-      follow();
-    }
+    step(phases_[0], i.a, change.v.a - e.a, error);
+    step(phases_[1], i.b, change.v.b - e.b, error);
+    step(phases_[2], i.c, change.v.c - e.c, error);
+    follow(i, change.uncertainty);
     has_predecessor_ = true;
   }
 
@@ -70,69 +86,88 @@ class CurrentResponse {
     phases_[2].i = i.c;
     has_predecessor_ = false;
     jump_ = T(0);
+    still_ = i;
+    hidden_uncertainty_ = T(0);
     hidden_change_ = T(0);
   }
 
-  /// Phase n: 0 is a.
-  [[nodiscard]] constexpr const Phase& phase(std::size_t n) const noexcept { return phases_[n].sums; }
-  /// Largest |y − w| of the three phases in this period. [A]
+  /// By w; phase n: 0 is a.
+  [[nodiscard]] constexpr const Sums& phase(std::size_t n) const noexcept { return phases_[n].sums; }
+  /// By p.
+  [[nodiscard]] constexpr const Sums& change(std::size_t n) const noexcept { return phases_[n].change_sums; }
+  /// True where phase n does not respond, by w or by p, with `noise`, the variance of a reading [A²]: this
+  /// changes a response by √6 σ/√(Σ w²), or √2 σ/√(Σ p²), and counts where that is below 1/16.
+  [[nodiscard]] constexpr bool is_unresponsive(std::size_t n, T response, T noise) const noexcept {
+    return phase(n).is_unresponsive(response, T(1536) * noise) ||
+           change(n).is_unresponsive(response, T(512) * noise);
+  }
+  /// Largest |y − w| of the three phases in this period, beyond |d|/2. [A]
   [[nodiscard]] constexpr T jump() const noexcept { return jump_; }
-  /// While all readings stay the same to the last digit: largest change of a phase current in that time by
-  /// the model; zero otherwise. [A]
+  /// While all readings stay equal: largest change of a phase current in that time by the model, beyond its
+  /// uncertainty; zero otherwise. [A]
   [[nodiscard]] constexpr T hidden_change() const noexcept { return hidden_change_; }
 
  private:
   static constexpr std::int64_t window_ns = 3'000'000;  ///< time constant of the window [ns]
 
   struct State {
-    T i{};       ///< at the last measurement [A]
-    T v{};       ///< v of the last period [A]
-    T e{};       ///< e of the last period [A]
-    T e_mean{};  ///< mean of e over the last periods in which a reading changed [A]
-    T hidden{};  ///< Σ (v − e_mean) since then [A]
-    Phase sums{};
+    T i{};          ///< at the last measurement [A]
+    T change{};     ///< Δi of the last period [A]
+    T predicted{};  ///< v − e of the last period [A]
+    T hidden{};     ///< Σ (v − e) since the readings stand still [A]
+    Sums sums{};
+    Sums change_sums{};
   };
 
-  constexpr void step(State& s, T i, T volt_seconds) noexcept {
-    const T v = volt_seconds * inverse_inductance_;
-    const T e = v - (i - s.i);
-    const T w = v - s.v;
-    const T unexplained = e - s.e;  // w − y
+  struct Uncertainty {
+    T turned{};  ///< |d|/2 [A]
+    T change{};  ///< of p [A]
+  };
+
+  constexpr void step(State& s, T i, T predicted, const Uncertainty& error) noexcept {
+    const T change = i - s.i;
+    const T w = predicted - s.predicted;
+    const T y = change - s.change;
     s.i = i;
-    s.v = v;
-    s.e = e;
+    s.change = change;
+    s.predicted = predicted;
     if (!has_predecessor_) return;
-    jump_ = std::max(jump_, std::abs(unexplained));
-    if (std::abs(unexplained) > largest_jump_) return;
-    s.sums.answered += w * (w - unexplained) - forget_ * s.sums.answered;
-    s.sums.expected += w * w - forget_ * s.sums.expected;
+    const T jump = std::abs(y - w) - error.turned;
+    jump_ = std::max(jump_, jump);
+    if (jump > largest_jump_) return;
+    s.sums.add(w, y, T(2) * error.turned * error.turned, forget_);
+    s.change_sums.add(predicted, change, T(4) * error.change * error.change, forget_);
   }
 
-  /// Readings that change.
-  constexpr void follow() noexcept {
-    for (State& s : phases_) {
-      // The reading before a first period may be none.
-      if (has_predecessor_) s.e_mean += T(0.125) * (s.e - s.e_mean);
-      s.hidden = T(0);
-    }
+  [[nodiscard]] constexpr bool stands_still(const ThreePhase<T>& i) const noexcept {
+    return std::abs(i.a - still_.a) <= step_ && std::abs(i.b - still_.b) <= step_ &&
+           std::abs(i.c - still_.c) <= step_;
+  }
+
+  void follow(const ThreePhase<T>& i, T uncertainty) noexcept {
     hidden_change_ = T(0);
-  }
-
-  /// Readings that stand still.
-  constexpr void add_hidden_change() noexcept {
-    hidden_change_ = T(0);
+    if (!stands_still(i)) {
+      still_ = i;
+      hidden_uncertainty_ = T(0);
+      for (State& s : phases_) s.hidden = T(0);
+      return;
+    }
+    hidden_uncertainty_ += uncertainty;
     for (State& s : phases_) {
-      s.hidden += s.v - s.e_mean;
-      hidden_change_ = std::max(hidden_change_, std::abs(s.hidden));
+      s.hidden += s.predicted;
+      hidden_change_ = std::max(hidden_change_, std::abs(s.hidden) - hidden_uncertainty_ - step_);
     }
   }
 
-  T inverse_inductance_;
   T largest_jump_;
+  T step_;
   T forget_;
   bool has_predecessor_{false};  ///< a period that counts came before
   T jump_{};
+  ThreePhase<T> still_{};   ///< readings since which all are equal [A]
+  T hidden_uncertainty_{};  ///< of Σ (v − e) since then [A]
   T hidden_change_{};
+  SpaceVector<T> emf_{};  ///< e of the last period [A]
   std::array<State, 3> phases_{};
 };
 

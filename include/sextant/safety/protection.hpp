@@ -10,7 +10,9 @@
 #include "sextant/core/measurement.hpp"
 #include "sextant/safety/applied_volt_seconds.hpp"
 #include "sextant/safety/current_offset.hpp"
+#include "sextant/safety/current_prediction.hpp"
 #include "sextant/safety/current_response.hpp"
+#include "sextant/safety/phase_continuity.hpp"
 #include "sextant/safety/protection_facts.hpp"
 #include "sextant/safety/protection_limits.hpp"
 #include "sextant/safety/protection_rules.hpp"
@@ -29,9 +31,12 @@ class Protection {
   explicit Protection(const Parameters& parameters) noexcept
       : limits_{parameters},
         offset_{{.limit = parameters.current_offset}},
-        response_{{.sigma_l_s = parameters.machine.sigma_l_s(),
-                   .period_ns = parameters.period_ns,
-                   .jump = parameters.current_jump}},
+        prediction_{parameters.machine, parameters.period_ns},
+        response_{{.period_ns = parameters.period_ns,
+                   .jump = parameters.current_jump,
+                   .step = parameters.current_step}},
+        continuity_{{.zero_current = parameters.zero_current + parameters.current_step}},
+        noise_{noise(parameters)},
         speed_{{.machine = parameters.machine, .period_ns = parameters.period_ns}},
         winding_{with_period(parameters.winding, parameters.period_ns)},
         share_per_kelvin_{T(1) / (parameters.winding_trip - parameters.winding_warning)} {
@@ -50,7 +55,7 @@ class Protection {
     FaultSet faults;
     if (!is_usable(m)) {
       faults.set(Fault::measurement_invalid);
-      restart({});
+      restart({}, drive.psi_r);
       counts_ = {};
       omega_m_.reset();
       return faults;
@@ -62,6 +67,7 @@ class Protection {
         .measurement = m,
         .drive = drive,
         .response = response_,
+        .continuity = continuity_,
         .speed = speed_,
         .is_driven = is_driven,
         .flux_was_built = flux_was_built_,
@@ -96,13 +102,15 @@ class Protection {
     return p;
   }
 
-  /// The noise of the readings changes a response by √6 σ_i / √(Σ w²); it counts where this is below 1/16,
-  /// Σ w² > 1536 σ_i².
+  /// Variance of a reading; a converter's step q makes q²/12 of it. [A²]
+  [[nodiscard]] static constexpr T noise(const Parameters& p) noexcept {
+    return p.current_noise * p.current_noise + p.current_step * p.current_step / T(12);
+  }
+
   [[nodiscard]] unsigned unresponsive_phases() const noexcept {
-    const T least = T(1536) * limits_.current_noise * limits_.current_noise;
     unsigned phases = 0;
     for (std::size_t n = 0; n < 3; ++n) {
-      phases |= response_.phase(n).is_unresponsive(limits_.current_response, least) ? 1U << n : 0U;
+      phases |= response_.is_unresponsive(n, limits_.current_response, noise_) ? 1U << n : 0U;
     }
     return phases;
   }
@@ -112,21 +120,25 @@ class Protection {
     offset_.step(m);
     winding_.step(m.i_abc);
     if (!m.applied.is_driven()) {
-      restart(m.i_abc);
+      restart(m.i_abc, drive.psi_r);
       return false;
     }
     const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
     if (applied.duration_ns != limits_.period_ns) {
-      restart(m.i_abc);  // periods were missed
+      restart(m.i_abc, drive.psi_r);  // periods were missed
       return true;
     }
-    response_.step(m.i_abc, applied.integral);
+    const PredictedChange<T> change = prediction_.step(m.i_abc, drive.psi_r, applied.integral, m.u_dc);
+    response_.step(m.i_abc, change);
+    continuity_.step(m.i_abc, change);
     speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference);
     return true;
   }
 
-  void restart(const ThreePhase<T>& i) noexcept {
+  void restart(const ThreePhase<T>& i, SpaceVector<T> psi_r) noexcept {
+    prediction_.restart(i, psi_r);
     response_.restart(i);
+    continuity_.restart();
     speed_.restart(i);
   }
 
@@ -145,7 +157,10 @@ class Protection {
 
   Parameters limits_;
   CurrentOffset<T> offset_;
+  CurrentPrediction<T> prediction_;
   CurrentResponse<T> response_;
+  PhaseContinuity<T> continuity_;
+  T noise_;  ///< variance of a reading of a phase current [A²]
   SpeedPlausibility<T> speed_;
   WindingTemperature<T> winding_;
   T share_per_kelvin_;

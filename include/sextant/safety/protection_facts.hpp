@@ -2,11 +2,12 @@
 
 #include "sextant/core/measurement.hpp"
 #include "sextant/safety/current_response.hpp"
+#include "sextant/safety/phase_continuity.hpp"
 #include "sextant/safety/speed_plausibility.hpp"
 
 namespace sextant {
 
-/// What the drive did with the measurement before: input of the protections beside the measurement.
+/// Input of the protections beside the measurement: what the drive did with the one before, and the flux.
 template <class T = double>
 struct ProtectionInputs {
   bool makes_torque{false};  ///< the drive follows a torque reference
@@ -14,6 +15,7 @@ struct ProtectionInputs {
   T flux_reference{};        ///< of the stator [Wb]
   T torque{};                ///< controller's estimate [N·m]
   T psi_s{};                 ///< controller's estimate of |ψ_s| [Wb]
+  SpaceVector<T> psi_r{};    ///< rotor flux by the torque monitor, at this measurement, stationary frame [Wb]
 };
 
 /// Inputs of the protection rules in one control period: the measurement, and what the monitors made of it.
@@ -22,6 +24,7 @@ struct ProtectionFacts {
   const Measurement<T>& measurement;
   const ProtectionInputs<T>& drive;
   const CurrentResponse<T>& response;
+  const PhaseContinuity<T>& continuity;
   const SpeedPlausibility<T>& speed;
   bool is_driven{false};  ///< every leg was driven since the last measurement
   bool flux_was_built{

@@ -23,6 +23,7 @@ struct ProtectionLimits {
   T current_response{T(0.35)};        ///< smallest response of a phase current to the voltage [-]
   T current_noise{T(0.2)};            ///< standard deviation of a measured phase current [A]
   T zero_current{T(2)};               ///< reading of a phase without current [A]
+  T current_step{T(0)};               ///< of the current converters; 0: none [A]
 
   T speed_jump{T(35)};                     ///< change of the speed in one period [rad/s]
   T speed_error{T(28)};                    ///< against the speed by voltages and currents [rad/s]
@@ -58,6 +59,9 @@ struct ProtectionLimits {
     }
     if (!positive(current_noise)) return "the noise of the currents must be above zero";
     if (!positive(zero_current)) return "the reading of a phase without current must be above zero";
+    if (!(std::isfinite(current_step) && current_step >= T(0))) {
+      return "the step of the current converters must not be below zero";
+    }
     if (!positive(speed_jump)) return "the limit of the speed's jump must be above zero";
     if (!positive(speed_error)) return "the limit of the speed's error must be above zero";
     if (speed_error_ns <= 0) return "an error of the speed needs a time above zero";

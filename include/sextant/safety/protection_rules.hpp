@@ -79,30 +79,35 @@ template <class T>
   return std::abs(n == 0 ? i.a : n == 1 ? i.b : i.c);
 }
 
-/// Just one phase does not respond, and it carries no current.
+/// A phase does not respond and carries no current. With one that is open, voltage along it moves the
+/// currents of the others no more than its own.
 template <class T>
 [[nodiscard]] constexpr bool has_silent_phase(const ProtectionFacts<T>& facts,
                                               const ProtectionLimits<T>& limits) noexcept {
-  const unsigned phases = facts.unresponsive_phases;
-  const bool is_one = phases != 0 && (phases & (phases - 1U)) == 0;  // std::has_single_bit may be a call
-  return is_one && reading(facts, phases >> 1U) < limits.zero_current;
+  for (std::size_t n = 0; n < 3; ++n) {
+    if ((facts.unresponsive_phases >> n & 1U) != 0 && reading(facts, n) < limits.zero_current) return true;
+  }
+  return false;
 }
 
-/// A jump of a current that no voltage explains. With one phase at zero it can be the opening of that phase.
+/// A jump of a current that no voltage explains. With one phase at zero, or all, it can be the opening of that
+/// phase.
 template <class T>
 [[nodiscard]] constexpr bool current_jumps(const ProtectionFacts<T>& facts,
                                            const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
   if (!(facts.response.jump() > limits.current_jump)) return false;
   int at_zero = 0;
   for (std::size_t n = 0; n < 3; ++n) at_zero += reading(facts, n) < limits.zero_current ? 1 : 0;
-  return at_zero != 1;
+  return at_zero != 1 && at_zero != 3;
 }
 
-/// A converter that has stopped: by the model the currents have changed by half of what counts as a jump.
+/// A converter that has stopped: by the model the currents have changed by half of what counts as a jump,
+/// beside what the model may be wrong by. Readings of no current are those of a phase that is open.
 template <class T>
 [[nodiscard]] constexpr bool currents_stand_still(
     const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  return facts.response.hidden_change() > T(0.5) * limits.current_jump;
+  return facts.current_peak > limits.zero_current &&
+         facts.response.hidden_change() > T(0.5) * limits.current_jump;
 }
 
 /// A sensor that is stuck, or two that are swapped.
@@ -119,6 +124,16 @@ template <class T>
 [[nodiscard]] constexpr bool open_phase(const ProtectionFacts<T>& facts,
                                         const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
   return has_silent_phase(facts, limits);
+}
+
+/// A phase without current in which the voltage raises none.
+template <class T>
+[[nodiscard]] bool phase_has_no_current(const ProtectionFacts<T>& facts,
+                                        const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  if (!(limits.current_response > T(0))) return false;
+  bool any = false;
+  for (std::size_t n = 0; n < 3; ++n) any = any || facts.continuity.is_open(n);
+  return any;
 }
 
 template <class T>
@@ -163,6 +178,7 @@ inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::current_sensor, protection_rule::currents_stand_still<T>},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::current_does_not_respond<T>},
     ProtectionRule<T>{Fault::open_phase, protection_rule::open_phase<T>, 20},
+    ProtectionRule<T>{Fault::open_phase, protection_rule::phase_has_no_current<T>},
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_jumps<T>},
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_disagrees<T>, 1,
                       &ProtectionLimits<T>::speed_error_ns},

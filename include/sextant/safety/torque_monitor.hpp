@@ -84,6 +84,8 @@ class TorqueMonitor {
 
   /// Estimated torque of the last averaging time; zero while the drive makes no torque. [N·m]
   [[nodiscard]] constexpr T torque() const noexcept { return band_.torque; }
+  /// Rotor flux at the last measurement, stationary frame. [Wb]
+  [[nodiscard]] constexpr SpaceVector<T> psi_r() const noexcept { return flux_.psi_r(); }
   /// The same with its band.
   [[nodiscard]] constexpr const TorqueBand<T>& band() const noexcept { return band_; }
   /// Both methods.

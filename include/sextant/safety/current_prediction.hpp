@@ -1,0 +1,73 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/space_vector.hpp"
+
+namespace sextant {
+
+/// By how much a period ought to have changed the phase currents, v − e, in its parts.
+template <class T = double>
+struct PredictedChange {
+  ThreePhase<T> v{};  ///< by the applied voltage [A]
+  ThreePhase<T> e{};  ///< against it, by the voltage of the rotor flux and the drop at R_s [A]
+  T uncertainty{};    ///< of v − e, by parameters and inverter, in one phase [A]
+  T turn{};           ///< of the rotor flux [rad]
+};
+
+/// Predicts the change of the phase currents in a period by the transient model of the machine, integrated
+/// over the period:
+///   σL_s Δi_k = ∫u_k dt − R_s ∫i_k dt − k_r Δψ_r,k,   Δi_k = v_k − e_k
+/// Source: P. Vas, Sensorless Vector and Direct Torque Control, 1998. The rotor flux is that of the torque
+/// monitor (`MonitoredFlux`), from currents and speed. Exact but for the mean current, which is that of the
+/// period's ends.
+template <class T = double>
+class CurrentPrediction {
+ public:
+  /// Taken to be wrong at most, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. [-]
+  static constexpr T emf_uncertainty = T(0.3);
+  /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops. [-]
+  static constexpr T voltage_uncertainty = T(0.02);
+
+  CurrentPrediction(const InductionMachineParameters<T>& machine, std::int32_t period_ns) noexcept
+      : inverse_inductance_{T(1) / machine.sigma_l_s()},
+        half_resistance_{T(0.5) * machine.r_s * T(period_ns) * T(1e-9) * inverse_inductance_},
+        flux_gain_{machine.k_r() * inverse_inductance_},
+        voltage_error_{voltage_uncertainty * T(2) / T(3) * T(period_ns) * T(1e-9) * inverse_inductance_} {}
+
+  /// The end of a period in which every leg was driven: currents [A], rotor flux [Wb], ∫u_x dt over it [V·s]
+  /// and link voltage [V].
+  [[nodiscard]] PredictedChange<T> step(const ThreePhase<T>& i, SpaceVector<T> psi_r,
+                                        const ThreePhase<T>& volt_seconds, T u_dc) noexcept {
+    const ThreePhase<T> flux = inverse_clarke(psi_r - psi_r_);
+    PredictedChange<T> out{.v = {inverse_inductance_ * volt_seconds.a, inverse_inductance_ * volt_seconds.b,
+                                 inverse_inductance_ * volt_seconds.c},
+                           .e = {half_resistance_ * (i_.a + i.a) + flux_gain_ * flux.a,
+                                 half_resistance_ * (i_.b + i.b) + flux_gain_ * flux.b,
+                                 half_resistance_ * (i_.c + i.c) + flux_gain_ * flux.c}};
+    out.uncertainty = emf_uncertainty * magnitude(clarke(out.e)) + voltage_error_ * u_dc;
+    const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
+    out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);
+    restart(i, psi_r);
+    return out;
+  }
+
+  /// A period that does not count: currents [A] and rotor flux [Wb] at its end.
+  constexpr void restart(const ThreePhase<T>& i, SpaceVector<T> psi_r) noexcept {
+    i_ = i;
+    psi_r_ = psi_r;
+  }
+
+ private:
+  T inverse_inductance_;    ///< 1/σL_s [1/H]
+  T half_resistance_;       ///< R_s T/(2 σL_s) [-]
+  T flux_gain_;             ///< k_r/σL_s [A/Wb]
+  T voltage_error_;         ///< of v by u_dc [A/V]
+  ThreePhase<T> i_{};       ///< at the last measurement [A]
+  SpaceVector<T> psi_r_{};  ///< at the last measurement [Wb]
+};
+
+}  // namespace sextant

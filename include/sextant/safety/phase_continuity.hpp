@@ -1,0 +1,78 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "sextant/core/space_vector.hpp"
+#include "sextant/safety/current_prediction.hpp"
+
+namespace sextant {
+
+/// Finds a phase that carries no current although it ought to. While the readings of a phase are those of no
+/// current, below z, its true current moves by less than 2z: the sum of its predicted changes must stay there
+/// too (`CurrentPrediction`; v − e of an open phase is the voltage that its controller raises in vain),
+///   |Σ (v − e)| > 2z + Σ uncertainty  for `least_periods` or longer: the phase is open.
+/// A phase without current has no drop at R_s, so that the sum hangs on the change of the rotor flux alone.
+/// At higher speed this grows with the uncertainty; there the turn of the rotor flux takes its place. A
+/// healthy current of peak I is below z for a turn of 2 asin(z/I): after a turn of 0.35 rad + 8 z/I, more
+/// than four times that, the sum must be above 2z alone. The turn counts where I is above 4z. With one phase
+/// open, the voltage along it raises no current in the others either: all may be without.
+template <class T = double>
+class PhaseContinuity {
+ public:
+  struct Parameters {
+    T zero_current{T(2)};   ///< z: largest reading of a phase without current [A]
+    int least_periods{20};  ///< with such readings in a row [-]
+  };
+
+  explicit constexpr PhaseContinuity(const Parameters& parameters) noexcept : parameters_{parameters} {}
+
+  /// The end of a period in which every leg was driven: currents [A] and their predicted change.
+  void step(const ThreePhase<T>& i, const PredictedChange<T>& change) noexcept {
+    const T peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)});
+    const T z = parameters_.zero_current;
+    const T turn = peak > T(4) * z ? change.turn * peak / (T(0.35) * peak + T(8) * z) : T(0);
+    step(phases_[0], i.a, change.v.a - change.e.a, change.uncertainty, turn);
+    step(phases_[1], i.b, change.v.b - change.e.b, change.uncertainty, turn);
+    step(phases_[2], i.c, change.v.c - change.e.c, change.uncertainty, turn);
+  }
+
+  constexpr void restart() noexcept { phases_ = {}; }
+
+  /// Phase n carries no current although it ought to.
+  [[nodiscard]] bool is_open(std::size_t n) const noexcept {
+    const Phase& p = phases_[n];
+    if (p.periods < parameters_.least_periods) return false;
+    const T error = std::abs(p.turn) > T(1) ? T(0) : p.uncertainty;
+    return std::abs(p.unanswered) > T(2) * parameters_.zero_current + error;
+  }
+
+ private:
+  /// Since the last reading of a current.
+  struct Phase {
+    int periods{};    ///< without current, up to the least that count [-]
+    T unanswered{};   ///< Σ (v − e) [A]
+    T uncertainty{};  ///< of it [A]
+    T turn{};         ///< of the rotor flux, by the most of a healthy phase [-]
+  };
+
+  void step(Phase& p, T i, T predicted, T uncertainty, T turn) noexcept {
+    const bool was_zero = p.periods > 0;
+    if (std::abs(i) >= parameters_.zero_current) {
+      p = {};
+      return;
+    }
+    p.periods = std::min(p.periods + 1, parameters_.least_periods);
+    if (!was_zero) return;  // the change that led to zero
+    p.unanswered += predicted;
+    p.uncertainty += uncertainty;
+    p.turn += turn;
+  }
+
+  Parameters parameters_;
+  std::array<Phase, 3> phases_{};
+};
+
+}  // namespace sextant
