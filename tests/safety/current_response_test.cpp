@@ -190,10 +190,10 @@ TYPED_TEST(CurrentResponseOf, ASmoothVoltageIsJudgedByWhatExceedsTheErrorOfTheMo
           i.alpha += share * clarke(raised).alpha;
           i.beta += share * clarke(raised).beta;
           const ThreePhase<double> read = inverse_clarke(i);
-          judged.step(
-              {T(read.a), T(read.b), T(read.c)},
-              {.v = {T(v.a), T(v.b), T(v.c)}, .e = {T(e.a), T(e.b), T(e.c)}, .uncertainty = T(9.5)});
-          for (const std::size_t phase : {0U, 1U, 2U}) any = any || judged.is_unresponsive(phase, T(0.35), T(0.04));
+          judged.step({T(read.a), T(read.b), T(read.c)},
+                      {.v = {T(v.a), T(v.b), T(v.c)}, .e = {T(e.a), T(e.b), T(e.c)}, .uncertainty = T(9.5)});
+          for (const std::size_t phase : {0U, 1U, 2U})
+            any = any || judged.is_unresponsive(phase, T(0.35), T(0.04));
         }
         return any;
       };
