@@ -99,7 +99,8 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
            "a sensor's, except for motor cables that are swapped or open and the sag of the link itself");
   s.choice("phase", p.phase, {{"a", 0}, {"b", 1}, {"c", 2}},
            "of a fault of one phase; phases_swapped and cables_swapped: it and the next one");
-  s.time("at_s", p.at_ns, ns_per_s, {0, 1e6}, "s", "beginning of the fault, as the load's profiles count");
+  s.time("at_s", p.at_ns, ns_per_s, {0, 1e6}, "s",
+         "beginning of the fault, as the load's profiles count; 0: there from power-up on");
   describe_end(s, p.until_ns);
   s.number("drift_a_s", p.drift, {-1e6, 1e6}, "A/s", "slope of current_drift");
   s.number("jump_rad_s", p.jump, {-1e4, 1e4}, "rad/s", "of speed_jump");

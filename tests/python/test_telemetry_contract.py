@@ -64,7 +64,7 @@ def test_enumerators_are_those_of_cpp(tmp_path: Path) -> None:
 def test_a_statistic_says_which_it_is() -> None:
     texts = {signal.name: (signal.unit, signal.text) for signal in signals("DriveTelemetry")}
     assert texts["torque_mean_nm"] == ("N·m", "estimated torque where control periods begin, mean over the interval")
-    assert texts["torque_max_nm"] == ("N·m", "estimated torque, maximum over the interval")
+    assert texts["torque_max_nm"] == ("N·m", "estimated torque where control periods begin, maximum over the interval")
     texts = {signal.name: (signal.unit, signal.text) for signal in signals("RealTimeStatistics")}
     assert texts["execution_p99_9_us"] == ("µs", "execution time of one wake-up, 99.9 % quantile over the interval")
 

@@ -21,7 +21,7 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
   const InductionMachineParameters<double> paper{};
   InductionMachineParameters<T> machine{};
   for (const double omega_m : {-6000.0, -300.0, 20.0, 1000.0, 6000.0}) {
-    const SteadyMachine steady = SteadyMachine::of_torque(paper, 0.3, omega_m, 10.0);
+    const SteadyMachine steady = SteadyMachine::of_torque(paper, 0.05, omega_m, 1.0);
     CurrentPrediction<T> prediction{machine, SteadyMachine::period_ns};
     double largest = 0.0;
     for (int n = 0; n <= 200; ++n) {

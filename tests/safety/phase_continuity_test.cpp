@@ -17,7 +17,7 @@ class PhaseContinuityOf : public testing::Test {
     const ThreePhase<T> v{T(predicted), T(-0.5 * predicted), T(-0.5 * predicted)};
     continuity.step({T(i_a), T(peak), T(-peak)}, {.v = v, .uncertainty = T(uncertainty), .turn = T(turn)});
   }
-  PhaseContinuity<T> continuity{{.zero_current = T(z)}};
+  PhaseContinuity<T> continuity{{.zero_current = T(z), .response = T(1)}};
 };
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(PhaseContinuityOf, Scalars);
@@ -44,6 +44,18 @@ TYPED_TEST(PhaseContinuityOf, ACurrentThatStaysNearZeroIsNone) {
     const double i = 1.99 * std::cos(0.01 * (k + 1));
     this->step(i, 10.0, k == 0 ? 50.0 : i - before);
     ASSERT_FALSE(this->continuity.is_open(0)) << "the change that led to zero does not count";
+  }
+}
+
+TYPED_TEST(PhaseContinuityOf, APhaseThatAnswersByHalfMayBePredictedToChangeByTwiceAsMuch) {
+  using T = TypeParam;
+  for (const double predicted : {7.9, 8.1}) {
+    this->continuity = PhaseContinuity<T>{{.zero_current = T(z), .response = T(0.5)}};
+    for (int k = 0; k <= 20; ++k) this->step(0.0, 10.0, k == 1 ? predicted : 0.0);
+    EXPECT_EQ(this->continuity.is_open(0), predicted > 8.0);
+    this->continuity = PhaseContinuity<T>{{.zero_current = T(z), .response = T(0)}};
+    for (int k = 0; k < 1000; ++k) this->step(0.0, 10.0, predicted);
+    EXPECT_FALSE(this->continuity.is_open(0)) << "switched off";
   }
 }
 

@@ -21,8 +21,8 @@ namespace sextant {
 /// [0, u_dc] and a diode takes it over again. Current i_x is positive into the machine. The machine enters by
 /// its current i_s and its back-EMF e (stationary frame, amplitude-invariant).
 ///
-/// The cable of one phase can be opened: its contact carries the current until the current crosses zero; from
-/// then on, or at once where there is none, the phase floats without diodes, whatever its leg does.
+/// The cable of one phase can be opened: its contact carries the current until the current crosses zero, and
+/// from then on the phase floats without diodes, whatever its leg does.
 template <class T = double>
 class Inverter {
  public:
@@ -40,7 +40,7 @@ class Inverter {
     arc_ = T(0);
     if (phase == no_phase) return;
     const T i = phases_of(i_s)[static_cast<std::size_t>(phase)];
-    if (std::abs(i) > zero_current) arc_ = i < T(0) ? T(-1) : T(1);
+    arc_ = i < T(0) ? T(-1) : T(1);
   }
   /// The phase whose cable has been opened, or `no_phase`.
   [[nodiscard]] constexpr int open_phase() const noexcept SEXTANT_NONBLOCKING { return open_; }

@@ -35,6 +35,8 @@ namespace sextant {
 template <class T = double>
 class CurrentResponse {
  public:
+  static constexpr std::size_t no_phase = 3;
+
   struct Parameters {
     std::int32_t period_ns{25'000};  ///< control period [ns]
     T jump{T(8)};                    ///< |y − w| above it stays out of the sums [A]
@@ -88,7 +90,6 @@ class CurrentResponse {
     jump_ = T(0);
     still_ = i;
     hidden_uncertainty_ = T(0);
-    hidden_change_ = T(0);
   }
 
   /// By w; phase n: 0 is a.
@@ -104,8 +105,18 @@ class CurrentResponse {
   /// Largest |y − w| of the three phases in this period, beyond |d|/2. [A]
   [[nodiscard]] constexpr T jump() const noexcept { return jump_; }
   /// While all readings stay equal: largest change of a phase current in that time by the model, beyond its
-  /// uncertainty; zero otherwise. [A]
-  [[nodiscard]] constexpr T hidden_change() const noexcept { return hidden_change_; }
+  /// uncertainty; zero otherwise. `open`: a phase without current, if there is one, which may be open, so
+  /// that half of the voltage between the others is that of each. [A]
+  [[nodiscard]] constexpr T hidden_change(std::size_t open = no_phase) const noexcept {
+    T largest{};
+    for (std::size_t n = 0; n < 3; ++n) {
+      const T between = T(0.5) * (phases_[(n + 1) % 3].hidden - phases_[(n + 2) % 3].hidden);
+      if (open == no_phase || open == n) {
+        largest = std::max(largest, std::abs(open == n ? between : phases_[n].hidden));
+      }
+    }
+    return std::max(T(0), largest - hidden_uncertainty_ - step_);
+  }
 
  private:
   static constexpr std::int64_t window_ns = 3'000'000;  ///< time constant of the window [ns]
@@ -145,7 +156,6 @@ class CurrentResponse {
   }
 
   void follow(const ThreePhase<T>& i, T uncertainty) noexcept {
-    hidden_change_ = T(0);
     if (!stands_still(i)) {
       still_ = i;
       hidden_uncertainty_ = T(0);
@@ -153,10 +163,7 @@ class CurrentResponse {
       return;
     }
     hidden_uncertainty_ += uncertainty;
-    for (State& s : phases_) {
-      s.hidden += s.predicted;
-      hidden_change_ = std::max(hidden_change_, std::abs(s.hidden) - hidden_uncertainty_ - step_);
-    }
+    for (State& s : phases_) s.hidden += s.predicted;
   }
 
   T largest_jump_;
@@ -166,8 +173,7 @@ class CurrentResponse {
   T jump_{};
   ThreePhase<T> still_{};   ///< readings since which all are equal [A]
   T hidden_uncertainty_{};  ///< of Σ (v − e) since then [A]
-  T hidden_change_{};
-  SpaceVector<T> emf_{};  ///< e of the last period [A]
+  SpaceVector<T> emf_{};    ///< e of the last period [A]
   std::array<State, 3> phases_{};
 };
 

@@ -11,23 +11,26 @@
 namespace sextant {
 
 /// Finds a phase that carries no current although it ought to. While the readings of a phase are those of no
-/// current, below z, its true current moves by less than 2z: the sum of its predicted changes must stay there
-/// too (`CurrentPrediction`; v − e of an open phase is the voltage that its controller raises in vain),
-///   |Σ (v − e)| > 2z + Σ uncertainty  for `least_periods` or longer: the phase is open.
+/// current, below z, its true current moves by less than 2z, and the sum of its predicted changes by no more
+/// than 2z by the smallest response of a healthy phase (`CurrentPrediction`; v − e of an open phase is the
+/// voltage that its controller raises in vain):
+///   |Σ (v − e)| > 2z/response + Σ uncertainty  for `least_periods` or longer: the phase is open.
 /// A phase without current has no drop at R_s, so that the sum hangs on the change of the rotor flux alone.
 /// At higher speed this grows with the uncertainty; there the turn of the rotor flux takes its place. A
 /// healthy current of peak I is below z for a turn of 2 asin(z/I): after a turn of 0.35 rad + 8 z/I, more
-/// than four times that, the sum must be above 2z alone. The turn counts where I is above 4z. With one phase
-/// open, the voltage along it raises no current in the others either: all may be without.
+/// than four times that, the sum must be above 2z/response alone. The turn counts where I is above 4z. With
+/// one phase open, the voltage along it raises no current in the others either: all may be without.
 template <class T = double>
 class PhaseContinuity {
  public:
   struct Parameters {
     T zero_current{T(2)};   ///< z: largest reading of a phase without current [A]
+    T response{T(0.35)};    ///< smallest of a healthy phase to a predicted change; 0: no phase is open [-]
     int least_periods{20};  ///< with such readings in a row [-]
   };
 
-  explicit constexpr PhaseContinuity(const Parameters& parameters) noexcept : parameters_{parameters} {}
+  explicit constexpr PhaseContinuity(const Parameters& parameters) noexcept
+      : parameters_{parameters}, most_change_{T(2) * parameters.zero_current / parameters.response} {}
 
   /// The end of a period in which every leg was driven: currents [A] and their predicted change.
   void step(const ThreePhase<T>& i, const PredictedChange<T>& change) noexcept {
@@ -41,12 +44,20 @@ class PhaseContinuity {
 
   constexpr void restart() noexcept { phases_ = {}; }
 
+  /// No phase has carried current in this period and the one before.
+  [[nodiscard]] constexpr bool all_without_current() const noexcept {
+    return std::min({phases_[0].periods, phases_[1].periods, phases_[2].periods}) > 1;
+  }
+  /// Phase n has carried no current for `least_periods`.
+  [[nodiscard]] constexpr bool has_no_current(std::size_t n) const noexcept {
+    return phases_[n].periods >= parameters_.least_periods;
+  }
   /// Phase n carries no current although it ought to.
   [[nodiscard]] bool is_open(std::size_t n) const noexcept {
     const Phase& p = phases_[n];
-    if (p.periods < parameters_.least_periods) return false;
+    if (!has_no_current(n)) return false;
     const T error = std::abs(p.turn) > T(1) ? T(0) : p.uncertainty;
-    return std::abs(p.unanswered) > T(2) * parameters_.zero_current + error;
+    return std::abs(p.unanswered) > most_change_ + error;
   }
 
  private:
@@ -72,6 +83,7 @@ class PhaseContinuity {
   }
 
   Parameters parameters_;
+  T most_change_;  ///< predicted, of a healthy phase without current [A]
   std::array<Phase, 3> phases_{};
 };
 

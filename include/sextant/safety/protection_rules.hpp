@@ -98,7 +98,7 @@ template <class T>
   if (!(facts.response.jump() > limits.current_jump)) return false;
   int at_zero = 0;
   for (std::size_t n = 0; n < 3; ++n) at_zero += reading(facts, n) < limits.zero_current ? 1 : 0;
-  return at_zero != 1 && at_zero != 3;
+  return at_zero != 1 && !facts.continuity.all_without_current();
 }
 
 /// A converter that has stopped: by the model the currents have changed by half of what counts as a jump,
@@ -106,8 +106,10 @@ template <class T>
 template <class T>
 [[nodiscard]] constexpr bool currents_stand_still(
     const ProtectionFacts<T>& facts, const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
+  std::size_t open = CurrentResponse<T>::no_phase;
+  for (std::size_t n = 0; n < 3; ++n) open = reading(facts, n) < limits.zero_current ? n : open;
   return facts.current_peak > limits.zero_current &&
-         facts.response.hidden_change() > T(0.5) * limits.current_jump;
+         facts.response.hidden_change(open) > T(0.5) * limits.current_jump;
 }
 
 /// A sensor that is stuck, or two that are swapped.
@@ -117,22 +119,16 @@ template <class T>
   return facts.unresponsive_phases != 0 && !has_silent_phase(facts, limits);
 }
 
-/// A current whose ripple swings through zero has readings of no current too, some periods in a row, as that
-/// of a sensor that is swapped with another: the first reading that leaves zero makes it one of
-/// `current_does_not_respond`.
+/// A phase without current for so many periods that no ripple explains them, which does not respond, or in
+/// which the voltage raises none.
 template <class T>
-[[nodiscard]] constexpr bool open_phase(const ProtectionFacts<T>& facts,
-                                        const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  return has_silent_phase(facts, limits);
-}
-
-/// A phase without current in which the voltage raises none.
-template <class T>
-[[nodiscard]] bool phase_has_no_current(const ProtectionFacts<T>& facts,
-                                        const ProtectionLimits<T>& limits) noexcept SEXTANT_NONBLOCKING {
-  if (!(limits.current_response > T(0))) return false;
+[[nodiscard]] bool open_phase(const ProtectionFacts<T>& facts,
+                              const ProtectionLimits<T>&) noexcept SEXTANT_NONBLOCKING {
   bool any = false;
-  for (std::size_t n = 0; n < 3; ++n) any = any || facts.continuity.is_open(n);
+  for (std::size_t n = 0; n < 3; ++n) {
+    const bool is_unresponsive = (facts.unresponsive_phases >> n & 1U) != 0;
+    any = any || (facts.continuity.has_no_current(n) && (is_unresponsive || facts.continuity.is_open(n)));
+  }
   return any;
 }
 
@@ -183,8 +179,7 @@ inline constexpr std::array protection_rules{
     ProtectionRule<T>{Fault::current_sensor, protection_rule::current_jumps<T>, 2},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::currents_stand_still<T>},
     ProtectionRule<T>{Fault::current_sensor, protection_rule::current_does_not_respond<T>},
-    ProtectionRule<T>{Fault::open_phase, protection_rule::open_phase<T>, 20},
-    ProtectionRule<T>{Fault::open_phase, protection_rule::phase_has_no_current<T>},
+    ProtectionRule<T>{Fault::open_phase, protection_rule::open_phase<T>},
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_jumps<T>},
     ProtectionRule<T>{Fault::speed_sensor, protection_rule::speed_disagrees<T>, 1,
                       &ProtectionLimits<T>::speed_error_ns},

@@ -26,7 +26,8 @@ enum class PlantFaultKind : std::uint8_t {
   link_sag           ///< the link voltage itself falls; not of a sensor
 };
 
-/// One fault, and the time for which it is there. Times count as the profiles of the load do.
+/// One fault, and the time for which it is there. Times count as the profiles of the load do; one that begins
+/// at zero is there from power-up on, also in the hand-shake before.
 struct PlantFaultParameters {
   static constexpr std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
 
@@ -60,7 +61,7 @@ struct PlantFaultParameters {
 
   /// What is there at t_ns.
   [[nodiscard]] PlantFaultKind kind_at(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
-    return t_ns >= at_ns && t_ns < until_ns ? kind : PlantFaultKind::none;
+    return (t_ns >= at_ns || at_ns == 0) && t_ns < until_ns ? kind : PlantFaultKind::none;
   }
 
   /// The first instant after t_ns at which the fault begins, ends, or its ramp ends. [ns]
@@ -76,7 +77,7 @@ struct PlantFaultParameters {
   /// Voltage at t_ns of a link of u_dc. [V]
   [[nodiscard]] double link_voltage(double u_dc, std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
     if (kind_at(t_ns) != PlantFaultKind::link_sag) return u_dc;
-    const std::int64_t since_ns = t_ns - at_ns;
+    const std::int64_t since_ns = std::max<std::int64_t>(0, t_ns - at_ns);
     if (since_ns >= ramp_ns) return sag_voltage;
     return u_dc + (sag_voltage - u_dc) * (double(since_ns) / double(ramp_ns));
   }

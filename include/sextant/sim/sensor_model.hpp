@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -89,7 +90,8 @@ class SensorModel {
     // Exchanged motor cables bring the currents to the sensors of each other's legs.
     if (fault == PlantFaultKind::phases_swapped || fault == PlantFaultKind::cables_swapped)
       std::swap(i[x], i[(x + 1) % 3]);
-    if (fault == PlantFaultKind::current_drift) i[x] += fault_.drift * double(fault_ns - fault_.at_ns) * 1e-9;
+    if (fault == PlantFaultKind::current_drift)
+      i[x] += fault_.drift * double(std::max<std::int64_t>(0, fault_ns - fault_.at_ns)) * 1e-9;
     convert(i, m.u_dc);
     count_edges(m, theta_m, t_ns);
     if (fault == PlantFaultKind::current_stuck) i[x] = last_current_[x];
