@@ -108,9 +108,9 @@ class AdaptiveObserver {
     omega_r_ = integral_ + proportion * epsilon;
   }
 
-  static constexpr T pole_factor = T(1.5);       ///< k [-]
+  static constexpr T pole_factor = T(1.5);        ///< k [-]
   static constexpr T largest_proportion = T(16);  ///< P: adaptation against the observer's pole [-]
-  static constexpr T largest_turn = T(0.3);      ///< P d dt, for a loop that is closed once a step [-]
+  static constexpr T largest_turn = T(0.3);       ///< P d dt, for a loop that is closed once a step [-]
 
   InductionMachineParameters<T> machine_{};
   T inverse_tau_r_{};
