@@ -11,7 +11,11 @@ namespace sextant {
 /// Full-order observer of stator current and rotor flux, x = (i_s, ψ_r):
 ///   dx̂/dt = A(ω_r) x̂ + B u_s + G (î_s − i_s)
 /// The gains G make its poles k times those of the machine. The speed is measured, or adapted:
-///   ω_r = K_p ε + K_i ∫ε dt,   ε = (i_s − î_s) × ψ̂_r
+///   ω_r = P ε + K ∫ε dt,   ε = d σL_s/(k_r ψ_r²) (i_s − î_s) × ψ̂_r,   d = k (R_s + k_r² R_r)/σL_s
+/// At constant flux ε follows an error dω of the speed with the pole d, and P and K go by it:
+///   K = (1 + P)² d/2
+/// places the poles of the adaptation at (1 + P) d/√2 with a damping of 1/√2. An electrical acceleration a
+/// leaves dω = a/K; torque and flux are right while this is small beside 1/τ_r, that is a ≪ K/τ_r.
 /// Without a speed sensor ω_r is not observable near zero stator frequency with load, where the voltage has
 /// no trace of it.
 /// Source: H. Kubota, K. Matsuse, T. Nakano, "DSP-based speed adaptive flux observer of induction motor",
@@ -30,6 +34,7 @@ class AdaptiveObserver {
     inverse_tau_r_ = T(1) / machine.tau_r();
     inverse_sigma_l_s_ = T(1) / machine.sigma_l_s();
     k_r_ = machine.k_r();
+    damping_ = pole_factor * inverse_sigma_l_s_ * (machine.r_s + k_r_ * k_r_ * machine.r_r);
     pole_pairs_ = T(machine.pole_pairs);
   }
 
@@ -96,20 +101,22 @@ class AdaptiveObserver {
     if (!(square > T(0))) return;
     // In a steady state an error dω of the speed makes an error of the current of some k_r dω ψ_r per σL_s
     // and damping: the cross product over this is an error of the speed.
-    const T damping = pole_factor * inverse_sigma_l_s_ * (machine_.r_s + k_r_ * k_r_ * machine_.r_r);
-    const T epsilon = damping / (inverse_sigma_l_s_ * k_r_) * cross(psi_r_, error) / square;
-    integral_ += adaptation_rate * dt * epsilon;
+    const T epsilon = damping_ / (inverse_sigma_l_s_ * k_r_) * cross(psi_r_, error) / square;
+    const T proportion = std::min(largest_proportion, largest_turn / (damping_ * dt));
+    const T rate = T(0.5) * (T(1) + proportion) * (T(1) + proportion) * damping_;
+    integral_ += rate * dt * epsilon;
     omega_r_ = integral_ + proportion * epsilon;
   }
 
-  static constexpr T pole_factor = T(1.5);      ///< k [-]
-  static constexpr T adaptation_rate = T(100);  ///< bandwidth of the speed's adaptation [rad/s]
-  static constexpr T proportion = T(0.5);       ///< of ε that acts at once [-]
+  static constexpr T pole_factor = T(1.5);        ///< k [-]
+  static constexpr T largest_proportion = T(16);  ///< P: adaptation against the observer's pole [-]
+  static constexpr T largest_turn = T(0.3);       ///< P d dt, for a loop that is closed once a step [-]
 
   InductionMachineParameters<T> machine_{};
   T inverse_tau_r_{};
   T inverse_sigma_l_s_{};
   T k_r_{};
+  T damping_{};  ///< d [1/s]
   T pole_pairs_{};
   bool adapts_speed_;
   SpaceVector<T> i_s_{};
