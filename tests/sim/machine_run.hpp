@@ -39,12 +39,13 @@ inline const std::array test_machines{
     TestMachine{"200 kW", {0.012, 0.009, 1.4e-4, 1.6e-4, 5.2e-3, 3, 4}, 560, 0.9},
 };
 
-/// How a machine runs, without a torque command.
+/// How a machine runs.
 struct MachineRun {
   std::string controller{"foc"};
   int period_us{50};
-  double omega_m{};   ///< imposed [rad/s]
-  double end_s{1.5};  ///< [s]
+  double omega_m{};                ///< imposed [rad/s]
+  double end_s{1.5};               ///< [s]
+  std::string torque{"[[0, 0]]"};  ///< steps of the command [s, N·m]
 };
 
 /// A run with every default that follows from machine, link and period; the metrics' window is the last
@@ -62,7 +63,8 @@ inline MilResult run(const TestMachine& machine, const MachineRun& r) {
       << "\n[control]\ncontroller = \"" << r.controller << "\"\nflux_reference_wb = " << number(machine.psi)
       << "\n[drive]\nperiod_us = " << r.period_us << "\n[plant]\nu_dc_v = " << number(machine.u_dc)
       << "\nintegrator = \"exact\"\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\nvalue = "
-      << number(r.omega_m) << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
+      << number(r.omega_m) << "\n[profile.torque_nm]\nshape = \"steps\"\npoints = " << r.torque
+      << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
   const ScenarioConfig config = load_scenario_config(file.string(), {});
   std::filesystem::remove(file);
   MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -28,6 +29,29 @@ TEST(MachinesRun, MethodsOfOneVectorAPeriodMagnetiseEveryMachine) {
         EXPECT_FALSE(result.faults.any());
         EXPECT_EQ(result.final_state, DriveState::torque);
         EXPECT_GT(result.metrics[Metric::flux_mean], 0.9 * machine.psi);
+      }
+    }
+  }
+}
+
+// Near the voltage limit little voltage is left to change the torque: with a transient rotor time constant of
+// 70 ms its reversal takes up to 20 ms.
+TEST(MachinesRun, FullTorqueReversesAtTheVoltageLimit) {
+  for (const TestMachine& machine : test_machines) {
+    for (const char* controller : {"dtc", "predictive", "foc"}) {
+      for (const double speed : {-1.2, 1.0}) {
+        SCOPED_TRACE(testing::Message() << machine.name << ", " << controller << ", " << speed);
+        const double begin_s = std::max(0.3, 2.5 * machine.parameters.tau_r());
+        const double torque = 0.9 * drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
+        std::ostringstream points;
+        points << "[[0, 0], [" << begin_s << ", " << torque << "], [" << begin_s + 0.2 << ", " << -torque
+               << "]]";
+        const MilResult result = run(machine, {.controller = controller,
+                                               .omega_m = speed * machine.base_speed(),
+                                               .end_s = begin_s + 0.4,
+                                               .torque = points.str()});
+        EXPECT_FALSE(result.faults.any());
+        EXPECT_LE(result.metrics[Metric::torque_silent], 10.0);
       }
     }
   }
