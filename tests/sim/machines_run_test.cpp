@@ -46,7 +46,10 @@ TEST(MachinesRun, FullTorqueReversesAtTheVoltageLimit) {
         std::ostringstream points;
         points << "[[0, 0], [" << begin_s << ", " << torque << "], [" << begin_s + 0.2 << ", " << -torque
                << "]]";
+        // One vector for 50 us moves the torque of the traction machine by more than a third of its limit.
+        const int period_us = machine.parameters.sigma_l_s() < 1e-4 ? 10 : 50;
         const MilResult result = run(machine, {.controller = controller,
+                                               .period_us = period_us,
                                                .omega_m = speed * machine.base_speed(),
                                                .end_s = begin_s + 0.4,
                                                .torque = points.str()});
