@@ -23,10 +23,10 @@ TYPED_TEST(TorqueWindowOf, MeansAreThoseOfThePeriodsAndThePowerIsThatBehindTheSt
   const double first = 40e-6;
   const double second = 60e-6;
   window.add(GatePattern{switch_states[1], 40'000}, T(first), T(300), {T(10), T(4)}, {T(14), T(2)},
-             {T(0.5), T(-0.2)}, T(30), T(7));
+             {T(0.5), T(-0.2)}, T(30), T(7), T(3));
   GatePattern half{switch_states[0], 30'000};
   half.append({switch_states[1], 30'000});
-  window.add(half, T(second), T(330), {T(14), T(2)}, {T(11), T(5)}, {T(0.45), T(-0.1)}, T(50), T(9));
+  window.add(half, T(second), T(330), {T(14), T(2)}, {T(11), T(5)}, {T(0.45), T(-0.1)}, T(50), T(9), T(4));
   const double sigma_l_s = m.l_ls + m.l_m - m.l_m * m.l_m / (m.l_lr + m.l_m);
   // (∫u dt − R_s i dt − σL_s Δi) · i with the mean current of each period.
   const double first_alpha = 200.0 * first - m.r_s * 12.0 * first - sigma_l_s * 4.0;
@@ -39,6 +39,7 @@ TYPED_TEST(TorqueWindowOf, MeansAreThoseOfThePeriodsAndThePowerIsThatBehindTheSt
   EXPECT_NEAR(double(means.duration), 100e-6, 1e-10);
   EXPECT_NEAR(double(window.duration()), 100e-6, 1e-10);
   EXPECT_NEAR(double(means.commanded), 8.0, 1e-5);
+  EXPECT_NEAR(double(means.reached), 3.5, 1e-5);
   EXPECT_NEAR(double(means.omega_m), 40.0, 1e-5);
   EXPECT_NEAR(double(means.current_squared), 0.5 * (200.0 + 146.0), 1e-4);
   EXPECT_NEAR(double(means.flux_squared), 0.5 * (0.29 + 0.2125), 1e-6);

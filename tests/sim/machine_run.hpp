@@ -43,12 +43,12 @@ inline const std::array test_machines{
 struct MachineRun {
   std::string controller{"foc"};
   int period_us{50};
-  double omega_m{};           ///< imposed [rad/s]
-  double slope{};             ///< of the imposed speed [rad/s²]
-  double end_s{1.5};          ///< [s]
-  double torque{};            ///< asked for from the beginning [N·m]
-  double lead_us{};           ///< of the samples, as the drive and the sensors have it [us]
-  std::string fault{"none"};  ///< of the plant, from the beginning
+  double omega_m{};                ///< imposed [rad/s]
+  double slope{};                  ///< of the imposed speed [rad/s²]
+  double end_s{1.5};               ///< [s]
+  double lead_us{};                ///< of the samples, as the drive and the sensors have it [us]
+  std::string fault{"none"};       ///< of the plant, from the beginning
+  std::string torque{"[[0, 0]]"};  ///< steps of the command [s, N·m]
 };
 
 /// With every default that follows from machine, link and period; the metrics' window is the last 100 ms.
@@ -68,7 +68,7 @@ inline ScenarioConfig machine_config(const TestMachine& machine, const MachineRu
       << "\nintegrator = \"exact\"\n[plant.faults]\nkind = \"" << r.fault
       << "\"\n[load]\nkind = \"imposed_speed\"\n[load.speed_rad_s]\nshape = \"linear\"\npoints = [[0, "
       << number(r.omega_m) << "], [" << number(r.end_s) << ", " << number(r.omega_m + r.slope * r.end_s)
-      << "]]\n[profile.torque_nm]\nvalue = " << number(r.torque)
+      << "]]\n[profile.torque_nm]\nshape = \"steps\"\npoints = " << r.torque
       << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
   const ScenarioConfig config = load_scenario_config(file.string(), {});
   std::filesystem::remove(file);

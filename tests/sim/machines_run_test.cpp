@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -74,6 +75,32 @@ TEST(MachinesRun, AShaftThatTurnsAsItIsReadIsNoFault) {
                                                .slope = passes ? -2.0 * omega / end_s : 0.0,
                                                .end_s = end_s});
         EXPECT_FALSE(result.faults.any());
+      }
+    }
+  }
+}
+
+// Near the voltage limit little voltage is left to change the torque: with a transient rotor time constant of
+// 70 ms its reversal takes up to 20 ms.
+TEST(MachinesRun, FullTorqueReversesAtTheVoltageLimit) {
+  for (const TestMachine& machine : test_machines) {
+    for (const char* controller : {"dtc", "predictive", "foc"}) {
+      for (const double speed : {-1.2, 1.0}) {
+        SCOPED_TRACE(testing::Message() << machine.name << ", " << controller << ", " << speed);
+        const double begin_s = std::max(0.3, 2.5 * machine.parameters.tau_r());
+        const double torque = 0.9 * drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
+        std::ostringstream points;
+        points << "[[0, 0], [" << begin_s << ", " << torque << "], [" << begin_s + 0.2 << ", " << -torque
+               << "]]";
+        // One vector for 50 us moves the torque of the traction machine by more than a third of its limit.
+        const int period_us = machine.parameters.sigma_l_s() < 1e-4 ? 10 : 50;
+        const MilResult result = run(machine, {.controller = controller,
+                                               .period_us = period_us,
+                                               .omega_m = speed * machine.base_speed(),
+                                               .end_s = begin_s + 0.4,
+                                               .torque = points.str()});
+        EXPECT_FALSE(result.faults.any());
+        EXPECT_LE(result.metrics[Metric::torque_silent], 10.0);
       }
     }
   }

@@ -1,5 +1,7 @@
 // Currents that are sampled in the middle of the carrier's period: the drive knows by its key.
 
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "sim/machine_run.hpp"
@@ -17,8 +19,8 @@ TEST(SamplingLead, ADriveThatKnowsItMakesItsTorqueWithEveryMethod) {
                            .period_us = 50,
                            .omega_m = speed * machine.base_speed(),
                            .end_s = 2.5 * machine.parameters.tau_r() + 0.3,
-                           .torque = torque,
-                           .lead_us = 25};
+                           .lead_us = 25,
+                           .torque = "[[0, " + std::to_string(torque) + "]]"};
         SCOPED_TRACE(testing::Message() << machine.name << ", " << controller << ", " << speed);
         const MilResult result = run(machine, r);
         EXPECT_FALSE(result.faults.any()) << to_string(result.first_fault);

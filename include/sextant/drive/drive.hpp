@@ -107,6 +107,9 @@ class Drive {
     if (limited) {
       available.side(command.torque, measurement.omega_m).lower_to(present);
     }
+    if (torque_monitor_.lags()) {
+      available.side(command.torque, measurement.omega_m).lower_to(reached(command.torque));
+    }
     const bool flux_ready = !parameters_.magnetise_first || controller_.estimate().magnetised;
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
     // A power stage whose first measurement is yet to come has no fault.
@@ -157,7 +160,7 @@ class Drive {
                    .makes_torque = makes_torque(state_),
                    .interrupted = !measurement.applied.is_driven(),
                    .limited = limited_,
-                   .slews = flux_slew_.is_slewing()},
+                   .slews = flux_slew_.is_slewing() || torque_monitor_.lags()},
                   dt);
     capability_.step(measurement.omega_m, measurement.u_dc, reserve_.usable());
     AvailableTorque<T> available = capability_.available();
@@ -171,6 +174,12 @@ class Drive {
     const T enough = std::max(available.motoring.torque, available.regenerating.torque);
     return present_limit_.step(controller_.estimate().psi_s, clarke(i_before_), reference_.flux_share,
                                enough);
+  }
+
+  /// What there has been time to reach in the direction of a torque reference [N·m].
+  [[nodiscard]] LimitedTorque<T> reached(T reference) const noexcept {
+    const T torque = torque_monitor_.reach().torque();
+    return {std::max(T(0), reference < T(0) ? -torque : torque), DeratingCause::voltage_limit};
   }
 
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
@@ -236,7 +245,7 @@ class Drive {
         .lockout = command.lockout,
         .enable = command.enable,
         .magnetised = flux_ready,
-        .derated = command.derated,
+        .derated = command.derated || torque_monitor_.lags(),
     };
     const DriveState next = next_state(state_, conditions);
     if (next != state_ || next == DriveState::fault) enter(next);

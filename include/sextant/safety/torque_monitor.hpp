@@ -8,6 +8,7 @@
 #include "sextant/safety/monitored_flux.hpp"
 #include "sextant/safety/torque_bands.hpp"
 #include "sextant/safety/torque_monitor_limits.hpp"
+#include "sextant/safety/torque_reach.hpp"
 #include "sextant/safety/torque_window.hpp"
 
 namespace sextant {
@@ -17,7 +18,8 @@ namespace sextant {
 /// torque is estimated by current and by power (`TorqueBands`). The averaging time is violated where the
 /// whole band lies
 ///   further than max(limit, limit_share |command|) from the mean command, or
-///   beyond `wrong_sign` against the command's sign.
+///   beyond `wrong_sign` against the command's sign,
+/// and beyond what there has been time to reach (`TorqueReach`) by as much.
 /// Each violated averaging time counts up, each other one down. The deviation is a fault when the count comes
 /// to `time` less one averaging time, so that a deviation lasts for at most `time`. Without torque production
 /// the count is zero; while gates were off within a period the averaging time begins anew.
@@ -43,7 +45,8 @@ class TorqueMonitor {
         trip_s_{T(parameters.time_ns - parameters.window_ns) * T(1e-9)},
         flux_{parameters.machine},
         window_{parameters.machine},
-        bands_{parameters} {}
+        bands_{parameters},
+        reach_{parameters.machine, parameters.flux_reference} {}
 
   /// A usable measurement, dt [s] after the one before; `commanded`: torque command of that time [N·m], empty
   /// where the drive made no torque. True while the deviation is a fault.
@@ -63,7 +66,11 @@ class TorqueMonitor {
       window_.clear();
       return false;
     }
-    window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, commanded.value_or(T(0)));
+    if (commanded) {
+      reach_.step({flux_.psi_r(), i_s_, m.omega_m, m.u_dc}, *commanded, tolerance(*commanded), dt);
+    }
+    window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, commanded.value_or(T(0)),
+                reach_.torque());
     if (window_.duration() + T(0.5) * dt >= window_s_) {
       const TorqueMeans<T> means = window_.means();
       follow(means);
@@ -90,13 +97,23 @@ class TorqueMonitor {
   [[nodiscard]] constexpr const TorqueBand<T>& band() const noexcept { return band_; }
   /// Both methods.
   [[nodiscard]] constexpr const TorqueBands<T>& bands() const noexcept { return bands_; }
+  /// The torque that there has been time to reach.
+  [[nodiscard]] constexpr const TorqueReach<T>& reach() const noexcept { return reach_; }
+  /// The voltage has held the torque off its command for longer than an averaging time.
+  [[nodiscard]] constexpr bool lags() const noexcept { return reach_.lag() > window_s_; }
 
  private:
   [[nodiscard]] bool is_fault() const noexcept {
     return parameters_.enabled && violated_s_ + T(0.5) * window_s_ >= trip_s_;
   }
 
+  /// Largest deviation from a command [N·m] that does not count. [N·m]
+  [[nodiscard]] constexpr T tolerance(T commanded) const noexcept {
+    return std::max(parameters_.limit, parameters_.limit_share * std::abs(commanded));
+  }
+
   constexpr void rest() noexcept {
+    reach_.reset();
     violated_s_ = T(0);
     band_ = {};
   }
@@ -110,15 +127,18 @@ class TorqueMonitor {
 
   void compare(const TorqueMeans<T>& m) noexcept {
     band_ = bands_.narrower();
+    reach_.confirm(band_.torque);
     violated_s_ = std::max(T(0), violated_s_ + (is_violated(m) ? m.duration : -m.duration));
   }
 
   [[nodiscard]] bool is_violated(const TorqueMeans<T>& m) const noexcept {
     const T commanded = m.commanded;
-    if (commanded > T(0) && band_.highest < -parameters_.wrong_sign) return true;
-    if (commanded < T(0) && band_.lowest > parameters_.wrong_sign) return true;
-    const T limit = std::max(parameters_.limit, parameters_.limit_share * std::abs(commanded));
-    if (band_.lowest <= commanded + limit && band_.highest >= commanded - limit) return false;
+    const T lowest = std::min(commanded, m.reached);
+    const T highest = std::max(commanded, m.reached);
+    if (commanded > T(0) && band_.highest < std::min(T(0), lowest) - parameters_.wrong_sign) return true;
+    if (commanded < T(0) && band_.lowest > std::max(T(0), highest) + parameters_.wrong_sign) return true;
+    const T limit = tolerance(commanded);
+    if (band_.lowest <= highest + limit && band_.highest >= lowest - limit) return false;
     const bool lacks = std::abs(band_.torque) < std::abs(commanded);
     return !(lacks && flux_builds_up(m));
   }
@@ -134,6 +154,7 @@ class TorqueMonitor {
   MonitoredFlux<T> flux_;
   TorqueWindow<T> window_;
   TorqueBands<T> bands_;
+  TorqueReach<T> reach_;
   TorqueBand<T> band_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]

@@ -12,6 +12,7 @@ template <class T = double>
 struct TorqueMeans {
   T duration{};         ///< of the averaging time [s]
   T commanded{};        ///< torque [N·m]
+  T reached{};          ///< torque that there has been time to reach [N·m]
   T omega_m{};          ///< mechanical speed [rad/s]
   T current_squared{};  ///< |i_s|² [A²]
   T flux_squared{};     ///< |ψ_r|² [Wb²]
@@ -33,13 +34,14 @@ class TorqueWindow {
   /// behind R_s and σL_s is k_r dψ_r/dt, which hardly changes within a period: its product with the mean
   /// current is the mean power, however many segments the pattern has.
   constexpr void add(const GatePattern& applied, T dt, T u_dc, SpaceVector<T> i_before, SpaceVector<T> i_s,
-                     SpaceVector<T> psi_r, T omega_m, T commanded) noexcept {
+                     SpaceVector<T> psi_r, T omega_m, T commanded, T reached) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_before + i_s);
     const SpaceVector<T> volt_seconds = clarke(applied_volt_seconds(applied, u_dc).integral) -
                                         (r_s_ * dt) * i_mean - sigma_l_s_ * (i_s - i_before);
     ++count_;
     sums_.duration += dt;
     sums_.commanded += commanded;
+    sums_.reached += reached;
     sums_.omega_m += omega_m;
     sums_.current_squared += dot(i_s, i_s);
     sums_.flux_squared += dot(psi_r, psi_r);
@@ -55,6 +57,7 @@ class TorqueWindow {
     const T weight = T(1) / T(count_);
     return {.duration = sums_.duration,
             .commanded = weight * sums_.commanded,
+            .reached = weight * sums_.reached,
             .omega_m = weight * sums_.omega_m,
             .current_squared = weight * sums_.current_squared,
             .flux_squared = weight * sums_.flux_squared,
