@@ -35,7 +35,7 @@ struct Held {
 
   /// dτ_e/dt towards a command with this voltage in every direction [V]. [N·m/s]
   double slope(double u, double command) {
-    inputs.u_dc = T(u * std::numbers::sqrt3);
+    inputs.u_dc = T(u * std::numbers::pi / std::numbers::sqrt3);
     reach.step(inputs, T(command), T(tolerance), T(dt));
     return (double(reach.torque()) - circuit.torque) / dt;
   }
@@ -79,16 +79,20 @@ TYPED_TEST(TorqueReachOf, FallIsWhatTheReversedVoltageMakes) {
   EXPECT_NEAR(held.slope(40.0, -1e4), -per_volt * (held.voltage + 40.0), 0.002 * per_volt * held.voltage);
 }
 
-TYPED_TEST(TorqueReachOf, TheTorqueThatCameNearerIsReached) {
+TYPED_TEST(TorqueReachOf, WhatIsReachedFollowsATorqueThatIsNearer) {
   Held<TypeParam> held{100.0, 8.0};
   const double command = held.circuit.torque + 30.0;
   (void)held.slope(held.voltage, command);
-  held.reach.confirm(TypeParam(command - 10.0));
-  EXPECT_NEAR(double(held.reach.torque()), command - 10.0, 1e-3);
-  held.reach.confirm(TypeParam(command - 20.0));
-  EXPECT_NEAR(double(held.reach.torque()), command - 10.0, 1e-3);
-  held.reach.confirm(TypeParam(command + 20.0));
-  EXPECT_NEAR(double(held.reach.torque()), command, 1e-3);
+  const auto follow = [&held, command](double below, double share) {
+    held.reach.follow(TypeParam(command - below), TypeParam(tolerance), TypeParam(share));
+    return command - double(held.reach.torque());
+  };
+  EXPECT_NEAR(follow(10.0, 0.25), 25.0, 0.1);
+  EXPECT_NEAR(follow(27.0, 1.0), 25.0, 0.1);
+  EXPECT_NEAR(follow(1.0, 1.0), 1.0, 0.1);
+  EXPECT_GT(held.reach.lag(), TypeParam(0));
+  EXPECT_NEAR(follow(0.4, 0.1), 0.0, 1e-3);
+  EXPECT_EQ(held.reach.lag(), TypeParam(0));
 }
 
 TYPED_TEST(TorqueReachOf, AfterTwiceTheTransientRotorTimeConstantACommandCountsAsReached) {
@@ -110,7 +114,8 @@ TYPED_TEST(TorqueReachOf, AMachineWithoutFluxHasTheTimeOfATenthOfIt) {
   const InductionMachineParameters<double> m = unlike_machine();
   TorqueReach<TypeParam> reach{in_scalar<TypeParam>(m), TypeParam(0.9)};
   reach.step({.u_dc = TypeParam(500.0)}, TypeParam(1000), TypeParam(tolerance), TypeParam(dt));
-  EXPECT_NEAR(double(reach.torque()), gain(m) * 0.09 * 500.0 / std::numbers::sqrt3 * dt, 1e-3);
+  EXPECT_NEAR(double(reach.torque()), gain(m) * 0.09 * 500.0 * std::numbers::sqrt3 / std::numbers::pi * dt,
+              1e-3);
   EXPECT_GT(reach.lag(), TypeParam(0));
   reach.reset();
   EXPECT_EQ(reach.torque(), TypeParam(0));

@@ -107,15 +107,13 @@ class Drive {
     if (limited) {
       available.side(command.torque, measurement.omega_m).lower_to(present);
     }
-    if (torque_monitor_.lags()) {
-      available.side(command.torque, measurement.omega_m).lower_to(reached(command.torque));
-    }
+    const bool lags = limit_to_reached(command.torque, available.side(command.torque, measurement.omega_m));
     const bool flux_ready = !parameters_.magnetise_first || controller_.estimate().magnetised;
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
     // A power stage whose first measurement is yet to come has no fault.
     if (state_ == DriveState::init && !usable) measured = {};
-    update_state(present_faults(measured, missing_flux, request, command), usable, flux_ready, request,
-                 command);
+    update_state(present_faults(measured, missing_flux, request, command), request, command,
+                 {.measured = usable, .magnetised = flux_ready, .derated = command.derated || lags});
 
     limited_ = limited || command.derated;
     const T i_dc = dc_link_mean(measurement);
@@ -160,7 +158,7 @@ class Drive {
                    .makes_torque = makes_torque(state_),
                    .interrupted = !measurement.applied.is_driven(),
                    .limited = limited_,
-                   .slews = flux_slew_.is_slewing() || torque_monitor_.lags()},
+                   .slews = flux_slew_.is_slewing()},
                   dt);
     capability_.step(measurement.omega_m, measurement.u_dc, reserve_.usable());
     AvailableTorque<T> available = capability_.available();
@@ -176,10 +174,16 @@ class Drive {
                                enough);
   }
 
-  /// What there has been time to reach in the direction of a torque reference [N·m].
-  [[nodiscard]] LimitedTorque<T> reached(T reference) const noexcept {
+  /// Limits what is available in the direction of a torque reference [N·m] to what there has been time to
+  /// reach; true where that is less than the reference.
+  [[nodiscard]] bool limit_to_reached(T reference, LimitedTorque<T>& available) const noexcept {
+    if (!torque_monitor_.lags()) return false;
     const T torque = torque_monitor_.reach().torque();
-    return {std::max(T(0), reference < T(0) ? -torque : torque), DeratingCause::voltage_limit};
+    const LimitedTorque<T> reached{std::max(T(0), reference < T(0) ? -torque : torque),
+                                   DeratingCause::voltage_limit};
+    available.lower_to(reached);
+    if (available.cause == DeratingCause::none) available.cause = DeratingCause::voltage_limit;
+    return reached.torque < std::abs(reference);
   }
 
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
@@ -233,20 +237,16 @@ class Drive {
     return faults;
   }
 
-  void update_state(FaultSet present, bool usable, bool flux_ready, const DriveRequest<T>& request,
-                    const SupervisedCommand<T>& command) noexcept {
+  /// `conditions`: measured, magnetised and derated; the others follow from the rest.
+  void update_state(FaultSet present, const DriveRequest<T>& request, const SupervisedCommand<T>& command,
+                    DriveConditions conditions) noexcept {
     faults_.step(present);
-    const DriveConditions conditions{
-        .measured = usable,
-        .trip = present.any(),
-        .fault_reset = command.fault_reset,
-        .shutdown = request.shutdown,
-        .at_zero = command.torque == T(0),
-        .lockout = command.lockout,
-        .enable = command.enable,
-        .magnetised = flux_ready,
-        .derated = command.derated || torque_monitor_.lags(),
-    };
+    conditions.trip = present.any();
+    conditions.fault_reset = command.fault_reset;
+    conditions.shutdown = request.shutdown;
+    conditions.at_zero = command.torque == T(0);
+    conditions.lockout = command.lockout;
+    conditions.enable = command.enable;
     const DriveState next = next_state(state_, conditions);
     if (next != state_ || next == DriveState::fault) enter(next);
   }

@@ -19,7 +19,7 @@ struct TorqueTracking {
   bool makes_torque{};  ///< the torque is controlled
   bool interrupted{};   ///< the gates were off in the meantime, as after missed periods
   bool limited{};       ///< the reference is what the drive limits it to
-  bool slews{};         ///< the flux reference is on its way, or the torque as fast as the voltage lets it
+  bool slews{};         ///< the flux reference is on its way
 };
 
 /// Adapts the voltage that flux reference and available torque count on. Where rotor resistance or

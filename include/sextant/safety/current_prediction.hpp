@@ -28,7 +28,7 @@ template <class T = double>
 class CurrentPrediction {
  public:
   /// Taken to be wrong at most, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. [-]
-  static constexpr T emf_uncertainty = T(0.3);
+  static constexpr T emf_uncertainty = T(0.5);
   /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops. [-]
   static constexpr T voltage_uncertainty = T(0.02);
 

@@ -99,8 +99,8 @@ class TorqueMonitor {
   [[nodiscard]] constexpr const TorqueBands<T>& bands() const noexcept { return bands_; }
   /// The torque that there has been time to reach.
   [[nodiscard]] constexpr const TorqueReach<T>& reach() const noexcept { return reach_; }
-  /// The voltage has held the torque off its command for longer than an averaging time.
-  [[nodiscard]] constexpr bool lags() const noexcept { return reach_.lag() > window_s_; }
+  /// The voltage holds the torque off its command for longer than an averaging time.
+  [[nodiscard]] constexpr bool lags() const noexcept { return lags_; }
 
  private:
   [[nodiscard]] bool is_fault() const noexcept {
@@ -114,6 +114,7 @@ class TorqueMonitor {
 
   constexpr void rest() noexcept {
     reach_.reset();
+    lags_ = false;
     violated_s_ = T(0);
     band_ = {};
   }
@@ -127,7 +128,8 @@ class TorqueMonitor {
 
   void compare(const TorqueMeans<T>& m) noexcept {
     band_ = bands_.narrower();
-    reach_.confirm(band_.torque);
+    reach_.follow(band_.torque, tolerance(m.commanded), std::min(T(1), m.duration / trip_s_));
+    lags_ = reach_.lag() > window_s_ && std::abs(m.commanded - reach_.torque()) > tolerance(m.commanded);
     violated_s_ = std::max(T(0), violated_s_ + (is_violated(m) ? m.duration : -m.duration));
   }
 
@@ -159,7 +161,8 @@ class TorqueMonitor {
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]
   T decay_s_{};           ///< time with gates off since the last averaging time [s]
-  T violated_s_{};        ///< count of violated averaging times [s]
+  bool lags_{false};
+  T violated_s_{};  ///< count of violated averaging times [s]
 };
 
 }  // namespace sextant

@@ -22,15 +22,15 @@ struct ReachInputs {
 /// lets it. With ψ_s = σL_s i_s + k_r ψ_r and the machine's equations, stationary frame,
 ///   τ_e = K ψ_r × ψ_s,   K = 3/2 p k_r/(σL_s),   ω_r = p ω_m
 ///   dτ_e/dt = K (ψ_r × u_s − ω_r ψ_r · ψ_s) − τ_e (R_s/(σL_s) + 1/(σ τ_r))
-/// and |u_s| ≤ u_dc/√3 in every direction: K |ψ_r| (± u_dc/√3 − ω_r ψ_s·ψ_r/|ψ_r|) less the decay are the
+/// Across a flux that turns, every method has at least the mean of the switching table's active vectors,
+/// which stand 30° to 90° from it, U = √3/π u_dc: K |ψ_r| (± U − ω_r ψ_s·ψ_r/|ψ_r|) less the decay are the
 /// fastest rise and fall. At the voltage limit the rise is slow, and below zero where the link has sagged:
 /// then the torque falls until the flux has. Source: P. Vas, Sensorless Vector and Direct Torque Control,
 /// Oxford 1998. Below a tenth of its reference the rotor flux counts as that tenth, so that a machine that
 /// gets no current has had time as well.
 ///
-/// What is reached stays within command and torque: once the torque has come nearer, as by the corners of the
-/// hexagon, so has this. It is the command after 2 σ τ_r without a new command: within that time the drive
-/// lets the whole flux fall, and no lack of voltage lasts for longer.
+/// Where the torque itself is nearer to the command, this follows it. It is the command after 2 σ τ_r without
+/// a new one: within that time the drive lets the whole flux fall, and no lack of voltage lasts for longer.
 template <class T = double>
 class TorqueReach {
  public:
@@ -44,8 +44,7 @@ class TorqueReach {
         least_flux_{T(0.1) * flux_reference},
         longest_{T(2) * m.sigma_l_s() * m.tau_r() / m.l_s()} {}
 
-  /// One period of dt [s] with a command [N·m]. A change of it by more than `tolerance` [N·m] is a new one,
-  /// and within it the command is reached.
+  /// One period of dt [s] with a command [N·m]; a change of it by more than `tolerance` [N·m] is a new one.
   void step(const ReachInputs<T>& now, T command, T tolerance, T dt) noexcept {
     if (std::abs(command - begun_by_) > tolerance) {
       begun_by_ = command;
@@ -55,25 +54,32 @@ class TorqueReach {
     const T flux = std::sqrt(dot(now.psi_r, now.psi_r));
     const T psi = std::max(flux, least_flux_);
     const T along = k_r_ * flux + sigma_l_s_ * dot(now.psi_r, now.i_s) / psi;
-    const T u = now.u_dc * T(1 / std::numbers::sqrt3);
+    const T u = now.u_dc * T(std::numbers::sqrt3 / std::numbers::pi);
     const T e = pole_pairs_ * now.omega_m * along;
     const T fall = (gain_ * psi * (-u - e) - decay_ * torque_) * dt;
     const T rise = (gain_ * psi * (u - e) - decay_ * torque_) * dt;
     torque_ = std::clamp(command, torque_ + fall, torque_ + rise);
-    lag_s_ = std::abs(torque_ - command) <= tolerance ? T(0) : lag_s_ + dt;
+    lag_s_ += dt;
     if (lag_s_ > longest_) torque_ = command;
   }
 
-  /// The torque of the machine [N·m]: what lies between it and the command is not reached, no more.
-  constexpr void confirm(T torque) noexcept {
-    torque_ = std::clamp(torque, std::min(torque_, command_), std::max(torque_, command_));
+  /// Follows the torque of the machine [N·m] where that is nearer to the command, by this share of the way;
+  /// within `tolerance` [N·m] of the command that is reached.
+  constexpr void follow(T torque, T tolerance, T share) noexcept {
+    if (std::abs(torque - command_) <= tolerance) {
+      torque_ = command_;
+      lag_s_ = T(0);
+      return;
+    }
+    const T nearer = std::clamp(torque, std::min(torque_, command_), std::max(torque_, command_));
+    torque_ += share * (nearer - torque_);
   }
 
   /// No torque is made.
   constexpr void reset() noexcept { torque_ = command_ = begun_by_ = lag_s_ = T(0); }
 
   [[nodiscard]] constexpr T torque() const noexcept { return torque_; }  ///< [N·m]
-  /// Time for which it has not been the command. [s]
+  /// Time since the command was new or the torque there. [s]
   [[nodiscard]] constexpr T lag() const noexcept { return lag_s_; }
 
  private:
