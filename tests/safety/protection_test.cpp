@@ -251,7 +251,8 @@ TYPED_TEST(ProtectionOf, AHealthyMachineUnderASmoothVoltageShowsNoFault) {
   using T = TypeParam;
   const SteadyMachine steady = SteadyMachine::of_torque({}, 0.08, 6000.0, 1.0);
   for (const double share : {1.0, 0.7, 1.3}) {
-    Protection<T> monitored{{.dc_over_voltage = T(3000), .over_speed = T(7000), .speed_error = T(1e4)}};
+    Protection<T> monitored{
+        {.dc_over_voltage = T(3000), .over_speed = T(7000), .speed_range = T(1e4), .speed_error = T(1e4)}};
     FaultSet faults;
     for (int n = 0; n < 400; ++n) {
       const SpaceVector<double> psi_r = share * steady.psi_r(double(n) * SteadyMachine::dt);

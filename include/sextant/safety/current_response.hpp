@@ -102,6 +102,10 @@ class CurrentResponse {
     return phase(n).is_unresponsive(response, T(1536) * noise) ||
            change(n).is_unresponsive(response, T(512) * noise);
   }
+  /// True where phase n responds, by w.
+  [[nodiscard]] constexpr bool answers(std::size_t n, T response, T noise) const noexcept {
+    return phase(n).expected > T(1536) * noise + phase(n).uncertain && !is_unresponsive(n, response, noise);
+  }
   /// Largest |y − w| of the three phases in this period, beyond |d|/2. [A]
   [[nodiscard]] constexpr T jump() const noexcept { return jump_; }
   /// While all readings stay equal: largest change of a phase current in that time by the model, beyond its

@@ -80,6 +80,7 @@ class Protection {
         .is_driven = is_driven,
         .flux_was_built = flux_was_built_,
         .unresponsive_phases = unresponsive_phases(),
+        .answering_phases = answering_phases(),
         .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
         .current_sum = std::abs(i.a + i.b + i.c),
         .current_offset = offset_.largest(),
@@ -139,6 +140,14 @@ class Protection {
     unsigned phases = 0;
     for (std::size_t n = 0; n < 3; ++n) {
       phases |= response_.is_unresponsive(n, limits_.current_response, noise_) ? 1U << n : 0U;
+    }
+    return phases;
+  }
+
+  [[nodiscard]] unsigned answering_phases() const noexcept {
+    unsigned phases = 0;
+    for (std::size_t n = 0; n < 3; ++n) {
+      phases |= response_.answers(n, limits_.current_response, noise_) ? 1U << n : 0U;
     }
     return phases;
   }

@@ -32,6 +32,7 @@ struct ProtectionFacts {
   bool flux_was_built{
       false};  ///< the flux has reached its reference, less a fifth, since torque production began
   unsigned unresponsive_phases{};  ///< that do not respond to the voltage, bit n for phase n
+  unsigned answering_phases{};     ///< that respond to changes of the voltage, bit n for phase n
   T current_peak{};                ///< largest magnitude of a phase current [A]
   T current_sum{};                 ///< magnitude of the sum of the phase currents [A]
   T current_offset{};              ///< largest magnitude of an offset of a phase, at rest [A]

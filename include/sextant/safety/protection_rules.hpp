@@ -120,14 +120,17 @@ template <class T>
 }
 
 /// A phase without current for so many periods that no ripple explains them, which does not respond, or in
-/// which the voltage raises none.
+/// which the voltage raises none and nothing shows that it responds: by wrong parameters the voltage that
+/// ought to raise a current may be wrong.
 template <class T>
 [[nodiscard]] bool open_phase(const ProtectionFacts<T>& facts,
                               const ProtectionLimits<T>&) noexcept SEXTANT_NONBLOCKING {
   bool any = false;
   for (std::size_t n = 0; n < 3; ++n) {
     const bool is_unresponsive = (facts.unresponsive_phases >> n & 1U) != 0;
-    any = any || (facts.continuity.has_no_current(n) && (is_unresponsive || facts.continuity.is_open(n)));
+    const bool answers = (facts.answering_phases >> n & 1U) != 0;
+    const bool is_open = is_unresponsive || (facts.continuity.is_open(n) && !answers);
+    any = any || (facts.continuity.has_no_current(n) && is_open);
   }
   return any;
 }
