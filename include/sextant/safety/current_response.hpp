@@ -54,10 +54,11 @@ class CurrentResponse {
       expected += w * w - forget * expected;
       uncertain += error - forget * uncertain;
     }
-    /// True where the voltage ought to have moved the current by enough (Σ w² above `least` [A²] and what is
-    /// uncertain), and the response is below `response` [-].
-    [[nodiscard]] constexpr bool is_unresponsive(T response, T least) const noexcept {
-      return expected > least + uncertain && answered < response * expected;
+    /// The voltage ought to have moved the current by enough: Σ w² above `least` [A²] and what is uncertain.
+    [[nodiscard]] constexpr bool counts(T least) const noexcept { return expected > least + uncertain; }
+    /// The response is below this one [-].
+    [[nodiscard]] constexpr bool is_below(T response) const noexcept {
+      return answered < response * expected;
     }
   };
 
@@ -96,15 +97,16 @@ class CurrentResponse {
   [[nodiscard]] constexpr const Sums& phase(std::size_t n) const noexcept { return phases_[n].sums; }
   /// By p.
   [[nodiscard]] constexpr const Sums& change(std::size_t n) const noexcept { return phases_[n].change_sums; }
-  /// True where phase n does not respond, by w or by p, with `noise`, the variance of a reading [A²]: this
-  /// changes a response by √6 σ/√(Σ w²), or √2 σ/√(Σ p²), and counts where that is below 1/16.
+  /// True where phase n does not respond, by w, or by p, which hangs on the model of e, unless w shows that
+  /// it answers. `noise`: variance of a reading [A²]; this changes a response by √6 σ/√(Σ w²), or √2 σ/√(Σ
+  /// p²), and counts where that is below 1/16.
   [[nodiscard]] constexpr bool is_unresponsive(std::size_t n, T response, T noise) const noexcept {
-    return phase(n).is_unresponsive(response, T(1536) * noise) ||
-           change(n).is_unresponsive(response, T(512) * noise);
+    if (phase(n).counts(T(1536) * noise)) return phase(n).is_below(response);
+    return change(n).counts(T(512) * noise) && change(n).is_below(response) && !answers(n, response, noise);
   }
-  /// True where phase n responds, by w.
+  /// True where phase n responds, by w, with a noise of its response below 1/4 and by as much.
   [[nodiscard]] constexpr bool answers(std::size_t n, T response, T noise) const noexcept {
-    return phase(n).expected > T(1536) * noise + phase(n).uncertain && !is_unresponsive(n, response, noise);
+    return phase(n).counts(T(96) * noise) && !phase(n).is_below(response + T(0.25));
   }
   /// Largest |y − w| of the three phases in this period, beyond |d|/2. [A]
   [[nodiscard]] constexpr T jump() const noexcept { return jump_; }
