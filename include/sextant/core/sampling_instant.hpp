@@ -33,6 +33,8 @@ class SamplingInstant {
     return sampled_;
   }
 
+  const Measurement<T>& step(Measurement<T>&& m) = delete;  ///< it would not outlive the call
+
   /// As after power-up.
   constexpr void reset() noexcept { since_ = {}; }
 

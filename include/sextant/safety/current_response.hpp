@@ -29,9 +29,10 @@ namespace sextant {
 /// they raise.
 ///
 /// The second difference does not show readings that all stand still, under one voltage: for these, Σ (v − e)
-/// is the change that they ought to show, but for Σ of its uncertainty. Readings within one step of the
-/// converter are equal. Only periods of the nominal length with every leg driven count; each other one starts
-/// anew.
+/// less the mean error of the model before is the change that they ought to show. The error changes little
+/// from period to period: a quarter of the uncertainty, and of the converter's step, is allowed for each.
+/// Readings within one step of the converter are equal. Only periods of the nominal length with every leg
+/// driven count; each other one starts anew.
 template <class T = double>
 class CurrentResponse {
  public:
@@ -131,7 +132,8 @@ class CurrentResponse {
     T i{};          ///< at the last measurement [A]
     T change{};     ///< Δi of the last period [A]
     T predicted{};  ///< v − e of the last period [A]
-    T hidden{};     ///< Σ (v − e) since the readings stand still [A]
+    T error{};      ///< mean of v − e − Δi over the last periods in which a reading changed [A]
+    T hidden{};     ///< Σ (v − e − error) since the readings stand still [A]
     Sums sums{};
     Sums change_sums{};
   };
@@ -165,11 +167,14 @@ class CurrentResponse {
     if (!stands_still(i)) {
       still_ = i;
       hidden_uncertainty_ = T(0);
-      for (State& s : phases_) s.hidden = T(0);
+      for (State& s : phases_) {
+        if (has_predecessor_) s.error += T(0.125) * (s.predicted - s.change - s.error);
+        s.hidden = T(0);
+      }
       return;
     }
-    hidden_uncertainty_ += uncertainty;
-    for (State& s : phases_) s.hidden += s.predicted;
+    hidden_uncertainty_ += T(0.25) * (uncertainty + step_);
+    for (State& s : phases_) s.hidden += s.predicted - s.error;
   }
 
   T largest_jump_;
