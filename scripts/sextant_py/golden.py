@@ -17,7 +17,7 @@ TOLERANCES = {
     "plant_i_alpha": 1e-3,  # [A]
     "plant_i_beta": 1e-3,  # [A]
     "plant_tau_e": 2e-3,  # [N·m]
-    "plant_omega_m": 5e-4,  # [rad/s]
+    "plant_omega_m": 1e-3,  # [rad/s]
 }
 DECISIONS = ("legs", "sector", "state", "lockout", "latched")
 _FLOATS = list(TOLERANCES)

@@ -158,6 +158,10 @@ class ShiftedTorque final : public Controller<T> {
     this->estimate_ = inner_.estimate();
     return pattern;
   }
+  void restart() noexcept SEXTANT_NONBLOCKING override {
+    inner_.restart();
+    this->estimate_ = inner_.estimate();
+  }
   void reset() noexcept SEXTANT_NONBLOCKING override {
     inner_.reset();
     this->estimate_ = inner_.estimate();

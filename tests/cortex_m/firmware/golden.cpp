@@ -57,6 +57,10 @@ class MeasuredController final : public Controller<float> {
     estimate_ = inner_.estimate();
     return pattern;
   }
+  void restart() noexcept SEXTANT_NONBLOCKING override {
+    inner_.restart();
+    estimate_ = inner_.estimate();
+  }
   void reset() noexcept SEXTANT_NONBLOCKING override {
     inner_.reset();
     estimate_ = inner_.estimate();
