@@ -186,6 +186,13 @@ class Drive {
     return reached.torque < std::abs(reference);
   }
 
+  /// Time for which the reported pattern acted, which a stall of the power stage's side separates from the
+  /// drive's own dt; dt without a pattern. [s]
+  [[nodiscard]] static T acted(const Measurement<T>& m, T dt) noexcept {
+    const std::int64_t acted_ns = m.applied.duration_ns();
+    return acted_ns > 0 ? T(acted_ns) * T(1e-9) : dt;
+  }
+
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
   /// In FAULT readings are kept from the monitor as from the controller.
   [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool trusted, T dt) noexcept {
@@ -194,7 +201,7 @@ class Drive {
         makes_torque(state_) ? std::optional<T>{reference_.torque} : std::nullopt;
     if (!trusted) {
       torque_monitor_.coast(dt);
-    } else if (torque_monitor_.step(measurement, dt, commanded)) {
+    } else if (torque_monitor_.step(measurement, acted(measurement, dt), commanded)) {
       faults.set(Fault::torque_plausibility);
     }
     return faults;
