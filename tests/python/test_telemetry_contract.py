@@ -75,7 +75,11 @@ def test_a_statistic_says_which_it_is() -> None:
         (r"    float power_w; .*", "    float power_w;", "DriveTelemetry.power_w has no unit and text"),
         (r"    float power_w; .*", "    float power_w;  // the power", "DriveTelemetry.power_w has no unit and text"),
         (r"    float torque_mean_nm; .*\n", "", "DriveTelemetry.torque_min_nm has no unit and text"),
-        (r"estimated torque where control periods begin, mean over", "estimated torque over", "DriveTelemetry.torque_min_nm has no unit and text"),
+        (
+            r"estimated torque where control periods begin, mean over",
+            "estimated torque over",
+            "DriveTelemetry.torque_min_nm has no unit and text",
+        ),
         (
             r"requested_nm; {2,}// \[N·m\] r",
             'requested_nm; // [N·m] "r',
