@@ -255,6 +255,8 @@ def test_a_port_that_is_taken() -> None:
         (("--domain", "231"), "--domain 231 is not a DDS domain"),
         (("--token", TOKEN), "--token has a meaning only with --allow-command"),
         (("--can", "socketcan:can0"), "--can has a meaning only with --allow-command"),
+        (("--demand-timeout", "1"), "--demand-timeout has a meaning only with --allow-command"),
+        (("--allow-command", "--demand-timeout", "0"), "--demand-timeout must be 0.2 to 30 s"),
         (("--allow-command", "--token", "short"), "--token must have at least 8 characters"),
         (("--allow-command", "--can", "bus"), '"bus" is not the address of a CAN bus'),
         (("--host", "no.such.host.invalid"), "--host no.such.host.invalid is no address"),
@@ -303,7 +305,8 @@ def demand(page: PageClient, torque_nm: float, enable: bool = True, reset: bool 
 
 @pytest.fixture
 def commanding(domain: int, bus_address: str, tmp_path: Path) -> Iterator[Commanding]:
-    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--torque-limit", "50")
+    timeout = ("--demand-timeout", "2")  # beyond the 200 ms for which a machine may stand still
+    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--torque-limit", "50", *timeout)
     with ExitStack() as stack:
         drive = stack.enter_context(FakeDrive(bus_address))
         process = stack.enter_context(DashboardProcess(domain, tmp_path, *arguments))
@@ -392,7 +395,7 @@ def test_a_torque_that_is_none_or_too_large_is_refused(commanding: Commanding) -
 
 
 def test_a_drive_that_trips_is_not_enabled_again_by_itself(domain: int, bus_address: str, tmp_path: Path) -> None:
-    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN)
+    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--demand-timeout", "30")
     with (
         ExitStack() as stack,
         FakeDrive(bus_address, fault_after=20) as drive,

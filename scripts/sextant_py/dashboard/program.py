@@ -18,7 +18,7 @@ from .access import Access
 from .command_desk import CommandDesk
 from .server import Hub, application
 from .source import Source
-from .vehicle import Vehicle
+from .vehicle import DEMAND_TIMEOUT_S, Vehicle
 
 DEFAULT_PORT = 8150
 DESCRIPTION = "Serves a page with the live telemetry of the drives of a DDS domain, until Ctrl-C."
@@ -52,6 +52,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     command.add_argument("--identifier-offset", type=int, metavar="N", help=offset)
     limit = "largest torque that a page may request (default: command.torque_limit_nm of configs/ecu.toml)"
     command.add_argument("--torque-limit", type=float, metavar="NM", help=limit)
+    timeout = f"no commands without a page's demand for this long (default: {DEMAND_TIMEOUT_S:g})"
+    command.add_argument("--demand-timeout", type=float, metavar="S", help=timeout)
     command.add_argument("--token", metavar="TEXT", help="what a page has to present (default: a random one, printed)")
     return parser.parse_args(arguments)
 
@@ -60,9 +62,8 @@ def check(options: argparse.Namespace) -> None:
     if not 0 <= options.port <= 65535:
         raise UserError(f"--port {options.port} is not a port (0 to 65535).")
     dds.check_domain(options.domain)
-    given = [
-        name for name in ("can", "identifier_offset", "torque_limit", "token") if getattr(options, name) is not None
-    ]
+    names = ("can", "identifier_offset", "torque_limit", "demand_timeout", "token")
+    given = [name for name in names if getattr(options, name) is not None]
     if given and not options.allow_command:
         raise UserError(f"--{given[0].replace('_', '-')} has a meaning only with --allow-command.")
     if options.token is not None and len(options.token) < 8:
@@ -74,7 +75,8 @@ def vehicle_of(options: argparse.Namespace) -> Vehicle | None:
         return None
     offset = can_bus.default_identifier_offset() if options.identifier_offset is None else options.identifier_offset
     limit_nm = can_bus.default_torque_limit_nm() if options.torque_limit is None else options.torque_limit
-    return Vehicle(options.can or can_bus.default_address(), offset, limit_nm)
+    timeout_s = DEMAND_TIMEOUT_S if options.demand_timeout is None else options.demand_timeout
+    return Vehicle(options.can or can_bus.default_address(), offset, limit_nm, timeout_s)
 
 
 def listen(host: str, port: int) -> list[socket.socket]:

@@ -1,7 +1,7 @@
 """A vehicle control unit as a process of its own, which gets its demands from the dashboard.
 
 It reads one JSON object a line from its standard input and writes a report a line to its standard output:
-  {"torque_nm": 10, "enable": true, "fault_reset": false}   the demand; it holds for DEAD_MAN_S
+  {"torque_nm": 10, "enable": true, "fault_reset": false}   the demand; it holds for --demand-timeout
   {"release": true}                                         disable frames, then none
   {"stop": true}                                            no further frame
   {"end": true}                                             disable frames where it commands, then the process ends
@@ -25,7 +25,6 @@ from ..errors import UserError, run
 from ..vcu import RUNNING_STATES, STATUS, Commander, Reports, disable
 
 PERIOD_S = 0.01
-DEAD_MAN_S = 0.4
 REPORT_PERIODS = 10
 
 
@@ -42,9 +41,10 @@ class Demand:
 class Unit:
     """Sends a command each period as long as the demand is renewed."""
 
-    def __init__(self, commander: Commander, reports: Reports) -> None:
+    def __init__(self, commander: Commander, reports: Reports, demand_timeout_s: float) -> None:
         self._commander = commander
         self._reports = reports
+        self._demand_timeout_s = demand_timeout_s
         self._demand: Demand | None = None
         self._is_tripped = False  # enabled, and the drive left its running states: the page has to disable first
         self._was_running = False
@@ -79,8 +79,8 @@ class Unit:
         self._is_drive_there = not self._reports.timed_out(PERIOD_S)
         if demand is None:
             return
-        if time.monotonic() - demand.received_s > DEAD_MAN_S:
-            self._stop_sending(f"the page sent no demand for {DEAD_MAN_S:g} s")
+        if time.monotonic() - demand.received_s > self._demand_timeout_s:
+            self._stop_sending(f"the page sent no demand for {self._demand_timeout_s:g} s")
             return
         self._interlock(demand)
         enable = demand.enable and not self._is_tripped
@@ -153,13 +153,15 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--can", required=True, metavar="BUS")
     parser.add_argument("--identifier-offset", type=int, default=0, metavar="N")
     parser.add_argument("--torque-limit", type=float, required=True, metavar="NM")
+    parser.add_argument("--demand-timeout", type=float, required=True, metavar="S")
     options = parser.parse_args(arguments)
     contract = Contract(identifier_offset=options.identifier_offset)
     bus = can_bus.open_bus(can_bus.parse(options.can))
     reports = Reports(bus, contract)
     reports.start()
+    commander = Commander(bus, contract, PERIOD_S, options.torque_limit, keeps_log=False)
     try:
-        serve(Unit(Commander(bus, contract, PERIOD_S, options.torque_limit, keeps_log=False), reports))
+        serve(Unit(commander, reports, options.demand_timeout))
     except BrokenPipeError:
         raise UserError("the dashboard is gone.") from None
     finally:

@@ -61,6 +61,7 @@ def start_drive(domain: int, bus_address: str, tmp_path: Path) -> Iterator[Calla
 
 @pytest.fixture
 def dashboard(domain: int, bus_address: str, tmp_path: Path) -> Iterator[DashboardProcess]:
-    """A dashboard whose pages may command with TOKEN."""
-    with DashboardProcess(domain, tmp_path, "--allow-command", "--can", bus_address, "--token", TOKEN) as process:
+    """A dashboard whose pages may command with TOKEN, and keep the command on a machine that stands still."""
+    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--demand-timeout", "30")
+    with DashboardProcess(domain, tmp_path, *arguments) as process:
         yield process
