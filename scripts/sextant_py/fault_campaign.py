@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from . import false_trips, fault_campaign_file, mil_program
+from . import false_trips, fault_campaign_file, fault_campaign_library, mil_program
 from .errors import UserError, run
 from .fault_campaign_page import fault_table, trip_table, write
 from .paths import OUT, ROOT
@@ -24,6 +24,8 @@ EXAMPLES = """examples:
   scripts/fault_campaign --seeds 1000 --hours 0   the faults alone, printed
   scripts/fault_campaign my.toml                  any drive: the faults of plant and sensors in sextant-mil, printed
   scripts/fault_campaign my.toml --methods all    the same with every control method
+  scripts/fault_campaign --library                the same on four machines of the library at two control periods, then
+                                                  the tables of the library in docs/fault_campaign.md
 
 Exit status: 0 when no fault was missed or late and nothing tripped without one, 1 otherwise, 130 when interrupted."""
 
@@ -37,6 +39,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="of sextant-ecu or sextant-mil; no page")
     parser.add_argument("--methods", metavar="A,B", help="of FILE: these, or all (default: the one of the file)")
+    parser.add_argument("--library", action="store_true", help="on machines of the library, with every method")
     parser.add_argument("--quick", action="store_true", help="a few seeds and minutes, no page")
     parser.add_argument("--seeds", type=int, metavar="N", help="of each injection (default: 100)")
     parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
@@ -51,10 +54,18 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error(f"--hours: expected a number from 0, got {options.hours:g}")
     if options.methods and not options.file:
         parser.error("--methods: the methods are those of a FILE, and none is given")
+    if options.file and options.library:
+        parser.error("--library: the machines are those of the library, and FILE names another drive")
     options.is_of_page = not (options.quick or options.file) and options.seeds is None and options.hours is None
-    options.seeds = options.seeds or (1 if options.quick and options.file else 3 if options.quick else 100)
+    options.seeds = options.seeds or default_seeds(options)
     options.hours = options.hours if options.hours is not None else (0.02 if options.quick else 1.0)
     return options
+
+
+def default_seeds(options: argparse.Namespace) -> int:
+    if options.library:
+        return 1 if options.quick else fault_campaign_library.SEEDS
+    return 1 if options.quick and options.file else 3 if options.quick else 100
 
 
 def output_of(*words: object) -> str:
@@ -118,9 +129,38 @@ def of_a_file(options: argparse.Namespace) -> int:
     hours = campaign.hours(methods, options.hours, options.jobs) if options.hours > 0 else []
     print(fault_campaign_file.faults_table(found), trip_table(hours), sep="\n\n")
     results = {"seeds": options.seeds, "runs": found, "hours": [one.to_json() for one in hours]}
-    file = work / f"{options.file.stem}.json"
+    keep(results, work / f"{options.file.stem}.json")
+    return verdict(found, hours)
+
+
+def of_the_library(options: argparse.Namespace) -> int:
+    """The campaign on machines of the library."""
+    work = OUT / "fault_campaign"
+    work.mkdir(parents=True, exist_ok=True)
+    mil = mil_program.find(options.mil)
+    found = fault_campaign_library.measure(
+        options.seeds,
+        options.hours,
+        options.jobs,
+        mil,
+        work,
+        lambda count, of: progress_of(count, of, "fault_campaign"),
+    )
+    print(fault_campaign_library.tables(found))
+    results = {"seeds": options.seeds, "runs": found.runs, "hours": [one.to_json() for one in found.hours]}
+    keep(results, work / "library.json")
+    if options.is_of_page:
+        fault_campaign_library.write(PAGE, found, options.seeds)
+        print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables of the library")
+    return verdict(found.runs, found.hours)
+
+
+def keep(results: dict, file: Path) -> None:
     file.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     print(file)
+
+
+def verdict(found: list[dict], hours: list[false_trips.Hours]) -> int:
     bad, trips = fault_campaign_file.wrong(found), sum(sum(one.faults.values()) for one in hours)
     for one in bad[:10]:
         print(f"fault_campaign: {one['case']}: {one['kind']}: {one['seen']}", file=sys.stderr)
@@ -133,6 +173,8 @@ def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     if options.file:
         return of_a_file(options)
+    if options.library:
+        return of_the_library(options)
     faults = provoke(options)
     hours = drive(options) if options.hours > 0 else []
     print(fault_table(faults), trip_table(hours), sep="\n\n")

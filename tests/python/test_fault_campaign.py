@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import false_trips, fault_campaign, fault_campaign_file, fault_campaign_page
+from sextant_py import false_trips, fault_campaign, fault_campaign_file, fault_campaign_library, fault_campaign_page
 from sextant_py.errors import UserError
 from sextant_py.false_trips import Drive, Hours
 from sextant_py.paths import ROOT
@@ -105,7 +105,8 @@ def test_cases_of_a_file_are_all_different() -> None:
     found = fault_campaign_file.cases(["dtc", "foc"], 2)
     assert len({case.key for case in found}) == len(found)
     kinds = len(fault_campaign_file.INJECTIONS) + 1
-    assert len(found) == 2 * kinds * 2 * len(fault_campaign_file.PLACES) * 2
+    at_standstill = 1  # of them shows nothing there
+    assert len(found) == 2 * (kinds * len(fault_campaign_file.PLACES) - at_standstill) * 2 * 2
 
 
 @pytest.fixture(scope="module")
@@ -154,3 +155,48 @@ def test_a_record_of_a_file_is_judged_by_its_torque(campaign: fault_campaign_fil
     early = campaign.judged(case, right | {"faults": [["OPEN_PHASE", at_s - 0.1]]})
     assert (early["kind"], early["late_ms"]) == (fault_campaign_file.OTHERWISE, 0)
     assert end_s > at_s + 0.5
+
+
+def library_run(name: str, kind: str, method: str = "foc", period_us: int = 50) -> dict:
+    seen = "OPEN_PHASE" if kind in (fault_campaign_file.NAMED, fault_campaign_file.OTHERWISE) else ""
+    return {
+        "name": name, "method": method, "case": "", "kind": kind, "seen": seen, "late_ms": None,
+        "machine": "2.2 kW", "period_us": period_us,
+    }  # fmt: skip
+
+
+def test_the_library_is_four_machines_at_two_periods(tmp_path: Path) -> None:
+    library = fault_campaign.parse_arguments(["--library"])
+    assert (library.seeds, library.hours, library.is_of_page) == (fault_campaign_library.SEEDS, 1.0, True)
+    assert not fault_campaign.parse_arguments(["--library", "--quick"]).is_of_page
+    with pytest.raises(SystemExit):
+        fault_campaign.parse_arguments(["my.toml", "--library"])
+    machines = fault_campaign_library.machines()
+    assert [machine.id for machine in machines] == [*fault_campaign_library.MACHINES]
+    for period_us in fault_campaign_library.PERIODS_US:
+        own = fault_campaign_library.campaign_of(machines[1], period_us, program("sextant-mil"), tmp_path)
+        assert own.drive.configuration["drive.period_us"] == period_us
+        assert own.drive.configuration["plant.u_dc_v"] == machines[1].u_dc
+
+
+def test_the_tables_of_the_library_count_what_was_missed() -> None:
+    kinds = (fault_campaign_file.NAMED, fault_campaign_file.MISSED, fault_campaign_file.REFUSED)
+    runs = [library_run("open phase", kind) for kind in kinds]
+    runs += [library_run(fault_campaign_file.STEADY, fault_campaign_file.OTHERWISE, "dtc")]
+    table = fault_campaign_library.injections_table(runs)
+    assert "| open phase | 3 | 1 | 0 | 0 | 1 | 1 | OPEN_PHASE 1 |" in table
+    by_method = fault_campaign_library.methods_table(runs)
+    row = next(line for line in by_method.splitlines() if "2.2 kW" in line)
+    assert row.startswith("| 2.2 kW | 50 µs | 0 of 0, 1 false |")
+    assert "| 1 of 3, 1 refused |" in row
+
+
+def test_the_page_takes_the_tables_of_the_library(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
+    runs = [library_run("open phase", fault_campaign_file.NAMED)]
+    found = fault_campaign_library.Found(runs, [Hours("2.2 kW: random torque steps, foc", 3600.0, 120)])
+    fault_campaign_library.write(page, found, 2)
+    text = page.read_text(encoding="utf-8")
+    assert "2 seeds at 5 operating points: 1 runs." in text
+    assert "| 2.2 kW: random torque steps, foc | 3600 | 120 | 0 | none |" in text
