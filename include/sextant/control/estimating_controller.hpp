@@ -59,6 +59,10 @@ class EstimatingController : public Controller<T> {
     return pattern;
   }
 
+  [[nodiscard]] ControlTiming timing() const noexcept final {
+    return {parameters_.period_ns, parameters_.sampling_lead_ns};
+  }
+
   void reset() noexcept SEXTANT_NONBLOCKING final {
     estimator_.reset();
     stop();

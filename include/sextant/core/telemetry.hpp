@@ -34,6 +34,8 @@ struct Telemetry {
   std::uint32_t fault_total{};         ///< latched faults since start
   Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
   GatePattern pattern{};               ///< of the coming period
+  /// Control periods so far, with legs driven, that the checks of currents and speed left out.
+  std::uint64_t unchecked_periods{};
   std::int64_t command_received_ns{};  ///< receive time of the command in force [ns]
   std::uint64_t command_sequence{};    ///< accepted frames so far; 0 while none has come
   std::uint32_t command_rejected{};    ///< frames dropped so far
