@@ -36,6 +36,9 @@ struct ControlEstimate {
   T r_s{};                 ///< stator resistance in use; 0 where the controller tells none [Ω]
   T r_r{};                 ///< the same of the rotor [Ω]
   T l_m{};                 ///< the same of the magnetising inductance [H]
+  T r_s_deviation{};       ///< relative standard deviation of `r_s`; 0 where the controller tells none [-]
+  T r_r_deviation{};       ///< the same of `r_r` [-]
+  T l_m_deviation{};       ///< the same of `l_m` [-]
 };
 
 /// A quantity that a controller gives to traces beside its estimate.
