@@ -78,15 +78,18 @@ class SpeedPlausibility {
   /// Factors of a time between two evaluations.
   struct Block {
     T half_r_s{};  ///< R_s/2 times it [Ω·s]
-    T keep{};      ///< share of ψ that the leak leaves [-]
+    T keep{};      ///< share of ψ that the leak leaves, and [-]
+    T gain{};      ///< of ∫e dt, by the trapezoidal rule [-]
     T inverse{};   ///< [1/s]
     T filter{};    ///< share of the way to a new value [-]
   };
 
   [[nodiscard]] Block block_of(std::int64_t ns) const noexcept {
     const T seconds = T(ns) * T(1e-9);
+    const T half_leak = T(0.5) * leak * seconds;
     return {.half_r_s = T(0.5) * r_s_ * seconds,
-            .keep = std::max(T(0), T(1) - leak * seconds),
+            .keep = (T(1) - half_leak) / (T(1) + half_leak),
+            .gain = T(1) / (T(1) + half_leak),
             .inverse = T(1) / seconds,
             .filter = std::min(T(1), seconds / (T(filter_ns) * T(1e-9)))};
   }
@@ -94,7 +97,7 @@ class SpeedPlausibility {
   void evaluate(const Block& block, SpaceVector<T> i_s, T omega_m, T torque, T psi_s, T psi_ref) noexcept {
     const SpaceVector<T> emf_seconds =
         clarke(volt_seconds_) - block.half_r_s * (i_s + i_s_) - sigma_l_s_ * (i_s - i_s_);
-    const SpaceVector<T> psi = block.keep * psi_ + emf_seconds;
+    const SpaceVector<T> psi = block.keep * psi_ + block.gain * emf_seconds;
     const T slip = slip_of(i_s, torque, psi_s);
     const T weight = dot(psi, psi);
     const T turned = std::atan2(cross(psi_, psi), dot(psi_, psi)) * block.inverse;
