@@ -82,19 +82,19 @@ class CurrentResponse {
     step(phases_[0], i.a, share * (change.v.a - e.a), interval);
     step(phases_[1], i.b, share * (change.v.b - e.b), interval);
     step(phases_[2], i.c, share * (change.v.c - e.c), interval);
-    follow(i, interval);
+    follow(interval);
     has_predecessor_ = true;
   }
 
   /// An interval that does not count: i are the currents at its end [A].
   constexpr void restart(const ThreePhase<T>& i) noexcept {
     phases_ = {};
-    phases_[0].i = i.a;
-    phases_[1].i = i.b;
-    phases_[2].i = i.c;
+    phases_[0].i = phases_[0].still = i.a;
+    phases_[1].i = phases_[1].still = i.b;
+    phases_[2].i = phases_[2].still = i.c;
     has_predecessor_ = false;
     jump_ = T(0);
-    still_ = i;
+    still_periods_ = T(0);
     hidden_uncertainty_ = T(0);
   }
 
@@ -134,9 +134,10 @@ class CurrentResponse {
 
   struct State {
     T i{};          ///< at the last measurement [A]
+    T still{};      ///< reading since which all are equal [A]
     T change{};     ///< last Δi [A]
     T predicted{};  ///< last v − e [A]
-    T error{};      ///< mean of v − e − Δi over the last intervals in which a reading changed [A]
+    T error{};      ///< mean of v − e − Δi a period, up to the last reading that changed [A]
     T hidden{};     ///< Σ (v − e − error) since the readings stand still [A]
     Sums sums{};
     Sums change_sums{};
@@ -166,23 +167,28 @@ class CurrentResponse {
     s.change_sums.add(predicted, change, T(4) * in.uncertainty * in.uncertainty, in.periods, forget);
   }
 
-  [[nodiscard]] constexpr bool stands_still(const ThreePhase<T>& i) const noexcept {
-    return std::abs(i.a - still_.a) <= step_ && std::abs(i.b - still_.b) <= step_ &&
-           std::abs(i.c - still_.c) <= step_;
+  [[nodiscard]] bool stands_still() const noexcept {
+    return std::all_of(phases_.begin(), phases_.end(),
+                       [this](const State& s) { return std::abs(s.i - s.still) <= step_; });
   }
 
-  void follow(const ThreePhase<T>& i, const Interval& in) noexcept {
-    if (!stands_still(i)) {
-      still_ = i;
-      hidden_uncertainty_ = T(0);
-      for (State& s : phases_) {
-        if (has_predecessor_) s.error += T(0.125) * (s.predicted - s.change - s.error);
-        s.hidden = T(0);
-      }
+  void follow(const Interval& in) noexcept {
+    still_periods_ += in.periods;
+    for (State& s : phases_) s.hidden += in.periods * (s.predicted - s.error);
+    if (stands_still()) {
+      hidden_uncertainty_ += T(0.25) * (in.periods * in.uncertainty + step_);
       return;
     }
-    hidden_uncertainty_ += T(0.25) * (in.periods * in.uncertainty + step_);
-    for (State& s : phases_) s.hidden += in.periods * (s.predicted - s.error);
+    // Over all of the time since the readings stood still, or the noise of the one that ends it would count
+    // whole: n periods have a weight of n/(n + 7).
+    const T learnt = has_predecessor_ ? T(1) / (still_periods_ + T(7)) : T(0);
+    for (State& s : phases_) {
+      s.error += learnt * (s.hidden - (s.i - s.still));
+      s.still = s.i;
+      s.hidden = T(0);
+    }
+    hidden_uncertainty_ = T(0);
+    still_periods_ = T(0);
   }
 
   T largest_jump_;
@@ -190,7 +196,7 @@ class CurrentResponse {
   T forget_;                     ///< share of the sums that goes with a period [-]
   bool has_predecessor_{false};  ///< an interval that counts came before
   T jump_{};
-  ThreePhase<T> still_{};   ///< readings since which all are equal [A]
+  T still_periods_{};       ///< since all readings are equal [-]
   T hidden_uncertainty_{};  ///< of Σ (v − e) since then [A]
   SpaceVector<T> emf_{};    ///< last e [A]
   std::array<State, 3> phases_{};
