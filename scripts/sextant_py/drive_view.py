@@ -193,8 +193,14 @@ class DriveView:
         memory = f"memory {'locked' if r.memory_locked else 'not locked'},", f"{r.page_faults} page faults"
         self._add(table, "", f"{rights},", f"wait {r.wait.name.lower()},", *memory)
         if r.r_s_ohm:
-            in_use = f"R_s {r.r_s_ohm:.4g} Ω,", f"R_r {r.r_r_ohm:.4g} Ω,", f"L_m {r.l_m_h:.4g} H"
+            in_use = (
+                f"R_s {r.r_s_ohm:.4g} Ω ± {100 * r.r_s_deviation:.0f} %,",
+                f"R_r {r.r_r_ohm:.4g} Ω ± {100 * r.r_r_deviation:.0f} %,",
+                f"L_m {r.l_m_h:.4g} H ± {100 * r.l_m_deviation:.0f} %",
+            )
             self._add(table, "parameters", *in_use)
+        if r.periods_unchecked:
+            self._add(table, "unchecked", f"{r.periods_unchecked} control periods")
         self._add(table, "commands", f"{r.commands_received} accepted,", f"{r.commands_rejected} rejected")
 
     def line(self, drive: Drive) -> str:

@@ -110,6 +110,14 @@ inline constexpr std::array trace_columns{
                    "rotor resistance in use by the controller; 0 where it tells none"),
     SEXTANT_COLUMN("control", control, l_m_h, "parameters", "H",
                    "magnetising inductance in use by the controller; 0 where it tells none"),
+    SEXTANT_COLUMN("control", control, r_s_deviation, "parameters", "1",
+                   "relative standard deviation of r_s_ohm; 0 where the controller tells none"),
+    SEXTANT_COLUMN("control", control, r_r_deviation, "parameters", "1",
+                   "relative standard deviation of r_r_ohm; 0 where the controller tells none"),
+    SEXTANT_COLUMN("control", control, l_m_deviation, "parameters", "1",
+                   "relative standard deviation of l_m_h; 0 where the controller tells none"),
+    SEXTANT_COLUMN("control", control, periods_unchecked, "monitor", "1",
+                   "control periods so far, legs driven, left out by the checks of currents and speed"),
 };
 
 /// Those of the drive, which stand first.

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "control/drawn_machines.hpp"
 #include "control/reference_machine.hpp"
 
 namespace sextant {
@@ -41,6 +42,8 @@ struct Shown {
   Machine found{};              ///< after `finish`
   double lowest_quotient{1e9};  ///< of the estimated flux and the current model's [-]
   double highest_quotient{};    ///< [-]
+  bool has_found{};
+  ParameterDeviations<double> told{};
 };
 
 /// Magnetises for 0.8 τ_r a machine that the identification believes to be `believed`, at the speed
@@ -71,6 +74,9 @@ Shown magnetise(const Machine& real, const Machine& believed, const std::functio
   }
   const auto found = identification.finish(test::converted<T>(believed));
   shown.found = test::converted<double>(found);
+  shown.has_found = identification.has_found();
+  const auto told = identification.covariance().deviations();
+  shown.told = {double(told.r_s), double(told.r_r), double(told.l_m)};
   shown.last = error(t);
   return shown;
 }
@@ -127,6 +133,26 @@ TYPED_TEST(MagnetisingIdentificationOf, FindsAMachineThatTurnsInOneDirection) {
     const Shown shown = magnetise<TypeParam>(real, believed, passing(believed, 30, at));
     EXPECT_NEAR(shown.found.r_r / real.r_r, 1, 0.1);
     EXPECT_LT(shown.last, 0.02);
+  }
+}
+
+// Prior deviations are 0.5, 0.25 and 0.15.
+TYPED_TEST(MagnetisingIdentificationOf, TellsHowFarTheParametersOfDrawnMachinesMayBeOff) {
+  constexpr unsigned seed = 20240720;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  for (const bool turns : {false, true}) {
+    test::DrawnMachines drawn{seed};
+    test::MachineCoverage coverage;
+    const Machine believed;
+    for (int n = 0; n < 200; ++n) {
+      const Machine real = drawn.next();
+      const double omega_r = turns ? drawn.between(5, 100) * believed.r_s / believed.l_s() : 0;
+      const Shown shown = magnetise<TypeParam>(real, believed, [omega_r](double) { return omega_r; });
+      if (shown.has_found) coverage.add(real, shown.found, shown.told);
+    }
+    coverage.r_s.expect_honest(turns ? "R_s, turning" : "R_s, still", 0.15);
+    coverage.r_r.expect_honest(turns ? "R_r, turning" : "R_r, still", 0.1);
+    coverage.l_m.expect_honest(turns ? "L_m, turning" : "L_m, still", 0.15);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "control/drawn_machines.hpp"
 #include "control/reference_machine.hpp"
 
 namespace sextant {
@@ -177,6 +178,63 @@ TYPED_TEST(ParameterAdaptationOf, AWrongInitialFluxIsNoParameter) {
   EXPECT_NEAR(machine.r_s, m.r_s, T(0.005) * m.r_s);
   EXPECT_NEAR(machine.r_r, m.r_r, T(0.005) * m.r_r);
   EXPECT_NEAR(machine.l_m, m.l_m, T(0.005) * m.l_m);
+}
+
+/// After 0.1 to 30 s of torque at this speed, which changes every 0.1 s or is constant, with gains of this
+/// deviation.
+test::MachineCoverage coverage(unsigned seed, double omega_r, bool changes, double gain_deviation) {
+  test::DrawnMachines drawn{seed};
+  test::MachineCoverage out;
+  for (int n = 0; n < 200; ++n) {
+    const Machine real = drawn.next();
+    const Gains gains{1 + gain_deviation * drawn.normal(), 1 + gain_deviation * drawn.normal()};
+    TwoModels models{real, omega_r, gains};
+    Machine machine;
+    ParameterAdaptation<double> adaptation{machine};
+    for (int ms = 0, end = int(drawn.between(100, 30e3)); ms < end; ++ms) {
+      while (!adaptation.count(0.1 * update_time)) {
+      }
+      machine = adaptation.update(machine, models.step<double>(machine, changes ? 8.0 * (ms / 100 % 3 - 1) : 6.0));
+    }
+    out.add(real, machine, adaptation.covariance().deviations());
+  }
+  return out;
+}
+
+// Prior deviations are 0.5, 0.25 and 0.15: what is told is less where the torque or the speed shows it.
+TEST(ParameterAdaptationTells, HowFarTheParametersOfDrawnMachinesMayBeOff) {
+  constexpr unsigned seed = 20240719;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  const test::MachineCoverage slow = coverage(seed, 20, true, 0);
+  slow.r_s.expect_honest("R_s at 20 rad/s", 0.1);
+  slow.r_r.expect_honest("R_r at 20 rad/s", 0.2);
+  slow.l_m.expect_honest("L_m at 20 rad/s", 0.06);
+  const test::MachineCoverage fast = coverage(seed, 200, true, 0);
+  fast.r_s.expect_honest("R_s at 200 rad/s", 0.5);
+  fast.r_r.expect_honest("R_r at 200 rad/s", 0.15);
+  fast.l_m.expect_honest("L_m at 200 rad/s", 0.06);
+  const test::MachineCoverage constant = coverage(seed, 40, false, 0);
+  constant.r_s.expect_honest("R_s under constant torque", 0.5);
+  constant.r_r.expect_honest("R_r under constant torque", 0.15);
+  constant.l_m.expect_honest("L_m under constant torque", 0.12);
+  const test::MachineCoverage real_sensors = coverage(seed, 40, true, 0.02);
+  real_sensors.r_s.expect_honest("R_s with gains of 2 %", 0.2);
+  real_sensors.r_r.expect_honest("R_r with gains of 2 %", 0.2);
+  real_sensors.l_m.expect_honest("L_m with gains of 2 %", 0.06);
+}
+
+TEST(ParameterAdaptationTells, ThatAMachineMayWarmWhileNothingIsSeenOfIt) {
+  ParameterCovariance<double> known{.ss = 0, .sr = 0, .sl = 0, .rr = 0, .rl = 0, .ll = 0};
+  for (int n = 0; n < 6000; ++n) known.age(0.1);
+  const double warming = ParameterPrior<double>::warming;
+  EXPECT_NEAR(known.deviations().r_s, std::hypot(warming, 0.03), 1e-9) << "600 s";
+  EXPECT_NEAR(known.deviations().r_r, std::hypot(warming, 0.03), 1e-9);
+  EXPECT_NEAR(known.deviations().l_m, 0.03, 1e-9) << "a gain of the sensors";
+  for (int n = 0; n < 1'000'000; ++n) known.age(0.1);
+  const auto most = ParameterCovariance<double>{}.deviations();
+  EXPECT_LE(known.deviations().r_s, most.r_s);
+  EXPECT_LE(known.deviations().r_r, most.r_r);
+  EXPECT_NEAR(known.deviations().r_r, most.r_r, 0.01);
 }
 
 TYPED_TEST(ParameterAdaptationOf, WithoutFluxOrFrequencyNothingChanges) {

@@ -933,6 +933,57 @@ TYPED_TEST(DriveOf, TheGatesObeyLockoutAndFaultsUnderRandomInput) {
   EXPECT_GT(periods_on, 1000);
 }
 
+/// A controller that was built for these times.
+template <class T>
+class TimedController final : public Controller<T> {
+ public:
+  explicit TimedController(ControlTiming timing) : timing_{timing} {}
+  [[nodiscard]] GatePattern step(const Measurement<T>& /*measurement*/,
+                                 ControlReference<T> reference) noexcept override {
+    const bool on = reference.mode != ControlMode::off;
+    return GatePattern{on ? switch_states[1] : gates_off, timing_.period_ns};
+  }
+  void reset() noexcept override {}
+  [[nodiscard]] ControlTiming timing() const noexcept override { return timing_; }
+
+ private:
+  ControlTiming timing_;
+};
+
+TYPED_TEST(DriveOf, RefusesAControllerOfAnotherPeriodOrSamplingInstant) {
+  using T = TypeParam;
+  typename TestFixture::DriveParameters parameters;
+  parameters.sampling_lead_ns = 12'500;
+  const auto problem = [&](ControlTiming timing) { return parameters.validate(TimedController<T>{timing}); };
+  EXPECT_EQ(problem({25'000, 12'500}), nullptr);
+  EXPECT_STREQ(problem({50'000, 12'500}), "the control periods of drive and controller differ");
+  EXPECT_STREQ(problem({25'000, 0}), "the sampling instants of drive and controller differ");
+  EXPECT_EQ(problem({}), nullptr) << "one that does not tell";
+  parameters.period_ns = 0;
+  EXPECT_NE(problem({0, 12'500}), nullptr) << "the parameters themselves";
+}
+
+TYPED_TEST(DriveOf, NeverAppliesAPatternThatDoesNotFillTheControlPeriod) {
+  using T = TypeParam;
+  for (const std::int32_t other_ns : {12'500, 50'000}) {
+    TimedController<T> timed{{other_ns, 0}};
+    this->drive.emplace(typename TestFixture::DriveParameters{.magnetise_first = false}, timed);
+    this->request = {};
+    const auto step = [this] {
+      const auto out = this->drive->step(this->t_ns, this->measurement, this->request);
+      EXPECT_EQ(out.pattern, (GatePattern{gates_off, period_ns}));
+      EXPECT_EQ(out.telemetry.pattern, out.pattern);
+      this->t_ns += period_ns;
+    };
+    step();
+    this->receive(T(0), false);
+    for (int k = 0; k < 40; ++k) step();
+    this->receive(T(15), true);
+    for (int k = 0; k < 40; ++k) step();
+    EXPECT_EQ(this->drive->state(), DriveState::torque) << "the state asks for gates";
+  }
+}
+
 TYPED_TEST(DriveOf, RefusesParametersThatCannotWork) {
   using Parameters = typename TestFixture::DriveParameters;
   EXPECT_EQ(Parameters{}.validate(), nullptr);

@@ -79,6 +79,10 @@ def full_drive() -> dds.Drive:
         r_s_ohm=0.4351,
         r_r_ohm=0.9,
         l_m_h=0.0693,
+        r_s_deviation=0.031,
+        r_r_deviation=0.25,
+        l_m_deviation=0.1,
+        periods_unchecked=17,
     )
     return drive
 
@@ -110,7 +114,8 @@ def test_panel_shows_everything_at_any_width(width: int) -> None:
         "2 overruns",
         "machine 1, late wake-up 1",
         "SCHED_FIFO, wait sleep, memory not locked, 5 page faults",
-        "R_s 0.4351 Ω, R_r 0.9 Ω, L_m 0.0693 H",
+        "R_s 0.4351 Ω ± 3 %, R_r 0.9 Ω ± 25 %, L_m 0.0693 H ± 10 %",
+        "17 control periods",
         "accepted, 0 rejected",
     ):
         assert expected in text, text

@@ -22,7 +22,7 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
   InductionMachineParameters<T> machine{};
   for (const double omega_m : {-6000.0, -300.0, 20.0, 1000.0, 6000.0}) {
     const SteadyMachine steady = SteadyMachine::of_torque(paper, 0.05, omega_m, 1.0);
-    CurrentPrediction<T> prediction{machine, SteadyMachine::period_ns};
+    CurrentPrediction<T> prediction{machine};
     double largest = 0.0;
     for (int n = 0; n <= 200; ++n) {
       const Measurement<T> m = steady.template measurement<T>(n);
@@ -34,7 +34,8 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
       }
       const Measurement<T> before = steady.template measurement<T>(n - 1);
       const PredictedChange<T> change =
-          prediction.step(m.i_abc, flux, applied_volt_seconds(m.applied, m.u_dc).integral, m.u_dc);
+          prediction.step(m.i_abc, flux, applied_volt_seconds(m.applied, m.u_dc).integral, m.u_dc,
+                          T(SteadyMachine::dt));
       largest = std::max({largest, std::abs(double(change.v.a - change.e.a - (m.i_abc.a - before.i_abc.a))),
                           std::abs(double(change.v.b - change.e.b - (m.i_abc.b - before.i_abc.b))),
                           std::abs(double(change.v.c - change.e.c - (m.i_abc.c - before.i_abc.c)))});
@@ -51,9 +52,9 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
 
 TYPED_TEST(CurrentPredictionOf, ARestartBeginsAtTheCurrentsAndTheFluxGiven) {
   using T = TypeParam;
-  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, 25'000};
+  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
   prediction.restart({T(10), T(-5), T(-5)}, {T(0.9), T(0)});
-  const PredictedChange<T> change = prediction.step({T(10), T(-5), T(-5)}, {T(0.9), T(0)}, {}, T(0));
+  const PredictedChange<T> change = prediction.step({T(10), T(-5), T(-5)}, {T(0.9), T(0)}, {}, T(0), T(25e-6));
   // R_s i T/σL_s of the paper's machine: 0.435 Ω · 10 A · 25 µs/4.7326 mH.
   EXPECT_NEAR(double(change.e.a), 0.435 * 10.0 * 25e-6 / InductionMachineParameters<double>{}.sigma_l_s(),
               1e-6);

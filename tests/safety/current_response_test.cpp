@@ -1,5 +1,6 @@
 #include "sextant/safety/current_response.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -170,6 +171,26 @@ TYPED_TEST(CurrentResponseOf, ReadingsWithinOneStepOfTheConverterAreEqual) {
       EXPECT_NEAR(double(quantised.hidden_change()), width < 0.2 ? (0.5 - 0.25 * 0.2) * k - 0.2 : 0.0, 1e-4)
           << width;
     }
+  }
+}
+
+// A direct current under noise: its readings stand still for tens of periods. That it moves by a sixteenth of a
+// step a period, of which the model knows half, is learnt over all of them, not from the reading that ends them.
+TYPED_TEST(CurrentResponseOf, NoiseOfADirectCurrentIsNoErrorOfTheModel) {
+  using T = TypeParam;
+  std::mt19937 dice{seed};
+  for (const double deviation : {0.1, 0.27, 0.5}) {  // steps
+    std::normal_distribution<double> noise{0.0, deviation};
+    CurrentResponse<T> judged{{.period_ns = period_ns, .jump = T(100), .step = T(1)}};
+    double largest = 0.0;
+    for (int k = 0; k < 100'000; ++k) {
+      const double i = (k % 2000 < 1000 ? k % 1000 : 1000 - k % 1000) / 16.0;
+      const double change = k % 2000 < 1000 ? 1.0 / 32.0 : -1.0 / 32.0;
+      judged.step({T(i + noise(dice)), T(-0.5 * i + noise(dice)), T(-0.5 * i + noise(dice))},
+                  {.v = {T(change), T(-0.5 * change), T(-0.5 * change)}});
+      largest = std::max(largest, double(judged.hidden_change()));
+    }
+    EXPECT_LT(largest, 1.0) << "steps, deviation " << deviation << ", seed " << seed;
   }
 }
 

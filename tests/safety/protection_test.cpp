@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "safety/joined_reads.hpp"
 #include "safety/steady_machine.hpp"
 
 namespace sextant {
@@ -306,6 +307,135 @@ TYPED_TEST(ProtectionOf, FluxThatWasThereAndIsGoneUnderTorqueIsAFaultAfterItsTim
   EXPECT_EQ(run(8000), this->only(Fault::flux_lost));
   drive.makes_torque = false;
   EXPECT_FALSE(run(1).any());
+}
+
+/// A steady machine, whose speed may be read wrong, read once a period by joined reads.
+template <class T>
+class LinkedMachine {
+ public:
+  LinkedMachine(unsigned seed, double omega_m) : steady_{machine(omega_m)}, reads_{seed} {}
+
+  /// Faults within this time [s], with an error of the speed [rad/s].
+  FaultSet run(Protection<T>& protection, double seconds, double speed_error = 0.0) {
+    FaultSet faults;
+    for (auto left = long(seconds / SteadyMachine::dt); left > 0 && !faults.any(); --left) {
+      Measurement<T> m = reads_.read([this] { return steady_.measurement<T>(++n_); });
+      m.omega_m += T(speed_error);
+      faults = protection.step(m, inputs());
+    }
+    EXPECT_TRUE(reads_.fits());
+    return faults;
+  }
+
+ private:
+  static SteadyMachine machine(double omega_m) {
+    return SteadyMachine::of_torque(InductionMachineParameters<double>{}, 1.0, omega_m, 15.0);
+  }
+  [[nodiscard]] ProtectionInputs<T> inputs() const {
+    const InductionMachineParameters<double> p{};
+    const double t = double(n_) * SteadyMachine::dt;
+    const SpaceVector<double> psi_r = steady_.psi_r(t);
+    const double psi_s = magnitude(p.k_r() * psi_r + p.sigma_l_s() * steady_.i_s(t));
+    return {.makes_torque = true,
+            .torque_reference = T(15),
+            .flux_reference = T(psi_s),
+            .torque = T(15),
+            .psi_s = T(psi_s),
+            .psi_r = {T(psi_r.alpha), T(psi_r.beta)}};
+  }
+
+  SteadyMachine steady_;
+  JoinedReads<T> reads_;
+  std::int64_t n_{0};
+};
+
+TYPED_TEST(ProtectionOf, ReadsOfNoneOrSeveralRecordsLoseNoCheckOfTheSpeed) {
+  using T = TypeParam;
+  typename Protection<T>::Parameters p;
+  p.dc_over_voltage = T(2500);
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    for (const double omega_m : {-300.0, 60.0, 300.0}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << omega_m << " rad/s");
+      Protection<T> checks{p};
+      LinkedMachine<T> machine{seed, omega_m};
+      EXPECT_FALSE(machine.run(checks, 0.2).any());
+      EXPECT_FALSE(machine.run(checks, 0.1, 20.0).any()) << "just inside the 28 rad/s";
+      EXPECT_FALSE(machine.run(checks, 0.003, 34.0).any());
+      EXPECT_EQ(machine.run(checks, 0.02, 34.0), this->only(Fault::speed_sensor));
+      EXPECT_EQ(checks.unchecked_periods(), 0U);
+    }
+  }
+}
+
+TYPED_TEST(ProtectionOf, ReadsOfNoneOrSeveralRecordsLoseNoCheckOfTheCurrents) {
+  using T = TypeParam;
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const auto run = [&](double share, double offset) {
+      Protection<T> checks{typename Protection<T>::Parameters{}};
+      AnsweringLoad<T> load;
+      JoinedReads<T> reads{seed};
+      FaultSet faults;
+      for (int k = 0; k < 800; ++k) {
+        faults |= checks.step(reads.read([&] { return load.next(share, offset); }));
+      }
+      EXPECT_EQ(checks.unchecked_periods(), 0U);
+      return faults;
+    };
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    EXPECT_FALSE(run(1.0, 0.0).any());
+    EXPECT_FALSE(run(0.45, 0.0).any()) << "just inside the smallest response of 0.35";
+    EXPECT_EQ(run(0.0, 0.0), this->only(Fault::open_phase));
+    EXPECT_EQ(run(0.0, 2.1), this->only(Fault::current_sensor));
+  }
+}
+
+// The same reading twice is one that violates the rule, not two.
+TYPED_TEST(ProtectionOf, AReadingThatIsRepeatedCountsOnce) {
+  using T = TypeParam;
+  Measurement<T> m = this->healthy();
+  m.applied = this->driven();
+  m.i_abc.c = T(0);
+  Measurement<T> again = m;
+  again.applied = GatePattern{m.applied.last_state(), 0};
+  EXPECT_FALSE(this->protection.step(m).test(Fault::current_sum));
+  for (int k = 0; k < 10; ++k) EXPECT_FALSE(this->protection.step(again).test(Fault::current_sum));
+  EXPECT_FALSE(this->protection.step(m).test(Fault::current_sum));
+  EXPECT_TRUE(this->protection.step(m).test(Fault::current_sum));
+  EXPECT_TRUE(this->protection.step(again).test(Fault::current_sum)) << "it is present still";
+}
+
+TYPED_TEST(ProtectionOf, TimesAreCountedByThePeriodsBeforeAReading) {
+  using T = TypeParam;
+  ProtectionInputs<T> drive{
+      .makes_torque = true, .torque_reference = T(60), .flux_reference = T(1.1), .psi_s = T(1)};
+  Measurement<T> m = this->healthy();
+  (void)this->protection.step(m, drive);
+  drive.psi_s = T(0.1);
+  m.applied = GatePattern{switch_states[0], 50'000};
+  for (int k = 0; k < 3999; ++k) ASSERT_FALSE(this->protection.step(m, drive).test(Fault::flux_lost)) << k;
+  EXPECT_TRUE(this->protection.step(m, drive).test(Fault::flux_lost)) << "200 ms";
+}
+
+TYPED_TEST(ProtectionOf, WhatTheChecksLeaveOutIsCounted) {
+  using T = TypeParam;
+  Measurement<T> m = this->healthy();
+  const auto after = [&](GatePattern applied, double omega_m = 100.0) {
+    m.applied = applied;
+    m.omega_m = T(omega_m);
+    (void)this->protection.step(m);
+    return this->protection.unchecked_periods();
+  };
+  EXPECT_EQ(after({}), 0U);
+  EXPECT_EQ(after({gates_off, 1'000'000}), 0U) << "with the gates off there is nothing to check";
+  EXPECT_EQ(after(this->driven()), 0U);
+  EXPECT_EQ(after({switch_states[1], 0}), 0U);
+  EXPECT_EQ(after({switch_states[1], 75'000}), 0U);
+  // Two pole pairs: a quarter of a turn is π/4 of the shaft, 7.85 ms at 100 rad/s.
+  EXPECT_EQ(after({switch_states[1], 7'800'000}), 0U);
+  EXPECT_EQ(after({switch_states[1], 7'900'000}), 316U);
+  GatePattern in_part{switch_states[1], 30'000};
+  in_part.append({gates_off, 70'000});
+  EXPECT_EQ(after(in_part), 320U);
 }
 
 TYPED_TEST(ProtectionOf, TheWindingsTemperatureTakesTheTorqueAwayAndTrips) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -14,10 +16,10 @@ template <class T>
 class SpeedPlausibilityOf : public testing::Test {
  protected:
   static constexpr std::int32_t period_ns = 25'000;
-  static constexpr double dt = period_ns * 1e-9;
   using Parameters = typename SpeedPlausibility<T>::Parameters;
 
   void run(double seconds) {
+    const double dt = periods * period_ns * 1e-9;
     for (long left = std::lround(seconds / dt); left > 0; --left) {
       const double angle = omega_e * dt;
       const SpaceVector<double> psi = polar(flux, theta + angle) - polar(flux, theta);
@@ -29,7 +31,7 @@ class SpeedPlausibilityOf : public testing::Test {
       // `flux` is that of the rotor, times k_r.
       const SpaceVector<double> psi_s = polar(flux, theta) + machine.sigma_l_s() * i1;
       speed.step(scalar(inverse_clarke(i1)), scalar(inverse_clarke(u)), T(omega_m), T(torque()),
-                 T(magnitude(psi_s)), T(1.1));
+                 T(magnitude(psi_s)), T(1.1), period_ns * periods);
     }
   }
   /// Of flux and current as they stand to each other. [N·m]
@@ -37,6 +39,7 @@ class SpeedPlausibilityOf : public testing::Test {
   static ThreePhase<T> scalar(const ThreePhase<double>& x) { return {T(x.a), T(x.b), T(x.c)}; }
 
   InductionMachineParameters<double> machine{};
+  int periods{1};         ///< between two measurements
   double omega_e{160.0};  ///< of the flux [rad/s]
   double omega_m{80.0};   ///< measured [rad/s]
   double flux{1.1};       ///< [Wb]
@@ -57,11 +60,32 @@ TYPED_TEST(SpeedPlausibilityOf, TheErrorIsThatOfTheMeasuredSpeed) {
       this->omega_e = 2.0 * omega;
       this->omega_m = omega + error;
       this->run(0.1);
-      // Over 200 µs the sine of the angle stands for the angle: 0.5 % at 400 rad/s.
-      const double tolerance = 0.1 + 0.005 * std::abs(omega);
+      const double tolerance = 0.1;
       EXPECT_FALSE(this->speed.is_off_by(TypeParam(std::abs(error) + tolerance)));
       if (error != 0.0) {
         EXPECT_TRUE(this->speed.is_off_by(TypeParam(std::abs(error) - tolerance)));
+      }
+    }
+  }
+}
+
+// As of reads of several records, up to 1 ms together: 46° of the flux.
+TYPED_TEST(SpeedPlausibilityOf, TheErrorIsTheSameOverIntervalsOfAnyLength) {
+  std::mt19937 random{11};
+  for (const double omega : {-400.0, -20.0, 20.0, 400.0}) {
+    for (const double error : {-30.0, 0.0, 30.0}) {
+      SCOPED_TRACE(testing::Message() << "seed 11, " << omega << ' ' << error);
+      this->speed.restart({});
+      this->omega_e = 2.0 * omega;
+      this->omega_m = omega + error;
+      const double tolerance = 0.1 + 0.01 * std::abs(omega);
+      for (int k = 0; k < 1500; ++k) {
+        const int lengths[] = {1, 2, 3, 7, 40};
+        this->periods = lengths[std::uniform_int_distribution<std::size_t>{0, 4}(random)];
+        this->run(this->periods * 25e-6);
+        if (k < 800) continue;
+        ASSERT_FALSE(this->speed.is_off_by(TypeParam(std::abs(error) + tolerance))) << k;
+        ASSERT_TRUE(error == 0.0 || this->speed.is_off_by(TypeParam(std::abs(error) - tolerance))) << k;
       }
     }
   }

@@ -18,7 +18,7 @@ class WindingTemperatureOf : public testing::Test {
     const double peak = std::sqrt(2.0) * rms;
     for (long left = std::lround(seconds / dt); left > 0; --left) {
       const ThreePhase<double> i = inverse_clarke(polar(peak, theta));
-      winding.step({T(i.a), T(i.b), T(i.c)});
+      winding.step({T(i.a), T(i.b), T(i.c)}, period_ns);
       theta += 0.01;
     }
   }
@@ -32,8 +32,7 @@ TYPED_TEST_SUITE(WindingTemperatureOf, Scalars);
 
 TYPED_TEST(WindingTemperatureOf, RisesAndFallsExponentiallyToWhatTheSquareOfTheCurrentMakes) {
   using T = TypeParam;
-  WindingTemperature<T> winding{{.period_ns = this->period_ns,
-                                 .nominal_current = T(12),
+  WindingTemperature<T> winding{{.nominal_current = T(12),
                                  .nominal_rise = T(80),
                                  .time_constant = T(100),
                                  .ambient = T(40)}};
@@ -48,17 +47,29 @@ TYPED_TEST(WindingTemperatureOf, RisesAndFallsExponentiallyToWhatTheSquareOfTheC
   EXPECT_NEAR(winding.temperature(), 40.0 + 320.0 * std::exp(-1.0), 0.5);
 }
 
+// Of every second period one is read together with the next.
+TYPED_TEST(WindingTemperatureOf, TimeCountsNotReadings) {
+  using T = TypeParam;
+  WindingTemperature<T> winding{{.nominal_current = T(10), .nominal_rise = T(80), .time_constant = T(10)}};
+  const ThreePhase<T> i{T(10), T(-10), T(-10)};  // 10 A RMS
+  for (int k = 0; k < 20'000; ++k) {
+    winding.step(i, 0);
+    winding.step(i, 500'000);
+  }
+  EXPECT_NEAR(winding.temperature(), 40.0 + 80.0 * (1.0 - std::exp(-1.0)), 0.3);
+}
+
 TYPED_TEST(WindingTemperatureOf, OfALargeMachineMovesAlsoInFloat) {
   using T = TypeParam;
   WindingTemperature<T> winding{
-      {.period_ns = this->period_ns, .nominal_current = T(100), .time_constant = T(3600)}};
+      {.nominal_current = T(100), .time_constant = T(3600)}};
   this->run(winding, 360.0, 100.0);
   EXPECT_NEAR(winding.temperature(), 40.0 + 80.0 * (1.0 - std::exp(-0.1)), 0.05);
 }
 
 TYPED_TEST(WindingTemperatureOf, WithoutANominalCurrentIsTheAmbientOne) {
   using T = TypeParam;
-  WindingTemperature<T> winding{{.period_ns = this->period_ns}};
+  WindingTemperature<T> winding{{}};
   this->run(winding, 100.0, 1000.0);
   EXPECT_EQ(winding.temperature(), T(40));
 }

@@ -242,6 +242,10 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
     record.r_s = 0.5;
     record.r_r = 0.9;
     record.l_m = 0.07;
+    record.r_s_deviation = 0.31;
+    record.r_r_deviation = 0.22;
+    record.l_m_deviation = 0.13;
+    record.unchecked_periods = 17;
     recorder.add(record, sample, {.torque_comparator = -1, .flux_comparator = 1});
   }
   const TraceFile trace{file_};
@@ -261,6 +265,10 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(trace.read("control/r_s_ohm"), testing::ElementsAre(0.5));
   EXPECT_THAT(trace.read("control/r_r_ohm"), testing::ElementsAre(0.9));
   EXPECT_THAT(trace.read("control/l_m_h"), testing::ElementsAre(0.07));
+  EXPECT_THAT(trace.read("control/r_s_deviation"), testing::ElementsAre(0.31));
+  EXPECT_THAT(trace.read("control/r_r_deviation"), testing::ElementsAre(0.22));
+  EXPECT_THAT(trace.read("control/l_m_deviation"), testing::ElementsAre(0.13));
+  EXPECT_THAT(trace.read("control/periods_unchecked"), testing::ElementsAre(17));
 }
 
 TEST_F(TraceRecorderTest, HoldsTheChannelsOfAController) {

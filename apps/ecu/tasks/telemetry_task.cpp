@@ -229,6 +229,10 @@ RealTimeSample TelemetryTask::sample() const {
       .r_s_ohm = newest_.r_s,
       .r_r_ohm = newest_.r_r,
       .l_m_h = newest_.l_m,
+      .r_s_deviation = newest_.r_s_deviation,
+      .r_r_deviation = newest_.r_r_deviation,
+      .l_m_deviation = newest_.l_m_deviation,
+      .periods_unchecked = newest_.unchecked_periods,
   };
   fill_durations(sample, timing_.interval());
   fill_stages(sample, timing_.interval());

@@ -36,6 +36,9 @@ struct ControlEstimate {
   T r_s{};                 ///< stator resistance in use; 0 where the controller tells none [Ω]
   T r_r{};                 ///< the same of the rotor [Ω]
   T l_m{};                 ///< the same of the magnetising inductance [H]
+  T r_s_deviation{};       ///< relative standard deviation of `r_s`; 0 where the controller tells none [-]
+  T r_r_deviation{};       ///< the same of `r_r` [-]
+  T l_m_deviation{};       ///< the same of `l_m` [-]
 };
 
 /// A quantity that a controller gives to traces beside its estimate.
@@ -47,6 +50,12 @@ struct ControlChannel {
 
 /// Most channels of one controller.
 inline constexpr std::size_t control_channel_capacity = 16;
+
+/// What a controller was built for; zero where it does not tell.
+struct ControlTiming {
+  std::int32_t period_ns{0};         ///< control period [ns]
+  std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the period [ns]
+};
 
 /// The seam behind which control methods are exchanged: measurement and reference in, gate pattern out. The
 /// estimate is a member and not a virtual function, because the drive reads it in every period.
@@ -72,6 +81,9 @@ class Controller {
 
   /// Values of the channels that the class declares as `channels`, in the same order, after the last step.
   [[nodiscard]] virtual std::span<const T> channel_values() const noexcept SEXTANT_NONBLOCKING { return {}; }
+
+  /// A drive of another period or sampling instant is refused (`Drive::Parameters::validate`).
+  [[nodiscard]] virtual ControlTiming timing() const noexcept { return {}; }
 
   /// The estimate at the last measurement.
   [[nodiscard]] const ControlEstimate<T>& estimate() const noexcept SEXTANT_NONBLOCKING { return estimate_; }

@@ -54,9 +54,16 @@ class EstimatingController : public Controller<T> {
     estimate_.r_s = estimator_.machine().r_s;
     estimate_.r_r = estimator_.machine().r_r;
     estimate_.l_m = estimator_.machine().l_m;
+    estimate_.r_s_deviation = estimator_.deviations().r_s;
+    estimate_.r_r_deviation = estimator_.deviations().r_r;
+    estimate_.l_m_deviation = estimator_.deviations().l_m;
     GatePattern pattern = mode_ == ControlMode::off ? rest() : decide(measurement, reference);
     estimate_.magnetised = magnetising_.done();
     return pattern;
+  }
+
+  [[nodiscard]] ControlTiming timing() const noexcept final {
+    return {parameters_.period_ns, parameters_.sampling_lead_ns};
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING final {

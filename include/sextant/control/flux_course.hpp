@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sextant/control/parameter_covariance.hpp"
 #include "sextant/control/parameter_prior.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
@@ -27,6 +28,7 @@ class FluxCourse {
     T r_r{};   ///< [Ω]
     T l_m{};   ///< [H]
     T flux{};  ///< φ at the end [Wb]
+    ParameterCovariance<T> covariance{};  ///< of R_s, R_r and L_m, as shares of those configured
   };
 
   /// Errors of the flux that a course takes up, by σL_s i. [-]
@@ -57,7 +59,8 @@ class FluxCourse {
     const Moments m = sums_.central(time_);
     const Shares free = m.solve(T(0));
     const T variance = m.rest_squared - free.a * m.raised_rest + free.b * m.decayed_rest;
-    const Shares share = m.solve(noise(variance / time_));
+    const T density = noise(variance / time_);
+    const Shares share = m.solve(density);
     const T a = (T(1) + share.a) * raised_;
     const T b = (T(1) + share.b) * decayed_;
     const T start = first_ + (sums_.rest - share.a * sums_.raised + share.b * sums_.decayed) / time_;
@@ -65,7 +68,8 @@ class FluxCourse {
     return {.r_s = raised_ > T(0) ? a_ * (volt_seconds_ - a + b) / raised_ : nominal_.r_s,
             .r_r = r_r,
             .l_m = r_r / ((T(1) + share.b) * b_) - nominal_.l_lr,
-            .flux = start + a - b};
+            .flux = start + a - b,
+            .covariance = covariance(m.normal(density), density)};
   }
 
   void reset() noexcept { *this = FluxCourse{nominal_, correlation_}; }
@@ -86,6 +90,14 @@ class FluxCourse {
     T b{};
   };
 
+  /// Of the normal equations for these shares. [Wb²·s]
+  struct Normal {
+    T aa{};
+    T ab{};
+    T bb{};
+    [[nodiscard]] constexpr T determinant() const noexcept { return aa * bb - ab * ab; }
+  };
+
   /// Second moments of a ∫i dt and b ∫φ dt with nominal a and b and of what they leave of φ. [Wb²·s]
   struct Moments {
     T raised_squared{}, raised_decayed{}, decayed_squared{};
@@ -93,14 +105,16 @@ class FluxCourse {
 
     /// The most probable shares; `noise`: spectral density of the errors of φ. [Wb²·s]
     [[nodiscard]] Shares solve(T noise) const noexcept {
-      const T by_l = noise / (Prior::l_deviation * Prior::l_deviation);
-      const T aa = raised_squared + noise / (Prior::r_r_deviation * Prior::r_r_deviation) + by_l;
-      const T ab = raised_decayed + by_l;
-      const T bb = decayed_squared + by_l;
-      const T determinant = aa * bb - ab * ab;
+      const Normal n = normal(noise);
+      const T determinant = n.determinant();
       if (!(determinant > T(0))) return {};
-      return {(raised_rest * bb - decayed_rest * ab) / determinant,
-              (raised_rest * ab - decayed_rest * aa) / determinant};
+      return {(raised_rest * n.bb - decayed_rest * n.ab) / determinant,
+              (raised_rest * n.ab - decayed_rest * n.aa) / determinant};
+    }
+    [[nodiscard]] constexpr Normal normal(T noise) const noexcept {
+      const T by_l = noise / (Prior::l_deviation * Prior::l_deviation);
+      return {raised_squared + noise / (Prior::r_r_deviation * Prior::r_r_deviation) + by_l,
+              raised_decayed + by_l, decayed_squared + by_l};
     }
   };
 
@@ -129,6 +143,25 @@ class FluxCourse {
               second.decayed_rest - y * rest,       second.rest_squared - z * rest};
     }
   };
+
+  /// The shares α of a and β of b have the covariance density times the inverse of the normal equations'
+  /// matrix. R_r exceeds its value by the share α, L_m by α − β and R_s by −(a/R_s)(α − β ∫bφ dt/∫ai dt).
+  [[nodiscard]] ParameterCovariance<T> covariance(const Normal& n, T density) const noexcept {
+    const T determinant = n.determinant();
+    if (!(determinant > T(0) && raised_ > T(0))) return {};
+    const T scale = density / determinant;
+    const T aa = scale * n.bb;
+    const T ab = scale * n.ab;
+    const T bb = scale * n.aa;
+    const T by = a_ / nominal_.r_s;
+    const T ratio = decayed_ / raised_;
+    return {.ss = by * by * (aa + ratio * ratio * bb - T(2) * ratio * ab),
+            .sr = -by * (aa - ratio * ab),
+            .sl = -by * (aa - ab - ratio * (ab - bb)),
+            .rr = aa,
+            .rl = aa - ab,
+            .ll = aa + bb - T(2) * ab};
+  }
 
   Machine nominal_;
   T a_;               ///< k_r² R_r [Ω]

@@ -55,6 +55,7 @@ class FluxTorqueEstimator {
   void step(const Measurement<T>& measurement, bool magnetising = false) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
+    age(T(measurement.applied.duration_ns()) * T(1e-9));
     if (measurement.applied.is_driven()) {
       step_driven(measurement, i_s_before, magnetising && identifies());
     } else {
@@ -84,6 +85,10 @@ class FluxTorqueEstimator {
   [[nodiscard]] constexpr const CurrentModel<T>& current_model() const noexcept { return current_model_; }
   /// The machine's parameters in use.
   [[nodiscard]] constexpr const Machine& machine() const noexcept { return machine_; }
+
+  /// What is not known of them, as relative standard deviations: those of the prior until something is
+  /// identified. [-]
+  [[nodiscard]] constexpr const ParameterDeviations<T>& deviations() const noexcept { return deviations_; }
 
   /// Flux zero and parameters as configured, as after power-up.
   void reset() noexcept { *this = FluxTorqueEstimator{configured_, kind_, adapts_}; }
@@ -187,7 +192,9 @@ class FluxTorqueEstimator {
     coasted_ = T(0);
     magnetised_ = T(0);
     const SpaceVector<T> along = direction(current_model_.psi_r());
-    use(identification_.finish(machine_));
+    const Machine found = identification_.finish(machine_);
+    if (identification_.has_found()) adaptation_.set(identification_.covariance());
+    use(found);
     current_model_.set((identification_.flux() / machine_.k_r()) * along);
     set_flux(current_model_.psi_s(i_s_before), i_s_before);
   }
@@ -233,11 +240,23 @@ class FluxTorqueEstimator {
     observer_.set(current_model_.psi_r_from(psi_s, i_s), i_s, omega_m_);
   }
 
+  /// The machine may warm or cool meanwhile.
+  void age(T dt) noexcept {
+    unaged_ += dt;
+    if (unaged_ < aging_time) return;
+    adaptation_.age(unaged_);
+    deviations_ = adaptation_.covariance().deviations();
+    unaged_ = T(0);
+  }
+
   void use(const Machine& machine) noexcept {
     machine_ = machine;
+    deviations_ = adaptation_.covariance().deviations();
     current_model_.set_machine(machine);
     observer_.set_machine(machine);
   }
+
+  static constexpr T aging_time = T(0.1);  ///< in which the windings keep their temperature [s]
 
   FluxEstimatorKind kind_;
   bool adapts_;
@@ -249,6 +268,8 @@ class FluxTorqueEstimator {
   AdaptiveObserver<T> observer_;
   MagnetisingIdentification<T> identification_;
   ParameterAdaptation<T> adaptation_;
+  ParameterDeviations<T> deviations_{ParameterCovariance<T>{}.deviations()};
+  T unaged_{};     ///< time since the last aging [s]
   T torque_gain_;  ///< 3/2 p [-]
   SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]

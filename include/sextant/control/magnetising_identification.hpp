@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "sextant/control/flux_course.hpp"
+#include "sextant/control/parameter_covariance.hpp"
 #include "sextant/control/parameter_prior.hpp"
 #include "sextant/control/standstill_course.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
@@ -85,15 +86,25 @@ class MagnetisingIdentification {
   /// course. Of a course that finds parameters beyond their bounds nothing is taken over. Call at the end of
   /// magnetising.
   [[nodiscard]] Machine finish(Machine machine) noexcept {
+    has_found_ = false;
     if (!is_identified()) return machine;
     const Result found = mixed(course_.solve(), standstill_.result());
     if (!Prior::allows(found.r_r, nominal_.r_r) || !Prior::allows(found.l_m, nominal_.l_m)) return machine;
     flux_ = found.flux;
-    machine.r_s += stator_weight() * (Prior::bounded(found.r_s, nominal_.r_s) - machine.r_s);
+    const T weight = stator_weight();
+    has_found_ = true;
+    covariance_ = found.covariance;
+    covariance_.ss = weight * covariance_.ss + (T(1) - weight) * ParameterCovariance<T>{}.ss;
+    machine.r_s += weight * (Prior::bounded(found.r_s, nominal_.r_s) - machine.r_s);
     machine.r_r = found.r_r;
     machine.l_m = found.l_m;
+    covariance_.refer_to(machine.r_s / nominal_.r_s, machine.r_r / nominal_.r_r, machine.l_m / nominal_.l_m);
     return machine;
   }
+  /// The last `finish` has taken parameters over.
+  [[nodiscard]] constexpr bool has_found() const noexcept { return has_found_; }
+  /// What it left unknown of them then.
+  [[nodiscard]] constexpr const ParameterCovariance<T>& covariance() const noexcept { return covariance_; }
 
  private:
   using Prior = ParameterPrior<T>;
@@ -105,7 +116,8 @@ class MagnetisingIdentification {
     return {.r_s = mix(turning.r_s, still.r_s),
             .r_r = mix(turning.r_r, still.r_r),
             .l_m = mix(turning.l_m, still.l_m),
-            .flux = mix(turning.flux, still.flux - lag_)};
+            .flux = mix(turning.flux, still.flux - lag_),
+            .covariance = sextant::mixed(turning.covariance, still.covariance, seen_)};
   }
 
   /// x²/(x² + 1).
@@ -204,6 +216,8 @@ class MagnetisingIdentification {
   Span span_{};
   FluxCourse<T> course_;
   StandstillCourse<T> standstill_;
+  ParameterCovariance<T> covariance_{};
+  bool has_found_{false};
 };
 
 }  // namespace sextant

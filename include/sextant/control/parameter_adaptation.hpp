@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sextant/control/hybrid_flux_model.hpp"
+#include "sextant/control/parameter_covariance.hpp"
 #include "sextant/control/parameter_prior.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -28,6 +29,9 @@ namespace sextant {
 /// speed identification for vector control of induction motors without rotational transducers", IEEE Trans.
 /// Ind. Appl. 28 (1992) 1054–1061; of the gradient along sensitivities: L. Ljung, System Identification,
 /// Upper Saddle River 1999, chapter 11.
+///
+/// What remains unknown of the parameters (`ParameterCovariance`) follows from the same sensitivities and
+/// gains; errors of c last for some τ_r, which is as many updates.
 template <class T = double>
 class ParameterAdaptation {
  public:
@@ -58,11 +62,13 @@ class ParameterAdaptation {
     const bool has_flux = follow(machine, seen, share);
     time_ = T(0);
     if (!has_flux) return machine;
-    const T error = gain_error * gain_error * (T(1) + dot(by_r_s_, by_r_s_)) + start_variance_;
+    const T error = Prior::gain_error * Prior::gain_error * (T(1) + dot(by_r_s_, by_r_s_)) + start_variance_;
     const SpaceVector<T> for_r_s = r_s_variance * by_r_s_ + warming_variance * by_r_r_;
     const SpaceVector<T> for_r_r = r_r_variance * by_r_r_ + warming_variance * by_r_s_;
     const SpaceVector<T> for_l = l_variance * by_l_;
     const T step = rate * share / (dot(by_r_s_, for_r_s) + dot(by_r_r_, for_r_r) + dot(by_l_, for_l) + error);
+    covariance_.observe({by_r_s_, by_r_r_, by_l_}, {step * for_r_s, step * for_r_r, step * for_l},
+                        T(2) * error / share);
     machine.r_s = moved(machine.r_s, step * dot(for_r_s, seen.excess), configured_.r_s);
     machine.r_r = moved(machine.r_r, step * dot(for_r_r, seen.excess), configured_.r_r);
     machine.l_m = moved(machine.l_m, step * dot(for_l, seen.excess), configured_.l_m);
@@ -76,13 +82,19 @@ class ParameterAdaptation {
     time_ = T(0);
   }
 
+  /// What remains unknown of the parameters in use.
+  [[nodiscard]] constexpr const ParameterCovariance<T>& covariance() const noexcept { return covariance_; }
+  /// Something else than this adaptation has changed them: what it leaves unknown.
+  constexpr void set(const ParameterCovariance<T>& covariance) noexcept { covariance_ = covariance; }
+  /// dt [s] in which the machine may warm or cool.
+  constexpr void age(T dt) noexcept { covariance_.age(dt); }
+
  private:
   using Prior = ParameterPrior<T>;
   static constexpr T update_time = T(1e-3);         ///< [s]
   static constexpr T rate = T(0.1);                 ///< largest of the update, as a multiple of 1/τ_r [-]
   static constexpr T least_flux_squared = T(1e-6);  ///< with which c means something [Wb²]
   static constexpr T initial_variance = T(10);      ///< of c, by a wrong initial flux [-]
-  static constexpr T gain_error = T(0.03);          ///< of currents and voltages [-]
   static constexpr T r_s_variance = Prior::r_s_deviation * Prior::r_s_deviation;
   static constexpr T r_r_variance = Prior::r_r_deviation * Prior::r_r_deviation;
   static constexpr T warming_variance = Prior::warming * Prior::warming;
@@ -121,6 +133,7 @@ class ParameterAdaptation {
   }
 
   Machine configured_;
+  ParameterCovariance<T> covariance_{};
   T time_{};                            ///< since the last update [s]
   SpaceVector<T> rotor_by_r_r_{};       ///< h_r [-]
   SpaceVector<T> rotor_by_l_{};         ///< h_L [-]

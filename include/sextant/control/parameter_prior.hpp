@@ -12,8 +12,8 @@ struct ParameterPrior {
   static constexpr T r_r_deviation{T(0.25)};
   static constexpr T l_deviation{T(0.15)};
   /// Deviation that R_s and R_r have in common, because winding and cage warm together: some 40 K.
-  /// kelvin.
   static constexpr T warming{T(0.16)};
+  static constexpr T gain_error{T(0.03)};  ///< of currents and voltages
   static constexpr T lowest{T(0.3)};
   static constexpr T highest{T(2.5)};
 

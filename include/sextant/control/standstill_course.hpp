@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "sextant/control/flux_course.hpp"
+#include "sextant/control/parameter_covariance.hpp"
 #include "sextant/control/parameter_prior.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
@@ -54,7 +55,8 @@ class StandstillCourse {
     m.r_s *= T(1) + shares_[0];
     m.r_r *= T(1) + shares_[1];
     m.l_m = (T(1) + shares_[2]) * nominal_.l_r() - nominal_.l_lr;
-    return {.r_s = m.r_s, .r_r = m.r_r, .l_m = m.l_m, .flux = first_ + volt_seconds_ - m.r_s * charge_};
+    return {.r_s = m.r_s, .r_r = m.r_r, .l_m = m.l_m, .flux = first_ + volt_seconds_ - m.r_s * charge_,
+            .covariance = covariance_};
   }
 
  private:
@@ -98,7 +100,9 @@ class StandstillCourse {
       left[n][n] += prior;
       right[n] = -product(weighted, error) - prior * x[n];
     }
-    shares_ = bounded(x, solved(left, right));
+    const Inverse inverse = inverse_of(left);
+    shares_ = bounded(x, inverse.times(right));
+    if (inverse.determinant > T(0)) covariance_ = inverse.covariance(density);
   }
 
   /// Σ dt (p·z) z.
@@ -119,20 +123,35 @@ class StandstillCourse {
     return systematic * systematic * time_;
   }
 
-  /// Solution of a symmetric system by Cramer's rule; zero where there is none.
-  [[nodiscard]] static Shares solved(const std::array<Shares, 3>& m, const Shares& r) noexcept {
+  /// Of a symmetric matrix: adjugate and determinant.
+  struct Inverse {
+    std::array<Shares, 3> adjugate{};
+    T determinant{};
+
+    /// Zero where there is no inverse.
+    [[nodiscard]] Shares times(const Shares& r) const noexcept {
+      if (!(determinant > T(0))) return {};
+      const auto dot = [&r, this](const Shares& p) {
+        return (p[0] * r[0] + p[1] * r[1] + p[2] * r[2]) / determinant;
+      };
+      return {dot(adjugate[0]), dot(adjugate[1]), dot(adjugate[2])};
+    }
+    /// Of the shares, by the density of the errors that the matrix was made with; L_r stands for L_m.
+    [[nodiscard]] ParameterCovariance<T> covariance(T density) const noexcept {
+      const T scale = density / determinant;
+      return {scale * adjugate[0][0], scale * adjugate[0][1], scale * adjugate[0][2],
+              scale * adjugate[1][1], scale * adjugate[1][2], scale * adjugate[2][2]};
+    }
+  };
+
+  [[nodiscard]] static Inverse inverse_of(const std::array<Shares, 3>& m) noexcept {
     const auto minor = [](const Shares& p, const Shares& q, std::size_t n, std::size_t k) {
       return p[n] * q[k] - p[k] * q[n];
     };
     const Shares first{minor(m[1], m[2], 1, 2), minor(m[2], m[0], 1, 2), minor(m[0], m[1], 1, 2)};
     const Shares second{minor(m[1], m[2], 2, 0), minor(m[2], m[0], 2, 0), minor(m[0], m[1], 2, 0)};
     const Shares third{minor(m[1], m[2], 0, 1), minor(m[2], m[0], 0, 1), minor(m[0], m[1], 0, 1)};
-    const T determinant = m[0][0] * first[0] + m[1][0] * first[1] + m[2][0] * first[2];
-    if (!(determinant > T(0))) return {};
-    const auto dot = [&r, determinant](const Shares& p) {
-      return (p[0] * r[0] + p[1] * r[1] + p[2] * r[2]) / determinant;
-    };
-    return {dot(first), dot(second), dot(third)};
+    return {{first, second, third}, m[0][0] * first[0] + m[1][0] * first[1] + m[2][0] * first[2]};
   }
 
   /// x + step, with every parameter within the bounds of the prior.
@@ -154,6 +173,7 @@ class StandstillCourse {
   T charge_seconds_{};  ///< ∫Q dt [A·s²]
   std::array<Terms, 4> moments_{};
   Shares shares_{};
+  ParameterCovariance<T> covariance_{};
 };
 
 }  // namespace sextant

@@ -24,6 +24,9 @@ struct Telemetry {
   T r_s{};                  ///< stator resistance in use by the controller; 0 where it tells none [Ω]
   T r_r{};                  ///< the same of the rotor [Ω]
   T l_m{};                  ///< the same of the magnetising inductance [H]
+  T r_s_deviation{};        ///< relative standard deviation of `r_s`; 0 where the controller tells none [-]
+  T r_r_deviation{};        ///< the same of `r_r` [-]
+  T l_m_deviation{};        ///< the same of `l_m` [-]
   T torque_monitored{};     ///< mean torque by the torque monitor; zero without torque production [N·m]
   T torque_requested{};     ///< requested torque, as received [N·m]
   T torque_reference{};     ///< output of the command supervision [N·m]
@@ -34,6 +37,8 @@ struct Telemetry {
   std::uint32_t fault_total{};         ///< latched faults since start
   Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
   GatePattern pattern{};               ///< of the coming period
+  /// Control periods so far, with legs driven, that the checks of currents and speed left out.
+  std::uint64_t unchecked_periods{};
   std::int64_t command_received_ns{};  ///< receive time of the command in force [ns]
   std::uint64_t command_sequence{};    ///< accepted frames so far; 0 while none has come
   std::uint32_t command_rejected{};    ///< frames dropped so far

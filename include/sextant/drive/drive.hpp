@@ -66,9 +66,21 @@ class Drive {
       return protection.period_ns == period_ns ? nullptr
                                                : "the control periods of drive and protections differ";
     }
+
+    /// The same, and whether this controller was built for the same periods.
+    [[nodiscard]] const char* validate(const Controller<T>& controller) const noexcept {
+      if (const char* problem = validate()) return problem;
+      const ControlTiming timing = controller.timing();
+      if (timing.period_ns == 0) return nullptr;
+      if (timing.period_ns != period_ns) return "the control periods of drive and controller differ";
+      return timing.sampling_lead_ns == sampling_lead_ns
+                 ? nullptr
+                 : "the sampling instants of drive and controller differ";
+    }
   };
 
-  /// The controller is not owned and must outlive the drive.
+  /// The controller is not owned and must outlive the drive. A pattern of it that does not fill the control
+  /// period is not applied: the gates stay off.
   Drive(const Parameters& parameters, Controller<T>& controller) noexcept
       : parameters_{parameters},
         controller_{controller},
@@ -290,7 +302,9 @@ class Drive {
     const T target = optimal_flux_.step(demand, capability_, dt);
     const T share = gates_are_on(state_) ? flux_slew_.step(target, dt) : flux_slew_.reset(target);
     reference_ = {control_mode(), demand.torque, share};
-    return controller_.step(measurement, reference_);
+    const GatePattern pattern = controller_.step(measurement, reference_);
+    return pattern.duration_ns() == parameters_.period_ns ? pattern
+                                                          : GatePattern{gates_off, parameters_.period_ns};
   }
 
   [[nodiscard]] ControlMode control_mode() const noexcept {
@@ -314,6 +328,9 @@ class Drive {
             .r_s = estimate.r_s,
             .r_r = estimate.r_r,
             .l_m = estimate.l_m,
+            .r_s_deviation = estimate.r_s_deviation,
+            .r_r_deviation = estimate.r_r_deviation,
+            .l_m_deviation = estimate.l_m_deviation,
             .torque_monitored = torque_monitor_.torque(),
             .torque_requested = request.command.torque,
             .torque_reference = reference_.torque,
@@ -323,6 +340,7 @@ class Drive {
             .latched = faults_.latched(),
             .fault_total = faults_.total(),
             .first_fault = faults_.first(),
+            .unchecked_periods = protection_.unchecked_periods(),
             .command_received_ns = request.command.received_ns,
             .command_sequence = request.command.sequence,
             .command_rejected = request.command.rejected,

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
 
 namespace sextant {
 
-/// By how much a period ought to have changed the phase currents, v − e, in its parts.
+/// By how much an interval ought to have changed the phase currents, v − e, in its parts.
 template <class T = double>
 struct PredictedChange {
   ThreePhase<T> v{};  ///< by the applied voltage [A]
@@ -18,12 +17,12 @@ struct PredictedChange {
   T turn{};           ///< of the rotor flux [rad]
 };
 
-/// Predicts the change of the phase currents in a period by the transient model of the machine, integrated
-/// over the period:
+/// Predicts the change of the phase currents from measurement to measurement by the transient model of the
+/// machine, integrated over the time between them, a control period or more:
 ///   σL_s Δi_k = ∫u_k dt − R_s ∫i_k dt − k_r Δψ_r,k,   Δi_k = v_k − e_k
 /// Source: P. Vas, Sensorless Vector and Direct Torque Control, 1998. The rotor flux is that of the torque
-/// monitor (`MonitoredFlux`), from currents and speed. Exact but for the mean current, which is that of the
-/// period's ends.
+/// monitor (`MonitoredFlux`), from currents and speed. Exact but for the mean current, which is that of both
+/// measurements.
 template <class T = double>
 class CurrentPrediction {
  public:
@@ -32,30 +31,31 @@ class CurrentPrediction {
   /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops. [-]
   static constexpr T voltage_uncertainty = T(0.02);
 
-  CurrentPrediction(const InductionMachineParameters<T>& machine, std::int32_t period_ns) noexcept
+  explicit CurrentPrediction(const InductionMachineParameters<T>& machine) noexcept
       : inverse_inductance_{T(1) / machine.sigma_l_s()},
-        half_resistance_{T(0.5) * machine.r_s * T(period_ns) * T(1e-9) * inverse_inductance_},
+        half_resistance_{T(0.5) * machine.r_s * inverse_inductance_},
         flux_gain_{machine.k_r() * inverse_inductance_},
-        voltage_error_{voltage_uncertainty * T(2) / T(3) * T(period_ns) * T(1e-9) * inverse_inductance_} {}
+        voltage_error_{voltage_uncertainty * T(2) / T(3) * inverse_inductance_} {}
 
-  /// The end of a period in which every leg was driven: currents [A], rotor flux [Wb], ∫u_x dt over it [V·s]
-  /// and link voltage [V].
+  /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux [Wb], ∫u_x dt
+  /// over it [V·s] and link voltage [V].
   [[nodiscard]] PredictedChange<T> step(const ThreePhase<T>& i, SpaceVector<T> psi_r,
-                                        const ThreePhase<T>& volt_seconds, T u_dc) noexcept {
+                                        const ThreePhase<T>& volt_seconds, T u_dc, T dt) noexcept {
+    const T resistive = half_resistance_ * dt;
     const ThreePhase<T> flux = inverse_clarke(psi_r - psi_r_);
     PredictedChange<T> out{.v = {inverse_inductance_ * volt_seconds.a, inverse_inductance_ * volt_seconds.b,
                                  inverse_inductance_ * volt_seconds.c},
-                           .e = {half_resistance_ * (i_.a + i.a) + flux_gain_ * flux.a,
-                                 half_resistance_ * (i_.b + i.b) + flux_gain_ * flux.b,
-                                 half_resistance_ * (i_.c + i.c) + flux_gain_ * flux.c}};
-    out.uncertainty = emf_uncertainty * magnitude(clarke(out.e)) + voltage_error_ * u_dc;
+                           .e = {resistive * (i_.a + i.a) + flux_gain_ * flux.a,
+                                 resistive * (i_.b + i.b) + flux_gain_ * flux.b,
+                                 resistive * (i_.c + i.c) + flux_gain_ * flux.c}};
+    out.uncertainty = emf_uncertainty * magnitude(clarke(out.e)) + voltage_error_ * dt * u_dc;
     const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
     out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);
     restart(i, psi_r);
     return out;
   }
 
-  /// A period that does not count: currents [A] and rotor flux [Wb] at its end.
+  /// An interval that does not count: currents [A] and rotor flux [Wb] at its end.
   constexpr void restart(const ThreePhase<T>& i, SpaceVector<T> psi_r) noexcept {
     i_ = i;
     psi_r_ = psi_r;
@@ -63,9 +63,9 @@ class CurrentPrediction {
 
  private:
   T inverse_inductance_;    ///< 1/σL_s [1/H]
-  T half_resistance_;       ///< R_s T/(2 σL_s) [-]
+  T half_resistance_;       ///< R_s/(2 σL_s) [1/s]
   T flux_gain_;             ///< k_r/σL_s [A/Wb]
-  T voltage_error_;         ///< of v by u_dc [A/V]
+  T voltage_error_;         ///< of v by u_dc, a second [A/(V·s)]
   ThreePhase<T> i_{};       ///< at the last measurement [A]
   SpaceVector<T> psi_r_{};  ///< at the last measurement [Wb]
 };

@@ -12,7 +12,8 @@
 namespace sextant {
 
 /// The response of the three measured phase currents to the applied voltage. By the model of the machine
-/// (`CurrentPrediction`) a period changes a current by p_k = v_k − e_k. In the second difference what is
+/// (`CurrentPrediction`) a period changes a current by p_k = v_k − e_k. Where n periods lie between two
+/// measurements, Δi, v and e are the mean changes a period. In the second difference what is
 /// constant in an error of the model cancels:
 ///   Δi_k ≈ p_k,   y = Δi_k − Δi_{k−1} ≈ w = p_k − p_{k−1} = v_k − v_{k−1} − d,   d = e_k − e_{k−1}
 /// Per phase, over a window that forgets exponentially: Σ w y = response · Σ w², and the same of Σ p Δi and
@@ -30,8 +31,8 @@ namespace sextant {
 /// The second difference does not show readings that all stand still, under one voltage: for these, Σ (v − e)
 /// less the mean error of the model before is the change that they ought to show. The error changes little
 /// from period to period: a quarter of the uncertainty, and of the converter's step, is allowed for each.
-/// Readings within one step of the converter are equal. Only periods of the nominal length with every leg
-/// driven count; each other one starts anew.
+/// Readings within one step of the converter are equal. Only time with every leg driven counts; each other
+/// interval starts anew.
 template <class T = double>
 class CurrentResponse {
  public:
@@ -49,10 +50,11 @@ class CurrentResponse {
     T expected{};   ///< Σ w² [A²]
     T uncertain{};  ///< what Σ w² must exceed for the errors of the model [A²]
 
-    constexpr void add(T w, T y, T error, T forget) noexcept {
-      answered += w * y - forget * answered;
-      expected += w * w - forget * expected;
-      uncertain += error - forget * uncertain;
+    /// weight: periods that the terms stand for; forget: share of the sums that goes. [-]
+    constexpr void add(T w, T y, T error, T weight, T forget) noexcept {
+      answered += weight * w * y - forget * answered;
+      expected += weight * w * w - forget * expected;
+      uncertain += weight * error - forget * uncertain;
     }
     /// The voltage ought to have moved the current by enough: Σ w² above `least` [A²] and what is uncertain.
     [[nodiscard]] constexpr bool counts(T least) const noexcept { return expected > least + uncertain; }
@@ -67,29 +69,32 @@ class CurrentResponse {
         step_{parameters.step},
         forget_{std::min(T(1), T(parameters.period_ns) / T(window_ns))} {}
 
-  /// The phase currents at the end of a period in which every leg was driven [A], and their predicted change.
-  void step(const ThreePhase<T>& i, const PredictedChange<T>& change) noexcept {
+  /// The phase currents at the end of so many `periods` in which every leg was driven [A], and their
+  /// predicted change.
+  void step(const ThreePhase<T>& i, const PredictedChange<T>& change, T periods = T(1)) noexcept {
+    const T share = T(1) / periods;
     const ThreePhase<T>& e = change.e;
-    const SpaceVector<T> emf = clarke(e);
-    const Uncertainty error{has_predecessor_ ? T(0.5) * magnitude(emf - emf_) : T(0), change.uncertainty};
+    const SpaceVector<T> emf = share * clarke(e);
+    const Interval interval{periods, share, has_predecessor_ ? T(0.5) * magnitude(emf - emf_) : T(0),
+                            share * change.uncertainty};
     emf_ = emf;
     jump_ = T(0);
-    step(phases_[0], i.a, change.v.a - e.a, error);
-    step(phases_[1], i.b, change.v.b - e.b, error);
-    step(phases_[2], i.c, change.v.c - e.c, error);
-    follow(i, change.uncertainty);
+    step(phases_[0], i.a, share * (change.v.a - e.a), interval);
+    step(phases_[1], i.b, share * (change.v.b - e.b), interval);
+    step(phases_[2], i.c, share * (change.v.c - e.c), interval);
+    follow(interval);
     has_predecessor_ = true;
   }
 
-  /// A period that does not count: i are the currents at its end [A].
+  /// An interval that does not count: i are the currents at its end [A].
   constexpr void restart(const ThreePhase<T>& i) noexcept {
     phases_ = {};
-    phases_[0].i = i.a;
-    phases_[1].i = i.b;
-    phases_[2].i = i.c;
+    phases_[0].i = phases_[0].still = i.a;
+    phases_[1].i = phases_[1].still = i.b;
+    phases_[2].i = phases_[2].still = i.c;
     has_predecessor_ = false;
     jump_ = T(0);
-    still_ = i;
+    still_periods_ = T(0);
     hidden_uncertainty_ = T(0);
   }
 
@@ -108,7 +113,7 @@ class CurrentResponse {
   [[nodiscard]] constexpr bool answers(std::size_t n, T response, T noise) const noexcept {
     return phase(n).counts(T(96) * noise) && !phase(n).is_below(response + T(0.25));
   }
-  /// Largest |y − w| of the three phases in this period, beyond |d|/2. [A]
+  /// Largest |y − w| of the three phases at this measurement, beyond |d|/2. [A]
   [[nodiscard]] constexpr T jump() const noexcept { return jump_; }
   /// While all readings stay equal: largest change of a phase current in that time by the model, beyond its
   /// uncertainty; zero otherwise. `open`: a phase without current, if there is one, which may be open, so
@@ -129,61 +134,71 @@ class CurrentResponse {
 
   struct State {
     T i{};          ///< at the last measurement [A]
-    T change{};     ///< Δi of the last period [A]
-    T predicted{};  ///< v − e of the last period [A]
-    T error{};      ///< mean of v − e − Δi over the last periods in which a reading changed [A]
+    T still{};      ///< reading since which all are equal [A]
+    T change{};     ///< last Δi [A]
+    T predicted{};  ///< last v − e [A]
+    T error{};      ///< mean of v − e − Δi a period, up to the last reading that changed [A]
     T hidden{};     ///< Σ (v − e − error) since the readings stand still [A]
     Sums sums{};
     Sums change_sums{};
   };
 
-  struct Uncertainty {
-    T turned{};  ///< |d|/2 [A]
-    T change{};  ///< of p [A]
+  /// Between two measurements, of the currents a period.
+  struct Interval {
+    T periods{};      ///< its length [-]
+    T share{};        ///< 1/periods [-]
+    T turned{};       ///< |d|/2 [A]
+    T uncertainty{};  ///< of p [A]
   };
 
-  constexpr void step(State& s, T i, T predicted, const Uncertainty& error) noexcept {
-    const T change = i - s.i;
+  constexpr void step(State& s, T i, T predicted, const Interval& in) noexcept {
+    const T change = in.share * (i - s.i);
     const T w = predicted - s.predicted;
     const T y = change - s.change;
     s.i = i;
     s.change = change;
     s.predicted = predicted;
     if (!has_predecessor_) return;
-    const T jump = std::abs(y - w) - error.turned;
+    const T jump = std::abs(y - w) - in.turned;
     jump_ = std::max(jump_, jump);
     if (jump > largest_jump_) return;
-    s.sums.add(w, y, T(2) * error.turned * error.turned, forget_);
-    s.change_sums.add(predicted, change, T(4) * error.change * error.change, forget_);
+    const T forget = std::min(T(1), in.periods * forget_);
+    s.sums.add(w, y, T(2) * in.turned * in.turned, in.periods, forget);
+    s.change_sums.add(predicted, change, T(4) * in.uncertainty * in.uncertainty, in.periods, forget);
   }
 
-  [[nodiscard]] constexpr bool stands_still(const ThreePhase<T>& i) const noexcept {
-    return std::abs(i.a - still_.a) <= step_ && std::abs(i.b - still_.b) <= step_ &&
-           std::abs(i.c - still_.c) <= step_;
+  [[nodiscard]] bool stands_still() const noexcept {
+    return std::all_of(phases_.begin(), phases_.end(),
+                       [this](const State& s) { return std::abs(s.i - s.still) <= step_; });
   }
 
-  void follow(const ThreePhase<T>& i, T uncertainty) noexcept {
-    if (!stands_still(i)) {
-      still_ = i;
-      hidden_uncertainty_ = T(0);
-      for (State& s : phases_) {
-        if (has_predecessor_) s.error += T(0.125) * (s.predicted - s.change - s.error);
-        s.hidden = T(0);
-      }
+  void follow(const Interval& in) noexcept {
+    still_periods_ += in.periods;
+    for (State& s : phases_) s.hidden += in.periods * (s.predicted - s.error);
+    if (stands_still()) {
+      hidden_uncertainty_ += T(0.25) * (in.periods * in.uncertainty + step_);
       return;
     }
-    hidden_uncertainty_ += T(0.25) * (uncertainty + step_);
-    for (State& s : phases_) s.hidden += s.predicted - s.error;
+    // Over all of the time since the readings stood still, or the noise of the one that ends it would count
+    // whole: n periods have a weight of n/(n + 7).
+    const T learnt = has_predecessor_ ? T(1) / (still_periods_ + T(7)) : T(0);
+    for (State& s : phases_) {
+      s.error += learnt * (s.hidden - (s.i - s.still));
+      s.still = s.i;
+      s.hidden = T(0);
+    }
+    hidden_uncertainty_ = T(0);
+    still_periods_ = T(0);
   }
 
   T largest_jump_;
   T step_;
-  T forget_;
-  bool has_predecessor_{false};  ///< a period that counts came before
+  T forget_;                     ///< share of the sums that goes with a period [-]
+  bool has_predecessor_{false};  ///< an interval that counts came before
   T jump_{};
-  ThreePhase<T> still_{};   ///< readings since which all are equal [A]
+  T still_periods_{};       ///< since all readings are equal [-]
   T hidden_uncertainty_{};  ///< of Σ (v − e) since then [A]
-  SpaceVector<T> emf_{};    ///< e of the last period [A]
+  SpaceVector<T> emf_{};    ///< last e [A]
   std::array<State, 3> phases_{};
 };
 

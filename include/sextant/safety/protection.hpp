@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <numbers>
 #include <optional>
 
 #include "sextant/core/fault.hpp"
@@ -23,7 +25,10 @@
 namespace sextant {
 
 /// The protections by measurements: monitors turn them into facts once a period, protection_rules.hpp limits
-/// the facts.
+/// the facts. The monitors integrate over the time for which the applied pattern acted: none where a reading
+/// is repeated, several periods where several were missed. They leave out, begin anew and count an interval
+/// in which legs were driven for a part of the time only, or in which the rotor turned by a quarter of an
+/// electrical turn or more, which their models do not follow.
 template <class T = double>
 class Protection {
  public:
@@ -32,7 +37,7 @@ class Protection {
   explicit Protection(const Parameters& parameters) noexcept
       : limits_{parameters},
         offset_{{.limit = parameters.current_offset}},
-        prediction_{parameters.machine, parameters.period_ns},
+        prediction_{parameters.machine},
         response_{{.period_ns = parameters.period_ns,
                    .jump = parameters.current_jump,
                    .step = parameters.current_step}},
@@ -41,8 +46,9 @@ class Protection {
         noise_{noise(parameters)},
         speed_{{.machine = parameters.machine, .period_ns = parameters.period_ns}},
         direction_{direction_check(parameters)},
-        winding_{with_period(parameters.winding, parameters.period_ns)},
-        share_per_kelvin_{T(1) / (parameters.winding_trip - parameters.winding_warning)} {
+        winding_{parameters.winding},
+        share_per_kelvin_{T(1) / (parameters.winding_trip - parameters.winding_warning)},
+        quarter_turn_{T(std::numbers::pi / 2) / T(parameters.machine.pole_pairs)} {
     for (std::size_t n = 0; n < rule_count; ++n) needed_[n] = protection_rules<T>[n].needed(parameters);
   }
 
@@ -84,9 +90,9 @@ class Protection {
         .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
         .current_sum = std::abs(i.a + i.b + i.c),
         .current_offset = offset_.largest(),
-        .speed_change = is_driven ? std::abs(m.omega_m - omega_m_.value_or(m.omega_m)) : T(0),
+        .speed_change = is_driven ? speed_change(m) : T(0),
         .winding_temperature = winding_.temperature()};
-    evaluate(facts, faults);
+    evaluate(facts, periods_of(m.applied), faults);
     omega_m_ = m.omega_m;
     return faults;
   }
@@ -103,6 +109,10 @@ class Protection {
     direction_ = direction_check(limits_);
   }
 
+  /// Control periods since the start that the checks of currents and speed left out while legs were driven.
+  /// [-]
+  [[nodiscard]] constexpr std::uint64_t unchecked_periods() const noexcept { return unchecked_periods_; }
+
   /// Share of the torque that the winding's temperature leaves: 1 up to the warning, 0 at the trip. [-]
   [[nodiscard]] T available_share() const noexcept {
     return std::clamp((limits_.winding_trip - winding_.temperature()) * share_per_kelvin_, T(0), T(1));
@@ -117,12 +127,6 @@ class Protection {
   [[nodiscard]] static DirectionCheck<T> direction_check(const Parameters& p) noexcept {
     return DirectionCheck<T>{
         {.machine = p.machine, .current_noise = p.current_noise, .slowest = slowest_share * p.over_speed}};
-  }
-
-  [[nodiscard]] static typename WindingTemperature<T>::Parameters with_period(
-      typename WindingTemperature<T>::Parameters p, std::int32_t period_ns) noexcept {
-    p.period_ns = period_ns;
-    return p;
   }
 
   /// A current beyond the trip level does not flow for long; its reading may be that of a broken sensor.
@@ -152,28 +156,65 @@ class Protection {
     return phases;
   }
 
+  /// Control periods for which a pattern acted, to the nearest, one at least; zero where a reading is
+  /// repeated. [-]
+  [[nodiscard]] constexpr int periods_of(const GatePattern& applied) const noexcept {
+    const std::int64_t duration_ns = applied.duration_ns();
+    if (duration_ns == limits_.period_ns || applied.segments().empty()) return 1;
+    if (duration_ns == 0) return 0;
+    const std::int64_t periods = (duration_ns + limits_.period_ns / 2) / limits_.period_ns;
+    return int(std::clamp<std::int64_t>(periods, 1, std::numeric_limits<int>::max() / 2));
+  }
+
+  /// Magnitude of the change of the speed a control period. [rad/s]
+  [[nodiscard]] T speed_change(const Measurement<T>& m) const noexcept {
+    const T change = std::abs(m.omega_m - omega_m_.value_or(m.omega_m));
+    return change / T(std::max(1, periods_of(m.applied)));
+  }
+
   /// True where every leg was driven since the last measurement.
   [[nodiscard]] bool update_monitors(const Measurement<T>& m, const ProtectionInputs<T>& drive) noexcept {
+    // An empty pattern, gates off, tells no time.
+    const std::int64_t duration_ns =
+        m.applied.segments().empty() ? limits_.period_ns : m.applied.duration_ns();
     offset_.step(m);
-    winding_.step(within_trip(m.i_abc));
+    winding_.step(within_trip(m.i_abc), duration_ns);
     if (!m.applied.is_driven()) {
-      restart(m.i_abc, drive.psi_r);
+      leave_out(m, drive.psi_r);
       direction_.restart();
-      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(m.applied.duration_ns()));
+      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(duration_ns));
       return false;
     }
-    const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
-    if (applied.duration_ns != limits_.period_ns) {
-      restart(m.i_abc, drive.psi_r);  // periods were missed
-      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(applied.duration_ns));
+    if (duration_ns == 0) return true;  // a reading that is repeated
+    if (!(std::abs(m.omega_m) * seconds(duration_ns) < quarter_turn_)) {
+      leave_out(m, drive.psi_r);
+      direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(duration_ns));
       return true;
     }
-    const PredictedChange<T> change = prediction_.step(m.i_abc, drive.psi_r, applied.integral, m.u_dc);
-    response_.step(m.i_abc, change);
-    continuity_.step(m.i_abc, change);
-    speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference);
-    direction_.step(m.i_abc, applied.integral, m.u_dc, m.omega_m, seconds(applied.duration_ns));
+    check(m, drive);
     return true;
+  }
+
+  /// The monitors' step over an interval in which every leg was driven.
+  void check(const Measurement<T>& m, const ProtectionInputs<T>& drive) noexcept {
+    const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
+    const T dt = seconds(applied.duration_ns);
+    const bool is_one = applied.duration_ns == limits_.period_ns;
+    const PredictedChange<T> change = prediction_.step(m.i_abc, drive.psi_r, applied.integral, m.u_dc, dt);
+    response_.step(m.i_abc, change, is_one ? T(1) : T(applied.duration_ns) / T(limits_.period_ns));
+    continuity_.step(m.i_abc, change);
+    speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference,
+                applied.duration_ns);
+    direction_.step(m.i_abc, applied.integral, m.u_dc, m.omega_m, dt);
+  }
+
+  void leave_out(const Measurement<T>& m, SpaceVector<T> psi_r) noexcept {
+    restart(m.i_abc, psi_r);
+    for (const GateSegment& segment : m.applied.segments()) {
+      if (segment.state == gates_off || segment.duration_ns == 0) continue;
+      unchecked_periods_ += std::uint64_t(periods_of(m.applied));
+      return;
+    }
   }
 
   void restart(const ThreePhase<T>& i, SpaceVector<T> psi_r) noexcept {
@@ -185,14 +226,16 @@ class Protection {
 
   [[nodiscard]] static constexpr T seconds(std::int64_t ns) noexcept { return T(ns) * T(1e-9); }
 
-  void evaluate(const ProtectionFacts<T>& facts, FaultSet& faults) noexcept {
+  /// `periods`: control periods since the measurement before; none: it is repeated, and counts no more.
+  void evaluate(const ProtectionFacts<T>& facts, int periods, FaultSet& faults) noexcept {
     for_each_rule<protection_rules<T>>([&]<std::size_t n>() {
       constexpr const ProtectionRule<T>& rule = protection_rules<T>[n];
       const bool violated = rule.is_violated(facts, limits_);
       if constexpr (rule.measurements == 1 && rule.duration == nullptr) {
         if (violated) faults.set(rule.fault);
       } else {
-        counts_[n] = violated ? std::min(counts_[n] + 1, needed_[n]) : std::max(counts_[n] - 1, 0);
+        const int step = rule.duration == nullptr ? std::min(periods, 1) : std::min(periods, needed_[n]);
+        counts_[n] = violated ? std::min(counts_[n] + step, needed_[n]) : std::max(counts_[n] - step, 0);
         if (counts_[n] == needed_[n]) faults.set(rule.fault);
       }
     });
@@ -208,6 +251,8 @@ class Protection {
   DirectionCheck<T> direction_;
   WindingTemperature<T> winding_;
   T share_per_kelvin_;
+  T quarter_turn_;  ///< of the rotor, electrical, as a mechanical angle [rad]
+  std::uint64_t unchecked_periods_{0};
   std::array<int, rule_count> needed_{};  ///< count that makes a fault, by rule [-]
   std::array<int, rule_count>
       counts_{};  ///< measurements that violated the rule less those after that did not [-]

@@ -11,12 +11,12 @@ namespace sextant {
 
 /// Compares the measured speed with that at which the rotor flux turns, from voltages and currents alone:
 ///   e = u − R_s i − σL_s di/dt,   ψ = ∫(e − ω_c ψ) dt,
-///   ω_m = (ψ × ψ̇ / ψ² − ω_slip) / p,   ω_slip = R_r τ_e / (3/2 p ψ_r²),   k_r ψ_r = ψ_s − σL_s i_s
+///   ω_m = (∠ψ/Δt − ω_slip) / p,   ω_slip = R_r τ_e / (3/2 p ψ_r²),   k_r ψ_r = ψ_s − σL_s i_s
 /// (open-loop speed estimator; P. Vas, Sensorless Vector and Direct Torque Control, 1998). The leak
 /// ω_c takes drift and the unknown flux of a start on a turning machine away; it changes magnitude and phase
 /// of ψ, not the frequency. An error of R_s does not change the frequency either. An error of R_r goes into
 /// the slip, of which `slip_tolerance` is allowed for. τ_e and |ψ_s| are the controller's. Evaluated once in
-/// some 200 µs.
+/// some 200 µs, over the time for which the patterns acted; ∠ψ is the angle by which ψ has turned since then.
 ///
 /// Not seen: with gates off, while ψ is smaller than a fifth of the flux reference (no flux, or a stator
 /// frequency below about 0.2 ω_c), and in the `settle_ns` after these.
@@ -33,30 +33,30 @@ class SpeedPlausibility {
         pole_pairs_{T(p.machine.pole_pairs)},
         torque_gain_{T(1.5) * pole_pairs_},
         slip_gain_{p.machine.k_r() * p.machine.k_r() * p.machine.r_r / torque_gain_},
-        periods_a_block_{int(std::max<std::int64_t>(1, block_ns / p.period_ns))},
-        blocks_to_settle_{int(settle_ns / (std::int64_t{p.period_ns} * periods_a_block_))} {
-    const T block = T(p.period_ns) * T(1e-9) * T(periods_a_block_);
-    half_r_s_block_ = T(0.5) * p.machine.r_s * block;
-    keep_ = std::max(T(0), T(1) - leak * block);
-    inverse_block_ = T(1) / block;
-    filter_ = std::min(T(1), block / (T(filter_ns) * T(1e-9)));
+        r_s_{p.machine.r_s},
+        block_ns_{p.period_ns * std::max<std::int64_t>(1, block_ns / p.period_ns)},
+        blocks_to_settle_{int(settle_ns / block_ns_)},
+        nominal_{block_of(block_ns_)} {
     restart({});
   }
 
-  /// The end of a period in which every leg was driven: currents [A], ∫u_x dt over it [V·s], measured speed
-  /// [rad/s], the controller's torque [N·m] and |ψ_s| [Wb], and the flux reference [Wb].
+  /// The end of an interval of duration_ns [ns] in which every leg was driven: currents [A], ∫u_x dt over it
+  /// [V·s], measured speed [rad/s], the controller's torque [N·m] and |ψ_s| [Wb], and the flux reference
+  /// [Wb].
   void step(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds, T omega_m, T torque, T psi_s,
-            T psi_ref) noexcept {
+            T psi_ref, std::int64_t duration_ns) noexcept {
     volt_seconds_.a += volt_seconds.a;
     volt_seconds_.b += volt_seconds.b;
     volt_seconds_.c += volt_seconds.c;
-    if (--periods_left_ > 0) return;
-    evaluate(clarke(i), omega_m, torque, psi_s, psi_ref);
-    periods_left_ = periods_a_block_;
+    elapsed_ns_ += duration_ns;
+    if (elapsed_ns_ < block_ns_) return;
+    const Block block = elapsed_ns_ == block_ns_ ? nominal_ : block_of(elapsed_ns_);
+    evaluate(block, clarke(i), omega_m, torque, psi_s, psi_ref);
+    elapsed_ns_ = 0;
     volt_seconds_ = {};
   }
 
-  /// A period with gates off, or with missed periods: i are the currents at its end [A].
+  /// An interval with gates off, or that does not count: i are the currents at its end [A].
   constexpr void restart(const ThreePhase<T>& i) noexcept {
     i_s_ = clarke(i);
     psi_ = {};
@@ -64,7 +64,7 @@ class SpeedPlausibility {
     error_ = T(0);
     weight_ = T(0);
     slip_ = T(0);
-    periods_left_ = periods_a_block_;
+    elapsed_ns_ = 0;
     blocks_left_ = blocks_to_settle_;
   }
 
@@ -75,16 +75,36 @@ class SpeedPlausibility {
   }
 
  private:
-  void evaluate(SpaceVector<T> i_s, T omega_m, T torque, T psi_s, T psi_ref) noexcept {
+  /// Factors of a time between two evaluations.
+  struct Block {
+    T half_r_s{};  ///< R_s/2 times it [Ω·s]
+    T keep{};      ///< share of ψ that the leak leaves, and [-]
+    T gain{};      ///< of ∫e dt, by the trapezoidal rule [-]
+    T inverse{};   ///< [1/s]
+    T filter{};    ///< share of the way to a new value [-]
+  };
+
+  [[nodiscard]] Block block_of(std::int64_t ns) const noexcept {
+    const T seconds = T(ns) * T(1e-9);
+    const T half_leak = T(0.5) * leak * seconds;
+    return {.half_r_s = T(0.5) * r_s_ * seconds,
+            .keep = (T(1) - half_leak) / (T(1) + half_leak),
+            .gain = T(1) / (T(1) + half_leak),
+            .inverse = T(1) / seconds,
+            .filter = std::min(T(1), seconds / (T(filter_ns) * T(1e-9)))};
+  }
+
+  void evaluate(const Block& block, SpaceVector<T> i_s, T omega_m, T torque, T psi_s, T psi_ref) noexcept {
     const SpaceVector<T> emf_seconds =
-        clarke(volt_seconds_) - half_r_s_block_ * (i_s + i_s_) - sigma_l_s_ * (i_s - i_s_);
-    const SpaceVector<T> psi = keep_ * psi_ + emf_seconds;
+        clarke(volt_seconds_) - block.half_r_s * (i_s + i_s_) - sigma_l_s_ * (i_s - i_s_);
+    const SpaceVector<T> psi = block.keep * psi_ + block.gain * emf_seconds;
     const T slip = slip_of(i_s, torque, psi_s);
     const T weight = dot(psi, psi);
-    const T error = cross(psi_, psi) * inverse_block_ - (pole_pairs_ * omega_m + slip) * weight;
-    error_ += filter_ * (error - error_);
-    weight_ += filter_ * (weight - weight_);
-    slip_ += filter_ * (slip * weight - slip_);
+    const T turned = std::atan2(cross(psi_, psi), dot(psi_, psi)) * block.inverse;
+    const T error = (turned - pole_pairs_ * omega_m - slip) * weight;
+    error_ += block.filter * (error - error_);
+    weight_ += block.filter * (weight - weight_);
+    slip_ += block.filter * (slip * weight - slip_);
     psi_ = psi;
     i_s_ = i_s;
     if (weight < smallest_share_squared * psi_ref * psi_ref) {
@@ -114,19 +134,17 @@ class SpeedPlausibility {
   T pole_pairs_;
   T torque_gain_;  ///< 3/2 p [-]
   T slip_gain_;    ///< k_r² R_r/(3/2 p) [Ω]
-  int periods_a_block_;
+  T r_s_;
+  std::int64_t block_ns_;  ///< between two evaluations: whole periods [ns]
   int blocks_to_settle_;
-  T half_r_s_block_{};
-  T keep_{};
-  T inverse_block_{};
-  T filter_{};
+  Block nominal_;  ///< of that time
   SpaceVector<T> i_s_{};          ///< at the end of the last block [A]
   SpaceVector<T> psi_{};          ///< [Wb]
   ThreePhase<T> volt_seconds_{};  ///< of the block so far [V·s]
   T error_{};                     ///< (ω − p ω_m − ω_slip) ψ², filtered [Wb²·rad/s]
   T weight_{};                    ///< ψ², filtered [Wb²]
   T slip_{};                      ///< ω_slip ψ², filtered [Wb²·rad/s]
-  int periods_left_{};            ///< of the block [-]
+  std::int64_t elapsed_ns_{};     ///< of the block so far [ns]
   int blocks_left_{};             ///< until the result counts [-]
 };
 

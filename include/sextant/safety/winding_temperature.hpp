@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -12,7 +13,7 @@ namespace sextant {
 /// IEC 60255-149, thermal relays):
 ///   τ dΔ/dt = Δ_n (i/i_n)² − Δ,   ϑ = ϑ_ambient + Δ
 /// with the copper loss at constant resistance. Iron loss, the rotor's loss and the fan are not in it. The
-/// mean of i² enters every 0.1 s: a step a period would be below the rounding of `float`. Without a nominal
+/// mean of i² over time enters every 0.1 s: a step a period would be below the rounding of `float`. Without a nominal
 /// current the temperature stays at the ambient one. It starts there too: nothing is kept over a power-down,
 /// so a winding that was hot then is estimated too cold, by its rise times e^(−t/τ).
 template <class T = double>
@@ -21,14 +22,12 @@ class WindingTemperature {
   struct Parameters {
     static constexpr T none = std::numeric_limits<T>::infinity();
 
-    std::int32_t period_ns{25'000};  ///< control period [ns]
-    T nominal_current{none};         ///< i_n, RMS of a phase in continuous operation; none: no model [A]
-    T nominal_rise{T(80)};           ///< Δ_n, final temperature rise at that current [K]
-    T time_constant{T(600)};         ///< τ [s]
-    T ambient{T(40)};                ///< ϑ_ambient [°C]
+    T nominal_current{none};  ///< i_n, RMS of a phase in continuous operation; none: no model [A]
+    T nominal_rise{T(80)};    ///< Δ_n, final temperature rise at that current [K]
+    T time_constant{T(600)};  ///< τ [s]
+    T ambient{T(40)};         ///< ϑ_ambient [°C]
 
     [[nodiscard]] const char* validate() const noexcept {
-      if (period_ns <= 0) return "the control period must be above zero";
       if (!(nominal_current > T(0))) return "the winding's nominal current must be above zero";
       if (!(std::isfinite(nominal_rise) && nominal_rise > T(0))) {
         return "the winding's temperature rise must be above zero";
@@ -42,20 +41,20 @@ class WindingTemperature {
 
   explicit WindingTemperature(const Parameters& p) noexcept
       : parameters_{p},
-        periods_a_step_{int(step_ns / p.period_ns) > 0 ? int(step_ns / p.period_ns) : 1},
-        periods_left_{periods_a_step_},
-        gain_{p.nominal_rise / (T(3) * T(periods_a_step_) * p.nominal_current * p.nominal_current)},
-        share_{T(periods_a_step_) * T(p.period_ns) * T(1e-9) / p.time_constant},
+        gain_{p.nominal_rise / (T(3) * p.nominal_current * p.nominal_current)},
         temperature_{p.ambient} {}
 
-  /// One period with these phase currents [A].
-  constexpr void step(const ThreePhase<T>& i) noexcept {
+  /// These phase currents [A] flowed for duration_ns [ns].
+  constexpr void step(const ThreePhase<T>& i, std::int64_t duration_ns) noexcept {
     if (gain_ == T(0)) return;
-    sum_ += i.a * i.a + i.b * i.b + i.c * i.c;
-    if (--periods_left_ > 0) return;
-    temperature_ += share_ * (parameters_.ambient + gain_ * sum_ - temperature_);
+    sum_ += seconds(duration_ns) * (i.a * i.a + i.b * i.b + i.c * i.c);
+    elapsed_ns_ += duration_ns;
+    if (elapsed_ns_ < step_ns) return;
+    const T elapsed = seconds(elapsed_ns_);
+    const T share = std::min(T(1), elapsed / parameters_.time_constant);
+    temperature_ += share * (parameters_.ambient + gain_ * sum_ / elapsed - temperature_);
     sum_ = T(0);
-    periods_left_ = periods_a_step_;
+    elapsed_ns_ = 0;
   }
 
   [[nodiscard]] constexpr T temperature() const noexcept { return temperature_; }  ///< [°C]
@@ -63,12 +62,12 @@ class WindingTemperature {
  private:
   static constexpr std::int64_t step_ns = 100'000'000;
 
+  [[nodiscard]] static constexpr T seconds(std::int64_t ns) noexcept { return T(ns) * T(1e-9); }
+
   Parameters parameters_;
-  int periods_a_step_;
-  int periods_left_;
-  T gain_;   ///< from the sum of the squares over a step to the final rise; 0: no model [K/A²]
-  T share_;  ///< of the way to the final temperature in a step [-]
-  T sum_{};  ///< Σ i_a² + i_b² + i_c² of the step so far [A²]
+  T gain_;                      ///< from the mean of Σ i² to the final rise; 0: no model [K/A²]
+  T sum_{};                     ///< ∫ i_a² + i_b² + i_c² dt of the step so far [A²·s]
+  std::int64_t elapsed_ns_{0};  ///< of the step so far [ns]
   T temperature_;
 };
 

@@ -31,6 +31,10 @@ class TraceReducer {
     control_.r_s_ohm = telemetry.r_s;
     control_.r_r_ohm = telemetry.r_r;
     control_.l_m_h = telemetry.l_m;
+    control_.r_s_deviation = telemetry.r_s_deviation;
+    control_.r_r_deviation = telemetry.r_r_deviation;
+    control_.l_m_deviation = telemetry.l_m_deviation;
+    control_.periods_unchecked = double(telemetry.unchecked_periods);
     std::copy_n(control.channels.begin(), std::min(control.channels.size(), control_.channels.size()),
                 control_.channels.begin());
     return drive_.count() >= periods_per_row_;

@@ -81,6 +81,10 @@ struct ControlRow {
   double r_s_ohm{};                 ///< stator resistance in use [Ω]
   double r_r_ohm{};                 ///< rotor resistance in use [Ω]
   double l_m_h{};                   ///< magnetising inductance in use [H]
+  double r_s_deviation{};           ///< relative standard deviation of `r_s_ohm` [-]
+  double r_r_deviation{};           ///< the same of `r_r_ohm` [-]
+  double l_m_deviation{};           ///< the same of `l_m_h` [-]
+  double periods_unchecked{};       ///< left out by the checks of currents and speed so far [-]
   std::array<double, control_channel_capacity> channels{};  ///< of an own controller, each in its unit
 };
 

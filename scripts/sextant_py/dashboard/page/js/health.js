@@ -40,7 +40,11 @@ export class HealthView {
 
   showStatistics(s) {
     const inUse = s.r_s_ohm
-      ? [["R_s, R_r, L_m in use", `${number(s.r_s_ohm, 3)} Ω, ${number(s.r_r_ohm, 3)} Ω, ${number(s.l_m_h * 1e3, 1)} mH`]]
+      ? [
+          ["R_s in use", `${number(s.r_s_ohm, 3)} Ω ± ${number(s.r_s_deviation * 100, 0)} %`],
+          ["R_r in use", `${number(s.r_r_ohm, 3)} Ω ± ${number(s.r_r_deviation * 100, 0)} %`],
+          ["L_m in use", `${number(s.l_m_h * 1e3, 1)} mH ± ${number(s.l_m_deviation * 100, 0)} %`],
+        ]
       : [];
     const causes = Object.entries(CAUSES).filter(([name]) => s[name]).map(([name, text]) => [`– ${text}`, count(s[name])]);
     rows(this.counts, [
@@ -49,6 +53,7 @@ export class HealthView {
       ["missed", count(s.periods_missed), s.periods_missed > 0],
       ["overruns", count(s.overruns), s.overruns > 0],
       ...causes,
+      ...(s.periods_unchecked ? [["without checks of currents and speed", count(s.periods_unchecked), true]] : []),
       ...inUse,
     ]);
     const head = element("tr", {}, element("th", { scope: "col" }, "µs, last interval"));
