@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -96,6 +97,22 @@ std::string validate_voltage_range(const DriveConfig& c) {
   if (sensor.validate() != nullptr) return {};
   return range_problem(Converter{sensor, false}, c.drive.protection.dc_over_voltage, "V",
                        "protection.dc_over_voltage_v", "DC_OVER_VOLTAGE");
+}
+
+std::string validate_encoder(const DriveConfig& c) {
+  const EncoderParameters& encoder = c.plant.io.sensors.encoder;
+  if (encoder.validate() != nullptr || encoder.lines == 0 || encoder.speed != EncoderSpeed::count) return {};
+  const double edge = 2 * std::numbers::pi / (4.0 * encoder.lines);
+  const double quantum = edge / (encoder.window_periods * double(c.drive.period_ns) * 1e-9);
+  const Protection<>::Parameters& p = c.drive.protection;
+  const bool jumps = p.speed_jump <= p.speed_error;
+  const double most = jumps ? p.speed_jump : p.speed_error;
+  if (!(quantum > most)) return {};
+  const char* const key = jumps ? "protection.speed_jump_rad_s" : "protection.speed_error_rad_s";
+  return number_text(encoder.lines) + " lines make steps of " + number_text(std::round(1e3 * quantum) / 1e3) +
+         " rad/s in a window of " + number_text(encoder.window_periods) + " periods, above " + key + ", " +
+         number_text(most) +
+         " rad/s: the drive would trip; take more lines or a longer window, or raise the limit";
 }
 
 void describe(Section root, DriveConfig& c) {

@@ -21,8 +21,8 @@ class PredictiveController final : public FluxVectorController<T> {
  private:
   using Base = FluxVectorController<T>;
 
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T share) noexcept SEXTANT_NONBLOCKING override {
-    return Base::nearest_vector(u, u_dc, share);
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T quantum) noexcept SEXTANT_NONBLOCKING override {
+    return Base::nearest(u, u_dc, quantum);
   }
 };
 
