@@ -104,7 +104,8 @@ TYPED_TEST(TorqueTrimOf, StartsOnlyWhenTheTorqueHasCrossedTheReference) {
 
 // A method that takes zero vectors, because no active one leads nearer, never crosses the reference.
 TYPED_TEST(TorqueTrimOf, StartsAlsoWhereTheMethodRestsShortOfTheReference) {
-  for (int k = 0; k < 100; ++k) this->trim.step(TypeParam(5), TypeParam(2), TypeParam(psi_ref), TypeParam(u_dc), true);
+  for (int k = 0; k < 100; ++k)
+    this->trim.step(TypeParam(5), TypeParam(2), TypeParam(psi_ref), TypeParam(u_dc), true);
   EXPECT_GT(double(this->trim.value()), 0.5);
 }
 

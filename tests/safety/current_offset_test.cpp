@@ -88,10 +88,11 @@ TYPED_TEST(CurrentOffsetOf, IsNotThatOfCurrentsThatTurnAndDecay) {
   using T = TypeParam;
   std::mt19937 dice{20'241};
   for (int n = 0; n < 200; ++n) {
-    const double omega = 2 * std::numbers::pi * std::exp(uniform(dice, std::log(25.0), std::log(1000.0)));
-    const double tau = std::exp(uniform(dice, std::log(3e-3), std::log(0.5)));
-    const double peak = std::exp(uniform(dice, std::log(0.3), std::log(300.0)));
-    const double angle = uniform(dice, 0, 2 * std::numbers::pi);
+    const double omega =
+        2 * std::numbers::pi * std::exp(this->uniform(dice, std::log(25.0), std::log(1000.0)));
+    const double tau = std::exp(this->uniform(dice, std::log(3e-3), std::log(0.5)));
+    const double peak = std::exp(this->uniform(dice, std::log(0.3), std::log(300.0)));
+    const double angle = this->uniform(dice, 0, 2 * std::numbers::pi);
     SCOPED_TRACE(testing::Message() << n << ": " << omega << " rad/s, " << tau << " s, " << peak << " A");
     this->offset.restart();
     for (double t = 0; t < 5 * tau; t += 1e-9 * period_ns) {
@@ -110,10 +111,11 @@ TYPED_TEST(CurrentOffsetOf, BeyondItsLimitIsSeenWithin25MsOfTheEndOfTheCurrents)
   using T = TypeParam;
   std::mt19937 dice{20'242};
   for (int n = 0; n < 100; ++n) {
-    const double omega = 2 * std::numbers::pi * uniform(dice, 25, 500);
-    const double end = uniform(dice, 0, 0.1);
-    const double broken = uniform(dice, 1.1, 30) * double(this->limit) * (n % 2 == 0 ? 1 : -1);
-    SCOPED_TRACE(testing::Message() << n << ": " << omega << " rad/s until " << end << " s, " << broken << " A");
+    const double omega = 2 * std::numbers::pi * this->uniform(dice, 25, 500);
+    const double end = this->uniform(dice, 0, 0.1);
+    const double broken = this->uniform(dice, 1.1, 30) * double(this->limit) * (n % 2 == 0 ? 1 : -1);
+    SCOPED_TRACE(testing::Message() << n << ": " << omega << " rad/s until " << end << " s, " << broken
+                                    << " A");
     this->offset.restart();
     for (double t = 0; t < end + 0.025; t += 1e-9 * period_ns) {
       const double i = t < end ? 50 * (1 - t / end) : 0;

@@ -29,9 +29,10 @@ struct OffCase {
 /// Gates go off under torque; the link has 0.3 of its voltage from then on with a sag.
 std::unique_ptr<MachineRig> running(const TestMachine& machine, const OffCase& c) {
   const double begin_s = std::max(0.3, 2.5 * machine.parameters.tau_r());
-  ScenarioConfig config = machine_config(machine, {.controller = c.controller,
-                                                   .period_us = machine.parameters.sigma_l_s() < 1e-4 ? 20 : 50,
-                                                   .omega_m = c.speed * machine.base_speed()});
+  ScenarioConfig config =
+      machine_config(machine, {.controller = c.controller,
+                               .period_us = machine.parameters.sigma_l_s() < 1e-4 ? 20 : 50,
+                               .omega_m = c.speed * machine.base_speed()});
   SimulatedDriveIoParameters& io = config.drive.plant.io;
   if (c.off == Off::by_sag) {
     io.fault = {.kind = PlantFaultKind::link_sag, .at_ns = std::llround(begin_s * 1e9)};
@@ -72,12 +73,14 @@ TEST(GatesOff, CurrentsOfTheDiodesAreNoOffset) {
 // currents have died away.
 TEST(GatesOff, AnOffsetBeyondTheLimitIsFoundWithin30MsOfTheEndOfTheCurrents) {
   int n = 0;
-  for (const TestMachine& machine : {test_machines[0], test_machines[1], test_machines[5], test_machines[7]}) {
+  for (const TestMachine& machine :
+       {test_machines[0], test_machines[1], test_machines[5], test_machines[7]}) {
     for (const double offset : {-1.3, -0.9, 0.9, 1.3, 8.0}) {
       for (const double speed : {0.0, 0.9, -2.0}) {
         const char* controller = n++ % 2 == 0 ? "foc" : "dtc";
         const bool is_broken = std::abs(offset) > 1;
-        SCOPED_TRACE(testing::Message() << machine.name << ", " << controller << ", " << speed << ", " << offset);
+        SCOPED_TRACE(testing::Message()
+                     << machine.name << ", " << controller << ", " << speed << ", " << offset);
         const auto made = running(machine, {controller, speed, 0.3, Off::by_disable});
         MachineRig& rig = *made;
         const double off = offset * rig.limits().current_offset;

@@ -77,7 +77,8 @@ class DirectTorqueController final : public EstimatingController<T> {
                               d.u_dc);
   }
 
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T quantum) noexcept SEXTANT_NONBLOCKING override {
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc,
+                                    T quantum) noexcept SEXTANT_NONBLOCKING override {
     return Base::nearest(u, u_dc, quantum);
   }
 

@@ -132,6 +132,10 @@ class EstimatingController : public Controller<T> {
     if (found.share >= T(1)) return whole_period(found.state, u_dc);
     return pulse(found.state, found.share, stator_voltage(found.state, u_dc));
   }
+  /// That of `MagnetisingControl`, for the flux reference [Wb] and the link voltage [V]. [-]
+  [[nodiscard]] T vector_quantum(T psi_ref, T u_dc) const noexcept {
+    return magnetising_.vector_quantum(parameters_.machine, psi_ref, u_dc);
+  }
   /// The last pattern is a zero vector for the whole period.
   [[nodiscard]] bool rests() const noexcept {
     return is_driven_ && u_in_flight_.alpha == T(0) && u_in_flight_.beta == T(0);
@@ -149,7 +153,7 @@ class EstimatingController : public Controller<T> {
     const FluxAndCurrent<T> x = ahead(m.u_dc);
     if (mode_ == ControlMode::torque) return follow({x, reference.torque, psi_ref, m.u_dc});
     release();
-    const T quantum = magnetising_.vector_quantum(parameters_.machine, psi_ref, m.u_dc);
+    const T quantum = vector_quantum(psi_ref, m.u_dc);
     return realise(magnetising_.step(estimator_, x, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m,
                                      quantum * ripple_share_),
                    m.u_dc, quantum);

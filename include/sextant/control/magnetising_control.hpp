@@ -28,7 +28,7 @@ class MagnetisingControl {
   /// With a larger one the nearest to any voltage would overshoot the limit, or be a zero vector, and no flux
   /// would arise; multiples of it feed the EMF of a shaft that turns. u_dc [V].
   [[nodiscard]] constexpr T vector_quantum(const InductionMachineParameters<T>& machine, T psi_ref,
-                                         T u_dc) const noexcept {
+                                           T u_dc) const noexcept {
     const T largest_step = T(2.0 / 3.0) * u_dc * period_ / machine.sigma_l_s();
     const T room = magnetiser_.current_limit() - psi_ref / machine.l_s();
     return room < largest_step ? room / largest_step : T(1);

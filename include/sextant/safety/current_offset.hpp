@@ -15,9 +15,9 @@ namespace sextant {
 /// rotor time constants. Those turn with the flux and decay, while an offset stands still. Rest is a run of
 /// means over blocks of 1 ms, in each phase within
 ///   limit + step + 6 noise/√n        (n readings in a block)
-/// of each other; a block beyond begins a new run. The mean counts from a run of `rest` on, and is judged once
-/// it spans `average`. A current of the electrical frequency f that passes turns by 360° f · `rest` or more:
-/// from 50 Hz on it changes its sign. While the gates are on the last mean holds.
+/// of each other; a block beyond begins a new run. The mean counts from a run of `rest` on, and is judged
+/// once it spans `average`. A current of the electrical frequency f that passes turns by 360° f · `rest` or
+/// more: from 50 Hz on it changes its sign. While the gates are on the last mean holds.
 template <class T = double>
 class CurrentOffset {
  public:
@@ -137,16 +137,16 @@ class CurrentOffset {
   }
 
   Parameters parameters_;
-  ThreePhase<T> mean_{};           ///< over the run [A]
-  ThreePhase<T> removed_{};        ///< mean within the limit [A]
-  T largest_{};                    ///< magnitude of the means, once they span their time [A]
-  bool is_known_{false};           ///< there has been a rest
-  std::int64_t run_ns_{};          ///< that the mean spans [ns]
-  ThreePhase<T> least_{highest};   ///< mean of a block in the run [A]
-  ThreePhase<T> most_{lowest};     ///< [A]
-  ThreePhase<T> sum_{};            ///< of the block's readings [A]
-  int readings_{};                 ///< in the block [-]
-  std::int64_t in_block_ns_{};     ///< [ns]
+  ThreePhase<T> mean_{};          ///< over the run [A]
+  ThreePhase<T> removed_{};       ///< mean within the limit [A]
+  T largest_{};                   ///< magnitude of the means, once they span their time [A]
+  bool is_known_{false};          ///< there has been a rest
+  std::int64_t run_ns_{};         ///< that the mean spans [ns]
+  ThreePhase<T> least_{highest};  ///< mean of a block in the run [A]
+  ThreePhase<T> most_{lowest};    ///< [A]
+  ThreePhase<T> sum_{};           ///< of the block's readings [A]
+  int readings_{};                ///< in the block [-]
+  std::int64_t in_block_ns_{};    ///< [ns]
 };
 
 }  // namespace sextant
