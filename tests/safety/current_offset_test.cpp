@@ -106,8 +106,9 @@ TYPED_TEST(CurrentOffsetOf, IsNotThatOfCurrentsThatTurnAndDecay) {
   }
 }
 
-// A sensor that is broken all the same, as soon as the currents have gone.
-TYPED_TEST(CurrentOffsetOf, BeyondItsLimitIsSeenWithin25MsOfTheEndOfTheCurrents) {
+// A sensor that is broken all the same. A run that begins with the last of the currents, within the band, may
+// have to begin again.
+TYPED_TEST(CurrentOffsetOf, BeyondItsLimitIsSeenWithin45MsOfTheEndOfTheCurrents) {
   using T = TypeParam;
   std::mt19937 dice{20'242};
   for (int n = 0; n < 100; ++n) {
@@ -117,7 +118,7 @@ TYPED_TEST(CurrentOffsetOf, BeyondItsLimitIsSeenWithin25MsOfTheEndOfTheCurrents)
     SCOPED_TRACE(testing::Message() << n << ": " << omega << " rad/s until " << end << " s, " << broken
                                     << " A");
     this->offset.restart();
-    for (double t = 0; t < end + 0.025; t += 1e-9 * period_ns) {
+    for (double t = 0; t < end + 0.045; t += 1e-9 * period_ns) {
       const double i = t < end ? 50 * (1 - t / end) : 0;
       const auto phase = [&](double shift) { return T(i * std::cos(omega * t + shift) + this->noise(dice)); };
       this->offset.step(this->reading(phase(0) + T(broken), phase(-2.0944), phase(2.0944)));
