@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -96,6 +97,25 @@ std::string validate_voltage_range(const DriveConfig& c) {
   if (sensor.validate() != nullptr) return {};
   return range_problem(Converter{sensor, false}, c.drive.protection.dc_over_voltage, "V",
                        "protection.dc_over_voltage_v", "DC_OVER_VOLTAGE");
+}
+
+std::string validate_encoder(const DriveConfig& c) {
+  const EncoderParameters& encoder = c.plant.io.sensors.encoder;
+  if (encoder.validate() != nullptr || encoder.lines == 0) return {};
+  const double edge = 2 * std::numbers::pi / (4.0 * encoder.lines);
+  const double step = edge / (encoder.window_periods * double(c.drive.period_ns) * 1e-9);
+  const Protection<>::Parameters& p = c.drive.protection;
+  const bool jumps = p.speed_jump <= p.speed_error;
+  const double limit = jumps ? p.speed_jump : p.speed_error;
+  // A counted speed is always off by up to a step, of which half of the limit is to remain for a fault; a timed
+  // one only below an edge in the window.
+  const double most = encoder.speed == EncoderSpeed::count ? 0.5 * limit : limit;
+  if (!(step > most)) return {};
+  const char* const key = jumps ? "protection.speed_jump_rad_s" : "protection.speed_error_rad_s";
+  return number_text(encoder.lines) + " lines make steps of " + number_text(std::round(1e3 * step) / 1e3) +
+         " rad/s in a window of " + number_text(encoder.window_periods) + " periods, above " +
+         number_text(most) + " rad/s (" + key + ", " + number_text(limit) +
+         "): the drive would trip; take more lines or a longer window, or raise the limit";
 }
 
 void describe(Section root, DriveConfig& c) {

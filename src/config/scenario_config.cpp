@@ -35,7 +35,7 @@ void window_end(Section& s, const char* key, std::int64_t& to_ns, const char* me
                     [&to_ns](double x) { to_ns = to_ns_of(x); }});
 }
 
-void describe(Section s, MetricsParameters& p) {
+void describe(Section s, MetricsParameters& p, const Drive<>::Parameters& drive) {
   s.time("window_from_s", p.from_ns, ns_per_s, time_s, "s", "beginning of the window of steady metrics");
   window_end(s, "window_to_s", p.to_ns, "end of that window; not set: the end of the run");
   s.add("step_s", "s", "instant of the torque step whose response time is taken",
@@ -45,6 +45,9 @@ void describe(Section s, MetricsParameters& p) {
                       return static_cast<double>(*p.step_ns) / ns_per_s;
                     },
                     [&p](double x) { p.step_ns = to_ns_of(x); }});
+  s.derived("torque_tolerance_nm", p.torque_tolerance, {1e-6, 1e5}, "N·m",
+            "deviation of the mean torque over 20 ms that torque_silent_ms allows, or 5 %, the larger one",
+            [&drive] { return std::min(drive.command.torque_limit, drive.capability.torque) / 75; });
   s.check(p);
 }
 
@@ -298,7 +301,7 @@ void describe(Section root, ScenarioConfig& c) {
   root.section("cycle").check([&c] { return validate_alone(c); });
   root.section("driver").check([&c] { return validate_driver(c); });
   root.derive([&c] { prescribe(c); });
-  describe(root.section("metrics"), scenario.metrics);
+  describe(root.section("metrics"), scenario.metrics, c.drive.drive);
   Section trace = root.section("trace");
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us", "one row of the trace");
   trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
@@ -324,6 +327,8 @@ void describe(Section root, ScenarioConfig& c) {
       [&c] { return c.expected_fault ? std::string{} : validate_current_range(c.drive); });
   sensors.section("voltage").section("range_v").check(
       [&c] { return c.expected_fault ? std::string{} : validate_voltage_range(c.drive); });
+  sensors.section("encoder").section("lines").check(
+      [&c] { return c.expected_fault ? std::string{} : validate_encoder(c.drive); });
   root.section("profile").section("torque_nm").check([&c] {
     return c.cycle.is_given() ? std::string{} : validate_torque(c);
   });

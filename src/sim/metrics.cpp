@@ -78,7 +78,7 @@ void MetricsAccumulator::pulse(std::int64_t t_ns, std::int64_t count) noexcept {
 }
 
 void MetricsAccumulator::has_control_period(std::int64_t period_ns) {
-  deviation_.emplace(period_ns, parameters_.from_ns, parameters_.to_ns);
+  deviation_.emplace(period_ns, parameters_.from_ns, parameters_.to_ns, parameters_.torque_tolerance);
 }
 
 void MetricsAccumulator::note_reference(const MetricsSample& before, const MetricsSample& after) noexcept {

@@ -18,8 +18,10 @@ class RunMetrics {
   explicit RunMetrics(const Scenario& scenario) : run_{scenario.metrics} {
     windows_.reserve(scenario.windows.size());
     for (const WindowExpectation& w : scenario.windows) {
-      windows_.emplace_back(MetricsParameters{
-          .from_ns = w.window.from_ns, .to_ns = w.window.to_ns, .step_ns = scenario.metrics.step_ns});
+      MetricsParameters window = scenario.metrics;
+      window.from_ns = w.window.from_ns;
+      window.to_ns = w.window.to_ns;
+      windows_.emplace_back(window);
     }
     if (!scenario.cycle) return;
     following_.emplace(scenario.cycle->speed);

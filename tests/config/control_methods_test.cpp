@@ -198,7 +198,7 @@ TEST(ControlMethods, AreRefusedWithFileAndLine) {
 }
 
 TEST(ControlMethods, BlockNothingByDefaultsWhileAnotherIsChosen) {
-  const std::string slow = "drive.period_us=1000";
+  const std::string slow = "drive.period_us=600";
   EXPECT_EQ(refusal({slow}), "accepted");
   EXPECT_THAT(refusal({slow, "control.controller=own"}), HasSubstr("control.own: the gain is too high"));
   EXPECT_THAT(refusal({slow, "control.own.gain=2"}), HasSubstr("control.own: the gain is too high"));
@@ -217,7 +217,7 @@ TEST(ControlMethods, BlockNothingByDerivedValuesWhileAnotherIsChosen) {
 TEST(ControlMethods, ThatAreNotUsedDoNotBlockThePrintedConfiguration) {
   const ConfigFiles files;
   const std::string text =
-      print_config(load_scenario_config(shipped_scenario, {"drive.period_us=1000"}, own));
+      print_config(load_scenario_config(shipped_scenario, {"drive.period_us=600"}, own));
   EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
 }
 

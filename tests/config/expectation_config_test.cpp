@@ -157,6 +157,25 @@ TEST_F(ExpectationConfig, ASensorThatEndsBelowItsTripLevelIsRefused) {
               HasSubstr("readings end at 200 A, not above protection.over_current_a, 250 A"));
 }
 
+// An edge of 4 N a revolution in a window of k periods of 25 us is a step of 2 pi/(4 N k 25 us).
+TEST_F(ExpectationConfig, AnEncoderThatIsTooCoarseForThePeriodIsRefused) {
+  const std::string limits = "[protection]\nspeed_jump_rad_s = 50\nspeed_error_rad_s = 40\n";
+  const std::string count = "[plant.sensors.encoder]\nspeed = \"count\"\n";
+  const std::string period = "[plant.sensors.encoder]\nspeed = \"period\"\n";
+  EXPECT_THAT(refusal(limits + count + "lines = 78\nwindow_periods = 40\n"),
+              HasSubstr("plant.sensors.encoder.lines: 78 lines make steps of 20.138 rad/s in a window of 40 "
+                        "periods, above 20 rad/s (protection.speed_error_rad_s, 40): the drive would trip"));
+  EXPECT_NO_THROW(load(limits + count + "lines = 79\nwindow_periods = 40\n"));
+  EXPECT_THAT(refusal(limits + count + "lines = 79\nwindow_periods = 39\n"), HasSubstr("39 periods"));
+  EXPECT_NO_THROW(load(limits + count + "lines = 40\nwindow_periods = 40\n", {"drive.period_us=50"}));
+  EXPECT_THAT(refusal(limits + count + "lines = 100\n", {"protection.speed_jump_rad_s=30"}),
+              HasSubstr("above 15 rad/s (protection.speed_jump_rad_s, 30)"));
+  EXPECT_THAT(refusal(limits + period + "lines = 39\n"), HasSubstr("above 40 rad/s"));
+  EXPECT_NO_THROW(load(limits + period + "lines = 40\n"));
+  EXPECT_NO_THROW(load(limits + count + "lines = 8\n[expect]\nfault = \"SPEED_SENSOR\"\n"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.sensors.encoder.lines=16"}), HasSubstr("16 lines make steps"));
+}
+
 TEST_F(ExpectationConfig, ATorqueBeyondTheGatesLimitIsRefused) {
   const std::string gate = "[command]\ntorque_limit_nm = 20\n";
   EXPECT_THAT(

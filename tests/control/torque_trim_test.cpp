@@ -102,6 +102,13 @@ TYPED_TEST(TorqueTrimOf, StartsOnlyWhenTheTorqueHasCrossedTheReference) {
   EXPECT_LT(double(this->trim.value()), -0.3);
 }
 
+// A method that takes zero vectors, because no active one leads nearer, never crosses the reference.
+TYPED_TEST(TorqueTrimOf, StartsAlsoWhereTheMethodRestsShortOfTheReference) {
+  for (int k = 0; k < 100; ++k)
+    this->trim.step(TypeParam(5), TypeParam(2), TypeParam(psi_ref), TypeParam(u_dc), true);
+  EXPECT_GT(double(this->trim.value()), 0.5);
+}
+
 TYPED_TEST(TorqueTrimOf, AStepOfTheReferencePassesAtOnce) {
   this->swing(4000, 15, -2);
   const double trimmed = double(this->step(15, 15));

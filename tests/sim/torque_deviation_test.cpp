@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::int64_t period_ns = 25'000;
 constexpr std::int64_t ms = 1'000'000;
+constexpr double tolerance = 2;  // [N·m]
 
 /// What happens in one control period.
 struct Period {
@@ -30,7 +31,7 @@ struct Period {
 
 TorqueDeviation run(std::int64_t from_ns, std::int64_t to_ns, std::int64_t end_ns,
                     const std::function<Period(std::int64_t)>& at) {
-  TorqueDeviation deviation{period_ns, from_ns, to_ns};
+  TorqueDeviation deviation{period_ns, from_ns, to_ns, tolerance};
   for (std::int64_t t = 0; t <= end_ns; t += period_ns) {
     Period p = at(t);
     p.telemetry.t_ns = t;
@@ -109,6 +110,22 @@ TEST(TorqueDeviation, ToleratesTwoNewtonMetresAndFivePercent) {
         100 * ms, [c](std::int64_t) { return Period{.torque = c.command + c.error, .command = c.command}; });
     EXPECT_NEAR(d.largest(), std::abs(c.error), 1e-9);
     EXPECT_EQ(d.longest_ms() > 0, c.silent);
+  }
+}
+
+// On a machine of 7.5 N·m two newton metres would be a quarter of its torque.
+TEST(TorqueDeviation, TheLeastToleranceIsThatOfTheDrive) {
+  for (const double least : {0.1, 2.0, 27.0}) {
+    for (const double share : {0.99, 1.01}) {
+      TorqueDeviation d{period_ns, 0, 100 * ms, least};
+      for (std::int64_t t = 0; t <= 100 * ms; t += period_ns) {
+        Period p{.command = least};
+        p.telemetry.t_ns = t;
+        d.begin_period(p.telemetry, p.command);
+        d.add_segment((1 + share) * least, (1 + share) * least, period_ns);
+      }
+      EXPECT_EQ(d.longest_ms() > 0, share > 1) << least;
+    }
   }
 }
 

@@ -69,6 +69,10 @@ void describe(Section root, DriveConfig& config);
 [[nodiscard]] std::string validate_current_range(const DriveConfig& config);
 [[nodiscard]] std::string validate_voltage_range(const DriveConfig& config);
 
+/// Empty when one edge of the encoder, which is a step of the speed, is no fault of its sensor, else a
+/// sentence.
+[[nodiscard]] std::string validate_encoder(const DriveConfig& config);
+
 /// Sections plant and load alone.
 /// lead_of_drive: as the sensors take it. [ns]
 void describe(

@@ -77,8 +77,9 @@ class DirectTorqueController final : public EstimatingController<T> {
                               d.u_dc);
   }
 
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T share) noexcept SEXTANT_NONBLOCKING override {
-    return Base::nearest_vector(u, u_dc, share);
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc,
+                                    T quantum) noexcept SEXTANT_NONBLOCKING override {
+    return Base::nearest(u, u_dc, quantum);
   }
 
   void release() noexcept SEXTANT_NONBLOCKING override {

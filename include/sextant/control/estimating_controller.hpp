@@ -98,10 +98,10 @@ class EstimatingController : public Controller<T> {
 
   /// The pattern with which the torque follows its reference. It must call `drive`.
   [[nodiscard]] virtual GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
-  /// The pattern whose mean voltage is nearest to u [V]. It must call `drive`. share: largest share of the
+  /// The pattern whose mean voltage is nearest to u [V]. It must call `drive`. quantum: of the share of the
   /// period for which a method of one vector a period lets an active one act. [-]
   [[nodiscard]] virtual GatePattern realise(SpaceVector<T> u, T u_dc,
-                                            T share) noexcept SEXTANT_NONBLOCKING = 0;
+                                            T quantum) noexcept SEXTANT_NONBLOCKING = 0;
   /// The torque follows no reference; `estimate_` is that of this period.
   virtual void release() noexcept SEXTANT_NONBLOCKING {}
   /// What is left of earlier periods, as after power-up.
@@ -132,11 +132,20 @@ class EstimatingController : public Controller<T> {
     present_ = pattern.last_state();
     return pattern;
   }
-  /// The state of which that share of the period is nearest to u [V], or a zero vector.
-  [[nodiscard]] GatePattern nearest_vector(SpaceVector<T> u, T u_dc, T share) noexcept {
-    const SwitchState state = nearest_state(u, u_dc, present_, share);
-    const bool is_whole = share >= T(1) || state == nearest_zero_state(state);
-    return is_whole ? whole_period(state, u_dc) : pulse(state, share, stator_voltage(state, u_dc));
+  /// The state whose share of the period is nearest to u [V], of the multiples of `quantum`, or a zero
+  /// vector.
+  [[nodiscard]] GatePattern nearest(SpaceVector<T> u, T u_dc, T quantum) noexcept {
+    const NearestVector<T> found = nearest_vector(u, u_dc, present_, quantum);
+    if (found.share >= T(1)) return whole_period(found.state, u_dc);
+    return pulse(found.state, found.share, stator_voltage(found.state, u_dc));
+  }
+  /// That of `MagnetisingControl`, for the flux reference [Wb] and the link voltage [V]. [-]
+  [[nodiscard]] T vector_quantum(T psi_ref, T u_dc) const noexcept {
+    return magnetising_.vector_quantum(parameters_.machine, psi_ref, u_dc);
+  }
+  /// The last pattern is a zero vector for the whole period.
+  [[nodiscard]] bool rests() const noexcept {
+    return is_driven_ && u_in_flight_.alpha == T(0) && u_in_flight_.beta == T(0);
   }
   /// The state in force at the end of the last pattern of these, until the gates go off.
   [[nodiscard]] SwitchState present() const noexcept { return present_; }
@@ -151,10 +160,10 @@ class EstimatingController : public Controller<T> {
     const FluxAndCurrent<T> x = ahead(m.u_dc);
     if (mode_ == ControlMode::torque) return follow({x, reference.torque, psi_ref, m.u_dc});
     release();
-    const T share = magnetising_.vector_share(parameters_.machine, psi_ref, m.u_dc);
+    const T quantum = vector_quantum(psi_ref, m.u_dc);
     return realise(magnetising_.step(estimator_, x, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m,
-                                     share * ripple_share_),
-                   m.u_dc, share);
+                                     quantum * ripple_share_),
+                   m.u_dc, quantum);
   }
 
   void stop() noexcept {

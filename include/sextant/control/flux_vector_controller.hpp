@@ -41,9 +41,10 @@ class FluxVectorController : public EstimatingController<T> {
   using Base = EstimatingController<T>;
 
   [[nodiscard]] GatePattern follow(const Demand& d) noexcept SEXTANT_NONBLOCKING final {
-    const T torque = torque_trim_.step(d.torque, Base::estimate_.torque, d.psi_ref, d.u_dc);
+    const T torque = torque_trim_.step(d.torque, Base::estimate_.torque, d.psi_ref, d.u_dc, Base::rests());
     const CurrentDemand<T> demand{torque, d.psi_ref, current_limit_};
-    return this->realise(deadbeat_voltage(Base::estimator(), d.x, demand, Base::period()), d.u_dc, T(1));
+    return this->realise(deadbeat_voltage(Base::estimator(), d.x, demand, Base::period()), d.u_dc,
+                         Base::vector_quantum(d.psi_ref, d.u_dc));
   }
 
   T current_limit_;  ///< [A]

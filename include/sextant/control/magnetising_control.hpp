@@ -22,13 +22,13 @@ class MagnetisingControl {
   constexpr MagnetisingControl(const Parameters& parameters, T period) noexcept
       : magnetiser_{parameters}, period_{period} {}
 
-  /// The largest share of a period for which an active vector may act, so that it moves the current by no
-  /// more than the limit has above the current that holds the flux psi_ref [Wb]:
+  /// The quantum of the share of a period for which an active vector acts, so that one moves the current by
+  /// no more than the limit has above the current that holds the flux psi_ref [Wb]:
   ///   (I − ψ_ref/L_s)/((2/3) u_dc t_period/σL_s), at most 1
-  /// A vector that moves it further would overshoot the limit, or the nearest to any voltage would be a zero
-  /// vector, and no flux would arise. u_dc [V].
-  [[nodiscard]] constexpr T vector_share(const InductionMachineParameters<T>& machine, T psi_ref,
-                                         T u_dc) const noexcept {
+  /// With a larger one the nearest to any voltage would overshoot the limit, or be a zero vector, and no flux
+  /// would arise; multiples of it feed the EMF of a shaft that turns. u_dc [V].
+  [[nodiscard]] constexpr T vector_quantum(const InductionMachineParameters<T>& machine, T psi_ref,
+                                           T u_dc) const noexcept {
     const T largest_step = T(2.0 / 3.0) * u_dc * period_ / machine.sigma_l_s();
     const T room = magnetiser_.current_limit() - psi_ref / machine.l_s();
     return room < largest_step ? room / largest_step : T(1);

@@ -5,7 +5,9 @@
 namespace sextant {
 
 /// Finite-control-set predictive torque control without weighting factor: one switching state a period, the
-/// one whose voltage is nearest to that which leads torque and stator flux to their references. Sources: as
+/// one whose voltage is nearest to that which leads torque and stator flux to their references. Where a whole
+/// period of an active one moves the current too far for the machine to be magnetised, multiples of a part of
+/// it (`MagnetisingControl::vector_quantum`) are in the set, with a zero vector for the rest. Sources: as
 /// `FluxVectorController`; V. P. Muddineni, S. R. Sandepudi, A. K. Bonala, "Simplified finite control set
 /// model predictive control for induction motor drive without weighting factors", PEDES 2016 (paper, [10]).
 template <class T = double>
@@ -21,8 +23,9 @@ class PredictiveController final : public FluxVectorController<T> {
  private:
   using Base = FluxVectorController<T>;
 
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T share) noexcept SEXTANT_NONBLOCKING override {
-    return Base::nearest_vector(u, u_dc, share);
+  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc,
+                                    T quantum) noexcept SEXTANT_NONBLOCKING override {
+    return Base::nearest(u, u_dc, quantum);
   }
 };
 

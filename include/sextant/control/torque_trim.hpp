@@ -15,7 +15,8 @@ namespace sextant {
 /// ΔT is what an active vector changes of the torque in a period. A change of T_ref passes at once.
 ///
 /// The trim holds its value from a period in which the torque is further than 2 ΔT from T_ref + x, as after a
-/// step of T_ref or where the link voltage does not suffice, until the torque has crossed T_ref + x.
+/// step of T_ref or where the link voltage does not suffice, until the torque has crossed T_ref + x, or
+/// the method rests short of it.
 template <class T = double>
 class TorqueTrim {
  public:
@@ -37,11 +38,13 @@ class TorqueTrim {
   }
 
   /// One period in which the torque is to follow its reference: T_ref and the estimate T [N·m], ψ_ref [Wb]
-  /// and u_dc [V]. Returns T_ref + x. [N·m]
-  constexpr T step(T reference, T torque, T psi_ref, T u_dc) noexcept {
+  /// and u_dc [V]. rests: a zero vector was taken for the period before, as no active one led nearer to the
+  /// references. Returns T_ref + x. [N·m]
+  constexpr T step(T reference, T torque, T psi_ref, T u_dc, bool rests = false) noexcept {
     const T limit = limit_gain_ * psi_ref * u_dc;
     const T error = reference + value_ - torque;
-    follows_ = std::abs(error) <= T(2) * limit && (follows_ || error * error_before_ < T(0));
+    const bool begins = rests || error * error_before_ < T(0);
+    follows_ = std::abs(error) <= T(2) * limit && (follows_ || begins);
     if (follows_) value_ += gain_ * (reference - T(0.5) * (torque_before_ + torque));
     value_ = std::max(-limit, std::min(limit, value_));
     torque_before_ = torque;

@@ -36,7 +36,9 @@ class Protection {
 
   explicit Protection(const Parameters& parameters) noexcept
       : limits_{parameters},
-        offset_{{.limit = parameters.current_offset}},
+        offset_{{.limit = parameters.current_offset,
+                 .noise = parameters.current_noise,
+                 .step = parameters.current_step}},
         prediction_{parameters.machine},
         response_{{.period_ns = parameters.period_ns,
                    .jump = parameters.current_jump,

@@ -61,8 +61,8 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "sampled runs: largest distance in the window between the mean torque over 20 ms and the attainable "
      "command, which is the commanded torque within the published available one"},
     {"torque_silent_ms", "ms",
-     "longest time in the window for which that distance was above 2 N·m and 5 % of the attainable command "
-     "while the gates were on without a fault"},
+     "longest time in the window for which that distance was above metrics.torque_tolerance_nm and 5 % of "
+     "the attainable command while the gates were on without a fault"},
     {"torque_motoring_nm", "N·m",
      "published available torque for motoring, mean in the window up to a fault"},
     {"torque_regenerating_nm", "N·m",

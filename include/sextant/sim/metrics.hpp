@@ -21,11 +21,13 @@ struct MetricsParameters {
   std::int64_t from_ns{0};                                       ///< first instant of the steady window [ns]
   std::int64_t to_ns{std::numeric_limits<std::int64_t>::max()};  ///< last instant of it, included [ns]
   std::optional<std::int64_t> step_ns{};                         ///< instant of the reference step [ns]
+  double torque_tolerance{2};  ///< least one of `TorqueDeviation`, of a drive of 150 N·m [N·m]
 
   [[nodiscard]] constexpr const char* validate() const noexcept {
     if (from_ns < 0) return "the window must not begin before 0";
     if (to_ns <= from_ns) return "the window must end after it begins";
     if (step_ns && *step_ns < 0) return "the step must not be before 0";
+    if (!(torque_tolerance > 0)) return "the tolerance of the torque must be above zero";
     return nullptr;
   }
 };

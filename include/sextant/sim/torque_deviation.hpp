@@ -22,7 +22,7 @@ namespace sextant {
 /// the end of a period is the distance of the mean of the true torque over the last 20 ms from the interval
 /// of the attainable commands of these 20 ms, so that a step of the command is no deviation by itself; with a
 /// constant attainable command c it is |mean(τ_e) − c|. It is too large above
-///   max(2 N·m, 5 % of the nearest attainable command).
+///   max(tolerance, 5 % of the nearest attainable command).
 /// Gates that are off, as they are after a fault, end a deviation; the mean begins anew after them, and there
 /// is no deviation before it spans 20 ms. An entry into DERATED after 20 ms without that state announces what
 /// comes before it: for 20 ms, over which the mean still contains it, a deviation that is too large counts as
@@ -30,14 +30,15 @@ namespace sextant {
 class TorqueDeviation {
  public:
   static constexpr std::int64_t span_ns = 20'000'000;  ///< of the mean [ns]
-  static constexpr double tolerance = 2;               ///< least tolerance of the mean torque [N·m]
   static constexpr double relative_tolerance = 0.05;   ///< tolerance by attainable command [-]
 
-  /// Instants within (from_ns, to_ns] count. period_ns is the control period. [ns]
-  TorqueDeviation(std::int64_t period_ns, std::int64_t from_ns, std::int64_t to_ns)
+  /// Instants within (from_ns, to_ns] count. period_ns is the control period. [ns] tolerance: the least one
+  /// of the mean torque. [N·m]
+  TorqueDeviation(std::int64_t period_ns, std::int64_t from_ns, std::int64_t to_ns, double tolerance)
       : period_ns_{period_ns},
         from_ns_{from_ns},
         to_ns_{to_ns},
+        tolerance_{tolerance},
         torque_{periods(period_ns)},
         highest_{periods(period_ns)},
         negated_lowest_{periods(period_ns)},
@@ -118,7 +119,7 @@ class TorqueDeviation {
     const double deviation = std::abs(torque_.value() - nearest);
     has_mean_ = true;
     largest_ = std::max(largest_, deviation);
-    const bool too_large = deviation > std::max(tolerance, relative_tolerance * std::abs(nearest));
+    const bool too_large = deviation > std::max(tolerance_, relative_tolerance * std::abs(nearest));
     too_large_periods_ = too_large && announced_ == 0 ? too_large_periods_ + 1 : 0;
     longest_periods_ = std::max(longest_periods_, too_large_periods_);
   }
@@ -132,6 +133,7 @@ class TorqueDeviation {
   std::int64_t period_ns_;
   std::int64_t from_ns_;
   std::int64_t to_ns_;
+  double tolerance_;               // least one of the mean torque [N·m]
   SlidingMean torque_;             // true torque, mean of each period
   SlidingMaximum highest_;         // attainable command
   SlidingMaximum negated_lowest_;  // attainable command with the other sign
