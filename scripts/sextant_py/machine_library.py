@@ -29,7 +29,7 @@ EXAMPLES = """examples:
   scripts/machine_library --quick                           a few points of each machine, printed
   scripts/machine_library --machines krause_50hp,ong_20hp --methods foc --periods 100
   scripts/machine_library --points 10                       more speeds in each cell, printed
-  scripts/machine_library --parts reversals,starts          full torque and its reversal, starts through standstill
+  scripts/machine_library --parts reversals,starts,sags     full torque reversed, starts through standstill, sags
   scripts/machine_library --from docs/machine_library.json  no runs: picture and page again
 
 Nothing is set but machine, link, method, control period and sensors: the drive is the shipped one. A point is right,

@@ -1,4 +1,4 @@
-"""Scenarios on every machine: full torque and its reversal; starts while the shaft passes through standstill."""
+"""Scenarios on every machine: full torque and its reversal, starts through standstill, and a sag of the link."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -10,8 +10,8 @@ from .machine_library_results import DERATED, REFUSED, RIGHT, TRIPPED, WRONG
 from .machine_library_run import Lab
 from .sweep_file import Settings
 
-REVERSALS, STARTS = "reversals", "starts"
-NAMES = (REVERSALS, STARTS)
+REVERSALS, STARTS, SAGS = "reversals", "starts", "sags"
+NAMES = (REVERSALS, STARTS, SAGS)
 PERIODS_US = (50, 125)
 SILENT_MS = 10.0  # for so long torque may depart from what the drive publishes
 DERATED_SHARE = 0.97  # of the command, below which the published torque counts as derating
@@ -28,6 +28,11 @@ INSTANTS_S = (0.03, 0.1, 0.2, 0.4)  # of standstill; torque is asked from power-
 START_TORQUES = (1.0, -0.25, 0.25, -1.0)  # shares of the rated torque, in turn
 STARTS_END_S = 1.5
 
+SAG_SPEEDS = (0.3, -0.7, 1.0, -1.3, 1.8)  # shares of the base speed
+SAG_SHARE = 0.7  # of the link, to which it falls at once
+SAG_AT_S = STEP_S + 0.4
+SAGS_END_S = STEP_S + 0.9
+
 
 @dataclass(frozen=True)
 class Case:
@@ -41,11 +46,18 @@ class Case:
     def title(self) -> str:
         if self.scenario == REVERSALS:
             return f"{self.point.speed:g}"
+        if self.scenario == SAGS:
+            return f"{self.point.speed:g}, torque {self.point.torque:g}"
         return f"{self.point.speed:g} to {-self.point.speed:g}, through zero at {self.instant_s:g} s"
 
     def settings(self, machine: Machine, configuration: Settings) -> Settings:
         """What the run sets beside its point."""
         torque = command_of(self.point, machine, configuration)
+        if self.scenario == SAGS:
+            return {
+                "duration_s": SAGS_END_S, "metrics.window_from_s": STEP_S, "plant.faults.kind": "link_sag",
+                "plant.faults.at_s": SAG_AT_S, "plant.faults.sag_v": SAG_SHARE * machine.u_dc,
+            }  # fmt: skip
         if self.scenario == REVERSALS:
             first, second = REVERSED_S
             return {
@@ -74,9 +86,16 @@ def _starts(cell: Cell) -> list[Case]:
     ]
 
 
+def _sags(cell: Cell) -> list[Case]:
+    return [Case(SAGS, Point(cell, speed, torque)) for speed in SAG_SPEEDS for torque in (1.0, -1.0)]
+
+
+OF_CELL = {REVERSALS: _reversals, STARTS: _starts, SAGS: _sags}
+
+
 def cases(name: str, machines: Iterable[str], methods: Iterable[str], periods_us: Iterable[int]) -> list[Case]:
     """Of a scenario, over all machines, methods and periods."""
-    machines, methods, of_cell = tuple(machines), tuple(methods), {REVERSALS: _reversals, STARTS: _starts}[name]
+    machines, methods, of_cell = tuple(machines), tuple(methods), OF_CELL[name]
     cells = [Cell(machine, p, method, "ideal") for machine in machines for p in periods_us for method in methods]
     return [case for cell in cells for case in of_cell(cell)]
 

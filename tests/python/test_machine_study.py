@@ -113,7 +113,7 @@ def test_page_counts_what_the_records_say(tmp_path: Path) -> None:
     fault = {"fault": "open phase", "method": "foc", "machine": MACHINE.id, "period_us": 100, "speed": 0.5}
     fault |= {"torque": 1.0, "kind": machine_library_faults.NAMED, "seen": "OPEN_PHASE", "late_ms": 3.25}
     results = results_of([good, bad, bad, refused], [fault])
-    reversal, *_, start = (machine_library_scenarios.cases(n, [MACHINE.id], ["foc"], [50])[5] for n in SCENARIOS)
+    reversal, start, _ = (machine_library_scenarios.cases(n, [MACHINE.id], ["foc"], [50])[5] for n in SCENARIOS)
     late = RECORD | {"torque_silent_ms": 47.0}
     results.scenarios = [machine_library_scenarios.judge(*pair) for pair in ((RECORD, reversal), (late, start))]
     file = tmp_path / "machine_library.json"
@@ -159,7 +159,17 @@ def test_starts_pass_through_standstill_in_both_directions() -> None:
     assert len(directions) == 4
 
 
-def test_what_a_reversal_or_a_start_shows() -> None:
+def test_the_link_sags_under_torque_with_and_against_the_rotation() -> None:
+    every = machine_library_scenarios.cases("sags", [MACHINE.id], METHODS, (50,))
+    assert len(every) == len(set(every)) == 7 * 10
+    for speed in {case.point.speed for case in every}:
+        assert {case.point.torque > 0 for case in every if case.point.speed == speed} == {True, False}
+    settings = every[0].settings(MACHINE, CONFIGURATION)
+    assert settings["plant.faults.sag_v"] == pytest.approx(0.7 * MACHINE.u_dc)
+    assert settings["metrics.window_from_s"] < settings["plant.faults.at_s"] < settings["duration_s"] - 0.2
+
+
+def test_what_a_scenario_shows() -> None:
     for name in SCENARIOS:
         case = machine_library_scenarios.cases(name, [MACHINE.id], ["foc"], [50])[0]
 
@@ -217,13 +227,13 @@ def test_a_lost_encoder_is_told_by_its_name(tmp_path: Path) -> None:
     assert found["late_ms"] < 10
 
 
-def test_a_reversal_and_a_start_of_sextant_mil(tmp_path: Path) -> None:
+def test_scenarios_of_sextant_mil(tmp_path: Path) -> None:
     lab = Lab(program("sextant-mil"), [MACHINE], tmp_path)
-    chosen = [machine_library_scenarios.cases(name, [MACHINE.id], ["foc"], [100])[3] for name in SCENARIOS]
+    chosen = [machine_library_scenarios.cases(name, [MACHINE.id], ["foc"], [100])[1] for name in SCENARIOS]
     missing = machine_library_scenarios.cases("starts", [MACHINE.id], ["none"], [100])[0]
     found = machine_library_scenarios.measure(lab, [*chosen, missing], 2, lambda: None)
-    assert [row["kind"] for row in found] == [RIGHT, RIGHT, REFUSED], found
-    assert [row["scenario"] for row in found] == ["reversals", "starts", "starts"]
+    assert [row["kind"] for row in found] == [RIGHT, RIGHT, RIGHT, REFUSED], found
+    assert [row["scenario"] for row in found] == [*SCENARIOS, "starts"]
 
 
 @pytest.mark.parametrize(
