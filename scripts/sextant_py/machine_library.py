@@ -5,19 +5,20 @@ import os
 import time
 from pathlib import Path
 
-from . import machine_library_faults, machine_library_page, mil_program
+from . import machine_library_faults, machine_library_page, machine_library_scenarios, mil_program
 from .errors import UserError, run
 from .machine_library_points import (
     METHODS,
     PERIODS_US,
     POINTS_A_CELL,
     Machine,
+    Point,
     cells,
     points,
     quick_points,
     read_library,
 )
-from .machine_library_results import Results, load, outcome, save
+from .machine_library_results import Outcome, Results, load, outcome, save
 from .machine_library_run import Lab
 from .paths import OUT, ROOT
 from .torque_map_run import progress_of
@@ -28,11 +29,13 @@ EXAMPLES = """examples:
   scripts/machine_library --quick                           a few points of each machine, printed
   scripts/machine_library --machines krause_50hp,ong_20hp --methods foc --periods 100
   scripts/machine_library --points 10                       more speeds in each cell, printed
+  scripts/machine_library --parts reversals,starts,sags     full torque reversed, starts through standstill, sags
   scripts/machine_library --from docs/machine_library.json  no runs: picture and page again
 
 Nothing is set but machine, link, method, control period and sensors: the drive is the shipped one. A point is right,
 derated (less torque, and the drive says so), refused in a sentence, tripped, or wrong. Exit status: 0 when no healthy
-point tripped or was wrong, 1 when one was, 130 when interrupted."""
+point, reversal or start tripped or was wrong, 1 when one was, 130 when interrupted."""
+PARTS = ("points", "faults", *machine_library_scenarios.NAMES)
 
 
 def words(text: str) -> list[str]:
@@ -52,7 +55,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--periods", type=words, metavar="US,US", help="these alone, printed; no page (default: all)")
     parser.add_argument("--points", type=int, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the choice of points (default: 1)")
-    parser.add_argument("--no-faults", action="store_true", help="healthy points alone; no page")
+    parser.add_argument("--parts", type=words, metavar="A,B", help=f"of {', '.join(PARTS)}: these alone; no page")
     parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help="no runs: the page from these results")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, picture and page (default: docs)")
     parser.add_argument(
@@ -64,7 +67,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if options.points is not None and options.points < 1:
         parser.error(f"--points: expected a number from 1, got {options.points}")
-    parts = (options.quick, options.machines, options.methods, options.periods, options.points, options.no_faults)
+    parts = (options.quick, options.machines, options.methods, options.periods, options.points, options.parts)
     options.is_of_page = not any(parts)
     return options
 
@@ -86,38 +89,56 @@ def command_of(options: argparse.Namespace) -> str:
     """That makes the same results."""
     words = ["scripts/machine_library"]
     words += ["--quick"] if options.quick else []
-    for name in ("machines", "methods", "periods"):
+    for name in ("machines", "methods", "periods", "parts"):
         if chosen := getattr(options, name):
             words += [f"--{name}", ",".join(chosen)]
     words += ["--points", str(options.points)] if options.points else []
-    words += ["--no-faults"] if options.no_faults else []
     words += ["--seed", str(options.seed)] if options.seed != 1 else []
     return " ".join(words)
+
+
+def measure_points(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
+    lab.configure(plan, jobs)
+    records = lab.run([(p, {}) for p in plan], jobs, progress_of(len(plan), "healthy", "machine_library"))
+    return [
+        outcome(record, point, lab.machines[point.cell.machine], lab.configuration(point))
+        for record, point in zip(records, plan, strict=True)
+    ]
+
+
+def measure_scenario(lab: Lab, name: str, options: argparse.Namespace, methods: list[str]) -> list[dict]:
+    periods = [int(p) for p in options.periods or machine_library_scenarios.PERIODS_US]
+    chosen = machine_library_scenarios.cases(name, lab.machines, methods, periods)
+    if options.quick:
+        chosen = machine_library_scenarios.quick_cases(chosen)
+    step = progress_of(len(chosen), name, "machine_library")
+    return machine_library_scenarios.measure(lab, chosen, options.jobs, step)
 
 
 def measure(options: argparse.Namespace) -> Results:
     work = OUT / "machine_library"
     work.mkdir(parents=True, exist_ok=True)
+    parts = chosen("--parts", options.parts, list(PARTS))
     machines = chosen_machines(options.machines)
     methods = chosen("--methods", options.methods, list(METHODS))
     periods = [int(p) for p in chosen("--periods", options.periods, [str(p) for p in PERIODS_US])]
     lab = Lab(mil_program.find(options.mil), machines, work)
-    plan = points(cells(machines, methods, periods), options.seed, options.points or POINTS_A_CELL)
-    plan = quick_points(plan, options.seed) if options.quick else plan
-    lab.configure(plan, options.jobs)
-    records = lab.run([(p, {}) for p in plan], options.jobs, progress_of(len(plan), "healthy", "machine_library"))
-    outcomes = [
-        outcome(record, point, lab.machines[point.cell.machine], lab.configuration(point))
-        for record, point in zip(records, plan, strict=True)
-    ]
     rows = [
         {"id": m.id, "name": m.name, "power_w": m.power_w, "voltage": m.voltage, "poles": m.poles} for m in machines
     ]
-    results = Results(lab.version, lab.commit, options.seed, command_of(options), rows, outcomes)
-    if not options.no_faults:
+    results = Results("", "", options.seed, command_of(options), rows, [])
+    if "points" in parts:
+        plan = points(cells(machines, methods, periods), options.seed, options.points or POINTS_A_CELL)
+        plan = quick_points(plan, options.seed) if options.quick else plan
+        results.outcomes = measure_points(lab, plan, options.jobs)
+    if "faults" in parts:
         cases = machine_library_faults.cases(lab.machines, methods, options.quick)
         step = progress_of(len(cases), "faults", "machine_library")
         results.faults = machine_library_faults.measure(lab, cases, options.jobs, step)
+    for name in machine_library_scenarios.NAMES:
+        if name in parts:
+            results.scenarios += measure_scenario(lab, name, options, methods)
+    results.version, results.commit = lab.version, lab.commit
     return results
 
 
@@ -138,7 +159,7 @@ def main(arguments: list[str]) -> int:
     if options.source or options.is_of_page:
         for file in machine_library_page.write(results, directory):
             print(file)
-    return 1 if results.not_right else 0
+    return 1 if results.not_right or machine_library_scenarios.not_right(results.scenarios) else 0
 
 
 if __name__ == "__main__":

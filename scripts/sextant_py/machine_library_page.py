@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from . import machine_library_faults as faults
+from . import machine_library_scenarios as scenarios
 from .machine_library_points import METHODS, PERIODS_US
 from .machine_library_results import OUTCOMES, REFUSED, RIGHT, TRIPPED, Results, causes, counts
 from .page import table
@@ -111,6 +112,31 @@ def names_table(results: Results) -> str:
     return table(("fault", "right name", "runs", "missed", "tripped as"), rows, left=(0, 1, 4))
 
 
+def scenario_table(results: Results, name: str) -> str:
+    """Of a scenario, by machine."""
+    found = scenarios.counts(row for row in results.scenarios if row["scenario"] == name)
+    rows: list[tuple] = []
+    for machine in results.machines:
+        own = found.get(machine["id"], Counter())
+        rows.append((machine["name"], own.total(), *(own[kind] for kind in OUTCOMES)))
+    total = sum(found.values(), Counter())
+    rows.append(("**all**", total.total(), *(total[kind] for kind in OUTCOMES)))
+    return table(("machine", name, *OUTCOMES), rows)
+
+
+def scenario_examples(results: Results, name: str) -> str:
+    """Some of those that are not right, spread over all of them."""
+    bad = scenarios.not_right(row for row in results.scenarios if row["scenario"] == name)
+    if not bad:
+        return "None."
+    shown = [bad[n * len(bad) // min(SHOWN, len(bad))] for n in range(min(SHOWN, len(bad)))]
+    rows = (
+        (row["machine"], f"`{row['method']}`", row["period_us"], row["what"], f"{row['kind']}: {row['why']}")
+        for row in shown
+    )
+    return table(("machine", "method", "µs", "speed", "what"), rows, left=(0, 1, 3, 4))
+
+
 def fields(results: Results) -> dict[str, str]:
     tripped = sum(one.kind == TRIPPED for one in results.outcomes)
     return {
@@ -128,15 +154,23 @@ def fields(results: Results) -> dict[str, str]:
         "refusals": refusals_text(results),
         "faults": faults_table(results),
         "names": names_table(results),
+        **{name: scenario_table(results, name) for name in scenarios.NAMES},
+        **{f"{name}_examples": scenario_examples(results, name) for name in scenarios.NAMES},
     }
 
 
 def text(results: Results) -> str:
     """What a terminal shows."""
-    parts = [machines_table(results), methods_table(results), sensors_table(results)]
-    parts.append(f"{len(results.not_right)} of {len(results.outcomes)} points are not right: {causes_text(results)}")
+    parts = []
+    if results.outcomes:
+        parts += [machines_table(results), methods_table(results), sensors_table(results)]
+        parts.append(
+            f"{len(results.not_right)} of {len(results.outcomes)} points are not right: {causes_text(results)}"
+        )
     if results.faults:
         parts += [names_table(results), faults_table(results)]
+    for name in dict.fromkeys(row["scenario"] for row in results.scenarios):
+        parts += [scenario_table(results, name), scenario_examples(results, name)]
     return "\n\n".join(parts)
 
 

@@ -96,6 +96,7 @@ class Results:
     machines: list[dict]  # id, name, and what the table shows
     outcomes: list[Outcome]
     faults: list[dict] = field(default_factory=list)
+    scenarios: list[dict] = field(default_factory=list)  # reversals and starts
 
     @property
     def not_right(self) -> list[Outcome]:
@@ -118,10 +119,11 @@ def causes(outcomes: Iterable[Outcome]) -> Counter:
 
 
 def save(results: Results, file: Path) -> None:
-    head = json.dumps({k: v for k, v in vars(results).items() if k not in ("outcomes", "faults")}, ensure_ascii=False)
+    lists = {"outcomes": [vars(o) for o in results.outcomes], "faults": results.faults, "scenarios": results.scenarios}
+    head = json.dumps({k: v for k, v in vars(results).items() if k not in lists}, ensure_ascii=False)
     parts = [
         f'"{name}": [\n' + ",\n".join(json.dumps(one, ensure_ascii=False) for one in rows) + "\n]"
-        for name, rows in (("outcomes", [vars(one) for one in results.outcomes]), ("faults", results.faults))
+        for name, rows in lists.items()
     ]
     try:
         file.write_text(f"{head[:-1]},\n" + ",\n".join(parts) + "}\n", encoding="utf-8")

@@ -65,11 +65,12 @@ class Lab:
         summary = self.summary_of(point.cell.machine, own)
         if isinstance(summary, str):
             return {"key": point.key, "refusal": summary}
-        names = ("torque_bias_nm", "torque_motoring_nm", "torque_regenerating_nm")
+        names = ("torque_bias_nm", "torque_motoring_nm", "torque_regenerating_nm", "torque_silent_ms")
         faults = [[fault["fault"], fault["t_s"]] for fault in summary["faults"]]
         command = command_of(point, machine, configuration)
         metrics = {name: summary["metrics"][name] for name in names}
-        return {"key": point.key, "refusal": "", "faults": faults, "command_nm": command, **metrics}
+        found = {"key": point.key, "refusal": "", "faults": faults, "verdict": summary["verdict"]}
+        return found | {"command_nm": command} | metrics
 
     def run(
         self, work: list[tuple[Point, Settings]], jobs: int, step: Callable[[], None] = lambda: None

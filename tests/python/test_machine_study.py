@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import machine_library, machine_library_faults, machine_library_page
+from sextant_py import machine_library, machine_library_faults, machine_library_page, machine_library_scenarios
 from sextant_py.errors import UserError
 from sextant_py.machine_library_points import (
     METHODS,
@@ -25,6 +25,7 @@ from sextant_py.machine_library_run import Lab
 LIBRARY = read_library()
 MACHINE = next(machine for machine in LIBRARY if machine.id == "motulator_2k2")
 POINT = Point(Cell(MACHINE.id, 100, "foc", "ideal"), 0.5, 1.0)
+SCENARIOS = machine_library_scenarios.NAMES
 W = 100 * math.pi
 CONFIGURATION = {
     "machine.r_s_ohm": 3.7, "machine.r_r_ohm": 2.297, "machine.x_m_ohm": W * 0.2343, "machine.x_ls_ohm": W * 0.0107,
@@ -34,7 +35,7 @@ CONFIGURATION = {
 }  # fmt: skip
 RECORD = {
     "key": POINT.key, "refusal": "", "faults": [], "command_nm": 14.6, "torque_bias_nm": 0.0,
-    "torque_motoring_nm": 20.0, "torque_regenerating_nm": 21.0, "flux_mean_wb": 1.0, "peak_current_a": 9.0,
+    "torque_motoring_nm": 20.0, "torque_regenerating_nm": 21.0, "torque_silent_ms": 0.0, "verdict": "nothing_expected",
 }  # fmt: skip
 
 
@@ -112,6 +113,9 @@ def test_page_counts_what_the_records_say(tmp_path: Path) -> None:
     fault = {"fault": "open phase", "method": "foc", "machine": MACHINE.id, "period_us": 100, "speed": 0.5}
     fault |= {"torque": 1.0, "kind": machine_library_faults.NAMED, "seen": "OPEN_PHASE", "late_ms": 3.25}
     results = results_of([good, bad, bad, refused], [fault])
+    reversal, start, _ = (machine_library_scenarios.cases(n, [MACHINE.id], ["foc"], [50])[5] for n in SCENARIOS)
+    late = RECORD | {"torque_silent_ms": 47.0}
+    results.scenarios = [machine_library_scenarios.judge(*pair) for pair in ((RECORD, reversal), (late, start))]
     file = tmp_path / "machine_library.json"
     save(results, file)
     assert load(file) == results
@@ -122,7 +126,62 @@ def test_page_counts_what_the_records_say(tmp_path: Path) -> None:
     assert "| `foc` | – | – | 2 of 4 | – | – |" in page
     assert "- 1: foo.toml: too slow for it" in page
     assert "named 1 (≤ 3.25 ms)" in page
+    assert f"| {MACHINE.name} | 1 | 1 | 0 | 0 | 0 | 0 |" in page  # reversals
+    assert f"| {MACHINE.name} | 1 | 0 | 0 | 0 | 0 | 1 |" in page  # starts
+    assert f"| {MACHINE.id} | `foc` | 50 | {start.title} | wrong: 47 ms another torque than is published |" in page
     assert "{" not in page
+
+
+def test_reversals_are_of_every_machine_method_and_speed_in_both_directions() -> None:
+    every = machine_library_scenarios.cases("reversals", [m.id for m in LIBRARY], METHODS, (50,))
+    assert len(every) == len(set(every)) == len(LIBRARY) * 7 * 16
+    speeds = {case.point.speed for case in every}
+    assert max(speeds) == 2 and {-speed for speed in speeds} == speeds and len(speeds) == 16
+    settings = every[0].settings(MACHINE, CONFIGURATION)
+    torques = [torque for _, torque in settings["profile.torque_nm.points"]]
+    full = 0.98 * CONFIGURATION["command.torque_limit_nm"]
+    assert torques == pytest.approx([0, full, -full, full])
+
+
+def test_starts_pass_through_standstill_in_both_directions() -> None:
+    every = machine_library_scenarios.cases("starts", [MACHINE.id], METHODS, (50, 125))
+    assert len(every) == len(set(every)) >= 7 * 2 * 9 and len(every) * len(LIBRARY) >= 264
+    directions = set()
+    for case in every:
+        settings = case.settings(MACHINE, CONFIGURATION)
+        (from_s, first), (to_s, second), (end_s, last) = settings["load.speed_rad_s.points"]
+        assert first == -second == -last != 0
+        assert from_s < (from_s + to_s) / 2 == pytest.approx(case.instant_s)  # of standstill
+        assert to_s < end_s == settings["duration_s"]
+        ((at_s, torque),) = settings["profile.torque_nm.points"]
+        assert at_s == 0
+        directions.add((first > 0, torque > 0))
+    assert len(directions) == 4
+
+
+def test_the_link_sags_under_torque_with_and_against_the_rotation() -> None:
+    every = machine_library_scenarios.cases("sags", [MACHINE.id], METHODS, (50,))
+    assert len(every) == len(set(every)) == 7 * 10
+    for speed in {case.point.speed for case in every}:
+        assert {case.point.torque > 0 for case in every if case.point.speed == speed} == {True, False}
+    settings = every[0].settings(MACHINE, CONFIGURATION)
+    assert settings["plant.faults.sag_v"] == pytest.approx(0.7 * MACHINE.u_dc)
+    assert settings["metrics.window_from_s"] < settings["plant.faults.at_s"] < settings["duration_s"] - 0.2
+
+
+def test_what_a_scenario_shows() -> None:
+    for name in SCENARIOS:
+        case = machine_library_scenarios.cases(name, [MACHINE.id], ["foc"], [50])[0]
+
+        def kind(case: machine_library_scenarios.Case = case, **changed: object) -> str:
+            return machine_library_scenarios.judge(RECORD | changed, case)["kind"]
+
+        assert kind() == RIGHT
+        assert kind(torque_silent_ms=9.9) == RIGHT and kind(torque_silent_ms=10.1) == WRONG
+        assert kind(torque_silent_ms=None) == WRONG and kind(verdict="no_torque") == WRONG
+        assert kind(faults=[["FLUX_LOST", 0.5]]) == TRIPPED and kind(refusal="too slow") == REFUSED
+        assert kind(torque_regenerating_nm=14.0) == DERATED and kind(torque_motoring_nm=14.0) == DERATED
+        assert kind(torque_regenerating_nm=14.0, torque_silent_ms=11.0) == WRONG
 
 
 def test_results_of_something_else_are_refused(tmp_path: Path) -> None:
@@ -138,6 +197,7 @@ def test_results_of_something_else_are_refused(tmp_path: Path) -> None:
         (["--machines", "steam"], '--machines: there is no "steam"'),
         (["--methods", "foo"], '--methods: there is no "foo"'),
         (["--periods", "60"], '--periods: there is no "60"'),
+        (["--parts", "wings"], '--parts: there is no "wings"'),
     ],
 )
 def test_unknown_names_are_refused(arguments: list[str], sentence: str) -> None:
@@ -167,8 +227,24 @@ def test_a_lost_encoder_is_told_by_its_name(tmp_path: Path) -> None:
     assert found["late_ms"] < 10
 
 
+def test_scenarios_of_sextant_mil(tmp_path: Path) -> None:
+    lab = Lab(program("sextant-mil"), [MACHINE], tmp_path)
+    chosen = [machine_library_scenarios.cases(name, [MACHINE.id], ["foc"], [100])[1] for name in SCENARIOS]
+    missing = machine_library_scenarios.cases("starts", [MACHINE.id], ["none"], [100])[0]
+    found = machine_library_scenarios.measure(lab, [*chosen, missing], 2, lambda: None)
+    assert [row["kind"] for row in found] == [RIGHT, RIGHT, RIGHT, REFUSED], found
+    assert [row["scenario"] for row in found] == [*SCENARIOS, "starts"]
+
+
 @pytest.mark.parametrize(
-    "words", [[], ["--quick"], ["--seed", "3"], ["--machines", "krause_3hp", "--methods", "foc", "--periods", "25,50"]]
+    "words",
+    [
+        [],
+        ["--quick"],
+        ["--seed", "3"],
+        ["--parts", "reversals,starts"],
+        ["--machines", "krause_3hp", "--methods", "foc", "--periods", "25,50"],
+    ],
 )
 def test_the_results_name_the_command_that_makes_them(words: list[str]) -> None:
     options = machine_library.parse_arguments([*words, "--jobs", "1"])
