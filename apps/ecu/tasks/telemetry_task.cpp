@@ -79,7 +79,7 @@ std::string reason_for(const Telemetry<double>& t) {
       return reason_for(t.derating_cause);
     case DriveState::derated:
       return is_ramp_to_zero(t.derating_cause) ? reason_for(t.derating_cause)
-                                               : "torque reference below the request: less is available";
+                                               : "torque below the request: less is available";
     case DriveState::fault:
       return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
     case DriveState::shutdown:
