@@ -151,6 +151,22 @@ TEST(VoltageLimit, TorqueStepsFromOneLimitToTheOtherNeitherPullOutNorTrip) {
   }
 }
 
+// A regenerating torque falls slowly at the voltage limit. Zero is no direction that lacks torque.
+TEST(VoltageLimit, OnTheWayToZeroTorqueThePublishedTorqueStays) {
+  DriveRig rig{on_the_way_to(300.0)};
+  rig.start();
+  rig.torque = -60.0;
+  rig.run(0.6);
+  const double before = rig.telemetry.torque_motoring;
+  ASSERT_GT(before, 20.0);
+  rig.torque = 0.0;
+  for (int k = 0; k < 400; ++k) {
+    rig.step();
+    ASSERT_NEAR(rig.telemetry.torque_motoring, before, 0.05 * before) << k;
+    ASSERT_EQ(rig.drive().state(), DriveState::torque) << k;
+  }
+}
+
 // Sampling adds what three active vectors move the current by.
 constexpr double ripple = 7.0;  // [A]
 
