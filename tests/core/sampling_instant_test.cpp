@@ -86,6 +86,16 @@ TEST(SamplingInstant, TheOrderOfTheStatesStays) {
   EXPECT_EQ(sampling.step(m).applied, expected);
 }
 
+TEST(SamplingInstant, TheOrderStaysInAFullPattern) {
+  SamplingInstant<> sampling{100};
+  Measurement<> m;
+  for (std::size_t k = 0; k < GatePattern::capacity; ++k) m.applied.append({switch_states[k % 2], 100});
+  (void)sampling.step(m);
+  GatePattern expected;
+  for (std::size_t k = 0; k < GatePattern::capacity; ++k) expected.append({switch_states[(k + 1) % 2], 100});
+  EXPECT_EQ(sampling.step(m).applied, expected);
+}
+
 TEST(SamplingInstant, WithoutALeadAMeasurementIsAsItIs) {
   SamplingInstant<> sampling{0};
   Measurement<> m;

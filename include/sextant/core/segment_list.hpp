@@ -26,7 +26,9 @@ class SegmentList {
   /// Appends them to a pattern. Where it has no room, all segments of a state become one at the place of its
   /// last: the volt-seconds stay, the order does not. False when that has no room either.
   [[nodiscard]] constexpr bool join(GatePattern& pattern) noexcept {
-    if (count_ > GatePattern::capacity - pattern.segments().size()) gather();
+    // A segment without duration leaves its place to the first.
+    const std::size_t taken = pattern.duration_ns() == 0 ? 0 : pattern.segments().size();
+    if (count_ > GatePattern::capacity - taken) gather();
     bool fits = true;
     for (std::size_t k = 0; k < count_; ++k) fits = pattern.append(list_[k]) && fits;
     return fits;

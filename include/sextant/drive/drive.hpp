@@ -187,8 +187,8 @@ class Drive {
   }
 
   /// Limits what is available in the direction of a torque reference [N·m] to what there has been time to
-  /// reach; true where that is less than the reference. A reference of zero has no direction: a torque that is
-  /// late on its way to zero limits neither.
+  /// reach; true where that is less than the reference. A reference of zero has no direction: a torque that
+  /// is late on its way to zero limits neither.
   [[nodiscard]] bool limit_to_reached(T reference, LimitedTorque<T>& available) const noexcept {
     if (!torque_monitor_.lags() || reference == T(0)) return false;
     const T torque = torque_monitor_.reach().torque();
