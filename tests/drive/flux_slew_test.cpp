@@ -1,5 +1,7 @@
 #include "sextant/drive/flux_slew.hpp"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 namespace sextant {
@@ -12,10 +14,11 @@ class FluxSlewOf : public testing::Test {
   static T time_between(FluxSlew<T> slew, T from, T to) {
     slew.reset(from);
     int periods = 0;
-    while (slew.step(to, dt) != to && periods < 100'000) ++periods;
+    while (slew.step(to, held, dt) != to && periods < 100'000) ++periods;
     return T(periods + 1) * dt;
   }
   static constexpr T dt = T(25e-6);
+  static constexpr T held = std::numeric_limits<T>::infinity();
   InductionMachineParameters<T> machine{};
   FluxSlew<T> slew{machine};
 };
@@ -32,18 +35,27 @@ TYPED_TEST(FluxSlewOf, TheWholeFluxRisesInTenAndFallsInTwoTransientTimeConstants
 
 TYPED_TEST(FluxSlewOf, StaysExactlyAtAConstantTarget) {
   using T = TypeParam;
-  for (int k = 0; k < 1000; ++k) EXPECT_EQ(this->slew.step(T(1), this->dt), T(1));
+  for (int k = 0; k < 1000; ++k) EXPECT_EQ(this->slew.step(T(1), this->held, this->dt), T(1));
   EXPECT_FALSE(this->slew.is_slewing());
 }
 
 TYPED_TEST(FluxSlewOf, ReportsThatItIsOnItsWayAndIsSetAtOnce) {
   using T = TypeParam;
-  (void)this->slew.step(T(0.5), this->dt);
+  (void)this->slew.step(T(0.5), this->held, this->dt);
   EXPECT_TRUE(this->slew.is_slewing());
   EXPECT_EQ(this->slew.reset(T(0.5)), T(0.5));
   EXPECT_FALSE(this->slew.is_slewing());
   EXPECT_EQ(this->slew.share(), T(0.5));
-  EXPECT_EQ(this->slew.step(T(0.5), this->dt), T(0.5));
+  EXPECT_EQ(this->slew.step(T(0.5), this->held, this->dt), T(0.5));
+}
+
+TYPED_TEST(FluxSlewOf, FallsAtOnceToWhatTheLinkHoldsAndRisesFromThere) {
+  using T = TypeParam;
+  EXPECT_EQ(this->slew.step(T(1), T(0.7), this->dt), T(0.7));
+  EXPECT_TRUE(this->slew.is_slewing());
+  const T rise = this->slew.step(T(1), this->held, this->dt) - T(0.7);
+  EXPECT_GT(rise, T(0));
+  EXPECT_LT(rise, T(0.01));
 }
 
 }  // namespace

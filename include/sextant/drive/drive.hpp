@@ -17,6 +17,7 @@
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/drive/flux_slew.hpp"
+#include "sextant/drive/held_flux.hpp"
 #include "sextant/drive/optimal_flux.hpp"
 #include "sextant/drive/present_limit.hpp"
 #include "sextant/drive/torque_capability.hpp"
@@ -94,6 +95,7 @@ class Drive {
                  parameters.period_ns},
         optimal_flux_{parameters.optimal_flux, parameters.capability},
         flux_slew_{parameters.capability.machine},
+        held_flux_{parameters.capability.machine, parameters.capability.current_limit},
         torque_monitor_{parameters.torque_monitor} {}
 
   /// The control period that begins at t_ns, on the clock of the commands' time stamps [ns]. Where that clock
@@ -128,12 +130,13 @@ class Drive {
                  {.measured = usable, .magnetised = flux_ready, .derated = command.derated || lags});
 
     limited_ = limited || command.derated;
+    const T held = held_share(measurement, command.torque);
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
     const FluxDemand<T> demand{.torque = makes_torque(state_) ? command.torque : T(0),
                                .omega_m = measurement.omega_m,
                                .takes_most = limited || !makes_torque(state_)};
-    DriveOutput<T> output{control(believed(measurement, usable, elapsed_ns), demand, dt),
+    DriveOutput<T> output{control(believed(measurement, usable, elapsed_ns), demand, held, dt),
                           telemetry(t_ns, measurement, i_dc, request, command, available)};
     output.telemetry.pattern = output.pattern;
     return output;
@@ -298,14 +301,26 @@ class Drive {
     return believed_;
   }
 
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const FluxDemand<T>& demand,
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const FluxDemand<T>& demand, T held,
                                     T dt) noexcept {
     const T target = optimal_flux_.step(demand, capability_, dt);
-    const T share = gates_are_on(state_) ? flux_slew_.step(target, dt) : flux_slew_.reset(target);
+    const T share = gates_are_on(state_) ? flux_slew_.step(target, held, dt) : flux_slew_.reset(target);
     reference_ = {control_mode(), demand.torque, share};
     const GatePattern pattern = controller_.step(measurement, reference_);
     return pattern.duration_ns() == parameters_.period_ns ? pattern
                                                           : GatePattern{gates_off, parameters_.period_ns};
+  }
+
+  /// Share of the flux reference that the link can hold beside a torque [N·m]; infinite where it can hold the
+  /// present one. [-]
+  [[nodiscard]] T held_share(const Measurement<T>& measurement, T torque) const noexcept {
+    if (!makes_torque(state_)) return std::numeric_limits<T>::infinity();
+    const T flux = parameters_.capability.flux_reference;
+    const typename HeldFlux<T>::Now now{.psi_s = controller_.estimate().psi_s,
+                                        .i_s = clarke(i_before_),
+                                        .omega_m = measurement.omega_m,
+                                        .u_dc = measurement.u_dc};
+    return held_flux_.flux(now, torque, reference_.flux_share * flux) / flux;
   }
 
   [[nodiscard]] ControlMode control_mode() const noexcept {
@@ -370,6 +385,7 @@ class Drive {
   VoltageReserve<T> reserve_;
   OptimalFlux<T> optimal_flux_;
   FluxSlew<T> flux_slew_;
+  HeldFlux<T> held_flux_;
   TorqueMonitor<T> torque_monitor_;
   FaultMemory faults_{};
   std::optional<std::int64_t> last_t_ns_{};  ///< of the period before [ns]

@@ -11,16 +11,17 @@ namespace sextant {
 /// σ τ_r; the difference is carried by the current along the flux, which takes (dψ/dt) τ_r k_r²/L_s more
 /// while the flux rises. Within ten of these time constants for the whole reference that is a tenth of the
 /// current with which the whole flux would arise at once. Falling flux relieves current and voltage, and may
-/// fall five times as fast, so that it makes room for a torque step.
+/// fall five times as fast, so that it makes room for a torque step. What the link cannot hold it leaves at
+/// once.
 template <class T = double>
 class FluxSlew {
  public:
   constexpr explicit FluxSlew(const InductionMachineParameters<T>& m) noexcept
       : rise_{m.l_s() / (T(10) * m.sigma_l_s() * m.tau_r())}, fall_{T(5) * rise_} {}
 
-  /// One period of dt [s]: the share of the flux reference on its way to `target`. [-]
-  constexpr T step(T target, T dt) noexcept {
-    share_ = std::clamp(target, share_ - fall_ * dt, share_ + rise_ * dt);
+  /// One period of dt [s]: the share of the flux reference on its way to `target`, at most `held`. [-]
+  constexpr T step(T target, T held, T dt) noexcept {
+    share_ = std::min(held, std::clamp(target, share_ - fall_ * dt, share_ + rise_ * dt));
     slewing_ = std::abs(target - share_) > T(0.02);
     return share_;
   }

@@ -121,7 +121,7 @@ class Protection {
   }
 
  private:
-  /// Of the speed trip, which is 3.5 times base speed by default: below 0.5 % of base speed an encoder counts
+  /// Of the speed trip, which is 3.5 times base speed by default: below 0.2 % of base speed an encoder counts
   /// too few edges for a direction. [-]
   static constexpr T slowest_share = T(0.0005);
   static constexpr std::size_t rule_count = protection_rules<T>.size();

@@ -54,7 +54,7 @@ class TorqueReach {
     const T flux = std::sqrt(dot(now.psi_r, now.psi_r));
     const T psi = std::max(flux, least_flux_);
     const T along = k_r_ * flux + sigma_l_s_ * dot(now.psi_r, now.i_s) / psi;
-    const T u = now.u_dc * T(std::numbers::sqrt3 / std::numbers::pi);
+    const T u = std::max(T(0), now.u_dc) * T(std::numbers::sqrt3 / std::numbers::pi);
     const T e = pole_pairs_ * now.omega_m * along;
     const T fall = (gain_ * psi * (-u - e) - decay_ * torque_) * dt;
     const T rise = (gain_ * psi * (u - e) - decay_ * torque_) * dt;
