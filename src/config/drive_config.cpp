@@ -107,8 +107,8 @@ std::string validate_encoder(const DriveConfig& c) {
   const Protection<>::Parameters& p = c.drive.protection;
   const bool jumps = p.speed_jump <= p.speed_error;
   const double limit = jumps ? p.speed_jump : p.speed_error;
-  // A counted speed is always off by up to a step, of which half of the limit is to remain for a fault; a timed
-  // one only below an edge in the window.
+  // A counted speed is always off by up to a step, of which half of the limit is to remain for a fault; a
+  // timed one only below an edge in the window.
   const double most = encoder.speed == EncoderSpeed::count ? 0.5 * limit : limit;
   if (!(step > most)) return {};
   const char* const key = jumps ? "protection.speed_jump_rad_s" : "protection.speed_error_rad_s";

@@ -216,8 +216,7 @@ TEST(ControlMethods, BlockNothingByDerivedValuesWhileAnotherIsChosen) {
 
 TEST(ControlMethods, ThatAreNotUsedDoNotBlockThePrintedConfiguration) {
   const ConfigFiles files;
-  const std::string text =
-      print_config(load_scenario_config(shipped_scenario, {"drive.period_us=600"}, own));
+  const std::string text = print_config(load_scenario_config(shipped_scenario, {"drive.period_us=600"}, own));
   EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
 }
 

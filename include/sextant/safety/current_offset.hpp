@@ -15,10 +15,10 @@ namespace sextant {
 /// rotor time constants. Those turn with the flux and decay, while an offset stands still. Rest is a run of
 /// means over blocks of 1 ms, in each phase within
 ///   limit + step + 6 noise/√n        (n readings in a block)
-/// of each other; a block beyond begins a new run. The mean counts from a run of `rest` on, and is judged once
-/// it spans `average`: mostly 21 ms after the last current, at most 45 where the run began with the last of
-/// it. Currents that turn by half a turn in `average`, from 25 Hz on, are no rest. While the gates are on the
-/// last mean holds.
+/// of each other; a block beyond begins a new run. The mean counts from a run of `rest` on, and is judged
+/// once it spans `average`: mostly 21 ms after the last current, at most 45 where the run began with the last
+/// of it. Currents that turn by half a turn in `average`, from 25 Hz on, are no rest. While the gates are on
+/// the last mean holds.
 template <class T = double>
 class CurrentOffset {
  public:
