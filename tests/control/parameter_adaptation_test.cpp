@@ -194,7 +194,8 @@ test::MachineCoverage coverage(unsigned seed, double omega_r, bool changes, doub
     for (int ms = 0, end = int(drawn.between(100, 30e3)); ms < end; ++ms) {
       while (!adaptation.count(0.1 * update_time)) {
       }
-      machine = adaptation.update(machine, models.step<double>(machine, changes ? 8.0 * (ms / 100 % 3 - 1) : 6.0));
+      machine =
+          adaptation.update(machine, models.step<double>(machine, changes ? 8.0 * (ms / 100 % 3 - 1) : 6.0));
     }
     out.add(real, machine, adaptation.covariance().deviations());
   }

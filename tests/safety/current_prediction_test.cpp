@@ -33,9 +33,8 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
         continue;
       }
       const Measurement<T> before = steady.template measurement<T>(n - 1);
-      const PredictedChange<T> change =
-          prediction.step(m.i_abc, flux, applied_volt_seconds(m.applied, m.u_dc).integral, m.u_dc,
-                          T(SteadyMachine::dt));
+      const PredictedChange<T> change = prediction.step(
+          m.i_abc, flux, applied_volt_seconds(m.applied, m.u_dc).integral, m.u_dc, T(SteadyMachine::dt));
       largest = std::max({largest, std::abs(double(change.v.a - change.e.a - (m.i_abc.a - before.i_abc.a))),
                           std::abs(double(change.v.b - change.e.b - (m.i_abc.b - before.i_abc.b))),
                           std::abs(double(change.v.c - change.e.c - (m.i_abc.c - before.i_abc.c)))});
@@ -54,7 +53,8 @@ TYPED_TEST(CurrentPredictionOf, ARestartBeginsAtTheCurrentsAndTheFluxGiven) {
   using T = TypeParam;
   CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
   prediction.restart({T(10), T(-5), T(-5)}, {T(0.9), T(0)});
-  const PredictedChange<T> change = prediction.step({T(10), T(-5), T(-5)}, {T(0.9), T(0)}, {}, T(0), T(25e-6));
+  const PredictedChange<T> change =
+      prediction.step({T(10), T(-5), T(-5)}, {T(0.9), T(0)}, {}, T(0), T(25e-6));
   // R_s i T/σL_s of the paper's machine: 0.435 Ω · 10 A · 25 µs/4.7326 mH.
   EXPECT_NEAR(double(change.e.a), 0.435 * 10.0 * 25e-6 / InductionMachineParameters<double>{}.sigma_l_s(),
               1e-6);

@@ -20,7 +20,8 @@ class JoinedReads {
   [[nodiscard]] Measurement<T> read(Next&& next) {
     ++waiting_;
     const bool is_first = last_.applied.segments().empty();
-    const int taken = is_first || waiting_ == 3 ? waiting_ : std::uniform_int_distribution<int>{0, waiting_}(random_);
+    const int taken =
+        is_first || waiting_ == 3 ? waiting_ : std::uniform_int_distribution<int>{0, waiting_}(random_);
     GatePattern applied{last_.applied.last_state(), 0};
     for (int k = 0; k < taken; ++k) {
       last_ = next();

@@ -32,10 +32,8 @@ TYPED_TEST_SUITE(WindingTemperatureOf, Scalars);
 
 TYPED_TEST(WindingTemperatureOf, RisesAndFallsExponentiallyToWhatTheSquareOfTheCurrentMakes) {
   using T = TypeParam;
-  WindingTemperature<T> winding{{.nominal_current = T(12),
-                                 .nominal_rise = T(80),
-                                 .time_constant = T(100),
-                                 .ambient = T(40)}};
+  WindingTemperature<T> winding{
+      {.nominal_current = T(12), .nominal_rise = T(80), .time_constant = T(100), .ambient = T(40)}};
   EXPECT_EQ(winding.temperature(), T(40));
   this->run(winding, 100.0, 12.0);
   EXPECT_NEAR(winding.temperature(), 40.0 + 80.0 * (1.0 - std::exp(-1.0)), 0.2);
@@ -61,8 +59,7 @@ TYPED_TEST(WindingTemperatureOf, TimeCountsNotReadings) {
 
 TYPED_TEST(WindingTemperatureOf, OfALargeMachineMovesAlsoInFloat) {
   using T = TypeParam;
-  WindingTemperature<T> winding{
-      {.nominal_current = T(100), .time_constant = T(3600)}};
+  WindingTemperature<T> winding{{.nominal_current = T(100), .time_constant = T(3600)}};
   this->run(winding, 360.0, 100.0);
   EXPECT_NEAR(winding.temperature(), 40.0 + 80.0 * (1.0 - std::exp(-0.1)), 0.05);
 }

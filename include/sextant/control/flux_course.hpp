@@ -24,10 +24,10 @@ class FluxCourse {
   using Machine = InductionMachineParameters<T>;
 
   struct Result {
-    T r_s{};   ///< [Ω]
-    T r_r{};   ///< [Ω]
-    T l_m{};   ///< [H]
-    T flux{};  ///< φ at the end [Wb]
+    T r_s{};                              ///< [Ω]
+    T r_r{};                              ///< [Ω]
+    T l_m{};                              ///< [H]
+    T flux{};                             ///< φ at the end [Wb]
     ParameterCovariance<T> covariance{};  ///< of R_s, R_r and L_m, as shares of those configured
   };
 

@@ -55,7 +55,10 @@ class StandstillCourse {
     m.r_s *= T(1) + shares_[0];
     m.r_r *= T(1) + shares_[1];
     m.l_m = (T(1) + shares_[2]) * nominal_.l_r() - nominal_.l_lr;
-    return {.r_s = m.r_s, .r_r = m.r_r, .l_m = m.l_m, .flux = first_ + volt_seconds_ - m.r_s * charge_,
+    return {.r_s = m.r_s,
+            .r_r = m.r_r,
+            .l_m = m.l_m,
+            .flux = first_ + volt_seconds_ - m.r_s * charge_,
             .covariance = covariance_};
   }
 

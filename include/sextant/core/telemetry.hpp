@@ -34,9 +34,9 @@ struct Telemetry {
   T torque_regenerating{};  ///< available torque for regenerating, magnitude [N·m]
   FaultSet active{};        ///< faults present in this period
   FaultSet latched{};       ///< faults since the last reset
-  std::uint32_t fault_total{};         ///< latched faults since start
-  Fault first_fault{};                 ///< the first that latched; meaningful while `latched.any()`
-  GatePattern pattern{};               ///< of the coming period
+  std::uint32_t fault_total{};  ///< latched faults since start
+  Fault first_fault{};          ///< the first that latched; meaningful while `latched.any()`
+  GatePattern pattern{};        ///< of the coming period
   /// Control periods so far, with legs driven, that the checks of currents and speed left out.
   std::uint64_t unchecked_periods{};
   std::int64_t command_received_ns{};  ///< receive time of the command in force [ns]

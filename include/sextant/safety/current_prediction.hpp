@@ -43,11 +43,11 @@ class CurrentPrediction {
                                         const ThreePhase<T>& volt_seconds, T u_dc, T dt) noexcept {
     const T resistive = half_resistance_ * dt;
     const ThreePhase<T> flux = inverse_clarke(psi_r - psi_r_);
-    PredictedChange<T> out{.v = {inverse_inductance_ * volt_seconds.a, inverse_inductance_ * volt_seconds.b,
-                                 inverse_inductance_ * volt_seconds.c},
-                           .e = {resistive * (i_.a + i.a) + flux_gain_ * flux.a,
-                                 resistive * (i_.b + i.b) + flux_gain_ * flux.b,
-                                 resistive * (i_.c + i.c) + flux_gain_ * flux.c}};
+    PredictedChange<T> out{
+        .v = {inverse_inductance_ * volt_seconds.a, inverse_inductance_ * volt_seconds.b,
+              inverse_inductance_ * volt_seconds.c},
+        .e = {resistive * (i_.a + i.a) + flux_gain_ * flux.a, resistive * (i_.b + i.b) + flux_gain_ * flux.b,
+              resistive * (i_.c + i.c) + flux_gain_ * flux.c}};
     out.uncertainty = emf_uncertainty * magnitude(clarke(out.e)) + voltage_error_ * dt * u_dc;
     const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
     out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);

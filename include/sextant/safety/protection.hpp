@@ -78,22 +78,21 @@ class Protection {
     const bool is_driven = update_monitors(m, drive);
     flux_was_built_ = drive.makes_torque && (flux_was_built_ || drive.psi_s > T(0.8) * drive.flux_reference);
     const ThreePhase<T>& i = m.i_abc;
-    const ProtectionFacts<T> facts{
-        .measurement = m,
-        .drive = drive,
-        .response = response_,
-        .continuity = continuity_,
-        .speed = speed_,
-        .direction = direction_,
-        .is_driven = is_driven,
-        .flux_was_built = flux_was_built_,
-        .unresponsive_phases = unresponsive_phases(),
-        .answering_phases = answering_phases(),
-        .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
-        .current_sum = std::abs(i.a + i.b + i.c),
-        .current_offset = offset_.largest(),
-        .speed_change = is_driven ? speed_change(m) : T(0),
-        .winding_temperature = winding_.temperature()};
+    const ProtectionFacts<T> facts{.measurement = m,
+                                   .drive = drive,
+                                   .response = response_,
+                                   .continuity = continuity_,
+                                   .speed = speed_,
+                                   .direction = direction_,
+                                   .is_driven = is_driven,
+                                   .flux_was_built = flux_was_built_,
+                                   .unresponsive_phases = unresponsive_phases(),
+                                   .answering_phases = answering_phases(),
+                                   .current_peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)}),
+                                   .current_sum = std::abs(i.a + i.b + i.c),
+                                   .current_offset = offset_.largest(),
+                                   .speed_change = is_driven ? speed_change(m) : T(0),
+                                   .winding_temperature = winding_.temperature()};
     evaluate(facts, periods_of(m.applied), faults);
     omega_m_ = m.omega_m;
     return faults;

@@ -36,8 +36,8 @@ struct ProtectionFacts {
   T current_peak{};                ///< largest magnitude of a phase current [A]
   T current_sum{};                 ///< magnitude of the sum of the phase currents [A]
   T current_offset{};              ///< largest magnitude of an offset of a phase, at rest [A]
-  T speed_change{};         ///< magnitude of the change a control period, gates driven [rad/s]
-  T winding_temperature{};  ///< [°C]
+  T speed_change{};                ///< magnitude of the change a control period, gates driven [rad/s]
+  T winding_temperature{};         ///< [°C]
 };
 
 }  // namespace sextant

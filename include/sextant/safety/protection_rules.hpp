@@ -16,8 +16,8 @@ namespace sextant {
 /// One protection. A counter goes up with each usable measurement of which `is_violated` is true and down
 /// with each other one; the fault is present while it is at `measurements`. With `duration` it counts the
 /// control periods before these measurements, up to those of that time (after the counter-based debouncing of
-/// AUTOSAR's Diagnostic Event Manager). A violation that noise interrupts is a fault too, where more than half
-/// of the measurements violate the rule.
+/// AUTOSAR's Diagnostic Event Manager). A violation that noise interrupts is a fault too, where more than
+/// half of the measurements violate the rule.
 template <class T = double>
 struct ProtectionRule {
   Fault fault{};

@@ -137,7 +137,7 @@ class SpeedPlausibility {
   T r_s_;
   std::int64_t block_ns_;  ///< between two evaluations: whole periods [ns]
   int blocks_to_settle_;
-  Block nominal_;  ///< of that time
+  Block nominal_;                 ///< of that time
   SpaceVector<T> i_s_{};          ///< at the end of the last block [A]
   SpaceVector<T> psi_{};          ///< [Wb]
   ThreePhase<T> volt_seconds_{};  ///< of the block so far [V·s]

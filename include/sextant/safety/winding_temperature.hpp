@@ -13,9 +13,9 @@ namespace sextant {
 /// IEC 60255-149, thermal relays):
 ///   τ dΔ/dt = Δ_n (i/i_n)² − Δ,   ϑ = ϑ_ambient + Δ
 /// with the copper loss at constant resistance. Iron loss, the rotor's loss and the fan are not in it. The
-/// mean of i² over time enters every 0.1 s: a step a period would be below the rounding of `float`. Without a nominal
-/// current the temperature stays at the ambient one. It starts there too: nothing is kept over a power-down,
-/// so a winding that was hot then is estimated too cold, by its rise times e^(−t/τ).
+/// mean of i² over time enters every 0.1 s: a step a period would be below the rounding of `float`. Without a
+/// nominal current the temperature stays at the ambient one. It starts there too: nothing is kept over a
+/// power-down, so a winding that was hot then is estimated too cold, by its rise times e^(−t/τ).
 template <class T = double>
 class WindingTemperature {
  public:
