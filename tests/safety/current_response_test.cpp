@@ -174,8 +174,9 @@ TYPED_TEST(CurrentResponseOf, ReadingsWithinOneStepOfTheConverterAreEqual) {
   }
 }
 
-// A direct current under noise: its readings stand still for tens of periods. That it moves by a sixteenth of a
-// step a period, of which the model knows half, is learnt over all of them, not from the reading that ends them.
+// A direct current under noise: its readings stand still for tens of periods. That it moves by a sixteenth of
+// a step a period, of which the model knows half, is learnt over all of them, not from the reading that ends
+// them.
 TYPED_TEST(CurrentResponseOf, NoiseOfADirectCurrentIsNoErrorOfTheModel) {
   using T = TypeParam;
   std::mt19937 dice{seed};

@@ -122,5 +122,13 @@ TYPED_TEST(TorqueReachOf, AMachineWithoutFluxHasTheTimeOfATenthOfIt) {
   EXPECT_EQ(reach.lag(), TypeParam(0));
 }
 
+// A reading of the link below zero, within what its sensor reads, holds the torque as a link without voltage
+// does.
+TYPED_TEST(TorqueReachOf, ALinkThatReadsBelowZeroIsOneWithoutVoltage) {
+  Held<TypeParam> empty{30.0, 4.0};
+  Held<TypeParam> negative{30.0, 4.0};
+  EXPECT_EQ(negative.slope(-300.0, 1e3), empty.slope(0.0, 1e3));
+}
+
 }  // namespace
 }  // namespace sextant

@@ -39,6 +39,7 @@ class CurrentOffset {
       return;
     }
     const std::int64_t dt_ns = measurement.applied.duration_ns();
+    if (dt_ns == 0) return;  // a period without a new measurement
     average(measurement.i_abc, dt_ns);
     add_to_block(measurement.i_abc, dt_ns);
   }
@@ -52,12 +53,12 @@ class CurrentOffset {
     return corrected;
   }
 
-  /// The means begin anew, as at power-up: what a broken sensor has read is in them.
+  /// The means begin anew with the next rest: what a broken sensor has read is in them.
   constexpr void restart() noexcept {
     begin_run();
     removed_ = {};
     largest_ = T(0);
-    is_known_ = false;
+    is_known_ = true;
   }
 
   /// Largest magnitude of the three means; zero until they span their time constant. [A]
@@ -141,7 +142,7 @@ class CurrentOffset {
   ThreePhase<T> mean_{};          ///< over the run [A]
   ThreePhase<T> removed_{};       ///< mean within the limit [A]
   T largest_{};                   ///< magnitude of the means, once they span their time [A]
-  bool is_known_{false};          ///< there has been a rest
+  bool is_known_{false};          ///< there has been a rest, or a fault
   std::int64_t run_ns_{};         ///< that the mean spans [ns]
   ThreePhase<T> least_{highest};  ///< mean of a block in the run [A]
   ThreePhase<T> most_{lowest};    ///< [A]
