@@ -14,7 +14,7 @@ from .sweep_file import toml_value
 
 MACHINES = ("marathon_quarter_hp", "motulator_2k2", "modelica_24k", "mathworks_215hp")
 PERIODS_US = (50, 125)
-SEEDS = 2
+SEEDS = 1
 DRIVING_MACHINES = MACHINES[1:]
 DRIVING_PERIOD_US = 125
 DRIVING_METHODS = ("dtc", "foc")

@@ -27,7 +27,7 @@ class OwnController final : public sextant::Controller<double> {
     double bandwidth{};
 
     [[nodiscard]] const char* validate() const noexcept {
-      if (period_ns > 400'000 && gain > 1.0) return "the gain is too high for the period";
+      if (period_ns > 100'000 && gain > 1.0) return "the gain is too high for the period";
       return gain > 5.0 && flux_reference > 1.0 ? "such a gain needs less flux" : nullptr;
     }
   };
@@ -198,7 +198,7 @@ TEST(ControlMethods, AreRefusedWithFileAndLine) {
 }
 
 TEST(ControlMethods, BlockNothingByDefaultsWhileAnotherIsChosen) {
-  const std::string slow = "drive.period_us=500";
+  const std::string slow = "drive.period_us=125";
   EXPECT_EQ(refusal({slow}), "accepted");
   EXPECT_THAT(refusal({slow, "control.controller=own"}), HasSubstr("control.own: the gain is too high"));
   EXPECT_THAT(refusal({slow, "control.own.gain=2"}), HasSubstr("control.own: the gain is too high"));
@@ -216,7 +216,7 @@ TEST(ControlMethods, BlockNothingByDerivedValuesWhileAnotherIsChosen) {
 
 TEST(ControlMethods, ThatAreNotUsedDoNotBlockThePrintedConfiguration) {
   const ConfigFiles files;
-  const std::string text = print_config(load_scenario_config(shipped_scenario, {"drive.period_us=500"}, own));
+  const std::string text = print_config(load_scenario_config(shipped_scenario, {"drive.period_us=125"}, own));
   EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
 }
 

@@ -177,7 +177,7 @@ TEST_F(LimitsConfig, ArePrintedWithTheirOrigin) {
   EXPECT_THAT(text, HasSubstr("# base_speed_rad_s = "));
 }
 
-// (2/3) 560 V 250 us/(295 uH) = 316 A; 0.9 Wb/(5 x 295 uH) = 611 A. A fifth of the flux as its reference: 122
+// (2/3) 560 V 125 us/(295 uH) = 158 A; 0.9 Wb/(15 x 295 uH) = 204 A. A fifth of the flux as its reference: 41
 // A.
 TEST_F(LimitsConfig, AVectorThatIsTooLongForTheTableIsRefusedWithBothNumbers) {
   const auto drive = [this](const char* psi, const char* method, int period_us) {
@@ -185,12 +185,12 @@ TEST_F(LimitsConfig, AVectorThatIsTooLongForTheTableIsRefusedWithBothNumbers) {
                           "\n[plant]\nu_dc_v = 560\n[drive]\nperiod_us = " + std::to_string(period_us) +
                           "\n[realtime]\nwake_every_periods = 1\n");
   };
-  EXPECT_EQ(refusal(drive("0.9", "dtc", 250)), "accepted");
-  const std::string refused = refusal(drive("0.18", "dtc", 250));
+  EXPECT_EQ(refusal(drive("0.9", "dtc", 125)), "accepted");
+  const std::string refused = refusal(drive("0.18", "dtc", 125));
   EXPECT_THAT(refused, HasSubstr("control.dtc"));
-  EXPECT_THAT(refused, HasSubstr("moves the current by 316.1 A, more than 121.9 A"));
-  EXPECT_THAT(refused, HasSubstr("drive.period_us may be 96 us at most"));
-  EXPECT_EQ(refusal(drive("0.18", "dtc", 96)), "accepted");
+  EXPECT_THAT(refused, HasSubstr("moves the current by 158.1 A, more than 40.6 A"));
+  EXPECT_THAT(refused, HasSubstr("drive.period_us may be 32 us at most"));
+  EXPECT_EQ(refusal(drive("0.18", "dtc", 32)), "accepted");
   for (const char* other : {"predictive", "duty_ratio"}) {
     EXPECT_EQ(refusal(drive("0.18", other, 250)), "accepted");
   }
