@@ -41,7 +41,7 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
       EXPECT_NEAR(double(change.turn), std::sin(steady.omega_e() * SteadyMachine::dt), 1e-4);
       const double e =
           magnitude(clarke(ThreePhase<double>{double(change.e.a), double(change.e.b), double(change.e.c)}));
-      EXPECT_NEAR(double(change.uncertainty), 0.5 * e + 0.02 * 2.0 / 3.0 * 2000.0 * 25e-6 / paper.sigma_l_s(),
+      EXPECT_NEAR(double(change.uncertainty), e + 0.02 * 2.0 / 3.0 * 2000.0 * 25e-6 / paper.sigma_l_s(),
                   1e-3);
     }
     // A nanosecond of a segment is 2000 V · 1 ns/σL_s = 0.4 mA; the currents move by up to 5 A a period.

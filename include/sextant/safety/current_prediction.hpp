@@ -26,8 +26,9 @@ struct PredictedChange {
 template <class T = double>
 class CurrentPrediction {
  public:
-  /// Taken to be wrong at most, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. [-]
-  static constexpr T emf_uncertainty = T(0.5);
+  /// Taken to be wrong at most, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. A true e of
+  /// twice the model's is one by a model of L_m 0.7 and R_r 0.5 times theirs. [-]
+  static constexpr T emf_uncertainty = T(1);
   /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops. [-]
   static constexpr T voltage_uncertainty = T(0.02);
 

@@ -10,10 +10,11 @@
 
 namespace sextant {
 
-/// Finds a phase that carries no current although it ought to. While the readings of a phase are those of no
-/// current, below z, its true current moves by less than 2z, and the sum of its predicted changes by no more
-/// than 2z by the smallest response of a healthy phase (`CurrentPrediction`; v − e of an open phase is the
-/// voltage that its controller raises in vain):
+/// Finds a phase that carries no current although it ought to. Its readings are those of no current, below z,
+/// and stand still: a current that passes through zero moves by more than the noise, an open phase does not.
+/// The true current moves by less than 2z meanwhile, and the sum of its predicted changes by no more than 2z
+/// by the smallest response of a healthy phase (`CurrentPrediction`; v − e of an open phase is the voltage
+/// that its controller raises in vain):
 ///   |Σ (v − e)| > 2z/response + Σ uncertainty  for `least_periods` or longer: the phase is open.
 /// A phase without current has no drop at R_s, so that the sum hangs on the change of the rotor flux alone.
 /// At higher speed this grows with the uncertainty; there the turn of the rotor flux takes its place. A
@@ -25,6 +26,7 @@ class PhaseContinuity {
  public:
   struct Parameters {
     T zero_current{T(2)};   ///< z: largest reading of a phase without current [A]
+    T noise{T(1.2)};        ///< within which readings stand still [A]
     T response{T(0.35)};    ///< smallest of a healthy phase to a predicted change; 0: no phase is open [-]
     int least_periods{20};  ///< with such readings in a row [-]
   };
@@ -46,9 +48,9 @@ class PhaseContinuity {
 
   /// No phase has carried current in this period and the one before.
   [[nodiscard]] constexpr bool all_without_current() const noexcept {
-    return std::min({phases_[0].periods, phases_[1].periods, phases_[2].periods}) > 1;
+    return std::min({phases_[0].below, phases_[1].below, phases_[2].below}) > 1;
   }
-  /// Phase n has carried no current for `least_periods`.
+  /// Phase n has carried no current for `least_periods`: its readings stand still.
   [[nodiscard]] constexpr bool has_no_current(std::size_t n) const noexcept {
     return phases_[n].periods >= parameters_.least_periods;
   }
@@ -63,20 +65,25 @@ class PhaseContinuity {
  private:
   /// Since the last reading of a current.
   struct Phase {
-    int periods{};    ///< without current, up to the least that count [-]
+    int below{};      ///< readings below z, up to 2 [-]
+    T still{};        ///< reading since which they stand still [A]
+    int periods{};    ///< since then, up to the least that count [-]
     T unanswered{};   ///< Σ (v − e) [A]
     T uncertainty{};  ///< of it [A]
     T turn{};         ///< of the rotor flux, by the most of a healthy phase [-]
   };
 
   void step(Phase& p, T i, T predicted, T uncertainty, T turn) noexcept {
-    const bool was_zero = p.periods > 0;
     if (std::abs(i) >= parameters_.zero_current) {
       p = {};
       return;
     }
+    p.below = std::min(p.below + 1, 2);
+    if (p.periods == 0 || std::abs(i - p.still) > parameters_.noise) {
+      p = {.below = p.below, .still = i, .periods = 1};  // the change that led here is none of these
+      return;
+    }
     p.periods = std::min(p.periods + 1, parameters_.least_periods);
-    if (!was_zero) return;  // the change that led to zero
     p.unanswered += predicted;
     p.uncertainty += uncertainty;
     p.turn += turn;

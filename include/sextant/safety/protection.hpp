@@ -44,6 +44,7 @@ class Protection {
                    .jump = parameters.current_jump,
                    .step = parameters.current_step}},
         continuity_{{.zero_current = parameters.zero_current + parameters.current_step,
+                     .noise = T(6) * parameters.current_noise + parameters.current_step,
                      .response = parameters.current_response}},
         noise_{noise(parameters)},
         speed_{{.machine = parameters.machine, .period_ns = parameters.period_ns}},
