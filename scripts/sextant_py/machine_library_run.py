@@ -38,7 +38,9 @@ class Lab:
                 done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
             except subprocess.TimeoutExpired:
                 return f"no result within {TIME_LIMIT_S} s"
-            return read_summary(Path(out)) or clean_reason(done.stderr) or f"exit status {done.returncode}"
+            # The place of the scenario says nothing: it is of this run.
+            said = clean_reason(done.stderr, self.mil.name).removeprefix(f"{self.scenario(machine)}: ")
+            return read_summary(Path(out)) or said or f"exit status {done.returncode}"
 
     def configure(self, points: Iterable[Point], jobs: int) -> None:
         """The configuration in force for each machine, period and method, or the sentence that refuses it."""
