@@ -183,7 +183,7 @@ def test_hard_mode_runs_and_tells_its_stages(live: tuple[str, ...], wait: str) -
 
 def test_cvode_without_slack_is_warned_of(live: tuple[str, ...]) -> None:
     settings = ("--set", "realtime.wake_every_periods=1", "--set", "plant.integrator=cvode")
-    found = run("sextant-ecu", *live, *settings, "--set", "drive.period_us=250")
+    found = run("sextant-ecu", *live, *settings, "--set", "drive.period_us=200")
     assert found.returncode == 0, found.stderr
     assert 'plant.integrator = "cvode" has no bound on its time' in found.stderr
 
