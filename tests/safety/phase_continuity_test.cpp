@@ -79,5 +79,17 @@ TYPED_TEST(PhaseContinuityOf, NoTurnCountsWhileTheOthersCarryLittle) {
   EXPECT_TRUE(this->continuity.is_open(0));
 }
 
+// By a model whose EMF is wrong a current that passes through zero ought to change by ten times as much as it
+// does: it moves, an open phase does not.
+TYPED_TEST(PhaseContinuityOf, ACurrentThatPassesThroughZeroIsNoOpenPhase) {
+  for (int k = 0; k <= 160; ++k) {
+    this->step(-2.0 + k * 0.025, 10.0, 0.08);
+    EXPECT_FALSE(this->continuity.is_open(0)) << k;
+  }
+  this->continuity.restart();
+  for (int k = 0; k <= 160; ++k) this->step(0.5, 10.0, 0.08);
+  EXPECT_TRUE(this->continuity.is_open(0)) << "readings that stand still";
+}
+
 }  // namespace
 }  // namespace sextant
