@@ -26,7 +26,7 @@ namespace sextant {
 /// wrong by its uncertainty: it counts where Σ p² exceeds four times the sum of the squares of that. Methods
 /// whose voltage changes by active vectors from period to period are judged by w, down to four periods a
 /// turn. A smooth voltage changes by little more than d: by w its methods are judged in transients; by p as
-/// soon as a reading that does not answer makes them raise the voltage by more than e.
+/// soon as a reading that does not answer makes them raise the voltage by more than twice e.
 ///
 /// The second difference does not show readings that all stand still, under one voltage: for these, Σ (v − e)
 /// less the mean error of the model before is the change that they ought to show. The error changes little
