@@ -127,6 +127,28 @@ TYPED_TEST(CurrentOffsetOf, BeyondItsLimitIsSeenWithin45MsOfTheEndOfTheCurrents)
   }
 }
 
+TYPED_TEST(CurrentOffsetOf, AReadingThatIsRepeatedCountsForNothing) {
+  using T = TypeParam;
+  Measurement<T> repeated = this->reading(T(0.5), T(0), T(0));
+  repeated.applied = GatePattern{};
+  this->run(repeated, average_periods);
+  EXPECT_EQ(this->removed().a, T(0));
+  EXPECT_EQ(this->offset.largest(), T(0));
+}
+
+// What flows after the gates went off is no offset: at power-up alone the first reading counts at once.
+TYPED_TEST(CurrentOffsetOf, AfterAFaultIsThatOfReadingsAtRest) {
+  using T = TypeParam;
+  const Measurement<T> m = this->reading(T(0.4), T(0), T(0));
+  this->run(m, 1);
+  EXPECT_NEAR(this->removed().a, T(0.4), T(1e-6));
+  this->offset.restart();
+  this->run(m, rest_periods - 1);
+  EXPECT_EQ(this->removed().a, T(0));
+  this->run(m, 1);
+  EXPECT_NEAR(this->removed().a, T(0.4), T(1e-5));
+}
+
 TYPED_TEST(CurrentOffsetOf, ForgetsAWildReading) {
   using T = TypeParam;
   this->run(this->reading(T(0), T(0), T(0)), average_periods);
