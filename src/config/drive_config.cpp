@@ -53,8 +53,8 @@ void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
 std::string range_problem(const Converter& sensor, double trip, const std::string& unit, const char* key,
                           const char* fault) {
   if (!(sensor.highest() <= trip)) return {};
-  return "readings end at " + number_text(sensor.highest()) + " " + unit + ", not above " + key + ", " +
-         number_text(trip) + " " + unit + ": " + fault +
+  return "readings end at " + rounded_text(sensor.highest()) + " " + unit + ", not above " + key + ", " +
+         rounded_text(trip) + " " + unit + ": " + fault +
          " could never come; widen the range or lower the trip level";
 }
 
@@ -112,7 +112,7 @@ std::string validate_encoder(const DriveConfig& c) {
   const double most = encoder.speed == EncoderSpeed::count ? 0.5 * limit : limit;
   if (!(step > most)) return {};
   const char* const key = jumps ? "protection.speed_jump_rad_s" : "protection.speed_error_rad_s";
-  return number_text(encoder.lines) + " lines make steps of " + number_text(std::round(1e3 * step) / 1e3) +
+  return number_text(encoder.lines) + " lines make steps of " + rounded_text(step) +
          " rad/s in a window of " + number_text(encoder.window_periods) + " periods, above " +
          number_text(most) + " rad/s (" + key + ", " + number_text(limit) +
          "): the drive would trip; take more lines or a longer window, or raise the limit";

@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+
+#include "number_text.hpp"
 
 namespace sextant {
 namespace {
@@ -30,6 +33,21 @@ void inductance(Section& s, const std::string& x_key, std::optional<double>& x, 
                       x.reset();
                     }});
   s.alternative(x_key, l_key, otherwise.empty());
+}
+
+/// L_m by the sum of the leakage inductances. Published machines have 6 to 30; outside of this range by far
+/// more than a machine can, one of the three is in another unit. [-]
+constexpr Range<double> magnetising_by_leakage{0.5, 500};
+
+/// Empty where the inductances of a complete machine can be those of one machine, else a sentence.
+std::string inductance_problem(const MachineConfig& c) {
+  if (c.has_reactance() && !c.reactance_frequency_hz) return {};
+  const InductionMachineParameters<> m = apply(c, {}, 50.0);
+  const double ratio = m.l_m / (m.l_ls + m.l_lr);
+  if (ratio >= magnetising_by_leakage.min && ratio <= magnetising_by_leakage.max) return {};
+  return "the magnetising inductance, " + number_text(m.l_m) + " H, is " + rounded_text(ratio) +
+         " times the leakage inductances of stator and rotor together, " + rounded_text(m.l_ls + m.l_lr) +
+         " H; machines have 5 to 50: give all three in the same unit, henry (or ohm)";
 }
 
 }  // namespace
@@ -66,6 +84,7 @@ void describe(Section s, MachineConfig& c, const std::string& unset) {
       if (!c.has_reactance() || c.reactance_frequency_hz) return {};
       return "reactance_frequency_hz is missing, which the reactances need";
     });
+    s.check_basis("", [&c] { return inductance_problem(c); });
   }
 }
 

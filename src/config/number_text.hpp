@@ -17,4 +17,11 @@ namespace sextant {
   return {buffer.data(), result.ptr};
 }
 
+/// Four significant digits, for a value in a message that was computed and not typed.
+[[nodiscard]] inline std::string rounded_text(double x) {
+  if (x == 0.0 || !std::isfinite(x)) return number_text(x);
+  const double scale = std::pow(10.0, 3.0 - std::floor(std::log10(std::abs(x))));
+  return number_text(std::round(x * scale) / scale);
+}
+
 }  // namespace sextant

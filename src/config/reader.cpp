@@ -144,7 +144,7 @@ class Reader {
     check_required();
     finish();
     for (const auto& derive : schema_.derivations) derive();
-    for (const Check& check : schema_.checks) run(check);
+    run_checks();
     finish();
   }
 
@@ -266,6 +266,18 @@ class Reader {
   [[nodiscard]] bool is_table_given(const std::string& table) const {
     return std::any_of(given_.begin(), given_.end(),
                        [&table](const std::string& key) { return key.starts_with(table + "."); });
+  }
+
+  /// In order, up to a problem of what other values follow from, which is told only where there is none
+  /// before it: it may follow from that.
+  void run_checks() {
+    for (const Check& check : schema_.checks) {
+      const std::size_t before = problems_.size();
+      run(check);
+      if (!check.decides || problems_.size() == before) continue;
+      if (before > 0) problems_.pop_back();
+      return;
+    }
   }
 
   void run(const Check& check) {

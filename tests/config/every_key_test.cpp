@@ -127,10 +127,10 @@ std::vector<Kind> kinds() {
     kind.at_odds.insert(kind.at_odds.end(), keys.begin(), keys.end());
   };
   for (Kind& kind : list) {
-    add(kind,
-        {"machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h", "machine.r_s_ohm", "load.speed_rad_s.shape",
-         "load.speed_rad_s.value", "load.speed_rad_s.points", "load.speed_rad_s.file",
-         "plant.sensors.sampling_lead_us", "plant.sensors.current.bits", "plant.sensors.voltage.bits"});
+    add(kind, {"machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h", "machine.x_ls_ohm", "machine.x_lr_ohm",
+               "machine.x_m_ohm", "machine.r_s_ohm", "load.speed_rad_s.shape", "load.speed_rad_s.value",
+               "load.speed_rad_s.points", "load.speed_rad_s.file", "plant.sensors.sampling_lead_us",
+               "plant.sensors.current.bits", "plant.sensors.voltage.bits"});
     if (kind.name == "plant") continue;
     add(kind, {"machine.reactance_frequency_hz", "drive.period_us", "drive.sampling_lead_us",
                "drive.current_limit_a", "control.flux_reference_wb", "control.foc.bandwidth_rad_s",

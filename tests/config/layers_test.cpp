@@ -118,12 +118,12 @@ TEST(ConfigFile, ABaseThatCannotBeOneIsRefusedWhereItIsNamed) {
 
 TEST(ConfigFile, AMachineThatIsTooStiffForFixedStepsIsRefused) {
   const ConfigFiles files;
-  // No limits follow from a machine almost without leakage.
+  // No limits follow from a machine with so little leakage.
   const std::string limits =
       "[command]\ntorque_limit_nm = 100\n[protection]\nover_current_a = 200\n"
       "[control.dtc]\ntorque_band_upper_nm = 1\ntorque_band_lower_nm = 1\n";
-  const std::string stiff = "[machine]\nfile = \"" + shipped_machine + "\"\nl_ls_h = 1e-9\nl_lr_h = 1e-9\n" +
-                            limits + "[plant]\nintegrator = ";
+  const std::string stiff = "[machine]\nfile = \"" + shipped_machine + "\"\nl_ls_h = 2e-4\nl_lr_h = 2e-4\n" +
+                            "r_r_ohm = 1000\n" + limits + "[plant]\nintegrator = ";
   EXPECT_THAT(ecu_refusal(files.write("fixed.toml", stiff + "\"fixed\"\n")),
               HasSubstr("plant: integrator = \"fixed\" would take"));
   EXPECT_EQ(ecu_refusal(files.write("cvode.toml", stiff + "\"cvode\"\n")), "accepted");

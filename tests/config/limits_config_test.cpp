@@ -1,5 +1,6 @@
 // Limits that a file does not name follow from machine and link.
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -125,6 +126,33 @@ TEST_F(LimitsConfig, TheFluxFollowsFromLinkAndFrequencyOrHasToBeSaid) {
   EXPECT_THAT(refusal(without),
               HasSubstr(without + ": control.flux_reference_wb: missing: the machine names no "
                                   "reactance_frequency_hz"));
+}
+
+// What a wrong value makes of the values that follow from it is not said beside it.
+TEST_F(LimitsConfig, OneWrongValueOfTheMachineOrTheLinkGivesOneComplaint) {
+  const struct {
+    const char* key;
+    const char* value;
+    const char* said;
+  } cases[] = {
+      {"machine.l_m_h", "5.2", "machine: the magnetising inductance, 5.2 H, is 17330 times the leakage"},
+      {"machine.l_m_h", "5.2e-6", "machine: the magnetising inductance, 5.2e-06 H, is 0.01733 times"},
+      {"machine.l_ls_h", "0.14", "machine: the magnetising inductance, 0.0052 H, is 0.0371 times"},
+      {"machine.l_lr_h", "0.16", "machine: the magnetising inductance"},
+      {"machine.reactance_frequency_hz", "0.06", "control.flux_reference_wb: missing"},
+      {"machine.r_s_ohm", "1e4", ""},
+      {"plant.u_dc_v", "1", ""},
+      {"protection.over_current_a", "0.1", ""},
+      {"control.flux_reference_wb", "10", "command.torque_limit_nm: missing: no usable value follows"},
+  };
+  const std::string file = own(large + "reactance_frequency_hz = 60\n", "[plant]\nu_dc_v = 600\n");
+  for (const auto& x : cases) {
+    SCOPED_TRACE(x.key);
+    const std::string why = refusal(file, {std::string{x.key} + "=" + x.value});
+    EXPECT_EQ(std::count(why.begin(), why.end(), '\n'), 0) << why;
+    EXPECT_THAT(why, HasSubstr(x.said));
+    EXPECT_NE(why, "accepted");
+  }
 }
 
 TEST_F(LimitsConfig, AFluxThatTheLinkCannotFeedIsRefused) {

@@ -97,6 +97,7 @@ struct Check {
   std::function<std::string()> problem;
   std::string optional_table{};     ///< table that may be unused; empty: the check always counts
   std::function<bool()> is_used{};  ///< whether that table is in use
+  bool decides{false};              ///< what is described after it follows from what it judges
 
   /// False for an unused table of which no key is given: its defaults have no effect.
   [[nodiscard]] bool counts(bool is_table_given) const {
@@ -173,10 +174,10 @@ class Section {
     derive([&member, is_given, rule] {
       if (!*is_given) member = rule();
     });
-    schema_->checks.push_back({path(key), [&member, is_given, range, otherwise]() -> std::string {
-                                 if (*is_given || (member >= range.min && member <= range.max)) return {};
-                                 return "missing: " + otherwise;
-                               }});
+    check_basis(key, [&member, is_given, range, otherwise]() -> std::string {
+      if (*is_given || (member >= range.min && member <= range.max)) return {};
+      return "missing: " + otherwise;
+    });
   }
 
   /// A time whose default `rule` gives [ns] once everything has been read.
@@ -305,6 +306,13 @@ class Section {
   void derive(std::function<void()> f) { schema_->derivations.push_back(std::move(f)); }
 
   void check(std::function<std::string()> problem) { schema_->checks.push_back({path_, std::move(problem)}); }
+
+  /// A check of what other values follow from, of a key or of the section: where it fails, what is described
+  /// after it is not judged.
+  void check_basis(const std::string& key, std::function<std::string()> problem) {
+    schema_->checks.push_back(
+        {.path = key.empty() ? path_ : path(key), .problem = std::move(problem), .decides = true});
+  }
 
   /// The checks described so far within this section count where `is_used` holds or a file gives one of its
   /// keys. The ranges of keys always count.
