@@ -3,6 +3,7 @@
 A drive's `can.identifier_offset` lies between its identifiers and data IDs and those of the file.
 """
 
+import math
 from pathlib import Path
 
 import can
@@ -14,6 +15,16 @@ from .paths import DBC
 
 OFFSET_STEP = 32
 LARGEST_OFFSET = 1728
+
+
+NOT_AVAILABLE = "NOT_AVAILABLE"  # in a value table of the DBC
+
+
+def number_of(signal: cantools.database.can.Signal, raw: float) -> float:
+    """The physical value of a raw one."""
+    if str((signal.choices or {}).get(raw)) == NOT_AVAILABLE:
+        return math.nan
+    return float(signal.conversion.raw_to_scaled(raw, decode_choices=False))
 
 
 class Contract:
@@ -87,12 +98,13 @@ class Contract:
         return (message.name, message.decode(frame.data)) if message else None
 
     def decode_numbers(self, frame: can.Message) -> tuple[str, list[float]] | None:
-        """As decode; physical values in the order of the message's signals, and numbers where the DBC has names."""
+        """As decode; physical values in the order of the message's signals, and numbers where the DBC has names. A value
+        that is not available is not a number."""
         message = self._message_of(frame)
         if message is None:
             return None
-        values = message.decode(frame.data, decode_choices=False)
-        return message.name, [float(values[signal.name]) for signal in message.signals]
+        raw = message.decode(frame.data, decode_choices=False, scaling=False)
+        return message.name, [number_of(signal, raw[signal.name]) for signal in message.signals]
 
     def _message_of(self, frame: can.Message) -> cantools.database.can.Message | None:
         if frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd:

@@ -67,7 +67,10 @@ def main(arguments: list[str]) -> int:
     progress = Progress()
     kept = copy(source, options.output, names, lambda share: progress.show(f"{options.output}: {share:.0%} written"))
     progress.end()
-    print(f"{options.output}: {', '.join(f'{count} rows of {name}' for name, count in kept.items())}")
+    found = {name: source.rows(name) for name in names}
+    print(f"{options.output}: {', '.join(f'{kept[name]} of {found[name]} rows of {name}' for name in names)}")
+    if kept != found:
+        raise UserError(f"{options.output} lacks rows that {options.input} has: this is an error of convert.")
     if source.cut and options.truncated:
         print(f"convert: {source.cut}", file=sys.stderr)
     elif source.cut:

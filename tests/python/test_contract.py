@@ -1,10 +1,12 @@
 """The list of faults: made from the CAN contract, which must agree with itself and with what the drive raises."""
 
+import math
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import can
 import pytest
 from sextant_py.contract import Contract
 from sextant_py.paths import DBC, ROOT
@@ -106,3 +108,26 @@ def test_there_is_room() -> None:
             for bit in range(signal.start, signal.start + signal.length)
         }
         assert 64 - len(used) >= 24
+
+
+def test_what_is_not_available_is_no_number() -> None:
+    """Of every signal of the contract: the value table says which raw value is none."""
+    contract, seen = Contract(), set()
+    for message in contract.database.messages:
+        for signal in message.signals:
+            none = [value for value, name in (signal.choices or {}).items() if str(name) == "NOT_AVAILABLE"]
+            for raw in [0, *none]:
+                raws = {other.name: raw if other is signal else 0 for other in message.signals}
+                data = message.encode(raws, scaling=False, strict=False)
+                name, values = contract.decode_numbers(
+                    can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False)
+                )
+                assert name == message.name
+                scaled = message.decode(data, decode_choices=False)
+                for other, value in zip(message.signals, values, strict=True):
+                    if raw in none and other is signal:
+                        assert math.isnan(value)
+                        seen.add(signal.name)
+                    else:
+                        assert value == scaled[other.name], (name, other.name)
+    assert seen == {"StatorTemperature", "RotorTemperature", "InverterTemperature"}

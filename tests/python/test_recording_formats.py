@@ -21,6 +21,7 @@ from made_recording import EXTREMES, MadeSource, assert_same, assert_same_values
 from mcap.data_stream import ReadDataStream
 from mcap.reader import make_reader
 from mcap.records import Chunk
+from mcap.writer import CompressionType, IndexType, Writer
 from mcap_ros2.decoder import DecoderFactory
 from programs import program
 from pyarrow import parquet
@@ -245,7 +246,7 @@ def test_a_truncated_recording_is_converted_and_told(tmp_path: Path, capsys: pyt
     assert 0 < kept < source.rows(MAIN)
     assert convert.main([str(path), str(output), "--truncated"]) == 0
     said = capsys.readouterr()
-    assert f"{kept} rows of telemetry" in said.out
+    assert f"{kept} of {kept} rows of telemetry" in said.out
     assert f"rows that are lost: {source.rows(MAIN) - kept} of telemetry" in said.err
 
 
@@ -330,6 +331,91 @@ def test_an_index_that_points_elsewhere_is_refused(tmp_path: Path) -> None:
         path.write_bytes(damaged)
         with pytest.raises(UserError, match=f"is damaged at byte .*no row of {name} is where the index says"):
             convert.main([str(path), str(tmp_path / "out.h5")])
+
+
+def rewritten(out: Path, sources: list[Path], **options: object) -> None:
+    """The messages of recordings in the order of their times, by the library's own writer; each recording has channels
+    of its own."""
+    with out.open("wb") as stream:
+        writer = Writer(stream, **options)
+        writer.start(profile="")
+        found = []
+        for source in sources:
+            channels: dict[int, int] = {}
+            with source.open("rb") as file:
+                for schema, channel, message in make_reader(file).iter_messages():
+                    if channel.id not in channels:
+                        number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                        channels[channel.id] = writer.register_channel(
+                            channel.topic, channel.message_encoding, number, channel.metadata
+                        )
+                    found.append((message.log_time, channels[channel.id], message))
+        for time, channel, message in sorted(found, key=lambda row: row[0]):
+            writer.add_message(channel, time, message.data, message.publish_time, message.sequence)
+        writer.finish()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"use_chunking": False},
+        {"use_chunking": False, "use_statistics": False},
+        {"index_types": IndexType.NONE},
+        {"index_types": IndexType.NONE, "compression": CompressionType.NONE, "chunk_size": 1000},
+        {"repeat_channels": False, "repeat_schemas": False, "use_summary_offsets": False},
+        {"index_types": IndexType.NONE, "repeat_channels": False, "use_statistics": False},
+    ],
+    ids=lambda options: ", ".join(f"{key} {value}" for key, value in options.items()) or "default",
+)
+def test_an_mcap_file_of_another_writer_is_read_whole(tmp_path: Path, options: dict) -> None:
+    """With and without chunks, indexes, counts and a summary of its channels."""
+    source = made(SEED)
+    write(source, tmp_path / "run.mcap")
+    rewritten(tmp_path / "other.mcap", [tmp_path / "run.mcap"], **options)
+    found = reread(tmp_path / "other.mcap")
+    assert {name: found.rows(name) for name in source.groups} == {name: source.rows(name) for name in source.groups}
+    for name in source.groups:
+        assert_same_values(whole(found, name), whole(source, name))
+
+
+@pytest.mark.parametrize("options", [{}, {"use_chunking": False}, {"index_types": IndexType.NONE}], ids=str)
+def test_channels_of_one_topic_are_one_group(tmp_path: Path, options: dict, capsys: pytest.CaptureFixture) -> None:
+    """Two recordings in one file have a channel each of every topic: all of their rows, in the order of the file."""
+    sources = [made(SEED), made(SEED + 1)]
+    for number, source in enumerate(sources):
+        write(source, tmp_path / f"run{number}.mcap")
+    rewritten(tmp_path / "both.mcap", [tmp_path / "run0.mcap", tmp_path / "run1.mcap"], **options)
+    assert convert.main([str(tmp_path / "both.mcap"), str(tmp_path / "both.h5")]) == 0
+    count = sum(source.rows(MAIN) for source in sources)
+    assert f"{count} of {count} rows of {MAIN}" in capsys.readouterr().out
+    for name, group in sources[0].groups.items():
+        rows = np.concatenate([whole(source, name) for source in sources])
+        wanted = rows[np.argsort(np.maximum(group.times_ns(rows), 0), kind="stable")]
+        assert_same_values(whole(reread(tmp_path / "both.h5"), name), wanted)
+
+
+def test_unlike_groups_of_one_name_are_kept_apart(tmp_path: Path) -> None:
+    source = made(SEED)
+    write(source, tmp_path / "run.mcap")
+    other = made(SEED + 1)
+    other.groups[MAIN] = dataclasses.replace(other.groups[MAIN], text="of another version")
+    write(other, tmp_path / "other.mcap")
+    rewritten(tmp_path / "both.mcap", [tmp_path / "run.mcap", tmp_path / "other.mcap"])
+    found = reread(tmp_path / "both.mcap")
+    assert_same_values(whole(found, MAIN), whole(source, MAIN))
+    assert_same_values(whole(found, f"{MAIN}_2"), whole(other, MAIN))
+
+
+def test_messages_that_the_file_counts_and_lacks_are_damage(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    write(made(SEED), path)
+    data, source = path.read_bytes(), reread(path)
+    place = source._chunks[0]
+    begin, end = place.offset - HEADER_BYTES, place.offset + place.length
+    path.write_bytes(data[:begin] + data[end:])
+    with pytest.raises(UserError, match=r"run.mcap is damaged: it counts \d+ messages of \w+, and \d+ are there"):
+        reread(path)
 
 
 def test_hdf5_is_read_while_it_is_written(tmp_path: Path) -> None:

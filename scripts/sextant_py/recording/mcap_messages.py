@@ -56,11 +56,12 @@ def aligned(offset: int, size: int) -> int:
 
 
 class MessageCodec:
-    """Message records of one channel, to bytes and back."""
+    """Message records of a group, to bytes of one channel, and back from all channels that have it."""
 
     def __init__(self, group: Group, channel: int) -> None:
         self.group = group
         self.channel = channel
+        self.channels = [channel]
         self._fixed = self._layout() if not any(column.is_text for column in group.columns) else None
 
     def _layout(self) -> np.dtype:
@@ -118,7 +119,7 @@ class MessageCodec:
         """The rows of the records that begin at these offsets of a chunk."""
         if self._fixed is None:
             heads = [struct.unpack_from("<BQH", chunk, offset)[::2] for offset in offsets.tolist()]
-            if any(head != (Opcode.MESSAGE, self.channel) for head in heads):
+            if any(opcode != Opcode.MESSAGE or channel not in self.channels for opcode, channel in heads):
                 raise self._misplaced()
             rows = [self._decode_row(chunk[offset + RECORD.itemsize + 4 :]) for offset in offsets.tolist()]
             return np.concatenate([np.empty(0, self.group.dtype), *rows])
@@ -132,9 +133,9 @@ class MessageCodec:
         return block
 
     def _check(self, records: np.ndarray) -> None:
-        """The index of a chunk has no checksum: what it points at must be a record of the channel."""
+        """The index of a chunk has no checksum: what it points at must be a record of the group."""
         length = self._fixed.itemsize - HEADER_BYTES
-        heads = (records["opcode"] == Opcode.MESSAGE) & (records["channel"] == self.channel)
+        heads = (records["opcode"] == Opcode.MESSAGE) & np.isin(records["channel"], self.channels)
         if not np.all(heads & (records["length"] == length)):
             raise self._misplaced()
 
