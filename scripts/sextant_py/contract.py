@@ -98,8 +98,8 @@ class Contract:
         return (message.name, message.decode(frame.data)) if message else None
 
     def decode_numbers(self, frame: can.Message) -> tuple[str, list[float]] | None:
-        """As decode; physical values in the order of the message's signals, and numbers where the DBC has names. A value
-        that is not available is not a number."""
+        """As decode; physical values in the order of the message's signals, and numbers where the DBC has names; not a
+        number for what is not available."""
         message = self._message_of(frame)
         if message is None:
             return None
