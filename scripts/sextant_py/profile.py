@@ -1,7 +1,8 @@
 """Torque profiles: what a vehicle asks of the drive, over time.
 
-A CSV file has a heading `time_s,torque_nm` or `time_s,torque_nm,enable`, one point a line; empty lines and what follows
-a # are passed over. Torque is interpolated linearly; two points at one time make a step. A TOML file has the same:
+A CSV file has a heading `time_s,torque_nm` or `time_s,torque_nm,enable`, one point a line, separated by commas; cells
+may stand in quotes; empty lines and what follows a # are passed over. `sextant-ecu --virtual-time` reads the same. Torque
+is interpolated linearly; two points at one time make a step. A TOML file has the same:
 
     interpolation = "hold"          # or "linear"
     time_s = [0.0, 1.0, 5.0]
@@ -12,6 +13,7 @@ a # are passed over. Torque is interpolated linearly; two points at one time mak
 import bisect
 import csv
 import math
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +21,9 @@ from pathlib import Path
 from .errors import UserError
 
 INTERPOLATIONS = ("linear", "hold")
-_HEADINGS = (["time_s", "torque_nm"], ["time_s", "torque_nm", "enable"])
+_COLUMNS = ("time_s", "torque_nm", "enable")
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+_BEFORE_COMMENT = re.compile(r'(?:"[^"]*"?|[^"#])*')
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 
 
@@ -62,14 +66,15 @@ def load(path: Path | str, interpolation: str | None = None) -> Profile:
     """Reads a profile; a bad one is refused with file and line."""
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise UserError(f"the profile {path} cannot be read: {error.strerror}.") from None
     except UnicodeDecodeError:
         raise UserError(f"the profile {path} is not a text file in UTF-8.") from None
-    if path.suffix not in (".csv", ".toml"):
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", ".toml"):
         raise UserError(f"the profile {path} must be a .csv or .toml file.")
-    rows, own = _from_toml(path, text) if path.suffix == ".toml" else (_from_csv(path, text), "linear")
+    rows, own = _from_toml(path, text) if suffix == ".toml" else (_from_csv(path, text), "linear")
     points: list[Point] = []
     for where, point in rows:
         if not points and point.time_s != 0:
@@ -92,25 +97,50 @@ def _number(text: object, where: str, name: str) -> float:
     return value
 
 
+def _cells(line: str) -> list[str]:
+    """The cells of a line; none where there is nothing but blanks and a comment."""
+    text = _BEFORE_COMMENT.match(line).group().strip()
+    return [cell.strip() for cell in next(csv.reader([text], skipinitialspace=True), [])]
+
+
+def _check_heading(columns: list[str], where: str) -> None:
+    for separator, name in _SEPARATORS.items():
+        if len(columns) == 1 and separator in columns[0]:
+            raise UserError(f"{where}: {name} separate the columns: separate them by commas.")
+    if len(columns) > 1 and not columns[0]:
+        raise UserError(f"{where}: the first column has no name: name it or leave it out.")
+    for column in columns:
+        if columns.count(column) > 1:
+            raise UserError(f"{where}: the column {column} occurs twice.")
+        if column not in _COLUMNS:
+            raise UserError(
+                f"{where}: unknown column {column}; the heading has time_s, torque_nm and, where needed, enable."
+            )
+    for column in _COLUMNS[:2]:
+        if column not in columns:
+            raise UserError(f"{where}: the heading has no column {column}.")
+
+
 def _from_csv(path: Path, text: str) -> Rows:
-    heading: list[str] | None = None
+    columns: list[str] = []
     rows: Rows = []
     for number, line in enumerate(text.splitlines(), start=1):
         where = f"{path}:{number}"
-        cells = [cell.strip() for cell in next(csv.reader([line.partition("#")[0]]), [])]
-        if not any(cells):
+        cells = _cells(line)
+        if not cells:
             continue
-        if heading is None:
-            if cells not in _HEADINGS:
-                raise UserError(f'{where}: the heading must be "time_s,torque_nm" or "time_s,torque_nm,enable".')
-            heading = cells
+        if not columns:
+            columns = cells
+            _check_heading(columns, where)
             continue
-        if len(cells) != len(heading):
-            raise UserError(f"{where}: expected {len(heading)} values ({','.join(heading)}), found {len(cells)}.")
-        enable = _TRUTH.get(cells[2].lower()) if len(cells) == 3 else True
+        if len(cells) != len(columns):
+            raise UserError(f"{where}: expected {len(columns)} values ({','.join(columns)}), found {len(cells)}.")
+        row = dict(zip(columns, cells, strict=True))
+        enable = _TRUTH.get(row.get("enable", "1").lower())
         if enable is None:
-            raise UserError(f'{where}: enable must be 0 or 1, not "{cells[2]}".')
-        rows.append((where, Point(_number(cells[0], where, "time_s"), _number(cells[1], where, "torque_nm"), enable)))
+            raise UserError(f'{where}: enable must be 0 or 1, not "{row["enable"]}".')
+        time_s, torque_nm = (_number(row[name], where, name) for name in _COLUMNS[:2])
+        rows.append((where, Point(time_s, torque_nm, enable)))
     return rows
 
 

@@ -1,5 +1,7 @@
 #include "sextant/config/cycle_config.hpp"
 
+#include <utility>
+
 #include "sextant/sim/drive_cycle.hpp"
 
 namespace sextant {
@@ -8,9 +10,14 @@ namespace {
 constexpr double ns_per_ms = 1e6;
 
 void describe_cycle(Section s, CycleConfig& p) {
-  s.file("file", p.file, "time_s and speed_mph, speed_kmh or speed_m_s",
-         "drive cycle, which takes the place of profile.torque_nm and load",
-         [&p](const std::string& path) { p.speed = read_drive_cycle(path); });
+  s.file(
+      "file", p.file,
+      "time_s and speed_mph, speed_kmh or speed_m_s, and grade or grade_percent of a road that is not level",
+      "drive cycle, which takes the place of profile.torque_nm and load", [&p](const std::string& path) {
+        DriveCycle cycle = read_drive_cycle(path);
+        p.speed = std::move(cycle.speed);
+        p.grade = std::move(cycle.grade);
+      });
   s.choice(
       "load", p.load,
       {{"passive_ev", CycleConfig::Load::passive_ev}, {"vehicle", CycleConfig::Load::vehicle}},
@@ -61,9 +68,13 @@ std::string CycleConfig::validate() const {
   }
   if (load == Load::vehicle) {
     if (!table.empty()) return "table is given, but load is \"vehicle\"";
+    if (grade && vehicle.grade != 0.0)
+      return "the cycle's file has a grade, and vehicle.grade_percent is given";
     return vehicle.is_given() ? "" : "load \"vehicle\" needs a vehicle: vehicle = \"FILE\"";
   }
   if (vehicle.is_given()) return "a vehicle is given, but load is \"passive_ev\"";
+  if (grade)
+    return "the cycle's file has a grade, which load \"passive_ev\" cannot follow: its table is of one road";
   if (table.empty()) return "load \"passive_ev\" needs a table";
   return passive_ev.validate();
 }

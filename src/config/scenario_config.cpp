@@ -255,11 +255,18 @@ std::string validate_driver(const ScenarioConfig& c) {
   return has_supervision && beyond ? "torque_limit_nm is above command.torque_limit_nm" : "";
 }
 
+/// The torque that a grade over time asks of one motor; linear between the points, as the grade is.
+ProfileParameters grade_load(const VehicleParameters& vehicle, ProfileParameters grade) {
+  for (ProfilePoint& point : grade.points) point.value = grade_torque(vehicle, point.value);
+  return grade;
+}
+
 /// Puts the vehicle on the shaft and its driver into the scenario.
 void prescribe_vehicle(ScenarioConfig& c) {
   DrivePlantParameters<>& plant = c.drive.plant.plant;
   Driver::Parameters& driver = c.cycle.driver;
   plant.road_load = road_load(c.cycle.vehicle);
+  if (c.cycle.grade) c.scenario.load.load_torque = grade_load(c.cycle.vehicle, *c.cycle.grade);
   driver.mass = accelerated_mass(c.cycle.vehicle, plant.machine.inertia);
   driver.wheel_radius = c.cycle.vehicle.wheel_radius;
   driver.motors = c.cycle.vehicle.motors;

@@ -1,9 +1,9 @@
 #include "sextant/files/text_lines.hpp"
 
-#include <array>
 #include <cerrno>
 #include <filesystem>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -33,21 +33,31 @@ TextLines::TextLines(std::string file) : file_{std::move(file)} {
 }
 
 bool TextLines::next(std::string& line) {
-  std::array<char, longest_line + 1> text;
-  stream_.getline(text.data(), text.size());
-  const auto read = static_cast<std::size_t>(stream_.gcount());
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+  line.clear();
+  char byte{};
+  bool is_there = false;
+  while (stream_.get(byte)) {
+    if (!is_there) ++number_;
+    is_there = true;
+    if (ends_line(byte)) break;
+    if (line.size() == longest_line)
+      refuse("the line is longer than " + std::to_string(longest_line) + " bytes; is it a text file?");
+    line.push_back(byte);
+  }
   if (stream_.bad()) {
     throw std::runtime_error(file_ + " cannot be read to its end: an error behind line " +
                              std::to_string(number_));
   }
-  if (read == 0) return false;
-  ++number_;
-  if (stream_.fail())
-    refuse("the line is longer than " + std::to_string(longest_line) + " bytes; is it a text file?");
+  if (!is_there) return false;
   if (number_ > most_lines) refuse("more than " + std::to_string(most_lines) + " lines; cut the file");
-  // The end of a line counts among what was read, the end of the file does not.
-  line.assign(text.data(), stream_.eof() ? read : read - 1);
+  if (number_ == 1 && line.starts_with(byte_order_mark)) line.erase(0, byte_order_mark.size());
   return true;
+}
+
+bool TextLines::ends_line(char byte) {
+  if (byte == '\r' && stream_.peek() == '\n') stream_.ignore();
+  return byte == '\n' || byte == '\r';
 }
 
 void TextLines::refuse(const std::string& what) const {

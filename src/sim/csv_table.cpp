@@ -26,16 +26,33 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(blank) - begin + 1);
 }
 
-/// The cells of a line; none where there is nothing but blanks and a comment.
+/// A cell without the quotes that it stands in; "" in these is one quote.
+std::string unquoted(std::string_view cell) {
+  cell = trimmed(cell);
+  if (cell.size() < 2 || cell.front() != '"' || cell.back() != '"') return std::string{cell};
+  std::string text;
+  for (std::size_t k = 1; k + 1 < cell.size(); ++k) {
+    text.push_back(cell[k]);
+    if (cell[k] == '"' && cell[k + 1] == '"' && k + 2 < cell.size()) ++k;
+  }
+  return text;
+}
+
+/// The cells of a line; none where there is nothing but blanks and a comment. Commas and # within quotes are
+/// part of a cell.
 std::vector<std::string> cells_of(std::string_view line) {
-  line = trimmed(line.substr(0, line.find('#')));
   std::vector<std::string> cells;
-  if (line.empty()) return cells;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    cells.emplace_back(trimmed(line.substr(begin, end - begin)));
+  bool is_quoted = false;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  for (; end < line.size() && (is_quoted || line[end] != '#'); ++end) {
+    if (line[end] == '"') is_quoted = !is_quoted;
+    if (is_quoted || line[end] != ',') continue;
+    cells.push_back(unquoted(line.substr(begin, end - begin)));
     begin = end + 1;
   }
+  const std::string_view last = line.substr(begin, end - begin);
+  if (!cells.empty() || !trimmed(last).empty()) cells.push_back(unquoted(last));
   return cells;
 }
 
@@ -64,9 +81,22 @@ void add_row(CsvTable& table, int line, const std::vector<std::string>& cells) {
   table.lines.push_back(line);
 }
 
+/// Refuses a heading of one cell in which another separator than the comma stands.
+void refuse_separator(const CsvTable& table, char separator, const char* name) {
+  if (table.columns.size() != 1 || table.columns.front().find(separator) == std::string::npos) return;
+  refuse("{}:{}: {} separate the columns: separate them by commas, and write numbers with points", table.file,
+         table.heading_line, name);
+}
+
 void set_heading(CsvTable& table, int line, std::vector<std::string> cells) {
   table.heading_line = line;
   table.columns = std::move(cells);
+  refuse_separator(table, ';', "semicolons");
+  refuse_separator(table, '\t', "tabs");
+  if (table.columns.size() > 1 && table.columns.front().empty()) {
+    refuse("{}:{}: the first column has no name: name it or leave it out (of pandas: to_csv(index=False))",
+           table.file, line);
+  }
   for (auto name = table.columns.begin(); name != table.columns.end(); ++name) {
     if (!std::isnan(number(*name)) || name->empty())
       refuse("{}:{}: expected a heading with the names of the columns, found \"{}\"", table.file, line,
@@ -83,6 +113,13 @@ std::size_t CsvTable::column(const std::string& name) const {
   if (found == columns.end())
     refuse("{}:{}: expected a column {}, found {}", file, heading_line, name, fmt::join(columns, ","));
   return static_cast<std::size_t>(found - columns.begin());
+}
+
+void CsvTable::expect_only(std::initializer_list<const char*> names) const {
+  for (const std::string& column : columns) {
+    if (std::find(names.begin(), names.end(), column) != names.end()) continue;
+    refuse("{}:{}: unknown column {}; known are {}", file, heading_line, column, fmt::join(names, ","));
+  }
 }
 
 std::string CsvTable::place(std::size_t row) const {

@@ -111,6 +111,7 @@ std::vector<Row> read_passive_ev_table(const std::string& file) {
   const std::size_t torque = table.column("torque_nm");
   const std::size_t speed = table.column("vehicle_speed_kmh");
   const std::size_t wheel = table.column("wheel_speed_rpm");
+  table.expect_only({"torque_nm", "vehicle_speed_kmh", "wheel_speed_rpm"});
   std::vector<Row> rows;
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const std::vector<double>& cells = table.rows[k];

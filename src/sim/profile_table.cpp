@@ -12,6 +12,7 @@ std::vector<ProfilePoint> read_profile_table(const std::string& file, double min
   const CsvTable table = read_csv(file);
   const std::size_t time = table.column("time_s");
   const std::size_t value = table.column("value");
+  table.expect_only({"time_s", "value"});
   ProfileParameters profile{.shape = ProfileShape::table};
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const ProfilePoint point{table.rows[k][time], table.rows[k][value]};

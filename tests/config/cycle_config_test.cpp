@@ -43,7 +43,7 @@ TEST_F(CycleConfigFile, BecomesTorqueReferenceAndImposedSpeed) {
   const ScenarioConfig config = load(cycle_lines("extrapolation = \"clip\"\n"));
   const PassiveEvLoad expected{
       {read_passive_ev_table(configs + "/vehicles/passive_ev.csv"), PassiveEvLoad::Extrapolation::clip}};
-  const Profile speed{read_drive_cycle(configs + "/cycles/nycc.csv")};
+  const Profile speed{read_drive_cycle(configs + "/cycles/nycc.csv").speed};
   const Profile torque{config.scenario.torque_reference};
   ASSERT_TRUE(config.scenario.load.imposed_speed.has_value());
   const Profile wheel{*config.scenario.load.imposed_speed};
@@ -80,6 +80,28 @@ TEST_F(CycleConfigFile, OfAVehicleBeginsAtRest) {
               HasSubstr("must begin at rest"));
 }
 
+// m g r/n sin(atan(0.08)) of the micro vehicle on each of its motors, and the road's fall as less than zero.
+TEST_F(CycleConfigFile, OfAVehicleHasTheGradeOfItsFile) {
+  (void)files_.write("hill.csv", "time_s,speed_kmh,grade_percent\n0,0,8\n5,10,8\n9,30,-3\n");
+  const std::string hill = "vehicle = \"" + configs +
+                           "/vehicles/micro_ev.toml\"\n[cycle]\nfile = \"hill.csv\"\nload = \"vehicle\"\n";
+  const ScenarioConfig config = load(hill);
+  const VehicleParameters& v = config.cycle.vehicle;
+  const Profile torque{config.scenario.load.load_torque};
+  const double weight = v.mass * 9.80665 * v.wheel_radius / v.motors;
+  EXPECT_NEAR(torque.value(2'000'000'000), weight * std::sin(std::atan(0.08)), 1e-9 * weight);
+  EXPECT_NEAR(torque.value(9'000'000'000), -weight * std::sin(std::atan(0.03)), 1e-9 * weight);
+  EXPECT_EQ(print_config(load_scenario_config(files_.write("t.toml", print_config(config)))),
+            print_config(config));
+  EXPECT_THAT(
+      refusal(
+          "[vehicle]\nfile = \"" + configs +
+          "/vehicles/micro_ev.toml\"\ngrade_percent = 2\n[cycle]\nfile = \"hill.csv\"\nload = \"vehicle\"\n"),
+      HasSubstr("cycle: the cycle's file has a grade, and vehicle.grade_percent is given"));
+  EXPECT_THAT(refusal("[cycle]\nfile = \"hill.csv\"\ntable = \"" + configs + "/vehicles/passive_ev.csv\"\n"),
+              HasSubstr("cycle: the cycle's file has a grade, which load \"passive_ev\" cannot follow"));
+}
+
 TEST_F(CycleConfigFile, AResponseTimeNeedsAJump) {
   const std::string ramp = "[profile.torque_nm]\nshape = \"linear\"\npoints = [[0, 0], [0.5, 5], [0.5, 9]]\n";
   EXPECT_THAT(refusal(ramp + "[metrics]\nstep_s = 0.25\n"), HasSubstr("at which the torque reference jumps"));
@@ -106,7 +128,8 @@ TEST_F(CycleConfigFile, IsRefusedWithFileLineAndKey) {
   EXPECT_EQ(refusal("[cycle]\nfile = \"bad.csv\"\n"),
             file +
                 ":5: cycle.file: expected the path of a CSV file with the columns time_s and speed_mph, "
-                "speed_kmh or speed_m_s, got \"bad.csv\": " +
+                "speed_kmh or speed_m_s, and grade or grade_percent of a road that is not level, got "
+                "\"bad.csv\": " +
                 files_.path("bad.csv") + ":3: speed_kmh must be a finite number, not \"fast\"");
   EXPECT_THAT(refusal("[cycle]\nfile = \"none.csv\"\n"),
               HasSubstr(files_.path("none.csv") + " cannot be read: No such file or directory"));

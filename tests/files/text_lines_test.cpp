@@ -31,7 +31,10 @@ std::vector<std::string> lines_of(const std::string& file) {
 TEST(TextLines, GivesEachLineOnceWithoutItsEnd) {
   const TextFiles files;
   EXPECT_THAT(lines_of(files.write("a", "one\n\n three \r\nfour")),
-              ElementsAre("one", "", " three \r", "four"));
+              ElementsAre("one", "", " three ", "four"));
+  EXPECT_THAT(lines_of(files.write("a", "one\r\rthree\r")), ElementsAre("one", "", "three"));
+  EXPECT_THAT(lines_of(files.write("a", "\xef\xbb\xbfone\n\xef\xbb\xbf")),
+              ElementsAre("one", "\xef\xbb\xbf"));
   EXPECT_THAT(lines_of(files.write("a", "one\n")), ElementsAre("one"));
   EXPECT_THAT(lines_of(files.write("a", "\n")), ElementsAre(""));
   EXPECT_THAT(lines_of(files.write("a", "")), ElementsAre());

@@ -14,7 +14,9 @@ from programs import program
 from sextant_py import e2e
 from sextant_py.bench import speed
 from sextant_py.contract import Contract
+from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from sextant_py.profile import load
 from sextant_py.tracking import Tracking
 
 ECU_CONFIG = ROOT / "configs" / "ecu.toml"
@@ -127,6 +129,21 @@ def test_every_control_method_follows_without_another_change_of_the_file(
     torques = [float(row["torque_mean_nm"]) for row in telemetry(tmp_path / "run.csv") if row["state"] == "TORQUE"]
     assert max(torques) == pytest.approx(15, abs=3)
     assert min(torques) == pytest.approx(-10, abs=3)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "tests" / "csv").iterdir()), ids=lambda path: path.stem)
+def test_both_readers_of_profiles_agree(path: Path) -> None:
+    """scripts/vcu and sextant-ecu accept the same files, of any origin, and refuse the same at the same line."""
+    found = start("--virtual-time", "--profile", path, "--duration", "0.005")
+    place = re.search(rf"{re.escape(str(path))}(:\d+)?", found.stderr)
+    if path.stem.startswith("good"):
+        assert [(point.time_s, point.torque_nm) for point in load(path).points] == [(0, 0), (1, 5), (2, 0)]
+        assert place is None, found.stderr
+        return
+    assert found.returncode != 0
+    with pytest.raises(UserError) as refused:
+        load(path)
+    assert place.group() in str(refused.value), found.stderr
 
 
 def test_a_run_too_short_for_the_hand_shake_says_how_short_it_was(profile: Path) -> None:

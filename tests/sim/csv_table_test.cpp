@@ -27,6 +27,30 @@ TEST(CsvTable, ReadsNumbersByColumnAndKnowsTheirLines) {
             files.path("t.csv") + ":3: expected a column speed, found time_s,value");
 }
 
+// A byte order mark, quotes, line ends of three systems, and none at the end of the file.
+TEST(CsvTable, ReadsWhatOtherProgramsWrite) {
+  const TextFiles files;
+  for (const char* text : {"\xef\xbb\xbf"
+                           "a,b\r\n0,1\r\n2,3\r\n",
+                           "a,b\r0,1\r2,3\r", "a,b\n0,1\n2,3", "\"a\",\"b\"\n\"0\",\"1\"\n\"2\", 3\n",
+                           "\xef\xbb\xbf"
+                           "# by\r\"a\",b\r0,1 # \"\r\r2,3"}) {
+    const CsvTable t = read_csv(files.write("t.csv", text));
+    EXPECT_THAT(t.columns, ElementsAre("a", "b")) << text;
+    EXPECT_THAT(t.rows, ElementsAre(ElementsAre(0, 1), ElementsAre(2, 3))) << text;
+  }
+  const CsvTable quoted = read_csv(files.write("t.csv", "\"a, \"\"b\"\" #1\",c\n0,1\n"));
+  EXPECT_THAT(quoted.columns, ElementsAre("a, \"b\" #1", "c"));
+}
+
+TEST(CsvTable, RefusesColumnsThatNobodyReads) {
+  const TextFiles files;
+  const CsvTable t = read_csv(files.write("t.csv", "a,b,grade\n0,1,2\n"));
+  EXPECT_EQ(refusal([&t] { t.expect_only({"a", "b"}); }),
+            files.path("t.csv") + ":1: unknown column grade; known are a,b");
+  t.expect_only({"grade", "b", "a"});
+}
+
 TEST(CsvTable, RefusesWhatIsNoTableWithFileAndLine) {
   const TextFiles files;
   const struct {
@@ -46,6 +70,12 @@ TEST(CsvTable, RefusesWhatIsNoTableWithFileAndLine) {
       {"a,b\n0,1,2\n", ":2: expected 2 values (a,b), found 3"},
       {"0,1\n1,2\n", ":1: expected a heading with the names of the columns, found \"0,1\""},
       {"a,\n1,2\n", ":1: expected a heading with the names of the columns, found \"a,\""},
+      {",a,b\n0,1,2\n",
+       ":1: the first column has no name: name it or leave it out (of pandas: to_csv(index=False))"},
+      {"a;b\n0;1\n",
+       ":1: semicolons separate the columns: separate them by commas, and write numbers with points"},
+      {"a\tb\n0\t1\n",
+       ":1: tabs separate the columns: separate them by commas, and write numbers with points"},
       {"a,b,a\n1,2,3\n", ":1: the column a occurs twice"},
   };
   for (const auto& [text, says] : cases) {

@@ -12,7 +12,7 @@ namespace sextant {
 namespace {
 
 TEST(DriveCycle, TheNewYorkCityCycleIsThePublishedOne) {
-  const ProfileParameters cycle = read_drive_cycle(SEXTANT_SOURCE_DIR "/configs/cycles/nycc.csv");
+  const ProfileParameters cycle = read_drive_cycle(SEXTANT_SOURCE_DIR "/configs/cycles/nycc.csv").speed;
   ASSERT_EQ(cycle.points.size(), 599U);
   EXPECT_EQ(cycle.points.back(), (ProfilePoint{598, 0}));
   double way = 0;
@@ -30,11 +30,24 @@ TEST(DriveCycle, TheNewYorkCityCycleIsThePublishedOne) {
 TEST(DriveCycle, TakesItsUnitFromTheColumn) {
   const TextFiles files;
   const auto second = [&files](const std::string& column) {
-    return read_drive_cycle(files.write("c.csv", "time_s," + column + "\n0,0\n1,36\n")).points[1].value;
+    return read_drive_cycle(files.write("c.csv", "time_s," + column + "\n0,0\n1,36\n")).speed.points[1].value;
   };
   EXPECT_DOUBLE_EQ(second("speed_m_s"), 36);
   EXPECT_DOUBLE_EQ(second("speed_kmh"), 10);
   EXPECT_DOUBLE_EQ(second("speed_mph"), 36 * 1609.344 / 3600);
+}
+
+TEST(DriveCycle, HasTheGradeOfItsColumn) {
+  const TextFiles files;
+  EXPECT_FALSE(read_drive_cycle(files.write("c.csv", "time_s,speed_m_s\n0,0\n1,1\n")).grade);
+  for (const char* columns :
+       {"time_s,speed_m_s,grade\n0,0,0.08\n1,1,-0.02\n", "grade_percent,time_s,speed_m_s\n8,0,0\n-2,1,1\n"}) {
+    const DriveCycle cycle = read_drive_cycle(files.write("c.csv", columns));
+    EXPECT_EQ(cycle.speed.points, (std::vector<ProfilePoint>{{0, 0}, {1, 1}}));
+    ASSERT_TRUE(cycle.grade);
+    EXPECT_DOUBLE_EQ(cycle.grade->points[0].value, 0.08);
+    EXPECT_DOUBLE_EQ(cycle.grade->points[1].value, -0.02);
+  }
 }
 
 TEST(DriveCycle, RefusesWithFileLineAndColumn) {
@@ -51,10 +64,16 @@ TEST(DriveCycle, RefusesWithFileLineAndColumn) {
       {"time_s,speed_kmh\n0,0\n1,nan\n", ":3: speed_kmh must be a finite number, not \"nan\""},
       {"t,speed_kmh\n0,0\n1,1\n", ":1: expected a column time_s, found t,speed_kmh"},
       {"time_s,speed\n0,0\n1,1\n",
-       ":1: expected one of the columns speed_mph, speed_kmh and speed_m_s, found time_s,speed"},
+       ":1: expected one of the columns speed_mph, speed_kmh and speed_m_s, and at most one of grade and "
+       "grade_percent, found time_s,speed"},
       {"time_s,speed_mph,speed_kmh\n0,0,0\n1,1,1\n",
-       ":1: expected one of the columns speed_mph, speed_kmh and speed_m_s, found "
-       "time_s,speed_mph,speed_kmh"},
+       ":1: expected one of the columns speed_mph, speed_kmh and speed_m_s, and at most one of grade and "
+       "grade_percent, found time_s,speed_mph,speed_kmh"},
+      {"time_s,speed_kmh,grade,grade_percent\n0,0,0,0\n1,1,0,0\n",
+       ":1: expected one of the columns speed_mph, speed_kmh and speed_m_s, and at most one of grade and "
+       "grade_percent, found time_s,speed_kmh,grade,grade_percent"},
+      {"time_s,speed_kmh,slope\n0,0,0\n1,1,0\n",
+       ":1: unknown column slope; known are time_s,speed_mph,speed_kmh,speed_m_s,grade,grade_percent"},
   };
   for (const auto& [text, says] : cases) {
     const std::string file = files.write("c.csv", text);

@@ -89,7 +89,7 @@ TEST(Driver, ResetForgets) {
 }
 
 TEST(Driver, FollowsTheNewYorkCityCycleWithAnIdealDrive) {
-  const Profile cycle{read_drive_cycle(SEXTANT_SOURCE_DIR "/configs/cycles/nycc.csv")};
+  const Profile cycle{read_drive_cycle(SEXTANT_SOURCE_DIR "/configs/cycles/nycc.csv").speed};
   Driver driver{{.mass = 200, .wheel_radius = 0.28, .motors = 2}};
   const RoadLoad<> road =
       road_load({.mass = 200, .wheel_radius = 0.28, .rolling_coefficient = 0.01, .drag_area = 2.4});

@@ -27,7 +27,7 @@ PassiveEvLoad table_5(PassiveEvLoad::Extrapolation extrapolation) {
       {read_passive_ev_table(SEXTANT_SOURCE_DIR "/configs/vehicles/passive_ev.csv"), extrapolation}};
 }
 ProfileParameters nycc() {
-  return read_drive_cycle(SEXTANT_SOURCE_DIR "/configs/cycles/nycc.csv");
+  return read_drive_cycle(SEXTANT_SOURCE_DIR "/configs/cycles/nycc.csv").speed;
 }
 
 TEST(PassiveEvLoad, HoldsTable5WithTheMisprintCorrected) {

@@ -40,12 +40,11 @@ std::string interface_name(const EcuConfig& config) {
 /// A profile as scripts/vcu plays it: straight lines, two rows at one time are a jump.
 ProfileParameters read_profile(const std::string& file) {
   const CsvTable table = read_csv(file);
-  if (table.columns.size() != 2) {
-    refuse("{}:{}: expected the columns time_s,torque_nm; only scripts/vcu plays more", file,
-           table.heading_line);
-  }
   const std::size_t time = table.column("time_s");
   const std::size_t torque = table.column("torque_nm");
+  if (std::find(table.columns.begin(), table.columns.end(), "enable") != table.columns.end())
+    refuse("{}:{}: only scripts/vcu plays a column enable", file, table.heading_line);
+  table.expect_only({"time_s", "torque_nm"});
   const SignalRange range = contract_ranges().torque_request;
   ProfileParameters profile{.shape = ProfileShape::table, .file = file};
   for (std::size_t k = 0; k < table.rows.size(); ++k) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "sextant/config/schema.hpp"
@@ -15,8 +16,9 @@ namespace sextant {
 /// A drive cycle that takes the place of torque profile and load, and what it drives.
 struct CycleConfig {
   enum class Load : std::uint8_t { passive_ev, vehicle };
-  std::string file{};         ///< of the cycle; empty: none is given
-  ProfileParameters speed{};  ///< of the vehicle, as that file has it [m/s]
+  std::string file{};                        ///< of the cycle; empty: none is given
+  ProfileParameters speed{};                 ///< of the vehicle, as that file has it [m/s]
+  std::optional<ProfileParameters> grade{};  ///< of the road, where that file has it [-]
   Load load{Load::passive_ev};
   std::string table{};  ///< file that passive_ev.rows are from
   PassiveEvLoad::Parameters passive_ev{};

@@ -10,7 +10,8 @@ namespace sextant {
 /// this user, a directory, or a device, which may have no end. Empty for a regular file, a pipe or a socket.
 [[nodiscard]] std::string why_unreadable(const std::string& file);
 
-/// A text file, line by line. Whatever is in it, the reader's time and memory are bounded: by the length of a
+/// A text file, line by line; lines end in LF, CR LF or CR, and a byte order mark at the beginning is passed
+/// over. Whatever is in it, the reader's time and memory are bounded: by the length of a
 /// line, and by how many there may be.
 class TextLines {
  public:
@@ -31,6 +32,9 @@ class TextLines {
   [[noreturn]] void refuse(const std::string& what) const;
 
  private:
+  /// True at the end of a line, of which the second byte of CR LF is passed over.
+  [[nodiscard]] bool ends_line(char byte);
+
   std::string file_;
   std::ifstream stream_;
   int number_{0};

@@ -40,15 +40,21 @@ struct VehicleParameters {
   }
 };
 
+inline constexpr double gravity = 9.80665;  ///< g [m/s²]
+
+/// Torque of one motor that holds the vehicle on a grade tan α, r/n m g sin α. [-] → [N·m]
+[[nodiscard]] inline double grade_torque(const VehicleParameters& v, double grade) noexcept {
+  return v.wheel_radius / v.motors * v.mass * gravity * grade / std::sqrt(1.0 + grade * grade);
+}
+
 /// The vehicle as one of its motors feels it.
 [[nodiscard]] inline RoadLoad<> road_load(const VehicleParameters& v) noexcept {
-  constexpr double gravity = 9.80665;  // [m/s²]
   const double share = v.wheel_radius / v.motors;
   const double cosine = 1.0 / std::sqrt(1.0 + v.grade * v.grade);
   return {.quadratic_drag = share * 0.5 * v.air_density * v.drag_area * v.wheel_radius * v.wheel_radius,
           .rolling_torque = share * v.mass * gravity * v.rolling_coefficient * cosine,
           .rolling_speed = v.standstill_speed / v.wheel_radius,
-          .grade_torque = share * v.mass * gravity * v.grade * cosine,
+          .grade_torque = grade_torque(v, v.grade),
           .coupled_inertia = share * v.mass * v.wheel_radius + v.wheel_inertia};
 }
 

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
 namespace sextant {
 
-/// A CSV file of numbers: a heading with the names of its columns, one row a line. Empty lines and what
-/// follows a # are passed over.
+/// A CSV file of numbers: a heading with the names of its columns, one row a line, separated by commas; a
+/// cell may stand in quotes. Empty lines and what follows a # are passed over.
 struct CsvTable {
   std::string file{};  ///< as messages show it
   int heading_line{};  ///< from 1 [-]
@@ -17,6 +18,9 @@ struct CsvTable {
 
   /// Index of a column. Throws std::runtime_error when there is none of that name.
   [[nodiscard]] std::size_t column(const std::string& name) const;
+
+  /// Throws std::runtime_error where there is a column of another name.
+  void expect_only(std::initializer_list<const char*> names) const;
 
   /// "file:line" of a row, for messages.
   [[nodiscard]] std::string place(std::size_t row) const;
