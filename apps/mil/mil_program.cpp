@@ -249,7 +249,6 @@ sextant::Verdict run_reported(const std::string& program, const Options& options
 
 int run_all(const std::string& program, const Options& options,
             const std::vector<sextant::ScenarioConfig>& configs) {
-  check_names(options.scenarios, configs);
   sextant::mil::RunReports reports{options.junit, options.summary_markdown, names_of(configs)};
   const sextant::mil::Interruption interruption;
   sextant::Verdict first = sextant::Verdict::pass;  // in the order of the verdicts
@@ -260,14 +259,40 @@ int run_all(const std::string& program, const Options& options,
   return sextant::exit_status(first, options.require_expectations);
 }
 
-int run(const std::string& program, Options options, std::span<const sextant::ControlMethod> own) {
-  if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
-  // All files are read before anything runs: a mistake in the last one must not cost the first its time.
+/// Reports of a command that did not start, in the place of those of an earlier one: `why` is an error of
+/// each scenario. Those behind `read` have the name of their file.
+void report_not_started(const std::string& program, const Options& options,
+                        const std::vector<sextant::ScenarioConfig>& read, const std::string& why) {
+  std::vector<std::string> names = names_of(read);
+  for (std::size_t k = names.size(); k < options.scenarios.size(); ++k)
+    names.push_back(std::filesystem::path{options.scenarios[k]}.stem().string());
+  try {
+    sextant::mil::RunReports reports{options.junit, options.summary_markdown, names};
+    for (const std::string& name : names) reports.add_error(name, "did not run: " + why);
+  } catch (const std::runtime_error& problem) {
+    fmt::print(stderr, "{}: {}\n", program, problem.what());
+  }
+}
+
+/// All files are read before anything runs: a mistake in the last one must not cost the first its time.
+std::vector<sextant::ScenarioConfig> read_all(const std::string& program, const Options& options,
+                                              std::span<const sextant::ControlMethod> own) {
   std::vector<sextant::ScenarioConfig> configs;
   configs.reserve(options.scenarios.size());
-  for (const std::string& file : options.scenarios) {
-    configs.push_back(sextant::load_scenario_config(file, options.overrides, own));
+  try {
+    for (const std::string& file : options.scenarios)
+      configs.push_back(sextant::load_scenario_config(file, options.overrides, own));
+    if (!options.print_config) check_names(options.scenarios, configs);
+  } catch (const std::exception& problem) {
+    if (!options.print_config) report_not_started(program, options, configs, problem.what());
+    throw;
   }
+  return configs;
+}
+
+int run(const std::string& program, Options options, std::span<const sextant::ControlMethod> own) {
+  if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
+  const std::vector<sextant::ScenarioConfig> configs = read_all(program, options, own);
   if (!options.print_config) return run_all(program, options, configs);
   for (const sextant::ScenarioConfig& config : configs)
     std::fputs(sextant::print_config(config).c_str(), stdout);

@@ -125,6 +125,38 @@ def test_a_run_of_which_nothing_is_expected_is_skipped_or_fails(tmp_path: Path) 
     assert failed(suite)["verdict"].startswith("nothing is expected of the run")
 
 
+@pytest.mark.parametrize(
+    ("files", "settings", "reason"),
+    [
+        (["wrong.toml"], (), "wrong.toml:3: speed: unknown key"),
+        (["good.toml", "wrong.toml"], (), "wrong.toml:3: speed: unknown key"),
+        (["wrong.toml", "good.toml"], (), "wrong.toml:3: speed: unknown key"),
+        (["none.toml", "good.toml"], (), "none.toml: cannot be read"),
+        (["good.toml", "good.toml"], (), "is taken by"),
+        (["good.toml"], ("--set", "plant.u_dc_v=-1"), "plant.u_dc_v"),
+    ],
+)
+def test_no_earlier_report_stays_where_nothing_can_run(
+    tmp_path: Path, files: list[str], settings: tuple, reason: str
+) -> None:
+    """A green report of an earlier run would be taken for this one's."""
+    scenario = (SCENARIOS / "constant_torque.toml").read_text(encoding="utf-8").replace("../", f"{SCENARIOS.parent}/")
+    (tmp_path / "good.toml").write_text(scenario, encoding="utf-8")
+    (tmp_path / "wrong.toml").write_text('name = "wrong"\nduration_s = 1\nspeed = 3\n', encoding="utf-8")
+    reports = ("--junit", tmp_path / "junit.xml", "--summary-markdown", tmp_path / "summary.md")
+    assert run(tmp_path / "good.toml", "--out", tmp_path, *QUICK, *reports).returncode == 0
+    found = run(*(tmp_path / file for file in files), "--out", tmp_path, *QUICK, *settings, *reports)
+    assert found.returncode == 2
+    assert reason in found.stderr
+    check_counts(tmp_path / "junit.xml")
+    xml = list(junitparser.JUnitXml.fromfile(str(tmp_path / "junit.xml")))
+    assert len(xml) == len(files)
+    for suite in xml:
+        assert suite.errors == suite.tests == 1
+        assert all("did not run: " in said and reason in said for said in failed(suite).values())
+    assert (tmp_path / "summary.md").read_text(encoding="utf-8").count("did not run: ") == len(files)
+
+
 def test_names_are_escaped(tmp_path: Path) -> None:
     file, markdown = tmp_path / "junit.xml", tmp_path / "summary.md"
     name = 'a "b" <c> & d | *e* `f` \\u0001\\uFFFE\\uFFFF ü€\U0001f600'
