@@ -155,7 +155,13 @@ void LinkFile::read_beginning(void* to, std::size_t count) const {
 }
 
 void LinkFile::resize(std::int64_t size) const {
+  // A size alone takes no room: a page that finds none later would end the program by SIGBUS.
   if (ftruncate(file_, size) != 0) fail("finds no room");
+  const int error = size > 0 ? posix_fallocate(file_, 0, size) : 0;
+  if (error == 0) return;
+  (void)ftruncate(file_, 0);
+  errno = error;
+  fail("finds no room");
 }
 
 void LinkFile::remove() const noexcept {

@@ -65,3 +65,16 @@ def test_memory_that_others_may_write_is_refused(
     memory.chmod(0o666)
     sentence = refusal(name, *settings[name])
     assert f"{memory} may be reached by other users (mode 0666)" in sentence
+
+
+@NEEDS_ROOT
+@pytest.mark.parametrize("name", ["sextant-plant", "sextant-ecu"])
+def test_memory_without_room_is_refused(
+    name: str, memory: Path, settings: dict[str, tuple[Path, tuple[str, ...]]]
+) -> None:
+    """A /dev/shm of its own that is smaller than the link, in a mount namespace."""
+    small = f'mount -t tmpfs -o size={LINK_BYTES // 2} none /dev/shm && exec "$@"'
+    before = ("unshare", "--mount", "--propagation", "private", "sh", "-c", small, "sh")
+    if subprocess.run([*before, "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("NOT TESTED: this machine grants no mount namespace")
+    assert "finds no room: No space left on device" in refusal(name, *settings[name], before)
