@@ -23,11 +23,42 @@ def output_of(*command: object, with_errors: bool = False) -> str:
     return done.stdout + (done.stderr if with_errors else "")
 
 
+def reason_of(error: OSError) -> str:
+    """What the system says, with the file that it is about where there is one."""
+    reason = error.strerror or " ".join(str(error).split())
+    return f"{error.filename}: {reason}" if error.filename is not None else reason
+
+
+def _flush() -> None:
+    """Writes what standard output holds back. What cannot be written is dropped: the interpreter's end would fail."""
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, sys.stdout.fileno())
+        os.close(nothing)
+        raise UserError(f"standard output cannot be written: {error.strerror}.") from None
+
+
+def _status_of(main: Callable[[list[str]], int]) -> int:
+    """What main returns, or exits with as argparse does, once its output is written."""
+    try:
+        status = main(sys.argv[1:])
+    except SystemExit as end:
+        status = end.code
+    _flush()
+    return status
+
+
 def run(program: str, main: Callable[[list[str]], int]) -> None:
-    """Runs main on the command line; a UserError becomes one line on stderr and exit status 1.
+    """Runs main on the command line; a UserError or an error of the system is one line on stderr and exit status 1.
 
     A shell that asks for completions is answered instead. SIGTERM ends it as Ctrl-C does. Ctrl-C is taken even where a
-    shell started the program in the background.
+    shell started the program in the background. Where a terminal or a file takes no UTF-8, what it lacks becomes "?".
     """
     if "_ARGCOMPLETE" in os.environ:
         from .completion import answer_request
@@ -35,8 +66,11 @@ def run(program: str, main: Callable[[list[str]], int]) -> None:
         answer_request()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
     try:
-        status = main(sys.argv[1:])
+        status = _status_of(main)
     except UserError as error:
         print(f"{program}: {error}", file=sys.stderr)
         status = 1
@@ -44,5 +78,11 @@ def run(program: str, main: Callable[[list[str]], int]) -> None:
         status = 130
     except BrokenPipeError:
         sys.stderr.close()
+        status = 1
+    except OSError as error:
+        print(f"{program}: {reason_of(error)}.", file=sys.stderr)
+        status = 1
+    except UnicodeError as error:
+        print(f"{program}: a text is not in the encoding that is expected: {error}.", file=sys.stderr)
         status = 1
     sys.exit(status)

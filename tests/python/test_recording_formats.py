@@ -6,9 +6,11 @@ import itertools
 import json
 import os
 import re
+import resource
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 
@@ -442,6 +444,26 @@ def test_an_error_of_the_system_is_named(tmp_path: Path) -> None:
         reread(tmp_path / "run.h5")
 
 
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_too_few_descriptors_are_no_damage(tmp_path: Path, suffix: str) -> None:
+    write(made(SEED), tmp_path / f"run{suffix}")
+    reread(tmp_path / f"run{suffix}")  # what is imported at the first use
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (200, limits[1]))
+    taken = []
+    try:
+        with suppress(OSError):
+            while True:
+                taken.append(os.open(os.devnull, os.O_RDONLY))
+        with pytest.raises(UserError, match="Too many open files") as refused:
+            formats.open_source(tmp_path / f"run{suffix}")
+    finally:
+        for descriptor in taken:
+            os.close(descriptor)
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    assert not re.search("damage|truncated|no Parquet|not an HDF5", str(refused.value))
+
+
 def test_an_error_while_reading_names_the_source(tmp_path: Path) -> None:
     class Unreadable(MadeSource):
         def blocks(self, name: str, rows: int = 300) -> Iterator[np.ndarray]:
@@ -450,7 +472,7 @@ def test_an_error_while_reading_names_the_source(tmp_path: Path) -> None:
 
     source = made(SEED)
     broken = Unreadable(source._blocks, list(source.groups.values()))
-    with pytest.raises(UserError, match=r"^made is damaged and cannot be read: Input/output error"):
+    with pytest.raises(UserError, match=r"^made cannot be read: Input/output error"):
         write(broken, tmp_path / "run.csv")
     assert list(tmp_path.iterdir()) == []
 

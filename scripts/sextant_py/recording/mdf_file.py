@@ -15,7 +15,7 @@ from asammdf.blocks.utils import MdfException
 from isal import isal_zlib
 
 from ..errors import UserError
-from .model import BLOCK_ROWS, Group, Metadata, damage
+from .model import BLOCK_ROWS, Group, Metadata, damage, unreadable
 
 ATTACHMENT = "sextant_recording.json"
 # What asammdf raises where a file is not what it should be.
@@ -95,7 +95,7 @@ class MdfSource:
             if ATTACHMENT in names:
                 about = json.loads(bytes(self._mdf.extract_attachment(names.index(ATTACHMENT))[0]))
         except UNREADABLE as error:
-            raise UserError(f"{path} is truncated or damaged, and cannot be read: {error}.") from None
+            raise unreadable(path, error, "is truncated or damaged, and cannot be read") from None
         if about is None:
             raise UserError(f"{path} is no Sextant recording: it has no attachment {ATTACHMENT}.")
         self.metadata: Metadata = about["recording"]
@@ -153,11 +153,11 @@ def opened(path: Path) -> MDF:
         try:
             return MDF(path)
         except UNREADABLE as error:
-            reason = str(error)
+            refusal = unreadable(path, error, "is truncated or damaged, and cannot be read")
         gc.collect()  # what was opened halfway is in a cycle
     finally:
         sys.unraisablehook = hook
-    raise UserError(f"{path} is truncated or damaged, and cannot be read: {reason}.")
+    raise refusal
 
 
 def check_whole(path: Path) -> None:

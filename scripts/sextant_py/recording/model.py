@@ -1,6 +1,7 @@
 """What a recording is made of: groups of signals over one clock, read and written in blocks of rows."""
 
 import heapq
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..errors import UserError
+from ..errors import UserError, reason_of
 
 MAIN = "telemetry"  # the root of an HDF5 file, and the file NAME.csv of several
 TRIGGER = "trigger_ns"  # of the metadata: the instant that a capture was triggered at
@@ -114,14 +115,22 @@ def merged(source: Source, names: list[str] | None = None) -> Iterator[tuple[Gro
         put(order, group, blocks)
 
 
+def unreadable(path: object, error: Exception, what: str) -> UserError:
+    """Why a library could not read a file: what the system refuses (a permission, descriptors, room) is no damage of
+    the file, of which `what` is said otherwise."""
+    if isinstance(error, OSError) and error.errno:
+        other = error.filename is not None and str(error.filename) != str(path)
+        return UserError(f"{path} cannot be read: {reason_of(error) if other else os.strerror(error.errno)}.")
+    return UserError(f"{path} {what}: {' '.join(str(error).split()).rstrip('.')}.")
+
+
 @contextmanager
 def damage(path: Path, *errors: type[Exception]) -> Iterator[None]:
     """Turns what a library raises at a damaged file into a sentence."""
     try:
         yield
     except errors as error:
-        reason = " ".join(str(getattr(error, "strerror", None) or error).split()).rstrip(".")
-        raise UserError(f"{path} is damaged and cannot be read: {reason}.") from None
+        raise unreadable(path, error, "is damaged and cannot be read") from None
 
 
 def missing_rows(metadata: Metadata, kept: dict[str, int]) -> dict[str, int]:

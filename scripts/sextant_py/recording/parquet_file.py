@@ -11,7 +11,7 @@ from pyarrow import parquet
 
 from ..errors import UserError
 from . import arrow_table
-from .model import BLOCK_ROWS, MAIN, Group, Metadata, damage
+from .model import BLOCK_ROWS, MAIN, Group, Metadata, damage, unreadable
 
 ROW_GROUP_ROWS = 131_072
 
@@ -85,10 +85,9 @@ class ParquetSource:
     def _add(self, path: Path, place: Path) -> None:
         try:
             file = parquet.ParquetFile(place, page_checksum_verification=True)
-        except (pyarrow.ArrowException, OSError):
-            raise UserError(
-                f"{place} is no Parquet file, or truncated: it lacks its end, without which nothing of it is readable."
-            ) from None
+        except (pyarrow.ArrowException, OSError) as error:
+            what = "is no Parquet file, or truncated: it lacks its end, without which nothing of it is readable"
+            raise unreadable(place, error, what) from None
         about = file.schema_arrow.metadata or {}
         if arrow_table.GROUP not in about:
             return

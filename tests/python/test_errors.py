@@ -1,0 +1,107 @@
+"""The one edge of all commands: an error of the system or of an encoding is a sentence and a status, no traceback."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from sextant_py.paths import ROOT
+
+SCRIPTS = ROOT / "scripts"
+
+
+def source_of(module: str) -> str:
+    place = SCRIPTS / "sextant_py" / module
+    return (place / "__main__.py" if place.is_dir() else place.with_suffix(".py")).read_text(encoding="utf-8")
+
+
+def commands() -> list[str]:
+    """The modules behind scripts that read their own arguments."""
+    texts = [script.read_text(encoding="utf-8", errors="replace") for script in SCRIPTS.iterdir() if script.is_file()]
+    named = {module for text in texts for module in re.findall(r"^run_module (\w+)", text, re.MULTILINE)}
+    return sorted(module for module in named if "argparse" in source_of(module))
+
+
+def program(main: str, **options: object) -> subprocess.CompletedProcess:
+    """A command whose main has this body."""
+    code = "import sys\nfrom sextant_py.errors import run\n"
+    code += f"def main(arguments):\n    {main}\n    return 0\nrun('tool', main)\n"
+    environment = {**os.environ, "PYTHONPATH": str(SCRIPTS), **options.pop("env", {})}
+    places = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+    return subprocess.run([sys.executable, "-c", code], env=environment, text=True, timeout=120, check=False, **places)
+
+
+def one_sentence(found: subprocess.CompletedProcess) -> str:
+    assert found.returncode == 1, found
+    lines = found.stderr.splitlines()
+    assert len(lines) == 1, found.stderr
+    assert lines[0].startswith("tool: ")
+    return lines[0]
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "iso-8859-1", "cp1252"])
+def test_output_that_an_encoding_lacks_is_replaced(encoding: str) -> None:
+    found = program("print('10 N·m ─ 日'); print('Ω', file=sys.stderr)", env={"PYTHONIOENCODING": encoding})
+    assert found.returncode == 0
+    assert "?" in found.stdout
+    assert "N" in found.stdout
+
+
+@pytest.mark.parametrize("main", ["print('short')", "print('long ' * 100_000)", "sys.exit(print('help'))"])
+def test_full_standard_output_is_told(main: str) -> None:
+    with Path("/dev/full").open("w") as full:
+        assert "No space left on device" in one_sentence(program(main, stdout=full))
+
+
+def test_closed_standard_output_ends_without_a_word() -> None:
+    found = program("print('anything')", preexec_fn=lambda: os.close(1), stdout=None)
+    assert (found.returncode, found.stderr) == (0, "")
+
+
+def test_a_reader_that_has_gone_ends_a_command_without_a_word() -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    found = program("print('long ' * 100_000)", stdout=writing)
+    os.close(writing)
+    assert (found.returncode, found.stderr) == (1, "")
+
+
+@pytest.mark.parametrize(
+    ("main", "reason"),
+    [
+        ("open('/no/such/file')", "/no/such/file: No such file or directory"),
+        ("open('/')", "/: Is a directory"),
+        ("open('/proc/version', 'w').write('x')", "/proc/version: "),
+        ("kept = [open('/dev/null') for _ in range(10**7)]", "Too many open files"),
+        ("open(b'/tmp/\\xff\\xfe')", "No such file or directory"),
+        ("b'\\xe9'.decode('utf-8')", "not in the encoding that is expected"),
+    ],
+)
+def test_an_error_of_the_system_is_a_sentence(main: str, reason: str) -> None:
+    def few_descriptors() -> None:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64))
+
+    assert reason in one_sentence(program(main, preexec_fn=few_descriptors))
+
+
+def test_an_error_of_the_program_keeps_its_traceback() -> None:
+    found = program("raise ValueError('a bug')")
+    assert found.returncode == 1
+    assert "Traceback" in found.stderr
+
+
+@pytest.mark.parametrize("command", commands())
+def test_every_command_is_behind_it(command: str) -> None:
+    """Its help, on an output that takes ASCII alone and has no room."""
+    environment = {**os.environ, "PYTHONPATH": str(SCRIPTS), "PYTHONIOENCODING": "ascii"}
+    with Path("/dev/full").open("w") as full:
+        found = subprocess.run(
+            [sys.executable, "-m", f"sextant_py.{command}", "--help"],
+            env=environment, stdout=full, stderr=subprocess.PIPE, text=True, timeout=240, check=False,
+        )  # fmt: skip
+    assert found.returncode == 1
+    assert re.fullmatch(r"\S+: (standard output cannot be written: )?No space left on device\.\n", found.stderr)
