@@ -129,7 +129,7 @@ def open_bus(address: Address) -> can.BusABC:
     try:
         if address.interface == "socketcan":
             _check_socketcan(address.channel)
-            return can.Bus(interface="socketcan", channel=address.channel, ignore_config=True)
+            return can.Bus(interface="socketcan", channel=address.channel, fd=True, ignore_config=True)
         _check_multicast(address.channel, address.port)
         return can.Bus(interface="udp_multicast", channel=address.channel, port=address.port, ignore_config=True)
     except (can.CanError, OSError) as error:

@@ -80,13 +80,17 @@ def follow(recorder: Recorder, end_s: float) -> None:
 
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, stop)
-    progress, begin_s, reported = Progress(), time.monotonic(), False
+    progress, begin_s, reported, gaps = Progress(), time.monotonic(), False, 0
     while not stopped and time.monotonic() < end_s:
         recorder.poll()
         if not (reported or recorder.count) and time.monotonic() - begin_s > PATIENCE_S:
             reported = True
             progress.end()
             print(f"record: no sample for {PATIENCE_S:g} s: {reason(recorder)}", file=sys.stderr, flush=True)
+        for gap in recorder.rows.gaps()[gaps:]:
+            gaps += 1
+            progress.end()
+            print(f"record: the CAN bus cannot be read until it is back: {gap.reason}", file=sys.stderr, flush=True)
         progress.show(f"{time.monotonic() - begin_s:.0f} s, {recorder.count} samples")
         time.sleep(POLL_S)
     recorder.poll()
@@ -102,6 +106,9 @@ def report(recorder: Recorder, options: argparse.Namespace) -> None:
         frames = losses.of["can"].rows if "can" in losses.of else 0
         lost = sum(of.lost for name, of in losses.of.items() if name.startswith("can/"))
         print(f"  can: {frames} frames, {lost} missing by their counters")
+        for gap in recorder.rows.gaps():
+            away = f"for {(gap.end_ns - gap.begin_ns) / 1e9:.1f} s" if gap.end_ns else "to the end"
+            print(f"  can: the bus could not be read {away}: {gap.reason}")
 
 
 def main(arguments: list[str]) -> int:

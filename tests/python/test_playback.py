@@ -16,6 +16,7 @@ from sextant_py.recording import topics
 from sextant_py.recording.can_frames import CAN, CanReader, frame_of
 from sextant_py.recording.copying import copy
 from sextant_py.recording.live import LiveDrive
+from sextant_py.recording.losses import Losses
 from sextant_py.recording.model import MAIN
 from sextant_py.recording.timeline import begin_ns, items
 
@@ -177,25 +178,25 @@ def test_bad_input_gets_a_sentence(tmp_path: Path, words: list[str], objection: 
         playback.main([str(tmp_path / words[0]), *words[1:]])
 
 
-def test_a_bus_that_dies_ends_the_recording_with_a_sentence(tmp_path: Path, bus_address: str, domain: int) -> None:
+def test_a_bus_that_dies_is_opened_again_and_the_gap_is_kept(tmp_path: Path, bus_address: str, domain: int) -> None:
     reader = CanReader(bus_address, 0)
     sender = can_bus.open_bus(can_bus.parse(bus_address))
-    end_s = time.monotonic() + PATIENCE_S
-    rows: list = []
-    while not rows and time.monotonic() < end_s:
-        sender.send(can.Message(arbitration_id=0x321, data=b"\x01", is_extended_id=False))
-        time.sleep(0.01)
-        rows = reader.poll()
-    sender.shutdown()
-    assert rows[0][1]["id"][0] == 0x321
-    reader._bus.shutdown()
-    while reader.failure is None and time.monotonic() < end_s:
-        time.sleep(0.01)
-    frame = can.Message(arbitration_id=0x322, data=b"\x02", is_extended_id=False)
-    reader._frames.append((time.time_ns(), frame))  # received before the failure, and not lost by it
     path = tmp_path / "run.mcap"
     with record.Recorder(path, LiveDrive(domain, None, False, reader), {"program": "record"}) as recorder:
-        recorder.poll()
-        with pytest.raises(UserError, match=f"can no longer be read: .* Rows that are kept in {path}: 1 of can."):
-            recorder.poll()
-    assert whole(reread(path), CAN)["id"].tolist() == [0x322]
+        for identifier in (0x321, 0x322):
+            before, end_s = recorder.losses.of.get(CAN, Losses()).rows, time.monotonic() + PATIENCE_S
+            while recorder.losses.of.get(CAN, Losses()).rows == before and time.monotonic() < end_s:
+                sender.send(can.Message(arbitration_id=identifier, data=b"\x01", is_extended_id=False))
+                time.sleep(0.01)
+                recorder.poll()
+            if identifier == 0x321:
+                reader._bus.shutdown()
+                while not reader.gaps and time.monotonic() < end_s:
+                    time.sleep(0.01)
+                recorder.poll()
+    sender.shutdown()
+    found = reread(path)
+    assert set(whole(found, CAN)["id"].tolist()) == {0x321, 0x322}
+    (gap,) = found.metadata["can_gaps"]
+    assert found.metadata["begin_ns"] < gap["begin_ns"] < gap["end_ns"] < found.metadata["end_ns"]
+    assert gap["reason"]

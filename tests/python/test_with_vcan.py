@@ -89,6 +89,48 @@ sender.shutdown(); receiver.shutdown()
     assert found.stdout.startswith("there is no CAN interface vcan9; a virtual one is made, as root, by")
 
 
+def test_frames_are_recorded_as_they_are_over_a_link_that_goes_down() -> None:
+    """CAN FD with its flags, the length that a remote frame asks for, and what comes after the link is up again."""
+    code = """
+import subprocess, time
+import can
+from sextant_py import bus
+from sextant_py.recording.can_frames import CanReader, frame_of
+sender, reader, rows = bus.open_bus(bus.parse("socketcan:vcan0")), CanReader("socketcan:vcan0", 0), []
+def heard(*frames):
+    for frame in frames:
+        sender.send(frame)
+    end_s = time.monotonic() + 60
+    while len(rows) < len(sent) and time.monotonic() < end_s:
+        rows.extend(row for group, block in reader.poll() if group.name == "can" for row in block)
+sent = [
+    can.Message(arbitration_id=1, is_fd=True, bitrate_switch=True, data=bytes(range(64)), is_extended_id=False),
+    can.Message(arbitration_id=2, is_fd=True, error_state_indicator=True, data=bytes(12)),
+    can.Message(arbitration_id=3, is_remote_frame=True, dlc=5, is_extended_id=False),
+    can.Message(arbitration_id=4, data=bytes(8), is_extended_id=False),
+]
+heard(*sent)
+subprocess.run(["ip", "link", "set", "vcan0", "down"], check=True)
+while not reader.gaps:
+    time.sleep(0.01)
+subprocess.run(["ip", "link", "set", "vcan0", "up"], check=True)
+while not reader.gaps[0].end_ns:
+    time.sleep(0.01)
+sender.shutdown()  # its socket still holds the error
+sender = bus.open_bus(bus.parse("socketcan:vcan0"))
+sent.append(can.Message(arbitration_id=5, data=bytes(1), is_extended_id=False))
+heard(sent[-1])
+for frame, row in zip(sent, rows, strict=True):
+    assert frame_of(row).equals(frame, timestamp_delta=None, check_channel=False, check_direction=False), (frame, row)
+print(len(reader.gaps), reader.gaps[0].reason)
+reader.close(); sender.shutdown()
+"""
+    found = run("timeout", "480", sys.executable, "-c", code, cwd=ROOT / "scripts")
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith("1 ")
+    assert "Network is down" in found.stdout
+
+
 def test_two_at_once_do_not_hear_each_other() -> None:
     # Each hears itself. They share no file that is up to date in both, so that the clock tells whether they met.
     script = """date +%s.%N >&2; timeout 12 candump vcan0 &

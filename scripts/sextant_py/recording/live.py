@@ -8,7 +8,7 @@ from cyclonedds.util import duration
 
 from .. import dds
 from . import topics
-from .can_frames import CanReader
+from .can_frames import CanReader, Gap
 from .model import MAIN, Group
 
 STREAM_DEPTH = 5000  # samples that wait in a reader
@@ -39,7 +39,7 @@ class LiveDrive:
 
     def poll(self) -> list[tuple[Group, np.ndarray]]:
         """The rows that have come since the last call."""
-        frames = self._can.poll() if self._can else []  # first: it may raise
+        frames = self._can.poll() if self._can else []
         self.node.poll()
         found = []
         for name, subscription in self.subscriptions.items():
@@ -61,6 +61,10 @@ class LiveDrive:
         if self.drive_id is None and samples:
             self.drive_id = samples[0].drive_id
         return [sample for sample in samples if sample.drive_id == self.drive_id]
+
+    def gaps(self) -> list[Gap]:
+        """Times in which the CAN bus could not be read."""
+        return self._can.gaps if self._can else []
 
     def problems(self) -> list[str]:
         """Why topics have no samples; nobody discovered is one problem, not four, and so is a drive of another id."""

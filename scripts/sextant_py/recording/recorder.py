@@ -9,11 +9,11 @@ from typing import Protocol, Self
 import numpy as np
 
 from ..errors import UserError
-from .can_frames import wall_minus_monotonic_ns
+from .can_frames import Gap, wall_minus_monotonic_ns
 from .copying import copy
 from .formats import AT_THE_END, check, open_sink, open_source
 from .losses import LossCounter
-from .model import MAIN, Group, Metadata, Sink, counted
+from .model import MAIN, Group, Metadata, Sink
 
 
 class Rows(Protocol):
@@ -22,6 +22,8 @@ class Rows(Protocol):
     drive_id: int | None
 
     def poll(self) -> list[tuple[Group, np.ndarray]]: ...
+
+    def gaps(self) -> list[Gap]: ...
 
     def close(self) -> None: ...
 
@@ -64,7 +66,8 @@ class Recorder:
         """What is known at the end. `rows` and `end_ns` show that the file was closed."""
         rows = dict(self._sink.kept) if self._sink else {}
         ended = {"end_ns": time.monotonic_ns(), "wall_minus_monotonic_end_ns": wall_minus_monotonic_ns()}
-        return {**self.begin(), "rows": rows, "losses": self.losses.described(), **ended}
+        gaps = [gap.described() for gap in self.rows.gaps()]
+        return {**self.begin(), "rows": rows, "losses": self.losses.described(), "can_gaps": gaps, **ended}
 
     @property
     def count(self) -> int:
@@ -73,7 +76,7 @@ class Recorder:
 
     def poll(self) -> None:
         """Writes what has come."""
-        for group, block in self._polled():
+        for group, block in self.rows.poll():
             self.losses.take(group.name, block)
             try:
                 if self._sink is None:
@@ -84,14 +87,6 @@ class Recorder:
                 self._sink.append(group.name, block)
             except OSError as error:
                 raise UserError(self._full(error)) from None
-
-    def _polled(self) -> list[tuple[Group, np.ndarray]]:
-        try:
-            return self.rows.poll()
-        except UserError as error:
-            kept = counted({name: losses.rows for name, losses in self.losses.of.items()})
-            place = f"in {self.written}" if self._sink else "of the recording"
-            raise UserError(f"{error} Rows that are kept {place}: {kept}.") from None
 
     def _full(self, error: OSError) -> str:
         reason = os.strerror(error.errno) if error.errno else error
