@@ -146,6 +146,8 @@ class Rows:
         block["t_ns"] = block["sequence"] = np.arange(self.next, self.next + 1000)
         self.next += 1000
         return [(group, block)]
+    def gaps(self):
+        return []
     def close(self):
         pass
 
@@ -225,6 +227,9 @@ class Made:
     def poll(self) -> list:
         group = topics.group_of(MAIN)
         return [(group, np.zeros(3, group.dtype))]
+
+    def gaps(self) -> list:
+        return []
 
     def close(self) -> None:
         pass
