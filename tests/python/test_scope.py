@@ -220,6 +220,7 @@ def test_a_capture_without_a_change_of_state_is_readable(tmp_path: Path, suffix:
     inside = states.copy()
     inside["t_ns"] = capture.trigger_ns
     files.write(path, capture, 3, inside)
+    assert path.is_file()
     assert set(SignalFile(path).groups) == {"waveform", "drive_state"}
     files.write(path, capture, 3, states)
     file = SignalFile(path)
@@ -270,6 +271,10 @@ def test_a_full_disk_leaves_no_part_of_a_capture(tmp_path: Path, suffix: str, ro
         ("falut", "is not known"),
         ("rise i_a 30", "the nearest are i_._a"),
         ("rise i_a_a much", 'has "much" where a number is expected'),
+        ("rise torque_nm nan", 'has "nan" where a number is expected'),
+        ("above torque_nm inf", 'has "inf" where a number is expected'),
+        ("edge torque_nm 5 -1", "a hysteresis below zero"),
+        ("step nan", 'has "nan" where a number is expected'),
         ("state TORK", "the nearest is TORQUE"),
         ("step -1", "a size that is not above zero"),
     ],

@@ -18,7 +18,7 @@ def numbered(path: Path, number: int, several: bool) -> Path:
 def write(path: Path, capture: Capture, drive_id: int | None, states: np.ndarray | None = None) -> None:
     """The waveform of the capture and, where there are any, the changes of the drive's state within it. An existing
     file is replaced; it stays where the capture cannot be written."""
-    metadata = {"trigger": capture.trigger, TRIGGER: capture.trigger_ns, "drive_id": drive_id}
+    metadata = {"trigger": capture.trigger, TRIGGER: capture.trigger_ns, "drive_id": drive_id, "main": WAVEFORM}
     blocks = {WAVEFORM: capture.rows}
     if states is not None and len(within := _within(capture, states)):
         blocks[STATE] = within

@@ -1,6 +1,7 @@
 """Triggers as people write them."""
 
 import difflib
+import math
 
 from ..errors import UserError
 from ..telemetry_contract import enumerators
@@ -27,9 +28,12 @@ def _refuse(text: str, why: str) -> UserError:
 
 def _number(text: str, word: str) -> float:
     try:
-        return float(word)
+        number = float(word)
     except ValueError:
-        raise _refuse(text, f'has "{word}" where a number is expected') from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise _refuse(text, f'has "{word}" where a number is expected')
+    return number
 
 
 def _state(text: str, name: str) -> int:
@@ -54,6 +58,8 @@ def parse(text: str) -> Condition:
         return TorqueStep(size)
     if word in ("rise", "fall", "edge") and len(rest) in (2, 3):
         level, *hysteresis = (_number(text, value) for value in rest[1:])
+        if hysteresis and hysteresis[0] < 0.0:
+            raise _refuse(text, "has a hysteresis below zero")
         signal = quantities.check(rest[0])
         return Edge(signal, level, word != "fall", word != "rise", hysteresis[0] if hysteresis else 0.0)
     if word in ("above", "below") and len(rest) == 2:
