@@ -34,7 +34,11 @@ Measurement<double> UdpDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NONBLOC
   for (int n = 0; n < UdpSocket::more_than_it_keeps; ++n) {
     const std::size_t size = socket_.receive(std::as_writable_bytes(std::span{&datagram, 1}));
     if (size == 0) break;
-    if (reception_.accept(datagram.header, size, sizeof datagram, clock_ns())) take(datagram);
+    if (!reception_.accept(datagram.header, size, sizeof datagram, clock_ns())) continue;
+    if (is_of_its_header(datagram))
+      take(datagram);
+    else
+      reception_.count_malformed();
   }
   const Measurement<double> m = assembler_.take(t_ns);
   state_.publish(assembler_);

@@ -25,6 +25,10 @@ bool UdpPlantEnd::take(DrivePatternRecord& command) noexcept SEXTANT_NONBLOCKING
     const std::size_t size = socket_.receive(std::as_writable_bytes(std::span{&d, 1}));
     if (size == 0) break;
     if (!reception_.accept(d.header, size, sizeof d, clock_ns())) continue;
+    if (!is_of_its_header(d)) {
+      reception_.count_malformed();
+      continue;
+    }
     const bool is_new_drive = d.command.generation != newest_.generation;
     if (!is_new_drive && d.command.sequence <= newest_.sequence) continue;  // overtaken on the way
     newest_ = d.command;

@@ -66,6 +66,63 @@ TEST_F(DatagramReceptionTest, WhatNeverComesIsLostAndWhatComesLaterIsNot) {
   EXPECT_EQ(counters().lost, 2U + 194U);
 }
 
+// One such number would make all that the peer sends afterwards old, until both sides start again.
+TEST_F(DatagramReceptionTest, ANumberThatThePeerCannotHaveReachedIsRefusedAndBlocksNothing) {
+  for (std::uint64_t n = 1; n <= 10; ++n) EXPECT_TRUE(arrives(n));
+  for (const std::uint64_t forged : {std::uint64_t{76}, std::uint64_t{1} << 32U, std::uint64_t{1} << 63U,
+                                     std::numeric_limits<std::uint64_t>::max()}) {
+    EXPECT_FALSE(arrives_from(generation, forged, 0)) << forged;
+  }
+  EXPECT_EQ(counters().foreign, 4U);
+  for (std::uint64_t n = 11; n <= 20; ++n) EXPECT_TRUE(arrives(n));
+  EXPECT_EQ(counters().lost + counters().reordered + counters().repeated, 0U);
+}
+
+// The queue of a receiver that stands still keeps the oldest datagrams: it reads them, and then the newest.
+TEST_F(DatagramReceptionTest, FourNumbersInARowOutOfReachAreOfAReceiverThatStoodStill) {
+  EXPECT_TRUE(arrives(1));
+  for (std::uint64_t n = 3000; n < 3003; ++n) EXPECT_FALSE(arrives_from(generation, n, 0)) << n;
+  EXPECT_FALSE(arrives_from(generation, 4000, 0)) << "no follower";
+  for (std::uint64_t n = 3003; n < 3006; ++n) EXPECT_FALSE(arrives_from(generation, n, 0)) << n;
+  EXPECT_TRUE(arrives_from(generation, 3006, 0));
+  EXPECT_TRUE(arrives_from(generation, 3007, 0));
+  EXPECT_EQ(counters().lost, 3006U - 2);
+}
+
+TEST_F(DatagramReceptionTest, AfterAPauseThePeerIsAsFarAsItCanBe) {
+  EXPECT_TRUE(arrives(1));
+  EXPECT_TRUE(arrives(100'001)) << "of a peer that went on for 25 s unheard";
+  EXPECT_FALSE(arrives_from(generation, 100'001 + 64 + 2 * 40 + 1, 40 * period_ns));
+  EXPECT_TRUE(arrives_from(generation, 100'001 + 64 + 2 * 80, 40 * period_ns));
+}
+
+TEST(LinkDatagram, HasTheRecordsOfItsHeader) {
+  MeasurementDatagram m;
+  m.header = {.sequence = 90, .generation = 7, .count = 3};
+  for (std::uint32_t n = 0; n < 3; ++n) {
+    m.records[n].sequence = 90 - n;
+    m.records[n].generation = 7;
+  }
+  EXPECT_TRUE(is_of_its_header(m));
+  for (std::uint32_t n = 0; n < 3; ++n) {
+    MeasurementDatagram forged = m;
+    forged.records[n].sequence = std::numeric_limits<std::uint64_t>::max();
+    EXPECT_FALSE(is_of_its_header(forged)) << n;
+    forged = m;
+    forged.records[n].generation = 8;
+    EXPECT_FALSE(is_of_its_header(forged)) << n;
+  }
+  CommandDatagram c;
+  c.header = {.sequence = 5, .generation = 7, .count = 1};
+  c.command.sequence = 5;
+  c.command.generation = 7;
+  EXPECT_TRUE(is_of_its_header(c));
+  c.command.sequence = std::numeric_limits<std::uint64_t>::max();
+  EXPECT_FALSE(is_of_its_header(c));
+  c.command = {.sequence = 5, .generation = 8};
+  EXPECT_FALSE(is_of_its_header(c));
+}
+
 TEST_F(DatagramReceptionTest, MoreThanTwoPeriodsBeyondTheFastestIsLate) {
   (void)arrives(1, 200'000);
   (void)arrives(2);

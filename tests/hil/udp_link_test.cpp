@@ -150,9 +150,12 @@ TEST_F(UdpLinkTest, APlantThatStoodStillForLongWaitsForTheNextCommand) {
   for (int n = 0; n < 3000; ++n) drive->write(v1);
   drive->inhibit_gates();
   EXPECT_FALSE(plant->take(command));
-  drive->write(v1);
-  ASSERT_TRUE(plant->take(command));
-  EXPECT_EQ(command.sequence, first + 3002);
+  for (int n = 0; n < 4; ++n) {
+    EXPECT_FALSE(plant->take(command)) << n;
+    drive->write(v1);
+  }
+  ASSERT_TRUE(plant->take(command)) << "the fourth in a row";
+  EXPECT_EQ(command.sequence, first + 3005);
   EXPECT_FALSE(plant->gates_enabled());
 }
 

@@ -16,6 +16,10 @@ namespace sextant {
 /// Delayed datagrams of an earlier start therefore do not replace a running one; during a pause of the
 /// running one they are accepted for at most `quiet_ns`. A random number identifies each start, because
 /// clocks may be wrong.
+///
+/// A number beyond what the peer can have reached since its last datagram, twice one a period and 64 more, is
+/// refused: alone it would make all that the peer sends afterwards old. The fourth of four that follow each
+/// other is accepted: the receiver stood still for longer than its queue lasts.
 class DatagramReception {
  public:
   struct Counters {
@@ -25,7 +29,8 @@ class DatagramReception {
     std::uint64_t repeated{};       ///< received again [-]
     std::uint64_t late{};           ///< took more than two periods longer than the fastest [-]
     std::uint64_t restarts{};       ///< starts of the peer after the first [-]
-    std::uint64_t foreign{};        ///< not of this program, of another start of it, or malformed [-]
+    std::uint64_t foreign{};        ///< not of this program, of another start of it, malformed, or with a
+                                    ///< number out of reach [-]
     std::uint64_t other_version{};  ///< of another version of this program [-]
     std::uint64_t other_period{};   ///< of a peer with another period [-]
   };
@@ -43,12 +48,16 @@ class DatagramReception {
     if (h.count < 1 || h.count > most_records()) return refuse(counters_.foreign);
     if (h.period_ns != period_ns_) return refuse(counters_.other_period);
     if (h.generation != generation_ && !is_new_start(h, now_ns)) return refuse(counters_.foreign);
+    if (!is_in_reach(h.sequence, now_ns) && !goes_on(h.sequence)) return refuse(counters_.foreign);
     last_datagram_ns_ = now_ns;
     ++counters_.received;
     evaluate_order(h.sequence);
     evaluate_transit(transit_ns(h, now_ns), now_ns);
     return true;
   }
+
+  /// Counts an accepted datagram whose records are not of its header.
+  void count_malformed() noexcept SEXTANT_NONBLOCKING { ++counters_.foreign; }
 
   [[nodiscard]] const Counters& counters() const noexcept SEXTANT_NONBLOCKING { return counters_; }
 
@@ -79,9 +88,25 @@ class DatagramReception {
     }
     generation_ = h.generation;
     newest_ = h.sequence - 1;
+    last_datagram_ns_ = now_ns;
     seen_ = ~std::uint64_t{0};
     fastest_known_ = false;
     return true;
+  }
+
+  /// True for the fourth number in a row out of reach.
+  [[nodiscard]] bool goes_on(std::uint64_t sequence) noexcept SEXTANT_NONBLOCKING {
+    constexpr int others = 3;
+    followers_ = sequence == out_of_reach_ + 1 ? followers_ + 1 : 0;
+    out_of_reach_ = sequence;
+    return followers_ >= others;
+  }
+
+  [[nodiscard]] bool is_in_reach(std::uint64_t sequence,
+                                 std::int64_t now_ns) const noexcept SEXTANT_NONBLOCKING {
+    constexpr std::uint64_t burst = 64;
+    const auto since_ns = std::uint64_t(std::max<std::int64_t>(0, now_ns - last_datagram_ns_));
+    return sequence <= newest_ || sequence - newest_ <= burst + 2 * (since_ns / std::uint64_t(period_ns_));
   }
 
   /// `seen_` has a bit for each of the last 64 numbers, the newest at bit 0.
@@ -120,6 +145,8 @@ class DatagramReception {
   std::int64_t quiet_ns_;
   Counters counters_{};
   std::uint64_t newest_{0};
+  std::uint64_t out_of_reach_{0};  // newest number that was
+  int followers_{0};               // numbers in a row that were, after the first
   std::uint64_t seen_{0};
   std::int64_t last_datagram_ns_{0};
   std::int64_t evaluated_ns_{0};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "sextant/core/nonblocking.hpp"
 #include "sextant/hil/link_records.hpp"
 
 namespace sextant {
@@ -41,6 +42,18 @@ struct CommandDatagram {
   std::uint32_t gate_enable{};  ///< 1 while the gates may be on
   std::uint32_t leaving{};      ///< 1: the drive announces its end
 };
+
+/// Whether the records have the numbers and the start of the header, as those of one sender have.
+[[nodiscard]] inline bool is_of_its_header(const MeasurementDatagram& d) noexcept SEXTANT_NONBLOCKING {
+  for (std::uint32_t n = 0; n < d.header.count; ++n) {
+    const MeasurementRecord& record = d.records[n];
+    if (record.sequence != d.header.sequence - n || record.generation != d.header.generation) return false;
+  }
+  return true;
+}
+[[nodiscard]] inline bool is_of_its_header(const CommandDatagram& d) noexcept SEXTANT_NONBLOCKING {
+  return d.command.sequence == d.header.sequence && d.command.generation == d.header.generation;
+}
 
 static_assert(sizeof(DatagramHeader) == 40 && offsetof(DatagramHeader, count) == 36);
 static_assert(sizeof(MeasurementDatagram) == 1000 && offsetof(MeasurementDatagram, records) == 40);
