@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -66,6 +67,55 @@ TEST_F(SecondSenderOnTheBus, IsSeenWithin50MsWhateverItsCounterAndPhase) {
   }
 }
 
+// It sends a frame of its own, `ahead` of the counter that it has just heard, behind every n-th frame: the
+// first sender's frame of that counter is a repetition then, or out of order.
+TEST_F(SecondSenderOnTheBus, ThatHidesBehindTheFirstIsSeenWithin50Ms) {
+  for (int every = 1; every <= 6; ++every) {
+    for (std::uint8_t ahead = 1; ahead <= 3; ++ahead) {
+      for (const std::int64_t behind_us : {100, 1000, 5000, 9900}) {
+        SCOPED_TRACE(::testing::Message()
+                     << "every " << every << ", " << int(ahead) << " ahead, " << behind_us);
+        receiver = CommandReceiver{};
+        first = {};
+        EXPECT_FALSE(one(200 * ms));
+        const std::int64_t begin_ns = first.next_ns;
+        std::optional<std::int64_t> seen_ns;
+        for (int k = 0; k < 30 && !seen_ns; ++k) {
+          const CanFrame heard = first.send();
+          receiver.on_frame(heard);
+          if (receiver.command().second_sender) seen_ns = heard.received_ns;
+          if (k % every != 0) continue;
+          Sender hidden{.next_ns = heard.received_ns + behind_us * 1000,
+                        .counter = std::uint8_t((first.counter + ahead - 1) % 15),
+                        .torque = 100.0};
+          receiver.on_frame(hidden.send());
+        }
+        ASSERT_TRUE(seen_ns);
+        EXPECT_LE(*seen_ns - begin_ns, 50 * ms);
+      }
+    }
+  }
+}
+
+// Every delay and loss of one sender: what is queued comes in one burst, with torque that changes.
+TEST_F(SecondSenderOnTheBus, IsNoneWhereOneSendersFramesAreLateAndLost) {
+  std::mt19937 random{20'261};
+  SCOPED_TRACE("seed 20261");
+  std::uniform_real_distribution<double> share{0.0, 1.0};
+  std::int64_t until_ns = 0;
+  for (int k = 0; k < 200'000; ++k) {
+    first.torque = 100.0 * share(random);
+    if (share(random) < 0.01) until_ns = first.next_ns + std::int64_t(share(random) * 400 * double(ms));
+    CanFrame frame = first.send();
+    frame.received_ns = std::max(frame.received_ns, until_ns) + std::int64_t(share(random) * 4 * double(ms));
+    until_ns = frame.received_ns > until_ns ? frame.received_ns : until_ns;
+    if (share(random) < 0.1) continue;  // lost
+    receiver.on_frame(frame);
+    if (share(random) < 0.05) receiver.on_frame(frame);  // by a gateway
+    ASSERT_FALSE(receiver.command().second_sender) << k;
+  }
+}
+
 TEST_F(SecondSenderOnTheBus, CountsUntil200MsAfterItsLastFrames) {
   one(200 * ms);
   Sender second{.next_ns = 205 * ms, .counter = 12, .torque = 14.0};
@@ -126,6 +176,7 @@ TEST(SecondSender, RefusesWhatCannotBeCounted) {
   EXPECT_NE((Parameters{.frames = 33}.validate()), nullptr);
   EXPECT_NE((Parameters{.out_of_order = 0}.validate()), nullptr);
   EXPECT_NE((Parameters{.out_of_order = 9}.validate()), nullptr);
+  EXPECT_NE((Parameters{.cycle_ns = 0}.validate()), nullptr);
   EXPECT_NE((Parameters{.hold_ns = -1}.validate()), nullptr);
 }
 

@@ -43,6 +43,10 @@ inline constexpr auto crc8_table = [] {
   return static_cast<std::uint8_t>((data_id >> 8U) & 0x0FU);
 }
 
+[[nodiscard]] constexpr std::uint8_t counter(const Data& data) noexcept {
+  return data[1] & 0x0FU;
+}
+
 /// Writes counter, data id nibble and CRC into bytes 1 and 0.
 constexpr void protect(std::uint16_t data_id, std::uint8_t counter, Data& data) noexcept {
   data[1] = static_cast<std::uint8_t>((counter & 0x0FU) | (unsigned{data_id_nibble(data_id)} << 4U));

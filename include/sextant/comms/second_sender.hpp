@@ -8,17 +8,24 @@
 
 namespace sextant {
 
-/// Detects two vehicle control units that send under one identifier, each in the contract's cycle time. Both
-/// have right CRCs; their frames come twice as often as those of one, and because their counters are
-/// independent, of two successive frames at least one does not follow from the other: for counters d apart
-/// the steps are d and 16 − d, modulo 15. A burst of one sender after a delay has counters in order; a frozen
-/// counter comes at the cycle time; a frame that arrives twice is equal in every byte. None of these counts.
+/// Detects two senders under the command's identifier, both with right CRCs, in one of two ways.
+///
+/// - Two vehicle control units, each in the contract's cycle time: the frames come twice as often as those of
+///   one, and because the counters are independent, of two successive frames at least one does not follow
+///   from the other: for counters d apart the steps are d and 16 − d, modulo 15.
+/// - A sender that hides behind the other by its next counters: two frames have one counter and unlike
+///   contents, and they and the frames between and before them came faster than one sender sends so many:
+///   m frames in less than m − 1.5 cycles.
+///
+/// A burst of one sender after a delay has counters in order; a frozen counter comes at the cycle time; a
+/// frame that arrives twice is equal in every byte. None of these counts.
 class SecondSender {
  public:
   struct Parameters {
     std::int64_t window_ns{45'000'000};  ///< over which the frames are counted [ns]
     int frames{8};                       ///< frames with a right CRC in it, twice the contract's [-]
     int out_of_order{4};                 ///< of these, that do not follow from the one before [-]
+    std::int64_t cycle_ns{10'000'000};   ///< between two frames of one sender, by the contract [ns]
     std::int64_t hold_ns{200'000'000};   ///< the result stays for so long after the last such window [ns]
 
     [[nodiscard]] constexpr const char* validate() const noexcept {
@@ -27,6 +34,7 @@ class SecondSender {
       if (out_of_order < 1 || out_of_order > frames) {
         return "the frames out of order must be from 1 to those of a second sender";
       }
+      if (cycle_ns <= 0) return "the cycle of a sender must be above zero";
       return hold_ns >= 0 ? nullptr : "a second sender must not be held for less than zero";
     }
   };
@@ -42,7 +50,7 @@ class SecondSender {
       frames_[next_] = {data, received_ns, jumps};
       next_ = (next_ + 1) % capacity;
       if (count_ < capacity) ++count_;
-      if (two_send(received_ns)) {
+      if (two_send(received_ns) || hides_one()) {
         seen_ns_ = received_ns;
         seen_ = true;
       }
@@ -53,6 +61,9 @@ class SecondSender {
 
  private:
   static constexpr std::size_t capacity = 32;
+  /// Frames back to one of the same counter. One sender's next frame of a counter comes 15 later: as many as
+  /// this are lost before it is taken for a second one.
+  static constexpr std::size_t most_back = 7;
   struct Arrival {
     e2e::Data data{};
     std::int64_t received_ns{};
@@ -79,6 +90,22 @@ class SecondSender {
       out_of_order += frames_[n].jumps ? 1 : 0;
     }
     return frames >= parameters_.frames && out_of_order >= parameters_.out_of_order;
+  }
+
+  /// The frame so many before the newest.
+  [[nodiscard]] constexpr const Arrival& back(std::size_t n) const noexcept {
+    return frames_[(next_ + capacity - 1 - n) % capacity];
+  }
+
+  /// Whether the newest frame has the counter of another one that cannot be of the same sender.
+  [[nodiscard]] constexpr bool hides_one() const noexcept {
+    for (std::size_t n = 1; n <= most_back && n + 1 < count_; ++n) {
+      if (e2e::counter(back(n).data) != e2e::counter(back(0).data)) continue;
+      const std::int64_t took_ns = back(0).received_ns - back(n + 1).received_ns;
+      // n + 2 frames, from that before the first of the two on.
+      if (2 * took_ns <= std::int64_t(2 * n + 1) * parameters_.cycle_ns) return true;
+    }
+    return false;
   }
 
   Parameters parameters_;
