@@ -1041,24 +1041,37 @@ TYPED_TEST(DriveOf, RefusesAControllerOfAnotherPeriodOrSamplingInstant) {
   EXPECT_NE(problem({0, 12'500}), nullptr) << "the parameters themselves";
 }
 
-TYPED_TEST(DriveOf, NeverAppliesAPatternThatDoesNotFillTheControlPeriod) {
+// With the gates off its length does not matter. A controller that is mended is enabled as after each fault.
+TYPED_TEST(DriveOf, APatternThatDoesNotFillTheControlPeriodIsAFaultInThatPeriodAndNeverApplied) {
   using T = TypeParam;
-  for (const std::int32_t other_ns : {12'500, 50'000}) {
-    TimedController<T> timed{{other_ns, 0}};
-    this->drive.emplace(typename TestFixture::DriveParameters{.magnetise_first = false}, timed);
-    this->request = {};
-    const auto step = [this] {
-      const auto out = this->drive->step(this->t_ns, this->measurement, this->request);
+  for (const bool magnetise_first : {false, true}) {
+    for (const std::int32_t other_ns : {0, 12'500, 50'000}) {
+      SCOPED_TRACE(testing::Message() << magnetise_first << ", " << other_ns << " ns");
+      this->restart({.magnetise_first = magnetise_first});
+      this->controller->estimate().magnetised = !magnetise_first;
+      this->controller->pattern_ns = other_ns;
+      this->step();
+      this->receive(T(0), false);
+      EXPECT_EQ(this->run(ms).telemetry.state, DriveState::ready);
+      this->receive(T(15), true);
+      const DriveOutput<T> out = this->step();
       EXPECT_EQ(out.pattern, (GatePattern{gates_off, period_ns}));
       EXPECT_EQ(out.telemetry.pattern, out.pattern);
-      this->t_ns += period_ns;
-    };
-    step();
-    this->receive(T(0), false);
-    for (int k = 0; k < 40; ++k) step();
-    this->receive(T(15), true);
-    for (int k = 0; k < 40; ++k) step();
-    EXPECT_EQ(this->drive->state(), DriveState::torque) << "the state asks for gates";
+      EXPECT_EQ(out.telemetry.state, DriveState::fault);
+      EXPECT_TRUE(out.telemetry.active.test(Fault::torque_plausibility));
+      EXPECT_EQ(out.telemetry.first_fault, Fault::torque_plausibility);
+      EXPECT_EQ(out.telemetry.fault_total, 1U);
+      EXPECT_EQ(out.telemetry.torque_reference, T(0));
+      EXPECT_EQ(this->run(ms).telemetry.state, DriveState::fault) << "latched";
+      this->controller->pattern_ns = period_ns;
+      this->controller->estimate().magnetised = true;
+      this->receive(T(0), false, true);
+      EXPECT_EQ(this->step().telemetry.state, DriveState::standby);
+      this->receive(T(0), false);
+      EXPECT_EQ(this->step().telemetry.state, DriveState::ready);
+      this->receive(T(15), true);
+      EXPECT_EQ(this->step().telemetry.state, DriveState::torque);
+    }
   }
 }
 

@@ -81,7 +81,8 @@ class Drive {
   };
 
   /// The controller is not owned and must outlive the drive. A pattern of it that does not fill the control
-  /// period is not applied: the gates stay off.
+  /// period is not applied: the gates are off in that period, and where they were to be on it is the fault
+  /// TORQUE_PLAUSIBILITY, as the torque cannot follow its reference.
   Drive(const Parameters& parameters, Controller<T>& controller) noexcept
       : parameters_{parameters},
         controller_{controller},
@@ -305,8 +306,19 @@ class Drive {
     const T share = gates_are_on(state_) ? flux_slew_.step(target, held, dt) : flux_slew_.reset(target);
     reference_ = {control_mode(), demand.torque, share};
     const GatePattern pattern = controller_.step(measurement, reference_);
-    return pattern.duration_ns() == parameters_.period_ns ? pattern
-                                                          : GatePattern{gates_off, parameters_.period_ns};
+    if (pattern.duration_ns() == parameters_.period_ns) return pattern;
+    if (gates_are_on(state_)) trip(Fault::torque_plausibility);
+    return {gates_off, parameters_.period_ns};
+  }
+
+  /// A fault that shows once the state of the period is decided: the gates are off in the same period.
+  void trip(Fault fault) noexcept {
+    FaultSet present = faults_.active();
+    present.set(fault);
+    faults_.step(present);
+    enter(DriveState::fault);
+    reference_.mode = ControlMode::off;
+    reference_.torque = T(0);
   }
 
   /// Share of the flux reference that the link can hold beside a torque [N·m]; infinite where it can hold the
