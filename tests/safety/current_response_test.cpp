@@ -28,7 +28,7 @@ class CurrentResponseOf : public testing::Test {
     for (int k = 0; k < periods; ++k) {
       std::uniform_int_distribution<std::size_t> vector{0, 7};
       const ThreePhase<T> applied =
-          applied_volt_seconds(GatePattern{switch_states[vector(random)], period_ns}, T(530)).integral;
+          applied_volt_seconds(GatePattern{switch_states[vector(random)], period_ns}, T(530));
       const double angle = 2e-3 * double(++n);
       const SpaceVector<double> emf = polar(0.6, angle);  // [A] a period
       const ThreePhase<double> e = inverse_clarke(emf);
@@ -125,7 +125,7 @@ TYPED_TEST(CurrentResponseOf, AJumpIsReportedInItsPeriodAndIsNoResponse) {
 TYPED_TEST(CurrentResponseOf, ReadingsThatStandStillHideTheChangeByTheVoltage) {
   using T = TypeParam;
   const PredictedChange<T> active =
-      this->predicted(applied_volt_seconds(GatePattern{switch_states[1], period_ns}, T(530)).integral);
+      this->predicted(applied_volt_seconds(GatePattern{switch_states[1], period_ns}, T(530)));
   const ThreePhase<T> read{T(5), T(-2), T(-3)};
   this->response.restart({T(5), T(-2.5), T(-2.5)});
   this->response.step(read, {}, T(1));
