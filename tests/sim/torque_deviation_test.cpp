@@ -210,10 +210,13 @@ TEST(TorqueDeviation, ATorqueThatTheDriveSaysTheVoltageHoldsOffItsReferenceIsNon
   constexpr auto voltage = DeratingCause::voltage_limit;
   for (const double torque : {-101.0, -140.0, -160.0}) {
     EXPECT_NEAR(sag(torque, derated, voltage, -160).largest(), 0, 1e-9) << torque;
+    EXPECT_EQ(sag(torque, derated, voltage, -160).longest_ms(), 0) << torque;
   }
   const double beyond = 20;
   const double span = 15.0 / 20;  // of the mean
   EXPECT_NEAR(sag(-160 - beyond, derated, voltage, -160).largest(), span * beyond, 1e-9);
+  EXPECT_GT(sag(-160 - beyond, derated, voltage, -160).longest_ms(), 10) << "excuses no other torque";
+  EXPECT_GT(sag(-100 + beyond, derated, voltage, -160).longest_ms(), 10);
   EXPECT_NEAR(sag(-100 + beyond, derated, voltage, -160).largest(), span * beyond, 1e-9) << "the other way";
   for (const double reached : {-100.0, 0.0, -60.0}) {
     EXPECT_NEAR(sag(-160, derated, voltage, reached).largest(), span * 60, 1e-9) << reached;

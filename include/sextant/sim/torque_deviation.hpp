@@ -27,9 +27,10 @@ namespace sextant {
 /// reached torque is beyond the attainable command. The deviation is too large above
 ///   max(tolerance, 5 % of the nearest attainable command).
 /// Gates that are off, as they are after a fault, end a deviation; the mean begins anew after them, and there
-/// is no deviation before it spans 20 ms. An entry into DERATED after 20 ms without that state announces what
-/// comes before it: for 20 ms, over which the mean still contains it, a deviation that is too large counts as
-/// none.
+/// is no deviation before it spans 20 ms. An entry into DERATED by a limit of the available torque after 20
+/// ms without it announces what comes before it: for 20 ms, over which the mean still contains it, a
+/// deviation that is too large counts as none. A torque held off its reference announces no more than its
+/// interval.
 class TorqueDeviation {
  public:
   static constexpr std::int64_t span_ns = 20'000'000;  ///< of the mean [ns]
@@ -63,7 +64,7 @@ class TorqueDeviation {
     if (!telemetry.latched.any() && t_ns >= from_ns_ && t_ns <= to_ns_) note_available(telemetry);
     delivers_ = gates_are_on(telemetry.state);
     if (!delivers_) return clear();
-    note_derating(telemetry.state == DriveState::derated);
+    note_derating(telemetry.state == DriveState::derated && !lags(telemetry));
     attainable_ = makes_torque(telemetry.state) ? within_available(telemetry, command) : 0.0;
     lag_ = lags(telemetry) ? telemetry.torque_reached - attainable_ : 0.0;
   }
