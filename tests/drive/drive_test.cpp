@@ -820,6 +820,13 @@ TYPED_TEST(DriveOf, ATorqueThatTheVoltageHoldsShortOfItsReferenceIsDerated) {
     EXPECT_EQ(out.telemetry.state, DriveState::torque) << "it has had its time";
     EXPECT_EQ(out.telemetry.torque_reached, out.telemetry.torque_reference);
     EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::none);
+    this->receive(sign * T(-100), true);
+    ASSERT_NE(this->run(3 * ms).telemetry.torque_reached, sign * T(-100));
+    this->measurement.u_dc = T(2000);
+    out = this->step();
+    EXPECT_EQ(out.telemetry.state, DriveState::fault);
+    EXPECT_EQ(out.telemetry.torque_reached, T(0)) << "no torque is held any more";
+    this->measurement.u_dc = T(530);
   }
 }
 
@@ -1062,6 +1069,7 @@ TYPED_TEST(DriveOf, APatternThatDoesNotFillTheControlPeriodIsAFaultInThatPeriodA
       EXPECT_EQ(out.telemetry.first_fault, Fault::torque_plausibility);
       EXPECT_EQ(out.telemetry.fault_total, 1U);
       EXPECT_EQ(out.telemetry.torque_reference, T(0));
+      EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::gates_are_off);
       EXPECT_EQ(this->run(ms).telemetry.state, DriveState::fault) << "latched";
       this->controller->pattern_ns = period_ns;
       this->controller->estimate().magnetised = true;

@@ -126,9 +126,8 @@ class Drive {
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
     // A power stage whose first measurement is yet to come has no fault.
     if (state_ == DriveState::init && !usable) measured = {};
-    update_state(
-        present_faults(measured, missing_flux, request, command), request, command,
-        {.measured = usable, .magnetised = flux_ready, .derated = command.derated || torque_monitor_.lags()});
+    update_state(present_faults(measured, missing_flux, request, command), request, command,
+                 {.measured = usable, .magnetised = flux_ready, .derated = command.derated || lags()});
 
     limited_ = limited || command.derated;
     const T held = held_share(measurement, command.torque);
@@ -190,10 +189,13 @@ class Drive {
                                enough);
   }
 
+  /// The voltage holds the torque off its reference.
+  [[nodiscard]] bool lags() const noexcept { return makes_torque(state_) && torque_monitor_.lags(); }
+
   /// Lowers what is available in the direction of a setpoint [N·m] to what the voltage has let the torque
   /// reach of it. A torque beyond the setpoint, or beside one of zero, leaves what is available.
   void limit_to_reached(T setpoint, LimitedTorque<T>& available) const noexcept {
-    if (!torque_monitor_.lags() || setpoint == T(0)) return;
+    if (!lags() || setpoint == T(0)) return;
     const T torque = torque_monitor_.reach().torque();
     const T reached = setpoint < T(0) ? -torque : torque;
     if (reached < std::abs(setpoint)) {
@@ -360,7 +362,7 @@ class Drive {
             .torque_monitored = torque_monitor_.torque(),
             .torque_requested = request.command.torque,
             .torque_reference = reference_.torque,
-            .torque_reached = torque_monitor_.lags() ? torque_monitor_.reach().torque() : reference_.torque,
+            .torque_reached = lags() ? torque_monitor_.reach().torque() : reference_.torque,
             .torque_motoring = available.motoring.torque,
             .torque_regenerating = available.regenerating.torque,
             .active = faults_.active(),
@@ -386,7 +388,7 @@ class Drive {
     if (!gates_are_on(state_)) return DeratingCause::gates_are_off;
     // While the flux builds up zero torque is no ramp of the reference.
     if (makes_torque(state_) && is_ramp_to_zero(command.ramp)) return command.ramp;
-    return torque_monitor_.lags() ? DeratingCause::voltage_limit : limit.cause;
+    return lags() ? DeratingCause::voltage_limit : limit.cause;
   }
 
   Parameters parameters_;
