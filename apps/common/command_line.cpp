@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/exit_status.hpp"
+
 namespace sextant {
 namespace {
 
@@ -67,7 +69,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) const {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return app.exit(error) == 0 ? ExitStatus::done : ExitStatus::refused;
   }
   for (const Option& option : options) {
     if (option.given != nullptr) *option.given = app.count(option.name) > 0;

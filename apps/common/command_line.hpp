@@ -40,8 +40,8 @@ struct CommandLine {
   const char* notes;        ///< at the end of the help: examples
   std::vector<Option> options;
 
-  /// Fills in the values. Empty when the program may go on, else its exit status: 0 after help or version, 2
-  /// after a mistake, of which one sentence has been printed.
+  /// Fills in the values. Empty when the program may go on, else its exit status: `done` after help or
+  /// version, `refused` after a mistake, of which one sentence has been printed.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv) const;
 };
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "common/command_line.hpp"
+#include "common/exit_status.hpp"
 #include "common/live_program.hpp"
 #include "common/process_setup.hpp"
 #include "common/program.hpp"
@@ -52,19 +52,19 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu --replay run.h5 --set protection.over_speed_rad_s=60
                                                      what another limit would have done
 It ends on SIGINT, SIGTERM or SIGHUP: torque to zero, gates off.
-Exit status: 0; 1 where it cannot start or a file cannot be used. With --virtual-time or --replay too:
 )";
 
-/// A line for each verdict that a run in virtual time or a replay may have.
+/// The statuses of every program, and a line for each verdict that a run in virtual time or a replay may
+/// have.
 std::string status_table() {
   using sextant::Verdict;
   const auto line = [](Verdict verdict, const char* meaning) {
-    return fmt::format("  {:>3}  {:<10} {}\n", sextant::exit_status(verdict), to_string(verdict), meaning);
+    return sextant::exit_status_line(sextant::exit_status(verdict), to_string(verdict), meaning);
   };
-  return line(Verdict::tripped, "the drive was in FAULT at the end, also of a recording that is played") +
+  return sextant::exit_status_table() + "With --virtual-time or --replay too:\n" +
+         line(Verdict::tripped, "the drive was in FAULT at the end, also of a recording that is played") +
          line(Verdict::no_torque, "the drive did not get ready for the profile") +
-         line(Verdict::fail, "with --replay: a gate pattern is not the recorded one") +
-         "    2             with --replay: the recording or a key cannot be used";
+         line(Verdict::fail, "with --replay: a gate pattern is not the recorded one");
 }
 
 constexpr const char* replay_option = "--replay";
@@ -169,7 +169,8 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   sextant::ecu::VirtualRun run{config, wanted, power_stage.io(), [&] { return power_stage.problem(); }};
   run.run();
   run.print_report(stdout);
-  if (const std::string problem = power_stage.problem(); !problem.empty()) throw std::runtime_error(problem);
+  if (const std::string problem = power_stage.problem(); !problem.empty())
+    return sextant::status_after(program_name, problem);
   return status_of(run);
 }
 
@@ -187,7 +188,7 @@ int run(const Options& options) {
   if (options.can) config.can.bus = *options.can;
   if (options.live.print_config) {
     std::fputs(sextant::print_config(config).c_str(), stdout);
-    return 0;
+    return sextant::ExitStatus::done;
   }
   if (const std::string beyond = sextant::ecu::beyond_contract(config.drive); !beyond.empty())
     spdlog::warn("CAN: {}", beyond);
@@ -206,8 +207,7 @@ int run(const Options& options) {
   // The file before the report: stdout may be closed.
   if (!options.timing_out.empty()) ecu.write_timing(options.timing_out);
   ecu.print_report(stdout);
-  if (const std::string problem = ecu.problem(); !problem.empty()) throw std::runtime_error(problem);
-  return 0;
+  return sextant::status_after(program_name, ecu.problem());
 }
 
 }  // namespace
@@ -217,5 +217,5 @@ int main(int argc, char** argv) {
   Options options;
   const std::string help = examples + status_table();
   if (const std::optional<int> status = command_line(help, options).parse(argc, argv)) return *status;
-  return sextant::run_program(program_name, options.replay.empty() ? 1 : 2, [&] { return run(options); });
+  return sextant::run_program(program_name, [&] { return run(options); });
 }

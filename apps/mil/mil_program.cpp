@@ -17,6 +17,7 @@
 
 #include "common/build_commit.hpp"
 #include "common/command_line.hpp"
+#include "common/exit_status.hpp"
 #include "common/program.hpp"
 #include "mil/interruption.hpp"
 #include "mil/progress_bar.hpp"
@@ -64,12 +65,12 @@ std::string status_table() {
   for (std::size_t k = 0; k < verdict_catalogue.size(); ++k) {
     const auto verdict = static_cast<Verdict>(k);
     const VerdictInfo& row = info(verdict);
-    table += fmt::format("  {:>3}  {:<16}  {}", row.status, row.word, row.meaning);
+    std::string meaning = row.meaning;
     if (exit_status(verdict, true) != row.status)
-      table += fmt::format("; {} with --require-expectations", exit_status(verdict, true));
-    table += '\n';
+      meaning += fmt::format("; {} with --require-expectations", exit_status(verdict, true));
+    table += exit_status_line(row.status, row.word, meaning);
   }
-  return table + "    2  the command or a file is wrong";
+  return table + refused_line();
 }
 
 /// The file name of the program that runs, for its messages.
@@ -296,7 +297,7 @@ int run(const std::string& program, Options options, std::span<const sextant::Co
   if (!options.print_config) return run_all(program, options, configs);
   for (const sextant::ScenarioConfig& config : configs)
     std::fputs(sextant::print_config(config).c_str(), stdout);
-  return 0;
+  return sextant::ExitStatus::done;
 }
 
 }  // namespace
@@ -307,5 +308,5 @@ int sextant::mil_program(int argc, char** argv, std::span<const ControlMethod> o
   const std::string help = fmt::format(notes, program, status_table());
   if (const std::optional<int> status = command_line(program, help, options).parse(argc, argv))
     return *status;
-  return run_program(program.c_str(), 2, [&] { return run(program, options, own); });
+  return run_program(program.c_str(), [&] { return run(program, options, own); });
 }

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <ctime>
 #include <optional>
-#include <stdexcept>
+#include <string>
 
 #include "common/command_line.hpp"
 #include "common/live_program.hpp"
@@ -24,7 +24,8 @@ constexpr const char* examples = R"(Examples:
   sextant-plant --set hil.pacing=lockstep       virtual time: the plant waits for the drive
   sextant-plant --duration 10 --set period_us=250 --set load.torque_nm.value=5
   sextant-plant --print-config                  every key with unit, range and meaning
-It ends on SIGINT, SIGTERM or SIGHUP. Without a running drive its gates are off.)";
+It ends on SIGINT, SIGTERM or SIGHUP. Without a running drive its gates are off.
+)";
 
 /// Returns on a signal, at the end of the duration, or when the plant has ended.
 void run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, std::optional<double> duration_s) {
@@ -41,7 +42,7 @@ int run(const sextant::LiveOptions& options) {
   const sextant::PlantConfig config = sextant::load_plant_config(options.config, options.overrides);
   if (options.print_config) {
     std::fputs(sextant::print_config(config).c_str(), stdout);
-    return 0;
+    return sextant::ExitStatus::done;
   }
   // Blocked before any thread starts, so that only run_until_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
@@ -54,8 +55,7 @@ int run(const sextant::LiveOptions& options) {
   plant.stop();
   plant.log_events();
   plant.print_report(stdout);
-  if (!plant.problem().empty()) throw std::runtime_error(plant.problem());
-  return 0;
+  return sextant::status_after(program_name, plant.problem());
 }
 
 }  // namespace
@@ -63,9 +63,10 @@ int run(const sextant::LiveOptions& options) {
 int main(int argc, char** argv) {
   sextant::start_log(program_name);
   sextant::LiveOptions options{.config = "configs/plant.toml"};
+  const std::string help = examples + sextant::exit_status_table();
   const sextant::CommandLine line{program_name,
                                   "Sextant: the plant in a process of its own, for a drive in another one.",
-                                  examples, sextant::live_options(options, "end after this time [s]")};
+                                  help.c_str(), sextant::live_options(options, "end after this time [s]")};
   if (const std::optional<int> status = line.parse(argc, argv)) return *status;
-  return sextant::run_program(program_name, 1, [&] { return run(options); });
+  return sextant::run_program(program_name, [&] { return run(options); });
 }

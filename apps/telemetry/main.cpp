@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
+#include <string>
 
 #include "common/command_line.hpp"
 #include "common/program.hpp"
@@ -15,7 +16,8 @@ constexpr const char* program_name = "sextant-telemetry";
 constexpr const char* notes =
     R"(sextant-ecu starts it, sends it the samples and restarts it after its end; it ends with the
 drive. DDS runs only in it, so that no failure of DDS affects the drive.
-Example: pgrep -af 'sextant-telemetry --drive 1' finds the one of drive 1.)";
+Example: pgrep -af 'sextant-telemetry --drive 1' finds the one of drive 1.
+)";
 
 int run() {
   constexpr int descriptor = sextant::telemetry_process_descriptor;
@@ -30,11 +32,12 @@ int run() {
 
 int main(int argc, char** argv) {
   std::uint32_t drive_id = 1;
+  const std::string help = notes + sextant::exit_status_table();
   const sextant::CommandLine line{
       program_name,
       "Sextant: publishes the telemetry of a live drive over DDS.",
-      notes,
+      help.c_str(),
       {{.name = "--drive", .value = &drive_id, .what = "the drive's id, for ps: the drive sends it too"}}};
   if (const std::optional<int> status = line.parse(argc, argv)) return *status;
-  return sextant::run_program(program_name, 1, [] { return run(); });
+  return sextant::run_program(program_name, [] { return run(); });
 }

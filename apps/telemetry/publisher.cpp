@@ -11,6 +11,8 @@
 
 #include <unistd.h>
 
+#include "common/exit_status.hpp"
+
 namespace sextant {
 namespace {
 
@@ -25,12 +27,12 @@ constexpr std::size_t longest_message = 1 << 18;  // the first, with its texts
 
 int Publisher::run() {
   alarm(hang_limit_s);
-  if (!start()) return 1;
+  if (!start()) return ExitStatus::refused;
   (void)socket_.send_struct(AnswerMessage{});
   publish();
   report_counts();
   dds_.reset();
-  return 0;
+  return ExitStatus::done;
 }
 
 bool Publisher::start() {

@@ -16,7 +16,7 @@ class Publisher {
  public:
   explicit Publisher(MessageSocket socket) noexcept : socket_{std::move(socket)} {}
 
-  /// The exit status of the process: 0 where DDS ran.
+  /// The exit status of the process: `done` where DDS ran.
   int run();
 
  private:

@@ -11,9 +11,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import false_trips, torque_map_drive, torque_map_file
-from .machine_library_faults import HARMLESS, KINDS, MISSED, NAMED, OTHERWISE, REFUSED, of_a_trip
 from .machine_library_points import METHODS
 from .page import table
+from .plant_faults import (
+    FAULTS,
+    HARMLESS,
+    KINDS,
+    MISSED,
+    NAMED,
+    OTHERWISE,
+    REFUSED,
+    SPEED_CHANGE,
+    PlantFault,
+    leaving_speed,
+    of_a_trip,
+)
 from .sweep_file import Settings
 from .torque_map_drive import Drive
 from .torque_map_file import Scale
@@ -28,59 +40,12 @@ TOLERANCE = 0.05  # of the mean torque after a fault, as a share of the command,
 DRIVING_S = 30.0  # of a run without a fault [s]
 STEADY = "no fault"  # the row of the same operating points without any
 
-Make = Callable[[random.Random, float, dict], Settings]
-
-
-@dataclass(frozen=True)
-class Injection:
-    """A fault of the plant, and the faults of the drive that name it rightly."""
-
-    name: str
-    kind: str
-    names: tuple[str, ...]
-    more: Make = lambda dice, speed, configuration: {}
-    is_from_power_up: bool = False
-    changes_speed: bool = False  # the shaft leaves its speed: else the fault shows nothing
-    needs_speed: bool = False  # a shaft that is held at standstill shows nothing
-
-
-def _drift(dice: random.Random, _: float, configuration: dict) -> Settings:
-    """From nothing to the over-current limit in half a second."""
-    return {"plant.faults.drift_a_s": dice.choice((-1, 1)) * 2 * configuration["protection.over_current_a"]}
-
-
-def _jump(dice: random.Random, _: float, configuration: dict) -> Settings:
-    limit = configuration["protection.speed_error_rad_s"]
-    return {"plant.faults.jump_rad_s": dice.choice((-1, 1)) * dice.uniform(1.5, 4.0) * limit}
-
-
-def _sag(dice: random.Random, _: float, configuration: dict) -> Settings:
-    limit = configuration["protection.dc_under_voltage_v"]
-    return {"plant.faults.sag_v": dice.uniform(0.6, 0.95) * limit, "plant.faults.ramp_ms": dice.choice((0, 10, 50))}
-
-
-SENSOR = ("CURRENT_SENSOR", "CURRENT_SUM")
-INJECTIONS = (
-    Injection("current sensor stuck", "current_stuck", SENSOR),
-    Injection("current sensor open", "current_zero", (*SENSOR, "OPEN_PHASE")),
-    Injection("current sensor drifts", "current_drift", SENSOR, _drift),
-    Injection("current sensors swapped", "phases_swapped", ("CURRENT_SENSOR",)),
-    Injection("open phase", "open_phase", ("OPEN_PHASE",)),
-    Injection("phase never connected", "open_phase", ("OPEN_PHASE",), is_from_power_up=True),
-    Injection("encoder at zero", "speed_lost", ("SPEED_SENSOR",)),
-    Injection("encoder stuck", "speed_frozen", ("SPEED_SENSOR",), changes_speed=True),
-    Injection("encoder jumps", "speed_jump", ("SPEED_SENSOR",), _jump),
-    Injection("encoder reversed", "encoder_reversed", ("SPEED_SENSOR",), is_from_power_up=True),
-    Injection("motor cables swapped", "cables_swapped", ("SPEED_SENSOR",), is_from_power_up=True, needs_speed=True),
-    Injection("link under-voltage", "link_sag", ("DC_UNDER_VOLTAGE",), _sag),
-)  # fmt: skip
-
 
 @dataclass(frozen=True)
 class Case:
-    """One run; injection: None is the same without a fault."""
+    """One run; fault: None is the same without any."""
 
-    injection: Injection | None
+    fault: PlantFault | None
     method: str
     seed: int
     place: int
@@ -88,18 +53,18 @@ class Case:
 
     @property
     def key(self) -> str:
-        name = self.injection.name if self.injection else STEADY
+        name = self.fault.name if self.fault else STEADY
         return f"{name}/{self.method}/{self.seed}/{self.place}/{self.sensors}"
 
 
 def cases(methods: Iterable[str], seeds: int) -> list[Case]:
     return [
-        Case(injection, method, seed, place, sensors)
+        Case(fault, method, seed, place, sensors)
         for method in methods
-        for injection in (None, *INJECTIONS)
+        for fault in (None, *FAULTS)
         for seed in range(1, seeds + 1)
         for place, (speed, _) in enumerate(PLACES)
-        if speed or injection is None or not injection.needs_speed
+        if speed or fault is None or not fault.needs_speed
         for sensors in ("ideal", "real")
     ]
 
@@ -125,7 +90,7 @@ class Campaign:
         """Of the fault; and the end. [s]"""
         dice = random.Random(case.seed)
         at_s = self.scale.step_s + dice.uniform(*AFTER_S)
-        return (0.0 if case.injection and case.injection.is_from_power_up else at_s), at_s + WATCHED_S
+        return (case.fault.begin_s(at_s) if case.fault else at_s), at_s + WATCHED_S
 
     def settings(self, case: Case) -> Settings:
         (speed, torque), (at_s, end_s) = self.place(case), self.times(case)
@@ -135,26 +100,26 @@ class Campaign:
             "load.kind": "imposed_speed", "load.speed_rad_s.value": speed,
             "plant.sensors.seed": case.seed, **self.scale.sensors[case.sensors],
         }  # fmt: skip
-        if case.injection is None:
+        if case.fault is None:
             return found
         dice = random.Random(case.key)
-        found |= {"plant.faults.kind": case.injection.kind, "plant.faults.at_s": at_s}
+        found |= case.fault.settings(at_s)
         found["plant.faults.phase"] = dice.choice("abc")
-        if case.injection.changes_speed:
-            points = [[0, speed], [at_s, speed], [end_s, speed + math.copysign(0.5 * self.base_speed, -speed)]]
-            found |= {"load.speed_rad_s.shape": "linear", "load.speed_rad_s.points": points}
-        return found | case.injection.more(dice, speed, self.drive.configuration)
+        if case.fault.changes_speed:
+            slower = speed + math.copysign(SPEED_CHANGE * self.base_speed, -speed)
+            found |= leaving_speed(speed, slower, at_s, end_s)
+        return found | (case.fault.draw(dice, self.drive.configuration) if case.fault.draw else {})
 
     def run(self, case: Case) -> dict:
         record = self.lab.run_one(case.key, self.settings(case))
-        found = {"name": case.injection.name if case.injection else STEADY, "method": case.method, "case": case.key}
+        found = {"name": case.fault.name if case.fault else STEADY, "method": case.method, "case": case.key}
         return found | {"seen": "", "late_ms": None} | self.judged(case, record)
 
     def judged(self, case: Case, record: dict) -> dict:
         if record["reason"]:
             return {"kind": REFUSED, "seen": record["reason"]}
         if record["faults"]:
-            names = case.injection.names if case.injection else ()
+            names = case.fault.names if case.fault else ()
             return of_a_trip(record["faults"][0], names, self.times(case)[0], self.scale.step_s)
         _, torque = self.place(case)
         ahead = self.place(case)[0] * torque >= 0

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import false_trips, fault_campaign_file
-from .fault_campaign_file import HARMLESS, MISSED, NAMED, OTHERWISE, REFUSED, STEADY
+from .fault_campaign_file import STEADY
 from .fault_campaign_page import trip_table
 from .machine_library_points import METHODS, Machine, read_library
 from .page import put, table
+from .plant_faults import HARMLESS, MISSED, NAMED, OTHERWISE, REFUSED
 from .sweep_file import toml_value
 
 MACHINES = ("marathon_quarter_hp", "motulator_2k2", "modelica_24k", "mathworks_215hp")

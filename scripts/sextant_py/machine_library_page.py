@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from . import machine_library_faults as faults
 from . import machine_library_scenarios as scenarios
+from . import plant_faults as faults
 from .machine_library_points import METHODS, PERIODS_US
 from .machine_library_results import OUTCOMES, REFUSED, RIGHT, TRIPPED, Results, causes, counts
 from .page import table
@@ -90,8 +90,13 @@ def _seen(rows: Iterable[dict]) -> str:
     return ", ".join(parts)
 
 
+def _injected(results: Results) -> list[faults.PlantFault]:
+    names = {row["fault"] for row in results.faults}
+    return [fault for fault in faults.FAULTS if fault.name in names]
+
+
 def faults_table(results: Results) -> str:
-    names = [one.name for one in faults.FAULTS]
+    names = [fault.name for fault in _injected(results)]
     rows = []
     for method in METHODS:
         own = [row for row in results.faults if row["method"] == method]
@@ -103,7 +108,7 @@ def faults_table(results: Results) -> str:
 def names_table(results: Results) -> str:
     """By which name the drive trips, of all methods together."""
     rows = []
-    for fault in faults.FAULTS:
+    for fault in _injected(results):
         own = [row for row in results.faults if row["fault"] == fault.name]
         seen = Counter(row["seen"] for row in own if row["kind"] in (faults.NAMED, faults.OTHERWISE))
         missed = sum(row["kind"] == faults.MISSED for row in own)

@@ -104,6 +104,10 @@ inline constexpr std::array trace_columns{
     SEXTANT_COLUMN(
         "control", control, torque_monitored_nm, "monitor", "N·m",
         "mean torque by the torque monitor; 0 without torque production, or in an event-exact run"),
+    SEXTANT_COLUMN(
+        "control", control, torque_reached_nm, "monitor", "N·m",
+        "what link and machine have let the torque reach; the reference where it does not lag that; 0 in "
+        "an event-exact run"),
     SEXTANT_COLUMN("control", control, r_s_ohm, "parameters", "Ω",
                    "stator resistance in use by the controller; 0 where it tells none"),
     SEXTANT_COLUMN("control", control, r_r_ohm, "parameters", "Ω",

@@ -207,5 +207,5 @@ int main(int argc, char** argv) {
         .choices = {"none", "allocation", "lock", "page_fault", "system_call"}}}};
   if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   sextant::reserve_little_memory();  // as the programs do
-  return sextant::run_program(line.program, 2, [&] { return sextant::audit::run(options); });
+  return sextant::run_program(line.program, [&] { return sextant::audit::run(options); });
 }

@@ -23,7 +23,7 @@ class TorqueTrimOf : public testing::Test {
                          T(period_s)};
   }
   T step(double reference, double torque, double link = u_dc) {
-    return trim.step(T(reference), T(torque), T(psi_ref), T(link));
+    return trim.step(T(reference), T(torque), T(psi_ref), T(link), false);
   }
   /// Periods in which the torque swings about the trimmed reference, off it by `bias` in the mean.
   void swing(int periods, double reference, double bias, double amplitude = 3) {

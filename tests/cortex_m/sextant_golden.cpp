@@ -245,5 +245,5 @@ int main(int argc, char** argv) {
   sextant::golden::Options options;
   const sextant::CommandLine line = sextant::golden::command_line(options);
   if (const std::optional<int> status = line.parse(argc, argv)) return *status;
-  return sextant::run_program(line.program, 1, [&] { return sextant::golden::run(options); });
+  return sextant::run_program(line.program, [&] { return sextant::golden::run(options); });
 }

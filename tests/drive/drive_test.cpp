@@ -789,6 +789,80 @@ TYPED_TEST(DriveOf, OverSpeedIsAFaultThatIsLeftByResetDisableEnable) {
   }
 }
 
+/// A drive whose machine has no current and little flux: a torque command takes milliseconds by the voltage.
+template <class T>
+typename Drive<T>::Parameters slow_torque() {
+  typename Drive<T>::Parameters parameters;
+  parameters.torque_monitor.enabled = false;
+  parameters.protection.dc_under_voltage = T(0);
+  return parameters;
+}
+
+TYPED_TEST(DriveOf, ATorqueThatTheVoltageHoldsShortOfItsReferenceIsDerated) {
+  using T = TypeParam;
+  for (const T sign : {T(1), T(-1)}) {
+    this->restart(slow_torque<T>());
+    this->measurement.i_abc = {};
+    this->measurement.applied = GatePattern{switch_states[0], period_ns};
+    this->start(T(0));
+    this->receive(sign * T(100), true);
+    auto out = this->run(3 * ms);
+    EXPECT_EQ(out.telemetry.state, DriveState::derated);
+    EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::voltage_limit);
+    EXPECT_EQ(out.telemetry.torque_reference, sign * T(100));
+    const T reached = sign * out.telemetry.torque_reached;
+    EXPECT_GT(reached, T(1));
+    EXPECT_LT(reached, T(90));
+    EXPECT_EQ(sign > T(0) ? out.telemetry.torque_motoring : out.telemetry.torque_regenerating, reached);
+    EXPECT_EQ(sign > T(0) ? out.telemetry.torque_regenerating : out.telemetry.torque_motoring, T(150));
+    this->receive(sign * T(100), true);
+    out = this->run(35 * ms);
+    EXPECT_EQ(out.telemetry.state, DriveState::torque) << "it has had its time";
+    EXPECT_EQ(out.telemetry.torque_reached, out.telemetry.torque_reference);
+    EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::none);
+    this->receive(sign * T(-100), true);
+    ASSERT_NE(this->run(3 * ms).telemetry.torque_reached, sign * T(-100));
+    this->measurement.u_dc = T(2000);
+    out = this->step();
+    EXPECT_EQ(out.telemetry.state, DriveState::fault);
+    EXPECT_EQ(out.telemetry.torque_reached, T(0)) << "no torque is held any more";
+    this->measurement.u_dc = T(530);
+  }
+}
+
+// A direct current brakes the turning rotor with more than the command, as regenerated torque does where the
+// link falls at base speed.
+TYPED_TEST(DriveOf, ATorqueThatTheVoltageHoldsBeyondItsReferenceIsDerated) {
+  using T = TypeParam;
+  for (const T sign : {T(1), T(-1)}) {
+    for (const T rest : {T(-20), T(0)}) {
+      SCOPED_TRACE(testing::Message() << sign << ", " << rest);
+      auto parameters = slow_torque<T>();
+      parameters.protection.current_jump = T(1e6);
+      this->restart(parameters);
+      this->measurement.i_abc = {T(40), T(-20), T(-20)};
+      this->measurement.omega_m = sign * T(10);
+      this->measurement.u_dc = T(530);
+      this->measurement.applied = GatePattern{switch_states[0], period_ns};
+      this->start(sign * T(-100));
+      for (int k = 0; k < 10; ++k) {
+        this->receive(sign * T(-100), true);
+        this->run(35 * ms);
+      }
+      ASSERT_EQ(this->drive->state(), DriveState::torque);
+      this->measurement.u_dc = T(60);
+      this->receive(sign * rest, true);
+      const auto out = this->run(2 * ms);
+      EXPECT_EQ(out.telemetry.torque_reference, sign * rest);
+      EXPECT_LT(sign * out.telemetry.torque_reached, rest - T(10));
+      EXPECT_GT(sign * out.telemetry.torque_reached, T(-100));
+      EXPECT_EQ(out.telemetry.state, DriveState::derated);
+      EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::voltage_limit);
+      EXPECT_GT(out.telemetry.torque_regenerating, -rest) << "more is available than is asked";
+    }
+  }
+}
+
 // No current flows, so that the machine makes no torque.
 TYPED_TEST(DriveOf, TorqueThatDoesNotFollowTheCommandIsAFaultThatIsLeftByResetDisableEnable) {
   using T = TypeParam;
@@ -839,6 +913,7 @@ TYPED_TEST(DriveOf, ABlockedBrakingRequestDoesNotLiftTheLimitOfTheTorqueThatIsHe
   const auto out = this->run(ms);
   EXPECT_EQ(out.telemetry.state, DriveState::derated);
   EXPECT_EQ(out.telemetry.torque_reference, limited);
+  EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::voltage_limit) << "that of the setpoint";
 }
 
 TYPED_TEST(DriveOf, TheReferenceIsZeroInThePeriodInWhichMagnetisingBegins) {
@@ -973,24 +1048,38 @@ TYPED_TEST(DriveOf, RefusesAControllerOfAnotherPeriodOrSamplingInstant) {
   EXPECT_NE(problem({0, 12'500}), nullptr) << "the parameters themselves";
 }
 
-TYPED_TEST(DriveOf, NeverAppliesAPatternThatDoesNotFillTheControlPeriod) {
+// With the gates off its length does not matter. A controller that is mended is enabled as after each fault.
+TYPED_TEST(DriveOf, APatternThatDoesNotFillTheControlPeriodIsAFaultInThatPeriodAndNeverApplied) {
   using T = TypeParam;
-  for (const std::int32_t other_ns : {12'500, 50'000}) {
-    TimedController<T> timed{{other_ns, 0}};
-    this->drive.emplace(typename TestFixture::DriveParameters{.magnetise_first = false}, timed);
-    this->request = {};
-    const auto step = [this] {
-      const auto out = this->drive->step(this->t_ns, this->measurement, this->request);
+  for (const bool magnetise_first : {false, true}) {
+    for (const std::int32_t other_ns : {0, 12'500, 50'000}) {
+      SCOPED_TRACE(testing::Message() << magnetise_first << ", " << other_ns << " ns");
+      this->restart({.magnetise_first = magnetise_first});
+      this->controller->estimate().magnetised = !magnetise_first;
+      this->controller->pattern_ns = other_ns;
+      this->step();
+      this->receive(T(0), false);
+      EXPECT_EQ(this->run(ms).telemetry.state, DriveState::ready);
+      this->receive(T(15), true);
+      const DriveOutput<T> out = this->step();
       EXPECT_EQ(out.pattern, (GatePattern{gates_off, period_ns}));
       EXPECT_EQ(out.telemetry.pattern, out.pattern);
-      this->t_ns += period_ns;
-    };
-    step();
-    this->receive(T(0), false);
-    for (int k = 0; k < 40; ++k) step();
-    this->receive(T(15), true);
-    for (int k = 0; k < 40; ++k) step();
-    EXPECT_EQ(this->drive->state(), DriveState::torque) << "the state asks for gates";
+      EXPECT_EQ(out.telemetry.state, DriveState::fault);
+      EXPECT_TRUE(out.telemetry.active.test(Fault::torque_plausibility));
+      EXPECT_EQ(out.telemetry.first_fault, Fault::torque_plausibility);
+      EXPECT_EQ(out.telemetry.fault_total, 1U);
+      EXPECT_EQ(out.telemetry.torque_reference, T(0));
+      EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::gates_are_off);
+      EXPECT_EQ(this->run(ms).telemetry.state, DriveState::fault) << "latched";
+      this->controller->pattern_ns = period_ns;
+      this->controller->estimate().magnetised = true;
+      this->receive(T(0), false, true);
+      EXPECT_EQ(this->step().telemetry.state, DriveState::standby);
+      this->receive(T(0), false);
+      EXPECT_EQ(this->step().telemetry.state, DriveState::ready);
+      this->receive(T(15), true);
+      EXPECT_EQ(this->step().telemetry.state, DriveState::torque);
+    }
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "sextant/control/controller.hpp"
 
 namespace sextant::test {
@@ -15,12 +17,13 @@ class FakeController final : public Controller<T> {
     last_measurement = measurement;
     last_reference = reference;
     const bool on = reference.mode != ControlMode::off;
-    return GatePattern{on ? switch_states[1] : gates_off, 25'000};
+    return GatePattern{on ? switch_states[1] : gates_off, pattern_ns};
   }
   [[nodiscard]] ControlEstimate<T>& estimate() noexcept { return this->estimate_; }
   void reset() noexcept override { ++resets; }
   void restart() noexcept override { ++restarts; }
 
+  std::int32_t pattern_ns{25'000};  ///< length of its patterns [ns]
   int steps{0};
   int resets{0};
   int restarts{0};

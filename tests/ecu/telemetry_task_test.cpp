@@ -222,5 +222,18 @@ TEST(TelemetryTask, WaveformsWithoutAPublisherAreMissingInTheSequence) {
   EXPECT_GE(after[0].sequence, 7U);
 }
 
+TEST(ReasonFor, ADeratedDriveTellsLessTorqueFromATorqueThatTheVoltageHolds) {
+  Telemetry<double> t{.torque_requested = -100,
+                      .torque_reference = -60,
+                      .torque_reached = -60,
+                      .state = DriveState::derated,
+                      .derating_cause = DeratingCause::voltage_limit};
+  EXPECT_EQ(reason_for(t), "torque below the request: less is available");
+  t.torque_reached = -90;
+  EXPECT_EQ(reason_for(t), "the link voltage holds the torque off its reference");
+  t.derating_cause = DeratingCause::command_timeout;
+  EXPECT_EQ(reason_for(t), "ramp to zero: no command within command.timeout_ms");
+}
+
 }  // namespace
 }  // namespace sextant::ecu

@@ -6,7 +6,15 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import false_trips, fault_campaign, fault_campaign_file, fault_campaign_library, fault_campaign_page
+from sextant_py import (
+    false_trips,
+    fault_campaign,
+    fault_campaign_file,
+    fault_campaign_library,
+    fault_campaign_page,
+    machine_library_faults,
+    plant_faults,
+)
 from sextant_py.errors import UserError
 from sextant_py.false_trips import Drive, Hours
 from sextant_py.paths import ROOT
@@ -104,9 +112,21 @@ def test_a_file_is_a_campaign_of_its_own() -> None:
 def test_cases_of_a_file_are_all_different() -> None:
     found = fault_campaign_file.cases(["dtc", "foc"], 2)
     assert len({case.key for case in found}) == len(found)
-    kinds = len(fault_campaign_file.INJECTIONS) + 1
+    kinds = len(plant_faults.FAULTS) + 1
     at_standstill = 1  # of them shows nothing there
     assert len(found) == 2 * (kinds * len(fault_campaign_file.PLACES) - at_standstill) * 2 * 2
+
+
+def test_both_campaigns_inject_the_faults_of_one_list() -> None:
+    assert {case.fault for case in fault_campaign_file.cases(["foc"], 1)} == {None, *plant_faults.FAULTS}
+    library = {fault for fault, _ in machine_library_faults.cases(machine_library_faults.MACHINES, ["foc"], False)}
+    assert library == {fault for fault in plant_faults.FAULTS if fault.draw is None}
+    assert len({fault.name for fault in plant_faults.FAULTS}) == len(plant_faults.FAULTS)
+
+
+def test_a_fault_begins_under_way_or_at_power_up() -> None:
+    begin_s = {fault.name: fault.settings(1.7)["plant.faults.at_s"] for fault in plant_faults.FAULTS}
+    assert (begin_s["open phase"], begin_s["phase never connected"]) == (1.7, 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +140,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> fault_campaign_file.Ca
 
 
 def case_of(name: str, place: int) -> fault_campaign_file.Case:
-    found = (one for one in fault_campaign_file.INJECTIONS if one.name == name)
+    found = (one for one in plant_faults.FAULTS if one.name == name)
     return fault_campaign_file.Case(next(found, None), "foc", 1, place, "ideal")
 
 
@@ -128,11 +148,11 @@ def test_runs_of_a_file_are_judged(campaign: fault_campaign_file.Campaign) -> No
     steady, lost, sagged = (
         campaign.run(case_of(name, 1)) for name in ("none", "encoder at zero", "link under-voltage")
     )
-    assert steady["kind"] == fault_campaign_file.HARMLESS
-    assert (lost["kind"], lost["seen"]) == (fault_campaign_file.NAMED, "SPEED_SENSOR")
-    assert (sagged["kind"], sagged["seen"]) == (fault_campaign_file.NAMED, "DC_UNDER_VOLTAGE")
+    assert steady["kind"] == plant_faults.HARMLESS
+    assert (lost["kind"], lost["seen"]) == (plant_faults.NAMED, "SPEED_SENSOR")
+    assert (sagged["kind"], sagged["seen"]) == (plant_faults.NAMED, "DC_UNDER_VOLTAGE")
     assert fault_campaign_file.wrong([steady, lost, sagged]) == []
-    assert fault_campaign_file.wrong([steady | {"kind": fault_campaign_file.OTHERWISE}]) != []
+    assert fault_campaign_file.wrong([steady | {"kind": plant_faults.OTHERWISE}]) != []
     table = fault_campaign_file.faults_table([steady, lost])
     assert "| no fault | `foc` | 1 | 0 | 0 | 1 | 0 | 0 | – | – |" in table
 
@@ -142,23 +162,23 @@ def test_a_record_of_a_file_is_judged_by_its_torque(campaign: fault_campaign_fil
     _, torque = campaign.place(case)
     at_s, end_s = campaign.times(case)
     right = {"reason": "", "faults": [], "torque_bias_nm": 0.0, "torque_motoring_nm": 99.0}
-    assert campaign.judged(case, right)["kind"] == fault_campaign_file.HARMLESS
-    assert campaign.judged(case, right | {"torque_bias_nm": -0.2 * torque})["kind"] == fault_campaign_file.MISSED
+    assert campaign.judged(case, right)["kind"] == plant_faults.HARMLESS
+    assert campaign.judged(case, right | {"torque_bias_nm": -0.2 * torque})["kind"] == plant_faults.MISSED
     half = right | {"torque_motoring_nm": torque / 2, "torque_bias_nm": -torque / 2}
-    assert campaign.judged(case, half)["kind"] == fault_campaign_file.HARMLESS
-    assert campaign.judged(case, right | {"torque_motoring_nm": None})["kind"] == fault_campaign_file.MISSED
-    assert campaign.judged(case, {"reason": "the file is wrong"})["kind"] == fault_campaign_file.REFUSED
+    assert campaign.judged(case, half)["kind"] == plant_faults.HARMLESS
+    assert campaign.judged(case, right | {"torque_motoring_nm": None})["kind"] == plant_faults.MISSED
+    assert campaign.judged(case, {"reason": "the file is wrong"})["kind"] == plant_faults.REFUSED
     late = campaign.judged(case, right | {"faults": [["OPEN_PHASE", at_s + 0.005]]})
-    assert (late["kind"], late["late_ms"]) == (fault_campaign_file.NAMED, pytest.approx(5.0))
+    assert (late["kind"], late["late_ms"]) == (plant_faults.NAMED, pytest.approx(5.0))
     other = campaign.judged(case, right | {"faults": [["FLUX_LOST", at_s + 0.005]]})
-    assert other["kind"] == fault_campaign_file.OTHERWISE
+    assert other["kind"] == plant_faults.OTHERWISE
     early = campaign.judged(case, right | {"faults": [["OPEN_PHASE", at_s - 0.1]]})
-    assert (early["kind"], early["late_ms"]) == (fault_campaign_file.OTHERWISE, 0)
+    assert (early["kind"], early["late_ms"]) == (plant_faults.OTHERWISE, 0)
     assert end_s > at_s + 0.5
 
 
 def library_run(name: str, kind: str, method: str = "foc", period_us: int = 50) -> dict:
-    seen = "OPEN_PHASE" if kind in (fault_campaign_file.NAMED, fault_campaign_file.OTHERWISE) else ""
+    seen = "OPEN_PHASE" if kind in (plant_faults.NAMED, plant_faults.OTHERWISE) else ""
     return {
         "name": name, "method": method, "case": "", "kind": kind, "seen": seen, "late_ms": None,
         "machine": "2.2 kW", "period_us": period_us,
@@ -180,9 +200,9 @@ def test_the_library_is_four_machines_at_two_periods(tmp_path: Path) -> None:
 
 
 def test_the_tables_of_the_library_count_what_was_missed() -> None:
-    kinds = (fault_campaign_file.NAMED, fault_campaign_file.MISSED, fault_campaign_file.REFUSED)
+    kinds = (plant_faults.NAMED, plant_faults.MISSED, plant_faults.REFUSED)
     runs = [library_run("open phase", kind) for kind in kinds]
-    runs += [library_run(fault_campaign_file.STEADY, fault_campaign_file.OTHERWISE, "dtc")]
+    runs += [library_run(fault_campaign_file.STEADY, plant_faults.OTHERWISE, "dtc")]
     table = fault_campaign_library.injections_table(runs)
     assert "| open phase | 3 | 1 | 0 | 0 | 1 | 1 | OPEN_PHASE 1 |" in table
     by_method = fault_campaign_library.methods_table(runs)
@@ -194,7 +214,7 @@ def test_the_tables_of_the_library_count_what_was_missed() -> None:
 def test_the_page_takes_the_tables_of_the_library(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
-    runs = [library_run("open phase", fault_campaign_file.NAMED)]
+    runs = [library_run("open phase", plant_faults.NAMED)]
     found = fault_campaign_library.Found(runs, [Hours("2.2 kW: random torque steps, foc", 3600.0, 120)])
     fault_campaign_library.write(page, found, 2)
     text = page.read_text(encoding="utf-8")

@@ -165,7 +165,7 @@ def test_the_plants_thread_has_its_cpu_alone(link: str, tmp_path: Path) -> None:
 def refusal(name: str, config: Path, *settings: str) -> str:
     command = [program(name), config, *overrides(settings)]
     found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert found.returncode == 1, found
+    assert found.returncode == 2, found
     lines = [line for line in found.stderr.splitlines() if line.startswith(f"{name}: ")]
     assert len(lines) == 1, found.stderr
     return lines[0]
@@ -209,7 +209,7 @@ def test_bad_input_of_the_plant_is_one_sentence(arguments: list[str], words: lis
     found = subprocess.run(
         [program("sextant-plant"), *arguments], capture_output=True, text=True, timeout=120, check=False
     )
-    assert found.returncode > 0
+    assert found.returncode == 2
     assert found.stdout == ""
     assert found.stderr.startswith("sextant-plant: ")
     assert found.stderr.count("\n") == 1, found.stderr

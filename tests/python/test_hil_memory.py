@@ -35,7 +35,7 @@ def refusal(name: str, config: Path, settings: tuple[str, ...], before: tuple[st
     """The one sentence with which the program refuses to start."""
     command = [*before, program(name), config, *overrides(settings), "--duration", "1"]
     found = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert found.returncode == 1, found
+    assert found.returncode == 2, found
     lines = [line for line in found.stderr.splitlines() if line.startswith(f"{name}: ")]
     assert len(lines) == 1, found.stderr
     return lines[0]

@@ -262,6 +262,6 @@ def test_addresses_that_are_none_are_refused_in_one_sentence() -> None:
     found = subprocess.run(
         [*command, "--set", "hil.udp_peer=nowhere"], capture_output=True, text=True, timeout=120, check=False
     )
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert found.stderr.startswith('sextant-plant: hil.udp_peer: "nowhere" is no <IPv4 address>:<port>')
     assert found.stderr.count("\n") == 1

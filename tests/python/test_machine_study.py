@@ -6,7 +6,13 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import machine_library, machine_library_faults, machine_library_page, machine_library_scenarios
+from sextant_py import (
+    machine_library,
+    machine_library_faults,
+    machine_library_page,
+    machine_library_scenarios,
+    plant_faults,
+)
 from sextant_py.errors import UserError
 from sextant_py.machine_library_points import (
     METHODS,
@@ -111,7 +117,7 @@ def test_page_counts_what_the_records_say(tmp_path: Path) -> None:
     bad = outcome(RECORD | {"faults": [["CURRENT_SENSOR", 0.1]]}, POINT, MACHINE, CONFIGURATION)
     refused = outcome(RECORD | {"refusal": "foo.toml: too slow for it"}, POINT, MACHINE, CONFIGURATION)
     fault = {"fault": "open phase", "method": "foc", "machine": MACHINE.id, "period_us": 100, "speed": 0.5}
-    fault |= {"torque": 1.0, "kind": machine_library_faults.NAMED, "seen": "OPEN_PHASE", "late_ms": 3.25}
+    fault |= {"torque": 1.0, "kind": plant_faults.NAMED, "seen": "OPEN_PHASE", "late_ms": 3.25}
     results = results_of([good, bad, bad, refused], [fault])
     reversal, start, _ = (machine_library_scenarios.cases(n, [MACHINE.id], ["foc"], [50])[5] for n in SCENARIOS)
     late = RECORD | {"torque_silent_ms": 47.0}
@@ -223,7 +229,7 @@ def test_a_lost_encoder_is_told_by_its_name(tmp_path: Path) -> None:
         case for case in machine_library_faults.cases([MACHINE.id], ["foc"], True) if case[0].name == "encoder at zero"
     ]
     (found,) = machine_library_faults.measure(lab, chosen, 1, lambda: None)
-    assert (found["kind"], found["seen"]) == (machine_library_faults.NAMED, "SPEED_SENSOR")
+    assert (found["kind"], found["seen"]) == (plant_faults.NAMED, "SPEED_SENSOR")
     assert found["late_ms"] < 10
 
 

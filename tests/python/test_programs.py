@@ -20,6 +20,7 @@ SCENARIO = ROOT / "configs" / "scenarios" / "constant_torque.toml"
 ECU_CONFIG = ROOT / "configs" / "ecu.toml"
 CRASH_WORDS = ("terminate called", "what():", "Aborted", "Segmentation", "Sanitizer", "Traceback", "filesystem error")
 NOBODY = 65534
+REFUSED = 2  # exit status of every program that cannot run
 
 
 def run(
@@ -36,7 +37,7 @@ def run(
 
 
 def check_refusal(found: subprocess.CompletedProcess, name: str, *words: str) -> None:
-    assert found.returncode > 0, found
+    assert found.returncode == REFUSED, found
     assert found.stdout == ""
     lines = found.stderr.splitlines()
     assert len(lines) == 1, found.stderr
@@ -193,6 +194,32 @@ def test_help_has_examples(name: str) -> None:
     said = run(name, "--help").stdout
     assert re.search(r"^Examples?:", said, re.MULTILINE)
     assert name in said.split("Example")[1]
+
+
+@pytest.mark.parametrize("name", ["sextant-ecu", "sextant-mil", "sextant-plant", "sextant-telemetry"])
+def test_help_has_the_same_exit_statuses(name: str) -> None:
+    table = run(name, "--help").stdout.split("Exit status", 1)[1]
+    rows = {int(status): word for status, word in re.findall(r"^ +(\d+) +(\w+) ", table, re.MULTILINE)}
+    assert rows[REFUSED] == "refused"
+    if name == "sextant-mil":
+        assert (rows[3], rows[4]) == ("tripped", "no_torque")
+    else:
+        assert table.count("\n    0  done ") == table.count("\n    1  failed ") == 1
+    if name == "sextant-ecu":
+        assert (rows[3], rows[4]) == ("tripped", "no_torque")
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [("sextant-ecu", ECU_CONFIG), ("sextant-mil", SCENARIO), ("sextant-plant", ROOT / "configs" / "plant.toml")],
+)
+def test_a_wrong_key_has_the_same_status_in_every_program(name: str, file: Path) -> None:
+    check_refusal(run(name, file, "--set", "no_such_key=1"), name, "no_such_key", "unknown key")
+    check_refusal(run(name, file, "--no-such-option"), name, "--no-such-option")
+
+
+def test_a_publisher_without_a_drive_is_refused() -> None:
+    check_refusal(run("sextant-telemetry"), "sextant-telemetry", "start sextant-ecu")
 
 
 BAD_SETTINGS = [

@@ -265,7 +265,7 @@ def test_bad_input_is_one_sentence(
     files = {"commands": commands, "profile": profile, "centuries": tmp_path / "centuries.log"}
     files["centuries"].write_text("(1700000000.000000) can0 110#00\n(8899999999.000000) can0 110#00\n")
     found = start("--virtual-time", *(text.format(**files) for text in arguments))
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert found.stdout == ""
     assert len(found.stderr.splitlines()) == 1
     assert found.stderr.startswith("sextant-ecu: ")
@@ -330,13 +330,13 @@ def test_a_profile_beyond_the_contract_is_refused_as_by_scripts_vcu(beyond: int,
     high = Contract().limits("VCU_TorqueCommand", "TorqueRequest")[1]
     profile.write_text(f"time_s,torque_nm\n0,0\n1,{beyond * (high + 0.01)}\n", encoding="utf-8")
     found = start("--virtual-time", "--profile", profile)
-    assert (found.returncode, found.stdout) == (1, "")
+    assert (found.returncode, found.stdout) == (2, "")
     assert "large.csv:3: torque_nm is" in found.stderr and "-250 to 250 N·m" in found.stderr
 
 
 def test_its_options_need_virtual_time(profile: Path) -> None:
     found = start("--profile", profile)
-    assert found.returncode != 0
+    assert found.returncode == 2
     assert "--virtual-time" in found.stderr
 
 
@@ -386,15 +386,15 @@ def test_a_recording_that_cannot_be_made_loses_nothing(tmp_path: Path, profile: 
     run("--profile", profile, "--record-cycles", cycles)
     before = cycles.read_bytes()
     found = start("--virtual-time", tmp_path / "missing.log", "--record-cycles", cycles)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "missing.log" in found.stderr
     assert cycles.read_bytes() == before
     found = start("--virtual-time", "--profile", profile, "--record-cycles", profile)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "profile.csv is there and no recording of control periods" in found.stderr
     assert profile.read_text(encoding="utf-8").startswith("time_s")
     found = start("--virtual-time", "--profile", profile, "--record-cycles", tmp_path / "none" / "run.h5")
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "run.h5 cannot be written: No such file or directory" in found.stderr
 
 
@@ -428,5 +428,5 @@ def test_what_is_no_recording_of_control_periods_is_refused(tmp_path: Path, prof
     assert found.returncode == 2
     assert "its rows are of another version of Sextant" in found.stderr
     found = start("--telemetry-out", tmp_path / "t.csv", "--duration", 1)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "needs --virtual-time or --replay" in found.stderr

@@ -28,7 +28,7 @@ class CurrentResponseOf : public testing::Test {
     for (int k = 0; k < periods; ++k) {
       std::uniform_int_distribution<std::size_t> vector{0, 7};
       const ThreePhase<T> applied =
-          applied_volt_seconds(GatePattern{switch_states[vector(random)], period_ns}, T(530)).integral;
+          applied_volt_seconds(GatePattern{switch_states[vector(random)], period_ns}, T(530));
       const double angle = 2e-3 * double(++n);
       const SpaceVector<double> emf = polar(0.6, angle);  // [A] a period
       const ThreePhase<double> e = inverse_clarke(emf);
@@ -39,7 +39,7 @@ class CurrentResponseOf : public testing::Test {
       ThreePhase<T> read{T(current.a + noise(random)), T(current.b + noise(random)),
                          T(current.c + noise(random))};
       if (tamper) tamper(read);
-      response.step(read, predicted(applied));
+      response.step(read, predicted(applied), T(1));
     }
   }
   /// By the voltage alone: the test's back-EMF changes little from period to period.
@@ -99,7 +99,7 @@ TYPED_TEST(CurrentResponseOf, OfTwoSwappedSensorsIsMinusOneHalf) {
 TYPED_TEST(CurrentResponseOf, WithoutExpectationThereIsNoVerdict) {
   using T = TypeParam;
   this->response.restart({T(5), T(-2), T(-3)});
-  for (int k = 0; k < 1000; ++k) this->response.step({T(5), T(-2), T(-3)}, {});
+  for (int k = 0; k < 1000; ++k) this->response.step({T(5), T(-2), T(-3)}, {}, T(1));
   for (const std::size_t phase : {0U, 1U, 2U}) {
     EXPECT_FALSE(this->response.phase(phase).counts(T(60)) && this->response.phase(phase).is_below(T(0.35)));
   }
@@ -125,19 +125,19 @@ TYPED_TEST(CurrentResponseOf, AJumpIsReportedInItsPeriodAndIsNoResponse) {
 TYPED_TEST(CurrentResponseOf, ReadingsThatStandStillHideTheChangeByTheVoltage) {
   using T = TypeParam;
   const PredictedChange<T> active =
-      this->predicted(applied_volt_seconds(GatePattern{switch_states[1], period_ns}, T(530)).integral);
+      this->predicted(applied_volt_seconds(GatePattern{switch_states[1], period_ns}, T(530)));
   const ThreePhase<T> read{T(5), T(-2), T(-3)};
   this->response.restart({T(5), T(-2.5), T(-2.5)});
-  this->response.step(read, {});
+  this->response.step(read, {}, T(1));
   EXPECT_EQ(this->response.hidden_change(), T(0)) << "a reading has changed";
   this->response.restart(read);
   for (int k = 1; k <= 5; ++k) {
-    this->response.step(read, active);
+    this->response.step(read, active, T(1));
     EXPECT_NEAR(double(this->response.hidden_change()), 1.8656 * k, 1e-3);
-    this->response.step(read, {});
+    this->response.step(read, {}, T(1));
     EXPECT_NEAR(double(this->response.hidden_change()), 1.8656 * k, 1e-3) << "a zero vector adds nothing";
   }
-  this->response.step({T(5), T(-2.5), T(-2.5)}, active);
+  this->response.step({T(5), T(-2.5), T(-2.5)}, active, T(1));
   EXPECT_EQ(this->response.hidden_change(), T(0));
 }
 
@@ -148,11 +148,11 @@ TYPED_TEST(CurrentResponseOf, ReadingsThatStandStillHideTheChangeByTheBackEmf) {
   this->response.restart(i);
   for (int k = 0; k < 100; ++k) {  // under a zero vector the back-EMF alone moves the currents
     i = {i.a - T(0.5), i.b + T(0.25), i.c + T(0.25)};
-    this->response.step(i, emf);
+    this->response.step(i, emf, T(1));
     EXPECT_EQ(this->response.hidden_change(), T(0));
   }
   for (int k = 1; k <= 8; ++k) {
-    this->response.step(i, emf);
+    this->response.step(i, emf, T(1));
     EXPECT_NEAR(double(this->response.hidden_change()), 0.5 * k - 0.25 * 0.1 * k, 1e-4)
         << "but for its uncertainty";
   }
@@ -167,7 +167,7 @@ TYPED_TEST(CurrentResponseOf, ReadingsWithinOneStepOfTheConverterAreEqual) {
     const ThreePhase<T> high{T(4 + width), T(-2), T(-2 - width)};
     quantised.restart(low);
     for (int k = 1; k <= 20; ++k) {
-      quantised.step(k % 2 == 1 ? high : low, {.v = {T(0.5), T(-0.25), T(-0.25)}});
+      quantised.step(k % 2 == 1 ? high : low, {.v = {T(0.5), T(-0.25), T(-0.25)}}, T(1));
       EXPECT_NEAR(double(quantised.hidden_change()), width < 0.2 ? (0.5 - 0.25 * 0.2) * k - 0.2 : 0.0, 1e-4)
           << width;
     }
@@ -188,7 +188,7 @@ TYPED_TEST(CurrentResponseOf, NoiseOfADirectCurrentIsNoErrorOfTheModel) {
       const double i = (k % 2000 < 1000 ? k % 1000 : 1000 - k % 1000) / 16.0;
       const double change = k % 2000 < 1000 ? 1.0 / 32.0 : -1.0 / 32.0;
       judged.step({T(i + noise(dice)), T(-0.5 * i + noise(dice)), T(-0.5 * i + noise(dice))},
-                  {.v = {T(change), T(-0.5 * change), T(-0.5 * change)}});
+                  {.v = {T(change), T(-0.5 * change), T(-0.5 * change)}}, T(1));
       largest = std::max(largest, double(judged.hidden_change()));
     }
     EXPECT_LT(largest, 1.0) << "steps, deviation " << deviation << ", seed " << seed;
@@ -215,7 +215,8 @@ TYPED_TEST(CurrentResponseOf, ASmoothVoltageIsJudgedByWhatExceedsTheErrorOfTheMo
           i.beta += share * clarke(raised).beta;
           const ThreePhase<double> read = inverse_clarke(i);
           judged.step({T(read.a), T(read.b), T(read.c)},
-                      {.v = {T(v.a), T(v.b), T(v.c)}, .e = {T(e.a), T(e.b), T(e.c)}, .uncertainty = T(9.5)});
+                      {.v = {T(v.a), T(v.b), T(v.c)}, .e = {T(e.a), T(e.b), T(e.c)}, .uncertainty = T(9.5)},
+                      T(1));
           for (const std::size_t phase : {0U, 1U, 2U})
             any = any || judged.is_unresponsive(phase, T(0.35), T(0.04));
         }
@@ -233,7 +234,7 @@ TYPED_TEST(CurrentResponseOf, ARestartForgets) {
   this->run(100);
   this->response.restart({});
   for (const std::size_t phase : {0U, 1U, 2U}) EXPECT_EQ(this->response.phase(phase).expected, T(0));
-  this->response.step({T(100), T(-50), T(-50)}, {});
+  this->response.step({T(100), T(-50), T(-50)}, {}, T(1));
   EXPECT_EQ(this->response.jump(), T(0)) << "the first period has nothing to differ from";
 }
 

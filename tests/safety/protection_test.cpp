@@ -199,7 +199,7 @@ class AnsweringLoad {
   Measurement<T> next(double share, double offset) {
     const SwitchState state = switch_states[vector_(random_)];
     const GatePattern applied{state, 25'000};
-    const ThreePhase<T> v = applied_volt_seconds(applied, T(530)).integral;
+    const ThreePhase<T> v = applied_volt_seconds(applied, T(530));
     i_.a += share * double(v.a) / sigma_l_s - 0.02 * i_.a;
     i_.b += double(v.b) / sigma_l_s - 0.02 * i_.b;
     i_.c = -i_.a - i_.b;

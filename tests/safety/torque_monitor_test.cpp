@@ -255,6 +255,26 @@ TYPED_TEST(TorqueMonitorOf, DisabledItEstimatesOnly) {
   EXPECT_NEAR(double(watched.monitor.torque()), 60.0, 0.2);
 }
 
+// A machine without flux, whose torque takes milliseconds by the voltage.
+TYPED_TEST(TorqueMonitorOf, ATorqueThatLagsForAWholeAveragingTimeIsKnownAtItsEndAtEveryPeriod) {
+  using T = TypeParam;
+  for (const std::int32_t period_ns : {25'000, 40'000, 50'000, 100'000, 125'000, 200'000, 250'000}) {
+    SCOPED_TRACE(period_ns);
+    TorqueMonitor<T> monitor{{}};
+    const Measurement<T> m{.u_dc = T(500), .applied = GatePattern{switch_states[0], period_ns}};
+    const int averaging = 1'000'000 / period_ns;
+    const auto run = [&](int periods, double command) {
+      for (int k = 0; k < periods; ++k) (void)monitor.step(m, T(period_ns) * T(1e-9), T(command));
+    };
+    run(3 * averaging, 0.0);
+    EXPECT_FALSE(monitor.lags());
+    run(averaging - 1, 1000.0);
+    EXPECT_FALSE(monitor.lags());
+    run(1, 1000.0);
+    EXPECT_TRUE(monitor.lags());
+  }
+}
+
 TYPED_TEST(TorqueMonitorOf, AMachineThatGetsNoCurrentIsAFault) {
   using T = TypeParam;
   TorqueMonitor<T> monitor{{}};

@@ -190,6 +190,42 @@ TEST(TorqueDeviation, ADeratedDriveDeliversWhatItPublishes) {
   EXPECT_NEAR(beyond.largest(), 40, 1e-9) << "more than published";
 }
 
+// Regenerated torque overshoots for 15 ms after a sag of the link, and the drive says how far. The mean of 20
+// ms leaves the command for longer.
+TEST(TorqueDeviation, ATorqueThatTheDriveSaysTheVoltageHoldsOffItsReferenceIsNone) {
+  const auto sag = [](double torque, DriveState state, DeratingCause cause, double reached) {
+    return run(400 * ms, [=](std::int64_t t) {
+      Period p{.torque = -100, .command = -100};
+      p.telemetry.torque_reference = p.telemetry.torque_reached = -100;
+      if (t >= 200 * ms && t < 215 * ms) {
+        p.torque = torque;
+        p.telemetry.state = state;
+        p.telemetry.derating_cause = cause;
+        p.telemetry.torque_reached = reached;
+      }
+      return p;
+    });
+  };
+  constexpr auto derated = DriveState::derated;
+  constexpr auto voltage = DeratingCause::voltage_limit;
+  for (const double torque : {-101.0, -140.0, -160.0}) {
+    EXPECT_NEAR(sag(torque, derated, voltage, -160).largest(), 0, 1e-9) << torque;
+    EXPECT_EQ(sag(torque, derated, voltage, -160).longest_ms(), 0) << torque;
+  }
+  const double beyond = 20;
+  const double span = 15.0 / 20;  // of the mean
+  EXPECT_NEAR(sag(-160 - beyond, derated, voltage, -160).largest(), span * beyond, 1e-9);
+  EXPECT_GT(sag(-160 - beyond, derated, voltage, -160).longest_ms(), 10) << "excuses no other torque";
+  EXPECT_GT(sag(-100 + beyond, derated, voltage, -160).longest_ms(), 10);
+  EXPECT_NEAR(sag(-100 + beyond, derated, voltage, -160).largest(), span * beyond, 1e-9) << "the other way";
+  for (const double reached : {-100.0, 0.0, -60.0}) {
+    EXPECT_NEAR(sag(-160, derated, voltage, reached).largest(), span * 60, 1e-9) << reached;
+  }
+  EXPECT_NEAR(sag(-160, DriveState::torque, voltage, -160).largest(), span * 60, 1e-9) << "says nothing";
+  EXPECT_NEAR(sag(-160, derated, DeratingCause::current_limit, -160).largest(), span * 60, 1e-9);
+  EXPECT_NEAR(sag(-160, derated, DeratingCause::none, -160).largest(), span * 60, 1e-9);
+}
+
 TEST(TorqueDeviation, TheDirectionOfTheSpeedDecidesWhichLimitHolds) {
   for (const double omega_m : {10.0, -10.0}) {
     for (const double command : {100.0, -100.0}) {

@@ -239,6 +239,7 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
         origin};
     Telemetry<> record = telemetry(1);
     record.torque_monitored = 8.5;
+    record.torque_reached = 6.25;
     record.r_s = 0.5;
     record.r_r = 0.9;
     record.l_m = 0.07;
@@ -262,6 +263,7 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(trace.read("control/torque_comparator"), testing::ElementsAre(-1));
   EXPECT_THAT(trace.read("control/flux_comparator"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("control/torque_monitored_nm"), testing::ElementsAre(8.5));
+  EXPECT_THAT(trace.read("control/torque_reached_nm"), testing::ElementsAre(6.25));
   EXPECT_THAT(trace.read("control/r_s_ohm"), testing::ElementsAre(0.5));
   EXPECT_THAT(trace.read("control/r_r_ohm"), testing::ElementsAre(0.9));
   EXPECT_THAT(trace.read("control/l_m_h"), testing::ElementsAre(0.07));

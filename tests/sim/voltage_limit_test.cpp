@@ -151,8 +151,9 @@ TEST(VoltageLimit, TorqueStepsFromOneLimitToTheOtherNeitherPullOutNorTrip) {
   }
 }
 
-// A regenerating torque falls slowly at the voltage limit. Zero is no direction that lacks torque.
-TEST(VoltageLimit, OnTheWayToZeroTorqueThePublishedTorqueStays) {
+// A regenerating torque falls slowly at the voltage limit. Zero is no direction that lacks torque: the state
+// says that the voltage holds the torque, and what is available stays.
+TEST(VoltageLimit, OnTheWayToZeroTorqueThePublishedTorqueStaysAndTheStateShowsTheLag) {
   DriveRig rig{on_the_way_to(300.0)};
   rig.start();
   rig.torque = -60.0;
@@ -160,11 +161,18 @@ TEST(VoltageLimit, OnTheWayToZeroTorqueThePublishedTorqueStays) {
   const double before = rig.telemetry.torque_motoring;
   ASSERT_GT(before, 20.0);
   rig.torque = 0.0;
+  int derated = 0;
   for (int k = 0; k < 400; ++k) {
     rig.step();
     ASSERT_NEAR(rig.telemetry.torque_motoring, before, 0.05 * before) << k;
-    ASSERT_EQ(rig.drive().state(), DriveState::torque) << k;
+    if (rig.drive().state() == DriveState::torque) continue;
+    ASSERT_EQ(rig.drive().state(), DriveState::derated) << k;
+    ASSERT_EQ(rig.telemetry.derating_cause, DeratingCause::voltage_limit) << k;
+    ASSERT_LT(rig.telemetry.torque_reached, 0.0) << k;
+    ++derated;
   }
+  EXPECT_GT(derated, 0);
+  EXPECT_EQ(rig.drive().state(), DriveState::torque);
 }
 
 // Sampling adds what three active vectors move the current by.

@@ -78,8 +78,9 @@ std::string reason_for(const Telemetry<double>& t) {
     case DriveState::torque:
       return reason_for(t.derating_cause);
     case DriveState::derated:
-      return is_ramp_to_zero(t.derating_cause) ? reason_for(t.derating_cause)
-                                               : "torque below the request: less is available";
+      if (is_ramp_to_zero(t.derating_cause)) return reason_for(t.derating_cause);
+      return t.torque_reached == t.torque_reference ? "torque below the request: less is available"
+                                                    : "the link voltage holds the torque off its reference";
     case DriveState::fault:
       return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";
     case DriveState::shutdown:

@@ -40,7 +40,7 @@ class TorqueTrim {
   /// One period in which the torque is to follow its reference: T_ref and the estimate T [N·m], ψ_ref [Wb]
   /// and u_dc [V]. rests: a zero vector was taken for the period before, as no active one led nearer to the
   /// references. Returns T_ref + x. [N·m]
-  constexpr T step(T reference, T torque, T psi_ref, T u_dc, bool rests = false) noexcept {
+  constexpr T step(T reference, T torque, T psi_ref, T u_dc, bool rests) noexcept {
     const T limit = limit_gain_ * psi_ref * u_dc;
     const T error = reference + value_ - torque;
     const bool begins = rests || error * error_before_ < T(0);

@@ -11,7 +11,7 @@ enum class DriveState : std::uint8_t {
   ready = 2,        ///< gates off, an enable is accepted
   magnetising = 3,  ///< building up flux before torque
   torque = 4,       ///< producing the requested torque
-  derated = 5,      ///< producing less torque than requested
+  derated = 5,      ///< less torque is available than requested, or the voltage holds it off its reference
   fault = 6,        ///< gates off, latched
   shutdown = 7      ///< gates off, the process ends
 };

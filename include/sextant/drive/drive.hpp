@@ -81,7 +81,8 @@ class Drive {
   };
 
   /// The controller is not owned and must outlive the drive. A pattern of it that does not fill the control
-  /// period is not applied: the gates stay off.
+  /// period is not applied: the gates are off in that period, and where they were to be on it is the fault
+  /// TORQUE_PLAUSIBILITY, as the torque cannot follow its reference.
   Drive(const Parameters& parameters, Controller<T>& controller) noexcept
       : parameters_{parameters},
         controller_{controller},
@@ -118,16 +119,15 @@ class Drive {
     const SupervisedCommand<T> command =
         supervise(request, t_ns, dt, available.range(measurement.omega_m).within(present.torque));
     const bool limited = std::abs(command.torque) >= present.torque;
-    if (limited) {
-      available.side(command.torque, measurement.omega_m).lower_to(present);
-    }
-    const bool lags = limit_to_reached(command.torque, available.side(command.torque, measurement.omega_m));
+    LimitedTorque<T>& side = available.side(command.setpoint, measurement.omega_m);
+    if (limited) side.lower_to(present);
+    limit_to_reached(command.setpoint, side);
     const bool flux_ready = !parameters_.magnetise_first || controller_.estimate().magnetised;
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
     // A power stage whose first measurement is yet to come has no fault.
     if (state_ == DriveState::init && !usable) measured = {};
     update_state(present_faults(measured, missing_flux, request, command), request, command,
-                 {.measured = usable, .magnetised = flux_ready, .derated = command.derated || lags});
+                 {.measured = usable, .magnetised = flux_ready, .derated = command.derated || lags()});
 
     limited_ = limited || command.derated;
     const T held = held_share(measurement, command.torque);
@@ -189,17 +189,18 @@ class Drive {
                                enough);
   }
 
-  /// Limits what is available in the direction of a torque reference [N·m] to what there has been time to
-  /// reach; true where that is less than the reference. A reference of zero has no direction: a torque that
-  /// is late on its way to zero limits neither.
-  [[nodiscard]] bool limit_to_reached(T reference, LimitedTorque<T>& available) const noexcept {
-    if (!torque_monitor_.lags() || reference == T(0)) return false;
+  /// The voltage holds the torque off its reference.
+  [[nodiscard]] bool lags() const noexcept { return makes_torque(state_) && torque_monitor_.lags(); }
+
+  /// Lowers what is available in the direction of a setpoint [N·m] to what the voltage has let the torque
+  /// reach of it. A torque beyond the setpoint, or beside one of zero, leaves what is available.
+  void limit_to_reached(T setpoint, LimitedTorque<T>& available) const noexcept {
+    if (!lags() || setpoint == T(0)) return;
     const T torque = torque_monitor_.reach().torque();
-    const LimitedTorque<T> reached{std::max(T(0), reference < T(0) ? -torque : torque),
-                                   DeratingCause::voltage_limit};
-    available.lower_to(reached);
-    if (available.cause == DeratingCause::none) available.cause = DeratingCause::voltage_limit;
-    return reached.torque < std::abs(reference);
+    const T reached = setpoint < T(0) ? -torque : torque;
+    if (reached < std::abs(setpoint)) {
+      available.lower_to({std::max(T(0), reached), DeratingCause::voltage_limit});
+    }
   }
 
   /// Time for which the reported pattern acted, which a stall of the power stage's side separates from the
@@ -307,8 +308,19 @@ class Drive {
     const T share = gates_are_on(state_) ? flux_slew_.step(target, held, dt) : flux_slew_.reset(target);
     reference_ = {control_mode(), demand.torque, share};
     const GatePattern pattern = controller_.step(measurement, reference_);
-    return pattern.duration_ns() == parameters_.period_ns ? pattern
-                                                          : GatePattern{gates_off, parameters_.period_ns};
+    if (pattern.duration_ns() == parameters_.period_ns) return pattern;
+    if (gates_are_on(state_)) trip(Fault::torque_plausibility);
+    return {gates_off, parameters_.period_ns};
+  }
+
+  /// A fault that shows once the state of the period is decided: the gates are off in the same period.
+  void trip(Fault fault) noexcept {
+    FaultSet present = faults_.active();
+    present.set(fault);
+    faults_.step(present);
+    enter(DriveState::fault);
+    reference_.mode = ControlMode::off;
+    reference_.torque = T(0);
   }
 
   /// Share of the flux reference that the link can hold beside a torque [N·m]; infinite where it can hold the
@@ -350,6 +362,7 @@ class Drive {
             .torque_monitored = torque_monitor_.torque(),
             .torque_requested = request.command.torque,
             .torque_reference = reference_.torque,
+            .torque_reached = lags() ? torque_monitor_.reach().torque() : reference_.torque,
             .torque_motoring = available.motoring.torque,
             .torque_regenerating = available.regenerating.torque,
             .active = faults_.active(),
@@ -363,16 +376,19 @@ class Drive {
             .command_counter = request.command.counter,
             .sector = estimate.sector,
             .state = state_,
-            .derating_cause =
-                derating_cause(available.side(request.command.torque, measurement.omega_m), command),
+            .derating_cause = derating_cause(available.side(command.setpoint, measurement.omega_m), command),
             .lockout = command.lockout || state_ == DriveState::fault};
   }
 
+  /// What makes the torque another than requested. `limit`: that of the side of the setpoint, in whose
+  /// direction the drive publishes its limits, and less torque than that makes it DERATED. A torque that lags
+  /// its reference, short of it or beyond it, is the voltage's.
   [[nodiscard]] DeratingCause derating_cause(const LimitedTorque<T>& limit,
                                              const SupervisedCommand<T>& command) const noexcept {
     if (!gates_are_on(state_)) return DeratingCause::gates_are_off;
     // While the flux builds up zero torque is no ramp of the reference.
-    return makes_torque(state_) && is_ramp_to_zero(command.ramp) ? command.ramp : limit.cause;
+    if (makes_torque(state_) && is_ramp_to_zero(command.ramp)) return command.ramp;
+    return lags() ? DeratingCause::voltage_limit : limit.cause;
   }
 
   Parameters parameters_;

@@ -14,7 +14,7 @@ struct DriveConditions {
   bool lockout{true};       ///< no enable is accepted before a valid disable
   bool enable{false};       ///< torque production is requested and allowed
   bool magnetised{false};   ///< the flux is ready, or not required
-  bool derated{false};      ///< less torque is available than requested
+  bool derated{false};      ///< less torque is available than requested, or it lags its reference
 };
 
 [[nodiscard]] constexpr bool makes_torque(DriveState s) noexcept {

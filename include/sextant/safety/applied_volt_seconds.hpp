@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -22,26 +21,17 @@ inline constexpr std::array<ThreePhase<T>, 8> unit_phase_voltages = [] {
   return u;
 }();
 
-/// Time integral of the phase voltages over an applied pattern in which every leg is driven, and its
-/// duration.
-template <class T = double>
-struct AppliedVoltSeconds {
-  ThreePhase<T> integral{};    ///< ∫ u_x dt [V·s]
-  std::int64_t duration_ns{};  ///< [ns]
-};
-
-/// u_dc: link voltage [V]. Every leg of the pattern must be driven (`GatePattern::is_driven`).
+/// Time integral of the phase voltages over an applied pattern in which every leg is driven
+/// (`GatePattern::is_driven`), ∫ u_x dt [V·s]. u_dc: link voltage [V].
 template <class T>
-[[nodiscard]] constexpr AppliedVoltSeconds<T> applied_volt_seconds(const GatePattern& applied,
-                                                                   T u_dc) noexcept {
-  AppliedVoltSeconds<T> out;
+[[nodiscard]] constexpr ThreePhase<T> applied_volt_seconds(const GatePattern& applied, T u_dc) noexcept {
+  ThreePhase<T> out;
   for (const GateSegment& segment : applied.segments()) {
     const ThreePhase<T>& u = unit_phase_voltages<T>[segment.state.upper_switches()];
     const T k = u_dc * (T(segment.duration_ns) * T(1e-9));
-    out.integral.a += k * u.a;
-    out.integral.b += k * u.b;
-    out.integral.c += k * u.c;
-    out.duration_ns += segment.duration_ns;
+    out.a += k * u.a;
+    out.b += k * u.b;
+    out.c += k * u.c;
   }
   return out;
 }

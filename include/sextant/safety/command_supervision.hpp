@@ -19,6 +19,7 @@ namespace sextant {
 template <class T = double>
 struct SupervisedCommand {
   T torque{};               ///< torque reference [N·m]
+  T setpoint{};             ///< accepted request, within its limit, which the reference follows [N·m]
   bool enable{false};       ///< torque production requested and allowed
   bool lockout{true};       ///< no enable is accepted before a valid disable
   bool fault_reset{false};  ///< true in the one period after a valid reset, with no command fault
@@ -61,6 +62,7 @@ class CommandSupervision {
     if (out.faults.any()) out.fault_reset = false;
     out.lockout = lockout_;
     out.enable = enable_ && !facts.disabled && !lockout_ && !out.faults.any();
+    out.setpoint = setpoint_;
     if (!out.enable) {
       restart();
     } else if (actions.ramp) {

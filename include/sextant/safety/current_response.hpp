@@ -71,7 +71,7 @@ class CurrentResponse {
 
   /// The phase currents at the end of so many `periods` in which every leg was driven [A], and their
   /// predicted change.
-  void step(const ThreePhase<T>& i, const PredictedChange<T>& change, T periods = T(1)) noexcept {
+  void step(const ThreePhase<T>& i, const PredictedChange<T>& change, T periods) noexcept {
     const T share = T(1) / periods;
     const ThreePhase<T>& e = change.e;
     const SpaceVector<T> emf = share * clarke(e);

@@ -193,21 +193,21 @@ class Protection {
       direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(duration_ns));
       return true;
     }
-    check(m, drive);
+    check(m, drive, duration_ns);
     return true;
   }
 
-  /// The monitors' step over an interval in which every leg was driven.
-  void check(const Measurement<T>& m, const ProtectionInputs<T>& drive) noexcept {
-    const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
-    const T dt = seconds(applied.duration_ns);
-    const bool is_one = applied.duration_ns == limits_.period_ns;
-    const PredictedChange<T> change = prediction_.step(m.i_abc, drive.psi_r, applied.integral, m.u_dc, dt);
-    response_.step(m.i_abc, change, is_one ? T(1) : T(applied.duration_ns) / T(limits_.period_ns));
+  /// The monitors' step over an interval in which every leg was driven. [ns]
+  void check(const Measurement<T>& m, const ProtectionInputs<T>& drive, std::int64_t duration_ns) noexcept {
+    const ThreePhase<T> volt_seconds = applied_volt_seconds(m.applied, m.u_dc);
+    const T dt = seconds(duration_ns);
+    const bool is_one = duration_ns == limits_.period_ns;
+    const PredictedChange<T> change = prediction_.step(m.i_abc, drive.psi_r, volt_seconds, m.u_dc, dt);
+    response_.step(m.i_abc, change, is_one ? T(1) : T(duration_ns) / T(limits_.period_ns));
     continuity_.step(m.i_abc, change);
-    speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference,
-                applied.duration_ns);
-    direction_.step(m.i_abc, applied.integral, m.u_dc, m.omega_m, dt);
+    speed_.step(m.i_abc, volt_seconds, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference,
+                duration_ns);
+    direction_.step(m.i_abc, volt_seconds, m.u_dc, m.omega_m, dt);
   }
 
   void leave_out(const Measurement<T>& m, SpaceVector<T> psi_r) noexcept {

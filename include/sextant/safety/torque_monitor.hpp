@@ -99,7 +99,7 @@ class TorqueMonitor {
   [[nodiscard]] constexpr const TorqueBands<T>& bands() const noexcept { return bands_; }
   /// The torque that there has been time to reach.
   [[nodiscard]] constexpr const TorqueReach<T>& reach() const noexcept { return reach_; }
-  /// The voltage holds the torque off its command for longer than an averaging time.
+  /// The voltage has held the torque off its command for the whole of the last averaging time.
   [[nodiscard]] constexpr bool lags() const noexcept { return lags_; }
 
  private:
@@ -129,7 +129,7 @@ class TorqueMonitor {
   void compare(const TorqueMeans<T>& m) noexcept {
     band_ = bands_.narrower();
     reach_.follow(band_.torque, tolerance(m.commanded), std::min(T(1), m.duration / trip_s_));
-    lags_ = reach_.lag() > window_s_ && std::abs(m.commanded - reach_.torque()) > tolerance(m.commanded);
+    lags_ = reach_.lag() >= m.duration && std::abs(m.commanded - reach_.torque()) > tolerance(m.commanded);
     violated_s_ = std::max(T(0), violated_s_ + (is_violated(m) ? m.duration : -m.duration));
   }
 

@@ -36,8 +36,8 @@ class TorqueWindow {
   constexpr void add(const GatePattern& applied, T dt, T u_dc, SpaceVector<T> i_before, SpaceVector<T> i_s,
                      SpaceVector<T> psi_r, T omega_m, T commanded, T reached) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_before + i_s);
-    const SpaceVector<T> volt_seconds = clarke(applied_volt_seconds(applied, u_dc).integral) -
-                                        (r_s_ * dt) * i_mean - sigma_l_s_ * (i_s - i_before);
+    const SpaceVector<T> volt_seconds =
+        clarke(applied_volt_seconds(applied, u_dc)) - (r_s_ * dt) * i_mean - sigma_l_s_ * (i_s - i_before);
     ++count_;
     sums_.duration += dt;
     sums_.commanded += commanded;

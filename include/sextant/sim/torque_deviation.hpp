@@ -21,12 +21,16 @@ namespace sextant {
 /// publishes in it; it is zero in MAGNETISING, which announces that there is no torque yet. The deviation at
 /// the end of a period is the distance of the mean of the true torque over the last 20 ms from the interval
 /// of the attainable commands of these 20 ms, so that a step of the command is no deviation by itself; with a
-/// constant attainable command c it is |mean(τ_e) − c|. It is too large above
+/// constant attainable command c it is |mean(τ_e) − c|. Where the drive says that the voltage holds the
+/// torque off its reference (DERATED by VOLTAGE_LIMIT) the torque may lie between the attainable command and
+/// what it publishes as reached: either end of the interval is further by the mean over the 20 ms of what the
+/// reached torque is beyond the attainable command. The deviation is too large above
 ///   max(tolerance, 5 % of the nearest attainable command).
 /// Gates that are off, as they are after a fault, end a deviation; the mean begins anew after them, and there
-/// is no deviation before it spans 20 ms. An entry into DERATED after 20 ms without that state announces what
-/// comes before it: for 20 ms, over which the mean still contains it, a deviation that is too large counts as
-/// none.
+/// is no deviation before it spans 20 ms. An entry into DERATED by a limit of the available torque after 20
+/// ms without it announces what comes before it: for 20 ms, over which the mean still contains it, a
+/// deviation that is too large counts as none. A torque held off its reference announces no more than its
+/// interval.
 class TorqueDeviation {
  public:
   static constexpr std::int64_t span_ns = 20'000'000;  ///< of the mean [ns]
@@ -42,6 +46,8 @@ class TorqueDeviation {
         torque_{periods(period_ns)},
         highest_{periods(period_ns)},
         negated_lowest_{periods(period_ns)},
+        above_{periods(period_ns)},
+        below_{periods(period_ns)},
         span_{static_cast<std::int64_t>(periods(period_ns))} {}
 
   /// Adds a stretch of the present period, along which the true torque [N·m] runs linearly.
@@ -58,8 +64,9 @@ class TorqueDeviation {
     if (!telemetry.latched.any() && t_ns >= from_ns_ && t_ns <= to_ns_) note_available(telemetry);
     delivers_ = gates_are_on(telemetry.state);
     if (!delivers_) return clear();
-    note_derating(telemetry.state == DriveState::derated);
+    note_derating(telemetry.state == DriveState::derated && !lags(telemetry));
     attainable_ = makes_torque(telemetry.state) ? within_available(telemetry, command) : 0.0;
+    lag_ = lags(telemetry) ? telemetry.torque_reached - attainable_ : 0.0;
   }
 
   /// Largest deviation; NaN where no mean could be formed. [N·m]
@@ -84,6 +91,12 @@ class TorqueDeviation {
     return std::min(std::max(command, range.lowest), range.highest);
   }
 
+  /// The drive says that the voltage holds the torque off its reference.
+  [[nodiscard]] static bool lags(const Telemetry<double>& t) noexcept {
+    return t.state == DriveState::derated && t.derating_cause == DeratingCause::voltage_limit &&
+           t.torque_reached != t.torque_reference;
+  }
+
   static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
   [[nodiscard]] static std::size_t periods(std::int64_t period_ns) noexcept {
@@ -98,6 +111,8 @@ class TorqueDeviation {
     torque_.clear();
     highest_.clear();
     negated_lowest_.clear();
+    above_.clear();
+    below_.clear();
     too_large_periods_ = 0;
   }
 
@@ -114,8 +129,12 @@ class TorqueDeviation {
     torque_.push(area_ / elapsed_ns_);
     highest_.push(attainable_);
     negated_lowest_.push(-attainable_);
+    above_.push(std::max(0.0, lag_));
+    below_.push(std::max(0.0, -lag_));
     if (!counts || !torque_.full()) return;
-    const double nearest = std::min(std::max(torque_.value(), -negated_lowest_.value()), highest_.value());
+    const double lowest = -negated_lowest_.value() - below_.value();
+    const double highest = highest_.value() + above_.value();
+    const double nearest = std::min(std::max(torque_.value(), lowest), highest);
     const double deviation = std::abs(torque_.value() - nearest);
     has_mean_ = true;
     largest_ = std::max(largest_, deviation);
@@ -137,10 +156,13 @@ class TorqueDeviation {
   SlidingMean torque_;             // true torque, mean of each period
   SlidingMaximum highest_;         // attainable command
   SlidingMaximum negated_lowest_;  // attainable command with the other sign
+  SlidingMean above_;              // of the reached torque over the attainable command
+  SlidingMean below_;              // of the attainable command over the reached torque
   std::int64_t span_;              // of the mean [periods]
   double area_{0};                 // of the true torque over the present period [N·m·ns]
   double elapsed_ns_{0};           // of the present period
   double attainable_{0};           // in the present period [N·m]
+  double lag_{0};                  // reached torque less attainable command in the present period [N·m]
   bool delivers_{false};           // gates on in the present period
   bool has_mean_{false};           // of 20 ms, in the window
   double largest_{0};              // [N·m]

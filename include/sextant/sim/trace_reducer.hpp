@@ -28,6 +28,7 @@ class TraceReducer {
     control_.torque_comparator = control.torque_comparator;
     control_.flux_comparator = control.flux_comparator;
     control_.torque_monitored_nm = telemetry.torque_monitored;
+    control_.torque_reached_nm = telemetry.torque_reached;
     control_.r_s_ohm = telemetry.r_s;
     control_.r_r_ohm = telemetry.r_r;
     control_.l_m_h = telemetry.l_m;

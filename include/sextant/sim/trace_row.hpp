@@ -78,6 +78,7 @@ struct ControlRow {
   std::int8_t torque_comparator{};  ///< +1: raise the torque, −1: lower it, 0: hold [-]
   std::int8_t flux_comparator{};    ///< 1: raise the flux, 0: lower it [-]
   double torque_monitored_nm{};     ///< mean torque by the torque monitor [N·m]
+  double torque_reached_nm{};       ///< what link and machine have let the torque reach [N·m]
   double r_s_ohm{};                 ///< stator resistance in use [Ω]
   double r_r_ohm{};                 ///< rotor resistance in use [Ω]
   double l_m_h{};                   ///< magnetising inductance in use [H]

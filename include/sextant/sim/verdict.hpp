@@ -28,7 +28,7 @@ struct VerdictInfo {
 };
 
 /// Every verdict, in the order of `Verdict`. Programs, their help and the pages have words and statuses from
-/// here. A command that cannot be run has status 2, or 1 where the program's help says so.
+/// here. A run that cannot be begun has no verdict, and status 2 (apps/common/exit_status.hpp).
 inline constexpr std::array<VerdictInfo, 10> verdict_catalogue{{
     {"interrupted", 128, "ended by SIGINT or SIGTERM, whose number is added to the status"},
     {"plant_failed", 6, "the integration of the plant failed"},
