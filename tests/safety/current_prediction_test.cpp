@@ -1,5 +1,6 @@
 #include "sextant/safety/current_prediction.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -34,7 +35,7 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
       }
       const Measurement<T> before = steady.template measurement<T>(n - 1);
       const PredictedChange<T> change = prediction.step(
-          m.i_abc, flux, applied_volt_seconds(m.applied, m.u_dc).integral, m.u_dc, T(SteadyMachine::dt));
+          m.i_abc, flux, T(0), applied_volt_seconds(m.applied, m.u_dc).integral, m.u_dc, T(SteadyMachine::dt));
       largest = std::max({largest, std::abs(double(change.v.a - change.e.a - (m.i_abc.a - before.i_abc.a))),
                           std::abs(double(change.v.b - change.e.b - (m.i_abc.b - before.i_abc.b))),
                           std::abs(double(change.v.c - change.e.c - (m.i_abc.c - before.i_abc.c)))});
@@ -49,12 +50,28 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
   }
 }
 
+// 2π · 50 rad/s: e of a flux that turns by 7.85 mrad a period.
+TYPED_TEST(CurrentPredictionOf, AFluxThatMayBeWrongByThreeTimesItselfMakesEUncertainByAsMuch) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> paper{};
+  const double angle = 314.159265 * 25e-6;
+  for (const double error : {0.0, 0.7, 1.0, 3.0}) {
+    CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
+    prediction.restart({}, {T(0.9), T(0)});
+    const SpaceVector<T> flux{T(0.9 * std::cos(angle)), T(0.9 * std::sin(angle))};
+    const PredictedChange<T> change = prediction.step({}, flux, T(error), {}, T(0), T(25e-6));
+    const double share = std::max(1.0, error);
+    EXPECT_NEAR(double(change.uncertainty), share * paper.k_r() * 0.9 * angle / paper.sigma_l_s(), 1e-3);
+    EXPECT_EQ(double(change.emf_error), share);
+  }
+}
+
 TYPED_TEST(CurrentPredictionOf, ARestartBeginsAtTheCurrentsAndTheFluxGiven) {
   using T = TypeParam;
   CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
   prediction.restart({T(10), T(-5), T(-5)}, {T(0.9), T(0)});
   const PredictedChange<T> change =
-      prediction.step({T(10), T(-5), T(-5)}, {T(0.9), T(0)}, {}, T(0), T(25e-6));
+      prediction.step({T(10), T(-5), T(-5)}, {T(0.9), T(0)}, T(0), {}, T(0), T(25e-6));
   // R_s i T/σL_s of the paper's machine: 0.435 Ω · 10 A · 25 µs/4.7326 mH.
   EXPECT_NEAR(double(change.e.a), 0.435 * 10.0 * 25e-6 / InductionMachineParameters<double>{}.sigma_l_s(),
               1e-6);

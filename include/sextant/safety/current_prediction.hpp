@@ -14,6 +14,7 @@ struct PredictedChange {
   ThreePhase<T> v{};  ///< by the applied voltage [A]
   ThreePhase<T> e{};  ///< against it, by the voltage of the rotor flux and the drop at R_s [A]
   T uncertainty{};    ///< of v − e, by parameters and inverter, in one phase [A]
+  T emf_error{T(1)};  ///< by how much e may be wrong, as a share of it [-]
   T turn{};           ///< of the rotor flux [rad]
 };
 
@@ -23,10 +24,14 @@ struct PredictedChange {
 /// Source: P. Vas, Sensorless Vector and Direct Torque Control, 1998. The rotor flux is that of the torque
 /// monitor (`MonitoredFlux`), from currents and speed. Exact but for the mean current, which is that of both
 /// measurements.
+///
+/// e may be wrong by `emf_uncertainty` of it, or by what the rotor flux may be wrong by, where that is more:
+/// while the flux of the monitor decays faster than the machine's own, as on the way into weakened flux, the
+/// true e is a multiple of the predicted one.
 template <class T = double>
 class CurrentPrediction {
  public:
-  /// Taken to be wrong at most, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. A true e of
+  /// Taken to be wrong at least, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. A true e of
   /// twice the model's is one by a model of L_m 0.7 and R_r 0.5 times theirs. [-]
   static constexpr T emf_uncertainty = T(1);
   /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops. [-]
@@ -38,9 +43,9 @@ class CurrentPrediction {
         flux_gain_{machine.k_r() * inverse_inductance_},
         voltage_error_{voltage_uncertainty * T(2) / T(3) * inverse_inductance_} {}
 
-  /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux [Wb], ∫u_x dt
-  /// over it [V·s] and link voltage [V].
-  [[nodiscard]] PredictedChange<T> step(const ThreePhase<T>& i, SpaceVector<T> psi_r,
+  /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux [Wb] and by how
+  /// much that may be wrong, as a share of it [-], ∫u_x dt over it [V·s] and link voltage [V].
+  [[nodiscard]] PredictedChange<T> step(const ThreePhase<T>& i, SpaceVector<T> psi_r, T psi_r_error,
                                         const ThreePhase<T>& volt_seconds, T u_dc, T dt) noexcept {
     const T resistive = half_resistance_ * dt;
     const ThreePhase<T> flux = inverse_clarke(psi_r - psi_r_);
@@ -49,7 +54,8 @@ class CurrentPrediction {
               inverse_inductance_ * volt_seconds.c},
         .e = {resistive * (i_.a + i.a) + flux_gain_ * flux.a, resistive * (i_.b + i.b) + flux_gain_ * flux.b,
               resistive * (i_.c + i.c) + flux_gain_ * flux.c}};
-    out.uncertainty = emf_uncertainty * magnitude(clarke(out.e)) + voltage_error_ * dt * u_dc;
+    out.emf_error = std::max(emf_uncertainty, psi_r_error);
+    out.uncertainty = out.emf_error * magnitude(clarke(out.e)) + voltage_error_ * dt * u_dc;
     const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
     out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);
     restart(i, psi_r);
