@@ -202,8 +202,9 @@ class Protection {
     const AppliedVoltSeconds<T> applied = applied_volt_seconds(m.applied, m.u_dc);
     const T dt = seconds(applied.duration_ns);
     const bool is_one = applied.duration_ns == limits_.period_ns;
-    const PredictedChange<T> change = 
-        prediction_.step(m.i_abc, drive.psi_r, drive.psi_r_error, applied.integral, m.u_dc, dt);
+    const PredictedChange<T> change = prediction_.step(
+        m.i_abc, {drive.psi_r, drive.psi_r_error, T(limits_.machine.pole_pairs) * m.omega_m * dt},
+        applied.integral, m.u_dc, dt);
     response_.step(m.i_abc, change, is_one ? T(1) : T(applied.duration_ns) / T(limits_.period_ns));
     continuity_.step(m.i_abc, change);
     speed_.step(m.i_abc, applied.integral, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference,

@@ -93,7 +93,7 @@ class TorqueMonitor {
   [[nodiscard]] constexpr T torque() const noexcept { return band_.torque; }
   /// Rotor flux at the last measurement, stationary frame. [Wb]
   [[nodiscard]] constexpr SpaceVector<T> psi_r() const noexcept { return flux_.psi_r(); }
-  /// By how much it may be wrong, as a share of it (`TorqueBands::flux_error`). [-]
+  /// By how much it may be wrong, by the candidates at the last averaging time. [Wb]
   [[nodiscard]] constexpr T psi_r_error() const noexcept { return psi_r_error_; }
   /// The same with its band.
   [[nodiscard]] constexpr const TorqueBand<T>& band() const noexcept { return band_; }
@@ -128,14 +128,14 @@ class TorqueMonitor {
     } else if (decay_s_ > T(0)) {
       bands_.decay(decay_s_);
       decay_s_ = T(0);
-      psi_r_error_ = bands_.flux_error();
+      psi_r_error_ = bands_.flux_error() * magnitude(flux_.psi_r());
     }
   }
 
   /// The candidates' fluxes, also while the machine is magnetised.
   void follow(const TorqueMeans<T>& m) noexcept {
     bands_.step(m);
-    psi_r_error_ = bands_.flux_error();
+    psi_r_error_ = bands_.flux_error() * magnitude(flux_.psi_r());
   }
 
   void compare(const TorqueMeans<T>& m) noexcept {
@@ -173,7 +173,7 @@ class TorqueMonitor {
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]
   T decay_s_{};           ///< time with gates off that the candidates' fluxes have not followed yet [s]
-  T psi_r_error_{};       ///< of `MonitoredFlux`, as a share [-]
+  T psi_r_error_{};       ///< of `MonitoredFlux` [Wb]
   bool lags_{false};
   T violated_s_{};  ///< count of violated averaging times [s]
 };
