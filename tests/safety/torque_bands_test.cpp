@@ -225,8 +225,8 @@ TYPED_TEST(TorqueBandsOf, TheErrorOfTheFluxIsThatOfTheFurthestCircuit) {
         auto m = unlike_machine();
         m.r_r *= r_r;
         m.l_m *= l_m;
-        furthest = std::max(furthest,
-                            std::abs(EquivalentCircuit(m, 60.0, omega_slip, c.i_s).psi_r / c.psi_r - 1.0));
+        furthest =
+            std::max(furthest, std::abs(EquivalentCircuit(m, 60.0, omega_slip, c.i_s).psi_r / c.psi_r - 1.0));
       }
     }
     const TorqueBands<T> bands = settled(monitor_limits<T>(), means_of<T>(c, 60.0));

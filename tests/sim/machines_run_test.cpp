@@ -129,7 +129,7 @@ MilResult run_otherwise(const TestMachine& machine, const Factors& factors, cons
 
 // On the way into weakened flux, without torque, the rotor flux of a slower machine is a multiple of what the
 // current tells a faster model.
-TEST(MachinesRun, AMachineWhoseFluxFallsMoreSlowlyThanItsModelHasNoOpenPhase) {
+TEST(MachinesRun, AMachineWhoseFluxFallsMoreSlowlyThanItsModelShowsNoFault) {
   for (const TestMachine& machine : test_machines) {
     for (const double sign : {-1.0, 1.0}) {
       SCOPED_TRACE(testing::Message() << machine.name << ", " << sign);

@@ -91,7 +91,8 @@ class ParameterAdaptation {
     machine.r_s = moved(machine.r_s, dot(gain.s, seen.excess), configured_.r_s);
     machine.r_r = moved(machine.r_r, dot(gain.r, seen.excess), configured_.r_r);
     machine.l_m = moved(machine.l_m, dot(gain.l, seen.excess), configured_.l_m);
-    correct(machine.r_s / before.r_s - T(1), machine.r_r / before.r_r - T(1), machine.l_m / before.l_m - T(1));
+    correct(machine.r_s / before.r_s - T(1), machine.r_r / before.r_r - T(1),
+            machine.l_m / before.l_m - T(1));
     return machine;
   }
 

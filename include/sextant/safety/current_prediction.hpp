@@ -33,8 +33,8 @@ struct PredictedFlux {
 /// monitor (`MonitoredFlux`), from currents and speed. Exact but for the mean current, which is that of both
 /// measurements.
 ///
-/// e may be wrong by `emf_uncertainty` of it, or by k_r Δψ |p ω_m| dt/σL_s where the rotor flux may be wrong by
-/// more than itself, Δψ: while the flux of the monitor decays faster than the machine's own, as on the way
+/// e may be wrong by `emf_uncertainty` of it, or by k_r Δψ |p ω_m| dt/σL_s where the rotor flux may be wrong
+/// by more than itself, Δψ: while the flux of the monitor decays faster than the machine's own, as on the way
 /// into weakened flux, the true e is a multiple of the predicted one, which may vanish. This error turns with
 /// the rotor.
 template <class T = double>
@@ -52,8 +52,8 @@ class CurrentPrediction {
         flux_gain_{machine.k_r() * inverse_inductance_},
         voltage_error_{voltage_uncertainty * T(2) / T(3) * inverse_inductance_} {}
 
-  /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux, ∫u_x dt over it
-  /// [V·s] and link voltage [V].
+  /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux, ∫u_x dt over
+  /// it [V·s] and link voltage [V].
   [[nodiscard]] PredictedChange<T> step(const ThreePhase<T>& i, const PredictedFlux<T>& rotor,
                                         const ThreePhase<T>& volt_seconds, T u_dc, T dt) noexcept {
     const SpaceVector<T> psi_r = rotor.psi_r;
