@@ -222,6 +222,36 @@ TYPED_TEST(FluxEstimatorsOf, HybridFollowsAMachineThatWarms) {
   }
 }
 
+// Magnetised at standstill, which tells R_s and L_m apart in part only. The shaft leaves it without torque.
+TYPED_TEST(FluxEstimatorsOf, HybridKnowsAMachineThatHasLeftStandstill) {
+  using T = TypeParam;
+  for (const double l_m : {0.7, 1.3}) {
+    for (const double r_r : {0.7, 1.0, 1.4}) {
+      for (const double omega_m : {35.0, -50.0}) {
+        SCOPED_TRACE(testing::Message() << omega_m << " rad/s, L_m times " << l_m << ", R_r times " << r_r);
+        InductionMachineParameters<double> real;
+        real.l_m *= l_m;
+        real.r_r *= r_r;
+        test::ControlledMachine<T> loop{with<T>(FluxEstimatorKind::hybrid), real};
+        loop.magnetise();
+        for (int ms = 0; ms < 200; ++ms) {
+          loop.machine.omega_m = omega_m * ms / 200;
+          loop.run(ControlMode::torque, 0, 1);
+        }
+        loop.machine.omega_m = omega_m;
+        loop.run(ControlMode::torque, 0, 100);
+        EXPECT_NEAR(double(loop.estimate().r_s), real.r_s, 0.06 * real.r_s);
+        EXPECT_NEAR(double(loop.estimate().r_r), real.r_r, 0.06 * real.r_r);
+        EXPECT_NEAR(double(loop.estimate().l_m), real.l_m, 0.06 * real.l_m);
+        for (const double torque : {130.0, -130.0}) {
+          loop.run(ControlMode::torque, torque, 50);
+          EXPECT_NEAR(loop.run(ControlMode::torque, torque, 50), torque, 6.5) << torque;
+        }
+      }
+    }
+  }
+}
+
 TYPED_TEST(FluxEstimatorsOf, StartsWithinItsCurrentLimitAndInTime) {
   using T = TypeParam;
   struct Start {

@@ -1,5 +1,6 @@
 #include "sextant/safety/current_prediction.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -33,8 +34,9 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
         continue;
       }
       const Measurement<T> before = steady.template measurement<T>(n - 1);
-      const PredictedChange<T> change = prediction.step(
-          m.i_abc, flux, applied_volt_seconds(m.applied, m.u_dc), m.u_dc, T(SteadyMachine::dt));
+      const PredictedChange<T> change =
+          prediction.step(m.i_abc, {.psi_r = flux}, applied_volt_seconds(m.applied, m.u_dc), m.u_dc,
+                          T(SteadyMachine::dt));
       largest = std::max({largest, std::abs(double(change.v.a - change.e.a - (m.i_abc.a - before.i_abc.a))),
                           std::abs(double(change.v.b - change.e.b - (m.i_abc.b - before.i_abc.b))),
                           std::abs(double(change.v.c - change.e.c - (m.i_abc.c - before.i_abc.c)))});
@@ -49,12 +51,34 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
   }
 }
 
+// The machine's flux may be another than the model's by more than that: at 2π · 50 rad/s a flux turns by
+// 7.85 mrad a period, and 0.9 Wb of it move a phase by 1.31 A.
+TYPED_TEST(CurrentPredictionOf, AFluxThatMayBeWrongByMoreThanItselfMakesEUncertainByAsMuch) {
+  using T = TypeParam;
+  const double turn = 314.159265 * 25e-6;
+  const InductionMachineParameters<double> paper{};
+  const double per_weber = paper.k_r() * turn / paper.sigma_l_s();
+  for (const double flux : {0.9, 0.3, 0.0}) {
+    for (const double error : {0.0, 0.2, 0.9}) {
+      for (const double sign : {-1.0, 1.0}) {
+        CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
+        prediction.restart({}, {T(flux), T(0)});
+        const SpaceVector<double> end = polar(flux, sign * turn);
+        const PredictedChange<T> change =
+            prediction.step({}, {{T(end.alpha), T(end.beta)}, T(error), T(sign * turn)}, {}, T(0), T(25e-6));
+        EXPECT_NEAR(double(change.uncertainty), per_weber * std::max(flux, error), 1e-3);
+        EXPECT_NEAR(double(change.error_turn), per_weber * error * turn, 1e-5);
+      }
+    }
+  }
+}
+
 TYPED_TEST(CurrentPredictionOf, ARestartBeginsAtTheCurrentsAndTheFluxGiven) {
   using T = TypeParam;
   CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
   prediction.restart({T(10), T(-5), T(-5)}, {T(0.9), T(0)});
   const PredictedChange<T> change =
-      prediction.step({T(10), T(-5), T(-5)}, {T(0.9), T(0)}, {}, T(0), T(25e-6));
+      prediction.step({T(10), T(-5), T(-5)}, {.psi_r = {T(0.9), T(0)}}, {}, T(0), T(25e-6));
   // R_s i T/σL_s of the paper's machine: 0.435 Ω · 10 A · 25 µs/4.7326 mH.
   EXPECT_NEAR(double(change.e.a), 0.435 * 10.0 * 25e-6 / InductionMachineParameters<double>{}.sigma_l_s(),
               1e-6);

@@ -214,6 +214,38 @@ TYPED_TEST(TorqueBandsOf, ACandidatesFluxFollowsItsOwnEquationAfterAStepOfTheCur
   }
 }
 
+// The circuit of each corner of the errors has its own flux under the same current and slip.
+TYPED_TEST(TorqueBandsOf, TheErrorOfTheFluxIsThatOfTheFurthestCircuit) {
+  using T = TypeParam;
+  for (const double omega_slip : {-12.0, 0.0, 3.0, 40.0}) {
+    const EquivalentCircuit c{unlike_machine(), 60.0, omega_slip, {25.0, 11.0}};
+    double furthest = 0.0;
+    for (const double r_r : {1.0 / 1.4, 1.0 / 0.6}) {
+      for (const double l_m : {1.0 / 1.2, 1.0 / 0.8}) {
+        auto m = unlike_machine();
+        m.r_r *= r_r;
+        m.l_m *= l_m;
+        furthest =
+            std::max(furthest, std::abs(EquivalentCircuit(m, 60.0, omega_slip, c.i_s).psi_r / c.psi_r - 1.0));
+      }
+    }
+    const TorqueBands<T> bands = settled(monitor_limits<T>(), means_of<T>(c, 60.0));
+    EXPECT_NEAR(double(bands.flux_error()), furthest, 2e-3) << omega_slip;
+  }
+}
+
+// The slowest candidate keeps its flux while that of the monitor decays: 1/0.8 L_m and 1/1.4 R_r.
+TYPED_TEST(TorqueBandsOf, TheErrorOfTheFluxGrowsWhileItDecays) {
+  using T = TypeParam;
+  const auto m = unlike_machine();
+  const EquivalentCircuit c{m, 60.0, 0.0, {25.0, 11.0}};
+  TorqueBands<T> bands = settled(monitor_limits<T>(), means_of<T>(c, 60.0));
+  const double tau = (m.l_lr + m.l_m) / m.r_r;
+  const double slowest = 1.4 * (m.l_lr + m.l_m / 0.8) / m.r_r;
+  bands.decay(T(1.5 * tau));
+  EXPECT_NEAR(double(bands.flux_error()), 1.25 * std::exp(1.5 - 1.5 * tau / slowest) - 1.0, 2e-3);
+}
+
 TYPED_TEST(TorqueBandsOf, WithoutOneSignOfTheFrequencyThereIsNoBandByPower) {
   using T = TypeParam;
   const EquivalentCircuit slow{unlike_machine(), -1.5, 5.0, {25.0, 11.0}};

@@ -75,12 +75,15 @@ inline ScenarioConfig machine_config(const TestMachine& machine, const MachineRu
   return config;
 }
 
-inline MilResult run(const TestMachine& machine, const MachineRun& r) {
-  const ScenarioConfig config = machine_config(machine, r);
+inline MilResult run(const ScenarioConfig& config) {
   MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
   const auto controller = make_controller(config.drive);
   Drive<double> drive{config.drive.drive, *controller};
   return MilRunner{drive, power_stage.io(), config.drive.drive.period_ns}.run(config.scenario, nullptr, {});
+}
+
+inline MilResult run(const TestMachine& machine, const MachineRun& r) {
+  return run(machine_config(machine, r));
 }
 
 }  // namespace sextant

@@ -111,6 +111,61 @@ TEST(MachinesRun, AShaftThatTurnsAsItIsReadIsNoFault) {
   }
 }
 
+// R_s, R_r and L_m of the machine by those of the drive.
+struct Factors {
+  double r_s;
+  double r_r;
+  double l_m;
+};
+
+MilResult run_otherwise(const TestMachine& machine, const Factors& factors, const MachineRun& r) {
+  ScenarioConfig config = machine_config(machine, r);
+  InductionMachineParameters<>& plant = config.drive.plant.plant.machine;
+  plant.r_s *= factors.r_s;
+  plant.r_r *= factors.r_r;
+  plant.l_m *= factors.l_m;
+  return run(config);
+}
+
+// On the way into weakened flux, without torque, the rotor flux of a slower machine is a multiple of what the
+// current tells a faster model.
+TEST(MachinesRun, AMachineWhoseFluxFallsMoreSlowlyThanItsModelShowsNoFault) {
+  for (const TestMachine& machine : test_machines) {
+    for (const double sign : {-1.0, 1.0}) {
+      SCOPED_TRACE(testing::Message() << machine.name << ", " << sign);
+      const double start_s = 1.5 * machine.parameters.tau_r();
+      const double end_s = start_s + 2.5 * machine.parameters.tau_r();
+      MachineRun r{.period_us = 25, .omega_m = 0.0, .slope = 1.0, .end_s = end_s};
+      r.slope = sign * 2.6 * machine.base_speed() / end_s;
+      const MilResult result = run_otherwise(machine, {0.5, 0.5, 1.3}, r);
+      EXPECT_FALSE(result.faults.any()) << to_string(result.first_fault);
+      EXPECT_TRUE(gates_are_on(result.final_state));
+    }
+  }
+}
+
+// A step of torque in weakened flux: slip turns the flux of a slower model through zero while the machine's
+// own remains.
+TEST(MachinesRun, AMachineWhoseFluxFollowsFasterThanItsModelHasNoSensorFault) {
+  for (const TestMachine& machine : test_machines) {
+    for (const double torque : {-0.9, 0.9}) {
+      SCOPED_TRACE(testing::Message() << machine.name << ", " << torque);
+      const double begin_s = 3.0 * machine.parameters.tau_r();
+      std::ostringstream points;
+      points << "[[0, 0], [" << begin_s << ", "
+             << torque * drive_limits(machine.parameters, machine.psi, machine.u_dc).torque << "]]";
+      const MilResult result = run_otherwise(machine, {0.5, 1.5, 0.7},
+                                             {.period_us = 25,
+                                              .omega_m = 1.9 * machine.base_speed(),
+                                              .end_s = begin_s + 0.2,
+                                              .torque = points.str()});
+      const bool of_currents =
+          result.first_fault == Fault::current_sensor || result.first_fault == Fault::open_phase;
+      EXPECT_FALSE(result.faults.any() && of_currents) << to_string(result.first_fault);
+    }
+  }
+}
+
 // Near the voltage limit little voltage is left to change the torque: with a transient rotor time constant of
 // 70 ms its reversal takes up to 20 ms.
 TEST(MachinesRun, FullTorqueReversesAtTheVoltageLimit) {

@@ -110,7 +110,10 @@ class FluxTorqueEstimator {
   }
 
   void step_driven(const Measurement<T>& m, SpaceVector<T> i_s_before, bool identify) noexcept {
-    if (coasting_) set_flux(psi_s_, i_s_before);
+    if (coasting_) {
+      set_flux(psi_s_, i_s_before);
+      adaptation_.reset();
+    }
     coasting_ = false;
     const T dt = T(m.applied.duration_ns()) * T(1e-9);
     if (!(dt > T(0))) return;
@@ -165,6 +168,9 @@ class FluxTorqueEstimator {
                                       .i_s = i_s_,
                                       .psi_r = current_model_.psi_r(),
                                       .psi_s = psi_s_}));
+    const SpaceVector<T> psi_r = current_model_.psi_r();
+    current_model_.set(psi_r + product(adaptation_.correction().psi_r, psi_r));
+    hybrid_.correct(adaptation_.correction().excess);
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
@@ -177,6 +183,7 @@ class FluxTorqueEstimator {
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
     current_model_.step(p.i_s_mean, p.omega_m, p.dt);
+    if (adaptation_.count(p.dt)) adaptation_.magnetise(machine_, i_s_, current_model_.psi_r());
     const SpaceVector<T> middle = direction(psi_r_before + current_model_.psi_r());
     const SpaceVector<T> behind_leakage =
         (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before));
@@ -197,6 +204,11 @@ class FluxTorqueEstimator {
     use(found);
     current_model_.set((identification_.flux() / machine_.k_r()) * along);
     set_flux(current_model_.psi_s(i_s_before), i_s_before);
+    if (identification_.has_found()) {
+      adaptation_.begin_identified();
+    } else {
+      adaptation_.reset();
+    }
   }
 
   void step_coasting(const Measurement<T>& measurement, SpaceVector<T> i_s_before) noexcept {
@@ -236,7 +248,6 @@ class FluxTorqueEstimator {
     psi_s_ = psi_s;
     compensated_.set(psi_s, T(machine_.pole_pairs) * omega_m_);
     hybrid_.set(psi_s);
-    adaptation_.reset();
     observer_.set(current_model_.psi_r_from(psi_s, i_s), i_s, omega_m_);
   }
 

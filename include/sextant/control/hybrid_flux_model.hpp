@@ -77,6 +77,9 @@ class HybridFluxModel {
   }
   [[nodiscard]] constexpr const Rates& rates() const noexcept { return rates_; }
 
+  /// What the factor has of errors that the current model and R_s have no more. [-]
+  constexpr void correct(SpaceVector<T> excess) noexcept { factor_ -= excess; }
+
   /// Sets the flux [Wb]; the factor is 1 again, and the stator frequency begins anew.
   constexpr void set(SpaceVector<T> psi_s) noexcept {
     psi_s_ = psi_s;

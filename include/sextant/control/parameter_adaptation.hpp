@@ -21,10 +21,17 @@ namespace sextant {
 ///   h_s = R_s i_s/(jω_e ψ_s)
 /// H_s, H_r and H_L are h_s and the shares k_r ψ_r/ψ_s of h_r and h_L behind the filter that c passes, so
 /// that the equation also holds after steps of the torque, and where c returns to 1. c has two components and
-/// there are three parameters: each update follows the gradient of |c − 1 − H δ|², weighted by the covariance
-/// of `ParameterPrior` and divided by the variance of c, that of the prior and that of its error together;
-/// the parameters converge where the torque changes. The error of c is that of the sensors' gains, alike for
-/// the flux and for the resistive voltage, and that of a wrong initial flux, which decays with τ_r. Source of
+/// there are three parameters. An update follows c by the gain that leaves the least of what remains unknown
+/// of the parameters (`ParameterCovariance::gain`): what magnetising has left open, R_s against L_m at
+/// standstill, c closes as soon as it shows the flux. This gain falls with what is unknown. Where the
+/// gradient of |c − 1 − H δ|² takes up more of c, weighted by the covariance of `ParameterPrior` and divided
+/// by the variance of c, that of the prior and that of its error together, it is the gain: a machine that
+/// changes is followed at its rate. The parameters converge where the torque changes. Both models take over
+/// what they have of the errors that an update takes away (`Correction`): h_r δ_r + h_L δ_L of the rotor
+/// flux, H δ of c. The error of c is that of the sensors' gains, alike for the flux and for the resistive
+/// voltage, and that of a wrong initial flux, which decays with τ_r. Parameters that magnetising has
+/// identified fit the flux with which it ends: it is wrong by h_r δ_r + h_L δ_L, which have followed its
+/// current, and by nothing else. Source of
 /// the principle, a voltage model as reference for a current model that is adapted: C. Schauder, "Adaptive
 /// speed identification for vector control of induction motors without rotational transducers", IEEE Trans.
 /// Ind. Appl. 28 (1992) 1054–1061; of the gradient along sensitivities: L. Ljung, System Identification,
@@ -47,6 +54,12 @@ class ParameterAdaptation {
     SpaceVector<T> psi_s;   ///< [Wb]
   };
 
+  /// What the models have of errors of the parameters, by those that an update has taken away.
+  struct Correction {
+    SpaceVector<T> psi_r;   ///< by how much the machine's rotor flux exceeds the current model's, of that [-]
+    SpaceVector<T> excess;  ///< in c [-]
+  };
+
   /// From the parameters as configured.
   constexpr explicit ParameterAdaptation(const Machine& configured) noexcept : configured_{configured} {}
 
@@ -61,25 +74,53 @@ class ParameterAdaptation {
     const T share = time_ / machine.tau_r();
     const bool has_flux = follow(machine, seen, share);
     time_ = T(0);
+    correction_ = {};
     if (!has_flux) return machine;
     const T error = Prior::gain_error * Prior::gain_error * (T(1) + dot(by_r_s_, by_r_s_)) + start_variance_;
     const SpaceVector<T> for_r_s = r_s_variance * by_r_s_ + warming_variance * by_r_r_;
     const SpaceVector<T> for_r_r = r_r_variance * by_r_r_ + warming_variance * by_r_s_;
     const SpaceVector<T> for_l = l_variance * by_l_;
     const T step = rate * share / (dot(by_r_s_, for_r_s) + dot(by_r_r_, for_r_r) + dot(by_l_, for_l) + error);
-    covariance_.observe({by_r_s_, by_r_r_, by_l_}, {step * for_r_s, step * for_r_r, step * for_l},
-                        T(2) * error / share);
-    machine.r_s = moved(machine.r_s, step * dot(for_r_s, seen.excess), configured_.r_s);
-    machine.r_r = moved(machine.r_r, step * dot(for_r_r, seen.excess), configured_.r_r);
-    machine.l_m = moved(machine.l_m, step * dot(for_l, seen.excess), configured_.l_m);
+    const Rows seen_by{by_r_s_, by_r_r_, by_l_};
+    const T variance = T(2) * error / share;
+    const Rows known{step * for_r_s, step * for_r_r, step * for_l};
+    const Rows best = covariance_.gain(seen_by, variance);
+    const Rows& gain = trace(seen_by, best) > trace(seen_by, known) ? best : known;
+    covariance_.observe(seen_by, gain, variance);
+    const Machine before = machine;
+    machine.r_s = moved(machine.r_s, dot(gain.s, seen.excess), configured_.r_s);
+    machine.r_r = moved(machine.r_r, dot(gain.r, seen.excess), configured_.r_r);
+    machine.l_m = moved(machine.l_m, dot(gain.l, seen.excess), configured_.l_m);
+    correct(machine.r_s / before.r_s - T(1), machine.r_r / before.r_r - T(1),
+            machine.l_m / before.l_m - T(1));
     return machine;
   }
+
+  /// To be taken over by the models after an update.
+  [[nodiscard]] constexpr const Correction& correction() const noexcept { return correction_; }
 
   /// The factor is 1 again: both models start from the same flux, which may be wrong.
   void reset() noexcept {
     rotor_by_r_r_ = rotor_by_l_ = by_r_s_ = by_r_r_ = by_l_ = {};
     start_variance_ = initial_variance;
     time_ = T(0);
+  }
+
+  /// A time counted in which the machine is magnetised by i_s [A]; psi_r: of the current model [Wb].
+  void magnetise(const Machine& machine, SpaceVector<T> i_s, SpaceVector<T> psi_r) noexcept {
+    const T rotor = dot(psi_r, psi_r);
+    if (rotor > least_flux_squared) follow_rotor(machine, i_s, psi_r, rotor, time_ / machine.tau_r());
+    time_ = T(0);
+  }
+  /// Magnetising has ended with parameters and flux that fit its currents: the flux is wrong by what the
+  /// parameters are wrong by, and by nothing else. The factor is 1 again.
+  void begin_identified() noexcept {
+    const SpaceVector<T> by_r_r = rotor_by_r_r_;
+    const SpaceVector<T> by_l = rotor_by_l_;
+    reset();
+    rotor_by_r_r_ = by_r_r;
+    rotor_by_l_ = by_l;
+    start_variance_ = T(0);
   }
 
   /// What remains unknown of the parameters in use.
@@ -91,6 +132,7 @@ class ParameterAdaptation {
 
  private:
   using Prior = ParameterPrior<T>;
+  using Rows = typename ParameterCovariance<T>::Rows;
   static constexpr T update_time = T(1e-3);         ///< [s]
   static constexpr T rate = T(0.1);                 ///< largest of the update, as a multiple of 1/τ_r [-]
   static constexpr T least_flux_squared = T(1e-6);  ///< with which c means something [Wb²]
@@ -105,15 +147,7 @@ class ParameterAdaptation {
     const T rotor = dot(seen.psi_r, seen.psi_r);
     const T stator = dot(seen.psi_s, seen.psi_s);
     if (!(rotor > least_flux_squared && stator > least_flux_squared)) return false;
-    const T z_scale = machine.l_m / rotor;
-    // A current against the flux, which passes, is left out: it would make the errors grow without bound.
-    const SpaceVector<T> z{z_scale * std::max(T(0), dot(seen.psi_r, seen.i_s)),
-                           z_scale * cross(seen.psi_r, seen.i_s)};
-    const SpaceVector<T> one{T(1), T(0)};
-    // One implicit step each, because z has no bound where the flux is small.
-    const SpaceVector<T> implicit = one + share * z;
-    rotor_by_r_r_ = quotient(rotor_by_r_r_ + share * (z - one), implicit);
-    rotor_by_l_ = quotient(rotor_by_l_ + share * one, implicit);
+    follow_rotor(machine, seen.i_s, seen.psi_r, rotor, share);
     const T drop = machine.r_s / stator;
     const SpaceVector<T> by_frequency{drop * cross(seen.psi_s, seen.i_s), -drop * dot(seen.psi_s, seen.i_s)};
     start_variance_ /= T(1) + share;
@@ -128,6 +162,30 @@ class ParameterAdaptation {
     return true;
   }
 
+  /// Advances h_r and h_L by a share of τ_r; rotor: |ψ_r|². [Wb²]
+  void follow_rotor(const Machine& machine, SpaceVector<T> i_s, SpaceVector<T> psi_r, T rotor,
+                    T share) noexcept {
+    const T z_scale = machine.l_m / rotor;
+    // A current against the flux, which passes, is left out: it would make the errors grow without bound.
+    const SpaceVector<T> z{z_scale * std::max(T(0), dot(psi_r, i_s)), z_scale * cross(psi_r, i_s)};
+    const SpaceVector<T> one{T(1), T(0)};
+    // One implicit step each, because z has no bound where the flux is small.
+    const SpaceVector<T> implicit = one + share * z;
+    rotor_by_r_r_ = quotient(rotor_by_r_r_ + share * (z - one), implicit);
+    rotor_by_l_ = quotient(rotor_by_l_ + share * one, implicit);
+  }
+
+  /// The parameters have followed by these shares.
+  void correct(T r_s, T r_r, T l_m) noexcept {
+    correction_ = {.psi_r = r_r * rotor_by_r_r_ + l_m * rotor_by_l_,
+                   .excess = r_s * by_r_s_ + r_r * by_r_r_ + l_m * by_l_};
+  }
+
+  /// Share of an observation that its own estimate takes up with this gain: trace of H K. [-]
+  [[nodiscard]] static constexpr T trace(const Rows& h, const Rows& k) noexcept {
+    return dot(h.s, k.s) + dot(h.r, k.r) + dot(h.l, k.l);
+  }
+
   [[nodiscard]] static constexpr T moved(T value, T change, T configured) noexcept {
     return Prior::bounded(value * (T(1) + change), configured);
   }
@@ -140,6 +198,7 @@ class ParameterAdaptation {
   SpaceVector<T> by_r_s_{};             ///< H_s [-]
   SpaceVector<T> by_r_r_{};             ///< H_r [-]
   SpaceVector<T> by_l_{};               ///< H_L [-]
+  Correction correction_{};             ///< of the last update
   T start_variance_{initial_variance};  ///< of c, by the initial flux [-]
 };
 

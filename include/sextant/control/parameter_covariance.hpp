@@ -37,18 +37,29 @@ struct ParameterCovariance {
     SpaceVector<T> l{};
   };
 
+  /// The gain by which an observation y = H δ + error leaves the least of the covariance:
+  ///   K = P Hᵀ (H P Hᵀ + v)⁻¹
+  /// v: as `observe` has it, above zero.
+  [[nodiscard]] constexpr Rows gain(const Rows& h, T variance) const noexcept {
+    const Rows g = seen_by(h);
+    const Square s = square(g, h, variance);
+    const T scale = T(1) / (s.aa * s.bb - s.ab * s.ab);
+    const auto row = [&s, scale](SpaceVector<T> of) {
+      return scale * SpaceVector<T>{s.bb * of.alpha - s.ab * of.beta, s.aa * of.beta - s.ab * of.alpha};
+    };
+    return {row(g.s), row(g.r), row(g.l)};
+  }
+
   /// The parameters follow an observation y = H δ + error by δ̂ = K y, with any gain K:
   ///   P ← (1 − K H) P (1 − K H)ᵀ + v K Kᵀ
   /// v: variance of each component of the error. Source: A. Gelb (ed.), Applied Optimal Estimation, Cambridge
   /// 1974, section 4.2.
   constexpr void observe(const Rows& h, const Rows& k, T variance) noexcept {
-    const Rows g{ss * h.s + sr * h.r + sl * h.l, sr * h.s + rr * h.r + rl * h.l,
-                 sl * h.s + rl * h.r + ll * h.l};
-    const T aa = g.s.alpha * h.s.alpha + g.r.alpha * h.r.alpha + g.l.alpha * h.l.alpha + variance;
-    const T ab = g.s.alpha * h.s.beta + g.r.alpha * h.r.beta + g.l.alpha * h.l.beta;
-    const T bb = g.s.beta * h.s.beta + g.r.beta * h.r.beta + g.l.beta * h.l.beta + variance;
-    const auto less = [aa, ab, bb](SpaceVector<T> of, SpaceVector<T> gain) {
-      return of - T(0.5) * SpaceVector<T>{aa * gain.alpha + ab * gain.beta, ab * gain.alpha + bb * gain.beta};
+    const Rows g = seen_by(h);
+    const Square q = square(g, h, variance);
+    const auto less = [&q](SpaceVector<T> of, SpaceVector<T> gain) {
+      return of - T(0.5) * SpaceVector<T>{q.aa * gain.alpha + q.ab * gain.beta,
+                                          q.ab * gain.alpha + q.bb * gain.beta};
     };
     const Rows m{less(g.s, k.s), less(g.r, k.r), less(g.l, k.l)};
     ss -= T(2) * dot(k.s, m.s);
@@ -89,6 +100,23 @@ struct ParameterCovariance {
   }
 
  private:
+  /// A symmetric matrix.
+  struct Square {
+    T aa{};
+    T ab{};
+    T bb{};
+  };
+  /// P Hᵀ.
+  [[nodiscard]] constexpr Rows seen_by(const Rows& h) const noexcept {
+    return {ss * h.s + sr * h.r + sl * h.l, sr * h.s + rr * h.r + rl * h.l, sl * h.s + rl * h.r + ll * h.l};
+  }
+  /// H P Hᵀ + v.
+  [[nodiscard]] static constexpr Square square(const Rows& g, const Rows& h, T variance) noexcept {
+    return {g.s.alpha * h.s.alpha + g.r.alpha * h.r.alpha + g.l.alpha * h.l.alpha + variance,
+            g.s.alpha * h.s.beta + g.r.alpha * h.r.beta + g.l.alpha * h.l.beta,
+            g.s.beta * h.s.beta + g.r.beta * h.r.beta + g.l.beta * h.l.beta + variance};
+  }
+
   static constexpr T warming_time = T(600);  ///< in which a winding warms by `warming` [s]
 };
 

@@ -153,7 +153,8 @@ class Drive {
             .flux_reference = parameters_.capability.flux_reference * reference_.flux_share,
             .torque = estimate.torque,
             .psi_s = estimate.psi_s_magnitude,
-            .psi_r = torque_monitor_.psi_r()};
+            .psi_r = torque_monitor_.psi_r(),
+            .psi_r_error = torque_monitor_.psi_r_error()};
   }
 
   [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns, T dt,

@@ -72,6 +72,9 @@ class CandidateMachine {
     g_ = {shrink * dot(above, below), shrink * cross(below, above)};
   }
 
+  /// g: rotor flux of the candidate by that of `MonitoredFlux`, at the end of the last averaging time. [-]
+  [[nodiscard]] constexpr SpaceVector<T> flux_ratio() const noexcept { return g_; }
+
   [[nodiscard]] CandidateTorque<T> torque(const TorqueMeans<T>& m) const noexcept {
     CandidateTorque<T> out;
     const T gain = T(1.5) * pole_pairs_;

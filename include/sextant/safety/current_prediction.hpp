@@ -14,7 +14,16 @@ struct PredictedChange {
   ThreePhase<T> v{};  ///< by the applied voltage [A]
   ThreePhase<T> e{};  ///< against it, by the voltage of the rotor flux and the drop at R_s [A]
   T uncertainty{};    ///< of v − e, by parameters and inverter, in one phase [A]
+  T error_turn{};     ///< by how much an error of e may differ from that of the interval before [A]
   T turn{};           ///< of the rotor flux [rad]
+};
+
+/// Rotor flux at a measurement, and how wrong it may be.
+template <class T = double>
+struct PredictedFlux {
+  SpaceVector<T> psi_r{};  ///< [Wb]
+  T error{};               ///< of it, at most [Wb]
+  T rotor_turn{};          ///< of the rotor since the measurement before, electrical [rad]
 };
 
 /// Predicts the change of the phase currents from measurement to measurement by the transient model of the
@@ -23,10 +32,15 @@ struct PredictedChange {
 /// Source: P. Vas, Sensorless Vector and Direct Torque Control, 1998. The rotor flux is that of the torque
 /// monitor (`MonitoredFlux`), from currents and speed. Exact but for the mean current, which is that of both
 /// measurements.
+///
+/// e may be wrong by `emf_uncertainty` of it, or by k_r Δψ |p ω_m| dt/σL_s where the rotor flux may be wrong
+/// by more than itself, Δψ: while the flux of the monitor decays faster than the machine's own, as on the way
+/// into weakened flux, the true e is a multiple of the predicted one, which may vanish. This error turns with
+/// the rotor.
 template <class T = double>
 class CurrentPrediction {
  public:
-  /// Taken to be wrong at most, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. A true e of
+  /// Taken to be wrong at least, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. A true e of
   /// twice the model's is one by a model of L_m 0.7 and R_r 0.5 times theirs. [-]
   static constexpr T emf_uncertainty = T(1);
   /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops. [-]
@@ -38,10 +52,11 @@ class CurrentPrediction {
         flux_gain_{machine.k_r() * inverse_inductance_},
         voltage_error_{voltage_uncertainty * T(2) / T(3) * inverse_inductance_} {}
 
-  /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux [Wb], ∫u_x dt
-  /// over it [V·s] and link voltage [V].
-  [[nodiscard]] PredictedChange<T> step(const ThreePhase<T>& i, SpaceVector<T> psi_r,
+  /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux, ∫u_x dt over
+  /// it [V·s] and link voltage [V].
+  [[nodiscard]] PredictedChange<T> step(const ThreePhase<T>& i, const PredictedFlux<T>& rotor,
                                         const ThreePhase<T>& volt_seconds, T u_dc, T dt) noexcept {
+    const SpaceVector<T> psi_r = rotor.psi_r;
     const T resistive = half_resistance_ * dt;
     const ThreePhase<T> flux = inverse_clarke(psi_r - psi_r_);
     PredictedChange<T> out{
@@ -49,7 +64,11 @@ class CurrentPrediction {
               inverse_inductance_ * volt_seconds.c},
         .e = {resistive * (i_.a + i.a) + flux_gain_ * flux.a, resistive * (i_.b + i.b) + flux_gain_ * flux.b,
               resistive * (i_.c + i.c) + flux_gain_ * flux.c}};
-    out.uncertainty = emf_uncertainty * magnitude(clarke(out.e)) + voltage_error_ * dt * u_dc;
+    const T turn = std::abs(rotor.rotor_turn);
+    const T by_flux = flux_gain_ * rotor.error * turn;
+    out.uncertainty =
+        std::max(emf_uncertainty * magnitude(clarke(out.e)), by_flux) + voltage_error_ * dt * u_dc;
+    out.error_turn = by_flux * turn;
     const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
     out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);
     restart(i, psi_r);

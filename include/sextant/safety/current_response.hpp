@@ -22,7 +22,8 @@ namespace sextant {
 /// one.
 ///
 /// A phase is judged by what exceeds the error of the model. d, the rotation of e by ω_e T, may be wrong by
-/// half of |d|: w counts where Σ w² exceeds Σ |d|²/2, and a jump by as much as it exceeds |d|/2. p may be
+/// half of |d|, or of what an error of e turns by (`error_turn`), which counts as |d| where it is more: w
+/// counts where Σ w² exceeds Σ |d|²/2, and a jump by as much as it exceeds |d|/2. p may be
 /// wrong by its uncertainty: it counts where Σ p² exceeds four times the sum of the squares of that. Methods
 /// whose voltage changes by active vectors from period to period are judged by w, down to four periods a
 /// turn. A smooth voltage changes by little more than d: by w its methods are judged in transients; by p as
@@ -75,8 +76,8 @@ class CurrentResponse {
     const T share = T(1) / periods;
     const ThreePhase<T>& e = change.e;
     const SpaceVector<T> emf = share * clarke(e);
-    const Interval interval{periods, share, has_predecessor_ ? T(0.5) * magnitude(emf - emf_) : T(0),
-                            share * change.uncertainty};
+    const T turned = T(0.5) * std::max(magnitude(emf - emf_), share * change.error_turn);
+    const Interval interval{periods, share, has_predecessor_ ? turned : T(0), share * change.uncertainty};
     emf_ = emf;
     jump_ = T(0);
     step(phases_[0], i.a, share * (change.v.a - e.a), interval);

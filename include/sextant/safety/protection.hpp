@@ -202,7 +202,9 @@ class Protection {
     const ThreePhase<T> volt_seconds = applied_volt_seconds(m.applied, m.u_dc);
     const T dt = seconds(duration_ns);
     const bool is_one = duration_ns == limits_.period_ns;
-    const PredictedChange<T> change = prediction_.step(m.i_abc, drive.psi_r, volt_seconds, m.u_dc, dt);
+    const PredictedChange<T> change = prediction_.step(
+        m.i_abc, {drive.psi_r, drive.psi_r_error, T(limits_.machine.pole_pairs) * m.omega_m * dt},
+        volt_seconds, m.u_dc, dt);
     response_.step(m.i_abc, change, is_one ? T(1) : T(duration_ns) / T(limits_.period_ns));
     continuity_.step(m.i_abc, change);
     speed_.step(m.i_abc, volt_seconds, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference,

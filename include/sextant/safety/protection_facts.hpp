@@ -17,6 +17,7 @@ struct ProtectionInputs {
   T torque{};                ///< controller's estimate [N·m]
   T psi_s{};                 ///< controller's estimate of |ψ_s| [Wb]
   SpaceVector<T> psi_r{};    ///< rotor flux by the torque monitor, at this measurement, stationary frame [Wb]
+  T psi_r_error{};           ///< by how much that may be wrong [Wb]
 };
 
 /// Inputs of the protection rules in one control period: the measurement, and what the monitors made of it.

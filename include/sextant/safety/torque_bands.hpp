@@ -94,6 +94,19 @@ class TorqueBands {
   /// The flux turns, the same way in every candidate.
   [[nodiscard]] constexpr bool has_power() const noexcept { return turns_; }
 
+  /// By how much the rotor flux of the true machine may differ from that of `MonitoredFlux`, as a share of
+  /// it: the largest |g − 1| of the candidates. In steady state it is below 1. In transients it has no bound:
+  /// the candidates' fluxes follow the current with time constants of 0.4 to 2.1 times the monitor's, so that
+  /// its flux may decay, or pass through zero, while that of the machine is still there. [-]
+  [[nodiscard]] T flux_error() const noexcept {
+    T largest{};
+    for (const CandidateMachine<T>& candidate : candidates_) {
+      const SpaceVector<T> difference = candidate.flux_ratio() - SpaceVector<T>{T(1), T(0)};
+      largest = std::max(largest, dot(difference, difference));
+    }
+    return std::sqrt(largest);
+  }
+
   [[nodiscard]] constexpr const TorqueBand<T>& narrower() const noexcept {
     return turns_ && by_power_.width() < by_current_.width() ? by_power_ : by_current_;
   }

@@ -60,7 +60,7 @@ class TorqueMonitor {
     const bool driven = m.applied.is_driven();
     // With gates off the current decays within a fraction of a millisecond.
     flux_.step(driven ? T(0.5) * (i_before + i_s_) : i_s_, omega_m, dt);
-    if (!driven) decay_s_ += dt;
+    note_decay(driven, dt);
     if (!commanded) rest();
     if (!driven) {
       window_.clear();
@@ -93,6 +93,8 @@ class TorqueMonitor {
   [[nodiscard]] constexpr T torque() const noexcept { return band_.torque; }
   /// Rotor flux at the last measurement, stationary frame. [Wb]
   [[nodiscard]] constexpr SpaceVector<T> psi_r() const noexcept { return flux_.psi_r(); }
+  /// By how much it may be wrong, by the candidates at the last averaging time. [Wb]
+  [[nodiscard]] constexpr T psi_r_error() const noexcept { return psi_r_error_; }
   /// The same with its band.
   [[nodiscard]] constexpr const TorqueBand<T>& band() const noexcept { return band_; }
   /// Both methods.
@@ -119,11 +121,21 @@ class TorqueMonitor {
     band_ = {};
   }
 
+  /// The candidates' fluxes have decayed without current until the gates are on again.
+  void note_decay(bool driven, T dt) noexcept {
+    if (!driven) {
+      decay_s_ += dt;
+    } else if (decay_s_ > T(0)) {
+      bands_.decay(decay_s_);
+      decay_s_ = T(0);
+      psi_r_error_ = bands_.flux_error() * magnitude(flux_.psi_r());
+    }
+  }
+
   /// The candidates' fluxes, also while the machine is magnetised.
   void follow(const TorqueMeans<T>& m) noexcept {
-    if (decay_s_ > T(0)) bands_.decay(decay_s_);
-    decay_s_ = T(0);
     bands_.step(m);
+    psi_r_error_ = bands_.flux_error() * magnitude(flux_.psi_r());
   }
 
   void compare(const TorqueMeans<T>& m) noexcept {
@@ -160,7 +172,8 @@ class TorqueMonitor {
   TorqueBand<T> band_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]
-  T decay_s_{};           ///< time with gates off since the last averaging time [s]
+  T decay_s_{};           ///< time with gates off that the candidates' fluxes have not followed yet [s]
+  T psi_r_error_{};       ///< of `MonitoredFlux` [Wb]
   bool lags_{false};
   T violated_s_{};  ///< count of violated averaging times [s]
 };
