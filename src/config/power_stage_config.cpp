@@ -77,7 +77,8 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   s.section("inverter")
       .time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
             "time for which both switches of a leg are off where it changes between low and high, while its "
-            "diodes carry the current; the drive reads the commanded edges; 0: none");
+            "diodes carry the current; the drive reads the commanded edges, and knows of it by "
+            "drive.inverter.dead_time_us; 0: none");
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);

@@ -1,7 +1,8 @@
 // The dead time of the simulated inverter against its analytic law. A leg that carries i_x > 0 keeps the
-// potential of the lower rail through its dead times, one that carries i_x < 0 that of the upper rail: a rising
-// edge costs u_dc t_d at i_x > 0 and nothing at i_x < 0, a falling edge gains u_dc t_d at i_x < 0 and nothing at
-// i_x > 0. A modulated leg, which changes twice a period, so loses sign(i_x) u_dc t_d of its volt-seconds.
+// potential of the lower rail through its dead times, one that carries i_x < 0 that of the upper rail: a
+// rising edge costs u_dc t_d at i_x > 0 and nothing at i_x < 0, a falling edge gains u_dc t_d at i_x < 0 and
+// nothing at i_x > 0. A modulated leg, which changes twice a period, so loses sign(i_x) u_dc t_d of its
+// volt-seconds.
 #include "sextant/sim/dead_time.hpp"
 
 #include <array>
@@ -86,8 +87,8 @@ TEST(DeadTime, AModulatedLegLosesTheLinkVoltageForOneDeadTimeInTheDirectionOfIts
   for (const IntegratorKind integrator : integrators) {
     for (const Case& c : cases) {
       SCOPED_TRACE(testing::Message() << "integrator " << int(integrator) << ", i_a " << c.i.a);
-      const SpaceVector<> lost = flux_change(integrator, 0, c.i, pattern) -
-                                 flux_change(integrator, dead_ns, c.i, pattern);
+      const SpaceVector<> lost =
+          flux_change(integrator, 0, c.i, pattern) - flux_change(integrator, dead_ns, c.i, pattern);
       const double volt_seconds = u_dc * dead_ns * 1e-9;
       const SpaceVector<> expected = volt_seconds * clarke(c.sign);
       // The other currents drop a little less at R_s: some R_s/σL_s of the period.
@@ -134,8 +135,8 @@ TEST(DeadTime, GoesOnBeyondTheEndOfAPeriod) {
   static_cast<void>(acted_by(dead_time, {switch_states[0], period_ns}));
   GatePattern late{switch_states[0], 24'000};
   late.append({switch_states[1], 1'000});
-  EXPECT_EQ(acted_by(dead_time, late), (std::vector<GateSegment>{{{low, low, low}, 24'000},
-                                                                 {{off, low, low}, 1'000}}));
+  EXPECT_EQ(acted_by(dead_time, late),
+            (std::vector<GateSegment>{{{low, low, low}, 24'000}, {{off, low, low}, 1'000}}));
   EXPECT_EQ(acted_by(dead_time, {switch_states[1], period_ns}),
             (std::vector<GateSegment>{{{off, low, low}, 500}, {{high, low, low}, 24'500}}));
   EXPECT_EQ(acted_by(dead_time, {switch_states[2], period_ns}),
@@ -148,9 +149,9 @@ TEST(DeadTime, AShorterPulseTurnsNoSwitchOn) {
   GatePattern pulse{switch_states[0], 10'000};
   pulse.append({switch_states[1], 1'000});
   pulse.append({switch_states[0], 14'000});
-  EXPECT_EQ(acted_by(dead_time, pulse), (std::vector<GateSegment>{{{low, low, low}, 10'000},
-                                                                  {{off, low, low}, 2'500},
-                                                                  {{low, low, low}, 12'500}}));
+  EXPECT_EQ(acted_by(dead_time, pulse),
+            (std::vector<GateSegment>{
+                {{low, low, low}, 10'000}, {{off, low, low}, 2'500}, {{low, low, low}, 12'500}}));
 }
 
 TEST(DeadTime, GatesThatHaveBeenOffTurnOnAtOnce) {

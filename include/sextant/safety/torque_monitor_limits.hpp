@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/inverter_model.hpp"
 
 namespace sextant {
 
@@ -15,6 +16,7 @@ template <class T = double>
 struct TorqueMonitorLimits {
   bool enabled{true};                       ///< false: no fault; the torque is estimated all the same
   InductionMachineParameters<T> machine{};  ///< the monitor's own parameters of the machine
+  typename InverterModel<T>::Parameters inverter{};  ///< the drive's, checked with its control period
   T flux_reference{T(1.1)};                 ///< below half of it growing flux excuses a lack of torque [Wb]
   T limit{T(10)};                           ///< smallest deviation that counts [N·m]
   T limit_share{T(0.05)};                   ///< the same as a share of the command [-]
