@@ -152,7 +152,6 @@ void describe(Section root, DriveConfig& c) {
       "sampling_lead_us", c.drive.sampling_lead_ns, ns_per_us, {0, 1e5}, "us",
       "time before a control period begins at which the power stage samples currents and link voltage, "
       "as in the middle of a carrier period: estimate, prediction and checks count on it");
-  describe_inverter(drive.section("inverter"), c);
   drive.flag("magnetise_first", c.drive.magnetise_first,
              "build up the flux before torque, under the control method's magnetising_current_a");
   // By the controller's check of its current limit the flux is ready after three rotor time constants.
@@ -174,6 +173,7 @@ void describe(Section root, DriveConfig& c) {
     for (ControlMethod& method : c.methods) method.share(c.control, method.parameters);
   });
   describe_optimal_flux(drive, c.drive.optimal_flux);
+  describe_inverter(drive.section("inverter"), c);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });

@@ -22,8 +22,8 @@ class EstimatingController : public Controller<T> {
   struct Parameters {
     InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
     typename InverterModel<T>::Parameters inverter{};
-    std::int32_t period_ns{25'000};           ///< control period [ns]
-    T flux_reference{T(1.1)};                 ///< ψ_ref at a flux share of 1 [Wb]
+    std::int32_t period_ns{25'000};  ///< control period [ns]
+    T flux_reference{T(1.1)};        ///< ψ_ref at a flux share of 1 [Wb]
     FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
     bool adapts_parameters{true};  ///< R_s, R_r and L_m follow the machine, with the kinds that identify them
     std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
@@ -156,8 +156,8 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] SwitchState present() const noexcept { return present_; }
 
   /// By how much longer each leg is to be high for the inverter to make the mean voltage u [V] of the pattern
-  /// that `ideal` gives for an ideal one: what it would lack, by the link voltage. Zero for an ideal inverter.
-  /// [s]
+  /// that `ideal` gives for an ideal one: what it would lack, by the link voltage. Zero for an ideal
+  /// inverter. [s]
   template <class Ideal>
   [[nodiscard]] ThreePhase<T> leg_correction(SpaceVector<T> u, T u_dc, Ideal&& ideal) const noexcept {
     const InverterModel<T>& inverter = estimator_.inverter();
@@ -208,8 +208,8 @@ class EstimatingController : public Controller<T> {
     return x;
   }
 
-  /// Flux and current dt [s] after those of x, under a pattern of the mean voltage u [V] by an ideal inverter.
-  /// The legs are left as they are then.
+  /// Flux and current dt [s] after those of x, under a pattern of the mean voltage u [V] by an ideal
+  /// inverter. The legs are left as they are then.
   [[nodiscard]] FluxAndCurrent<T> after(const FluxAndCurrent<T>& x, const GatePattern& pattern,
                                         SpaceVector<T> u, T u_dc, T dt) noexcept {
     const InverterModel<T>& inverter = estimator_.inverter();
@@ -235,9 +235,9 @@ class EstimatingController : public Controller<T> {
   SamplingInstant<T> sampling_;
   FluxTorqueEstimator<T> estimator_;
   MagnetisingControl<T> magnetising_;
-  FluxAndCurrent<T> x_{};         ///< when the pattern begins that is decided now
-  SpaceVector<T> u_in_flight_{};  ///< mean voltage of the last pattern by an ideal inverter [V]
-  bool is_driven_{false};         ///< the last pattern drives every leg
+  FluxAndCurrent<T> x_{};                   ///< when the pattern begins that is decided now
+  SpaceVector<T> u_in_flight_{};            ///< mean voltage of the last pattern by an ideal inverter [V]
+  bool is_driven_{false};                   ///< the last pattern drives every leg
   typename InverterModel<T>::Legs legs_{};  ///< when the pattern begins that is decided now
   GatePattern in_flight_{};                 ///< the last pattern; empty with an ideal inverter
   SwitchState present_{gates_off};

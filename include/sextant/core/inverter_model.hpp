@@ -26,11 +26,11 @@ namespace sextant {
 /// The sign of a current near zero follows from its course between the readings at both ends, with the ripple
 /// of the pattern by the leakage:
 ///   i(t) = i_begin + V(t)/σL_s + t/T (i_end − i_begin − V(T)/σL_s),   V(t) = ∫u_x dt
-/// where the last term is what EMF and resistance change. V is that of the acted volt-seconds, which are found
-/// in two passes: the first takes those of the commanded pattern for V(T).
-/// Sources: S.-G. Jeong, M.-H. Park, "The analysis and compensation of dead-time effects in PWM inverters",
-/// IEEE Trans. Ind. Electron. 38 (1991) 108–114; for the drops A. R. Muñoz, T. A. Lipo, "On-line dead-time
-/// compensation technique for open-loop PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 683–689.
+/// where the last term is what EMF and resistance change. V is that of the acted volt-seconds, which are
+/// found in two passes: the first takes those of the commanded pattern for V(T). Sources: S.-G. Jeong, M.-H.
+/// Park, "The analysis and compensation of dead-time effects in PWM inverters", IEEE Trans. Ind. Electron. 38
+/// (1991) 108–114; for the drops A. R. Muñoz, T. A. Lipo, "On-line dead-time compensation technique for
+/// open-loop PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 683–689.
 ///
 /// Not in the model: switching times, the minimum pulse, and currents that are read wrong by as much as they
 /// change within a period.
@@ -87,8 +87,8 @@ class InverterModel {
     return without_common(deviation(applied, course, guess, legs_));
   }
 
-  /// The same of each leg's own potential for a pattern to come, in which every leg is driven, from these legs
-  /// on, which are left as they are at its end. i: currents at its beginning, and at its end as an ideal
+  /// The same of each leg's own potential for a pattern to come, in which every leg is driven, from these
+  /// legs on, which are left as they are at its end. i: currents at its beginning, and at its end as an ideal
   /// inverter would make them. [V·s]
   [[nodiscard]] constexpr ThreePhase<T> predicted(const GatePattern& pattern, SpaceVector<T> i_begin,
                                                   SpaceVector<T> i_end, T u_dc, Legs& legs) const noexcept {

@@ -30,11 +30,11 @@ struct AppliedVoltSeconds {
   std::int64_t duration_ns{};  ///< [ns]
 };
 
-/// u_dc: link voltage [V]; beyond: what an inverter that is not ideal adds (`InverterModel`) [V·s]. Every leg of
-/// the pattern must be driven (`GatePattern::is_driven`).
+/// u_dc: link voltage [V]; beyond: what an inverter that is not ideal adds (`InverterModel`) [V·s]. Every leg
+/// of the pattern must be driven (`GatePattern::is_driven`).
 template <class T>
-[[nodiscard]] constexpr AppliedVoltSeconds<T> applied_volt_seconds(const GatePattern& applied, T u_dc,
-                                                                   const ThreePhase<T>& beyond = {}) noexcept {
+[[nodiscard]] constexpr AppliedVoltSeconds<T> applied_volt_seconds(
+    const GatePattern& applied, T u_dc, const ThreePhase<T>& beyond = {}) noexcept {
   AppliedVoltSeconds<T> out;
   for (const GateSegment& segment : applied.segments()) {
     const ThreePhase<T>& u = unit_phase_voltages<T>[segment.state.upper_switches()];
