@@ -28,6 +28,23 @@ void share(DriveConfig& c) {
   c.plant.io.actuation_delay_periods = c.control.actuation_delay_periods;
 }
 
+/// The inverter as estimator, modulator and checks take it to be.
+void describe_inverter(Section s, DriveConfig& c) {
+  InverterModel<>::Parameters& p = c.control.inverter;
+  s.time("dead_time_us", p.dead_time_ns, ns_per_us, {0, 5e4}, "us",
+         "time for which both switches of a leg are off where it changes between low and high, as the drive "
+         "takes it: volt-seconds of estimator, identification, predictions, protections and torque monitor "
+         "follow from it, and modulated methods compensate it; 0: an ideal inverter");
+  s.number("threshold_v", p.threshold_voltage, {0, 1e3}, "V",
+           "voltage of a switch or diode that conducts, without current; the same uses");
+  s.number("slope_ohm", p.slope_resistance, {0, 1e3}, "ohm",
+           "by which the voltage of a conducting switch or diode rises with its current; the same uses");
+  s.check([&c, &p]() -> std::string {
+    const char* const problem = p.validate(c.drive.period_ns);
+    return problem != nullptr ? problem : "";
+  });
+}
+
 /// The stator flux by the torque.
 void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
   s.choice(
@@ -156,6 +173,7 @@ void describe(Section root, DriveConfig& c) {
     for (ControlMethod& method : c.methods) method.share(c.control, method.parameters);
   });
   describe_optimal_flux(drive, c.drive.optimal_flux);
+  describe_inverter(drive.section("inverter"), c);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });

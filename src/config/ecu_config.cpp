@@ -47,8 +47,8 @@ std::string check_power_stage(const EcuConfig& c) {
     return "the link to a plant outside this process carries no angle: plant.measures_angle must be false";
   }
   if (elsewhere && !is_ideal(c.drive.plant.io)) {
-    return "the sensors are those of the plant outside this process: set plant.sensors and plant.faults "
-           "there";
+    return "sensors and inverter are those of the plant outside this process: set plant.sensors, "
+           "plant.inverter and plant.faults there";
   }
   if (!elsewhere || c.hil.pacing == Pacing::lockstep) return {};
   if (c.realtime.wake_every_periods > 1) {

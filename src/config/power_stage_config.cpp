@@ -74,6 +74,11 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
+  s.section("inverter")
+      .time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
+            "time for which both switches of a leg are off where it changes between low and high, while its "
+            "diodes carry the current; the drive reads the commanded edges, and knows of it by "
+            "drive.inverter.dead_time_us; 0: none");
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);

@@ -121,6 +121,7 @@ void describe_protection(Section s, DriveConfig& c) {
   describe_winding(s.section("winding"), p);
   s.derive([&c, &p] {
     p.machine = c.control.machine;
+    p.inverter = c.control.inverter;
     p.period_ns = c.drive.period_ns;
   });
   s.check(p);

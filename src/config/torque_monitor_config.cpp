@@ -33,6 +33,7 @@ void describe_torque_monitor(Section s, DriveConfig& c) {
   s.derive([&c, &p] {
     p.machine =
         apply(c.monitored_machine, c.control.machine, c.machine.reactance_frequency_hz.value_or(50.0));
+    p.inverter = c.control.inverter;
     p.flux_reference = c.control.flux_reference;
     // Of a vector whose phases are off by as much, two of them in the other direction.
     p.current_offset = 4.0 / 3.0 * c.drive.protection.current_offset;

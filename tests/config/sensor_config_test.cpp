@@ -42,7 +42,8 @@ TEST(SensorConfig, EveryImperfectionIsSwitchedOnByItsOwnKey) {
         "plant.sensors.current.phase_b.gain_error=0.01", "plant.sensors.current.phase_c.offset_a=0.5",
         "plant.sensors.voltage.gain_error=0.01", "plant.sensors.voltage.offset_v=1",
         "plant.sensors.voltage.noise_v=1", "plant.sensors.voltage.range_v=1000",
-        "plant.sensors.encoder.lines=1024", "plant.faults.kind=open_phase"}) {
+        "plant.sensors.encoder.lines=1024", "plant.faults.kind=open_phase",
+        "plant.inverter.dead_time_us=1.5"}) {
     SCOPED_TRACE(setting);
     EXPECT_FALSE(is_ideal(io_of({setting})));
   }
@@ -81,6 +82,8 @@ TEST(SensorConfig, WhatContradictsItselfIsRefused) {
   EXPECT_THAT(refusal({"plant.sensors.voltage.bits=12"}), HasSubstr("a converter with bits needs a range"));
   EXPECT_THAT(refusal({"plant.sensors.sampling_lead_us=26"}),
               HasSubstr("the sampling lead must not exceed the control period"));
+  EXPECT_THAT(refusal({"plant.inverter.dead_time_us=12.5"}),
+              HasSubstr("plant: the dead time must be from zero to below half of the control period"));
   EXPECT_THAT(
       refusal({"plant.sensors.current.gain_error=-0.9", "plant.sensors.current.phase_a.gain_error=-0.9"}),
       HasSubstr("the gain error must be above -1"));
@@ -95,12 +98,16 @@ TEST(SensorConfig, AnEventExactRunHasNoSamples) {
               HasSubstr("plant.sensors must be ideal"));
   EXPECT_THAT(refusal({"mode=event_exact", "plant.faults.kind=open_phase"}),
               HasSubstr("plant.faults.kind \"none\""));
+  EXPECT_THAT(refusal({"mode=event_exact", "plant.inverter.dead_time_us=1"}),
+              HasSubstr("plant.inverter.dead_time_us 0"));
   EXPECT_EQ(refusal({"mode=event_exact"}), "accepted");
 }
 
 TEST(SensorConfig, APlantOutsideTheEcuHasTheSensors) {
   EXPECT_THAT(ecu_refusal(shipped_ecu_hil, {"plant.sensors.current.noise_a=0.1"}),
-              HasSubstr("set plant.sensors and plant.faults there"));
+              HasSubstr("set plant.sensors, plant.inverter and plant.faults there"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu_hil, {"plant.inverter.dead_time_us=1.5"}),
+              HasSubstr("set plant.sensors, plant.inverter and plant.faults there"));
   EXPECT_EQ(ecu_refusal(shipped_ecu, {"plant.sensors.current.noise_a=0.1"}), "accepted");
   EXPECT_FALSE(is_ideal(load_plant_config(shipped_plant, {"plant.faults.kind=speed_lost"}).plant.io));
 }

@@ -182,5 +182,22 @@ TYPED_TEST(MagnetisingIdentificationOf, OfACourseBeyondTheBoundsNothingIsTakenOv
   expect_same(shown.found, believed);
 }
 
+// A voltage along the current that the applied patterns do not show, as dead time makes one, passes for a
+// resistance of the stator: beyond its bound neither the parameters nor the flux of the course count.
+TYPED_TEST(MagnetisingIdentificationOf, AVoltageThatIsNoneOfAMachineChangesNothing) {
+  const Machine believed;
+  for (const double speed : {0.0, 10.0, 30.0}) {
+    for (const double factor : {4.0, 10.0, 0.1}) {
+      SCOPED_TRACE(testing::Message() << "R_s by " << factor << " at " << speed << " rad/s");
+      Machine real = believed;
+      real.r_s *= factor;
+      const Shown shown = magnetise<TypeParam>(real, believed, [speed](double) { return speed; });
+      expect_same(shown.found, believed);
+      EXPECT_FALSE(shown.has_found);
+      EXPECT_LT(shown.last, 0.01);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sextant

@@ -196,6 +196,22 @@ TYPED_TEST(SpaceVectorModulatorOf, ACorrectionLengthensTheHighTimeOfLegsThatSwit
   EXPECT_EQ(high_ns(corrected, 2), 0) << "it rests low";
 }
 
+// A small voltage, whose active vectors are shorter than what dead times take: the order of the legs' edges
+// is that of their corrected times.
+TYPED_TEST(SpaceVectorModulatorOf, ACorrectionMayExchangeTheOrderOfTheLegs) {
+  using T = TypeParam;
+  for (const PatternKind kind : {PatternKind::symmetric, PatternKind::asymmetric}) {
+    SpaceVectorModulator<T> modulator{{.pattern = kind}};
+    this->for_vectors(8, [&](SpaceVector<T> u) {
+      const ThreePhase<T> longer{T(-1.5e-6), T(1.5e-6), T(0.5e-6)};
+      const SpaceVector<T> added = (T(u_dc) / T(period_ns * 1e-9)) * clarke(longer);
+      const GatePattern pattern = modulator.step(u, T(u_dc), period_ns, longer);
+      EXPECT_NEAR(mean_voltage(pattern).alpha, double(u.alpha + added.alpha), 2 * rounding);
+      EXPECT_NEAR(mean_voltage(pattern).beta, double(u.beta + added.beta), 2 * rounding);
+    });
+  }
+}
+
 TYPED_TEST(SpaceVectorModulatorOf, AnyInputGivesAPatternThatFillsThePeriod) {
   using T = TypeParam;
   constexpr unsigned seed = 20261123;

@@ -12,6 +12,7 @@
 #include "sextant/control/controller.hpp"
 #include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/inverter_model.hpp"
 
 namespace sextant {
 
@@ -19,6 +20,7 @@ namespace sextant {
 /// has a member of the same name and type.
 struct ControlSetup {
   InductionMachineParameters<> machine{};  ///< the controller's parameters of the machine
+  InverterModel<>::Parameters inverter{};  ///< the same of the inverter
   std::int32_t period_ns{25'000};          ///< control period [ns]
   double flux_reference{1.1};              ///< stator flux linkage [Wb]
   FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
@@ -33,6 +35,7 @@ struct ControlSetup {
 template <class Parameters>
 void share(const ControlSetup& setup, Parameters& p) {
   if constexpr (requires { p.machine = setup.machine; }) p.machine = setup.machine;
+  if constexpr (requires { p.inverter = setup.inverter; }) p.inverter = setup.inverter;
   if constexpr (requires { p.period_ns = setup.period_ns; }) p.period_ns = setup.period_ns;
   if constexpr (requires { p.flux_reference = setup.flux_reference; })
     p.flux_reference = setup.flux_reference;

@@ -17,7 +17,8 @@ void describe(Section s, SensorParameters& p, const std::function<std::int32_t()
 /// Keys of [plant.faults]; u_dc: of the link without a fault [V], read before.
 void describe(Section s, PlantFaultParameters& p, const double& u_dc);
 
-/// True where a measurement is the plant's true state, and nothing is wrong with the plant.
+/// True where a measurement is the plant's true state, what is commanded acts, and nothing is wrong with the
+/// plant.
 [[nodiscard]] bool is_ideal(const SimulatedDriveIoParameters& p);
 
 }  // namespace sextant

@@ -8,6 +8,7 @@
 #include "sextant/control/flux_torque_estimator.hpp"
 #include "sextant/control/magnetising_control.hpp"
 #include "sextant/control/nearest_state.hpp"
+#include "sextant/core/inverter_model.hpp"
 #include "sextant/core/sampling_instant.hpp"
 
 namespace sextant {
@@ -20,8 +21,9 @@ class EstimatingController : public Controller<T> {
  public:
   struct Parameters {
     InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
-    std::int32_t period_ns{25'000};           ///< control period [ns]
-    T flux_reference{T(1.1)};                 ///< ψ_ref at a flux share of 1 [Wb]
+    typename InverterModel<T>::Parameters inverter{};
+    std::int32_t period_ns{25'000};  ///< control period [ns]
+    T flux_reference{T(1.1)};        ///< ψ_ref at a flux share of 1 [Wb]
     FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
     bool adapts_parameters{true};  ///< R_s, R_r and L_m follow the machine, with the kinds that identify them
     std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
@@ -39,6 +41,7 @@ class EstimatingController : public Controller<T> {
       if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
         return "the actuation delay must be 0 or 1 periods";
       }
+      if (const char* problem = inverter.validate(period_ns)) return problem;
       if (const char* problem = machine.validate()) return problem;
       return magnetiser.validate(machine, flux_reference);
     }
@@ -57,7 +60,8 @@ class EstimatingController : public Controller<T> {
     estimate_.r_s_deviation = estimator_.deviations().r_s;
     estimate_.r_r_deviation = estimator_.deviations().r_r;
     estimate_.l_m_deviation = estimator_.deviations().l_m;
-    GatePattern pattern = mode_ == ControlMode::off ? rest() : decide(measurement, reference);
+    const GatePattern pattern = mode_ == ControlMode::off ? rest() : decide(measurement, reference);
+    if (!estimator_.inverter().is_ideal()) in_flight_ = pattern;
     estimate_.magnetised = magnetising_.done();
     return pattern;
   }
@@ -93,7 +97,8 @@ class EstimatingController : public Controller<T> {
         period_{T(parameters.period_ns) * T(1e-9)},
         ripple_share_{ripple_share},
         sampling_{parameters.sampling_lead_ns},
-        estimator_{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters},
+        estimator_{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
+                   parameters.inverter},
         magnetising_{parameters.magnetiser, period_} {}
 
   /// The pattern with which the torque follows its reference. It must call `drive`.
@@ -150,6 +155,20 @@ class EstimatingController : public Controller<T> {
   /// The state in force at the end of the last pattern of these, until the gates go off.
   [[nodiscard]] SwitchState present() const noexcept { return present_; }
 
+  /// By how much longer each leg is to be high for the inverter to make the mean voltage u [V] of the pattern
+  /// that `ideal` gives for an ideal one: what it would lack, by the link voltage. Zero for an ideal
+  /// inverter. [s]
+  template <class Ideal>
+  [[nodiscard]] ThreePhase<T> leg_correction(SpaceVector<T> u, T u_dc, Ideal&& ideal) const noexcept {
+    const InverterModel<T>& inverter = estimator_.inverter();
+    if (inverter.is_ideal() || !(u_dc > T(0))) return {};
+    typename InverterModel<T>::Legs legs = legs_;
+    const SpaceVector<T> i_end = predict(estimator_, x_, u, period_).i_s;
+    const ThreePhase<T> beyond = inverter.predicted(ideal(), x_.i_s, i_end, u_dc, legs);
+    const T per_volt = T(-1) / u_dc;
+    return {per_volt * beyond.a, per_volt * beyond.b, per_volt * beyond.c};
+  }
+
   [[nodiscard]] const FluxTorqueEstimator<T>& estimator() const noexcept { return estimator_; }
   [[nodiscard]] T period() const noexcept { return period_; }  ///< [s]
   [[nodiscard]] std::int32_t period_ns() const noexcept { return parameters_.period_ns; }
@@ -157,11 +176,11 @@ class EstimatingController : public Controller<T> {
  private:
   [[nodiscard]] GatePattern decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
     const T psi_ref = reference.flux_share * parameters_.flux_reference;
-    const FluxAndCurrent<T> x = ahead(m.u_dc);
-    if (mode_ == ControlMode::torque) return follow({x, reference.torque, psi_ref, m.u_dc});
+    x_ = ahead(m.u_dc);
+    if (mode_ == ControlMode::torque) return follow({x_, reference.torque, psi_ref, m.u_dc});
     release();
     const T quantum = vector_quantum(psi_ref, m.u_dc);
-    return realise(magnetising_.step(estimator_, x, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m,
+    return realise(magnetising_.step(estimator_, x_, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m,
                                      quantum * ripple_share_),
                    m.u_dc, quantum);
   }
@@ -169,20 +188,37 @@ class EstimatingController : public Controller<T> {
   void stop() noexcept {
     sampling_.reset();
     estimate_ = {};
+    in_flight_ = {};
     (void)rest();
     forget();
     mode_ = ControlMode::off;
   }
 
-  /// Flux and current when the pattern that is decided now begins.
-  [[nodiscard]] FluxAndCurrent<T> ahead(T u_dc) const noexcept {
+  /// Flux, current and legs when the pattern that is decided now begins.
+  [[nodiscard]] FluxAndCurrent<T> ahead(T u_dc) noexcept {
     FluxAndCurrent<T> x{estimator_.psi_s(), estimator_.i_s()};
+    legs_ = estimator_.inverter().legs();
     if (const GatePattern& since = sampling_.since(); since.is_driven()) {
       const T lead = T(since.duration_ns()) * T(1e-9);
-      x = predict(estimator_, x, (T(1) / lead) * volt_seconds(since, u_dc), lead);
+      x = after(x, since, (T(1) / lead) * volt_seconds(since, u_dc), u_dc, lead);
     }
-    if (parameters_.actuation_delay_periods == 0 || !is_driven_) return x;
-    return predict(estimator_, x, u_in_flight_, period_);
+    if (parameters_.actuation_delay_periods == 0) return x;
+    if (is_driven_) return after(x, in_flight_, u_in_flight_, u_dc, period_);
+    estimator_.inverter().pass(in_flight_, legs_);
+    return x;
+  }
+
+  /// Flux and current dt [s] after those of x, under a pattern of the mean voltage u [V] by an ideal
+  /// inverter. The legs are left as they are then.
+  [[nodiscard]] FluxAndCurrent<T> after(const FluxAndCurrent<T>& x, const GatePattern& pattern,
+                                        SpaceVector<T> u, T u_dc, T dt) noexcept {
+    const InverterModel<T>& inverter = estimator_.inverter();
+    if (inverter.is_ideal()) return predict(estimator_, x, u, dt);
+    // A pattern with corrected edges has another mean.
+    const SpaceVector<T> commanded = volt_seconds(pattern, u_dc);
+    const SpaceVector<T> i_end = predict(estimator_, x, (T(1) / dt) * commanded, dt).i_s;
+    const SpaceVector<T> beyond = clarke(inverter.predicted(pattern, x.i_s, i_end, u_dc, legs_));
+    return predict(estimator_, x, (T(1) / dt) * (commanded + beyond), dt);
   }
 
   [[nodiscard]] GatePattern rest() noexcept {
@@ -199,8 +235,11 @@ class EstimatingController : public Controller<T> {
   SamplingInstant<T> sampling_;
   FluxTorqueEstimator<T> estimator_;
   MagnetisingControl<T> magnetising_;
-  SpaceVector<T> u_in_flight_{};  ///< mean voltage of the last pattern [V]
-  bool is_driven_{false};         ///< the last pattern drives every leg
+  FluxAndCurrent<T> x_{};                   ///< when the pattern begins that is decided now
+  SpaceVector<T> u_in_flight_{};            ///< mean voltage of the last pattern by an ideal inverter [V]
+  bool is_driven_{false};                   ///< the last pattern drives every leg
+  typename InverterModel<T>::Legs legs_{};  ///< when the pattern begins that is decided now
+  GatePattern in_flight_{};                 ///< the last pattern; empty with an ideal inverter
   SwitchState present_{gates_off};
   ControlMode mode_{ControlMode::off};
 };

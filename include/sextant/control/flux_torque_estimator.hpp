@@ -12,6 +12,7 @@
 #include "sextant/control/magnetising_identification.hpp"
 #include "sextant/control/parameter_adaptation.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/inverter_model.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/two_level_inverter.hpp"
 
@@ -35,13 +36,16 @@ class FluxTorqueEstimator {
  public:
   using Machine = InductionMachineParameters<T>;
 
+  /// inverter: what makes the voltage of the applied patterns.
   explicit FluxTorqueEstimator(const Machine& machine,
-                               FluxEstimatorKind kind = FluxEstimatorKind::voltage_model,
-                               bool adapts = true) noexcept
+                               FluxEstimatorKind kind = FluxEstimatorKind::voltage_model, bool adapts = true,
+                               const typename InverterModel<T>::Parameters& inverter = {}) noexcept
       : kind_{kind},
         adapts_{adapts},
         machine_{machine},
         configured_{machine},
+        inverter_parameters_{inverter},
+        inverter_{inverter, machine.sigma_l_s()},
         current_model_{machine},
         compensated_{machine.r_s / machine.l_s()},
         hybrid_{machine},
@@ -55,9 +59,10 @@ class FluxTorqueEstimator {
   void step(const Measurement<T>& measurement, bool magnetising = false) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
+    const ThreePhase<T> beyond = inverter_.step(measurement.applied, measurement.i_abc, measurement.u_dc);
     age(T(measurement.applied.duration_ns()) * T(1e-9));
     if (measurement.applied.is_driven()) {
-      step_driven(measurement, i_s_before, magnetising && identifies());
+      step_driven(measurement, clarke(beyond), i_s_before, magnetising && identifies());
     } else {
       if (!magnetising) magnetised_ = T(0);
       step_coasting(measurement, i_s_before);
@@ -83,6 +88,8 @@ class FluxTorqueEstimator {
   }
 
   [[nodiscard]] constexpr const CurrentModel<T>& current_model() const noexcept { return current_model_; }
+  /// The inverter, as it was left at the last measurement.
+  [[nodiscard]] constexpr const InverterModel<T>& inverter() const noexcept { return inverter_; }
   /// The machine's parameters in use.
   [[nodiscard]] constexpr const Machine& machine() const noexcept { return machine_; }
 
@@ -91,7 +98,7 @@ class FluxTorqueEstimator {
   [[nodiscard]] constexpr const ParameterDeviations<T>& deviations() const noexcept { return deviations_; }
 
   /// Flux zero and parameters as configured, as after power-up.
-  void reset() noexcept { *this = FluxTorqueEstimator{configured_, kind_, adapts_}; }
+  void reset() noexcept { *this = FluxTorqueEstimator{configured_, kind_, adapts_, inverter_parameters_}; }
 
   /// The same with the gates off, but for the rotor flux: a machine keeps it for some τ_r.
   void restart() noexcept {
@@ -109,7 +116,9 @@ class FluxTorqueEstimator {
                        kind_ == FluxEstimatorKind::observer);
   }
 
-  void step_driven(const Measurement<T>& m, SpaceVector<T> i_s_before, bool identify) noexcept {
+  /// beyond: ∫u_s dt beyond that of an ideal inverter. [V·s]
+  void step_driven(const Measurement<T>& m, SpaceVector<T> beyond, SpaceVector<T> i_s_before,
+                   bool identify) noexcept {
     if (coasting_) {
       set_flux(psi_s_, i_s_before);
       adaptation_.reset();
@@ -117,7 +126,7 @@ class FluxTorqueEstimator {
     coasting_ = false;
     const T dt = T(m.applied.duration_ns()) * T(1e-9);
     if (!(dt > T(0))) return;
-    const Period period{volt_seconds(m.applied, m.u_dc), i_s_before, T(0.5) * (i_s_before + i_s_),
+    const Period period{volt_seconds(m.applied, m.u_dc) + beyond, i_s_before, T(0.5) * (i_s_before + i_s_),
                         T(0.5) * (omega_m_ + m.omega_m), dt};
     if (identify) return step_magnetising(period);
     if (identifying_) adopt(i_s_before);
@@ -273,6 +282,8 @@ class FluxTorqueEstimator {
   bool adapts_;
   Machine machine_;     ///< in use
   Machine configured_;  ///< as configured
+  typename InverterModel<T>::Parameters inverter_parameters_;
+  InverterModel<T> inverter_;
   CurrentModel<T> current_model_;
   CompensatedVoltageModel<T> compensated_;
   HybridFluxModel<T> hybrid_;

@@ -83,19 +83,26 @@ class MagnetisingIdentification {
   [[nodiscard]] T settling_time() const noexcept { return T(4) * filter_time_ + shortest_; }
 
   /// The parameters in use with what is identified so far in their place; the flux is then that of the
-  /// course. Of a course that finds parameters beyond their bounds nothing is taken over. Call at the end of
-  /// magnetising.
+  /// course. Of a course that finds a parameter at a bound or beyond nothing is taken over, nor is the flux
+  /// by its voltages, which fit no machine within the bounds: that is the current model's then. Call at the
+  /// end of magnetising.
   [[nodiscard]] Machine finish(Machine machine) noexcept {
     has_found_ = false;
     if (!is_identified()) return machine;
     const Result found = mixed(course_.solve(), standstill_.result());
-    if (!Prior::allows(found.r_r, nominal_.r_r) || !Prior::allows(found.l_m, nominal_.l_m)) return machine;
-    flux_ = found.flux;
     const T weight = stator_weight();
+    const T r_s = machine.r_s + weight * (found.r_s - machine.r_s);
+    const bool is_allowed = Prior::allows(r_s, nominal_.r_s) && Prior::allows(found.r_r, nominal_.r_r) &&
+                            Prior::allows(found.l_m, nominal_.l_m);
+    if (!is_allowed) {
+      flux_ = model_flux_.value();
+      return machine;
+    }
+    flux_ = found.flux;
     has_found_ = true;
     covariance_ = found.covariance;
     covariance_.ss = weight * covariance_.ss + (T(1) - weight) * ParameterCovariance<T>{}.ss;
-    machine.r_s += weight * (Prior::bounded(found.r_s, nominal_.r_s) - machine.r_s);
+    machine.r_s = r_s;
     machine.r_r = found.r_r;
     machine.l_m = found.l_m;
     covariance_.refer_to(machine.r_s / nominal_.r_s, machine.r_r / nominal_.r_r, machine.l_m / nominal_.l_m);

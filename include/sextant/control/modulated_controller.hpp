@@ -48,7 +48,10 @@ class ModulatedController : public EstimatingController<T> {
   [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T) noexcept SEXTANT_NONBLOCKING final {
     const SpaceVector<T> within = modulator_.within_hexagon(u, u_dc);
     Base::drive(within);
-    return modulator_.step(within, u_dc, Base::period_ns());
+    const auto ideal = [this, within, u_dc] {
+      return SpaceVectorModulator<T>{modulator_}.step(within, u_dc, Base::period_ns());
+    };
+    return modulator_.step(within, u_dc, Base::period_ns(), Base::leg_correction(within, u_dc, ideal));
   }
   void forget() noexcept SEXTANT_NONBLOCKING final { modulator_.reset(); }
 

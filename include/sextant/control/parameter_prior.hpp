@@ -20,8 +20,11 @@ struct ParameterPrior {
   [[nodiscard]] static constexpr T bounded(T value, T configured) noexcept {
     return std::clamp(value, lowest * configured, highest * configured);
   }
+  /// Within the bounds and not at one, where a search ends that only they have stopped.
   [[nodiscard]] static constexpr bool allows(T value, T configured) noexcept {
-    return value == bounded(value, configured);
+    constexpr T rounding{T(1e-3)};
+    return value > (T(1) + rounding) * lowest * configured &&
+           value < (T(1) - rounding) * highest * configured;
   }
 };
 

@@ -65,7 +65,7 @@ class SpaceVectorModulator {
   [[nodiscard]] GatePattern step(SpaceVector<T> u, T u_dc, std::int32_t period_ns,
                                  ThreePhase<T> leg_correction = {}) noexcept {
     const ThreePhase<T> v = inverse_clarke(u);
-    const Order order = sorted(v);
+    Order order = sorted(v);
     const Shares shares = u_dc > T(0) ? within_period(order, u_dc) : Shares{};
     const std::array<T, 3> correction{leg_correction.a, leg_correction.b, leg_correction.c};
     HighTimes high_ns = high_times(shares, v, period_ns);
@@ -73,8 +73,7 @@ class SpaceVectorModulator {
       if (high_ns[n] == 0 || high_ns[n] == period_ns) continue;  // the leg rests
       high_ns[n] = admissible(T(high_ns[n]) + T(1e9) * correction[order.legs[n]], period_ns);
     }
-    high_ns[1] = std::min(high_ns[1], high_ns[0]);
-    high_ns[2] = std::min(high_ns[2], high_ns[1]);
+    sort(order, high_ns);
     return pattern(order, high_ns, period_ns);
   }
 
@@ -115,6 +114,18 @@ class SpaceVectorModulator {
     compare(1, 2);
     compare(0, 1);
     return o;
+  }
+
+  /// A correction may make the leg of a lower voltage high for longer.
+  static constexpr void sort(Order& o, HighTimes& high_ns) noexcept {
+    const auto compare = [&o, &high_ns](std::size_t n, std::size_t k) {
+      if (high_ns[n] >= high_ns[k]) return;
+      std::swap(high_ns[n], high_ns[k]);
+      std::swap(o.legs[n], o.legs[k]);
+    };
+    compare(0, 1);
+    compare(1, 2);
+    compare(0, 1);
   }
 
   [[nodiscard]] Shares within_period(const Order& o, T u_dc) const noexcept {

@@ -10,6 +10,10 @@ namespace sextant {
 
 /// The seam between the drive and the power stage: real hardware, a plant in another process, or the
 /// simulated plant in this one. Called once a control period, from the control thread only.
+///
+/// `Measurement::applied` holds the edges that were commanded, late or lost patterns included. What dead time
+/// and drops of the inverter make of them is not in it: hardware does not know the former without a
+/// comparator on each leg.
 template <class T = double>
 class DriveIo {
  public:

@@ -14,7 +14,7 @@ struct Measurement {
   ThreePhase<T> i_abc{};  ///< phase currents, positive into the machine [A]
   T u_dc{};               ///< DC-link voltage [V]
   T omega_m{};            ///< mechanical speed [rad/s]
-  GatePattern applied{};  ///< applied pattern: gate states over the time since the last measurement
+  GatePattern applied{};  ///< applied pattern: commanded states over the time since the last measurement
   bool plausible{true};   ///< false: the power stage, or its simulation, has no valid measurement
   /// Mechanical angle of the rotor from its position at power-up, in [−π, π]; empty without such a sensor
   /// [rad]

@@ -14,7 +14,8 @@
 
 namespace sextant {
 
-/// Two-level inverter on a stiff DC link: ideal switches, ideal freewheeling diodes, no dead time.
+/// Two-level inverter on a stiff DC link: ideal switches, ideal freewheeling diodes. A dead time is a time
+/// for which a leg is off.
 ///
 /// A leg is low, high or off. An off leg carries its phase current through a diode: the lower one while
 /// i_x > 0, the upper one while i_x < 0. Once its current is zero it floats, until its potential leaves

@@ -22,10 +22,12 @@ inline constexpr std::array<ThreePhase<T>, 8> unit_phase_voltages = [] {
 }();
 
 /// Time integral of the phase voltages over an applied pattern in which every leg is driven
-/// (`GatePattern::is_driven`), ∫ u_x dt [V·s]. u_dc: link voltage [V].
+/// (`GatePattern::is_driven`), ∫ u_x dt [V·s]. u_dc: link voltage [V]; beyond: what an inverter that is not
+/// ideal adds (`InverterModel`) [V·s].
 template <class T>
-[[nodiscard]] constexpr ThreePhase<T> applied_volt_seconds(const GatePattern& applied, T u_dc) noexcept {
-  ThreePhase<T> out;
+[[nodiscard]] constexpr ThreePhase<T> applied_volt_seconds(const GatePattern& applied, T u_dc,
+                                                           const ThreePhase<T>& beyond = {}) noexcept {
+  ThreePhase<T> out = beyond;
   for (const GateSegment& segment : applied.segments()) {
     const ThreePhase<T>& u = unit_phase_voltages<T>[segment.state.upper_switches()];
     const T k = u_dc * (T(segment.duration_ns) * T(1e-9));

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "sextant/core/fault.hpp"
+#include "sextant/core/inverter_model.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/safety/applied_volt_seconds.hpp"
 #include "sextant/safety/current_offset.hpp"
@@ -39,6 +40,7 @@ class Protection {
         offset_{{.limit = parameters.current_offset,
                  .noise = parameters.current_noise,
                  .step = parameters.current_step}},
+        inverter_{parameters.inverter, parameters.machine.sigma_l_s()},
         prediction_{parameters.machine},
         response_{{.period_ns = parameters.period_ns,
                    .jump = parameters.current_jump,
@@ -179,6 +181,7 @@ class Protection {
     // An empty pattern, gates off, tells no time.
     const std::int64_t duration_ns =
         m.applied.segments().empty() ? limits_.period_ns : m.applied.duration_ns();
+    const ThreePhase<T> beyond = inverter_.step(m.applied, m.i_abc, m.u_dc);
     offset_.step(m);
     winding_.step(within_trip(m.i_abc), duration_ns);
     if (!m.applied.is_driven()) {
@@ -193,13 +196,13 @@ class Protection {
       direction_.step_without_voltage(m.i_abc, m.omega_m, seconds(duration_ns));
       return true;
     }
-    check(m, drive, duration_ns);
+    check(m, applied_volt_seconds(m.applied, m.u_dc, beyond), drive, duration_ns);
     return true;
   }
 
-  /// The monitors' step over an interval in which every leg was driven. [ns]
-  void check(const Measurement<T>& m, const ProtectionInputs<T>& drive, std::int64_t duration_ns) noexcept {
-    const ThreePhase<T> volt_seconds = applied_volt_seconds(m.applied, m.u_dc);
+  /// The monitors' step over an interval in which every leg was driven. [V·s], [ns]
+  void check(const Measurement<T>& m, const ThreePhase<T>& volt_seconds, const ProtectionInputs<T>& drive,
+             std::int64_t duration_ns) noexcept {
     const T dt = seconds(duration_ns);
     const bool is_one = duration_ns == limits_.period_ns;
     const PredictedChange<T> change = prediction_.step(
@@ -247,6 +250,7 @@ class Protection {
 
   Parameters limits_;
   CurrentOffset<T> offset_;
+  InverterModel<T> inverter_;
   CurrentPrediction<T> prediction_;
   CurrentResponse<T> response_;
   PhaseContinuity<T> continuity_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/inverter_model.hpp"
 #include "sextant/safety/winding_temperature.hpp"
 
 namespace sextant {
@@ -42,7 +43,8 @@ struct ProtectionLimits {
 
   typename WindingTemperature<T>::Parameters winding{};
   InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
-  std::int32_t period_ns{25'000};           ///< control period [ns]
+  typename InverterModel<T>::Parameters inverter{};
+  std::int32_t period_ns{25'000};  ///< control period [ns]
 
   [[nodiscard]] const char* validate() const noexcept {
     const auto positive = [](T x) { return std::isfinite(x) && x > T(0); };
@@ -83,7 +85,8 @@ struct ProtectionLimits {
     if (!(winding_warning > winding.ambient)) return "the winding's warning must be above the ambient";
     if (const char* problem = winding.validate()) return problem;
     if (const char* problem = machine.validate()) return problem;
-    return period_ns > 0 ? nullptr : "the control period must be above zero";
+    if (period_ns <= 0) return "the control period must be above zero";
+    return inverter.validate(period_ns);
   }
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "sextant/core/inverter_model.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/safety/monitored_flux.hpp"
 #include "sextant/safety/torque_bands.hpp"
@@ -43,6 +44,7 @@ class TorqueMonitor {
       : parameters_{parameters},
         window_s_{T(parameters.window_ns) * T(1e-9)},
         trip_s_{T(parameters.time_ns - parameters.window_ns) * T(1e-9)},
+        inverter_{parameters.inverter, parameters.machine.sigma_l_s()},
         flux_{parameters.machine},
         window_{parameters.machine},
         bands_{parameters},
@@ -53,6 +55,7 @@ class TorqueMonitor {
   [[nodiscard]] bool step(const Measurement<T>& m, T dt, std::optional<T> commanded) noexcept {
     const bool is_repeated = !m.applied.segments().empty() && m.applied.duration_ns() == 0;
     if (is_repeated) return is_fault();  // a period without a new measurement
+    const ThreePhase<T> beyond = inverter_.step(m.applied, m.i_abc, m.u_dc);
     const SpaceVector<T> i_before = i_s_;
     const T omega_m = T(0.5) * (omega_m_ + m.omega_m);
     i_s_ = clarke(m.i_abc);
@@ -70,7 +73,7 @@ class TorqueMonitor {
       reach_.step({flux_.psi_r(), i_s_, m.omega_m, m.u_dc}, *commanded, tolerance(*commanded), dt);
     }
     window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, commanded.value_or(T(0)),
-                reach_.torque());
+                reach_.torque(), beyond);
     if (window_.duration() + T(0.5) * dt >= window_s_) {
       const TorqueMeans<T> means = window_.means();
       follow(means);
@@ -165,6 +168,7 @@ class TorqueMonitor {
   Parameters parameters_;
   T window_s_;
   T trip_s_;
+  InverterModel<T> inverter_;
   MonitoredFlux<T> flux_;
   TorqueWindow<T> window_;
   TorqueBands<T> bands_;

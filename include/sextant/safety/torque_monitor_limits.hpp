@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/inverter_model.hpp"
 
 namespace sextant {
 
@@ -15,17 +16,18 @@ template <class T = double>
 struct TorqueMonitorLimits {
   bool enabled{true};                       ///< false: no fault; the torque is estimated all the same
   InductionMachineParameters<T> machine{};  ///< the monitor's own parameters of the machine
-  T flux_reference{T(1.1)};                 ///< below half of it growing flux excuses a lack of torque [Wb]
-  T limit{T(10)};                           ///< smallest deviation that counts [N·m]
-  T limit_share{T(0.05)};                   ///< the same as a share of the command [-]
-  T wrong_sign{T(5)};                       ///< smallest torque against the command's sign that counts [N·m]
-  std::int64_t time_ns{10'000'000};         ///< a deviation is a fault after this time at the latest [ns]
-  std::int64_t window_ns{1'000'000};        ///< averaging time of torque and command [ns]
-  T r_s_share{T(0.5)};                      ///< error of R_s [-]
-  T r_r_share{T(0.5)};                      ///< error of R_r [-]
-  T l_m_share{T(0.3)};                      ///< error of L_m [-]
-  T sensor_share{T(0.05)};                  ///< relative error of the torque by the gains of the sensors [-]
-  T current_offset{T(0.77)};  ///< largest offset of the current vector: 4/3 of that of a phase [A]
+  typename InverterModel<T>::Parameters inverter{};  ///< the drive's, checked with its control period
+  T flux_reference{T(1.1)};           ///< below half of it growing flux excuses a lack of torque [Wb]
+  T limit{T(10)};                     ///< smallest deviation that counts [N·m]
+  T limit_share{T(0.05)};             ///< the same as a share of the command [-]
+  T wrong_sign{T(5)};                 ///< smallest torque against the command's sign that counts [N·m]
+  std::int64_t time_ns{10'000'000};   ///< a deviation is a fault after this time at the latest [ns]
+  std::int64_t window_ns{1'000'000};  ///< averaging time of torque and command [ns]
+  T r_s_share{T(0.5)};                ///< error of R_s [-]
+  T r_r_share{T(0.5)};                ///< error of R_r [-]
+  T l_m_share{T(0.3)};                ///< error of L_m [-]
+  T sensor_share{T(0.05)};            ///< relative error of the torque by the gains of the sensors [-]
+  T current_offset{T(0.77)};          ///< largest offset of the current vector: 4/3 of that of a phase [A]
 
   [[nodiscard]] const char* validate() const noexcept {
     const auto positive = [](T x) { return std::isfinite(x) && x > T(0); };

@@ -32,12 +32,13 @@ class TorqueWindow {
   /// Adds a period of dt [s] with its applied pattern, in which every leg was driven; voltage [V], current
   /// [A], rotor flux [Wb] and speed [rad/s] are those at its end, i_before [A] at its beginning. The voltage
   /// behind R_s and σL_s is k_r dψ_r/dt, which hardly changes within a period: its product with the mean
-  /// current is the mean power, however many segments the pattern has.
+  /// current is the mean power, however many segments the pattern has. beyond: as `applied_volt_seconds`.
   constexpr void add(const GatePattern& applied, T dt, T u_dc, SpaceVector<T> i_before, SpaceVector<T> i_s,
-                     SpaceVector<T> psi_r, T omega_m, T commanded, T reached) noexcept {
+                     SpaceVector<T> psi_r, T omega_m, T commanded, T reached,
+                     const ThreePhase<T>& beyond = {}) noexcept {
     const SpaceVector<T> i_mean = T(0.5) * (i_before + i_s);
-    const SpaceVector<T> volt_seconds =
-        clarke(applied_volt_seconds(applied, u_dc)) - (r_s_ * dt) * i_mean - sigma_l_s_ * (i_s - i_before);
+    const SpaceVector<T> volt_seconds = clarke(applied_volt_seconds(applied, u_dc, beyond)) -
+                                        (r_s_ * dt) * i_mean - sigma_l_s_ * (i_s - i_before);
     ++count_;
     sums_.duration += dt;
     sums_.commanded += commanded;

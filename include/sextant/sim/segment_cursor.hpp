@@ -11,43 +11,49 @@
 
 namespace sextant {
 
-/// Goes through the gate segments of a pattern from stop to stop.
+/// Goes through gate segments from stop to stop.
 class SegmentCursor {
  public:
-  explicit SegmentCursor(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING
-      : count_{pattern.segments().size()} {
-    std::copy(pattern.segments().begin(), pattern.segments().end(), segments_.begin());
-  }
+  /// The segments must outlive this object.
+  explicit SegmentCursor(std::span<const GateSegment> segments) noexcept SEXTANT_NONBLOCKING
+      : segments_{segments} {}
 
-  /// What is left, in order; the first segment may be the rest of one.
+  /// The segments of which something is left, in order; what has been taken of the first is not left out.
   [[nodiscard]] std::span<const GateSegment> rest() const noexcept SEXTANT_NONBLOCKING {
-    return {segments_.data() + next_, count_ - next_};
+    return segments_.subspan(next_);
+  }
+  /// What is left of the first of them; there must be one. [ns]
+  [[nodiscard]] std::int32_t first_ns() const noexcept SEXTANT_NONBLOCKING {
+    return segments_[next_].duration_ns - taken_ns_;
   }
 
-  /// True while the first segment of what is left is the rest of one.
-  [[nodiscard]] bool resumes() const noexcept SEXTANT_NONBLOCKING { return resumes_; }
+  /// True while a part of the first segment of what is left has been taken.
+  [[nodiscard]] bool resumes() const noexcept SEXTANT_NONBLOCKING { return taken_ns_ > 0; }
 
-  /// The next segments, which last `most_ns` together at most; the last of them may be the first part of one.
+  /// The next segments, GatePattern::capacity at most, which last `most_ns` together at most; the last of
+  /// them may be the first part of one. Valid until the next call.
   [[nodiscard]] std::span<const GateSegment> take(std::int64_t most_ns) noexcept SEXTANT_NONBLOCKING {
     std::size_t n = 0;
-    for (; next_ < count_ && most_ns > 0; ++n) {
-      GateSegment& segment = segments_[next_];
-      const auto taken_ns = std::int32_t(std::min<std::int64_t>(segment.duration_ns, most_ns));
-      taken_[n] = {segment.state, taken_ns};
-      most_ns -= taken_ns;
-      segment.duration_ns -= taken_ns;
-      resumes_ = segment.duration_ns > 0;
-      if (!resumes_) ++next_;
+    for (; next_ < segments_.size() && n < taken_.size() && most_ns > 0; ++n) {
+      const std::int32_t left_ns = first_ns();
+      const auto part_ns = std::int32_t(std::min<std::int64_t>(left_ns, most_ns));
+      taken_[n] = {segments_[next_].state, part_ns};
+      most_ns -= part_ns;
+      if (part_ns < left_ns) {
+        taken_ns_ += part_ns;
+      } else {
+        taken_ns_ = 0;
+        ++next_;
+      }
     }
     return {taken_.data(), n};
   }
 
  private:
-  std::array<GateSegment, GatePattern::capacity> segments_{};
+  std::span<const GateSegment> segments_;
   std::array<GateSegment, GatePattern::capacity> taken_{};
-  std::size_t count_;
   std::size_t next_{0};
-  bool resumes_{false};
+  std::int32_t taken_ns_{0};  ///< of the first segment of the rest [ns]
 };
 
 }  // namespace sextant

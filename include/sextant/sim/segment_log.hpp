@@ -10,6 +10,7 @@
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+#include "sextant/plant/acted_segments.hpp"
 
 namespace sextant {
 
@@ -65,8 +66,7 @@ class SegmentLog {
   }
 
  private:
-  // What was applied over one read is a pattern itself.
-  static constexpr std::size_t capacity = GatePattern::capacity;
+  static constexpr std::size_t capacity = ActedSegments::capacity;
 
   void add(const ActedSegment& segment, const State& end, bool resumes) noexcept SEXTANT_NONBLOCKING {
     if (resumes && count_ > 0) {

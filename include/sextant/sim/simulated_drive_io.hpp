@@ -13,6 +13,7 @@
 #include "sextant/core/drive_io.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/plant_integrator.hpp"
+#include "sextant/sim/dead_time.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/segment_cursor.hpp"
@@ -28,6 +29,7 @@ struct SimulatedDriveIoParameters {
   int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after it was written [-]
   bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
   int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
+  std::int32_t dead_time_ns{0};    ///< of the gate drivers, from one switch of a leg to the other one [ns]
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
   SensorParameters sensors{};    ///< ideal by default
@@ -40,6 +42,9 @@ struct SimulatedDriveIoParameters {
       return "the actuation delay must be 0 or 1 periods";
     }
     if (hold_periods < 1) return "a pattern must hold for at least one period";
+    if (dead_time_ns < 0 || dead_time_ns >= period_ns - dead_time_ns) {
+      return "the dead time must be from zero to below half of the control period";
+    }
     if (const char* problem = sensors.validate()) return problem;
     if (sensors.sampling_lead_ns > period_ns) return "the sampling lead must not exceed the control period";
     return fault.validate();
@@ -52,7 +57,8 @@ struct SimulatedDriveIoParameters {
 /// driver holds the last state for `hold_periods` and then turns the gates off, because a held vector moves
 /// the torque far (docs/architecture.md, gate patterns). `Measurement::applied` reports the applied pattern,
 /// for which a pattern needs one segment to spare; without it, or after a gap of more than a second, the
-/// measurement is not plausible. `Log` keeps the segments of the last read.
+/// measurement is not plausible. With a dead time the legs act otherwise (`DeadTime`): `applied` is what was
+/// commanded, as of a real gate driver. `Log` keeps the acted segments of the last read.
 ///
 /// The measurement is what the sensors read (`SensorModel`): by default the plant's true state.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
@@ -67,6 +73,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
         plant_{plant},
         integrator_{integrator},
         load_{load},
+        dead_time_{parameters.dead_time_ns},
         sensors_{parameters.sensors, parameters.fault},
         has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant()} {}
 
@@ -77,8 +84,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
       prepare_stops(t_ns);
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
-    advance(parameters_.fault.kind == PlantFaultKind::cables_swapped ? with_swapped_cables(applied)
-                                                                     : applied);
+    act(parameters_.fault.kind == PlantFaultKind::cables_swapped ? with_swapped_cables(applied) : applied);
     // No room in `applied` for the segment with gates off, or a gap too long to integrate: the plant is not
     // at t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
@@ -193,9 +199,19 @@ class SimulatedDriveIo final : public DriveIo<double> {
     if (sample_ns_ > plant_t_ns_) next_stop_ns_ = std::min(next_stop_ns_, sample_ns_);
   }
 
+  /// Integrates what the legs do under the commanded pattern.
+  void act(const GatePattern& commanded) noexcept {
+    if (dead_time_.acts()) [[unlikely]] {
+      const ActedSegments acted = dead_time_.step(commanded.segments());
+      advance(acted.segments());
+    } else {
+      advance(commanded.segments());
+    }
+  }
+
   /// Between the corners of the load, so that a load step acts at its instant, and the stops.
-  void advance(const GatePattern& applied) noexcept {
-    SegmentCursor cursor{applied};
+  void advance(std::span<const GateSegment> acted) noexcept {
+    SegmentCursor cursor{acted};
     while (!failed_ && !cursor.rest().empty()) {
       const std::int64_t load_ns = load_time(plant_t_ns_);
       const std::int64_t to_corner_ns = load_.next_corner_ns(load_ns) - load_ns;
@@ -219,11 +235,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// Over the next segments as long as all are driven, else over the first of them, for most_ns at most.
   /// Returns how long that is. [ns]
   std::int64_t advance(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
-    const std::span<const GateSegment> rest = cursor.rest();
-    const bool driven = plant_.is_driven_by(rest);
+    const bool driven = plant_.is_driven_by(cursor.rest());
     const bool resumes = cursor.resumes();
-    const auto segments =
-        cursor.take(driven ? most_ns : std::min<std::int64_t>(most_ns, rest[0].duration_ns));
+    const auto segments = cursor.take(driven ? most_ns : std::min<std::int64_t>(most_ns, cursor.first_ns()));
     std::int64_t duration_ns = 0;
     for (const GateSegment& segment : segments) duration_ns += segment.duration_ns;
     set_inputs(segments[0].state, duration_ns);
@@ -265,6 +279,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   Plant& plant_;
   PlantIntegrator<Plant>& integrator_;
   const MechanicalLoad& load_;
+  DeadTime dead_time_;
   SensorModel sensors_;
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load
   Log log_{};

@@ -1,0 +1,209 @@
+"""Measures the drive of the paper's machine on a plant whose inverter has dead time, told of it, wrongly or not."""
+
+import argparse
+import json
+import os
+import subprocess
+import tempfile
+from collections import Counter
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import mil_program
+from .errors import UserError, run
+from .paths import OUT, ROOT
+from .sweep_file import Settings
+from .sweep_point import clean_reason, read_summary
+from .torque_map_drive import words
+
+EXAMPLES = """examples:
+  scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
+  scripts/inverter_study --methods foc --cases 25       one method, the cases at 25 us
+  scripts/inverter_study --speeds 0,5,50 --torques 60,-60
+
+A point is right, derated (less torque, and the drive says so), tripped, or wrong, silently: the mean torque over 0.3 s
+is off by more than 5 N·m and 5 % of the command. The current before any command is the largest of runs without one."""
+SPEEDS = tuple(s for v in (0, 2, 5, 10, 20, 50, 100, 200, 300, 400) for s in ((v, -v) if v else (0,)))  # [rad/s]
+TORQUES = tuple(s for v in (10, 40, 90, 130) for s in (v, -v))  # [N·m]
+METHODS = ("dtc", "foc")
+STEP_S, FROM_S, END_S = 0.6, 1.1, 1.4
+TOLERANCE_NM, TOLERANCE_SHARE = 5.0, 0.05
+DERATED_SHARE = 0.97  # of the command, below which published torque is derating
+TIME_LIMIT_S = 300  # of one run [s]
+RIGHT, DERATED, TRIPPED, WRONG = "right", "derated", "tripped", "wrong"
+KINDS = (RIGHT, DERATED, TRIPPED, WRONG)
+SLOW = 20.0  # up to here a point counts as near standstill [rad/s]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A plant, and what the drive is told of it."""
+
+    period_us: int
+    dead_us: float
+    told_us: float
+
+    @property
+    def name(self) -> str:
+        told = "" if not self.dead_us else f", told {self.told_us:g} us" if self.told_us else ", not told"
+        return f"{self.period_us} us, dead time {self.dead_us:g} us{told}"
+
+    @property
+    def settings(self) -> Settings:
+        return {
+            "drive.period_us": self.period_us,
+            "plant.inverter.dead_time_us": self.dead_us,
+            "drive.inverter.dead_time_us": self.told_us,
+        }
+
+
+CASES = tuple(
+    Case(period, dead, round(share * dead, 3))
+    for period, dead in ((25, 0.0), (25, 1.5), (125, 0.0), (125, 3.0))
+    for share in ((0, 1, 1.1, 0.9) if dead else (0,))
+)  # fmt: skip
+
+
+def scenario() -> str:
+    """The drive of configs/ecu.toml at an imposed speed."""
+    return "\n".join([
+        'name = "inverter_study"', f"duration_s = {END_S}",
+        f'machine = "{ROOT}/configs/machines/paper_3hp.toml"',
+        "[profile.torque_nm]", 'shape = "steps"', f"points = [[0, 0], [{STEP_S}, 0]]",
+        "[load]", 'kind = "imposed_speed"',
+        "[control]", "flux_reference_wb = 1.1", 'flux_estimator = "hybrid"',
+        "[control.dtc]", "torque_band_upper_nm = 0.918", "torque_band_lower_nm = 0.918",
+        "flux_band_wb = 0.01", "torque_trim_ms = 10",
+        "[command]", "torque_limit_nm = 150", "torque_rate_nm_s = 1e6",
+        "[capability]", "torque_nm = 150",
+        "[protection]", "over_current_a = 250", "dc_over_voltage_v = 700",
+        "[torque_monitor]", "limit_nm = 10",
+        "[plant]", "u_dc_v = 530", 'integrator = "exact"',
+        "[metrics]", f"window_from_s = {FROM_S}",
+    ]) + "\n"  # fmt: skip
+
+
+class Lab:
+    def __init__(self, mil: Path, directory: Path) -> None:
+        self.mil, self.file = mil, directory / "inverter_study.toml"
+        directory.mkdir(parents=True, exist_ok=True)
+        self.file.write_text(scenario(), encoding="utf-8")
+
+    def metrics(self, settings: Settings) -> tuple[dict, list]:
+        with tempfile.TemporaryDirectory(prefix="sextant-inverter-") as out:
+            command = [str(self.mil), str(self.file), *words(settings), "--no-trace", "--out", out]
+            done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
+            summary = read_summary(Path(out))
+        if summary is None:
+            raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
+        return summary["metrics"], summary["faults"]
+
+    def point(self, method: str, case: Case, speed: float, torque: float) -> dict:
+        settings = {
+            **case.settings,
+            "control.controller": method,
+            "load.speed_rad_s.value": float(speed),
+            "profile.torque_nm.points": [[0, 0], [STEP_S, float(torque)]],
+        }
+        metrics, faults = self.metrics(settings)
+        found = {"method": method, "case": case.name, "speed": speed, "torque": torque}
+        return found | judged(metrics, faults, speed, torque)
+
+    def idle(self, method: str, case: Case, speed: float) -> float:
+        """Largest phase current without a command. [A]"""
+        settings = {
+            **case.settings,
+            "control.controller": method,
+            "load.speed_rad_s.value": float(speed),
+            "duration_s": STEP_S,
+            "metrics.window_from_s": 0.0,
+            "profile.torque_nm.points": [[0, 0]],
+        }
+        return self.metrics(settings)[0]["peak_current_a"]
+
+
+def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:
+    """What a run shows."""
+    if faults:
+        return {"kind": TRIPPED, "why": f"{faults[0]['fault']} at {faults[0]['t_s']:.3f} s"}
+    motoring = torque * speed >= 0
+    published = metrics["torque_motoring_nm" if motoring else "torque_regenerating_nm"]
+    if published is None or metrics["torque_bias_nm"] is None:
+        return {"kind": WRONG, "why": "no torque, no fault"}
+    due = min(abs(torque), published) * (1 if torque > 0 else -1)
+    mean = torque + metrics["torque_bias_nm"]
+    if abs(mean - due) > max(TOLERANCE_NM, TOLERANCE_SHARE * abs(due)):
+        return {"kind": WRONG, "why": f"{mean:.1f} N·m for {due:.1f} N·m"}
+    return {"kind": DERATED if abs(due) < DERATED_SHARE * abs(torque) else RIGHT, "why": ""}
+
+
+def table(rows: list[dict], idle: dict[tuple[str, str], float]) -> str:
+    head = "| on the plant | method | " + " | ".join(KINDS) + f" | wrong above {SLOW:g} rad/s | A before a command |"
+    lines = [head, "|---|---|" + "--:|" * (len(KINDS) + 2)]
+    for method, case in idle:
+        own = [r for r in rows if (r["method"], r["case"]) == (method, case)]
+        counts = Counter(r["kind"] for r in own)
+        fast = sum(r["kind"] == WRONG and abs(r["speed"]) > SLOW for r in own)
+        numbers = " | ".join(str(counts[kind]) for kind in KINDS)
+        lines.append(f"| {case} | {method} | {numbers} | {fast} | {idle[method, case]:.0f} |")
+    return "\n".join(lines)
+
+
+def numbers(text: str) -> list[float]:
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'expected numbers, got "{text}"') from None
+
+
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="inverter_study",
+        description="Measures the drive on a plant with dead time, told of it or not.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), metavar="A,B")
+    parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
+    parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
+    parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
+    )
+    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    return parser.parse_args(arguments)
+
+
+def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case]) -> tuple[list[dict], dict]:
+    rows: list[dict] = []
+    idle: dict[tuple[str, str], float] = {}
+    with ThreadPoolExecutor(options.jobs) as pool:
+        for method in options.methods:
+            for case in cases:
+                currents = pool.map(lambda speed, m=method, c=case: lab.idle(m, c, speed), options.speeds)
+                work = [(method, case, speed, torque) for speed in options.speeds for torque in options.torques]
+                found = list(pool.map(lambda one: lab.point(*one), work))
+                rows += found
+                idle[method, case.name] = max(currents)
+                print(table(found, {(method, case.name): idle[method, case.name]}).splitlines()[-1], flush=True)
+    return rows, idle
+
+
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
+    cases = [case for case in CASES if case.name.startswith(options.cases)]
+    if not cases:
+        raise UserError(f'--cases: none begins with "{options.cases}"; they are {"; ".join(c.name for c in CASES)}.')
+    directory = OUT / "inverter_study"
+    rows, idle = measure(Lab(mil_program.find(options.mil), directory), options, cases)
+    print(table(rows, idle))
+    file = directory / "inverter_study.json"
+    file.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    print(file)
+    return 0
+
+
+if __name__ == "__main__":
+    run("inverter_study", main)

@@ -1,0 +1,49 @@
+// What the drive knows of its inverter reaches every part that reads it.
+#include <any>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+#include "sextant/control/field_oriented_controller.hpp"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(InverterConfig, IsIdealUnlessItIsGiven) {
+  const DriveConfig c = load_ecu_config(shipped_ecu).drive;
+  EXPECT_TRUE(c.control.inverter.is_ideal());
+  EXPECT_EQ(c.plant.io.dead_time_ns, 0);
+}
+
+TEST(InverterConfig, GoesToControllerProtectionsAndTorqueMonitor) {
+  const DriveConfig c =
+      load_ecu_config(shipped_ecu, {"drive.inverter.dead_time_us=1.5", "drive.inverter.threshold_v=1.2",
+                                    "drive.inverter.slope_ohm=0.02"})
+          .drive;
+  const auto& foc = std::any_cast<const FieldOrientedController<>::Parameters&>(c.method("foc").parameters);
+  for (const InverterModel<>::Parameters& p :
+       {c.direct_torque().inverter, foc.inverter, c.drive.protection.inverter,
+        c.drive.torque_monitor.inverter}) {
+    EXPECT_EQ(p.dead_time_ns, 1'500);
+    EXPECT_EQ(p.threshold_voltage, 1.2);
+    EXPECT_EQ(p.slope_resistance, 0.02);
+  }
+  EXPECT_EQ(c.plant.io.dead_time_ns, 0) << "the plant is told by its own key";
+}
+
+TEST(InverterConfig, ADeadTimeOfHalfAPeriodIsRefused) {
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"drive.inverter.dead_time_us=12.5"}),
+              HasSubstr("the inverter's dead time must be from zero to below half of the control period"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.inverter.dead_time_us=12.5"}),
+              HasSubstr("the dead time must be from zero to below half of the control period"));
+  EXPECT_EQ(ecu_refusal(shipped_ecu, {"drive.inverter.dead_time_us=12.4"}), "accepted");
+}
+
+}  // namespace
+}  // namespace sextant

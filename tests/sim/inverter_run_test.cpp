@@ -1,0 +1,76 @@
+// The whole drive on a plant with dead time: what it knows of the inverter, and what it then does.
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include <gtest/gtest.h>
+
+#include "sextant/control/field_oriented_controller.hpp"
+#include "sim/drive_rig.hpp"
+
+namespace sextant {
+namespace {
+
+constexpr std::int32_t dead_ns = 1'500;
+
+using Foc = FieldOrientedController<double>;
+using Dtc = DirectTorqueController<double>;
+
+RigParameters rig_of(double omega_m, const InverterModel<>::Parameters& known) {
+  RigParameters p = RigParameters::at_speed(omega_m);
+  p.stage.io.dead_time_ns = dead_ns;
+  p.controller.flux_estimator = FluxEstimatorKind::hybrid;
+  p.controller.inverter = known;
+  p.drive.magnetise_first = true;
+  p.drive.protection.inverter = known;
+  p.drive.torque_monitor.inverter = known;
+  return p;
+}
+
+template <class C>
+typename C::Parameters method_of(const RigParameters& p) {
+  typename C::Parameters c;
+  static_cast<EstimatingController<double>::Parameters&>(c) = p.controller;
+  return c;
+}
+
+struct Seen {
+  double idle_current{};  ///< peak before any torque is commanded [A]
+  double torque{};        ///< mean [N·m]
+  bool tripped{};
+};
+
+template <class C>
+Seen run(double omega_m, double torque, const InverterModel<>::Parameters& known) {
+  const RigParameters p = rig_of(omega_m, known);
+  DriveRigOf<C> rig{p, method_of<C>(p)};
+  rig.start();
+  Seen seen;
+  seen.idle_current = rig.watch(0.4).peak_current;
+  rig.torque = torque;
+  rig.run(0.3);
+  seen.torque = rig.watch(0.1).mean_torque;
+  seen.tripped = rig.telemetry.latched.any();
+  return seen;
+}
+
+template <class C>
+class InverterRunOf : public testing::Test {};
+using Methods = testing::Types<Foc, Dtc>;
+TYPED_TEST_SUITE(InverterRunOf, Methods);
+
+TYPED_TEST(InverterRunOf, ADriveThatKnowsTheDeadTimeMakesTheTorque) {
+  for (const double omega_m : {-200.0, 0.0, 5.0, 20.0}) {
+    for (const double torque : {-60.0, 15.0}) {
+      SCOPED_TRACE(testing::Message() << omega_m << " rad/s, " << torque << " N·m");
+      const Seen seen = run<TypeParam>(omega_m, torque, {.dead_time_ns = dead_ns});
+      EXPECT_FALSE(seen.tripped);
+      EXPECT_NEAR(seen.torque, torque, 4.0);
+      // That of magnetising, and the torque ripple's at zero torque.
+      EXPECT_LT(seen.idle_current, 1.1 * 40.0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sextant
