@@ -190,7 +190,9 @@ TEST(DeadTime, NoSwitchTurnsOnBeforeTheOtherOneHasBeenOffForTheDeadTime) {
           off_ns[x] += ns;
           continue;
         }
-        if (last_on[x] != off && legs[x] != last_on[x]) ASSERT_GE(off_ns[x], dead_ns);
+        if (last_on[x] != off && legs[x] != last_on[x]) {
+          ASSERT_GE(off_ns[x], dead_ns);
+        }
         last_on[x] = legs[x];
         off_ns[x] = 0;
       }
