@@ -70,8 +70,8 @@ TEST_F(SecondSenderOnTheBus, IsSeenWithin50MsWhateverItsCounterAndPhase) {
 // It sends a frame of its own, `ahead` of the counter that it has just heard, behind every n-th frame: the
 // first sender's frame of that counter is a repetition then, or out of order.
 TEST_F(SecondSenderOnTheBus, ThatHidesBehindTheFirstIsSeenWithin50Ms) {
-  for (int every = 1; every <= 6; ++every) {
-    for (std::uint8_t ahead = 1; ahead <= 3; ++ahead) {
+  for (int every = 1; every <= 3; ++every) {
+    for (std::uint8_t ahead = 1; ahead <= 2; ++ahead) {
       for (const std::int64_t behind_us : {100, 1000, 5000, 9900}) {
         SCOPED_TRACE(::testing::Message()
                      << "every " << every << ", " << int(ahead) << " ahead, " << behind_us);

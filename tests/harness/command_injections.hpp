@@ -57,15 +57,22 @@ inline Injection command_out_of_range() {
           }};
 }
 
+/// Just inside: each of the first one's frames comes twice.
 inline Injection second_vcu() {
   return {.name = "second VCU",
           .fault = Fault::second_master,
           .bound_ns = 50 * ms,
           .prepare =
               [](CampaignCase& c) {
+                if (c.just_inside) {
+                  c.rig.bus.push_back({.kind = BusEventKind::duplicate,
+                                       .begin_ns = c.at_ns,
+                                       .end_ns = c.at_ns + 100 * ms,
+                                       .delay_ns = 3 * ms});
+                  return;
+                }
                 auto counter = std::uint8_t(c.between(0, 14));
-                const std::int64_t lasts_ns = c.just_inside ? 20 * ms : 100 * ms;
-                for (std::int64_t t = c.at_ns; t < c.at_ns + lasts_ns; t += 10 * ms) {
+                for (std::int64_t t = c.at_ns; t < c.at_ns + 100 * ms; t += 10 * ms) {
                   c.rig.bus.push_back({.kind = BusEventKind::insert,
                                        .begin_ns = t,
                                        .frame = testing::command_frame(counter, c.rig.torque + 1.0)});

@@ -15,7 +15,8 @@ namespace sextant {
 ///   from the other: for counters d apart the steps are d and 16 − d, modulo 15.
 /// - A sender that hides behind the other by its next counters: two frames have one counter and unlike
 ///   contents, and they and the frames between and before them came faster than one sender sends so many:
-///   m frames in less than m − 1.5 cycles.
+///   m frames in less than m − 1.5 cycles; twice within six cycles, since a frame of one sender that is 15
+///   cycles late does the same once.
 ///
 /// A burst of one sender after a delay has counters in order; a frozen counter comes at the cycle time; a
 /// frame that arrives twice is equal in every byte. None of these counts.
@@ -50,7 +51,7 @@ class SecondSender {
       frames_[next_] = {data, received_ns, jumps};
       next_ = (next_ + 1) % capacity;
       if (count_ < capacity) ++count_;
-      if (two_send(received_ns) || hides_one()) {
+      if (two_send(received_ns) || hides(received_ns)) {
         seen_ns_ = received_ns;
         seen_ = true;
       }
@@ -97,8 +98,17 @@ class SecondSender {
     return frames_[(next_ + capacity - 1 - n) % capacity];
   }
 
+  /// Whether one sender hides behind another, by the newest frame and one before.
+  constexpr bool hides(std::int64_t now_ns) noexcept {
+    if (!has_unlike_twin()) return false;
+    const bool again = has_twin_ && now_ns - twin_ns_ <= 6 * parameters_.cycle_ns;
+    has_twin_ = true;
+    twin_ns_ = now_ns;
+    return again;
+  }
+
   /// Whether the newest frame has the counter of another one that cannot be of the same sender.
-  [[nodiscard]] constexpr bool hides_one() const noexcept {
+  [[nodiscard]] constexpr bool has_unlike_twin() const noexcept {
     for (std::size_t n = 1; n <= most_back && n + 1 < count_; ++n) {
       if (e2e::counter(back(n).data) != e2e::counter(back(0).data)) continue;
       const std::int64_t took_ns = back(0).received_ns - back(n + 1).received_ns;
@@ -113,6 +123,8 @@ class SecondSender {
   std::size_t next_{0};
   std::size_t count_{0};
   std::int64_t seen_ns_{0};
+  std::int64_t twin_ns_{0};  // of the last frame with a twin
+  bool has_twin_{false};
   bool seen_{false};
 };
 
