@@ -85,7 +85,7 @@ inline Injection current_converter_stopped() {
   return {.name = "current converter stopped",
           .fault = Fault::current_sensor,
           .observable = "deviation above 6 A",
-          .bound_ns = 6 * ms,
+          .bound_ns = 10 * ms,
           .prepare =
               [](CampaignCase& c) {
                 wake_in_every_period(c);
