@@ -18,19 +18,20 @@ namespace sextant {
 ///
 /// Dead time. Where a leg changes between low and high both of its switches are off for t_d. Its potential v
 /// is then 0 while i_x > 0 and u_dc while i_x < 0, by the diodes; where the current reaches zero it stays
-/// there, and v is what keeps it:
-///   di_x/dt = (u_x(v) − e_x)/σL_s = 0,   u_x(v) = u_x(0) + 2/3 v,   0 ≤ v ≤ u_dc
-/// so that a leg whose current keeps its sign loses sign(i_x) u_dc t_d in a period of two changes. Drops: a
-/// switch or diode that carries i_x takes (V_t + r |i_x|) sign(i_x).
+/// there, and v is what keeps it, within [0, u_dc]. So a leg whose current keeps its sign loses
+/// sign(i_x) u_dc t_d in a period of two changes. Drops: a switch or diode that carries i_x takes
+/// (V_t + r |i_x|) sign(i_x).
 ///
-/// The sign of a current near zero follows from its course between the readings at both ends, with the ripple
-/// of the pattern by the leakage:
-///   i(t) = i_begin + V(t)/σL_s + t/T (i_end − i_begin − V(T)/σL_s),   V(t) = ∫u_x dt
-/// where the last term is what EMF and resistance change. V is that of the acted volt-seconds, which are
-/// found in two passes: the first takes those of the commanded pattern for V(T). Sources: S.-G. Jeong, M.-H.
-/// Park, "The analysis and compensation of dead-time effects in PWM inverters", IEEE Trans. Ind. Electron. 38
-/// (1991) 108–114; for the drops A. R. Muñoz, T. A. Lipo, "On-line dead-time compensation technique for
-/// open-loop PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 683–689.
+/// The sign of a current near zero follows from its course through the pattern, from the reading at its
+/// beginning, with the potentials as above:
+///   di_x/dt = u_x/σL_s + d_x
+/// d_x is what EMF and resistance change. It is that of the interval before, corrected by what the current
+/// would miss the reading at the end by, over the time, in each of two passes. A current that dead times stop
+/// hides a part of d_x: then a pass corrects a part of its error, and the intervals together all of it, as it
+/// turns slowly.
+/// Sources: S.-G. Jeong, M.-H. Park, "The analysis and compensation of dead-time effects in PWM inverters",
+/// IEEE Trans. Ind. Electron. 38 (1991) 108–114; for the drops A. R. Muñoz, T. A. Lipo, "On-line dead-time
+/// compensation technique for open-loop PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 683–689.
 ///
 /// Not in the model: switching times, the minimum pulse, and currents that are read wrong by as much as they
 /// change within a period.
@@ -80,11 +81,19 @@ class InverterModel {
     i_ = i;
     if (!applied.is_driven() || applied.duration_ns() == 0) {
       pass(applied, legs_);
+      if (!applied.is_driven()) drift_ = {};
       return {};
     }
-    Legs first = legs_;
-    const Phases guess = deviation(applied, course, {}, first);
-    return without_common(deviation(applied, course, guess, legs_));
+    Legs after{};
+    Phases beyond{};
+    for (int n = 0; n < passes; ++n) {
+      after = legs_;
+      const Way way = through(applied, course, drift_, after);
+      for (std::size_t k = 0; k < 3; ++k) drift_[k] += (course.i_end[k] - way.i[k]) / course.duration;
+      beyond = way.beyond;
+    }
+    legs_ = after;
+    return without_common(beyond);
   }
 
   /// The same of each leg's own potential for a pattern to come, in which every leg is driven, from these
@@ -94,7 +103,7 @@ class InverterModel {
                                                   SpaceVector<T> i_end, T u_dc, Legs& legs) const noexcept {
     const Course course{phases(inverse_clarke(i_begin)), phases(inverse_clarke(i_end)), u_dc,
                         seconds(pattern.duration_ns())};
-    const Phases v = deviation(pattern, course, {}, legs);
+    const Phases v = through(pattern, course, ideal_drift(pattern, course), legs).beyond;
     return {v[0], v[1], v[2]};
   }
 
@@ -109,6 +118,8 @@ class InverterModel {
  private:
   using Phases = std::array<T, 3>;
 
+  static constexpr int passes = 2;
+
   struct Course {
     Phases i_begin;  ///< [A]
     Phases i_end;    ///< [A]
@@ -116,11 +127,16 @@ class InverterModel {
     T duration;      ///< [s]
   };
 
-  /// One leg in a segment.
-  struct Leg {
-    bool is_high;
-    T i;      ///< at its beginning [A]
-    T slope;  ///< of the current, as commanded [A/s]
+  /// Currents and volt-seconds on the way through a pattern.
+  struct Way {
+    Phases i{};       ///< [A]
+    Phases drift{};   ///< slopes of the currents by all but the inverter [A/s]
+    Phases beyond{};  ///< ∫v dt beyond that of an ideal inverter [V·s]
+  };
+  /// Legs by `SwitchState::upper_switches`.
+  struct Commanded {
+    unsigned high;  ///< those that are high
+    unsigned dead;  ///< those in their dead time
   };
 
   [[nodiscard]] static constexpr T seconds(std::int64_t ns) noexcept { return T(1e-9) * T(ns); }
@@ -142,65 +158,100 @@ class InverterModel {
     legs.commanded = state;
   }
 
-  /// ∫v dt of each leg beyond an ideal one's. `guess`: the same over the whole course, as far as it is known.
-  [[nodiscard]] constexpr Phases deviation(const GatePattern& applied, const Course& course,
-                                           const Phases& guess, Legs& legs) const noexcept {
-    const Phases rest = drift(applied, course, guess);
-    Phases i = course.i_begin;
-    Phases sum{};
+  /// Through a pattern, by these slopes of the currents by all but the inverter. [A/s]
+  [[nodiscard]] constexpr Way through(const GatePattern& applied, const Course& course, const Phases& drift,
+                                      Legs& legs) const noexcept {
+    Way way{course.i_begin, drift, {}};
     for (const GateSegment& segment : applied.segments()) {
       command(segment.state, legs);
-      const T dt = seconds(segment.duration_ns);
-      const Phases u = phases(inverse_clarke(stator_voltage(segment.state, course.u_dc)));
-      Phases beyond{};
-      for (std::size_t n = 0; n < 3; ++n) {
-        const bool is_high = (segment.state.upper_switches() >> n & 1U) != 0U;
-        beyond[n] = of_leg({is_high, i[n], inverse_leakage_ * u[n] + rest[n]}, course.u_dc, dt,
-                           seconds(std::min(legs.dead_ns[n], segment.duration_ns)));
-        legs.dead_ns[n] = std::max(0, legs.dead_ns[n] - segment.duration_ns);
-        sum[n] += beyond[n];
-      }
-      const Phases acted = phases(without_common(beyond));
-      for (std::size_t n = 0; n < 3; ++n) {
-        i[n] += inverse_leakage_ * (dt * u[n] + acted[n]) + dt * rest[n];
+      for (std::int32_t left_ns = segment.duration_ns; left_ns > 0;) {
+        std::int32_t part_ns = left_ns;
+        Commanded now{segment.state.upper_switches(), 0};
+        for (unsigned n = 0; n < 3; ++n) {
+          if (legs.dead_ns[n] == 0) continue;
+          part_ns = std::min(part_ns, legs.dead_ns[n]);
+          now.dead |= 1U << n;
+        }
+        go(way, now, course.u_dc, seconds(part_ns));
+        for (std::int32_t& dead_ns : legs.dead_ns) dead_ns = std::max(0, dead_ns - part_ns);
+        left_ns -= part_ns;
       }
     }
-    return sum;
+    return way;
   }
 
-  /// Slopes of the currents by all but the inverter. [A/s]
-  [[nodiscard]] constexpr Phases drift(const GatePattern& applied, const Course& course,
-                                       const Phases& guess) const noexcept {
-    const Phases ideal = phases(inverse_clarke(volt_seconds(applied, course.u_dc)));
-    const Phases beyond = phases(without_common(guess));
+  /// Over dt [s]. Each leg in its dead time stops its current once at most.
+  constexpr void go(Way& way, Commanded legs, T u_dc, T dt) const noexcept {
+    for (int stops = 0; stops <= 3 && dt > T(0); ++stops) {
+      const Phases v = potentials(way, legs, u_dc);
+      const T mean = (v[0] + v[1] + v[2]) / T(3);
+      Phases slope{};
+      T step = dt;
+      unsigned stopped = 3;
+      for (unsigned n = 0; n < 3; ++n) {
+        slope[n] = inverse_leakage_ * (v[n] - mean) + way.drift[n];
+        const bool falls = (legs.dead >> n & 1U) != 0U && way.i[n] * slope[n] < T(0);
+        if (!falls) continue;
+        const T to_zero = -way.i[n] / slope[n];
+        if (!(to_zero < step)) continue;
+        step = to_zero;
+        stopped = n;
+      }
+      for (unsigned n = 0; n < 3; ++n) {
+        const T end = n == stopped ? T(0) : way.i[n] + step * slope[n];
+        const T commanded = (legs.high >> n & 1U) != 0U ? u_dc : T(0);
+        way.beyond[n] += step * (v[n] - commanded - drop(way.i[n], end));
+        way.i[n] = end;
+      }
+      dt -= step;
+    }
+  }
+
+  /// Of the legs against the lower rail, without drops. [V]
+  [[nodiscard]] constexpr Phases potentials(const Way& way, Commanded legs, T u_dc) const noexcept {
+    Phases v{};
+    unsigned floating = 0;
+    unsigned tied = 3;
+    for (unsigned n = 0; n < 3; ++n) {
+      const bool is_dead = (legs.dead >> n & 1U) != 0U;
+      const bool is_high = is_dead ? way.i[n] < T(0) : (legs.high >> n & 1U) != 0U;
+      v[n] = is_high ? u_dc : T(0);
+      if (is_dead && way.i[n] == T(0)) {
+        floating |= 1U << n;
+      } else {
+        tied = n;
+      }
+    }
+    if (floating == 0) return v;
+    for (unsigned n = 0; n < 3; ++n) {
+      if ((floating >> n & 1U) == 0U) continue;
+      const Phases emf{way.drift[0] / inverse_leakage_, way.drift[1] / inverse_leakage_,
+                       way.drift[2] / inverse_leakage_};
+      const T others = T(0.5) * (v[(n + 1) % 3] + v[(n + 2) % 3]);
+      // Where two legs float no current flows, and each phase has its EMF.
+      const T free = floating == 1U << n ? others - T(1.5) * emf[n]
+                     : tied < 3          ? v[tied] + emf[tied] - emf[n]
+                                         : T(0.5) * u_dc - emf[n];
+      v[n] = std::clamp(free, T(0), u_dc);
+    }
+    return v;
+  }
+
+  /// Of a switch or diode while its current runs from one value to another. [V]
+  [[nodiscard]] constexpr T drop(T from, T to) const noexcept {
+    return parameters_.threshold_voltage * mean_sign(from, to) +
+           parameters_.slope_resistance * T(0.5) * (from + to);
+  }
+
+  /// The slopes that with an ideal inverter lead to the currents at the end. [A/s]
+  [[nodiscard]] constexpr Phases ideal_drift(const GatePattern& pattern,
+                                             const Course& course) const noexcept {
+    const Phases v = phases(inverse_clarke(volt_seconds(pattern, course.u_dc)));
     Phases out{};
     for (std::size_t n = 0; n < 3; ++n) {
-      const T by_inverter = inverse_leakage_ * (ideal[n] + beyond[n]);
-      out[n] = (course.i_end[n] - course.i_begin[n] - by_inverter) / course.duration;
+      out[n] = (course.i_end[n] - course.i_begin[n] - inverse_leakage_ * v[n]) / course.duration;
     }
     return out;
-  }
-
-  /// One leg over a segment of dt [s], for the first `dead` [s] of which both switches are off. [V·s]
-  [[nodiscard]] constexpr T of_leg(const Leg& leg, T u_dc, T dt, T dead) const noexcept {
-    const T end = leg.i + dt * leg.slope;
-    const T drop = parameters_.threshold_voltage * mean_sign(leg.i, end) +
-                   parameters_.slope_resistance * T(0.5) * (leg.i + end);
-    const T commanded = leg.is_high ? u_dc : T(0);
-    return dead > T(0) ? diode_volt_seconds(leg, u_dc, dead) - dead * commanded - dt * drop : -dt * drop;
-  }
-
-  /// ∫v dt over a dead time.
-  [[nodiscard]] constexpr T diode_volt_seconds(const Leg& leg, T u_dc, T dead) const noexcept {
-    const T per_volt = T(2) / T(3) * inverse_leakage_;
-    const T low = leg.slope - (leg.is_high ? per_volt * u_dc : T(0));
-    const T high = low + per_volt * u_dc;
-    const T floating = std::clamp(-low / per_volt, T(0), u_dc);
-    const T potential = leg.i > T(0) ? T(0) : u_dc;
-    const T slope = leg.i > T(0) ? -low : high;  // towards zero
-    const T size = leg.i > T(0) ? leg.i : -leg.i;
-    const T flows = slope * dead > size ? size / slope : dead;
-    return flows * potential + (dead - flows) * floating;
   }
 
   /// Of the sign of a current that runs from one value to another in a line. [-]
@@ -215,6 +266,7 @@ class InverterModel {
   bool is_ideal_;
   T inverse_leakage_;  ///< 1/σL_s [1/H]
   Legs legs_{};
+  Phases drift_{};     ///< slopes of the currents by all but the inverter, at the last measurement [A/s]
   ThreePhase<T> i_{};  ///< at the last measurement [A]
 };
 
