@@ -34,9 +34,8 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
         continue;
       }
       const Measurement<T> before = steady.template measurement<T>(n - 1);
-      const PredictedChange<T> change =
-          prediction.step(m.i_abc, {.psi_r = flux}, applied_volt_seconds(m.applied, m.u_dc), m.u_dc,
-                          T(SteadyMachine::dt));
+      const PredictedChange<T> change = prediction.step(
+          m.i_abc, {.psi_r = flux}, applied_volt_seconds(m.applied, m.u_dc), m.u_dc, T(SteadyMachine::dt));
       largest = std::max({largest, std::abs(double(change.v.a - change.e.a - (m.i_abc.a - before.i_abc.a))),
                           std::abs(double(change.v.b - change.e.b - (m.i_abc.b - before.i_abc.b))),
                           std::abs(double(change.v.c - change.e.c - (m.i_abc.c - before.i_abc.c)))});
