@@ -111,7 +111,8 @@ class InverterModel {
   constexpr void pass(const GatePattern& pattern, Legs& legs) const noexcept {
     for (const GateSegment& segment : pattern.segments()) {
       command(segment.state, legs);
-      for (std::int32_t& dead_ns : legs.dead_ns) dead_ns = std::max(0, dead_ns - segment.duration_ns);
+      for (std::int32_t& dead_ns : legs.dead_ns)
+        dead_ns = std::max<std::int32_t>(0, dead_ns - segment.duration_ns);
     }
   }
 
@@ -173,7 +174,7 @@ class InverterModel {
           now.dead |= 1U << n;
         }
         go(way, now, course.u_dc, seconds(part_ns));
-        for (std::int32_t& dead_ns : legs.dead_ns) dead_ns = std::max(0, dead_ns - part_ns);
+        for (std::int32_t& dead_ns : legs.dead_ns) dead_ns = std::max<std::int32_t>(0, dead_ns - part_ns);
         left_ns -= part_ns;
       }
     }
