@@ -40,6 +40,23 @@ TEST(MachinesRun, MethodsOfOneVectorAPeriodMagnetiseEveryMachine) {
   }
 }
 
+// At 25 control periods a turn of the flux and less the EMF turns within a period.
+TEST(MachinesRun, ModulatedMethodsMagnetiseAtFewPeriodsATurn) {
+  for (const TestMachine& machine : test_machines) {
+    for (const char* controller : {"foc", "pwm_dtc", "deadbeat", "feedback_linearisation"}) {
+      for (const double speed : {-0.8, 0.75}) {
+        SCOPED_TRACE(testing::Message() << machine.name << ", " << controller << ", " << speed);
+        const MilResult result = run(machine, {.controller = controller,
+                                               .period_us = 250,
+                                               .omega_m = speed * machine.base_speed(),
+                                               .end_s = std::max(0.3, 2.5 * machine.parameters.tau_r())});
+        EXPECT_FALSE(result.faults.any());
+        EXPECT_TRUE(makes_torque(result.final_state));
+      }
+    }
+  }
+}
+
 // Shorter vectors alone would not feed the EMF. The switching table, of whole vectors, needs a shorter
 // period.
 TEST(MachinesRun, MethodsOfOneVectorAPeriodMakeTorqueOnMachinesThatTurnFast) {
