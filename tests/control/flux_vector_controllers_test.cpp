@@ -75,6 +75,7 @@ TYPED_TEST(FluxVectorControllers, OnePulseAPeriod) {
   Loop<TypeParam> loop{parameters<TypeParam>()};
   loop.machine.omega_m = 60;
   loop.magnetise();
+  loop.step(ControlMode::torque, 30);  // the pattern before is one of magnetising
   for (int k = 0; k < 1000; ++k) {
     loop.step(ControlMode::torque, 30);
     const auto segments = loop.applied().segments();

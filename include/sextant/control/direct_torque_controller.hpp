@@ -43,7 +43,7 @@ class DirectTorqueController final : public EstimatingController<T> {
   };
 
   explicit DirectTorqueController(const Parameters& parameters) noexcept
-      : Base{parameters, T(0.5)},
+      : Base{parameters},
         flux_priority_{parameters.flux_priority},
         priority_current_{parameters.magnetiser.current_limit},
         flux_band_{parameters.flux_comparator.band},
@@ -75,11 +75,6 @@ class DirectTorqueController final : public EstimatingController<T> {
     return Base::whole_period(select_state(sector_.sector(), raise_flux, torque_demand, Base::present(),
                                            needs_flux(x, psi_s, flux_error)),
                               d.u_dc);
-  }
-
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc,
-                                    T quantum) noexcept SEXTANT_NONBLOCKING override {
-    return Base::nearest(u, u_dc, quantum);
   }
 
   void release() noexcept SEXTANT_NONBLOCKING override {

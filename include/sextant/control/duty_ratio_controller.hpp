@@ -24,7 +24,7 @@ class DutyRatioController final : public FluxVectorController<T> {
 
   struct Parameters : FluxVectorController<T>::Parameters {};
 
-  explicit DutyRatioController(const Parameters& parameters) noexcept : Base{parameters, T(0)} {}
+  explicit DutyRatioController(const Parameters& parameters) noexcept : Base{parameters} {}
 
  private:
   using Base = FluxVectorController<T>;

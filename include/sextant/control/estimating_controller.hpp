@@ -8,14 +8,19 @@
 #include "sextant/control/flux_torque_estimator.hpp"
 #include "sextant/control/magnetising_control.hpp"
 #include "sextant/control/nearest_state.hpp"
+#include "sextant/control/space_vector_modulator.hpp"
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/sampling_instant.hpp"
 
 namespace sextant {
 
 /// What the control methods share: estimate of flux and torque, compensation of the actuation delay,
-/// magnetising. A method adds the pattern that follows the torque reference, and the pattern that it makes of
-/// a voltage.
+/// magnetising. A method adds the pattern that follows the torque reference.
+///
+/// Magnetising is to make no torque, and its voltage is modulated with every method. By the nearest of few
+/// vectors the current misses its reference by up to half of what a vector changes, and where the EMF is
+/// small the error across the flux, and with it a torque, lasts: it changes by |ω_r| ψ t_period/σL_s a period
+/// only, and a vector corrects it once it has passed that half.
 template <class T = double>
 class EstimatingController : public Controller<T> {
  public:
@@ -91,22 +96,21 @@ class EstimatingController : public Controller<T> {
     T u_dc{};             ///< [V]
   };
 
-  /// ripple_share: as `MagnetisingControl::step` takes it. [-]
-  EstimatingController(const Parameters& parameters, T ripple_share) noexcept
+  using Modulator = SpaceVectorModulator<T>;
+
+  /// modulator: of the voltages that are modulated.
+  explicit EstimatingController(const Parameters& parameters,
+                                const typename Modulator::Parameters& modulator = {}) noexcept
       : parameters_{parameters},
         period_{T(parameters.period_ns) * T(1e-9)},
-        ripple_share_{ripple_share},
         sampling_{parameters.sampling_lead_ns},
         estimator_{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
                    parameters.inverter},
-        magnetising_{parameters.magnetiser, period_} {}
+        magnetising_{parameters.magnetiser, period_},
+        modulator_{modulator} {}
 
   /// The pattern with which the torque follows its reference. It must call `drive`.
   [[nodiscard]] virtual GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
-  /// The pattern whose mean voltage is nearest to u [V]. It must call `drive`. quantum: of the share of the
-  /// period for which a method of one vector a period lets an active one act. [-]
-  [[nodiscard]] virtual GatePattern realise(SpaceVector<T> u, T u_dc,
-                                            T quantum) noexcept SEXTANT_NONBLOCKING = 0;
   /// The torque follows no reference; `estimate_` is that of this period.
   virtual void release() noexcept SEXTANT_NONBLOCKING {}
   /// What is left of earlier periods, as after power-up.
@@ -144,6 +148,22 @@ class EstimatingController : public Controller<T> {
     if (found.share >= T(1)) return whole_period(found.state, u_dc);
     return pulse(found.state, found.share, stator_voltage(found.state, u_dc));
   }
+  /// The pattern whose mean voltage is u, or the nearest one within the hexagon. [V]
+  [[nodiscard]] GatePattern modulate(SpaceVector<T> u, T u_dc) noexcept {
+    const SpaceVector<T> within = modulator_.within_hexagon(u, u_dc);
+    drive(within);
+    const auto ideal = [this, within, u_dc] {
+      return Modulator{modulator_}.step(within, u_dc, parameters_.period_ns);
+    };
+    const GatePattern pattern =
+        modulator_.step(within, u_dc, parameters_.period_ns, leg_correction(within, u_dc, ideal));
+    present_ = pattern.last_state();
+    return pattern;
+  }
+  /// What `modulate` makes of such a voltage. [V]
+  [[nodiscard]] SpaceVector<T> realised(SpaceVector<T> u, T u_dc) const noexcept {
+    return modulator_.within_hexagon(u, u_dc);
+  }
   /// That of `MagnetisingControl`, for the flux reference [Wb] and the link voltage [V]. [-]
   [[nodiscard]] T vector_quantum(T psi_ref, T u_dc) const noexcept {
     return magnetising_.vector_quantum(parameters_.machine, psi_ref, u_dc);
@@ -179,14 +199,13 @@ class EstimatingController : public Controller<T> {
     x_ = ahead(m.u_dc);
     if (mode_ == ControlMode::torque) return follow({x_, reference.torque, psi_ref, m.u_dc});
     release();
-    const T quantum = vector_quantum(psi_ref, m.u_dc);
-    return realise(magnetising_.step(estimator_, x_, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m,
-                                     quantum * ripple_share_),
-                   m.u_dc, quantum);
+    return modulate(magnetising_.step(estimator_, x_, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m),
+                    m.u_dc);
   }
 
   void stop() noexcept {
     sampling_.reset();
+    modulator_.reset();
     estimate_ = {};
     in_flight_ = {};
     (void)rest();
@@ -230,11 +249,11 @@ class EstimatingController : public Controller<T> {
   }
 
   Parameters parameters_;
-  T period_;        ///< [s]
-  T ripple_share_;  ///< [-]
+  T period_;  ///< [s]
   SamplingInstant<T> sampling_;
   FluxTorqueEstimator<T> estimator_;
   MagnetisingControl<T> magnetising_;
+  Modulator modulator_;
   FluxAndCurrent<T> x_{};                   ///< when the pattern begins that is decided now
   SpaceVector<T> u_in_flight_{};            ///< mean voltage of the last pattern by an ideal inverter [V]
   bool is_driven_{false};                   ///< the last pattern drives every leg

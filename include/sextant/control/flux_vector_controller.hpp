@@ -30,10 +30,15 @@ class FluxVectorController : public EstimatingController<T> {
  protected:
   using typename EstimatingController<T>::Demand;
 
-  FluxVectorController(const Parameters& parameters, T ripple_share) noexcept
-      : Base{parameters, ripple_share},
+  explicit FluxVectorController(const Parameters& parameters) noexcept
+      : Base{parameters},
         current_limit_{parameters.current_limit},
         torque_trim_{parameters.torque_trim, parameters.machine, Base::period()} {}
+
+  /// The pattern of the set whose mean voltage is nearest to u [V]. It must call `drive`. quantum: that of
+  /// `EstimatingController::vector_quantum`. [-]
+  [[nodiscard]] virtual GatePattern realise(SpaceVector<T> u, T u_dc,
+                                            T quantum) noexcept SEXTANT_NONBLOCKING = 0;
 
   void release() noexcept SEXTANT_NONBLOCKING final { torque_trim_.reset(); }
 
@@ -43,8 +48,8 @@ class FluxVectorController : public EstimatingController<T> {
   [[nodiscard]] GatePattern follow(const Demand& d) noexcept SEXTANT_NONBLOCKING final {
     const T torque = torque_trim_.step(d.torque, Base::estimate_.torque, d.psi_ref, d.u_dc, Base::rests());
     const CurrentDemand<T> demand{torque, d.psi_ref, current_limit_};
-    return this->realise(deadbeat_voltage(Base::estimator(), d.x, demand, Base::period()), d.u_dc,
-                         Base::vector_quantum(d.psi_ref, d.u_dc));
+    return realise(deadbeat_voltage(Base::estimator(), d.x, demand, Base::period()), d.u_dc,
+                   Base::vector_quantum(d.psi_ref, d.u_dc));
   }
 
   T current_limit_;  ///< [A]

@@ -6,12 +6,9 @@
 
 namespace sextant {
 
-/// Builds up flux without torque, at any speed, by a current in the direction of the rotor flux: the voltage
-/// vector that is nearest to the one which leads the current to its reference within one period. The
+/// Builds up flux without torque, at any speed, by a current in the direction of the rotor flux. Its
 /// reference is the limit until the flux is reached, and then the current that holds the flux, to which it
 /// falls before torque control starts, so that torque starts without a surge.
-/// Source: P. Cortés et al., "Predictive control in power electronics and drives", IEEE Trans. Ind. Electron.
-/// 55 (2008) 4312–4324, for the choice of the nearest vector.
 template <class T = double>
 class Magnetiser {
  public:
@@ -33,7 +30,7 @@ class Magnetiser {
     [[nodiscard]] const char* validate(const InductionMachineParameters<T>& machine,
                                        T flux_reference) const noexcept {
       if (const char* problem = validate()) return problem;
-      // Magnetising ends only if the current, ripple included, reaches ψ_ref / L_s.
+      // Magnetising ends only if the current, errors of its sensors included, reaches ψ_ref / L_s.
       if (!(T(0.9) * current_limit * machine.l_s() > flux_reference)) {
         return "the magnetising current limit is too low for the flux reference";
       }
@@ -48,12 +45,11 @@ class Magnetiser {
   constexpr explicit Magnetiser(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
   /// Magnitude of the current reference in the coming period [A]. psi_s and psi_ref: stator flux and its
-  /// reference [Wb]; holding_current: ψ_ref/L_s [A]; current: |i_s| [A]; ripple: what half a period of
-  /// voltage adds to it [A]; fed_current: the largest that the link voltage can keep [A]; leakage: σL_s [H];
-  /// settled: the flux estimate may be relied on.
-  [[nodiscard]] constexpr T step(T psi_s, T psi_ref, T holding_current, T current, T ripple, T fed_current,
-                                 T leakage, bool settled) noexcept {
-    const T highest = parameters_.current_limit - ripple;
+  /// reference [Wb]; holding_current: ψ_ref/L_s [A]; current: |i_s| [A]; fed_current: the largest that
+  /// the link voltage can keep [A]; leakage: σL_s [H]; settled: the flux estimate may be relied on.
+  [[nodiscard]] constexpr T step(T psi_s, T psi_ref, T holding_current, T current, T fed_current, T leakage,
+                                 bool settled) noexcept {
+    const T highest = parameters_.current_limit;
     const T limit = fed_current < highest ? fed_current : highest;
     // What of the flux remains when the current has fallen; the link voltage keeps it by itself.
     const T falls = fed_current < highest ? T(0) : current - holding_current;

@@ -22,8 +22,9 @@ class MagnetisingControl {
   constexpr MagnetisingControl(const Parameters& parameters, T period) noexcept
       : magnetiser_{parameters}, period_{period} {}
 
-  /// The quantum of the share of a period for which an active vector acts, so that one moves the current by
-  /// no more than the limit has above the current that holds the flux psi_ref [Wb]:
+  /// For a method that takes one of few vectors a period: the quantum of the share of it for which an active
+  /// one acts, so that it moves the current by no more than the limit has above the current that holds the
+  /// flux psi_ref [Wb]:
   ///   (I − ψ_ref/L_s)/((2/3) u_dc t_period/σL_s), at most 1
   /// With a larger one the nearest to any voltage would overshoot the limit, or be a zero vector, and no flux
   /// would arise; multiples of it feed the EMF of a shaft that turns. u_dc [V].
@@ -34,27 +35,24 @@ class MagnetisingControl {
     return room < largest_step ? room / largest_step : T(1);
   }
 
-  /// The stator voltage of the coming period, in which rotor flux and EMF turn by ω_r t_period: the current is
-  /// to end in the direction that the flux has then, and the mean of the EMF is
+  /// The stator voltage of the coming period, in which rotor flux and EMF turn by ω_r t_period: the current
+  /// is to end in the direction that the flux has then, and the mean of the EMF is
   ///   e^{jω_r t/2} sin(ω_r t/2)/(ω_r t/2) of that at the beginning.
-  /// Taken as constant it would leave an error of the current of some (ω_r t)²/2 k_r ψ_r/σL_s. [V] x: flux and
-  /// current at its beginning; psi_s: magnitude of the estimated flux now, and its reference [Wb]; u_dc [V];
-  /// omega_m [rad/s]; ripple_share: largest deviation of the current within a period, by what an active vector
-  /// changes in one. [-]
+  /// Taken as constant it would leave an error of the current of some (ω_r t)²/2 k_r ψ_r/σL_s. [V] x: flux
+  /// and current at its beginning; psi_s: magnitude of the estimated flux now, and its reference [Wb]; u_dc
+  /// [V]; omega_m [rad/s].
   [[nodiscard]] SpaceVector<T> step(const FluxTorqueEstimator<T>& estimator, const FluxAndCurrent<T>& x,
-                                    T psi_s, T psi_ref, T u_dc, T omega_m, T ripple_share) noexcept {
+                                    T psi_s, T psi_ref, T u_dc, T omega_m) noexcept {
     const InductionMachineParameters<T>& machine = estimator.machine();
     const CurrentModel<T>& model = estimator.current_model();
     const T per_volt = period_ / machine.sigma_l_s();  // change of the current in a period [A/V]
-    const T largest_step = T(2.0 / 3.0) * u_dc * per_volt;
     const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
     const T omega_r = T(machine.pole_pairs) * omega_m;
     // ω_r (k_r ψ_r + σL_s i_s) within u_dc/√3.
     const T fed_flux = T(1 / std::numbers::sqrt3) * u_dc / std::max(std::abs(omega_r), T(1));
     const T fed_current = (fed_flux - machine.k_r() * magnitude(psi_r)) / machine.sigma_l_s();
     const T current = magnetiser_.step(psi_s, psi_ref, psi_ref / machine.l_s(), magnitude(estimator.i_s()),
-                                       ripple_share * largest_step, fed_current, machine.sigma_l_s(),
-                                       estimator.is_settled());
+                                       fed_current, machine.sigma_l_s(), estimator.is_settled());
     const T half = T(0.5) * omega_r * period_;
     const SpaceVector<T> half_turn = polar(T(1), half);
     const auto turned = [half_turn](SpaceVector<T> v) {

@@ -2,7 +2,6 @@
 
 #include "sextant/control/current_reference.hpp"
 #include "sextant/control/estimating_controller.hpp"
-#include "sextant/control/space_vector_modulator.hpp"
 
 namespace sextant {
 
@@ -23,7 +22,7 @@ class ModulatedController : public EstimatingController<T> {
   };
 
   explicit ModulatedController(const Parameters& parameters) noexcept
-      : Base{parameters, T(0)}, current_limit_{parameters.current_limit}, modulator_{parameters.modulator} {}
+      : Base{parameters, parameters.modulator}, current_limit_{parameters.current_limit} {}
 
  protected:
   using typename EstimatingController<T>::Demand;
@@ -31,10 +30,6 @@ class ModulatedController : public EstimatingController<T> {
   /// The stator voltage of a period in which the torque follows its reference, which the modulator limits to
   /// the hexagon. [V]
   [[nodiscard]] virtual SpaceVector<T> voltage(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
-  /// What the modulator makes of such a voltage. [V]
-  [[nodiscard]] SpaceVector<T> realised(SpaceVector<T> u, T u_dc) const noexcept {
-    return modulator_.within_hexagon(u, u_dc);
-  }
   [[nodiscard]] CurrentDemand<T> current_demand(const Demand& d) const noexcept {
     return {d.torque, d.psi_ref, current_limit_};
   }
@@ -43,20 +38,10 @@ class ModulatedController : public EstimatingController<T> {
   using Base = EstimatingController<T>;
 
   [[nodiscard]] GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING final {
-    return realise(voltage(demand), demand.u_dc, T(1));
+    return Base::modulate(voltage(demand), demand.u_dc);
   }
-  [[nodiscard]] GatePattern realise(SpaceVector<T> u, T u_dc, T) noexcept SEXTANT_NONBLOCKING final {
-    const SpaceVector<T> within = modulator_.within_hexagon(u, u_dc);
-    Base::drive(within);
-    const auto ideal = [this, within, u_dc] {
-      return SpaceVectorModulator<T>{modulator_}.step(within, u_dc, Base::period_ns());
-    };
-    return modulator_.step(within, u_dc, Base::period_ns(), Base::leg_correction(within, u_dc, ideal));
-  }
-  void forget() noexcept SEXTANT_NONBLOCKING final { modulator_.reset(); }
 
   T current_limit_;  ///< [A]
-  SpaceVectorModulator<T> modulator_;
 };
 
 }  // namespace sextant

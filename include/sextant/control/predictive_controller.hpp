@@ -18,7 +18,7 @@ class PredictiveController final : public FluxVectorController<T> {
 
   struct Parameters : FluxVectorController<T>::Parameters {};
 
-  explicit PredictiveController(const Parameters& parameters) noexcept : Base{parameters, T(0.5)} {}
+  explicit PredictiveController(const Parameters& parameters) noexcept : Base{parameters} {}
 
  private:
   using Base = FluxVectorController<T>;
