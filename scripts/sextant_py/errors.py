@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 
 
 class UserError(Exception):
@@ -35,12 +36,12 @@ def _flush() -> None:
         return
     try:
         sys.stdout.flush()
-    except BrokenPipeError:
-        raise
     except OSError as error:
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, sys.stdout.fileno())
         os.close(nothing)
+        if isinstance(error, BrokenPipeError):
+            raise
         raise UserError(f"standard output cannot be written: {error.strerror}.") from None
 
 
@@ -85,4 +86,6 @@ def run(program: str, main: Callable[[list[str]], int]) -> None:
     except UnicodeError as error:
         print(f"{program}: a text is not in the encoding that is expected: {error}.", file=sys.stderr)
         status = 1
+    with suppress(OSError, UserError):
+        _flush()  # what an error has left
     sys.exit(status)

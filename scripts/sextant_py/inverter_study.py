@@ -94,7 +94,10 @@ class Lab:
     def metrics(self, settings: Settings) -> tuple[dict, list]:
         with tempfile.TemporaryDirectory(prefix="sextant-inverter-") as out:
             command = [str(self.mil), str(self.file), *words(settings), "--no-trace", "--out", out]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
+            try:
+                done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
+            except subprocess.TimeoutExpired:
+                raise UserError(f"a run took longer than {TIME_LIMIT_S} s: {' '.join(command)}.") from None
             summary = read_summary(Path(out))
         if summary is None:
             raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
@@ -158,6 +161,12 @@ def numbers(text: str) -> list[float]:
         raise argparse.ArgumentTypeError(f'expected numbers, got "{text}"') from None
 
 
+def positive(text: str) -> int:
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f'expected a whole number above 0, got "{text}"')
+    return int(text)
+
+
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="inverter_study",
@@ -170,7 +179,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
     parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
     parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
+        "--jobs", type=positive, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
     )
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     return parser.parse_args(arguments)

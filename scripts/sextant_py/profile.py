@@ -1,7 +1,8 @@
 """Torque profiles: what a vehicle asks of the drive, over time.
 
 A CSV file has a heading `time_s,torque_nm` or `time_s,torque_nm,enable`, one point a line, separated by commas; cells
-may stand in quotes; empty lines and what follows a # are passed over. `sextant-ecu --virtual-time` reads the same.
+may stand in quotes; empty lines and what follows a # are passed over. `sextant-ecu --virtual-time` reads the same,
+but for enable.
 Torque is interpolated linearly; two points at one time make a step. A TOML file has the same:
 
     interpolation = "hold"          # or "linear"

@@ -1,5 +1,6 @@
 #include "sextant/core/inverter_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -54,6 +55,42 @@ TYPED_TEST(InverterModelOf, AModulatedLegLosesTheLinkVoltageForOneDeadTimeInTheD
     EXPECT_NEAR(double(v.a), -sign * lost * 4.0 / 3.0, 1e-4 * lost);
     EXPECT_NEAR(double(v.b), sign * lost * 2.0 / 3.0, 1e-4 * lost);
     EXPECT_NEAR(double(v.c), sign * lost * 2.0 / 3.0, 1e-4 * lost);
+  }
+}
+
+// All three legs in their dead time at once, with currents that stop and flow again: in one part or in eight.
+TEST(InverterModel, ADeadTimeIsTheSameInOnePartAndInMany) {
+  std::mt19937 random{4711};
+  SCOPED_TRACE("seed 4711");
+  std::normal_distribution<double> amperes{0.0, 0.3};
+  const InverterModel<double> model{{.dead_time_ns = dead_ns}, leakage};
+  int unlike = 0;
+  for (int n = 0; n < 2000; ++n) {
+    const SpaceVector<double> begin{amperes(random), amperes(random)};
+    const SpaceVector<double> end{begin.alpha + amperes(random), begin.beta + amperes(random)};
+    const auto beyond = [&](int parts) {
+      GatePattern pattern;
+      for (int k = 0; k < parts; ++k) pattern.append({switch_states[7], 2'000 / parts});
+      InverterModel<double>::Legs legs{.commanded = switch_states[0]};
+      return model.predicted(pattern, begin, end, u_dc, legs);
+    };
+    const ThreePhase<double> whole = beyond(1);
+    const ThreePhase<double> parted = beyond(8);
+    const double off =
+        std::max({std::abs(whole.a - parted.a), std::abs(whole.b - parted.b), std::abs(whole.c - parted.c)});
+    EXPECT_LT(off, 0.15 * lost) << n;
+    unlike += off > 1e-3 * lost ? 1 : 0;
+  }
+  // Two legs float and one of them reaches a rail.
+  EXPECT_LT(unlike, 10);
+}
+
+// Readings that cannot be are kept from the drive elsewhere; here they may not end the program.
+TEST(InverterModel, ALinkThatReadsBelowZeroIsNone) {
+  InverterModel<double> model{{.dead_time_ns = dead_ns}, leakage};
+  for (int n = 0; n < 3; ++n) {
+    const ThreePhase<double> v = model.step(modulated(), {0, 0, 0}, -5.0);
+    EXPECT_TRUE(std::isfinite(v.a + v.b + v.c));
   }
 }
 

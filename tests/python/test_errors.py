@@ -29,6 +29,7 @@ def program(main: str, **options: object) -> subprocess.CompletedProcess:
     code = "import sys\nfrom sextant_py.errors import run\n"
     code += f"def main(arguments):\n    {main}\n    return 0\nrun('tool', main)\n"
     environment = {**os.environ, "PYTHONPATH": str(SCRIPTS), **options.pop("env", {})}
+    environment.pop("PYTHONUNBUFFERED", None)  # it would write without a buffer that can fail later
     places = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
     return subprocess.run([sys.executable, "-c", code], env=environment, text=True, timeout=120, check=False, **places)
 
@@ -43,7 +44,7 @@ def one_sentence(found: subprocess.CompletedProcess) -> str:
 
 @pytest.mark.parametrize("encoding", ["ascii", "iso-8859-1", "cp1252"])
 def test_output_that_an_encoding_lacks_is_replaced(encoding: str) -> None:
-    found = program("print('10 N·m ─ 日'); print('Ω', file=sys.stderr)", env={"PYTHONIOENCODING": encoding})
+    found = program("print('10 N·m ─ 日'); print('Ω', file=sys.stderr)", env={"PYTHONIOENCODING": encoding}, encoding=encoding)
     assert found.returncode == 0
     assert "?" in found.stdout
     assert "N" in found.stdout
@@ -60,10 +61,11 @@ def test_closed_standard_output_ends_without_a_word() -> None:
     assert (found.returncode, found.stderr) == (0, "")
 
 
-def test_a_reader_that_has_gone_ends_a_command_without_a_word() -> None:
+@pytest.mark.parametrize("main", ["print('long ' * 100_000)", "print('short')"])
+def test_a_reader_that_has_gone_ends_a_command_without_a_word(main: str) -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    found = program("print('long ' * 100_000)", stdout=writing)
+    found = program(main, stdout=writing)
     os.close(writing)
     assert (found.returncode, found.stderr) == (1, "")
 

@@ -110,7 +110,7 @@ class SecondSender {
   /// Whether the newest frame has the counter of another one that cannot be of the same sender.
   [[nodiscard]] constexpr bool has_unlike_twin() const noexcept {
     for (std::size_t n = 1; n <= most_back && n + 1 < count_; ++n) {
-      if (e2e::counter(back(n).data) != e2e::counter(back(0).data)) continue;
+      if (e2e::counter(back(n).data) != e2e::counter(back(0).data) || back(n).data == back(0).data) continue;
       const std::int64_t took_ns = back(0).received_ns - back(n + 1).received_ns;
       // n + 2 frames, from that before the first of the two on.
       if (2 * took_ns <= std::int64_t(2 * n + 1) * parameters_.cycle_ns) return true;

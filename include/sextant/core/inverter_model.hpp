@@ -77,7 +77,7 @@ class InverterModel {
   [[nodiscard]] constexpr ThreePhase<T> step(const GatePattern& applied, const ThreePhase<T>& i,
                                              T u_dc) noexcept {
     if (is_ideal_) return {};
-    const Course course{phases(i_), phases(i), u_dc, seconds(applied.duration_ns())};
+    const Course course{phases(i_), phases(i), std::max(T(0), u_dc), seconds(applied.duration_ns())};
     i_ = i;
     if (!applied.is_driven() || applied.duration_ns() == 0) {
       pass(applied, legs_);
@@ -101,7 +101,7 @@ class InverterModel {
   /// inverter would make them. [V·s]
   [[nodiscard]] constexpr ThreePhase<T> predicted(const GatePattern& pattern, SpaceVector<T> i_begin,
                                                   SpaceVector<T> i_end, T u_dc, Legs& legs) const noexcept {
-    const Course course{phases(inverse_clarke(i_begin)), phases(inverse_clarke(i_end)), u_dc,
+    const Course course{phases(inverse_clarke(i_begin)), phases(inverse_clarke(i_end)), std::max(T(0), u_dc),
                         seconds(pattern.duration_ns())};
     const Phases v = through(pattern, course, ideal_drift(pattern, course), legs).beyond;
     return {v[0], v[1], v[2]};
@@ -109,6 +109,7 @@ class InverterModel {
 
   /// The legs go through a pattern.
   constexpr void pass(const GatePattern& pattern, Legs& legs) const noexcept {
+    if (pattern.segments().empty()) command(gates_off, legs);
     for (const GateSegment& segment : pattern.segments()) {
       command(segment.state, legs);
       for (std::int32_t& dead_ns : legs.dead_ns)
@@ -181,15 +182,19 @@ class InverterModel {
     return way;
   }
 
-  /// Over dt [s]. Each leg in its dead time stops its current once at most.
+  /// Over dt [s], in parts that end where a leg in its dead time stops its current. A stop may let another
+  /// leg conduct again: three legs take seven parts at most.
   constexpr void go(Way& way, Commanded legs, T u_dc, T dt) const noexcept {
-    for (int stops = 0; stops <= 3 && dt > T(0); ++stops) {
-      const Phases v = potentials(way, legs, u_dc);
+    constexpr int most_parts = 8;
+    for (int part = 0; part < most_parts && dt > T(0); ++part) {
+      unsigned held = 0;
+      const Phases v = potentials(way, legs, u_dc, held);
       const T mean = (v[0] + v[1] + v[2]) / T(3);
       Phases slope{};
       T step = dt;
       unsigned stopped = 3;
       for (unsigned n = 0; n < 3; ++n) {
+        if ((held >> n & 1U) != 0U) continue;
         slope[n] = inverse_leakage_ * (v[n] - mean) + way.drift[n];
         const bool falls = (legs.dead >> n & 1U) != 0U && way.i[n] * slope[n] < T(0);
         if (!falls) continue;
@@ -208,8 +213,10 @@ class InverterModel {
     }
   }
 
-  /// Of the legs against the lower rail, without drops. [V]
-  [[nodiscard]] constexpr Phases potentials(const Way& way, Commanded legs, T u_dc) const noexcept {
+  /// Of the legs against the lower rail, without drops. Of two that float each is taken as if the other did
+  /// not reach a rail. held: legs whose current stays zero. [V]
+  [[nodiscard]] constexpr Phases potentials(const Way& way, Commanded legs, T u_dc,
+                                            unsigned& held) const noexcept {
     Phases v{};
     unsigned floating = 0;
     unsigned tied = 3;
@@ -234,6 +241,7 @@ class InverterModel {
                      : tied < 3          ? v[tied] + emf[tied] - emf[n]
                                          : T(0.5) * u_dc - emf[n];
       v[n] = std::clamp(free, T(0), u_dc);
+      if (v[n] == free) held |= 1U << n;
     }
     return v;
   }

@@ -90,6 +90,7 @@ class DatagramReception {
     newest_ = h.sequence - 1;
     last_datagram_ns_ = now_ns;
     seen_ = ~std::uint64_t{0};
+    followers_ = 0;
     fastest_known_ = false;
     return true;
   }

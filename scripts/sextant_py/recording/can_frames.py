@@ -112,7 +112,11 @@ class CanReader:
 
     def _opened(self) -> can.BusABC:
         opened = can_bus.open_bus(can_bus.parse(self._address))
-        can_bus.widen(opened, RECEIVE_BUFFER)
+        try:
+            can_bus.widen(opened, RECEIVE_BUFFER)
+        except OSError:
+            opened.shutdown()
+            raise
         return opened
 
     def _receive(self) -> None:
@@ -128,7 +132,7 @@ class CanReader:
         self.gaps.append(gap)
         self._bus.shutdown()
         while not self._stop.wait(REOPEN_S):
-            with suppress(UserError):
+            with suppress(UserError, OSError):
                 self._bus = self._opened()
                 gap.end_ns = time.monotonic_ns()
                 return

@@ -71,7 +71,7 @@ class McapSource:
             kept = {name: self.rows(name) for name in self.groups}
             lost = f"its last {lost_bytes} bytes are of an incomplete record" if lost_bytes else "it lacks its end"
             self.cut = cut_sentence(path, kept, lost)
-        elif self._stated is not None:
+        elif self._stated:  # a file that leaves its counts empty tells none
             self._check_counts(self._stated)
 
     def _check_counts(self, stated: dict[int, int]) -> None:
