@@ -205,7 +205,7 @@ def test_a_configuration_that_cannot_be_used_is_refused(bus_address: str, domain
         text=True,
         timeout=PATIENCE_S,
     )
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert re.fullmatch(r"sextant-ecu: DDS cannot start on domain \d+: .*\n", done.stderr), done.stderr
     assert expected in done.stderr
     assert "CYCLONEDDS_URI" in done.stderr
@@ -221,6 +221,6 @@ def test_dds_is_in_its_process_alone() -> None:
 
 def test_started_by_hand_it_says_who_starts_it() -> None:
     done = subprocess.run([program("sextant-telemetry")], capture_output=True, text=True, timeout=PATIENCE_S)
-    assert done.returncode == 1
+    assert done.returncode == 2
     sentence = "there is no drive to publish for: start sextant-ecu, which starts this program"
     assert done.stderr == f"sextant-telemetry: {sentence}\n"
