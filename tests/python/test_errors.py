@@ -44,7 +44,9 @@ def one_sentence(found: subprocess.CompletedProcess) -> str:
 
 @pytest.mark.parametrize("encoding", ["ascii", "iso-8859-1", "cp1252"])
 def test_output_that_an_encoding_lacks_is_replaced(encoding: str) -> None:
-    found = program("print('10 N·m ─ 日'); print('Ω', file=sys.stderr)", env={"PYTHONIOENCODING": encoding}, encoding=encoding)
+    found = program(
+        "print('10 N·m ─ 日'); print('Ω', file=sys.stderr)", env={"PYTHONIOENCODING": encoding}, encoding=encoding
+    )
     assert found.returncode == 0
     assert "?" in found.stdout
     assert "N" in found.stdout
