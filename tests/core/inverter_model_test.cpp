@@ -59,10 +59,12 @@ TYPED_TEST(InverterModelOf, AModulatedLegLosesTheLinkVoltageForOneDeadTimeInTheD
 }
 
 // All three legs in their dead time at once, with currents that stop and flow again: in one part or in eight.
-TEST(InverterModel, ADeadTimeIsTheSameInOnePartAndInMany) {
+class SizeOfCurrents : public testing::TestWithParam<double> {};
+
+TEST_P(SizeOfCurrents, ADeadTimeIsTheSameInOnePartAndInMany) {
   std::mt19937 random{4711};
   SCOPED_TRACE("seed 4711");
-  std::normal_distribution<double> amperes{0.0, 0.3};
+  std::normal_distribution<double> amperes{0.0, GetParam()};
   const InverterModel<double> model{{.dead_time_ns = dead_ns}, leakage};
   int unlike = 0;
   for (int n = 0; n < 2000; ++n) {
@@ -84,6 +86,9 @@ TEST(InverterModel, ADeadTimeIsTheSameInOnePartAndInMany) {
   // Two legs float and one of them reaches a rail.
   EXPECT_LT(unlike, 10);
 }
+
+// Currents that a dead time stops at once, at its end, and not at all.
+INSTANTIATE_TEST_SUITE_P(InverterModel, SizeOfCurrents, testing::Values(0.003, 0.3, 3.0));
 
 // Readings that cannot be are kept from the drive elsewhere; here they may not end the program.
 TEST(InverterModel, ALinkThatReadsBelowZeroIsNone) {

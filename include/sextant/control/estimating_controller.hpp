@@ -25,10 +25,10 @@ template <class T = double>
 class EstimatingController : public Controller<T> {
  public:
   struct Parameters {
-    InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
-    typename InverterModel<T>::Parameters inverter{};
-    std::int32_t period_ns{25'000};  ///< control period [ns]
-    T flux_reference{T(1.1)};        ///< ψ_ref at a flux share of 1 [Wb]
+    InductionMachineParameters<T> machine{};           ///< the controller's parameters of the machine
+    typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the patterns
+    std::int32_t period_ns{25'000};                    ///< control period [ns]
+    T flux_reference{T(1.1)};                          ///< ψ_ref at a flux share of 1 [Wb]
     FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
     bool adapts_parameters{true};  ///< R_s, R_r and L_m follow the machine, with the kinds that identify them
     std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
@@ -152,11 +152,8 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] GatePattern modulate(SpaceVector<T> u, T u_dc) noexcept {
     const SpaceVector<T> within = modulator_.within_hexagon(u, u_dc);
     drive(within);
-    const auto ideal = [this, within, u_dc] {
-      return Modulator{modulator_}.step(within, u_dc, parameters_.period_ns);
-    };
     const GatePattern pattern =
-        modulator_.step(within, u_dc, parameters_.period_ns, leg_correction(within, u_dc, ideal));
+        modulator_.step(within, u_dc, parameters_.period_ns, leg_correction(within, u_dc));
     present_ = pattern.last_state();
     return pattern;
   }
@@ -176,15 +173,14 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] SwitchState present() const noexcept { return present_; }
 
   /// By how much longer each leg is to be high for the inverter to make the mean voltage u [V] of the pattern
-  /// that `ideal` gives for an ideal one: what it would lack, by the link voltage. Zero for an ideal
-  /// inverter. [s]
-  template <class Ideal>
-  [[nodiscard]] ThreePhase<T> leg_correction(SpaceVector<T> u, T u_dc, Ideal&& ideal) const noexcept {
+  /// for an ideal one: what that would lack, by the link voltage. Zero for an ideal inverter. [s]
+  [[nodiscard]] ThreePhase<T> leg_correction(SpaceVector<T> u, T u_dc) const noexcept {
     const InverterModel<T>& inverter = estimator_.inverter();
     if (inverter.is_ideal() || !(u_dc > T(0))) return {};
     typename InverterModel<T>::Legs legs = legs_;
     const SpaceVector<T> i_end = predict(estimator_, x_, u, period_).i_s;
-    const ThreePhase<T> beyond = inverter.predicted(ideal(), x_.i_s, i_end, u_dc, legs);
+    const GatePattern ideal = Modulator{modulator_}.step(u, u_dc, parameters_.period_ns);
+    const ThreePhase<T> beyond = inverter.predicted(ideal, x_.i_s, i_end, u_dc, legs);
     const T per_volt = T(-1) / u_dc;
     return {per_volt * beyond.a, per_volt * beyond.b, per_volt * beyond.c};
   }

@@ -38,9 +38,9 @@ class MagnetisingControl {
   /// The stator voltage of the coming period, in which rotor flux and EMF turn by ω_r t_period: the current
   /// is to end in the direction that the flux has then, and the mean of the EMF is
   ///   e^{jω_r t/2} sin(ω_r t/2)/(ω_r t/2) of that at the beginning.
-  /// Taken as constant it would leave an error of the current of some (ω_r t)²/2 k_r ψ_r/σL_s. [V] x: flux
-  /// and current at its beginning; psi_s: magnitude of the estimated flux now, and its reference [Wb]; u_dc
-  /// [V]; omega_m [rad/s].
+  /// Taken as constant it would leave an error of the current of some (ω_r t)²/2 k_r ψ_r/σL_s. [V]
+  /// x: flux and current at its beginning; psi_s: magnitude of the estimated flux now, and its reference
+  /// [Wb]; u_dc [V]; omega_m [rad/s].
   [[nodiscard]] SpaceVector<T> step(const FluxTorqueEstimator<T>& estimator, const FluxAndCurrent<T>& x,
                                     T psi_s, T psi_ref, T u_dc, T omega_m) noexcept {
     const InductionMachineParameters<T>& machine = estimator.machine();
@@ -55,12 +55,10 @@ class MagnetisingControl {
                                        fed_current, machine.sigma_l_s(), estimator.is_settled());
     const T half = T(0.5) * omega_r * period_;
     const SpaceVector<T> half_turn = polar(T(1), half);
-    const auto turned = [half_turn](SpaceVector<T> v) {
-      return half_turn.alpha * v + half_turn.beta * rotate_90(v);
-    };
     const T chord = half == T(0) ? T(1) : std::sin(half) / half;
-    const SpaceVector<T> wanted = current * turned(turned(direction(psi_r)));
-    const SpaceVector<T> emf = (chord * machine.k_r()) * turned(model.derivative(psi_r, x.i_s, omega_m));
+    const SpaceVector<T> wanted = current * product(half_turn, product(half_turn, direction(psi_r)));
+    const SpaceVector<T> emf =
+        (chord * machine.k_r()) * product(half_turn, model.derivative(psi_r, x.i_s, omega_m));
     return (T(1) / per_volt) * (wanted - x.i_s) + machine.r_s * x.i_s + emf;
   }
 

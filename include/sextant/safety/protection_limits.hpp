@@ -42,9 +42,9 @@ struct ProtectionLimits {
   T winding_trip{T(155)};     ///< no torque is available, and a fault [°C]
 
   typename WindingTemperature<T>::Parameters winding{};
-  InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
-  typename InverterModel<T>::Parameters inverter{};
-  std::int32_t period_ns{25'000};  ///< control period [ns]
+  InductionMachineParameters<T> machine{};           ///< the controller's parameters of the machine
+  typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the patterns
+  std::int32_t period_ns{25'000};                    ///< control period [ns]
 
   [[nodiscard]] const char* validate() const noexcept {
     const auto positive = [](T x) { return std::isfinite(x) && x > T(0); };
