@@ -28,6 +28,13 @@ void share(DriveConfig& c) {
   c.plant.io.actuation_delay_periods = c.control.actuation_delay_periods;
 }
 
+/// A tenth of the fundamental of the voltage that dead time and threshold take, whose sign is that of the
+/// current: data sheets leave as much open. [V]
+double told_error(const InverterModel<>::Parameters& p, std::int32_t period_ns, double u_dc) {
+  constexpr double fundamental = 4 / std::numbers::pi;
+  return 0.1 * fundamental * (u_dc * double(p.dead_time_ns) / double(period_ns) + p.threshold_voltage);
+}
+
 /// The inverter as estimator, modulator and checks take it to be.
 void describe_inverter(Section s, DriveConfig& c) {
   InverterModel<>::Parameters& p = c.control.inverter;
@@ -39,6 +46,11 @@ void describe_inverter(Section s, DriveConfig& c) {
            "voltage of a switch or diode that conducts, without current; the same uses");
   s.number("slope_ohm", p.slope_resistance, {0, 1e3}, "ohm",
            "by which the voltage of a conducting switch or diode rises with its current; the same uses");
+  s.derived("voltage_error_v", p.voltage_error, {0, 1e3}, "V",
+            "what may be unknown of the stator voltage along the current, as a standard deviation: the lower the "
+            "stator frequency, the more of the flux follows from the current in its place; identification, "
+            "adaptation, speed plausibility and torque monitor allow for it",
+            [&c, &p] { return told_error(p, c.drive.period_ns, c.plant.io.u_dc); });
   s.check([&c, &p]() -> std::string {
     const char* const problem = p.validate(c.drive.period_ns);
     return problem != nullptr ? problem : "";
@@ -138,13 +150,14 @@ std::string validate_encoder(const DriveConfig& c) {
 void describe(Section root, DriveConfig& c) {
   describe(root.section("machine"), c.machine);
   root.derive([&c] { share(c); });
+  Section drive = root.section("drive");
+  describe_inverter(drive.section("inverter"), c);
 
   describe_control(root.section("control"), c);
   describe_command(root.section("command"), c);
   describe_capability(root.section("capability"), c);
   describe_protection(root.section("protection"), c);
   describe_torque_monitor(root.section("torque_monitor"), c);
-  Section drive = root.section("drive");
   drive.time("period_us", c.drive.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
   drive.integer("actuation_delay_periods", c.control.actuation_delay_periods, {0, 1}, "",
                 "control periods between a decision and its pattern; the controller compensates it");
@@ -173,7 +186,6 @@ void describe(Section root, DriveConfig& c) {
     for (ControlMethod& method : c.methods) method.share(c.control, method.parameters);
   });
   describe_optimal_flux(drive, c.drive.optimal_flux);
-  describe_inverter(drive.section("inverter"), c);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });

@@ -91,7 +91,7 @@ const bool registered = register_steps(static_cast<ControllerList<double>*>(null
 /// The flux and torque estimate alone, as each kind makes it.
 void estimator_step(benchmark::State& state, FluxEstimatorKind kind) {
   const InductionMachineParameters<double> machine{};
-  FluxTorqueEstimator<double> estimator{machine, kind};
+  FluxTorqueEstimator<double> estimator{{.machine = machine, .kind = kind}};
   std::size_t k = 0;
   for (auto _ : state) {
     estimator.step(run.measurements[k]);

@@ -12,7 +12,7 @@ namespace {
 
 /// An estimator that knows the machine's present flux and current: the flux is built by volt-seconds.
 FluxTorqueEstimator<double> informed_estimator(const test::ReferenceMachine& machine) {
-  FluxTorqueEstimator<double> estimator{InductionMachineParameters<double>{}};
+  FluxTorqueEstimator<double> estimator{{}};
   Measurement<double> m = machine.measure<double>({});
   estimator.step(m);
   const auto psi_0 = estimator.psi_s();

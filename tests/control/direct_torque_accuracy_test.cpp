@@ -247,7 +247,7 @@ TYPED_TEST(DirectTorqueAccuracyOf, WithBothOffThePapersParts) {
   using T = TypeParam;
   const auto parameters = of_the_paper<T>();
   Loop<T> loop{parameters};
-  FluxTorqueEstimator<T> estimator{parameters.machine};
+  FluxTorqueEstimator<T> estimator{{.machine = parameters.machine}};
   TorqueComparator<T> torque{parameters.torque_comparator};
   FluxComparator<T> flux{parameters.flux_comparator};
   SectorSelector<T> sector{parameters.sector};

@@ -39,7 +39,7 @@ class FluxTorqueEstimatorOf : public testing::Test {
   }
 
   test::ReferenceMachine machine{};
-  FluxTorqueEstimator<T> estimator{test::converted<T>({})};
+  FluxTorqueEstimator<T> estimator{{.machine = test::converted<T>({})}};
 };
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(FluxTorqueEstimatorOf, Scalars);

@@ -76,7 +76,7 @@ template <class T>
 Machine adapted(const Machine& real, double omega_r, double seconds, Gains gains = {}) {
   TwoModels models{real, omega_r, gains};
   auto machine = test::converted<T>({});
-  ParameterAdaptation<T> adaptation{machine};
+  ParameterAdaptation<T> adaptation{machine, T(0)};
   for (int ms = 0; ms < int(seconds * 1e3); ++ms) {
     const double omega_s = 8.0 * (ms / 100 % 3 - 1);
     while (!adaptation.count(T(0.1 * update_time))) {
@@ -173,7 +173,7 @@ TYPED_TEST(ParameterAdaptationOf, TheParametersStayWithinTheBoundsOfThePrior) {
 TYPED_TEST(ParameterAdaptationOf, AWrongInitialFluxIsNoParameter) {
   using T = TypeParam;
   const auto m = test::converted<T>({});
-  ParameterAdaptation<T> adaptation{m};
+  ParameterAdaptation<T> adaptation{m, T(0)};
   const Machine real;
   TwoModels models{real, 40, {}};
   auto machine = m;
@@ -199,7 +199,7 @@ test::MachineCoverage coverage(unsigned seed, double omega_r, bool changes, doub
     const Gains gains{1 + gain_deviation * drawn.normal(), 1 + gain_deviation * drawn.normal()};
     TwoModels models{real, omega_r, gains};
     Machine machine;
-    ParameterAdaptation<double> adaptation{machine};
+    ParameterAdaptation<double> adaptation{machine, 0.0};
     for (int ms = 0, end = int(drawn.between(100, 30e3)); ms < end; ++ms) {
       while (!adaptation.count(0.1 * update_time)) {
       }
@@ -283,7 +283,7 @@ TEST(ParameterAdaptationTells, ThatAMachineMayWarmWhileNothingIsSeenOfIt) {
 TYPED_TEST(ParameterAdaptationOf, WithoutFluxOrFrequencyNothingChanges) {
   using T = TypeParam;
   const auto m = test::converted<T>({});
-  ParameterAdaptation<T> adaptation{m};
+  ParameterAdaptation<T> adaptation{m, T(0)};
   using Rates = typename ParameterAdaptation<T>::Rates;
   typename ParameterAdaptation<T>::Evidence seen{};
   seen.excess = {T(0.1), T(0.1)};

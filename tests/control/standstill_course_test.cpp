@@ -28,7 +28,7 @@ Found identified(double duration, double r_s, double r_r, double l_r, double noi
   const double b = r_r / l_r / m.tau_r();
   constexpr double current = 22;
   const double final_flux = a * current / b;
-  StandstillCourse<T> course{InductionMachineParameters<T>{}};
+  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(0)};
   std::mt19937 generator{seed};
   std::normal_distribution<double> normal;
   course.begin(T(0));
@@ -94,7 +94,7 @@ TYPED_TEST(StandstillCourseOf, NoiseOfTheSensorsLeavesAKnownMachineKnown) {
 TYPED_TEST(StandstillCourseOf, WithoutACourseTheConfigurationStays) {
   using T = TypeParam;
   const InductionMachineParameters<T> m;
-  StandstillCourse<T> course{m};
+  StandstillCourse<T> course{m, T(0)};
   course.begin(T(0.3));
   const auto found = course.result();
   EXPECT_EQ(found.r_s, m.r_s);

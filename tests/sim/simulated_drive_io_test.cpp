@@ -317,7 +317,7 @@ TEST(SimulatedDriveIo, TheVoltageModelStaysOnThePlantsFluxThroughSkips) {
   SCOPED_TRACE(seed);
   std::mt19937 random{seed};
   PhysicalIo x{{.hold_periods = 3}, {.imposed_speed = ProfileParameters{.value = 40.0}}};
-  FluxTorqueEstimator<double> estimator{InductionMachineParameters<>{}};
+  FluxTorqueEstimator<double> estimator{{}};
   std::int64_t t = 0;
   estimator.step(x.io.read(t));
   for (int n = 0; n < 4'000; ++n) {

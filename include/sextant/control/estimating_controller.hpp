@@ -104,8 +104,8 @@ class EstimatingController : public Controller<T> {
       : parameters_{parameters},
         period_{T(parameters.period_ns) * T(1e-9)},
         sampling_{parameters.sampling_lead_ns},
-        estimator_{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
-                   parameters.inverter},
+        estimator_{{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
+                    parameters.inverter, parameters.flux_reference}},
         magnetising_{parameters.magnetiser, period_},
         modulator_{modulator} {}
 

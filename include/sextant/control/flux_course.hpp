@@ -18,6 +18,8 @@ namespace sextant {
 /// sensors' gains: half a percent of the leakage flux σL_s i. With a large current and a short course these
 /// make the prior of L_m count about half.
 ///   R_s = (∫u dt − a ∫i dt + b ∫φ dt)/∫i dt
+/// A constant error δu of the voltage is an error δu/ī of R_s, ī the mean current; R_s follows as far as that
+/// is small beside its prior.
 template <class T = double>
 class FluxCourse {
  public:
@@ -34,12 +36,14 @@ class FluxCourse {
   /// Errors of the flux that a course takes up, by σL_s i. [-]
   static constexpr T systematic_share = T(5e-3);
 
-  /// The parameters as configured; `correlation`: time over which errors of φ are correlated. [s]
-  FluxCourse(const Machine& machine, T correlation) noexcept
+  /// The parameters as configured; `correlation`: time over which errors of φ are correlated [s];
+  /// voltage_error: standard deviation of δu [V].
+  FluxCourse(const Machine& machine, T correlation, T voltage_error) noexcept
       : nominal_{machine},
         a_{machine.k_r() * machine.k_r() * machine.r_r},
         b_{T(1) / machine.tau_r()},
-        correlation_{correlation} {}
+        correlation_{correlation},
+        voltage_error_{voltage_error} {}
 
   /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux, φ [Wb].
   void add(T voltage, T current, T flux, T dt) noexcept {
@@ -65,17 +69,30 @@ class FluxCourse {
     const T b = (T(1) + share.b) * decayed_;
     const T start = first_ + (sums_.rest - share.a * sums_.raised + share.b * sums_.decayed) / time_;
     const T r_r = (T(1) + share.a) * nominal_.r_r;
-    return {.r_s = raised_ > T(0) ? a_ * (volt_seconds_ - a + b) / raised_ : nominal_.r_s,
+    return {.r_s = r_s(volt_seconds_ - a + b),
             .r_r = r_r,
             .l_m = r_r / ((T(1) + share.b) * b_) - nominal_.l_lr,
             .flux = start + a - b,
             .covariance = covariance(m.normal(density), density)};
   }
 
-  void reset() noexcept { *this = FluxCourse{nominal_, correlation_}; }
+  void reset() noexcept { *this = FluxCourse{nominal_, correlation_, voltage_error_}; }
 
  private:
   using Prior = ParameterPrior<T>;
+
+  /// R_s by its volt-seconds. [Ω]
+  [[nodiscard]] T r_s(T volt_seconds) const noexcept {
+    if (!(raised_ > T(0))) return nominal_.r_s;
+    const T seen = a_ * volt_seconds / raised_;
+    return seen - (T(1) - stator_share()) * (seen - nominal_.r_s);
+  }
+  /// By how much of its error R_s follows, by the prior and by that of the voltage. [-]
+  [[nodiscard]] T stator_share() const noexcept {
+    const T error = a_ * time_ * voltage_error_;
+    const T prior = Prior::r_s_deviation * nominal_.r_s * raised_;
+    return prior * prior / (prior * prior + error * error);
+  }
 
   /// Spectral density of the errors of φ, by the variance about the course [Wb²]. [Wb²·s]
   [[nodiscard]] T noise(T variance) const noexcept {
@@ -155,9 +172,12 @@ class FluxCourse {
     const T bb = scale * n.aa;
     const T by = a_ / nominal_.r_s;
     const T ratio = decayed_ / raised_;
-    return {.ss = by * by * (aa + ratio * ratio * bb - T(2) * ratio * ab),
-            .sr = -by * (aa - ratio * ab),
-            .sl = -by * (aa - ab - ratio * (ab - bb)),
+    const T share = stator_share();
+    const T prior = Prior::r_s_deviation * Prior::r_s_deviation;
+    return {.ss = share * share * by * by * (aa + ratio * ratio * bb - T(2) * ratio * ab) +
+                  (T(1) - share) * prior,
+            .sr = -share * by * (aa - ratio * ab),
+            .sl = -share * by * (aa - ab - ratio * (ab - bb)),
             .rr = aa,
             .rl = aa - ab,
             .ll = aa + bb - T(2) * ab};
@@ -167,6 +187,7 @@ class FluxCourse {
   T a_;               ///< k_r² R_r [Ω]
   T b_;               ///< R_r/L_r [1/s]
   T correlation_;     ///< [s]
+  T voltage_error_;   ///< [V]
   T time_{};          ///< [s]
   T first_{};         ///< φ at the begin [Wb]
   T volt_seconds_{};  ///< ∫u dt [Wb]

@@ -7,6 +7,7 @@
 #include "sextant/control/adaptive_observer.hpp"
 #include "sextant/control/compensated_voltage_model.hpp"
 #include "sextant/control/current_model.hpp"
+#include "sextant/control/flux_crossover.hpp"
 #include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/control/hybrid_flux_model.hpp"
 #include "sextant/control/magnetising_identification.hpp"
@@ -30,29 +31,37 @@ template <class T>
 /// still has rotor flux, also after a gap of many periods. Each model starts from the other's result.
 /// While the machine is magnetised, the kinds that use its parameters identify them, and use them from then
 /// on; the hybrid adapts them while torque is made. The other kinds keep those configured, as all do with
-/// `adapts` false.
+/// `adapts` false. What is not known of the voltage (`InverterModel::Parameters::voltage_error`) counts in
+/// the hybrid, in identification and in adaptation.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
   using Machine = InductionMachineParameters<T>;
 
-  /// inverter: what makes the voltage of the applied patterns.
-  explicit FluxTorqueEstimator(const Machine& machine,
-                               FluxEstimatorKind kind = FluxEstimatorKind::voltage_model, bool adapts = true,
-                               const typename InverterModel<T>::Parameters& inverter = {}) noexcept
-      : kind_{kind},
-        adapts_{adapts},
-        machine_{machine},
-        configured_{machine},
-        inverter_parameters_{inverter},
-        inverter_{inverter, machine.sigma_l_s()},
-        current_model_{machine},
-        compensated_{machine.r_s / machine.l_s()},
-        hybrid_{machine},
-        observer_{machine, kind == FluxEstimatorKind::sensorless_observer},
-        identification_{machine},
-        adaptation_{machine},
-        torque_gain_{T(1.5) * T(machine.pole_pairs)} {}
+  struct Parameters {
+    Machine machine{};  ///< as configured
+    FluxEstimatorKind kind{FluxEstimatorKind::voltage_model};
+    bool adapts{true};                                 ///< R_s, R_r and L_m follow the machine
+    typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the applied patterns
+    T flux_reference{T(1.1)};                          ///< [Wb]
+
+    /// ω_1. [rad/s]
+    [[nodiscard]] T crossover() const noexcept {
+      return flux_crossover(machine, inverter.voltage_error, flux_reference);
+    }
+  };
+
+  explicit FluxTorqueEstimator(const Parameters& parameters) noexcept
+      : parameters_{parameters},
+        machine_{parameters.machine},
+        inverter_{parameters.inverter, machine_.sigma_l_s()},
+        current_model_{machine_},
+        compensated_{machine_.r_s / machine_.l_s()},
+        hybrid_{machine_, parameters.crossover()},
+        observer_{machine_, parameters.kind == FluxEstimatorKind::sensorless_observer},
+        identification_{machine_, parameters.crossover(), parameters.inverter.voltage_error},
+        adaptation_{machine_, parameters.inverter.voltage_error},
+        torque_gain_{T(1.5) * T(machine_.pole_pairs)} {}
 
   /// Updates the estimate by the measurement at the end of a period and its applied pattern. `magnetising`:
   /// the pattern was to magnetise the machine without torque.
@@ -77,7 +86,7 @@ class FluxTorqueEstimator {
   }
   /// Speed of the model: measured, or estimated where the kind does without a sensor. [rad/s]
   [[nodiscard]] constexpr T omega_m() const noexcept {
-    return kind_ == FluxEstimatorKind::sensorless_observer ? observer_.omega_m() : omega_m_;
+    return parameters_.kind == FluxEstimatorKind::sensorless_observer ? observer_.omega_m() : omega_m_;
   }
   /// While the machine is magnetised: it has been for as long as the gates had been off since magnetising
   /// last ended, or for the settling time of the identification. A period of which a part is off counts as
@@ -98,7 +107,7 @@ class FluxTorqueEstimator {
   [[nodiscard]] constexpr const ParameterDeviations<T>& deviations() const noexcept { return deviations_; }
 
   /// Flux zero and parameters as configured, as after power-up.
-  void reset() noexcept { *this = FluxTorqueEstimator{configured_, kind_, adapts_, inverter_parameters_}; }
+  void reset() noexcept { *this = FluxTorqueEstimator{Parameters{parameters_}}; }
 
   /// The same with the gates off, but for the rotor flux: a machine keeps it for some τ_r.
   void restart() noexcept {
@@ -112,8 +121,10 @@ class FluxTorqueEstimator {
 
  private:
   [[nodiscard]] constexpr bool identifies() const noexcept {
-    return adapts_ && (kind_ == FluxEstimatorKind::hybrid || kind_ == FluxEstimatorKind::current_model ||
-                       kind_ == FluxEstimatorKind::observer);
+    const FluxEstimatorKind kind = parameters_.kind;
+    return parameters_.adapts &&
+           (kind == FluxEstimatorKind::hybrid || kind == FluxEstimatorKind::current_model ||
+            kind == FluxEstimatorKind::observer);
   }
 
   /// beyond: ∫u_s dt beyond that of an ideal inverter. [V·s]
@@ -144,7 +155,7 @@ class FluxTorqueEstimator {
 
   void step_model(const Period& p) noexcept {
     const SpaceVector<T> flux_change = p.volt_seconds - (machine_.r_s * p.dt) * p.i_s_mean;
-    switch (kind_) {
+    switch (parameters_.kind) {
       case FluxEstimatorKind::compensated_voltage_model:
         compensated_.step(flux_change, p.dt);
         psi_s_ = compensated_.psi_s();
@@ -165,7 +176,7 @@ class FluxTorqueEstimator {
         current_model_.step(p.i_s_mean, p.omega_m, p.dt);
         hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
         psi_s_ = hybrid_.psi_s();
-        if (adapts_ && adaptation_.count(p.dt)) adapt();
+        if (parameters_.adapts && adaptation_.count(p.dt)) adapt();
         break;
     }
   }
@@ -278,11 +289,8 @@ class FluxTorqueEstimator {
 
   static constexpr T aging_time = T(0.1);  ///< in which the windings keep their temperature [s]
 
-  FluxEstimatorKind kind_;
-  bool adapts_;
-  Machine machine_;     ///< in use
-  Machine configured_;  ///< as configured
-  typename InverterModel<T>::Parameters inverter_parameters_;
+  Parameters parameters_;
+  Machine machine_;  ///< in use
   InverterModel<T> inverter_;
   CurrentModel<T> current_model_;
   CompensatedVoltageModel<T> compensated_;

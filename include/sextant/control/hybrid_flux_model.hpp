@@ -16,9 +16,8 @@ namespace sextant {
 /// wrong by. The correction removes drift and a wrong initial value within 1/g. Where w is 1 it has no effect
 /// in steady state: the estimate is that of the voltage model, which needs neither R_r nor L_m. Where w is 0
 /// the factor is 1 and the estimate that of the current model, which does not need R_s. w is the product of
-///   ω_e²/(ω_e² + ω_1²),  ω_1 = R_s/L_s          and   ω_r⁴/(ω_r⁴ + ω_1⁴),  ω_r = p ω_m
-/// R_s, L_s and τ_r of these corners are those configured. At ω_1 the magnetising current's resistive voltage
-/// is as large as that of the flux.
+///   ω_e²/(ω_e² + ω_1²)   and   ω_r⁴/(ω_r⁴ + ω_1⁴),  ω_r = p ω_m
+/// ω_1 is that of `flux_crossover`; it and τ_r of these corners are those configured.
 ///
 /// The correction lets only jω_e/(jω_e + g) of the difference ψ_v − c ψ_cm between the fluxes of both models
 /// remain in ψ_s − c ψ_cm. Its inverse in the adaptation takes gain and phase back, so that c follows
@@ -40,10 +39,11 @@ class HybridFluxModel {
     T leak{};          ///< (1 − w)/τ_r [1/s]
   };
 
-  explicit HybridFluxModel(const InductionMachineParameters<T>& machine) noexcept
+  /// crossover: ω_1. [rad/s]
+  HybridFluxModel(const InductionMachineParameters<T>& machine, T crossover) noexcept
       : correction_{machine.r_s / machine.sigma_l_s()},
         inverse_tau_r_{T(1) / machine.tau_r()},
-        crossover_{machine.r_s / machine.l_s()},
+        crossover_{crossover},
         pole_pairs_{T(machine.pole_pairs)} {}
 
   /// Advances by dt [s]. flux_change: ∫(u_s − R_s i_s) dt [Wb]; current_model and i_s [A] at the end;

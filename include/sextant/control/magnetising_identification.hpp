@@ -31,16 +31,17 @@ class MagnetisingIdentification {
  public:
   using Machine = InductionMachineParameters<T>;
 
-  /// Starts from the parameters as they are configured.
-  explicit MagnetisingIdentification(const Machine& machine) noexcept
+  /// Starts from the parameters as they are configured. crossover: ω_1 of `flux_crossover` [rad/s];
+  /// voltage_error: standard deviation of a constant error of the voltage along the current [V].
+  MagnetisingIdentification(const Machine& machine, T crossover, T voltage_error) noexcept
       : nominal_{machine},
         filter_time_{T(0.04) * machine.tau_r()},
         shortest_{T(0.2) * machine.tau_r()},
         resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
-        low_{machine.r_s / machine.l_s()},
+        low_{crossover},
         high_{T(240) * machine.r_s / machine.l_s()},
-        course_{machine, T(2) * filter_time_},
-        standstill_{machine} {}
+        course_{machine, T(2) * filter_time_, voltage_error},
+        standstill_{machine, voltage_error} {}
 
   /// Magnetising begins at rotor flux phi = k_r |ψ_r| [Wb] and speed omega_r [rad/s].
   void begin(T phi, T omega_r) noexcept {

@@ -19,6 +19,8 @@ namespace sextant {
 /// By how much the stator flux of the voltage model exceeds the machine's, for δ_s = 1, at a steady
 /// frequency:
 ///   h_s = R_s i_s/(jω_e ψ_s)
+/// and for a voltage error of 1 V along the current
+///   h_u = i_s/|i_s|/(jω_e ψ_s)
 /// H_s, H_r and H_L are h_s and the shares k_r ψ_r/ψ_s of h_r and h_L behind the filter that c passes, so
 /// that the equation also holds after steps of the torque, and where c returns to 1. c has two components and
 /// there are three parameters. An update follows c by the gain that leaves the least of what remains unknown
@@ -29,7 +31,8 @@ namespace sextant {
 /// changes is followed at its rate. The parameters converge where the torque changes. Both models take over
 /// what they have of the errors that an update takes away (`Correction`): h_r δ_r + h_L δ_L of the rotor
 /// flux, H δ of c. The error of c is that of the sensors' gains, alike for the flux and for the resistive
-/// voltage, and that of a wrong initial flux, which decays with τ_r. Parameters that magnetising has
+/// voltage, that of an unknown voltage along the current, by h_u behind the same filter, and that of a wrong
+/// initial flux, which decays with τ_r. Parameters that magnetising has
 /// identified fit the flux with which it ends: it is wrong by h_r δ_r + h_L δ_L, which have followed its
 /// current, and by nothing else. Source of
 /// the principle, a voltage model as reference for a current model that is adapted: C. Schauder, "Adaptive
@@ -60,8 +63,10 @@ class ParameterAdaptation {
     SpaceVector<T> excess;  ///< in c [-]
   };
 
-  /// From the parameters as configured.
-  constexpr explicit ParameterAdaptation(const Machine& configured) noexcept : configured_{configured} {}
+  /// From the parameters as configured. voltage_error: standard deviation of the stator voltage along the
+  /// current. [V]
+  constexpr ParameterAdaptation(const Machine& configured, T voltage_error) noexcept
+      : configured_{configured}, voltage_variance_{voltage_error * voltage_error} {}
 
   /// Counts a period of dt [s]; true where `update` is due.
   [[nodiscard]] bool count(T dt) noexcept {
@@ -76,7 +81,8 @@ class ParameterAdaptation {
     time_ = T(0);
     correction_ = {};
     if (!has_flux) return machine;
-    const T error = Prior::gain_error * Prior::gain_error * (T(1) + dot(by_r_s_, by_r_s_)) + start_variance_;
+    const T error = Prior::gain_error * Prior::gain_error * (T(1) + dot(by_r_s_, by_r_s_)) +
+                    voltage_variance_ * dot(by_voltage_, by_voltage_) + start_variance_;
     const SpaceVector<T> for_r_s = r_s_variance * by_r_s_ + warming_variance * by_r_r_;
     const SpaceVector<T> for_r_r = r_r_variance * by_r_r_ + warming_variance * by_r_s_;
     const SpaceVector<T> for_l = l_variance * by_l_;
@@ -101,7 +107,7 @@ class ParameterAdaptation {
 
   /// The factor is 1 again: both models start from the same flux, which may be wrong.
   void reset() noexcept {
-    rotor_by_r_r_ = rotor_by_l_ = by_r_s_ = by_r_r_ = by_l_ = {};
+    rotor_by_r_r_ = rotor_by_l_ = by_r_s_ = by_voltage_ = by_r_r_ = by_l_ = {};
     start_variance_ = initial_variance;
     time_ = T(0);
   }
@@ -148,12 +154,15 @@ class ParameterAdaptation {
     const T stator = dot(seen.psi_s, seen.psi_s);
     if (!(rotor > least_flux_squared && stator > least_flux_squared)) return false;
     follow_rotor(machine, seen.i_s, seen.psi_r, rotor, share);
-    const T drop = machine.r_s / stator;
-    const SpaceVector<T> by_frequency{drop * cross(seen.psi_s, seen.i_s), -drop * dot(seen.psi_s, seen.i_s)};
     start_variance_ /= T(1) + share;
     const Rates& r = seen.rates;
     const T decay = r.follow + r.leak;
-    by_r_s_ += time_ * (r.by_frequency * by_frequency - decay * by_r_s_);
+    const auto by_frequency = [&seen, stator](T volts, SpaceVector<T> x) {
+      const T drop = volts / stator;
+      return SpaceVector<T>{drop * cross(seen.psi_s, x), -drop * dot(seen.psi_s, x)};
+    };
+    by_r_s_ += time_ * (r.by_frequency * by_frequency(machine.r_s, seen.i_s) - decay * by_r_s_);
+    by_voltage_ += time_ * (r.by_frequency * by_frequency(T(1), direction(seen.i_s)) - decay * by_voltage_);
     const T main_scale = machine.k_r() / stator;
     const SpaceVector<T> main_share{main_scale * dot(seen.psi_s, seen.psi_r),
                                     main_scale * cross(seen.psi_s, seen.psi_r)};
@@ -191,11 +200,13 @@ class ParameterAdaptation {
   }
 
   Machine configured_;
+  T voltage_variance_;  ///< of the stator voltage along the current [V²]
   ParameterCovariance<T> covariance_{};
   T time_{};                            ///< since the last update [s]
   SpaceVector<T> rotor_by_r_r_{};       ///< h_r [-]
   SpaceVector<T> rotor_by_l_{};         ///< h_L [-]
   SpaceVector<T> by_r_s_{};             ///< H_s [-]
+  SpaceVector<T> by_voltage_{};         ///< H_u [1/V]
   SpaceVector<T> by_r_r_{};             ///< H_r [-]
   SpaceVector<T> by_l_{};               ///< H_L [-]
   Correction correction_{};             ///< of the last update

@@ -15,6 +15,8 @@ namespace sextant {
 /// With the integrals of voltage behind the leakage and current along the flux, U = ∫u dt and Q = ∫i dt, the
 /// flux φ = k_r ψ_r is φ_0 + U − R_s Q, and
 ///   U = (R_s + a) Q − b ∫(φ_0 + U) dt + b R_s ∫Q dt,   a = k_r² R_r,   b = R_r/L_r.
+/// A constant error δu of the voltage is an unknown of its own: U + δu t takes the place of U. At a constant
+/// current it differs from a resistance by its prior alone.
 /// Nonlinear regression, by one step of Gauss-Newton a millisecond, with `ParameterPrior` and the errors of
 /// `FluxCourse`. Only the curve of U over a time of about τ_r
 /// tells R_s, R_r and L_r apart: the shorter the course, the more the priors count. Source of the equations:
@@ -25,13 +27,16 @@ class StandstillCourse {
   using Machine = InductionMachineParameters<T>;
   using Result = typename FluxCourse<T>::Result;
 
-  /// The parameters as configured.
-  explicit StandstillCourse(const Machine& machine) noexcept
-      : nominal_{machine}, a_{machine.k_r() * machine.k_r() * machine.r_r}, b_{T(1) / machine.tau_r()} {}
+  /// The parameters as configured; voltage_error: standard deviation of δu. [V]
+  StandstillCourse(const Machine& machine, T voltage_error) noexcept
+      : nominal_{machine},
+        a_{machine.k_r() * machine.k_r() * machine.r_r},
+        b_{T(1) / machine.tau_r()},
+        voltage_error_{voltage_error} {}
 
   /// Magnetising begins at this flux φ_0. [Wb]
   void begin(T flux) noexcept {
-    *this = StandstillCourse{nominal_};
+    *this = StandstillCourse{nominal_, voltage_error_};
     first_ = flux;
   }
 
@@ -58,7 +63,7 @@ class StandstillCourse {
     return {.r_s = m.r_s,
             .r_r = m.r_r,
             .l_m = m.l_m,
-            .flux = first_ + volt_seconds_ - m.r_s * charge_,
+            .flux = first_ + volt_seconds_ + voltage_ * time_ - m.r_s * charge_,
             .covariance = covariance_};
   }
 
@@ -70,13 +75,19 @@ class StandstillCourse {
 
   /// By how much R_s, R_r and L_r exceed their nominal values, as shares of these. [-]
   using Shares = std::array<T, 3>;
-  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt; or their coefficients in the error of the course.
-  using Terms = std::array<T, 4>;
+  using Matrix = std::array<Shares, 3>;
+  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt, t, t²/2; or their coefficients in the error of the
+  /// course.
+  using Terms = std::array<T, 6>;
 
   void sample(T dt) noexcept {
     const T r_s = nominal_.r_s;
     const Terms z{volt_seconds_ - (r_s + a_) * charge_ + b_ * flux_seconds_ - b_ * r_s * charge_seconds_,
-                  charge_, flux_seconds_, charge_seconds_};
+                  charge_,
+                  flux_seconds_,
+                  charge_seconds_,
+                  time_,
+                  T(0.5) * time_ * time_};
     for (std::size_t n = 0; n < z.size(); ++n) {
       for (std::size_t k = 0; k < z.size(); ++k) moments_[n][k] += dt * z[n] * z[k];
     }
@@ -93,19 +104,55 @@ class StandstillCourse {
     const std::array<Terms, 3> slopes{Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s},
                                       Terms{T(0), -a_, by_r_r, -by_r_r * r_s},
                                       Terms{T(0), T(0), by_l_r, -by_l_r * r_s}};
+    const Terms by_voltage{T(0), T(0), T(0), T(0), T(1), b_x};
     const T density = noise();
-    std::array<Shares, 3> left{};
+    Matrix left{};
     Shares right{};
+    Unknown voltage = unknown_voltage(by_voltage, error, density);
     for (std::size_t n = 0; n < 3; ++n) {
       const Terms weighted = weigh(slopes[n]);
       for (std::size_t k = 0; k < 3; ++k) left[n][k] = product(weighted, slopes[k]);
       const T prior = density / (deviations[n] * deviations[n]);
       left[n][n] += prior;
       right[n] = -product(weighted, error) - prior * x[n];
+      voltage.across[n] = product(weighted, by_voltage);
     }
+    voltage.eliminate(left, right);
     const Inverse inverse = inverse_of(left);
     shares_ = bounded(x, inverse.times(right));
+    voltage_ = voltage.value({shares_[0] - x[0], shares_[1] - x[1], shares_[2] - x[2]});
     if (inverse.determinant > T(0)) covariance_ = inverse.covariance(density);
+  }
+
+  /// A further unknown v of the normal equations: left · step + across v = right, across · step + own v =
+  /// rest.
+  struct Unknown {
+    Shares across{};
+    T own{};  ///< zero: v is known to be zero
+    T rest{};
+
+    /// Out of the equations of the others.
+    void eliminate(Matrix& left, Shares& right) const noexcept {
+      if (!(own > T(0))) return;
+      for (std::size_t n = 0; n < 3; ++n) {
+        for (std::size_t k = 0; k < 3; ++k) left[n][k] -= across[n] * across[k] / own;
+        right[n] -= across[n] * rest / own;
+      }
+    }
+    /// By the step of the others.
+    [[nodiscard]] T value(const Shares& step) const noexcept {
+      if (!(own > T(0))) return T(0);
+      return (rest - across[0] * step[0] - across[1] * step[1] - across[2] * step[2]) / own;
+    }
+  };
+
+  /// δu, but for `across`.
+  [[nodiscard]] Unknown unknown_voltage(const Terms& by_voltage, const Terms& error,
+                                        T density) const noexcept {
+    if (!(voltage_error_ > T(0))) return {};
+    const Terms weighted = weigh(by_voltage);
+    return {.own = product(weighted, by_voltage) + density / (voltage_error_ * voltage_error_),
+            .rest = -product(weighted, error)};
   }
 
   /// Σ dt (p·z) z.
@@ -116,7 +163,7 @@ class StandstillCourse {
   }
 
   [[nodiscard]] static constexpr T product(const Terms& p, const Terms& q) noexcept {
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3] + p[4] * q[4] + p[5] * q[5];
   }
 
   /// Spectral density of the errors of U. [Wb²·s]
@@ -128,7 +175,7 @@ class StandstillCourse {
 
   /// Of a symmetric matrix: adjugate and determinant.
   struct Inverse {
-    std::array<Shares, 3> adjugate{};
+    Matrix adjugate{};
     T determinant{};
 
     /// Zero where there is no inverse.
@@ -147,7 +194,7 @@ class StandstillCourse {
     }
   };
 
-  [[nodiscard]] static Inverse inverse_of(const std::array<Shares, 3>& m) noexcept {
+  [[nodiscard]] static Inverse inverse_of(const Matrix& m) noexcept {
     const auto minor = [](const Shares& p, const Shares& q, std::size_t n, std::size_t k) {
       return p[n] * q[k] - p[k] * q[n];
     };
@@ -174,7 +221,9 @@ class StandstillCourse {
   T charge_{};          ///< Q [A·s]
   T flux_seconds_{};    ///< ∫(φ_0 + U) dt [Wb·s]
   T charge_seconds_{};  ///< ∫Q dt [A·s²]
-  std::array<Terms, 4> moments_{};
+  std::array<Terms, std::tuple_size_v<Terms>> moments_{};
+  T voltage_error_;  ///< of δu [V]
+  T voltage_{};      ///< δu [V]
   Shares shares_{};
   ParameterCovariance<T> covariance_{};
 };

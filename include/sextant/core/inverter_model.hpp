@@ -43,6 +43,9 @@ class InverterModel {
     std::int32_t dead_time_ns{0};  ///< t_d [ns]
     T threshold_voltage{};         ///< V_t, of a switch or diode that conducts [V]
     T slope_resistance{};          ///< r, the same [Ω]
+    /// How far the stator voltage along the current may be off, by what is not known of the inverter; a
+    /// standard deviation. The model itself does not depend on it. [V]
+    T voltage_error{};
 
     [[nodiscard]] constexpr bool is_ideal() const noexcept {
       return dead_time_ns == 0 && threshold_voltage == T(0) && slope_resistance == T(0);
@@ -54,7 +57,8 @@ class InverterModel {
       }
       const auto is_usable = [](T x) { return std::isfinite(x) && x >= T(0); };
       if (!is_usable(threshold_voltage)) return "the inverter's threshold voltage must not be below zero";
-      return is_usable(slope_resistance) ? nullptr : "the inverter's slope resistance must not be below zero";
+      if (!is_usable(slope_resistance)) return "the inverter's slope resistance must not be below zero";
+      return is_usable(voltage_error) ? nullptr : "the inverter's voltage error must not be below zero";
     }
   };
 
