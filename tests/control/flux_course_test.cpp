@@ -18,13 +18,15 @@ InductionMachineParameters<T> nominal() {
 }
 
 /// Magnetising by 23 A to 1.03 Wb, in some 70 ms, of a machine that differs from the nominal one by factors,
-/// with φ read with noise of that deviation [Wb].
+/// with φ read with noise of that deviation [Wb] and the voltage along it off by `voltage` [V], of which the
+/// course knows the deviation `voltage_error` [V].
 template <class T>
-typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed) {
+typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed,
+                                        double voltage = 0, double voltage_error = 0) {
   const InductionMachineParameters<double> m = nominal<double>();
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();
-  FluxCourse<T> course{nominal<T>(), T(correlation), T(0)};
+  FluxCourse<T> course{nominal<T>(), T(correlation), T(voltage_error)};
   std::mt19937 generator{seed};
   std::normal_distribution<double> normal;
   const double current = 23;
@@ -35,7 +37,7 @@ typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, do
     const double slope = (a * current - b * phi) / (1 + 0.5 * b * period);
     phi += period * slope;
     error = keep * error + std::sqrt(1 - keep * keep) * noise * normal(generator);
-    course.add(T(r_s * m.r_s * current + slope), T(current), T(phi + error), T(period));
+    course.add(T(r_s * m.r_s * current + voltage + slope), T(current), T(phi + error), T(period));
   }
   return course.solve();
 }
@@ -58,6 +60,23 @@ TYPED_TEST(FluxCourseOf, WithoutNoiseItFindsAnyMachineWithinSomePercent) {
       }
     }
   }
+}
+
+// 6 V are 0.26 Ω at 23 A: R_s takes that share of them that its prior, 0.5 R_s, has beside it. R_r and L_r
+// follow from the flux alone.
+TYPED_TEST(FluxCourseOf, AnErrorOfTheVoltageIsSharedByThePriorOfTheStatorResistance) {
+  using T = TypeParam;
+  const auto m = nominal<double>();
+  const double prior = 0.5 * m.r_s;
+  const double error = 6.0 / 23.0;
+  const double share = prior * prior / (prior * prior + error * error);
+  const auto blind = identified<T>(1, 1, 1, 0, 0, 6.0, 0.0);
+  const auto found = identified<T>(1, 1, 1, 0, 0, 6.0, 6.0);
+  EXPECT_NEAR(double(blind.r_s), m.r_s + error, 0.01 * m.r_s);
+  EXPECT_NEAR(double(found.r_s), m.r_s + share * error, 0.01 * m.r_s);
+  EXPECT_EQ(found.r_r, blind.r_r);
+  EXPECT_EQ(found.l_m, blind.l_m);
+  EXPECT_GT(found.covariance.ss, blind.covariance.ss);
 }
 
 // What is configured has a deviation of 25 % in R_r and of 15 % in L_r: noise adds none to them.

@@ -23,7 +23,7 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
   InductionMachineParameters<T> machine{};
   for (const double omega_m : {-6000.0, -300.0, 20.0, 1000.0, 6000.0}) {
     const SteadyMachine steady = SteadyMachine::of_torque(paper, 0.05, omega_m, 1.0);
-    CurrentPrediction<T> prediction{machine};
+    CurrentPrediction<T> prediction{machine, T(0)};
     double largest = 0.0;
     for (int n = 0; n <= 200; ++n) {
       const Measurement<T> m = steady.template measurement<T>(n);
@@ -60,7 +60,7 @@ TYPED_TEST(CurrentPredictionOf, AFluxThatMayBeWrongByMoreThanItselfMakesEUncerta
   for (const double flux : {0.9, 0.3, 0.0}) {
     for (const double error : {0.0, 0.2, 0.9}) {
       for (const double sign : {-1.0, 1.0}) {
-        CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
+        CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, T(0)};
         prediction.restart({}, {T(flux), T(0)});
         const SpaceVector<double> end = polar(flux, sign * turn);
         const PredictedChange<T> change =
@@ -72,9 +72,19 @@ TYPED_TEST(CurrentPredictionOf, AFluxThatMayBeWrongByMoreThanItselfMakesEUncerta
   }
 }
 
+// Of a stated error of the voltage, 3 V, twice as much moves a phase by 6 V · 25 µs/σL_s.
+TYPED_TEST(CurrentPredictionOf, AStatedErrorOfTheVoltageIsAllowedForTwice) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> paper{};
+  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, T(3)};
+  prediction.restart({}, {});
+  const PredictedChange<T> change = prediction.step({}, {}, {}, T(0), T(25e-6));
+  EXPECT_NEAR(double(change.uncertainty), 6 * 25e-6 / paper.sigma_l_s(), 1e-5);
+}
+
 TYPED_TEST(CurrentPredictionOf, ARestartBeginsAtTheCurrentsAndTheFluxGiven) {
   using T = TypeParam;
-  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}};
+  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, T(0)};
   prediction.restart({T(10), T(-5), T(-5)}, {T(0.9), T(0)});
   const PredictedChange<T> change =
       prediction.step({T(10), T(-5), T(-5)}, {.psi_r = {T(0.9), T(0)}}, {}, T(0), T(25e-6));

@@ -128,6 +128,20 @@ TYPED_TEST(SpeedPlausibilityOf, AReadingThatIsLostShowsWithinFiveMilliseconds) {
   EXPECT_TRUE(this->speed.is_off_by(TypeParam(60)));
 }
 
+// At 160 rad/s the leak of 150 rad/s leaves 0.80 Wb of 1.1 Wb: an error of 50 V, of which two make 0.67 Wb,
+// is below that, one of 65 V, 0.87 Wb, is not.
+TYPED_TEST(SpeedPlausibilityOf, AFluxThatTheErrorOfTheVoltageMayMakeDoesNotCount) {
+  using T = TypeParam;
+  for (const double error : {50.0, 65.0}) {
+    typename TestFixture::Parameters p{};
+    p.voltage_error = T(error);
+    this->speed = SpeedPlausibility<T>{p};
+    this->omega_m = 160.0 / 2.0 + 30.0;
+    this->run(0.1);
+    EXPECT_EQ(this->speed.is_off_by(T(25)), error < 60.0) << error;
+  }
+}
+
 TYPED_TEST(SpeedPlausibilityOf, NothingCountsBeforeItHasSettledNorWithoutFlux) {
   this->omega_m = 0.0;
   this->run(0.039);

@@ -126,6 +126,25 @@ TYPED_TEST(TorqueBandsOf, GainsAndOffsetsOfTheSensorsAddToBothEnds) {
   EXPECT_NEAR(double(with.by_power().highest - without.by_power().highest), by_power, 0.01);
 }
 
+// A voltage error along the current is a power of 3/2 δu |i_s|, whose torque is that power by ω_e/p.
+TYPED_TEST(TorqueBandsOf, AStatedErrorOfTheVoltageWidensTheBandByPower) {
+  using T = TypeParam;
+  const auto m = unlike_machine();
+  for (const double omega_m : {-80.0, 60.0}) {
+    const EquivalentCircuit c{m, omega_m, 5.0, {25.0, 11.0}};
+    const TorqueMeans<T> means = means_of<T>(c, omega_m);
+    TorqueMonitorLimits<T> wide = monitor_limits<T>();
+    wide.inverter.voltage_error = T(1.5);
+    const TorqueBands<T> without = settled(monitor_limits<T>(), means);
+    const TorqueBands<T> with = settled(wide, means);
+    const double torque = 1.5 * m.pole_pairs * 3.0 * std::abs(c.i_s) / std::abs(c.omega_e);
+    const double near = 0.01 * torque;
+    EXPECT_NEAR(double(without.by_power().lowest - with.by_power().lowest), torque, near);
+    EXPECT_NEAR(double(with.by_power().highest - without.by_power().highest), torque, near);
+    EXPECT_EQ(with.by_current().lowest, without.by_current().lowest);
+  }
+}
+
 // The candidates' fluxes decay with time constants from 1/1.4·0.8 to 1/0.6·1.2 of each other; the flux is
 // that before.
 TYPED_TEST(TorqueBandsOf, WithoutCurrentEachFluxDecaysWithItsOwnTimeConstant) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -15,8 +16,10 @@ namespace sextant {
 /// With the integrals of voltage behind the leakage and current along the flux, U = ∫u dt and Q = ∫i dt, the
 /// flux φ = k_r ψ_r is φ_0 + U − R_s Q, and
 ///   U = (R_s + a) Q − b ∫(φ_0 + U) dt + b R_s ∫Q dt,   a = k_r² R_r,   b = R_r/L_r.
-/// A constant error δu of the voltage is an unknown of its own: U + δu t takes the place of U. At a constant
-/// current it differs from a resistance by its prior alone.
+/// A constant error δu of the voltage, that u lacks, is an unknown of its own: with w = δu/i_0, i_0 the
+/// current of the first sample, and D = i_0 t − Q
+///   U = (ρ + a) Q − b ∫(φ_0 + U) dt + b ρ ∫Q dt − w (D + b ∫D dt),   R_s = ρ + w.
+/// At a constant current D is zero, and the priors of R_s and δu alone share what ρ exceeds R_s by.
 /// Nonlinear regression, by one step of Gauss-Newton a millisecond, with `ParameterPrior` and the errors of
 /// `FluxCourse`. Only the curve of U over a time of about τ_r
 /// tells R_s, R_r and L_r apart: the shorter the course, the more the priors count. Source of the equations:
@@ -57,13 +60,13 @@ class StandstillCourse {
   /// By the samples so far.
   [[nodiscard]] Result result() const noexcept {
     Machine m = nominal_;
-    m.r_s *= T(1) + shares_[0];
+    m.r_s = (T(1) + shares_[0]) * nominal_.r_s + ohms_;
     m.r_r *= T(1) + shares_[1];
     m.l_m = (T(1) + shares_[2]) * nominal_.l_r() - nominal_.l_lr;
     return {.r_s = m.r_s,
             .r_r = m.r_r,
             .l_m = m.l_m,
-            .flux = first_ + volt_seconds_ + voltage_ * time_ - m.r_s * charge_,
+            .flux = first_ + volt_seconds_ + ohms_ * level_ * time_ - m.r_s * charge_,
             .covariance = covariance_};
   }
 
@@ -73,21 +76,23 @@ class StandstillCourse {
   static constexpr std::array<T, 3> deviations{Prior::r_s_deviation, Prior::r_r_deviation,
                                                Prior::l_deviation};  ///< of R_s, R_r and L_r [-]
 
-  /// By how much R_s, R_r and L_r exceed their nominal values, as shares of these. [-]
+  /// By how much ρ, R_r and L_r exceed their nominal values, as shares of these; ρ that of R_s. [-]
   using Shares = std::array<T, 3>;
   using Matrix = std::array<Shares, 3>;
-  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt, t, t²/2; or their coefficients in the error of the
-  /// course.
+  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt, D, ∫D dt; or their coefficients in the error of the
+  /// course. D is zero until a current flows.
   using Terms = std::array<T, 6>;
 
   void sample(T dt) noexcept {
     const T r_s = nominal_.r_s;
+    if (!(level_ > T(0))) level_ = std::max(T(0), charge_ / time_);
+    const bool flows = level_ > T(0);
     const Terms z{volt_seconds_ - (r_s + a_) * charge_ + b_ * flux_seconds_ - b_ * r_s * charge_seconds_,
                   charge_,
                   flux_seconds_,
                   charge_seconds_,
-                  time_,
-                  T(0.5) * time_ * time_};
+                  flows ? level_ * time_ - charge_ : T(0),
+                  flows ? T(0.5) * level_ * time_ * time_ - charge_seconds_ : T(0)};
     for (std::size_t n = 0; n < z.size(); ++n) {
       for (std::size_t k = 0; k < z.size(); ++k) moments_[n][k] += dt * z[n] * z[k];
     }
@@ -104,31 +109,31 @@ class StandstillCourse {
     const std::array<Terms, 3> slopes{Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s},
                                       Terms{T(0), -a_, by_r_r, -by_r_r * r_s},
                                       Terms{T(0), T(0), by_l_r, -by_l_r * r_s}};
-    const Terms by_voltage{T(0), T(0), T(0), T(0), T(1), b_x};
+    const Terms by_ohms{T(0), T(0), T(0), T(0), T(1), b_x};
     const T density = noise();
     Matrix left{};
     Shares right{};
-    Unknown voltage = unknown_voltage(by_voltage, error, density);
+    Unknown ohms = unknown_ohms(by_ohms, error, density);
     for (std::size_t n = 0; n < 3; ++n) {
       const Terms weighted = weigh(slopes[n]);
       for (std::size_t k = 0; k < 3; ++k) left[n][k] = product(weighted, slopes[k]);
       const T prior = density / (deviations[n] * deviations[n]);
       left[n][n] += prior;
       right[n] = -product(weighted, error) - prior * x[n];
-      voltage.across[n] = product(weighted, by_voltage);
+      ohms.across[n] += product(weighted, by_ohms);
     }
-    voltage.eliminate(left, right);
+    ohms.eliminate(left, right);
     const Inverse inverse = inverse_of(left);
     shares_ = bounded(x, inverse.times(right));
-    voltage_ = voltage.value({shares_[0] - x[0], shares_[1] - x[1], shares_[2] - x[2]});
-    if (inverse.determinant > T(0)) covariance_ = inverse.covariance(density);
+    ohms_ = ohms.value({shares_[0] - x[0], shares_[1] - x[1], shares_[2] - x[2]});
+    if (inverse.determinant > T(0)) covariance_ = inverse.covariance(density, ohms, nominal_.r_s);
   }
 
-  /// A further unknown v of the normal equations: left · step + across v = right, across · step + own v =
+  /// A further unknown w of the normal equations: left · step + across w = right, across · step + own w =
   /// rest.
   struct Unknown {
     Shares across{};
-    T own{};  ///< zero: v is known to be zero
+    T own{};  ///< zero: w is known to be zero
     T rest{};
 
     /// Out of the equations of the others.
@@ -144,15 +149,28 @@ class StandstillCourse {
       if (!(own > T(0))) return T(0);
       return (rest - across[0] * step[0] - across[1] * step[1] - across[2] * step[2]) / own;
     }
+    /// By how much w moves with each of the others.
+    [[nodiscard]] Shares slope() const noexcept {
+      if (!(own > T(0))) return {};
+      return {-across[0] / own, -across[1] / own, -across[2] / own};
+    }
   };
 
-  /// δu, but for `across`.
-  [[nodiscard]] Unknown unknown_voltage(const Terms& by_voltage, const Terms& error,
-                                        T density) const noexcept {
-    if (!(voltage_error_ > T(0))) return {};
-    const Terms weighted = weigh(by_voltage);
-    return {.own = product(weighted, by_voltage) + density / (voltage_error_ * voltage_error_),
-            .rest = -product(weighted, error)};
+  /// w, but for what the courses of the others add to `across`. Its priors are that of δu, and that of R_s, of
+  /// which ρ and w are parts.
+  [[nodiscard]] Unknown unknown_ohms(const Terms& by_ohms, const Terms& error, T density) const noexcept {
+    const T deviation = ohms_deviation();
+    if (!(deviation > T(0))) return {};
+    const Terms weighted = weigh(by_ohms);
+    const T r_s = deviations[0] * nominal_.r_s;
+    const T by_r_s = density / (r_s * r_s);
+    return {.across = {by_r_s * nominal_.r_s, T(0), T(0)},
+            .own = product(weighted, by_ohms) + by_r_s + density / (deviation * deviation),
+            .rest = -product(weighted, error) - by_r_s * nominal_.r_s * shares_[0]};
+  }
+  /// Of w; zero where there is no current. [Ω]
+  [[nodiscard]] T ohms_deviation() const noexcept {
+    return level_ > T(0) ? voltage_error_ / level_ : T(0);
   }
 
   /// Σ dt (p·z) z.
@@ -186,11 +204,22 @@ class StandstillCourse {
       };
       return {dot(adjugate[0]), dot(adjugate[1]), dot(adjugate[2])};
     }
-    /// Of the shares, by the density of the errors that the matrix was made with; L_r stands for L_m.
-    [[nodiscard]] ParameterCovariance<T> covariance(T density) const noexcept {
+    /// Of the shares of R_s, R_r and L_r, by the density of the errors that the matrix was made with: R_s moves
+    /// with ρ and with w. r_s: to which its share refers [Ω]. L_r stands for L_m.
+    [[nodiscard]] ParameterCovariance<T> covariance(T density, const Unknown& ohms, T r_s) const noexcept {
       const T scale = density / determinant;
-      return {scale * adjugate[0][0], scale * adjugate[0][1], scale * adjugate[0][2],
-              scale * adjugate[1][1], scale * adjugate[1][2], scale * adjugate[2][2]};
+      const Shares by = ohms.slope();
+      const Shares of{T(1) + by[0] / r_s, by[1] / r_s, by[2] / r_s};
+      const auto row = [&of, scale, this](std::size_t n) {
+        return scale * (adjugate[n][0] * of[0] + adjugate[n][1] * of[1] + adjugate[n][2] * of[2]);
+      };
+      const T own = ohms.own > T(0) ? density / (ohms.own * r_s * r_s) : T(0);
+      return {of[0] * row(0) + of[1] * row(1) + of[2] * row(2) + own,
+              row(1),
+              row(2),
+              scale * adjugate[1][1],
+              scale * adjugate[1][2],
+              scale * adjugate[2][2]};
     }
   };
 
@@ -204,10 +233,13 @@ class StandstillCourse {
     return {{first, second, third}, m[0][0] * first[0] + m[1][0] * first[1] + m[2][0] * first[2]};
   }
 
-  /// x + step, with every parameter within the bounds of the prior.
-  [[nodiscard]] static Shares bounded(const Shares& x, const Shares& step) noexcept {
+  /// x + step, with every parameter within the bounds of the prior; ρ may lie beyond those of R_s by three
+  /// deviations of w.
+  [[nodiscard]] Shares bounded(const Shares& x, const Shares& step) const noexcept {
     Shares y{};
     for (std::size_t n = 0; n < 3; ++n) y[n] = Prior::bounded(T(1) + x[n] + step[n], T(1)) - T(1);
+    const T room = T(3) * ohms_deviation() / nominal_.r_s;
+    if (room > T(0)) y[0] = std::clamp(x[0] + step[0], Prior::lowest - T(1) - room, Prior::highest - T(1) + room);
     return y;
   }
 
@@ -223,7 +255,8 @@ class StandstillCourse {
   T charge_seconds_{};  ///< ∫Q dt [A·s²]
   std::array<Terms, std::tuple_size_v<Terms>> moments_{};
   T voltage_error_;  ///< of δu [V]
-  T voltage_{};      ///< δu [V]
+  T level_{};        ///< i_0; zero until a current flows [A]
+  T ohms_{};         ///< w [Ω]
   Shares shares_{};
   ParameterCovariance<T> covariance_{};
 };

@@ -43,14 +43,17 @@ class CurrentPrediction {
   /// Taken to be wrong at least, of e: by errors of R_s, R_r, L_m, the speed, and by saturation. A true e of
   /// twice the model's is one by a model of L_m 0.7 and R_r 0.5 times theirs. [-]
   static constexpr T emf_uncertainty = T(1);
-  /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops. [-]
+  /// Taken to be wrong at most, of an active vector's 2/3 u_dc: by dead time and drops, beside what is stated
+  /// of them. [-]
   static constexpr T voltage_uncertainty = T(0.02);
 
-  explicit CurrentPrediction(const InductionMachineParameters<T>& machine) noexcept
+  /// voltage_error: stated one of the stator voltage, of which two are allowed for. [V]
+  CurrentPrediction(const InductionMachineParameters<T>& machine, T voltage_error) noexcept
       : inverse_inductance_{T(1) / machine.sigma_l_s()},
         half_resistance_{T(0.5) * machine.r_s * inverse_inductance_},
         flux_gain_{machine.k_r() * inverse_inductance_},
-        voltage_error_{voltage_uncertainty * T(2) / T(3) * inverse_inductance_} {}
+        voltage_error_{voltage_uncertainty * T(2) / T(3) * inverse_inductance_},
+        stated_error_{T(2) * voltage_error * inverse_inductance_} {}
 
   /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux, ∫u_x dt over
   /// it [V·s] and link voltage [V].
@@ -67,7 +70,8 @@ class CurrentPrediction {
     const T turn = std::abs(rotor.rotor_turn);
     const T by_flux = flux_gain_ * rotor.error * turn;
     out.uncertainty =
-        std::max(emf_uncertainty * magnitude(clarke(out.e)), by_flux) + voltage_error_ * dt * u_dc;
+        std::max(emf_uncertainty * magnitude(clarke(out.e)), by_flux) +
+        (voltage_error_ * u_dc + stated_error_) * dt;
     out.error_turn = by_flux * turn;
     const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
     out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);
@@ -86,6 +90,7 @@ class CurrentPrediction {
   T half_resistance_;       ///< R_s/(2 σL_s) [1/s]
   T flux_gain_;             ///< k_r/σL_s [A/Wb]
   T voltage_error_;         ///< of v by u_dc, a second [A/(V·s)]
+  T stated_error_;          ///< the same, stated [A/s]
   ThreePhase<T> i_{};       ///< at the last measurement [A]
   SpaceVector<T> psi_r_{};  ///< at the last measurement [Wb]
 };

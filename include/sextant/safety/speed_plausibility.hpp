@@ -19,13 +19,15 @@ namespace sextant {
 /// some 200 µs, over the time for which the patterns acted; ∠ψ is the angle by which ψ has turned since then.
 ///
 /// Not seen: with gates off, while ψ is smaller than a fifth of the flux reference (no flux, or a stator
-/// frequency below about 0.2 ω_c), and in the `settle_ns` after these.
+/// frequency below about 0.2 ω_c) or than what the unknown of the voltage, two standard deviations of it, may
+/// make of it, δu/ω_c, and in the `settle_ns` after these.
 template <class T = double>
 class SpeedPlausibility {
  public:
   struct Parameters {
     InductionMachineParameters<T> machine{};
     std::int32_t period_ns{25'000};  ///< control period [ns]
+    T voltage_error{};               ///< of the stator voltage, a standard deviation [V]
   };
 
   explicit SpeedPlausibility(const Parameters& p) noexcept
@@ -36,6 +38,7 @@ class SpeedPlausibility {
         r_s_{p.machine.r_s},
         block_ns_{p.period_ns * std::max<std::int64_t>(1, block_ns / p.period_ns)},
         blocks_to_settle_{int(settle_ns / block_ns_)},
+        smallest_flux_{T(2) * p.voltage_error / leak},
         nominal_{block_of(block_ns_)} {
     restart({});
   }
@@ -107,7 +110,8 @@ class SpeedPlausibility {
     slip_ += block.filter * (slip * weight - slip_);
     psi_ = psi;
     i_s_ = i_s;
-    if (weight < smallest_share_squared * psi_ref * psi_ref) {
+    const T smallest = std::max(smallest_share * psi_ref, smallest_flux_);
+    if (weight < smallest * smallest) {
       blocks_left_ = blocks_to_settle_;
     } else if (blocks_left_ > 0) {
       --blocks_left_;
@@ -128,7 +132,7 @@ class SpeedPlausibility {
   static constexpr std::int64_t filter_ns = 1'500'000;   ///< time constant of the comparison [ns]
   static constexpr std::int64_t settle_ns = 40'000'000;  ///< with flux, until the result counts [ns]
   static constexpr T slip_tolerance = T(1);              ///< share of the slip, for errors of R_r [-]
-  static constexpr T smallest_share_squared = T(0.04);   ///< of the flux reference's square [-]
+  static constexpr T smallest_share = T(0.2);            ///< of the flux reference [-]
 
   T sigma_l_s_;
   T pole_pairs_;
@@ -137,6 +141,7 @@ class SpeedPlausibility {
   T r_s_;
   std::int64_t block_ns_;  ///< between two evaluations: whole periods [ns]
   int blocks_to_settle_;
+  T smallest_flux_;               ///< [Wb]
   Block nominal_;                 ///< of that time
   SpaceVector<T> i_s_{};          ///< at the end of the last block [A]
   SpaceVector<T> psi_{};          ///< [Wb]

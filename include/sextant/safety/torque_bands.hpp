@@ -34,7 +34,8 @@ struct TorqueBand {
 /// The torque of one averaging time by two methods, each with its band.
 ///   By current: the torques of the machine as given and of the four corners of the errors of R_r and L_m.
 ///   By power: the same five, each with R_s at both ends of its error, which adds
-///   3/2 p ΔR_s |i_s|²/|ω_e|; no band where the candidates do not agree on the sign of ω_e.
+///   3/2 p (ΔR_s |i_s|² + δu |i_s|)/|ω_e|, δu the voltage error along the current, two standard deviations of
+///   it; no band where the candidates do not agree on the sign of ω_e.
 /// Both are wider by sensor_share |τ_e| and by 3/2 p |ψ_r| δi for an offset δi of the current; by current
 /// 3/2 p L_m |i_s| δi is added, the flux that the offset makes at standstill. The narrower band counts: by
 /// current near zero stator frequency, by power from there.
@@ -45,7 +46,8 @@ class TorqueBands {
       : offset_gain_{T(1.5) * T(p.machine.pole_pairs) * p.current_offset},
         l_m_{p.machine.l_m},
         sensor_share_{p.sensor_share},
-        r_s_errors_{-p.machine.r_s * p.r_s_share, p.machine.r_s * (highest_factor(p.r_s_share) - T(1))} {
+        r_s_errors_{-p.machine.r_s * p.r_s_share, p.machine.r_s * (highest_factor(p.r_s_share) - T(1))},
+        voltage_error_{T(2) * p.inverter.voltage_error} {
     const T least = T(1e-6) * p.flux_reference * p.flux_reference;
     const auto candidate = [&p, least](T r_r, T l_m) {
       return CandidateMachine<T>{p.machine, r_r, l_m, least};
@@ -67,6 +69,9 @@ class TorqueBands {
     T slowest = std::numeric_limits<T>::infinity();
     T fastest = -slowest;
     bool first = true;
+    const T current = std::sqrt(m.current_squared);
+    // What δu of the voltage is as a resistance.
+    const T ohms = current > T(0) ? voltage_error_ / current : T(0);
     for (CandidateMachine<T>& candidate : candidates_) {
       candidate.step(m);
       const CandidateTorque<T> t = candidate.torque(m);
@@ -76,13 +81,14 @@ class TorqueBands {
         first = false;
       }
       by_current_.include(t.by_current);
-      for (const T error : r_s_errors_) by_power_.include(t.by_power + t.per_stator_ohm * error);
+      by_power_.include(t.by_power + t.per_stator_ohm * (r_s_errors_[0] - ohms));
+      by_power_.include(t.by_power + t.per_stator_ohm * (r_s_errors_[1] + ohms));
       slowest = std::min(slowest, t.omega_e);
       fastest = std::max(fastest, t.omega_e);
     }
     turns_ = slowest > T(0) || fastest < T(0);
     const T flux = std::sqrt(m.flux_squared);
-    const T flux_of_current = l_m_ * std::sqrt(m.current_squared);
+    const T flux_of_current = l_m_ * current;
     by_current_.spread(sensor_share_ * std::abs(by_current_.torque) +
                        offset_gain_ * (flux + flux_of_current));
     by_power_.spread(sensor_share_ * std::abs(by_power_.torque) + offset_gain_ * flux);
@@ -120,6 +126,7 @@ class TorqueBands {
   T l_m_;
   T sensor_share_;
   std::array<T, 2> r_s_errors_;  ///< true minus given R_s [Ω]
+  T voltage_error_;              ///< δu [V]
   std::array<CandidateMachine<T>, 5> candidates_{};
   TorqueBand<T> by_current_{};
   TorqueBand<T> by_power_{};
