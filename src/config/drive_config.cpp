@@ -28,13 +28,6 @@ void share(DriveConfig& c) {
   c.plant.io.actuation_delay_periods = c.control.actuation_delay_periods;
 }
 
-/// A tenth of the fundamental of the voltage that dead time and threshold take, whose sign is that of the
-/// current: data sheets leave as much open. [V]
-double told_error(const InverterModel<>::Parameters& p, std::int32_t period_ns, double u_dc) {
-  constexpr double fundamental = 4 / std::numbers::pi;
-  return 0.1 * fundamental * (u_dc * double(p.dead_time_ns) / double(period_ns) + p.threshold_voltage);
-}
-
 /// The inverter as estimator, modulator and checks take it to be.
 void describe_inverter(Section s, DriveConfig& c) {
   InverterModel<>::Parameters& p = c.control.inverter;
@@ -46,11 +39,12 @@ void describe_inverter(Section s, DriveConfig& c) {
            "voltage of a switch or diode that conducts, without current; the same uses");
   s.number("slope_ohm", p.slope_resistance, {0, 1e3}, "ohm",
            "by which the voltage of a conducting switch or diode rises with its current; the same uses");
-  s.derived("voltage_error_v", p.voltage_error, {0, 1e3}, "V",
-            "what may be unknown of the stator voltage along the current, as a standard deviation: the lower the "
-            "stator frequency, the more of the flux follows from the current in its place; identification, "
-            "adaptation, speed plausibility and torque monitor allow for it",
-            [&c, &p] { return told_error(p, c.drive.period_ns, c.plant.io.u_dc); });
+  s.derived(
+      "voltage_error_v", p.voltage_error, {0, 1e3}, "V",
+      "what may be unknown of the stator voltage along the current, as a standard deviation: the lower the "
+      "stator frequency, the more of the flux follows from the current in its place; identification, "
+      "adaptation, speed plausibility and torque monitor allow for it",
+      [&c, &p] { return p.likely_voltage_error(c.drive.period_ns, c.plant.io.u_dc); });
   s.check([&c, &p]() -> std::string {
     const char* const problem = p.validate(c.drive.period_ns);
     return problem != nullptr ? problem : "";

@@ -33,8 +33,21 @@ TEST(InverterConfig, GoesToControllerProtectionsAndTorqueMonitor) {
     EXPECT_EQ(p.dead_time_ns, 1'500);
     EXPECT_EQ(p.threshold_voltage, 1.2);
     EXPECT_EQ(p.slope_resistance, 0.02);
+    EXPECT_EQ(p.voltage_error, c.control.inverter.voltage_error);
   }
   EXPECT_EQ(c.plant.io.dead_time_ns, 0) << "the plant is told by its own key";
+}
+
+// A tenth of 4/π times the mean voltage that a dead time and a threshold take.
+TEST(InverterConfig, TheVoltageErrorFollowsFromWhatIsToldUnlessItIsGiven) {
+  const std::vector<std::string> told{"drive.period_us=25", "plant.u_dc_v=500",
+                                      "drive.inverter.dead_time_us=1.5", "drive.inverter.threshold_v=1.2"};
+  EXPECT_EQ(load_ecu_config(shipped_ecu).drive.control.inverter.voltage_error, 0.0);
+  EXPECT_NEAR(load_ecu_config(shipped_ecu, told).drive.control.inverter.voltage_error,
+              0.1 * 4 / 3.141592653589793 * (500 * 1.5 / 25 + 1.2), 1e-9);
+  std::vector<std::string> given = told;
+  given.push_back("drive.inverter.voltage_error_v=2.5");
+  EXPECT_EQ(load_ecu_config(shipped_ecu, given).drive.control.inverter.voltage_error, 2.5);
 }
 
 TEST(InverterConfig, ADeadTimeOfHalfAPeriodIsRefused) {

@@ -22,7 +22,7 @@ InductionMachineParameters<T> nominal() {
 /// course knows the deviation `voltage_error` [V].
 template <class T>
 typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed,
-                                        double voltage = 0, double voltage_error = 0) {
+                                          double voltage = 0, double voltage_error = 0) {
   const InductionMachineParameters<double> m = nominal<double>();
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();

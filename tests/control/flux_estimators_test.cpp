@@ -127,7 +127,8 @@ TYPED_TEST(FluxEstimatorsOf, MagnetisingIdentifiesTheMachine) {
   for (const double omega_m : {15.0, -40.0, 100.0}) {
     for (const double factor : {0.7, 1.0, 1.4}) {
       const auto real = machine_with(factor, 2 - factor, factor < 1 ? 1.3 : 1 / factor);
-      FluxTorqueEstimator<T> estimator{{.machine = test::converted<T>({}), .kind = FluxEstimatorKind::hybrid}};
+      FluxTorqueEstimator<T> estimator{
+          {.machine = test::converted<T>({}), .kind = FluxEstimatorKind::hybrid}};
       test::ControlledMachine<T> loop{with<T>(FluxEstimatorKind::hybrid), real};
       loop.machine.omega_m = omega_m;
       estimator.step(loop.machine.template measure<T>(loop.applied()));
@@ -178,7 +179,8 @@ TYPED_TEST(FluxEstimatorsOf, MagnetisingIdentifiesTheMachineThroughTheNoiseOfThe
       SCOPED_TRACE(testing::Message() << omega_m << " rad/s, seed " << seed);
       std::mt19937 generator{seed};
       std::normal_distribution<double> noise{0, 0.2};
-      FluxTorqueEstimator<T> estimator{{.machine = test::converted<T>({}), .kind = FluxEstimatorKind::hybrid}};
+      FluxTorqueEstimator<T> estimator{
+          {.machine = test::converted<T>({}), .kind = FluxEstimatorKind::hybrid}};
       test::ControlledMachine<T> loop{with<T>(FluxEstimatorKind::hybrid)};
       loop.machine.omega_m = omega_m;
       const auto measure = [&] {

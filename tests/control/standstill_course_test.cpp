@@ -21,8 +21,8 @@ struct Found {
 };
 
 /// Magnetising by 22 A from a dead machine, which differs from the nominal one by factors; its flux is the
-/// exact solution. The leakage flux is read with noise of that deviation [Wb], the voltage is off by `voltage`
-/// [V], of which the course knows the deviation `voltage_error` [V].
+/// exact solution. The leakage flux is read with noise of that deviation [Wb], the voltage is off by
+/// `voltage` [V], of which the course knows the deviation `voltage_error` [V].
 template <class T>
 Found identified(double duration, double r_s, double r_r, double l_r, double noise = 0, unsigned seed = 0,
                  double voltage = 0, double voltage_error = 0) {

@@ -1,4 +1,5 @@
 // The whole drive on a plant with dead time: what it knows of the inverter, and what it then does.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -68,6 +69,23 @@ TYPED_TEST(InverterRunOf, ADriveThatKnowsTheDeadTimeMakesTheTorque) {
       EXPECT_NEAR(seen.torque, torque, 4.0);
       // That of magnetising, and the torque ripple's at zero torque.
       EXPECT_LT(seen.idle_current, 1.1 * 40.0);
+    }
+  }
+}
+
+// Of 40 V a tenth remains, which is the resistive voltage of 10 A, or the EMF at 2 rad/s.
+TYPED_TEST(InverterRunOf, ADriveThatIsToldADeadTimeOfATenthMoreOrLessMakesTheTorque) {
+  for (const std::int32_t told_ns : {1'350, 1'650}) {
+    InverterModel<>::Parameters told{.dead_time_ns = told_ns};
+    told.voltage_error = told.likely_voltage_error(25'000, 530.0);
+    for (const double omega_m : {-20.0, 0.0, 5.0}) {
+      for (const double torque : {-90.0, 60.0}) {
+        SCOPED_TRACE(testing::Message() << told_ns << " ns, " << omega_m << " rad/s, " << torque << " N·m");
+        const Seen seen = run<TypeParam>(omega_m, torque, told);
+        EXPECT_FALSE(seen.tripped);
+        EXPECT_NEAR(seen.torque, torque, std::max(5.0, 0.07 * std::abs(torque)));
+        EXPECT_LT(seen.idle_current, 1.1 * 40.0);
+      }
     }
   }
 }

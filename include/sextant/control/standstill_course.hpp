@@ -156,8 +156,8 @@ class StandstillCourse {
     }
   };
 
-  /// w, but for what the courses of the others add to `across`. Its priors are that of δu, and that of R_s, of
-  /// which ρ and w are parts.
+  /// w, but for what the courses of the others add to `across`. Its priors are that of δu, and that of R_s,
+  /// of which ρ and w are parts.
   [[nodiscard]] Unknown unknown_ohms(const Terms& by_ohms, const Terms& error, T density) const noexcept {
     const T deviation = ohms_deviation();
     if (!(deviation > T(0))) return {};
@@ -169,9 +169,7 @@ class StandstillCourse {
             .rest = -product(weighted, error) - by_r_s * nominal_.r_s * shares_[0]};
   }
   /// Of w; zero where there is no current. [Ω]
-  [[nodiscard]] T ohms_deviation() const noexcept {
-    return level_ > T(0) ? voltage_error_ / level_ : T(0);
-  }
+  [[nodiscard]] T ohms_deviation() const noexcept { return level_ > T(0) ? voltage_error_ / level_ : T(0); }
 
   /// Σ dt (p·z) z.
   [[nodiscard]] Terms weigh(const Terms& p) const noexcept {
@@ -204,8 +202,8 @@ class StandstillCourse {
       };
       return {dot(adjugate[0]), dot(adjugate[1]), dot(adjugate[2])};
     }
-    /// Of the shares of R_s, R_r and L_r, by the density of the errors that the matrix was made with: R_s moves
-    /// with ρ and with w. r_s: to which its share refers [Ω]. L_r stands for L_m.
+    /// Of the shares of R_s, R_r and L_r, by the density of the errors that the matrix was made with: R_s
+    /// moves with ρ and with w. r_s: to which its share refers [Ω]. L_r stands for L_m.
     [[nodiscard]] ParameterCovariance<T> covariance(T density, const Unknown& ohms, T r_s) const noexcept {
       const T scale = density / determinant;
       const Shares by = ohms.slope();
@@ -239,7 +237,8 @@ class StandstillCourse {
     Shares y{};
     for (std::size_t n = 0; n < 3; ++n) y[n] = Prior::bounded(T(1) + x[n] + step[n], T(1)) - T(1);
     const T room = T(3) * ohms_deviation() / nominal_.r_s;
-    if (room > T(0)) y[0] = std::clamp(x[0] + step[0], Prior::lowest - T(1) - room, Prior::highest - T(1) + room);
+    if (room > T(0))
+      y[0] = std::clamp(x[0] + step[0], Prior::lowest - T(1) - room, Prior::highest - T(1) + room);
     return y;
   }
 

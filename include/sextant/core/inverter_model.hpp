@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -49,6 +50,12 @@ class InverterModel {
 
     [[nodiscard]] constexpr bool is_ideal() const noexcept {
       return dead_time_ns == 0 && threshold_voltage == T(0) && slope_resistance == T(0);
+    }
+    /// The voltage error to expect where dead time and threshold are known as data sheets tell them: a tenth
+    /// of the fundamental of what both take, u_dc t_d/t_period + V_t with the sign of the current. [V]
+    [[nodiscard]] constexpr T likely_voltage_error(std::int32_t period_ns, T u_dc) const noexcept {
+      constexpr T fundamental = T(4) / T(std::numbers::pi);
+      return T(0.1) * fundamental * (u_dc * T(dead_time_ns) / T(period_ns) + threshold_voltage);
     }
     /// For a control period. [ns]
     [[nodiscard]] const char* validate(std::int32_t period_ns) const noexcept {

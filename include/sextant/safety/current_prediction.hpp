@@ -69,9 +69,8 @@ class CurrentPrediction {
               resistive * (i_.c + i.c) + flux_gain_ * flux.c}};
     const T turn = std::abs(rotor.rotor_turn);
     const T by_flux = flux_gain_ * rotor.error * turn;
-    out.uncertainty =
-        std::max(emf_uncertainty * magnitude(clarke(out.e)), by_flux) +
-        (voltage_error_ * u_dc + stated_error_) * dt;
+    out.uncertainty = std::max(emf_uncertainty * magnitude(clarke(out.e)), by_flux) +
+                      (voltage_error_ * u_dc + stated_error_) * dt;
     out.error_turn = by_flux * turn;
     const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
     out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);
