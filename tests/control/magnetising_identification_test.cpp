@@ -50,8 +50,7 @@ struct Shown {
 /// omega_r(t) [rad/s].
 template <class T>
 Shown magnetise(const Machine& real, const Machine& believed, const std::function<double(double)>& omega_r) {
-  MagnetisingIdentification<T> identification{test::converted<T>(believed), T(believed.r_s / believed.l_s()),
-                                              T(0)};
+  MagnetisingIdentification<T> identification{test::converted<T>(believed), T(0), T(1.1)};
   const Course course{real};
   const Course model{believed};
   const double dt = real.tau_r() / 5000;

@@ -31,19 +31,21 @@ Found identified(double duration, double r_s, double r_r, double l_r, double noi
   const double b = r_r / l_r / m.tau_r();
   constexpr double current = 22;
   const double final_flux = a * current / b;
-  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(voltage_error)};
+  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(voltage_error), T(1.1)};
   std::mt19937 generator{seed};
   std::normal_distribution<double> normal;
   course.begin(T(0));
   double flux = 0;
+  double model_flux = 0;
   double error = 0;
   for (int k = 0; k < int(duration / period); ++k) {
     const double next = final_flux + (flux - final_flux) * std::exp(-b * period);
     const double next_error = noise * normal(generator);
     const double behind = r_s * m.r_s * current + (next + next_error - flux - error) / period;
     flux = next;
+    model_flux += period * (m.k_r() * m.k_r() * m.r_r * current - model_flux / m.tau_r());
     error = next_error;
-    course.add(T(behind + voltage), T(current), T(period));
+    course.add(T(behind + voltage), T(current), T(model_flux), T(period));
   }
   const auto found = course.result();
   return {double(found.r_s) / (r_s * m.r_s), double(found.r_r) / (r_r * m.r_r),
@@ -118,7 +120,7 @@ TYPED_TEST(StandstillCourseOf, AnErrorOfTheVoltageIsSharedByThePriors) {
 TYPED_TEST(StandstillCourseOf, TwoLevelsOfTheCurrentTellAVoltageFromAResistance) {
   using T = TypeParam;
   const InductionMachineParameters<double> m;
-  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(4)};
+  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(4), T(1.1)};
   const double a = m.k_r() * m.k_r() * m.r_r;
   const double b = 1 / m.tau_r();
   double flux = 0;
@@ -127,7 +129,7 @@ TYPED_TEST(StandstillCourseOf, TwoLevelsOfTheCurrentTellAVoltageFromAResistance)
     const double current = k * period < 0.4 ? 22 : 8;
     const double final_flux = a * current / b;
     const double next = final_flux + (flux - final_flux) * std::exp(-b * period);
-    course.add(T(1.3 * m.r_s * current + 3.0 + (next - flux) / period), T(current), T(period));
+    course.add(T(1.3 * m.r_s * current + 3.0 + (next - flux) / period), T(current), T(next), T(period));
     flux = next;
   }
   EXPECT_NEAR(double(course.result().r_s) / m.r_s, 1.3, 0.03);
@@ -136,7 +138,7 @@ TYPED_TEST(StandstillCourseOf, TwoLevelsOfTheCurrentTellAVoltageFromAResistance)
 TYPED_TEST(StandstillCourseOf, WithoutACourseTheConfigurationStays) {
   using T = TypeParam;
   const InductionMachineParameters<T> m;
-  StandstillCourse<T> course{m, T(0)};
+  StandstillCourse<T> course{m, T(0), T(1.1)};
   course.begin(T(0.3));
   const auto found = course.result();
   EXPECT_EQ(found.r_s, m.r_s);

@@ -44,11 +44,6 @@ class FluxTorqueEstimator {
     bool adapts{true};                                 ///< R_s, R_r and L_m follow the machine
     typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the applied patterns
     T flux_reference{T(1.1)};                          ///< [Wb]
-
-    /// ω_1. [rad/s]
-    [[nodiscard]] T crossover() const noexcept {
-      return flux_crossover(machine, inverter.voltage_error, flux_reference);
-    }
   };
 
   explicit FluxTorqueEstimator(const Parameters& parameters) noexcept
@@ -57,9 +52,9 @@ class FluxTorqueEstimator {
         inverter_{parameters.inverter, machine_.sigma_l_s()},
         current_model_{machine_},
         compensated_{machine_.r_s / machine_.l_s()},
-        hybrid_{machine_, parameters.crossover()},
+        hybrid_{machine_, flux_crossover(machine_, parameters.inverter.voltage_error, parameters.flux_reference)},
         observer_{machine_, parameters.kind == FluxEstimatorKind::sensorless_observer},
-        identification_{machine_, parameters.crossover(), parameters.inverter.voltage_error},
+        identification_{machine_, parameters.inverter.voltage_error, parameters.flux_reference},
         adaptation_{machine_, parameters.inverter.voltage_error},
         torque_gain_{T(1.5) * T(machine_.pole_pairs)} {}
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "sextant/control/flux_course.hpp"
+#include "sextant/control/flux_crossover.hpp"
 #include "sextant/control/parameter_covariance.hpp"
 #include "sextant/control/parameter_prior.hpp"
 #include "sextant/control/standstill_course.hpp"
@@ -31,17 +32,17 @@ class MagnetisingIdentification {
  public:
   using Machine = InductionMachineParameters<T>;
 
-  /// Starts from the parameters as they are configured. crossover: ω_1 of `flux_crossover` [rad/s];
-  /// voltage_error: standard deviation of a constant error of the voltage along the current [V].
-  MagnetisingIdentification(const Machine& machine, T crossover, T voltage_error) noexcept
+  /// Starts from the parameters as they are configured. voltage_error: standard deviation of a constant error
+  /// of the voltage along the current [V]; flux_reference: ψ_ref [Wb].
+  MagnetisingIdentification(const Machine& machine, T voltage_error, T flux_reference) noexcept
       : nominal_{machine},
         filter_time_{T(0.04) * machine.tau_r()},
         shortest_{T(0.2) * machine.tau_r()},
         resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
-        low_{crossover},
+        low_{flux_crossover(machine, voltage_error, flux_reference)},
         high_{T(240) * machine.r_s / machine.l_s()},
         course_{machine, T(2) * filter_time_, voltage_error},
-        standstill_{machine, voltage_error} {}
+        standstill_{machine, voltage_error, flux_reference} {}
 
   /// Magnetising begins at rotor flux phi = k_r |ψ_r| [Wb] and speed omega_r [rad/s].
   void begin(T phi, T omega_r) noexcept {
@@ -60,7 +61,7 @@ class MagnetisingIdentification {
   /// One period of dt [s] in the frame of the rotor flux: `voltage` behind the leakage [V], stator current
   /// [A], `model_flux` k_r |ψ_r| of the current model [Wb].
   void step(SpaceVector<T> voltage, SpaceVector<T> i_s, T model_flux, T omega_r, T dt) noexcept {
-    standstill_.add(voltage.alpha, i_s.alpha, dt);
+    standstill_.add(voltage.alpha, i_s.alpha, model_flux, dt);
     const T k = dt / (T(0.5) * filter_time_ + dt);
     along_.step(voltage.alpha, k);
     // The ripple across the flux, with its voltage at both resistances.

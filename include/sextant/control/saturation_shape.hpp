@@ -1,0 +1,33 @@
+#pragma once
+
+#include <algorithm>
+
+namespace sextant {
+
+/// How the rotor's flux may decay faster the more of it there is, because the iron saturates:
+///   R_r/L_r → b (1 + s (g(φ) − 1)),   g = (φ/ψ_ref)^n
+/// with the magnetising current of a power law, i_m = φ/L (1 + c φ^n). At the flux reference b is that of
+/// the parameters, whatever s is: L_m is that of the operating point.
+/// Source of the law: Z. Qu, M. Ranta, M. Hinkkanen, J. Luomi, "Loss-minimizing flux level control of
+/// induction motor drives", IEEE Trans. Ind. Appl. 48 (2012) 952–961.
+template <class T = double>
+class SaturationShape {
+ public:
+  /// Standard deviation of s: at the knee, where the inductance has fallen to half, s is 0.5. [-]
+  static constexpr T deviation = T(0.3);
+
+  /// flux_reference: ψ_ref [Wb].
+  explicit constexpr SaturationShape(T flux_reference) noexcept : per_flux_{T(1) / flux_reference} {}
+
+  /// g(φ) − 1, φ up to twice ψ_ref. [-]
+  [[nodiscard]] constexpr T excess(T flux) const noexcept {
+    const T x = std::min(T(2), flux * per_flux_);
+    const T cube = x * x * x;
+    return cube * cube * x - T(1);
+  }
+
+ private:
+  T per_flux_;  ///< 1/ψ_ref [1/Wb]
+};
+
+}  // namespace sextant
