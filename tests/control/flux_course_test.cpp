@@ -26,7 +26,7 @@ typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, do
   const InductionMachineParameters<double> m = nominal<double>();
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();
-  FluxCourse<T> course{nominal<T>(), T(correlation), T(voltage_error)};
+  FluxCourse<T> course{nominal<T>(), T(correlation), T(voltage_error), T(1.1)};
   std::mt19937 generator{seed};
   std::normal_distribution<double> normal;
   const double current = 23;
@@ -99,7 +99,7 @@ TYPED_TEST(FluxCourseOf, NoiseLeavesNoLargerErrorThanTheConfigurationHas) {
 
 TYPED_TEST(FluxCourseOf, ACourseOfOnePeriodLeavesTheConfiguration) {
   using T = TypeParam;
-  FluxCourse<T> course{nominal<T>(), T(correlation), T(0)};
+  FluxCourse<T> course{nominal<T>(), T(correlation), T(0), T(1.1)};
   course.add(T(0), T(0), T(1), T(period));
   const auto found = course.solve();
   const auto m = nominal<T>();

@@ -41,7 +41,7 @@ class MagnetisingIdentification {
         resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
         low_{flux_crossover(machine, voltage_error, flux_reference)},
         high_{T(240) * machine.r_s / machine.l_s()},
-        course_{machine, T(2) * filter_time_, voltage_error},
+        course_{machine, T(2) * filter_time_, voltage_error, flux_reference},
         standstill_{machine, voltage_error, flux_reference} {}
 
   /// Magnetising begins at rotor flux phi = k_r |ψ_r| [Wb] and speed omega_r [rad/s].
