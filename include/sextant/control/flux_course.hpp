@@ -58,7 +58,7 @@ class FluxCourse {
     volt_seconds_ += dt * voltage;
     course_[raised] += a_ * dt * current;
     course_[decayed] -= b_ * dt * flux;
-    course_[bent] -= b_ * dt * flux * shape_.excess(flux);
+    course_[bent] -= b_ * dt * flux * shape_.excess(flux + nominal_.sigma_l_s() * current);
     sums_.add(course_, flux - first_ - course_[raised] - course_[decayed], dt);
   }
 

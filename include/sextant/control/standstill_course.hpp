@@ -60,7 +60,7 @@ class StandstillCourse {
     charge_ += dt * current;
     flux_seconds_ += dt * (first_ + volt_seconds_);
     charge_seconds_ += dt * charge_;
-    bend_ += dt * model_flux * shape_.excess(model_flux);
+    bend_ += dt * model_flux * shape_.excess(model_flux + nominal_.sigma_l_s() * current);
     time_ += dt;
     since_sample_ += dt;
     if (since_sample_ < sample_time) return;
