@@ -60,7 +60,8 @@ class StandstillCourse {
     charge_ += dt * current;
     flux_seconds_ += dt * (first_ + volt_seconds_);
     charge_seconds_ += dt * charge_;
-    bend_ += dt * model_flux * shape_.excess(model_flux + nominal_.sigma_l_s() * current);
+    const T est = std::max(T(0), first_ + volt_seconds_ - nominal_.r_s * (T(1) + shares_[rho]) * charge_);
+    bend_ += dt * est * shape_.excess(est + nominal_.sigma_l_s() * current); (void)model_flux;
     time_ += dt;
     since_sample_ += dt;
     if (since_sample_ < sample_time) return;
