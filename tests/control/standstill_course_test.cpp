@@ -20,32 +20,41 @@ struct Found {
   double variance;
 };
 
-/// Magnetising by 22 A from a dead machine, which differs from the nominal one by factors; its flux is the
-/// exact solution. The leakage flux is read with noise of that deviation [Wb], the voltage is off by
-/// `voltage` [V], of which the course knows the deviation `voltage_error` [V].
+/// What a course suffers.
+struct Errors {
+  double noise{};          ///< deviation of the leakage flux that is read [Wb]
+  unsigned seed{};         ///< of the noise
+  double voltage{};        ///< of the voltage [V]
+  double voltage_error{};  ///< deviation of it that the course knows [V]
+  double saturation{};     ///< share of the magnetising current that it makes at 1.1 Wb [-]
+};
+
+/// Magnetising from a dead machine, which differs from the nominal one by factors, by 22 A to a stator flux
+/// of 1.1 Wb, at which its inductance is that of the factors, and then by the current that holds the rotor's.
 template <class T>
-Found identified(double duration, double r_s, double r_r, double l_r, double noise = 0, unsigned seed = 0,
-                 double voltage = 0, double voltage_error = 0) {
+Found identified(double duration, double r_s, double r_r, double l_r, const Errors& errors = {}) {
   const InductionMachineParameters<double> m;
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();
-  constexpr double current = 22;
-  const double final_flux = a * current / b;
-  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(voltage_error), T(1.1)};
-  std::mt19937 generator{seed};
+  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(errors.voltage_error), T(1.1)};
+  std::mt19937 generator{errors.seed};
   std::normal_distribution<double> normal;
   course.begin(T(0));
   double flux = 0;
-  double model_flux = 0;
   double error = 0;
+  bool reached = false;
   for (int k = 0; k < int(duration / period); ++k) {
-    const double next = final_flux + (flux - final_flux) * std::exp(-b * period);
-    const double next_error = noise * normal(generator);
+    reached = reached || flux + 22.0 * m.sigma_l_s() >= 1.1;
+    const double current = reached ? b / a * (1.1 - 22.0 * m.sigma_l_s()) : 22.0;
+    const double psi_s = flux + m.sigma_l_s() * current;
+    const double decay = b * (1 + errors.saturation * (std::pow(psi_s / 1.1, 7) - 1));
+    const double final_flux = a * current / decay;
+    const double next = final_flux + (flux - final_flux) * std::exp(-decay * period);
+    const double next_error = errors.noise * normal(generator);
     const double behind = r_s * m.r_s * current + (next + next_error - flux - error) / period;
     flux = next;
-    model_flux += period * (m.k_r() * m.k_r() * m.r_r * current - model_flux / m.tau_r());
     error = next_error;
-    course.add(T(behind + voltage), T(current), T(model_flux), T(period));
+    course.add(T(behind + errors.voltage), T(current), T(period));
   }
   const auto found = course.result();
   return {double(found.r_s) / (r_s * m.r_s), double(found.r_r) / (r_r * m.r_r),
@@ -65,10 +74,10 @@ TYPED_TEST(StandstillCourseOf, ALongCourseTellsAnyMachine) {
       for (const double l_r : {0.7, 1.3}) {
         SCOPED_TRACE(testing::Message() << r_s << ' ' << r_r << ' ' << l_r);
         const Found found = identified<TypeParam>(0.4, r_s, r_r, l_r);
-        EXPECT_NEAR(found.r_s, 1, 0.05);
-        EXPECT_NEAR(found.r_r, 1, 0.05);
-        EXPECT_NEAR(found.l_r, 1, 0.05);
-        EXPECT_NEAR(found.flux, 1, 0.05);
+        EXPECT_NEAR(found.r_s, 1, 0.08);
+        EXPECT_NEAR(found.r_r, 1, 0.08);
+        EXPECT_NEAR(found.l_r, 1, 0.1);
+        EXPECT_NEAR(found.flux, 1, 0.08);
       }
     }
   }
@@ -81,8 +90,8 @@ TYPED_TEST(StandstillCourseOf, ItTellsAWrongResistanceWithinTheTimeOfAStart) {
   EXPECT_NEAR(stator.r_r, 1, 0.04);
   EXPECT_NEAR(stator.flux, 1, 0.05);
   const Found rotor = identified<TypeParam>(0.1, 1, 0.5, 1);
-  EXPECT_NEAR(rotor.r_s, 1, 0.04);
-  EXPECT_NEAR(rotor.r_r, 1, 0.04);
+  EXPECT_NEAR(rotor.r_s, 1, 0.06);
+  EXPECT_NEAR(rotor.r_r, 1, 0.06);
   EXPECT_NEAR(rotor.flux, 1, 0.1);
 }
 
@@ -90,7 +99,7 @@ TYPED_TEST(StandstillCourseOf, ItTellsAWrongResistanceWithinTheTimeOfAStart) {
 TYPED_TEST(StandstillCourseOf, NoiseOfTheSensorsLeavesAKnownMachineKnown) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const Found found = identified<TypeParam>(0.1, 1, 1, 1, 0.001, seed);
+    const Found found = identified<TypeParam>(0.1, 1, 1, 1, {.noise = 0.001, .seed = seed});
     EXPECT_NEAR(found.r_s, 1, 0.06);
     EXPECT_NEAR(found.r_r, 1, 0.04);
     EXPECT_NEAR(found.l_r, 1, 0.08);
@@ -105,14 +114,27 @@ TYPED_TEST(StandstillCourseOf, AnErrorOfTheVoltageIsSharedByThePriors) {
     SCOPED_TRACE(voltage);
     const double by_r_s = 0.5 * m.r_s * 22;
     const double share = by_r_s * by_r_s / (by_r_s * by_r_s + 16);
-    const Found found = identified<TypeParam>(0.4, 1, 1, 1, 0, 0, voltage, 4.0);
+    const Found found = identified<TypeParam>(0.06, 1, 1, 1, {.voltage = voltage, .voltage_error = 4.0});
     EXPECT_NEAR(found.r_s, 1 + share * voltage / (22 * m.r_s), 0.02);
     EXPECT_NEAR(found.r_r, 1, 0.02);
     EXPECT_NEAR(found.l_r, 1, 0.02);
-    EXPECT_NEAR(found.flux, 1, 0.02);
+    EXPECT_NEAR(found.flux, 1, 0.03);
     EXPECT_NEAR(found.variance, 0.25 * 16 / (by_r_s * by_r_s + 16), 0.02);
-    const Found unaware = identified<TypeParam>(0.4, 1, 1, 1, 0, 0, voltage, 0.0);
+    const Found unaware = identified<TypeParam>(0.06, 1, 1, 1, {.voltage = voltage});
     EXPECT_NEAR(unaware.r_s, 1 + voltage / (22 * m.r_s), 0.05);
+  }
+}
+
+// A knee at 1.1 Wb: half of the magnetising current is the iron's there. Where that is not an unknown, the
+// flux that rises faster is taken for 31 % more R_r and as much less R_s.
+TYPED_TEST(StandstillCourseOf, SaturationIsNotTakenForAResistance) {
+  for (const double saturation : {0.25, 0.5}) {
+    SCOPED_TRACE(saturation);
+    const Found found = identified<TypeParam>(0.1, 1, 1, 1, {.saturation = saturation});
+    EXPECT_NEAR(found.r_s, 1, 0.1);
+    EXPECT_NEAR(found.r_r, 1, 0.1);
+    EXPECT_NEAR(found.l_r, 1, 0.1);
+    EXPECT_NEAR(found.flux, 1, 0.1);
   }
 }
 
@@ -129,7 +151,7 @@ TYPED_TEST(StandstillCourseOf, TwoLevelsOfTheCurrentTellAVoltageFromAResistance)
     const double current = k * period < 0.4 ? 22 : 8;
     const double final_flux = a * current / b;
     const double next = final_flux + (flux - final_flux) * std::exp(-b * period);
-    course.add(T(1.3 * m.r_s * current + 3.0 + (next - flux) / period), T(current), T(next), T(period));
+    course.add(T(1.3 * m.r_s * current + 3.0 + (next - flux) / period), T(current), T(period));
     flux = next;
   }
   EXPECT_NEAR(double(course.result().r_s) / m.r_s, 1.3, 0.03);

@@ -15,13 +15,13 @@ namespace sextant {
 /// R_s, R_r and L_m by the course of the flux φ = k_r ψ_r in magnetising,
 ///   φ = φ_0 + a ∫i dt − b ∫φ dt − b s ∫φ (g − 1) dt,   a = k_r² R_r,   b = R_r/L_r,
 /// where current i and voltage u behind the leakage are those along the flux, and s is an unknown of its own,
-/// by which the iron saturates (`SaturationShape`): by linear regression with Gaussian errors and prior (C. M.
-/// Bishop, Pattern Recognition and Machine Learning, New York 2006, section 3.3). A course of some tenths of
-/// the rotor time constant tells little of b, so that noise of φ of a
-/// percent is some ten percent of L_m. The prior (`ParameterPrior`) counts in proportion to the variance that
-/// remains about the course, and to that of errors which the course itself takes up, such as those of the
-/// sensors' gains: half a percent of the leakage flux σL_s i. With a large current and a short course these
-/// make the prior of L_m count about half.
+/// by which the iron saturates (`SaturationShape`): by linear regression with Gaussian errors and prior (C.
+/// M. Bishop, Pattern Recognition and Machine Learning, New York 2006, section 3.3). A course of some tenths
+/// of the rotor time constant tells little of b, so that noise of φ of a percent is some ten percent of L_m.
+/// The prior (`ParameterPrior`) counts in proportion to the variance that remains about the course, and to
+/// that of errors which the course itself takes up, such as those of the sensors' gains: half a percent of
+/// the leakage flux σL_s i. With a large current and a short course these make the prior of L_m count about
+/// half.
 ///   R_s = (∫u dt − a ∫i dt + b ∫φ dt + b s ∫φ (g − 1) dt)/∫i dt
 /// A constant error δu of the voltage is an error δu/ī of R_s, ī the mean current; R_s follows as far as that
 /// is small beside its prior.

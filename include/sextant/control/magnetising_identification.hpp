@@ -61,7 +61,7 @@ class MagnetisingIdentification {
   /// One period of dt [s] in the frame of the rotor flux: `voltage` behind the leakage [V], stator current
   /// [A], `model_flux` k_r |ψ_r| of the current model [Wb].
   void step(SpaceVector<T> voltage, SpaceVector<T> i_s, T model_flux, T omega_r, T dt) noexcept {
-    standstill_.add(voltage.alpha, i_s.alpha, model_flux, dt);
+    standstill_.add(voltage.alpha, i_s.alpha, dt);
     const T k = dt / (T(0.5) * filter_time_ + dt);
     along_.step(voltage.alpha, k);
     // The ripple across the flux, with its voltage at both resistances.

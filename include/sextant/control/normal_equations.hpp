@@ -5,8 +5,9 @@
 
 namespace sextant {
 
-/// The normal equations of a linear regression with n unknowns, A x = r, A symmetric and positive, by Cholesky
-/// factors A = L D Lᵀ. Source: G. H. Golub, C. F. Van Loan, Matrix Computations, Baltimore 2013, section 4.1.
+/// The normal equations of a linear regression with n unknowns, A x = r, A symmetric and positive, by
+/// Cholesky factors A = L D Lᵀ. Source: G. H. Golub, C. F. Van Loan, Matrix Computations, Baltimore 2013,
+/// section 4.1.
 template <class T, std::size_t n>
 struct NormalEquations {
   using Row = std::array<T, n>;

@@ -23,12 +23,12 @@ namespace sextant {
 /// lacks: with w = δu/i_0, i_0 the current of the first sample, and D = i_0 t − Q
 ///   U = (ρ + a) Q − b ∫(φ_0 + U) dt + b ρ ∫Q dt − w (D + b ∫D dt) − b s S,   R_s = ρ + w.
 /// At a constant current D is zero, and the priors of R_s and δu alone share what ρ exceeds R_s by. And
-/// saturation, by s (`SaturationShape`), S = ∫φ_m (g − 1) dt with the current model's φ_m.
+/// saturation, by s (`SaturationShape`), S = ∫φ (g − 1) dt by the ρ that is known at the time.
 ///
 /// Nonlinear regression, by one step of Gauss-Newton a millisecond, with `ParameterPrior` and the errors of
-/// `FluxCourse`. Only the curve of U over a time of about τ_r
-/// tells R_s, R_r and L_r apart: the shorter the course, the more the priors count. Source of the equations:
-/// P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
+/// `FluxCourse`. Only the curve of U over a time of about τ_r tells R_s, R_r and L_r apart: the shorter the
+/// course, the more the priors count. Source of the equations: P. Vas, Sensorless Vector and Direct Torque
+/// Control, Oxford 1998.
 template <class T = double>
 class StandstillCourse {
  public:
@@ -53,15 +53,14 @@ class StandstillCourse {
     covariance_ = {};
   }
 
-  /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux, and the current
-  /// model's φ_m [Wb].
-  void add(T voltage, T current, T model_flux, T dt) noexcept {
+  /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux.
+  void add(T voltage, T current, T dt) noexcept {
     volt_seconds_ += dt * voltage;
     charge_ += dt * current;
     flux_seconds_ += dt * (first_ + volt_seconds_);
     charge_seconds_ += dt * charge_;
-    const T est = std::max(T(0), first_ + volt_seconds_ - nominal_.r_s * (T(1) + shares_[rho]) * charge_);
-    bend_ += dt * est * shape_.excess(est + nominal_.sigma_l_s() * current); (void)model_flux;
+    const T phi = std::max(T(0), first_ + volt_seconds_ - (T(1) + shares_[rho]) * nominal_.r_s * charge_);
+    bend_ += dt * phi * shape_.excess(phi + nominal_.sigma_l_s() * current);
     time_ += dt;
     since_sample_ += dt;
     if (since_sample_ < sample_time) return;
@@ -122,8 +121,7 @@ class StandstillCourse {
     const T by_r_r = b_x / (T(1) + x[r_r]);
     const T by_l_r = -b_x / (T(1) + x[l_r]);
     const Slopes slopes{Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s},
-                        Terms{T(0), -a_, by_r_r, -by_r_r * r_s},
-                        Terms{T(0), T(0), by_l_r, -by_l_r * r_s},
+                        Terms{T(0), -a_, by_r_r, -by_r_r * r_s}, Terms{T(0), T(0), by_l_r, -by_l_r * r_s},
                         Terms{T(0), T(0), T(0), T(0), T(1), b_x},
                         Terms{T(0), T(0), T(0), T(0), T(0), T(0), b_}};
     const T density = noise();
@@ -161,9 +159,7 @@ class StandstillCourse {
     }
   }
   /// Of w; zero where there is no current. [Ω]
-  [[nodiscard]] T ohms_deviation() const noexcept {
-    return level_ > T(0) ? voltage_error_ / level_ : T(0);
-  }
+  [[nodiscard]] T ohms_deviation() const noexcept { return level_ > T(0) ? voltage_error_ / level_ : T(0); }
 
   /// Of the shares of R_s, which ρ and w move, R_r and L_r, which stands for L_m.
   [[nodiscard]] ParameterCovariance<T> covariance(const typename Equations::Matrix& inverse,
@@ -172,9 +168,12 @@ class StandstillCourse {
     const auto row = [&inverse, by_ohm, density](std::size_t n) {
       return density * (inverse[n][rho] + by_ohm * inverse[n][ohms]);
     };
-    return {row(rho) + by_ohm * row(ohms), row(r_r),
-            row(l_r),                      density * inverse[r_r][r_r],
-            density * inverse[r_r][l_r],   density * inverse[l_r][l_r]};
+    return {row(rho) + by_ohm * row(ohms),
+            row(r_r),
+            row(l_r),
+            density * inverse[r_r][r_r],
+            density * inverse[r_r][l_r],
+            density * inverse[l_r][l_r]};
   }
 
   /// Σ dt (p·z) z.
@@ -206,20 +205,20 @@ class StandstillCourse {
   }
 
   Machine nominal_;
-  T a_;                        ///< k_r² R_r [Ω]
-  T b_;                        ///< R_r/L_r [1/s]
-  T voltage_error_;            ///< of δu [V]
-  SaturationShape<T> shape_;   ///< g
-  T first_{};                  ///< φ_0 [Wb]
-  T time_{};                   ///< [s]
-  T since_sample_{};           ///< [s]
-  T volt_seconds_{};           ///< U [Wb]
-  T charge_{};                 ///< Q [A·s]
-  T flux_seconds_{};           ///< ∫(φ_0 + U) dt [Wb·s]
-  T charge_seconds_{};         ///< ∫Q dt [A·s²]
-  T bend_{};                   ///< S [Wb·s]
-  T level_{};                  ///< i_0; zero until a current flows [A]
-  T ohms_{};                   ///< w [Ω]
+  T a_;                       ///< k_r² R_r [Ω]
+  T b_;                       ///< R_r/L_r [1/s]
+  T voltage_error_;           ///< of δu [V]
+  SaturationShape<T> shape_;  ///< g
+  T first_{};                 ///< φ_0 [Wb]
+  T time_{};                  ///< [s]
+  T since_sample_{};          ///< [s]
+  T volt_seconds_{};          ///< U [Wb]
+  T charge_{};                ///< Q [A·s]
+  T flux_seconds_{};          ///< ∫(φ_0 + U) dt [Wb·s]
+  T charge_seconds_{};        ///< ∫Q dt [A·s²]
+  T bend_{};                  ///< S [Wb·s]
+  T level_{};                 ///< i_0; zero until a current flows [A]
+  T ohms_{};                  ///< w [Ω]
   std::array<Terms, std::tuple_size_v<Terms>> moments_{};
   Shares shares_{};
   ParameterCovariance<T> covariance_{};
