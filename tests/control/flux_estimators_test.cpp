@@ -141,8 +141,8 @@ TYPED_TEST(FluxEstimatorsOf, MagnetisingIdentifiesTheMachine) {
       const double at_speed = 1 / (1 + std::pow(omega_m * 2 / 1220.0, 2));  // weight of the identified R_s
       EXPECT_NEAR(double(estimator.machine().r_s), 0.435 + at_speed * (real.r_s - 0.435), 0.03 * real.r_s);
       EXPECT_NEAR(double(estimator.machine().r_r), real.r_r, 0.03 * real.r_r);
-      // The iron's saturation, which may be as likely, leaves half of an error of L_m open.
-      EXPECT_NEAR(double(estimator.machine().l_m), real.l_m, 0.16 * real.l_m);
+      // A larger L_m and iron that saturates look alike until the flux is there.
+      EXPECT_NEAR(double(estimator.machine().l_m), real.l_m, (real.l_m > 0.09 ? 0.16 : 0.04) * real.l_m);
     }
   }
 }

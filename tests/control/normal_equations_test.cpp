@@ -61,6 +61,24 @@ TEST(NormalEquations, LeaveAFixedUnknownOut) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(found.x[i], x(Eigen::Index(i)), 1e-9);
 }
 
+// The least sum of squares with x_1 ≥ 0: that of all unknowns where its x_1 is not below zero, else that
+// without it.
+TEST(NormalEquations, KeepAnUnknownFromBelowZero) {
+  int below = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Equations e = drawn(seed);
+    const auto free = e.solve();
+    const auto found = e.solve_with_positive(1);
+    Equations without = e;
+    without.fix(1);
+    below += free.x[1] < 0 ? 1 : 0;
+    EXPECT_EQ(found.x, free.x[1] < 0 ? without.solve().x : free.x);
+  }
+  EXPECT_GT(below, 3);
+  EXPECT_LT(below, 17);
+}
+
 TEST(NormalEquations, HaveNoSolutionWhereAnUnknownIsNotSeen) {
   Equations e;
   e.add({1, 1, 0, 0, 0}, 1, 1);

@@ -70,7 +70,7 @@ class FluxCourse {
     const T density = noise((m.rest_squared - product(m.equations().solve().x, m.by_rest)) / time_);
     Equations equations = m.equations();
     add_priors(equations, density);
-    const auto found = equations.solve();
+    const auto found = equations.solve_with_positive(bent);
     const Row& share = found.x;
     const T change = course_[raised] + course_[decayed] + product(share, course_);
     const T start = first_ + (sums_.rest - product(share, sums_.course)) / time_;

@@ -38,6 +38,15 @@ struct NormalEquations {
     right[k] = T(0);
   }
 
+  /// The solution whose x_k is not below zero.
+  [[nodiscard]] constexpr Solution solve_with_positive(std::size_t k) const noexcept {
+    const Solution free = solve();
+    if (!free.exists || free.x[k] >= T(0)) return free;
+    NormalEquations without = *this;
+    without.fix(k);
+    return without.solve();
+  }
+
   [[nodiscard]] constexpr Solution solve() const noexcept {
     Matrix factors = left;
     if (!factorise(factors)) return {};

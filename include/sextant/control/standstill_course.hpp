@@ -127,7 +127,7 @@ class StandstillCourse {
     const T density = noise();
     Equations equations = of_course(slopes, error);
     add_priors(equations, density);
-    const auto found = equations.solve();
+    const auto found = equations.solve_with_positive(bend);
     if (!found.exists) return;
     shares_ = bounded({x[rho] + found.x[rho], x[r_r] + found.x[r_r], x[l_r] + found.x[l_r]});
     ohms_ = found.x[ohms];
