@@ -117,10 +117,10 @@ class InductionMachine {
     return saturation_.acts() ? linear + T(1.5) * saturation_.added_energy(psi_s) : linear;
   }
 
-  /// di_s/dpsi_s = a I + b psi_s psi_sᵀ: a, and b |psi_s|² beside, by which it is larger along psi_s. [1/H]
+  /// di_s/dpsi_s at a stator flux: what it is across psi_s, and by how much it is larger along psi_s.
   struct InverseInductance {
-    T across{};
-    T added_along{};
+    T across{};       ///< [1/H]
+    T added_along{};  ///< [1/H]
   };
   [[nodiscard]] constexpr InverseInductance inverse_inductance(SpaceVector<T> psi_s) const noexcept
       SEXTANT_NONBLOCKING {

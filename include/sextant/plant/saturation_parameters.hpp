@@ -7,7 +7,9 @@ namespace sextant {
 /// Saturation of the main flux; none by default. The stator inductance of the Γ circuit depends on the stator
 /// flux linkage as
 ///   L_s(psi) = L_su / (1 + (psi/psi_k)^S)
-/// and all other elements of that circuit keep their values.
+/// and all other elements of that circuit keep their values (`SaturationCurve`, which names the source). The
+/// measured 2.2 kW machine of motulator's examples has psi_k = 1.19 Wb and S = 7 at a rated flux of 1.04 Wb,
+/// where L_su is 1.4 L_s.
 template <class T = double>
 struct SaturationParameters {
   T knee{};         ///< psi_k, where L_s is half of what it is without saturation; 0: no saturation [Wb]
@@ -18,7 +20,7 @@ struct SaturationParameters {
 
   static constexpr int smallest_exponent = 2;
   static constexpr int largest_exponent = 20;
-  /// L_su by the L_s of the machine's parameters, at most. Published machines have 1.1 to 2. [-]
+  /// L_su by the L_s of the machine's parameters, at most. [-]
   static constexpr T largest_ratio = T(10);
 
   friend constexpr bool operator==(const SaturationParameters&,
