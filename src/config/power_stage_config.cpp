@@ -40,6 +40,31 @@ void describe(Section s, CvodeParameters& p) {
   describe(s, static_cast<ErrorControl&>(p));
 }
 
+void describe(Section s, SaturationParameters<double>& p) {
+  constexpr Range<double> flux_wb{0, 1e3};
+  s.number(
+      "knee_wb", p.knee, flux_wb, "Wb",
+      "stator flux linkage at which the machine's stator inductance L_ls + L_m has fallen to half of what it "
+      "is at small fluxes: L_su/(1 + (psi_s/knee_wb)^exponent); all other elements of the Γ circuit are "
+      "constant; 0: it does not saturate");
+  s.integer("exponent", p.exponent,
+            {SaturationParameters<>::smallest_exponent, SaturationParameters<>::largest_exponent}, "",
+            "of the same, how sharp the knee is; counts where knee_wb is not 0");
+  s.number("machine_flux_wb", p.machine_flux, flux_wb, "Wb",
+           "stator flux linkage at which the stator inductance is that of [machine], as that of a no-load "
+           "test is at "
+           "rated voltage; 0: [machine] holds for small fluxes; counts where knee_wb is not 0");
+  s.check(p);
+}
+
+/// An integrator that cannot move the machine.
+std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
+  if (p.integrator != IntegratorKind::exact || !p.plant.saturation.acts()) return {};
+  return "integrator = \"exact\" is for machines without saturation: with saturation.knee_wb above 0 it must "
+         "be "
+         "\"cvode\", \"erk\" or \"fixed\"";
+}
+
 /// A machine that takes too many fixed steps in a period: its run would not end in a time that makes sense.
 std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
   constexpr double most_steps_a_period = 1000;
@@ -74,6 +99,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
+  describe(s.section("saturation"), p.plant.saturation);
   s.section("inverter")
       .time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
             "time for which both switches of a leg are off where it changes between low and high, while its "
@@ -95,6 +121,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
              "plant.fixed counts");
   exact.check(p.exact);
   describe(s.section("erk"), p.erk);
+  s.check([&p] { return check_magnetics(p); });
   s.check([&p] { return check_stiffness(p); });
 }
 

@@ -22,11 +22,12 @@ SpaceVector<double> current(double a, double b) {
 TEST(Inverter, DrivenLegsGiveTheIdealVoltageWhateverTheCurrent) {
   for (const SwitchState state : switch_states) {
     Inverter<double> inverter;
-    inverter.set(state, u_dc, current(30, -50), {100, 200});
+    const SpaceVector<double> e{100, 200};
+    inverter.set(state, u_dc, current(30, -50), e);
     EXPECT_TRUE(inverter.voltage_is_fixed());
     EXPECT_FALSE(inverter.has_events());
-    EXPECT_EQ(inverter.voltage_map()({100, 200}), stator_voltage(state, u_dc));
-    EXPECT_EQ(inverter.events(current(30, -50), {100, 200}), (std::array<double, 3>{1, 1, 1}));
+    EXPECT_EQ(inverter.voltage_map()(e), stator_voltage(state, u_dc));
+    EXPECT_EQ(inverter.events(current(30, -50), e), (std::array<double, 3>{1, 1, 1}));
     EXPECT_EQ(inverter.dc_link_current(current(30, -50)),
               dc_link_current(state, inverse_clarke(current(30, -50))));
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -15,6 +16,7 @@
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/two_level_inverter.hpp"
 #include "sextant/plant/appended_system.hpp"
+#include "sextant/plant/back_emf.hpp"
 #include "sextant/plant/drive_plant_parameters.hpp"
 #include "sextant/plant/induction_machine.hpp"
 #include "sextant/plant/inverter.hpp"
@@ -35,14 +37,14 @@ namespace sextant {
 /// gets over without a restart: another voltage while every leg is driven, and a load that moves in small
 /// steps, as one with a slope does; where a load jumps, the integrator is to be reset.
 ///
-/// `Machine` holds the equations between fluxes, currents and torque; the default is the linear induction
-/// machine. Another machine, with saturation for instance, is a class with the functions of `PlantMachine`.
+/// `Machine` holds the equations between fluxes, currents and torque; the default is the induction machine,
+/// linear or with a main flux that saturates. Another machine is a class with the functions of
+/// `PlantMachine`.
 template <class T = double, class Appended = NoAppendedSystem<T>, class Machine = InductionMachine<T>>
   requires AppendedSystem<Appended, T> && PlantMachine<Machine, T>
 class DrivePlant {
  public:
   using Scalar = T;
-  static constexpr bool is_linear = Machine::is_linear;
   static constexpr bool appends_integrals = is_integral<Appended>;
   static constexpr int machine_size = 6;
   static constexpr int size = machine_size + Appended::size;
@@ -59,9 +61,9 @@ class DrivePlant {
 
   /// At rest, without flux, gates off. The parameters must be valid.
   explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
-      : DrivePlant{parameters, std::move(appended_system), Machine{parameters.machine}} {}
+      : DrivePlant{parameters, std::move(appended_system), machine_of(parameters)} {}
 
-  /// The same with a machine that has more parameters than `parameters.machine`.
+  /// The same with a machine that has other parameters than `parameters`.
   DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system, const Machine& machine)
       : machine_{machine},
         appended_{std::move(appended_system)},
@@ -71,11 +73,9 @@ class DrivePlant {
         on_road_{parameters.road_load.acts()},
         feels_road_{on_road_} {
     const InductionMachineParameters<T>& m = machine_.parameters();
-    const ElectricalRates<T> rates = machine_.electrical_rates();
     const T p = T(m.pole_pairs);
-    damping_ = rates.ss + rates.rr;
     shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
-    flux_per_volt_ = (T(1) + rounding) * T(2) / T(3) * m.l_s() / m.r_s;
+    flux_per_volt_ = (T(1) + rounding) * T(2) / T(3) * machine_.largest_inductance() / m.r_s;
     settle_inverter();
   }
 
@@ -147,13 +147,13 @@ class DrivePlant {
   /// The right-hand side, dx/dt at x.
   void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
     if (inverter_.voltage_is_fixed()) return driven_derivative(x, dx);
-    derivative_at(x, dx, [this](SpaceVector<T> dpsi_r) noexcept SEXTANT_NONBLOCKING {
-      return inverter_.voltage_map()(machine_.emf(dpsi_r));
+    derivative_at(x, dx, [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
+      return inverter_.voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
     });
   }
   /// The same while no leg floats, for integrators that check this once a step.
   void driven_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
-    derivative_at(x, dx, [this](SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
+    derivative_at(x, dx, [this](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
       return inverter_.voltage_map().offset;
     });
   }
@@ -161,7 +161,8 @@ class DrivePlant {
   /// The slope of fluxes, speed and angle at x without the stator voltage: where every leg is driven,
   ///   dx/dt = undriven_derivative(x) + (u_s, 0, 0, 0).
   void undriven_derivative(const MachineState& x, MachineState& dx) const noexcept SEXTANT_NONBLOCKING {
-    derivative_at(x, dx, [](SpaceVector<T>) noexcept SEXTANT_NONBLOCKING { return SpaceVector<T>{}; });
+    derivative_at(
+        x, dx, [](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING { return SpaceVector<T>{}; });
   }
   /// The quantities at x but stator voltage and link current, which the inverter decides.
   [[nodiscard]] PlantQuantities<T> quantities(const MachineState& x) const noexcept SEXTANT_NONBLOCKING {
@@ -193,9 +194,7 @@ class DrivePlant {
 
   /// d²omega_m/dt² at x, whose derivative is dx; of a linear machine, whose torque is bilinear in the
   /// fluxes. [rad/s³]
-  [[nodiscard]] T speed_curvature(const State& x, const State& dx) const noexcept SEXTANT_NONBLOCKING
-    requires is_linear
-  {
+  [[nodiscard]] T speed_curvature(const State& x, const State& dx) const noexcept SEXTANT_NONBLOCKING {
     if (inputs_.imposed_speed) return T(0);
     const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
     const SpaceVector<T> di_s = machine_.stator_current(stator_flux(dx), rotor_flux(dx));
@@ -208,7 +207,7 @@ class DrivePlant {
 
   /// How fast the fluxes move at the present speed: the eigenvalues of their equations are no larger. [1/s]
   [[nodiscard]] T electrical_rate() const noexcept SEXTANT_NONBLOCKING {
-    return damping_ + std::abs(T(machine_.parameters().pole_pairs) * x_[omega]);
+    return machine_.damping(psi_s()) + std::abs(T(machine_.parameters().pole_pairs) * x_[omega]);
   }
   /// How fast torque and speed oscillate against each other at the present fluxes, squared: at most
   ///   3/2 p² k_r/σL_s |psi_s| |psi_r| / (J + J_road),
@@ -222,16 +221,17 @@ class DrivePlant {
   /// it, whatever the speed does:
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
-  /// |u_s| ≤ 2/3 u_dc, with the largest link voltage so far. An integration that goes beyond it has left the
-  /// machine's equations.
+  /// |u_s| ≤ 2/3 u_dc, with the largest link voltage so far; with saturation L_s is the largest one. An
+  /// integration that goes beyond it has left the machine's equations.
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
     const T limit = flux_per_volt_ * largest_u_dc_;
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
   }
 
-  /// ∂(dx/dt)/∂x at x, that of the linear machine with the same parameters: with another one a Newton
-  /// iteration takes more steps to the same solution. The rows of the appended system are left at zero:
-  /// nothing depends on it, so that a Newton iteration loses one step there and no accuracy.
+  /// ∂(dx/dt)/∂x at x. While a leg floats, the stator voltage counts as that of the machine without
+  /// saturation, with which a Newton iteration takes more steps to the same solution. The rows of the
+  /// appended system are left at zero: nothing depends on it, so that a Newton iteration loses one step there
+  /// and no accuracy.
   void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
   /// Event functions of the three inverter legs; an event is a fall through zero.
@@ -307,7 +307,13 @@ class DrivePlant {
     ++revision_;
     ++jumps_;
   }
-  /// x: the whole state, or that of the machine. stator_voltage: u_s by dpsi_r/dt.
+  static Machine machine_of(const DrivePlantParameters<T>& parameters) {
+    if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>, SaturationParameters<T>>)
+      return Machine{parameters.machine, parameters.saturation};
+    else
+      return Machine{parameters.machine};
+  }
+  /// x: the whole state, or that of the machine. stator_voltage: u_s by dpsi_r/dt and i_s.
   template <class Vector, class StatorVoltage>
   void derivative_at(const Vector& x, Vector& dx,
                      const StatorVoltage& stator_voltage) const noexcept SEXTANT_NONBLOCKING {
@@ -316,7 +322,7 @@ class DrivePlant {
     const SpaceVector<T> i_s = machine_.stator_current(flux_s, flux_r);
     const SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
     const SpaceVector<T> dpsi_r = machine_.rotor_flux_derivative(i_r, flux_r, x[omega]);
-    const SpaceVector<T> u_s = stator_voltage(dpsi_r);
+    const SpaceVector<T> u_s = stator_voltage(dpsi_r, i_s);
     const SpaceVector<T> dpsi_s = machine_.stator_flux_derivative(u_s, i_s);
     const T tau_e = machine_.torque(flux_s, i_s);
     dx[psi_s_alpha] = dpsi_s.alpha;
@@ -337,10 +343,23 @@ class DrivePlant {
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
   }
-  SpaceVector<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
+  BackEmf<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> flux_s = stator_flux(x);
     const SpaceVector<T> flux_r = rotor_flux(x);
-    const SpaceVector<T> i_r = machine_.rotor_current(stator_flux(x), flux_r);
-    return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]));
+    const SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
+    return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]), flux_s,
+                        machine_.stator_current(flux_s, flux_r));
+  }
+  /// −R_s di_s/dpsi_s beyond that of the linear machine.
+  void add_saturation(SpaceVector<T> flux_s, Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
+    const InductionMachineParameters<T>& m = machine_.parameters();
+    const auto inverse = machine_.inverse_inductance(flux_s);
+    const T square = dot(flux_s, flux_s);
+    const T along = square > T(0) ? m.r_s * inverse.added_along / square : T(0);
+    const Eigen::Matrix<T, 2, 1> psi{flux_s.alpha, flux_s.beta};
+    j.template block<2, 2>(0, 0) -=
+        m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Eigen::Matrix<T, 2, 2>::Identity() +
+        along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
     if (is_driven(inputs_.state) && inverter_.open_phase() == Inverter<T>::no_phase)
@@ -362,7 +381,6 @@ class DrivePlant {
   RoadLoad<T> road_load_;
   bool on_road_;      ///< the road load is not zero
   bool feels_road_;   ///< and the speed is not imposed
-  T damping_;         ///< R_s/σL_s + R_r/σL_r [1/s]
   T shaft_gain_;      ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
   T flux_per_volt_;   ///< largest |psi_s| by u_dc [s]
   T largest_u_dc_{};  ///< of the inputs so far [V]
@@ -401,6 +419,7 @@ void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
   j.template block<2, 2>(0, 2) =
       k_r * gain * rotor_by_rotor + m.r_s * k_r * inverse_sigma_l_s * Block::Identity();
   j.template block<2, 1>(0, 4) = k_r * gain * rotor_by_speed;
+  if (!machine_.is_linear()) add_saturation(s, j);
   j.template block<2, 2>(2, 0) = rotor_by_stator;
   j.template block<2, 2>(2, 2) = rotor_by_rotor;
   j.template block<2, 1>(2, 4) = rotor_by_speed;

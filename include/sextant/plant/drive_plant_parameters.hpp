@@ -5,6 +5,7 @@
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/plant/road_load.hpp"
+#include "sextant/plant/saturation_parameters.hpp"
 
 namespace sextant {
 
@@ -12,12 +13,14 @@ namespace sextant {
 template <class T = double>
 struct DrivePlantParameters {
   InductionMachineParameters<T> machine{};
-  T viscous_friction{};     ///< B, torque per speed of bearings and fan [N·m·s/rad]
-  RoadLoad<T> road_load{};  ///< of the vehicle that the shaft drives; none by default
+  SaturationParameters<T> saturation{};  ///< of the machine's main flux; none by default
+  T viscous_friction{};                  ///< B, torque per speed of bearings and fan [N·m·s/rad]
+  RoadLoad<T> road_load{};               ///< of the vehicle that the shaft drives; none by default
 
   /// nullptr when the values make a plant, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* reason = machine.validate()) return reason;
+    if (const char* reason = saturation.validate()) return reason;
     if (!(std::isfinite(viscous_friction) && viscous_friction >= T(0))) {
       return "the viscous friction must be finite and not below zero";
     }

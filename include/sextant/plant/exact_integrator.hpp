@@ -22,13 +22,13 @@ struct ExactParameters {
   }
 };
 
-/// Exact discretisation at frozen speed, in bounded time, of a plant with a linear machine. At a constant
-/// speed the electrical equations are linear and the fluxes move without error (`ElectricalTransition`). Over
-/// a step the speed is frozen at its mean, predicted from its first two derivatives; what its rise does
-/// beside is added to first order. The speed itself follows by the trapezoidal rule corrected by its second
-/// derivative, the angle by the trapezoidal rule alone. The appended system, which nothing depends on,
-/// follows by Simpson's rule, with the state in the middle of the step from the cubic Hermite interpolant
-/// between its ends.
+/// Exact discretisation at frozen speed, in bounded time, of a plant with a linear machine; another one it
+/// does not move, and reports a failure. At a constant speed the electrical equations are linear and the
+/// fluxes move without error (`ElectricalTransition`). Over a step the speed is frozen at its mean, predicted
+/// from its first two derivatives; what its rise does beside is added to first order. The speed itself
+/// follows by the trapezoidal rule corrected by its second derivative, the angle by the trapezoidal rule
+/// alone. The appended system, which nothing depends on, follows by Simpson's rule, with the state in the
+/// middle of the step from the cubic Hermite interpolant between its ends.
 ///
 /// Where the speed is constant, fluxes and torque are exact to rounding whatever the step. Where it changes,
 /// fluxes, torque, speed and appended system are of order 3 in the step, the angle of order 2; a segment is
@@ -41,7 +41,6 @@ struct ExactParameters {
 /// events. Source: M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19, 2010; S. Blanes
 /// et al., "The Magnus expansion and some of its applications", Physics Reports 470, 2009.
 template <class Plant>
-  requires(Plant::is_linear)
 class ExactIntegrator final : public PlantIntegrator<Plant> {
  public:
   using T = typename Plant::Scalar;
@@ -54,6 +53,7 @@ class ExactIntegrator final : public PlantIntegrator<Plant> {
 
   [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
     if (duration_ns <= 0) return true;
+    if (!plant.machine().is_linear()) return false;
     if (plant.has_events()) return legs_off_.advance(plant, duration_ns);
     const T total = T(duration_ns) * T(1e-9);
     const std::int64_t steps = steps_for(plant, duration_ns, total);

@@ -1,8 +1,14 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
+#include "sextant/plant/back_emf.hpp"
+#include "sextant/plant/saturation_curve.hpp"
+#include "sextant/plant/saturation_parameters.hpp"
 
 namespace sextant {
 
@@ -27,26 +33,37 @@ struct ElectricalRates {
 /// Seen from its terminals the machine is a resistance, the transient inductance and a back-EMF:
 ///   u_s = R_s i_s + σL_s di_s/dt + e,   e = k_r dpsi_r/dt,   k_r = L_m/L_r
 ///
-/// Stationary frame, amplitude-invariant space vectors, rotor quantities referred to the stator, linear
-/// magnetics. Source: P. Vas, "Sensorless Vector and Direct Torque Control", Oxford, 1998, chapter 1.
+/// Stationary frame, amplitude-invariant space vectors, rotor quantities referred to the stator. Source:
+/// P. Vas, "Sensorless Vector and Direct Torque Control", Oxford, 1998, chapter 1.
+///
+/// The main flux saturates on request (`SaturationCurve`): a current along psi_s is added to i_s, so that the
+/// inverse transient inductance di_s/dpsi_s gets larger, and most along psi_s (`BackEmf`). Everything else is
+/// as written above.
 template <class T = double>
 class InductionMachine {
  public:
-  /// The currents are linear in the flux linkages.
-  static constexpr bool is_linear = true;
-
-  constexpr explicit InductionMachine(const InductionMachineParameters<T>& parameters) noexcept
+  /// By default the magnetics are linear.
+  constexpr explicit InductionMachine(const InductionMachineParameters<T>& parameters,
+                                      const SaturationParameters<T>& saturation = {}) noexcept
       : parameters_{parameters},
         inverse_sigma_l_s_{T(1) / parameters.sigma_l_s()},
         inverse_sigma_l_r_{parameters.l_s() / (parameters.l_r() * parameters.sigma_l_s())},
         coupling_{parameters.k_r() / parameters.sigma_l_s()},
         k_r_{parameters.k_r()},
-        pole_pairs_{T(parameters.pole_pairs)} {}
+        pole_pairs_{T(parameters.pole_pairs)},
+        damping_{parameters.r_s * inverse_sigma_l_s_ + parameters.r_r * inverse_sigma_l_r_},
+        saturation_{saturation, parameters.l_s()} {}
 
-  /// i_s = psi_s / σL_s − L_m/(L_s L_r − L_m²) psi_r. [A]
+  /// The currents are linear in the flux linkages, as `electrical_rates` has it.
+  [[nodiscard]] constexpr bool is_linear() const noexcept SEXTANT_NONBLOCKING { return !saturation_.acts(); }
+
+  /// i_s = psi_s / σL_s − L_m/(L_s L_r − L_m²) psi_r, and what saturation adds. [A]
   [[nodiscard]] constexpr SpaceVector<T> stator_current(
       SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
-    return inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
+    SpaceVector<T> i_s = inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
+    if (saturation_.acts()) [[unlikely]]
+      i_s += saturation_.added(psi_s) * psi_s;
+    return i_s;
   }
 
   /// i_r = psi_r / σL_r − L_m/(L_s L_r − L_m²) psi_s. [A]
@@ -55,9 +72,12 @@ class InductionMachine {
     return inverse_sigma_l_r_ * psi_r - coupling_ * psi_s;
   }
 
-  /// psi_s = σL_s i_s + k_r psi_r: the stator flux linkage that goes with a stator current. [Wb]
+  /// psi_s = σL_s i_s + k_r psi_r, less what saturation takes: the stator flux linkage that goes with a
+  /// stator current. [Wb]
   [[nodiscard]] constexpr SpaceVector<T> stator_flux(SpaceVector<T> i_s, SpaceVector<T> psi_r) const noexcept
       SEXTANT_NONBLOCKING {
+    if (saturation_.acts()) [[unlikely]]
+      return saturated_flux(i_s + coupling_ * psi_r);
     return parameters_.sigma_l_s() * i_s + k_r_ * psi_r;
   }
 
@@ -73,8 +93,12 @@ class InductionMachine {
     return (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
   }
 
-  /// Back-EMF behind the transient inductance, e = k_r dpsi_r/dt. [V]
-  [[nodiscard]] constexpr SpaceVector<T> emf(SpaceVector<T> dpsi_r) const noexcept SEXTANT_NONBLOCKING {
+  /// Back-EMF behind the transient inductance, e = k_r dpsi_r/dt. With saturation di_s/dpsi_s takes the place
+  /// of 1/σL_s, and e = (di_s/dpsi_s)⁻¹ L_m/(L_s L_r − L_m²) dpsi_r/dt. [V]
+  [[nodiscard]] constexpr BackEmf<T> emf(SpaceVector<T> dpsi_r, SpaceVector<T> psi_s,
+                                         SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+    if (saturation_.acts()) [[unlikely]]
+      return saturated_emf(dpsi_r, psi_s, i_s);
     return k_r_ * dpsi_r;
   }
 
@@ -84,12 +108,39 @@ class InductionMachine {
     return T(1.5) * pole_pairs_ * cross(psi_s, i_s);
   }
 
-  /// Energy stored in the magnetic field, 3/4 (psi_s · i_s + psi_r · i_r). [J]
+  /// Energy stored in the magnetic field, 3/2 ∫ (i_s · dpsi_s + i_r · dpsi_r): without saturation
+  /// 3/4 (psi_s · i_s + psi_r · i_r). [J]
   [[nodiscard]] constexpr T magnetic_energy(SpaceVector<T> psi_s,
                                             SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
-    return T(0.75) * (dot(psi_s, stator_current(psi_s, psi_r)) + dot(psi_r, rotor_current(psi_s, psi_r)));
+    const SpaceVector<T> i_s = inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
+    const T linear = T(0.75) * (dot(psi_s, i_s) + dot(psi_r, rotor_current(psi_s, psi_r)));
+    return saturation_.acts() ? linear + T(1.5) * saturation_.added_energy(psi_s) : linear;
   }
 
+  /// di_s/dpsi_s at a stator flux: what it is across psi_s, and by how much it is larger along psi_s.
+  struct InverseInductance {
+    T across{};       ///< [1/H]
+    T added_along{};  ///< [1/H]
+  };
+  [[nodiscard]] constexpr InverseInductance inverse_inductance(SpaceVector<T> psi_s) const noexcept
+      SEXTANT_NONBLOCKING {
+    if (is_linear()) return {inverse_sigma_l_s_, T(0)};
+    return {inverse_sigma_l_s_ + saturation_.added(psi_s), saturation_.added_along(psi_s)};
+  }
+  /// How fast the fluxes settle at standstill at most, R_s di_s/dpsi_s + R_r/σL_r along psi_s; not below that
+  /// of the machine without saturation. [1/s]
+  [[nodiscard]] constexpr T damping(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
+    if (is_linear()) [[likely]]
+      return damping_;
+    const T added = saturation_.added(psi_s) + saturation_.added_along(psi_s);
+    return damping_ + parameters_.r_s * std::max(T(0), added);
+  }
+  /// The largest stator inductance, that of small fluxes. [H]
+  [[nodiscard]] constexpr T largest_inductance() const noexcept SEXTANT_NONBLOCKING {
+    return saturation_.largest_inductance_ratio() * parameters_.l_s();
+  }
+
+  /// Of the machine without saturation.
   [[nodiscard]] constexpr ElectricalRates<T> electrical_rates() const noexcept SEXTANT_NONBLOCKING {
     return {parameters_.r_s * inverse_sigma_l_s_, parameters_.r_s * coupling_, parameters_.r_r * coupling_,
             parameters_.r_r * inverse_sigma_l_r_};
@@ -101,12 +152,42 @@ class InductionMachine {
   }
 
  private:
+  /// Solves (1/σL_s + g(|psi_s|)) psi_s = source by Newton's method on the magnitude. The left side is convex
+  /// in it, so that from above the iteration falls to the solution, and has arrived where it falls no longer.
+  [[nodiscard]] SpaceVector<T> saturated_flux(SpaceVector<T> source) const noexcept SEXTANT_NONBLOCKING {
+    constexpr int most_iterations = 100;
+    const T current = magnitude(source);
+    T psi =
+        std::min(current / (inverse_sigma_l_s_ + saturation_.added({})), saturation_.largest_flux(current));
+    if (!(psi > T(0))) return {};
+    const SpaceVector<T> along = (T(1) / current) * source;
+    for (int n = 0; n < most_iterations; ++n) {
+      const InverseInductance inverse = inverse_inductance({psi, T(0)});
+      const T next = psi - (inverse.across * psi - current) / (inverse.across + inverse.added_along);
+      if (!(next < psi)) break;
+      psi = next;
+    }
+    return psi * along;
+  }
+
+  [[nodiscard]] BackEmf<T> saturated_emf(SpaceVector<T> dpsi_r, SpaceVector<T> psi_s,
+                                         SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+    const InverseInductance inverse = inverse_inductance(psi_s);
+    const T square = dot(psi_s, psi_s);
+    const SpaceVector<T> q =
+        square > T(0) ? std::sqrt(inverse.added_along / (inverse.across * square)) * psi_s : SpaceVector<T>{};
+    const SpaceVector<T> e = (coupling_ / inverse.across) * dpsi_r;
+    return {e - (dot(q, e) / (T(1) + dot(q, q))) * q, parameters_.r_s * i_s, q};
+  }
+
   InductionMachineParameters<T> parameters_;
   T inverse_sigma_l_s_;  ///< 1/σL_s [1/H]
   T inverse_sigma_l_r_;  ///< 1/σL_r [1/H]
   T coupling_;           ///< L_m/(L_s L_r − L_m²) [1/H]
   T k_r_;                ///< L_m/L_r [-]
   T pole_pairs_;         ///< p [-]
+  T damping_;            ///< R_s/σL_s + R_r/σL_r [1/s]
+  SaturationCurve<T> saturation_;
 };
 
 }  // namespace sextant

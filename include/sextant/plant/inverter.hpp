@@ -9,6 +9,7 @@
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+#include "sextant/plant/back_emf.hpp"
 #include "sextant/plant/leg_tie.hpp"
 #include "sextant/plant/stator_voltage_map.hpp"
 
@@ -20,7 +21,7 @@ namespace sextant {
 /// A leg is low, high or off. An off leg carries its phase current through a diode: the lower one while
 /// i_x > 0, the upper one while i_x < 0. Once its current is zero it floats, until its potential leaves
 /// [0, u_dc] and a diode takes it over again. Current i_x is positive into the machine. The machine enters by
-/// its current i_s and its back-EMF e (stationary frame, amplitude-invariant).
+/// its current i_s and its `BackEmf` e (stationary frame, amplitude-invariant).
 ///
 /// The cable of one phase can be opened: its contact carries the current until the current crosses zero, and
 /// from then on the phase floats without diodes, whatever its leg does.
@@ -57,7 +58,7 @@ class Inverter {
 
   /// Sets any leg states and the DC-link voltage [V] and finds the ties of the off legs.
   constexpr void set(SwitchState state, T u_dc, SpaceVector<T> i_s,
-                     SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+                     const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
     if (is_driven(state) && open_ == no_phase) return set_driven(state, u_dc);
     state_ = state;
     u_dc_ = u_dc;
@@ -67,7 +68,7 @@ class Inverter {
 
   /// The event of a leg has come: a conducting diode blocks, an arc ends, or a floating leg's diode takes
   /// over.
-  constexpr void on_event(int leg, SpaceVector<T> i_s, SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+  constexpr void on_event(int leg, SpaceVector<T> i_s, const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
     const auto x = static_cast<std::size_t>(leg);
     const bool was_floating = ties_[x] == LegTie::floating;
     const T v = was_floating && floating_ < 3 ? leg_potentials(e)[x] : T(0);
@@ -76,7 +77,7 @@ class Inverter {
     if (!was_floating) i[x] = T(0);
     tie_by_currents(i);
     if (none_tied) {
-      tie_outermost(phases_of(e));
+      tie_outermost(phases_of(e.e));
     } else if (was_floating) {
       ties_[x] = v > u_dc_ / T(2) ? LegTie::high : LegTie::low;
     }
@@ -87,7 +88,7 @@ class Inverter {
   /// arc: its forward current [A]. A floating leg: how far its potential is inside [0, u_dc] [V].
   /// Otherwise 1.
   [[nodiscard]] constexpr std::array<T, 3> events(SpaceVector<T> i_s,
-                                                  SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
+                                                  const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
     const std::array<LegState, 3> states = leg_states(state_);
     const std::array<T, 3> i = phases_of(i_s);
     std::array<T, 3> g = margins(e);
@@ -107,7 +108,7 @@ class Inverter {
 
   /// Leg potentials against the negative rail. Without any tied leg they are undefined and reported as their
   /// deviation from the star point. [V]
-  [[nodiscard]] constexpr std::array<T, 3> leg_potentials(SpaceVector<T> e) const noexcept
+  [[nodiscard]] constexpr std::array<T, 3> leg_potentials(const BackEmf<T>& e) const noexcept
       SEXTANT_NONBLOCKING {
     const std::array<T, 3> u = phases_of(map_(e));
     T star_point{};
@@ -179,7 +180,7 @@ class Inverter {
   }
 
   /// Ties floating legs that would leave [0, u_dc], the worst first, until none is left.
-  constexpr void settle(SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+  constexpr void settle(const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
     for (int round = 0; round <= 3; ++round) {
       floating_ = floating_legs(ties_);
       map_ = stator_voltage_map(ties_, u_dc_);
@@ -187,7 +188,7 @@ class Inverter {
       const auto worst = static_cast<std::size_t>(std::min_element(g.begin(), g.end()) - g.begin());
       if (!(g[worst] < T(0))) return;
       if (floating_ == 3) {
-        tie_outermost(phases_of(e));
+        tie_outermost(phases_of(e.e));
       } else {
         ties_[worst] = leg_potentials(e)[worst] > u_dc_ / T(2) ? LegTie::high : LegTie::low;
       }
@@ -196,7 +197,7 @@ class Inverter {
 
   /// Distance of each floating leg to the potential at which a diode conducts; 1 for tied legs and for an
   /// open phase. With all three floating the line-to-line EMF counts, with leg a for all. [V]
-  [[nodiscard]] constexpr std::array<T, 3> margins(SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] constexpr std::array<T, 3> margins(const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
     std::array<T, 3> g{T(1), T(1), T(1)};
     if (floating_ == 0) return g;
     const std::array<T, 3> v = leg_potentials(e);

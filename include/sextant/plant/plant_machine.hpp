@@ -8,23 +8,27 @@
 namespace sextant {
 
 /// The equations of a machine with stator and rotor flux linkages as states, as `InductionMachine` documents
-/// them; stationary frame, amplitude-invariant. `electrical_rates` and `parameters` bound the step of fixed
-/// integrators and the flux: those of the linear machine that is fastest. `emf` and `stator_flux` count while
-/// legs are off. `is_linear`: the currents are linear in the flux linkages, as `electrical_rates` and
-/// `parameters` have it; an `ExactIntegrator` takes such machines only. A class that inherits from a linear
-/// machine and is not linear declares its own `is_linear`.
+/// them; stationary frame, amplitude-invariant. `damping`, `largest_inductance` and `parameters` bound the
+/// step of fixed integrators and the flux. `emf` and `stator_flux` count while legs are off;
+/// `inverse_inductance` for implicit integrators. `is_linear`: the currents are linear in the flux linkages,
+/// as `electrical_rates` and `parameters` have it; an `ExactIntegrator` moves such machines only. A class
+/// that inherits from a linear machine and is not linear has its own `is_linear`.
 template <class Machine, class T>
 concept PlantMachine =
-    std::copy_constructible<Machine> && std::same_as<decltype(Machine::is_linear), const bool> &&
-    requires(const Machine& machine, SpaceVector<T> x, T omega_m) {
+    std::copy_constructible<Machine> && requires(const Machine& machine, SpaceVector<T> x, T omega_m) {
       { machine.stator_current(x, x) } -> std::same_as<SpaceVector<T>>;
       { machine.rotor_current(x, x) } -> std::same_as<SpaceVector<T>>;
       { machine.stator_flux(x, x) } -> std::same_as<SpaceVector<T>>;
       { machine.stator_flux_derivative(x, x) } -> std::same_as<SpaceVector<T>>;
       { machine.rotor_flux_derivative(x, x, omega_m) } -> std::same_as<SpaceVector<T>>;
-      { machine.emf(x) } -> std::same_as<SpaceVector<T>>;
+      { machine.emf(x, x, x) } -> std::same_as<BackEmf<T>>;
       { machine.torque(x, x) } -> std::same_as<T>;
       { machine.magnetic_energy(x, x) } -> std::same_as<T>;
+      { machine.is_linear() } -> std::same_as<bool>;
+      { machine.inverse_inductance(x).across } -> std::convertible_to<T>;
+      { machine.inverse_inductance(x).added_along } -> std::convertible_to<T>;
+      { machine.damping(x) } -> std::same_as<T>;
+      { machine.largest_inductance() } -> std::same_as<T>;
       { machine.electrical_rates() } -> std::same_as<ElectricalRates<T>>;
       { machine.parameters() } -> std::convertible_to<const InductionMachineParameters<T>&>;
     };

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "sextant/plant/back_emf.hpp"
 #include "sextant/plant/leg_tie.hpp"
 
 namespace sextant {
@@ -13,6 +14,10 @@ namespace sextant {
 ///   two or three floating:  M = I,         u_0 = 0; all currents are zero and stay so
 ///
 /// d_x is the unit vector along phase x, v_x the potential of leg x against the negative rail. [V]
+///
+/// With a transient inductance that has an axis q (`BackEmf`), di_x/dt = 0 with one floating leg asks for
+///   d_xᵀ (I + q qᵀ) (u_s − R_s i_s − e) = 0,
+/// which adds  M q qᵀ(v − M v)/(1 + qᵀ M q),  v = e + R_s i_s − u_0.  It is zero where M is 0 or I.
 template <class T = double>
 struct StatorVoltageMap {
   T gain_alpha{};           ///< M(0,0) [-]
@@ -25,9 +30,20 @@ struct StatorVoltageMap {
     return {gain_alpha * x.alpha + gain_cross * x.beta, gain_cross * x.alpha + gain_beta * x.beta};
   }
 
-  /// u_s at back-EMF e. [V]
-  [[nodiscard]] constexpr SpaceVector<T> operator()(SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
-    return gain(e) + offset;
+  /// u_s at a back-EMF. [V]
+  [[nodiscard]] constexpr SpaceVector<T> operator()(const BackEmf<T>& emf) const noexcept
+      SEXTANT_NONBLOCKING {
+    const SpaceVector<T> u_s = gain(emf.e) + offset;
+    return emf.has_axis() ? u_s + along_axis(emf) : u_s;
+  }
+
+ private:
+  /// What the axis of the transient inductance adds. [V]
+  [[nodiscard]] constexpr SpaceVector<T> along_axis(const BackEmf<T>& emf) const noexcept
+      SEXTANT_NONBLOCKING {
+    const SpaceVector<T> v = emf.e + emf.drop - offset;
+    const SpaceVector<T> m_q = gain(emf.q);
+    return (dot(emf.q, v - gain(v)) / (T(1) + dot(emf.q, m_q))) * m_q;
   }
 };
 

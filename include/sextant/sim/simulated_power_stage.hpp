@@ -38,6 +38,8 @@ struct SimulatedPowerStageParameters {
     if (const char* problem = cvode.validate()) return problem;
     if (const char* problem = fixed.validate()) return problem;
     if (const char* problem = exact.validate()) return problem;
+    if (integrator == IntegratorKind::exact && plant.saturation.acts())
+      return "the exact integrator moves machines without saturation only";
     return erk.validate();
   }
 };

@@ -1,0 +1,63 @@
+// Saturation of the plant's machine: its keys reach each plant, and what contradicts itself is refused.
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config_files.hpp"
+#include "sextant/config/load_config.hpp"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+using Settings = std::vector<std::string>;
+
+TEST(SaturationConfig, IsOffByDefault) {
+  EXPECT_FALSE(load_scenario_config(shipped_scenario).drive.plant.plant.saturation.acts());
+  EXPECT_FALSE(load_ecu_config(shipped_ecu).drive.plant.plant.saturation.acts());
+  EXPECT_FALSE(load_plant_config(shipped_plant).plant.plant.saturation.acts());
+}
+
+TEST(SaturationConfig, GoesToThePlantAndNotToTheDrive) {
+  const Settings settings{"plant.saturation.knee_wb=1.2", "plant.saturation.exponent=9",
+                          "plant.saturation.machine_flux_wb=1.1"};
+  const SaturationParameters<> expected{1.2, 9, 1.1};
+  EXPECT_EQ(load_scenario_config(shipped_scenario, settings).drive.plant.plant.saturation, expected);
+  EXPECT_EQ(load_plant_config(shipped_plant, settings).plant.plant.saturation, expected);
+  const DriveConfig told = load_ecu_config(shipped_ecu, settings).drive;
+  EXPECT_EQ(told.plant.plant.saturation, expected);
+  EXPECT_EQ(told.control.machine.l_m, load_ecu_config(shipped_ecu).drive.control.machine.l_m);
+  const SimulatedPowerStage::Plant plant{told.plant.plant};
+  EXPECT_FALSE(plant.machine().is_linear());
+}
+
+TEST(SaturationConfig, AFluxFarAboveTheKneeIsRefused) {
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.saturation.knee_wb=1", "plant.saturation.exponent=2",
+                                        "plant.saturation.machine_flux_wb=3.1"}),
+              HasSubstr("plant.saturation: the flux at which the machine's inductances hold is too far above "
+                        "the knee of the saturation"));
+  EXPECT_EQ(ecu_refusal(shipped_ecu, {"plant.saturation.knee_wb=1", "plant.saturation.exponent=2",
+                                      "plant.saturation.machine_flux_wb=2.9"}),
+            "accepted");
+}
+
+TEST(SaturationConfig, TheExactIntegratorIsRefused) {
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.saturation.knee_wb=1.2", "plant.integrator=exact"}),
+              HasSubstr("plant: integrator = \"exact\" is for machines without saturation: with "
+                        "saturation.knee_wb above 0 it must be \"cvode\", \"erk\" or \"fixed\""));
+  for (const char* integrator : {"cvode", "erk", "fixed"}) {
+    EXPECT_EQ(ecu_refusal(shipped_ecu,
+                          {"plant.saturation.knee_wb=1.2", std::string{"plant.integrator="} + integrator}),
+              "accepted");
+  }
+  EXPECT_EQ(ecu_refusal(shipped_ecu, {"plant.saturation.knee_wb=0", "plant.integrator=exact"}), "accepted");
+  SimulatedPowerStage::Parameters stage{.integrator = IntegratorKind::exact};
+  EXPECT_EQ(stage.validate(), nullptr);
+  stage.plant.saturation.knee = 1.2;
+  EXPECT_THAT(stage.validate(), HasSubstr("machines without saturation only"));
+}
+
+}  // namespace
+}  // namespace sextant
