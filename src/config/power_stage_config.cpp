@@ -40,6 +40,20 @@ void describe(Section s, CvodeParameters& p) {
   describe(s, static_cast<ErrorControl&>(p));
 }
 
+void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
+  s.time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
+         "time for which both switches of a leg are off where it changes between low and high, while its "
+         "diodes carry the current; the drive reads the commanded edges, and knows of it by "
+         "drive.inverter.dead_time_us; 0: none");
+  s.number("threshold_v", p.plant.drops.threshold_voltage, {0, 1e3}, "V",
+           "voltage of a switch or diode that conducts, without current; the integrators then stop at each "
+           "switching and at each zero of a current, and exact is fixed; the drive knows of it by "
+           "drive.inverter.threshold_v; 0: none");
+  s.number("slope_ohm", p.plant.drops.slope_resistance, {0, 1e3}, "ohm",
+           "by which the voltage of a conducting switch or diode rises with its current; the drive knows of "
+           "it by drive.inverter.slope_ohm; 0: none");
+}
+
 /// A machine that takes too many fixed steps in a period: its run would not end in a time that makes sense.
 std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
   constexpr double most_steps_a_period = 1000;
@@ -74,11 +88,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
-  s.section("inverter")
-      .time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
-            "time for which both switches of a leg are off where it changes between low and high, while its "
-            "diodes carry the current; the drive reads the commanded edges, and knows of it by "
-            "drive.inverter.dead_time_us; 0: none");
+  describe_inverter(s.section("inverter"), p);
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);
