@@ -1,4 +1,4 @@
-"""Measures the drive of the paper's machine on a plant whose inverter has dead time, told of it, wrongly or not."""
+"""Measures the drive of the paper's machine on a plant whose inverter has dead time or drops, told of it or not."""
 
 import argparse
 import json
@@ -21,6 +21,7 @@ from .torque_map_drive import words
 EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
   scripts/inverter_study --methods foc --cases 25       one method, the cases at 25 us
+  scripts/inverter_study --drops                        the cases with drops of switches and diodes in their place
   scripts/inverter_study --speeds 0,5,50 --torques 60,-60
 
 A point is right, derated (less torque, and the drive says so), tripped, or wrong, silently: the mean torque over 0.3 s
@@ -34,6 +35,7 @@ DERATED_SHARE = 0.97  # of the command, below which published torque is derating
 TIME_LIMIT_S = 300  # of one run [s]
 RIGHT, DERATED, TRIPPED, WRONG = "right", "derated", "tripped", "wrong"
 KINDS = (RIGHT, DERATED, TRIPPED, WRONG)
+THRESHOLD_V, SLOPE_OHM = 1.2, 0.02  # of switches and diodes where they have drops
 SLOW = 20.0  # up to here a point counts as near standstill [rad/s]
 
 
@@ -59,11 +61,33 @@ class Case:
         }
 
 
+@dataclass(frozen=True)
+class DropsCase:
+    """The same with drops of switches and diodes in place of a dead time."""
+
+    period_us: int
+    is_told: bool
+
+    @property
+    def name(self) -> str:
+        told = "told" if self.is_told else "not told"
+        return f"{self.period_us} us, drops of {THRESHOLD_V:g} V + {SLOPE_OHM * 1e3:g} mOhm, {told}"
+
+    @property
+    def settings(self) -> Settings:
+        drops = {"threshold_v": THRESHOLD_V, "slope_ohm": SLOPE_OHM}
+        at = ("plant", "drive") if self.is_told else ("plant",)
+        return {"drive.period_us": self.period_us} | {
+            f"{end}.inverter.{key}": value for end in at for key, value in drops.items()
+        }
+
+
 CASES = tuple(
     Case(period, dead, round(share * dead, 3))
     for period, dead in ((25, 0.0), (25, 1.5), (125, 0.0), (125, 3.0))
     for share in ((0, 1, 1.1, 0.9) if dead else (0,))
 )  # fmt: skip
+DROPS_CASES = (DropsCase(25, False), DropsCase(25, True))
 
 
 def scenario() -> str:
@@ -103,7 +127,7 @@ class Lab:
             raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
         return summary["metrics"], summary["faults"]
 
-    def point(self, method: str, case: Case, speed: float, torque: float) -> dict:
+    def point(self, method: str, case: Case | DropsCase, speed: float, torque: float) -> dict:
         settings = {
             **case.settings,
             "control.controller": method,
@@ -114,7 +138,7 @@ class Lab:
         found = {"method": method, "case": case.name, "speed": speed, "torque": torque}
         return found | judged(metrics, faults, speed, torque)
 
-    def idle(self, method: str, case: Case, speed: float) -> float:
+    def idle(self, method: str, case: Case | DropsCase, speed: float) -> float:
         """Largest phase current without a command. [A]"""
         settings = {
             **case.settings,
@@ -170,12 +194,13 @@ def positive(text: str) -> int:
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="inverter_study",
-        description="Measures the drive on a plant with dead time, told of it or not.",
+        description="Measures the drive on a plant whose inverter has dead time or drops, told of it or not.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), metavar="A,B")
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
+    parser.add_argument("--drops", action="store_true", help="the cases with drops in place of those with dead time")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
     parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
     parser.add_argument(
@@ -185,7 +210,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case]) -> tuple[list[dict], dict]:
+def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case | DropsCase]) -> tuple[list[dict], dict]:
     rows: list[dict] = []
     idle: dict[tuple[str, str], float] = {}
     with ThreadPoolExecutor(options.jobs) as pool:
@@ -202,9 +227,10 @@ def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case]) -> tup
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    cases = [case for case in CASES if case.name.startswith(options.cases)]
+    known = DROPS_CASES if options.drops else CASES
+    cases = [case for case in known if case.name.startswith(options.cases)]
     if not cases:
-        raise UserError(f'--cases: none begins with "{options.cases}"; they are {"; ".join(c.name for c in CASES)}.')
+        raise UserError(f'--cases: none begins with "{options.cases}"; they are {"; ".join(c.name for c in known)}.')
     directory = OUT / "inverter_study"
     rows, idle = measure(Lab(mil_program.find(options.mil), directory), options, cases)
     print(table(rows, idle))

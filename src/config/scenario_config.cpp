@@ -195,9 +195,9 @@ std::string validate_event_exact(const ScenarioConfig& c) {
            "event_exact.initial_flux_wb instead";
   if (c.drive.drive.optimal_flux.optimum != FluxOptimum::constant)
     return "an event-exact run has no drive around its controller, drive.flux_optimum must be \"constant\"";
-  if (!is_ideal(c.drive.plant.io))
+  if (!is_ideal(c.drive.plant.io) || c.drive.plant.plant.drops.act())
     return "an event-exact run has no samples and an ideal inverter, plant.sensors must be ideal, "
-           "plant.inverter.dead_time_us 0 and plant.faults.kind \"none\"";
+           "plant.inverter.dead_time_us 0, threshold_v 0, slope_ohm 0 and plant.faults.kind \"none\"";
   const IntegratorKind integrator = c.drive.plant.integrator;
   if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
     return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/sim/metrics_sample.hpp"
 #include "sextant/sim/trace_row.hpp"
@@ -12,7 +13,7 @@ class PlantLook {
   /// x: a state of the plant. `meter`: index of the energy meter's first state.
   template <class Plant>
   PlantLook(const Plant& plant, const typename Plant::State& x, int meter) noexcept
-      : PlantLook{plant.quantities(x.template head<Plant::machine_size>())} {
+      : PlantLook{plant.quantities(x.template head<Plant::machine_size>()), plant.drops()} {
     energies = {
         .link = x[meter + int(EnergyMeter<>::dc_link)],
         .copper = x[meter + int(EnergyMeter<>::stator_copper)] + x[meter + int(EnergyMeter<>::rotor_copper)],
@@ -20,8 +21,8 @@ class PlantLook {
         .field = plant.machine().magnetic_energy(psi_s, psi_r)};
   }
 
-  /// For the metrics, with the stator voltage before or after it jumps; instant and references are the
-  /// caller's.
+  /// For the metrics, with the stator voltage of `DrivePlant::u_s` before or after it jumps; instant and
+  /// references are the caller's.
   [[nodiscard]] MetricsSample metrics_sample(SpaceVector<> u_s) const noexcept {
     return {.torque = torque,
             .psi_s = psi_s,
@@ -44,7 +45,7 @@ class PlantLook {
             .theta_m = theta_m,
             .i_dc = u_dc > 0 ? power(u_s) / u_dc : 0.0,
             .state = state,
-            .u_s = u_s,
+            .u_s = u_s - drops_.slope_resistance * i_s,
             .i_r = i_r,
             .energies = energies};
   }
@@ -54,17 +55,22 @@ class PlantLook {
   DriveEnergies energies{};
 
  private:
-  explicit PlantLook(const PlantQuantities<>& q) noexcept
+  PlantLook(const PlantQuantities<>& q, const ConductionDrops<>& drops) noexcept
       : psi_s{q.psi_s},
         psi_r{q.psi_r},
         i_s{q.i_s},
         i_r{q.i_r},
         torque{q.tau_e},
         omega_m{q.omega_m},
-        theta_m{q.theta_m} {}
+        theta_m{q.theta_m},
+        drops_{drops} {}
 
-  /// What the inverter draws from the link, u_dc i_dc = 3/2 u_s · i_s: it keeps nothing. [W]
-  [[nodiscard]] double power(SpaceVector<> u_s) const noexcept { return 1.5 * dot(u_s, i_s); }
+  /// What the inverter draws from the link, u_dc i_dc: what it passes on and what its thresholds take. [W]
+  [[nodiscard]] double power(SpaceVector<> u_s) const noexcept {
+    return 1.5 * dot(u_s, i_s) + drops_.threshold_loss(i_s);
+  }
+
+  ConductionDrops<> drops_;
 };
 
 }  // namespace sextant

@@ -96,7 +96,9 @@ inline constexpr std::array trace_columns{
                   "rotor current, referred to the stator, stationary frame, 90 degrees ahead"),
     SEXTANT_PLANT(theta_m_rad, "shaft", "rad", "mechanical angle of the shaft, not wrapped"),
     SEXTANT_PLANT(energy_link_j, "energy", "J", "energy drawn from the DC link since the run began"),
-    SEXTANT_PLANT(energy_copper_j, "energy", "J", "energy lost in the windings since the run began"),
+    SEXTANT_PLANT(
+        energy_copper_j, "energy", "J",
+        "energy lost in the windings, and in switches and diodes that have drops, since the run began"),
     SEXTANT_PLANT(energy_shaft_j, "energy", "J", "work of the air-gap torque since the run began"),
     SEXTANT_PLANT(energy_field_j, "energy", "J", "energy of the magnetic field"),
     SEXTANT_CONTROL(torque_comparator, "1", "torque comparator: 1 raise the torque, -1 lower it, 0 hold"),

@@ -19,6 +19,16 @@ TEST(InverterConfig, IsIdealUnlessItIsGiven) {
   const DriveConfig c = load_ecu_config(shipped_ecu).drive;
   EXPECT_TRUE(c.control.inverter.is_ideal());
   EXPECT_EQ(c.plant.io.dead_time_ns, 0);
+  EXPECT_FALSE(c.plant.plant.drops.act());
+}
+
+TEST(InverterConfig, ThePlantHasDropsOfItsOwn) {
+  const DriveConfig c =
+      load_ecu_config(shipped_ecu, {"plant.inverter.threshold_v=1.2", "plant.inverter.slope_ohm=0.02"}).drive;
+  EXPECT_EQ(c.plant.plant.drops.threshold_voltage, 1.2);
+  EXPECT_EQ(c.plant.plant.drops.slope_resistance, 0.02);
+  EXPECT_TRUE(c.control.inverter.is_ideal());
+  EXPECT_EQ(c.control.machine.r_s, c.plant.plant.machine.r_s);
 }
 
 TEST(InverterConfig, GoesToControllerProtectionsAndTorqueMonitor) {

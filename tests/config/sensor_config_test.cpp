@@ -100,14 +100,17 @@ TEST(SensorConfig, AnEventExactRunHasNoSamples) {
               HasSubstr("plant.faults.kind \"none\""));
   EXPECT_THAT(refusal({"mode=event_exact", "plant.inverter.dead_time_us=1"}),
               HasSubstr("plant.inverter.dead_time_us 0"));
+  for (const char* const drop : {"plant.inverter.threshold_v=1.2", "plant.inverter.slope_ohm=0.02"})
+    EXPECT_THAT(refusal({"mode=event_exact", drop}), HasSubstr("threshold_v 0, slope_ohm 0"));
   EXPECT_EQ(refusal({"mode=event_exact"}), "accepted");
 }
 
 TEST(SensorConfig, APlantOutsideTheEcuHasTheSensors) {
   EXPECT_THAT(ecu_refusal(shipped_ecu_hil, {"plant.sensors.current.noise_a=0.1"}),
               HasSubstr("set plant.sensors, plant.inverter and plant.faults there"));
-  EXPECT_THAT(ecu_refusal(shipped_ecu_hil, {"plant.inverter.dead_time_us=1.5"}),
-              HasSubstr("set plant.sensors, plant.inverter and plant.faults there"));
+  for (const char* const key : {"dead_time_us=1.5", "threshold_v=1.2", "slope_ohm=0.02"})
+    EXPECT_THAT(ecu_refusal(shipped_ecu_hil, {std::string("plant.inverter.") + key}),
+                HasSubstr("set plant.sensors, plant.inverter and plant.faults there"));
   EXPECT_EQ(ecu_refusal(shipped_ecu, {"plant.sensors.current.noise_a=0.1"}), "accepted");
   EXPECT_FALSE(is_ideal(load_plant_config(shipped_plant, {"plant.faults.kind=speed_lost"}).plant.io));
 }

@@ -1,4 +1,5 @@
-// The whole drive on a plant with dead time: what it knows of the inverter, and what it then does.
+// The whole drive on a plant whose inverter has dead time or drops: what it knows of it, and what it then
+// does.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,9 +18,18 @@ constexpr std::int32_t dead_ns = 1'500;
 using Foc = FieldOrientedController<double>;
 using Dtc = DirectTorqueController<double>;
 
-RigParameters rig_of(double omega_m, const InverterModel<>::Parameters& known) {
+/// What the inverter has, and what the drive is told of it.
+struct Inverters {
+  InverterModel<>::Parameters has{};
+  InverterModel<>::Parameters known{};
+};
+
+RigParameters rig_of(double omega_m, const Inverters& inverter) {
+  const InverterModel<>::Parameters& known = inverter.known;
   RigParameters p = RigParameters::at_speed(omega_m);
-  p.stage.io.dead_time_ns = dead_ns;
+  p.stage.io.dead_time_ns = inverter.has.dead_time_ns;
+  p.stage.plant.drops = {.threshold_voltage = inverter.has.threshold_voltage,
+                         .slope_resistance = inverter.has.slope_resistance};
   p.controller.flux_estimator = FluxEstimatorKind::hybrid;
   p.controller.inverter = known;
   p.drive.magnetise_first = true;
@@ -42,8 +52,8 @@ struct Seen {
 };
 
 template <class C>
-Seen run(double omega_m, double torque, const InverterModel<>::Parameters& known) {
-  const RigParameters p = rig_of(omega_m, known);
+Seen run(double omega_m, double torque, const Inverters& inverter) {
+  const RigParameters p = rig_of(omega_m, inverter);
   DriveRigOf<C> rig{p, method_of<C>(p)};
   rig.start();
   Seen seen;
@@ -60,17 +70,27 @@ class InverterRunOf : public testing::Test {};
 using Methods = testing::Types<Foc, Dtc>;
 TYPED_TEST_SUITE(InverterRunOf, Methods);
 
-TYPED_TEST(InverterRunOf, ADriveThatKnowsTheDeadTimeMakesTheTorque) {
+/// A drive that is told what the inverter has makes its torque.
+template <class C>
+void expect_torque(const InverterModel<>::Parameters& inverter) {
   for (const double omega_m : {-200.0, 0.0, 5.0, 20.0}) {
     for (const double torque : {-60.0, 15.0}) {
       SCOPED_TRACE(testing::Message() << omega_m << " rad/s, " << torque << " N·m");
-      const Seen seen = run<TypeParam>(omega_m, torque, {.dead_time_ns = dead_ns});
+      const Seen seen = run<C>(omega_m, torque, {inverter, inverter});
       EXPECT_FALSE(seen.tripped);
       EXPECT_NEAR(seen.torque, torque, 4.0);
       // That of magnetising, and the torque ripple's at zero torque.
       EXPECT_LT(seen.idle_current, 1.1 * 40.0);
     }
   }
+}
+
+TYPED_TEST(InverterRunOf, ADriveThatKnowsTheDeadTimeMakesTheTorque) {
+  expect_torque<TypeParam>({.dead_time_ns = dead_ns});
+}
+
+TYPED_TEST(InverterRunOf, ADriveThatKnowsTheDropsMakesTheTorque) {
+  expect_torque<TypeParam>({.threshold_voltage = 1.2, .slope_resistance = 0.02});
 }
 
 // Of 40 V a tenth remains, which is the resistive voltage of 10 A, or the EMF at 2 rad/s.
@@ -81,7 +101,7 @@ TYPED_TEST(InverterRunOf, ADriveThatIsToldADeadTimeOfATenthMoreOrLessMakesTheTor
     for (const double omega_m : {-20.0, 0.0, 5.0}) {
       for (const double torque : {-90.0, 60.0}) {
         SCOPED_TRACE(testing::Message() << told_ns << " ns, " << omega_m << " rad/s, " << torque << " N·m");
-        const Seen seen = run<TypeParam>(omega_m, torque, told);
+        const Seen seen = run<TypeParam>(omega_m, torque, {{.dead_time_ns = dead_ns}, told});
         EXPECT_FALSE(seen.tripped);
         EXPECT_NEAR(seen.torque, torque, std::max(5.0, 0.07 * std::abs(torque)));
         EXPECT_LT(seen.idle_current, 1.1 * 40.0);

@@ -220,41 +220,63 @@ class InverterModel {
         way.beyond[n] += step * (v[n] - commanded - drop(way.i[n], end));
         way.i[n] = end;
       }
+      // Currents add up to zero, so with two of them zero none flows.
+      if (stopped < 3 && std::ranges::count(way.i, T(0)) == 2) way.i = {};
       dt -= step;
     }
   }
 
-  /// Of the legs against the lower rail, without drops. Of two that float each is taken as if the other did
-  /// not reach a rail. held: legs whose current stays zero. [V]
+  /// Of the legs against the lower rail, without drops. held: legs whose current stays zero. [V]
+  ///
+  /// Legs in their dead time without current float. With the EMF e_x of the phases their potentials are
+  /// s − e_x, s that of the star point: the sum of v_x − s − e_x over the tied legs is zero. Where that lies
+  /// beyond a rail a diode ties the leg, the one furthest beyond first: what then ties others draws it back
+  /// by half of how far they lie beyond, at most, so that it stays tied.
   [[nodiscard]] constexpr Phases potentials(const Way& way, Commanded legs, T u_dc,
                                             unsigned& held) const noexcept {
     Phases v{};
-    unsigned floating = 0;
-    unsigned tied = 3;
+    Phases emf{};
+    held = 0;
     for (unsigned n = 0; n < 3; ++n) {
       const bool is_dead = (legs.dead >> n & 1U) != 0U;
       const bool is_high = is_dead ? way.i[n] < T(0) : (legs.high >> n & 1U) != 0U;
       v[n] = is_high ? u_dc : T(0);
-      if (is_dead && way.i[n] == T(0)) {
-        floating |= 1U << n;
-      } else {
-        tied = n;
-      }
+      emf[n] = way.drift[n] / inverse_leakage_;
+      if (is_dead && way.i[n] == T(0)) held |= 1U << n;
     }
-    if (floating == 0) return v;
-    for (unsigned n = 0; n < 3; ++n) {
-      if ((floating >> n & 1U) == 0U) continue;
-      const Phases emf{way.drift[0] / inverse_leakage_, way.drift[1] / inverse_leakage_,
-                       way.drift[2] / inverse_leakage_};
-      const T others = T(0.5) * (v[(n + 1) % 3] + v[(n + 2) % 3]);
-      // Where two legs float no current flows, and each phase has its EMF.
-      const T free = floating == 1U << n ? others - T(1.5) * emf[n]
-                     : tied < 3          ? v[tied] + emf[tied] - emf[n]
-                                         : T(0.5) * u_dc - emf[n];
-      v[n] = std::clamp(free, T(0), u_dc);
-      if (v[n] == free) held |= 1U << n;
+    while (held != 0) {
+      const T star = star_point(v, emf, held, u_dc);
+      unsigned furthest = 3;
+      T most = T(0);
+      for (unsigned n = 0; n < 3; ++n) {
+        if ((held >> n & 1U) == 0U) continue;
+        v[n] = star - emf[n];
+        const T beyond = std::max(v[n] - u_dc, -v[n]);
+        if (!(beyond > most)) continue;
+        most = beyond;
+        furthest = n;
+      }
+      if (furthest == 3) break;
+      v[furthest] = v[furthest] > T(0) ? u_dc : T(0);
+      held &= ~(1U << furthest);
     }
     return v;
+  }
+
+  /// Of the windings, while the currents of the held legs stay zero; where all three are, the potentials lie
+  /// in the middle between the rails. [V]
+  [[nodiscard]] static constexpr T star_point(const Phases& v, const Phases& emf, unsigned held,
+                                              T u_dc) noexcept {
+    constexpr unsigned all = 7;
+    if (held == all) return T(0.5) * (u_dc + std::ranges::min(emf) + std::ranges::max(emf));
+    T sum{};
+    int tied = 0;
+    for (unsigned n = 0; n < 3; ++n) {
+      const bool is_held = (held >> n & 1U) != 0U;
+      sum += is_held ? -emf[n] : v[n];
+      tied += is_held ? 0 : 1;
+    }
+    return sum / T(tied);
   }
 
   /// Of a switch or diode while its current runs from one value to another. [V]

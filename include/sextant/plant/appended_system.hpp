@@ -16,13 +16,14 @@ struct PlantQuantities {
   SpaceVector<T> psi_r{};  ///< rotor flux linkage, referred to the stator [Wb]
   SpaceVector<T> i_s{};    ///< stator current [A]
   SpaceVector<T> i_r{};    ///< rotor current, referred to the stator [A]
-  SpaceVector<T> u_s{};    ///< stator voltage [V]
+  SpaceVector<T> u_s{};    ///< stator voltage, in front of the inverter's slope resistance [V]
   T u_dc{};                ///< DC-link voltage [V]
   T i_dc{};                ///< current drawn from the DC link [A]
   T tau_e{};               ///< electromagnetic torque [N·m]
   T tau_l{};               ///< load torque, opposing positive rotation [N·m]
   T omega_m{};             ///< mechanical speed [rad/s]
   T theta_m{};             ///< mechanical angle, not wrapped [rad]
+  T conduction_loss{};     ///< in the inverter's switches and diodes [W]
 };
 
 /// A system of differential equations that is driven by the plant and integrated with it, without an effect

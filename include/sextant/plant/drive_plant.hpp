@@ -30,7 +30,9 @@ namespace sextant {
 ///   domega_m/dt = (tau_e − tau_l − B omega_m − tau_road(omega_m)) / (J + J_road), or the imposed slope
 ///   dtheta_m/dt = omega_m
 /// Torques are positive in the direction of positive speed, except tau_l, which opposes it. While legs are
-/// off, u_s depends on the state through the back-EMF and the ties of the legs change at events.
+/// off, u_s depends on the state through the back-EMF and the ties of the legs change at events; where the
+/// inverter has a threshold voltage, always. Its slope resistance counts to R_s, and u_s is the voltage in
+/// front of both.
 ///
 /// The plant holds the state and the inputs; a `PlantIntegrator` moves the state. `revision()` changes
 /// whenever the right-hand side or the state jumps, and only then; `jumps()` leaves out what an integrator
@@ -61,9 +63,16 @@ class DrivePlant {
 
   /// At rest, without flux, gates off. The parameters must be valid.
   explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
+<<<<<<< HEAD
       : DrivePlant{parameters, std::move(appended_system), machine_of(parameters)} {}
 
   /// The same with a machine that has other parameters than `parameters`.
+=======
+      : DrivePlant{parameters, std::move(appended_system), Machine{in_series(parameters)}} {}
+
+  /// The same with a machine that has more parameters than `parameters.machine`; its stator resistance has
+  /// the inverter's slope resistance in it.
+>>>>>>> plantinv
   DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system, const Machine& machine)
       : machine_{machine},
         appended_{std::move(appended_system)},
@@ -71,7 +80,9 @@ class DrivePlant {
         viscous_friction_{parameters.viscous_friction},
         road_load_{parameters.road_load},
         on_road_{parameters.road_load.acts()},
-        feels_road_{on_road_} {
+        feels_road_{on_road_},
+        drops_{parameters.drops},
+        inverter_{parameters.drops.threshold_voltage} {
     const InductionMachineParameters<T>& m = machine_.parameters();
     const T p = T(m.pole_pairs);
     shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
@@ -93,7 +104,7 @@ class DrivePlant {
     inputs_.speed_slope = inputs.speed_slope;
     ++revision_;
     if (!bridge_changed) return;
-    largest_u_dc_ = std::max(largest_u_dc_, inputs.u_dc);
+    largest_u_dc_ = std::max(largest_u_dc_, inputs.u_dc + T(2) * drops_.threshold_voltage);
     settle_inverter();
   }
   /// Leg states of the segment to come, the other inputs as they are.
@@ -172,6 +183,7 @@ class DrivePlant {
     q.i_s = machine_.stator_current(q.psi_s, q.psi_r);
     q.i_r = machine_.rotor_current(q.psi_s, q.psi_r);
     q.u_dc = inputs_.u_dc;
+    q.conduction_loss = drops_.loss(q.i_s);
     q.tau_e = machine_.torque(q.psi_s, q.i_s);
     q.tau_l = inputs_.tau_l;
     q.omega_m = x[omega];
@@ -221,8 +233,13 @@ class DrivePlant {
   /// it, whatever the speed does:
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
+<<<<<<< HEAD
   /// |u_s| ≤ 2/3 u_dc, with the largest link voltage so far; with saturation L_s is the largest one. An
   /// integration that goes beyond it has left the machine's equations.
+=======
+  /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far. An integration that goes beyond it has
+  /// left the machine's equations.
+>>>>>>> plantinv
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
     const T limit = flux_per_volt_ * largest_u_dc_;
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
@@ -241,11 +258,11 @@ class DrivePlant {
   }
   /// True when the stator voltage over all of these gate segments follows from them alone.
   [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
-    return inverter_.open_phase() == Inverter<T>::no_phase &&
+    return inverter_.is_plain() &&
            std::all_of(segments.begin(), segments.end(),
                        [](const GateSegment& segment) { return is_driven(segment.state); });
   }
-  /// True while events can come: a leg is off or a cable open.
+  /// True while events can come: a leg is off, a cable open or a threshold to be overcome.
   [[nodiscard]] bool has_events() const noexcept SEXTANT_NONBLOCKING { return inverter_.has_events(); }
   /// The event of a leg has come at the present state.
   void on_event(int leg) noexcept SEXTANT_NONBLOCKING {
@@ -261,7 +278,7 @@ class DrivePlant {
   }
   /// Phase currents, positive into the machine. [A]
   [[nodiscard]] ThreePhase<T> i_abc() const noexcept SEXTANT_NONBLOCKING { return inverse_clarke(i_s()); }
-  /// Stator voltage at this instant. [V]
+  /// Stator voltage at this instant, in front of the inverter's slope resistance. [V]
   [[nodiscard]] SpaceVector<T> u_s() const noexcept SEXTANT_NONBLOCKING {
     return inverter_.voltage_map()(emf_at(x_));
   }
@@ -283,6 +300,7 @@ class DrivePlant {
   }
   [[nodiscard]] const Machine& machine() const noexcept SEXTANT_NONBLOCKING { return machine_; }
   [[nodiscard]] const Inverter<T>& inverter() const noexcept SEXTANT_NONBLOCKING { return inverter_; }
+  [[nodiscard]] const ConductionDrops<T>& drops() const noexcept SEXTANT_NONBLOCKING { return drops_; }
   [[nodiscard]] const Appended& appended_system() const noexcept SEXTANT_NONBLOCKING { return appended_; }
   /// The same, to change its inputs; integrators restart.
   [[nodiscard]] Appended& appended_system() noexcept SEXTANT_NONBLOCKING {
@@ -302,6 +320,12 @@ class DrivePlant {
   template <class Vector>
   static SpaceVector<T> rotor_flux(const Vector& x) noexcept SEXTANT_NONBLOCKING {
     return {x[psi_r_alpha], x[psi_r_beta]};
+  }
+  /// The machine's parameters with the inverter's slope resistance in series.
+  static InductionMachineParameters<T> in_series(const DrivePlantParameters<T>& parameters) noexcept {
+    InductionMachineParameters<T> m = parameters.machine;
+    m.r_s += parameters.drops.slope_resistance;
+    return m;
   }
   void note_jump() noexcept SEXTANT_NONBLOCKING {
     ++revision_;
@@ -336,9 +360,18 @@ class DrivePlant {
       dx[omega] -= road_load_.torque(x[omega]) * inverse_inertia_;
     dx[theta] = x[omega];
     if constexpr (Vector::RowsAtCompileTime > machine_size) {
-      const PlantQuantities<T> q{
-          flux_s, flux_r,        i_s,      i_r,     u_s, inputs_.u_dc, inverter_.dc_link_current(i_s),
-          tau_e,  inputs_.tau_l, x[omega], x[theta]};
+      const PlantQuantities<T> q{flux_s,
+                                 flux_r,
+                                 i_s,
+                                 i_r,
+                                 u_s,
+                                 inputs_.u_dc,
+                                 inverter_.dc_link_current(i_s),
+                                 tau_e,
+                                 inputs_.tau_l,
+                                 x[omega],
+                                 x[theta],
+                                 drops_.loss(i_s)};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
@@ -362,7 +395,7 @@ class DrivePlant {
         along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
-    if (is_driven(inputs_.state) && inverter_.open_phase() == Inverter<T>::no_phase)
+    if (inverter_.is_plain() && is_driven(inputs_.state))
       return inverter_.set_driven(inputs_.state, inputs_.u_dc);
     inverter_.set(inputs_.state, inputs_.u_dc, i_s(), emf_at(x_));
     make_current_admissible();
@@ -383,8 +416,9 @@ class DrivePlant {
   bool feels_road_;   ///< and the speed is not imposed
   T shaft_gain_;      ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
   T flux_per_volt_;   ///< largest |psi_s| by u_dc [s]
-  T largest_u_dc_{};  ///< of the inputs so far [V]
-  Inverter<T> inverter_{};
+  T largest_u_dc_{};  ///< of the inputs so far, with two thresholds [V]
+  ConductionDrops<T> drops_;
+  Inverter<T> inverter_;
   PlantInputs<T> inputs_{};
   State x_{State::Zero()};
   std::uint64_t revision_{1};

@@ -4,6 +4,7 @@
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/switch_state.hpp"
+#include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/road_load.hpp"
 #include "sextant/plant/saturation_parameters.hpp"
 
@@ -13,9 +14,15 @@ namespace sextant {
 template <class T = double>
 struct DrivePlantParameters {
   InductionMachineParameters<T> machine{};
+<<<<<<< HEAD
   SaturationParameters<T> saturation{};  ///< of the machine's main flux; none by default
   T viscous_friction{};                  ///< B, torque per speed of bearings and fan [N·m·s/rad]
   RoadLoad<T> road_load{};               ///< of the vehicle that the shaft drives; none by default
+=======
+  T viscous_friction{};        ///< B, torque per speed of bearings and fan [N·m·s/rad]
+  RoadLoad<T> road_load{};     ///< of the vehicle that the shaft drives; none by default
+  ConductionDrops<T> drops{};  ///< of the inverter; none by default
+>>>>>>> plantinv
 
   /// nullptr when the values make a plant, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
@@ -24,7 +31,8 @@ struct DrivePlantParameters {
     if (!(std::isfinite(viscous_friction) && viscous_friction >= T(0))) {
       return "the viscous friction must be finite and not below zero";
     }
-    return road_load.validate();
+    if (const char* reason = road_load.validate()) return reason;
+    return drops.validate();
   }
 };
 

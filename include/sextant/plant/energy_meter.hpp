@@ -10,9 +10,10 @@ namespace sextant {
 
 /// Energies that have crossed the boundaries of the drive, appended to the plant and integrated with it:
 ///   dE_dc/dt = u_dc i_dc
-///   dE_cs/dt = 3/2 R_s |i_s|²,   dE_cr/dt = 3/2 R_r |i_r|²
+///   dE_cs/dt = 3/2 R_s |i_s|² + P_c,   dE_cr/dt = 3/2 R_r |i_r|²
 ///   dE_m/dt  = tau_e omega_m
-/// With the magnetic energy W of `InductionMachine::magnetic_energy` they balance:
+/// P_c is what the inverter's switches and diodes take while they conduct (`ConductionDrops`); none by
+/// default. With the magnetic energy W of `InductionMachine::magnetic_energy` they balance:
 ///   E_dc = E_cs + E_cr + E_m + W(t) − W(0)
 template <class T = double>
 class EnergyMeter {
@@ -21,19 +22,19 @@ class EnergyMeter {
   static constexpr bool is_integral = true;
   enum Index : std::size_t {
     dc_link = 0,        ///< drawn from the DC link [J]
-    stator_copper = 1,  ///< lost in the stator resistance [J]
+    stator_copper = 1,  ///< lost in the stator resistance, and in switches and diodes [J]
     rotor_copper = 2,   ///< lost in the rotor resistance [J]
     mechanical = 3      ///< work of the electromagnetic torque on the shaft [J]
   };
 
-  /// Resistances of the plant's machine. [Ω]
+  /// Resistances of the plant's machine, without an inverter's. [Ω]
   constexpr EnergyMeter(T r_s, T r_r) noexcept : r_s_{r_s}, r_r_{r_r} {}
 
   /// Powers as above. [W]
   constexpr void derivative(const PlantQuantities<T>& plant, std::span<const T, 4>,
                             std::span<T, 4> power) const noexcept SEXTANT_NONBLOCKING {
     power[dc_link] = plant.u_dc * plant.i_dc;
-    power[stator_copper] = T(1.5) * r_s_ * dot(plant.i_s, plant.i_s);
+    power[stator_copper] = T(1.5) * r_s_ * dot(plant.i_s, plant.i_s) + plant.conduction_loss;
     power[rotor_copper] = T(1.5) * r_r_ * dot(plant.i_r, plant.i_r);
     power[mechanical] = plant.tau_e * plant.omega_m;
   }

@@ -9,19 +9,36 @@
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+<<<<<<< HEAD
 #include "sextant/plant/back_emf.hpp"
+=======
+#include "sextant/plant/conduction_drops.hpp"
+>>>>>>> plantinv
 #include "sextant/plant/leg_tie.hpp"
 #include "sextant/plant/stator_voltage_map.hpp"
 
 namespace sextant {
 
-/// Two-level inverter on a stiff DC link: ideal switches, ideal freewheeling diodes. A dead time is a time
-/// for which a leg is off.
+/// Two-level inverter on a stiff DC link: switches and freewheeling diodes that are ideal or, while they
+/// conduct, take a threshold voltage V_t. A dead time is a time for which a leg is off.
 ///
 /// A leg is low, high or off. An off leg carries its phase current through a diode: the lower one while
+<<<<<<< HEAD
 /// i_x > 0, the upper one while i_x < 0. Once its current is zero it floats, until its potential leaves
 /// [0, u_dc] and a diode takes it over again. Current i_x is positive into the machine. The machine enters by
 /// its current i_s and its `BackEmf` e (stationary frame, amplitude-invariant).
+=======
+/// i_x > 0, the upper one while i_x < 0. So each leg has a lowest potential, at which it carries positive
+/// current, and a highest one, for negative current:
+///   off:  −V_t and u_dc + V_t,    low:  ∓V_t,    high:  u_dc ∓ V_t
+/// Once its current is zero the leg floats, until its potential leaves the range between them and current
+/// flows again. A driven leg without threshold has no such range, is tied for good and carries either
+/// current. Current i_x is positive into the machine. The machine enters by its current i_s and its back-EMF
+/// e (stationary frame, amplitude-invariant).
+///
+/// The slope resistance of `ConductionDrops` is not in here: as each current that flows passes one device, it
+/// is a part of the stator resistance of the machine.
+>>>>>>> plantinv
 ///
 /// The cable of one phase can be opened: its contact carries the current until the current crosses zero, and
 /// from then on the phase floats without diodes, whatever its leg does.
@@ -32,13 +49,19 @@ class Inverter {
   static constexpr int no_phase = -1;    ///< of `open_phase`: every cable is whole
   /// A diode blocks once its current has reversed by this much. [A]
   static constexpr T current_tolerance = T(1e-4);
-  /// A diode conducts once its forward voltage has reached this much. [V]
+  /// A diode conducts once its forward voltage has reached this much above its threshold. [V]
   static constexpr T voltage_tolerance = T(1e-3);
+
+  /// threshold_voltage: V_t [V]
+  constexpr explicit Inverter(T threshold_voltage = T(0)) noexcept SEXTANT_NONBLOCKING
+      : threshold_{threshold_voltage},
+        is_plain_{threshold_voltage == T(0)} {}
 
   /// Opens the cable of phase 0, 1 or 2 at the current i_s, or makes all cables whole (`no_phase`); to be
   /// followed by `set`.
   constexpr void open_phase(int phase, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
     open_ = phase;
+    is_plain_ = phase == no_phase && threshold_ == T(0);
     arc_ = T(0);
     if (phase == no_phase) return;
     const T i = phases_of(i_s)[static_cast<std::size_t>(phase)];
@@ -47,28 +70,44 @@ class Inverter {
   /// The phase whose cable has been opened, or `no_phase`.
   [[nodiscard]] constexpr int open_phase() const noexcept SEXTANT_NONBLOCKING { return open_; }
 
-  /// Sets leg states that are all driven, and the DC-link voltage [V]; no cable may be open.
+  /// True when legs that are all driven are tied by their states alone: no cable is open and no current has
+  /// to overcome a threshold.
+  [[nodiscard]] constexpr bool is_plain() const noexcept SEXTANT_NONBLOCKING { return is_plain_; }
+
+  /// Sets leg states that are all driven, and the DC-link voltage [V], of an inverter that is plain.
   constexpr void set_driven(SwitchState state, T u_dc) noexcept SEXTANT_NONBLOCKING {
     state_ = state;
     u_dc_ = u_dc;
     ties_ = {driven_tie(state.a()), driven_tie(state.b()), driven_tie(state.c())};
+    forward_ = {};
     floating_ = 0;
     map_ = {T(0), T(0), T(0), sextant::stator_voltage(state, u_dc)};
   }
 
-  /// Sets any leg states and the DC-link voltage [V] and finds the ties of the off legs.
+  /// Sets any leg states and the DC-link voltage [V] and finds the ties of the legs.
   constexpr void set(SwitchState state, T u_dc, SpaceVector<T> i_s,
+<<<<<<< HEAD
                      const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
     if (is_driven(state) && open_ == no_phase) return set_driven(state, u_dc);
+=======
+                     SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+    if (is_plain_ && is_driven(state)) return set_driven(state, u_dc);
+>>>>>>> plantinv
     state_ = state;
     u_dc_ = u_dc;
     tie_by_currents(phases_of(i_s));
     settle(e);
   }
 
+<<<<<<< HEAD
   /// The event of a leg has come: a conducting diode blocks, an arc ends, or a floating leg's diode takes
   /// over.
   constexpr void on_event(int leg, SpaceVector<T> i_s, const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
+=======
+  /// The event of a leg has come: a conducting device blocks, an arc ends, or a device of a floating leg
+  /// takes over.
+  constexpr void on_event(int leg, SpaceVector<T> i_s, SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+>>>>>>> plantinv
     const auto x = static_cast<std::size_t>(leg);
     const bool was_floating = ties_[x] == LegTie::floating;
     const T v = was_floating && floating_ < 3 ? leg_potentials(e)[x] : T(0);
@@ -79,23 +118,26 @@ class Inverter {
     if (none_tied) {
       tie_outermost(phases_of(e.e));
     } else if (was_floating) {
-      ties_[x] = v > u_dc_ / T(2) ? LegTie::high : LegTie::low;
+      tie_beyond(x, v);
     }
     settle(e);
   }
 
-  /// The value of each leg's event function; the event is its fall through zero. A conducting diode or an
-  /// arc: its forward current [A]. A floating leg: how far its potential is inside [0, u_dc] [V].
+  /// The value of each leg's event function; the event is its fall through zero. A conducting device or an
+  /// arc: its forward current [A]. A floating leg: how far its potential is inside its range [V].
   /// Otherwise 1.
   [[nodiscard]] constexpr std::array<T, 3> events(SpaceVector<T> i_s,
+<<<<<<< HEAD
                                                   const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
     const std::array<LegState, 3> states = leg_states(state_);
+=======
+                                                  SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
+>>>>>>> plantinv
     const std::array<T, 3> i = phases_of(i_s);
     std::array<T, 3> g = margins(e);
     for (std::size_t x = 0; x < 3; ++x) {
       if (has_arc(x)) g[x] = arc_ * i[x] + current_tolerance;
-      if (states[x] != LegState::off || ties_[x] == LegTie::floating) continue;
-      g[x] = (ties_[x] == LegTie::low ? i[x] : -i[x]) + current_tolerance;
+      if (forward_[x] != T(0)) g[x] = forward_[x] * i[x] + current_tolerance;
     }
     return g;
   }
@@ -113,7 +155,7 @@ class Inverter {
     const std::array<T, 3> u = phases_of(map_(e));
     T star_point{};
     for (std::size_t x = 0; x < 3; ++x) {
-      if (ties_[x] != LegTie::floating) star_point = tied_potential(ties_[x], u_dc_) - u[x];
+      if (ties_[x] != LegTie::floating) star_point = potential(x) - u[x];
     }
     return {u[0] + star_point, u[1] + star_point, u[2] + star_point};
   }
@@ -136,9 +178,10 @@ class Inverter {
   [[nodiscard]] constexpr bool voltage_is_fixed() const noexcept SEXTANT_NONBLOCKING {
     return floating_ == 0;
   }
-  /// True when a leg is off or a cable open, so that events can come or the voltage depends on the EMF.
+  /// True when a leg is off, a cable open or a threshold to be overcome, so that events can come or the
+  /// voltage depends on the EMF.
   [[nodiscard]] constexpr bool has_events() const noexcept SEXTANT_NONBLOCKING {
-    return !is_driven(state_) || open_ != no_phase;
+    return !is_plain_ || !is_driven(state_);
   }
 
  private:
@@ -151,64 +194,103 @@ class Inverter {
   [[nodiscard]] constexpr bool has_arc(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
     return open_ == int(x) && arc_ != T(0);
   }
-  /// The tie of a leg whose diodes do not conduct.
+  /// The tie of a leg without current.
   [[nodiscard]] constexpr LegTie blocked_tie(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
-    return is_open(x) ? LegTie::floating : driven_tie(leg_states(state_)[x]);
+    return is_open(x) || threshold_ > T(0) ? LegTie::floating : driven_tie(leg_states(state_)[x]);
+  }
+
+  /// Potential of a leg that carries positive current. [V]
+  [[nodiscard]] constexpr T lowest(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return (leg_states(state_)[x] == LegState::high ? u_dc_ : T(0)) - threshold_;
+  }
+  /// The same of negative current. [V]
+  [[nodiscard]] constexpr T highest(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return (leg_states(state_)[x] == LegState::low ? T(0) : u_dc_) + threshold_;
+  }
+  /// Potential of a tied leg. [V]
+  [[nodiscard]] constexpr T potential(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return tied_potential(ties_[x], u_dc_) - threshold_ * forward_[x];
+  }
+  [[nodiscard]] constexpr std::array<T, 3> potentials() const noexcept SEXTANT_NONBLOCKING {
+    return {potential(0), potential(1), potential(2)};
+  }
+
+  /// A leg conducts positive current (1) or negative one (−1).
+  constexpr void conduct(std::size_t x, T sign) noexcept SEXTANT_NONBLOCKING {
+    const LegState state = leg_states(state_)[x];
+    const bool by_upper = state == LegState::off ? sign < T(0) : state == LegState::high;
+    ties_[x] = by_upper ? LegTie::high : LegTie::low;
+    forward_[x] = sign;
+  }
+  /// A leg conducts because its potential without current, v, lies beyond its range.
+  constexpr void tie_beyond(std::size_t x, T v) noexcept SEXTANT_NONBLOCKING {
+    conduct(x, v > (lowest(x) + highest(x)) / T(2) ? T(-1) : T(1));
+  }
+  constexpr void block(std::size_t x) noexcept SEXTANT_NONBLOCKING {
+    ties_[x] = blocked_tie(x);
+    forward_[x] = T(0);
+  }
+
+  /// A driven leg that carries either current.
+  [[nodiscard]] constexpr bool is_tied_for_good(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return threshold_ == T(0) && leg_states(state_)[x] != LegState::off;
   }
 
   /// Ties by the phase currents, and the end of an arc whose current is zero.
   constexpr void tie_by_currents(const std::array<T, 3>& i) noexcept SEXTANT_NONBLOCKING {
     if (open_ != no_phase && !(arc_ * i[static_cast<std::size_t>(open_)] > zero_current)) arc_ = T(0);
-    ties_ = ties_from_currents(i);
-  }
-
-  [[nodiscard]] constexpr LegTies ties_from_currents(const std::array<T, 3>& i) const noexcept
-      SEXTANT_NONBLOCKING {
-    const std::array<LegState, 3> states = leg_states(state_);
-    LegTies ties{};
     for (std::size_t x = 0; x < 3; ++x) {
-      ties[x] = blocked_tie(x);
-      if (states[x] != LegState::off) continue;
-      if (i[x] > zero_current) ties[x] = LegTie::low;
-      if (i[x] < -zero_current) ties[x] = LegTie::high;
+      block(x);
+      if (is_tied_for_good(x)) continue;
+      if (i[x] > zero_current) conduct(x, T(1));
+      if (i[x] < -zero_current) conduct(x, T(-1));
     }
-    // Currents add up to zero, so with two of them zero no diode conducts.
-    if (floating_legs(ties) >= 2) {
-      for (std::size_t x = 0; x < 3; ++x) ties[x] = blocked_tie(x);
-    }
-    return ties;
+    // Currents add up to zero, so with two of them zero no device conducts.
+    if (floating_legs(ties_) < 2) return;
+    for (std::size_t x = 0; x < 3; ++x) block(x);
   }
 
+<<<<<<< HEAD
   /// Ties floating legs that would leave [0, u_dc], the worst first, until none is left.
   constexpr void settle(const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
+=======
+  /// Ties floating legs that would leave their ranges, the worst first, until none is left.
+  constexpr void settle(SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
+>>>>>>> plantinv
     for (int round = 0; round <= 3; ++round) {
       floating_ = floating_legs(ties_);
-      map_ = stator_voltage_map(ties_, u_dc_);
+      map_ = stator_voltage_map(ties_, potentials());
       const std::array<T, 3> g = margins(e);
       const auto worst = static_cast<std::size_t>(std::min_element(g.begin(), g.end()) - g.begin());
       if (!(g[worst] < T(0))) return;
       if (floating_ == 3) {
         tie_outermost(phases_of(e.e));
       } else {
-        ties_[worst] = leg_potentials(e)[worst] > u_dc_ / T(2) ? LegTie::high : LegTie::low;
+        tie_beyond(worst, leg_potentials(e)[worst]);
       }
     }
   }
 
+<<<<<<< HEAD
   /// Distance of each floating leg to the potential at which a diode conducts; 1 for tied legs and for an
   /// open phase. With all three floating the line-to-line EMF counts, with leg a for all. [V]
   [[nodiscard]] constexpr std::array<T, 3> margins(const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
+=======
+  /// Distance of each floating leg to the potential at which it conducts; 1 for tied legs and for an open
+  /// phase. With all three floating the line-to-line EMF counts, with leg a for all. [V]
+  [[nodiscard]] constexpr std::array<T, 3> margins(SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
+>>>>>>> plantinv
     std::array<T, 3> g{T(1), T(1), T(1)};
     if (floating_ == 0) return g;
     const std::array<T, 3> v = leg_potentials(e);
     if (floating_ == 3) {
       const Outermost outer = outermost(v);
-      g[0] = u_dc_ - (v[outer.high] - v[outer.low]) + voltage_tolerance;
+      g[0] = (highest(outer.high) - lowest(outer.low)) - (v[outer.high] - v[outer.low]) + voltage_tolerance;
       return g;
     }
     for (std::size_t x = 0; x < 3; ++x) {
       if (ties_[x] == LegTie::floating && !is_open(x))
-        g[x] = std::min(v[x], u_dc_ - v[x]) + voltage_tolerance;
+        g[x] = std::min(v[x] - lowest(x), highest(x) - v[x]) + voltage_tolerance;
     }
     return g;
   }
@@ -217,30 +299,34 @@ class Inverter {
     std::size_t high;
     std::size_t low;
   };
-  /// The legs of the highest and of the lowest potential, without an open phase.
+  /// The legs that are nearest to or furthest beyond the upper and the lower end of their ranges, where all
+  /// float; without an open phase.
   [[nodiscard]] constexpr Outermost outermost(const std::array<T, 3>& v) const noexcept SEXTANT_NONBLOCKING {
     const std::size_t first = is_open(0) ? 1 : 0;
     Outermost outer{first, first};
     for (std::size_t x = first + 1; x < 3; ++x) {
       if (is_open(x)) continue;
-      if (v[x] > v[outer.high]) outer.high = x;
-      if (v[x] < v[outer.low]) outer.low = x;
+      if (v[x] - v[outer.high] > highest(x) - highest(outer.high)) outer.high = x;
+      if (v[x] - v[outer.low] < lowest(x) - lowest(outer.low)) outer.low = x;
     }
     return outer;
   }
 
   constexpr void tie_outermost(const std::array<T, 3>& e) noexcept SEXTANT_NONBLOCKING {
     const Outermost outer = outermost(e);
-    ties_[outer.high] = LegTie::high;
-    ties_[outer.low] = LegTie::low;
+    conduct(outer.high, T(-1));
+    conduct(outer.low, T(1));
   }
 
+  T threshold_;    ///< V_t [V]
+  bool is_plain_;  ///< no threshold, no open cable
   SwitchState state_{};
   T u_dc_{};  ///< [V]
   LegTies ties_{LegTie::floating, LegTie::floating, LegTie::floating};
-  int floating_{3};     ///< legs that float
-  int open_{no_phase};  ///< phase whose cable is open
-  T arc_{};             ///< sign of the current that its contact still carries; 0: none [-]
+  std::array<T, 3> forward_{};  ///< sign of the current that the leg's device lets pass; 0: floats, or either
+  int floating_{3};             ///< legs that float
+  int open_{no_phase};          ///< phase whose cable is open
+  T arc_{};                     ///< sign of the current that its contact still carries; 0: none [-]
   StatorVoltageMap<T> map_{T(1), T(0), T(1), {}};
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 #include "sextant/plant/back_emf.hpp"
@@ -53,14 +54,14 @@ template <class T>
   return tie == LegTie::high ? u_dc : T(0);
 }
 
-/// The map that holds under the given ties.
+/// The map that holds under the given ties with these potentials of the tied legs against the negative rail
+/// [V].
 template <class T>
-[[nodiscard]] constexpr StatorVoltageMap<T> stator_voltage_map(const LegTies& ties,
-                                                               T u_dc) noexcept SEXTANT_NONBLOCKING {
-  const auto v = [&](std::size_t leg) { return tied_potential(ties[leg], u_dc); };
+[[nodiscard]] constexpr StatorVoltageMap<T> stator_voltage_map(
+    const LegTies& ties, const std::array<T, 3>& v) noexcept SEXTANT_NONBLOCKING {
   switch (floating_legs(ties)) {
     case 0:
-      return {T(0), T(0), T(0), clarke(ThreePhase<T>{v(0), v(1), v(2)})};
+      return {T(0), T(0), T(0), clarke(ThreePhase<T>{v[0], v[1], v[2]})};
     case 1:
       break;
     default:
@@ -68,7 +69,7 @@ template <class T>
   }
   const std::size_t x = ties[0] == LegTie::floating ? 0U : ties[1] == LegTie::floating ? 1U : 2U;
   const SpaceVector<T> d = phase_axes<T>[x];
-  const T across = std::numbers::inv_sqrt3_v<T> * (v((x + 1U) % 3U) - v((x + 2U) % 3U));
+  const T across = std::numbers::inv_sqrt3_v<T> * (v[(x + 1U) % 3U] - v[(x + 2U) % 3U]);
   return {d.alpha * d.alpha, d.alpha * d.beta, d.beta * d.beta, across * rotate_90(d)};
 }
 

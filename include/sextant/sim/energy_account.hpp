@@ -10,7 +10,7 @@ namespace sextant {
 struct DriveEnergies {
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   double link{unknown};    ///< drawn from the DC link
-  double copper{unknown};  ///< lost in the windings
+  double copper{unknown};  ///< lost in the windings, and in the inverter's switches and diodes
   double shaft{unknown};   ///< work of the air-gap torque
   double field{unknown};   ///< stored in the magnetic field
 };

@@ -84,7 +84,8 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
     {"energy_from_link_j", "J", "drawn from the DC link in the window"},
     {"energy_to_link_j", "J", "fed back into the DC link in the window"},
     {"energy_shaft_j", "J", "net work of the air-gap torque on the shaft in the window"},
-    {"energy_copper_j", "J", "lost in the windings in the window"},
+    {"energy_copper_j", "J",
+     "lost in the windings, and in switches and diodes that have drops, in the window"},
     {"energy_field_j", "J", "change of the magnetic field's energy in the window"},
     {"energy_unaccounted", "1",
      "of the whole run: energy from the link that is neither work nor loss nor field, as a share of what has "
