@@ -71,6 +71,9 @@ struct SharedState {
   std::atomic<std::uint64_t> unpublished_periods{0};  ///< of intervals that the publisher did not receive [-]
   std::atomic<std::uint64_t> telemetry_polls{0};   ///< telemetry → housekeeping: its polls so far [-]
   std::atomic<std::uint64_t> telemetry_stalls{0};  ///< housekeeping → main: stops of that thread [-]
+  std::atomic<std::uint64_t> watchdog_polls{0};      ///< watchdog → housekeeping: its polls so far [-]
+  std::atomic<std::uint64_t> housekeeping_polls{0};  ///< housekeeping → telemetry: its polls so far [-]
+  std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
   std::atomic<bool> gate_inhibit{false};  ///< watchdog, transmit, telemetry → control, which clears it
   std::atomic<bool> shutdown{false};      ///< main → control: ramp to zero and stop
   std::atomic<bool> stopped{false};       ///< control → all: the gates are off for good
