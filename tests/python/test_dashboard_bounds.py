@@ -164,8 +164,7 @@ def test_idle_connections_keep_nobody_out(monkeypatch: pytest.MonkeyPatch) -> No
                 serving.idle()
             first, _ = await serving.opened(f"/socket?token={TOKEN}")
             assert "101" in first
-            assert len(serving.trusted.hub.pages) == 1
-            assert len(serving.public.hub.pages) == 1
+            await until(lambda: len(serving.trusted.hub.pages) == len(serving.public.hub.pages) == 1)
 
     run(test)
 
@@ -192,12 +191,13 @@ def test_pages_without_the_token_are_limited_and_pages_with_it_are_not() -> None
         async with Serving(most_pages=2) as serving:
             kept = [await serving.opened() for _ in range(2)]
             assert all("101" in first for first, _ in kept)
+            await until(lambda: len(serving.public.hub.pages) == 2)
             assert "503 Too many pages" in (await serving.opened())[0]
             assert "503 Too many pages" in (await serving.opened("/socket?token=wrong"))[0]
             for _ in range(10):
                 assert "101" in (await serving.opened(f"/socket?token={TOKEN}"))[0]
+            await until(lambda: len(serving.trusted.hub.pages) == 10)
             assert len(serving.public.hub.pages) == 2
-            assert len(serving.trusted.hub.pages) == 10
             kept[0][1].close()
             await until(lambda: len(serving.public.hub.pages) == 1)
             assert "101" in (await serving.opened())[0], "the place is free again"

@@ -207,6 +207,9 @@ class PageSocket(websocket.WebSocketHandler):
         return self._hub.access.is_own_origin(origin, self.request.host)
 
     def open(self, *_: str) -> None:
+        if self._hub.is_full():  # several have come at once
+            self.close(1013, "too many pages")
+            return
         self.set_nodelay(True)
         self._hub.greet(self)
         self._telemetry = asyncio.get_running_loop().create_task(self._send_telemetry())

@@ -23,7 +23,7 @@ def test_a_watchdog_that_stands_still_is_a_fault_until_it_runs_again(
         with HeldThread(drive.pid, "sextant-wdog"):
             record.wait_for_state("FAULT")
             assert record.states[-1].faults_active & 1 << WATCHDOG
-            assert record.states[-1].first_fault.name == "WATCHDOG"
+            assert record.states[-1].first_fault == WATCHDOG
             vehicle.demand(fault_reset=True)
             frames.forget()
             for _ in range(STATUSES):
