@@ -71,7 +71,7 @@ Ecu::Ecu(const EcuConfig& config, const std::string& record_cycles)
                 [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
       watchdog_{shared_, [this] { power_stage_.inhibit_gates(); }, control_priority(config.realtime)},
       link_{power_stage_, shared_},
-      housekeeping_{shared_, [](const std::string& sentence) { spdlog::warn("telemetry: {}", sentence); }},
+      housekeeping_{shared_, [](const std::string& sentence) { spdlog::warn("drive: {}", sentence); }},
       telemetry_{telemetry_parameters(config), publisher_.sender(), shared_,
                  [this](std::int64_t now_ns) { publisher_.poll(now_ns); },
                  [](const std::string& sentence) { spdlog::warn("drive: {}", sentence); }} {}

@@ -48,6 +48,12 @@ struct SharedState {
     return true;
   }
 
+  /// Control periods that are in no published interval, since start: the ring or the publisher had no room.
+  /// [-]
+  [[nodiscard]] std::uint64_t dropped_periods() const noexcept {
+    return telemetry.dropped() + unpublished_periods.load(std::memory_order_relaxed);
+  }
+
   LatestValue<TorqueCommand<double>> command{};  ///< receive → control
   LatestValue<Telemetry<double>> status{};       ///< control → transmit
   LatestValue<RealTimeReport> real_time{};       ///< telemetry → transmit
@@ -63,11 +69,15 @@ struct SharedState {
   std::atomic<std::int64_t> other_drive_ns{0};      ///< receive → control: last frame of another drive [ns]
   /// transmit → control: last status frame sent, or start of sending; below zero: before it [ns]
   std::atomic<std::int64_t> status_sent_ns{-1};
-  std::atomic<std::uint64_t> telemetry_polls{0};   ///< telemetry → housekeeping: its polls so far [-]
-  std::atomic<std::uint64_t> telemetry_stalls{0};  ///< housekeeping → main: stops of that thread [-]
-  std::atomic<bool> gate_inhibit{false};  ///< watchdog, transmit, telemetry → control, which clears it
-  std::atomic<bool> shutdown{false};      ///< main → control: ramp to zero and stop
-  std::atomic<bool> stopped{false};       ///< control → all: the gates are off for good
+  std::atomic<std::uint64_t> unpublished_periods{0};  ///< of intervals that the publisher did not receive [-]
+  std::atomic<std::uint64_t> telemetry_polls{0};      ///< telemetry → housekeeping: its polls so far [-]
+  std::atomic<std::uint64_t> telemetry_stalls{0};     ///< housekeeping → main: stops of that thread [-]
+  std::atomic<std::uint64_t> watchdog_polls{0};       ///< watchdog → housekeeping: its polls so far [-]
+  std::atomic<std::uint64_t> housekeeping_polls{0};   ///< housekeeping → telemetry: its polls so far [-]
+  std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
+  std::atomic<bool> gate_inhibit{false};      ///< watchdog, transmit, telemetry → control, which clears it
+  std::atomic<bool> shutdown{false};          ///< main → control: ramp to zero and stop
+  std::atomic<bool> stopped{false};           ///< control → all: the gates are off for good
 
  private:
   static std::size_t a_second_of(std::int64_t every_ns) { return std::size_t(ns_per_s / every_ns) + 1; }

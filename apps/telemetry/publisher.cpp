@@ -18,15 +18,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// When the library hangs, the kernel ends the process, and the drive restarts it.
-constexpr unsigned int hang_limit_s = 30;
-constexpr auto counts_every = 100ms;
 constexpr std::size_t longest_message = 1 << 18;  // the first, with its texts
 
 }  // namespace
 
 int Publisher::run() {
-  alarm(hang_limit_s);
+  alarm(publisher_hang_limit_s);
   if (!start()) return ExitStatus::refused;
   (void)socket_.send_struct(AnswerMessage{});
   publish();
@@ -70,18 +67,24 @@ void Publisher::refuse(const std::string& sentence) {
 
 void Publisher::publish() {
   std::vector<std::byte> buffer(longest_message);
-  auto next_counts = std::chrono::steady_clock::now();
+  constexpr std::chrono::nanoseconds every{publisher_reports_every_ns};
   for (;;) {
-    alarm(hang_limit_s);
-    (void)socket_.wait(counts_every);
+    report_when_due();
+    (void)socket_.wait(std::chrono::duration_cast<std::chrono::milliseconds>(every));
     while (const auto message = socket_.receive(buffer)) {
       if (message->empty()) return;
       handle(*message);
+      report_when_due();  // also while messages arrive faster than they are published
     }
-    if (std::chrono::steady_clock::now() < next_counts) continue;
-    report_counts();
-    next_counts = std::chrono::steady_clock::now() + counts_every;
   }
+}
+
+void Publisher::report_when_due() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_report_) return;
+  next_report_ = now + std::chrono::nanoseconds{publisher_reports_every_ns};
+  alarm(publisher_hang_limit_s);
+  report_counts();
 }
 
 void Publisher::handle(std::span<const std::byte> message) {

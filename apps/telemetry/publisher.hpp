@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <span>
 #include <string>
@@ -25,10 +26,12 @@ class Publisher {
   void refuse(const std::string& sentence);
   void publish();
   void handle(std::span<const std::byte> message);
+  void report_when_due();
   void report_counts();
 
   MessageSocket socket_;
   std::unique_ptr<DdsTelemetry> dds_{};
+  std::chrono::steady_clock::time_point next_report_{};
 };
 
 }  // namespace sextant

@@ -53,5 +53,23 @@ TEST(HousekeepingThread, WarnsOnceOfATelemetryThreadThatStopped) {
   EXPECT_EQ(shared.telemetry_stalls.load(), 1U);
 }
 
+TEST(HousekeepingThread, AWatchdogThatHasStoppedIsAFault) {
+  SharedState shared{25'000, 1};
+  shared.control_thread_id.store(gettid());
+  std::atomic<int> warnings{0};
+  HousekeepingThread housekeeping{shared, [&](const std::string&) { ++warnings; }};
+  housekeeping.start();
+  ASSERT_TRUE(test::eventually([&] { return shared.housekeeping_polls.load() > 100; }));
+  EXPECT_FALSE(shared.watchdog_stopped.load()) << "none has started";
+  shared.watchdog_polls.store(1);
+  EXPECT_TRUE(test::eventually([&] { return shared.watchdog_stopped.load(); }));
+  EXPECT_TRUE(test::eventually([&] { return warnings == 1; }));
+  shared.watchdog_polls.store(2);
+  EXPECT_TRUE(test::eventually([&] { return !shared.watchdog_stopped.load() && warnings == 2; }));
+  shared.stopped.store(true);
+  housekeeping.join();
+  EXPECT_EQ(shared.telemetry_stalls.load(), 0U);
+}
+
 }  // namespace
 }  // namespace sextant::ecu

@@ -34,6 +34,16 @@ TEST(SharedCommands, TheLimitOfOverrunsIsConfigured) {
   EXPECT_TRUE(commands.latest(ms).external.test(Fault::overrun));
 }
 
+TEST(SharedCommands, AWatchdogThatHasStoppedIsAFaultUntilItRunsAgain) {
+  SharedState shared{25'000, 40};
+  SharedCommands commands{shared};
+  EXPECT_FALSE(commands.latest(ms).external.any());
+  shared.watchdog_stopped.store(true);
+  for (int k = 0; k < 3; ++k) EXPECT_TRUE(commands.latest(ms).external.test(Fault::watchdog));
+  shared.watchdog_stopped.store(false);
+  EXPECT_FALSE(commands.latest(ms).external.any());
+}
+
 TEST(SharedCommands, TheAgeOfTheStatusCountsFromTheLastFrameThatWasSent) {
   SharedState shared{25'000, 40};
   SharedCommands commands{shared};

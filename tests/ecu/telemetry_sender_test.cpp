@@ -83,6 +83,40 @@ TEST(TelemetrySender, AProcessThatIsNewLearnsHowThingsStand) {
   EXPECT_EQ(taken.statistics, 1);
 }
 
+TEST(TelemetrySender, WhatAProcessHadNotReceivedBeforeItsEndIsCounted) {
+  TelemetrySender sender;
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  sender.write(TelemetryIntervalRecord<double>{.periods = 40}, 0);
+  sender.write(TelemetryIntervalRecord<double>{.periods = 7}, 0);
+  sender.write(DriveStateSample{.t_ns = 1});
+  sender.write(DriveStateSample{.t_ns = 2});
+  sender.write(RealTimeSample{});
+  EXPECT_EQ(sender.dropped(), 0U) << "all are on their way";
+  std::array<std::byte, 4096> buffer{};
+  while (const auto message = other.receive(buffer)) sender.count_lost(*message);
+  sender.disconnect();
+  EXPECT_EQ(sender.dropped(), 3U) << "two intervals and the state before the newest";
+  EXPECT_EQ(sender.dropped_periods(), 47U);
+  sender.write(DriveStateSample{.t_ns = 3});
+  EXPECT_EQ(sender.dropped(), 4U) << "the second state was never received either";
+}
+
+TEST(TelemetrySender, CountsControlPeriodsOfIntervalsWithoutRoom) {
+  TelemetrySender sender;
+  sender.write(TelemetryIntervalRecord<double>{.periods = 40}, 0);
+  sender.write(WaveformBatch{}, 0);
+  EXPECT_EQ(sender.dropped(), 2U);
+  EXPECT_EQ(sender.dropped_periods(), 40U) << "a batch repeats periods of intervals";
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  sender.write(TelemetryIntervalRecord<double>{.periods = 40}, 0);
+  EXPECT_EQ(sender.dropped_periods(), 40U);
+  while (sender.dropped() == 2) sender.write(TelemetryIntervalRecord<double>{.periods = 5}, 0);
+  EXPECT_EQ(sender.dropped_periods(), 45U);
+  EXPECT_FALSE(take_all(other).intervals.empty());
+}
+
 TEST(TelemetrySender, AProcessThatIsGoneIsNoError) {
   TelemetrySender sender;
   {

@@ -1,6 +1,7 @@
 #include "ecu/tasks/telemetry_task.hpp"
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -111,6 +112,42 @@ TEST(TelemetryTask, ATimedOutControlThreadIsPublishedInThePlaceOfTheDrive) {
   ASSERT_TRUE(told);
   EXPECT_EQ(told->sample().state, DriveState::torque);
   EXPECT_EQ(told->sample().reason, "torque reference as requested");
+}
+
+// Once as a gap in the numbers of the samples, and once as a count that CAN and DDS bear.
+TEST(TelemetryTask, ControlPeriodsThatThePublisherDoesNotReceiveAreDropped) {
+  SharedState shared{25'000, 1};
+  TelemetrySender sender;
+  TelemetryTask task{{.periods_per_sample = 4}, sender, shared};
+  for (int period = 0; period < 12; ++period) shared.telemetry.push({});
+  task.poll(ms);
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  for (int period = 0; period < 4; ++period) shared.telemetry.push({});
+  task.poll(2 * ms);
+  EXPECT_EQ(shared.dropped_periods(), 12U);
+  std::array<std::byte, 4096> buffer{};
+  std::optional<IntervalMessage> interval;
+  while (const auto message = other.receive(buffer)) {
+    if (kind_of(*message) == TelemetryMessageKind::interval) interval = content_of<IntervalMessage>(*message);
+  }
+  ASSERT_TRUE(interval);
+  EXPECT_EQ(interval->sequence, 3U);
+  EXPECT_EQ(interval->dropped, 12U);
+}
+
+TEST(TelemetryThread, LogsOnceThatTheHousekeepingThreadHasStopped) {
+  SharedState shared{25'000, 1};
+  TelemetrySender sender;
+  shared.housekeeping_polls.store(1);
+  std::atomic<int> logged{0};
+  TelemetryThread telemetry{{}, sender, shared, [](std::int64_t) {}, [&](const std::string&) { ++logged; }};
+  telemetry.start();
+  EXPECT_TRUE(test::eventually([&] { return logged == 1; }));
+  shared.housekeeping_polls.store(2);
+  EXPECT_TRUE(test::eventually([&] { return logged == 2; })) << "it runs again";
+  shared.stopped.store(true);
+  telemetry.join();
 }
 
 TEST(TelemetryTask, ARampToZeroAndAFaultAreToldAndLoggedOnce) {

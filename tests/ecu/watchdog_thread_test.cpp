@@ -65,6 +65,12 @@ TEST_F(WatchdogThreadTest, KeepsStillWhileTheControlThreadBeats) {
   EXPECT_FALSE(commands.latest(0).external.any());
 }
 
+TEST_F(WatchdogThreadTest, CountsItsPolls) {
+  EXPECT_EQ(shared.watchdog_polls.load(), 0U);
+  watchdog.start();
+  EXPECT_TRUE(test::eventually([this] { return shared.watchdog_polls.load() >= 3; }));
+}
+
 TEST_F(WatchdogThreadTest, KeepsStillBeforeTheFirstHeartbeat) {
   watchdog.start();
   std::this_thread::sleep_for(30ms);

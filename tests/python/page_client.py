@@ -35,6 +35,11 @@ class DashboardProcess(ProgramProcess):
     def socket(self) -> str:
         return self.address.partition("#")[0].replace("http", "ws", 1) + "socket"
 
+    @property
+    def own_socket(self) -> str:
+        """With the token, as the page of the printed address opens it."""
+        return f"{self.socket}?token={TOKEN}"
+
 
 def wait_for(
     condition: Callable[[], Any], what: str, words: Callable[[], str] = str, within_s: float = PATIENCE_S

@@ -1,15 +1,19 @@
 """The dashboard's server: its protocol, who may command, and the end of the commands when the page is gone."""
 
 import asyncio
+import json
 import os
+import re
+import resource
 import signal
 import socket
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
+import psutil
 import pytest
 from fake_drive import FakeDrive
 from page_client import PATIENCE_S, TOKEN, DashboardProcess, PageClient, wait_for
@@ -275,8 +279,9 @@ class Commanding:
     def __init__(self, process: DashboardProcess, drive: FakeDrive, stack: ExitStack) -> None:
         self.process, self.drive, self._stack = process, drive, stack
 
-    def page(self) -> PageClient:
-        page = self._stack.enter_context(PageClient(self.process.socket))
+    def page(self, has_token: bool = True) -> PageClient:
+        address = self.process.own_socket if has_token else self.process.socket
+        page = self._stack.enter_context(PageClient(address))
         page.message("command")
         return page
 
@@ -325,12 +330,12 @@ def test_a_page_with_the_token_commands_torque_and_releases(commanding: Commandi
 
 
 def test_without_the_token_no_command_reaches_the_bus(commanding: Commanding) -> None:
-    page = commanding.page()
-    for token in (None, "", "wrong", TOKEN + " ", 5, "\ud800"):
-        page.send({"type": "take", "token": token})
-        assert "token" in page.message("refused")["text"]
-        demand(page, 10.0)
-        assert "does not command" in page.message("refused")["text"]
+    for page in (commanding.page(has_token=False), commanding.page()):
+        for token in (None, "", "wrong", TOKEN + " ", 5, "\ud800"):
+            page.send({"type": "take", "token": token})
+            assert "token" in page.message("refused")["text"]
+            demand(page, 10.0)
+            assert "does not command" in page.message("refused")["text"]
     time.sleep(0.3)
     assert commanding.drive.accepted == []
 
@@ -373,6 +378,59 @@ def test_a_dashboard_that_ends_disables_the_drive(commanding: Commanding) -> Non
     commanding.process.send_signal(signal.SIGTERM)
     assert commanding.process.wait(30.0) == 0
     assert str(commanding.drive.accepted[-1][1]["Enable"]) == "DISABLE"
+
+
+PAGES, WATCHES, SOCKETS = 250, 20, 1500
+MOST_GROWTH = 300 << 20  # bytes
+
+
+def unread_page(address: tuple[str, int]) -> socket.socket:
+    """A page without the token that asks for telemetry again and again and reads nothing."""
+    one = socket.create_connection(address, PATIENCE_S)
+    one.setblocking(False)
+    messages = (json.dumps({"type": "watch", "drive": 7 + number % 2}).encode() for number in range(WATCHES))
+    frames = (bytes([0x81, 0x80 | len(text), 0, 0, 0, 0]) + text for text in messages)  # masked by zeros
+    with suppress(BlockingIOError, ConnectionError):
+        one.send(UPGRADE.encode() + b"".join(frames))
+    return one
+
+
+def test_a_page_keeps_its_drive_whatever_pages_without_the_token_do(commanding: Commanding, domain: int) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    port = int(re.search(r":(\d+)/", commanding.process.address)[1])
+    with ExitStack() as stack:
+        stack.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        stack.enter_context(telemetry_writer(domain))
+        page = commanding.at_torque(10.0)
+        for _ in range(50):  # some seconds, of which the server keeps the telemetry
+            page.until(lambda m: m["type"] == "command", lambda: demand(page, 10.0))
+        server_process = psutil.Process(commanding.process.pid)
+        before = most = server_process.memory_info().rss
+        attacked = 0
+        for number in range(PAGES + SOCKETS):
+            if number < PAGES:
+                stack.callback(unread_page(("127.0.0.1", port)).close)
+            else:
+                idle = stack.enter_context(socket.socket())
+                idle.setblocking(False)
+                idle.connect_ex(("127.0.0.1", port))
+            if number % 25 == 0 or number == PAGES + SOCKETS - 1:
+                said = page.until(lambda m: m["type"] == "command", lambda: demand(page, 10.0))
+                assert said["is_mine"], said
+                attacked += 1
+                most = max(most, server_process.memory_info().rss)
+        accepted = len(commanding.drive.accepted)
+        for _ in range(50):
+            said = page.until(lambda m: m["type"] == "command", lambda: demand(page, 10.0))
+            assert said["is_mine"], said
+            most = max(most, server_process.memory_info().rss)
+        print(f"{(most - before) / 2**20:.0f} MiB more with {PAGES} unread pages and {SOCKETS} idle sockets")
+        assert commanding.drive.state == "TORQUE"
+        assert len(commanding.drive.accepted) > accepted, "commands go on"
+        assert most - before < MOST_GROWTH
+        other = commanding.page()
+        assert not other.message("command")["is_mine"], "another page with the token still finds room"
 
 
 def test_one_page_commands_at_a_time(commanding: Commanding) -> None:

@@ -86,6 +86,18 @@ class LiveDrive:
             if decoded and decoded[0] == "MCU_TorqueStatus":
                 heard.append(decoded[1])
 
+    def newest(self) -> Any:
+        self.telemetry.poll()
+        return self._drive().telemetry
+
+    def newest_statistics(self, after_ns: int) -> Any:
+        """A RealTimeStatistics of later control periods."""
+        wait_for(
+            lambda: self.telemetry.poll() is not None and self._drive().statistics.t_ns > after_ns,
+            "RealTimeStatistics",
+        )
+        return self._drive().statistics
+
     def publisher(self) -> int | None:
         """The process that publishes now."""
         found = subprocess.run(
@@ -175,6 +187,37 @@ def test_telemetry_comes_back_when_its_process_was_killed(drive: LiveDrive) -> N
     report = drive.leave()
     assert re.search(r"sextant-telemetry ended by signal 9 .*the drive runs on", report), report
     assert "sextant-telemetry was restarted 1 times" in report
+
+
+STOPPED_PERIODS = 40_000  # a second; a process counts as stopped after two
+
+
+def test_a_process_that_is_stopped_is_replaced_and_what_it_missed_is_counted(drive: LiveDrive) -> None:
+    first = wait_for(drive.publisher, "sextant-telemetry")
+    before = drive.newest().dropped
+    os.kill(first, signal.SIGSTOP)
+    begin_s = time.monotonic()
+    assert wait_for(lambda: (now := drive.publisher()) != first and now, "another sextant-telemetry")
+    print(f"replaced after {time.monotonic() - begin_s:.1f} s")
+    drive.check_on_the_bus()
+    drive.wait_for_telemetry()
+    newest = drive.newest()
+    assert newest.dropped - before > STOPPED_PERIODS
+    assert drive.newest_statistics(newest.t_ns).telemetry_dropped >= newest.dropped
+    report = drive.leave()
+    assert re.search(r"sextant-telemetry has sent nothing for 2000 ms and is killed", report), report
+    assert re.search(r"sextant-telemetry ended by signal 9 .*the drive runs on", report), report
+    assert "sextant-telemetry was restarted 1 times" in report
+    lost = int(re.search(r"(\d+) samples not published: sextant-telemetry did not receive them", report)[1])
+    assert lost >= STOPPED_PERIODS / 40
+
+
+def test_a_drive_whose_process_is_stopped_leaves(drive: LiveDrive) -> None:
+    first = wait_for(drive.publisher, "sextant-telemetry")
+    os.kill(first, signal.SIGSTOP)
+    report = drive.leave()
+    assert "did not end and was killed" in report or "is killed" in report, report
+    assert drive.publisher() is None
 
 
 def test_the_process_leaves_when_its_drive_is_gone(drive: LiveDrive) -> None:

@@ -13,7 +13,8 @@ namespace sextant::ecu {
 
 /// The requests of the cycle: the newest command, shutdown, and the faults that other threads detect. Only
 /// this class clears the gate inhibit, when it passes it on, so that none is lost. Another drive on the bus
-/// is a fault while its frames arrive, and for `other_drive_hold_ns` more.
+/// is a fault while its frames arrive, and for `other_drive_hold_ns` more. A watchdog thread that has stopped
+/// is a fault until it runs again: nothing would clear the gate-enable line of a control thread that hangs.
 class SharedCommands {
  public:
   static constexpr std::int64_t other_drive_hold_ns = ns_per_s;  ///< [ns]
@@ -31,7 +32,8 @@ class SharedCommands {
                                  .shutdown = shared_.shutdown.load(std::memory_order_acquire)};
     const bool inhibit = shared_.gate_inhibit.load(std::memory_order_relaxed) &&
                          shared_.gate_inhibit.exchange(false, std::memory_order_acq_rel);
-    if (inhibit) request.external.set(Fault::watchdog);
+    const bool is_watched = !shared_.watchdog_stopped.load(std::memory_order_relaxed);
+    if (inhibit || !is_watched) request.external.set(Fault::watchdog);
     const std::int64_t other_ns = shared_.other_drive_ns.load(std::memory_order_relaxed);
     if (other_ns != 0 && t_ns - other_ns < other_drive_hold_ns) request.external.set(Fault::second_master);
     if (overruns_in_a_row_ >= overrun_limit_) request.external.set(Fault::overrun);

@@ -127,6 +127,7 @@ void TelemetryTask::publish_timeout(std::int64_t now_ns) {
 }
 
 void TelemetryTask::drain_telemetry() {
+  shared_.unpublished_periods.store(sender_.dropped_periods(), std::memory_order_relaxed);
   Telemetry<double> telemetry;
   while (shared_.telemetry.pop(telemetry)) {
     newest_ = telemetry;
@@ -137,7 +138,7 @@ void TelemetryTask::drain_telemetry() {
       publish_state(telemetry, reason_for(telemetry));
     }
     if (interval_.count() < parameters_.periods_per_sample) continue;
-    sender_.write(interval_.record(), shared_.telemetry.dropped());
+    sender_.write(interval_.record(), shared_.dropped_periods());
     interval_.reset();
   }
 }
@@ -222,7 +223,7 @@ RealTimeSample TelemetryTask::sample() const {
       .involuntary_switches = scheduler.involuntary_switches,
       .run_delay_us = us(scheduler.run_delay_ns),
       .steal_us = us(scheduler.steal_ns),
-      .telemetry_dropped = shared_.telemetry.dropped(),
+      .telemetry_dropped = shared_.dropped_periods(),
       .commands_received = shared_.commands_accepted.load(std::memory_order_relaxed),
       .commands_rejected = shared_.commands_rejected.load(std::memory_order_relaxed),
       .real_time_scheduling = real_time_scheduling_,

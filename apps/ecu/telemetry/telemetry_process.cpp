@@ -119,7 +119,10 @@ TelemetryProcess::~TelemetryProcess() {
 void TelemetryProcess::start() {
   auto [own, its] = MessageSocket::pair();
   pid_ = spawn(its.fd());
+  its_end_ = std::move(its);
+  watch_.start();
   ready_ = false;
+  killed_ = false;
   refusal_.clear();
   counts_ = {};
   started_ns_ = now_ns();
@@ -145,27 +148,25 @@ pid_t TelemetryProcess::spawn(int descriptor) const {
 
 void TelemetryProcess::wait_until_ready() {
   const std::int64_t end_ns = now_ns() + std::int64_t{ready_within_ms} * 1'000'000;
-  bool open = true;
-  while (open && !ready_ && refusal_.empty() && now_ns() < end_ns) {
+  bool ended = false;
+  while (!ended && !ready_ && refusal_.empty() && now_ns() < end_ns) {
     (void)sender_.socket().wait(std::chrono::milliseconds{100});
-    open = receive_messages();
+    ended = reaped();  // before its last messages are received
+    receive_messages();
   }
   if (ready_) return;
   if (!refusal_.empty()) throw std::runtime_error(refusal_);
-  for (int i = 0; !open && i < left_within_ms && !reaped(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds{1});
-  }
   throw std::runtime_error(fmt::format("{} {} before DDS had started", parameters_.program,
                                        pid_ == 0 ? "ended " + describe_end(status_) : "sent no message"));
 }
 
-bool TelemetryProcess::receive_messages() {
+void TelemetryProcess::receive_messages() {
   std::array<std::byte, 4096> buffer{};
   while (const auto message = sender_.socket().receive(buffer)) {
-    if (message->empty()) return false;
+    if (message->empty()) return;
+    watch_.heard();
     handle(*message);
   }
-  return true;
 }
 
 void TelemetryProcess::handle(std::span<const std::byte> message) {
@@ -190,19 +191,36 @@ void TelemetryProcess::poll(std::int64_t now_ns) {
     return;
   }
   const bool was_ready = ready_;
-  if (sender_.connected() && !receive_messages()) sender_.disconnect();
+  const bool ended = reaped();  // before its last messages are received
+  receive_messages();
   if (ready_ && !was_ready) {
     spdlog::info("telemetry: {} publishes again{}", parameters_.program,
                  type_information_ ? "" : ", without type information");
   }
-  if (sender_.connected()) {
-    sender_.send_kept();
-  } else if (reaped()) {
-    schedule_restart(now_ns);
+  if (ended) return schedule_restart(now_ns);
+  sender_.send_kept();
+  if (watch_.step(now_ns) && !killed_) kill_stopped();
+}
+
+void TelemetryProcess::kill_stopped() {
+  spdlog::error("telemetry: {} has sent nothing for {} ms and is killed", parameters_.program,
+                (ready_ ? PublisherWatch::timeout_ns : PublisherWatch::start_timeout_ns) / 1'000'000);
+  kill(pid_, SIGKILL);  // ends a stopped process too
+  killed_ = true;
+}
+
+void TelemetryProcess::close_connection() {
+  std::array<std::byte, sizeof(WaveformMessage)> buffer{};
+  while (const auto message = its_end_.receive(buffer)) {
+    if (message->empty()) break;
+    sender_.count_lost(*message);
   }
+  sender_.disconnect();
+  const MessageSocket closed = std::move(its_end_);
 }
 
 void TelemetryProcess::schedule_restart(std::int64_t now_ns) {
+  close_connection();
   earlier_ = counts();
   counts_ = {};
   if (crashed(status_)) type_information_ = false;
@@ -229,19 +247,18 @@ void TelemetryProcess::leave() {
   sender_.send_kept();
   sender_.socket().finish();
   const std::int64_t end_ns = now_ns() + std::int64_t{left_within_ms} * 1'000'000;
-  bool open = sender_.connected();
-  while (open && now_ns() < end_ns) {
-    (void)sender_.socket().wait(std::chrono::milliseconds{10});
-    open = receive_messages();
+  while (!reaped() && now_ns() < end_ns) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    receive_messages();
   }
-  while (!reaped() && now_ns() < end_ns) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  receive_messages();
   if (pid_ != 0) {
     spdlog::error("telemetry: {} did not end and was killed", parameters_.program);
     kill(pid_, SIGKILL);
     (void)waitpid(pid_, &status_, 0);
     pid_ = 0;
   }
-  sender_.disconnect();
+  close_connection();
 }
 
 CountsMessage TelemetryProcess::counts() const noexcept {

@@ -7,14 +7,19 @@
 
 #include <sys/types.h>
 
+#include "ecu/telemetry/publisher_watch.hpp"
 #include "ecu/telemetry/telemetry_sender.hpp"
 #include "sextant/comms/telemetry_messages.hpp"
 
 namespace sextant::ecu {
 
 /// `sextant-telemetry`, the process in which DDS runs. This class starts it, sends samples through a
-/// TelemetrySender, and restarts it after its end. The two processes share no memory, and the drive never
-/// waits for the publisher while it runs: no failure of it, or of a library in it, affects the drive.
+/// TelemetrySender, and restarts it after its end. One that has stopped, by PublisherWatch, it kills. The two
+/// processes share no memory, and the drive never waits for the publisher while it runs: no failure of it, or
+/// of a library in it, affects the drive.
+///
+/// The drive keeps the publisher's end of the connection open too: what a process has not received before its
+/// end is still in it, and is counted as dropped.
 ///
 /// After a crash the process is restarted without type information: Cyclone DDS 0.10.2 crashes when it
 /// fetches the type of a reader that declares a topic with an int8 or uint8.
@@ -38,7 +43,8 @@ class TelemetryProcess {
   [[nodiscard]] TelemetrySender& sender() noexcept { return sender_; }
   [[nodiscard]] const TelemetrySender& sender() const noexcept { return sender_; }
 
-  /// Receives the messages of the process, restarts it some time after its end, and logs both. Never waits.
+  /// Receives the messages of the process, kills it when it has stopped, restarts it some time after its end,
+  /// and logs all three. Never waits.
   void poll(std::int64_t now_ns);
 
   /// Ends the process after it has published what was sent; kills it after a timeout. Safe to call twice.
@@ -62,18 +68,23 @@ class TelemetryProcess {
   void start();
   [[nodiscard]] pid_t spawn(int descriptor) const;
   void wait_until_ready();
-  /// False where the connection is closed.
-  bool receive_messages();
+  void receive_messages();
   void handle(std::span<const std::byte> message);
   [[nodiscard]] bool reaped();
+  void kill_stopped();
+  /// After the end of the process: closes the connection and counts what is left in it.
+  void close_connection();
   void schedule_restart(std::int64_t now_ns);
   void restart(std::int64_t now_ns);
 
   Parameters parameters_;
   TelemetrySender sender_{};
+  MessageSocket its_end_{};  // the publisher's end of the connection
+  PublisherWatch watch_{};
   pid_t pid_{0};   // 0: none
   int status_{0};  // of waitpid, of the last one that ended
   bool ready_{false};
+  bool killed_{false};  // it has stopped
   bool type_information_{true};
   std::string refusal_{};
   CountsMessage counts_{};   // of this process

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "sextant/comms/message_socket.hpp"
 #include "sextant/comms/telemetry_messages.hpp"
@@ -13,7 +15,8 @@ namespace sextant::ecu {
 /// Sends telemetry to the process that publishes it. Never waits: a sample without room in the kernel's
 /// buffer, or without a process, is dropped and counted, and readers see a gap in `sequence`. The newest
 /// state and the newest statistics are kept, because those topics hold the current state: they are sent as
-/// soon as there is room, and again to a restarted process.
+/// soon as there is room, and again to a restarted process. Messages that a process had not received when it
+/// ended are counted too.
 class TelemetrySender {
  public:
   /// Sends the following samples to the process at the other end of this connection.
@@ -35,8 +38,13 @@ class TelemetrySender {
   /// Sends the kept samples that have not been sent.
   void send_kept() noexcept;
 
+  /// A message that was sent and not received by the process before its end. [bytes of the message]
+  void count_lost(std::span<const std::byte> message) noexcept;
+
   /// Samples dropped since start. [-]
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+  /// Control periods of the intervals among them. [-]
+  [[nodiscard]] std::uint64_t dropped_periods() const noexcept { return dropped_periods_; }
 
  private:
   /// The newest sample of a topic that holds the current state.
@@ -50,6 +58,8 @@ class TelemetrySender {
   void keep(Kept<Message>& kept, const Message& message) noexcept;
   template <class Message>
   void send(Kept<Message>& kept) noexcept;
+  template <class Message>
+  void count_lost(Kept<Message>& kept, const Message& lost) noexcept;
 
   MessageSocket socket_{};
   std::uint64_t intervals_{0};
@@ -60,6 +70,7 @@ class TelemetrySender {
   Kept<StateMessage> state_{};
   Kept<StatisticsMessage> statistics_{};
   std::uint64_t dropped_{0};
+  std::uint64_t dropped_periods_{0};
 };
 
 }  // namespace sextant::ecu

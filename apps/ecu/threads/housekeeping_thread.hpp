@@ -10,15 +10,15 @@
 
 #include "ecu/shared_state.hpp"
 #include "ecu/threads/named_thread.hpp"
-#include "ecu/threads/telemetry_watch.hpp"
+#include "ecu/threads/thread_watch.hpp"
 #include "sextant/realtime/scheduler_sample.hpp"
 
 namespace sextant::ecu {
 
 /// The housekeeping thread: ten times a second it reads the kernel's scheduling statistics of the control
 /// thread (time without a processor, switches, page faults, stolen time). They distinguish a gap in that
-/// thread's execution from a long execution, without a system call on it. It also warns when the telemetry
-/// thread stops, by telemetry_watch.hpp.
+/// thread's execution from a long execution, without a system call on it. By ThreadWatch it also warns when
+/// the telemetry thread stops, and when the watchdog thread does, which it makes a fault.
 class HousekeepingThread {
  public:
   /// `warn` is called from this thread with a sentence for people.
@@ -34,13 +34,14 @@ class HousekeepingThread {
 
  private:
   void run() {
-    using namespace std::chrono_literals;
     constexpr int polls_per_sample = 10;
     const SchedulerSampler sampler{shared_.control_thread_id.load(std::memory_order_acquire)};
     const SchedulerSample begin = sampler.sample();
     for (int poll = 1; !shared_.stopped.load(std::memory_order_acquire); ++poll) {
-      std::this_thread::sleep_for(10ms);
+      std::this_thread::sleep_for(std::chrono::milliseconds{poll_every_ms});
       watch_telemetry();
+      watch_watchdog();
+      shared_.housekeeping_polls.fetch_add(1, std::memory_order_relaxed);
       if (poll % polls_per_sample != 0) continue;
       const SchedulerSample sample = sampler.sample().since(begin);
       // Not valid once the control thread has ended: the sample before it stays.
@@ -49,21 +50,36 @@ class HousekeepingThread {
   }
 
   void watch_telemetry() {
-    const std::uint64_t polls = shared_.telemetry_polls.load(std::memory_order_relaxed);
-    switch (telemetry_.step(polls)) {
-      case TelemetryWatch::Change::none:
+    switch (telemetry_.step(shared_.telemetry_polls.load(std::memory_order_relaxed))) {
+      case ThreadWatch::Change::none:
         return;
-      case TelemetryWatch::Change::stopped:
+      case ThreadWatch::Change::stopped:
         shared_.telemetry_stalls.fetch_add(1, std::memory_order_relaxed);
         return warn_("the telemetry thread has stopped: nothing is published, the drive goes on");
-      case TelemetryWatch::Change::resumed:
+      case ThreadWatch::Change::resumed:
         return warn_("the telemetry thread runs again");
     }
   }
 
+  void watch_watchdog() {
+    switch (watchdog_.step(shared_.watchdog_polls.load(std::memory_order_relaxed))) {
+      case ThreadWatch::Change::none:
+        return;
+      case ThreadWatch::Change::stopped:
+        shared_.watchdog_stopped.store(true, std::memory_order_relaxed);
+        return warn_("the watchdog thread has stopped: gates off, FAULT by WATCHDOG until it runs again");
+      case ThreadWatch::Change::resumed:
+        shared_.watchdog_stopped.store(false, std::memory_order_relaxed);
+        return warn_("the watchdog thread runs again");
+    }
+  }
+
+  static constexpr int poll_every_ms = 10;  ///< [ms]
+
   SharedState& shared_;
   std::function<void(const std::string& sentence)> warn_;
-  TelemetryWatch telemetry_{};
+  ThreadWatch telemetry_{poll_every_ms};
+  ThreadWatch watchdog_{poll_every_ms};
   NamedThread thread_{"sextant-house"};
 };
 

@@ -16,8 +16,9 @@
 namespace sextant::ecu {
 
 /// The watchdog thread: polls its task every 2 ms. It shares only two atomics and the gate-enable line with
-/// the control thread. In hard real time it has the highest priority of the process, so that it turns the
-/// gates off even while another thread, the control thread included, never yields the processor.
+/// the control thread; its count of polls shows the housekeeping thread that it runs. In hard real time it
+/// has the highest priority of the process, so that it turns the gates off even while another thread, the
+/// control thread included, never yields the processor.
 class WatchdogThread {
  public:
   /// `inhibit_gates` is called from this thread, every 2 ms while the control thread has timed out.
@@ -37,6 +38,7 @@ class WatchdogThread {
     request_priority();
     while (!shared_.stopped.load(std::memory_order_acquire)) {
       task_.poll(now_ns());
+      shared_.watchdog_polls.fetch_add(1, std::memory_order_relaxed);
       std::this_thread::sleep_for(std::chrono::nanoseconds{WatchdogTask::poll_every_ns});
     }
   }

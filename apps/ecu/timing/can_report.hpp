@@ -28,7 +28,7 @@ class CanReport {
     shared_.real_time.store({.periods_missed = wake.periods_missed,
                              .worst_execution_time = double(worst_execution_ns_) * 1e-9,
                              .worst_wake_latency = double(worst_latency_ns_) * 1e-9,
-                             .telemetry_dropped = shared_.telemetry.dropped()});
+                             .telemetry_dropped = shared_.dropped_periods()});
     worst_execution_ns_ = 0;
     worst_latency_ns_ = 0;
     next_ns_ = wake.deadline_ns + ns_per_s;

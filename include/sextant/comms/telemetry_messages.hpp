@@ -26,6 +26,13 @@ constexpr std::uint32_t telemetry_messages_version = 2;
 /// File descriptor of the publisher's end of the socket. [-]
 constexpr int telemetry_process_descriptor = 3;
 
+/// The publisher sends CountsMessage at least this often, whatever it has to publish: the drive notices by
+/// them that it runs. [ns]
+constexpr std::int64_t publisher_reports_every_ns = 100'000'000;
+
+/// A publisher that does not get on for this long, as when a library hangs, is ended by the kernel. [s]
+constexpr unsigned int publisher_hang_limit_s = 30;
+
 enum class TelemetryMessageKind : std::uint32_t {
   // drive → publisher
   start = 1,  ///< StartMessage and two texts: configuration, source of the configuration

@@ -88,8 +88,8 @@ class CommandDesk:
             self._holder = None
         self._report = report
 
-    def described(self, page: Page) -> dict[str, Any]:
-        """How commanding stands, for this page."""
+    def described(self, page: Page | None) -> dict[str, Any]:
+        """How commanding stands, for this page; without one, for pages that do not command."""
         if self._vehicle is None:
             return {"type": "command", "allowed": False}
         return {
@@ -99,6 +99,6 @@ class CommandDesk:
             "bus": self._vehicle.address,
             "torque_limit_nm": self._vehicle.torque_limit_nm,
             "holder": self._holder.name if self._holder else None,
-            "is_mine": page is self._holder,
+            "is_mine": page is not None and page is self._holder,
             **self._report,
         }

@@ -4,23 +4,34 @@ import argparse
 import asyncio
 import errno
 import ipaddress
+import itertools
 import secrets
 import signal
 import socket
+import sys
 import webbrowser
+from typing import Any
 
-from tornado import httpserver, netutil
+from tornado import netutil
 
 from .. import bus as can_bus
 from .. import dds
 from ..errors import UserError
 from .access import Access
+from .captures import Captures
 from .command_desk import CommandDesk
-from .server import Hub, application
+from .door import Door
+from .lane import Lane
+from .onlookers import Onlookers
+from .server import Hub
 from .source import Source
 from .vehicle import DEMAND_TIMEOUT_S, Vehicle
 
 DEFAULT_PORT = 8150
+MOST_PAGES = 16  # without the token
+MOST_CONNECTIONS = 64  # for the files of pages, without the token
+PAUSE_S = 0.05  # between two messages of a page without the token
+SWITCH_S = 0.001  # after which a thread that runs Python yields to one of another lane
 DESCRIPTION = "Serves a page with the live telemetry of the drives of a DDS domain, until Ctrl-C."
 EXAMPLES = """examples:
   scripts/dashboard --open                        # domain 0, http://127.0.0.1:8150/
@@ -123,25 +134,67 @@ class Terminal:
             self._timed_out[drive["drive_id"]] = bool(timed_out)
 
 
+class Lanes:
+    """Pages with the token, which may command, and pages without, which nothing of what those need waits for."""
+
+    def __init__(self, domain: int, access: Access, vehicle: Vehicle | None) -> None:
+        captures, numbers, self._hub = Captures(), itertools.count(1), (domain, access)
+        self._common: dict[str, Any] = {"captures": captures, "numbers": numbers, "say": self._say}
+        self._desk = CommandDesk(access, vehicle)
+        self.public = Lane("public", self._public_hub, MOST_CONNECTIONS)
+        self.trusted = Lane("trusted", self._trusted_hub) if vehicle else None
+
+    @staticmethod
+    def _say(sentence: str) -> None:
+        print(f"dashboard: {sentence}", flush=True)
+
+    def _public_hub(self) -> Hub:
+        onlookers = Onlookers(self._desk.described(None))
+        return Hub(*self._hub, onlookers, **self._common, most_pages=MOST_PAGES, pause_s=PAUSE_S)
+
+    def _trusted_hub(self) -> Hub:
+        return Hub(*self._hub, self._desk, **self._common, show_others=self.public.hub.show_command)
+
+    @property
+    def hubs(self) -> list[Hub]:
+        return [lane.hub for lane in (self.trusted, self.public) if lane]
+
+    def start(self) -> None:
+        sys.setswitchinterval(SWITCH_S)
+        for lane in filter(None, (self.public, self.trusted)):
+            lane.start()
+            lane.hub.scopes.start()
+
+    def stop(self) -> None:
+        for lane in filter(None, (self.trusted, self.public)):
+            lane.hub.scopes.stop()
+            lane.stop()
+
+
 async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehicle: Vehicle | None) -> None:
     token = (options.token or secrets.token_urlsafe(16)) if vehicle else None
     access = Access(options.host, token)
-    hub = Hub(options.domain, access, CommandDesk(access, vehicle))
+    lanes = Lanes(options.domain, access, vehicle)
     terminal = Terminal()
 
     def report(status: dict) -> None:
         terminal.show(status)
-        hub.report(status)
+        for hub in lanes.hubs:
+            hub.report(status)
 
-    source = Source(options.domain, hub.deliver, report)
-    httpserver.HTTPServer(application(hub)).add_sockets(sockets)
+    def deliver(drive_id: int, frame: bytes) -> None:
+        for hub in lanes.hubs:
+            hub.deliver(drive_id, frame)
+
+    lanes.start()
+    source = Source(options.domain, deliver, report)
+    Door(access, lanes.public, lanes.trusted).open(sockets)
     ended = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, ended.set)
     if vehicle:
-        vehicle.start(hub.report_vehicle)
+        vehicle.start(lanes.trusted.hub.report_vehicle)
     source.start()
-    hub.scopes.start()
     address = address_of(options.host, sockets, token)
     print(f"dashboard: DDS domain {options.domain} at {address}", flush=True)
     if vehicle:
@@ -151,10 +204,10 @@ async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehic
     try:
         await ended.wait()
     finally:
-        source.stop()
-        hub.scopes.stop()
         if vehicle:
             vehicle.end()
+        source.stop()
+        lanes.stop()
 
 
 def main(arguments: list[str]) -> int:

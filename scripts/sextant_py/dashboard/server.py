@@ -1,8 +1,10 @@
 """The web server: the page's files, one WebSocket a page, and what they are sent."""
 
+import asyncio
+import itertools
 import json
-import tempfile
-from collections import deque
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +12,18 @@ from tornado import ioloop, web, websocket
 
 from ..contract import Contract
 from ..errors import UserError
-from ..scope import files, quantities
+from ..scope import quantities
 from ..scope.capture import Capture
 from ..scope.scope import MODES
 from ..scope.trigger_text import FORMS
 from ..telemetry_contract import enumerators
 from . import layout, scope_feed
 from .access import Access
+from .backlog import Backlog, Reader
+from .captures import KEPT, Captures
 from .command_desk import CommandDesk, RefusedError
 from .frames import columns
+from .onlookers import Onlookers
 from .scope_feed import ScopeFeed
 from .source import FRAMES_HZ
 
@@ -26,9 +31,10 @@ PAGE = Path(__file__).with_name("page")
 LARGEST_MESSAGE = 65536  # bytes, of a page
 LONGEST_INTEGER = 18  # characters, of a message
 BACKLOG_S = 30  # of telemetry that a page is sent at first
+MOST_BEHIND = FRAMES_HZ  # frames that a page may be late by
 MOST_UNDER_WAY = FRAMES_HZ  # messages that a page has not taken yet
 PING_S = 10  # a page without a reply for so long is disconnected
-KEPT_CAPTURES = 16
+SLOW_S = 10.0  # and so is one that has not taken a message for so long
 HEADERS = {
     "Cache-Control": "no-cache",
     "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'",
@@ -47,17 +53,37 @@ def fault_texts() -> dict[str, str]:
 
 
 class Hub:
-    """Everything that the pages are shown, and the pages."""
+    """Everything that the pages of a lane are shown, and the pages.
 
-    def __init__(self, domain: int, access: Access, desk: CommandDesk) -> None:
-        self.access, self.desk = access, desk
+    What a page costs is limited whatever it sends and however slowly it reads: of telemetry one frame is under way, of
+    other messages so many; what has no room is left out and counted. `most_pages` and `pause_s` limit pages without the
+    token: their number, and how soon the next message of one is read.
+    """
+
+    def __init__(
+        self,
+        domain: int,
+        access: Access,
+        desk: CommandDesk | Onlookers,
+        captures: Captures | None = None,
+        numbers: Iterator[int] | None = None,
+        say: Callable[[str], None] = lambda _: None,
+        show_others: Callable[[dict[str, Any]], None] = lambda _: None,
+        most_pages: int | None = None,
+        pause_s: float = 0.0,
+    ) -> None:
+        """captures, numbers: those of all lanes; say: is told a page that is disconnected, in one sentence;
+        show_others: is told the standing of the desk whenever the pages are.
+        """
+        self.access, self.desk, self.say, self._show_others = access, desk, say, show_others
+        self.pause_s = pause_s
         self.loop = ioloop.IOLoop.current()
         self.pages: set[PageSocket] = set()
         self.status: dict[str, Any] = {"type": "status", "problems": [], "drives": []}
-        self._backlog: dict[int, deque[bytes]] = {}
-        self._numbers = 0
-        self._captures: dict[int, tuple[int, Capture]] = {}  # the newest, by number, with their drive
-        self._capture_numbers = 0
+        self.backlogs: dict[int, Backlog] = {}
+        self.captures = captures or Captures()
+        self._numbers = numbers or itertools.count(1)
+        self._most_pages = most_pages
         self.scopes = ScopeFeed(domain, self.show_scope)
         self._hello = {
             "type": "hello",
@@ -88,15 +114,17 @@ class Hub:
         self.loop.add_callback(self._report_vehicle, report)
 
     def _deliver(self, drive_id: int, frame: bytes) -> None:
-        self._backlog.setdefault(drive_id, deque(maxlen=BACKLOG_S * FRAMES_HZ)).append(frame)
+        if drive_id not in self.backlogs:
+            self.backlogs[drive_id] = Backlog(BACKLOG_S * FRAMES_HZ)
+        self.backlogs[drive_id].append(frame)
         for page in self.pages:
             if page.watched == drive_id:
-                page.offer(frame)
+                page.news.set()
 
     def _report(self, status: dict[str, Any]) -> None:
         self.status = status
         text = json.dumps(status)
-        for page in self.pages:
+        for page in tuple(self.pages):
             page.offer(text)
 
     def show_scope(self, page: Any, message: dict[str, Any], capture: Capture | None) -> None:
@@ -114,35 +142,34 @@ class Hub:
             self._show_capture(page, message, capture)
 
     def _show_capture(self, page: "PageSocket", message: dict[str, Any], capture: Capture) -> None:
-        self._capture_numbers += 1
-        number = self._capture_numbers
-        self._captures[number] = (message["drive"], capture)
-        self._captures.pop(number - KEPT_CAPTURES, None)
+        number = self.captures.add(message["drive"], capture)
         page.send_capture(json.dumps({**message, "number": number}), scope_feed.frame_of(number, capture))
-
-    def capture(self, number: int) -> tuple[int, Capture] | None:
-        return self._captures.get(number)
 
     def _report_vehicle(self, report: dict[str, Any] | None) -> None:
         self.desk.take_report(report)
         self.report_command()
 
     def report_command(self) -> None:
-        for page in self.pages:
-            page.send(json.dumps(self.desk.described(page)))
+        for page in tuple(self.pages):
+            page.offer(json.dumps(self.desk.described(page)))
+        self._show_others(self.desk.described(None))
+
+    def show_command(self, standing: dict[str, Any]) -> None:
+        """What onlookers are shown of the desk of another lane, from any thread."""
+        self.loop.add_callback(self._show_command, standing)
+
+    def _show_command(self, standing: dict[str, Any]) -> None:
+        self.desk.standing = standing
+        self.report_command()
+
+    def is_full(self) -> bool:
+        return self._most_pages is not None and len(self.pages) >= self._most_pages
 
     def greet(self, page: "PageSocket") -> None:
-        self._numbers += 1
-        page.name = f"page {self._numbers} ({page.request.remote_ip})"
+        page.name = f"page {next(self._numbers)} ({page.request.remote_ip})"
         self.pages.add(page)
         for message in ({**self._hello, "name": page.name}, self.status, self.desk.described(page)):
-            page.send(json.dumps(message))
-
-    def watch(self, page: "PageSocket", drive_id: int) -> None:
-        """From now on the page gets this drive's telemetry, beginning with what there is of it."""
-        page.watched = drive_id
-        for frame in self._backlog.get(drive_id, ()):
-            page.send(frame)
+            page.offer(json.dumps(message))
 
     def leave(self, page: "PageSocket") -> None:
         self.pages.discard(page)
@@ -165,29 +192,43 @@ class PageSocket(websocket.WebSocketHandler):
         self.name = ""
         self.watched: int | None = None
         self.unshown = 0  # captures that the page was too slow for, since its scope was armed
-        self._under_way: list[Any] = []
+        self.dropped = 0  # messages that were not sent because the page had not taken those before
+        self.news = asyncio.Event()  # there may be a frame to send
+        self._under_way: list[tuple[float, Any]] = []  # messages, and since when
         self._capture: Any = None  # the newest one sent
+        self._telemetry: asyncio.Task | None = None
 
     def prepare(self) -> None:
         require_own_host(self, self._hub.access)
+        if self._hub.is_full():
+            raise web.HTTPError(503, reason="Too many pages without the token")
 
     def check_origin(self, origin: str) -> bool:
         return self._hub.access.is_own_origin(origin, self.request.host)
 
     def open(self, *_: str) -> None:
+        if self._hub.is_full():  # several have come at once
+            self.close(1013, "too many pages")
+            return
         self.set_nodelay(True)
         self._hub.greet(self)
+        self._telemetry = asyncio.get_running_loop().create_task(self._send_telemetry())
 
     def on_close(self) -> None:
+        if self._telemetry:
+            self._telemetry.cancel()
         self._hub.leave(self)
 
-    def on_message(self, text: str | bytes) -> None:
+    async def on_message(self, text: str | bytes) -> None:
+        """The next message is read when this one has been handled."""
         try:
             self._act(parsed(text))
         except RefusedError as refusal:
-            self.send(json.dumps({"type": "refused", "text": str(refusal)}))
+            self.offer(json.dumps({"type": "refused", "text": str(refusal)}))
         except UserError as error:
-            self.send(json.dumps({"type": "scope_refused", "text": str(error)}))
+            self.offer(json.dumps({"type": "scope_refused", "text": str(error)}))
+        if self._hub.pause_s:
+            await asyncio.sleep(self._hub.pause_s)
 
     def _act(self, message: dict[str, Any]) -> None:
         desk, kind = self._hub.desk, message.get("type")
@@ -198,7 +239,8 @@ class PageSocket(websocket.WebSocketHandler):
             drive_id = message.get("drive")
             if isinstance(drive_id, bool) or not isinstance(drive_id, int):
                 raise RefusedError("drive must be a number.")
-            self._hub.watch(self, drive_id)
+            self.watched = drive_id
+            self.news.set()
             return
         if kind == "scope":
             self._set_scope(message)
@@ -221,29 +263,72 @@ class PageSocket(websocket.WebSocketHandler):
         self.unshown = 0
         self._hub.scopes.arm(self, self.watched, settings)
 
-    def send(self, message: str | bytes) -> Any:
+    async def _send_telemetry(self) -> None:
+        """Of the drive that is watched: what there is, then each new frame. One is under way at a time."""
+        drive_id, reader = None, None
+        while True:
+            if self.watched != drive_id:
+                drive_id, reader = self.watched, None
+            if reader is None and drive_id in self._hub.backlogs:
+                reader = Reader(self._hub.backlogs[drive_id], MOST_BEHIND)
+            frame = reader.next() if reader else None
+            if frame is None:
+                self.news.clear()
+                await self.news.wait()
+            elif not await self._is_taken(frame):
+                return
+            else:
+                self.dropped += reader.dropped
+                reader.dropped = 0
+
+    async def _is_taken(self, frame: bytes) -> bool:
+        if (sent := self._send(frame)) is None:
+            return False
         try:
-            return self.write_message(message, binary=isinstance(message, bytes))
+            await asyncio.shield(sent)
+        except websocket.WebSocketClosedError:
+            return False
+        return True
+
+    def _send(self, message: str | bytes) -> Any:
+        """What is done once the page's connection has taken it; None where it takes nothing more."""
+        try:
+            sent = asyncio.ensure_future(self.write_message(message, binary=isinstance(message, bytes)))
         except websocket.WebSocketClosedError:
             return None
+        sent.add_done_callback(lambda done: done.cancelled() or done.exception())  # a closed connection is no error
+        self._under_way.append((time.monotonic(), sent))
+        return sent
 
     def is_behind(self) -> bool:
-        """Whether many messages are still under way."""
-        self._under_way = [sent for sent in self._under_way if not sent.done()]
+        """Whether many messages are still under way. One that is for too long ends the connection."""
+        self._under_way = [(since_s, sent) for since_s, sent in self._under_way if not sent.done()]
+        if self._under_way and time.monotonic() - self._under_way[0][0] > SLOW_S:
+            self._disconnect()
         return len(self._under_way) >= MOST_UNDER_WAY
 
+    def _disconnect(self) -> None:
+        if self not in self._hub.pages:
+            return
+        dropped = f"{self.dropped} messages were not sent to it"
+        self._hub.say(f"{self.name} has taken nothing for {SLOW_S:g} s and is disconnected; {dropped}.")
+        self.close(1008, "too slow")  # by Tornado at the latest 5 s later, because nothing more is read
+        self.on_close()
+
     def offer(self, message: str | bytes) -> None:
-        """Sends it unless the page is behind: a slow page misses samples, which it counts itself, and reports."""
-        if not self.is_behind() and (sent := self.send(message)) is not None:
-            self._under_way.append(sent)
+        """Sends it unless the page is behind."""
+        if self.is_behind():
+            self.dropped += 1
+        else:
+            self._send(message)
 
     def has_room_for_capture(self) -> bool:
         """Whether the capture before has left, and the page is not behind."""
         return not self.is_behind() and (self._capture is None or self._capture.done())
 
     def send_capture(self, description: str, frame: bytes) -> None:
-        self.send(description)
-        self._capture = self.send(frame)
+        self._send(description)
+        self._capture = self._send(frame)
 
 
 def whole_number(text: str) -> int | float:
@@ -287,21 +372,12 @@ class CaptureFile(web.RequestHandler):
         require_own_host(self, self._hub.access)
 
     async def get(self, number: str) -> None:
-        found = self._hub.capture(int(number))
-        if found is None:
-            raise web.HTTPError(404, reason=f"Only the newest {KEPT_CAPTURES} captures are kept")
-        content = await self._hub.loop.run_in_executor(None, recording_of, *found)
+        content = await self._hub.loop.run_in_executor(None, self._hub.captures.recording, whole_number(number))
+        if content is None:
+            raise web.HTTPError(404, reason=f"Only the newest {KEPT} captures are kept")
         self.set_header("Content-Type", "application/x-hdf5")
         self.set_header("Content-Disposition", f'attachment; filename="capture_{int(number):03}.h5"')
         self.finish(content)
-
-
-def recording_of(drive_id: int, capture: Capture) -> bytes:
-    """The bytes of the file."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "capture.h5")
-        files.write(path, capture, drive_id)
-        return path.read_bytes()
 
 
 def application(hub: Hub) -> web.Application:

@@ -1,14 +1,10 @@
 // The page as a vehicle control unit: it renews its demand ten times a second while it commands and is in view.
 
 import { element, number, setText } from "./format.js";
+import { token } from "./token.js";
 
 const RENEW_MS = 100;
 const RESET_MS = 300;
-
-// What follows the # of the address; the browser never sends it to anybody by itself.
-function token() {
-  return new URLSearchParams(location.hash.slice(1)).get("token");
-}
 
 export class CommandPanel {
   constructor(link) {

@@ -1,5 +1,7 @@
 // The WebSocket to the server: reconnects by itself, and decodes the frames of sextant_py/dashboard/frames.py.
 
+import { token } from "./token.js";
+
 const RETRY_MS = 1000;
 const TELEMETRY = 1;
 const CAPTURE = 2;
@@ -14,7 +16,9 @@ export class Link {
 
   connect() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/socket`);
+    // With the token the server keeps what this page does apart from pages without it.
+    const query = token() ? `?token=${encodeURIComponent(token())}` : "";
+    const socket = new WebSocket(`${scheme}://${location.host}/socket` + query);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.closedAt = null;
