@@ -40,7 +40,6 @@ void describe(Section s, CvodeParameters& p) {
   describe(s, static_cast<ErrorControl&>(p));
 }
 
-<<<<<<< HEAD
 void describe(Section s, SaturationParameters<double>& p) {
   constexpr Range<double> flux_wb{0, 1e3};
   s.number(
@@ -64,7 +63,8 @@ std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
   return "integrator = \"exact\" is for machines without saturation: with saturation.knee_wb above 0 it must "
          "be "
          "\"cvode\", \"erk\" or \"fixed\"";
-=======
+}
+
 void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
   s.time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
          "time for which both switches of a leg are off where it changes between low and high, while its "
@@ -77,7 +77,6 @@ void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
   s.number("slope_ohm", p.plant.drops.slope_resistance, {0, 1e3}, "ohm",
            "by which the voltage of a conducting switch or diode rises with its current; the drive knows of "
            "it by drive.inverter.slope_ohm; 0: none");
->>>>>>> plantinv
 }
 
 /// A machine that takes too many fixed steps in a period: its run would not end in a time that makes sense.
@@ -114,16 +113,8 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
-<<<<<<< HEAD
   describe(s.section("saturation"), p.plant.saturation);
-  s.section("inverter")
-      .time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
-            "time for which both switches of a leg are off where it changes between low and high, while its "
-            "diodes carry the current; the drive reads the commanded edges, and knows of it by "
-            "drive.inverter.dead_time_us; 0: none");
-=======
   describe_inverter(s.section("inverter"), p);
->>>>>>> plantinv
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);

@@ -27,7 +27,7 @@ class VoltageModelKindOf : public testing::Test {
   }
 
   InductionMachineParameters<T> machine{};
-  Estimator estimator{machine, FluxEstimatorKind::voltage_model};
+  Estimator estimator{{.machine = machine, .kind = FluxEstimatorKind::voltage_model}};
 };
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(VoltageModelKindOf, Scalars);

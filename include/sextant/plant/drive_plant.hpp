@@ -63,16 +63,10 @@ class DrivePlant {
 
   /// At rest, without flux, gates off. The parameters must be valid.
   explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
-<<<<<<< HEAD
       : DrivePlant{parameters, std::move(appended_system), machine_of(parameters)} {}
 
-  /// The same with a machine that has other parameters than `parameters`.
-=======
-      : DrivePlant{parameters, std::move(appended_system), Machine{in_series(parameters)}} {}
-
-  /// The same with a machine that has more parameters than `parameters.machine`; its stator resistance has
-  /// the inverter's slope resistance in it.
->>>>>>> plantinv
+  /// The same with a machine that has other parameters than `parameters`; its stator resistance has the
+  /// inverter's slope resistance in it.
   DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system, const Machine& machine)
       : machine_{machine},
         appended_{std::move(appended_system)},
@@ -233,13 +227,8 @@ class DrivePlant {
   /// it, whatever the speed does:
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
-<<<<<<< HEAD
-  /// |u_s| ≤ 2/3 u_dc, with the largest link voltage so far; with saturation L_s is the largest one. An
-  /// integration that goes beyond it has left the machine's equations.
-=======
-  /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far. An integration that goes beyond it has
-  /// left the machine's equations.
->>>>>>> plantinv
+  /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far; with saturation L_s is the largest one.
+  /// An integration that goes beyond it has left the machine's equations.
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
     const T limit = flux_per_volt_ * largest_u_dc_;
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
@@ -333,9 +322,9 @@ class DrivePlant {
   }
   static Machine machine_of(const DrivePlantParameters<T>& parameters) {
     if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>, SaturationParameters<T>>)
-      return Machine{parameters.machine, parameters.saturation};
+      return Machine{in_series(parameters), parameters.saturation};
     else
-      return Machine{parameters.machine};
+      return Machine{in_series(parameters)};
   }
   /// x: the whole state, or that of the machine. stator_voltage: u_s by dpsi_r/dt and i_s.
   template <class Vector, class StatorVoltage>

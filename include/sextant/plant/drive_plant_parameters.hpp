@@ -14,15 +14,10 @@ namespace sextant {
 template <class T = double>
 struct DrivePlantParameters {
   InductionMachineParameters<T> machine{};
-<<<<<<< HEAD
   SaturationParameters<T> saturation{};  ///< of the machine's main flux; none by default
   T viscous_friction{};                  ///< B, torque per speed of bearings and fan [N·m·s/rad]
   RoadLoad<T> road_load{};               ///< of the vehicle that the shaft drives; none by default
-=======
-  T viscous_friction{};        ///< B, torque per speed of bearings and fan [N·m·s/rad]
-  RoadLoad<T> road_load{};     ///< of the vehicle that the shaft drives; none by default
-  ConductionDrops<T> drops{};  ///< of the inverter; none by default
->>>>>>> plantinv
+  ConductionDrops<T> drops{};            ///< of the inverter; none by default
 
   /// nullptr when the values make a plant, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {

@@ -9,11 +9,8 @@
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/two_level_inverter.hpp"
-<<<<<<< HEAD
 #include "sextant/plant/back_emf.hpp"
-=======
 #include "sextant/plant/conduction_drops.hpp"
->>>>>>> plantinv
 #include "sextant/plant/leg_tie.hpp"
 #include "sextant/plant/stator_voltage_map.hpp"
 
@@ -23,22 +20,16 @@ namespace sextant {
 /// conduct, take a threshold voltage V_t. A dead time is a time for which a leg is off.
 ///
 /// A leg is low, high or off. An off leg carries its phase current through a diode: the lower one while
-<<<<<<< HEAD
-/// i_x > 0, the upper one while i_x < 0. Once its current is zero it floats, until its potential leaves
-/// [0, u_dc] and a diode takes it over again. Current i_x is positive into the machine. The machine enters by
-/// its current i_s and its `BackEmf` e (stationary frame, amplitude-invariant).
-=======
 /// i_x > 0, the upper one while i_x < 0. So each leg has a lowest potential, at which it carries positive
 /// current, and a highest one, for negative current:
 ///   off:  −V_t and u_dc + V_t,    low:  ∓V_t,    high:  u_dc ∓ V_t
 /// Once its current is zero the leg floats, until its potential leaves the range between them and current
 /// flows again. A driven leg without threshold has no such range, is tied for good and carries either
-/// current. Current i_x is positive into the machine. The machine enters by its current i_s and its back-EMF
+/// current. Current i_x is positive into the machine. The machine enters by its current i_s and its `BackEmf`
 /// e (stationary frame, amplitude-invariant).
 ///
 /// The slope resistance of `ConductionDrops` is not in here: as each current that flows passes one device, it
 /// is a part of the stator resistance of the machine.
->>>>>>> plantinv
 ///
 /// The cable of one phase can be opened: its contact carries the current until the current crosses zero, and
 /// from then on the phase floats without diodes, whatever its leg does.
@@ -86,28 +77,17 @@ class Inverter {
 
   /// Sets any leg states and the DC-link voltage [V] and finds the ties of the legs.
   constexpr void set(SwitchState state, T u_dc, SpaceVector<T> i_s,
-<<<<<<< HEAD
                      const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
-    if (is_driven(state) && open_ == no_phase) return set_driven(state, u_dc);
-=======
-                     SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
     if (is_plain_ && is_driven(state)) return set_driven(state, u_dc);
->>>>>>> plantinv
     state_ = state;
     u_dc_ = u_dc;
     tie_by_currents(phases_of(i_s));
     settle(e);
   }
 
-<<<<<<< HEAD
-  /// The event of a leg has come: a conducting diode blocks, an arc ends, or a floating leg's diode takes
-  /// over.
-  constexpr void on_event(int leg, SpaceVector<T> i_s, const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
-=======
   /// The event of a leg has come: a conducting device blocks, an arc ends, or a device of a floating leg
   /// takes over.
-  constexpr void on_event(int leg, SpaceVector<T> i_s, SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
->>>>>>> plantinv
+  constexpr void on_event(int leg, SpaceVector<T> i_s, const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
     const auto x = static_cast<std::size_t>(leg);
     const bool was_floating = ties_[x] == LegTie::floating;
     const T v = was_floating && floating_ < 3 ? leg_potentials(e)[x] : T(0);
@@ -127,12 +107,7 @@ class Inverter {
   /// arc: its forward current [A]. A floating leg: how far its potential is inside its range [V].
   /// Otherwise 1.
   [[nodiscard]] constexpr std::array<T, 3> events(SpaceVector<T> i_s,
-<<<<<<< HEAD
                                                   const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
-    const std::array<LegState, 3> states = leg_states(state_);
-=======
-                                                  SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
->>>>>>> plantinv
     const std::array<T, 3> i = phases_of(i_s);
     std::array<T, 3> g = margins(e);
     for (std::size_t x = 0; x < 3; ++x) {
@@ -250,13 +225,8 @@ class Inverter {
     for (std::size_t x = 0; x < 3; ++x) block(x);
   }
 
-<<<<<<< HEAD
-  /// Ties floating legs that would leave [0, u_dc], the worst first, until none is left.
-  constexpr void settle(const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
-=======
   /// Ties floating legs that would leave their ranges, the worst first, until none is left.
-  constexpr void settle(SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
->>>>>>> plantinv
+  constexpr void settle(const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
     for (int round = 0; round <= 3; ++round) {
       floating_ = floating_legs(ties_);
       map_ = stator_voltage_map(ties_, potentials());
@@ -271,15 +241,9 @@ class Inverter {
     }
   }
 
-<<<<<<< HEAD
-  /// Distance of each floating leg to the potential at which a diode conducts; 1 for tied legs and for an
-  /// open phase. With all three floating the line-to-line EMF counts, with leg a for all. [V]
-  [[nodiscard]] constexpr std::array<T, 3> margins(const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
-=======
   /// Distance of each floating leg to the potential at which it conducts; 1 for tied legs and for an open
   /// phase. With all three floating the line-to-line EMF counts, with leg a for all. [V]
-  [[nodiscard]] constexpr std::array<T, 3> margins(SpaceVector<T> e) const noexcept SEXTANT_NONBLOCKING {
->>>>>>> plantinv
+  [[nodiscard]] constexpr std::array<T, 3> margins(const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
     std::array<T, 3> g{T(1), T(1), T(1)};
     if (floating_ == 0) return g;
     const std::array<T, 3> v = leg_potentials(e);
