@@ -132,16 +132,13 @@ std::vector<Kind> kinds() {
                "load.speed_rad_s.points", "load.speed_rad_s.file", "plant.sensors.sampling_lead_us",
                "plant.sensors.current.bits", "plant.sensors.voltage.bits", "plant.inverter.dead_time_us"});
     if (kind.name == "plant") continue;
-    add(kind, {"machine.reactance_frequency_hz",   "drive.period_us",
-               "drive.sampling_lead_us",           "drive.inverter.dead_time_us",
-               "drive.inverter.voltage_error_v",   "drive.current_limit_a",
-               "control.flux_reference_wb",        "control.foc.bandwidth_rad_s",
-               "control.pwm_dtc.bandwidth_rad_s",  "control.feedback_linearisation.bandwidth_rad_s",
-               "control.machine_estimate.r_s_ohm", "command.timeout_ms",
-               "command.status_timeout_ms",        "capability.base_speed_rad_s",
-               "protection.over_current_a",        "protection.dc_over_voltage_v",
-               "protection.over_speed_rad_s",      "protection.dc_under_voltage_v",
-               "protection.winding.warning_c",     "plant.u_dc_v"});
+    add(kind, {"machine.reactance_frequency_hz", "drive.period_us", "drive.sampling_lead_us",
+               "drive.inverter.dead_time_us", "drive.current_limit_a", "control.flux_reference_wb",
+               "control.foc.bandwidth_rad_s", "control.pwm_dtc.bandwidth_rad_s",
+               "control.feedback_linearisation.bandwidth_rad_s", "control.machine_estimate.r_s_ohm",
+               "command.timeout_ms", "command.status_timeout_ms", "capability.base_speed_rad_s",
+               "protection.over_current_a", "protection.dc_over_voltage_v", "protection.over_speed_rad_s",
+               "protection.dc_under_voltage_v", "protection.winding.warning_c", "plant.u_dc_v"});
   }
   return list;
 }

@@ -14,8 +14,8 @@ namespace sextant {
 template <class T = double>
 class SaturationShape {
  public:
-  /// Standard deviation of s, which is not below zero: at the knee, where the inductance has fallen to half, s
-  /// is 0.5. [-]
+  /// Standard deviation of s, which is not below zero: at the knee, where the inductance has fallen to half,
+  /// s is 0.5. [-]
   static constexpr T deviation = T(0.3);
 
   /// flux_reference: ψ_ref [Wb].
