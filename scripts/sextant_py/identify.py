@@ -31,7 +31,10 @@ DIR/identify.png the levels and their fit. Files of a drive take them in by [dri
 Dead time and threshold voltage are one number at one link voltage: without --threshold-v the dead time stands for both.
 The resistance contains cables, and the slope resistance of the switches beyond drive.inverter.slope_ohm."""
 CONTROL = "control.commissioning."
-CHANNELS = ("level", "finished", "level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
+CHANNELS = ("level", "level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
+# Dead time by the control period that an unknown inverter has at most: two standard deviations of what the protections
+# are told that they do not know of the voltage.
+MOST_DEAD_TIME = 0.1
 LOWEST_SHARE = 0.2 * 0.95  # of the current limit, at the lowest level
 STEPS = 4  # of the converter, and standard deviations of noise, that the currents of phases b and c have at least
 
@@ -64,6 +67,7 @@ def settings_of(options: argparse.Namespace) -> list[str]:
         "drive.magnetise_first": False,
         "load.kind": "imposed_speed",
         "load.speed_rad_s.value": 0,
+        "plant.integrator": "exact",
     }
     if options.limit_a is not None:
         run_keys[f"{CONTROL}current_limit_a"] = options.limit_a
@@ -92,6 +96,14 @@ def configuration_of(mil: Path, scenario: Path, given: list[str]) -> Settings:
     if done.returncode == 2 or found is None:
         raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}")
     return found["configuration"]
+
+
+def unknown_voltage(configuration: Settings) -> Settings:
+    """What the drive does not know of its inverter yet, where the user has not told otherwise: the fundamental of a
+    square wave of what such a dead time takes from a leg."""
+    key = "drive.inverter.voltage_error_v"
+    prior = 4 / math.pi * MOST_DEAD_TIME / 2 * configuration["plant.u_dc_v"]
+    return {key: round(max(prior, configuration[key]), 3)}
 
 
 def leakage_of(configuration: Settings) -> float:
@@ -126,18 +138,18 @@ def check_room(configuration: Settings) -> None:
 
 
 def duration_of(configuration: Settings) -> float:
-    """Of all levels, of the ramps between them and of the rest at zero. [s]"""
+    """Of all levels and of the ramps between them. [s]"""
     settle, hold = (1e-3 * configuration[f"{CONTROL}{key}_ms"] for key in ("settle", "hold"))
     levels = 2 * configuration[f"{CONTROL}levels"]
-    ramps = 0.4 * settle  # up to the limit, to its opposite, and back: a tenth for each limit
+    ramps = 0.3 * settle  # up to the highest level and to its opposite: a tenth for each such current
     periods = (3 * levels + 10) * 1e-6 * configuration["drive.period_us"]  # rounded up
-    return levels * (settle + hold) + ramps + periods + 0.01
+    return levels * (settle + hold) + ramps + periods + 0.003
 
 
 def measure(mil: Path, scenario: Path, given: list[str], configuration: Settings) -> list[Level]:
     """Runs the levels."""
     period_us = configuration["drive.period_us"]
-    length: Settings = {
+    length: Settings = unknown_voltage(configuration) | {
         "duration_s": round(duration_of(configuration), 6),
         "trace.interval_us": period_us * max(1, round(1000 / period_us)),
         "trace.signals": [f"control/{name}" for name in CHANNELS],
@@ -155,26 +167,24 @@ def measure(mil: Path, scenario: Path, given: list[str], configuration: Settings
             f"the drive tripped with {first['fault']} at {first['t_s']:.3f} s, before every level was measured; "
             "docs/commissioning.md says what may be wrong."
         )
-    return read_levels(out / "trace.h5")
+    return read_levels(out / "trace.h5", 2 * configuration[f"{CONTROL}levels"])
 
 
-def read_levels(file: Path) -> list[Level]:
-    """The levels of a trace, in order."""
+def read_levels(file: Path, count: int) -> list[Level]:
+    """So many levels of a trace, in order."""
     import h5py
     import numpy as np
 
     with h5py.File(file) as trace:
         values = {name: np.asarray(trace[f"control/{name}"]) for name in CHANNELS}
-    if not values["finished"][-1]:
-        raise UserError("the run ended before every level was over: the current did not follow.")
     over = values["level"]
-    firsts = [int(np.argmax(over >= number)) for number in range(1, int(over[-1]) + 1)]
-    return [Level(*(float(values[name][row]) for name in CHANNELS[2:])) for row in firsts]
+    if not over.size or over[-1] < count:
+        raise UserError(f"{file}: the run ended before all {count} levels were over; read what sextant-mil reports.")
+    firsts = [int(np.argmax(over >= number)) for number in range(1, count + 1)]
+    return [Level(*(float(values[name][row]) for name in CHANNELS[1:])) for row in firsts]
 
 
-def identified(
-    file: Path, mil: Path, directory: Path, options: argparse.Namespace
-) -> tuple[list[Level], Setup, Found]:
+def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> tuple[list[Level], Setup, Found]:
     """Levels, what was known and what was found, for the drive of a file."""
     scenario = scenario_of(file, mil, directory)
     given = settings_of(options)

@@ -56,11 +56,7 @@ class Found:
     def voltage(self, current_a: np.ndarray, setup: Setup) -> np.ndarray:
         """The fit. [V]"""
         of_a_leg = self.link_v * self.dead_time_s / setup.period_s + setup.threshold_v
-        return (
-            self.offset_v
-            + (self.r_s_ohm + setup.slope_ohm) * current_a
-            + 4 / 3 * of_a_leg * np.sign(current_a)
-        )
+        return self.offset_v + (self.r_s_ohm + setup.slope_ohm) * current_a + 4 / 3 * of_a_leg * np.sign(current_a)
 
 
 def least_current(level: Level, dead_time_s: float, setup: Setup) -> float:
