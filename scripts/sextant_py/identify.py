@@ -24,9 +24,9 @@ EXAMPLES = """examples:
   sextant-mil my_scenario.toml --set drive.inverter=DIR/inverter.toml --set control.machine_estimate=DIR/machine.toml
 
 The drive leads a direct current along phase a through levels of both signs, without torque, on a shaft that stands
-still. DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the stator resistance,
-DIR/identify.png the levels and their fit. Files of a drive take them in by [drive] inverter = "inverter.toml" and
-[control] machine_estimate = "machine.toml".
+still. DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the stator
+resistance, DIR/identify.png the levels and their fit. Files of a drive take them in by
+[drive] inverter = "inverter.toml" and [control] machine_estimate = "machine.toml".
 
 Dead time and threshold voltage are one number at one link voltage: without --threshold-v the dead time stands for both.
 The resistance contains cables, and the slope resistance of the switches beyond drive.inverter.slope_ohm."""

@@ -11,17 +11,19 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import mil_program
+from . import identify, mil_program
 from .errors import UserError, run
+from .identify_files import told_dead_time_us
 from .paths import OUT, ROOT
-from .sweep_file import Settings
+from .sweep_file import Settings, toml_value
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import words
+from .torque_map_drive import SENSORS, words
 
 EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
   scripts/inverter_study --methods foc --cases 25       one method, the cases at 25 us
   scripts/inverter_study --speeds 0,5,50 --torques 60,-60
+  scripts/inverter_study --identified --methods foc     told what scripts/identify finds on each plant
 
 A point is right, derated (less torque, and the drive says so), tripped, or wrong, silently: the mean torque over 0.3 s
 is off by more than 5 N·m and 5 % of the command. The current before any command is the largest of runs without one."""
@@ -44,9 +46,12 @@ class Case:
     period_us: int
     dead_us: float
     told_us: float
+    error_v: float | None = None  # of the voltage, as identified along with told_us
 
     @property
     def name(self) -> str:
+        if self.error_v is not None:
+            return f"{self.period_us} us, dead time {self.dead_us:g} us, identified"
         told = "" if not self.dead_us else f", told {self.told_us:g} us" if self.told_us else ", not told"
         return f"{self.period_us} us, dead time {self.dead_us:g} us{told}"
 
@@ -56,7 +61,7 @@ class Case:
             "drive.period_us": self.period_us,
             "plant.inverter.dead_time_us": self.dead_us,
             "drive.inverter.dead_time_us": self.told_us,
-        }
+        } | ({} if self.error_v is None else {"drive.inverter.voltage_error_v": self.error_v})
 
 
 CASES = tuple(
@@ -126,6 +131,20 @@ class Lab:
         }
         return self.metrics(settings)[0]["peak_current_a"]
 
+    def identified(self, case: Case) -> Case:
+        """The plant of the case, whose drive is told what `identify` finds there with real sensors."""
+        directory = self.file.parent / f"identify_{case.period_us}_{case.dead_us:g}"
+        directory.mkdir(exist_ok=True)
+        plant = {"drive.period_us": case.period_us, "plant.inverter.dead_time_us": case.dead_us}
+        keys = [f"{key}={toml_value(value)}" for key, value in (plant | SENSORS["real"]).items()]
+        options = identify.parse_arguments([str(self.file), *(word for key in keys for word in ("--set", key))])
+        found = identify.identified(self.file, self.mil, directory, options)[2]
+        told = told_dead_time_us(found)
+        print(
+            f"{case.period_us} us, dead time {case.dead_us:g} us: {told:g} us, R_s {found.r_s_ohm:.4f} ohm", flush=True
+        )
+        return Case(case.period_us, case.dead_us, told, round(found.voltage_error_v, 4))
+
 
 def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:
     """What a run shows."""
@@ -176,6 +195,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), metavar="A,B")
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
+    parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
     parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
     parser.add_argument(
@@ -206,7 +226,10 @@ def main(arguments: list[str]) -> int:
     if not cases:
         raise UserError(f'--cases: none begins with "{options.cases}"; they are {"; ".join(c.name for c in CASES)}.')
     directory = OUT / "inverter_study"
-    rows, idle = measure(Lab(mil_program.find(options.mil), directory), options, cases)
+    lab = Lab(mil_program.find(options.mil), directory)
+    if options.identified:
+        cases = [lab.identified(case) for case in cases if case.dead_us and case.told_us == case.dead_us]
+    rows, idle = measure(lab, options, cases)
     print(table(rows, idle))
     file = directory / "inverter_study.json"
     file.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
