@@ -8,21 +8,24 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from . import mil_program
+from . import identify, mil_program
 from .errors import UserError, run
+from .identify_files import told_dead_time_us
 from .paths import OUT, ROOT
-from .sweep_file import Settings
+from .sweep_file import Settings, toml_value
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import words
+from .torque_map_drive import SENSORS, words
 
 EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
   scripts/inverter_study --methods foc --cases 25       one method, the cases at 25 us
   scripts/inverter_study --drops                        the cases with drops of switches and diodes in their place
+  scripts/inverter_study --everything                   dead time, drops, saturation and real sensors at once
   scripts/inverter_study --speeds 0,5,50 --torques 60,-60
+  scripts/inverter_study --identified --methods foc     told what scripts/identify finds on each plant
 
 A point is right, derated (less torque, and the drive says so), tripped, or wrong, silently: the mean torque over 0.3 s
 is off by more than 5 N·m and 5 % of the command. The current before any command is the largest of runs without one."""
@@ -36,7 +39,14 @@ TIME_LIMIT_S = 300  # of one run [s]
 RIGHT, DERATED, TRIPPED, WRONG = "right", "derated", "tripped", "wrong"
 KINDS = (RIGHT, DERATED, TRIPPED, WRONG)
 THRESHOLD_V, SLOPE_OHM = 1.2, 0.02  # of switches and diodes where they have drops
+# Of a machine whose inductance at the flux reference is half of what it is at small fluxes.
+SATURATION = {"plant.saturation.knee_wb": 1.1, "plant.saturation.machine_flux_wb": 1.1, "plant.integrator": "fixed"}
 SLOW = 20.0  # up to here a point counts as near standstill [rad/s]
+
+
+def drops(end: str) -> Settings:
+    """The drops of switches and diodes, of the plant or as the drive is told of them."""
+    return {f"{end}.inverter.threshold_v": THRESHOLD_V, f"{end}.inverter.slope_ohm": SLOPE_OHM}
 
 
 @dataclass(frozen=True)
@@ -46,19 +56,29 @@ class Case:
     period_us: int
     dead_us: float
     told_us: float
+    everything: bool = False  # drops, saturation and real sensors too
+    error_v: float | None = None  # of the voltage, as identified along with told_us
 
     @property
     def name(self) -> str:
-        told = "" if not self.dead_us else f", told {self.told_us:g} us" if self.told_us else ", not told"
-        return f"{self.period_us} us, dead time {self.dead_us:g} us{told}"
+        plant = f"{self.period_us} us, {'everything on, ' if self.everything else ''}dead time {self.dead_us:g} us"
+        if self.error_v is not None:
+            return f"{plant}, identified"
+        return plant + ("" if not self.dead_us else f", told {self.told_us:g} us" if self.told_us else ", not told")
+
+    @property
+    def plant(self) -> Settings:
+        own = {"drive.period_us": self.period_us, "plant.inverter.dead_time_us": self.dead_us}
+        return own | (drops("plant") | SATURATION | SENSORS["real"] if self.everything else {})
 
     @property
     def settings(self) -> Settings:
-        return {
-            "drive.period_us": self.period_us,
-            "plant.inverter.dead_time_us": self.dead_us,
-            "drive.inverter.dead_time_us": self.told_us,
-        }
+        told = {"drive.inverter.dead_time_us": self.told_us}
+        if self.error_v is not None:
+            told["drive.inverter.voltage_error_v"] = self.error_v
+        elif self.everything:
+            told |= drops("drive")
+        return self.plant | told
 
 
 @dataclass(frozen=True)
@@ -75,11 +95,7 @@ class DropsCase:
 
     @property
     def settings(self) -> Settings:
-        drops = {"threshold_v": THRESHOLD_V, "slope_ohm": SLOPE_OHM}
-        at = ("plant", "drive") if self.is_told else ("plant",)
-        return {"drive.period_us": self.period_us} | {
-            f"{end}.inverter.{key}": value for end in at for key, value in drops.items()
-        }
+        return {"drive.period_us": self.period_us} | drops("plant") | (drops("drive") if self.is_told else {})
 
 
 CASES = tuple(
@@ -87,6 +103,11 @@ CASES = tuple(
     for period, dead in ((25, 0.0), (25, 1.5), (125, 0.0), (125, 3.0))
     for share in ((0, 1, 1.1, 0.9) if dead else (0,))
 )  # fmt: skip
+EVERYTHING_CASES = tuple(
+    Case(period, dead, round(share * dead, 3), everything=True)
+    for period, dead in ((25, 1.5), (125, 3.0))
+    for share in (1, 1.1, 0.9)
+)
 DROPS_CASES = (DropsCase(25, False), DropsCase(25, True))
 
 
@@ -150,6 +171,19 @@ class Lab:
         }
         return self.metrics(settings)[0]["peak_current_a"]
 
+    def identified(self, case: Case) -> Case:
+        """The plant of the case, whose drive is told what `identify` finds there with real sensors."""
+        directory = self.file.parent / f"identify_{case.period_us}_{case.dead_us:g}{'_all' * case.everything}"
+        directory.mkdir(exist_ok=True)
+        keys = [f"{key}={toml_value(value)}" for key, value in (case.plant | SENSORS["real"]).items()]
+        options = identify.parse_arguments([str(self.file), *(word for key in keys for word in ("--set", key))])
+        found = identify.identified(self.file, self.mil, directory, options)[2]
+        told = told_dead_time_us(found)
+        print(
+            f"{case.period_us} us, dead time {case.dead_us:g} us: {told:g} us, R_s {found.r_s_ohm:.4f} ohm", flush=True
+        )
+        return replace(case, told_us=told, error_v=round(found.voltage_error_v, 4))
+
 
 def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:
     """What a run shows."""
@@ -200,7 +234,10 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), metavar="A,B")
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
-    parser.add_argument("--drops", action="store_true", help="the cases with drops in place of those with dead time")
+    plants = parser.add_mutually_exclusive_group()
+    plants.add_argument("--drops", action="store_true", help="the cases with drops in place of those with dead time")
+    plants.add_argument("--everything", action="store_true", help="those with dead time, drops, saturation, sensors")
+    parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
     parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
     parser.add_argument(
@@ -227,12 +264,15 @@ def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case | DropsC
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    known = DROPS_CASES if options.drops else CASES
+    known = DROPS_CASES if options.drops else EVERYTHING_CASES if options.everything else CASES
     cases = [case for case in known if case.name.startswith(options.cases)]
     if not cases:
         raise UserError(f'--cases: none begins with "{options.cases}"; they are {"; ".join(c.name for c in known)}.')
     directory = OUT / "inverter_study"
-    rows, idle = measure(Lab(mil_program.find(options.mil), directory), options, cases)
+    lab = Lab(mil_program.find(options.mil), directory)
+    if options.identified:
+        cases = [lab.identified(c) for c in cases if isinstance(c, Case) and c.dead_us and c.told_us == c.dead_us]
+    rows, idle = measure(lab, options, cases)
     print(table(rows, idle))
     file = directory / "inverter_study.json"
     file.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -22,6 +22,7 @@ OF_A_RUN = (  # sections and keys that the map sets, or that belong to the run o
     "name", "description", "duration_s", "mode", "profile", "load", "cycle", "vehicle", "driver", "trace", "metrics",
     "expect", "event_exact",
 )  # fmt: skip
+SECTIONS_WITH_FILE = (("machine",), ("drive", "inverter"), ("control", "machine_estimate"))
 
 
 @dataclass(frozen=True)
@@ -75,8 +76,8 @@ def scale_of(configuration: Settings) -> Scale:
     )
 
 
-def _machine(value: object, file: Path) -> dict:
-    """The values of a machine, of which a file may hold some."""
+def _section(value: object, file: Path) -> dict:
+    """The values of a section, of which a file may hold some."""
     section = {"file": value} if isinstance(value, str) else dict(value) if isinstance(value, dict) else {}
     if "file" in section:
         return _parsed(file.parent / section.pop("file")) | section
@@ -93,14 +94,19 @@ def _parsed(file: Path) -> dict:
 
 
 def read(file: Path, seen: tuple[Path, ...] = ()) -> Settings:
-    """Dotted keys of a file and of those that it is based on; the machine's values in the place of its file."""
+    """Dotted keys of a file and of those that it is based on; values in the place of the files of sections."""
     if file.resolve() in seen:
         raise UserError(f"{file} is based on itself.")
     tree = _parsed(file)
     base = tree.pop("base", None)
     found = read(file.parent / base, (*seen, file.resolve())) if base else {}
-    machine = _machine(tree.pop("machine", {}), file)
-    return found | flat(tree) | {f"machine.{key}": value for key, value in machine.items()}
+    for *above, name in SECTIONS_WITH_FILE:
+        holder = tree
+        for part in above:
+            holder = holder.get(part, {})
+        if name in holder:
+            holder[name] = _section(holder[name], file)
+    return found | flat(tree)
 
 
 def of_the_drive(found: Settings, known: set[str], file: Path) -> tuple[Settings, list[str]]:

@@ -44,7 +44,10 @@ void check_channels(const ControlMethod& method) {
 }  // namespace
 
 ControlMethods control_methods() {
-  return methods_of(static_cast<ControllerList<double>*>(nullptr));
+  ControlMethods methods = methods_of(static_cast<ControllerList<double>*>(nullptr));
+  for (ControlMethod& method : methods_of(static_cast<CommissioningList<double>*>(nullptr)))
+    methods.push_back(std::move(method));
+  return methods;
 }
 
 ControlMethods with_own(ControlMethods methods, std::span<const ControlMethod> own) {

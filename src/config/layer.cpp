@@ -49,7 +49,12 @@ void require_file(const std::string& file, const std::string& kind, ConfigProble
 
 /// Where a layer names the file of a section, if it does; the name is taken out.
 std::optional<std::string> take_section_file(Layer& layer, const std::string& section, int& line) {
-  toml::node* given = layer.table.get(section);
+  const std::size_t dot = section.rfind('.');
+  const bool is_inside = dot != std::string::npos;
+  toml::table* const holder =
+      is_inside ? layer.table.at_path(section.substr(0, dot)).as_table() : &layer.table;
+  const std::string name = is_inside ? section.substr(dot + 1) : section;
+  toml::node* given = holder == nullptr ? nullptr : holder->get(name);
   if (given == nullptr) return std::nullopt;
   toml::node* node = given;
   std::string key = section;
@@ -66,7 +71,7 @@ std::optional<std::string> take_section_file(Layer& layer, const std::string& se
   if (toml::table* table = given->as_table()) {
     table->erase("file");
   } else {
-    layer.table.erase(section);
+    holder->erase(name);
   }
   return layer.resolved(*path);
 }

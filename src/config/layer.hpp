@@ -40,7 +40,7 @@ struct Layer {
 /// "key=value". Throws ConfigError when it is not of that form.
 [[nodiscard]] Layer override_layer(const std::string& text);
 
-/// Takes the path of the file that holds a section ("machine") out of the layers and puts the file's own
+/// Takes the path of the file that holds a section ("machine", "drive.inverter") out of the layers and puts the file's own
 /// layer before them. Throws ConfigError when it is not a path or the file is bad.
 void insert_section_layer(std::vector<Layer>& layers, const std::string& section);
 

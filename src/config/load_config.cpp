@@ -1,5 +1,7 @@
 #include "sextant/config/load_config.hpp"
 
+#include <array>
+#include <span>
 #include <utility>
 
 #include "layer.hpp"
@@ -16,15 +18,20 @@ Schema schema_of(Config& config) {
   return schema;
 }
 
+/// Sections that a file of their own may hold; those of every configuration with a drive come first.
+constexpr std::array scenario_sections{"machine", "drive.inverter", "control.machine_estimate", "vehicle"};
+constexpr std::span<const char* const> drive_sections = std::span{scenario_sections}.first(3);
+constexpr std::span<const char* const> plant_sections = std::span{scenario_sections}.first(1);
+
 /// Reads into a configuration that has its control methods.
 template <class Config>
 Config load(Layer file, const std::vector<std::string>& overrides,
-            const std::vector<std::string>& sections_with_file, Config config) {
+            std::span<const char* const> sections_with_file, Config config) {
   std::vector<Layer> layers;
   layers.push_back(std::move(file));
   insert_base_layer(layers);
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
-  for (const std::string& section : sections_with_file) insert_section_layer(layers, section);
+  for (const char* const section : sections_with_file) insert_section_layer(layers, section);
   read(schema_of(config), layers);
   return config;
 }
@@ -47,21 +54,21 @@ std::string printed(Config config) {
 
 EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides,
                           std::span<const ControlMethod> own) {
-  return load(read_layer(file), overrides, {"machine"}, with_methods<EcuConfig>(own));
+  return load(read_layer(file), overrides, drive_sections, with_methods<EcuConfig>(own));
 }
 
 EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
                                const std::vector<std::string>& overrides) {
-  return load(text_layer(text, name), overrides, {"machine"}, with_methods<EcuConfig>({}));
+  return load(text_layer(text, name), overrides, drive_sections, with_methods<EcuConfig>({}));
 }
 
 PlantConfig load_plant_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load(read_layer(file), overrides, {"machine"}, PlantConfig{});
+  return load(read_layer(file), overrides, plant_sections, PlantConfig{});
 }
 
 ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides,
                                     std::span<const ControlMethod> own) {
-  return load(read_layer(file), overrides, {"machine", "vehicle"}, with_methods<ScenarioConfig>(own));
+  return load(read_layer(file), overrides, scenario_sections, with_methods<ScenarioConfig>(own));
 }
 
 std::string print_config(const EcuConfig& config) {

@@ -267,9 +267,10 @@ TEST(ControlMethods, NeedNamesForTheirChannels) {
   EXPECT_THAT(refused({{"i_d_a", "A", ""}, {"i_d_a", "A", ""}}), HasSubstr("channel \"i_d_a\""));
 }
 
-TEST(ControlMethods, OfSextantHaveAListOnly) {
+TEST(ControlMethods, OfSextantHaveTwoListsOnly) {
   const ControlMethods methods = control_methods();
-  EXPECT_EQ(methods.size(), std::tuple_size_v<ControllerList<double>>);
+  EXPECT_EQ(methods.size(),
+            std::tuple_size_v<ControllerList<double>> + std::tuple_size_v<CommissioningList<double>>);
   EXPECT_EQ(methods.front().name, DriveConfig{}.controller) << "the first is the default";
 }
 

@@ -53,13 +53,15 @@ class CommandCell {
 
 }  // namespace
 
-// Every controller of the list: that it can be made makes its virtual functions.
+// Every controller of the lists: that it can be made makes its virtual functions.
 template <class... C>
 void make_each(std::tuple<C...>* /*list*/) {
   (static_cast<void>(C{typename C::Parameters{}}), ...);
 }
 template void make_each(ControllerList<double>*);
 template void make_each(ControllerList<float>*);
+template void make_each(CommissioningList<double>*);
+template void make_each(CommissioningList<float>*);
 
 // Each is the whole of a control period.
 void live_cycle(std::int64_t t_ns, DriveIo<double>& io, Drive<double>& drive, Ring<Telemetry<double>>& ring,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "sextant/config/commissioning_config.hpp"
 #include "sextant/config/control_method.hpp"
 #include "sextant/config/direct_torque_config.hpp"
 #include "sextant/config/flux_vector_config.hpp"
@@ -8,7 +9,7 @@
 
 namespace sextant {
 
-/// Descriptions of the `ControllerList` for the configuration, the default first.
+/// Descriptions of `ControllerList` and `CommissioningList` for the configuration, the default first.
 [[nodiscard]] ControlMethods control_methods();
 
 }  // namespace sextant

@@ -1,0 +1,139 @@
+"""scripts/identify: the fit against levels that are made here, and whole measurements on simulated drives."""
+
+import random
+import secrets
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from programs import program
+from sextant_py import identify
+from sextant_py.errors import UserError
+from sextant_py.identify_files import write_files
+from sextant_py.identify_fit import Level, Setup, fit
+from sextant_py.paths import ROOT
+
+MACHINE = ROOT / "configs" / "machines" / "paper_3hp.toml"
+SETUP = Setup(period_s=25e-6, leakage_h=4.7e-3)
+
+
+def levels_of(dead_time_s: float, r_ohm: float, setup: Setup, noise_v: float = 0.0, **other: float) -> list[Level]:
+    """Eight levels by Ohm's law and the volt-seconds that each of the three legs loses."""
+    made = np.random.default_rng(int(other.get("seed", 0)))
+    scatter, link, offset = other.get("scatter", 0.0), other.get("link", 530.0), other.get("offset", 0.0)
+    levels = []
+    for current in (20.0, 14.7, 9.3, 4.0, -4.0, -9.3, -14.7, -20.0):
+        phases = np.array([current, -current / 2, -current / 2])
+        lost = np.sign(phases) * (link * dead_time_s / setup.period_s + setup.threshold_v) + setup.slope_ohm * phases
+        along = 2 / 3 * (lost[0] - (lost[1] + lost[2]) / 2)
+        voltage = r_ohm * current + along + offset + noise_v * made.standard_normal()
+        levels.append(Level(current, float(voltage), link, scatter, 0.0))
+    return levels
+
+
+def test_levels_without_noise_give_back_what_made_them() -> None:
+    seed = secrets.randbits(32)
+    print(f"seed {seed}")
+    drawn = random.Random(seed)
+    for _ in range(100):
+        setup = Setup(
+            drawn.uniform(20e-6, 250e-6), 4.7e-3, drawn.choice([0.0, drawn.uniform(0, 2)]), drawn.uniform(0, 0.05)
+        )
+        dead_time, r_s = drawn.uniform(0, 0.02) * setup.period_s, drawn.uniform(0.05, 5)
+        found = fit(levels_of(dead_time, r_s, setup, offset=drawn.uniform(-0.5, 0.5)), setup)
+        assert found.dead_time_s == pytest.approx(dead_time, abs=1e-12)
+        assert found.r_s_ohm == pytest.approx(r_s, rel=1e-9)
+
+
+def test_the_stated_deviation_is_that_of_the_results() -> None:
+    """Over many measurements, errors by their stated variance have a mean square near that of Student's t with 5
+    degrees of freedom, 5/3."""
+    seed = secrets.randbits(32)
+    print(f"seed {seed}")
+    dead, resistance = [], []
+    for k in range(2000):
+        found = fit(levels_of(1.5e-6, 0.435, SETUP, noise_v=0.05, seed=seed + k), SETUP)
+        dead.append((found.dead_time_s - 1.5e-6) / found.dead_time_sigma_s)
+        resistance.append((found.r_s_ohm - 0.435) / found.r_s_sigma_ohm)
+    for errors in (dead, resistance):
+        assert np.median(np.abs(errors)) == pytest.approx(0.727, abs=0.08)  # the median of |t| with 5 degrees
+        assert abs(np.mean(errors)) < 0.15
+
+
+def test_dead_time_and_threshold_are_one_number_at_one_link() -> None:
+    real = Setup(25e-6, 4.7e-3, threshold_v=1.06)
+    levels = levels_of(1.5e-6, 0.435, real)
+    assert fit(levels, real).dead_time_s == pytest.approx(1.5e-6)
+    assert fit(levels, SETUP).dead_time_s == pytest.approx(1.5e-6 + 1.06 * 25e-6 / 530)
+
+
+def test_levels_whose_sign_is_not_certain_are_left_out() -> None:
+    levels = levels_of(1.5e-6, 0.435, SETUP)
+    # At the lowest levels the currents change their sign: half of the dead time's voltage is gone.
+    wrong = [
+        Level(one.current_a, one.voltage_v * (0.5 if abs(one.current_a) < 5 else 1), one.link_v, 0.6, 0.0)
+        for one in levels
+    ]
+    found = fit(wrong, SETUP)
+    assert found.used == (True, True, True, False, False, True, True, True)
+    assert found.dead_time_s == pytest.approx(1.5e-6, rel=1e-6)
+    with pytest.raises(UserError, match=r"raise control\.commissioning\.current_limit_a"):
+        fit([Level(one.current_a, one.voltage_v, one.link_v, 10.0, 0.0) for one in levels], SETUP)
+
+
+def test_files_hold_what_was_found(tmp_path: Path) -> None:
+    found = fit(levels_of(1.5e-6, 0.435, SETUP, noise_v=0.01, seed=1), SETUP)
+    inverter, machine = write_files(tmp_path, Path("x.toml"), found, SETUP)
+    told = tomllib.loads(inverter.read_text(encoding="utf-8"))
+    assert told["dead_time_us"] == pytest.approx(1.5, abs=0.01)
+    assert told["voltage_error_v"] == pytest.approx(found.voltage_error_v, rel=0.01)
+    assert tomllib.loads(machine.read_text(encoding="utf-8"))["r_s_ohm"] == pytest.approx(found.r_s_ohm, rel=1e-4)
+    none = fit(levels_of(0.0, 0.435, SETUP, noise_v=0.01, seed=1), SETUP)
+    inverter, _ = write_files(tmp_path, Path("x.toml"), none, SETUP)
+    assert tomllib.loads(inverter.read_text(encoding="utf-8"))["dead_time_us"] == 0
+
+
+def drive_file(directory: Path, text: str = "") -> Path:
+    """A drive with sensors as they are."""
+    file = directory / "drive.toml"
+    file.write_text(
+        f'machine = "{MACHINE}"\n[control]\nflux_reference_wb = 1.1\n[protection]\nover_current_a = 250\n'
+        "[plant]\nu_dc_v = 530\n[plant.sensors.current]\nrange_a = 300\nbits = 12\nnoise_a = 0.2\n"
+        f"[plant.sensors.voltage]\nrange_v = 1000\nbits = 12\nnoise_v = 0.5\n{text}",
+        encoding="utf-8",
+    )
+    return file
+
+
+@pytest.mark.parametrize(("period_us", "dead_us"), [(25, 1.5), (125, 3.0), (25, 0.3)])
+def test_a_drive_that_knows_nothing_finds_its_dead_time_and_resistance(
+    tmp_path: Path, period_us: int, dead_us: float
+) -> None:
+    file = drive_file(tmp_path)
+    plant = [f"drive.period_us={period_us}", f"plant.inverter.dead_time_us={dead_us}"]
+    words = [str(file), "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
+    assert identify.main([*words, "--set", plant[0], "--set", plant[1]]) == 0
+    told = tomllib.loads((tmp_path / "inverter.toml").read_text(encoding="utf-8"))
+    assert told["dead_time_us"] == pytest.approx(dead_us, rel=0.1)
+    machine = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
+    assert machine["r_s_ohm"] == pytest.approx(0.435, rel=0.03)
+    assert (tmp_path / "identify.png").stat().st_size > 10_000
+
+
+def refusal(file: Path, *words: str) -> str:
+    mil = str(program("sextant-mil"))
+    with pytest.raises(UserError) as refused:
+        identify.main([str(file), "--out", str(file.parent), "--mil", mil, *words])
+    said = str(refused.value)
+    assert "\n" not in said
+    return said
+
+
+def test_what_does_not_work_is_one_sentence(tmp_path: Path) -> None:
+    file = drive_file(tmp_path)
+    assert "raise it to" in refusal(file, "--limit-a", "2")
+    assert "refuses the drive" in refusal(file, "--set", "plant.u_dc_v=none")
+    short = ("--set", "drive.period_us=125", "--set", "control.commissioning.settle_ms=10")
+    tripped = ("--set", "plant.faults.kind=open_phase", "--set", "plant.faults.at_s=0.01")
+    assert "the drive tripped with OPEN_PHASE" in refusal(file, *short, *tripped)
