@@ -68,14 +68,17 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     const std::int64_t steps = steps_for(plant, duration_ns, total);
     if (steps == 0) return false;
     const T h = steps == 1 ? total : total / T(steps);
-    return plant.has_events() ? advance_through_events(plant, h, steps) : advance_smoothly(plant, h, steps);
+    if (plant.has_events()) return advance_through_events(plant, h, steps);
+    return plant.machine().is_linear() ? advance_smoothly<true>(plant, h, steps)
+                                       : advance_smoothly<false>(plant, h, steps);
   }
 
   [[nodiscard]] bool advance_through(Plant& plant, std::span<const GateSegment> segments,
                                      std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
     if constexpr (Plant::appends_integrals) {
       if (segments.size() > 1 && goes_on_ && plant.is_driven_by(segments))
-        return advance_over_corners(plant, segments, corners);
+        return plant.machine().is_linear() ? advance_over_corners<true>(plant, segments, corners)
+                                           : advance_over_corners<false>(plant, segments, corners);
     }
     return PlantIntegrator<Plant>::advance_through(plant, segments, corners);
   }
@@ -107,8 +110,11 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return at_least(steps, T(steps) * std::sqrt(square) / largest_angle);
   }
 
+  /// is_linear: what the plant's machine says, tested once here and not in each evaluation of its equations.
+  template <bool is_linear>
   [[gnu::flatten]] static bool advance_smoothly(Plant& plant, T h,
                                                 std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
+    if (plant.machine().is_linear() != is_linear) return false;
     const auto slope = [&plant](T, const State& x, State& dx) noexcept { plant.driven_derivative(x, dx); };
     State x = plant.state();
     State k1;
@@ -121,10 +127,13 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return true;
   }
 
+  /// is_linear as above.
+  template <bool is_linear>
   [[gnu::flatten]] bool advance_over_corners(Plant& plant, std::span<const GateSegment> segments,
                                              std::span<State> corners) const noexcept SEXTANT_NONBLOCKING
     requires(Plant::appends_integrals)
   {
+    if (plant.machine().is_linear() != is_linear) return false;
     const VoltageIntegral<T> voltage{segments, plant.inputs().u_dc};
     const T total = voltage.duration();
     const std::int64_t steps = steps_for(plant, voltage.duration_ns(), total);

@@ -60,9 +60,9 @@ class InductionMachine {
   /// i_s = psi_s / σL_s − L_m/(L_s L_r − L_m²) psi_r, and what saturation adds. [A]
   [[nodiscard]] constexpr SpaceVector<T> stator_current(
       SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
-    SpaceVector<T> i_s = inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
+    const SpaceVector<T> i_s = inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
     if (saturation_.acts()) [[unlikely]]
-      i_s += saturation_.added(psi_s) * psi_s;
+      return saturated_current(i_s, psi_s);
     return i_s;
   }
 
@@ -130,10 +130,9 @@ class InductionMachine {
   /// How fast the fluxes settle at standstill at most, R_s di_s/dpsi_s + R_r/σL_r along psi_s; not below that
   /// of the machine without saturation. [1/s]
   [[nodiscard]] constexpr T damping(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
-    if (is_linear()) [[likely]]
-      return damping_;
-    const T added = saturation_.added(psi_s) + saturation_.added_along(psi_s);
-    return damping_ + parameters_.r_s * std::max(T(0), added);
+    if (saturation_.acts()) [[unlikely]]
+      return saturated_damping(psi_s);
+    return damping_;
   }
   /// The largest stator inductance, that of small fluxes. [H]
   [[nodiscard]] constexpr T largest_inductance() const noexcept SEXTANT_NONBLOCKING {
@@ -152,9 +151,24 @@ class InductionMachine {
   }
 
  private:
+  // These are apart, so that the equations of the linear machine stay small where they are inlined.
+
+  /// i_s: of the linear machine. [A]
+  [[nodiscard, gnu::noinline, gnu::cold]] SpaceVector<T> saturated_current(
+      SpaceVector<T> i_s, SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
+    return i_s + saturation_.added(psi_s) * psi_s;
+  }
+
+  [[nodiscard, gnu::noinline, gnu::cold]] T saturated_damping(SpaceVector<T> psi_s) const noexcept
+      SEXTANT_NONBLOCKING {
+    const T added = saturation_.added(psi_s) + saturation_.added_along(psi_s);
+    return damping_ + parameters_.r_s * std::max(T(0), added);
+  }
+
   /// Solves (1/σL_s + g(|psi_s|)) psi_s = source by Newton's method on the magnitude. The left side is convex
   /// in it, so that from above the iteration falls to the solution, and has arrived where it falls no longer.
-  [[nodiscard]] SpaceVector<T> saturated_flux(SpaceVector<T> source) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline, gnu::cold]] SpaceVector<T> saturated_flux(SpaceVector<T> source) const noexcept
+      SEXTANT_NONBLOCKING {
     constexpr int most_iterations = 100;
     const T current = magnitude(source);
     T psi =
@@ -170,8 +184,8 @@ class InductionMachine {
     return psi * along;
   }
 
-  [[nodiscard]] BackEmf<T> saturated_emf(SpaceVector<T> dpsi_r, SpaceVector<T> psi_s,
-                                         SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline, gnu::cold]] BackEmf<T> saturated_emf(
+      SpaceVector<T> dpsi_r, SpaceVector<T> psi_s, SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
     const InverseInductance inverse = inverse_inductance(psi_s);
     const T square = dot(psi_s, psi_s);
     const SpaceVector<T> q =
