@@ -176,7 +176,7 @@ class DrivePlant {
     q.i_s = machine_.stator_current(q.psi_s, q.psi_r);
     q.i_r = machine_.rotor_current(q.psi_s, q.psi_r);
     q.u_dc = inputs_.u_dc;
-    q.conduction_loss = drops_.loss(q.i_s);
+    q.threshold_loss = threshold_loss(q.i_s);
     q.tau_e = machine_.torque(q.psi_s, q.i_s);
     q.tau_l = inputs_.tau_l;
     q.omega_m = x[omega];
@@ -310,6 +310,9 @@ class DrivePlant {
   static SpaceVector<T> rotor_flux(const Vector& x) noexcept SEXTANT_NONBLOCKING {
     return {x[psi_r_alpha], x[psi_r_beta]};
   }
+  T threshold_loss(SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+    return inverter_.is_plain() ? T(0) : drops_.threshold_loss(i_s);
+  }
   /// The machine's parameters with the inverter's slope resistance in series.
   static InductionMachineParameters<T> in_series(const DrivePlantParameters<T>& parameters) noexcept {
     InductionMachineParameters<T> m = parameters.machine;
@@ -354,7 +357,7 @@ class DrivePlant {
                                  inputs_.tau_l,
                                  x[omega],
                                  x[theta],
-                                 drops_.loss(i_s)};
+                                 threshold_loss(i_s)};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
