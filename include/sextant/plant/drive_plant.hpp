@@ -311,7 +311,9 @@ class DrivePlant {
     return {x[psi_r_alpha], x[psi_r_beta]};
   }
   T threshold_loss(SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
-    return inverter_.is_plain() ? T(0) : drops_.threshold_loss(i_s);
+    if (inverter_.is_plain()) [[likely]]
+      return T(0);
+    return drops_.threshold_loss(i_s);
   }
   /// The machine's parameters with the inverter's slope resistance in series.
   static InductionMachineParameters<T> in_series(const DrivePlantParameters<T>& parameters) noexcept {

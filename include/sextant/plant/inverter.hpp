@@ -130,7 +130,7 @@ class Inverter {
     const std::array<T, 3> u = phases_of(map_(e));
     T star_point{};
     for (std::size_t x = 0; x < 3; ++x) {
-      if (ties_[x] != LegTie::floating) star_point = potential_[x] - u[x];
+      if (ties_[x] != LegTie::floating) star_point = potential(x) - u[x];
     }
     return {u[0] + star_point, u[1] + star_point, u[2] + star_point};
   }
@@ -174,6 +174,10 @@ class Inverter {
     return is_open(x) || threshold_ > T(0) ? LegTie::floating : driven_tie(leg_states(state_)[x]);
   }
 
+  /// Potential of a tied leg. [V]
+  [[nodiscard]] constexpr T potential(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
+    return tied_potential(ties_[x], u_dc_) - threshold_ * forward_[x];
+  }
   constexpr void find_ranges() noexcept SEXTANT_NONBLOCKING {
     const std::array<LegState, 3> states = leg_states(state_);
     for (std::size_t x = 0; x < 3; ++x) {
@@ -188,7 +192,6 @@ class Inverter {
     const bool by_upper = state == LegState::off ? sign < T(0) : state == LegState::high;
     ties_[x] = by_upper ? LegTie::high : LegTie::low;
     forward_[x] = sign;
-    potential_[x] = sign > T(0) ? lowest_[x] : highest_[x];
   }
   /// A leg conducts because its potential without current, v, lies beyond its range.
   constexpr void tie_beyond(std::size_t x, T v) noexcept SEXTANT_NONBLOCKING {
@@ -197,7 +200,6 @@ class Inverter {
   constexpr void block(std::size_t x) noexcept SEXTANT_NONBLOCKING {
     ties_[x] = blocked_tie(x);
     forward_[x] = T(0);
-    potential_[x] = tied_potential(ties_[x], u_dc_);
   }
 
   /// A driven leg that carries either current.
@@ -223,7 +225,7 @@ class Inverter {
   constexpr void settle(SpaceVector<T> e) noexcept SEXTANT_NONBLOCKING {
     for (int round = 0; round <= 3; ++round) {
       floating_ = floating_legs(ties_);
-      map_ = stator_voltage_map(ties_, potential_);
+      map_ = stator_voltage_map(ties_, std::array<T, 3>{potential(0), potential(1), potential(2)});
       const std::array<T, 3> g = margins(e);
       const auto worst = static_cast<std::size_t>(std::min_element(g.begin(), g.end()) - g.begin());
       if (!(g[worst] < T(0))) return;
@@ -281,9 +283,8 @@ class Inverter {
   SwitchState state_{};
   T u_dc_{};  ///< [V]
   LegTies ties_{LegTie::floating, LegTie::floating, LegTie::floating};
-  std::array<T, 3> lowest_{};     ///< potentials at which the legs carry positive current [V]
-  std::array<T, 3> highest_{};    ///< the same of negative current [V]
-  std::array<T, 3> potential_{};  ///< of the tied legs, unless all are tied by their states [V]
+  std::array<T, 3> lowest_{};   ///< potentials at which the legs carry positive current [V]
+  std::array<T, 3> highest_{};  ///< the same of negative current [V]
   std::array<T, 3> forward_{};  ///< sign of the current that the leg's device lets pass; 0: floats, or either
   int floating_{3};             ///< legs that float
   int open_{no_phase};          ///< phase whose cable is open
