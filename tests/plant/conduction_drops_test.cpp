@@ -88,7 +88,7 @@ TEST(ConductionDrops, TheLegsOfAnInverterTakeThePotentialsThatTheirCurrentsAllow
     const SpaceVector<> expected = relaxed_voltage(bounds, {emf.a, emf.b, emf.c});
     ASSERT_LT(magnitude(u_s - expected), 4 * Inverter<double>::voltage_tolerance)
         << n << ": threshold " << threshold << ", currents " << i[0] << ", " << i[1] << ", " << i[2];
-    const double loss = ConductionDrops<double>{.threshold_voltage = threshold}.loss(i_s);
+    const double loss = ConductionDrops<double>{.threshold_voltage = threshold}.threshold_loss(i_s);
     ASSERT_NEAR(u_dc * inverter.dc_link_current(i_s), 1.5 * dot(u_s, i_s) + loss, 1e-3);
   }
 }
@@ -98,7 +98,7 @@ constexpr ConductionDrops<double> drops{.threshold_voltage = 1.2, .slope_resista
 Plant plant_of(const ConductionDrops<double>& of) {
   DrivePlantParameters<double> parameters{};
   parameters.drops = of;
-  return Plant{parameters, Meter{parameters.machine.r_s, parameters.machine.r_r}};
+  return Plant{parameters, Meter{parameters.machine.r_s + of.slope_resistance, parameters.machine.r_r}};
 }
 
 struct Contestant {

@@ -23,7 +23,7 @@ struct PlantQuantities {
   T tau_l{};               ///< load torque, opposing positive rotation [N·m]
   T omega_m{};             ///< mechanical speed [rad/s]
   T theta_m{};             ///< mechanical angle, not wrapped [rad]
-  T conduction_loss{};     ///< in the inverter's switches and diodes [W]
+  T threshold_loss{};      ///< what the thresholds of the inverter's switches and diodes take [W]
 };
 
 /// A system of differential equations that is driven by the plant and integrated with it, without an effect

@@ -28,16 +28,12 @@ struct ConductionDrops {
                : "the slope resistance of the inverter must be finite and not below zero";
   }
 
-  /// What the thresholds take of the link's power, V_t Σ|i_x|. [W]
+  /// What the thresholds take of the link's power, V_t Σ|i_x|; the slope takes 3/2 r |i_s|² beside. [W]
   [[nodiscard]] constexpr T threshold_loss(SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
     if (threshold_voltage == T(0)) return T(0);
     T sum{};
     for (const T i : phases_of(i_s)) sum += i < T(0) ? -i : i;
     return threshold_voltage * sum;
-  }
-  /// What switches and diodes take altogether: V_t Σ|i_x| + r Σ i_x², the latter 3/2 r |i_s|². [W]
-  [[nodiscard]] constexpr T loss(SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
-    return threshold_loss(i_s) + T(1.5) * slope_resistance * dot(i_s, i_s);
   }
 };
 

@@ -151,12 +151,14 @@ class DrivePlant {
 
   /// The right-hand side, dx/dt at x.
   void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
-    if (inverter_.voltage_is_fixed()) return driven_derivative(x, dx);
-    derivative_at(x, dx, [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
-      return inverter_.voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
+    if (inverter_.voltage_is_fixed() && drops_.threshold_voltage == T(0)) return driven_derivative(x, dx);
+    derivative_at<true>(
+        x, dx, [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
+          return inverter_.voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
     });
   }
-  /// The same while no leg floats, for integrators that check this once a step.
+  /// The same while no leg floats and the inverter has no threshold, for integrators that check this once a
+  /// step.
   void driven_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
     derivative_at(x, dx, [this](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
       return inverter_.voltage_map().offset;
@@ -177,7 +179,6 @@ class DrivePlant {
     q.i_s = machine_.stator_current(q.psi_s, q.psi_r);
     q.i_r = machine_.rotor_current(q.psi_s, q.psi_r);
     q.u_dc = inputs_.u_dc;
-    q.conduction_loss = drops_.loss(q.i_s);
     q.tau_e = machine_.torque(q.psi_s, q.i_s);
     q.tau_l = inputs_.tau_l;
     q.omega_m = x[omega];
@@ -326,8 +327,9 @@ class DrivePlant {
     else
       return Machine{in_series(parameters)};
   }
-  /// x: the whole state, or that of the machine. stator_voltage: u_s by dpsi_r/dt and i_s.
-  template <class Vector, class StatorVoltage>
+  /// x: the whole state, or that of the machine. stator_voltage: u_s by dpsi_r/dt and i_s. has_threshold:
+  /// whether the inverter may have one.
+  template <bool has_threshold = false, class Vector, class StatorVoltage>
   void derivative_at(const Vector& x, Vector& dx,
                      const StatorVoltage& stator_voltage) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> flux_s = stator_flux(x);
@@ -349,6 +351,7 @@ class DrivePlant {
       dx[omega] -= road_load_.torque(x[omega]) * inverse_inertia_;
     dx[theta] = x[omega];
     if constexpr (Vector::RowsAtCompileTime > machine_size) {
+      const T threshold_loss = has_threshold ? drops_.threshold_loss(i_s) : T(0);
       const PlantQuantities<T> q{flux_s,
                                  flux_r,
                                  i_s,
@@ -360,7 +363,7 @@ class DrivePlant {
                                  inputs_.tau_l,
                                  x[omega],
                                  x[theta],
-                                 drops_.loss(i_s)};
+                                 threshold_loss};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }

@@ -10,10 +10,11 @@ namespace sextant {
 
 /// Energies that have crossed the boundaries of the drive, appended to the plant and integrated with it:
 ///   dE_dc/dt = u_dc i_dc
-///   dE_cs/dt = 3/2 R_s |i_s|² + P_c,   dE_cr/dt = 3/2 R_r |i_r|²
+///   dE_cs/dt = 3/2 R_s |i_s|² + P_t,   dE_cr/dt = 3/2 R_r |i_r|²
 ///   dE_m/dt  = tau_e omega_m
-/// P_c is what the inverter's switches and diodes take while they conduct (`ConductionDrops`); none by
-/// default. With the magnetic energy W of `InductionMachine::magnetic_energy` they balance:
+/// P_t is what the thresholds of the inverter's switches and diodes take (`ConductionDrops`); R_s has their
+/// slope resistance in it. Neither is there by default. With the magnetic energy W of
+/// `InductionMachine::magnetic_energy` they balance:
 ///   E_dc = E_cs + E_cr + E_m + W(t) − W(0)
 template <class T = double>
 class EnergyMeter {
@@ -27,14 +28,14 @@ class EnergyMeter {
     mechanical = 3      ///< work of the electromagnetic torque on the shaft [J]
   };
 
-  /// Resistances of the plant's machine, without an inverter's. [Ω]
+  /// Resistances of the plant's machine, that of the stator with the inverter's slope resistance. [Ω]
   constexpr EnergyMeter(T r_s, T r_r) noexcept : r_s_{r_s}, r_r_{r_r} {}
 
   /// Powers as above. [W]
   constexpr void derivative(const PlantQuantities<T>& plant, std::span<const T, 4>,
                             std::span<T, 4> power) const noexcept SEXTANT_NONBLOCKING {
     power[dc_link] = plant.u_dc * plant.i_dc;
-    power[stator_copper] = T(1.5) * r_s_ * dot(plant.i_s, plant.i_s) + plant.conduction_loss;
+    power[stator_copper] = T(1.5) * r_s_ * dot(plant.i_s, plant.i_s) + plant.threshold_loss;
     power[rotor_copper] = T(1.5) * r_r_ * dot(plant.i_r, plant.i_r);
     power[mechanical] = plant.tau_e * plant.omega_m;
   }

@@ -81,6 +81,7 @@ class Inverter {
     if (is_plain_ && is_driven(state)) return set_driven(state, u_dc);
     state_ = state;
     u_dc_ = u_dc;
+    find_ranges();
     tie_by_currents(phases_of(i_s));
     settle(e);
   }
@@ -174,20 +175,16 @@ class Inverter {
     return is_open(x) || threshold_ > T(0) ? LegTie::floating : driven_tie(leg_states(state_)[x]);
   }
 
-  /// Potential of a leg that carries positive current. [V]
-  [[nodiscard]] constexpr T lowest(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
-    return (leg_states(state_)[x] == LegState::high ? u_dc_ : T(0)) - threshold_;
-  }
-  /// The same of negative current. [V]
-  [[nodiscard]] constexpr T highest(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
-    return (leg_states(state_)[x] == LegState::low ? T(0) : u_dc_) + threshold_;
-  }
   /// Potential of a tied leg. [V]
   [[nodiscard]] constexpr T potential(std::size_t x) const noexcept SEXTANT_NONBLOCKING {
     return tied_potential(ties_[x], u_dc_) - threshold_ * forward_[x];
   }
-  [[nodiscard]] constexpr std::array<T, 3> potentials() const noexcept SEXTANT_NONBLOCKING {
-    return {potential(0), potential(1), potential(2)};
+  constexpr void find_ranges() noexcept SEXTANT_NONBLOCKING {
+    const std::array<LegState, 3> states = leg_states(state_);
+    for (std::size_t x = 0; x < 3; ++x) {
+      lowest_[x] = (states[x] == LegState::high ? u_dc_ : T(0)) - threshold_;
+      highest_[x] = (states[x] == LegState::low ? T(0) : u_dc_) + threshold_;
+    }
   }
 
   /// A leg conducts positive current (1) or negative one (−1).
@@ -199,7 +196,7 @@ class Inverter {
   }
   /// A leg conducts because its potential without current, v, lies beyond its range.
   constexpr void tie_beyond(std::size_t x, T v) noexcept SEXTANT_NONBLOCKING {
-    conduct(x, v > (lowest(x) + highest(x)) / T(2) ? T(-1) : T(1));
+    conduct(x, v > (lowest_[x] + highest_[x]) / T(2) ? T(-1) : T(1));
   }
   constexpr void block(std::size_t x) noexcept SEXTANT_NONBLOCKING {
     ties_[x] = blocked_tie(x);
@@ -229,7 +226,7 @@ class Inverter {
   constexpr void settle(const BackEmf<T>& e) noexcept SEXTANT_NONBLOCKING {
     for (int round = 0; round <= 3; ++round) {
       floating_ = floating_legs(ties_);
-      map_ = stator_voltage_map(ties_, potentials());
+      map_ = stator_voltage_map(ties_, std::array<T, 3>{potential(0), potential(1), potential(2)});
       const std::array<T, 3> g = margins(e);
       const auto worst = static_cast<std::size_t>(std::min_element(g.begin(), g.end()) - g.begin());
       if (!(g[worst] < T(0))) return;
@@ -249,12 +246,12 @@ class Inverter {
     const std::array<T, 3> v = leg_potentials(e);
     if (floating_ == 3) {
       const Outermost outer = outermost(v);
-      g[0] = (highest(outer.high) - lowest(outer.low)) - (v[outer.high] - v[outer.low]) + voltage_tolerance;
+      g[0] = (highest_[outer.high] - lowest_[outer.low]) - (v[outer.high] - v[outer.low]) + voltage_tolerance;
       return g;
     }
     for (std::size_t x = 0; x < 3; ++x) {
       if (ties_[x] == LegTie::floating && !is_open(x))
-        g[x] = std::min(v[x] - lowest(x), highest(x) - v[x]) + voltage_tolerance;
+        g[x] = std::min(v[x] - lowest_[x], highest_[x] - v[x]) + voltage_tolerance;
     }
     return g;
   }
@@ -270,8 +267,8 @@ class Inverter {
     Outermost outer{first, first};
     for (std::size_t x = first + 1; x < 3; ++x) {
       if (is_open(x)) continue;
-      if (v[x] - v[outer.high] > highest(x) - highest(outer.high)) outer.high = x;
-      if (v[x] - v[outer.low] < lowest(x) - lowest(outer.low)) outer.low = x;
+      if (v[x] - v[outer.high] > highest_[x] - highest_[outer.high]) outer.high = x;
+      if (v[x] - v[outer.low] < lowest_[x] - lowest_[outer.low]) outer.low = x;
     }
     return outer;
   }
@@ -287,6 +284,8 @@ class Inverter {
   SwitchState state_{};
   T u_dc_{};  ///< [V]
   LegTies ties_{LegTie::floating, LegTie::floating, LegTie::floating};
+  std::array<T, 3> lowest_{};   ///< potentials at which the legs carry positive current [V]
+  std::array<T, 3> highest_{};  ///< the same of negative current [V]
   std::array<T, 3> forward_{};  ///< sign of the current that the leg's device lets pass; 0: floats, or either
   int floating_{3};             ///< legs that float
   int open_{no_phase};          ///< phase whose cable is open

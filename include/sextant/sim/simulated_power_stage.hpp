@@ -84,7 +84,8 @@ class BasicSimulatedPowerStage {
     if constexpr (Plant::size == Plant::machine_size) {
       return Plant{parameters};
     } else {
-      return Plant{parameters, EnergyMeter<double>{parameters.machine.r_s, parameters.machine.r_r}};
+      return Plant{parameters, EnergyMeter<double>{parameters.machine.r_s + parameters.drops.slope_resistance,
+                                                   parameters.machine.r_r}};
     }
   }
 
