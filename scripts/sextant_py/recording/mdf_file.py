@@ -1,4 +1,4 @@
-"""Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds."""
+"""Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds from the beginning."""
 
 import gc
 import json
@@ -15,7 +15,7 @@ from asammdf.blocks.utils import MdfException
 from isal import isal_zlib
 
 from ..errors import UserError
-from .model import BLOCK_ROWS, Group, Metadata, damage, unreadable
+from .model import BLOCK_ROWS, Group, Metadata, begin_of_run, damage, unreadable
 
 ATTACHMENT = "sextant_recording.json"
 # What asammdf raises where a file is not what it should be.
@@ -34,6 +34,7 @@ class MdfSink:
     def __init__(self, path: Path, metadata: Metadata) -> None:
         self._path = path
         self._mdf = MDF(version="4.10", temporary_folder=path.parent)
+        self._metadata = metadata
         self._groups: dict[str, Group] = {}
         self._numbers: dict[str, int] = {}
         self._begin_ns = metadata.get("begin_ns")
@@ -54,7 +55,8 @@ class MdfSink:
         group = self._groups[name]
         times = group.times_ns(block)
         if self._begin_ns is None:
-            self._begin_ns = int(times[0])
+            begin_ns = begin_of_run(self._metadata, block[:1])
+            self._begin_ns = int(times[0]) if begin_ns is None else begin_ns
         seconds = (times - self._begin_ns) / 1e9
         if name in self._numbers:
             columns = [(np.ascontiguousarray(block[column.name]), None) for column in group.columns]

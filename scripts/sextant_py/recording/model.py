@@ -15,6 +15,7 @@ from ..errors import UserError, reason_of
 
 MAIN = "telemetry"  # the root of an HDF5 file, and the file NAME.csv of several
 TRIGGER = "trigger_ns"  # of the metadata: the instant that a capture was triggered at
+BEGIN = "begin_ns"  # of a trace's attributes: the instant that the times of its run count from
 TIMES = {"t_ns": 1, "t_s": 1_000_000_000}  # names of a time axis, and nanoseconds a unit
 BLOCK_ROWS = 8192
 Metadata = dict[str, Any]  # what JSON can hold
@@ -69,6 +70,22 @@ class Group:
     def of(cls, described: dict[str, Any]) -> "Group":
         columns = tuple(Column(*column) for column in described["signals"])
         return cls(described["name"], columns, described["text"], described["time_of"])
+
+
+def begin_of_run(metadata: Metadata, first: np.ndarray) -> int | None:
+    """The instant at which the run of a trace began [ns], by its attributes; None: it is no trace. `first`: the first
+    row of its telemetry.
+
+    A row has the time of its end, and the first one is not complete: without the attribute (traces of earlier versions,
+    replays) the run began with the first of the row's control periods.
+    """
+    attributes = metadata.get("attributes", {})
+    if BEGIN in attributes:
+        return int(attributes[BEGIN])
+    names = first.dtype.names or ()
+    if "control_period_ns" in attributes and {"t_ns", "periods"} <= set(names):
+        return int(first["t_ns"][0]) - (int(first["periods"][0]) - 1) * int(attributes["control_period_ns"])
+    return 0 if attributes.get("mode") == "event_exact" else None
 
 
 class Sink(Protocol):
