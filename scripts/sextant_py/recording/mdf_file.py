@@ -86,6 +86,8 @@ class MdfSink:
 class MdfSource:
     """A file that MdfSink wrote: the attachment tells exact types and order."""
 
+    unverified = None  # its blocks have checksums
+
     def __init__(self, path: Path) -> None:
         self.cut: str | None = None
         self._path, self.paths = path, [path]

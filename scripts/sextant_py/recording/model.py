@@ -102,11 +102,13 @@ class Sink(Protocol):
 
 class Source(Protocol):
     """A file that is read block by block, or the several `paths` of a recording. `cut` says in a sentence what a file
-    lacks that was truncated or not closed. UserError: what it holds is damaged."""
+    lacks that was truncated or not closed, `unverified` that it has no checksums. UserError: what it holds is
+    damaged."""
 
     metadata: Metadata
     groups: dict[str, Group]
     cut: str | None
+    unverified: str | None
     paths: list[Path]
 
     def rows(self, name: str) -> int: ...
@@ -166,6 +168,11 @@ def unclosed_sentence(path: object, metadata: Metadata, kept: dict[str, int]) ->
     if metadata.get("program") != "record" or "rows" in metadata:
         return None
     return f"{path} was not closed, so what came last may be missing; rows that are left: {counted(kept)}"
+
+
+def unverified_sentence(path: object) -> str:
+    """One sentence for a file of another or an earlier program."""
+    return f"{path} has no checksums, so that damage of its values is not noticed"
 
 
 def counted(rows: dict[str, int]) -> str:
