@@ -15,7 +15,8 @@ from asammdf.blocks.utils import MdfException
 from isal import isal_zlib
 
 from ..errors import UserError
-from .model import BLOCK_ROWS, Group, Metadata, begin_of_run, damage, unreadable
+from .model import BLOCK_ROWS, Column, Group, Metadata, begin_of_run, damage, unreadable
+from .value_texts import value_texts
 
 ATTACHMENT = "sextant_recording.json"
 # What asammdf raises where a file is not what it should be.
@@ -26,6 +27,18 @@ UNREADABLE = (
 HEADER_AT = 64  # of the HD block, whose first link, after 24 bytes, is that to the first data group
 SLICE_ROWS = 131_072
 ZIPPED = 2  # deflate, with the bytes transposed
+
+
+def conversion_of(group: str, column: Column) -> dict[str, int | str] | None:
+    """From value to text (CCBLOCK type 7), so that tools show the name of a state and not its number; a value without
+    one stays as it is."""
+    texts = value_texts(group, column.name)
+    if not texts:
+        return None
+    pairs = {f"val_{k}": value for k, value in enumerate(texts)} | {
+        f"text_{k}": t for k, t in enumerate(texts.values())
+    }
+    return {**pairs, "default": ""}
 
 
 class MdfSink:
@@ -62,15 +75,15 @@ class MdfSink:
             columns = [(np.ascontiguousarray(block[column.name]), None) for column in group.columns]
             self._mdf.extend(self._numbers[name], [(seconds, None), *columns])
         else:
-            signals = [self._signal(column, block[column.name], seconds) for column in group.columns]
+            signals = [self._signal(name, column, block[column.name], seconds) for column in group.columns]
             self._numbers[name] = self._mdf.append(signals, acq_name=name, comment=group.text)
         self.kept[name] += len(block)
 
     @staticmethod
-    def _signal(column, values: np.ndarray, seconds: np.ndarray) -> Signal:
-        encoding = {"encoding": "utf-8"} if column.is_text else {}
+    def _signal(group: str, column: Column, values: np.ndarray, seconds: np.ndarray) -> Signal:
+        options = {"encoding": "utf-8"} if column.is_text else {"conversion": conversion_of(group, column)}
         samples = np.ascontiguousarray(values)
-        return Signal(samples, seconds, unit=column.unit, name=column.name, comment=column.text, **encoding)
+        return Signal(samples, seconds, unit=column.unit, name=column.name, comment=column.text, **options)
 
     def close(self, metadata: Metadata) -> None:
         groups = [group.described() for group in self._groups.values()]
