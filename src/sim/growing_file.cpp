@@ -17,8 +17,8 @@ Handle append_only() {
   return properties;
 }
 
-/// Headers and attributes of HDF5 1.8, which have checksums, and none of the newest: a file of theirs that was
-/// not closed is not opened again.
+/// Headers and attributes of HDF5 1.8, which have checksums, and none of the newest: a file of theirs that
+/// was not closed is not opened again.
 Handle with_checksums() {
   Handle properties{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
   check(H5Pset_libver_bounds(properties.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST));

@@ -219,7 +219,8 @@ class Hdf5Source:
 
     def _add(self, name: str, place: h5py.Group) -> None:
         try:
-            members = list(place.items())
+            # items() gives None for a member whose header is damaged or behind the cut.
+            members = list(place.items()) if self._is_padded else [(key, place[key]) for key in place]
         except (OSError, RuntimeError, KeyError):
             if not self._is_padded:
                 raise
