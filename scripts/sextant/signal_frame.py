@@ -21,10 +21,11 @@ def read(file: str | Path, group: str | None = None) -> pandas.DataFrame:
 
     group: of a recording, such as `waveform`; None: the telemetry, of a trace with `plant/…` and `control/…`.
 
-    The index is the time in seconds, `t_s`; that of a recording counts from its first sample. `attrs["units"]` and
-    `attrs["descriptions"]` have unit and meaning of each column. docs/recordings.md lists the formats. Warns of a
-    truncated file, of which the rows are returned that are left. Raises UserError, with a sentence, where the file
-    cannot be read.
+    The index is the time in seconds, `t_s`, from the beginning of a trace's run or the first sample of a recording. A
+    row ends at its time: its means, minima and maxima are of the time since the row before, all else is at its time.
+    `attrs["units"]` and `attrs["descriptions"]` have unit and meaning of each column. docs/recordings.md lists the
+    formats. Warns of a truncated file, of which the rows are returned that are left. Raises UserError, with a sentence,
+    where the file cannot be read.
     """
     found = SignalFile(Path(file))
     if found.cut:

@@ -17,13 +17,15 @@ EXAMPLES = """examples:
   scripts/compare out/before out/after --markdown >>"$GITHUB_STEP_SUMMARY"
 
 A and B are a result directory, a summary.json, or a directory of result directories, whose scenarios are matched by
-name. A tolerance is a share of A's value (5%), an amount in the metric's unit (0.1) or "ignore"; a file has
+name. A tolerance is a share of A's value (5%), an amount in the metric's unit (0.1) or "ignore". Near zero a share is
+of a hundredth of the largest metric of that unit. Faults are compared by order and time. A file has
   default = "1%"
   [metrics]
   torque_ripple_pp_nm = "5%"
   torque_bias_nm = 0.1
-Without one: 1% of A's value; energy_unaccounted 1e-4; wall_s and realtime_factor, which depend on the machine, are
-ignored. Exit status: 0 when all values agree, 1 when one is out of tolerance, 2 when an argument or a file is wrong."""
+Without one: 1% of A's value; 1e-3 for fault_s, a fault's time; energy_unaccounted 1e-4; wall_s and realtime_factor,
+which depend on the machine, are ignored. Exit status: 0 when all values agree, 1 when one is out of tolerance, 2 when
+an argument or a file is wrong."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:

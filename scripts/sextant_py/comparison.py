@@ -3,7 +3,7 @@
 import json
 import math
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .errors import UserError
@@ -11,13 +11,19 @@ from .errors import UserError
 DEFAULT = "1%"
 IGNORE = "ignore"
 # By the clock of the machine, so never the same; and a remainder of rounding, of which a verdict allows 1e-4.
-BY_METRIC = {"wall_s": IGNORE, "realtime_factor": IGNORE, "energy_unaccounted": "1e-4"}
+# A fault latches in a control period, which is far shorter than a millisecond.
+FAULT_TIME = "fault_s"
+BY_METRIC = {"wall_s": IGNORE, "realtime_factor": IGNORE, "energy_unaccounted": "1e-4", FAULT_TIME: "1e-3"}
+# A value counts as this share of the largest one of its unit at least: of a remainder near zero, such as the bias of a
+# torque, 1 % would be below what any change of a run leaves.
+NEAR_ZERO = 0.01
 SAME, OUT, IGNORED = "within", "OUT", "ignored"
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Of a metric's difference: a share of the first run's value, or an amount in the metric's unit."""
+    """Of a metric's difference: a share of the first run's value, or of a hundredth of its scale where that is more;
+    or an amount in the metric's unit."""
 
     text: str
     amount: float = math.inf
@@ -36,8 +42,10 @@ class Tolerance:
             raise UserError(f'{where}: expected a tolerance such as 1%, 0.05 or {IGNORE}, got "{text}".')
         return cls(text, amount / 100 if text.endswith("%") else amount, text.endswith("%"))
 
-    def allows(self, first: float, second: float) -> bool:
-        return abs(second - first) <= (self.amount * abs(first) if self.relative else self.amount)
+    def allows(self, first: float, second: float, scale: float = 0.0) -> bool:
+        """scale: the largest magnitude of the quantity. [unit of the metric]"""
+        whole = max(abs(first), NEAR_ZERO * scale) if self.relative else 1.0
+        return abs(second - first) <= self.amount * whole
 
 
 @dataclass
@@ -134,14 +142,43 @@ def runs_of(path: Path) -> dict[str, dict]:
     return found
 
 
-def _metric(scenario: str, name: str, first: dict, second: dict, tolerance: Tolerance) -> Row:
+def unit_of(metric: str) -> str:
+    """As the end of its name says it; a name without a unit is one of its own."""
+    return "rad_s" if metric.endswith("_rad_s") else metric.rpartition("_")[2]
+
+
+def scales(metrics: dict[str, float | None]) -> dict[str, float]:
+    """The largest magnitude of each unit."""
+    found: dict[str, float] = {}
+    for name, value in metrics.items():
+        if value is not None and math.isfinite(value):
+            found[unit_of(name)] = max(found.get(unit_of(name), 0.0), abs(value))
+    return found
+
+
+def _faults(scenario: str, first: dict, second: dict, tolerance: Tolerance) -> list[Row]:
+    """The latched faults in their order and, where these are the same, the time of each."""
+    if "faults" not in first or "faults" not in second:
+        return []  # of an earlier version
+    lists = [run["faults"] for run in (first, second)]
+    names = [", ".join(entry["fault"] for entry in faults) or "none" for faults in lists]
+    reason = "" if names[0] == names[1] else f"{names[1]} instead of {names[0]}"
+    rows = [Row(scenario, "faults", *names, "", OUT if reason else SAME, reason)]
+    if not reason:
+        for one, other in zip(*lists, strict=True):
+            times = ({FAULT_TIME: entry["t_s"]} for entry in (one, other))
+            rows.append(replace(_metric(scenario, FAULT_TIME, *times, tolerance), metric=f"fault {one['fault']}"))
+    return rows
+
+
+def _metric(scenario: str, name: str, first: dict, second: dict, tolerance: Tolerance, scale: float = 0.0) -> Row:
     one, other = first.get(name), second.get(name)
     reason = ""
     if name not in first or name not in second:
         reason = f"only the {'second' if name not in first else 'first'} run has this metric"
     elif (one is None) != (other is None):
         reason = f"only the {'second' if one is None else 'first'} run has a value"
-    elif one is not None and not tolerance.allows(one, other):
+    elif one is not None and not tolerance.allows(one, other, scale):
         reason = f"{other:.6g} instead of {one:.6g}: tolerance {tolerance.text}"
     ignored = tolerance.text == IGNORE
     result = IGNORED if ignored else OUT if reason else SAME
@@ -152,8 +189,11 @@ def _run(scenario: str, first: dict, second: dict, tolerances: Tolerances) -> li
     one, other = first["verdict"], second["verdict"]
     reason = "" if one == other else f"{other} instead of {one}"
     rows = [Row(scenario, "verdict", one, other, "", OUT if reason else SAME, reason)]
-    names = dict.fromkeys([*first["metrics"], *second["metrics"]])
-    return rows + [_metric(scenario, n, first["metrics"], second["metrics"], tolerances.of(n)) for n in names]
+    rows += _faults(scenario, first, second, tolerances.of(FAULT_TIME))
+    metrics = first["metrics"], second["metrics"]
+    whole = scales(metrics[0])
+    names = dict.fromkeys([*metrics[0], *metrics[1]])
+    return rows + [_metric(scenario, n, *metrics, tolerances.of(n), whole.get(unit_of(n), 0.0)) for n in names]
 
 
 def compare(first: dict[str, dict], second: dict[str, dict], tolerances: Tolerances) -> list[Row]:

@@ -64,6 +64,8 @@ def main(arguments: list[str]) -> int:
     source = formats.open_source(options.input)
     names = chosen(source, options.input, options.group)
     check(source, options, names)
+    if source.unverified:
+        print(f"convert: {source.unverified}", file=sys.stderr)
     progress = Progress()
     kept = copy(source, options.output, names, lambda share: progress.show(f"{options.output}: {share:.0%} written"))
     progress.end()

@@ -31,10 +31,11 @@ def save(figure: Figure, file: Path) -> None:
 
 
 def thinned(trace: Trace, low: str, high: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, minimum and maximum in at most MAX_POINTS blocks: no peak is lost."""
+    """End, minimum and maximum of at most MAX_POINTS blocks: no peak is lost, and none stands before its time."""
     size = -(-len(trace.t_s) // MAX_POINTS)
     starts = np.arange(0, len(trace.t_s), size)
-    return (trace.t_s[starts], np.minimum.reduceat(trace[low], starts), np.maximum.reduceat(trace[high], starts))
+    ends = np.append(starts[1:], len(trace.t_s)) - 1
+    return (trace.t_s[ends], np.minimum.reduceat(trace[low], starts), np.maximum.reduceat(trace[high], starts))
 
 
 def band(axes: Axes, trace: Trace, quantity: str, colour: str, label: str, scale: float = 1.0, **options) -> None:

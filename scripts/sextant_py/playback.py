@@ -1,6 +1,7 @@
 """Plays a recording: its telemetry over DDS and its CAN frames over a bus, at the times at which they were recorded."""
 
 import argparse
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -131,6 +132,8 @@ def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     source = formats.open_source(options.file)
     check(source, options)
+    if source.unverified:
+        print(f"playback: {source.unverified}", file=sys.stderr)
     bus = can_bus.open_bus(can_bus.parse(options.can)) if options.can else None
     progress = Progress()
     try:

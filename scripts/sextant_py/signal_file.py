@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import UserError
 from .recording.formats import SUFFIXES, open_source
-from .recording.model import MAIN, TRIGGER, Column, Group, Source
+from .recording.model import MAIN, TRIGGER, Column, Group, Source, begin_of_run
 
 __all__ = ["SUFFIXES", "GroupRows", "SignalFile", "Signals", "load"]
 
@@ -77,7 +77,8 @@ class SignalFile:
     """A file with the groups of its signals. The signals of the main group have no prefix, the others `GROUP/`."""
 
     def __init__(self, path: Path, begin_s: float | None = None, end_s: float | None = None) -> None:
-        """The span counts from the trigger of a capture, from the first sample of t_ns, or as t_s does."""
+        """The span counts from the trigger of a capture, from the beginning of a trace's run, from the first sample of
+        a recording, or as t_s does."""
         source = open_source(path)
         self.path = path
         self.cut = source.cut  # what a truncated file has lost, in a sentence
@@ -97,7 +98,10 @@ class SignalFile:
             return int(source.metadata[TRIGGER])
         group = source.groups[self.main]
         first = next(source.blocks(self.main, 1))
-        return 0 if group.time == "t_s" else int(group.times_ns(first)[0])
+        if group.time == "t_s":
+            return 0
+        begin_ns = begin_of_run(source.metadata, first)
+        return int(group.times_ns(first)[0]) if begin_ns is None else begin_ns
 
     def of_main(self) -> list[str]:
         """The main group and those that share its time axis."""

@@ -17,12 +17,20 @@ Handle append_only() {
   return properties;
 }
 
+/// Headers and attributes of HDF5 1.8, which have checksums, and none of the newest: a file of theirs that
+/// was not closed is not opened again.
+Handle with_checksums() {
+  Handle properties{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
+  check(H5Pset_libver_bounds(properties.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST));
+  return properties;
+}
+
 }  // namespace
 
 GrowingFile::GrowingFile(const std::string& name) {
   // HDF5's own clean-up at exit crashes on a file that could not be written to its end; `close` needs none.
   H5dont_atexit();
-  file_ = {H5Fcreate(name.c_str(), H5F_ACC_TRUNC, append_only().get(), H5P_DEFAULT), H5Fclose};
+  file_ = {H5Fcreate(name.c_str(), H5F_ACC_TRUNC, append_only().get(), with_checksums().get()), H5Fclose};
 }
 
 int GrowingFile::descriptor() const {

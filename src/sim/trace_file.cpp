@@ -18,9 +18,15 @@ constexpr std::size_t chunk_rows = 1024;
 constexpr std::size_t buffer_rows = 8 * chunk_rows;
 
 constexpr const char* decimation =
-    "Each row is one interval, its time that of the interval's end. *_min* and *_max* are the extremes over "
-    "the interval (min/max envelope), *_mean* is the mean over it, all else is the value at its end.";
+    "Each row is one interval: from the t_ns of the row before, which is not part of it, to its own t_ns, "
+    "which "
+    "is. *_min* and *_max* are the extremes over the interval (min/max envelope), *_mean* is the mean over "
+    "it, "
+    "all else, commands and states too, is the value at its end. So a row has nothing of after its t_ns. "
+    "Times "
+    "of the run are t_ns less begin_ns.";
 
+/// With a checksum (Fletcher-32) of each chunk as it is stored, which every reader of HDF5 verifies.
 hdf5::Handle chunked_and_compressed(int level) {
   hdf5::Handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
   const hsize_t chunk = chunk_rows;
@@ -29,6 +35,7 @@ hdf5::Handle chunked_and_compressed(int level) {
     hdf5::check(H5Pset_shuffle(properties.get()));
     hdf5::check(H5Pset_deflate(properties.get(), static_cast<unsigned>(level)));
   }
+  hdf5::check(H5Pset_fletcher32(properties.get()));
   return properties;
 }
 
@@ -75,6 +82,7 @@ void TraceFile::write_attributes(const Parameters& parameters) {
   hdf5::write_attribute(file_.get(), "mode", sampled ? "sampled" : "event_exact");
   if (sampled) hdf5::write_attribute(file_.get(), "control_period_ns", *parameters.control_period_ns);
   hdf5::write_attribute(file_.get(), "interval_ns", parameters.interval_ns);
+  if (parameters.begin_ns) hdf5::write_attribute(file_.get(), "begin_ns", *parameters.begin_ns);
   hdf5::write_attribute(file_.get(), "decimation", decimation);
 }
 

@@ -22,6 +22,7 @@ class TraceFile {
     std::string scenario{};                           ///< name of the scenario
     std::optional<std::int64_t> control_period_ns{};  ///< none in an event-exact run [ns]
     std::int64_t interval_ns{};                       ///< [ns]
+    std::optional<std::int64_t> begin_ns{};           ///< of the run, on the clock of its rows [ns]
     int compression{};                                ///< deflate level [-]
     bool plant{true};                                 ///< the plant's true values are known
     std::span<const ControlChannel> channels{};       ///< of the controller

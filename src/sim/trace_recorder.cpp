@@ -73,6 +73,7 @@ class TraceRecorder::Impl {
               {.scenario = origin.scenario,
                .control_period_ns = origin.control_period_ns,
                .interval_ns = interval_ns(parameters),
+               .begin_ns = origin.begin_ns,
                .compression = parameters.compression,
                .plant = origin.plant,
                .channels = origin.channels,

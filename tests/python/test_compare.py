@@ -84,6 +84,41 @@ def test_a_missing_value_and_another_verdict_are_out(tmp_path: Path) -> None:
     assert rows["peak_a"].reason == "only the first run has this metric"
 
 
+def faulted(directory: Path, *faults: tuple[str, float], **metrics: float) -> Path:
+    file = write(directory, **metrics) / "summary.json"
+    latched = [{"fault": name, "t_s": t_s} for name, t_s in faults]
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"faults": latched}), encoding="utf-8")
+    return directory
+
+
+def test_faults_and_their_times_belong_to_the_comparison(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    a = faulted(tmp_path / "a", ("OVER_CURRENT", 0.25), ("DC_OVER_VOLTAGE", 0.3))
+    cases = {
+        "same": ([("OVER_CURRENT", 0.25), ("DC_OVER_VOLTAGE", 0.3)], []),
+        "close": ([("OVER_CURRENT", 0.2509), ("DC_OVER_VOLTAGE", 0.3)], []),
+        "late": ([("OVER_CURRENT", 0.25), ("DC_OVER_VOLTAGE", 0.302)], ["fault DC_OVER_VOLTAGE"]),
+        "other": ([("OVER_CURRENT", 0.25), ("OVER_SPEED", 0.3)], ["faults"]),
+        "order": ([("DC_OVER_VOLTAGE", 0.25), ("OVER_CURRENT", 0.3)], ["faults"]),
+        "none": ([], ["faults"]),
+    }
+    for name, (faults, out) in cases.items():
+        b = faulted(tmp_path / name, *faults)
+        status, said, _ = run(a, b, "--json", capsys=capsys)
+        rows = json.loads(said)["rows"]
+        assert ([row["metric"] for row in rows if row["result"] == OUT], status) == (out, int(bool(out))), name
+    assert run(a, tmp_path / "late", "--tolerance", "fault_s=0.005", capsys=capsys)[0] == 0
+
+
+def test_near_zero_a_share_is_of_the_scale_of_the_unit(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    """A bias of 1e-9 N·m beside a ripple of 10 N·m counts as 0.1 N·m, a hundredth of it: 1 % of that is 1 mN·m."""
+    a = write(tmp_path / "a", bias_nm=1e-9, ripple_nm=10.0)
+    for bias, status in ((-0.9e-3, 0), (1.1e-3, 1)):
+        assert run(a, write(tmp_path / "b", bias_nm=bias), capsys=capsys)[0] == status
+    # What is not near zero keeps its own share, whatever the scale.
+    assert run(a, write(tmp_path / "b", bias_nm=1e-9, ripple_nm=10.11), capsys=capsys)[0] == 1
+    assert run(a, write(tmp_path / "b", bias_nm=1.1e-3), "--tolerance", "bias_nm=0", capsys=capsys)[0] == 1
+
+
 def test_tolerances_from_a_file(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     a, b = write(tmp_path / "a"), write(tmp_path / "b", ripple_nm=10.4, bias_nm=-0.45, wall_s=0.31)
     file = tmp_path / "limits.toml"

@@ -36,6 +36,7 @@ from sextant_py.recording.copying import copy
 from sextant_py.recording.mcap_messages import HEADER_BYTES, field_name
 from sextant_py.recording.mcap_sink import bytes_of
 from sextant_py.recording.model import MAIN, merged
+from sextant_py.recording.value_texts import value_texts
 
 SEED = 13
 
@@ -157,6 +158,10 @@ def test_another_mdf_reader_finds_channels_units_and_masters(tmp_path: Path) -> 
             values = file.get_channel_data(channel)
             if column.is_text:
                 assert [str(value) for value in values] == [value.decode() for value in expected[column.name]]
+            elif texts := value_texts(name, column.name):
+                assert [str(value) for value in values] == [
+                    texts.get(v, str(v)) for v in expected[column.name].tolist()
+                ]
             else:
                 assert np.array_equal(values, expected[column.name]), (name, column.name)
             assert file.get_channel_unit(channel) == column.unit

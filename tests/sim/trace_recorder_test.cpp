@@ -334,6 +334,8 @@ TEST_F(TraceRecorderTest, FileSaysWhichRunItBelongsTo) {
   EXPECT_EQ(trace.text("/", "mode"), "sampled");
   EXPECT_EQ(trace.integer("control_period_ns"), period_ns);
   EXPECT_EQ(trace.integer("interval_ns"), 250'000);
+  EXPECT_EQ(trace.integer("begin_ns"), 0);
+  EXPECT_THAT(trace.text("/", "decimation"), HasSubstr("nothing of after its t_ns"));
 }
 
 TEST_F(TraceRecorderTest, FinishedRowsOfAnEventExactRunAreWrittenAsTheyAre) {

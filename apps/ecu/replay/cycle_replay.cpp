@@ -38,7 +38,8 @@ CycleReplay::CycleReplay(const std::string& file, const std::vector<std::string>
   require_recorded_period();
   if (reader_.size() == 0) throw std::runtime_error{file + " has no control period"};
   if (!telemetry_out.empty()) {
-    telemetry_.emplace(telemetry_out, config_.drive.drive.period_ns, periods_per_sample(config_));
+    telemetry_.emplace(telemetry_out, config_.drive.drive.period_ns, periods_per_sample(config_),
+                       std::nullopt);
   }
 }
 

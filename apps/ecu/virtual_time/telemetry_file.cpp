@@ -6,16 +6,18 @@
 namespace sextant::ecu {
 
 TelemetryFile::TelemetryFile(const std::string& file, std::int64_t period_ns,
-                             std::uint32_t periods_per_record) {
+                             std::uint32_t periods_per_record, std::optional<std::int64_t> begin_ns) {
   const std::string kind = std::filesystem::path{file}.extension().string();
   if (kind == ".csv") {
     csv_.emplace(file);
   } else if (kind == ".h5" || kind == ".hdf5") {
     const TraceParameters parameters{.interval_us = double(period_ns) * double(periods_per_record) * 1e-3};
     // `close` throws its errors.
-    trace_.emplace(file, parameters,
-                   TraceOrigin{.scenario = "virtual time", .control_period_ns = period_ns, .plant = false},
-                   [](const std::string&) {});
+    trace_.emplace(
+        file, parameters,
+        TraceOrigin{
+            .scenario = "virtual time", .control_period_ns = period_ns, .plant = false, .begin_ns = begin_ns},
+        [](const std::string&) {});
   } else {
     throw std::runtime_error{"the telemetry file " + file + " must end in .csv or .h5"};
   }

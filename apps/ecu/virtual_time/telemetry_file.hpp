@@ -13,9 +13,11 @@ namespace sextant::ecu {
 /// Telemetry into a file: CSV, or HDF5 in the layout of a recording.
 class TelemetryFile {
  public:
-  /// By the end of its name, .csv or .h5. For a control period [ns] and a number of them in a record [-].
-  /// Throws std::runtime_error where the name ends otherwise or the file cannot be made.
-  TelemetryFile(const std::string& file, std::int64_t period_ns, std::uint32_t periods_per_record);
+  /// By the end of its name, .csv or .h5. For a control period [ns], a number of them in a record [-] and the
+  /// beginning of the run, if it is known [ns]. Throws std::runtime_error where the name ends otherwise or
+  /// the file cannot be made.
+  TelemetryFile(const std::string& file, std::int64_t period_ns, std::uint32_t periods_per_record,
+                std::optional<std::int64_t> begin_ns);
 
   void add(const TelemetryIntervalRecord<double>& record);
   /// Throws std::runtime_error where something could not be written.

@@ -123,7 +123,7 @@ void VirtualRun::set_up_sources() {
 
 void VirtualRun::set_up_files() {
   if (!options_.telemetry_out.empty()) {
-    telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_);
+    telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_, 0);
   }
   set_up_frames();
   if (cycles_) cycles_->open();

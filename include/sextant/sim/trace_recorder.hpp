@@ -45,17 +45,21 @@ struct TraceOrigin {
   std::optional<std::int64_t> control_period_ns{};  ///< none in an event-exact run [ns]
   std::span<const ControlChannel> channels{};       ///< of the run's controller
   bool plant{true};  ///< false: the plant's true values are not known, and the group `plant` is left out
+  /// Beginning of the run on the clock of its rows; none where it is not known before the first row [ns]
+  std::optional<std::int64_t> begin_ns{0};
 };
 
 /// Writes a run to an HDF5 file while it goes on.
 ///
-/// One dataset per signal, one row per interval. The root group holds the members of
-/// `TelemetryIntervalRecord` under the names of configs/interfaces/telemetry.idl; the group `plant` holds the
-/// plant's true values on the same rows, the group `control` the comparators' outputs and the torque
-/// monitor's torque. Which of them are written is the choice of `TraceParameters::signals`. Every dataset
-/// carries the attributes `unit` and `description`; the file carries `scenario`, `sextant_version`, `mode`
-/// (`sampled` or `event_exact`), `control_period_ns` if there is one, `interval_ns` and `decimation`, which
-/// marks a row as a min/max envelope.
+/// One dataset per signal, one row per interval, which ends at the row's `t_ns` and begins behind that of the
+/// row before: means, minima and maxima are those of (t − interval, t], all other values those at t. So no
+/// row has anything of after its time. The root group holds the members of `TelemetryIntervalRecord` under
+/// the names of configs/interfaces/telemetry.idl; the group `plant` holds the plant's true values on the same
+/// rows, the group `control` the comparators' outputs and the torque monitor's torque. Which of them are
+/// written is the choice of `TraceParameters::signals`. Every dataset carries the attributes `unit` and
+/// `description`; the file carries `scenario`, `sextant_version`, `mode`
+/// (`sampled` or `event_exact`), `control_period_ns` if there is one, `interval_ns`, `begin_ns` and
+/// `decimation`, which says what a row covers.
 ///
 /// A sampled run gives its gate segments (`add_segment`) and control periods (`add`), an event-exact one
 /// finished rows (`add_row`).

@@ -14,19 +14,26 @@ REFERENCE, MEASURED, BAND = "#d95f02", "#1b4f9c", "#9ecae1"
 
 
 def blocks(values: np.ndarray, reduce: str) -> np.ndarray:
-    """No more than MAX_POINTS values: means, minima or maxima of blocks of equal length."""
+    """No more than MAX_POINTS values: means, minima, maxima or last ones of blocks of equal length."""
     size = -(-len(values) // MAX_POINTS)
     if size == 1:
         return values.astype(float)
     starts = np.arange(0, len(values), size)
+    if reduce == "last":
+        return values[np.append(starts[1:], len(values)) - 1].astype(float)
     if reduce == "mean":
         return np.add.reduceat(values.astype(float), starts) / np.diff(np.append(starts, len(values)))
     return (np.minimum if reduce == "min" else np.maximum).reduceat(values.astype(float), starts)
 
 
+def times(signals: Signals) -> np.ndarray:
+    """Those of the blocks: a block stands at its end, as a row does."""
+    return blocks(signals.time_s, "last")
+
+
 def draw_quantity(axes: Axes, signals: Signals, quantity: str, unit: str) -> None:
     """Mean with its band of minimum and maximum. In a trace sampled each period the signal itself has both."""
-    time_s = blocks(signals.time_s, "mean")
+    time_s = times(signals)
     mean = signals.get(f"{quantity}_mean_{unit}", f"{quantity}_{unit}", f"plant/{quantity}_{unit}")
     if mean is None:
         axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
@@ -40,7 +47,7 @@ def draw_quantity(axes: Axes, signals: Signals, quantity: str, unit: str) -> Non
 
 def draw_torque(axes: Axes, signals: Signals) -> None:
     draw_quantity(axes, signals, "torque", "nm")
-    time_s = blocks(signals.time_s, "mean")
+    time_s = times(signals)
     requested, reference = signals.get("torque_requested_nm"), signals.get("torque_reference_nm")
     if requested is not None:
         axes.plot(time_s, blocks(requested, "mean"), color="grey", linewidth=1.0, linestyle=":", label="requested")
@@ -53,7 +60,7 @@ def draw_speed(axes: Axes, signals: Signals) -> None:
     if speed is None:
         axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color="grey")
         return
-    axes.plot(blocks(signals.time_s, "mean"), blocks(speed, "mean"), color=MEASURED, linewidth=1.2)
+    axes.plot(times(signals), blocks(speed, "mean"), color=MEASURED, linewidth=1.2)
 
 
 # What a trace holds beside its standard signals: heading and signals of a panel.
@@ -82,15 +89,15 @@ def further_panels(signals: Signals) -> list[tuple[str, tuple[str, ...]]]:
 
 
 def draw_lines(axes: Axes, signals: Signals, names: tuple[str, ...]) -> None:
-    """Each signal by its name. Those of two or three levels stand above each other, as steps."""
+    """Each signal by its name. Those of two or three levels stand above each other, as steps from their rows on."""
     for name in names:
         values = signals.values[name]
         label = name.split("/")[-1]
         if np.issubdtype(values.dtype, np.integer):
-            axes.step(signals.time_s, values + LEVELS.get(name, 0), where="pre", linewidth=0.8, label=label)
+            axes.step(signals.time_s, values + LEVELS.get(name, 0), where="post", linewidth=0.8, label=label)
             axes.set_yticks([])
         else:
-            axes.plot(blocks(signals.time_s, "mean"), blocks(values, "mean"), linewidth=1.2, label=label)
+            axes.plot(times(signals), blocks(values, "mean"), linewidth=1.2, label=label)
 
 
 def draw(signals: Signals, title: str, output: Path) -> None:

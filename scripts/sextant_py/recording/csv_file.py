@@ -1,4 +1,4 @@
-"""Recordings as CSV: a file a group, and NAME.csv.json with types, units and descriptions."""
+"""Recordings as CSV: a file a group, NAME.csv.json with types, units and descriptions, and NAME.csv.sha256."""
 
 import io
 import json
@@ -13,8 +13,18 @@ from pyarrow import csv
 
 from ..append_file import AppendFile
 from ..errors import UserError
-from . import arrow_table
-from .model import BLOCK_ROWS, MAIN, Column, Group, Metadata, cut_sentence, missing_rows, unclosed_sentence
+from . import arrow_table, checksums
+from .model import (
+    BLOCK_ROWS,
+    MAIN,
+    Column,
+    Group,
+    Metadata,
+    cut_sentence,
+    missing_rows,
+    unclosed_sentence,
+    unverified_sentence,
+)
 
 BLOCK_BYTES = 1 << 22
 
@@ -33,6 +43,7 @@ class CsvSink:
         self._schemas: dict[str, pyarrow.Schema] = {}
         self._files: dict[str, AppendFile] = {}
         self.kept: dict[str, int] = {}
+        checksums.place_of(path).unlink(missing_ok=True)  # of a recording that had the name
 
     def add(self, group: Group) -> None:
         self._groups[group.name] = group
@@ -68,8 +79,10 @@ class CsvSink:
         try:
             if self._groups:
                 self._describe({**metadata, "rows": self.kept})
+                places = [self._file(name) for name in self._groups]
+                checksums.write(self._path, [*places, description_of(self._path)])
         except OSError:
-            pass  # the description of the beginning stays
+            pass  # the description of the beginning stays, or there are no checksums
         finally:
             for file in self._files.values():
                 file.close()
@@ -112,13 +125,19 @@ class CsvSource:
         self.cut: str | None = None
         self.groups: dict[str, Group] = {}
         place = description_of(path)
+        listed = checksums.read(path)
+        if listed and place.exists():
+            checksums.verify(path, listed, place)
         if place.exists():
             self._read_description(place)
         else:
             self.groups = {MAIN: self._guessed()}
         for group in self.groups.values():
             _ = group.time  # raises where there is none
-        self.paths = [self._file(name) for name in self.groups] + ([place] if place.exists() else [])
+        beside = [other for other in (place, checksums.place_of(path)) if other.exists()]
+        self.paths = [*(self._file(name) for name in self.groups), *beside]
+        for name in self.groups if listed else ():
+            checksums.verify(path, listed, self._file(name))
         self._rows = {name: self._count(name) for name in self.groups}
         cut_bytes = sum(WholeLines(self._file(name)).cut_bytes for name in self.groups)
         lost = missing_rows(self.metadata, self._rows)
@@ -127,6 +146,7 @@ class CsvSource:
             self.cut = cut_sentence(path, self._rows, f"rows that are lost: {text}")
         else:
             self.cut = unclosed_sentence(path, self.metadata, self._rows)
+        self.unverified = None if listed or self.cut else unverified_sentence(path)
 
     def _file(self, name: str) -> Path:
         return arrow_table.file_of(self._path, name, self.metadata.get("main", MAIN))

@@ -42,8 +42,8 @@ def files(path: Path, names: list[str], main: str) -> list[Path]:
         return [path]
     from .arrow_table import file_of
 
-    description = [path.with_name(path.name + ".json")] if path.suffix == ".csv" else []
-    return [file_of(path, name, main) for name in names] + description
+    beside = [path.with_name(path.name + end) for end in (".json", ".sha256")] if path.suffix == ".csv" else []
+    return [file_of(path, name, main) for name in names] + beside
 
 
 def earlier(path: Path) -> list[Path]:

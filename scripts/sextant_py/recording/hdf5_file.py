@@ -5,6 +5,7 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +25,13 @@ from .model import (
     damage,
     missing_rows,
     unclosed_sentence,
+    unverified_sentence,
 )
 
 ATTRIBUTE = "recording"  # of the root: the metadata as JSON, and blanks
 # Reserved at the beginning: it is written in place at the end, and a cut of the file leaves it. HDF5 allows 64 KiB.
 ATTRIBUTE_BYTES = 32_000
+UNREADABLE = (OSError, RuntimeError, KeyError, ValueError, TypeError)  # what h5py raises at damage
 
 
 class Hdf5Sink:
@@ -44,7 +47,8 @@ class Hdf5Sink:
     def __init__(self, path: Path, metadata: Metadata) -> None:
         self._path = path
         # Space that was given up is not used again: what one flush left behind stays whole during the next.
-        self._file = h5py.File(path, "w", fs_strategy="none")
+        # Headers and attributes of HDF5 1.8 have checksums.
+        self._file = h5py.File(path, "w", fs_strategy="none", libver=("v108", "latest"))
         self._groups: dict[str, Group] = {}
         self._datasets: dict[str, list[h5py.Dataset]] = {}
         self.kept: dict[str, int] = {}
@@ -86,7 +90,7 @@ class Hdf5Sink:
 
     def _create(self, place: h5py.Group, column: Column) -> h5py.Dataset:
         shape = {"shape": (0,), "maxshape": (None,), "chunks": (self.CHUNK_ROWS,)}
-        dataset = place.create_dataset(column.name, dtype=np.dtype(column.kind), **shape)
+        dataset = place.create_dataset(column.name, dtype=np.dtype(column.kind), fletcher32=True, **shape)
         if column.unit:
             dataset.attrs["unit"] = column.unit
         if column.text:
@@ -156,18 +160,21 @@ class PaddedFile(io.RawIOBase):
 
 
 class Hdf5Source:
-    """A recording of scripts/record or a trace of sextant-mil."""
+    """A recording of scripts/record or a trace of sextant-mil. HDF5 verifies headers, attributes and values by their
+    checksums; the index of the chunks has none, and is compared with the number of rows."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.paths = [path]
         self._size = path.stat().st_size
         self.cut: str | None = None
+        self.unverified: str | None = None
         self._file = self._open(path)
         self.metadata: Metadata = self._metadata()
         self.groups: dict[str, Group] = {}
         self._rows: dict[str, int] = {}
-        self._add(MAIN, self._file)
+        with nullcontext() if self._is_padded else damage(path, *UNREADABLE):
+            self._add(MAIN, self._file)
         if not self.groups and self._is_padded:
             raise UserError(f"{path} is truncated, and nothing of it is readable.")
         if not self.groups:
@@ -212,8 +219,11 @@ class Hdf5Source:
 
     def _add(self, name: str, place: h5py.Group) -> None:
         try:
-            members = list(place.items())
+            # items() gives None for a member whose header is damaged or behind the cut.
+            members = list(place.items()) if self._is_padded else [(key, place[key]) for key in place]
         except (OSError, RuntimeError, KeyError):
+            if not self._is_padded:
+                raise
             return  # behind the cut
         datasets = {key: data for key, data in members if isinstance(data, h5py.Dataset) and data.ndim == 1}
         if datasets:
@@ -224,6 +234,8 @@ class Hdf5Source:
 
     def _add_group(self, name: str, place: h5py.Group, datasets: dict[str, h5py.Dataset]) -> None:
         columns = [column_of(key, data) for key, data in datasets.items()]
+        for data in datasets.values():
+            self._check_index(data)
         rows = min(self._readable_rows(data) for data in datasets.values())
         shares = not any(column.name in TIMES for column in columns)
         if shares and (MAIN not in self.groups or (rows != self._rows[MAIN] and not self._is_padded)):
@@ -236,6 +248,18 @@ class Hdf5Source:
         text = "" if name == MAIN else str(value_of(place.attrs.get("description", "")))
         self.groups[name] = Group(name, tuple(columns), text, MAIN if shares else "")
         self._rows[name] = rows
+
+    def _check_index(self, data: h5py.Dataset) -> None:
+        """A chunk that is missing, at another place or without its checksum would give other rows, or zeros."""
+        if not data.fletcher32:
+            self.unverified = unverified_sentence(self._path)
+            return
+        if self._is_padded:
+            return
+        found: list[tuple[int, int]] = []
+        data.id.chunk_iter(lambda chunk: found.append((chunk.chunk_offset[0], chunk.filter_mask)))
+        if sorted(found) != [(begin, 0) for begin in range(0, len(data), data.chunks[0])]:
+            raise UserError(f"{self._path} is damaged and cannot be read: its index of {data.name} is wrong.")
 
     def _readable_rows(self, data: h5py.Dataset) -> int:
         """Rows before the first chunk that reaches behind the cut."""
@@ -263,7 +287,7 @@ class Hdf5Source:
             for column in group.columns:
                 at_root = name == MAIN or (group.time_of and column.name == group.time)
                 place = column.name if at_root else f"{name}/{column.name}"
-                with damage(self._path, OSError, RuntimeError, KeyError):
+                with damage(self._path, *UNREADABLE):
                     block[column.name] = self._file[place][begin:end]
             yield block
 

@@ -49,6 +49,8 @@ class McapSource:
     """The channels of a recording, those of one group together; the file is read record by record, not by its summary,
     which a cut removes, nor by the indexes of its chunks alone, which a file need not have."""
 
+    unverified = None  # its chunks have checksums
+
     def __init__(self, path: Path) -> None:
         self._path = path
         self.paths = [path]

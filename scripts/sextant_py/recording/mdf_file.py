@@ -1,4 +1,4 @@
-"""Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds."""
+"""Recordings as ASAM MDF 4: a channel group a group, its master channel the time in seconds from the beginning."""
 
 import gc
 import json
@@ -15,7 +15,8 @@ from asammdf.blocks.utils import MdfException
 from isal import isal_zlib
 
 from ..errors import UserError
-from .model import BLOCK_ROWS, Group, Metadata, damage, unreadable
+from .model import BLOCK_ROWS, Column, Group, Metadata, begin_of_run, damage, unreadable
+from .value_texts import value_texts
 
 ATTACHMENT = "sextant_recording.json"
 # What asammdf raises where a file is not what it should be.
@@ -28,12 +29,25 @@ SLICE_ROWS = 131_072
 ZIPPED = 2  # deflate, with the bytes transposed
 
 
+def conversion_of(group: str, column: Column) -> dict[str, int | str] | None:
+    """From value to text (CCBLOCK type 7), so that tools show the name of a state and not its number; a value without
+    one stays as it is."""
+    texts = value_texts(group, column.name)
+    if not texts:
+        return None
+    pairs = {f"val_{k}": value for k, value in enumerate(texts)} | {
+        f"text_{k}": t for k, t in enumerate(texts.values())
+    }
+    return {**pairs, "default": ""}
+
+
 class MdfSink:
     """Blocks go to a temporary file beside the recording; closing writes the recording."""
 
     def __init__(self, path: Path, metadata: Metadata) -> None:
         self._path = path
         self._mdf = MDF(version="4.10", temporary_folder=path.parent)
+        self._metadata = metadata
         self._groups: dict[str, Group] = {}
         self._numbers: dict[str, int] = {}
         self._begin_ns = metadata.get("begin_ns")
@@ -54,21 +68,22 @@ class MdfSink:
         group = self._groups[name]
         times = group.times_ns(block)
         if self._begin_ns is None:
-            self._begin_ns = int(times[0])
+            begin_ns = begin_of_run(self._metadata, block[:1])
+            self._begin_ns = int(times[0]) if begin_ns is None else begin_ns
         seconds = (times - self._begin_ns) / 1e9
         if name in self._numbers:
             columns = [(np.ascontiguousarray(block[column.name]), None) for column in group.columns]
             self._mdf.extend(self._numbers[name], [(seconds, None), *columns])
         else:
-            signals = [self._signal(column, block[column.name], seconds) for column in group.columns]
+            signals = [self._signal(name, column, block[column.name], seconds) for column in group.columns]
             self._numbers[name] = self._mdf.append(signals, acq_name=name, comment=group.text)
         self.kept[name] += len(block)
 
     @staticmethod
-    def _signal(column, values: np.ndarray, seconds: np.ndarray) -> Signal:
-        encoding = {"encoding": "utf-8"} if column.is_text else {}
+    def _signal(group: str, column: Column, values: np.ndarray, seconds: np.ndarray) -> Signal:
+        options = {"encoding": "utf-8"} if column.is_text else {"conversion": conversion_of(group, column)}
         samples = np.ascontiguousarray(values)
-        return Signal(samples, seconds, unit=column.unit, name=column.name, comment=column.text, **encoding)
+        return Signal(samples, seconds, unit=column.unit, name=column.name, comment=column.text, **options)
 
     def close(self, metadata: Metadata) -> None:
         groups = [group.described() for group in self._groups.values()]
@@ -83,6 +98,8 @@ class MdfSink:
 
 class MdfSource:
     """A file that MdfSink wrote: the attachment tells exact types and order."""
+
+    unverified = None  # its blocks have checksums
 
     def __init__(self, path: Path) -> None:
         self.cut: str | None = None

@@ -15,6 +15,7 @@ from ..errors import UserError, reason_of
 
 MAIN = "telemetry"  # the root of an HDF5 file, and the file NAME.csv of several
 TRIGGER = "trigger_ns"  # of the metadata: the instant that a capture was triggered at
+BEGIN = "begin_ns"  # of a trace's attributes: the instant that the times of its run count from
 TIMES = {"t_ns": 1, "t_s": 1_000_000_000}  # names of a time axis, and nanoseconds a unit
 BLOCK_ROWS = 8192
 Metadata = dict[str, Any]  # what JSON can hold
@@ -71,6 +72,22 @@ class Group:
         return cls(described["name"], columns, described["text"], described["time_of"])
 
 
+def begin_of_run(metadata: Metadata, first: np.ndarray) -> int | None:
+    """The instant at which the run of a trace began [ns], by its attributes; None: it is no trace. `first`: the first
+    row of its telemetry.
+
+    A row has the time of its end, and the first one is not complete: without the attribute (traces of earlier versions,
+    replays) the run began with the first of the row's control periods.
+    """
+    attributes = metadata.get("attributes", {})
+    if BEGIN in attributes:
+        return int(attributes[BEGIN])
+    names = first.dtype.names or ()
+    if "control_period_ns" in attributes and {"t_ns", "periods"} <= set(names):
+        return int(first["t_ns"][0]) - (int(first["periods"][0]) - 1) * int(attributes["control_period_ns"])
+    return 0 if attributes.get("mode") == "event_exact" else None
+
+
 class Sink(Protocol):
     """A file that is written block by block. OSError: there was no room; what `kept` counts stays readable."""
 
@@ -85,11 +102,13 @@ class Sink(Protocol):
 
 class Source(Protocol):
     """A file that is read block by block, or the several `paths` of a recording. `cut` says in a sentence what a file
-    lacks that was truncated or not closed. UserError: what it holds is damaged."""
+    lacks that was truncated or not closed, `unverified` that it has no checksums. UserError: what it holds is
+    damaged."""
 
     metadata: Metadata
     groups: dict[str, Group]
     cut: str | None
+    unverified: str | None
     paths: list[Path]
 
     def rows(self, name: str) -> int: ...
@@ -149,6 +168,11 @@ def unclosed_sentence(path: object, metadata: Metadata, kept: dict[str, int]) ->
     if metadata.get("program") != "record" or "rows" in metadata:
         return None
     return f"{path} was not closed, so what came last may be missing; rows that are left: {counted(kept)}"
+
+
+def unverified_sentence(path: object) -> str:
+    """One sentence for a file of another or an earlier program."""
+    return f"{path} has no checksums, so that damage of its values is not noticed"
 
 
 def counted(rows: dict[str, int]) -> str:

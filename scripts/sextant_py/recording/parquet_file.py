@@ -69,6 +69,8 @@ class ParquetSink:
 class ParquetSource:
     """NAME.parquet and its groups NAME.GROUP.parquet."""
 
+    unverified = None  # its blocks have checksums
+
     def __init__(self, path: Path) -> None:
         self._path = path
         self.paths: list[Path] = []
