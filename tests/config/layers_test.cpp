@@ -190,12 +190,12 @@ TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {
 // What `identify` writes: a section within a section has a file of its own, as [machine] has.
 TEST(ConfigFile, OfAnInverterAndOfAnEstimateAreReadWhereTheirSectionsNameThem) {
   const ConfigFiles files;
-  const std::string inverter =
-      files.write("inverter.toml", "dead_time_us = 1.5\nvoltage_error_v = 0.25\n");
+  const std::string inverter = files.write("inverter.toml", "dead_time_us = 1.5\nvoltage_error_v = 0.25\n");
   const std::string machine = files.write("estimate.toml", "r_s_ohm = 0.5\n");
-  const std::string named = files.write(
-      "named.toml", machine_line() + "[drive]\ninverter = \"inverter.toml\"\n[control]\nmachine_estimate = "
-                                     "\"estimate.toml\"\n");
+  const std::string named =
+      files.write("named.toml", machine_line() +
+                                    "[drive]\ninverter = \"inverter.toml\"\n[control]\nmachine_estimate = "
+                                    "\"estimate.toml\"\n");
   const std::string plain = files.write("plain.toml", machine_line());
   const std::vector<std::string> sets{"drive.inverter=" + inverter, "control.machine_estimate=" + machine};
   for (const EcuConfig& config : {load_ecu_config(named), load_ecu_config(plain, sets)}) {
@@ -212,8 +212,8 @@ TEST(ConfigFile, OfAnInverterAndOfAnEstimateAreReadWhereTheirSectionsNameThem) {
 TEST(ConfigFile, OfAnInverterIsRefusedWithItsPlace) {
   const ConfigFiles files;
   const std::string none = files.write("none.toml", machine_line() + "[drive]\ninverter = \"no.toml\"\n");
-  EXPECT_EQ(ecu_refusal(none),
-            none + ":3: drive.inverter: the drive.inverter file " + files.path("no.toml") + " does not exist");
+  EXPECT_EQ(ecu_refusal(none), none + ":3: drive.inverter: the drive.inverter file " + files.path("no.toml") +
+                                   " does not exist");
   const std::string bad = files.write("bad.toml", "dead_time_us = -1\ndaed_time_us = 1\n");
   const std::string why =
       ecu_refusal(files.write("uses.toml", machine_line() + "[drive]\ninverter = \"bad.toml\"\n"));
