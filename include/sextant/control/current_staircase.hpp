@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 namespace sextant {
@@ -70,7 +68,9 @@ class CurrentStaircase {
     return index < n ? size : -size;
   }
   [[nodiscard]] constexpr T towards(T level) const noexcept {
-    return reference_ + std::clamp(level - reference_, -parameters_.slope, parameters_.slope);
+    const T slope = parameters_.slope;
+    if (level > reference_) return level - reference_ > slope ? reference_ + slope : level;
+    return reference_ - level > slope ? reference_ - slope : level;
   }
 
   Parameters parameters_;
