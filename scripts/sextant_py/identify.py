@@ -13,7 +13,7 @@ from .identify_fit import Found, Level, Setup, fit
 from .paths import OUT
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import SHORT, Drive, known_keys, words
+from .torque_map_drive import SHORT, Drive, summary_of, words
 
 EXAMPLES = """examples:
   scripts/identify configs/ecu_foc.toml
@@ -80,11 +80,12 @@ def scenario_of(file: Path, mil: Path, directory: Path) -> Path:
     machine = {key.removeprefix("machine."): value for key, value in found.items() if key.startswith("machine.")}
     if not machine:
         raise UserError(f'{file} names no machine: [machine] with file = "…" or with its values is needed.')
-    known = known_keys(mil, directory)
-    kept, _ = torque_map_file.of_the_drive(found, known, file)
-    drive = Drive("identify", {f"machine.{key}": value for key, value in machine.items()} | kept, machine, known)
+    given = {f"machine.{key}": value for key, value in machine.items()}
     scenario = directory / "identify.toml"
-    scenario.write_text(drive.scenario(), encoding="utf-8")
+    scenario.write_text(Drive("identify", given, machine, set()).scenario(), encoding="utf-8")
+    known = set(summary_of(mil, scenario, SHORT)["configuration"])
+    kept, _ = torque_map_file.of_the_drive(found, known, file)
+    scenario.write_text(Drive("identify", given | kept, machine, known).scenario(), encoding="utf-8")
     return scenario
 
 

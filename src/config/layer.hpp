@@ -40,8 +40,8 @@ struct Layer {
 /// "key=value". Throws ConfigError when it is not of that form.
 [[nodiscard]] Layer override_layer(const std::string& text);
 
-/// Takes the path of the file that holds a section ("machine", "drive.inverter") out of the layers and puts the file's own
-/// layer before them. Throws ConfigError when it is not a path or the file is bad.
+/// Takes the path of the file that holds a section ("machine", "drive.inverter") out of the layers and puts
+/// the file's own layer before them. Throws ConfigError when it is not a path or the file is bad.
 void insert_section_layer(std::vector<Layer>& layers, const std::string& section);
 
 /// Takes `base = "path"`, the file that the first layer changes, out of it and puts that file's layer before

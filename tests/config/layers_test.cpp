@@ -187,5 +187,39 @@ TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {
   }
 }
 
+// What `identify` writes: a section within a section has a file of its own, as [machine] has.
+TEST(ConfigFile, OfAnInverterAndOfAnEstimateAreReadWhereTheirSectionsNameThem) {
+  const ConfigFiles files;
+  const std::string inverter = files.write("inverter.toml", "dead_time_us = 1.5\nvoltage_error_v = 0.25\n");
+  const std::string machine = files.write("estimate.toml", "r_s_ohm = 0.5\n");
+  const std::string named =
+      files.write("named.toml", machine_line() +
+                                    "[drive]\ninverter = \"inverter.toml\"\n[control]\nmachine_estimate = "
+                                    "\"estimate.toml\"\n");
+  const std::string plain = files.write("plain.toml", machine_line());
+  const std::vector<std::string> sets{"drive.inverter=" + inverter, "control.machine_estimate=" + machine};
+  for (const EcuConfig& config : {load_ecu_config(named), load_ecu_config(plain, sets)}) {
+    EXPECT_EQ(config.drive.control.inverter.dead_time_ns, 1500);
+    EXPECT_EQ(config.drive.control.inverter.voltage_error, 0.25);
+    EXPECT_EQ(config.drive.control.machine.r_s, 0.5);
+  }
+  const std::string own = files.write(
+      "own.toml", machine_line() + "[drive.inverter]\nfile = \"inverter.toml\"\ndead_time_us = 2\n");
+  EXPECT_EQ(load_ecu_config(own).drive.control.inverter.dead_time_ns, 2000) << "the section's own key wins";
+  EXPECT_EQ(load_ecu_config(own).drive.control.inverter.voltage_error, 0.25);
+}
+
+TEST(ConfigFile, OfAnInverterIsRefusedWithItsPlace) {
+  const ConfigFiles files;
+  const std::string none = files.write("none.toml", machine_line() + "[drive]\ninverter = \"no.toml\"\n");
+  EXPECT_EQ(ecu_refusal(none), none + ":3: drive.inverter: the drive.inverter file " + files.path("no.toml") +
+                                   " does not exist");
+  const std::string bad = files.write("bad.toml", "dead_time_us = -1\ndaed_time_us = 1\n");
+  const std::string why =
+      ecu_refusal(files.write("uses.toml", machine_line() + "[drive]\ninverter = \"bad.toml\"\n"));
+  EXPECT_THAT(why, HasSubstr(bad + ":1: dead_time_us: expected a number"));
+  EXPECT_THAT(why, HasSubstr(bad + ":2: daed_time_us: unknown key"));
+}
+
 }  // namespace
 }  // namespace sextant

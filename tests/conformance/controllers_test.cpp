@@ -34,5 +34,19 @@ TYPED_TEST(FloatControllers, Conform) {
   expect_conformance<TypeParam, float>();
 }
 
+template <class C>
+class CommissioningControllers : public testing::Test {};
+TYPED_TEST_SUITE(CommissioningControllers, test::TypesOf<CommissioningList<double>>::Types);
+TYPED_TEST(CommissioningControllers, Conform) {
+  expect_conformance<TypeParam, double>();
+}
+
+template <class C>
+class FloatCommissioningControllers : public testing::Test {};
+TYPED_TEST_SUITE(FloatCommissioningControllers, test::TypesOf<CommissioningList<float>>::Types);
+TYPED_TEST(FloatCommissioningControllers, Conform) {
+  expect_conformance<TypeParam, float>();
+}
+
 }  // namespace
 }  // namespace sextant

@@ -28,9 +28,9 @@ struct Published {
 
 struct Seen {
   std::vector<Published> levels{};
-  double peak{};      ///< of |i_s| at the ends of periods [A]
-  double last{};      ///< |i_s| at the end [A]
-  double torque{};    ///< largest magnitude [N·m]
+  double peak{};    ///< of |i_s| at the ends of periods [A]
+  double last{};    ///< |i_s| at the end [A]
+  double torque{};  ///< largest magnitude [N·m]
   bool finished{};
 };
 
@@ -57,14 +57,20 @@ test::ReferenceMachine::Complex lost(const test::ReferenceMachine& machine, doub
   return 2.0 / 3.0 * v * (sign(phases[0]) + sign(phases[1]) * a + sign(phases[2]) * a * a);
 }
 
-/// A controller and the machine, period by period. The loss of the dead time acts as a kick of the stator flux.
+/// A controller and the machine, period by period. The loss of the dead time acts as a kick of the stator
+/// flux.
 template <class T>
 class Bench {
  public:
   Bench(const typename CommissioningController<T>::Parameters& p, double leg_volts,
         const InductionMachineParameters<double>& real = {})
-      : machine{real, u_dc}, controller{p}, period_ns_{p.period_ns}, delay_{p.actuation_delay_periods},
-        leg_volts_{leg_volts}, in_flight_{gates_off, p.period_ns}, applied_{gates_off, p.period_ns} {}
+      : machine{real, u_dc},
+        controller{p},
+        period_ns_{p.period_ns},
+        delay_{p.actuation_delay_periods},
+        leg_volts_{leg_volts},
+        in_flight_{gates_off, p.period_ns},
+        applied_{gates_off, p.period_ns} {}
 
   void step(ControlMode mode, T torque = T(0)) {
     const GatePattern decided = controller.step(machine.template measure<T>(applied_), {mode, torque, T(1)});
@@ -120,22 +126,22 @@ TYPED_TEST(CommissioningOf, PublishesTheVoltageThatResistanceAndInverterTake) {
   using T = TypeParam;
   const InductionMachineParameters<double> real{};
   for (const std::int32_t period_ns : {75'000, 125'000}) {
-      const int delay = period_ns == 75'000 ? 1 : 0;
-      SCOPED_TRACE(std::to_string(period_ns) + " ns, delay " + std::to_string(delay));
-      const double leg_volts = u_dc * 1.5e-6 / (period_ns * 1e-9);
-      Bench<T> bench{parameters<T>(period_ns, delay), leg_volts};
-      const Seen seen = run(bench, periods_of_all(period_ns));
-      ASSERT_EQ(seen.levels.size(), 6U);
-      const double expected[] = {19, 11.4, 3.8, -3.8, -11.4, -19};
-      for (std::size_t k = 0; k < 6; ++k) {
-        const Published& level = seen.levels[k];
-        const double sign = level.current > 0 ? 1 : -1;
-        EXPECT_NEAR(level.current, expected[k], 0.05);
-        EXPECT_NEAR(level.voltage, real.r_s * level.current + 4.0 / 3.0 * leg_volts * sign, 0.05);
-        EXPECT_NEAR(level.drift, 0, 0.02);
-      }
-      EXPECT_TRUE(seen.finished);
-      EXPECT_LT(seen.last, 0.3) << "it ends without current";
+    const int delay = period_ns == 75'000 ? 1 : 0;
+    SCOPED_TRACE(std::to_string(period_ns) + " ns, delay " + std::to_string(delay));
+    const double leg_volts = u_dc * 1.5e-6 / (period_ns * 1e-9);
+    Bench<T> bench{parameters<T>(period_ns, delay), leg_volts};
+    const Seen seen = run(bench, periods_of_all(period_ns));
+    ASSERT_EQ(seen.levels.size(), 6U);
+    const double expected[] = {19, 11.4, 3.8, -3.8, -11.4, -19};
+    for (std::size_t k = 0; k < 6; ++k) {
+      const Published& level = seen.levels[k];
+      const double sign = level.current > 0 ? 1 : -1;
+      EXPECT_NEAR(level.current, expected[k], 0.05);
+      EXPECT_NEAR(level.voltage, real.r_s * level.current + 4.0 / 3.0 * leg_volts * sign, 0.05);
+      EXPECT_NEAR(level.drift, 0, 0.02);
+    }
+    EXPECT_TRUE(seen.finished);
+    EXPECT_LT(seen.last, 0.3) << "it ends without current";
   }
 }
 
@@ -166,7 +172,8 @@ TYPED_TEST(CommissioningOf, StopsAtOnceAndBeginsAnew) {
   Bench<T> fresh{parameters<T>(period_ns, 1), 10};
   const Seen first = run(bench, 9000);
   ASSERT_GE(first.levels.size(), 1U);
-  const GatePattern off = bench.controller.step(bench.machine.template measure<T>({}), {ControlMode::off, 0, 1});
+  const GatePattern off =
+      bench.controller.step(bench.machine.template measure<T>({}), {ControlMode::off, 0, 1});
   EXPECT_FALSE(off.is_driven());
   for (const T value : bench.controller.channel_values()) EXPECT_EQ(value, T(0));
   for (int k = 0; k < 20'000; ++k) bench.step(ControlMode::off);  // the rotor flux decays

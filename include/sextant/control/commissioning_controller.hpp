@@ -19,8 +19,8 @@ namespace sextant {
 /// commanded voltage. With i_b = i_c = −i/2 a steady level shows
 ///   u = R i + (4/3)(u_dc t_d/t_period + V_t) sign(i),   R = R_s + r
 /// with dead time t_d, threshold voltage V_t and slope resistance r of the inverter, as each leg loses
-/// sign(i_x)(u_dc t_d/t_period + V_t + r |i_x|) in a period (`InverterModel`). One voltage of the link does not
-/// tell t_d from V_t.
+/// sign(i_x)(u_dc t_d/t_period + V_t + r |i_x|) in a period (`InverterModel`). One voltage of the link does
+/// not tell t_d from V_t.
 ///
 /// The current follows by a PI controller in the stationary frame, per axis
 ///   u = K (i* − i) + v,   v[k+1] = v + (R t_period/σL_s)(K (i* − i) + u_real − u)
@@ -38,7 +38,8 @@ template <class T = double>
 class CommissioningController final : public EstimatingController<T> {
  public:
   static constexpr const char* name = "commissioning";
-  static constexpr const char* meaning = "no torque: levels of direct current that measure inverter and stator";
+  static constexpr const char* meaning =
+      "no torque: levels of direct current that measure inverter and stator";
 
   static constexpr std::array channels{
       ControlChannel{"level", "1", "levels of current that are over"},
@@ -47,8 +48,10 @@ class CommissioningController final : public EstimatingController<T> {
       ControlChannel{"level_current_a", "A", "mean reading of the current along phase a, of the last level"},
       ControlChannel{"level_voltage_v", "V", "mean commanded voltage along phase a, of the last level"},
       ControlChannel{"level_link_v", "V", "mean link voltage of the last level"},
-      ControlChannel{"level_scatter_a", "A", "standard deviation of the current's readings in the last level"},
-      ControlChannel{"level_drift_v", "V", "by how much the voltage rose from half to half of the last level"}};
+      ControlChannel{"level_scatter_a", "A",
+                     "standard deviation of the current's readings in the last level"},
+      ControlChannel{"level_drift_v", "V",
+                     "by how much the voltage rose from half to half of the last level"}};
 
   struct Parameters : EstimatingController<T>::Parameters {
     T highest_current{T(20)};             ///< limit of the current [A]
@@ -135,8 +138,8 @@ class CommissioningController final : public EstimatingController<T> {
     }
     level_.add(i, u, u_dc);
     if (!staircase_.ends_level()) return;
-    values_ = {T(staircase_.index() + 1), values_[1],       values_[2],      level_.current(),
-               level_.voltage(),          level_.link(),    level_.scatter(), level_.drift()};
+    values_ = {T(staircase_.index() + 1), values_[1],    values_[2],       level_.current(),
+               level_.voltage(),          level_.link(), level_.scatter(), level_.drift()};
     level_ = LevelMeasurement<T>{hold_periods_};
   }
 
@@ -151,9 +154,9 @@ class CommissioningController final : public EstimatingController<T> {
   CurrentStaircase<T> staircase_;
   std::int32_t hold_periods_;  ///< [-]
   LevelMeasurement<T> level_;
-  T gain_;                                ///< K [V/A]
-  T integral_share_;                      ///< R t_period/σL_s [-]
-  SpaceVector<T> integral_{};             ///< v [V]
+  T gain_;                                   ///< K [V/A]
+  T integral_share_;                         ///< R t_period/σL_s [-]
+  SpaceVector<T> integral_{};                ///< v [V]
   std::array<T, channels.size()> values_{};  ///< of the channels
 };
 

@@ -13,15 +13,16 @@
 
 namespace sextant {
 
-/// Every control method of Sextant that follows a torque reference, the paper's first. The configuration, the bench, the firmware's count of
-/// instructions, the real-time safety check and the conformance test walk this list.
+/// Every control method of Sextant that follows a torque reference, the paper's first. The configuration, the
+/// bench, the firmware's count of instructions, the real-time safety check and the conformance test walk this
+/// list.
 template <class T>
 using ControllerList = std::tuple<DirectTorqueController<T>, DutyRatioController<T>, PredictiveController<T>,
                                   PwmDtcController<T>, FeedbackLinearisationController<T>,
                                   FieldOrientedController<T>, DeadbeatController<T>>;
 
-/// Those that measure machine and inverter instead, and make no torque. The configuration, the real-time safety
-/// check and the conformance test walk this list too; nothing that compares torque does.
+/// Those that measure machine and inverter instead, and make no torque. The configuration, the real-time
+/// safety check and the conformance test walk this list too; nothing that compares torque does.
 template <class T>
 using CommissioningList = std::tuple<CommissioningController<T>>;
 

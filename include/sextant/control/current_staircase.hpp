@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 namespace sextant {
@@ -9,9 +7,9 @@ namespace sextant {
 /// A direct current that falls in equal steps through levels of both signs, from the highest to its opposite,
 /// and ends at zero. Of n levels of a sign level m has
 ///   I_m = I (1 − 4/5 · m/(n − 1)),   m = 0 … n − 1
-/// so that the lowest is a fifth of the highest. Each level is reached by a ramp, settles and is held. A stair
-/// in one direction has the smallest steps: what of the rotor's EMF is left after settling is the same at
-/// nearly every level, and shows as an offset of the voltage.
+/// so that the lowest is a fifth of the highest. Each level is reached by a ramp, settles and is held. A
+/// stair in one direction has the smallest steps: what of the rotor's EMF is left after settling is the same
+/// at nearly every level, and shows as an offset of the voltage.
 template <class T = double>
 class CurrentStaircase {
  public:
@@ -70,7 +68,9 @@ class CurrentStaircase {
     return index < n ? size : -size;
   }
   [[nodiscard]] constexpr T towards(T level) const noexcept {
-    return reference_ + std::clamp(level - reference_, -parameters_.slope, parameters_.slope);
+    const T slope = parameters_.slope;
+    if (level > reference_) return level - reference_ > slope ? reference_ + slope : level;
+    return reference_ - level > slope ? reference_ - slope : level;
   }
 
   Parameters parameters_;

@@ -31,9 +31,7 @@ class LevelMeasurement {
   [[nodiscard]] constexpr T voltage() const noexcept { return voltage_; }  ///< [V]
   [[nodiscard]] constexpr T link() const noexcept { return link_; }        ///< [V]
   /// Standard deviation of the readings of the current. [A]
-  [[nodiscard]] T scatter() const noexcept {
-    return count_ > 1 ? std::sqrt(squares_ / T(count_ - 1)) : T(0);
-  }
+  [[nodiscard]] T scatter() const noexcept { return count_ > 1 ? std::sqrt(squares_ / T(count_ - 1)) : T(0); }
   /// Mean voltage of the second half less that of the first: what has not settled. [V]
   [[nodiscard]] constexpr T drift() const noexcept {
     return half_ > 0 && count_ > half_ ? T(2) * (voltage_ - first_half_) : T(0);
