@@ -152,10 +152,10 @@ class DrivePlant {
   /// The right-hand side, dx/dt at x.
   void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
     if (inverter_.voltage_is_fixed() && drops_.threshold_voltage == T(0)) return driven_derivative(x, dx);
-    derivative_at<true>(
-        x, dx, [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
-          return inverter_.voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
-    });
+    derivative_at<true>(x, dx,
+                        [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
+                          return inverter_.voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
+                        });
   }
   /// The same while no leg floats and the inverter has no threshold, for integrators that check this once a
   /// step.
