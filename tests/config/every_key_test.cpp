@@ -117,7 +117,7 @@ std::vector<Kind> kinds_by_their_own_keys() {
             "cycle.table", "vehicle.mass_kg", "driver.period_ms", "driver.bandwidth_rad_s",
             "metrics.window_from_s", "metrics.step_s", "expect.fault_from_s", "expect.fault_to_s",
             "expect.torque_ripple_pp_nm.min", "expect.torque_bias_nm.min", "expect.response_time_ms.min",
-            "expect.flux_mean_wb.min", "expect.peak_current_a.min"}}};
+            "expect.flux_mean_wb.min", "expect.peak_current_a.min", "trace.signals"}}};
 }
 
 /// The same with the keys at odds of what all kinds have, and of what those with a drive have.
