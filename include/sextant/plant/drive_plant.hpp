@@ -393,7 +393,7 @@ class DrivePlant {
     make_current_admissible();
   }
   void make_current_admissible() noexcept SEXTANT_NONBLOCKING {
-    if (inverter_.voltage_is_fixed()) return;
+    if (!inverter_.has_idle_legs()) return;
     const SpaceVector<T> flux = machine_.stator_flux(inverter_.admissible_current(i_s()), psi_r());
     x_[psi_s_alpha] = flux.alpha;
     x_[psi_s_beta] = flux.beta;

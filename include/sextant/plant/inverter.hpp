@@ -72,6 +72,7 @@ class Inverter {
     ties_ = {driven_tie(state.a()), driven_tie(state.b()), driven_tie(state.c())};
     forward_ = {};
     floating_ = 0;
+    without_current_ = 0;
     map_ = {T(0), T(0), T(0), sextant::stator_voltage(state, u_dc)};
   }
 
@@ -118,10 +119,17 @@ class Inverter {
     return g;
   }
 
-  /// i_s with the currents of floating legs made exactly zero. [A]
+  /// i_s with the currents of the legs that had none when their ties were found made exactly zero: those that
+  /// float, and those whose potential would have left its range at once. What a tolerance has left of such a
+  /// current may have the sign that its device does not let pass. [A]
   [[nodiscard]] constexpr SpaceVector<T> admissible_current(SpaceVector<T> i_s) const noexcept
       SEXTANT_NONBLOCKING {
-    return floating_ == 0 ? i_s : i_s - map_.gain(i_s);
+    if (!has_idle_legs()) return i_s;
+    if (without_current_ > 1) return {};
+    const SpaceVector<T> d = phase_axes<T>[idle_leg_];
+    const SpaceVector<T> along{d.alpha * d.alpha * i_s.alpha + d.alpha * d.beta * i_s.beta,
+                               d.alpha * d.beta * i_s.alpha + d.beta * d.beta * i_s.beta};
+    return i_s - along;
   }
 
   /// Leg potentials against the negative rail. Without any tied leg they are undefined and reported as their
@@ -153,6 +161,10 @@ class Inverter {
   /// True when no leg floats: the stator voltage is constant, `voltage_map().offset`.
   [[nodiscard]] constexpr bool voltage_is_fixed() const noexcept SEXTANT_NONBLOCKING {
     return floating_ == 0;
+  }
+  /// True when a leg had no current when the ties were found.
+  [[nodiscard]] constexpr bool has_idle_legs() const noexcept SEXTANT_NONBLOCKING {
+    return without_current_ > 0;
   }
   /// True when a leg is off, a cable open or a threshold to be overcome, so that events can come or the
   /// voltage depends on the EMF.
@@ -218,8 +230,13 @@ class Inverter {
       if (i[x] < -zero_current) conduct(x, T(-1));
     }
     // Currents add up to zero, so with two of them zero no device conducts.
-    if (floating_legs(ties_) < 2) return;
-    for (std::size_t x = 0; x < 3; ++x) block(x);
+    if (floating_legs(ties_) >= 2) {
+      for (std::size_t x = 0; x < 3; ++x) block(x);
+    }
+    without_current_ = floating_legs(ties_);
+    for (std::size_t x = 0; x < 3; ++x) {
+      if (ties_[x] == LegTie::floating) idle_leg_ = x;
+    }
   }
 
   /// Ties floating legs that would leave their ranges, the worst first, until none is left.
@@ -288,6 +305,8 @@ class Inverter {
   std::array<T, 3> highest_{};  ///< the same of negative current [V]
   std::array<T, 3> forward_{};  ///< sign of the current that the leg's device lets pass; 0: floats, or either
   int floating_{3};             ///< legs that float
+  int without_current_{3};      ///< legs that had no current when the ties were found
+  std::size_t idle_leg_{0};     ///< one of them
   int open_{no_phase};          ///< phase whose cable is open
   T arc_{};                     ///< sign of the current that its contact still carries; 0: none [-]
   StatorVoltageMap<T> map_{T(1), T(0), T(1), {}};
