@@ -1,5 +1,6 @@
 """What `identify` writes: the files that a drive reads, the table and the picture."""
 
+import math
 from pathlib import Path
 
 from .figure_style import STYLE
@@ -14,6 +15,13 @@ def told_dead_time_us(found: Found) -> float:
     return round(1e6 * found.dead_time_s, 3) if shows else 0.0
 
 
+def told_voltage_error_v(found: Found, setup: Setup) -> float:
+    """What the drive allows for: what the fit leaves open, and no less than the drive's own default, a tenth of the
+    fundamental of what dead time and threshold take, for other temperatures and currents than those measured. [V]"""
+    taken = found.link_v * 1e-6 * told_dead_time_us(found) / setup.period_s + setup.threshold_v
+    return max(found.voltage_error_v, 0.1 * 4 / math.pi * taken)
+
+
 def write_files(directory: Path, file: Path, found: Found, setup: Setup) -> tuple[Path, Path]:
     """inverter.toml and machine.toml."""
     head = f"# Measured at standstill by sextant identify {file.name}, at {found.link_v:.1f} V and "
@@ -23,7 +31,7 @@ def write_files(directory: Path, file: Path, found: Found, setup: Setup) -> tupl
         f'{head}Used by [drive] inverter = "inverter.toml".',
         "# Dead time and threshold voltage are one number at one link voltage: it holds near this one.",
         f"dead_time_us = {told_dead_time_us(found):g}  # standard deviation {1e6 * found.dead_time_sigma_s:.2g} us",
-        f"voltage_error_v = {found.voltage_error_v:.3g}  # standard deviation of the voltage that dead_time_us makes",
+        f"voltage_error_v = {told_voltage_error_v(found, setup):.3g}  # {found.voltage_error_v:.2g} V by the fit",
     ]
     if setup.threshold_v:
         lines.insert(2, f"threshold_v = {setup.threshold_v:g}  # as given")

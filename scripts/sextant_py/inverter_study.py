@@ -13,7 +13,7 @@ from pathlib import Path
 
 from . import identify, mil_program
 from .errors import UserError, run
-from .identify_files import told_dead_time_us
+from .identify_files import told_dead_time_us, told_voltage_error_v
 from .paths import OUT, ROOT
 from .sweep_file import Settings, toml_value
 from .sweep_point import clean_reason, read_summary
@@ -177,12 +177,12 @@ class Lab:
         directory.mkdir(exist_ok=True)
         keys = [f"{key}={toml_value(value)}" for key, value in (case.plant | SENSORS["real"]).items()]
         options = identify.parse_arguments([str(self.file), *(word for key in keys for word in ("--set", key))])
-        found = identify.identified(self.file, self.mil, directory, options)[2]
+        _, setup, found = identify.identified(self.file, self.mil, directory, options)
         told = told_dead_time_us(found)
         print(
             f"{case.period_us} us, dead time {case.dead_us:g} us: {told:g} us, R_s {found.r_s_ohm:.4f} ohm", flush=True
         )
-        return replace(case, told_us=told, error_v=round(found.voltage_error_v, 4))
+        return replace(case, told_us=told, error_v=round(told_voltage_error_v(found, setup), 4))
 
 
 def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:

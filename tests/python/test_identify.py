@@ -2,6 +2,7 @@
 
 import random
 import secrets
+import math
 import tomllib
 from pathlib import Path
 
@@ -87,7 +88,9 @@ def test_files_hold_what_was_found(tmp_path: Path) -> None:
     inverter, machine = write_files(tmp_path, Path("x.toml"), found, SETUP)
     told = tomllib.loads(inverter.read_text(encoding="utf-8"))
     assert told["dead_time_us"] == pytest.approx(1.5, abs=0.01)
-    assert told["voltage_error_v"] == pytest.approx(found.voltage_error_v, rel=0.01)
+    taken = found.link_v * told["dead_time_us"] * 1e-6 / SETUP.period_s
+    assert told["voltage_error_v"] == pytest.approx(0.4 / math.pi * taken, rel=0.01)
+    assert told["voltage_error_v"] > found.voltage_error_v
     assert tomllib.loads(machine.read_text(encoding="utf-8"))["r_s_ohm"] == pytest.approx(found.r_s_ohm, rel=1e-4)
     none = fit(levels_of(0.0, 0.435, SETUP, noise_v=0.01, seed=1), SETUP)
     inverter, _ = write_files(tmp_path, Path("x.toml"), none, SETUP)
