@@ -1,8 +1,8 @@
 """scripts/identify: the fit against levels that are made here, and whole measurements on simulated drives."""
 
+import math
 import random
 import secrets
-import math
 import tomllib
 from pathlib import Path
 
