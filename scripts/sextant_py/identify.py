@@ -49,11 +49,13 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("file", type=Path, metavar="CONFIG", help="a file of sextant-ecu or sextant-mil")
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: out/identify/NAME")
     parser.add_argument("--limit-a", type=float, metavar="A", help=f"limit of the current ({CONTROL}current_limit_a)")
-    parser.add_argument("--threshold-v", type=float, default=0.0, metavar="V", help="known voltage of a switch (0)")
+    parser.add_argument(
+        "--threshold-v", type=float, metavar="V", help="known voltage of a switch (drive.inverter.threshold_v)"
+    )
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as sextant-mil takes it")
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
-    if not (math.isfinite(options.threshold_v) and options.threshold_v >= 0):
+    if options.threshold_v is not None and not (math.isfinite(options.threshold_v) and options.threshold_v >= 0):
         parser.error("--threshold-v: expected a voltage from 0 on")
     if options.limit_a is not None and not (math.isfinite(options.limit_a) and options.limit_a > 0):
         parser.error("--limit-a: expected a current above 0")
@@ -67,7 +69,7 @@ def settings_of(options: argparse.Namespace) -> list[str]:
         "drive.magnetise_first": False,
         "load.kind": "imposed_speed",
         "load.speed_rad_s.value": 0,
-        "plant.integrator": "exact",
+        "plant.integrator": "fixed",
     }
     if options.limit_a is not None:
         run_keys[f"{CONTROL}current_limit_a"] = options.limit_a
@@ -100,8 +102,8 @@ def configuration_of(mil: Path, scenario: Path, given: list[str]) -> Settings:
 
 
 def unknown_voltage(configuration: Settings) -> Settings:
-    """What the drive does not know of its inverter yet, where the user has not told otherwise: the fundamental of a
-    square wave of what such a dead time takes from a leg."""
+    """What the drive does not know of its inverter yet, at least: the fundamental of a square wave of what such a dead
+    time takes from a leg."""
     key = "drive.inverter.voltage_error_v"
     prior = 4 / math.pi * MOST_DEAD_TIME / 2 * configuration["plant.u_dc_v"]
     return {key: round(max(prior, configuration[key]), 3)}
@@ -194,7 +196,7 @@ def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespa
     setup = Setup(
         1e-6 * configuration["drive.period_us"],
         leakage_of(configuration),
-        options.threshold_v,
+        configuration["drive.inverter.threshold_v"] if options.threshold_v is None else options.threshold_v,
         configuration["drive.inverter.slope_ohm"],
     )
     levels = measure(mil, scenario, given, configuration)

@@ -33,8 +33,8 @@ def write_files(directory: Path, file: Path, found: Found, setup: Setup) -> tupl
         f"dead_time_us = {told_dead_time_us(found):g}  # standard deviation {1e6 * found.dead_time_sigma_s:.2g} us",
         f"voltage_error_v = {told_voltage_error_v(found, setup):.3g}  # {found.voltage_error_v:.2g} V by the fit",
     ]
-    if setup.threshold_v:
-        lines.insert(2, f"threshold_v = {setup.threshold_v:g}  # as given")
+    given = {"threshold_v": setup.threshold_v, "slope_ohm": setup.slope_ohm}
+    lines += [f"{key} = {value:g}  # as given" for key, value in given.items() if value]
     inverter.write_text("\n".join(lines) + "\n", encoding="utf-8")
     machine = directory / "machine.toml"
     machine.write_text(

@@ -58,6 +58,7 @@ class Case:
     told_us: float
     everything: bool = False  # drops, saturation and real sensors too
     error_v: float | None = None  # of the voltage, as identified along with told_us
+    r_s_ohm: float | None = None  # the same
 
     @property
     def name(self) -> str:
@@ -76,6 +77,7 @@ class Case:
         told = {"drive.inverter.dead_time_us": self.told_us}
         if self.error_v is not None:
             told["drive.inverter.voltage_error_v"] = self.error_v
+            told["control.machine_estimate.r_s_ohm"] = self.r_s_ohm
         elif self.everything:
             told |= drops("drive")
         return self.plant | told
@@ -182,7 +184,9 @@ class Lab:
         print(
             f"{case.period_us} us, dead time {case.dead_us:g} us: {told:g} us, R_s {found.r_s_ohm:.4f} ohm", flush=True
         )
-        return replace(case, told_us=told, error_v=round(told_voltage_error_v(found, setup), 4))
+        return replace(
+            case, told_us=told, error_v=round(told_voltage_error_v(found, setup), 4), r_s_ohm=round(found.r_s_ohm, 5)
+        )
 
 
 def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:
@@ -271,7 +275,10 @@ def main(arguments: list[str]) -> int:
     directory = OUT / "inverter_study"
     lab = Lab(mil_program.find(options.mil), directory)
     if options.identified:
-        cases = [lab.identified(c) for c in cases if isinstance(c, Case) and c.dead_us and c.told_us == c.dead_us]
+        plants = [c for c in cases if isinstance(c, Case) and c.dead_us and c.told_us == c.dead_us]
+        if not plants:
+            raise UserError("--identified: none of these plants has a dead time that could be found.")
+        cases = [lab.identified(case) for case in plants]
     rows, idle = measure(lab, options, cases)
     print(table(rows, idle))
     file = directory / "inverter_study.json"

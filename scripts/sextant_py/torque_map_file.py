@@ -22,7 +22,7 @@ OF_A_RUN = (  # sections and keys that the map sets, or that belong to the run o
     "name", "description", "duration_s", "mode", "profile", "load", "cycle", "vehicle", "driver", "trace", "metrics",
     "expect", "event_exact",
 )  # fmt: skip
-SECTIONS_WITH_FILE = (("machine",), ("drive", "inverter"), ("control", "machine_estimate"))
+SECTIONS_WITH_FILE = ("machine", "drive.inverter", "control.machine_estimate")
 
 
 @dataclass(frozen=True)
@@ -76,14 +76,6 @@ def scale_of(configuration: Settings) -> Scale:
     )
 
 
-def _section(value: object, file: Path) -> dict:
-    """The values of a section, of which a file may hold some."""
-    section = {"file": value} if isinstance(value, str) else dict(value) if isinstance(value, dict) else {}
-    if "file" in section:
-        return _parsed(file.parent / section.pop("file")) | section
-    return section
-
-
 def _parsed(file: Path) -> dict:
     try:
         return tomllib.loads(file.read_text(encoding="utf-8"))
@@ -93,20 +85,29 @@ def _parsed(file: Path) -> dict:
         raise UserError(f"{file} is no TOML: {error}.") from None
 
 
-def read(file: Path, seen: tuple[Path, ...] = ()) -> Settings:
-    """Dotted keys of a file and of those that it is based on; values in the place of the files of sections."""
+def _layers(file: Path, seen: tuple[Path, ...] = ()) -> Settings:
+    """Dotted keys of a file above those of the one that it is based on; SECTION.file is the path of a section's."""
     if file.resolve() in seen:
         raise UserError(f"{file} is based on itself.")
     tree = _parsed(file)
     base = tree.pop("base", None)
-    found = read(file.parent / base, (*seen, file.resolve())) if base else {}
-    for *above, name in SECTIONS_WITH_FILE:
-        holder = tree
-        for part in above:
-            holder = holder.get(part, {})
-        if name in holder:
-            holder[name] = _section(holder[name], file)
-    return found | flat(tree)
+    found = _layers(file.parent / base, (*seen, file.resolve())) if base else {}
+    own = flat(tree)
+    for section in SECTIONS_WITH_FILE:
+        for key in (section, f"{section}.file"):
+            if isinstance(own.get(key), str):
+                own[f"{section}.file"] = str(file.parent / own.pop(key))
+    return found | own
+
+
+def read(file: Path) -> Settings:
+    """Dotted keys of a file and of those that it is based on. The file of a section, the last one named, stands below
+    every key that is written out."""
+    found = _layers(file)
+    for section in SECTIONS_WITH_FILE:
+        if named := found.pop(f"{section}.file", None):
+            found = {f"{section}.{key}": value for key, value in flat(_parsed(Path(named))).items()} | found
+    return found
 
 
 def of_the_drive(found: Settings, known: set[str], file: Path) -> tuple[Settings, list[str]]:
@@ -136,6 +137,8 @@ def load(file: Path, mil: Path, directory: Path) -> tuple[Drive, Scale]:
     drive = Drive(f"file_{file.stem}", {f"machine.{k}": v for k, v in machine.items()} | settings, machine, known)
     drive.title, drive.left_out = file.name, left_out
     drive.base |= {key: value for key, value in COMMON.items() if key in known and not key.startswith("protection.")}
+    if drive.base.get("plant.saturation.knee_wb"):
+        drive.base["plant.integrator"] = "fixed"  # the exact transition is that of linear magnetics
     scenario = directory / f"{drive.name}.toml"
     scenario.write_text(drive.scenario(), encoding="utf-8")
     scale = scale_of(summary_of(mil, scenario, SHORT)["configuration"])

@@ -52,8 +52,7 @@ void describe(Section s, SaturationParameters<double>& p) {
             "of the same, how sharp the knee is; counts where knee_wb is not 0");
   s.number("machine_flux_wb", p.machine_flux, flux_wb, "Wb",
            "stator flux linkage at which the stator inductance is that of [machine], as that of a no-load "
-           "test is at "
-           "rated voltage; 0: [machine] holds for small fluxes; counts where knee_wb is not 0");
+           "test is at rated voltage; 0: [machine] holds for small fluxes; counts where knee_wb is not 0");
   s.check(p);
 }
 
@@ -61,8 +60,7 @@ void describe(Section s, SaturationParameters<double>& p) {
 std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
   if (p.integrator != IntegratorKind::exact || !p.plant.saturation.acts()) return {};
   return "integrator = \"exact\" is for machines without saturation: with saturation.knee_wb above 0 it must "
-         "be "
-         "\"cvode\", \"erk\" or \"fixed\"";
+         "be \"cvode\", \"erk\" or \"fixed\"";
 }
 
 void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {

@@ -19,12 +19,9 @@ constexpr std::size_t buffer_rows = 8 * chunk_rows;
 
 constexpr const char* decimation =
     "Each row is one interval: from the t_ns of the row before, which is not part of it, to its own t_ns, "
-    "which "
-    "is. *_min* and *_max* are the extremes over the interval (min/max envelope), *_mean* is the mean over "
-    "it, "
-    "all else, commands and states too, is the value at its end. So a row has nothing of after its t_ns. "
-    "Times "
-    "of the run are t_ns less begin_ns.";
+    "which is. *_min* and *_max* are the extremes over the interval (min/max envelope), *_mean* is the mean "
+    "over it, all else, commands and states too, is the value at its end. So a row has nothing of after its "
+    "t_ns. Times of the run are t_ns less begin_ns.";
 
 /// With a checksum (Fletcher-32) of each chunk as it is stored, which every reader of HDF5 verifies.
 hdf5::Handle chunked_and_compressed(int level) {

@@ -87,7 +87,6 @@ TEST(Inverter, CurrentOfABlockedLegIsProjectedToZero) {
   EXPECT_NEAR(i.b - i.a, 10.00005, 1e-12);
 }
 
-// In every topology: power balances at the terminals, no leg leaves the link, no event is pending.
 // What a tolerance has left of a current may flow against the device that takes over: the next event would be
 // due at once, and so for ever.
 TEST(Inverter, NoEventIsDueWhereALegHasTakenOver) {
@@ -119,6 +118,7 @@ TEST(Inverter, NoEventIsDueWhereALegHasTakenOver) {
   EXPECT_GT(taken_over, 1000);
 }
 
+// In every topology: power balances at the terminals, no leg leaves the link, no event is pending.
 TEST(Inverter, EveryTopologyIsConsistent) {
   constexpr unsigned seed = 7;
   SCOPED_TRACE(seed);

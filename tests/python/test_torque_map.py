@@ -341,6 +341,17 @@ def write_drive(directory: Path, text: str = "") -> Path:
     return file
 
 
+def test_the_file_of_a_section_that_is_named_last_stands_below_every_key(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("dead_time_us = 1\nthreshold_v = 1\n", encoding="utf-8")
+    (tmp_path / "b.toml").write_text("dead_time_us = 2\nslope_ohm = 0.1\n", encoding="utf-8")
+    (tmp_path / "base.toml").write_text(
+        'drive.inverter.file = "a.toml"\ndrive.inverter.slope_ohm = 0.5\n', encoding="utf-8"
+    )
+    derived = tmp_path / "derived.toml"
+    derived.write_text('base = "base.toml"\ndrive.inverter.file = "b.toml"\n', encoding="utf-8")
+    assert torque_map_file.read(derived) == {"drive.inverter.dead_time_us": 2, "drive.inverter.slope_ohm": 0.5}
+
+
 def test_a_file_is_read_with_its_base_and_machine(tmp_path: Path) -> None:
     found = torque_map_file.read(write_drive(tmp_path, "[machine]\ninertia_kg_m2 = 5\n"))
     assert found["machine.l_m_h"] == 0.00769 and found["machine.inertia_kg_m2"] == 5

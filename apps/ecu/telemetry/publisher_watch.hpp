@@ -32,7 +32,12 @@ class PublisherWatch {
   [[nodiscard]] constexpr bool step(std::int64_t now_ns) noexcept {
     if (last_ns_) silent_ns_ += std::clamp<std::int64_t>(now_ns - *last_ns_, 0, publisher_reports_every_ns);
     last_ns_ = now_ns;
-    return silent_ns_ > (has_reported_ ? timeout_ns : start_timeout_ns);
+    return silent_ns_ > timeout();
+  }
+
+  /// Without a message for longer it has stopped. [ns]
+  [[nodiscard]] constexpr std::int64_t timeout() const noexcept {
+    return has_reported_ ? timeout_ns : start_timeout_ns;
   }
 
  private:

@@ -204,7 +204,7 @@ void TelemetryProcess::poll(std::int64_t now_ns) {
 
 void TelemetryProcess::kill_stopped() {
   spdlog::error("telemetry: {} has sent nothing for {} ms and is killed", parameters_.program,
-                (ready_ ? PublisherWatch::timeout_ns : PublisherWatch::start_timeout_ns) / 1'000'000);
+                watch_.timeout() / 1'000'000);
   kill(pid_, SIGKILL);  // ends a stopped process too
   killed_ = true;
 }

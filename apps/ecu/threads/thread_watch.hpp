@@ -15,7 +15,7 @@ class ThreadWatch {
 
   static constexpr int timeout_ms = 800;  ///< own time without a poll that makes a stop [ms]
 
-  /// step_ms: time between two steps, above that between two polls [ms].
+  /// step_ms: time between two steps; the timeout is above that between two polls [ms].
   explicit constexpr ThreadWatch(int step_ms) noexcept : timeout_steps_{timeout_ms / step_ms} {}
 
   /// polls: of the other thread so far, 0 before it has started [-].

@@ -228,10 +228,10 @@ class InverterModel {
 
   /// Of the legs against the lower rail, without drops. held: legs whose current stays zero. [V]
   ///
-  /// Legs in their dead time without current float. With the EMF e_x of the phases their potentials are
-  /// s − e_x, s that of the star point: the sum of v_x − s − e_x over the tied legs is zero. Where that lies
-  /// beyond a rail a diode ties the leg, the one furthest beyond first: what then ties others draws it back
-  /// by half of how far they lie beyond, at most, so that it stays tied.
+  /// Legs in their dead time without current float. With e_x = σL_s d_x, minus the EMF of a phase, their
+  /// potentials are s − e_x, s that of the star point: the sum of v_x − s + e_x over the tied legs is zero.
+  /// Where that lies beyond a rail a diode ties the leg, the one furthest beyond first: what then ties others
+  /// draws it back by half of how far they lie beyond, at most, so that it stays tied.
   [[nodiscard]] constexpr Phases potentials(const Way& way, Commanded legs, T u_dc,
                                             unsigned& held) const noexcept {
     Phases v{};
