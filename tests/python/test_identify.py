@@ -124,6 +124,22 @@ def test_a_drive_that_knows_nothing_finds_its_dead_time_and_resistance(
     assert (tmp_path / "identify.png").stat().st_size > 10_000
 
 
+def test_saturation_and_a_known_threshold_leave_dead_time_and_resistance_as_they_are(tmp_path: Path) -> None:
+    file = drive_file(
+        tmp_path, "[plant.saturation]\nknee_wb = 1.1\n[drive.inverter]\nthreshold_v = 1.2\nslope_ohm = 0.02\n"
+    )
+    words = [str(file), "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
+    plant = ("drive.period_us=125", "plant.inverter.dead_time_us=3", "plant.inverter.threshold_v=1.2")
+    for key in (*plant, "plant.inverter.slope_ohm=0.02"):
+        words += ["--set", key]
+    assert identify.main(words) == 0
+    told = tomllib.loads((tmp_path / "inverter.toml").read_text(encoding="utf-8"))
+    assert told["dead_time_us"] == pytest.approx(3, rel=0.02)
+    assert (told["threshold_v"], told["slope_ohm"]) == (1.2, 0.02)
+    machine = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
+    assert machine["r_s_ohm"] == pytest.approx(0.435, rel=0.01)
+
+
 def refusal(file: Path, *words: str) -> str:
     mil = str(program("sextant-mil"))
     with pytest.raises(UserError) as refused:
