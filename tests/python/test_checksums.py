@@ -1,5 +1,5 @@
-"""Damage of recordings as HDF5 and CSV: a byte that is flipped or removed, and a file that is missing, wherever it is, is
-refused or changes nothing."""
+"""Damage of recordings as HDF5 and CSV: a byte that is flipped or removed is refused or changes nothing; a file that is
+missing is named."""
 
 import shutil
 import subprocess
