@@ -1,4 +1,5 @@
-"""Damage of recordings as HDF5 and CSV: a byte that is flipped, wherever it is, is refused or changes nothing."""
+"""Damage of recordings as HDF5 and CSV: a byte that is flipped or removed is refused or changes nothing; a file that is
+missing is named."""
 
 import shutil
 import subprocess
@@ -21,6 +22,11 @@ def flipped(file: Path, place: int, bits: int) -> None:
     data = bytearray(file.read_bytes())
     data[place] ^= bits
     file.write_bytes(data)
+
+
+def shortened(file: Path, place: int) -> None:
+    data = file.read_bytes()
+    file.write_bytes(data[:place] + data[place + 1 :])
 
 
 def sentence_of(path: Path, output: Path) -> str | None:
@@ -57,6 +63,74 @@ def test_a_flipped_byte_is_refused_or_changes_nothing(tmp_path: Path, suffix: st
             refused += why is not None
             shutil.rmtree(copy)
     assert refused > FLIPS / 2
+
+
+def test_a_character_that_was_removed_from_a_csv_recording_is_refused_or_changes_nothing(tmp_path: Path) -> None:
+    """At seeded places of each file, of which some have a sign: without it the row has as many values as before."""
+    source, whole = made(SEED), tmp_path / "whole"
+    write(source, whole / "run.csv")
+    random, refused = np.random.default_rng(SEED), 0
+    files = sorted(whole.iterdir())
+    for file in files:
+        data = np.frombuffer(file.read_bytes(), np.uint8)
+        signs = np.flatnonzero(data == ord("-"))
+        places = [*random.integers(len(data), size=3), *random.permutation(signs)[:2], len(data) - 1]
+        for place in map(int, places):
+            copy = tmp_path / "copy"
+            shutil.copytree(whole, copy)
+            shortened(copy / file.name, place)
+            why = sentence_of(copy / "run.csv", tmp_path / "out.mcap")
+            if why is None:
+                print(f"byte {place} of {file.name} removed: no effect")
+                assert_same(reread(tmp_path / "out.mcap"), source)
+            refused += why is not None
+            shutil.rmtree(copy)
+    assert refused > 3 * len(files)
+
+
+def test_a_csv_file_that_lost_its_end_is_truncated_and_not_damaged(tmp_path: Path) -> None:
+    """Whatever the length that is left, and a value that another file lacks a sign of is refused all the same."""
+    source, path, random = made(SEED), tmp_path / "run.csv", np.random.default_rng(SEED)
+    write(source, path)
+    data = path.read_bytes()
+    header = data.index(b"\n") + 1
+    for size in (header, len(data) - 1, *map(int, random.integers(header, len(data), size=6))):
+        path.write_bytes(data[:size])
+        assert "run.csv is truncated: " in (sentence_of(path, tmp_path / "out.mcap") or "")
+    other = tmp_path / "run.waveform.csv"
+    shortened(other, other.read_bytes().index(b",-") + 1)
+    assert "run.waveform.csv is damaged or was changed" in (sentence_of(path, tmp_path / "out.mcap") or "")
+
+
+def test_a_file_that_is_missing_of_a_csv_recording_is_named(tmp_path: Path) -> None:
+    """Each one alone, and a group's file together with the description that names the group."""
+    source, whole = made(SEED), tmp_path / "whole"
+    write(source, whole / "run.csv")
+    places = [[file.name] for file in whole.iterdir() if file.suffix != ".sha256"]
+    places += [[name, "run.csv.json"] for (name,) in places if name.endswith(".csv")]
+    for lost in places:
+        copy = tmp_path / "copy"
+        shutil.copytree(whole, copy)
+        for name in lost:
+            (copy / name).unlink()
+        why = sentence_of(copy / "run.csv", tmp_path / "out.mcap") or ""
+        assert f"{copy / lost[-1]} does not exist" in why
+        shutil.rmtree(copy)
+
+
+def test_a_listed_file_that_no_group_has_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    write(made(SEED), path)
+    with (tmp_path / "run.csv.sha256").open("a", encoding="utf-8") as file:
+        file.write(f"{'0' * 64}  run.another.csv\n")
+    assert "run.csv.sha256 lists run.another.csv, " in (sentence_of(path, tmp_path / "out.mcap") or "")
+
+
+def test_an_empty_list_verifies_nothing_and_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    write(made(SEED), path)
+    (tmp_path / "run.csv.sha256").write_bytes(b"")
+    assert "run.csv.sha256 has no checksum of run.csv.json" in (sentence_of(path, tmp_path / "out.mcap") or "")
 
 
 def test_every_chunk_of_values_is_verified(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import json
 import socket
 import threading
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 
 import pytest
 from sextant_py.dashboard import backlog, door, lane, server
@@ -215,11 +215,49 @@ def test_connections_without_the_token_are_limited() -> None:
                 one = serving.idle()
                 await asyncio.sleep(0.01)
                 await loop.sock_sendall(one, b"GET / HTTP/1.1\r\nHost: 127")
-            await until(lambda: not serving.public.has_room())
+            await until(lambda: serving.public.open == 4)
             assert "503 Too many connections" in (await serving.opened())[0]
             assert "101" in (await serving.opened(f"/socket?token={TOKEN}"))[0]
 
     run(test)
+
+
+def test_connections_are_limited_while_the_loop_that_serves_them_stands_still() -> None:
+    """Those that are admitted are served afterwards, and their places are free again when they are closed."""
+
+    async def test() -> None:
+        async with Serving(most_connections=4) as serving:
+            loop = asyncio.get_running_loop()
+            is_still, is_released = threading.Event(), threading.Event()
+            serving.public.hub.loop.add_callback(lambda: (is_still.set(), is_released.wait()))
+            await asyncio.to_thread(is_still.wait)
+            pairs = [socket.socketpair() for _ in range(20)]
+            try:
+                for page, connection in pairs:
+                    page.setblocking(False)
+                    serving.door._admit(connection, ("127.0.0.1", 0), with_line(b"GET / HTTP/1.1"))
+                assert serving.door.turned_away == 16
+            finally:
+                is_released.set()
+            for page, _ in pairs:
+                with suppress(BrokenPipeError):
+                    await loop.sock_sendall(page, b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            replies = [(await loop.sock_recv(page, 64)).partition(b"\r\n")[0] for page, _ in pairs]
+            assert [b" 200 " in reply for reply in replies] == [True] * 4 + [False] * 16
+            assert all(b"503 Too many connections" in reply for reply in replies[4:])
+            for page, _ in pairs:
+                page.close()
+            await until(lambda: serving.public.open == 0)
+            assert "101" in (await serving.opened())[0]
+
+    run(test)
+
+
+def with_line(line: bytes) -> asyncio.Future:
+    """What the door gets when the first line has come."""
+    future = asyncio.get_running_loop().create_future()
+    future.set_result(line)
+    return future
 
 
 def text_frame(message: dict) -> bytes:

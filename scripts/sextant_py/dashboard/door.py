@@ -32,8 +32,9 @@ def token_of(line: bytes) -> str | None:
 class Door:
     """Accepts connections on the loop that starts it.
 
-    A page with the token has a lane of its own, without a limit. Of all others the number of connections is limited,
-    and one that waits without sending gives way to a new one: idle connections keep nobody out who sends a request.
+    The WebSocket of a page with the token has a lane of its own, without a limit. Of all other connections, those for
+    the files and captures of every page too, the number is limited, and one that waits without sending gives way to a
+    new one: idle connections keep nobody out who sends a request.
     """
 
     def __init__(self, access: Access, public: Lane, trusted: Lane | None) -> None:
@@ -62,11 +63,9 @@ class Door:
             connection.close()
             return
         token = token_of(task.result())
-        if self._trusted and token is not None and self._access.may_command(token):
-            self._trusted.take(connection, address)
-        elif self._public.has_room():
-            self._public.take(connection, address)
-        else:
+        is_trusted = self._trusted and token is not None and self._access.may_command(token)
+        lane = self._trusted if is_trusted else self._public
+        if not lane.take(connection, address):
             self._turn_away(connection)
 
     def _turn_away(self, connection: socket.socket) -> None:

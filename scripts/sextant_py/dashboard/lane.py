@@ -26,18 +26,14 @@ class _Stream(iostream.IOStream):
 
 
 class _Server(httpserver.HTTPServer):
-    """Counts its connections; one that has become a page's WebSocket counts no more."""
+    """Reports each connection that it serves no more: one that was closed or has become a page's WebSocket."""
 
-    def initialize(self, *arguments: Any, **options: Any) -> None:
+    def initialize(self, *arguments: Any, report_end: Callable[[], None], **options: Any) -> None:
         super().initialize(*arguments, **options)
-        self.open = 0
-
-    def handle_stream(self, stream: iostream.IOStream, address: tuple) -> None:
-        self.open += 1
-        super().handle_stream(stream, address)
+        self._report_end = report_end
 
     def on_close(self, server_conn: object) -> None:
-        self.open -= 1
+        self._report_end()
         super().on_close(server_conn)
 
 
@@ -47,6 +43,8 @@ class Lane:
     def __init__(self, name: str, make_hub: Callable[[], Hub], most_connections: int | None = None) -> None:
         """most_connections: without their WebSockets, of which the hub has a limit; none by default."""
         self._make_hub, self._most = make_hub, most_connections
+        self.open = 0  # connections that were taken, served already or not, and have not ended
+        self._count = threading.Lock()  # of `open`
         self._is_ready = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self.hub: Hub
@@ -65,18 +63,23 @@ class Lane:
         asyncio.set_event_loop(asyncio.new_event_loop())
         self._loop = ioloop.IOLoop.current()
         self.hub = self._make_hub()
-        self._server = _Server(
-            application(self.hub), max_body_size=LARGEST_MESSAGE, idle_connection_timeout=IDLE_S, body_timeout=IDLE_S
-        )
+        limits = {"max_body_size": LARGEST_MESSAGE, "idle_connection_timeout": IDLE_S, "body_timeout": IDLE_S}
+        self._server = _Server(application(self.hub), report_end=self._end, **limits)
         self._is_ready.set()
         self._loop.start()
 
-    def has_room(self) -> bool:
-        return self._most is None or self._server.open < self._most
-
-    def take(self, connection: socket.socket, address: tuple) -> None:
-        """A connection whose first request has not been read; from any thread."""
+    def take(self, connection: socket.socket, address: tuple) -> bool:
+        """A connection whose first request has not been read; from any thread. False: there is no room for it."""
+        with self._count:
+            if self._most is not None and self.open >= self._most:
+                return False
+            self.open += 1
         self._loop.add_callback(self._serve, connection, address)
+        return True
+
+    def _end(self) -> None:
+        with self._count:
+            self.open -= 1
 
     def _serve(self, connection: socket.socket, address: tuple) -> None:
         stream = _Stream(connection, max_buffer_size=4 * LARGEST_MESSAGE, max_write_buffer_size=LARGEST_QUEUE)

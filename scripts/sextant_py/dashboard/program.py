@@ -29,7 +29,7 @@ from .vehicle import DEMAND_TIMEOUT_S, Vehicle
 
 DEFAULT_PORT = 8150
 MOST_PAGES = 16  # without the token
-MOST_CONNECTIONS = 64  # for the files of pages, without the token
+MOST_CONNECTIONS = 64  # for files and captures of all pages, and for requests of a WebSocket without the token
 PAUSE_S = 0.05  # between two messages of a page without the token
 SWITCH_S = 0.001  # after which a thread that runs Python yields to one of another lane
 DESCRIPTION = "Serves a page with the live telemetry of the drives of a DDS domain, until Ctrl-C."
@@ -135,7 +135,11 @@ class Terminal:
 
 
 class Lanes:
-    """Pages with the token, which may command, and pages without, which nothing of what those need waits for."""
+    """The WebSockets of pages with the token, which may command, and the public lane, for everything else.
+
+    A page that commands waits for nothing of the public lane. The files of every page and its captures are in the
+    public lane: loading them waits for other pages, and is refused while these have taken all of its connections.
+    """
 
     def __init__(self, domain: int, access: Access, vehicle: Vehicle | None) -> None:
         captures, numbers, self._hub = Captures(), itertools.count(1), (domain, access)

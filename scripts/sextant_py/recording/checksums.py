@@ -50,15 +50,29 @@ def read(path: Path) -> Listed | None:
     return listed
 
 
-def verify(path: Path, listed: Listed, file: Path) -> None:
-    """UserError where the file is not as it was when the recording was closed. One that is shorter was truncated, which
-    its reader tells."""
+def verify(path: Path, listed: Listed, file: Path, is_cut: bool = False) -> None:
+    """UserError where the file is not as it was when the recording was closed. One that `is_cut`, as its reader tells,
+    cannot have its SHA-256 where it is shorter."""
     place = place_of(path)
     if file.name not in listed:
         raise UserError(f"{place} has no checksum of {file.name}; without {place.name} nothing is verified.")
+    if not file.exists():
+        raise UserError(f"{file} does not exist, which {place.name} lists; {_unwanted(place)}.")
     size, digest = listed[file.name]
-    if file.exists() and file.stat().st_size >= size and _digest(file) != digest:
+    if is_cut and file.stat().st_size < size:
+        return
+    if _digest(file) != digest:
         raise UserError(
-            f"{file} is damaged or was changed: its SHA-256 is not that in {place.name}; "
-            f"after a change that is wanted, remove {place.name}."
+            f"{file} is damaged or was changed: its SHA-256 is not that in {place.name}; {_unwanted(place)}."
         )
+
+
+def verify_names(path: Path, listed: Listed, files: list[Path]) -> None:
+    """UserError where another file is listed than those of the recording."""
+    place = place_of(path)
+    if others := sorted(listed.keys() - {file.name for file in files}):
+        raise UserError(f"{place} lists {others[0]}, which is no file of a group of {path}; {_unwanted(place)}.")
+
+
+def _unwanted(place: Path) -> str:
+    return f"after a change that is wanted, remove {place.name}"

@@ -126,7 +126,7 @@ class CsvSource:
         self.groups: dict[str, Group] = {}
         place = description_of(path)
         listed = checksums.read(path)
-        if listed and place.exists():
+        if listed is not None and (place.exists() or place.name in listed):
             checksums.verify(path, listed, place)
         if place.exists():
             self._read_description(place)
@@ -136,17 +136,22 @@ class CsvSource:
             _ = group.time  # raises where there is none
         beside = [other for other in (place, checksums.place_of(path)) if other.exists()]
         self.paths = [*(self._file(name) for name in self.groups), *beside]
-        for name in self.groups if listed else ():
-            checksums.verify(path, listed, self._file(name))
         self._rows = {name: self._count(name) for name in self.groups}
-        cut_bytes = sum(WholeLines(self._file(name)).cut_bytes for name in self.groups)
+        cut = {name for name in self.groups if WholeLines(self._file(name)).cut_bytes}
         lost = missing_rows(self.metadata, self._rows)
-        if cut_bytes or lost:
+        if listed is not None:
+            self._verify(listed, cut | lost.keys())
+        if cut or lost:
             text = ", ".join(f"{count} of {name}" for name, count in lost.items()) or "the one of its last line"
             self.cut = cut_sentence(path, self._rows, f"rows that are lost: {text}")
         else:
             self.cut = unclosed_sentence(path, self.metadata, self._rows)
-        self.unverified = None if listed or self.cut else unverified_sentence(path)
+        self.unverified = None if listed is not None or self.cut else unverified_sentence(path)
+
+    def _verify(self, listed: checksums.Listed, cut: set[str]) -> None:
+        for name in self.groups:
+            checksums.verify(self._path, listed, self._file(name), name in cut)
+        checksums.verify_names(self._path, listed, self.paths)
 
     def _file(self, name: str) -> Path:
         return arrow_table.file_of(self._path, name, self.metadata.get("main", MAIN))
