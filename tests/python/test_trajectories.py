@@ -186,7 +186,7 @@ class SaturatingMachine:
 
 
 # Index of the machine; knee and flux of its inductances by its rated flux; exponent.
-SATURATING = ((0, 1.0, 0.0, 7), (3, 1.14, 1.0, 7), (8, 0.8, 0.0, 12))
+SATURATING = ((0, 1.0, 0.0, 7), (3, 0.9, 0.0, 7), (8, 0.8, 0.7, 12))
 
 
 @pytest.mark.parametrize(("index", "knee", "machine_flux", "exponent"), SATURATING)
