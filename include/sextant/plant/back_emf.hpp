@@ -17,7 +17,7 @@ struct BackEmf {
 
   constexpr BackEmf() noexcept = default;
   /// Of a machine whose transient inductance is the same in each direction.
-  constexpr BackEmf(SpaceVector<T> emf) noexcept SEXTANT_NONBLOCKING : e{emf} {}
+  constexpr explicit(false) BackEmf(SpaceVector<T> emf) noexcept SEXTANT_NONBLOCKING : e{emf} {}
   constexpr BackEmf(SpaceVector<T> emf, SpaceVector<T> resistive_drop,
                     SpaceVector<T> axis) noexcept SEXTANT_NONBLOCKING : e{emf},
                                                                         drop{resistive_drop},
