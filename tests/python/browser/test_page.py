@@ -124,7 +124,7 @@ def test_a_narrow_page_needs_no_sideways_scrolling(
     scheme: str, two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page]
 ) -> None:
     page = open_page(watching.address, width=400, color_scheme=scheme)
-    wait_for(lambda: reading(page, "torque_mean_nm") > 50, "telemetry", page)
+    wait_for(lambda: reading(page, "flux_mean_wb") > 0.5, "telemetry of either drive", page)
     page.click("#cursors")
     assert page.evaluate("document.documentElement.scrollWidth") <= 400
     assert page.evaluate("document.documentElement.dataset.theme") == scheme
@@ -148,13 +148,13 @@ def test_the_server_goes_and_returns(
     two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page], domain: int, tmp_path: Path
 ) -> None:
     page = open_page(watching.address)
-    wait_for(lambda: reading(page, "torque_mean_nm") > 50, "telemetry", page)
+    wait_for(lambda: reading(page, "flux_mean_wb") > 0.5, "telemetry of either drive", page)
     watching.send_signal(signal.SIGKILL)
     wait_for(lambda: "No connection to the dashboard's server" in page.inner_text("#notices"), "the sentence", page)
     assert reading(page, "torque_mean_nm") > 50, "the last picture stays"
     port = watching.address.rstrip("/").rpartition(":")[2]
     with DashboardProcess(domain, tmp_path, "--port", port):
         wait_for(lambda: page.inner_text("#link") == "live", "the connection", page)
-        wait_for(lambda: reading(page, "torque_mean_nm") > 50, "telemetry", page)
+        wait_for(lambda: reading(page, "flux_mean_wb") > 0.5, "telemetry of either drive", page)
         before = reading(page, "torque_mean_nm")
         wait_for(lambda: reading(page, "torque_mean_nm") > before, "telemetry again", page)
