@@ -23,6 +23,7 @@ EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
   scripts/inverter_study --methods foc --cases 25       one method, the cases at 25 us
   scripts/inverter_study --drops                        the cases with drops of switches and diodes in their place
+  scripts/inverter_study --saturation                   a machine that saturates at the flux reference
   scripts/inverter_study --everything                   dead time, drops, saturation and real sensors at once
   scripts/inverter_study --speeds 0,5,50 --torques 60,-60
   scripts/inverter_study --identified --methods foc     told what scripts/identify finds on each plant
@@ -84,20 +85,11 @@ class Case:
 
 
 @dataclass(frozen=True)
-class DropsCase:
-    """The same with drops of switches and diodes in place of a dead time."""
+class NamedCase:
+    """A plant that differs in something else than a dead time."""
 
-    period_us: int
-    is_told: bool
-
-    @property
-    def name(self) -> str:
-        told = "told" if self.is_told else "not told"
-        return f"{self.period_us} us, drops of {THRESHOLD_V:g} V + {SLOPE_OHM * 1e3:g} mOhm, {told}"
-
-    @property
-    def settings(self) -> Settings:
-        return {"drive.period_us": self.period_us} | drops("plant") | (drops("drive") if self.is_told else {})
+    name: str
+    settings: Settings
 
 
 CASES = tuple(
@@ -110,7 +102,18 @@ EVERYTHING_CASES = tuple(
     for period, dead in ((25, 1.5), (125, 3.0))
     for share in (1, 1.1, 0.9)
 )
-DROPS_CASES = (DropsCase(25, False), DropsCase(25, True))
+DROPS = f"25 us, drops of {THRESHOLD_V:g} V + {SLOPE_OHM * 1e3:g} mOhm"
+DROPS_CASES = (
+    NamedCase(f"{DROPS}, not told", {"drive.period_us": 25} | drops("plant")),
+    NamedCase(f"{DROPS}, told", {"drive.period_us": 25} | drops("plant") | drops("drive")),
+)
+SATURATION_CASES = (
+    NamedCase("25 us, saturation, L_m right", {"drive.period_us": 25} | SATURATION),
+    NamedCase(
+        "25 us, saturation, L_m 30 % low",
+        {"drive.period_us": 25, "control.machine_estimate.x_m_ohm": round(0.7 * 26.13, 3)} | SATURATION,
+    ),
+)
 
 
 def scenario() -> str:
@@ -150,7 +153,7 @@ class Lab:
             raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
         return summary["metrics"], summary["faults"]
 
-    def point(self, method: str, case: Case | DropsCase, speed: float, torque: float) -> dict:
+    def point(self, method: str, case: Case | NamedCase, speed: float, torque: float) -> dict:
         settings = {
             **case.settings,
             "control.controller": method,
@@ -161,7 +164,7 @@ class Lab:
         found = {"method": method, "case": case.name, "speed": speed, "torque": torque}
         return found | judged(metrics, faults, speed, torque)
 
-    def idle(self, method: str, case: Case | DropsCase, speed: float) -> float:
+    def idle(self, method: str, case: Case | NamedCase, speed: float) -> float:
         """Largest phase current without a command. [A]"""
         settings = {
             **case.settings,
@@ -240,6 +243,9 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
     plants = parser.add_mutually_exclusive_group()
     plants.add_argument("--drops", action="store_true", help="the cases with drops in place of those with dead time")
+    plants.add_argument(
+        "--saturation", action="store_true", help="those of a machine that saturates, with L_m right or low"
+    )
     plants.add_argument("--everything", action="store_true", help="those with dead time, drops, saturation, sensors")
     parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
@@ -251,7 +257,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case | DropsCase]) -> tuple[list[dict], dict]:
+def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case | NamedCase]) -> tuple[list[dict], dict]:
     rows: list[dict] = []
     idle: dict[tuple[str, str], float] = {}
     with ThreadPoolExecutor(options.jobs) as pool:
@@ -268,7 +274,8 @@ def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case | DropsC
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    known = DROPS_CASES if options.drops else EVERYTHING_CASES if options.everything else CASES
+    chosen = {"drops": DROPS_CASES, "saturation": SATURATION_CASES, "everything": EVERYTHING_CASES}
+    known = next((cases for name, cases in chosen.items() if getattr(options, name)), CASES)
     cases = [case for case in known if case.name.startswith(options.cases)]
     if not cases:
         raise UserError(f'--cases: none begins with "{options.cases}"; they are {"; ".join(c.name for c in known)}.')

@@ -156,6 +156,25 @@ TYPED_TEST(MagnetisingIdentificationOf, TellsHowFarTheParametersOfDrawnMachinesM
   }
 }
 
+// A voltage across the flux that is 3 V off is a flux that is 0.1 Wb off at 30 rad/s. Where the voltage may
+// be off by 20 V the flux is that of the current model there.
+TYPED_TEST(MagnetisingIdentificationOf, AVoltageThatMayBeOffDoesNotShowTheFlux) {
+  using T = TypeParam;
+  const Machine m;
+  constexpr double omega_r = 30;
+  constexpr double dt = 1e-4;
+  const auto error_of = [&](double voltage_error) {
+    MagnetisingIdentification<T> identification{test::converted<T>(m), T(voltage_error), T(1.1)};
+    identification.begin(T(1), T(omega_r));
+    for (int k = 0; k < 2000; ++k) {
+      identification.step({T(m.r_s * 13), T(omega_r + 3)}, {T(13), T(0)}, T(1), T(omega_r), T(dt));
+    }
+    return double(identification.flux()) - 1;
+  };
+  EXPECT_NEAR(error_of(0), 3 / omega_r, 0.01);
+  EXPECT_NEAR(error_of(20), 0, 0.01);
+}
+
 // By a machine whose parameters are within the bounds of the prior the current allows no flux beyond them.
 TYPED_TEST(MagnetisingIdentificationOf, HandsOverNoFluxThatTheCurrentDoesNotAllow) {
   using Prior = ParameterPrior<double>;

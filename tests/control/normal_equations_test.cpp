@@ -41,11 +41,12 @@ TEST(NormalEquations, HaveTheSolutionAndTheInverseOfAReference) {
     const auto found = e.solve();
     ASSERT_TRUE(found.exists);
     const Eigen::MatrixXd inverse = matrix_of(e).inverse();
+    const Equations::Matrix own = found.inverse();
     const Eigen::VectorXd x = inverse * Eigen::Map<const Eigen::VectorXd>(e.right.data(), n);
     for (std::size_t i = 0; i < n; ++i) {
       EXPECT_NEAR(found.x[i], x(Eigen::Index(i)), 1e-9);
       for (std::size_t k = 0; k < n; ++k) {
-        EXPECT_NEAR(found.inverse[i][k], inverse(Eigen::Index(i), Eigen::Index(k)), 1e-9);
+        EXPECT_NEAR(own[i][k], inverse(Eigen::Index(i), Eigen::Index(k)), 1e-9);
       }
     }
   }
@@ -85,6 +86,7 @@ TEST(NormalEquations, HaveNoSolutionWhereAnUnknownIsNotSeen) {
   const auto found = e.solve();
   EXPECT_FALSE(found.exists);
   EXPECT_EQ(found.x, Equations::Row{});
+  EXPECT_EQ(found.inverse(), Equations::Matrix{});
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ class FluxCourse {
             .r_r = r_r,
             .l_m = r_r / ((T(1) + share[decayed]) * b_) - nominal_.l_lr,
             .flux = start + change,
-            .covariance = found.exists ? covariance(found.inverse, density) : ParameterCovariance<T>{}};
+            .covariance = found.exists ? covariance(found.inverse(), density) : ParameterCovariance<T>{}};
   }
 
   void reset() noexcept {

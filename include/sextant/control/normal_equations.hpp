@@ -16,11 +16,23 @@ struct NormalEquations {
   Matrix left{};  ///< A
   Row right{};    ///< r
 
-  /// Solution and inverse of A; `exists` false and zeros where A is not positive.
+  /// Zeros and `exists` false where A is not positive.
   struct Solution {
     bool exists{false};
     Row x{};
-    Matrix inverse{};
+    Matrix factors{};  ///< L below the diagonal and D on it
+
+    /// Of A. Costs n solutions.
+    [[nodiscard]] constexpr Matrix inverse() const noexcept {
+      Matrix out{};
+      if (!exists) return out;
+      for (std::size_t k = 0; k < n; ++k) {
+        Row unit{};
+        unit[k] = T(1);
+        out[k] = back(factors, unit);
+      }
+      return out;
+    }
   };
 
   /// Adds a prior of x: `weight` times the square of coefficients · x − value.
@@ -48,14 +60,10 @@ struct NormalEquations {
   }
 
   [[nodiscard]] constexpr Solution solve() const noexcept {
-    Matrix factors = left;
-    if (!factorise(factors)) return {};
-    Solution found{.exists = true, .x = back(factors, right)};
-    for (std::size_t k = 0; k < n; ++k) {
-      Row unit{};
-      unit[k] = T(1);
-      found.inverse[k] = back(factors, unit);
-    }
+    Solution found{.factors = left};
+    if (!factorise(found.factors)) return {};
+    found.exists = true;
+    found.x = back(found.factors, right);
     return found;
   }
 

@@ -50,7 +50,7 @@ class StandstillCourse {
     level_ = ohms_ = T(0);
     moments_ = {};
     shares_ = {};
-    covariance_ = {};
+    solution_ = {};
   }
 
   /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux.
@@ -79,7 +79,7 @@ class StandstillCourse {
             .r_r = m.r_r,
             .l_m = m.l_m,
             .flux = first_ + volt_seconds_ + ohms_ * level_ * time_ - m.r_s * charge_,
-            .covariance = covariance_};
+            .covariance = covariance()};
   }
 
  private:
@@ -131,7 +131,8 @@ class StandstillCourse {
     if (!found.exists) return;
     shares_ = bounded({x[rho] + found.x[rho], x[r_r] + found.x[r_r], x[l_r] + found.x[l_r]});
     ohms_ = found.x[ohms];
-    covariance_ = covariance(found.inverse, density);
+    solution_ = found;
+    density_ = density;
   }
 
   [[nodiscard]] Equations of_course(const Slopes& slopes, const Terms& error) const noexcept {
@@ -161,9 +162,11 @@ class StandstillCourse {
   /// Of w; zero where there is no current. [Ω]
   [[nodiscard]] T ohms_deviation() const noexcept { return level_ > T(0) ? voltage_error_ / level_ : T(0); }
 
-  /// Of the shares of R_s, which ρ and w move, R_r and L_r, which stands for L_m.
-  [[nodiscard]] ParameterCovariance<T> covariance(const typename Equations::Matrix& inverse,
-                                                  T density) const noexcept {
+  /// Of the shares of R_s, which ρ and w move, R_r and L_r, which stands for L_m, by the last step.
+  [[nodiscard]] ParameterCovariance<T> covariance() const noexcept {
+    if (!solution_.exists) return {};
+    const typename Equations::Matrix inverse = solution_.inverse();
+    const T density = density_;
     const T by_ohm = ohms_deviation() > T(0) ? T(1) / nominal_.r_s : T(0);
     const auto row = [&inverse, by_ohm, density](std::size_t n) {
       return density * (inverse[n][rho] + by_ohm * inverse[n][ohms]);
@@ -221,7 +224,8 @@ class StandstillCourse {
   T ohms_{};                  ///< w [Ω]
   std::array<Terms, std::tuple_size_v<Terms>> moments_{};
   Shares shares_{};
-  ParameterCovariance<T> covariance_{};
+  typename Equations::Solution solution_{};  ///< of the last step
+  T density_{};                              ///< of the errors of U in it [Wb²·s]
 };
 
 }  // namespace sextant
