@@ -2,6 +2,8 @@
 
 #include <limits>
 #include <stdexcept>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -74,55 +76,78 @@ TEST(LateWakes, ActOnOneDeadlineEach) {
   EXPECT_THROW((LateWakes{{{5, -1}}}), std::invalid_argument);
 }
 
-/// The digest of one period that `change` has changed.
-template <class Change>
-std::uint64_t digest_with(Change&& change) {
-  Telemetry<double> t;
-  change(t);
+std::uint64_t digest_of(const Telemetry<double>& t) {
   Digest digest;
   digest.add(t);
   return digest.value();
 }
 
-TEST(Digest, SeesEveryMemberOfTheTelemetry) {
-  using T = Telemetry<double>;
-  FaultSet fault;
-  fault.set(Fault::transmit_lost);
-  const std::vector<std::uint64_t> digests{
-      digest_with([](T&) {}),
-      digest_with([](T& t) { t.t_ns = 1; }),
-      digest_with([](T& t) { t.torque_requested = 1e-300; }),
-      digest_with([](T& t) { t.torque_reference = 1e-300; }),
-      digest_with([](T& t) { t.torque = -0.0; }),
-      digest_with([](T& t) { t.psi_s.alpha = 1; }),
-      digest_with([](T& t) { t.psi_s.beta = 1; }),
-      digest_with([](T& t) { t.psi_s_magnitude = 1; }),
-      digest_with([](T& t) { t.i_abc.a = 1; }),
-      digest_with([](T& t) { t.i_abc.b = 1; }),
-      digest_with([](T& t) { t.i_abc.c = 1; }),
-      digest_with([](T& t) { t.u_dc = 1; }),
-      digest_with([](T& t) { t.i_dc = 1; }),
-      digest_with([](T& t) { t.omega_m = 1; }),
-      digest_with([](T& t) { t.torque_motoring = 1; }),
-      digest_with([](T& t) { t.torque_regenerating = 1; }),
-      digest_with([](T& t) { t.pattern = {switch_states[0], 25'000}; }),
-      digest_with([](T& t) { t.pattern = {switch_states[7], 25'000}; }),
-      digest_with([](T& t) { t.sector = 1; }),
-      digest_with([](T& t) { t.state = DriveState::shutdown; }),
-      digest_with([](T& t) { t.lockout = false; }),
-      digest_with([&](T& t) { t.active = fault; }),
-      digest_with([&](T& t) { t.latched = fault; }),
-      digest_with([](T& t) { t.first_fault = Fault::transmit_lost; }),
-      digest_with([](T& t) { t.fault_total = 1; }),
-      digest_with([](T& t) { t.command_received_ns = 1; }),
-      digest_with([](T& t) { t.command_sequence = 1; }),
-      digest_with([](T& t) { t.command_rejected = 1; }),
-      digest_with([](T& t) { t.command_counter = 1; }),
+// Adds to `values` one for each way in which a member differs from what it is.
+void add_changes(std::vector<double>& values, double) { values.assign({-0.0, 1e-300}); }
+void add_changes(std::vector<bool>& values, bool x) { values.push_back(!x); }
+template <class Integer>
+  requires std::is_integral_v<Integer>
+void add_changes(std::vector<Integer>& values, Integer x) {
+  for (Integer bit = 1; bit > 0; bit = Integer(bit << 1)) values.push_back(Integer(x ^ bit));
+}
+template <class Enumeration>
+  requires std::is_enum_v<Enumeration>
+void add_changes(std::vector<Enumeration>& values, Enumeration x) {
+  for (std::uint8_t n = 0; n < 16; ++n) {
+    if (Enumeration{n} != x) values.push_back(Enumeration{n});
+  }
+}
+void add_changes(std::vector<ThreePhase<double>>& values, ThreePhase<double>) {
+  values.assign({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+}
+void add_changes(std::vector<SpaceVector<double>>& values, SpaceVector<double>) {
+  values.assign({{1, 0}, {0, 1}});
+}
+void add_changes(std::vector<FaultSet>& values, FaultSet) {
+  for (std::uint8_t n = 0; n < 64; ++n) {
+    values.emplace_back();
+    values.back().set(Fault{n});
+  }
+}
+void add_changes(std::vector<GatePattern>& values, const GatePattern&) {
+  GatePattern two{switch_states[1], 10'000};
+  (void)two.append({switch_states[2], 15'000});
+  GatePattern other_first{switch_states[3], 10'000};
+  (void)other_first.append({switch_states[2], 15'000});
+  GatePattern other_times{switch_states[1], 15'000};
+  (void)other_times.append({switch_states[2], 10'000});
+  values.assign({{switch_states[0], 25'000}, {switch_states[2], 25'000}, {switch_states[2], 15'000}, two,
+                 other_first, other_times});
+}
+
+/// The digests of a period of zeros in which each member in turn has each of its changes.
+std::vector<std::uint64_t> digests_of_changes() {
+  Telemetry<double> t;
+  std::vector<std::uint64_t> digests{digest_of(t)};
+  const auto change = [&](auto& member) {
+    const auto before = member;
+    std::vector<std::remove_cvref_t<decltype(member)>> values;
+    add_changes(values, before);
+    for (const auto& value : values) {
+      member = value;
+      digests.push_back(digest_of(t));
+    }
+    member = before;
   };
-  std::vector<std::uint64_t> different = digests;
-  std::ranges::sort(different);
-  different.erase(std::ranges::unique(different).begin(), different.end());
-  EXPECT_EQ(different.size(), digests.size());
+  auto& [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, c0, c1, c2, c3, c4, c5,
+         c6, c7, c8, c9, d0, d1, d2, d3] = t;
+  const auto all = std::tie(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, c0,
+                            c1, c2, c3, c4, c5, c6, c7, c8, c9, d0, d1, d2, d3);
+  std::apply([&](auto&... members) { (change(members), ...); }, all);
+  return digests;
+}
+
+TEST(Digest, SeesEveryMemberOfTheTelemetry) {
+  std::vector<std::uint64_t> digests = digests_of_changes();
+  const std::size_t count = digests.size();
+  std::ranges::sort(digests);
+  digests.erase(std::ranges::unique(digests).begin(), digests.end());
+  EXPECT_EQ(digests.size(), count);
 }
 
 TEST(Digest, SeesFramesTimesAndOrder) {

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <type_traits>
 
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/core/telemetry.hpp"
@@ -36,27 +37,46 @@ class Digest {
     if (frame.length % 8U != 0) add(word);
   }
 
-  /// Every member of a control period's telemetry.
+  /// Every member of a control period's telemetry, and every segment of its pattern. A member that is added
+  /// to `Telemetry` and not named here does not compile.
   constexpr void add(const Telemetry<double>& x) noexcept {
-    add(x.t_ns);
-    for (const double v : {x.torque_requested, x.torque_reference, x.torque, x.psi_s.alpha, x.psi_s.beta,
-                           x.psi_s_magnitude, x.i_abc.a, x.i_abc.b, x.i_abc.c, x.u_dc, x.i_dc, x.omega_m,
-                           x.torque_motoring, x.torque_regenerating}) {
+    const auto& [t_ns, i_abc, u_dc, omega_m, i_dc, psi_s, psi_s_magnitude, torque, r_s, r_r, l_m, r_s_deviation,
+                 r_r_deviation, l_m_deviation, torque_monitored, torque_requested, torque_reference,
+                 torque_reached, torque_motoring, torque_regenerating, active, latched, fault_total,
+                 first_fault, pattern, unchecked_periods, command_received_ns, command_sequence,
+                 command_rejected, command_counter, sector, state, derating_cause, lockout] = x;
+    for (const double v : {i_abc.a, i_abc.b, i_abc.c, u_dc, omega_m, i_dc, psi_s.alpha, psi_s.beta,
+                           psi_s_magnitude, torque, r_s, r_r, l_m, r_s_deviation, r_r_deviation,
+                           l_m_deviation, torque_monitored, torque_requested, torque_reference,
+                           torque_reached, torque_motoring, torque_regenerating}) {
       add(v);
     }
-    add(x.active.bits() ^ std::rotl(x.latched.bits(), 32));
-    add(std::uint64_t{x.fault_total} | std::uint64_t{x.sector} << 32U |
-        std::uint64_t{static_cast<std::uint8_t>(x.state)} << 40U |
-        std::uint64_t{static_cast<std::uint8_t>(x.first_fault)} << 48U | bit(x.lockout, 56));
-    add(x.command_received_ns);
-    add(x.command_sequence);
-    add(std::uint64_t{x.command_counter} | std::uint64_t{x.pattern.last_state().upper_switches()} << 8U |
-        std::uint64_t{x.pattern.last_state().legs_off()} << 16U | std::uint64_t{x.command_rejected} << 32U);
+    for (const std::int64_t v : {t_ns, command_received_ns}) add(v);
+    for (const std::uint64_t v :
+         {active.bits(), latched.bits(), unchecked_periods, command_sequence, std::uint64_t{fault_total},
+          std::uint64_t{command_rejected}, std::uint64_t{command_counter}, std::uint64_t{sector}, code(state),
+          code(first_fault), code(derating_cause), bit(lockout, 0)}) {
+      add(v);
+    }
+    add(pattern);
+  }
+
+  /// Every segment, and how many they are.
+  constexpr void add(const GatePattern& pattern) noexcept {
+    add(std::uint64_t{pattern.segments().size()});
+    for (const auto& [state, duration_ns] : pattern.segments()) {
+      add(std::uint64_t{state.code()});
+      add(std::int64_t{duration_ns});
+    }
   }
 
   [[nodiscard]] constexpr std::uint64_t value() const noexcept { return value_; }
 
  private:
+  template <class Enumeration>
+  [[nodiscard]] static constexpr std::uint64_t code(Enumeration x) noexcept {
+    return static_cast<std::underlying_type_t<Enumeration>>(x);
+  }
   [[nodiscard]] static constexpr std::uint64_t bit(bool b, unsigned place) noexcept {
     return std::uint64_t{b ? 1U : 0U} << place;
   }
