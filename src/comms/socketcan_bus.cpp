@@ -15,7 +15,7 @@ namespace {
 
 static_assert(can_error_bus_off == CAN_ERR_BUSOFF);
 
-int open_socket() {
+int open_can_socket() {
   const int fd = socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
   if (fd >= 0) return fd;
   switch (errno) {
@@ -67,7 +67,7 @@ bool means_down(int error) noexcept {
 }  // namespace
 
 SocketCanBus::SocketCanBus(const std::string& interface, std::span<const CanIdentifier> wanted)
-    : interface_(interface), filters_(filters_for(wanted)), socket_(open_socket()) {
+    : interface_(interface), filters_(filters_for(wanted)), socket_(open_can_socket()) {
   if (interface.empty() || interface.size() >= IFNAMSIZ || if_nametoindex(interface.c_str()) == 0) {
     throw std::runtime_error("there is no network interface \"" + interface +
                              "\": \"ip link show type can\" and \"ip link show type vcan\" list the CAN "

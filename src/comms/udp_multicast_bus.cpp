@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t largest_datagram = 4096;
 
-int open_socket() {
+int open_udp_socket() {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) throw std::runtime_error("a UDP socket cannot be opened: " + error_text(errno));
   return fd;
@@ -44,7 +44,7 @@ const sockaddr* generic(const sockaddr_in& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-bool means_down(int error) noexcept {
+bool means_unreachable(int error) noexcept {
   return error == ENETDOWN || error == ENETUNREACH || error == ENODEV || error == EADDRNOTAVAIL;
 }
 
@@ -60,8 +60,8 @@ UdpMulticastBus::UdpMulticastBus(const std::string& group, std::uint16_t port,
                                  std::span<const CanIdentifier> wanted)
     : name_("udp_multicast:" + group + ":" + std::to_string(port)),
       wanted_(wanted.begin(), wanted.end()),
-      sending_(open_socket()),
-      receiving_(open_socket()) {
+      sending_(open_udp_socket()),
+      receiving_(open_udp_socket()) {
   const sockaddr_in address = group_address(group, port);
   interface_ = outgoing_interface(address.sin_addr);
   open_sender(address);
@@ -109,7 +109,7 @@ CanSend UdpMulticastBus::send(const CanFrame& frame) noexcept {
   const CanDatagram datagram = pack_datagram(frame, wall_clock_s());
   const ssize_t n =
       ::send(sending_.fd(), datagram.bytes.data(), datagram.length, MSG_DONTWAIT | MSG_NOSIGNAL);
-  return counters_.on_sent(n, datagram.length, means_down);
+  return counters_.on_sent(n, datagram.length, means_unreachable);
 }
 
 CanReceive UdpMulticastBus::receive(CanFrame& frame, std::chrono::nanoseconds timeout) noexcept {
@@ -138,7 +138,7 @@ UdpMulticastBus::Look UdpMulticastBus::read(CanFrame& frame) noexcept {
     const Reception r = receiver_.read(receiving_.fd(), buffer);
     if (r.length < 0) {
       if (r.error == EAGAIN || r.error == EINTR) return {};
-      return {means_down(r.error) ? CanReceive::down : CanReceive::error};
+      return {means_unreachable(r.error) ? CanReceive::down : CanReceive::error};
     }
     if (take(r, buffer, frame)) return {CanReceive::got};
   }

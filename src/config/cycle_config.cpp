@@ -2,12 +2,11 @@
 
 #include <utility>
 
+#include "common_ranges.hpp"
 #include "sextant/sim/drive_cycle.hpp"
 
 namespace sextant {
 namespace {
-
-constexpr double ns_per_ms = 1e6;
 
 void describe_cycle(Section s, CycleConfig& p) {
   s.file(

@@ -3,14 +3,11 @@
 #include <cstdint>
 #include <string>
 
+#include "common_ranges.hpp"
 #include "sextant/config/drive_config.hpp"
 #include "sextant/drive/drive_limits.hpp"
 
 namespace sextant {
-
-inline constexpr double ns_per_ms = 1e6;
-inline constexpr Range<double> torque_magnitude_nm{1e-3, 1e5};
-inline constexpr Range<double> current_a{0.1, 1e5};
 
 /// Default limits from machine, flux reference and link; to be called when these have been read.
 [[nodiscard]] inline DriveLimits<> limits_of(const DriveConfig& c) {

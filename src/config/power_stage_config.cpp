@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <string>
 
+#include "common_ranges.hpp"
 #include "sextant/config/drive_config.hpp"
 #include "sextant/config/sensor_config.hpp"
 
@@ -9,7 +10,6 @@ namespace sextant {
 namespace {
 
 constexpr double ns_per_us = 1e3;
-constexpr Range<double> voltage_v{1, 2e4};
 constexpr Range<double> tolerance{1e-14, 1e-1};
 
 void describe(Section s, ErrorControl& p) {
@@ -106,7 +106,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
             {"exact", IntegratorKind::exact},
             {"erk", IntegratorKind::erk}},
            "SUNDIALS CVODE; Runge-Kutta of fixed step; exact at frozen speed; SUNDIALS ERKStep");
-  s.number("u_dc_v", p.io.u_dc, voltage_v, "V", "stiff DC-link voltage");
+  s.number("u_dc_v", p.io.u_dc, link_voltage_v, "V", "stiff DC-link voltage");
   s.integer("hold_periods", p.io.hold_periods, {1, 1'000'000}, "",
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",

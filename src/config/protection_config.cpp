@@ -7,7 +7,6 @@ namespace sextant {
 namespace {
 
 constexpr Range<double> sensor_current_a{1e-6, 1e9};
-constexpr Range<double> voltage_v{1, 2e4};
 
 void describe_current_sensors(Section& s, DriveConfig& c) {
   Protection<>::Parameters& p = c.drive.protection;
@@ -89,7 +88,7 @@ void describe_protection(Section s, DriveConfig& c) {
   s.derived("over_current_a", p.over_current, current_a, "A",
             "largest magnitude of a measured phase current; more is OVER_CURRENT",
             [&c] { return limits_of(c).over_current; });
-  s.derived("dc_over_voltage_v", p.dc_over_voltage, voltage_v, "V",
+  s.derived("dc_over_voltage_v", p.dc_over_voltage, link_voltage_v, "V",
             "largest voltage of the DC link; more is DC_OVER_VOLTAGE",
             [&c] { return limits_of(c).dc_over_voltage; });
   s.derived("over_speed_rad_s", p.over_speed, {1e-3, 1e4}, "rad/s",

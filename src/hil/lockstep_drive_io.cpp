@@ -2,16 +2,10 @@
 
 #include <algorithm>
 
+#include "lockstep_poll.hpp"
 #include "sextant/hil/link_records.hpp"
 
 namespace sextant {
-namespace {
-
-/// Between two checks whether the plant holds the link. [ns]
-constexpr std::int64_t poll_ns = 20'000'000;
-
-}  // namespace
-
 LockstepDriveIo::LockstepDriveIo(SharedMemoryLink& link, std::int64_t timeout_ns) noexcept
     : link_{link},
       memory_{link.memory()},
@@ -62,8 +56,8 @@ bool LockstepDriveIo::wait_for_answer(MeasurementRecord& record) noexcept SEXTAN
   for (;;) {
     const std::uint32_t seen = plant_bell_.value();
     if (answer(record)) return true;
-    if (plant_bell_.wait(seen, std::min(poll_ns, timeout_ns_))) continue;
-    waited_ns += poll_ns;
+    if (plant_bell_.wait(seen, std::min(lockstep_poll_ns, timeout_ns_))) continue;
+    waited_ns += lockstep_poll_ns;
     const bool is_there = link_.other_is_attached();
     if (is_there) was_there_.store(true, std::memory_order_relaxed);
     if (waited_ns >= timeout_ns_ || (was_there() && !is_there)) return false;

@@ -1,14 +1,9 @@
 #include "sextant/hil/lockstep_plant.hpp"
 
+#include "lockstep_poll.hpp"
 #include "sextant/hil/link_records.hpp"
 
 namespace sextant {
-namespace {
-
-constexpr std::int64_t poll_ns = 20'000'000;
-
-}  // namespace
-
 LockstepPlant::LockstepPlant(SharedMemoryLink& link, DriveIo<double>& stage, std::int64_t timeout_ns) noexcept
     : link_{link},
       memory_{link.memory()},
@@ -21,7 +16,7 @@ LockstepPlant::Outcome LockstepPlant::step() noexcept {
   const std::uint32_t seen = drive_bell_.value();
   DrivePatternRecord command;
   if (!take(command)) {
-    if (!drive_bell_.wait(seen, poll_ns)) return check_for_drive();
+    if (!drive_bell_.wait(seen, lockstep_poll_ns)) return check_for_drive();
     if (!take(command)) return Outcome::waiting;
   }
   waited_ns_ = 0;
@@ -43,7 +38,7 @@ bool LockstepPlant::take(DrivePatternRecord& command) noexcept {
 LockstepPlant::Outcome LockstepPlant::check_for_drive() noexcept {
   if (sequence_ == 0) return Outcome::waiting;
   if (memory_.drive.present.load(std::memory_order_acquire) == 0) return Outcome::left;
-  waited_ns_ += poll_ns;
+  waited_ns_ += lockstep_poll_ns;
   if (waited_ns_ >= timeout_ns_ || !link_.other_is_attached()) return Outcome::lost;
   return Outcome::waiting;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "ecu/tasks/timed_out_drive.hpp"
+#include "ecu/timing/microseconds.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -13,31 +14,27 @@ bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
          ramp(a.derating_cause) == ramp(b.derating_cause);
 }
 
-double us(std::int64_t ns) {
-  return double(ns) * 1e-3;
-}
-
 void fill_durations(RealTimeSample& sample, const TimingHistograms& histograms) {
   const LatencySummary latency = histograms.latency.summary();
-  sample.wake_latency_p50_us = us(latency.p50_ns);
-  sample.wake_latency_p99_us = us(latency.p99_ns);
-  sample.wake_latency_p99_9_us = us(latency.p99_9_ns);
-  sample.wake_latency_p99_99_us = us(latency.p99_99_ns);
-  sample.wake_latency_max_us = us(latency.max_ns);
+  sample.wake_latency_p50_us = microseconds(latency.p50_ns);
+  sample.wake_latency_p99_us = microseconds(latency.p99_ns);
+  sample.wake_latency_p99_9_us = microseconds(latency.p99_9_ns);
+  sample.wake_latency_p99_99_us = microseconds(latency.p99_99_ns);
+  sample.wake_latency_max_us = microseconds(latency.max_ns);
   const LatencySummary execution = histograms.execution.summary();
-  sample.execution_p50_us = us(execution.p50_ns);
-  sample.execution_p99_us = us(execution.p99_ns);
-  sample.execution_p99_9_us = us(execution.p99_9_ns);
-  sample.execution_p99_99_us = us(execution.p99_99_ns);
-  sample.execution_max_us = us(execution.max_ns);
+  sample.execution_p50_us = microseconds(execution.p50_ns);
+  sample.execution_p99_us = microseconds(execution.p99_ns);
+  sample.execution_p99_9_us = microseconds(execution.p99_9_ns);
+  sample.execution_p99_99_us = microseconds(execution.p99_99_ns);
+  sample.execution_max_us = microseconds(execution.max_ns);
 }
 
 void fill_stages(RealTimeSample& sample, const TimingHistograms& histograms) {
   const auto fill = [&histograms](Stage stage, double& p50_us, double& p99_9_us, double& max_us) {
     const LatencySummary summary = histograms.stages[static_cast<std::size_t>(stage)].summary();
-    p50_us = us(summary.p50_ns);
-    p99_9_us = us(summary.p99_9_ns);
-    max_us = us(summary.max_ns);
+    p50_us = microseconds(summary.p50_ns);
+    p99_9_us = microseconds(summary.p99_9_ns);
+    max_us = microseconds(summary.max_ns);
   };
   static_assert(stage_count == 5);
   fill(Stage::read, sample.read_p50_us, sample.read_p99_9_us, sample.read_max_us);
@@ -217,12 +214,12 @@ RealTimeSample TelemetryTask::sample() const {
       .overruns_own_execution = overruns(OverrunCause::long_execution),
       .overruns_without_gap = timing_.without_gap(),
       .gaps = timing_.gaps(),
-      .longest_gap_us = us(timing_.interval().longest_gap_ns),
+      .longest_gap_us = microseconds(timing_.interval().longest_gap_ns),
       .page_faults = scheduler.minor_faults + scheduler.major_faults,
       .voluntary_switches = scheduler.voluntary_switches,
       .involuntary_switches = scheduler.involuntary_switches,
-      .run_delay_us = us(scheduler.run_delay_ns),
-      .steal_us = us(scheduler.steal_ns),
+      .run_delay_us = microseconds(scheduler.run_delay_ns),
+      .steal_us = microseconds(scheduler.steal_ns),
       .telemetry_dropped = shared_.dropped_periods(),
       .commands_received = shared_.commands_accepted.load(std::memory_order_relaxed),
       .commands_rejected = shared_.commands_rejected.load(std::memory_order_relaxed),

@@ -7,19 +7,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "ecu/timing/microseconds.hpp"
+
 namespace sextant::ecu {
 namespace {
-
-double us(std::int64_t ns) {
-  return double(ns) * 1e-3;
-}
 
 void print_row(std::FILE* out, const char* name, const LatencyHistogram& histogram, int decimals) {
   const LatencySummary s = histogram.summary();
   if (s.count == 0) return;
   fmt::print(out, "  {:<16}", name);
   for (const std::int64_t ns : {s.p50_ns, s.p99_ns, s.p99_9_ns, s.p99_99_ns, s.max_ns}) {
-    fmt::print(out, " {:>10.{}f}", us(ns), decimals);
+    fmt::print(out, " {:>10.{}f}", microseconds(ns), decimals);
   }
   fmt::print(out, "\n");
 }
@@ -31,9 +29,9 @@ void print_overruns(std::FILE* out, const TimingStatistics& statistics) {
   }
   fmt::print(out, "  {:<18} {}\n", "without a gap", statistics.without_gap());
   for (const Overrun& overrun : statistics.worst()) {
-    fmt::print(out, "    at {:.6f} s: {:.1f} us late, ", double(overrun.t_ns) * 1e-9, us(overrun.latency_ns));
+    fmt::print(out, "    at {:.6f} s: {:.1f} us late, ", double(overrun.t_ns) * 1e-9, microseconds(overrun.latency_ns));
     if (overrun.gap.longest_ns > 0) {
-      fmt::print(out, "gap of {:.1f} us, {}: ", us(overrun.gap.longest_ns), to_string(overrun.gap.place));
+      fmt::print(out, "gap of {:.1f} us, {}: ", microseconds(overrun.gap.longest_ns), to_string(overrun.gap.place));
     }
     fmt::print(out, "{}\n", to_string(overrun.cause));
   }
@@ -59,14 +57,14 @@ void print_timing(std::FILE* out, const TimingStatistics& statistics) {
   }
   print_row(out, "command to gate", total.command_to_gate, 1);
   fmt::print(out, "  longest time between two time stamps {:.1f} us; {} wake-ups with a gap before them\n",
-             us(total.longest_gap_ns), statistics.gaps());
+             microseconds(total.longest_gap_ns), statistics.gaps());
   if (const SchedulerSample& kernel = statistics.scheduler(); kernel.valid) {
     fmt::print(
         out,
         "  control thread: {} page faults, {} voluntary and {} involuntary switches, {:.1f} us ready without "
         "a processor; {:.0f} ms stolen from all CPUs\n",
         kernel.minor_faults + kernel.major_faults, kernel.voluntary_switches, kernel.involuntary_switches,
-        us(kernel.run_delay_ns), double(kernel.steal_ns) * 1e-6);
+        microseconds(kernel.run_delay_ns), double(kernel.steal_ns) * 1e-6);
   }
   if (last.overruns > 0) print_overruns(out, statistics);
 }
