@@ -23,7 +23,11 @@ INTEGRATORS = ("cvode", "fixed")
 OWN = "own execution"  # the cause of an overrun that an integrator has
 MARGIN_S = 2.0  # for the start and the hand-shake
 # A machine that stands still for a moment does not end a run.
-PATIENCE = ("command.timeout_ms=3000", "command.lost_ms=10000", "realtime.watchdog_ms=10000", "dds.domain=101")
+PATIENCE = (
+    *("command.timeout_ms=3000", "command.lost_ms=10000"),
+    *("command.status_timeout_ms=3000", "command.status_lost_ms=10000"),
+    *("realtime.watchdog_ms=10000", "dds.domain=101"),
+)
 
 EXAMPLES = """examples:
   scripts/compare_live                                    three rounds of ten seconds each
