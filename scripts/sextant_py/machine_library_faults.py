@@ -44,7 +44,8 @@ def judge(record: dict, fault: PlantFault, point: Point, machine: Machine) -> di
     if record["refusal"]:
         return found | {"kind": REFUSED, "seen": record["refusal"]}
     if record["faults"]:
-        return found | of_a_trip(record["faults"][0], fault.names, fault.begin_s(AT_S), STEP_S)
+        begin_s = AT_S if fault.leaves(point.speed) else fault.begin_s(AT_S)
+        return found | of_a_trip(record["faults"][0], fault.names, begin_s, STEP_S)
     right, said = is_right(record, point, machine)
     return found if right else found | {"kind": MISSED, "seen": said}
 
@@ -55,7 +56,7 @@ def measure(lab: Lab, chosen: list[Case], jobs: int, step: Callable[[], None]) -
     for fault, point in chosen:
         base = lab.machines[point.cell.machine].base_speed
         settings = WINDOW | fault.settings(AT_S)
-        if fault.changes_speed:
+        if fault.leaves(point.speed):
             speed = point.speed * base
             settings |= leaving_speed(speed, speed + SPEED_CHANGE * base, AT_S, WINDOW["metrics.window_from_s"])
         work.append((point, settings))

@@ -25,6 +25,10 @@ class PlantFault:
     changes_speed: bool = False  # the shaft leaves its speed: else the fault shows nothing
     needs_speed: bool = False  # a shaft that is held at standstill shows nothing
 
+    def leaves(self, speed: float) -> bool:
+        """Whether the shaft has to leave that speed under way, so that there is something to see."""
+        return self.changes_speed or (self.needs_speed and speed == 0)
+
     def begin_s(self, at_s: float) -> float:
         """When it begins, where one under way begins at at_s."""
         return 0.0 if self.is_from_power_up else at_s

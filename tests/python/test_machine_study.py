@@ -233,6 +233,14 @@ def test_a_lost_encoder_is_told_by_its_name(tmp_path: Path) -> None:
     assert found["late_ms"] < 10
 
 
+def test_exchanged_cables_are_found_when_the_shaft_leaves_standstill(tmp_path: Path) -> None:
+    lab = Lab(program("sextant-mil"), [MACHINE], tmp_path)
+    cables = next(fault for fault in plant_faults.FAULTS if fault.kind == "cables_swapped")
+    (found,) = machine_library_faults.measure(lab, [(cables, replace(POINT, speed=0.0))], 1, lambda: None)
+    assert found["kind"] in (plant_faults.NAMED, plant_faults.OTHERWISE)
+    assert 0 < found["late_ms"] < 600  # since the speed rises
+
+
 def test_scenarios_of_sextant_mil(tmp_path: Path) -> None:
     lab = Lab(program("sextant-mil"), [MACHINE], tmp_path)
     chosen = [machine_library_scenarios.cases(name, [MACHINE.id], ["foc"], [100])[1] for name in SCENARIOS]
