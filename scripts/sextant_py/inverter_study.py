@@ -43,8 +43,8 @@ KINDS = (RIGHT, DERATED, TRIPPED, WRONG)
 THRESHOLD_V, SLOPE_OHM = 1.2, 0.02  # of switches and diodes where they have drops
 # Of a machine whose inductance at the flux reference is half of what it is at small fluxes.
 SATURATION = {"plant.saturation.knee_wb": 1.1, "plant.saturation.machine_flux_wb": 1.1, "plant.integrator": "fixed"}
-# Iron loss at the flux reference and 50 Hz, half of it by hysteresis: 5 % of the rated 2.2 kW by the square of the flux,
-# which is 2.12 times the rated one; and 5 % of 100 N·m.
+# Iron loss at the flux reference and 50 Hz, half of it by hysteresis: 5 % of the rated 2.2 kW, by the square of a flux
+# that is 2.12 times the rated one; and 5 % of 100 N·m.
 IRON_LOSSES_W, IRON_AT_RAD_S = (497.0, 785.0), 314.159
 SLOW = 20.0  # up to here a point counts as near standstill [rad/s]
 

@@ -166,8 +166,8 @@ class IronLoss:
 
 
 class GammaMachine:
-    """The Γ circuit, all leakage on the rotor's side, with the stator inductance L_su / (1 + (|psi_s|/knee)^S), and iron
-    loss across the rotor's flux; at rest and without flux. Moved by scipy alone."""
+    """The Γ circuit, all leakage on the rotor's side, with the stator inductance L_su / (1 + (|psi_s|/knee)^S) and with
+    iron loss across the rotor's flux; at rest and without flux. Moved by scipy alone."""
 
     def __init__(self, machine: Machine, tau_l: float, saturation: Saturation, iron: IronLoss) -> None:
         self._m, self._tau_l = machine, tau_l
