@@ -67,8 +67,9 @@ void describe(Section s, IronLossParameters<double>& p) {
   s.number("hysteresis_ohm", p.hysteresis_resistance, ohm, "ohm",
            "the same of hysteresis, at the frequency at_rad_s and in proportion to the frequency: a loss by "
            "frequency; above the magnetising reactance there; 0: none");
-  s.number("at_rad_s", p.hysteresis_frequency, {1e-3, 1e6}, "rad/s",
-           "electrical angular frequency at which hysteresis_ohm holds; counts where hysteresis_ohm is not 0");
+  s.number(
+      "at_rad_s", p.hysteresis_frequency, {1e-3, 1e6}, "rad/s",
+      "electrical angular frequency at which hysteresis_ohm holds; counts where hysteresis_ohm is not 0");
   s.check(p);
 }
 
@@ -81,7 +82,8 @@ std::string check_hysteresis(const DrivePlantParameters<double>& p) {
   const double least = p.iron_loss.hysteresis_frequency * p.largest_magnetising_inductance();
   if (p.iron_loss.validate_with(p.largest_magnetising_inductance()) == nullptr) return {};
   return "iron_loss.hysteresis_ohm must be above " + rounded_text(least) +
-         " ohm, the magnetising reactance of this [machine] at iron_loss.at_rad_s, or hysteresis would hold the "
+         " ohm, the magnetising reactance of this [machine] at iron_loss.at_rad_s, or hysteresis would hold "
+         "the "
          "flux without a current";
 }
 
@@ -90,13 +92,15 @@ std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
   if (p.integrator != IntegratorKind::exact) return {};
   const char* const others = "it must be \"cvode\", \"erk\" or \"fixed\"";
   if (p.plant.saturation.acts()) {
-    return std::string{"integrator = \"exact\" is for machines without saturation: with saturation.knee_wb "
-                       "above 0 "} +
+    return std::string{
+               "integrator = \"exact\" is for machines without saturation: with saturation.knee_wb "
+               "above 0 "} +
            others;
   }
   if (!p.plant.iron_loss.acts()) return {};
-  return std::string{"integrator = \"exact\" is for machines without iron loss: with iron_loss.eddy_ohm or "
-                     "iron_loss.hysteresis_ohm above 0 "} +
+  return std::string{
+             "integrator = \"exact\" is for machines without iron loss: with iron_loss.eddy_ohm or "
+             "iron_loss.hysteresis_ohm above 0 "} +
          others;
 }
 

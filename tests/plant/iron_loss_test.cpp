@@ -31,7 +31,8 @@ const Parameters both{600.0, 900.0, fifty_hz};
 const std::vector<Parameters> cases{
     {500.0, 0.0, fifty_hz}, {0.0, 400.0, fifty_hz}, both, {60.0, 90.0, 2 * fifty_hz}, {1e5, 30.0, fifty_hz}};
 
-DrivePlantParameters<> parameters_with(const Parameters& iron_loss, const SaturationParameters<>& saturation = {}) {
+DrivePlantParameters<> parameters_with(const Parameters& iron_loss,
+                                       const SaturationParameters<>& saturation = {}) {
   DrivePlantParameters<> p;
   p.iron_loss = iron_loss;
   p.saturation = saturation;
@@ -138,8 +139,8 @@ TEST(IronLoss, SteadyStateIsThatOfTheEquivalentCircuit) {
     for (const double omega_s : {fifty_hz, -fifty_hz, 2 * fifty_hz, -0.2 * fifty_hz}) {
       for (const double slip : {0.0, 0.03, -0.03, 0.4, 1.0}) {
         SCOPED_TRACE("R_e " + std::to_string(p.eddy_resistance) + ", R_h " +
-                     std::to_string(p.hysteresis_resistance) + ", " + std::to_string(omega_s) + " rad/s, slip " +
-                     std::to_string(slip));
+                     std::to_string(p.hysteresis_resistance) + ", " + std::to_string(omega_s) +
+                     " rad/s, slip " + std::to_string(slip));
         const double omega_m = omega_s * (1 - slip) / m.pole_pairs;
         const Complex u_s{0.5 * omega_s, 30.0};
         const SteadyState expected = circuit(m, p, u_s, omega_s, m.pole_pairs * omega_m);
@@ -247,11 +248,11 @@ TEST_F(RandomIron, ObeysTheLawAndMakesNoPower) {
     EXPECT_GE(q.iron_loss, 0);
     // dW/dt: the currents without the iron's are the gradient of the field's energy.
     const SpaceVector<> dpsi_s{dx[Plant::psi_s_alpha], dx[Plant::psi_s_beta]};
-    const double rise =
-        1.5 * (dot(q.i_s, dpsi_s) + dot(plant.machine().rotor_current(psi_s, psi_r), dpsi_r));
+    const double rise = 1.5 * (dot(q.i_s, dpsi_s) + dot(plant.machine().rotor_current(psi_s, psi_r), dpsi_r));
     const double copper = 1.5 * m.r_s * dot(q.i_s, q.i_s) + 1.5 * m.r_r * dot(q.i_r, q.i_r);
     const double work = q.tau_e * x[Plant::omega];
-    EXPECT_NEAR(rise + copper + work + q.iron_loss, 0, 1e-10 * (1 + copper + std::abs(work) + std::abs(rise)));
+    EXPECT_NEAR(rise + copper + work + q.iron_loss, 0,
+                1e-10 * (1 + copper + std::abs(work) + std::abs(rise)));
   }
   EXPECT_GT(holds, 50) << "cases in which hysteresis holds the flux";
 }

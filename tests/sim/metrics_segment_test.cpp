@@ -222,8 +222,8 @@ TEST(MetricsSegments, OfAnEventExactRunThePulsesAreThoseTold) {
   EXPECT_NEAR(accumulator.metrics()[Metric::switching_frequency], 100.0 / 3, 1e-9);
 }
 
-/// Link power falls through zero; the meter reads its integral, 9 J lost in the windings, 3 J in the iron, 6 J
-/// of work and the rest in the field but for a leak.
+/// Link power falls through zero; the meter reads its integral, 9 J lost in the windings, 3 J in the iron, 6
+/// J of work and the rest in the field but for a leak.
 MetricsSample metered(double t_ns, double leak = 0) {
   const double s = t_ns * 1e-9;
   const DriveEnergies e{.link = 100 * s - 75 * s * s, .copper = 9 * s, .shaft = 6 * s * s, .iron = 3 * s};

@@ -251,10 +251,10 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   }
   const TraceFile trace{file_};
   EXPECT_THAT(trace.datasets("/"), testing::UnorderedElementsAre("t_ns", "plant", "control"));
-  EXPECT_THAT(trace.datasets("/plant"),
-              testing::UnorderedElementsAre("switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j",
-                                            "energy_copper_j", "energy_iron_j", "energy_shaft_j",
-                                            "energy_field_j"));
+  EXPECT_THAT(
+      trace.datasets("/plant"),
+      testing::UnorderedElementsAre("switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j",
+                                    "energy_copper_j", "energy_iron_j", "energy_shaft_j", "energy_field_j"));
   EXPECT_THAT(trace.read("plant/switch_a"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("plant/switch_b"), testing::ElementsAre(0));
   EXPECT_THAT(trace.read("plant/switch_c"), testing::ElementsAre(-1));

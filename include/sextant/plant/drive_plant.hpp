@@ -368,19 +368,9 @@ class DrivePlant {
     dx[theta] = x[omega];
     if constexpr (Vector::RowsAtCompileTime > machine_size) {
       const T threshold_loss = has_threshold ? drops_.threshold_loss(i_s) : T(0);
-      const PlantQuantities<T> q{flux_s,
-                                 flux_r,
-                                 i_s,
-                                 i_r,
-                                 u_s,
-                                 inputs_.u_dc,
-                                 inverter_.dc_link_current(i_s),
-                                 tau_e,
-                                 inputs_.tau_l,
-                                 x[omega],
-                                 x[theta],
-                                 iron_loss,
-                                 threshold_loss};
+      const PlantQuantities<T> q{
+          flux_s, flux_r,        i_s,      i_r,      u_s,       inputs_.u_dc,  inverter_.dc_link_current(i_s),
+          tau_e,  inputs_.tau_l, x[omega], x[theta], iron_loss, threshold_loss};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
@@ -460,8 +450,7 @@ class DrivePlant {
     const T along = square > T(0) ? m.r_s * inverse.added_along / square : T(0);
     const Column psi{flux_s.alpha, flux_s.beta};
     j.template block<2, 2>(0, 0) -=
-        m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() +
-        along * psi * psi.transpose();
+        m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() + along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
     if (inverter_.is_plain() && is_driven(inputs_.state))

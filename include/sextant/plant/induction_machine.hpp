@@ -120,8 +120,7 @@ class InductionMachine {
     const SpaceVector<T> f = (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
     const T share = iron_loss_.share(f, psi_r);
     const SpaceVector<T> i_fe = (share / parameters_.r_r) * f;  // of the rotor's turns
-    return {i_r + i_fe, T(1.5) * pole_pairs_ * cross(i_fe, psi_r),
-            T(1.5) * (T(1) - share) * dot(i_fe, f)};
+    return {i_r + i_fe, T(1.5) * pole_pairs_ * cross(i_fe, psi_r), T(1.5) * (T(1) - share) * dot(i_fe, f)};
   }
   /// Slopes of dpsi_r/dt by what it is without iron loss, f [V], for implicit integrators.
   [[nodiscard]] typename IronLoss<T>::Slopes iron_slopes(

@@ -12,8 +12,8 @@ namespace sextant {
 /// square of the flux.
 template <class T = double>
 struct IronLossParameters {
-  T eddy_resistance{};        ///< R_e; 0: no eddy currents [Ω]
-  T hysteresis_resistance{};  ///< R_h, at omega_h; 0: no hysteresis [Ω]
+  T eddy_resistance{};                          ///< R_e; 0: no eddy currents [Ω]
+  T hysteresis_resistance{};                    ///< R_h, at omega_h; 0: no hysteresis [Ω]
   T hysteresis_frequency{T(314.159265358979)};  ///< omega_h, electrical; 50 Hz by default [rad/s]
 
   friend constexpr bool operator==(const IronLossParameters&, const IronLossParameters&) noexcept = default;

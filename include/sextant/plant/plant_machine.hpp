@@ -9,11 +9,11 @@ namespace sextant {
 
 /// The equations of a machine with stator and rotor flux linkages as states, as `InductionMachine` documents
 /// them; stationary frame, amplitude-invariant. `damping`, `largest_inductance` and `parameters` bound the
-/// step of fixed integrators and the flux. `emf` and `stator_flux` count while legs are off; `iron_branch` and
-/// `iron_slopes` where `has_iron_loss`, and rotor current and torque are then those before the iron's share;
-/// `inverse_inductance` for implicit integrators. `is_linear`: the currents are linear in the flux linkages,
-/// as `electrical_rates` and `parameters` have it; an `ExactIntegrator` moves such machines only. A class
-/// that inherits from a linear machine and is not linear has its own `is_linear`.
+/// step of fixed integrators and the flux. `emf` and `stator_flux` count while legs are off; `iron_branch`
+/// and `iron_slopes` where `has_iron_loss`, and rotor current and torque are then those before the iron's
+/// share; `inverse_inductance` for implicit integrators. `is_linear`: the currents are linear in the flux
+/// linkages, as `electrical_rates` and `parameters` have it; an `ExactIntegrator` moves such machines only. A
+/// class that inherits from a linear machine and is not linear has its own `is_linear`.
 template <class Machine, class T>
 concept PlantMachine =
     std::copy_constructible<Machine> && requires(const Machine& machine, SpaceVector<T> x, T omega_m) {

@@ -45,11 +45,12 @@ class EnergyAccount {
   [[nodiscard]] double field() const noexcept { return field_; }
 
   /// What the balance  link = shaft + copper + iron + field  leaves over, as a share of all that has flowed:
-  /// across the link either way, into the shaft, the windings, the iron and the field; 0 where next to nothing
-  /// has. [-]
+  /// across the link either way, into the shaft, the windings, the iron and the field; 0 where next to
+  /// nothing has. [-]
   [[nodiscard]] double unaccounted() const noexcept {
     constexpr double nothing_j = 1e-6;
-    const double sum = gross_link_ + std::abs(shaft_) + std::abs(copper_) + std::abs(field_) + std::abs(iron_);
+    const double sum =
+        gross_link_ + std::abs(shaft_) + std::abs(copper_) + std::abs(field_) + std::abs(iron_);
     if (sum < nothing_j) return 0;
     return std::abs(net_link_ - shaft_ - copper_ - field_ - iron_) / sum;
   }
