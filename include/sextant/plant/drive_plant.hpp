@@ -233,7 +233,8 @@ class DrivePlant {
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
   /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far; with saturation L_s is the largest
-  /// one. An integration that goes beyond it has left the machine's equations.
+  /// one, and iron loss makes d|psi_r|/dt smaller. An integration that goes beyond it has left the machine's
+  /// equations.
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
     const T limit = flux_per_volt_ * largest_u_dc_;
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
