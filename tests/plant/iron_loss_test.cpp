@@ -1,7 +1,10 @@
 // The induction machine with iron loss, against its equivalent circuit in steady state, its law and energy.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -302,6 +305,46 @@ TEST(IronLoss, WithoutItTheMachineIsTheLinearOne) {
   EXPECT_EQ(linear.state(), off.state()) << "to the bit";
   EXPECT_EQ(linear.state()[Plant::appended + int(Meter::iron)], 0);
   EXPECT_LT((linear.state() - far.state()).norm(), 1e-4);
+}
+
+/// The meter without its last energy.
+struct FourEnergies {
+  static constexpr int size = 4;
+  static constexpr bool is_integral = true;
+  void derivative(const PlantQuantities<>& plant, std::span<const double, 4>,
+                  std::span<double, 4> power) const noexcept {
+    std::array<double, 5> all{};
+    meter.derivative(plant, std::array<double, 5>{}, all);
+    std::copy_n(all.begin(), 4, power.begin());
+  }
+  Meter meter{0.435, 0.816};
+};
+
+// A machine without iron loss moves in the steps that it has without an energy of the iron.
+TEST(IronLoss, ItsEnergyHasNoSayInTheSteps) {
+  using Four = DrivePlant<double, FourEnergies>;
+  const auto compare = [](PlantIntegrator<Plant>& all, PlantIntegrator<Four>& four) {
+    Plant plant = plant_with({});
+    Four other{DrivePlantParameters<>{}, FourEnergies{}};
+    for (const bool off : {false, true}) {
+      const std::vector<SwitchState> sequence =
+          off ? std::vector<SwitchState>(100, gates_off) : switching_sequence(1000, 5);
+      ASSERT_TRUE(run(plant, all, sequence, supply()));
+      ASSERT_TRUE(run(other, four, sequence, supply()));
+    }
+    EXPECT_EQ(plant.state().head<10>().eval(), other.state()) << "to the bit";
+  };
+  for (const AtSwitching way : {AtSwitching::stop, AtSwitching::go_on}) {
+    SCOPED_TRACE(int(way));
+    CvodeParameters parameters;
+    parameters.at_switching = way;
+    CvodeIntegrator<Plant> cvode{parameters};
+    CvodeIntegrator<Four> cvode_of_four{parameters};
+    compare(cvode, cvode_of_four);
+    ErkIntegrator<Plant> erk{parameters};
+    ErkIntegrator<Four> erk_of_four{parameters};
+    compare(erk, erk_of_four);
+  }
 }
 
 /// With an open stator, at standstill.
