@@ -22,6 +22,7 @@ OF_A_RUN = (  # sections and keys that the map sets, or that belong to the run o
     "name", "description", "duration_s", "mode", "profile", "load", "cycle", "vehicle", "driver", "trace", "metrics",
     "expect", "event_exact",
 )  # fmt: skip
+NOT_EXACT = ("saturation.knee_wb", "iron_loss.eddy_ohm", "iron_loss.hysteresis_ohm")
 SECTIONS_WITH_FILE = ("machine", "drive.inverter", "control.machine_estimate")
 
 
@@ -137,8 +138,8 @@ def load(file: Path, mil: Path, directory: Path) -> tuple[Drive, Scale]:
     drive = Drive(f"file_{file.stem}", {f"machine.{k}": v for k, v in machine.items()} | settings, machine, known)
     drive.title, drive.left_out = file.name, left_out
     drive.base |= {key: value for key, value in COMMON.items() if key in known and not key.startswith("protection.")}
-    if drive.base.get("plant.saturation.knee_wb"):
-        drive.base["plant.integrator"] = "fixed"  # the exact transition is that of linear magnetics
+    if any(drive.base.get(f"plant.{key}") for key in NOT_EXACT):
+        drive.base["plant.integrator"] = "fixed"  # the exact transition is that of linear magnetics without loss
     scenario = directory / f"{drive.name}.toml"
     scenario.write_text(drive.scenario(), encoding="utf-8")
     scale = scale_of(summary_of(mil, scenario, SHORT)["configuration"])

@@ -63,7 +63,9 @@ void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
   s.number("flux_least_share", p.least_share, {0.05, 1}, "",
            "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb");
   s.add("iron_loss_resistance_ohm", "ohm",
-        "resistance of the iron loss per phase, which min_loss uses; not set: no iron loss",
+        "resistance of the iron loss per phase, at all frequencies, across the voltage that the stator flux "
+        "induces, which min_loss uses; what the simulated machine loses is plant.iron_loss; not set: no iron "
+        "loss",
         NumberField{{1e-3, 1e9},
                     [&p] {
                       const double r = p.iron_loss_resistance;

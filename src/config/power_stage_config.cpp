@@ -3,6 +3,7 @@
 #include <string>
 
 #include "common_ranges.hpp"
+#include "number_text.hpp"
 #include "sextant/config/drive_config.hpp"
 #include "sextant/config/sensor_config.hpp"
 
@@ -56,11 +57,51 @@ void describe(Section s, SaturationParameters<double>& p) {
   s.check(p);
 }
 
+void describe(Section s, IronLossParameters<double>& p) {
+  constexpr Range<double> ohm{0, 1e9};
+  s.number("eddy_ohm", p.eddy_resistance, ohm, "ohm",
+           "resistance per phase of the eddy currents in the iron, across the voltage that the rotor flux "
+           "linkage induces, beside the magnetising inductance of the inverse-Γ circuit: a loss by frequency "
+           "squared; of the machine alone: the drive's drive.iron_loss_resistance_ohm is a resistance at all "
+           "frequencies, for flux_optimum = \"min_loss\" only, and no estimator knows of either; 0: none");
+  s.number("hysteresis_ohm", p.hysteresis_resistance, ohm, "ohm",
+           "the same of hysteresis, at the frequency at_rad_s and in proportion to the frequency: a loss by "
+           "frequency; above the magnetising reactance there; 0: none");
+  s.number(
+      "at_rad_s", p.hysteresis_frequency, {1e-3, 1e6}, "rad/s",
+      "electrical angular frequency at which hysteresis_ohm holds; counts where hysteresis_ohm is not 0");
+  s.check(p);
+}
+
+/// Empty where hysteresis lets the flux go, else a sentence.
+std::string check_hysteresis(const DrivePlantParameters<double>& p) {
+  if (p.machine.validate() != nullptr || p.saturation.validate() != nullptr ||
+      p.iron_loss.validate() != nullptr) {
+    return {};
+  }
+  const double least = p.iron_loss.hysteresis_frequency * p.largest_magnetising_inductance();
+  if (p.iron_loss.validate_with(p.largest_magnetising_inductance()) == nullptr) return {};
+  return "iron_loss.hysteresis_ohm must be above " + rounded_text(least) +
+         " ohm, the magnetising reactance of this [machine] at iron_loss.at_rad_s, or hysteresis would hold "
+         "the "
+         "flux without a current";
+}
+
 /// An integrator that cannot move the machine.
 std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
-  if (p.integrator != IntegratorKind::exact || !p.plant.saturation.acts()) return {};
-  return "integrator = \"exact\" is for machines without saturation: with saturation.knee_wb above 0 it must "
-         "be \"cvode\", \"erk\" or \"fixed\"";
+  if (p.integrator != IntegratorKind::exact) return {};
+  const char* const others = "it must be \"cvode\", \"erk\" or \"fixed\"";
+  if (p.plant.saturation.acts()) {
+    return std::string{
+               "integrator = \"exact\" is for machines without saturation: with saturation.knee_wb "
+               "above 0 "} +
+           others;
+  }
+  if (!p.plant.iron_loss.acts()) return {};
+  return std::string{
+             "integrator = \"exact\" is for machines without iron loss: with iron_loss.eddy_ohm or "
+             "iron_loss.hysteresis_ohm above 0 "} +
+         others;
 }
 
 void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
@@ -112,6 +153,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
   describe(s.section("saturation"), p.plant.saturation);
+  describe(s.section("iron_loss"), p.plant.iron_loss);
   describe_inverter(s.section("inverter"), p);
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
@@ -130,6 +172,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   exact.check(p.exact);
   describe(s.section("erk"), p.erk);
   s.check([&p] { return check_magnetics(p); });
+  s.check([&p] { return check_hysteresis(p.plant); });
   s.check([&p] { return check_stiffness(p); });
 }
 

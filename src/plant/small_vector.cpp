@@ -24,9 +24,10 @@ void scale(sunrealtype a, N_Vector x, N_Vector z) {
   for (sunindextype i = 0; i < n; ++i) zs[i] = a * xs[i];
 }
 
-/// √(Σ (x w)² / n).
+/// √(Σ (x w)² / n) over the first n elements, all but those left out.
+template <sunindextype left_out>
 sunrealtype weighted_rms_norm(N_Vector x, N_Vector w) {
-  const sunindextype n = NV_LENGTH_S(x);
+  const sunindextype n = NV_LENGTH_S(x) - left_out;
   const sunrealtype* const xs = NV_DATA_S(x);
   const sunrealtype* const ws = NV_DATA_S(w);
   sunrealtype sum = 0.0;
@@ -49,17 +50,17 @@ int linear_combination(int count, sunrealtype* c, N_Vector* x, N_Vector z) {
 
 }  // namespace
 
-N_Vector new_small_vector(int size, SUNContext context) noexcept {
+N_Vector new_small_vector(int size, bool leaves_last_out, SUNContext context) noexcept {
   const N_Vector v = N_VNew_Serial(size, context);
   if (v == nullptr) return nullptr;
   v->ops->nvlinearsum = linear_sum;
   v->ops->nvscale = scale;
-  v->ops->nvwrmsnorm = weighted_rms_norm;
+  v->ops->nvwrmsnorm = leaves_last_out ? weighted_rms_norm<1> : weighted_rms_norm<0>;
   return v;
 }
 
-N_Vector new_runge_kutta_vector(int size, SUNContext context) noexcept {
-  const N_Vector v = new_small_vector(size, context);
+N_Vector new_runge_kutta_vector(int size, bool leaves_last_out, SUNContext context) noexcept {
+  const N_Vector v = new_small_vector(size, leaves_last_out, context);
   if (v != nullptr) v->ops->nvlinearcombination = linear_combination;
   return v;
 }

@@ -23,10 +23,10 @@ void SundialsSolution::require(bool good, const char* call) const {
   if (!good) throw std::runtime_error(std::string(library) + " cannot be set up: " + call + " failed");
 }
 
-void SundialsSolution::allocate(N_Vector (*make)(int, SUNContext),
+void SundialsSolution::allocate(N_Vector (*make)(int, bool, SUNContext),
                                 std::span<const double> absolute_tolerance) {
-  x.reset(make(problem.size, sundials));
-  tolerance.reset(make(problem.size, sundials));
+  x.reset(make(problem.size, problem.last_is_uncontrolled, sundials));
+  tolerance.reset(make(problem.size, problem.last_is_uncontrolled, sundials));
   require(x && tolerance, "N_VNew_Serial");
   N_VConst(0.0, x.get());
   std::copy(absolute_tolerance.begin(), absolute_tolerance.end(), N_VGetArrayPointer(tolerance.get()));

@@ -33,7 +33,7 @@ struct SundialsSolution {
   void require(bool good, const char* call) const;
 
   /// Makes the vectors, x all zero. absolute_tolerance: one for each state.
-  void allocate(N_Vector (*make)(int, SUNContext), std::span<const double> absolute_tolerance);
+  void allocate(N_Vector (*make)(int, bool, SUNContext), std::span<const double> absolute_tolerance);
 
   /// Of root finding, for every event function: only falls count.
   [[nodiscard]] std::vector<int> all_falling() const;

@@ -117,7 +117,7 @@ MetricsAccumulator::WindowValues MetricsAccumulator::between(const WindowValues&
           line(a.speed_error, b.speed_error, share),
           line(a.p_dc, b.p_dc, share),
           {line(e.link, f.link, share), line(e.copper, f.copper, share), line(e.shaft, f.shaft, share),
-           line(e.field, f.field, share)}};
+           line(e.field, f.field, share), line(e.iron, f.iron, share)}};
 }
 
 void MetricsAccumulator::note_current(SpaceVector<> i_s) noexcept {
@@ -176,6 +176,7 @@ void MetricsAccumulator::fill_window_metrics(MetricList& m) const noexcept {
   m[Metric::energy_to_link] = energy_.to_link();
   m[Metric::energy_shaft] = energy_.shaft();
   m[Metric::energy_copper] = energy_.copper();
+  m[Metric::energy_iron] = energy_.iron();
   m[Metric::energy_field] = energy_.field();
 }
 

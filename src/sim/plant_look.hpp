@@ -18,7 +18,8 @@ class PlantLook {
         .link = x[meter + int(EnergyMeter<>::dc_link)],
         .copper = x[meter + int(EnergyMeter<>::stator_copper)] + x[meter + int(EnergyMeter<>::rotor_copper)],
         .shaft = x[meter + int(EnergyMeter<>::mechanical)],
-        .field = plant.machine().magnetic_energy(psi_s, psi_r)};
+        .field = plant.machine().magnetic_energy(psi_s, psi_r),
+        .iron = x[meter + int(EnergyMeter<>::iron)]};
   }
 
   /// For the metrics, with the stator voltage of `DrivePlant::u_s` before or after it jumps; instant and

@@ -99,6 +99,7 @@ inline constexpr std::array trace_columns{
     SEXTANT_PLANT(
         energy_copper_j, "energy", "J",
         "energy lost in the windings, and in switches and diodes that have drops, since the run began"),
+    SEXTANT_PLANT(energy_iron_j, "energy", "J", "energy lost in the iron since the run began"),
     SEXTANT_PLANT(energy_shaft_j, "energy", "J", "work of the air-gap torque since the run began"),
     SEXTANT_PLANT(energy_field_j, "energy", "J", "energy of the magnetic field"),
     SEXTANT_CONTROL(torque_comparator, "1", "torque comparator: 1 raise the torque, -1 lower it, 0 hold"),

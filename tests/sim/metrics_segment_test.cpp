@@ -222,13 +222,17 @@ TEST(MetricsSegments, OfAnEventExactRunThePulsesAreThoseTold) {
   EXPECT_NEAR(accumulator.metrics()[Metric::switching_frequency], 100.0 / 3, 1e-9);
 }
 
-/// Link power falls through zero; the meter reads its integral, 12 J lost, 6 J of work and the rest in the
-/// field but for a leak.
+/// Link power falls through zero; the meter reads its integral, 9 J lost in the windings, 3 J in the iron, 6
+/// J of work and the rest in the field but for a leak.
 MetricsSample metered(double t_ns, double leak = 0) {
   const double s = t_ns * 1e-9;
-  const DriveEnergies e{.link = 100 * s - 75 * s * s, .copper = 12 * s, .shaft = 6 * s * s, .field = 0};
+  const DriveEnergies e{.link = 100 * s - 75 * s * s, .copper = 9 * s, .shaft = 6 * s * s, .iron = 3 * s};
   return {.p_dc = 100 - 150 * s,
-          .energies = {e.link, e.copper, e.shaft, e.link - e.copper - e.shaft - leak * s}};
+          .energies = {.link = e.link,
+                       .copper = e.copper,
+                       .shaft = e.shaft,
+                       .field = e.link - e.copper - e.shaft - e.iron - leak * s,
+                       .iron = e.iron}};
 }
 
 TEST(MetricsSegments, EnergiesAreTheDifferencesOfTheMeterInTheWindow) {
@@ -239,12 +243,14 @@ TEST(MetricsSegments, EnergiesAreTheDifferencesOfTheMeterInTheWindow) {
       EXPECT_NEAR(m[Metric::energy_from_link], 100.0 / 3, 1e-9);
       EXPECT_NEAR(m[Metric::energy_to_link], 25.0 / 3, 1e-9);
       EXPECT_NEAR(m[Metric::energy_shaft], 6, 1e-9);
-      EXPECT_NEAR(m[Metric::energy_copper], 12, 1e-9);
-      EXPECT_NEAR(m[Metric::energy_field], 25 - 12 - 6, 1e-9);
+      EXPECT_NEAR(m[Metric::energy_copper], 9, 1e-9);
+      EXPECT_NEAR(m[Metric::energy_iron], 3, 1e-9);
+      EXPECT_NEAR(m[Metric::energy_field], 25 - 9 - 3 - 6, 1e-9);
     }
     const auto half =
         run({.from_ns = 500 * ms}, random_cuts({0.5e9}, 1e9, 40, seed), [](double t) { return metered(t); });
-    EXPECT_NEAR(half[Metric::energy_copper], 6, 1e-9);
+    EXPECT_NEAR(half[Metric::energy_copper], 4.5, 1e-9);
+    EXPECT_NEAR(half[Metric::energy_iron], 1.5, 1e-9);
     EXPECT_NEAR(half[Metric::energy_shaft], 4.5, 1e-9);
   }
 }
@@ -265,7 +271,7 @@ TEST(MetricsSegments, TheBalanceIsThatOfTheWholeRun) {
   const auto leaking = run(late, instants, [](double t) { return metered(t, 0.01); });
   EXPECT_NEAR(leaking[Metric::energy_unaccounted], 0.01 / (25 + 2 * 25.0 / 3 + 12 + 6 + 6.99), 1e-12);
   const auto nothing =
-      run({}, {0, 1e9}, [](double) { return MetricsSample{.p_dc = 0, .energies = {0, 0, 0, 0}}; });
+      run({}, {0, 1e9}, [](double) { return MetricsSample{.p_dc = 0, .energies = {0, 0, 0, 0, 0}}; });
   EXPECT_EQ(nothing[Metric::energy_unaccounted], 0);
 }
 
@@ -281,6 +287,7 @@ TEST(MetricsSegments, WhatIsUnknownSpoilsNoOtherMetric) {
   EXPECT_TRUE(std::isnan(m[Metric::energy_from_link]));
   EXPECT_TRUE(std::isnan(m[Metric::energy_to_link]));
   EXPECT_TRUE(std::isnan(m[Metric::energy_copper]));
+  EXPECT_TRUE(std::isnan(m[Metric::energy_iron]));
   EXPECT_TRUE(std::isnan(m[Metric::speed_error_rms]));
   EXPECT_TRUE(std::isnan(m[Metric::energy_shaft]));
   EXPECT_TRUE(std::isnan(m[Metric::energy_unaccounted]));

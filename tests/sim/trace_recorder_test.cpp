@@ -230,7 +230,7 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
                            .state = {LegState::high, LegState::low, LegState::off},
                            .u_s = {100, -50},
                            .i_r = {3, 4},
-                           .energies = {.link = 9, .copper = 5, .shaft = 3, .field = 1}};
+                           .energies = {.link = 9, .copper = 5, .shaft = 3, .field = 1, .iron = 2}};
   {
     TraceRecorder recorder{
         file_,
@@ -251,15 +251,17 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   }
   const TraceFile trace{file_};
   EXPECT_THAT(trace.datasets("/"), testing::UnorderedElementsAre("t_ns", "plant", "control"));
-  EXPECT_THAT(trace.datasets("/plant"),
-              testing::UnorderedElementsAre("switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j",
-                                            "energy_copper_j", "energy_shaft_j", "energy_field_j"));
+  EXPECT_THAT(
+      trace.datasets("/plant"),
+      testing::UnorderedElementsAre("switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j",
+                                    "energy_copper_j", "energy_iron_j", "energy_shaft_j", "energy_field_j"));
   EXPECT_THAT(trace.read("plant/switch_a"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("plant/switch_b"), testing::ElementsAre(0));
   EXPECT_THAT(trace.read("plant/switch_c"), testing::ElementsAre(-1));
   EXPECT_THAT(trace.read("plant/i_dc_a"), testing::ElementsAre(-7));
   EXPECT_THAT(trace.read("plant/energy_link_j"), testing::ElementsAre(9));
   EXPECT_THAT(trace.read("plant/energy_field_j"), testing::ElementsAre(1));
+  EXPECT_THAT(trace.read("plant/energy_iron_j"), testing::ElementsAre(2));
   EXPECT_THAT(trace.read("control/torque_comparator"), testing::ElementsAre(-1));
   EXPECT_THAT(trace.read("control/flux_comparator"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("control/torque_monitored_nm"), testing::ElementsAre(8.5));

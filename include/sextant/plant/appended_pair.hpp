@@ -15,6 +15,7 @@ template <class First, class Second, class T = double>
 struct AppendedPair {
   static constexpr int size = First::size + Second::size;
   static constexpr bool is_integral = sextant::is_integral<First> && sextant::is_integral<Second>;
+  static constexpr bool last_is_uncontrolled = sextant::last_is_uncontrolled<Second>;
   static constexpr int second_begin = First::size;  ///< index of the second system's first state
 
   First first;

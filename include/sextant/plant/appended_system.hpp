@@ -23,6 +23,7 @@ struct PlantQuantities {
   T tau_l{};               ///< load torque, opposing positive rotation [N·m]
   T omega_m{};             ///< mechanical speed [rad/s]
   T theta_m{};             ///< mechanical angle, not wrapped [rad]
+  T iron_loss{};           ///< of the machine [W]
   T threshold_loss{};      ///< what the thresholds of the inverter's switches and diodes take [W]
 };
 
@@ -44,6 +45,16 @@ inline constexpr bool is_integral = [] {
     return A::is_integral;
   else
     return A::size == 0;
+}();
+
+/// True for an appended system whose last state integrators with error control follow without a say in their
+/// steps: it declares `static constexpr bool last_is_uncontrolled = true`.
+template <class A>
+inline constexpr bool last_is_uncontrolled = [] {
+  if constexpr (requires { A::last_is_uncontrolled; })
+    return A::last_is_uncontrolled;
+  else
+    return false;
 }();
 
 /// The appended system that is none.

@@ -26,7 +26,7 @@ namespace sextant {
 
 /// Inverter, machine, shaft and an appended system as one ordinary differential equation:
 ///   dpsi_s/dt   = u_s − R_s i_s
-///   dpsi_r/dt   = −R_r i_r + j p omega_m psi_r
+///   dpsi_r/dt   = −R_r i_r + j p omega_m psi_r, and what iron loss takes
 ///   domega_m/dt = (tau_e − tau_l − B omega_m − tau_road(omega_m)) / (J + J_road), or the imposed slope
 ///   dtheta_m/dt = omega_m
 /// Torques are positive in the direction of positive speed, except tau_l, which opposes it. While legs are
@@ -50,6 +50,8 @@ class DrivePlant {
   static constexpr bool appends_integrals = is_integral<Appended>;
   static constexpr int machine_size = 6;
   static constexpr int size = machine_size + Appended::size;
+  /// The last state has no say in the steps of an integrator with error control.
+  static constexpr bool last_is_uncontrolled = sextant::last_is_uncontrolled<Appended>;
   static constexpr int event_count = Inverter<T>::event_count;
   /// Elements of the state; the appended system's follow.
   enum Index : int { psi_s_alpha, psi_s_beta, psi_r_alpha, psi_r_beta, omega, theta, appended };
@@ -183,6 +185,8 @@ class DrivePlant {
     q.tau_l = inputs_.tau_l;
     q.omega_m = x[omega];
     q.theta_m = x[theta];
+    if (machine_.has_iron_loss()) [[unlikely]]
+      return with_iron_loss(q);
     return q;
   }
   /// The slope of an appended system of integrals under leg states that are all driven; q: of `quantities`,
@@ -229,7 +233,8 @@ class DrivePlant {
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
   /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far; with saturation L_s is the largest
-  /// one. An integration that goes beyond it has left the machine's equations.
+  /// one, and iron loss makes d|psi_r|/dt smaller. An integration that goes beyond it has left the machine's
+  /// equations.
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
     const T limit = flux_per_volt_ * largest_u_dc_;
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
@@ -275,7 +280,12 @@ class DrivePlant {
   /// Current drawn from the DC link. [A]
   [[nodiscard]] T i_dc() const noexcept SEXTANT_NONBLOCKING { return inverter_.dc_link_current(i_s()); }
   /// Electromagnetic torque. [N·m]
-  [[nodiscard]] T tau_e() const noexcept SEXTANT_NONBLOCKING { return machine_.torque(psi_s(), i_s()); }
+  [[nodiscard]] T tau_e() const noexcept SEXTANT_NONBLOCKING {
+    const T tau_e = machine_.torque(psi_s(), i_s());
+    if (!machine_.has_iron_loss()) [[likely]]
+      return tau_e;
+    return tau_e + machine_.iron_branch(machine_.rotor_current(psi_s(), psi_r()), psi_r(), omega_m()).torque;
+  }
   /// Torque of the vehicle on the shaft, opposing positive rotation; zero where there is none. [N·m]
   [[nodiscard]] T tau_road() const noexcept SEXTANT_NONBLOCKING {
     return feels_road_ ? road_load_.torque(x_[omega]) : T(0);
@@ -322,7 +332,11 @@ class DrivePlant {
     ++jumps_;
   }
   static Machine machine_of(const DrivePlantParameters<T>& parameters) {
-    if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>, SaturationParameters<T>>)
+    if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>, SaturationParameters<T>,
+                                          IronLossParameters<T>>)
+      return Machine{in_series(parameters), parameters.saturation, parameters.iron_loss};
+    else if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>,
+                                               SaturationParameters<T>>)
       return Machine{in_series(parameters), parameters.saturation};
     else
       return Machine{in_series(parameters)};
@@ -335,11 +349,14 @@ class DrivePlant {
     const SpaceVector<T> flux_s = stator_flux(x);
     const SpaceVector<T> flux_r = rotor_flux(x);
     const SpaceVector<T> i_s = machine_.stator_current(flux_s, flux_r);
-    const SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
+    SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
     const SpaceVector<T> dpsi_r = machine_.rotor_flux_derivative(i_r, flux_r, x[omega]);
     const SpaceVector<T> u_s = stator_voltage(dpsi_r, i_s);
     const SpaceVector<T> dpsi_s = machine_.stator_flux_derivative(u_s, i_s);
-    const T tau_e = machine_.torque(flux_s, i_s);
+    T tau_e = machine_.torque(flux_s, i_s);
+    T iron_loss{};
+    if (machine_.has_iron_loss()) [[unlikely]]
+      iron_loss = part_iron(flux_r, x[omega], i_r, tau_e);
     dx[psi_s_alpha] = dpsi_s.alpha;
     dx[psi_s_beta] = dpsi_s.beta;
     dx[psi_r_alpha] = dpsi_r.alpha;
@@ -352,21 +369,27 @@ class DrivePlant {
     dx[theta] = x[omega];
     if constexpr (Vector::RowsAtCompileTime > machine_size) {
       const T threshold_loss = has_threshold ? drops_.threshold_loss(i_s) : T(0);
-      const PlantQuantities<T> q{flux_s,
-                                 flux_r,
-                                 i_s,
-                                 i_r,
-                                 u_s,
-                                 inputs_.u_dc,
-                                 inverter_.dc_link_current(i_s),
-                                 tau_e,
-                                 inputs_.tau_l,
-                                 x[omega],
-                                 x[theta],
-                                 threshold_loss};
+      const PlantQuantities<T> q{
+          flux_s, flux_r,        i_s,      i_r,      u_s,       inputs_.u_dc,  inverter_.dc_link_current(i_s),
+          tau_e,  inputs_.tau_l, x[omega], x[theta], iron_loss, threshold_loss};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
+  }
+  /// Takes the iron's share from the current of rotor and iron [A] and from the torque [N·m]; its loss. [W]
+  [[nodiscard]] T part_iron(SpaceVector<T> flux_r, T omega_m, SpaceVector<T>& i_r,
+                            T& tau_e) const noexcept SEXTANT_NONBLOCKING {
+    const auto branch = machine_.iron_branch(i_r, flux_r, omega_m);
+    i_r = branch.i_r;
+    tau_e += branch.torque;
+    return branch.power;
+  }
+  /// Apart, so that a plant without iron loss does not keep the quantities in memory for it.
+  [[nodiscard, gnu::noinline, gnu::cold]] PlantQuantities<T> with_iron_loss(
+      const PlantQuantities<T>& before) const noexcept SEXTANT_NONBLOCKING {
+    PlantQuantities<T> q = before;
+    q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
+    return q;
   }
   BackEmf<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> flux_s = stator_flux(x);
@@ -375,16 +398,67 @@ class DrivePlant {
     return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]), flux_s,
                         machine_.stator_current(flux_s, flux_r));
   }
+  using Block = Eigen::Matrix<T, 2, 2>;
+  using Column = Eigen::Matrix<T, 2, 1>;
+  /// ∂(dpsi_r/dt)/∂(psi_s, psi_r, omega_m), and by the same what iron loss adds to the torque.
+  struct RotorSlopes {
+    Block by_stator, by_rotor;
+    Column by_speed;
+    Eigen::Matrix<T, 1, 5> iron_torque{Eigen::Matrix<T, 1, 5>::Zero()};
+  };
+  /// i_s = (psi_s − k_r psi_r)/σL_s, i_r = psi_r/L_r − k_r i_s
+  [[nodiscard]] RotorSlopes rotor_slopes(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    const InductionMachineParameters<T>& m = machine_.parameters();
+    const T p = T(m.pole_pairs);
+    const T k_r = m.k_r();
+    const T inverse_sigma_l_s = T(1) / m.sigma_l_s();
+    const SpaceVector<T> r = rotor_flux(x);
+    Block turn;
+    turn << T(0), T(-1), T(1), T(0);
+    RotorSlopes slopes;
+    slopes.by_stator = m.r_r * k_r * inverse_sigma_l_s * Block::Identity();
+    slopes.by_rotor =
+        (p * x[omega]) * turn - m.r_r * (T(1) / m.l_r() + k_r * k_r * inverse_sigma_l_s) * Block::Identity();
+    slopes.by_speed = Column{-p * r.beta, p * r.alpha};
+    if (machine_.has_iron_loss()) add_iron_loss(x, slopes);
+    return slopes;
+  }
+  /// From the slopes of f to those of dpsi_r/dt (`IronLoss`), and of the torque 3/2 p/R_r (f − dpsi_r/dt) ×
+  /// psi_r.
+  void add_iron_loss(const State& x, RotorSlopes& slopes) const noexcept SEXTANT_NONBLOCKING {
+    const InductionMachineParameters<T>& m = machine_.parameters();
+    const SpaceVector<T> r = rotor_flux(x);
+    const SpaceVector<T> i_r = machine_.rotor_current(stator_flux(x), r);
+    const T p = T(m.pole_pairs);
+    const SpaceVector<T> f = (p * x[omega]) * rotate_90(r) - m.r_r * i_r;
+    const SpaceVector<T> lost = f - machine_.rotor_flux_derivative(i_r, r, x[omega]);
+    const auto by = machine_.iron_slopes(f, r);
+    const SpaceVector<T> unit = direction(f);
+    const SpaceVector<T> unit_r = direction(r);
+    const Column along{unit.alpha, unit.beta};
+    const Block passed = by.across * Block::Identity() + (by.along - by.across) * along * along.transpose();
+    const RotorSlopes before = slopes;
+    slopes.by_stator = passed * before.by_stator;
+    slopes.by_rotor =
+        passed * before.by_rotor + by.by_flux * along * Column{unit_r.alpha, unit_r.beta}.transpose();
+    slopes.by_speed = passed * before.by_speed;
+    const Eigen::Matrix<T, 1, 2> times_flux{r.beta, -r.alpha};
+    const T gain = T(1.5) * p / m.r_r;
+    slopes.iron_torque << times_flux * (before.by_stator - slopes.by_stator),
+        times_flux * (before.by_rotor - slopes.by_rotor), times_flux * (before.by_speed - slopes.by_speed);
+    slopes.iron_torque[psi_r_alpha] -= lost.beta;
+    slopes.iron_torque[psi_r_beta] += lost.alpha;
+    slopes.iron_torque *= gain;
+  }
   /// −R_s di_s/dpsi_s beyond that of the linear machine.
   void add_saturation(SpaceVector<T> flux_s, Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
     const InductionMachineParameters<T>& m = machine_.parameters();
     const auto inverse = machine_.inverse_inductance(flux_s);
     const T square = dot(flux_s, flux_s);
     const T along = square > T(0) ? m.r_s * inverse.added_along / square : T(0);
-    const Eigen::Matrix<T, 2, 1> psi{flux_s.alpha, flux_s.beta};
+    const Column psi{flux_s.alpha, flux_s.beta};
     j.template block<2, 2>(0, 0) -=
-        m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Eigen::Matrix<T, 2, 2>::Identity() +
-        along * psi * psi.transpose();
+        m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() + along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
     if (inverter_.is_plain() && is_driven(inputs_.state))
@@ -421,7 +495,6 @@ template <class T, class Appended, class Machine>
   requires AppendedSystem<Appended, T> && PlantMachine<Machine, T>
 void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
                                                 Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
-  using Block = Eigen::Matrix<T, 2, 2>;
   const InductionMachineParameters<T>& m = machine_.parameters();
   const T p = T(m.pole_pairs);
   const T k_r = m.k_r();
@@ -431,24 +504,17 @@ void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
   const StatorVoltageMap<T>& map = inverter_.voltage_map();
   Block gain;  // of the EMF on the stator voltage
   gain << map.gain_alpha, map.gain_cross, map.gain_cross, map.gain_beta;
-  Block turn;
-  turn << T(0), T(-1), T(1), T(0);
-
-  // i_s = (psi_s − k_r psi_r)/σL_s, i_r = psi_r/L_r − k_r i_s
-  const Block rotor_by_stator = m.r_r * k_r * inverse_sigma_l_s * Block::Identity();
-  const Block rotor_by_rotor =
-      (p * x[omega]) * turn - m.r_r * (T(1) / m.l_r() + k_r * k_r * inverse_sigma_l_s) * Block::Identity();
-  const Eigen::Matrix<T, 2, 1> rotor_by_speed{-p * r.beta, p * r.alpha};
+  const RotorSlopes rotor = rotor_slopes(x);
 
   j.setZero();
-  j.template block<2, 2>(0, 0) = k_r * gain * rotor_by_stator - m.r_s * inverse_sigma_l_s * Block::Identity();
+  j.template block<2, 2>(0, 0) = k_r * gain * rotor.by_stator - m.r_s * inverse_sigma_l_s * Block::Identity();
   j.template block<2, 2>(0, 2) =
-      k_r * gain * rotor_by_rotor + m.r_s * k_r * inverse_sigma_l_s * Block::Identity();
-  j.template block<2, 1>(0, 4) = k_r * gain * rotor_by_speed;
+      k_r * gain * rotor.by_rotor + m.r_s * k_r * inverse_sigma_l_s * Block::Identity();
+  j.template block<2, 1>(0, 4) = k_r * gain * rotor.by_speed;
   if (!machine_.is_linear()) add_saturation(s, j);
-  j.template block<2, 2>(2, 0) = rotor_by_stator;
-  j.template block<2, 2>(2, 2) = rotor_by_rotor;
-  j.template block<2, 1>(2, 4) = rotor_by_speed;
+  j.template block<2, 2>(2, 0) = rotor.by_stator;
+  j.template block<2, 2>(2, 2) = rotor.by_rotor;
+  j.template block<2, 1>(2, 4) = rotor.by_speed;
   j(theta, omega) = T(1);
   if (inputs_.imposed_speed) return;
 
@@ -459,6 +525,7 @@ void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
   j(omega, psi_r_alpha) = torque_gain * s.beta;
   j(omega, psi_r_beta) = -torque_gain * s.alpha;
   j(omega, omega) = -viscous_friction_ * inverse_inertia_;
+  if (machine_.has_iron_loss()) j.template block<1, 5>(omega, 0) += inverse_inertia_ * rotor.iron_torque;
   if (on_road_) j(omega, omega) -= road_load_.slope(x[omega]) * inverse_inertia_;
 }
 

@@ -5,6 +5,7 @@
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/plant/conduction_drops.hpp"
+#include "sextant/plant/iron_loss_parameters.hpp"
 #include "sextant/plant/road_load.hpp"
 #include "sextant/plant/saturation_parameters.hpp"
 
@@ -15,6 +16,7 @@ template <class T = double>
 struct DrivePlantParameters {
   InductionMachineParameters<T> machine{};
   SaturationParameters<T> saturation{};  ///< of the machine's main flux; none by default
+  IronLossParameters<T> iron_loss{};     ///< of the machine; none by default
   T viscous_friction{};                  ///< B, torque per speed of bearings and fan [N·m·s/rad]
   RoadLoad<T> road_load{};               ///< of the vehicle that the shaft drives; none by default
   ConductionDrops<T> drops{};            ///< of the inverter; none by default
@@ -23,11 +25,18 @@ struct DrivePlantParameters {
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* reason = machine.validate()) return reason;
     if (const char* reason = saturation.validate()) return reason;
+    if (const char* reason = iron_loss.validate()) return reason;
+    if (const char* reason = iron_loss.validate_with(largest_magnetising_inductance())) return reason;
     if (!(std::isfinite(viscous_friction) && viscous_friction >= T(0))) {
       return "the viscous friction must be finite and not below zero";
     }
     if (const char* reason = road_load.validate()) return reason;
     return drops.validate();
+  }
+
+  /// Of the inverse-Γ circuit at small fluxes: at most (1 − sigma) L_su. [H]
+  [[nodiscard]] T largest_magnetising_inductance() const noexcept {
+    return (T(1) + saturation.excess()) * machine.k_r() * machine.l_m;
   }
 };
 

@@ -7,6 +7,8 @@
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/plant/back_emf.hpp"
+#include "sextant/plant/iron_loss.hpp"
+#include "sextant/plant/iron_loss_parameters.hpp"
 #include "sextant/plant/saturation_curve.hpp"
 #include "sextant/plant/saturation_parameters.hpp"
 
@@ -37,25 +39,34 @@ struct ElectricalRates {
 /// P. Vas, "Sensorless Vector and Direct Torque Control", Oxford, 1998, chapter 1.
 ///
 /// The main flux saturates on request (`SaturationCurve`): a current along psi_s is added to i_s, so that the
-/// inverse transient inductance di_s/dpsi_s gets larger, and most along psi_s (`BackEmf`). Everything else is
-/// as written above.
+/// inverse transient inductance di_s/dpsi_s gets larger, and most along psi_s (`BackEmf`). Iron loss on
+/// request (`IronLoss`) shortens dpsi_r/dt; what is the rotor's current above is then that of rotor and iron,
+/// and `iron_branch` parts them. Everything else is as written above.
 template <class T = double>
 class InductionMachine {
  public:
-  /// By default the magnetics are linear.
+  /// By default the magnetics are linear and without loss.
   constexpr explicit InductionMachine(const InductionMachineParameters<T>& parameters,
-                                      const SaturationParameters<T>& saturation = {}) noexcept
+                                      const SaturationParameters<T>& saturation = {},
+                                      const IronLossParameters<T>& iron_loss = {}) noexcept
       : parameters_{parameters},
         inverse_sigma_l_s_{T(1) / parameters.sigma_l_s()},
         inverse_sigma_l_r_{parameters.l_s() / (parameters.l_r() * parameters.sigma_l_s())},
         coupling_{parameters.k_r() / parameters.sigma_l_s()},
         k_r_{parameters.k_r()},
         pole_pairs_{T(parameters.pole_pairs)},
-        damping_{parameters.r_s * inverse_sigma_l_s_ + parameters.r_r * inverse_sigma_l_r_},
+        iron_loss_{iron_loss, parameters},
+        damping_{parameters.r_s * inverse_sigma_l_s_ + parameters.r_r * inverse_sigma_l_r_ +
+                 iron_loss_.damping()},
         saturation_{saturation, parameters.l_s()} {}
 
-  /// The currents are linear in the flux linkages, as `electrical_rates` has it.
-  [[nodiscard]] constexpr bool is_linear() const noexcept SEXTANT_NONBLOCKING { return !saturation_.acts(); }
+  /// The currents are linear in the flux linkages, and these move as `electrical_rates` has it.
+  [[nodiscard]] constexpr bool is_linear() const noexcept SEXTANT_NONBLOCKING {
+    return !saturation_.acts() && !iron_loss_.acts();
+  }
+  [[nodiscard]] constexpr bool has_iron_loss() const noexcept SEXTANT_NONBLOCKING {
+    return iron_loss_.acts();
+  }
 
   /// i_s = psi_s / σL_s − L_m/(L_s L_r − L_m²) psi_r, and what saturation adds. [A]
   [[nodiscard]] constexpr SpaceVector<T> stator_current(
@@ -66,7 +77,7 @@ class InductionMachine {
     return i_s;
   }
 
-  /// i_r = psi_r / σL_r − L_m/(L_s L_r − L_m²) psi_s. [A]
+  /// i_r = psi_r / σL_r − L_m/(L_s L_r − L_m²) psi_s; with iron loss that of rotor and iron. [A]
   [[nodiscard]] constexpr SpaceVector<T> rotor_current(
       SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
     return inverse_sigma_l_r_ * psi_r - coupling_ * psi_s;
@@ -87,10 +98,34 @@ class InductionMachine {
     return u_s - parameters_.r_s * i_s;
   }
 
-  /// dpsi_r/dt = −R_r i_r + j p omega_m psi_r, omega_m mechanical. [V]
+  /// dpsi_r/dt = −R_r i_r + j p omega_m psi_r, omega_m mechanical, i_r of `rotor_current`; with iron loss
+  /// less. [V]
   [[nodiscard]] constexpr SpaceVector<T> rotor_flux_derivative(SpaceVector<T> i_r, SpaceVector<T> psi_r,
                                                                T omega_m) const noexcept SEXTANT_NONBLOCKING {
-    return (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
+    const SpaceVector<T> f = (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
+    if (iron_loss_.acts()) [[unlikely]]
+      return shortened(f, psi_r);
+    return f;
+  }
+
+  /// What the iron loss takes of the current of rotor and iron.
+  struct IronBranch {
+    SpaceVector<T> i_r{};  ///< what is left to the rotor, referred to the stator [A]
+    T torque{};            ///< what it adds to that of `torque`, 3/2 p (i_fe × psi_R) [N·m]
+    T power{};             ///< P_fe [W]
+  };
+  /// i_r: of `rotor_current`. For a machine with iron loss.
+  [[nodiscard, gnu::noinline, gnu::cold]] IronBranch iron_branch(
+      SpaceVector<T> i_r, SpaceVector<T> psi_r, T omega_m) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> f = (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
+    const T share = iron_loss_.share(f, psi_r);
+    const SpaceVector<T> i_fe = (share / parameters_.r_r) * f;  // of the rotor's turns
+    return {i_r + i_fe, T(1.5) * pole_pairs_ * cross(i_fe, psi_r), T(1.5) * (T(1) - share) * dot(i_fe, f)};
+  }
+  /// Slopes of dpsi_r/dt by what it is without iron loss, f [V], for implicit integrators.
+  [[nodiscard]] typename IronLoss<T>::Slopes iron_slopes(
+      SpaceVector<T> f, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    return iron_loss_.slopes(f, psi_r);
   }
 
   /// Back-EMF behind the transient inductance, e = k_r dpsi_r/dt. With saturation di_s/dpsi_s takes the place
@@ -127,8 +162,8 @@ class InductionMachine {
     if (is_linear()) return {inverse_sigma_l_s_, T(0)};
     return {inverse_sigma_l_s_ + saturation_.added(psi_s), saturation_.added_along(psi_s)};
   }
-  /// How fast the fluxes settle at standstill at most, R_s di_s/dpsi_s + R_r/σL_r along psi_s; not below that
-  /// of the machine without saturation. [1/s]
+  /// How fast the fluxes settle at standstill at most, R_s di_s/dpsi_s + R_r/σL_r along psi_s, and what
+  /// hysteresis adds; not below that of the machine without saturation. [1/s]
   [[nodiscard]] constexpr T damping(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
     if (saturation_.acts()) [[unlikely]]
       return saturated_damping(psi_s);
@@ -139,7 +174,7 @@ class InductionMachine {
     return saturation_.largest_inductance_ratio() * parameters_.l_s();
   }
 
-  /// Of the machine without saturation.
+  /// Of the machine without saturation and iron loss.
   [[nodiscard]] constexpr ElectricalRates<T> electrical_rates() const noexcept SEXTANT_NONBLOCKING {
     return {parameters_.r_s * inverse_sigma_l_s_, parameters_.r_s * coupling_, parameters_.r_r * coupling_,
             parameters_.r_r * inverse_sigma_l_r_};
@@ -152,6 +187,12 @@ class InductionMachine {
 
  private:
   // These are apart, so that the equations of the linear machine stay small where they are inlined.
+
+  /// f: dpsi_r/dt without iron loss. [V]
+  [[nodiscard, gnu::noinline, gnu::cold]] SpaceVector<T> shortened(
+      SpaceVector<T> f, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    return (T(1) - iron_loss_.share(f, psi_r)) * f;
+  }
 
   /// i_s: of the linear machine. [A]
   [[nodiscard, gnu::noinline, gnu::cold]] SpaceVector<T> saturated_current(
@@ -200,7 +241,8 @@ class InductionMachine {
   T coupling_;           ///< L_m/(L_s L_r − L_m²) [1/H]
   T k_r_;                ///< L_m/L_r [-]
   T pole_pairs_;         ///< p [-]
-  T damping_;            ///< R_s/σL_s + R_r/σL_r [1/s]
+  IronLoss<T> iron_loss_;
+  T damping_;  ///< R_s/σL_s + R_r/σL_r, and what hysteresis adds [1/s]
   SaturationCurve<T> saturation_;
 };
 

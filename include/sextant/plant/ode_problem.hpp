@@ -24,6 +24,8 @@ struct OdeProblem {
   /// The states before this one are pairs of components of space vectors: the relative tolerance counts for
   /// the magnitude, so that a component that passes through zero asks for no more accuracy than the other.
   int vector_states{0};
+  /// The last state has no say in the error of a step.
+  bool last_is_uncontrolled{false};
 };
 
 /// Where a solver stopped: at the end of the segment, at an event before it, or nowhere of use.
@@ -64,6 +66,8 @@ template <class System>
           },
       .relative_states = relative_states,
       .vector_states = fluxes};
+  if constexpr (requires { System::last_is_uncontrolled; })
+    problem.last_is_uncontrolled = System::last_is_uncontrolled;
   if constexpr (requires { typename System::Events; }) {
     problem.events = [](const void* system, const double* x, double* g) noexcept {
       typename System::Events values;

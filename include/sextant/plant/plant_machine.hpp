@@ -9,10 +9,11 @@ namespace sextant {
 
 /// The equations of a machine with stator and rotor flux linkages as states, as `InductionMachine` documents
 /// them; stationary frame, amplitude-invariant. `damping`, `largest_inductance` and `parameters` bound the
-/// step of fixed integrators and the flux. `emf` and `stator_flux` count while legs are off;
-/// `inverse_inductance` for implicit integrators. `is_linear`: the currents are linear in the flux linkages,
-/// as `electrical_rates` and `parameters` have it; an `ExactIntegrator` moves such machines only. A class
-/// that inherits from a linear machine and is not linear has its own `is_linear`.
+/// step of fixed integrators and the flux. `emf` and `stator_flux` count while legs are off; `iron_branch`
+/// and `iron_slopes` where `has_iron_loss`, and rotor current and torque are then those before the iron's
+/// share; `inverse_inductance` for implicit integrators. `is_linear`: the currents are linear in the flux
+/// linkages, as `electrical_rates` and `parameters` have it; an `ExactIntegrator` moves such machines only. A
+/// class that inherits from a linear machine and is not linear has its own `is_linear`.
 template <class Machine, class T>
 concept PlantMachine =
     std::copy_constructible<Machine> && requires(const Machine& machine, SpaceVector<T> x, T omega_m) {
@@ -25,6 +26,13 @@ concept PlantMachine =
       { machine.torque(x, x) } -> std::same_as<T>;
       { machine.magnetic_energy(x, x) } -> std::same_as<T>;
       { machine.is_linear() } -> std::same_as<bool>;
+      { machine.has_iron_loss() } -> std::same_as<bool>;
+      { machine.iron_branch(x, x, omega_m).i_r } -> std::convertible_to<SpaceVector<T>>;
+      { machine.iron_branch(x, x, omega_m).torque } -> std::convertible_to<T>;
+      { machine.iron_branch(x, x, omega_m).power } -> std::convertible_to<T>;
+      { machine.iron_slopes(x, x).along } -> std::convertible_to<T>;
+      { machine.iron_slopes(x, x).across } -> std::convertible_to<T>;
+      { machine.iron_slopes(x, x).by_flux } -> std::convertible_to<T>;
       { machine.inverse_inductance(x).across } -> std::convertible_to<T>;
       { machine.inverse_inductance(x).added_along } -> std::convertible_to<T>;
       { machine.damping(x) } -> std::same_as<T>;

@@ -13,6 +13,7 @@ struct DriveEnergies {
   double copper{unknown};  ///< lost in the windings, and in the inverter's switches and diodes
   double shaft{unknown};   ///< work of the air-gap torque
   double field{unknown};   ///< stored in the magnetic field
+  double iron{unknown};    ///< lost in the iron
 };
 
 /// Adds up energies over segments of a run, from the readings of a meter that is integrated with the plant.
@@ -29,6 +30,7 @@ class EnergyAccount {
     shaft_ += b.shaft - a.shaft;
     copper_ += b.copper - a.copper;
     field_ += b.field - a.field;
+    iron_ += b.iron - a.iron;
   }
 
   /// Integral of the positive part of the link's power. [J]
@@ -38,16 +40,19 @@ class EnergyAccount {
   /// Net work of the torque. [J]
   [[nodiscard]] double shaft() const noexcept { return shaft_; }
   [[nodiscard]] double copper() const noexcept { return copper_; }  ///< [J]
+  [[nodiscard]] double iron() const noexcept { return iron_; }      ///< [J]
   /// Change of the field's energy. [J]
   [[nodiscard]] double field() const noexcept { return field_; }
 
-  /// What the balance  link = shaft + copper + field  leaves over, as a share of all that has flowed: across
-  /// the link either way, into the shaft, the windings and the field; 0 where next to nothing has. [-]
+  /// What the balance  link = shaft + copper + iron + field  leaves over, as a share of all that has flowed:
+  /// across the link either way, into the shaft, the windings, the iron and the field; 0 where next to
+  /// nothing has. [-]
   [[nodiscard]] double unaccounted() const noexcept {
     constexpr double nothing_j = 1e-6;
-    const double sum = gross_link_ + std::abs(shaft_) + std::abs(copper_) + std::abs(field_);
+    const double sum =
+        gross_link_ + std::abs(shaft_) + std::abs(copper_) + std::abs(field_) + std::abs(iron_);
     if (sum < nothing_j) return 0;
-    return std::abs(net_link_ - shaft_ - copper_ - field_) / sum;
+    return std::abs(net_link_ - shaft_ - copper_ - field_ - iron_) / sum;
   }
 
  private:
@@ -64,6 +69,7 @@ class EnergyAccount {
   double shaft_{};
   double copper_{};
   double field_{};
+  double iron_{};
 };
 
 }  // namespace sextant

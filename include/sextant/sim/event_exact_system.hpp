@@ -21,6 +21,7 @@ class EventExactSystem {
   using Jacobian = Plant::Jacobian;
   using Events = ContinuousComparators::Events;
   static constexpr int size = Plant::size;
+  static constexpr bool last_is_uncontrolled = Plant::last_is_uncontrolled;
   static constexpr int event_count = ContinuousComparators::event_count;
   /// Index of the energy meter's first state.
   static constexpr int meter = Plant::appended + ContinuousEstimator::size;

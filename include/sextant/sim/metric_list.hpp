@@ -33,6 +33,7 @@ enum class Metric : std::uint8_t {
   energy_to_link,
   energy_shaft,
   energy_copper,
+  energy_iron,
   energy_field,
   energy_unaccounted,
   speed_error_rms,
@@ -48,7 +49,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 28;
+inline constexpr std::size_t metric_count = 29;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -86,6 +87,7 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
     {"energy_shaft_j", "J", "net work of the air-gap torque on the shaft in the window"},
     {"energy_copper_j", "J",
      "lost in the windings, and in switches and diodes that have drops, in the window"},
+    {"energy_iron_j", "J", "lost in the iron, where plant.iron_loss has some, in the window"},
     {"energy_field_j", "J", "change of the magnetic field's energy in the window"},
     {"energy_unaccounted", "1",
      "of the whole run: energy from the link that is neither work nor loss nor field, as a share of what has "

@@ -61,6 +61,7 @@ class PlantEnvelope {
             .i_r_beta_a = last.i_r.beta,
             .energy_link_j = last.energies.link,
             .energy_copper_j = last.energies.copper,
+            .energy_iron_j = last.energies.iron,
             .energy_shaft_j = last.energies.shaft,
             .energy_field_j = last.energies.field,
             .switch_a = leg(last.state.a()),

@@ -40,6 +40,8 @@ struct SimulatedPowerStageParameters {
     if (const char* problem = exact.validate()) return problem;
     if (integrator == IntegratorKind::exact && plant.saturation.acts())
       return "the exact integrator moves machines without saturation only";
+    if (integrator == IntegratorKind::exact && plant.iron_loss.acts())
+      return "the exact integrator moves machines without iron loss only";
     return erk.validate();
   }
 };

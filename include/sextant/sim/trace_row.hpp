@@ -66,6 +66,7 @@ struct PlantRow {
   double i_r_beta_a{};       ///< [A]
   double energy_link_j{};    ///< drawn from the DC link since the run began [J]
   double energy_copper_j{};  ///< lost in the windings, and in switches and diodes, since then [J]
+  double energy_iron_j{};    ///< lost in the iron since then [J]
   double energy_shaft_j{};   ///< work of the air-gap torque since then [J]
   double energy_field_j{};   ///< in the magnetic field [J]
   std::int8_t switch_a{};    ///< 1: the upper switch of the leg is on, 0: the lower one, −1: none [-]

@@ -71,7 +71,16 @@ FURTHER_PANELS = (
     ("DC-link current at the end of each row [A]", ("plant/i_dc_a",)),
     ("Rotor current [A]", ("plant/i_r_alpha_a", "plant/i_r_beta_a")),
     ("Shaft angle [rad]", ("plant/theta_m_rad",)),
-    ("Energies [J]", ("plant/energy_link_j", "plant/energy_shaft_j", "plant/energy_copper_j", "plant/energy_field_j")),
+    (
+        "Energies [J]",
+        (
+            "plant/energy_link_j",
+            "plant/energy_shaft_j",
+            "plant/energy_copper_j",
+            "plant/energy_iron_j",
+            "plant/energy_field_j",
+        ),
+    ),
 )
 LEVELS = {"plant/switch_a": 0, "plant/switch_b": 2, "plant/switch_c": 4, "control/flux_comparator": 3}
 

@@ -1,6 +1,6 @@
 // The torque of one machine over a switching sequence, by each integrator of the simulated power stage at its
-// defaults; of a machine that saturates without the exact one. Standard input and output are one JSON object
-// each; see tests/python/test_trajectories.py.
+// defaults; of a machine that saturates or has iron loss without the exact one. Standard input and output are
+// one JSON object each; see tests/python/test_trajectories.py.
 
 #include <cstdint>
 #include <cstdio>
@@ -33,6 +33,15 @@ SaturationParameters<> saturation_of(const nlohmann::json& task) {
   return {.knee = j.at("knee"), .exponent = j.at("exponent"), .machine_flux = j.at("machine_flux")};
 }
 
+/// None where the task does not name one.
+IronLossParameters<> iron_loss_of(const nlohmann::json& task) {
+  if (!task.contains("iron_loss")) return {};
+  const nlohmann::json& j = task.at("iron_loss");
+  return {.eddy_resistance = j.at("eddy"),
+          .hysteresis_resistance = j.at("hysteresis"),
+          .hysteresis_frequency = j.at("frequency")};
+}
+
 /// Torque at the end of each period [N·m]; shorter than the sequence where the power stage has failed.
 std::vector<double> torques(const nlohmann::json& task, IntegratorKind integrator, AtSwitching at_switching) {
   SimulatedPowerStage::Parameters parameters;
@@ -40,6 +49,7 @@ std::vector<double> torques(const nlohmann::json& task, IntegratorKind integrato
   parameters.cvode.at_switching = at_switching;
   parameters.plant.machine = machine_of(task.at("machine"));
   parameters.plant.saturation = saturation_of(task);
+  parameters.plant.iron_loss = iron_loss_of(task);
   parameters.io.u_dc = task.at("u_dc");
   parameters.io.period_ns = task.at("period_ns");
   MechanicalLoad::Parameters load;
@@ -74,6 +84,7 @@ int main() {
   play("cvode, stop", IntegratorKind::cvode, AtSwitching::stop);
   play("erk", IntegratorKind::erk);
   play("fixed", IntegratorKind::fixed);
-  if (!sextant::saturation_of(task).acts()) play("exact", IntegratorKind::exact);
+  if (!sextant::saturation_of(task).acts() && !sextant::iron_loss_of(task).acts())
+    play("exact", IntegratorKind::exact);
   std::puts(result.dump().c_str());
 }
