@@ -34,7 +34,7 @@ PowerStage::PowerStage(const EcuConfig& config) {
   switch (config.power_stage) {
     case PowerStageKind::simulated:
       simulated_ =
-          std::make_unique<SimulatedPowerStage>(in_this_process(config), config.drive.load.parameters());
+          std::make_unique<LivePowerStage>(in_this_process(config), config.drive.load.parameters());
       io_ = &simulated_->io();
       break;
     case PowerStageKind::shared_memory:

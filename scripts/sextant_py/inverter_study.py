@@ -1,4 +1,6 @@
-"""Measures the drive of the paper's machine on a plant whose inverter has dead time or drops, told of it or not."""
+"""Measures the drive of the paper's machine on a plant whose inverter has dead time or drops, told of it or not, whose
+machine saturates or whose DC link has a capacitance.
+"""
 
 import argparse
 import json
@@ -24,6 +26,7 @@ EXAMPLES = """examples:
   scripts/inverter_study --methods foc --cases 25       one method, the cases at 25 us
   scripts/inverter_study --drops                        the cases with drops of switches and diodes in their place
   scripts/inverter_study --saturation                   a machine that saturates at the flux reference
+  scripts/inverter_study --link                         a DC link with capacitance behind a resistance
   scripts/inverter_study --everything                   dead time, drops, saturation and real sensors at once
   scripts/inverter_study --speeds 0,5,50 --torques 60,-60
   scripts/inverter_study --identified --methods foc     told what scripts/identify finds on each plant
@@ -42,6 +45,7 @@ KINDS = (RIGHT, DERATED, TRIPPED, WRONG)
 THRESHOLD_V, SLOPE_OHM = 1.2, 0.02  # of switches and diodes where they have drops
 # Of a machine whose inductance at the flux reference is half of what it is at small fluxes.
 SATURATION = {"plant.saturation.knee_wb": 1.1, "plant.saturation.machine_flux_wb": 1.1, "plant.integrator": "fixed"}
+LINK = {"plant.link.capacitance_f": 1e-3, "plant.link.source_ohm": 0.2, "plant.integrator": "fixed"}
 SLOW = 20.0  # up to here a point counts as near standstill [rad/s]
 
 
@@ -114,6 +118,8 @@ SATURATION_CASES = (
         {"drive.period_us": 25, "control.machine_estimate.x_m_ohm": round(0.7 * 26.13, 3)} | SATURATION,
     ),
 )
+
+LINK_CASES = (NamedCase("25 us, link of 1 mF behind 0.2 ohm", {"drive.period_us": 25} | LINK),)
 
 
 def scenario() -> str:
@@ -246,6 +252,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     plants.add_argument(
         "--saturation", action="store_true", help="those of a machine that saturates, with L_m right or low"
     )
+    plants.add_argument("--link", action="store_true", help="that of a DC link with capacitance")
     plants.add_argument("--everything", action="store_true", help="those with dead time, drops, saturation, sensors")
     parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
@@ -274,7 +281,12 @@ def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case | NamedC
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    chosen = {"drops": DROPS_CASES, "saturation": SATURATION_CASES, "everything": EVERYTHING_CASES}
+    chosen = {
+        "drops": DROPS_CASES,
+        "saturation": SATURATION_CASES,
+        "link": LINK_CASES,
+        "everything": EVERYTHING_CASES,
+    }
     known = next((cases for name, cases in chosen.items() if getattr(options, name)), CASES)
     cases = [case for case in known if case.name.startswith(options.cases)]
     if not cases:

@@ -65,6 +65,7 @@ template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
   using Parameters = SimulatedDriveIoParameters;
+  using PlantType = Plant;
 
   /// Plant, integrator and load are not owned and must outlive this object.
   SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,

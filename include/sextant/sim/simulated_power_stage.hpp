@@ -123,6 +123,10 @@ class BasicSimulatedPowerStage {
 /// The power stage of a live drive, with a stiff link.
 using SimulatedPowerStage = BasicSimulatedPowerStage<DrivePlant<double>, NoSegmentLog<DrivePlant<double>>>;
 
+/// The same with a DC link whose voltage is a state.
+using LinkedPowerStage =
+    BasicSimulatedPowerStage<DrivePlant<double, DcLink<double>>, NoSegmentLog<DrivePlant<double, DcLink<double>>>>;
+
 /// The power stage of a scenario: with energy meter and a log of every gate segment.
 using MeteredPowerStage = BasicSimulatedPowerStage<MeteredPlant, SegmentLog<MeteredPlant>>;
 
