@@ -100,8 +100,8 @@ std::string check_chopper(const SimulatedPowerStage::Parameters& p) {
   return "link.chopper_off_v must be above u_dc_v, or the brake chopper loads the source";
 }
 
-/// Why a plant takes more steps of the fixed integrator in a period than its run would end with in a time that
-/// makes sense; empty where it does not. cause: what is too fast.
+/// Why a plant takes more steps of the fixed integrator in a period than its run would end with in a time
+/// that makes sense; empty where it does not. cause: what is too fast.
 template <class Plant>
 std::string check_steps(const SimulatedPowerStage::Parameters& p, const Plant& plant, const char* cause) {
   constexpr double most_steps_a_period = 1000;
@@ -120,9 +120,9 @@ std::string check_steps(const SimulatedPowerStage::Parameters& p, const Plant& p
 std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
   const bool fixed = p.integrator == IntegratorKind::fixed || p.integrator == IntegratorKind::exact;
   if (!fixed || p.plant.validate() != nullptr || p.link.validate() != nullptr) return {};
-  std::string problem = check_steps(
-      p, SimulatedPowerStage::Plant{p.plant},
-      "the leakage inductances of this [machine] are too small for its resistances");
+  std::string problem =
+      check_steps(p, SimulatedPowerStage::Plant{p.plant},
+                  "the leakage inductances of this [machine] are too small for its resistances");
   if (!problem.empty() || !p.link.acts()) return problem;
   const DcLink<double> link{p.link, p.plant.machine.sigma_l_s(), p.io.u_dc};
   return check_steps(p, LinkedPowerStage::Plant{p.plant, link},

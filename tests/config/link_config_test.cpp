@@ -54,18 +54,21 @@ TEST(LinkConfig, EachIntegratorMovesIt) {
 }
 
 TEST(LinkConfig, WhatMakesNoLinkIsRefused) {
-  EXPECT_THAT(ecu_refusal(shipped_ecu, with("link.capacitance_f", "0")),
-              HasSubstr("plant.link: a source with resistance, inductance or diode and a brake chopper need a "
-                        "DC link with a capacitance above zero"));
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, with("link.capacitance_f", "0")),
+      HasSubstr("plant.link: a source with resistance, inductance or diode and a brake chopper need a "
+                "DC link with a capacitance above zero"));
   EXPECT_THAT(ecu_refusal(shipped_ecu, with("link.source_ohm", "0")),
               HasSubstr("plant.link: the resistance of the source must be above zero"));
-  EXPECT_THAT(ecu_refusal(shipped_ecu, with("link.chopper_on_v", "620")),
-              HasSubstr("plant.link: the brake chopper must turn off at a voltage above zero and below that at "
-                        "which it turns on"));
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, with("link.chopper_on_v", "620")),
+      HasSubstr("plant.link: the brake chopper must turn off at a voltage above zero and below that at "
+                "which it turns on"));
   EXPECT_THAT(ecu_refusal(shipped_ecu, with("link.chopper_ohm", "0")),
               HasSubstr("plant.link: the voltages of the brake chopper need a resistance of it above zero"));
-  EXPECT_THAT(ecu_refusal(shipped_ecu, with("link.chopper_off_v", "530")),
-              HasSubstr("plant: link.chopper_off_v must be above u_dc_v, or the brake chopper loads the source"));
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, with("link.chopper_off_v", "530")),
+      HasSubstr("plant: link.chopper_off_v must be above u_dc_v, or the brake chopper loads the source"));
 }
 
 TEST(LinkConfig, ALinkThatTakesTooManyStepsIsRefused) {
@@ -79,8 +82,9 @@ TEST(LinkConfig, ALinkThatTakesTooManyStepsIsRefused) {
 }
 
 TEST(LinkConfig, IsNoneOfAnEventExactRun) {
-  EXPECT_THAT(scenario_refusal({"mode=event_exact", "plant.link.capacitance_f=1e-3", "plant.link.source_ohm=0.2"}),
-              HasSubstr("an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0"));
+  EXPECT_THAT(
+      scenario_refusal({"mode=event_exact", "plant.link.capacitance_f=1e-3", "plant.link.source_ohm=0.2"}),
+      HasSubstr("an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0"));
 }
 
 TEST(LinkConfig, IsThatOfThePlantInAnotherProcess) {

@@ -54,7 +54,9 @@ Plant plant_with(const Parameters& link, double voltage, const DrivePlantParamet
   return Plant{p, {Link{link, p.machine.sigma_l_s(), voltage}, meter}};
 }
 
-const Link& link_of(const Plant& plant) { return std::as_const(plant).appended_system().first; }
+const Link& link_of(const Plant& plant) {
+  return std::as_const(plant).appended_system().first;
+}
 
 Link::Values states_of(const Plant& plant) {
   return Link::Values{plant.state().data() + Plant::appended, std::size_t(Link::size)};
@@ -103,8 +105,9 @@ TEST(DcLink, ParametersAreChecked) {
   for (const Parameters& p : {Parameters{0, 0.2}, Parameters{0, 0, 1e-4}, Parameters{0, 0, 0, true},
                               Parameters{0, 0, 0, false, 20, 650, 620}})
     EXPECT_THAT(problem(p), HasSubstr("need a DC link with a capacitance above zero"));
-  for (const Parameters& p : {Parameters{1e-3, 0.2, 0, false, 20, 650, 650},
-                              Parameters{1e-3, 0.2, 0, false, 20, 650, 0}, Parameters{1e-3, 0.2, 0, false, 20}})
+  for (const Parameters& p :
+       {Parameters{1e-3, 0.2, 0, false, 20, 650, 650}, Parameters{1e-3, 0.2, 0, false, 20, 650, 0},
+        Parameters{1e-3, 0.2, 0, false, 20}})
     EXPECT_THAT(problem(p), HasSubstr("below that at which it turns on"));
   EXPECT_THAT(problem({1e-3, 0.2, 0, false, 0, 650, 620}), HasSubstr("need a resistance of it above zero"));
 }
@@ -240,8 +243,8 @@ double unaccounted(const Plant& plant, double stored_before, double field_before
   const double link_side = y[Link::source] - y[Link::resistance] - y[Link::chopper] -
                            (link_of(plant).stored(y) - stored_before) - energy(Meter::dc_link);
   const double lost = energy(Meter::stator_copper) + energy(Meter::rotor_copper);
-  const double machine_side = energy(Meter::dc_link) - lost - energy(Meter::mechanical) -
-                              (plant.magnetic_energy() - field_before);
+  const double machine_side =
+      energy(Meter::dc_link) - lost - energy(Meter::mechanical) - (plant.magnetic_energy() - field_before);
   return (std::abs(link_side) + std::abs(machine_side)) /
          (std::abs(y[Link::source]) + y[Link::resistance] + y[Link::chopper] + lost);
 }

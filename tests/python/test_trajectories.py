@@ -282,8 +282,9 @@ def _terminal(function, direction: int):
 
 @pytest.mark.parametrize("index", (0, 3, 8))
 def test_a_machine_behind_a_capacitor_moves_as_with_scipy(index: int) -> None:
-    """Over the start and the first reversals, where the machine brakes into the chopper. At rated power the source drops
-    a twentieth of the voltage, the capacitor holds 2.5 ms, and the chopper takes twice as much."""
+    """Over the start and the first reversals, where the machine brakes into the chopper. Of rated power the source takes
+    a twentieth, the capacitor holds 2.5 ms, and the chopper takes twice as much.
+    """
     machine, periods = machines()[index], 1600
     vectors = reference()[0][:periods, index]
     tau_l = float(ReferenceMachines(machines()).tau_l[index])

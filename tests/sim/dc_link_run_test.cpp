@@ -23,11 +23,9 @@ constexpr int paper = 1;
 
 ScenarioConfig config_with(const DcLinkParameters<>& link, double omega_m, const std::string& torque,
                            double end_s) {
-  ScenarioConfig config = machine_config(test_machines[paper], {.controller = "foc",
-                                                                .period_us = 50,
-                                                                .omega_m = omega_m,
-                                                                .end_s = end_s,
-                                                                .torque = torque});
+  ScenarioConfig config = machine_config(
+      test_machines[paper],
+      {.controller = "foc", .period_us = 50, .omega_m = omega_m, .end_s = end_s, .torque = torque});
   config.drive.plant.link = link;
   config.drive.plant.integrator = IntegratorKind::fixed;
   return config;
@@ -62,7 +60,9 @@ void go_through(const ScenarioConfig& config, Look look) {
   EXPECT_TRUE(makes_torque(drive.state()));
 }
 
-const Link& link_of(const Stage::Plant& plant) { return plant.appended_system().first; }
+const Link& link_of(const Stage::Plant& plant) {
+  return plant.appended_system().first;
+}
 
 double energy(const Stage::Plant& plant, Link::Index i) {
   return plant.state()[Stage::Plant::appended + int(i)];
@@ -102,8 +102,7 @@ TEST(DcLinkRun, VoltageSagsToTheRootOfTheSourcesEquation) {
 // C (U_1² − U_2²)/2P, and the chopper discharges it in R_b C/2 ln((U_1² − P R_b)/(U_2² − P R_b)).
 TEST(DcLinkRun, TheChopperHoldsTheLinkWhileTheMachineBrakes) {
   constexpr double c = 1e-3, r_b = 25, on = 640, off = 600;
-  const auto config =
-      config_with({c, 0.2, 0, true, r_b, on, off}, 100, "[[0, 0], [0.4, -60]]", 1.2);
+  const auto config = config_with({c, 0.2, 0, true, r_b, on, off}, 100, "[[0, 0], [0.4, -60]]", 1.2);
   int turn_ons = 0;
   bool was_on = false;
   double first = 0, last = 0, first_j = 0, last_j = 0, lowest = 1e9, highest = 0;
@@ -136,7 +135,8 @@ TEST(DcLinkRun, TheChopperHoldsTheLinkWhileTheMachineBrakes) {
 // Source, capacitor, chopper and machine over motoring, braking and gates off, with dead time and drops.
 TEST(DcLinkRun, EnergyClosesOverTheRun) {
   for (const IntegratorKind integrator : {IntegratorKind::fixed, IntegratorKind::erk}) {
-    auto config = config_with({1e-3, 0.2, 1e-4, true, 25, 640, 600}, 100, "[[0, 0], [0.3, 40], [0.5, -60]]", 0.7);
+    auto config =
+        config_with({1e-3, 0.2, 1e-4, true, 25, 640, 600}, 100, "[[0, 0], [0.3, 40], [0.5, -60]]", 0.7);
     config.drive.plant.integrator = integrator;
     config.drive.plant.io.dead_time_ns = 2'000;
     config.drive.plant.plant.drops = {1.2, 0.02};
@@ -148,8 +148,8 @@ TEST(DcLinkRun, EnergyClosesOverTheRun) {
     EXPECT_GT(m[Metric::energy_source_loss], 0.1);
     EXPECT_GT(m[Metric::energy_stored], 1.0);
     const double drawn = m[Metric::energy_from_link] - m[Metric::energy_to_link];
-    const double passed = m[Metric::energy_source] - m[Metric::energy_source_loss] - m[Metric::energy_chopper] -
-                          m[Metric::energy_stored];
+    const double passed = m[Metric::energy_source] - m[Metric::energy_source_loss] -
+                          m[Metric::energy_chopper] - m[Metric::energy_stored];
     EXPECT_NEAR(drawn, passed, 1e-5 * m[Metric::energy_source]);
   }
 }
@@ -180,8 +180,8 @@ TEST(DcLinkRun, TheCapacitorCarriesTheRippleOfAModulatedPattern) {
       const auto instants = io.log().instants();
       for (const ActedSegment& segment : io.log().segments()) {
         const double h = double(segment.duration_ns) * 1e-9;
-        const double rise = instants[segment.end][Stage::Plant::appended] -
-                            instants[segment.begin][Stage::Plant::appended];
+        const double rise =
+            instants[segment.end][Stage::Plant::appended] - instants[segment.begin][Stage::Plant::appended];
         charge_squared += (c * rise) * (c * rise) / h;
         seconds += h;
       }
@@ -209,8 +209,7 @@ TEST(DcLinkRun, TheCapacitorCarriesTheRippleOfAModulatedPattern) {
 // The link falls at its source, and the capacitor follows by R C.
 TEST(DcLinkRun, ASagOfTheSourceReachesTheLinkThroughItsResistance) {
   auto config = config_with({1e-3, 5.0}, 0, "[[0, 0]]", 0.5);
-  config.drive.plant.io.fault = {
-      .kind = PlantFaultKind::link_sag, .at_ns = 450'000'000, .sag_voltage = 400};
+  config.drive.plant.io.fault = {.kind = PlantFaultKind::link_sag, .at_ns = 450'000'000, .sag_voltage = 400};
   double worst = 0;
   double before = 0;
   go_through(config, [&](double t, const Stage::Io& io) {

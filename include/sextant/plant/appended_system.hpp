@@ -53,19 +53,18 @@ concept AppendedSystem =
 ///   is_valid(y)           false where its equations do not hold
 /// The plant's stator voltage is then not known ahead: integrators restart where the inverter switches.
 template <class A, class T>
-concept FeedbackSystem =
-    AppendedSystem<A, T> && A::feeds_back && A::event_count >= 0 &&
-    requires(const A& a, A& changed, std::span<const T, std::size_t(A::size)> y,
-             std::span<T, std::size_t(A::size)> z, const PlantInputs<T>& given, PlantInputs<T>& inputs,
-             std::span<T, std::size_t(A::event_count)> g) {
-      { a.begin(z) } noexcept;
-      { a.act(y, inputs) } noexcept;
-      { a.events(y, given, g) } noexcept;
-      { changed.on_event(0, z) } noexcept;
-      { changed.settle(z, given) } noexcept -> std::same_as<bool>;
-      { a.rate_squared() } noexcept -> std::same_as<T>;
-      { a.is_valid(y) } noexcept -> std::same_as<bool>;
-    };
+concept FeedbackSystem = AppendedSystem<A, T> && A::feeds_back && A::event_count >= 0 &&
+                         requires(const A& a, A& changed, std::span<const T, std::size_t(A::size)> y,
+                                  std::span<T, std::size_t(A::size)> z, const PlantInputs<T>& given,
+                                  PlantInputs<T>& inputs, std::span<T, std::size_t(A::event_count)> g) {
+                           { a.begin(z) } noexcept;
+                           { a.act(y, inputs) } noexcept;
+                           { a.events(y, given, g) } noexcept;
+                           { changed.on_event(0, z) } noexcept;
+                           { changed.settle(z, given) } noexcept -> std::same_as<bool>;
+                           { a.rate_squared() } noexcept -> std::same_as<T>;
+                           { a.is_valid(y) } noexcept -> std::same_as<bool>;
+                         };
 
 /// True for an appended system that declares to be a `FeedbackSystem`.
 template <class A>

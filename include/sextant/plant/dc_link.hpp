@@ -86,7 +86,8 @@ class DcLink {
     g[0] = g[1] = T(1);
     if (has_chopper()) g[0] = chops_ ? y[voltage] - chopper_off_ : chopper_on_ - y[voltage];
     if (!has_diode_) return;
-    g[1] = conducts_ ? current(y, given.u_dc) + current_tolerance : y[voltage] - given.u_dc + voltage_tolerance;
+    g[1] =
+        conducts_ ? current(y, given.u_dc) + current_tolerance : y[voltage] - given.u_dc + voltage_tolerance;
   }
   constexpr void on_event(int event, States y) noexcept SEXTANT_NONBLOCKING {
     if (event == 0) {
@@ -117,8 +118,8 @@ class DcLink {
   }
   /// W: in capacitor and inductance. [J]
   [[nodiscard]] constexpr T stored(Values y) const noexcept SEXTANT_NONBLOCKING {
-    return T(0.5) * (capacitance_ * y[voltage] * y[voltage] +
-                     inductance_ * y[source_current] * y[source_current]);
+    return T(0.5) *
+           (capacitance_ * y[voltage] * y[voltage] + inductance_ * y[source_current] * y[source_current]);
   }
   /// True while the chopper is on.
   [[nodiscard]] constexpr bool chops() const noexcept SEXTANT_NONBLOCKING { return chops_; }

@@ -24,16 +24,18 @@ struct DcLinkParameters {
 
   /// nullptr when usable, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
-    for (const T x : {capacitance, source_resistance, source_inductance, chopper_resistance, chopper_on,
-                      chopper_off}) {
+    for (const T x :
+         {capacitance, source_resistance, source_inductance, chopper_resistance, chopper_on, chopper_off}) {
       if (!(std::isfinite(x) && x >= T(0)))
-        return "capacitance, resistances, inductance and voltages of the DC link must be finite and not below "
+        return "capacitance, resistances, inductance and voltages of the DC link must be finite and not "
+               "below "
                "zero";
     }
     if (!acts()) {
-      return *this == DcLinkParameters{} ? nullptr
-                                         : "a source with resistance, inductance or diode and a brake chopper "
-                                           "need a DC link with a capacitance above zero";
+      return *this == DcLinkParameters{}
+                 ? nullptr
+                 : "a source with resistance, inductance or diode and a brake chopper "
+                   "need a DC link with a capacitance above zero";
     }
     if (!(source_resistance > T(0)))
       return "the resistance of the source must be above zero where the DC link has a capacitance";

@@ -35,8 +35,8 @@ namespace sextant {
 /// inverter has a threshold voltage, always. Its slope resistance counts to R_s, and u_s is the voltage in
 /// front of both.
 ///
-/// An appended system that feeds back (`FeedbackSystem`) changes the inputs that are set to those that act, by
-/// its states; its events follow those of the legs.
+/// An appended system that feeds back (`FeedbackSystem`) changes the inputs that are set to those that act,
+/// by its states; its events follow those of the legs.
 ///
 /// The plant holds the state and the inputs; a `PlantIntegrator` moves the state. `revision()` changes
 /// whenever the right-hand side or the state jumps, and only then; `jumps()` leaves out what an integrator
@@ -258,8 +258,8 @@ class DrivePlant {
     return appended_.rate_squared();
   }
 
-  /// False when the state is not finite, when an appended system is not valid, or when the stator flux linkage is larger than the DC link can make
-  /// it, whatever the speed does:
+  /// False when the state is not finite, when an appended system is not valid, or when the stator flux
+  /// linkage is larger than the DC link can make it, whatever the speed does:
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
   /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far; with saturation L_s is the largest
@@ -274,12 +274,12 @@ class DrivePlant {
 
   /// ∂(dx/dt)/∂x at x. While a leg floats, the stator voltage counts as that of the machine without
   /// saturation, with which a Newton iteration takes more steps to the same solution. The rows of an appended
-  /// system without feedback are left at zero: nothing depends on it, so that a Newton iteration loses one step
-  /// there and no accuracy. With feedback all are difference quotients.
+  /// system without feedback are left at zero: nothing depends on it, so that a Newton iteration loses one
+  /// step there and no accuracy. With feedback all are difference quotients.
   void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
-  /// Event functions of the three inverter legs, and of an appended system that feeds back; an event is a fall
-  /// through zero.
+  /// Event functions of the three inverter legs, and of an appended system that feeds back; an event is a
+  /// fall through zero.
   void events(const State& x, Events& g) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
     const std::array<T, 3> legs = inverter_at(x).events(i_s, emf_at(x));
@@ -485,8 +485,7 @@ class DrivePlant {
         along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
-    if (inverter_.is_plain() && is_driven(inputs_.state))
-      return inverter_.set_driven(inputs_.state, u_dc());
+    if (inverter_.is_plain() && is_driven(inputs_.state)) return inverter_.set_driven(inputs_.state, u_dc());
     inverter_.set(inputs_.state, u_dc(), i_s(), emf_at(x_));
     make_current_admissible();
   }
@@ -568,8 +567,8 @@ void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
 template <class T, class Appended, class Machine>
   requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
            (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
-void DrivePlant<T, Appended, Machine>::difference_quotients(const State& x, Jacobian& j) const noexcept
-    SEXTANT_NONBLOCKING {
+void DrivePlant<T, Appended, Machine>::difference_quotients(const State& x,
+                                                            Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
   // The cube root of the rounding error is the best step of a central difference.
   const T share = std::cbrt(std::numeric_limits<T>::epsilon());
   for (int c = 0; c < size; ++c) {

@@ -24,7 +24,8 @@ namespace sextant {
 /// While every leg is driven the solution goes on over the switching of the inverter (`SmoothSolution`),
 /// unless it stops there (`AtSwitching`). Otherwise it is continued from segment to segment as long as the
 /// plant's revision stays the same, and restarted at each jump of the right-hand side: where a leg is off or
-/// a cable open, and where an appended system feeds back. Root finding for diode events is a solver of its own, which runs only while legs are off.
+/// a cable open, and where an appended system feeds back. Root finding for diode events is a solver of its
+/// own, which runs only while legs are off.
 template <class Plant, class Solver>
   requires(std::same_as<typename Plant::Scalar, double> && (Plant::appends_integrals || Plant::feeds_back))
 class VariableStepIntegrator : public PlantIntegrator<Plant> {

@@ -56,9 +56,9 @@ class EnergyAccount {
   [[nodiscard]] const std::optional<LinkEnergies>& before_link() const noexcept { return before_link_; }
 
   /// What the balances  link = shaft + copper + field  and, where the link is not stiff,
-  /// source = source_loss + chopper + stored + link  leave over, as a share of all that has flowed: across the
-  /// link either way, into the shaft, the windings and the field, and before the link; 0 where next to nothing
-  /// has. [-]
+  /// source = source_loss + chopper + stored + link  leave over, as a share of all that has flowed: across
+  /// the link either way, into the shaft, the windings and the field, and before the link; 0 where next to
+  /// nothing has. [-]
   [[nodiscard]] double unaccounted() const noexcept {
     constexpr double nothing_j = 1e-6;
     double sum = gross_link_ + std::abs(shaft_) + std::abs(copper_) + std::abs(field_);

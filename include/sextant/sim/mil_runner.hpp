@@ -27,12 +27,12 @@ struct LatchedFault {
 /// How a run ended.
 struct MilResult {
   MetricList metrics{};
-  std::vector<MetricList> window_metrics{};  ///< of each of the scenario's windows
-  bool plant_healthy{true};                  ///< false: the integration failed, or one of the two below
-  bool plant_reachable{true};                ///< false: the plant's state has left its equations
-  bool events_ended{true};                   ///< false: an event-exact run had more events than it may
-  bool stopped{false};                       ///< the caller has ended the run early
-  std::optional<MissingTorque> missing_torque{};    ///< asked and not made, of a sampled run
+  std::vector<MetricList> window_metrics{};       ///< of each of the scenario's windows
+  bool plant_healthy{true};                       ///< false: the integration failed, or one of the two below
+  bool plant_reachable{true};                     ///< false: the plant's state has left its equations
+  bool events_ended{true};                        ///< false: an event-exact run had more events than it may
+  bool stopped{false};                            ///< the caller has ended the run early
+  std::optional<MissingTorque> missing_torque{};  ///< asked and not made, of a sampled run
   std::optional<CycleDeparture> cycle_departure{};  ///< of a driver that did not follow
   DriveState final_state{DriveState::init};
   FaultSet faults{};                        ///< latched during the run

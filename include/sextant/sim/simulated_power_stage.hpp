@@ -67,8 +67,8 @@ class BasicSimulatedPowerStage {
   using Io = SimulatedDriveIo<Plant, Log>;
   using Parameters = SimulatedPowerStageParameters;
 
-  /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, or the link is not
-  /// that of this power stage.
+  /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, or the link is
+  /// not that of this power stage.
   BasicSimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
       : load_{load},
         plant_{checked(parameters).plant, make_appended<typename Plant::AppendedType>(parameters)},
@@ -124,8 +124,8 @@ class BasicSimulatedPowerStage {
 using SimulatedPowerStage = BasicSimulatedPowerStage<DrivePlant<double>, NoSegmentLog<DrivePlant<double>>>;
 
 /// The same with a DC link whose voltage is a state.
-using LinkedPowerStage =
-    BasicSimulatedPowerStage<DrivePlant<double, DcLink<double>>, NoSegmentLog<DrivePlant<double, DcLink<double>>>>;
+using LinkedPowerStage = BasicSimulatedPowerStage<DrivePlant<double, DcLink<double>>,
+                                                  NoSegmentLog<DrivePlant<double, DcLink<double>>>>;
 
 /// The power stage of a scenario: with energy meter and a log of every gate segment.
 using MeteredPowerStage = BasicSimulatedPowerStage<MeteredPlant, SegmentLog<MeteredPlant>>;

@@ -46,8 +46,8 @@ DcLinkParameters<> link_of(const nlohmann::json& task) {
           .chopper_off = j.at("chopper_off")};
 }
 
-/// Torque [N·m] and link voltage [V] at the end of each period; shorter than the sequence where the power stage
-/// has failed.
+/// Torque [N·m] and link voltage [V] at the end of each period; shorter than the sequence where the power
+/// stage has failed.
 struct Course {
   std::vector<double> tau_e{};
   std::vector<double> u_dc{};
