@@ -70,6 +70,7 @@ template <class Stage>
 Course course(const nlohmann::json& task, const SimulatedPowerStageParameters& parameters) {
   MechanicalLoad::Parameters load;
   load.load_torque = ProfileParameters{.value = task.at("tau_l")};
+  if (task.contains("speed")) load.imposed_speed = ProfileParameters{.value = task.at("speed")};
   Stage stage{parameters, load};
   auto& io = stage.io();
   std::int64_t t_ns = 0;
