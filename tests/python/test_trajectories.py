@@ -42,11 +42,11 @@ class TableControl:
         self._flux = np.array([m.flux for m in cast])
         self._rated = np.array([m.rated_torque for m in cast])
         self._turn_back = 0.7 * np.array([m.base_speed for m in cast])
-        self._direction = np.ones(len(cast))
+        self.direction = np.ones(len(cast))
 
     def vectors(self, plant: ReferenceMachines) -> np.ndarray:
-        self._direction = np.where(np.abs(plant.omega) > self._turn_back, -np.sign(plant.omega), self._direction)
-        error = 1.5 * self._direction - plant.torque() / self._rated
+        self.direction = np.where(np.abs(plant.omega) > self._turn_back, -np.sign(plant.omega), self.direction)
+        error = 1.5 * self.direction - plant.torque() / self._rated
         step = np.where(np.abs(plant.psi_s) < self._flux, 1, 2)
         sector = np.round(np.angle(plant.psi_s) / (np.pi / 3)).astype(int)
         active = 1 + (sector + np.where(error > 0, step, -step)) % 6
@@ -287,11 +287,11 @@ def _terminal(function, direction: int):
 
 @pytest.mark.parametrize("index", (0, 3, 8))
 def test_a_machine_behind_a_capacitor_moves_as_with_scipy(index: int) -> None:
-    """A machine that is magnetised at speed and brakes into the chopper. Of the rated power the source takes a
+    """A machine that is started at speed and then brakes into the chopper. Of the rated power the source takes a
     twentieth, the capacitor holds 2.5 ms, and the chopper takes twice as much.
     """
     machine, periods = machines()[index], 1600
-    speed = 0.75 * machine.base_speed
+    speed = 0.65 * machine.base_speed
     ohms = machine.u_dc**2 / (1e3 * machine.power_kw)
     link = {
         "capacitance": 5e-3 / ohms,
@@ -305,6 +305,7 @@ def test_a_machine_behind_a_capacitor_moves_as_with_scipy(index: int) -> None:
     plant, control = LinkedMachine(machine, speed, link), TableControl([machine])
     vectors, truth, volts = np.zeros(periods, dtype=int), np.zeros(periods), np.zeros(periods)
     for k in range(periods):
+        control.direction[:] = 1 if k < periods // 2 else -1
         vectors[k] = control.vectors(plant)[0]
         plant.advance(complex(VECTORS[vectors[k]]), 1e-9 * PERIOD_NS)
         truth[k], volts[k] = plant.torque()[0], plant.u_dc
@@ -314,8 +315,9 @@ def test_a_machine_behind_a_capacitor_moves_as_with_scipy(index: int) -> None:
     courses = found.pop("u_dc")
     errors = {name: np.abs(np.array(tau_e) - truth).max() / peak for name, tau_e in found.items()}
     of_link = {name: np.abs(np.array(u) - volts).max() / machine.u_dc for name, u in courses.items()}
-    print(f"seed {SEED}, {machine.name}: {plant.turns} turns, torque {errors}, link {of_link}")
+    for name, error in errors.items():
+        print(f"seed {SEED}, {machine.name}, {name}: torque {error:.1e}, link {of_link[name]:.1e}")
     assert set(errors) == set(of_link) == set(LIMITS)
-    assert all(error <= 1e-5 for error in (*errors.values(), *of_link.values())), f"seed {SEED}, {machine}"
+    assert all(error <= 1e-7 for error in (*errors.values(), *of_link.values())), f"seed {SEED}, {machine}"
     stiff = np.abs(np.array(played(machine, 0.0, vectors, speed=speed)["fixed"]) - truth).max() / peak
     assert stiff > 0.01, "behind a stiff link the machine moves otherwise"

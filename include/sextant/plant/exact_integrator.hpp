@@ -38,8 +38,9 @@ struct ExactParameters {
 /// `reset()` is due first.
 ///
 /// While events can come, as where a leg is off or an appended system feeds back, the plant is moved by the
-/// fixed step of Runge and Kutta, which locates them. Source: M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19, 2010; S. Blanes
-/// et al., "The Magnus expansion and some of its applications", Physics Reports 470, 2009.
+/// fixed step of Runge and Kutta, which locates them. Source: M. Hochbruck, A. Ostermann, "Exponential
+/// integrators", Acta Numerica 19, 2010; S. Blanes et al., "The Magnus expansion and some of its
+/// applications", Physics Reports 470, 2009.
 template <class Plant>
 class ExactIntegrator final : public PlantIntegrator<Plant> {
  public:
