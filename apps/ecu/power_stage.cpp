@@ -33,8 +33,7 @@ const char* sentence(PowerStage::Plant plant) {
 PowerStage::PowerStage(const EcuConfig& config) {
   switch (config.power_stage) {
     case PowerStageKind::simulated:
-      simulated_ =
-          std::make_unique<SimulatedPowerStage>(in_this_process(config), config.drive.load.parameters());
+      simulated_ = std::make_unique<LivePowerStage>(in_this_process(config), config.drive.load.parameters());
       io_ = &simulated_->io();
       break;
     case PowerStageKind::shared_memory:

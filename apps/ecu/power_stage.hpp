@@ -11,7 +11,7 @@
 #include "sextant/hil/shared_memory_drive_io.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
 #include "sextant/hil/udp_drive_io.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/sim/live_power_stage.hpp"
 
 namespace sextant::ecu {
 
@@ -52,7 +52,7 @@ class PowerStage {
  private:
   void join_shared_memory(const EcuConfig& config);
 
-  std::unique_ptr<SimulatedPowerStage> simulated_{};
+  std::unique_ptr<LivePowerStage> simulated_{};
   std::unique_ptr<SharedMemoryLink> link_{};
   std::unique_ptr<SharedMemoryDriveIo> shared_memory_{};
   std::unique_ptr<LockstepDriveIo> lockstep_{};

@@ -111,10 +111,11 @@ sextant::CommandLine command_line(const std::string& program, const std::string&
             .what = "print the configuration in force and exit"}}};
 }
 
+template <class PowerStage>
 sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
                                const sextant::MilRunner::Progress& progress) {
   using namespace sextant;
-  MeteredPowerStage power_stage{config.drive.plant, config.scenario.load};
+  PowerStage power_stage{config.drive.plant, config.scenario.load};
   const auto controller = make_controller(config.drive);
   Drive<double> drive{config.drive.drive, *controller};
   MilRunner runner{drive, power_stage.io(), config.drive.drive.period_ns, controller.get()};
@@ -123,8 +124,11 @@ sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::T
 
 sextant::MilResult run_scenario(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
                                 const sextant::MilRunner::Progress& progress) {
-  if (config.mode == sextant::ScenarioMode::sampled) return run_sampled(config, trace, progress);
-  return sextant::EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, progress);
+  using namespace sextant;
+  if (config.mode == ScenarioMode::sampled && config.drive.plant.link.acts())
+    return run_sampled<LinkedMeteredPowerStage>(config, trace, progress);
+  if (config.mode == ScenarioMode::sampled) return run_sampled<MeteredPowerStage>(config, trace, progress);
+  return EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, progress);
 }
 
 /// Description of the run in its trace; an event-exact one has no control period.
@@ -144,8 +148,11 @@ std::string problem_of(const sextant::MilResult& result) {
         result.metrics[sextant::Metric::simulated]);
   }
   if (!result.plant_reachable) {
-    return "the plant's stator flux left what the DC link can feed: the integration has gone wrong; choose "
-           "smaller steps or tolerances in [plant], or another plant.integrator";
+    return "the plant's stator flux left what the DC link can feed, or a link with capacitance fell below "
+           "zero: "
+           "choose smaller steps or tolerances in [plant], another plant.integrator, or a source of "
+           "[plant.link] "
+           "that delivers the power";
   }
   return result.plant_healthy ? "" : "the integrator of the plant failed; the run ends there";
 }

@@ -18,7 +18,7 @@
 #include "sextant/realtime/periodic_task.hpp"
 #include "sextant/realtime/processor_latency.hpp"
 #include "sextant/realtime/thread_setup.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/sim/live_power_stage.hpp"
 
 namespace sextant::plant {
 
@@ -62,7 +62,7 @@ class Plant {
 
   PlantConfig config_;
   ProcessorLatency awake_;
-  SimulatedPowerStage stage_;
+  LivePowerStage stage_;
   // Those of the configured transport; the others stay empty.
   std::unique_ptr<SharedMemoryLink> link_{};
   std::unique_ptr<LockstepPlant> lockstep_{};

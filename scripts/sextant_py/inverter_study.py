@@ -1,4 +1,6 @@
-"""Measures the drive of the paper's machine on a plant whose inverter has dead time or drops, told of it or not."""
+"""Measures the drive of the paper's machine on a plant whose inverter has dead time or drops, told of it or not, whose
+machine saturates or whose DC link has a capacitance.
+"""
 
 import argparse
 import json
@@ -25,6 +27,7 @@ EXAMPLES = """examples:
   scripts/inverter_study --drops                        the cases with drops of switches and diodes in their place
   scripts/inverter_study --saturation                   a machine that saturates at the flux reference
   scripts/inverter_study --iron                         a machine with iron loss
+  scripts/inverter_study --link                         a DC link with capacitance behind a resistance
   scripts/inverter_study --everything                   dead time, drops, saturation and real sensors at once
   scripts/inverter_study --speeds 0,5,50 --torques 60,-60
   scripts/inverter_study --identified --methods foc     told what scripts/identify finds on each plant
@@ -46,6 +49,7 @@ SATURATION = {"plant.saturation.knee_wb": 1.1, "plant.saturation.machine_flux_wb
 # Iron loss at the flux reference and 50 Hz, half of it by hysteresis: 5 % of the rated 2.2 kW, by the square of a flux
 # that is 2.12 times the rated one; and 5 % of 100 N·m.
 IRON_LOSSES_W, IRON_AT_RAD_S = (497.0, 785.0), 314.159
+LINK = {"plant.link.capacitance_f": 1e-3, "plant.link.source_ohm": 0.2, "plant.integrator": "fixed"}
 SLOW = 20.0  # up to here a point counts as near standstill [rad/s]
 
 
@@ -131,6 +135,8 @@ SATURATION_CASES = (
         {"drive.period_us": 25, "control.machine_estimate.x_m_ohm": round(0.7 * 26.13, 3)} | SATURATION,
     ),
 )
+
+LINK_CASES = (NamedCase("25 us, link of 1 mF behind 0.2 ohm", {"drive.period_us": 25} | LINK),)
 
 
 def scenario() -> str:
@@ -264,6 +270,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         "--saturation", action="store_true", help="those of a machine that saturates, with L_m right or low"
     )
     plants.add_argument("--iron", action="store_true", help="the drive of a machine with iron loss")
+    plants.add_argument("--link", action="store_true", help="that of a DC link with capacitance")
     plants.add_argument("--everything", action="store_true", help="those with dead time, drops, saturation, sensors")
     parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
@@ -296,6 +303,7 @@ def main(arguments: list[str]) -> int:
         "drops": DROPS_CASES,
         "saturation": SATURATION_CASES,
         "iron": IRON_CASES,
+        "link": LINK_CASES,
         "everything": EVERYTHING_CASES,
     }
     known = next((cases for name, cases in chosen.items() if getattr(options, name)), CASES)

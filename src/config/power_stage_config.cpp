@@ -87,6 +87,23 @@ std::string check_hysteresis(const DrivePlantParameters<double>& p) {
          "flux without a current";
 }
 
+void describe(Section s, DcLinkParameters<double>& p) {
+  constexpr Range<double> resistance_ohm{0, 1e6};
+  s.number("capacitance_f", p.capacitance, {0, 1e3}, "F",
+           "of the DC link, whose voltage is then a state that begins at u_dc_v; integrators stop at each "
+           "switching, and exact is fixed; 0: the link is stiff");
+  s.number("source_ohm", p.source_resistance, resistance_ohm, "ohm",
+           "in series with the source of u_dc_v; above 0 where capacitance_f is not 0");
+  s.number("source_h", p.source_inductance, {0, 1e3}, "H", "the same, inductance; 0: none");
+  s.flag("source_diode", p.source_diode, "the source is a rectifier, which takes no current back");
+  s.number("chopper_ohm", p.chopper_resistance, resistance_ohm, "ohm",
+           "resistor that the brake chopper puts across the link; 0: no chopper");
+  s.number("chopper_on_v", p.chopper_on, {0, 1e5}, "V", "link voltage at which the brake chopper turns on");
+  s.number("chopper_off_v", p.chopper_off, {0, 1e5}, "V",
+           "link voltage at which it turns off, between u_dc_v and chopper_on_v");
+  s.check(p);
+}
+
 /// An integrator that cannot move the machine.
 std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
   if (p.integrator != IntegratorKind::exact) return {};
@@ -118,23 +135,39 @@ void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
            "it by drive.inverter.slope_ohm; 0: none");
 }
 
-/// A machine that takes too many fixed steps in a period: its run would not end in a time that makes sense.
-std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
+/// A brake chopper that would load the source.
+std::string check_chopper(const SimulatedPowerStage::Parameters& p) {
+  if (!p.link.has_chopper() || p.link.chopper_off > p.io.u_dc) return {};
+  return "link.chopper_off_v must be above u_dc_v, or the brake chopper loads the source";
+}
+
+/// Why a plant takes more steps of the fixed integrator in a period than its run would end with in a time
+/// that makes sense; empty where it does not. cause: what is too fast.
+template <class Plant>
+std::string check_steps(const SimulatedPowerStage::Parameters& p, const Plant& plant, const char* cause) {
   constexpr double most_steps_a_period = 1000;
-  const bool fixed = p.integrator == IntegratorKind::fixed || p.integrator == IntegratorKind::exact;
-  if (!fixed || p.plant.validate() != nullptr) return {};
-  const double longest_s =
-      FixedStepIntegrator<SimulatedPowerStage::Plant>::longest_step(SimulatedPowerStage::Plant{p.plant});
+  const double longest_s = FixedStepIntegrator<Plant>::longest_step(plant);
   const double steps = double(p.io.period_ns) * 1e-9 / longest_s;
   if (steps <= most_steps_a_period) return {};
   std::array<char, 400> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "integrator = \"%s\" would take %.3g steps of %.3g ns in a period, %g are allowed: the leakage "
-      "inductances of this [machine] are too small for its resistances; integrator = \"cvode\" with "
-      "cvode.method = \"bdf\" is for stiff machines",
-      p.integrator == IntegratorKind::fixed ? "fixed" : "exact", steps, longest_s * 1e9, most_steps_a_period);
+  std::snprintf(text.data(), text.size(),
+                "integrator = \"%s\" would take %.3g steps of %.3g ns in a period, %g are allowed: %s; "
+                "integrator = \"cvode\" with cvode.method = \"bdf\" is for stiff %s",
+                p.integrator == IntegratorKind::fixed ? "fixed" : "exact", steps, longest_s * 1e9,
+                most_steps_a_period, cause, Plant::feeds_back ? "links" : "machines");
   return text.data();
+}
+
+std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
+  const bool fixed = p.integrator == IntegratorKind::fixed || p.integrator == IntegratorKind::exact;
+  if (!fixed || p.plant.validate() != nullptr || p.link.validate() != nullptr) return {};
+  std::string problem =
+      check_steps(p, SimulatedPowerStage::Plant{p.plant},
+                  "the leakage inductances of this [machine] are too small for its resistances");
+  if (!problem.empty() || !p.link.acts()) return problem;
+  const DcLink<double> link{p.link, p.plant.machine.sigma_l_s(), p.io.u_dc};
+  return check_steps(p, LinkedPowerStage::Plant{p.plant, link},
+                     "capacitance, resistances or inductance of [plant.link] are too small");
 }
 
 }  // namespace
@@ -147,7 +180,8 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
             {"exact", IntegratorKind::exact},
             {"erk", IntegratorKind::erk}},
            "SUNDIALS CVODE; Runge-Kutta of fixed step; exact at frozen speed; SUNDIALS ERKStep");
-  s.number("u_dc_v", p.io.u_dc, link_voltage_v, "V", "stiff DC-link voltage");
+  s.number("u_dc_v", p.io.u_dc, link_voltage_v, "V",
+           "voltage of the stiff DC link, or of the source of one with capacitance");
   s.integer("hold_periods", p.io.hold_periods, {1, 1'000'000}, "",
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
@@ -155,6 +189,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   describe(s.section("saturation"), p.plant.saturation);
   describe(s.section("iron_loss"), p.plant.iron_loss);
   describe_inverter(s.section("inverter"), p);
+  describe(s.section("link"), p.link);
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);
@@ -173,6 +208,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   describe(s.section("erk"), p.erk);
   s.check([&p] { return check_magnetics(p); });
   s.check([&p] { return check_hysteresis(p.plant); });
+  s.check([&p] { return check_chopper(p); });
   s.check([&p] { return check_stiffness(p); });
 }
 

@@ -198,6 +198,8 @@ std::string validate_event_exact(const ScenarioConfig& c) {
   if (!is_ideal(c.drive.plant.io) || c.drive.plant.plant.drops.act())
     return "an event-exact run has no samples and an ideal inverter, plant.sensors must be ideal, "
            "plant.inverter.dead_time_us 0, threshold_v 0, slope_ohm 0 and plant.faults.kind \"none\"";
+  if (c.drive.plant.link.acts())
+    return "an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0";
   const IntegratorKind integrator = c.drive.plant.integrator;
   if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
     return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";

@@ -104,7 +104,7 @@ class EventExactTrace {
     const EventExactSystem::Plant& p = system.plant();
     const PlantLook plant{p, p.state(), EventExactSystem::meter};
     const SpaceVector<> estimate = system.estimated_flux();
-    return {.plant = plant.trace_sample(p.inputs().state, p.u_s(), p.inputs().u_dc, tau_l_ + p.tau_road()),
+    return {.plant = plant.trace_sample(p.inputs().state, p.u_s(), tau_l_ + p.tau_road()),
             .torque = system.estimated_torque(estimate, plant.i_s),
             .flux = magnitude(estimate),
             .current = magnitude(plant.i_s)};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -24,6 +25,20 @@ int turn_ons(SwitchState before, SwitchState now) noexcept {
 
 double line(double a, double b, double share) noexcept {
   return a + share * (b - a);
+}
+
+std::optional<LinkEnergies> line(const std::optional<LinkEnergies>& a, const std::optional<LinkEnergies>& b,
+                                 double share) noexcept {
+  if (!a || !b) return std::nullopt;
+  return LinkEnergies{line(a->source, b->source, share), line(a->source_loss, b->source_loss, share),
+                      line(a->chopper, b->chopper, share), line(a->stored, b->stored, share)};
+}
+
+void fill(MetricList& m, const LinkEnergies& before_link) noexcept {
+  m[Metric::energy_source] = before_link.source;
+  m[Metric::energy_source_loss] = before_link.source_loss;
+  m[Metric::energy_chopper] = before_link.chopper;
+  m[Metric::energy_stored] = before_link.stored;
 }
 
 void fill(MetricList& m, const TorqueDeviation& deviation) noexcept {
@@ -117,7 +132,8 @@ MetricsAccumulator::WindowValues MetricsAccumulator::between(const WindowValues&
           line(a.speed_error, b.speed_error, share),
           line(a.p_dc, b.p_dc, share),
           {line(e.link, f.link, share), line(e.copper, f.copper, share), line(e.shaft, f.shaft, share),
-           line(e.field, f.field, share), line(e.iron, f.iron, share)}};
+           line(e.field, f.field, share), line(e.iron, f.iron, share),
+           line(e.before_link, f.before_link, share)}};
 }
 
 void MetricsAccumulator::note_current(SpaceVector<> i_s) noexcept {
@@ -178,6 +194,7 @@ void MetricsAccumulator::fill_window_metrics(MetricList& m) const noexcept {
   m[Metric::energy_copper] = energy_.copper();
   m[Metric::energy_iron] = energy_.iron();
   m[Metric::energy_field] = energy_.field();
+  if (energy_.before_link()) fill(m, *energy_.before_link());
 }
 
 }  // namespace sextant

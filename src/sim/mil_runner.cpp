@@ -20,9 +20,10 @@ struct LastTelemetry {
 };
 
 /// What is observed of a sampled run: the gate segments between its control periods, and its periods.
+template <class Io>
 class SampledObserver {
  public:
-  SampledObserver(const Scenario& scenario, std::int64_t period_ns, const MeteredPowerStage::Io& io,
+  SampledObserver(const Scenario& scenario, std::int64_t period_ns, const Io& io,
                   const Controller<>* controller, TraceRecorder* trace)
       : metrics_{scenario},
         io_{io},
@@ -88,12 +89,11 @@ class SampledObserver {
   }
 
   [[nodiscard]] PlantSample trace_sample(const PlantLook& now, SpaceVector<> u_s) const noexcept {
-    const MeteredPlant& plant = io_.plant();
-    return now.trace_sample(plant.inputs().state, u_s, plant.inputs().u_dc, io_.tau_l());
+    return now.trace_sample(io_.plant().inputs().state, u_s, io_.tau_l());
   }
 
-  [[nodiscard]] PlantLook look(const MeteredPlant::State& x) const noexcept {
-    return {io_.plant(), x, MeteredPlant::appended};
+  [[nodiscard]] PlantLook look(const typename Io::PlantType::State& x) const noexcept {
+    return {io_.plant(), x, meter};
   }
 
   [[nodiscard]] ControlSample control_sample() const noexcept {
@@ -105,8 +105,11 @@ class SampledObserver {
     return sample;
   }
 
+  /// Index of the energy meter's first state.
+  static constexpr int meter = Io::PlantType::size - EnergyMeter<>::size;
+
   RunMetrics metrics_;
-  const MeteredPowerStage::Io& io_;
+  const Io& io_;
   const Controller<>* controller_;
   const DirectTorqueController<>* comparators_;  // the same, where it is one
   TraceRecorder* trace_;
@@ -134,8 +137,13 @@ void MilResult::note_faults(FaultSet latched, Fault first, std::int64_t t_ns) {
 }
 
 MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress) {
+  return std::visit([&](auto* io) { return run(*io, scenario, trace, progress); }, io_);
+}
+
+template <class Io>
+MilResult MilRunner::run(Io& io, const Scenario& scenario, TraceRecorder* trace, const Progress& progress) {
   ScenarioCommands commands{scenario};
-  SampledObserver observer{scenario, period_ns_, io_, controller_, trace};
+  SampledObserver observer{scenario, period_ns_, io, controller_, trace};
   LastTelemetry telemetry;
   ProgressTicker ticker{progress, 1024};
   MilResult result;
@@ -143,12 +151,12 @@ MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const P
 
   std::int64_t simulated_ns = 0;
   std::int64_t t_ns = -std::int64_t{ScenarioCommands::hand_shake_periods} * period_ns_;
-  for (; t_ns <= scenario.duration_ns && io_.healthy(); t_ns += period_ns_) {
-    run_cycle(t_ns, io_, commands, drive_, telemetry);
+  for (; t_ns <= scenario.duration_ns && io.healthy(); t_ns += period_ns_) {
+    run_cycle(t_ns, io, commands, drive_, telemetry);
     const Telemetry<double>& now = telemetry.value;
     result.note_faults(now.latched, now.first_fault, now.t_ns);
     commands.note_speed(now.omega_m);
-    if (!io_.healthy()) break;  // a state that no machine can have is not recorded
+    if (!io.healthy()) break;  // a state that no machine can have is not recorded
     observer.period(now, commands);
     if (t_ns < 0) continue;
     simulated_ns = t_ns;
@@ -165,8 +173,8 @@ MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const P
   result.window_metrics = observer.metrics().window_metrics(result.metrics);
   result.missing_torque = observer.metrics().missing_torque();
   result.cycle_departure = observer.metrics().cycle_departure();
-  result.plant_healthy = io_.healthy();
-  result.plant_reachable = io_.plant().is_reachable();
+  result.plant_healthy = io.healthy();
+  result.plant_reachable = io.plant().is_reachable();
   result.final_state = drive_.state();
   return result;
 }

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
+
 #include "sextant/plant/conduction_drops.hpp"
+#include "sextant/plant/dc_link.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/sim/metrics_sample.hpp"
 #include "sextant/sim/trace_row.hpp"
@@ -13,13 +16,19 @@ class PlantLook {
   /// x: a state of the plant. `meter`: index of the energy meter's first state.
   template <class Plant>
   PlantLook(const Plant& plant, const typename Plant::State& x, int meter) noexcept
-      : PlantLook{plant.quantities(x.template head<Plant::machine_size>()), plant.drops()} {
+      : PlantLook{plant.quantities_at(x), plant.drops()} {
     energies = {
         .link = x[meter + int(EnergyMeter<>::dc_link)],
         .copper = x[meter + int(EnergyMeter<>::stator_copper)] + x[meter + int(EnergyMeter<>::rotor_copper)],
         .shaft = x[meter + int(EnergyMeter<>::mechanical)],
         .field = plant.machine().magnetic_energy(psi_s, psi_r),
         .iron = x[meter + int(EnergyMeter<>::iron)]};
+    if constexpr (Plant::feeds_back) {
+      using Link = DcLink<>;
+      const Link::Values y{x.data() + Plant::appended, std::size_t(Link::size)};
+      energies.before_link = {y[Link::source], y[Link::resistance], y[Link::chopper],
+                              plant.appended_system().first.stored(y)};
+    }
   }
 
   /// For the metrics, with the stator voltage of `DrivePlant::u_s` before or after it jumps; instant and
@@ -34,8 +43,7 @@ class PlantLook {
   }
 
   /// For a trace, with what acts on the plant from outside.
-  [[nodiscard]] PlantSample trace_sample(SwitchState state, SpaceVector<> u_s, double u_dc,
-                                         double tau_l) const noexcept {
+  [[nodiscard]] PlantSample trace_sample(SwitchState state, SpaceVector<> u_s, double tau_l) const noexcept {
     return {.torque = torque,
             .tau_l = tau_l,
             .psi_s = psi_s,
@@ -52,7 +60,7 @@ class PlantLook {
   }
 
   SpaceVector<> psi_s, psi_r, i_s, i_r;
-  double torque, omega_m, theta_m;
+  double torque, omega_m, theta_m, u_dc;
   DriveEnergies energies{};
 
  private:
@@ -64,6 +72,7 @@ class PlantLook {
         torque{q.tau_e},
         omega_m{q.omega_m},
         theta_m{q.theta_m},
+        u_dc{q.u_dc},
         drops_{drops} {}
 
   /// What the inverter draws from the link, u_dc i_dc: what it passes on and what its thresholds take. [W]

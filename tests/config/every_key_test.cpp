@@ -127,10 +127,28 @@ std::vector<Kind> kinds() {
     kind.at_odds.insert(kind.at_odds.end(), keys.begin(), keys.end());
   };
   for (Kind& kind : list) {
-    add(kind, {"machine.l_ls_h", "machine.l_lr_h", "machine.l_m_h", "machine.x_ls_ohm", "machine.x_lr_ohm",
-               "machine.x_m_ohm", "machine.r_s_ohm", "load.speed_rad_s.shape", "load.speed_rad_s.value",
-               "load.speed_rad_s.points", "load.speed_rad_s.file", "plant.sensors.sampling_lead_us",
-               "plant.sensors.current.bits", "plant.sensors.voltage.bits", "plant.inverter.dead_time_us"});
+    add(kind, {"machine.l_ls_h",
+               "machine.l_lr_h",
+               "machine.l_m_h",
+               "machine.x_ls_ohm",
+               "machine.x_lr_ohm",
+               "machine.x_m_ohm",
+               "machine.r_s_ohm",
+               "load.speed_rad_s.shape",
+               "load.speed_rad_s.value",
+               "load.speed_rad_s.points",
+               "load.speed_rad_s.file",
+               "plant.sensors.sampling_lead_us",
+               "plant.sensors.current.bits",
+               "plant.sensors.voltage.bits",
+               "plant.inverter.dead_time_us",
+               "plant.link.capacitance_f",
+               "plant.link.source_ohm",
+               "plant.link.source_h",
+               "plant.link.source_diode",
+               "plant.link.chopper_ohm",
+               "plant.link.chopper_on_v",
+               "plant.link.chopper_off_v"});
     if (kind.name == "plant") continue;
     add(kind, {"machine.reactance_frequency_hz", "drive.period_us", "drive.sampling_lead_us",
                "drive.inverter.dead_time_us", "drive.current_limit_a", "control.flux_reference_wb",

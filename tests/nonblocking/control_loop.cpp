@@ -7,6 +7,8 @@
 #include "sextant/hil/plant_server.hpp"
 #include "sextant/hil/shared_memory_drive_io.hpp"
 #include "sextant/hil/shared_memory_plant_end.hpp"
+#include "sextant/plant/appended_pair.hpp"
+#include "sextant/plant/dc_link.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/exact_integrator.hpp"
@@ -33,6 +35,10 @@ template class FixedStepIntegrator<DrivePlant<float>>;
 template class ExactIntegrator<DrivePlant<double>>;
 template class ExactIntegrator<DrivePlant<float>>;
 template class SimulatedDriveIo<DrivePlant<double>>;
+template class FixedStepIntegrator<DrivePlant<double, DcLink<double>>>;
+template class ExactIntegrator<DrivePlant<double, DcLink<double>>>;
+template class SimulatedDriveIo<DrivePlant<double, DcLink<double>>>;
+template class FixedStepIntegrator<DrivePlant<double, AppendedPair<DcLink<double>, EnergyMeter<double>>>>;
 template class FixedStepIntegrator<DrivePlant<double, EnergyMeter<double>>>;
 template class ExactIntegrator<DrivePlant<double, EnergyMeter<double>>>;
 template class SimulatedDriveIo<DrivePlant<double, EnergyMeter<double>>,

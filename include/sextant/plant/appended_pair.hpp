@@ -9,13 +9,16 @@
 
 namespace sextant {
 
-/// Two appended systems as one; the states of the second follow those of the first.
+/// Two appended systems as one; the states of the second follow those of the first. It feeds back what either
+/// of them does, the first before the second; events of the second follow those of the first.
 template <class First, class Second, class T = double>
   requires AppendedSystem<First, T> && AppendedSystem<Second, T>
 struct AppendedPair {
   static constexpr int size = First::size + Second::size;
   static constexpr bool is_integral = sextant::is_integral<First> && sextant::is_integral<Second>;
   static constexpr bool last_is_uncontrolled = sextant::last_is_uncontrolled<Second>;
+  static constexpr bool feeds_back = sextant::feeds_back<First> || sextant::feeds_back<Second>;
+  static constexpr int event_count = appended_event_count<First> + appended_event_count<Second>;
   static constexpr int second_begin = First::size;  ///< index of the second system's first state
 
   First first;
@@ -26,11 +29,61 @@ struct AppendedPair {
   /// Both derivatives, in the units of each.
   constexpr void derivative(const PlantQuantities<T>& plant, std::span<const T, std::size_t(size)> y,
                             std::span<T, std::size_t(size)> dy) const noexcept SEXTANT_NONBLOCKING {
-    constexpr auto head = std::size_t(First::size);
-    constexpr auto tail = std::size_t(Second::size);
     first.derivative(plant, y.template first<head>(), dy.template first<head>());
     second.derivative(plant, y.template last<tail>(), dy.template last<tail>());
   }
+
+  // The rest is as `FeedbackSystem` has it.
+  constexpr void begin(std::span<T, std::size_t(size)> y) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (sextant::feeds_back<First>) first.begin(y.template first<head>());
+    if constexpr (sextant::feeds_back<Second>) second.begin(y.template last<tail>());
+  }
+  constexpr void act(std::span<const T, std::size_t(size)> y,
+                     PlantInputs<T>& inputs) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (sextant::feeds_back<First>) first.act(y.template first<head>(), inputs);
+    if constexpr (sextant::feeds_back<Second>) second.act(y.template last<tail>(), inputs);
+  }
+  constexpr void events(std::span<const T, std::size_t(size)> y, const PlantInputs<T>& given,
+                        std::span<T, std::size_t(event_count)> g) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (sextant::feeds_back<First>)
+      first.events(y.template first<head>(), given, g.template first<head_events>());
+    if constexpr (sextant::feeds_back<Second>)
+      second.events(y.template last<tail>(), given, g.template last<tail_events>());
+  }
+  constexpr void on_event(int event, std::span<T, std::size_t(size)> y) noexcept SEXTANT_NONBLOCKING {
+    if constexpr (sextant::feeds_back<First>) {
+      if (event < int(head_events)) return first.on_event(event, y.template first<head>());
+    }
+    if constexpr (sextant::feeds_back<Second>)
+      second.on_event(event - int(head_events), y.template last<tail>());
+  }
+  constexpr bool settle(std::span<T, std::size_t(size)> y,
+                        const PlantInputs<T>& given) noexcept SEXTANT_NONBLOCKING {
+    bool changed = false;
+    if constexpr (sextant::feeds_back<First>) changed = first.settle(y.template first<head>(), given);
+    if constexpr (sextant::feeds_back<Second>)
+      changed = second.settle(y.template last<tail>(), given) || changed;
+    return changed;
+  }
+  [[nodiscard]] constexpr T rate_squared() const noexcept SEXTANT_NONBLOCKING {
+    T sum{};
+    if constexpr (sextant::feeds_back<First>) sum += first.rate_squared();
+    if constexpr (sextant::feeds_back<Second>) sum += second.rate_squared();
+    return sum;
+  }
+  [[nodiscard]] constexpr bool is_valid(std::span<const T, std::size_t(size)> y) const noexcept
+      SEXTANT_NONBLOCKING {
+    bool valid = true;
+    if constexpr (sextant::feeds_back<First>) valid = first.is_valid(y.template first<head>());
+    if constexpr (sextant::feeds_back<Second>) valid = valid && second.is_valid(y.template last<tail>());
+    return valid;
+  }
+
+ private:
+  static constexpr auto head = std::size_t(First::size);
+  static constexpr auto tail = std::size_t(Second::size);
+  static constexpr auto head_events = std::size_t(appended_event_count<First>);
+  static constexpr auto tail_events = std::size_t(appended_event_count<Second>);
 };
 
 }  // namespace sextant

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <span>
 
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
+#include "sextant/plant/plant_inputs.hpp"
 
 namespace sextant {
 
@@ -25,10 +27,12 @@ struct PlantQuantities {
   T theta_m{};             ///< mechanical angle, not wrapped [rad]
   T iron_loss{};           ///< of the machine [W]
   T threshold_loss{};      ///< what the thresholds of the inverter's switches and diodes take [W]
+  T u_given{};             ///< link voltage of the plant's inputs: u_dc, or that of a `DcLink`'s source [V]
 };
 
-/// A system of differential equations that is driven by the plant and integrated with it, without an effect
-/// on it: meters, a continuous-time estimator. `derivative(plant, y, dy)` writes dy/dt.
+/// A system of differential equations that is driven by the plant and integrated with it: meters, a
+/// continuous-time estimator. `derivative(plant, y, dy)` writes dy/dt. Without more it has no effect on the
+/// plant; `FeedbackSystem` has.
 template <class A, class T>
 concept AppendedSystem =
     std::copyable<A> && A::size >= 0 &&
@@ -36,6 +40,50 @@ concept AppendedSystem =
              std::span<T, std::size_t(A::size)> dy) {
       { a.derivative(plant, y, dy) } noexcept;
     };
+
+/// An appended system that declares `static constexpr bool feeds_back = true` acts on the plant: its states
+/// decide inputs of the plant that are otherwise given, as a DC link decides the voltage, and a driveline
+/// would decide the load torque. `given`: the plant's inputs as they were set.
+///   begin(y)              the states before anything has happened
+///   act(y, inputs)        changes the given inputs to those that act
+///   events(y, given, g)   `event_count` functions; an event is a fall through zero
+///   on_event(event, y)    the event of one of them has come; may change y
+///   settle(y, given)      what holds at a state that has not come from the last one by integration, or under
+///                         inputs that have jumped; may change y; true where anything has changed
+///   rate_squared()        the square of how fast its states move at most, for fixed steps [1/s²]
+///   is_valid(y)           false where its equations do not hold
+/// The plant's stator voltage is then not known ahead: integrators restart where the inverter switches.
+template <class A, class T>
+concept FeedbackSystem = AppendedSystem<A, T> && A::feeds_back && A::event_count >= 0 &&
+                         requires(const A& a, A& changed, std::span<const T, std::size_t(A::size)> y,
+                                  std::span<T, std::size_t(A::size)> z, const PlantInputs<T>& given,
+                                  PlantInputs<T>& inputs, std::span<T, std::size_t(A::event_count)> g) {
+                           { a.begin(z) } noexcept;
+                           { a.act(y, inputs) } noexcept;
+                           { a.events(y, given, g) } noexcept;
+                           { changed.on_event(0, z) } noexcept;
+                           { changed.settle(z, given) } noexcept -> std::same_as<bool>;
+                           { a.rate_squared() } noexcept -> std::same_as<T>;
+                           { a.is_valid(y) } noexcept -> std::same_as<bool>;
+                         };
+
+/// True for an appended system that declares to be a `FeedbackSystem`.
+template <class A>
+inline constexpr bool feeds_back = [] {
+  if constexpr (requires { A::feeds_back; })
+    return A::feeds_back;
+  else
+    return false;
+}();
+
+/// Event functions of an appended system; none without feedback. [-]
+template <class A>
+inline constexpr int appended_event_count = [] {
+  if constexpr (feeds_back<A>)
+    return A::event_count;
+  else
+    return 0;
+}();
 
 /// True for an appended system whose slope does not depend on its own states, as a meter's: it declares
 /// `static constexpr bool is_integral = true`. Integrators may take such integrals apart from the rest.

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -34,6 +35,9 @@ namespace sextant {
 /// inverter has a threshold voltage, always. Its slope resistance counts to R_s, and u_s is the voltage in
 /// front of both.
 ///
+/// An appended system that feeds back (`FeedbackSystem`) changes the inputs that are set to those that act,
+/// by its states; its events follow those of the legs.
+///
 /// The plant holds the state and the inputs; a `PlantIntegrator` moves the state. `revision()` changes
 /// whenever the right-hand side or the state jumps, and only then; `jumps()` leaves out what an integrator
 /// gets over without a restart: another voltage while every leg is driven, and a load that moves in small
@@ -43,16 +47,19 @@ namespace sextant {
 /// linear or with a main flux that saturates. Another machine is a class with the functions of
 /// `PlantMachine`.
 template <class T = double, class Appended = NoAppendedSystem<T>, class Machine = InductionMachine<T>>
-  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T>
+  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
+           (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
 class DrivePlant {
  public:
   using Scalar = T;
+  using AppendedType = Appended;
   static constexpr bool appends_integrals = is_integral<Appended>;
+  static constexpr bool feeds_back = sextant::feeds_back<Appended>;
   static constexpr int machine_size = 6;
   static constexpr int size = machine_size + Appended::size;
   /// The last state has no say in the steps of an integrator with error control.
   static constexpr bool last_is_uncontrolled = sextant::last_is_uncontrolled<Appended>;
-  static constexpr int event_count = Inverter<T>::event_count;
+  static constexpr int event_count = Inverter<T>::event_count + appended_event_count<Appended>;
   /// Elements of the state; the appended system's follow.
   enum Index : int { psi_s_alpha, psi_s_beta, psi_r_alpha, psi_r_beta, omega, theta, appended };
   using State = Eigen::Matrix<T, size, 1>;
@@ -83,6 +90,7 @@ class DrivePlant {
     const T p = T(m.pole_pairs);
     shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
     flux_per_volt_ = (T(1) + rounding) * T(2) / T(3) * machine_.largest_inductance() / m.r_s;
+    if constexpr (feeds_back) appended_.begin(appended_states());
     settle_inverter();
   }
 
@@ -99,8 +107,9 @@ class DrivePlant {
     feels_road_ = on_road_ && !inputs.imposed_speed;
     inputs_.speed_slope = inputs.speed_slope;
     ++revision_;
+    if constexpr (feeds_back) settle_appended();
     if (!bridge_changed) return;
-    largest_u_dc_ = std::max(largest_u_dc_, inputs.u_dc + T(2) * drops_.threshold_voltage);
+    note_link_voltage();
     settle_inverter();
   }
   /// Leg states of the segment to come, the other inputs as they are.
@@ -125,6 +134,10 @@ class DrivePlant {
   void set_state(const State& x) noexcept SEXTANT_NONBLOCKING {
     x_ = x;
     note_jump();
+    if constexpr (feeds_back) {
+      settle_appended();
+      note_link_voltage();
+    }
     settle_inverter();
   }
   /// Flux linkages, stationary frame. [Wb]
@@ -144,7 +157,13 @@ class DrivePlant {
   }
 
   /// For integrators: the state reached by integration, which continues the solution.
-  void continue_at(const State& x) noexcept SEXTANT_NONBLOCKING { x_ = x; }
+  void continue_at(const State& x) noexcept SEXTANT_NONBLOCKING {
+    x_ = x;
+    if constexpr (feeds_back) {
+      note_link_voltage();
+      inverter_.set_link_voltage(u_dc());
+    }
+  }
   [[nodiscard]] const State& state() const noexcept SEXTANT_NONBLOCKING { return x_; }
   [[nodiscard]] std::uint64_t revision() const noexcept SEXTANT_NONBLOCKING { return revision_; }
   /// Changes whenever the state jumps, or the right-hand side does by anything but the voltage of a bridge
@@ -156,14 +175,14 @@ class DrivePlant {
     if (inverter_.voltage_is_fixed() && drops_.threshold_voltage == T(0)) return driven_derivative(x, dx);
     derivative_at<true>(x, dx,
                         [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
-                          return inverter_.voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
+                          return inverter_at(x).voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
                         });
   }
   /// The same while no leg floats and the inverter has no threshold, for integrators that check this once a
   /// step.
   void driven_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
-    derivative_at(x, dx, [this](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
-      return inverter_.voltage_map().offset;
+    derivative_at(x, dx, [this, &x](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
+      return inverter_at(x).voltage_map().offset;
     });
   }
 
@@ -185,8 +204,17 @@ class DrivePlant {
     q.tau_l = inputs_.tau_l;
     q.omega_m = x[omega];
     q.theta_m = x[theta];
+    q.u_given = inputs_.u_dc;
     if (machine_.has_iron_loss()) [[unlikely]]
       return with_iron_loss(q);
+    return q;
+  }
+  /// The same of the whole state, with the inputs that act there.
+  [[nodiscard]] PlantQuantities<T> quantities_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    PlantQuantities<T> q = quantities(MachineState{x.template head<machine_size>()});
+    const PlantInputs<T>& acting = inputs_at(x);
+    q.u_dc = acting.u_dc;
+    q.tau_l = acting.tau_l;
     return q;
   }
   /// The slope of an appended system of integrals under leg states that are all driven; q: of `quantities`,
@@ -227,42 +255,65 @@ class DrivePlant {
     if (inputs_.imposed_speed) return T(0);
     return shaft_gain_ * (dot(psi_s(), psi_s()) + dot(psi_r(), psi_r()));
   }
+  /// How fast an appended system that feeds back moves, squared. [1/s²]
+  [[nodiscard]] T appended_rate_squared() const noexcept SEXTANT_NONBLOCKING
+    requires(feeds_back)
+  {
+    return appended_.rate_squared();
+  }
 
-  /// False when the state is not finite, or when the stator flux linkage is larger than the DC link can make
-  /// it, whatever the speed does:
+  /// False when the state is not finite, when an appended system is not valid, or when the stator flux
+  /// linkage is larger than the DC link can make it, whatever the speed does:
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
   /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far; with saturation L_s is the largest
   /// one, and iron loss makes d|psi_r|/dt smaller. An integration that goes beyond it has left the machine's
   /// equations.
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (feeds_back) {
+      if (!appended_.is_valid(appended_states(x_))) return false;
+    }
     const T limit = flux_per_volt_ * largest_u_dc_;
     return dot(psi_s(), psi_s()) <= limit * limit && std::isfinite(x_.sum());
   }
 
   /// ∂(dx/dt)/∂x at x. While a leg floats, the stator voltage counts as that of the machine without
-  /// saturation, with which a Newton iteration takes more steps to the same solution. The rows of the
-  /// appended system are left at zero: nothing depends on it, so that a Newton iteration loses one step there
-  /// and no accuracy.
+  /// saturation, with which a Newton iteration takes more steps to the same solution. The rows of an appended
+  /// system without feedback are left at zero: nothing depends on it, so that a Newton iteration loses one
+  /// step there and no accuracy. With feedback all are difference quotients.
   void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
-  /// Event functions of the three inverter legs; an event is a fall through zero.
-  void events(const State& x, std::array<T, 3>& g) const noexcept SEXTANT_NONBLOCKING {
+  /// Event functions of the three inverter legs, and of an appended system that feeds back; an event is a
+  /// fall through zero.
+  void events(const State& x, Events& g) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
-    g = inverter_.events(i_s, emf_at(x));
+    const std::array<T, 3> legs = inverter_at(x).events(i_s, emf_at(x));
+    std::copy(legs.begin(), legs.end(), g.begin());
+    if constexpr (feeds_back)
+      appended_.events(appended_states(x), inputs_, std::span{g}.template subspan<legs.size()>());
   }
   /// True when the stator voltage over all of these gate segments follows from them alone.
   [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
-    return inverter_.is_plain() &&
+    return !feeds_back && inverter_.is_plain() &&
            std::all_of(segments.begin(), segments.end(),
                        [](const GateSegment& segment) { return is_driven(segment.state); });
   }
-  /// True while events can come: a leg is off, a cable open or a threshold to be overcome.
-  [[nodiscard]] bool has_events() const noexcept SEXTANT_NONBLOCKING { return inverter_.has_events(); }
-  /// The event of a leg has come at the present state.
-  void on_event(int leg) noexcept SEXTANT_NONBLOCKING {
-    inverter_.on_event(leg, i_s(), emf_at(x_));
-    make_current_admissible();
+  /// True while events can come: a leg is off, a cable open or a threshold to be overcome, or an appended
+  /// system feeds back.
+  [[nodiscard]] bool has_events() const noexcept SEXTANT_NONBLOCKING {
+    return feeds_back || inverter_.has_events();
+  }
+  /// An event has come at the present state.
+  void on_event(int event) noexcept SEXTANT_NONBLOCKING {
+    if (event < Inverter<T>::event_count) {
+      inverter_.on_event(event, i_s(), emf_at(x_));
+      make_current_admissible();
+    }
+    if constexpr (feeds_back) {
+      if (event >= Inverter<T>::event_count)
+        appended_.on_event(event - Inverter<T>::event_count, appended_states());
+      settle_appended();
+    }
     note_jump();
   }
 
@@ -276,6 +327,13 @@ class DrivePlant {
   /// Stator voltage at this instant, in front of the inverter's slope resistance. [V]
   [[nodiscard]] SpaceVector<T> u_s() const noexcept SEXTANT_NONBLOCKING {
     return inverter_.voltage_map()(emf_at(x_));
+  }
+  /// Voltage of the DC link. [V]
+  [[nodiscard]] T u_dc() const noexcept SEXTANT_NONBLOCKING { return inputs_at(x_).u_dc; }
+  /// What of these inputs acts at the present state.
+  [[nodiscard]] PlantInputs<T> acting(PlantInputs<T> given) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (feeds_back) appended_.act(appended_states(x_), given);
+    return given;
   }
   /// Current drawn from the DC link. [A]
   [[nodiscard]] T i_dc() const noexcept SEXTANT_NONBLOCKING { return inverter_.dc_link_current(i_s()); }
@@ -331,6 +389,44 @@ class DrivePlant {
     ++revision_;
     ++jumps_;
   }
+  void note_link_voltage() noexcept SEXTANT_NONBLOCKING {
+    largest_u_dc_ = std::max(largest_u_dc_, u_dc() + T(2) * drops_.threshold_voltage);
+  }
+  /// The appended system's part of a state.
+  static std::span<const T, appended_size> appended_states(const State& x) noexcept SEXTANT_NONBLOCKING {
+    return std::span<const T, appended_size>{x.data() + machine_size, appended_size};
+  }
+  std::span<T, appended_size> appended_states() noexcept SEXTANT_NONBLOCKING {
+    return std::span<T, appended_size>{x_.data() + machine_size, appended_size};
+  }
+  void settle_appended() noexcept SEXTANT_NONBLOCKING
+    requires(feeds_back)
+  {
+    if (appended_.settle(appended_states(), inputs_)) note_jump();
+  }
+  /// The inputs that act at x: as they are set, or as an appended system changes them. Without its states, x
+  /// being that of the machine, as they are set.
+  template <class Vector>
+  [[nodiscard]] decltype(auto) inputs_at(const Vector& x) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (feeds_back && Vector::RowsAtCompileTime > machine_size) {
+      PlantInputs<T> inputs = inputs_;
+      appended_.act(appended_states(x), inputs);
+      return inputs;
+    } else {
+      return (inputs_);
+    }
+  }
+  /// The inverter at x, under the ties that there are.
+  template <class Vector>
+  [[nodiscard]] decltype(auto) inverter_at(const Vector& x) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (feeds_back) {
+      Inverter<T> inverter = inverter_;
+      inverter.set_link_voltage(inputs_at(x).u_dc);
+      return inverter;
+    } else {
+      return (inverter_);
+    }
+  }
   static Machine machine_of(const DrivePlantParameters<T>& parameters) {
     if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>, SaturationParameters<T>,
                                           IronLossParameters<T>>)
@@ -357,21 +453,32 @@ class DrivePlant {
     T iron_loss{};
     if (machine_.has_iron_loss()) [[unlikely]]
       iron_loss = part_iron(flux_r, x[omega], i_r, tau_e);
+    const PlantInputs<T>& acting = inputs_at(x);
     dx[psi_s_alpha] = dpsi_s.alpha;
     dx[psi_s_beta] = dpsi_s.beta;
     dx[psi_r_alpha] = dpsi_r.alpha;
     dx[psi_r_beta] = dpsi_r.beta;
-    dx[omega] = inputs_.imposed_speed
-                    ? inputs_.speed_slope
-                    : (tau_e - inputs_.tau_l - viscous_friction_ * x[omega]) * inverse_inertia_;
+    dx[omega] = acting.imposed_speed
+                    ? acting.speed_slope
+                    : (tau_e - acting.tau_l - viscous_friction_ * x[omega]) * inverse_inertia_;
     if (feels_road_) [[unlikely]]
       dx[omega] -= road_load_.torque(x[omega]) * inverse_inertia_;
     dx[theta] = x[omega];
     if constexpr (Vector::RowsAtCompileTime > machine_size) {
       const T threshold_loss = has_threshold ? drops_.threshold_loss(i_s) : T(0);
-      const PlantQuantities<T> q{
-          flux_s, flux_r,        i_s,      i_r,      u_s,       inputs_.u_dc,  inverter_.dc_link_current(i_s),
-          tau_e,  inputs_.tau_l, x[omega], x[theta], iron_loss, threshold_loss};
+      const PlantQuantities<T> q{flux_s,
+                                 flux_r,
+                                 i_s,
+                                 i_r,
+                                 u_s,
+                                 acting.u_dc,
+                                 inverter_.dc_link_current(i_s),
+                                 tau_e,
+                                 acting.tau_l,
+                                 x[omega],
+                                 x[theta],
+                                 threshold_loss,
+                                 inputs_.u_dc};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
@@ -461,9 +568,8 @@ class DrivePlant {
         m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() + along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
-    if (inverter_.is_plain() && is_driven(inputs_.state))
-      return inverter_.set_driven(inputs_.state, inputs_.u_dc);
-    inverter_.set(inputs_.state, inputs_.u_dc, i_s(), emf_at(x_));
+    if (inverter_.is_plain() && is_driven(inputs_.state)) return inverter_.set_driven(inputs_.state, u_dc());
+    inverter_.set(inputs_.state, u_dc(), i_s(), emf_at(x_));
     make_current_admissible();
   }
   void make_current_admissible() noexcept SEXTANT_NONBLOCKING {
@@ -472,6 +578,9 @@ class DrivePlant {
     x_[psi_s_alpha] = flux.alpha;
     x_[psi_s_beta] = flux.beta;
   }
+
+  /// Of a system that feeds back: ∂(dx/dt)/∂x by central differences, as a Newton iteration needs it.
+  void difference_quotients(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
   Machine machine_;
   Appended appended_;
@@ -492,9 +601,11 @@ class DrivePlant {
 };
 
 template <class T, class Appended, class Machine>
-  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T>
+  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
+           (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
 void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
                                                 Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
+  if constexpr (feeds_back) return difference_quotients(x, j);
   const InductionMachineParameters<T>& m = machine_.parameters();
   const T p = T(m.pole_pairs);
   const T k_r = m.k_r();
@@ -527,6 +638,24 @@ void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
   j(omega, omega) = -viscous_friction_ * inverse_inertia_;
   if (machine_.has_iron_loss()) j.template block<1, 5>(omega, 0) += inverse_inertia_ * rotor.iron_torque;
   if (on_road_) j(omega, omega) -= road_load_.slope(x[omega]) * inverse_inertia_;
+}
+
+template <class T, class Appended, class Machine>
+  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
+           (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
+void DrivePlant<T, Appended, Machine>::difference_quotients(const State& x,
+                                                            Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
+  // The cube root of the rounding error is the best step of a central difference.
+  const T share = std::cbrt(std::numeric_limits<T>::epsilon());
+  for (int c = 0; c < size; ++c) {
+    State ahead = x, behind = x, rise, fall;
+    const T h = share * std::max(T(1), std::abs(x[c]));
+    ahead[c] += h;
+    behind[c] -= h;
+    derivative(ahead, rise);
+    derivative(behind, fall);
+    j.col(c) = (rise - fall) / (ahead[c] - behind[c]);
+  }
 }
 
 }  // namespace sextant

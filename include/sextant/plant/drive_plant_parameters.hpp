@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "sextant/core/induction_machine_parameters.hpp"
-#include "sextant/core/switch_state.hpp"
 #include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
+#include "sextant/plant/plant_inputs.hpp"
 #include "sextant/plant/road_load.hpp"
 #include "sextant/plant/saturation_parameters.hpp"
 
@@ -38,17 +38,6 @@ struct DrivePlantParameters {
   [[nodiscard]] T largest_magnetising_inductance() const noexcept {
     return (T(1) + saturation.excess()) * machine.k_r() * machine.l_m;
   }
-};
-
-/// What acts on the plant, constant over an integration segment.
-template <class T = double>
-struct PlantInputs {
-  SwitchState state{};        ///< commanded states of the inverter legs
-  T u_dc{};                   ///< voltage of the stiff DC link [V]
-  T tau_l{};                  ///< load torque; positive opposes positive rotation [N·m]
-  bool imposed_speed{false};  ///< true: the speed follows speed_slope, whatever the torques
-  T speed_slope{};            ///< domega_m/dt where the speed is imposed [rad/s²]
-  friend constexpr bool operator==(const PlantInputs&, const PlantInputs&) noexcept = default;
 };
 
 }  // namespace sextant

@@ -37,9 +37,10 @@ struct ExactParameters {
 /// or the step has changed, and by nothing else: when another plant, that is another machine, is given,
 /// `reset()` is due first.
 ///
-/// While a leg is off the plant is moved by the fixed step of Runge and Kutta, which locates the diode
-/// events. Source: M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19, 2010; S. Blanes
-/// et al., "The Magnus expansion and some of its applications", Physics Reports 470, 2009.
+/// While events can come, as where a leg is off or an appended system feeds back, the plant is moved by the
+/// fixed step of Runge and Kutta, which locates them. Source: M. Hochbruck, A. Ostermann, "Exponential
+/// integrators", Acta Numerica 19, 2010; S. Blanes et al., "The Magnus expansion and some of its
+/// applications", Physics Reports 470, 2009.
 template <class Plant>
 class ExactIntegrator final : public PlantIntegrator<Plant> {
  public:

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -96,7 +95,9 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
 
   static T fastest_rate_squared(const Plant& plant) noexcept SEXTANT_NONBLOCKING {
     const T electrical = plant.electrical_rate();
-    return electrical * electrical + plant.shaft_rate_squared();
+    const T square = electrical * electrical + plant.shaft_rate_squared();
+    if constexpr (Plant::feeds_back) return square + plant.appended_rate_squared();
+    return square;
   }
 
   /// 0 when they are too many.
@@ -202,21 +203,21 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
         plant.continue_at(x1);
         return true;
       }
-      const int leg = lowest_event(plant, path.at(crossing));
+      const int event = lowest_event(plant, path.at(crossing));
       plant.continue_at(runge_kutta_step(slope, x0, k0, crossing * left));
-      plant.on_event(leg);
+      plant.on_event(event);
       left *= T(1) - crossing;
     }
     return false;
   }
 
   static T lowest_value(const Plant& plant, const State& x) noexcept SEXTANT_NONBLOCKING {
-    std::array<T, 3> g;
+    typename Plant::Events g;
     plant.events(x, g);
-    return std::min({g[0], g[1], g[2]});
+    return *std::min_element(g.begin(), g.end());
   }
   static int lowest_event(const Plant& plant, const State& x) noexcept SEXTANT_NONBLOCKING {
-    std::array<T, 3> g;
+    typename Plant::Events g;
     plant.events(x, g);
     return int(std::min_element(g.begin(), g.end()) - g.begin());
   }

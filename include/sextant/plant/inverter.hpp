@@ -16,7 +16,7 @@
 
 namespace sextant {
 
-/// Two-level inverter on a stiff DC link: switches and freewheeling diodes that are ideal or, while they
+/// Two-level inverter on a DC link: switches and freewheeling diodes that are ideal or, while they
 /// conduct, take a threshold voltage V_t. A dead time is a time for which a leg is off.
 ///
 /// A leg is low, high or off. An off leg carries its phase current through a diode: the lower one while
@@ -85,6 +85,17 @@ class Inverter {
     find_ranges();
     tie_by_currents(phases_of(i_s));
     settle(e);
+  }
+
+  /// Sets the DC-link voltage [V] under the ties that there are: the link has moved, and no event has come.
+  constexpr void set_link_voltage(T u_dc) noexcept SEXTANT_NONBLOCKING {
+    u_dc_ = u_dc;
+    if (is_plain_ && is_driven(state_)) {
+      map_.offset = sextant::stator_voltage(state_, u_dc);
+      return;
+    }
+    find_ranges();
+    map_ = stator_voltage_map(ties_, std::array<T, 3>{potential(0), potential(1), potential(2)});
   }
 
   /// The event of a leg has come: a conducting device blocks, an arc ends, or a device of a floating leg

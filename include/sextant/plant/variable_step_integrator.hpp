@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/nonblocking.hpp"
@@ -23,9 +24,10 @@ namespace sextant {
 /// While every leg is driven the solution goes on over the switching of the inverter (`SmoothSolution`),
 /// unless it stops there (`AtSwitching`). Otherwise it is continued from segment to segment as long as the
 /// plant's revision stays the same, and restarted at each jump of the right-hand side: where a leg is off or
-/// a cable open. Root finding for diode events is a solver of its own, which runs only while legs are off.
+/// a cable open, and where an appended system feeds back. Root finding for diode events is a solver of its
+/// own, which runs only while legs are off.
 template <class Plant, class Solver>
-  requires(std::same_as<typename Plant::Scalar, double> && Plant::appends_integrals)
+  requires(std::same_as<typename Plant::Scalar, double> && (Plant::appends_integrals || Plant::feeds_back))
 class VariableStepIntegrator : public PlantIntegrator<Plant> {
  public:
   using Parameters = typename Solver::Parameters;
@@ -72,6 +74,14 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
     }
     return parameters;
   }
+
+  /// In place of a solution that goes on, of a plant whose voltage is not known ahead.
+  struct NeverGoesOn {
+    explicit NeverGoesOn(const Parameters&) noexcept {}
+    void reset() noexcept {}
+  };
+  using OverSwitching =
+      std::conditional_t<Plant::appends_integrals, SmoothSolution<Plant, Solver>, NeverGoesOn>;
 
   /// One that restarts at each jump.
   static Solver solver(int event_count, const Parameters& parameters) {
@@ -133,16 +143,19 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
   [[nodiscard]] double end_time() const noexcept { return start_ + 1e-9 * double(elapsed_ns_); }
 
   [[nodiscard]] bool goes_on_over(std::span<const GateSegment> segments, const Plant& plant) const noexcept {
-    return goes_on_ && !segments.empty() && plant.is_driven_by(segments);
+    return Plant::appends_integrals && goes_on_ && !segments.empty() && plant.is_driven_by(segments);
   }
 
   bool go_on(Plant& plant, std::span<const GateSegment> segments, std::span<State> corners) noexcept {
     active_ = nullptr;
-    return over_switching_.advance(plant, segments, corners);
+    if constexpr (Plant::appends_integrals)
+      return over_switching_.advance(plant, segments, corners);
+    else
+      return false;
   }
 
   int max_events_;
-  SmoothSolution<Plant, Solver> over_switching_;
+  OverSwitching over_switching_;
   bool goes_on_;
   Solver smooth_;
   Solver with_events_;

@@ -35,6 +35,10 @@ enum class Metric : std::uint8_t {
   energy_copper,
   energy_iron,
   energy_field,
+  energy_source,
+  energy_source_loss,
+  energy_chopper,
+  energy_stored,
   energy_unaccounted,
   speed_error_rms,
   simulated,
@@ -49,7 +53,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 29;
+inline constexpr std::size_t metric_count = 33;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -89,9 +93,14 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "lost in the windings, and in switches and diodes that have drops, in the window"},
     {"energy_iron_j", "J", "lost in the iron, where plant.iron_loss has some, in the window"},
     {"energy_field_j", "J", "change of the magnetic field's energy in the window"},
+    {"energy_source_j", "J", "delivered by the source of a link with capacitance in the window"},
+    {"energy_source_loss_j", "J", "lost in the resistance of that source in the window"},
+    {"energy_chopper_j", "J", "lost in the brake chopper of that link in the window"},
+    {"energy_stored_j", "J",
+     "change of the energy in the capacitor of that link and the inductance of its source in the window"},
     {"energy_unaccounted", "1",
-     "of the whole run: energy from the link that is neither work nor loss nor field, as a share of what has "
-     "flowed"},
+     "of the whole run: energy from the link that is neither work nor loss nor field, and energy of a link "
+     "with capacitance that is neither lost nor stored nor passed on, as a share of what has flowed"},
     {"speed_error_rms_rad_s", "rad/s", "RMS of speed minus its reference in the window, if there is one"},
     {"simulated_s", "s", "length of the run in the drive's time"},
     {"wall_s", "s", "length of the run in wall time"},

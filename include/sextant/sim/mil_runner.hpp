@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "sextant/control/controller.hpp"
@@ -26,12 +27,12 @@ struct LatchedFault {
 /// How a run ended.
 struct MilResult {
   MetricList metrics{};
-  std::vector<MetricList> window_metrics{};  ///< of each of the scenario's windows
-  bool plant_healthy{true};                  ///< false: the integration failed, or one of the two below
-  bool plant_reachable{true};                ///< false: the plant's state has left what the DC link can feed
-  bool events_ended{true};                   ///< false: an event-exact run had more events than it may
-  bool stopped{false};                       ///< the caller has ended the run early
-  std::optional<MissingTorque> missing_torque{};    ///< asked and not made, of a sampled run
+  std::vector<MetricList> window_metrics{};       ///< of each of the scenario's windows
+  bool plant_healthy{true};                       ///< false: the integration failed, or one of the two below
+  bool plant_reachable{true};                     ///< false: the plant's state has left its equations
+  bool events_ended{true};                        ///< false: an event-exact run had more events than it may
+  bool stopped{false};                            ///< the caller has ended the run early
+  std::optional<MissingTorque> missing_torque{};  ///< asked and not made, of a sampled run
   std::optional<CycleDeparture> cycle_departure{};  ///< of a driver that did not follow
   DriveState final_state{DriveState::init};
   FaultSet faults{};                        ///< latched during the run
@@ -54,14 +55,21 @@ class MilRunner {
   /// whose comparators and channels are recorded; may be null.
   MilRunner(Drive<double>& drive, MeteredPowerStage::Io& io, std::int32_t period_ns,
             const Controller<>* controller = nullptr) noexcept
-      : drive_{drive}, io_{io}, period_ns_{period_ns}, controller_{controller} {}
+      : drive_{drive}, io_{&io}, period_ns_{period_ns}, controller_{controller} {}
+  /// The same with a link whose voltage is a state.
+  MilRunner(Drive<double>& drive, LinkedMeteredPowerStage::Io& io, std::int32_t period_ns,
+            const Controller<>* controller = nullptr) noexcept
+      : drive_{drive}, io_{&io}, period_ns_{period_ns}, controller_{controller} {}
 
   /// Runs the whole scenario. `trace` may be null. Throws what the scenario's parts throw on bad parameters.
   [[nodiscard]] MilResult run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress);
 
  private:
+  template <class Io>
+  MilResult run(Io& io, const Scenario& scenario, TraceRecorder* trace, const Progress& progress);
+
   Drive<double>& drive_;
-  MeteredPowerStage::Io& io_;
+  std::variant<MeteredPowerStage::Io*, LinkedMeteredPowerStage::Io*> io_;
   std::int32_t period_ns_;
   const Controller<>* controller_;
 };

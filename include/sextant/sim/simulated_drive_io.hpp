@@ -25,7 +25,7 @@ namespace sextant {
 /// How the simulated power stage behaves.
 struct SimulatedDriveIoParameters {
   std::int32_t period_ns{25'000};  ///< control period [ns]
-  double u_dc{530.0};              ///< stiff DC-link voltage [V]
+  double u_dc{530.0};              ///< voltage of the stiff DC link, or of a link's source [V]
   int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after it was written [-]
   bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
   int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
@@ -65,6 +65,7 @@ template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
   using Parameters = SimulatedDriveIoParameters;
+  using PlantType = Plant;
 
   /// Plant, integrator and load are not owned and must outlive this object.
   SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,
@@ -90,7 +91,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
     const bool complete = applied.duration_ns() == elapsed_ns;
     Measurement<double> measured{
         .i_abc = plant_.i_abc(),
-        .u_dc = u_dc_,
+        .u_dc = link_voltage(),
         .omega_m = plant_.omega_m(),
         .applied = applied,
         .plausible = complete && healthy(),
@@ -184,7 +185,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   void sample() noexcept {
     sampled_current_ = plant_.i_abc();
-    sampled_u_dc_ = u_dc_;
+    sampled_u_dc_ = link_voltage();
   }
 
   /// The fault at the plant's present time, and the time of the next stop.
@@ -269,6 +270,13 @@ class SimulatedDriveIo final : public DriveIo<double> {
     return has_stops_ ? parameters_.fault.link_voltage(parameters_.u_dc, middle_ns) : parameters_.u_dc;
   }
 
+  /// Of the link at the plant's present time. [V]
+  [[nodiscard]] double link_voltage() const noexcept {
+    PlantInputs<double> given{};
+    given.u_dc = u_dc_;
+    return plant_.acting(given).u_dc;
+  }
+
   /// A step of the imposed speed acts at its instant; what is less than one is rounding.
   void jump_to(double speed) noexcept {
     constexpr double rounding_rad_s = 1e-6;
@@ -291,7 +299,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   std::int64_t sample_ns_{};              ///< when currents and link voltage are sampled [ns]
   ThreePhase<double> sampled_current_{};  ///< [A]
   double sampled_u_dc_{};                 ///< [V]
-  double u_dc_{};                         ///< of the link at the plant's present time [V]
+  double u_dc_{};                         ///< of the stiff link, or of the source, at the same time [V]
   bool started_{false};
   bool failed_{false};
 };

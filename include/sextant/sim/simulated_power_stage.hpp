@@ -1,9 +1,13 @@
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
 
+#include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/cvode_integrator.hpp"
+#include "sextant/plant/dc_link.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/erk_integrator.hpp"
@@ -25,6 +29,7 @@ enum class IntegratorKind : std::uint8_t {
 /// What a simulated power stage is made of.
 struct SimulatedPowerStageParameters {
   DrivePlantParameters<double> plant{};
+  DcLinkParameters<double> link{};  ///< between a source of `io.u_dc` and the inverter; stiff by default
   SimulatedDriveIoParameters io{};
   IntegratorKind integrator{IntegratorKind::cvode};
   CvodeParameters cvode{};
@@ -35,6 +40,9 @@ struct SimulatedPowerStageParameters {
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* problem = plant.validate()) return problem;
     if (const char* problem = io.validate()) return problem;
+    if (const char* problem = link.validate()) return problem;
+    if (link.has_chopper() && !(link.chopper_off > io.u_dc))
+      return "the brake chopper must turn off above the voltage of the source, or it loads the source";
     if (const char* problem = cvode.validate()) return problem;
     if (const char* problem = fixed.validate()) return problem;
     if (const char* problem = exact.validate()) return problem;
@@ -49,7 +57,11 @@ struct SimulatedPowerStageParameters {
 /// A plant whose energies are metered and integrated with it.
 using MeteredPlant = DrivePlant<double, EnergyMeter<double>>;
 
-/// Inverter, machine, shaft and their integrator behind one `DriveIo`, in place of the hardware.
+/// The same behind a DC link whose voltage is a state.
+using LinkedMeteredPlant = DrivePlant<double, AppendedPair<DcLink<double>, EnergyMeter<double>>>;
+
+/// Inverter, machine, shaft and their integrator behind one `DriveIo`, in place of the hardware. Whether the
+/// link is stiff (`SimulatedPowerStageParameters::link`) decides the type of the plant.
 template <class PlantType, class Log>
 class BasicSimulatedPowerStage {
  public:
@@ -57,10 +69,11 @@ class BasicSimulatedPowerStage {
   using Io = SimulatedDriveIo<Plant, Log>;
   using Parameters = SimulatedPowerStageParameters;
 
-  /// Throws std::runtime_error when the integrator cannot be set up or the load is malformed.
+  /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, or the link is
+  /// not that of this power stage.
   BasicSimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
       : load_{load},
-        plant_{make_plant(parameters.plant)},
+        plant_{checked(parameters).plant, make_appended<typename Plant::AppendedType>(parameters)},
         integrator_{make_integrator(parameters)},
         io_{parameters.io, plant_, *integrator_, load_} {}
 
@@ -82,13 +95,25 @@ class BasicSimulatedPowerStage {
   }
 
  private:
-  static Plant make_plant(const DrivePlantParameters<double>& parameters) {
-    if constexpr (Plant::size == Plant::machine_size) {
-      return Plant{parameters};
-    } else {
-      return Plant{parameters, EnergyMeter<double>{parameters.machine.r_s + parameters.drops.slope_resistance,
-                                                   parameters.machine.r_r}};
-    }
+  static const Parameters& checked(const Parameters& parameters) {
+    if (parameters.link.acts() != Plant::feeds_back)
+      throw std::runtime_error(parameters.link.acts()
+                                   ? "this power stage has a stiff DC link: a capacitance needs a linked one"
+                                   : "this power stage has a DC link whose capacitance must be above zero");
+    return parameters;
+  }
+
+  template <class Appended>
+  static Appended make_appended(const Parameters& p) {
+    const InductionMachineParameters<double>& m = p.plant.machine;
+    if constexpr (std::same_as<Appended, NoAppendedSystem<double>>)
+      return {};
+    else if constexpr (std::same_as<Appended, EnergyMeter<double>>)
+      return {m.r_s + p.plant.drops.slope_resistance, m.r_r};
+    else if constexpr (std::same_as<Appended, DcLink<double>>)
+      return {p.link, m.sigma_l_s(), p.io.u_dc};
+    else
+      return {make_appended<decltype(Appended::first)>(p), make_appended<decltype(Appended::second)>(p)};
   }
 
   MechanicalLoad load_;
@@ -97,10 +122,17 @@ class BasicSimulatedPowerStage {
   Io io_;
 };
 
-/// The power stage of a live drive.
+/// The power stage of a live drive, with a stiff link.
 using SimulatedPowerStage = BasicSimulatedPowerStage<DrivePlant<double>, NoSegmentLog<DrivePlant<double>>>;
+
+/// The same with a DC link whose voltage is a state.
+using LinkedPowerStage = BasicSimulatedPowerStage<DrivePlant<double, DcLink<double>>,
+                                                  NoSegmentLog<DrivePlant<double, DcLink<double>>>>;
 
 /// The power stage of a scenario: with energy meter and a log of every gate segment.
 using MeteredPowerStage = BasicSimulatedPowerStage<MeteredPlant, SegmentLog<MeteredPlant>>;
+
+/// The same with a DC link whose voltage is a state.
+using LinkedMeteredPowerStage = BasicSimulatedPowerStage<LinkedMeteredPlant, SegmentLog<LinkedMeteredPlant>>;
 
 }  // namespace sextant

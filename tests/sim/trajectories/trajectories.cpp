@@ -1,6 +1,6 @@
 // The torque of one machine over a switching sequence, by each integrator of the simulated power stage at its
-// defaults; of a machine that saturates or has iron loss without the exact one. Standard input and output are
-// one JSON object each; see tests/python/test_trajectories.py.
+// defaults; of a machine that saturates or has iron loss without the exact one. With a DC link of its own also
+// the link's voltage. Standard input and output are one JSON object each; see tests/python/test_trajectories.py.
 
 #include <cstdint>
 #include <cstdio>
@@ -42,30 +42,59 @@ IronLossParameters<> iron_loss_of(const nlohmann::json& task) {
           .hysteresis_frequency = j.at("frequency")};
 }
 
-/// Torque at the end of each period [N·m]; shorter than the sequence where the power stage has failed.
-std::vector<double> torques(const nlohmann::json& task, IntegratorKind integrator, AtSwitching at_switching) {
-  SimulatedPowerStage::Parameters parameters;
+/// Stiff where the task does not name one.
+DcLinkParameters<> link_of(const nlohmann::json& task) {
+  if (!task.contains("link")) return {};
+  const nlohmann::json& j = task.at("link");
+  return {.capacitance = j.at("capacitance"),
+          .source_resistance = j.at("source_resistance"),
+          .source_inductance = j.at("source_inductance"),
+          .source_diode = j.at("source_diode"),
+          .chopper_resistance = j.at("chopper_resistance"),
+          .chopper_on = j.at("chopper_on"),
+          .chopper_off = j.at("chopper_off")};
+}
+
+/// Torque [N·m] and link voltage [V] at the end of each period; shorter than the sequence where the power
+/// stage has failed.
+struct Course {
+  std::vector<double> tau_e{};
+  std::vector<double> u_dc{};
+};
+
+SimulatedPowerStageParameters parameters_of(const nlohmann::json& task, IntegratorKind integrator,
+                                            AtSwitching at_switching) {
+  SimulatedPowerStageParameters parameters;
   parameters.integrator = integrator;
   parameters.cvode.at_switching = at_switching;
   parameters.plant.machine = machine_of(task.at("machine"));
   parameters.plant.saturation = saturation_of(task);
   parameters.plant.iron_loss = iron_loss_of(task);
+  parameters.link = link_of(task);
   parameters.io.u_dc = task.at("u_dc");
   parameters.io.period_ns = task.at("period_ns");
+  return parameters;
+}
+
+template <class Stage>
+Course course(const nlohmann::json& task, const SimulatedPowerStageParameters& parameters) {
   MechanicalLoad::Parameters load;
   load.load_torque = ProfileParameters{.value = task.at("tau_l")};
-  SimulatedPowerStage stage{parameters, load};
-  SimulatedDriveIo<>& io = stage.io();
+  if (task.contains("speed")) load.imposed_speed = ProfileParameters{.value = task.at("speed")};
+  Stage stage{parameters, load};
+  auto& io = stage.io();
   std::int64_t t_ns = 0;
   (void)io.read(t_ns);
-  std::vector<double> tau_e;
+  Course made;
   for (const char vector : task.at("sequence").get<std::string>()) {
     io.write({switch_states[std::size_t(vector - '0')], parameters.io.period_ns});
     t_ns += parameters.io.period_ns;
-    if (!io.read(t_ns).plausible) break;
-    tau_e.push_back(io.plant().tau_e());
+    const Measurement<double> measured = io.read(t_ns);
+    if (!measured.plausible) break;
+    made.tau_e.push_back(io.plant().tau_e());
+    made.u_dc.push_back(measured.u_dc);
   }
-  return tau_e;
+  return made;
 }
 
 }  // namespace
@@ -78,7 +107,12 @@ int main() {
   nlohmann::json result;
   const auto play = [&](const char* name, IntegratorKind integrator,
                         AtSwitching at_switching = AtSwitching::by_tolerance) {
-    result[name] = sextant::torques(task, integrator, at_switching);
+    const auto parameters = sextant::parameters_of(task, integrator, at_switching);
+    const sextant::Course made = parameters.link.acts()
+                                     ? sextant::course<sextant::LinkedPowerStage>(task, parameters)
+                                     : sextant::course<sextant::SimulatedPowerStage>(task, parameters);
+    result[name] = made.tau_e;
+    if (parameters.link.acts()) result["u_dc"][name] = made.u_dc;
   };
   play("cvode", IntegratorKind::cvode);
   play("cvode, stop", IntegratorKind::cvode, AtSwitching::stop);

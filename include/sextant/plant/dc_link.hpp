@@ -1,0 +1,158 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "sextant/core/nonblocking.hpp"
+#include "sextant/plant/appended_system.hpp"
+#include "sextant/plant/dc_link_parameters.hpp"
+
+namespace sextant {
+
+/// A DC link whose voltage is a state, appended to the plant, on which it acts by that voltage:
+///   C du/dt = i − i_dc − b u/R_b
+///   L di/dt = u_0 − u − R i,   without L: i = (u_0 − u)/R
+/// u_0 is the link voltage of the plant's inputs, i the current from the source and i_dc that into the
+/// inverter, which follows from the ties of the legs and the phase currents (`Inverter::dc_link_current`),
+/// dead time and diodes included. b is 1 from where u has risen to the chopper's upper voltage until it has
+/// fallen to the lower one. A source with a diode carries no negative current: it blocks where i falls to
+/// zero, and conducts again where u falls to u_0.
+///
+/// The energies that it meters balance with that into the inverter, `EnergyMeter::dc_link`:
+///   E_source = E_resistance + E_chopper + E_dc + W(t) − W(0),   W = ½ C u² + ½ L i²
+///
+/// Below zero volts the diodes of the bridge would short the link, which is not modelled: the state is not
+/// valid there.
+template <class T = double>
+class DcLink {
+ public:
+  using Parameters = DcLinkParameters<T>;
+  static constexpr int size = 5;
+  static constexpr bool feeds_back = true;
+  static constexpr int event_count = 2;
+  enum Index : std::size_t {
+    voltage = 0,         ///< u [V]
+    source_current = 1,  ///< i, where the source has an inductance; else zero [A]
+    source = 2,          ///< delivered by u_0 [J]
+    resistance = 3,      ///< lost in the source's resistance [J]
+    chopper = 4          ///< lost in the brake chopper [J]
+  };
+  /// A source with a diode blocks once its current has reversed by this much. [A]
+  static constexpr T current_tolerance = T(1e-4);
+  /// It conducts again once the link has fallen this much below it. [V]
+  static constexpr T voltage_tolerance = T(1e-3);
+
+  /// The parameters must be valid, and act. transient_inductance: σL_s of the machine [H]; initial_voltage:
+  /// to which the capacitor is charged at first [V].
+  constexpr DcLink(const Parameters& parameters, T transient_inductance, T initial_voltage) noexcept
+      : has_inductance_{parameters.source_inductance > T(0)},
+        has_diode_{parameters.source_diode},
+        capacitance_{parameters.capacitance},
+        resistance_{parameters.source_resistance},
+        inductance_{parameters.source_inductance},
+        chopper_conductance_{parameters.has_chopper() ? T(1) / parameters.chopper_resistance : T(0)},
+        chopper_on_{parameters.chopper_on},
+        chopper_off_{parameters.chopper_off},
+        initial_voltage_{initial_voltage},
+        rate_squared_{rate_squared(parameters, transient_inductance)} {}
+
+  using Values = std::span<const T, std::size_t(size)>;
+  using States = std::span<T, std::size_t(size)>;
+
+  /// The equations above.
+  constexpr void derivative(const PlantQuantities<T>& plant, Values y,
+                            States dy) const noexcept SEXTANT_NONBLOCKING {
+    const T u = y[voltage];
+    const T i = current(y, plant.u_given);
+    const T i_b = chops_ ? chopper_conductance_ * u : T(0);
+    dy[voltage] = (i - plant.i_dc - i_b) / capacitance_;
+    dy[source_current] =
+        has_inductance_ && conducts_ ? (plant.u_given - u - resistance_ * i) / inductance_ : T(0);
+    dy[source] = plant.u_given * i;
+    dy[resistance] = resistance_ * i * i;
+    dy[chopper] = u * i_b;
+  }
+
+  constexpr void begin(States y) const noexcept SEXTANT_NONBLOCKING { y[voltage] = initial_voltage_; }
+  constexpr void act(Values y, PlantInputs<T>& inputs) const noexcept SEXTANT_NONBLOCKING {
+    inputs.u_dc = y[voltage];
+  }
+
+  /// Chopper and diode: distance to the voltage at which it turns, forward current, or reverse voltage; 1 of
+  /// what is not there. [V], [A]
+  constexpr void events(Values y, const PlantInputs<T>& given,
+                        std::span<T, std::size_t(event_count)> g) const noexcept SEXTANT_NONBLOCKING {
+    g[0] = g[1] = T(1);
+    if (has_chopper()) g[0] = chops_ ? y[voltage] - chopper_off_ : chopper_on_ - y[voltage];
+    if (!has_diode_) return;
+    g[1] =
+        conducts_ ? current(y, given.u_dc) + current_tolerance : y[voltage] - given.u_dc + voltage_tolerance;
+  }
+  constexpr void on_event(int event, States y) noexcept SEXTANT_NONBLOCKING {
+    if (event == 0) {
+      chops_ = !chops_;
+      return;
+    }
+    conducts_ = !conducts_;
+    if (!conducts_) y[source_current] = T(0);
+  }
+  constexpr bool settle(States y, const PlantInputs<T>& given) noexcept SEXTANT_NONBLOCKING {
+    std::array<T, std::size_t(event_count)> g;
+    events(y, given, g);
+    for (std::size_t k = 0; k < g.size(); ++k) {
+      if (g[k] < T(0)) on_event(int(k), y);
+    }
+    return g[0] < T(0) || g[1] < T(0);
+  }
+
+  [[nodiscard]] constexpr T rate_squared() const noexcept SEXTANT_NONBLOCKING { return rate_squared_; }
+  [[nodiscard]] constexpr bool is_valid(Values y) const noexcept SEXTANT_NONBLOCKING {
+    return y[voltage] >= T(0);
+  }
+
+  /// Current from a source of the voltage u_0 [V]. [A]
+  [[nodiscard]] constexpr T current(Values y, T u_0) const noexcept SEXTANT_NONBLOCKING {
+    if (!conducts_) return T(0);
+    return has_inductance_ ? y[source_current] : (u_0 - y[voltage]) / resistance_;
+  }
+  /// W: in capacitor and inductance. [J]
+  [[nodiscard]] constexpr T stored(Values y) const noexcept SEXTANT_NONBLOCKING {
+    return T(0.5) *
+           (capacitance_ * y[voltage] * y[voltage] + inductance_ * y[source_current] * y[source_current]);
+  }
+  /// True while the chopper is on.
+  [[nodiscard]] constexpr bool chops() const noexcept SEXTANT_NONBLOCKING { return chops_; }
+  /// False while the source's diode blocks.
+  [[nodiscard]] constexpr bool conducts() const noexcept SEXTANT_NONBLOCKING { return conducts_; }
+
+ private:
+  [[nodiscard]] constexpr bool has_chopper() const noexcept SEXTANT_NONBLOCKING {
+    return chopper_conductance_ > T(0);
+  }
+  /// The capacitor discharges by (1/R + 1/R_b)/C, or oscillates with L by R/L and 1/√(LC); against the
+  /// machine, i_dc = |ŝ · i_s| and σL_s di_s/dt = 2/3 u ŝ with a unit vector ŝ, by √(2/(3 σL_s C)). [1/s²]
+  static constexpr T rate_squared(const Parameters& p, T transient_inductance) noexcept {
+    const T c = p.capacitance;
+    const bool has_inductance = p.source_inductance > T(0);
+    T decay = has_inductance ? p.source_resistance / p.source_inductance : T(1) / (p.source_resistance * c);
+    if (p.has_chopper()) decay += T(1) / (p.chopper_resistance * c);
+    const T oscillation = has_inductance ? T(1) / (p.source_inductance * c) : T(0);
+    return decay * decay + oscillation + T(2) / (T(3) * transient_inductance * c);
+  }
+
+  bool has_inductance_;
+  bool has_diode_;
+  bool chops_{false};
+  bool conducts_{true};
+  T capacitance_;          ///< C [F]
+  T resistance_;           ///< R [Ω]
+  T inductance_;           ///< L [H]
+  T chopper_conductance_;  ///< 1/R_b; 0: no chopper [S]
+  T chopper_on_;           ///< [V]
+  T chopper_off_;          ///< [V]
+  T initial_voltage_;      ///< [V]
+  T rate_squared_;         ///< [1/s²]
+};
+
+}  // namespace sextant

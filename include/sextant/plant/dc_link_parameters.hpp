@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cmath>
+
+namespace sextant {
+
+/// A DC link with a capacitor, behind a source with resistance and inductance, and with a brake chopper. None
+/// by default: the link is stiff.
+template <class T = double>
+struct DcLinkParameters {
+  T capacitance{};           ///< C; 0: the link is stiff, and nothing else counts [F]
+  T source_resistance{};     ///< R, in series with the source [Ω]
+  T source_inductance{};     ///< L, the same; 0: none [H]
+  bool source_diode{false};  ///< the source is a rectifier: its current does not reverse [-]
+  T chopper_resistance{};    ///< R_b across the link while the chopper is on; 0: no chopper [Ω]
+  T chopper_on{};            ///< link voltage at which the chopper turns on [V]
+  T chopper_off{};           ///< link voltage at which it turns off, below the other one [V]
+
+  friend constexpr bool operator==(const DcLinkParameters&, const DcLinkParameters&) noexcept = default;
+
+  /// True where the link voltage is a state.
+  [[nodiscard]] constexpr bool acts() const noexcept { return capacitance > T(0); }
+  [[nodiscard]] constexpr bool has_chopper() const noexcept { return acts() && chopper_resistance > T(0); }
+
+  /// nullptr when usable, else what is wrong.
+  [[nodiscard]] const char* validate() const noexcept {
+    for (const T x :
+         {capacitance, source_resistance, source_inductance, chopper_resistance, chopper_on, chopper_off}) {
+      if (!(std::isfinite(x) && x >= T(0)))
+        return "capacitance, resistances, inductance and voltages of the DC link must be finite and not "
+               "below "
+               "zero";
+    }
+    if (!acts()) {
+      return *this == DcLinkParameters{}
+                 ? nullptr
+                 : "a source with resistance, inductance or diode and a brake chopper "
+                   "need a DC link with a capacitance above zero";
+    }
+    if (!(source_resistance > T(0)))
+      return "the resistance of the source must be above zero where the DC link has a capacitance";
+    if (has_chopper() && !(chopper_off > T(0) && chopper_off < chopper_on))
+      return "the brake chopper must turn off at a voltage above zero and below that at which it turns on";
+    if (!has_chopper() && (chopper_on > T(0) || chopper_off > T(0)))
+      return "the voltages of the brake chopper need a resistance of it above zero";
+    return nullptr;
+  }
+};
+
+}  // namespace sextant
