@@ -98,9 +98,7 @@ class SegmentCorners {
     const MachineState bend =
         smooth_state_.curvature(path_.curvature(from + T(0.5) * length - t_), voltage_.u_s(segment_));
     const T eighth = T(0.125) * length * length;
-    MachineState x;
-    for (int i = 0; i < Plant::machine_size; ++i) x[i] = T(0.5) * (x_[i] + end[i]) - eighth * bend[i];
-    return x;
+    return T(0.5) * (machine_part(x_) + end) - eighth * bend;
   }
 
   const Plant& plant_;
