@@ -15,20 +15,20 @@ class Cubic {
   void set(const Vector& x0, const Vector& v0, const Vector& x1, const Vector& v1,
            T h) noexcept SEXTANT_NONBLOCKING {
     const T k = T(1) / h;
-    const Vector mean = k * (x1 - x0);
-    c0_ = x0;
-    c1_ = v0;
-    c2_ = k * (T(3) * mean - T(2) * v0 - v1);
-    c3_ = (k * k) * (v0 + v1 - T(2) * mean);
+    for (int i = 0; i < Vector::RowsAtCompileTime; ++i) {
+      const T mean = k * (x1[i] - x0[i]);
+      c0_[i] = x0[i];
+      c1_[i] = v0[i];
+      c2_[i] = k * (T(3) * mean - T(2) * v0[i] - v1[i]);
+      c3_[i] = (k * k) * (v0[i] + v1[i] - T(2) * mean);
+    }
   }
 
   [[nodiscard]] Vector operator()(T t) const noexcept SEXTANT_NONBLOCKING {
-    return c0_ + t * (c1_ + t * (c2_ + t * c3_));
-  }
-
-  /// d²x/dt².
-  [[nodiscard]] Vector curvature(T t) const noexcept SEXTANT_NONBLOCKING {
-    return T(2) * c2_ + (T(6) * t) * c3_;
+    Vector x;
+    for (int i = 0; i < Vector::RowsAtCompileTime; ++i)
+      x[i] = c0_[i] + t * (c1_[i] + t * (c2_[i] + t * c3_[i]));
+    return x;
   }
 
  private:

@@ -192,10 +192,8 @@ class DrivePlant {
     requires(is_integral<Appended>)
   {
     Integrals dy{};
-    // An ideal inverter passes the power on: u_dc i_dc = 3/2 u_s · i_s.
-    const SpaceVector<T> per_volt = unit_voltages<T>[state.upper_switches()];
-    q.u_s = inputs_.u_dc * per_volt;
-    q.i_dc = T(1.5) * dot(per_volt, q.i_s);
+    q.u_s = stator_voltage(state, inputs_.u_dc);
+    q.i_dc = sextant::dc_link_current(state, inverse_clarke(q.i_s));
     // What it is an integral of does not depend on it.
     appended_.derivative(q, Integrals{}, dy);
     return dy;

@@ -17,7 +17,11 @@ struct HermitePath {
   /// x(s).
   [[nodiscard]] State at(T s) const noexcept SEXTANT_NONBLOCKING {
     const T r = T(1) - s;
-    return (r * x0 + s * x1) + (s * r) * ((r * d0 - s * d1) - (T(1) - T(2) * s) * (x1 - x0));
+    State x;
+    for (int i = 0; i < State::RowsAtCompileTime; ++i)
+      x[i] =
+          (r * x0[i] + s * x1[i]) + (s * r) * ((r * d0[i] - s * d1[i]) - (T(1) - T(2) * s) * (x1[i] - x0[i]));
+    return x;
   }
 };
 

@@ -15,39 +15,34 @@ struct DriveEnergies {
   double field{unknown};   ///< stored in the magnetic field
 };
 
-/// Adds up energies over segments of a run, from the readings of a meter that is integrated with the plant.
-/// Energy out of the link and energy back into it are separated by the sign of the link's power, which is
-/// linear between the ends of a segment. An unknown reading makes its own energy NaN and no other.
-class EnergyAccount {
- public:
-  /// Readings of the meter and powers of the link [W] at both ends of a segment, or of the share of one.
-  void add(const DriveEnergies& a, const DriveEnergies& b, double power_a, double power_b,
-           double seconds) noexcept {
+/// Energies that have flowed over a segment of a run, or over the share of one. An unknown reading makes its
+/// own energy NaN and no other. [J]
+struct EnergyFlow {
+  double net_link{};    ///< out of the link, less what went back
+  double gross_link{};  ///< across the link, either way
+  double shaft{};       ///< net work of the torque
+  double copper{};
+  double field{};  ///< change of the field's energy
+
+  /// Between two readings of the meter, over which the link's power runs linearly from power_a to power_b
+  /// [W].
+  [[nodiscard]] static EnergyFlow between(const DriveEnergies& a, const DriveEnergies& b, double power_a,
+                                          double power_b, double seconds) noexcept {
     const double net = b.link - a.link;
-    net_link_ += net;
-    gross_link_ += gross(net, power_a, power_b, seconds);
-    shaft_ += b.shaft - a.shaft;
-    copper_ += b.copper - a.copper;
-    field_ += b.field - a.field;
+    return {.net_link = net,
+            .gross_link = gross(net, power_a, power_b, seconds),
+            .shaft = b.shaft - a.shaft,
+            .copper = b.copper - a.copper,
+            .field = b.field - a.field};
   }
 
-  /// Integral of the positive part of the link's power. [J]
-  [[nodiscard]] double from_link() const noexcept { return 0.5 * (gross_link_ + net_link_); }
-  /// Integral of the negative part of the link's power, as a positive number. [J]
-  [[nodiscard]] double to_link() const noexcept { return 0.5 * (gross_link_ - net_link_); }
-  /// Net work of the torque. [J]
-  [[nodiscard]] double shaft() const noexcept { return shaft_; }
-  [[nodiscard]] double copper() const noexcept { return copper_; }  ///< [J]
-  /// Change of the field's energy. [J]
-  [[nodiscard]] double field() const noexcept { return field_; }
-
-  /// What the balance  link = shaft + copper + field  leaves over, as a share of all that has flowed: across
-  /// the link either way, into the shaft, the windings and the field; 0 where next to nothing has. [-]
-  [[nodiscard]] double unaccounted() const noexcept {
-    constexpr double nothing_j = 1e-6;
-    const double sum = gross_link_ + std::abs(shaft_) + std::abs(copper_) + std::abs(field_);
-    if (sum < nothing_j) return 0;
-    return std::abs(net_link_ - shaft_ - copper_ - field_) / sum;
+  EnergyFlow& operator+=(const EnergyFlow& o) noexcept {
+    net_link += o.net_link;
+    gross_link += o.gross_link;
+    shaft += o.shaft;
+    copper += o.copper;
+    field += o.field;
+    return *this;
   }
 
  private:
@@ -58,12 +53,35 @@ class EnergyAccount {
     if (!(a * b < 0)) return least;
     return std::max(least, 0.5 * seconds * (a * a + b * b) / (std::abs(a) + std::abs(b)));
   }
+};
 
-  double net_link_{};
-  double gross_link_{};
-  double shaft_{};
-  double copper_{};
-  double field_{};
+/// Adds up the energies of a run. Energy out of the link and energy back into it are separated by the sign of
+/// the link's power.
+class EnergyAccount {
+ public:
+  void add(const EnergyFlow& flow) noexcept { sum_ += flow; }
+
+  /// Integral of the positive part of the link's power. [J]
+  [[nodiscard]] double from_link() const noexcept { return 0.5 * (sum_.gross_link + sum_.net_link); }
+  /// Integral of the negative part of the link's power, as a positive number. [J]
+  [[nodiscard]] double to_link() const noexcept { return 0.5 * (sum_.gross_link - sum_.net_link); }
+  /// Net work of the torque. [J]
+  [[nodiscard]] double shaft() const noexcept { return sum_.shaft; }
+  [[nodiscard]] double copper() const noexcept { return sum_.copper; }  ///< [J]
+  /// Change of the field's energy. [J]
+  [[nodiscard]] double field() const noexcept { return sum_.field; }
+
+  /// What the balance  link = shaft + copper + field  leaves over, as a share of all that has flowed: across
+  /// the link either way, into the shaft, the windings and the field; 0 where next to nothing has. [-]
+  [[nodiscard]] double unaccounted() const noexcept {
+    constexpr double nothing_j = 1e-6;
+    const double all = sum_.gross_link + std::abs(sum_.shaft) + std::abs(sum_.copper) + std::abs(sum_.field);
+    if (all < nothing_j) return 0;
+    return std::abs(sum_.net_link - sum_.shaft - sum_.copper - sum_.field) / all;
+  }
+
+ private:
+  EnergyFlow sum_{};
 };
 
 }  // namespace sextant
