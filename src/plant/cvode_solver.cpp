@@ -36,7 +36,7 @@ struct CvodeSolver::Implementation : SundialsSolution {
                  std::span<const double> absolute_tolerance);
   void attach_method(const CvodeParameters& parameters);
   void find_events();
-  SolverOutcome go(const void* plant, double t_end, double* end, int task) noexcept;
+  SolverOutcome integrate(const void* plant, double t_end, double* end, int task) noexcept;
 
   static int jacobian(sunrealtype t, N_Vector x, N_Vector, SUNMatrix j, void* user, N_Vector, N_Vector,
                       N_Vector) {
@@ -86,15 +86,12 @@ void CvodeSolver::Implementation::find_events() {
   require(CVodeSetRootDirection(memory.get(), falling.data()) == CV_SUCCESS, "CVodeSetRootDirection");
 }
 
-SolverOutcome CvodeSolver::Implementation::go(const void* plant, double t_end, double* end,
-                                              int task) noexcept {
+SolverOutcome CvodeSolver::Implementation::integrate(const void* plant, double t_end, double* end,
+                                                     int task) noexcept {
   context = plant;
   if (CVodeSetStopTime(memory.get(), t_end) != CV_SUCCESS) return SolverOutcome::failed;
   const int flag = CVode(memory.get(), t_end, x.get(), &time, task);
-  if (flag < 0 || !copy_state(end)) return SolverOutcome::failed;
-  if (flag != CV_ROOT_RETURN) return SolverOutcome::reached;
-  if (CVodeGetRootInfo(memory.get(), fired.data()) != CV_SUCCESS) return SolverOutcome::failed;
-  return take_event();
+  return outcome(flag, flag == CV_ROOT_RETURN ? CVodeGetRootInfo : nullptr, memory.get(), end);
 }
 
 CvodeSolver::CvodeSolver(const OdeProblem& problem, const CvodeParameters& parameters, double relative,
@@ -110,11 +107,11 @@ bool CvodeSolver::restart(const double* x) noexcept {
 }
 
 CvodeSolver::Outcome CvodeSolver::advance(const void* context, double t_end, double* x) noexcept {
-  return implementation_->go(context, t_end, x, CV_NORMAL);
+  return implementation_->integrate(context, t_end, x, CV_NORMAL);
 }
 
 CvodeSolver::Outcome CvodeSolver::step(const void* context, double t_end, double* x) noexcept {
-  return implementation_->go(context, t_end, x, CV_ONE_STEP);
+  return implementation_->integrate(context, t_end, x, CV_ONE_STEP);
 }
 
 double CvodeSolver::time() const noexcept {

@@ -21,7 +21,7 @@ struct ErkSolver::Implementation : SundialsSolution {
   Implementation(const OdeProblem& ode, const ErrorControl& parameters, double relative,
                  std::span<const double> absolute_tolerance);
   void find_events();
-  SolverOutcome go(const void* plant, double t_end, double* end, int task) noexcept;
+  SolverOutcome integrate(const void* plant, double t_end, double* end, int task) noexcept;
 };
 
 ErkSolver::Implementation::Implementation(const OdeProblem& ode, const ErrorControl& parameters,
@@ -48,17 +48,15 @@ void ErkSolver::Implementation::find_events() {
   require(ERKStepSetRootDirection(memory.get(), falling.data()) == ARK_SUCCESS, "ERKStepSetRootDirection");
 }
 
-SolverOutcome ErkSolver::Implementation::go(const void* plant, double t_end, double* end, int task) noexcept {
+SolverOutcome ErkSolver::Implementation::integrate(const void* plant, double t_end, double* end,
+                                                   int task) noexcept {
   context = plant;
   // The first guess of a step is the whole segment; the error control shortens it where it must.
   if (fresh && ERKStepSetInitStep(memory.get(), t_end) != ARK_SUCCESS) return SolverOutcome::failed;
   fresh = false;
   if (ERKStepSetStopTime(memory.get(), t_end) != ARK_SUCCESS) return SolverOutcome::failed;
   const int flag = ERKStepEvolve(memory.get(), t_end, x.get(), &time, task);
-  if (flag < 0 || !copy_state(end)) return SolverOutcome::failed;
-  if (flag != ARK_ROOT_RETURN) return SolverOutcome::reached;
-  if (ERKStepGetRootInfo(memory.get(), fired.data()) != ARK_SUCCESS) return SolverOutcome::failed;
-  return take_event();
+  return outcome(flag, flag == ARK_ROOT_RETURN ? ERKStepGetRootInfo : nullptr, memory.get(), end);
 }
 
 ErkSolver::ErkSolver(const OdeProblem& problem, const ErrorControl& parameters, double relative,
@@ -75,11 +73,11 @@ bool ErkSolver::restart(const double* x) noexcept {
 }
 
 ErkSolver::Outcome ErkSolver::advance(const void* context, double t_end, double* x) noexcept {
-  return implementation_->go(context, t_end, x, ARK_NORMAL);
+  return implementation_->integrate(context, t_end, x, ARK_NORMAL);
 }
 
 ErkSolver::Outcome ErkSolver::step(const void* context, double t_end, double* x) noexcept {
-  return implementation_->go(context, t_end, x, ARK_ONE_STEP);
+  return implementation_->integrate(context, t_end, x, ARK_ONE_STEP);
 }
 
 double ErkSolver::time() const noexcept {

@@ -64,6 +64,13 @@ bool SundialsSolution::copy_state(double* state) const noexcept {
   return true;
 }
 
+SolverOutcome SundialsSolution::outcome(int flag, int (*root_info)(void*, int*), void* memory,
+                                        double* state) noexcept {
+  if (flag < 0 || !copy_state(state)) return SolverOutcome::failed;
+  if (root_info == nullptr) return SolverOutcome::reached;
+  return root_info(memory, fired.data()) == 0 ? take_event() : SolverOutcome::failed;
+}
+
 SolverOutcome SundialsSolution::take_event() noexcept {
   const auto first = std::find_if(fired.begin(), fired.end(), [](int f) { return f != 0; });
   event = int(first - fired.begin());

@@ -54,11 +54,11 @@ struct SundialsSolution {
   /// Puts x in the place of the state, at time zero.
   void set_state(const double* state) noexcept;
 
-  /// Hands the state out; false, and nothing is copied, where it is not finite.
-  [[nodiscard]] bool copy_state(double* state) const noexcept;
-
-  /// Takes the lowest of the `fired` events.
-  [[nodiscard]] SolverOutcome take_event() noexcept;
+  /// After a call of the solver that returned `flag`, negative for a failure: copies x to `state` and takes
+  /// the lowest event. root_info: the library's function that tells which events have fired, nullptr where
+  /// none has.
+  [[nodiscard]] SolverOutcome outcome(int flag, int (*root_info)(void* memory, int* fired), void* memory,
+                                      double* state) noexcept;
 
   /// The callbacks get this as their user data.
   [[nodiscard]] void* as_user_data() noexcept { return this; }
@@ -86,6 +86,10 @@ struct SundialsSolution {
   ~SundialsSolution() = default;
 
  private:
+  /// Hands the state out; false, and nothing is copied, where it is not finite.
+  [[nodiscard]] bool copy_state(double* state) const noexcept;
+  /// Takes the lowest of the `fired` events.
+  [[nodiscard]] SolverOutcome take_event() noexcept;
   /// Of the size of `real`, which is its context.
   [[nodiscard]] static OdeProblem harmless(const OdeProblem& real) noexcept;
 };

@@ -45,8 +45,8 @@ FaultSet to_faults(std::uint64_t bits) noexcept {
 
 TorqueCommand<double> to_command(const CycleRow& row) noexcept {
   TorqueCommand<double> command;
-  auto& [torque, torque_limit, enable, fault_reset, received_ns, sequence, disables, resets, rejected, counter,
-         e2e, out_of_range, bus_off, second_sender] = command;
+  auto& [torque, torque_limit, enable, fault_reset, received_ns, sequence, disables, resets, rejected,
+         counter, e2e, out_of_range, bus_off, second_sender] = command;
   torque = row.torque_nm;
   torque_limit = row.torque_limit_nm;
   enable = row.enable != 0;

@@ -138,8 +138,9 @@ class EventExactRun {
 
   [[nodiscard]] MetricsSample sample() const {
     const EventExactSystem::Plant& plant = system_.plant();
-    MetricsSample sample =
-        PlantLook{plant, plant.state(), EventExactSystem::meter}.metrics_sample(plant.u_s());
+    const PlantLook look{plant, plant.state(), EventExactSystem::meter};
+    MetricsSample sample = look.metrics_sample();
+    sample.p_dc = look.power(plant.u_s());
     const double elapsed_ns = elapsed_ * 1e9;
     const auto whole_ns = static_cast<std::int64_t>(elapsed_ns);
     sample.t_ns = t_ns_ + whole_ns;

@@ -34,6 +34,12 @@ std::optional<LinkEnergies> line(const std::optional<LinkEnergies>& a, const std
                       line(a->chopper, b->chopper, share), line(a->stored, b->stored, share)};
 }
 
+DriveEnergies line(const DriveEnergies& a, const DriveEnergies& b, double share) noexcept {
+  return {line(a.link, b.link, share), line(a.copper, b.copper, share), line(a.shaft, b.shaft, share),
+          line(a.field, b.field, share), line(a.iron, b.iron, share),
+          line(a.before_link, b.before_link, share)};
+}
+
 void fill(MetricList& m, const LinkEnergies& before_link) noexcept {
   m[Metric::energy_source] = before_link.source;
   m[Metric::energy_source_loss] = before_link.source_loss;
@@ -65,19 +71,17 @@ void MetricsAccumulator::add_segment(const MetricsSample& before, const MetricsS
   const double begin_ns = before.since(parameters_.from_ns);
   const double duration_ns = double(after.t_ns - before.t_ns) + (after.fraction_ns - before.fraction_ns);
   if (duration_ns <= 0) return;
-  balance_.add(before.energies, after.energies, before.p_dc, after.p_dc, duration_ns * 1e-9);
+  const double seconds = duration_ns * 1e-9;
+  const EnergyFlow flow =
+      EnergyFlow::between(before.energies, after.energies, before.p_dc, after.p_dc, seconds);
+  balance_.add(flow);
   if (response_.watching()) response_.add_segment(before, after);
   if (deviation_) deviation_->add_segment(before.torque, after.torque, duration_ns);
   if (begin_ns + duration_ns <= 0 || before.t_ns >= parameters_.to_ns) return;
-  WindowValues a = window_values(before);
-  WindowValues b = window_values(after);
-  if (begin_ns >= 0 && after.t_ns < parameters_.to_ns) {
-    add_to_window(a, b, duration_ns * 1e-9);
-    return;
-  }
-  const double begin = std::max(0.0, -begin_ns / duration_ns);
-  const double end = std::min(1.0, -before.since(parameters_.to_ns) / duration_ns);
-  add_to_window(between(a, b, begin), between(a, b, end), (end - begin) * duration_ns * 1e-9);
+  WindowPiece piece{window_values(before), window_values(after), flow, seconds};
+  if (begin_ns < 0 || after.t_ns >= parameters_.to_ns) [[unlikely]]
+    cut_to_window(piece, before, after);
+  add_to_window(piece);
 }
 
 void MetricsAccumulator::commutate(std::int64_t t_ns, SwitchState state) noexcept {
@@ -119,21 +123,22 @@ const MetricsAccumulator::FluxFrame& MetricsAccumulator::flux_frame(const Metric
 MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const MetricsSample& s) noexcept {
   const FluxFrame& frame = flux_frame(s);
   return {{s.torque - s.torque_reference, frame.flux, frame.i_flux, frame.i_quadrature},
-          s.omega_m - s.speed_reference,
-          s.p_dc,
-          s.energies};
+          s.omega_m - s.speed_reference};
 }
 
-MetricsAccumulator::WindowValues MetricsAccumulator::between(const WindowValues& a, const WindowValues& b,
-                                                             double share) noexcept {
-  const DriveEnergies& e = a.energies;
-  const DriveEnergies& f = b.energies;
-  return {a.values + share * (b.values - a.values),
-          line(a.speed_error, b.speed_error, share),
-          line(a.p_dc, b.p_dc, share),
-          {line(e.link, f.link, share), line(e.copper, f.copper, share), line(e.shaft, f.shaft, share),
-           line(e.field, f.field, share), line(e.iron, f.iron, share),
-           line(e.before_link, f.before_link, share)}};
+void MetricsAccumulator::cut_to_window(WindowPiece& piece, const MetricsSample& before,
+                                       const MetricsSample& after) const noexcept {
+  const double duration_ns = double(after.t_ns - before.t_ns) + (after.fraction_ns - before.fraction_ns);
+  const double begin = std::max(0.0, -before.since(parameters_.from_ns) / duration_ns);
+  const double end = std::min(1.0, -before.since(parameters_.to_ns) / duration_ns);
+  const auto at = [&a = piece.begin, &b = piece.end](double share) -> WindowValues {
+    return {a.values + share * (b.values - a.values), line(a.speed_error, b.speed_error, share)};
+  };
+  const double seconds = (end - begin) * duration_ns * 1e-9;
+  const EnergyFlow flow = EnergyFlow::between(
+      line(before.energies, after.energies, begin), line(before.energies, after.energies, end),
+      line(before.p_dc, after.p_dc, begin), line(before.p_dc, after.p_dc, end), seconds);
+  piece = {at(begin), at(end), flow, seconds};
 }
 
 void MetricsAccumulator::note_current(SpaceVector<> i_s) noexcept {
@@ -143,15 +148,15 @@ void MetricsAccumulator::note_current(SpaceVector<> i_s) noexcept {
   peak_current_ = std::max({peak_current_, std::abs(i.a), std::abs(i.b), std::abs(i.c)});
 }
 
-void MetricsAccumulator::add_to_window(const WindowValues& a, const WindowValues& b,
-                                       double seconds) noexcept {
-  moments_.add_line(a.values, b.values, seconds);
-  const auto current = 0.5 * (a.values + b.values);
+void MetricsAccumulator::add_to_window(const WindowPiece& piece) noexcept {
+  const auto& [begin, end, flow, seconds] = piece;
+  moments_.add_line(begin.values, end.values, seconds);
+  const Moments<quantities>::Values current = 0.5 * (begin.values + end.values);
   current_.add({current[i_flux], current[i_quadrature]}, seconds);
   if (switch_state_ && !is_driven(*switch_state_)) steady_ = false;
-  energy_.add(a.energies, b.energies, a.p_dc, b.p_dc, seconds);
-  const double x = a.speed_error;
-  const double y = b.speed_error;
+  energy_.add(flow);
+  const double x = begin.speed_error;
+  const double y = end.speed_error;
   speed_error_squares_ += seconds * ((x * x + x * y + y * y) * (1.0 / 3));
 }
 

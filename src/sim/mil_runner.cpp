@@ -56,18 +56,25 @@ class SampledObserver {
     std::int64_t elapsed_ns = 0;
     std::size_t at = 0;  // the instant that is looked at
     PlantLook begin = look(instants[at]);
+    MetricsSample before = metrics_sample(begin, elapsed_ns, commands);
     for (const ActedSegment& segment : io_.log().segments()) {
-      if (segment.begin != at) begin = look(instants[segment.begin]);
+      if (segment.begin != at) {  // the state has jumped
+        begin = look(instants[segment.begin]);
+        before = metrics_sample(begin, elapsed_ns, commands);
+      }
       at = segment.end;
-      const PlantLook end = look(instants[at]);
-      const MetricsSample before = metrics_sample(begin, segment.u_s_begin, elapsed_ns, commands);
+      before.p_dc = begin.power(segment.u_s_begin);
       metrics_.commutate(before.t_ns, segment.state);
       elapsed_ns += segment.duration_ns;
-      metrics_.add_segment(before, metrics_sample(end, segment.u_s_end, elapsed_ns, commands));
+      const PlantLook end = look(instants[at]);
+      MetricsSample after = metrics_sample(end, elapsed_ns, commands);
+      after.p_dc = end.power(segment.u_s_end);
+      metrics_.add_segment(before, after);
       if (trace_ != nullptr)
         trace_->add_segment(trace_sample(begin, segment.u_s_begin), trace_sample(end, segment.u_s_end),
                             double(segment.duration_ns) * 1e-9);
       begin = end;
+      before = after;
     }
   }
 
@@ -79,9 +86,10 @@ class SampledObserver {
     demand_ = demand;
   }
 
-  [[nodiscard]] MetricsSample metrics_sample(const PlantLook& now, SpaceVector<> u_s, std::int64_t elapsed_ns,
+  /// Without the link's power, which jumps where the inverter switches.
+  [[nodiscard]] MetricsSample metrics_sample(const PlantLook& now, std::int64_t elapsed_ns,
                                              const ScenarioCommands& commands) const noexcept {
-    MetricsSample sample = now.metrics_sample(u_s);
+    MetricsSample sample = now.metrics_sample();
     sample.t_ns = t_ns_ + elapsed_ns;
     sample.torque_reference = reference_ + reference_slope_ * (double(elapsed_ns) * 1e-9);
     sample.speed_reference = commands.speed_reference(sample.t_ns);

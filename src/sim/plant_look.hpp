@@ -31,15 +31,9 @@ class PlantLook {
     }
   }
 
-  /// For the metrics, with the stator voltage of `DrivePlant::u_s` before or after it jumps; instant and
-  /// references are the caller's.
-  [[nodiscard]] MetricsSample metrics_sample(SpaceVector<> u_s) const noexcept {
-    return {.torque = torque,
-            .psi_s = psi_s,
-            .i_s = i_s,
-            .omega_m = omega_m,
-            .p_dc = power(u_s),
-            .energies = energies};
+  /// For the metrics; instant, references and the link's power are the caller's.
+  [[nodiscard]] MetricsSample metrics_sample() const noexcept {
+    return {.torque = torque, .psi_s = psi_s, .i_s = i_s, .omega_m = omega_m, .energies = energies};
   }
 
   /// For a trace, with what acts on the plant from outside.
@@ -54,9 +48,15 @@ class PlantLook {
             .theta_m = theta_m,
             .i_dc = u_dc > 0 ? power(u_s) / u_dc : 0.0,
             .state = state,
-            .u_s = u_s - drops_.slope_resistance * i_s,
+            .u_s = u_s - slope_resistance_ * i_s,
             .i_r = i_r,
             .energies = energies};
+  }
+
+  /// What the inverter draws from the link, u_dc i_dc: what it passes on and what its thresholds take. u_s:
+  /// that of `DrivePlant::u_s` before or after it jumps. [W]
+  [[nodiscard]] double power(SpaceVector<> u_s) const noexcept {
+    return 1.5 * dot(u_s, i_s) + threshold_loss_;
   }
 
   SpaceVector<> psi_s, psi_r, i_s, i_r;
@@ -73,14 +73,11 @@ class PlantLook {
         omega_m{q.omega_m},
         theta_m{q.theta_m},
         u_dc{q.u_dc},
-        drops_{drops} {}
+        slope_resistance_{drops.slope_resistance},
+        threshold_loss_{drops.threshold_loss(q.i_s)} {}
 
-  /// What the inverter draws from the link, u_dc i_dc: what it passes on and what its thresholds take. [W]
-  [[nodiscard]] double power(SpaceVector<> u_s) const noexcept {
-    return 1.5 * dot(u_s, i_s) + drops_.threshold_loss(i_s);
-  }
-
-  ConductionDrops<> drops_;
+  double slope_resistance_;  // of the inverter [Ω]
+  double threshold_loss_;    // [W]
 };
 
 }  // namespace sextant

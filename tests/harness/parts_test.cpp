@@ -83,8 +83,12 @@ std::uint64_t digest_of(const Telemetry<double>& t) {
 }
 
 // Adds to `values` one for each way in which a member differs from what it is.
-void add_changes(std::vector<double>& values, double) { values.assign({-0.0, 1e-300}); }
-void add_changes(std::vector<bool>& values, bool x) { values.push_back(!x); }
+void add_changes(std::vector<double>& values, double) {
+  values.assign({-0.0, 1e-300});
+}
+void add_changes(std::vector<bool>& values, bool x) {
+  values.push_back(!x);
+}
 template <class Integer>
   requires std::is_integral_v<Integer>
 void add_changes(std::vector<Integer>& values, Integer x) {
@@ -116,8 +120,12 @@ void add_changes(std::vector<GatePattern>& values, const GatePattern&) {
   (void)other_first.append({switch_states[2], 15'000});
   GatePattern other_times{switch_states[1], 15'000};
   (void)other_times.append({switch_states[2], 10'000});
-  values.assign({{switch_states[0], 25'000}, {switch_states[2], 25'000}, {switch_states[2], 15'000}, two,
-                 other_first, other_times});
+  values.assign({{switch_states[0], 25'000},
+                 {switch_states[2], 25'000},
+                 {switch_states[2], 15'000},
+                 two,
+                 other_first,
+                 other_times});
 }
 
 /// The digests of a period of zeros in which each member in turn has each of its changes.
@@ -134,10 +142,10 @@ std::vector<std::uint64_t> digests_of_changes() {
     }
     member = before;
   };
-  auto& [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, c0, c1, c2, c3, c4, c5,
-         c6, c7, c8, c9, d0, d1, d2, d3] = t;
-  const auto all = std::tie(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, c0,
-                            c1, c2, c3, c4, c5, c6, c7, c8, c9, d0, d1, d2, d3);
+  auto& [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, c0, c1, c2, c3, c4,
+         c5, c6, c7, c8, c9, d0, d1, d2, d3] = t;
+  const auto all = std::tie(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9,
+                            c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, d0, d1, d2, d3);
   std::apply([&](auto&... members) { (change(members), ...); }, all);
   return digests;
 }

@@ -29,9 +29,11 @@ void print_overruns(std::FILE* out, const TimingStatistics& statistics) {
   }
   fmt::print(out, "  {:<18} {}\n", "without a gap", statistics.without_gap());
   for (const Overrun& overrun : statistics.worst()) {
-    fmt::print(out, "    at {:.6f} s: {:.1f} us late, ", double(overrun.t_ns) * 1e-9, microseconds(overrun.latency_ns));
+    fmt::print(out, "    at {:.6f} s: {:.1f} us late, ", double(overrun.t_ns) * 1e-9,
+               microseconds(overrun.latency_ns));
     if (overrun.gap.longest_ns > 0) {
-      fmt::print(out, "gap of {:.1f} us, {}: ", microseconds(overrun.gap.longest_ns), to_string(overrun.gap.place));
+      fmt::print(out, "gap of {:.1f} us, {}: ", microseconds(overrun.gap.longest_ns),
+                 to_string(overrun.gap.place));
     }
     fmt::print(out, "{}\n", to_string(overrun.cause));
   }

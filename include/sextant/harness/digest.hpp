@@ -40,15 +40,33 @@ class Digest {
   /// Every member of a control period's telemetry, and every segment of its pattern. A member that is added
   /// to `Telemetry` and not named here does not compile.
   constexpr void add(const Telemetry<double>& x) noexcept {
-    const auto& [t_ns, i_abc, u_dc, omega_m, i_dc, psi_s, psi_s_magnitude, torque, r_s, r_r, l_m, r_s_deviation,
-                 r_r_deviation, l_m_deviation, torque_monitored, torque_requested, torque_reference,
-                 torque_reached, torque_motoring, torque_regenerating, active, latched, fault_total,
-                 first_fault, pattern, unchecked_periods, command_received_ns, command_sequence,
+    const auto& [t_ns, i_abc, u_dc, omega_m, i_dc, psi_s, psi_s_magnitude, torque, r_s, r_r, l_m,
+                 r_s_deviation, r_r_deviation, l_m_deviation, torque_monitored, torque_requested,
+                 torque_reference, torque_reached, torque_motoring, torque_regenerating, active, latched,
+                 fault_total, first_fault, pattern, unchecked_periods, command_received_ns, command_sequence,
                  command_rejected, command_counter, sector, state, derating_cause, lockout] = x;
-    for (const double v : {i_abc.a, i_abc.b, i_abc.c, u_dc, omega_m, i_dc, psi_s.alpha, psi_s.beta,
-                           psi_s_magnitude, torque, r_s, r_r, l_m, r_s_deviation, r_r_deviation,
-                           l_m_deviation, torque_monitored, torque_requested, torque_reference,
-                           torque_reached, torque_motoring, torque_regenerating}) {
+    for (const double v : {i_abc.a,
+                           i_abc.b,
+                           i_abc.c,
+                           u_dc,
+                           omega_m,
+                           i_dc,
+                           psi_s.alpha,
+                           psi_s.beta,
+                           psi_s_magnitude,
+                           torque,
+                           r_s,
+                           r_r,
+                           l_m,
+                           r_s_deviation,
+                           r_r_deviation,
+                           l_m_deviation,
+                           torque_monitored,
+                           torque_requested,
+                           torque_reference,
+                           torque_reached,
+                           torque_motoring,
+                           torque_regenerating}) {
       add(v);
     }
     for (const std::int64_t v : {t_ns, command_received_ns}) add(v);

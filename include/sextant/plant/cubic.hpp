@@ -31,13 +31,6 @@ class Cubic {
     return x;
   }
 
-  /// d²x/dt².
-  [[nodiscard]] Vector curvature(T t) const noexcept SEXTANT_NONBLOCKING {
-    Vector x;
-    for (int i = 0; i < Vector::RowsAtCompileTime; ++i) x[i] = T(2) * c2_[i] + (T(6) * t) * c3_[i];
-    return x;
-  }
-
  private:
   Vector c0_, c1_, c2_, c3_;
 };

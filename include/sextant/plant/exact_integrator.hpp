@@ -54,9 +54,7 @@ class ExactIntegrator final : public PlantIntegrator<Plant> {
 
   [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
     if (duration_ns <= 0) return true;
-    if (!plant.machine().is_linear()) [[unlikely]]
-      return false;
-    if (plant.has_events()) return legs_off_.advance(plant, duration_ns);
+    if (plant.has_events()) return plant.machine().is_linear() && legs_off_.advance(plant, duration_ns);
     const T total = T(duration_ns) * T(1e-9);
     const std::int64_t steps = steps_for(plant, duration_ns, total);
     if (steps == 0) return false;
@@ -87,7 +85,6 @@ class ExactIntegrator final : public PlantIntegrator<Plant> {
   }
 
   [[gnu::flatten]] bool advance_smoothly(Plant& plant, T h, std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
-    // Once here, and not in each evaluation of the machine's equations.
     if (!plant.machine().is_linear()) return false;
     State x = plant.state();
     for (std::int64_t n = 0; n < steps; ++n) x = step(plant, x, h);

@@ -111,7 +111,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return at_least(steps, T(steps) * std::sqrt(square) / largest_angle);
   }
 
-  /// is_linear: what the plant's machine says, tested once here and not in each evaluation of its equations.
+  /// is_linear: what the plant's machine says. That it is compared here tells the compiler, so that it is not
+  /// tested in each evaluation of the machine's equations.
   template <bool is_linear>
   [[gnu::flatten]] static bool advance_smoothly(Plant& plant, T h,
                                                 std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
@@ -166,14 +167,9 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   static MachineState step_over_corners(const Plant& plant, const MachineState& x, const MachineState& k1,
                                         T h, const VoltageParabola<T>& v) noexcept SEXTANT_NONBLOCKING {
     const auto slope = [&plant, &v](T s, const MachineState& y, MachineState& dy) noexcept {
-      plant.undriven_derivative(raised(y, s < T(1) ? v.middle() : v.rise()), dy);
+      plant.undriven_derivative(SmoothState<Plant>::raised(y, s < T(1) ? v.middle() : v.rise()), dy);
     };
-    return raised(runge_kutta_step(slope, x, k1, h), v.rise());
-  }
-  static MachineState raised(MachineState x, SpaceVector<T> v) noexcept SEXTANT_NONBLOCKING {
-    x[Plant::psi_s_alpha] += v.alpha;
-    x[Plant::psi_s_beta] += v.beta;
-    return x;
+    return SmoothState<Plant>::raised(runge_kutta_step(slope, x, k1, h), v.rise());
   }
 
   static bool advance_through_events(Plant& plant, T h, std::int64_t steps) noexcept SEXTANT_NONBLOCKING {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 
@@ -31,6 +32,20 @@ struct OdeProblem {
 /// Where a solver stopped: at the end of the segment, at an event before it, or nowhere of use.
 enum class SolverOutcome : std::uint8_t { reached, event, failed };
 
+/// `function` of a system at the state x, and at the time t where it depends on it, for `OdeProblem`.
+template <class System, class Result, auto function>
+void evaluate(const void* context, [[maybe_unused]] double t, const double* x, double* result) noexcept {
+  using State = typename System::State;
+  const auto& system = *static_cast<const System*>(context);
+  const State state = Eigen::Map<const State>(x);
+  Result value;
+  if constexpr (std::invocable<decltype(function), const System&, double, const State&, Result&>)
+    (system.*function)(t, state, value);
+  else
+    (system.*function)(state, value);
+  Eigen::Map<Result>{result} = value;
+}
+
 /// The problem of a system with the functions of `DrivePlant`: derivative(x, dx), jacobian(x, j), and
 /// events(x, g) where event_count is not zero. A system that depends on the time has
 /// derivative(t, x, dx) and jacobian(t, x, j). The first four states are stator and rotor flux.
@@ -38,34 +53,12 @@ template <class System>
 [[nodiscard]] OdeProblem ode_problem(int event_count, int relative_states) noexcept {
   constexpr int fluxes = 4;
   using State = typename System::State;
-  using Jacobian = typename System::Jacobian;
-  constexpr bool timed =
-      requires(const System& s, double t, const State& x, State& dx) { s.derivative(t, x, dx); };
-  OdeProblem problem{
-      .size = int(State::RowsAtCompileTime),
-      .event_count = event_count,
-      .derivative =
-          [](const void* system, [[maybe_unused]] double t, const double* x, double* dx) noexcept {
-            const auto& self = *static_cast<const System*>(system);
-            State slope;
-            if constexpr (timed)
-              self.derivative(t, Eigen::Map<const State>(x), slope);
-            else
-              self.derivative(Eigen::Map<const State>(x), slope);
-            Eigen::Map<State>{dx} = slope;
-          },
-      .jacobian =
-          [](const void* system, [[maybe_unused]] double t, const double* x, double* j) noexcept {
-            const auto& self = *static_cast<const System*>(system);
-            Jacobian matrix;
-            if constexpr (timed)
-              self.jacobian(t, Eigen::Map<const State>(x), matrix);
-            else
-              self.jacobian(Eigen::Map<const State>(x), matrix);
-            Eigen::Map<Jacobian>{j} = matrix;
-          },
-      .relative_states = relative_states,
-      .vector_states = fluxes};
+  OdeProblem problem{.size = int(State::RowsAtCompileTime),
+                     .event_count = event_count,
+                     .derivative = evaluate<System, State, &System::derivative>,
+                     .jacobian = evaluate<System, typename System::Jacobian, &System::jacobian>,
+                     .relative_states = relative_states,
+                     .vector_states = fluxes};
   if constexpr (requires { System::last_is_uncontrolled; })
     problem.last_is_uncontrolled = System::last_is_uncontrolled;
   if constexpr (requires { typename System::Events; }) {

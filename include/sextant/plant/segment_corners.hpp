@@ -53,11 +53,11 @@ class SegmentCorners {
     T from = t_;
     for (; segment_ + 1 < segments_.size() && voltage_.corner(segment_) < end; ++segment_) {
       const T corner = voltage_.corner(segment_);
-      go_to(from, corner, smooth_state_.machine(path_(corner - t_), voltage_.at_corner(segment_)));
+      advance(from, corner, smooth_state_.machine(path_(corner - t_), voltage_.at_corner(segment_)));
       if (!corners_.empty()) corners_[segment_] = x_;
       from = corner;
     }
-    if constexpr (has_integrals) go_to(from, end, smooth_state_.machine(smooth, voltage_(end)));
+    if constexpr (has_integrals) advance(from, end, smooth_state_.machine(smooth, voltage_(end)));
     t_ = end;
     smooth_ = smooth;
     slope_ = slope;
@@ -77,11 +77,13 @@ class SegmentCorners {
   static MachineState machine_part(const State& x) noexcept { return x.template head<Plant::machine_size>(); }
 
   /// From one time to another [s] within the present segment and step, at which the machine's state is `end`.
-  void go_to(T from, T to, const MachineState& end) noexcept SEXTANT_NONBLOCKING {
+  void advance(T from, T to, const MachineState& end) noexcept SEXTANT_NONBLOCKING {
     if constexpr (has_integrals) {
       const SwitchState state = segments_[segment_].state;
       const T length = to - from;
-      PlantQuantities<T> middle = plant_.quantities(middle_of(from, length, end));
+      const T half = from + T(0.5) * length;
+      PlantQuantities<T> middle =
+          plant_.quantities(smooth_state_.machine(path_(half - t_), voltage_.within(segment_, half)));
       const auto k0 = plant_.integral_derivative(q_, state);
       const auto k1 = plant_.integral_derivative(middle, state);
       q_ = plant_.quantities(end);
@@ -90,17 +92,6 @@ class SegmentCorners {
         x_[Plant::machine_size + int(i)] += (length / T(6)) * (k0[i] + T(4) * k1[i] + k2[i]);
     }
     machine_part(x_) = end;
-  }
-
-  /// Half way from the last corner to `end`: the middle of the chord, less what the path bends.
-  [[nodiscard]] MachineState middle_of(T from, T length,
-                                       const MachineState& end) const noexcept SEXTANT_NONBLOCKING {
-    const MachineState bend =
-        smooth_state_.curvature(path_.curvature(from + T(0.5) * length - t_), voltage_.u_s(segment_));
-    const T eighth = T(0.125) * length * length;
-    MachineState x;
-    for (int i = 0; i < Plant::machine_size; ++i) x[i] = T(0.5) * (x_[i] + end[i]) - eighth * bend[i];
-    return x;
   }
 
   const Plant& plant_;

@@ -44,7 +44,7 @@ class SmoothSolution {
     const VoltageMoments<> end{at_end_.v + voltage.end().v, at_end_.a + h * at_end_.v + voltage.end().a};
     const SmoothPlant<Plant> smooth{plant, voltage, begin, at_end_};
     SegmentCorners<Plant> at_corners{plant, segments, voltage, corners};
-    const bool good = at_corners.wanted() ? go_by_steps(smooth, at_corners) : go(smooth);
+    const bool good = at_corners.wanted() ? integrate_by_steps(smooth, at_corners) : integrate(smooth);
     if (!good) {
       reset();
       return false;
@@ -90,12 +90,12 @@ class SmoothSolution {
   }
 
   /// To the present time in one go.
-  bool go(const SmoothPlant<Plant>& smooth) noexcept {
+  bool integrate(const SmoothPlant<Plant>& smooth) noexcept {
     return solver_.advance(&smooth, time(), x_.data()) == SolverOutcome::reached;
   }
 
   /// The same step by step, with the corners within each. There V and A begin at zero with the segments.
-  bool go_by_steps(const SmoothPlant<Plant>& smooth, SegmentCorners<Plant>& at_corners) noexcept {
+  bool integrate_by_steps(const SmoothPlant<Plant>& smooth, SegmentCorners<Plant>& at_corners) noexcept {
     const double end = time();
     double t = smooth.begin();
     MachineState y, dy;

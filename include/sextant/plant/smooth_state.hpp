@@ -44,18 +44,17 @@ class SmoothState {
     return shifted(undriven, rates_.ss * v, -rates_.rs * v);
   }
 
-  /// The second derivative of the machine's state from that of the smooth one under a voltage that is
-  /// constant.
-  [[nodiscard]] MachineState curvature(const MachineState& smooth,
-                                       SpaceVector<T> u_s) const noexcept SEXTANT_NONBLOCKING {
-    return shifted(smooth, -rates_.ss * u_s, rates_.rs * u_s);
+  /// x with a stator flux linkage that is larger by v. [Wb]
+  [[nodiscard]] static MachineState raised(MachineState x, SpaceVector<T> v) noexcept SEXTANT_NONBLOCKING {
+    x[Plant::psi_s_alpha] += v.alpha;
+    x[Plant::psi_s_beta] += v.beta;
+    return x;
   }
 
  private:
-  static MachineState shifted(MachineState x, SpaceVector<T> s,
+  static MachineState shifted(const MachineState& at, SpaceVector<T> s,
                               SpaceVector<T> r) noexcept SEXTANT_NONBLOCKING {
-    x[Plant::psi_s_alpha] += s.alpha;
-    x[Plant::psi_s_beta] += s.beta;
+    MachineState x = raised(at, s);
     x[Plant::psi_r_alpha] += r.alpha;
     x[Plant::psi_r_beta] += r.beta;
     return x;

@@ -46,7 +46,7 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
     if (duration_ns <= 0) return true;
     if (duration_ns <= std::numeric_limits<std::int32_t>::max()) {
       const GateSegment one{plant.inputs().state, std::int32_t(duration_ns)};
-      if (goes_on_over({&one, 1}, plant)) return go_on(plant, {&one, 1}, {});
+      if (continues_over({&one, 1}, plant)) return continue_over(plant, {&one, 1}, {});
     }
     over_switching_.reset();
     const bool good = plant.has_events() ? advance_through_events(plant, duration_ns)
@@ -57,7 +57,7 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
 
   [[nodiscard]] bool advance_through(Plant& plant, std::span<const GateSegment> segments,
                                      std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
-    if (goes_on_over(segments, plant)) return go_on(plant, segments, corners);
+    if (continues_over(segments, plant)) return continue_over(plant, segments, corners);
     return PlantIntegrator<Plant>::advance_through(plant, segments, corners);
   }
   SEXTANT_TRUSTED_END
@@ -142,11 +142,12 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
   /// counted apart, so that a long run loses no precision. [s]
   [[nodiscard]] double end_time() const noexcept { return start_ + 1e-9 * double(elapsed_ns_); }
 
-  [[nodiscard]] bool goes_on_over(std::span<const GateSegment> segments, const Plant& plant) const noexcept {
+  [[nodiscard]] bool continues_over(std::span<const GateSegment> segments,
+                                    const Plant& plant) const noexcept {
     return Plant::appends_integrals && goes_on_ && !segments.empty() && plant.is_driven_by(segments);
   }
 
-  bool go_on(Plant& plant, std::span<const GateSegment> segments, std::span<State> corners) noexcept {
+  bool continue_over(Plant& plant, std::span<const GateSegment> segments, std::span<State> corners) noexcept {
     active_ = nullptr;
     if constexpr (Plant::appends_integrals)
       return over_switching_.advance(plant, segments, corners);

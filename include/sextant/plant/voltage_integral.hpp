@@ -29,6 +29,10 @@ class VoltageIntegral {
   [[nodiscard]] VoltageMoments<T> operator()(T t) const noexcept SEXTANT_NONBLOCKING {
     std::size_t k = 0;
     while (k + 1 < count_ && t >= pieces_[k].end) ++k;
+    return within(k, t);
+  }
+  /// The same at a time within segment k.
+  [[nodiscard]] VoltageMoments<T> within(std::size_t k, T t) const noexcept SEXTANT_NONBLOCKING {
     const Piece& p = pieces_[k];
     return moved(p.at_begin, p.u_s, t - p.begin);
   }
@@ -48,10 +52,6 @@ class VoltageIntegral {
   /// V and A at the end of segment k.
   [[nodiscard]] const VoltageMoments<T>& at_corner(std::size_t k) const noexcept SEXTANT_NONBLOCKING {
     return k + 1 < count_ ? pieces_[k + 1].at_begin : end_;
-  }
-  /// Stator voltage of segment k. [V]
-  [[nodiscard]] SpaceVector<T> u_s(std::size_t k) const noexcept SEXTANT_NONBLOCKING {
-    return pieces_[k].u_s;
   }
 
  private:

@@ -101,8 +101,13 @@ class MetricsAccumulator {
   struct WindowValues {
     Moments<quantities>::Values values{};  // current along the stator flux and 90 electrical degrees ahead
     double speed_error{};
-    double p_dc{};
-    DriveEnergies energies{};
+  };
+
+  // A segment, or what of it lies in the window.
+  struct WindowPiece {
+    WindowValues begin{}, end{};
+    EnergyFlow flow{};
+    double seconds{};
   };
 
   // Flux and current of one instant, the current in the frame of the flux: the end of a segment is mostly the
@@ -114,11 +119,11 @@ class MetricsAccumulator {
 
   [[nodiscard]] const FluxFrame& flux_frame(const MetricsSample& sample) noexcept;
   [[nodiscard]] WindowValues window_values(const MetricsSample& sample) noexcept;
-  [[nodiscard]] static WindowValues between(const WindowValues& a, const WindowValues& b,
-                                            double share) noexcept;
+  void cut_to_window(WindowPiece& piece, const MetricsSample& before,
+                     const MetricsSample& after) const noexcept;
   void note_current(SpaceVector<> i_s) noexcept;
   void note_reference(const MetricsSample& before, const MetricsSample& after) noexcept;
-  void add_to_window(const WindowValues& a, const WindowValues& b, double seconds) noexcept;
+  void add_to_window(const WindowPiece& piece) noexcept;
   void fill_window_metrics(MetricList& m) const noexcept;
 
   MetricsParameters parameters_;
