@@ -183,8 +183,9 @@ class Protection {
     // An empty pattern, gates off, tells no time.
     const std::int64_t duration_ns =
         m.applied.segments().empty() ? limits_.period_ns : m.applied.duration_ns();
-    const ThreePhase<T> beyond = inverter_.step(m.applied, m.i_abc, m.u_dc);
     offset_.step(m);
+    // The sign of a small current is that without its offset.
+    const ThreePhase<T> beyond = inverter_.step(m.applied, without_offset(m).i_abc, m.u_dc);
     winding_.step(within_trip(m.i_abc), duration_ns);
     if (!m.applied.is_driven()) {
       leave_out(m, drive.psi_r);
