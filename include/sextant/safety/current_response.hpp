@@ -187,11 +187,12 @@ class CurrentResponse {
   /// `predicted`: v − e over the interval [A], in which the rotor turned by `turn` [rad], to these currents
   /// [A].
   constexpr void follow(const Interval& in, SpaceVector<T> predicted, T turn, SpaceVector<T> i_s) noexcept {
-    error_ = turned(error_, turn);
+    const SpaceVector<T> by_rotor = rotation(turn);
+    error_ = product(by_rotor, error_);
     const SpaceVector<T> change = predicted - in.periods * error_;
     still_periods_ += in.periods;
     hidden_ += change;
-    missed_ = turned(missed_, turn) + change - (i_s - i_s_);
+    missed_ = product(by_rotor, missed_) + change - (i_s - i_s_);
     i_s_ = i_s;
     if (stands_still()) {
       hidden_uncertainty_ += T(0.25) * (in.periods * in.uncertainty + step_);
@@ -204,11 +205,12 @@ class CurrentResponse {
     begin_still();
   }
 
-  /// x turned by an angle, (1 + jh)²/(1 + h²) x with h of half of it, which errs by a twelfth of its cube.
-  [[nodiscard]] static constexpr SpaceVector<T> turned(SpaceVector<T> x, T angle) noexcept {
+  /// The unit vector at an angle, (1 + jh)²/(1 + h²) with h of half of it, whose own is off by a twelfth of
+  /// the angle's cube.
+  [[nodiscard]] static constexpr SpaceVector<T> rotation(T angle) noexcept {
     const T h = T(0.5) * angle;
     const T scale = T(1) / (T(1) + h * h);
-    return product({scale * (T(1) - h * h), scale * T(2) * h}, x);
+    return {scale * (T(1) - h * h), scale * T(2) * h};
   }
 
   T largest_jump_;
