@@ -240,14 +240,14 @@ class WeakenedMachine {
  public:
   static constexpr double step = 0.75;  ///< within which readings are equal, with their noise [A]
 
-  WeakenedMachine(double omega_m, std::int32_t period_ns, unsigned with_seed)
+  WeakenedMachine(double omega_m, std::int32_t with_period_ns, unsigned with_seed)
       : omega_{2.0 * omega_m},
-        dt_{period_ns * 1e-9},
+        dt_{with_period_ns * 1e-9},
         flux_{300.0 / std::abs(omega_)},
         random_{with_seed},
         prediction_{InductionMachineParameters<T>{}, T(4)},
         monitored_{InductionMachineParameters<T>{}},
-        judged_{{.period_ns = period_ns, .jump = T(100), .step = T(step)}} {
+        judged_{{.period_ns = with_period_ns, .jump = T(100), .step = T(step)}} {
     true_machine_.l_m *= 2.0;
   }
 
