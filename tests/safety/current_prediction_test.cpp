@@ -67,6 +67,7 @@ TYPED_TEST(CurrentPredictionOf, AFluxThatMayBeWrongByMoreThanItselfMakesEUncerta
             prediction.step({}, {{T(end.alpha), T(end.beta)}, T(error), T(sign * turn)}, {}, T(0), T(25e-6));
         EXPECT_NEAR(double(change.uncertainty), per_weber * std::max(flux, error), 1e-3);
         EXPECT_NEAR(double(change.error_turn), per_weber * error * turn, 1e-5);
+        EXPECT_NEAR(double(change.rotor_turn), sign * turn, 1e-6);
       }
     }
   }

@@ -10,6 +10,8 @@
 
 #include "sextant/core/switch_state.hpp"
 #include "sextant/safety/applied_volt_seconds.hpp"
+#include "sextant/safety/current_prediction.hpp"
+#include "sextant/safety/monitored_flux.hpp"
 
 namespace sextant {
 namespace {
@@ -225,6 +227,112 @@ TYPED_TEST(CurrentResponseOf, ASmoothVoltageIsJudgedByWhatExceedsTheErrorOfTheMo
       EXPECT_FALSE(is_unresponsive(1.0, 1.0)) << periods_a_turn << ", " << direction;
       EXPECT_FALSE(is_unresponsive(1.0, 30.0)) << periods_a_turn << ", " << direction;
       EXPECT_TRUE(is_unresponsive(0.0, 30.0)) << periods_a_turn << ", " << direction;
+    }
+  }
+}
+
+/// A machine without torque whose flux is weakened at a speed, so that its iron does not saturate: from rotor
+/// flux and its own L_m follow current and voltage in closed form. The model that judges it has the L_m of
+/// the saturated machine, half of that. The sensors of two phases have gains and offsets of opposite sign,
+/// all have noise and a converter's step.
+template <class T>
+class WeakenedMachine {
+ public:
+  static constexpr double step = 0.75;  ///< within which readings are equal, with their noise [A]
+
+  WeakenedMachine(double omega_m, std::int32_t with_period_ns, unsigned with_seed)
+      : omega_{2.0 * omega_m},
+        dt_{with_period_ns * 1e-9},
+        flux_{300.0 / std::abs(omega_)},
+        random_{with_seed},
+        prediction_{InductionMachineParameters<T>{}, T(4)},
+        monitored_{InductionMachineParameters<T>{}},
+        judged_{{.period_ns = with_period_ns, .jump = T(100), .step = T(step)}} {
+    true_machine_.l_m *= 2.0;
+  }
+
+  /// A period; raise: what the voltage changes the current by, beside what keeps it turning [A]. With
+  /// `frozen` the converter stands still.
+  void run(double raise = 0.0, bool frozen = false) {
+    const double before = angle_;
+    angle_ += omega_ * dt_;
+    const SpaceVector<double> i_before = current(before);
+    const SpaceVector<double> i_s = current(angle_);
+    const double sigma_l_s = InductionMachineParameters<double>{}.sigma_l_s();
+    const SpaceVector<double> volt_seconds =
+        true_machine_.k_r() * (polar(flux_, angle_) - polar(flux_, before)) + sigma_l_s * (i_s - i_before) +
+        (0.5 * dt_ * true_machine_.r_s) * (i_before + i_s) + sigma_l_s * polar(raise, angle_);
+    if (!frozen) read_ = reading(inverse_clarke(i_s));
+    const SpaceVector<T> read = clarke(read_);
+    monitored_.step(T(0.5) * (read + last_), T(0.5 * omega_), T(dt_));
+    last_ = read;
+    const ThreePhase<double> v = inverse_clarke(volt_seconds);
+    judged_.step(read_,
+                 prediction_.step(read_, {monitored_.psi_r(), T(0), T(omega_ * dt_)},
+                                  {T(v.a), T(v.b), T(v.c)}, T(530), T(dt_)),
+                 T(1));
+  }
+  [[nodiscard]] double hidden() const { return double(judged_.hidden_change()); }
+
+ private:
+  [[nodiscard]] SpaceVector<double> current(double at) const { return polar(flux_ / true_machine_.l_m, at); }
+  ThreePhase<T> reading(const ThreePhase<double>& i) {
+    std::normal_distribution<double> noise{0.0, 0.2};
+    const auto converted = [&](double x) {
+      constexpr double bit = 600.0 / 4096.0;
+      return T(bit * std::round((x + noise(random_)) / bit));
+    };
+    return {converted(1.02 * i.a + 0.5), converted(0.98 * i.b - 0.5), converted(i.c)};
+  }
+
+  InductionMachineParameters<double> true_machine_{};
+  double omega_;  ///< electrical [rad/s]
+  double dt_;     ///< [s]
+  double flux_;   ///< of the rotor, at a link of some 530 V [Wb]
+  std::mt19937 random_;
+  CurrentPrediction<T> prediction_;
+  MonitoredFlux<T> monitored_;
+  CurrentResponse<T> judged_;
+  ThreePhase<T> read_{};
+  SpaceVector<T> last_{};
+  double angle_{};  ///< of the rotor flux [rad]
+};
+
+// The small current of the unsaturated machine stands still within the noise for some periods, while the
+// model lacks half of its back-EMF, 3 A a period at 125 us. That half turns with the machine.
+TYPED_TEST(CurrentResponseOf, ABackEmfOfTwiceTheModelIsNoHiddenChangeOfASmallCurrent) {
+  using T = TypeParam;
+  const unsigned own_seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << own_seed);
+  for (const std::int32_t period : {25'000, 125'000, 250'000}) {
+    for (const double omega_m : {-400.0, -300.0, 200.0, 300.0, 400.0}) {
+      WeakenedMachine<T> machine{omega_m, period, own_seed};
+      const long settled = std::lround(0.5e9 / period);
+      double largest = 0.0;
+      for (long k = 0; k < 4 * settled; ++k) {
+        machine.run();
+        if (k > settled) largest = std::max(largest, machine.hidden());
+      }
+      EXPECT_LT(largest, 2.0) << omega_m << " rad/s, " << period << " ns";
+    }
+  }
+}
+
+// The voltage of a controller that reads a current of a converter that has stopped raises it by 6 A a period.
+TYPED_TEST(CurrentResponseOf, AConverterThatStopsAtWeakenedFluxHidesWhatTheVoltageRaises) {
+  using T = TypeParam;
+  const unsigned own_seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << own_seed);
+  for (const double omega_m : {-400.0, 300.0}) {
+    for (int more = 0; more < 60; more += 7) {
+      WeakenedMachine<T> machine{omega_m, 125'000, own_seed};
+      for (int k = 0; k < 4'000 + more; ++k) machine.run();
+      int periods = 0;
+      while (periods < 40 && machine.hidden() < 6.0) {
+        machine.run(6.0, true);
+        ++periods;
+      }
+      EXPECT_LE(periods, 8) << omega_m << " rad/s, after " << more;
     }
   }
 }

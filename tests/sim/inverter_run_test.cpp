@@ -110,5 +110,30 @@ TYPED_TEST(InverterRunOf, ADriveThatIsToldADeadTimeOfATenthMoreOrLessMakesTheTor
   }
 }
 
+// Without torque the machine that does not saturate at weakened flux takes some 2 A, and near standstill dead
+// times stop the currents: there readings with their offsets have other signs than the currents.
+TEST(InverterRun, OffsetsOfSmallCurrentsAreNoFault) {
+  const InverterModel<>::Parameters known{
+      .dead_time_ns = dead_ns,
+      .voltage_error =
+          InverterModel<>::Parameters{.dead_time_ns = dead_ns}.likely_voltage_error(25'000, 530.0)};
+  for (const double omega_m : {-400.0, -300.0, -5.0, 5.0, 300.0, 400.0}) {
+    SCOPED_TRACE(testing::Message() << omega_m << " rad/s");
+    RigParameters p = rig_of(omega_m, {{.dead_time_ns = dead_ns}, known});
+    p.stage.plant.saturation = {.knee = 1.1, .machine_flux = 1.1};
+    p.stage.io.sensors.current = {.noise = 0.2, .range = 300.0, .bits = 12};
+    p.stage.io.sensors.phases = {PhaseSensorError{0.02, 0.5}, PhaseSensorError{-0.02, -0.5}};
+    p.drive.protection.current_noise = 0.25;
+    p.drive.protection.current_step = 0.75;
+    p.controller.magnetiser.current_limit = 25.0;
+    DriveRigOf<Foc> rig{p, method_of<Foc>(p)};
+    rig.run(0.05);
+    rig.start();
+    rig.run(0.6);
+    EXPECT_TRUE(makes_torque(rig.drive().state()));
+    EXPECT_EQ(rig.telemetry.latched, FaultSet{});
+  }
+}
+
 }  // namespace
 }  // namespace sextant

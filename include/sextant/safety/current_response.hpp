@@ -30,8 +30,11 @@ namespace sextant {
 /// soon as a reading that does not answer makes them raise the voltage by more than twice e.
 ///
 /// The second difference does not show readings that all stand still, under one voltage: for these, Σ (v − e)
-/// less the mean error of the model before is the change that they ought to show. The error changes little
-/// from period to period: a quarter of the uncertainty, and of the converter's step, is allowed for each.
+/// less the mean error of the model before is the change that they ought to show. The error of e by the
+/// machine's parameters, such as an inductance that is another at weakened flux, and that of v by the signs
+/// of the currents turn with the machine, which the rotor shows but for the slip: the mean is that of the
+/// error as the rotor turns it. By what is left it changes little from period to period: a quarter of the
+/// uncertainty, and of the converter's step, is allowed for each.
 /// Readings within one step of the converter are equal. Only time with every leg driven counts; each other
 /// interval starts anew.
 template <class T = double>
@@ -83,7 +86,7 @@ class CurrentResponse {
     step(phases_[0], i.a, share * (change.v.a - e.a), interval);
     step(phases_[1], i.b, share * (change.v.b - e.b), interval);
     step(phases_[2], i.c, share * (change.v.c - e.c), interval);
-    follow(interval);
+    follow(interval, clarke(change.v) - clarke(e), change.rotor_turn, clarke(i));
     has_predecessor_ = true;
   }
 
@@ -93,10 +96,11 @@ class CurrentResponse {
     phases_[0].i = phases_[0].still = i.a;
     phases_[1].i = phases_[1].still = i.b;
     phases_[2].i = phases_[2].still = i.c;
+    i_s_ = clarke(i);
+    error_ = {};
     has_predecessor_ = false;
     jump_ = T(0);
-    still_periods_ = T(0);
-    hidden_uncertainty_ = T(0);
+    begin_still();
   }
 
   /// By w; phase n: 0 is a.
@@ -120,15 +124,20 @@ class CurrentResponse {
   /// uncertainty; zero otherwise. `open`: a phase without current, if there is one, which may be open, so
   /// that half of the voltage between the others is that of each. [A]
   [[nodiscard]] constexpr T hidden_change(std::size_t open = no_phase) const noexcept {
+    const ThreePhase<T> by_phase = inverse_clarke(hidden_);
+    const std::array hidden{by_phase.a, by_phase.b, by_phase.c};
     T largest{};
     for (std::size_t n = 0; n < 3; ++n) {
-      const T between = T(0.5) * (phases_[(n + 1) % 3].hidden - phases_[(n + 2) % 3].hidden);
+      const T between = T(0.5) * (hidden[(n + 1) % 3] - hidden[(n + 2) % 3]);
       if (open == no_phase || open == n) {
-        largest = std::max(largest, std::abs(open == n ? between : phases_[n].hidden));
+        largest = std::max(largest, std::abs(open == n ? between : hidden[n]));
       }
     }
     return std::max(T(0), largest - hidden_uncertainty_ - step_);
   }
+
+  /// Mean of v − e − Δi a period, up to the last reading that changed, as the rotor has turned it since. [A]
+  [[nodiscard]] constexpr SpaceVector<T> error() const noexcept { return error_; }
 
  private:
   static constexpr std::int64_t window_ns = 3'000'000;  ///< time constant of the window [ns]
@@ -138,8 +147,6 @@ class CurrentResponse {
     T still{};      ///< reading since which all are equal [A]
     T change{};     ///< last Δi [A]
     T predicted{};  ///< last v − e [A]
-    T error{};      ///< mean of v − e − Δi a period, up to the last reading that changed [A]
-    T hidden{};     ///< Σ (v − e − error) since the readings stand still [A]
     Sums sums{};
     Sums change_sums{};
   };
@@ -173,23 +180,32 @@ class CurrentResponse {
                        [this](const State& s) { return std::abs(s.i - s.still) <= step_; });
   }
 
-  void follow(const Interval& in) noexcept {
+  /// The readings begin to stand still.
+  constexpr void begin_still() noexcept {
+    hidden_ = missed_ = {};
+    hidden_uncertainty_ = T(0);
+    still_periods_ = T(0);
+  }
+
+  /// `predicted`: v − e over the interval [A], in which the rotor turned by `turn` [rad], to these currents
+  /// [A].
+  constexpr void follow(const Interval& in, SpaceVector<T> predicted, T turn, SpaceVector<T> i_s) noexcept {
+    const SpaceVector<T> by_rotor = rotation_by(turn);
+    error_ = product(by_rotor, error_);
+    const SpaceVector<T> change = predicted - in.periods * error_;
     still_periods_ += in.periods;
-    for (State& s : phases_) s.hidden += in.periods * (s.predicted - s.error);
+    hidden_ += change;
+    missed_ = product(by_rotor, missed_) + change - (i_s - i_s_);
+    i_s_ = i_s;
     if (stands_still()) {
       hidden_uncertainty_ += T(0.25) * (in.periods * in.uncertainty + step_);
       return;
     }
     // Over all of the time since the readings stood still, or the noise of the one that ends it would count
     // whole: n periods have a weight of n/(n + 7).
-    const T learnt = has_predecessor_ ? T(1) / (still_periods_ + T(7)) : T(0);
-    for (State& s : phases_) {
-      s.error += learnt * (s.hidden - (s.i - s.still));
-      s.still = s.i;
-      s.hidden = T(0);
-    }
-    hidden_uncertainty_ = T(0);
-    still_periods_ = T(0);
+    if (has_predecessor_) error_ += (T(1) / (still_periods_ + T(7))) * missed_;
+    for (State& s : phases_) s.still = s.i;
+    begin_still();
   }
 
   T largest_jump_;
@@ -197,9 +213,13 @@ class CurrentResponse {
   T forget_;                     ///< share of the sums that goes with a period [-]
   bool has_predecessor_{false};  ///< an interval that counts came before
   T jump_{};
-  T still_periods_{};       ///< since all readings are equal [-]
-  T hidden_uncertainty_{};  ///< of Σ (v − e) since then [A]
-  SpaceVector<T> emf_{};    ///< last e [A]
+  SpaceVector<T> error_{};   ///< mean of v − e − Δi a period, up to the last reading that changed [A]
+  T still_periods_{};        ///< since all readings are equal [-]
+  SpaceVector<T> hidden_{};  ///< Σ (v − e − error) since then [A]
+  SpaceVector<T> missed_{};  ///< Σ (v − e − error − Δi) since then, as the rotor has turned meanwhile [A]
+  T hidden_uncertainty_{};   ///< of `hidden_` [A]
+  SpaceVector<T> i_s_{};     ///< at the last measurement [A]
+  SpaceVector<T> emf_{};     ///< last e [A]
   std::array<State, 3> phases_{};
 };
 

@@ -183,8 +183,9 @@ class Protection {
     // An empty pattern, gates off, tells no time.
     const std::int64_t duration_ns =
         m.applied.segments().empty() ? limits_.period_ns : m.applied.duration_ns();
-    const ThreePhase<T> beyond = inverter_.step(m.applied, m.i_abc, m.u_dc);
     offset_.step(m);
+    // The sign of a small current is that without its offset.
+    const ThreePhase<T> beyond = inverter_.step(m.applied, without_offset(m).i_abc, m.u_dc);
     winding_.step(within_trip(m.i_abc), duration_ns);
     if (!m.applied.is_driven()) {
       leave_out(m, drive.psi_r);
@@ -210,8 +211,9 @@ class Protection {
     const PredictedChange<T> change = prediction_.step(
         m.i_abc, {drive.psi_r, drive.psi_r_error, T(limits_.machine.pole_pairs) * m.omega_m * dt},
         volt_seconds, m.u_dc, dt);
-    response_.step(m.i_abc, change, is_one ? T(1) : T(duration_ns) / T(limits_.period_ns));
-    continuity_.step(m.i_abc, change);
+    const T periods = is_one ? T(1) : T(duration_ns) / T(limits_.period_ns);
+    response_.step(m.i_abc, change, periods);
+    continuity_.step(m.i_abc, change, response_.error(), periods);
     speed_.step(m.i_abc, volt_seconds, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference,
                 duration_ns);
     direction_.step(m.i_abc, volt_seconds, m.u_dc, m.omega_m, dt);
