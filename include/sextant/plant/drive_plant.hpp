@@ -477,6 +477,7 @@ class DrivePlant {
                                  acting.tau_l,
                                  x[omega],
                                  x[theta],
+                                 iron_loss,
                                  threshold_loss,
                                  inputs_.u_dc};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
