@@ -33,6 +33,7 @@ PYTHON_PROGRAMS = [
     "sweep",
     "rt_check",
     "compare",
+    "report",
     "compare_live",
     "completion",
     "scope",
