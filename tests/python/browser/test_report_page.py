@@ -27,4 +27,4 @@ def test_the_page_fits(width: int, scheme: str, tmp_path: Path, open_page: Calla
     background = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert background == {"light": "rgb(243, 245, 248)", "dark": "rgb(15, 20, 27)"}[scheme]
     page.emulate_media(media="print")
-    assert page.evaluate("document.images[0].currentSrc") == plain
+    page.wait_for_function("document.images[0].currentSrc == document.images[0].src")
