@@ -184,6 +184,7 @@ def test_junit_timing_and_sweep(tmp_path: Path) -> None:
     (sweep / "points.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines) + '{"point": 2, "sta')
     page = page_of(tmp_path, tmp_path / "j.xml", tmp_path / "timing.json", sweep)
     assert [row[2] for row in page.rows[1:4]] == ["fail", "2 periods missed", "not finished"]
+    assert page.rows[3][3] == "1 of 3 points"
     assert ["bad", "does not hold", "7 is above 5"] in page.rows
     assert ["left", "not evaluated", "no run"] in page.rows
     assert ["stage read", "3", "1.0", "2.0", "3.0", "4.0", "5.5"] in page.rows

@@ -44,6 +44,11 @@ class Picture:
     variants: dict[tuple[bool, bool], str]
 
     @property
+    def is_fixed(self) -> bool:
+        """There is one variant alone."""
+        return len(set(self.variants.values())) == 1
+
+    @property
     def plain(self) -> str:
         return self.variants[False, False]
 
@@ -60,6 +65,7 @@ class Run:
     description: str = ""
     reasons: list[str] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
+    points: str = ""  # of a sweep: how many passed
     faults: list[Fault] | None = None  # None: the file says nothing of faults
     versions: list[tuple[str, str]] = field(default_factory=list)
     facts: list[tuple[str, str]] = field(default_factory=list)
@@ -69,7 +75,9 @@ class Run:
 
     @property
     def held(self) -> str:
-        """How many of the limits hold."""
+        """How many of the limits hold, or how many points of a sweep passed."""
+        if self.points:
+            return self.points
         return f"{sum(check.result == GOOD for check in self.checks)} of {len(self.checks)}" if self.checks else "–"
 
     @property

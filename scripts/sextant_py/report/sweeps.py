@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..errors import UserError
 from ..sweep_point import EXPECT_FAILED, FAILED, OK
-from .model import BAD, GOOD, Check, Picture, Run, Table, shown
+from .model import BAD, GOOD, Picture, Run, Table, shown
 from .pictures import data_uri
 
 STATE, POINTS, TABLE = "sweep.json", "points.jsonl", "table.parquet"
@@ -62,11 +62,9 @@ def read(directory: Path) -> Run:
     run = Run(name, "sweep", directory, "pass" if is_good else "fail", GOOD if is_good else BAD)
     if len(points) < total:
         run.verdict = "not finished"
-    run.checks = [
-        Check(word, "", f"{counts[status]} of {total} points", GOOD if status == OK else BAD)
-        for status, word in WORDS.items()
-        if counts[status]
-    ]
+    run.points = f"{counts[OK]} of {total} points"
+    listed = tuple((word, str(counts[status])) for status, word in WORDS.items())
+    run.tables.append(Table("Points", ("result", "points"), listed))
     run.facts = [("scenario", state.get("scenario", "–")), ("points", f"{len(points)} of {total}")]
     if state.get("seed") is not None:
         run.facts.append(("seed", str(state["seed"])))
