@@ -47,7 +47,7 @@ class Wish:
     end_s: float = np.inf  # [s]
 
 
-def _trace_of(path: Path) -> Path:
+def trace_of(path: Path) -> Path:
     """The trace of a result directory."""
     if not path.exists():
         raise UserError(f"{path} does not exist.")
@@ -58,7 +58,7 @@ def _trace_of(path: Path) -> Path:
     return path / "trace.h5"
 
 
-def _faults(path: Path, file: SignalFile, zero_s: float) -> tuple[list[dict], float]:
+def faults_of_result(path: Path, file: SignalFile, zero_s: float) -> tuple[list[dict], float]:
     """By the summary beside the trace of a result directory, which has their names, else by the file itself; and how
     much earlier they may have been, where they are known to a row of the telemetry. [s]"""
     unsure_s = 0.0
@@ -75,11 +75,11 @@ def _faults(path: Path, file: SignalFile, zero_s: float) -> tuple[list[dict], fl
 
 
 def load(path: Path, trigger: str) -> Recording:
-    place = _trace_of(path)
+    place = trace_of(path)
     file = SignalFile(place)
     zero_s, unsure_s = alignment.instant(place, file, trigger)
     (signals,) = series.load([place], None, None)
-    return Recording(place, signals, zero_s, unsure_s, *_faults(path, file, zero_s))
+    return Recording(place, signals, zero_s, unsure_s, *faults_of_result(path, file, zero_s))
 
 
 def _chosen(recording: Recording, wanted: tuple[str, ...]) -> dict[str, series.Series]:
