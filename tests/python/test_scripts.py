@@ -34,6 +34,7 @@ PYTHON_PROGRAMS = [
     "rt_check",
     "compare",
     "report",
+    "expect",
     "compare_live",
     "completion",
     "scope",
