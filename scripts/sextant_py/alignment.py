@@ -15,17 +15,17 @@ from .signal_file import GroupRows, SignalFile
 OWN = "trigger"  # the instant that a capture was triggered at
 
 
-def _columns(rows: GroupRows) -> dict[str, np.ndarray]:
+def _columns(time_s: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray]:
     """What a trigger can evaluate, by the names of the waveform. Telemetry has means over its intervals, and the flux
     by magnitude and angle."""
-    names = rows.group.dtype.names or ()
-    found = {"t_ns": np.rint(rows.time_s * 1e9).astype(np.int64)}
+    names = rows.dtype.names or ()
+    found = {"t_ns": np.rint(time_s * 1e9).astype(np.int64)}
     means = {f"{m[1]}_{m[3]}": m[0] for m in map(STATISTIC.fullmatch, names) if m and m[2] == "mean"}
     for name in (*quantities.known(), "state"):
         if source := name if name in names else means.get(name):
-            found[name] = rows.values(source)
+            found[name] = rows[source]
     if "flux_alpha_wb" not in found and {"flux_mean_wb", "flux_angle_rad"} <= set(names):
-        magnitude, angle = rows.values("flux_mean_wb"), rows.values("flux_angle_rad")
+        magnitude, angle = rows["flux_mean_wb"], rows["flux_angle_rad"]
         found |= {"flux_alpha_wb": magnitude * np.cos(angle), "flux_beta_wb": magnitude * np.sin(angle)}
     return found
 
@@ -55,12 +55,14 @@ def instant(path: Path, file: SignalFile, text: str) -> tuple[float, float]:
             raise UserError(f"{path} is no capture, so it has no trigger of its own; --align names one.")
         return 0.0, 0.0
     condition = parse(text)
-    rows = rows_for(file)
-    try:
-        hits = np.flatnonzero(condition.hits(_structured(_columns(rows))))
-    except ValueError as error:
-        name = str(error).rpartition(" ")[2]
-        raise UserError(f'{path} has no signal {name}, which the trigger "{text}" evaluates.') from None
-    if not len(hits):
-        raise UserError(f'the trigger "{text}" is not fulfilled in {path}.')
-    return float(rows.time_s[hits[0]]), interval_s(rows.time_s)
+    unsure_s = 0.0
+    for time_s, block in rows_for(file).blocks():
+        unsure_s = interval_s(time_s) or unsure_s
+        try:
+            hits = np.flatnonzero(condition.hits(_structured(_columns(time_s, block))))
+        except ValueError as error:
+            name = str(error).rpartition(" ")[2]
+            raise UserError(f'{path} has no signal {name}, which the trigger "{text}" evaluates.') from None
+        if len(hits):
+            return float(time_s[hits[0]]), unsure_s
+    raise UserError(f'the trigger "{text}" is not fulfilled in {path}.')

@@ -319,4 +319,4 @@ def test_default_of_a_text_with_the_mark_of_a_comment() -> None:
 
 def test_settings_without_a_program_are_refused_when_they_are_asked(tmp_path: Path) -> None:
     with pytest.raises(configuration.UserError, match="is not a program"):
-        Settings(mil=tmp_path / "absent").program()
+        _ = Settings(mil=tmp_path / "absent").program

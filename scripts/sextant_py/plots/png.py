@@ -24,6 +24,7 @@ TALL = 2.0  # distance of the states of discrete signals
 NARROW_IN = 6.0  # below it the names of the lines stand under each other
 NAME_PT = 12.0  # height of a line's name there
 MARK = "#c4202b"
+MOST_NAMES = 3  # of marks at one instant
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,9 @@ def draw_marks(grid: list[Axes], marks: Sequence[Mark], colour: str) -> None:
         is_late = time_s > 0.5 * (begin + end)
         side = {"ha": "right", "xytext": (-3, -3)} if is_late else {"ha": "left", "xytext": (3, -3)}
         place = {"xycoords": grid[0].get_xaxis_transform(), "textcoords": "offset points", "va": "top"}
-        grid[0].annotate(", ".join(names), (time_s, 1.0), color=colour, fontsize=8.5, zorder=6, **side, **place)
+        text = ", ".join(names[:MOST_NAMES]) + (" …" if len(names) > MOST_NAMES else "")
+        note = grid[0].annotate(text, (time_s, 1.0), color=colour, fontsize=8.5, zorder=6, **side, **place)
+        note.set_in_layout(False)  # a long name takes no room from the panels
 
 
 def figure_of(panels: list[Panel], title: str, marks: Sequence[Mark] = (), look: Look | None = None) -> Figure:

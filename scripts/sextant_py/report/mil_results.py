@@ -50,7 +50,7 @@ def _metrics(summary: dict[str, Any], texts: dict[str, str]) -> Table:
 def _configuration(configuration: Configuration, settings: Settings) -> Table:
     """Without what stands elsewhere: name, description and limits."""
     head, title = ("key", "value", "default", "meaning"), "Configuration: what differs from the defaults"
-    found = differences(settings.program(), configuration)
+    found = differences(settings.program, configuration)
     rows = tuple(
         (entry.key, shown(entry.value), entry.default_text, entry.about)
         for entry in found
@@ -71,7 +71,7 @@ def _add_tables(run: Run, summary: dict[str, Any], settings: Settings) -> None:
     if configuration:
         try:
             machine = {key: value for key, value in configuration.items() if key.startswith("machine.")}
-            texts = metric_texts(print_config(settings.program(), {"name": "report", "duration_s": 1.0, **machine}))
+            texts = metric_texts(print_config(settings.program, {"name": "report", "duration_s": 1.0, **machine}))
             tables.append(_configuration(configuration, settings))
         except UserError as error:
             run.notes.append(f"The whole configuration is shown, without its defaults: {error}")

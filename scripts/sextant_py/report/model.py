@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 GOOD, BAD, NEUTRAL = "good", "bad", "neutral"
+MOST_FAULTS = 4  # of the overview
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,9 @@ class Run:
     def fault_text(self) -> str:
         if self.faults is None:
             return "–"
-        return ", ".join(f"{fault.name} at {fault.t_s:.6g} s" for fault in self.faults) or "none"
+        texts = [f"{fault.name} at {fault.t_s:.6g} s" for fault in self.faults[:MOST_FAULTS]]
+        more = len(self.faults) - len(texts)
+        return ", ".join(texts + ([f"{more} more"] if more else [])) or "none"
 
 
 def shown(value: object) -> str:

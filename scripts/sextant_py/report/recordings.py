@@ -23,12 +23,8 @@ LARGEST = ("wake_latency_p99_99_us", "wake_latency_max_us", "execution_p99_99_us
 
 
 def _groups(file: SignalFile) -> Table:
-    rows = []
-    for name in file.filled():
-        group = file.groups[name]
-        time_s = group.time_s
-        rows.append((name, str(group.count), shown(float(time_s[0])), shown(float(time_s[-1])), group.group.text))
-    return Table("Groups", ("group", "rows", "from [s]", "to [s]", "meaning"), tuple(rows), (0, 4))
+    rows = ((name, str(file.groups[name].count), file.groups[name].group.text) for name in file.filled())
+    return Table("Groups", ("group", "rows", "meaning"), tuple(rows), (0, 2))
 
 
 def _states(rows: GroupRows) -> Table:

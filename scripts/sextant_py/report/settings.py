@@ -1,7 +1,7 @@
 """What a person asks of a report, beside the runs."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from pathlib import Path
 
 from .. import mil_program
@@ -14,7 +14,7 @@ class Settings:
     span: Span = (None, None)  # to draw [s]
     mil: Path | None = None  # the sextant-mil that knows the defaults
 
-    @cache  # noqa: B019
+    @cached_property
     def program(self) -> Path:
         """UserError: there is none."""
         return mil_program.find(self.mil)
