@@ -17,6 +17,8 @@ COMMANDS = {
     "scope": "captures the waveform around a trigger",
     "plot": "draws a trace or a recording",
     "compare": "compares two runs metric by metric",
+    "report": "makes a page for people from runs and recordings",
+    "expect": "evaluates a recording by the limits of a scenario",
     "sweep": "runs a scenario at many points of its configuration",
     "identify": "measures inverter and stator at standstill, for the drive",
     "completion": "prints what a shell needs to complete these commands",

@@ -1,11 +1,12 @@
 """Compares two runs of sextant-mil metric by metric, each within its tolerance."""
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
 from . import comparison_report as report
-from .comparison import OUT, Tolerances, compare, runs_of
+from .comparison import OUT, Row, Tolerances, compare, runs_of
 from .errors import UserError, run
 
 REFUSED = 2
@@ -15,6 +16,8 @@ EXAMPLES = """examples:
   scripts/compare out/before out/after --tolerance torque_ripple_pp_nm=5% --tolerance torque_bias_nm=0.1
   scripts/compare out/before out/after --tolerances limits.toml --junit out/compare.xml
   scripts/compare out/before out/after --markdown >>"$GITHUB_STEP_SUMMARY"
+  scripts/compare mil/trace.h5 live.mcap --align 'rise torque_nm 20' --tolerance torque_mean_nm=2 --signal torque
+  scripts/compare monday.h5 tuesday.h5 --align trigger       two captures of scripts/scope
 
 A and B are a result directory, a summary.json, or a directory of result directories, whose scenarios are matched by
 name. A tolerance is a share of A's value (5%), an amount in the metric's unit (0.1) or "ignore". Near zero a share is
@@ -24,7 +27,16 @@ of a hundredth of the largest metric of that unit. Faults are compared by order 
   torque_ripple_pp_nm = "5%"
   torque_bias_nm = 0.1
 Without one: 1% of A's value; 1e-3 for fault_s, a fault's time; energy_unaccounted 1e-4; wall_s and realtime_factor,
-which depend on the machine, are ignored. Exit status: 0 when all values agree, 1 when one is out of tolerance, 2 when
+which depend on the machine, are ignored.
+
+With --align A and B are traces or recordings in any format, or result directories with a trace. Their times count from
+the instant at which TRIGGER is first fulfilled; a trigger is what scripts/scope --help lists, of the waveform where the
+file has it, else of the telemetry (torque_nm is torque_mean_nm); "trigger" alone is that of a capture. Compared are
+state, quantities and faults with their times, over the time that both have; --signal names others. The instant is
+known to a row, so a value of B agrees with any that A passes within that time. A share is of the largest magnitude of
+the signal in A, so near zero too.
+
+Exit status: 0 when all values agree, 1 when one is out of tolerance, 2 when
 an argument or a file is wrong."""
 
 
@@ -45,11 +57,29 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         help="of a metric, or of all others by the name default",
     )
     parser.add_argument("--tolerances", type=Path, metavar="FILE.toml", help="tolerances from a file")
+    parser.add_argument("--align", metavar="TRIGGER", help="compare signals over time, from this trigger on")
+    parser.add_argument(
+        "--signal", action="append", default=[], metavar="NAME", help="with --align: to compare, as of scripts/plot"
+    )
+    begin, end = "begin of what is compared, from the trigger [s]", "end of it [s]"
+    parser.add_argument("--from", dest="begin_s", type=float, default=-math.inf, metavar="S", help=begin)
+    parser.add_argument("--to", dest="end_s", type=float, default=math.inf, metavar="S", help=end)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--markdown", action="store_true", help="print tables as GitHub shows them")
     form.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="also write a JUnit file")
     return parser.parse_args(arguments)
+
+
+def rows_of(options: argparse.Namespace, tolerances: Tolerances) -> list[Row]:
+    if options.align is None:
+        if options.signal or (options.begin_s, options.end_s) != (-math.inf, math.inf):
+            raise UserError("--signal, --from and --to are for --align, which compares signals over time.")
+        return compare(runs_of(options.first), runs_of(options.second), tolerances)
+    from . import aligned_comparison
+
+    wish = aligned_comparison.Wish(options.align, tuple(options.signal), options.begin_s, options.end_s)
+    return aligned_comparison.compare((options.first, options.second), wish, tolerances)
 
 
 def perform(options: argparse.Namespace) -> int:
@@ -58,7 +88,7 @@ def perform(options: argparse.Namespace) -> int:
         tolerances.read(options.tolerances)
     for setting in options.tolerance:
         tolerances.add(setting)
-    rows = compare(runs_of(options.first), runs_of(options.second), tolerances)
+    rows = rows_of(options, tolerances)
     if options.json:
         print(report.as_json(rows))
     elif options.markdown:

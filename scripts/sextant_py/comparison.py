@@ -44,8 +44,11 @@ class Tolerance:
 
     def allows(self, first: float, second: float, scale: float = 0.0) -> bool:
         """scale: the largest magnitude of the quantity. [unit of the metric]"""
-        whole = max(abs(first), NEAR_ZERO * scale) if self.relative else 1.0
-        return abs(second - first) <= self.amount * whole
+        return abs(second - first) <= self.limit(max(abs(first), NEAR_ZERO * scale))
+
+    def limit(self, whole: float) -> float:
+        """The largest difference; `whole` is what a share is of. [unit of the metric]"""
+        return self.amount * whole if self.relative else self.amount
 
 
 @dataclass
@@ -56,6 +59,8 @@ class Tolerances:
     metrics: dict[str, Tolerance] = field(
         default_factory=lambda: {name: Tolerance.parse(text, name) for name, text in BY_METRIC.items()}
     )
+
+    given: set[str] = field(default_factory=set)  # names that a file or an argument has set
 
     def of(self, metric: str) -> Tolerance:
         return self.metrics.get(metric, self.default)
@@ -76,6 +81,7 @@ class Tolerances:
             self.default = Tolerance.parse(str(tree["default"]), f"{file}: default")
         for name, text in tree.get("metrics", {}).items():
             self.metrics[name] = Tolerance.parse(str(text), f"{file}: metrics.{name}")
+            self.given.add(name)
 
     def add(self, setting: str) -> None:
         """NAME=TOLERANCE; the name `default` is for the metrics that have none of their own."""
@@ -87,6 +93,7 @@ class Tolerances:
             self.default = tolerance
         else:
             self.metrics[name] = tolerance
+            self.given.add(name)
 
 
 @dataclass(frozen=True)
@@ -156,7 +163,7 @@ def scales(metrics: dict[str, float | None]) -> dict[str, float]:
     return found
 
 
-def _faults(scenario: str, first: dict, second: dict, tolerance: Tolerance) -> list[Row]:
+def fault_rows(scenario: str, first: dict, second: dict, tolerance: Tolerance) -> list[Row]:
     """The latched faults in their order and, where these are the same, the time of each."""
     if "faults" not in first or "faults" not in second:
         return []  # of an earlier version
@@ -189,7 +196,7 @@ def _run(scenario: str, first: dict, second: dict, tolerances: Tolerances) -> li
     one, other = first["verdict"], second["verdict"]
     reason = "" if one == other else f"{other} instead of {one}"
     rows = [Row(scenario, "verdict", one, other, "", OUT if reason else SAME, reason)]
-    rows += _faults(scenario, first, second, tolerances.of(FAULT_TIME))
+    rows += fault_rows(scenario, first, second, tolerances.of(FAULT_TIME))
     metrics = first["metrics"], second["metrics"]
     whole = scales(metrics[0])
     names = dict.fromkeys([*metrics[0], *metrics[1]])

@@ -60,6 +60,10 @@ class GroupRows:
             raise UserError(f"{self.path} has no sample in that span; it runs from {min(ends):g} s to {max(ends):g} s.")
         return np.concatenate(times), np.concatenate(rows)
 
+    def blocks(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Times [s] and rows of all of the group, block by block, none of which is kept."""
+        return ((self._times_s(block), block) for block in self.source.blocks(self.group.name) if len(block))
+
     @property
     def count(self) -> int:
         """Rows of the group, also those outside of the span."""

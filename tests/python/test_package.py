@@ -66,6 +66,13 @@ def test_the_programs_find_their_files(sextant: Path, tmp_path: Path) -> None:
     )
 
 
+def test_the_report_finds_its_page(sextant: Path, tmp_path: Path) -> None:
+    (tmp_path / "j.xml").write_text('<testsuite name="s"><testcase name="good"/></testsuite>')
+    found = run(sextant, "report", "j.xml", cwd=tmp_path)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
 def test_an_unknown_command_is_refused(sextant: Path, tmp_path: Path) -> None:
     found = run(sextant, "nonsense", cwd=tmp_path)
     assert found.returncode == 1

@@ -33,6 +33,8 @@ PYTHON_PROGRAMS = [
     "sweep",
     "rt_check",
     "compare",
+    "report",
+    "expect",
     "compare_live",
     "completion",
     "scope",

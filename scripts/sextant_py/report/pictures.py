@@ -1,0 +1,79 @@
+"""The signals of a run over time, drawn by the code of scripts/plot for wide and narrow, light and dark pages."""
+
+import base64
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+from ..errors import UserError
+from ..plots import panels, png, series
+from .model import Fault, Picture
+
+# Torque, flux, speed and current; of a capture of control periods, which has no magnitude, the phase currents.
+CHOSEN = ("torque_requested_nm", "torque", "torque_reference_nm", "flux", "speed", "current")
+PHASES = ("i_a_a", "i_b_a", "i_c_a")
+DPI = 144
+Span = tuple[float | None, float | None]  # [s]
+WIDE_IN, NARROW_IN = 10.4, 3.7  # a hundred pixels of the page an inch
+# The colours of the dashboard's dark theme.
+_TEXT, _CARD, _GRID = "#e4e9f0", "#171e27", "#97a4b5"
+DARK = {
+    **dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), _TEXT),
+    **dict.fromkeys(("figure.facecolor", "axes.facecolor"), _CARD),
+    "grid.color": _GRID,
+    "axes.prop_cycle": plt.cycler(color=["#5aa2ff", "#ffa24d", "#4cc38a", "#ff7b72", "#c99bff", "#4fd1c5"]),
+}
+LOOKS = {
+    (is_narrow, is_dark): png.Look(
+        NARROW_IN if is_narrow else WIDE_IN, 2.4, DARK if is_dark else {}, "#ff5d5d" if is_dark else png.MARK
+    )
+    for is_narrow in (False, True)
+    for is_dark in (False, True)
+}
+
+
+def data_uri(content: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(content).decode("ascii")
+
+
+def _encoded(figure: Figure) -> str:
+    content = BytesIO()
+    figure.savefig(content, format="png", dpi=DPI)
+    plt.close(figure)
+    return data_uri(content.getvalue())
+
+
+def _names(file: series.SeriesFile, wanted: Sequence[str]) -> list[str]:
+    """Those of the wanted signals that the file has."""
+    found = []
+    for name in wanted:
+        try:
+            file.find(name)
+        except UserError:
+            continue
+        found.append(name)
+    return found
+
+
+def of_file(path: Path, wanted: Sequence[str], faults: Sequence[Fault], span: Span) -> Picture:
+    """The wanted signals, or the chosen ones, with the faults as marks. UserError: there is none to draw."""
+    files = series.load([path], *span)
+    names = list(wanted)
+    if not names:
+        names = _names(files[0], CHOSEN)
+        names += [] if "current" in names else _names(files[0], PHASES)
+    arranged = panels.arrange(files, names)
+    marks = [png.Mark(fault.t_s, fault.name) for fault in faults if _is_within(fault.t_s, span)]
+    variants = {}
+    for key, look in LOOKS.items():
+        with plt.rc_context():
+            variants[key] = _encoded(png.figure_of(arranged, "", marks, look))
+    return Picture(", ".join(panel.heading for panel in arranged) + f" of {path.name} over time", variants)
+
+
+def _is_within(t_s: float, span: Span) -> bool:
+    begin, end = span
+    return (begin is None or t_s >= begin) and (end is None or t_s <= end)
