@@ -82,21 +82,23 @@ void describe(Section s, SensorParameters& p, const std::function<std::int32_t()
 }
 
 void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
-  s.choice("kind", p.kind,
-           {{"none", PlantFaultKind::none},
-            {"current_stuck", PlantFaultKind::current_stuck},
-            {"current_zero", PlantFaultKind::current_zero},
-            {"current_drift", PlantFaultKind::current_drift},
-            {"phases_swapped", PlantFaultKind::phases_swapped},
-            {"cables_swapped", PlantFaultKind::cables_swapped},
-            {"open_phase", PlantFaultKind::open_phase},
-            {"speed_lost", PlantFaultKind::speed_lost},
-            {"speed_frozen", PlantFaultKind::speed_frozen},
-            {"speed_jump", PlantFaultKind::speed_jump},
-            {"encoder_reversed", PlantFaultKind::encoder_reversed},
-            {"link_stuck", PlantFaultKind::link_stuck},
-            {"link_sag", PlantFaultKind::link_sag}},
-           "a sensor's, except for motor cables that are swapped or open and the sag of the link itself");
+  s.choice(
+      "kind", p.kind,
+      {{"none", PlantFaultKind::none},
+       {"current_stuck", PlantFaultKind::current_stuck},
+       {"current_zero", PlantFaultKind::current_zero},
+       {"current_drift", PlantFaultKind::current_drift},
+       {"phases_swapped", PlantFaultKind::phases_swapped},
+       {"cables_swapped", PlantFaultKind::cables_swapped},
+       {"open_phase", PlantFaultKind::open_phase},
+       {"speed_lost", PlantFaultKind::speed_lost},
+       {"speed_frozen", PlantFaultKind::speed_frozen},
+       {"speed_jump", PlantFaultKind::speed_jump},
+       {"encoder_reversed", PlantFaultKind::encoder_reversed},
+       {"link_stuck", PlantFaultKind::link_stuck},
+       {"link_sag", PlantFaultKind::link_sag}},
+      "a sensor's, except for motor cables that are swapped or open and the sag of the link itself, or of "
+      "its source where it has a capacitance");
   s.choice("phase", p.phase, {{"a", 0}, {"b", 1}, {"c", 2}},
            "of a fault of one phase; phases_swapped and cables_swapped: it and the next one");
   s.time("at_s", p.at_ns, ns_per_s, {0, 1e6}, "s",
@@ -104,7 +106,7 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
   describe_end(s, p.until_ns);
   s.number("drift_a_s", p.drift, {-1e6, 1e6}, "A/s", "slope of current_drift");
   s.number("jump_rad_s", p.jump, {-1e4, 1e4}, "rad/s", "of speed_jump");
-  s.derived("sag_v", p.sag_voltage, {0.5, 2e4}, "V", "link voltage to which link_sag leads",
+  s.derived("sag_v", p.sag_voltage, {0.5, 2e4}, "V", "voltage of link or source to which link_sag leads",
             [&u_dc] { return 0.5 * u_dc; });
   s.time("ramp_ms", p.ramp_ns, 1e6, {0, 1e6}, "ms", "time in which it does so; 0: at once");
   s.check(p);

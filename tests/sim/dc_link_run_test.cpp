@@ -64,10 +64,6 @@ const Link& link_of(const Stage::Plant& plant) {
   return plant.appended_system().first;
 }
 
-double energy(const Stage::Plant& plant, Link::Index i) {
-  return plant.state()[Stage::Plant::appended + int(i)];
-}
-
 /// Drawn by the inverter. [J]
 double drawn(const Stage::Plant& plant) {
   return plant.state()[Stage::Plant::appended + Link::size + int(EnergyMeter<>::dc_link)];

@@ -23,7 +23,7 @@ enum class PlantFaultKind : std::uint8_t {
   speed_jump,        ///< the speed jumps and stays beside the true one
   encoder_reversed,  ///< speed and angle read with the other sign
   link_stuck,        ///< the link voltage keeps its last reading
-  link_sag           ///< the link voltage itself falls; not of a sensor
+  link_sag           ///< the voltage of the stiff link or of a source falls; not of a sensor
 };
 
 /// One fault, and the time for which it is there. Times count as the profiles of the load do; one that begins
