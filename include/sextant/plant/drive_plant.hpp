@@ -186,7 +186,7 @@ class DrivePlant {
     q.omega_m = x[omega];
     q.theta_m = x[theta];
     if (machine_.has_iron_loss()) [[unlikely]]
-      return with_iron_loss(q);
+      q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
     return q;
   }
   /// The slope of an appended system of integrals under leg states that are all driven; q: of `quantities`,
@@ -383,13 +383,6 @@ class DrivePlant {
     i_r = branch.i_r;
     tau_e += branch.torque;
     return branch.power;
-  }
-  /// Apart, so that a plant without iron loss does not keep the quantities in memory for it.
-  [[nodiscard, gnu::noinline, gnu::cold]] PlantQuantities<T> with_iron_loss(
-      const PlantQuantities<T>& before) const noexcept SEXTANT_NONBLOCKING {
-    PlantQuantities<T> q = before;
-    q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
-    return q;
   }
   BackEmf<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> flux_s = stator_flux(x);
