@@ -39,7 +39,7 @@ TEST(IronLossConfig, AHysteresisThatHoldsTheFluxIsRefused) {
   EXPECT_EQ(ecu_refusal(shipped_ecu, {"plant.iron_loss.hysteresis_ohm=25.5"}), "accepted");
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.iron_loss.hysteresis_ohm=25.5", "plant.saturation.knee_wb=1",
                                         "plant.saturation.exponent=2", "plant.saturation.machine_flux_wb=1"}),
-              HasSubstr("plant: iron_loss.hysteresis_ohm must be above 50.8 ohm"));
+              HasSubstr("plant: iron_loss.hysteresis_ohm must be above 50.79 ohm"));
 }
 
 TEST(IronLossConfig, TheExactIntegratorIsRefused) {

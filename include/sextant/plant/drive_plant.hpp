@@ -206,7 +206,7 @@ class DrivePlant {
     q.theta_m = x[theta];
     q.u_given = inputs_.u_dc;
     if (machine_.has_iron_loss()) [[unlikely]]
-      return with_iron_loss(q);
+      q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
     return q;
   }
   /// The same of the whole state, with the inputs that act there.
@@ -491,13 +491,6 @@ class DrivePlant {
     i_r = branch.i_r;
     tau_e += branch.torque;
     return branch.power;
-  }
-  /// Apart, so that a plant without iron loss does not keep the quantities in memory for it.
-  [[nodiscard, gnu::noinline, gnu::cold]] PlantQuantities<T> with_iron_loss(
-      const PlantQuantities<T>& before) const noexcept SEXTANT_NONBLOCKING {
-    PlantQuantities<T> q = before;
-    q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
-    return q;
   }
   BackEmf<T> emf_at(const State& x) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> flux_s = stator_flux(x);
