@@ -1,14 +1,15 @@
 """The equivalent circuit of a name plate.
 
 The circuit is that of the project's machine: T-equivalent, R_s, L_ls, L_m, L_lr, R_r, without iron. Losses of iron,
-friction and stray, P_o, are taken at the lines: what the plate's lines carry beside the circuit is P_o in phase with the
-voltage. With the voltage U and the circuit's current I = I_N − P_o/(3U) as phasors of the equivalent star:
+friction and stray, P_o, are taken at the lines: beside the circuit the lines carry P_o in phase with the voltage. With
+the voltage U and the circuit's current I = I_N − P_o/(3U) as phasors of the equivalent star:
 
-- The power gives R_s: P_in = P_o + 3 R_s I² + P/(1 − s), the losses by the segregation of IEEE 112, method B.
-- The voltage across the stator flux is U' = U − R_s I. Its parts of the current, I_a along U' and I_r behind it, lie on the
-  circle of Heyland (I. Boldea, S. A. Nasar, The Induction Machines Design Handbook, 2nd edition, chapter 7; J. Pyrhönen,
-  T. Jokinen, V. Hrabovcová, Design of Rotating Electrical Machines, 2nd edition, chapter 7), whose ends are
-  I_0 = U'/(ω L_s) and I_0/σ. With the relative slip x = ω_slip σ τ_r of include/sextant/drive/steady_state.hpp
+- The power gives R_s: P_in = P_o + 3 R_s I² + P/(1 − s), the segregation of losses of IEEE 112, method B.
+- The voltage across the stator flux is U' = U − R_s I. Its parts of the current, I_a along U' and I_r behind it, lie on
+  the circle of Heyland (I. Boldea, S. A. Nasar, The Induction Machines Design Handbook, 2nd edition, chapter 7;
+  J. Pyrhönen, T. Jokinen, V. Hrabovcová, Design of Rotating Electrical Machines, 2nd edition, chapter 7), whose ends
+  are I_0 = U'/(ω L_s) and I_0/σ. With the relative slip x = ω_slip σ τ_r of
+  include/sextant/drive/steady_state.hpp
       I_0 = I_r − x I_a,   σ = x I_0/(I_a + x I_r)
   and the slip of the plate gives the rotor's time constant τ_r = L_r/R_r = x/(σ ω_slip).
 
@@ -16,8 +17,9 @@ One degree is left, x: the breakdown torque at the rated flux is (1 + x²)/(2 x)
 ratio of the breakdown torque at rated voltage, else from that of the starting current, else from USUAL_BREAKDOWN. A
 starting current is larger than by the leakage of rated operation, because it saturates the teeth and the rotor bars
 carry it at their tops (J. Pedra, F. Córcoles, Estimation of induction motor double-cage model parameters from
-manufacturer data, IEEE Transactions on Energy Conversion 19(2), 2004; J. Pedra, On the determination of induction motor
-parameters from manufacturer data for electromagnetic transient programs, IEEE Transactions on Power Systems 23(4), 2008).
+manufacturer data, IEEE Transactions on Energy Conversion 19(2), 2004; J. Pedra, On the determination of induction
+motor parameters from manufacturer data for electromagnetic transient programs, IEEE Transactions on Power Systems
+23(4), 2008).
 
 L_ls = L_lr: at the terminals only L_s, σ, τ_r and R_s show (G. R. Slemon, Modelling of induction machines for electric
 drives, IEEE Transactions on Industry Applications 25(6), 1989), and by them alone the drive acts.

@@ -86,7 +86,7 @@ u_dc_v = {number(limits.u_dc_v)}
 """
 
 
-ECU = """# sextant-ecu with the drive of drive.toml on its simulated machine. Every key has a default; --print-config shows all.
+ECU = """# sextant-ecu with the drive of drive.toml on its simulated machine. --print-config shows every key.
 base = "drive.toml"
 drive_id = 1
 

@@ -61,9 +61,9 @@ def limits_of(of: list[Variant], period_us: float, u_dc_v: float | None, overloa
 
     The torque limit is `overload` of the rated torque, at most BREAKDOWN_USE of the low end of what the machine has at
     the rated flux, and at least the rated torque. The current limit is what this torque takes with the worst of the
-    variants. The trip level is HEADROOM of it and the change that one active vector makes in a period, (2/3) u_dc T/σL_s:
-    by so much a method that switches once a period passes a limit. The flux takes less current without torque than the
-    rated point has behind the voltage, whatever the leakage.
+    variants. The trip level is HEADROOM of it and the change that one active vector makes in a period,
+    (2/3) u_dc T/σL_s: by so much a method that switches once a period passes a limit. The flux takes less current
+    without torque than the rated point has behind the voltage, whatever the leakage.
     """
     plate, circuit = of[0].plate, of[0].fit.circuit
     u_dc = u_dc_v or math.sqrt(2) * plate.voltage_v

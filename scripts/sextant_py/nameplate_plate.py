@@ -221,8 +221,8 @@ def _check_powers(plate: NamePlate) -> None:
     line = f"√3 · {plate.voltage_v:g} V · {plate.current_a:g} A"
     if plate.power_factor >= 1:
         raise UserError(
-            "power_factor (--power-factor) is 1, and an induction machine takes a magnetising current besides the power: "
-            "give the cos phi of the plate, below 1."
+            "power_factor (--power-factor) is 1, and an induction machine takes a magnetising current besides the "
+            "power: give the cos phi of the plate, below 1."
         )
     if plate.power_w >= plate.input_w:
         raise UserError(
@@ -232,8 +232,8 @@ def _check_powers(plate: NamePlate) -> None:
     if plate.efficiency < LEAST_EFFICIENCY:
         raise UserError(
             f"power_w (--power-w) of {plate.power_w:g} W is {plate.efficiency:.1%} of the input {line} · "
-            f"{plate.power_factor:g}, and machines reach {LEAST_EFFICIENCY:.0%} at least: power is in watts, and 2.2 kW "
-            "are 2200."
+            f"{plate.power_factor:g}, and machines reach {LEAST_EFFICIENCY:.0%} at least: power is in watts, "
+            "and 2.2 kW are 2200."
         )
     rotor = plate.power_w * plate.slip / (1 - plate.slip)
     if plate.stator_side_losses_w <= 0:

@@ -1,7 +1,7 @@
-"""How far the circuit of a name plate may be off: fits at the ends of what is assumed and of what a plate may be off by.
+"""How far the circuit of a name plate may be off: fits at the ends of what is assumed, and of a plate's tolerances.
 
-A plate is off by the tolerances of IEC 60034-1 (slip 20 %, 30 % below 1 kW; 1 − cos φ by a sixth, within 0.02 to 0.07;
-losses 15 %, 10 % above 150 kW; breakdown torque 10 %). Each is varied alone to both of its ends; the deviations of a
+A plate is off by the tolerances of IEC 60034-1: slip 20 % (30 % below 1 kW), 1 − cos φ a sixth within 0.02 to 0.07,
+losses 15 % (10 % above 150 kW), breakdown torque 10 %. Each is varied alone to both of its ends; the deviations of a
 quantity to either side, as logarithms, add up as those of independent errors do, by their squares.
 """
 
