@@ -37,7 +37,7 @@ from .nameplate_plate import NamePlate
 # rotor 15 to 25, iron 15 to 25, friction 5 to 15, stray 10 to 20 %; small machines have more in the winding (A. H.
 # Bonnett, An overview of how AC induction motor performance has been affected by the October 24, 1997 implementation of
 # the Energy Policy Act of 1992, IEEE Transactions on Industry Applications 36(1), 2000).
-STATOR_SHARE, STATOR_SHARE_RANGE = 0.5, (0.3, 1.0)
+STATOR_SHARE, STATOR_SHARE_RANGE = 0.6, (0.3, 1.0)
 # Breakdown by rated torque where nothing is said: between the least of the standards, 1.6 to 2 (IEC 60034-12, design N;
 # NEMA MG 1, design B, 1.75 to 3), and the 5 that the stiffest published circuit has.
 USUAL_BREAKDOWN, USUAL_BREAKDOWN_RANGE = 2.9, (1.7, 5.0)

@@ -14,6 +14,8 @@ INERTIA_S, INERTIA_EXPONENT = 0.04, 1 / 3
 NOMINAL_RISE_K, AMBIENT_C = 80, 40  # thermal class B, which most windings keep; IEC 60034-1
 STEP_S, FROM_S, END_S = 1.5, 2.0, 2.5  # of the run's torque, of its window
 TOLERANCE = 0.1  # of its torque
+# Of the simulated sensors, by the trip level; the noise is what the protections take it for by default.
+SENSOR_RANGE, SENSOR_NOISE, SENSOR_BITS = 1.25, 0.001, 12
 
 
 def inertia_of(plate: NamePlate) -> float:
@@ -55,6 +57,8 @@ def machine_text(of: list[Variant]) -> str:
 
 def drive_text(plate: NamePlate, limits: Limits, machine: str, method: str, period_us: float) -> str:
     rated = math.sqrt(2) * plate.current_a
+    sensor_range = SENSOR_RANGE * limits.over_current_a
+    step = 2 * sensor_range / 2**SENSOR_BITS
     return f"""# The drive of {machine} by its name plate: {title(plate)}.
 # Rated torque {plate.torque_nm:.4g} N·m, rated current {rated:.4g} A peak. Base of ecu.toml and half_speed.toml.
 machine = {toml_value(machine)}
@@ -76,6 +80,8 @@ torque_limit_nm = {number(limits.torque_nm)}  # {limits.torque_nm / plate.torque
 [protection]
 over_current_a = {number(limits.over_current_a)}
 over_speed_rad_s = {number(limits.over_speed_rad_s)}
+current_jump_a = {number(limits.current_jump_a)}  # by the range of the leakage
+current_step_a = {number(step)}  # of the converter below
 [protection.winding]
 nominal_current_a = {number(plate.current_a)}  # RMS
 nominal_rise_k = {NOMINAL_RISE_K}  # assumed: thermal class B
@@ -83,6 +89,13 @@ ambient_c = {AMBIENT_C}
 
 [plant]
 u_dc_v = {number(limits.u_dc_v)}
+[plant.sensors.current]  # of the simulation
+range_a = {number(sensor_range)}
+bits = {SENSOR_BITS}
+noise_a = {number(SENSOR_NOISE * limits.over_current_a)}
+[plant.sensors.voltage]
+range_v = {number(2 * limits.u_dc_v)}
+bits = {SENSOR_BITS}
 """
 
 

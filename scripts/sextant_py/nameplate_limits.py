@@ -11,6 +11,8 @@ OVERLOAD = 1.5  # torque limit by rated torque; for a minute a drive is usually 
 BREAKDOWN_USE = 0.95  # capability.breakdown_use
 HEADROOM = 1.25  # trip level by the current limit, as the drive's own default has it
 HAND_OVER, MAGNETISING = 1.25, 1.8  # by the current of the flux, as include/sextant/drive/drive_limits.hpp has them
+# protection.current_jump_a by the trip level and by an active vector, as drive_limits.hpp has them
+SENSOR_SHARE, LEAST_JUMP = 0.03, 0.5
 LEAST_CURRENT = 1.55  # current limit by the current of the flux: capability needs more than 1.5
 OVER_SPEED = 1.2  # by the largest speed: the test of IEC 60034-1, 9.7
 
@@ -24,6 +26,7 @@ class Limits:
     torque_nm: float
     current_limit_a: float
     over_current_a: float
+    current_jump_a: float
     hand_over_a: float
     magnetising_a: float
     over_speed_rad_s: float
@@ -73,10 +76,13 @@ def limits_of(of: list[Variant], period_us: float, u_dc_v: float | None, overloa
     idle = worst(of, _reactive)
     needed = worst(of, lambda v: current_at(v.fit.circuit, flux_of(v.plate, v.fit), torque))
     current = max(needed, LEAST_CURRENT * idle)
-    ripple = 2 / 3 * u_dc * 1e-6 * period_us / (circuit.sigma * circuit.l_s)
+    low, leakage, _ = span(of, lambda v: v.fit.circuit.sigma * v.fit.circuit.l_s)
+    ripple = 2 / 3 * u_dc * 1e-6 * period_us / leakage
+    trip = HEADROOM * current + ripple
+    jump = SENSOR_SHARE * trip + max(LEAST_JUMP, leakage / low - 1) * ripple
     largest = (plate.max_speed_rpm or plate.synchronous_rad_s * 30 / math.pi) * math.pi / 30
     return Limits(
-        u_dc, flux, torque, current, HEADROOM * current + ripple, HAND_OVER * idle,
+        u_dc, flux, torque, current, trip, jump, HAND_OVER * idle,
         min(MAGNETISING * idle, current), OVER_SPEED * largest,
         plate.speed_rad_s * u_dc / (math.sqrt(2) * plate.voltage_v),
     )  # fmt: skip
