@@ -4,7 +4,7 @@ import argparse
 import re
 from pathlib import Path
 
-from . import nameplate_files, nameplate_plate
+from . import nameplate_files, nameplate_page, nameplate_plate
 from .errors import UserError, run
 from .machine_library_points import METHODS
 from .nameplate_limits import OVERLOAD, limits_of
@@ -82,6 +82,7 @@ def main(arguments: list[str]) -> int:
     directory = options.out or OUT / "nameplate" / options.name
     directory.mkdir(parents=True, exist_ok=True)
     files = nameplate_files.write(directory, options.name, of, limits, options.method, options.period_us)
+    files.append(nameplate_page.write(directory, options.name, of, limits))
     print(report(of, limits))
     for file in files:
         print(file)

@@ -66,9 +66,10 @@ def limits_of(of: list[Variant], period_us: float, u_dc_v: float | None, overloa
     the rated flux, and at least the rated torque. The current limit is what this torque takes with the worst of the
     variants. The trip level is HEADROOM of it and the change that one active vector makes in a period,
     (2/3) u_dc T/σL_s: by so much a method that switches once a period passes a limit. The flux takes less current
-    without torque than the rated point has behind the voltage, whatever the leakage.
+    without torque than the rated point has behind the voltage, whatever the leakage. A jump of the current that no
+    voltage explains allows for what the low end of σL_s makes of an active vector.
     """
-    plate, circuit = of[0].plate, of[0].fit.circuit
+    plate = of[0].plate
     u_dc = u_dc_v or math.sqrt(2) * plate.voltage_v
     flux = flux_of(plate, of[0].fit)
     reserve, _, _ = span(of, lambda v: breakdown_at_flux(v.fit.circuit, flux_of(v.plate, v.fit)) / v.plate.torque_nm)

@@ -81,10 +81,10 @@ def losses_row(plate: NamePlate, other_losses_w: float) -> Row:
     total = plate.stator_side_losses_w
     value = f"{total - other_losses_w:.4g} W in the stator winding, {other_losses_w:.4g} W beside the circuit"
     if plate.r_s_ohm is not None or plate.other_losses_w is not None:
-        return Row("losses but the rotor's", value, "by the plate and what was given")
+        return Row("losses beside the rotor's", value, "by the plate and what was given")
     low, high = STATOR_SHARE_RANGE
     note = f"assumed: {STATOR_SHARE:g} in the winding, {low:g} to {high:g}; --r-s-ohm, or scripts/identify, replaces it"
-    return Row("losses but the rotor's", value, note)
+    return Row("losses beside the rotor's", value, note)
 
 
 def target_row(plate: NamePlate, fit: Fit) -> Row:
