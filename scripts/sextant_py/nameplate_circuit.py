@@ -42,7 +42,9 @@ STATOR_SHARE, STATOR_SHARE_RANGE = 0.6, (0.3, 1.0)
 # NEMA MG 1, design B, 1.75 to 3), and the 5 that the stiffest published circuit has.
 USUAL_BREAKDOWN, USUAL_BREAKDOWN_RANGE = 2.9, (1.7, 5.0)
 LEAST_SLIP, MOST_SLIP = 1e-3, 0.98  # x in a search; at 1 the rated torque is the breakdown torque
-ROOM = 0.1  # of the ratios that a rated point allows, at either end
+# Of what a rated point allows, an assumed ratio keeps away from the ends: from that of no leakage by a share of the
+# ratios, from that of no magnetising current by a share of x.
+ROOM, MOST_ASSUMED = 0.1, 0.75
 BREAKDOWN_RANGE = (0.9, 1.1)  # a data sheet's by the machine's: IEC 60034-1, tolerances
 STARTING_RANGE = (1.0, 1.4)  # the data sheet's by that of the leakage of rated operation
 
@@ -193,7 +195,7 @@ def _slip_of(plate: NamePlate, stator_share: float, target: Target) -> float:
     high, low = (ratio(x) for x in ends)
     value = target.value
     if not target.is_given:
-        value = min(max(value, low + ROOM * (high - low)), high - ROOM * (high - low))
+        value = min(max(value, ratio(MOST_ASSUMED * ends[1])), high - ROOM * (high - low))
     if low < value < high:
         return brentq(lambda x: ratio(x) - value, *ends, xtol=1e-13)
     raise UserError(
