@@ -18,6 +18,7 @@ COMMANDS = {
     "plot": "draws a trace or a recording",
     "compare": "compares two runs metric by metric",
     "sweep": "runs a scenario at many points of its configuration",
+    "nameplate": "makes machine, limits and configurations of a drive from a name plate",
     "identify": "measures inverter and stator at standstill, for the drive",
     "completion": "prints what a shell needs to complete these commands",
     "rt_check": "says what keeps this machine from hard real time",

@@ -157,7 +157,7 @@ def errors(true: Truth, **more: float) -> dict[str, float]:
 
 def test_what_is_identifiable_of_the_plate_and_of_the_data_sheet() -> None:
     """R_r by the slip in either case; L_m with the data sheet's breakdown torque. chapman_15hp has the least breakdown
-    torque, 1.7, where 2.9 is assumed. R_s follows from the assumed share of the losses: these machines have no other."""
+    torque, 1.7, where 2.9 is assumed. R_s is off by the assumed share of the losses: these machines have no others."""
     plain = [errors(true) for true in TRUTHS]
     assert max(abs(one["r_r"]) for one in plain) < 0.12
     assert sorted(abs(one["l_m"]) for one in plain)[-2] < 0.22
