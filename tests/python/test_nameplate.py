@@ -353,7 +353,8 @@ def test_at_standstill_the_plate_alone_is_not_enough_and_the_data_sheet_with_a_m
     tmp_path: Path,
 ) -> None:
     alone = torque_errors(tmp_path, 0.0)
-    assert sum(abs(error) < 0.15 for error in alone.values()) >= 12, alone
+    assert sum(abs(error) < 0.2 for error in alone.values()) >= 12, alone
+    assert max(abs(error) for error in alone.values()) > 0.1, alone
     told = torque_errors(
         tmp_path, 0.0, lambda true: {"breakdown_ratio": true.breakdown_ratio, "r_s_ohm": true.r_s * (1 - 1e-7)}
     )
