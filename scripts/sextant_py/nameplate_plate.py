@@ -43,7 +43,12 @@ ENTRIES = (
     Entry("breakdown_ratio", "", 1.05, 20, False, "breakdown torque by rated torque, of the data sheet"),
     Entry("starting_ratio", "", 1.05, 30, False, "starting current by rated current, of the data sheet"),
     Entry(
-        "r_s_ohm", "ohm", 1e-6, 1e4, False, "measured resistance of a winding, warm (a line to another: half in star)"
+        "r_s_ohm",
+        "ohm",
+        1e-6,
+        1e4,
+        False,
+        "measured resistance of a winding, warm: line to line half in star, 3/2 in delta",
     ),
     Entry("other_losses_w", "W", 0, 1e8, False, "known losses of iron, friction and stray at the rated point"),
     Entry("max_speed_rpm", "r/min", 10, 1e5, False, "largest speed that the machine is made for; default: synchronous"),
@@ -155,6 +160,7 @@ def checked(given: dict) -> NamePlate:
             "r/min: raise it or leave it out."
         )
     _check_powers(plate)
+    _check_given_losses(plate)
     return plate
 
 
@@ -183,7 +189,13 @@ def _connection(value: object) -> str:
 
 def _poles_of(speed_rpm: float, frequency_hz: float) -> int:
     """Those whose synchronous speed is the least one above the speed."""
-    pairs = math.ceil(60 * frequency_hz / speed_rpm) - 1
+    ratio = 60 * frequency_hz / speed_rpm
+    pairs = math.ceil(ratio) - 1
+    if ratio > 1.5 and abs(ratio - round(ratio)) < ROUNDING:
+        raise UserError(
+            f"speed_rpm (--speed-rpm) is {speed_rpm:g} r/min, the synchronous speed of {2 * round(ratio)} poles at "
+            f"{frequency_hz:g} Hz, which a motor has without torque alone: give the speed at rated power."
+        )
     if pairs < 1:
         raise UserError(
             f"speed_rpm (--speed-rpm) of {speed_rpm:g} r/min is not below {60 * frequency_hz:g} r/min, the synchronous "
@@ -242,6 +254,10 @@ def _check_powers(plate: NamePlate) -> None:
             f"loses {rotor:.0f} W, and power, voltage, current and cos phi leave {plate.input_w - plate.power_w:.0f} W "
             "for all losses: correct the one that is misread."
         )
+
+
+def _check_given_losses(plate: NamePlate) -> None:
+    """That a measured winding or known losses fit what the plate leaves beside the rotor."""
     if plate.other_losses_w is not None and plate.other_losses_w >= plate.stator_side_losses_w:
         raise UserError(
             f"other_losses_w (--other-losses-w) of {plate.other_losses_w:g} W is not below "

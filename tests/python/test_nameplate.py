@@ -247,7 +247,10 @@ REFUSED = [
     ({"power_w": 3200}, r"power_w \(--power-w\) of 3200 W is not below 2737 W, the input √3"),
     ({"power_w": 2.2}, r"power is in watts, and 2\.2 kW are 2200"),
     ({"power_w": 2700}, r"the rotor loses 132 W, .* leave 37 W for all losses: correct"),
-    ({"speed_rpm": 1500}, r"a slip of 25%|1500 r/min"),
+    (
+        {"speed_rpm": 1500},
+        r"is 1500 r/min, the synchronous speed of 4 poles at 50 Hz, .* give the speed at rated power",
+    ),
     ({"speed_rpm": 1510, "poles": 4}, r"not below 1500 r/min, the synchronous speed of 4 poles at 50 Hz: 2 poles fit"),
     ({"speed_rpm": 3000}, r"not below 3000 r/min, the synchronous speed of two poles"),
     ({"poles": 2}, r"3000 r/min: 1430 r/min would be a slip of 52%; 4 poles fit"),
