@@ -20,6 +20,7 @@ COMMANDS = {
     "report": "makes a page for people from runs and recordings",
     "expect": "evaluates a recording by the limits of a scenario",
     "sweep": "runs a scenario at many points of its configuration",
+    "nameplate": "makes machine, limits and configurations of a drive from a name plate",
     "identify": "measures inverter and stator at standstill, for the drive",
     "completion": "prints what a shell needs to complete these commands",
     "rt_check": "says what keeps this machine from hard real time",

@@ -95,9 +95,9 @@ def _layers(file: Path, seen: tuple[Path, ...] = ()) -> Settings:
     found = _layers(file.parent / base, (*seen, file.resolve())) if base else {}
     own = flat(tree)
     for section in SECTIONS_WITH_FILE:
-        for key in (section, f"{section}.file"):
-            if isinstance(own.get(key), str):
-                own[f"{section}.file"] = str(file.parent / own.pop(key))
+        named = own.pop(section) if isinstance(own.get(section), str) else own.get(f"{section}.file")
+        if isinstance(named, str):
+            own[f"{section}.file"] = str(file.parent / named)
     return found | own
 
 

@@ -27,6 +27,7 @@ SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_a
 PYTHON_PROGRAMS = [
     "vcu",
     "monitor",
+    "nameplate",
     "dashboard",
     "record",
     "plot",

@@ -352,6 +352,17 @@ def test_the_file_of_a_section_that_is_named_last_stands_below_every_key(tmp_pat
     assert torque_map_file.read(derived) == {"drive.inverter.dead_time_us": 2, "drive.inverter.slope_ohm": 0.5}
 
 
+@pytest.mark.parametrize("text", ['machine = "m.toml"\n', '[machine]\nfile = "m.toml"\n', 'machine.file = "m.toml"\n'])
+def test_a_relative_path_of_a_machine_is_seen_from_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    (tmp_path / "of").mkdir()
+    (tmp_path / "of" / "m.toml").write_text("poles = 4\n", encoding="utf-8")
+    (tmp_path / "of" / "drive.toml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert torque_map_file.read(Path("of/drive.toml")) == {"machine.poles": 4}
+
+
 def test_a_file_is_read_with_its_base_and_machine(tmp_path: Path) -> None:
     found = torque_map_file.read(write_drive(tmp_path, "[machine]\ninertia_kg_m2 = 5\n"))
     assert found["machine.l_m_h"] == 0.00769 and found["machine.inertia_kg_m2"] == 5
