@@ -90,10 +90,10 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
 // 530 V move 4 % of 1.1 Wb in 125 µs, five times that of 25 µs.
 TEST_F(LimitsConfig, OfWholeVectorsGoWithThePeriodWhereTheFileNamesNone) {
   for (const double times : {1.0, 5.0}) {
-    const std::string file =
-        own("file = \"" + shipped_machine + "\"\n",
-            "[control]\nflux_reference_wb = 1.1\n[drive]\nperiod_us = " + std::to_string(25 * times) +
-                "\n[plant]\nu_dc_v = 530\n");
+    const std::string file = files_.write(
+        "ecu.toml",
+        "machine = \"" + shipped_machine + "\"\n[control]\nflux_reference_wb = 1.1\n[drive]\nperiod_us = " +
+            std::to_string(25 * times) + "\n[plant]\nu_dc_v = 530\n[realtime]\nwake_every_periods = 1\n");
     const DriveConfig c = load_ecu_config(file).drive;
     const double step = 5.88 * times;
     EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, step / 4, 0.02 * step);
