@@ -95,7 +95,7 @@ TEST_F(LimitsConfig, OfWholeVectorsGoWithThePeriodWhereTheFileNamesNone) {
         "machine = \"" + shipped_machine + "\"\n[control]\nflux_reference_wb = 1.1\n[drive]\nperiod_us = " +
             std::to_string(25 * times) + "\n[plant]\nu_dc_v = 530\n[realtime]\nwake_every_periods = 1\n");
     const DriveConfig c = load_ecu_config(file).drive;
-    const double step = 5.88 * times;
+    const double step = 6.16 * times;
     EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, step / 4, 0.02 * step);
     EXPECT_EQ(c.direct_torque().torque_trim.time_constant, 0.01);
     EXPECT_NEAR(trim_of<PredictiveController<>>(c), 0.01 / times, 1e-4 / times);
