@@ -1,9 +1,11 @@
 #include "sextant/config/direct_torque_config.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "number_text.hpp"
+#include "sextant/control/vector_torque.hpp"
 #include "sextant/drive/drive_limits.hpp"
 #include "shared_control_keys.hpp"
 
@@ -14,6 +16,12 @@ constexpr Range<double> torque_band_nm{1e-3, 1e5};
 
 DriveLimits<> limits_of(const ControlSetup& setup) {
   return drive_limits(setup.machine, setup.flux_reference, setup.u_dc);
+}
+
+/// The wanted band, or what the table can hold with vectors that act for a whole period, the larger one.
+double torque_band(const ControlSetup& setup) {
+  const double step = vector_torque(setup.machine, setup.flux_reference, setup.u_dc, setup.period_ns * 1e-9);
+  return std::max(limits_of(setup).torque_band, narrowest_torque_band(step));
 }
 
 /// One vector for one period, from rest, changes the torque by  p ψ_ref u_dc t_period/σL_s,  which is a third
@@ -40,13 +48,13 @@ std::string validate_vector(const ControlSetup& setup) {
 }  // namespace
 
 void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlSetup& setup) {
-  const auto torque_band = [&setup] { return limits_of(setup).torque_band; };
+  const auto band = [&setup] { return torque_band(setup); };
   s.derived("torque_band_upper_nm", p.torque_comparator.upper_band, torque_band_nm, "N·m",
             "torque below its reference beyond which the upper relay raises it: the larger, the more ripple "
             "and the less switching",
-            torque_band);
+            band);
   s.derived("torque_band_lower_nm", p.torque_comparator.lower_band, torque_band_nm, "N·m",
-            "torque above its reference beyond which the lower relay lowers it", torque_band);
+            "torque above its reference beyond which the lower relay lowers it", band);
   s.choice("comparator_reading", p.torque_comparator.reading,
            {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},
            "torque relays that stay on until the error is zero, or only while it is beyond the band");

@@ -11,6 +11,11 @@ void describe(Section s, FluxVectorController<>::Parameters& p, const ControlSet
   describe_torque_trim(std::move(s), p.torque_trim);
 }
 
+void describe(Section s, PredictiveController<>::Parameters& p, const ControlSetup& setup) {
+  describe_magnetiser(s, p.magnetiser, setup);
+  describe_torque_trim(std::move(s), p.torque_trim, setup);
+}
+
 bool trims_mean_torque(const FluxVectorController<>::Parameters& p) {
   return p.torque_trim.time_constant > 0;
 }

@@ -3,6 +3,16 @@
 #include "sextant/drive/drive_limits.hpp"
 
 namespace sextant {
+namespace {
+
+constexpr const char* trim_key = "torque_trim_ms";
+constexpr const char* trim_meaning =
+    "time constant with which the torque reference is trimmed until the mean of the estimated torque meets "
+    "the "
+    "command; 0: not trimmed";
+constexpr Range<double> trim_range_ms{0, 1e4};
+
+}  // namespace
 
 void describe_magnetiser(Section s, Magnetiser<>::Parameters& p, const ControlSetup& setup) {
   const auto limits = [&setup] { return drive_limits(setup.machine, setup.flux_reference, setup.u_dc); };
@@ -16,10 +26,14 @@ void describe_magnetiser(Section s, Magnetiser<>::Parameters& p, const ControlSe
 }
 
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p) {
-  s.number("torque_trim_ms", p.time_constant, {0, 1e4}, "ms",
-           "time constant with which the torque reference is trimmed until the mean of the estimated torque "
-           "meets the command; 0: not trimmed",
-           1e-3);
+  s.number(trim_key, p.time_constant, trim_range_ms, "ms", trim_meaning, 1e-3);
+}
+
+void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p, const ControlSetup& setup) {
+  s.derived(
+      trim_key, p.time_constant, trim_range_ms, "ms", trim_meaning,
+      [&setup] { return default_trim_time(setup.flux_reference, setup.u_dc, setup.period_ns * 1e-9); },
+      "no usable time constant follows from flux reference, link and control period", 1e-3);
 }
 
 }  // namespace sextant

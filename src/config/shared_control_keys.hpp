@@ -10,7 +10,9 @@ namespace sextant {
 /// The keys of magnetising in the table of a control method.
 void describe_magnetiser(Section table, Magnetiser<>::Parameters& parameters, const ControlSetup& setup);
 
-/// The key of the trim of the mean torque.
+/// The key of the trim of the mean torque, for a method whose trim has the same time constant with every
+/// machine, and for one where it follows from flux reference, link and period.
 void describe_torque_trim(Section table, TorqueTrim<>::Parameters& parameters);
+void describe_torque_trim(Section table, TorqueTrim<>::Parameters& parameters, const ControlSetup& setup);
 
 }  // namespace sextant

@@ -1,6 +1,7 @@
 // Limits that a file does not name follow from machine and link.
 
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "config/config_files.hpp"
+#include "sextant/config/flux_vector_config.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/drive/drive_limits.hpp"
 #include "support/source_directory.hpp"
@@ -25,6 +27,11 @@ const std::string large =
 const std::string small =
     "r_s_ohm = 25\nr_r_ohm = 22\nl_ls_h = 0.06\nl_lr_h = 0.06\nl_m_h = 1.1\npoles = 4\n"
     "inertia_kg_m2 = 3e-4\n";
+
+template <class C>
+double trim_of(const DriveConfig& c) {
+  return std::any_cast<const typename C::Parameters&>(c.method(C::name).parameters).torque_trim.time_constant;
+}
 
 class LimitsConfig : public testing::Test {
  protected:
@@ -65,7 +72,11 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
     EXPECT_NEAR(c.drive.protection.dc_over_voltage, 1.3 * x.u_dc, 1e-9);
     EXPECT_NEAR(c.direct_torque().magnetiser.current_limit, 1.8 * x.psi / m.l_s(), 1e-9);
     EXPECT_NEAR(c.direct_torque().flux_comparator.band, 0.01 * x.psi, 1e-12);
-    EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, 0.0025 * breakdown, 1e-9 * breakdown);
+    // A quarter of what a vector changes in a period of 25 µs, or less than that.
+    const double step = m.pole_pairs * x.psi * x.u_dc * 25e-6 / m.sigma_l_s();
+    const double band = std::max(0.0025 * breakdown, step / 4);
+    EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, band, 1e-9 * breakdown);
+    EXPECT_NEAR(c.direct_torque().torque_comparator.lower_band, band, 1e-9 * breakdown);
     EXPECT_NEAR(c.drive.protection.over_speed, 3.5 * x.u_dc / std::sqrt(3.0) / (m.pole_pairs * x.psi),
                 0.1 * c.drive.protection.over_speed)
         << "but for the drop in the resistance";
@@ -73,6 +84,22 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
     EXPECT_NEAR(c.drive.capability.current_limit, 0.8 * c.drive.protection.over_current, 1e-9);
     const double slip = relative_slip(c.drive.command.torque_limit, breakdown);
     EXPECT_GT(c.drive.capability.current_limit, 1.5 * steady_state(m, x.psi, slip).current());
+  }
+}
+
+// 530 V move 4 % of 1.1 Wb in 125 µs, five times that of 25 µs.
+TEST_F(LimitsConfig, OfWholeVectorsGoWithThePeriodWhereTheFileNamesNone) {
+  for (const double times : {1.0, 5.0}) {
+    const std::string file = files_.write(
+        "ecu.toml",
+        "machine = \"" + shipped_machine + "\"\n[control]\nflux_reference_wb = 1.1\n[drive]\nperiod_us = " +
+            std::to_string(25 * times) + "\n[plant]\nu_dc_v = 530\n[realtime]\nwake_every_periods = 1\n");
+    const DriveConfig c = load_ecu_config(file).drive;
+    const double step = 6.16 * times;
+    EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, step / 4, 0.02 * step);
+    EXPECT_EQ(c.direct_torque().torque_trim.time_constant, 0.01);
+    EXPECT_NEAR(trim_of<PredictiveController<>>(c), 0.01 / times, 1e-4 / times);
+    EXPECT_EQ(trim_of<DutyRatioController<>>(c), 0.01);
   }
 }
 

@@ -7,8 +7,11 @@
 
 namespace sextant {
 
-/// The tables [control.predictive] and [control.duty_ratio].
+/// The table [control.duty_ratio].
 void describe(Section table, FluxVectorController<>::Parameters& parameters, const ControlSetup& setup);
+/// The table [control.predictive]: with vectors that act for whole periods the time constant of its trim
+/// follows from what they change.
+void describe(Section table, PredictiveController<>::Parameters& parameters, const ControlSetup& setup);
 
 /// Without their trim the mean torque is below its reference by what the patterns of the set leave.
 [[nodiscard]] bool trims_mean_torque(const FluxVectorController<>::Parameters& parameters);

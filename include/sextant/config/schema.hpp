@@ -159,23 +159,25 @@ class Section {
 
   /// A number whose default follows from machine and link: `rule` gives it once everything has been read and
   /// the derivations described before have run. Where no value within the range follows, the file must
-  /// set the key; `otherwise` is the possible reason, for the message.
+  /// set the key; `otherwise` is the possible reason, for the message. The member is the file's value times
+  /// `scale`; `rule` gives the member's.
   void derived(const std::string& key, double& member, Range<double> range, const char* unit,
                const char* meaning, const std::function<double()>& rule,
-               const std::string& otherwise = "no usable value follows from machine and link") {
+               const std::string& otherwise = "no usable value follows from machine and link",
+               double scale = 1.0) {
     const auto is_given = std::make_shared<bool>(false);
     add(key, unit, meaning,
-        NumberField{range, [&member] { return member; },
-                    [&member, is_given](double x) {
-                      member = x;
+        NumberField{range, [&member, scale] { return member / scale; },
+                    [&member, scale, is_given](double x) {
+                      member = x * scale;
                       *is_given = true;
                     }});
     schema_->fields.back().derived = true;
     derive([&member, is_given, rule] {
       if (!*is_given) member = rule();
     });
-    check_basis(key, [&member, is_given, range, otherwise]() -> std::string {
-      if (*is_given || (member >= range.min && member <= range.max)) return {};
+    check_basis(key, [&member, is_given, range, otherwise, scale]() -> std::string {
+      if (*is_given || (member >= range.min * scale && member <= range.max * scale)) return {};
       return "missing: " + otherwise;
     });
   }

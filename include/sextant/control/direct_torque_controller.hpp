@@ -65,7 +65,7 @@ class DirectTorqueController final : public EstimatingController<T> {
   /// The paper's Figures 2, 5 and 6: estimate, comparators and sector, switching table.
   [[nodiscard]] GatePattern follow(const Demand& d) noexcept SEXTANT_NONBLOCKING override {
     const FluxAndCurrent<T>& x = d.x;
-    const T reference = torque_trim_.step(d.torque, estimate_.torque, d.psi_ref, d.u_dc, false);
+    const T reference = torque_trim_.step(d.torque, estimate_.torque, d.psi_ref, d.u_dc, Base::rests());
     const T torque = electromagnetic_torque(Base::estimator().machine().pole_pairs, x.psi_s, x.i_s);
     const T psi_s = magnitude(x.psi_s);
     const int torque_demand = torque_comparator_.step(reference - torque);
