@@ -452,6 +452,28 @@ def test_a_torque_that_is_none_or_too_large_is_refused(commanding: Commanding) -
     assert {entry[1]["TorqueRequest"] for entry in commanding.drive.accepted} <= {0.0}
 
 
+def test_no_torque_beyond_that_of_the_running_drive_is_sent(domain: int, bus_address: str, tmp_path: Path) -> None:
+    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--demand-timeout", "30")
+    with (
+        ExitStack() as stack,
+        FakeDrive(bus_address) as drive,
+        DashboardProcess(domain, tmp_path, *arguments) as process,
+    ):
+        drive.available_nm = 40.0
+        commanding = Commanding(process, drive, stack)
+        page = commanding.at_torque(10.0)
+        page.until(lambda m: m["type"] == "command" and m["torque_limit_nm"] == 40.0, lambda: demand(page, 100.0))
+        page.until(lambda _: commanding.torque() == 40.0, lambda: demand(page, 100.0))
+        page.until(lambda _: commanding.torque() == -40.0, lambda: demand(page, -100.0))
+        drive.available_nm = 25.0  # it derates
+        page.until(lambda _: commanding.torque() == -25.0, lambda: demand(page, -100.0))
+        standing = page.until(lambda m: m["type"] == "command" and m["torque_limit_nm"] == 25.0)
+        assert standing["temperatures"] == {
+            "StatorTemperature": 71.5, "RotorTemperature": 90.0, "InverterTemperature": None
+        }  # fmt: skip
+        assert max(abs(entry[1]["TorqueRequest"]) for entry in drive.accepted) <= 40.0
+
+
 def test_a_drive_that_trips_is_not_enabled_again_by_itself(domain: int, bus_address: str, tmp_path: Path) -> None:
     arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--demand-timeout", "30")
     with (
