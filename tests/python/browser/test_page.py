@@ -1,5 +1,6 @@
 """The page without a drive: several drives by id, pause, zoom, cursors, narrow pages, and a server that is gone."""
 
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +15,7 @@ from handling_page import reading, wait_for, wait_until_drawn
 from page_client import DashboardProcess
 from playwright.sync_api import Page
 from sextant_py import dds, telemetry_types
+from sextant_py.contract import Contract
 
 NEAR = 0.05
 
@@ -133,6 +135,37 @@ def test_a_narrow_page_needs_no_sideways_scrolling(
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
     page.reload()
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+
+def test_events_are_listed_and_units_are_alike(
+    two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page], domain: int
+) -> None:
+    node, kind = dds.Node(domain), telemetry_types.struct("DriveState")
+    writer = DataWriter(node.participant, Topic(node.participant, dds.STATE, kind), dds.latched_qos())
+    latched = 1 << Contract().faults()["OPEN_PHASE"]
+
+    def write(sequence: int, state: str, latched: int = 0) -> None:
+        found = telemetry_types.DriveStateKind[state]
+        writer.write(
+            telemetry_types.sample(
+                kind, drive_id=3, sequence=sequence, t_ns=sequence * 1_000_000, state=found, faults_latched=latched,
+                reason="phase <b>a</b> is open" if latched else "",
+            )
+        )  # fmt: skip
+
+    page = open_page(watching.address)
+    wait_for(lambda: page.inner_text("#events") == "none yet", "the empty list", page)
+    write(1, "TORQUE")
+    wait_for(lambda: "TORQUE" in page.inner_text("#events"), "the state", page)
+    write(2, "FAULT", latched)
+    wait_for(lambda: page.locator("#events li").count() == 2, "the fault", page)
+    first = page.inner_text("#events li:first-child")
+    assert re.fullmatch(r"\d\d:\d\d:\d\d\.\d{3} TORQUE → FAULT; OPEN_PHASE", first)
+    assert page.get_attribute("#events li:first-child time", "title") == "0.002000 s on the drive's clock"
+    names, units = (page.locator(f"#readings {part}").all_inner_texts() for part in ("dt", "small"))
+    of_tiles = dict(zip(names, units, strict=True))
+    for name, panel in (("Torque", "torque"), ("Speed", "speed"), ("Stator flux", "flux"), ("DC link", "u_dc")):
+        assert page.inner_text(f'[data-panel="{panel}"] h2 small') == of_tiles[name]
 
 
 def test_no_drive_is_explained(watching: DashboardProcess, open_page: Callable[..., Page], domain: int) -> None:

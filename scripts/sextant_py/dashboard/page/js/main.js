@@ -2,6 +2,7 @@
 
 import { CommandPanel } from "./command.js";
 import { CursorPanel } from "./cursors.js";
+import { EventList } from "./events.js";
 import { element, number, quantity, setText } from "./format.js";
 import { HealthView } from "./health.js";
 import { History } from "./history.js";
@@ -91,6 +92,7 @@ class Dashboard {
     if (!isFirst) return;
     this.state = new StateView(hello.faults);
     this.health = new HealthView();
+    this.events = new EventList(byId("events"));
     this.panels = hello.panels.map((description) => new Panel(description, this.view, "time"));
     byId("plots").append(...this.panels.map((panel) => panel.node));
     this.cursors = new CursorPanel(byId("cursor-panel"), hello.panels, this.view);
@@ -142,6 +144,7 @@ class Dashboard {
     const { history, drive, view } = this;
     this.state.show(this.stateOf(drive), drive, history);
     this.health.show(drive?.statistics, drive, history);
+    this.events.show(drive?.events ?? []);
     this.toolbar.show();
     this.scope.show();
     const shown = view.frozen ?? history;
