@@ -35,9 +35,9 @@ std::optional<LinkEnergies> line(const std::optional<LinkEnergies>& a, const std
 }
 
 DriveEnergies line(const DriveEnergies& a, const DriveEnergies& b, double share) noexcept {
-  return {line(a.link, b.link, share), line(a.copper, b.copper, share), line(a.shaft, b.shaft, share),
-          line(a.field, b.field, share), line(a.iron, b.iron, share),
-          line(a.before_link, b.before_link, share)};
+  return {line(a.link, b.link, share),   line(a.copper, b.copper, share),
+          line(a.shaft, b.shaft, share), line(a.field, b.field, share),
+          line(a.iron, b.iron, share),   line(a.before_link, b.before_link, share)};
 }
 
 void fill(MetricList& m, const LinkEnergies& before_link) noexcept {

@@ -466,20 +466,9 @@ class DrivePlant {
     dx[theta] = x[omega];
     if constexpr (Vector::RowsAtCompileTime > machine_size) {
       const T threshold_loss = has_threshold ? drops_.threshold_loss(i_s) : T(0);
-      const PlantQuantities<T> q{flux_s,
-                                 flux_r,
-                                 i_s,
-                                 i_r,
-                                 u_s,
-                                 acting.u_dc,
-                                 inverter_.dc_link_current(i_s),
-                                 tau_e,
-                                 acting.tau_l,
-                                 x[omega],
-                                 x[theta],
-                                 iron_loss,
-                                 threshold_loss,
-                                 inputs_.u_dc};
+      const PlantQuantities<T> q{
+          flux_s, flux_r,       i_s,      i_r,      u_s,       acting.u_dc,    inverter_.dc_link_current(i_s),
+          tau_e,  acting.tau_l, x[omega], x[theta], iron_loss, threshold_loss, inputs_.u_dc};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }
