@@ -534,3 +534,25 @@ def test_a_trace_of_several_rows_a_period_shows_the_ripple_within_it(tmp_path):
     print(f"{sampled:.2g} N·m at the control periods, {within:.2g} N·m within them, {ripple:.2g} N·m by extremes")
     assert sampled < 0.1 * ripple
     assert 0.8 * ripple < within <= ripple
+
+
+def test_rows_within_a_period_have_the_switching_state_of_their_voltage(tmp_path):
+    """Where all legs conduct the stator voltage is that of their states, within the voltage drops of the inverter."""
+    out = tmp_path / "run"
+    settings = (
+        "control.controller=foc",
+        "duration_s=0.1",
+        "metrics.window_from_s=0.05",
+        "trace.interval_us=1",
+        'trace.signals=["standard", "switching", "voltage"]',
+    )
+    run(
+        SCENARIOS / "constant_torque.toml", *(word for setting in settings for word in ("--set", setting)), "--out", out
+    )
+    with h5py.File(out / "trace.h5") as file:
+        a, b, c = (file[f"plant/switch_{leg}"][()].astype(float) for leg in "abc")
+        u_alpha, u_dc = file["plant/u_s_alpha_v"][()], file["plant/u_dc_v"][()]
+    conducting = (np.minimum(np.minimum(a, b), c) >= 0) & (np.arange(len(a)) > 0)
+    assert conducting.sum() > 10_000
+    expected = u_dc * (2 * a - b - c) / 3
+    assert np.abs(u_alpha - expected)[conducting].max() < 0.1 * u_dc.max()
