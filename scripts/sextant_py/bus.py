@@ -44,14 +44,6 @@ def default_identifier_offset() -> int:
         raise UserError(f"{ECU} names no offset ({error}); --identifier-offset names one.") from None
 
 
-def default_torque_limit_nm() -> float:
-    """The largest torque [N·m] that configs/ecu.toml lets a vehicle control unit request."""
-    try:
-        return float(_configured("command")["torque_limit_nm"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{ECU} names no largest torque ({error}); --torque-limit names one.") from None
-
-
 @dataclass(frozen=True)
 class Address:
     """A bus: interface "socketcan" and the channel's name, or "udp_multicast", group and port."""

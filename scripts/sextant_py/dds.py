@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,6 +34,7 @@ TELEMETRY = "sextant/DriveTelemetry"
 STATE = "sextant/DriveState"
 STATISTICS = "sextant/RealTimeStatistics"
 WAVEFORM = "sextant/DriveWaveform"
+CHANGES = 64  # samples of DriveState that wait for a reader
 LARGEST_DOMAIN = 230  # whose ports are within those of UDP
 
 # The identifiers of the DDS specification, 2.3.3 (PSM for C++), and of DDS-XTypes.
@@ -63,10 +65,10 @@ def streaming_qos(depth: int) -> Qos:
     return Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(depth))
 
 
-def latched_qos() -> Qos:
-    """For topics that tell a late joiner how things stand."""
+def latched_qos(depth: int = 1) -> Qos:
+    """For topics that tell a late joiner how things stand. depth: samples that a reader keeps until they are read."""
     reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
-    return Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
+    return Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(depth))
 
 
 def contract_fields(struct: str) -> tuple[str, ...]:
@@ -231,6 +233,7 @@ class Drive:
     received: int = 0
     lost: int = 0
     received_s: float = field(default_factory=time.monotonic)
+    changes: deque = field(default_factory=lambda: deque(maxlen=CHANGES))  # samples of DriveState, to be taken out
 
     def take_telemetry(self, sample: Any) -> None:
         if self.telemetry is not None and sample.sequence > self.telemetry.sequence:
@@ -246,7 +249,7 @@ class Telemetry:
     def __init__(self, domain: int = 0, depth: int = 1) -> None:
         self.node = Node(domain)
         self.stream = Subscription(self.node, TELEMETRY, streaming_qos(depth))
-        self.states = Subscription(self.node, STATE, latched_qos())
+        self.states = Subscription(self.node, STATE, latched_qos(CHANGES))
         self.statistics = Subscription(self.node, STATISTICS, latched_qos())
         self.drives: dict[int, Drive] = {}
 
@@ -260,7 +263,9 @@ class Telemetry:
         for sample in samples:
             self._drive(sample).take_telemetry(sample)
         for sample in self.states.poll():
-            self._drive(sample).state = sample
+            drive = self._drive(sample)
+            drive.state = sample
+            drive.changes.append(sample)
         for sample in self.statistics.poll():
             self._drive(sample).statistics = sample
         return samples

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from . import signal_file
 from .errors import UserError, run
-from .recording.model import MAIN
 
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -85,15 +84,6 @@ def tell_cuts(sentences: list[str | None]) -> None:
 def perform(options: argparse.Namespace, output: Path) -> None:
     title = options.title or " and ".join(path.name for path in options.files)
     is_page = output.suffix.lower() == ".html"
-    alone = len(options.files) == 1 and not options.signals and not is_page
-    if alone and not (options.spectrum or options.locus or options.figure):
-        file = signal_file.SignalFile(options.files[0], options.begin_s, options.end_s)
-        if file.main == MAIN:  # a trace or telemetry; a capture of control periods has other signals
-            from .plots import overview
-
-            tell_cuts([file.cut])
-            overview.draw(file.signals(file.of_main()), title, output)
-            return
     from .plots import series
 
     files = series.load(options.files, options.begin_s, options.end_s)
@@ -118,9 +108,12 @@ def perform(options: argparse.Namespace, output: Path) -> None:
         spectra = spectrum.compute(files, options.signals, options.window)
         (spectrum.draw_html if is_page else spectrum.draw_png)(spectra, title, output)
     else:
-        from .plots import html, panels, png
+        from .plots import html, marks, overview, panels, png
 
-        (html if is_page else png).draw(panels.arrange(files, options.signals), title, output)
+        # A trace or telemetry has an overview; a capture of control periods has other signals.
+        alone = len(files) == 1 and not options.signals and not is_page and files[0].has_telemetry
+        arranged = overview.arrange(files[0]) if alone else panels.arrange(files, options.signals)
+        (html if is_page else png).draw(arranged, title, output, marks.of(files))
 
 
 def default_output(options: argparse.Namespace) -> Path:

@@ -89,13 +89,23 @@ class SignalFile:
         filled = [name for name in source.groups if source.rows(name)]
         if not filled:
             raise UserError(f"{path} has no samples of {', '.join(source.groups)}.")
-        self.main = MAIN if MAIN in filled else filled[0]
+        self.main = self._main_of(source, filled)
+        self.trigger: str | None = source.metadata.get("trigger") if TRIGGER in source.metadata else None
         begin = -np.inf if begin_s is None else begin_s
         end = np.inf if end_s is None else end_s
         zero_ns = self._zero_ns(source)
         self.groups = {
             name: GroupRows(path, source, group, zero_ns, begin, end) for name, group in source.groups.items()
         }
+
+    @staticmethod
+    def _main_of(source: Source, filled: list[str]) -> str:
+        """The telemetry, otherwise the group that the file names, otherwise the one of the most rows: the waveform of a
+        capture rather than the changes of the drive's state within it."""
+        for name in (MAIN, source.metadata.get("main")):
+            if name in filled:
+                return name
+        return max(filled, key=source.rows)
 
     def _zero_ns(self, source: Source) -> int:
         if TRIGGER in source.metadata:

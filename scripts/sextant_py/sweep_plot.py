@@ -1,5 +1,6 @@
 """Pictures of a sweep: a metric against one key as a line or points, against two as a heat map or coloured points."""
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,12 +16,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from .errors import UserError
+from .figure_style import STYLE
 from .sweep_file import Sweep, shown
 from .sweep_point import EXPECT_FAILED, FAILED
 from .sweep_store import SweepStore
 
 OK_COLOUR, MISSED_COLOUR, FAILED_COLOUR = "#1b4f9c", "#d95f02", "#b0b0b0"
 LARGEST_LABELLED = 120  # cells with their value written in
+TEXTS = ((4, 9.0), (3, 9.0), (3, 7.5), (2, 7.5), (2, 6.0))  # significant digits and size of the values in cells
+COLUMN_IN, LARGEST_IN = 0.6, 16.0  # a column of a heat map; the width of a picture
 FOOTNOTE = "* an [expect] of the scenario does not hold   × failed or without a value"
 
 
@@ -114,13 +118,43 @@ def heat_map(axes: Axes, x: Axis, y: Axis, data: Data) -> bool:
         step = -(-len(axis.ticks) // 12)
         which.set_ticks(range(0, len(axis.ticks), step), axis.texts()[::step])
         which.set_label_text(axis.label)
-    if cells.size <= LARGEST_LABELLED:
-        middle = np.nanmean([np.nanmin(cells), np.nanmax(cells)]) if count.any() else 0.0
-        for (row, place), value in np.ndenumerate(cells):
-            text = f"{value:.4g}{'*' if missed[row, place] else ''}" if math.isfinite(value) else "×"
-            colour = "white" if value < middle else "black"
-            axes.text(place, row, text, ha="center", va="center", color=colour, fontsize=9)
-    return bool(missed.any() or np.isnan(cells).any()) and cells.size <= LARGEST_LABELLED
+    axes.grid(visible=False)
+    if cells.size > LARGEST_LABELLED:
+        return False
+    write_cells(axes, cells, missed)
+    return bool(missed.any() or np.isnan(cells).any())
+
+
+def write_cells(axes: Axes, cells: np.ndarray, missed: np.ndarray) -> None:
+    """The values into their cells with as many digits as the cells have room for; without room the marks alone."""
+    middle = np.nanmean([np.nanmin(cells), np.nanmax(cells)]) if np.isfinite(cells).any() else 0.0
+    marks = {place: "*" if missed[place] else "" for place in np.ndindex(cells.shape)}
+    texts = {
+        (row, place): axes.text(
+            place, row, "", ha="center", va="center", color="white" if cells[row, place] < middle else "black"
+        )
+        for row, place in marks
+    }
+    axes.figure.canvas.draw()  # the layout has given the cells their size
+    renderer = axes.figure.canvas.get_renderer()
+    width, height = np.abs(np.diff(axes.transData.transform([(0, 0), (1, 1)]), axis=0)[0])
+    for digits, size in (*TEXTS, (0, 9.0)):
+        for place, text in texts.items():
+            value = f"{cells[place]:.{digits}g}" if digits else ""
+            text.set(text=f"{value}{marks[place]}" if math.isfinite(cells[place]) else "×", fontsize=size)
+        boxes = [text.get_window_extent(renderer) for text in texts.values() if text.get_text()]
+        if all(box.width < 0.95 * width and box.height < height for box in boxes):
+            return
+
+
+def clear_ticks(axes: Axes) -> None:
+    """Turns the texts of the x axis where they would run into each other."""
+    axes.figure.canvas.draw()
+    renderer = axes.figure.canvas.get_renderer()
+    boxes = [label.get_window_extent(renderer) for label in axes.get_xticklabels() if label.get_text()]
+    boxes.sort(key=lambda box: box.x0)
+    if any(right.x0 < left.x1 + 4 for left, right in itertools.pairwise(boxes)):
+        plt.setp(axes.get_xticklabels(), rotation=40, ha="right", rotation_mode="anchor")
 
 
 def points_along(axes: Axes, x: Axis, data: Data, joined: bool) -> None:
@@ -146,7 +180,6 @@ def points_along(axes: Axes, x: Axis, data: Data, joined: bool) -> None:
         )  # fmt: skip
     x.dress(axes, "x")
     axes.set_ylabel(data.label)
-    axes.grid(True, alpha=0.3)
 
 
 def coloured_points(axes: Axes, x: Axis, y: Axis, data: Data) -> None:
@@ -161,7 +194,6 @@ def coloured_points(axes: Axes, x: Axis, y: Axis, data: Data) -> None:
         axes.scatter(across[~drawn], up[~drawn], marker="x", color=FAILED_COLOUR, label="failed or without a value")
     x.dress(axes, "x")
     y.dress(axes, "y")
-    axes.grid(True, alpha=0.3)
 
 
 def keys_to_draw(sweep: Sweep) -> list[str]:
@@ -180,12 +212,12 @@ def heading(sweep: Sweep, keys: list[str]) -> str:
     return text + (f"\nmean over {', '.join(others)}" if others and sweep.seed is None else "")
 
 
-def panels(count: int) -> tuple[Figure, list[Axes]]:
+def panels(count: int, cells: int = 0) -> tuple[Figure, list[Axes]]:
+    """The panels; a heat map of `cells` columns is as wide as these need."""
     columns = 2 if count == 4 else min(count, 3)
     rows = -(-count // columns)
-    figure, grid = plt.subplots(
-        rows, columns, squeeze=False, figsize=(7.5 if columns == 1 else 5.2 * columns, 5.2 * rows), layout="constrained"
-    )
+    width = max(7.5, min(COLUMN_IN * cells + 2.5, LARGEST_IN)) if columns == 1 else 5.2 * columns
+    figure, grid = plt.subplots(rows, columns, squeeze=False, figsize=(width, 5.2 * rows))
     for spare in grid.flat[count:]:
         spare.set_visible(False)
     return figure, list(grid.flat[:count])
@@ -197,11 +229,13 @@ def draw(sweep: Sweep, store: SweepStore, metric: str, units: dict[str, str]) ->
     axes_of = [
         Axis(key, units.get(key, ""), key in sweep.log_keys, [point[key] for point in sweep.points]) for key in keys
     ]
-    figure, grid = panels(1 if len(keys) == 2 else len(keys))
+    plt.rcParams.update(STYLE)
+    is_map = len(keys) == 2 and sweep.seed is None
+    figure, grid = panels(1 if len(keys) == 2 else len(keys), len(axes_of[0].ticks) if is_map else 0)
     if len(keys) != 2:
         for axes, axis in zip(grid, axes_of, strict=True):
             points_along(axes, axis, data, joined=sweep.seed is None)
-    elif sweep.seed is not None:
+    elif not is_map:
         coloured_points(grid[0], *axes_of, data)
     elif heat_map(grid[0], *axes_of, data):
         figure.supxlabel(FOOTNOTE, fontsize=8, color="grey")
@@ -209,6 +243,8 @@ def draw(sweep: Sweep, store: SweepStore, metric: str, units: dict[str, str]) ->
     if labels:
         figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
     figure.suptitle(heading(sweep, keys), fontsize=11)
+    for axes in grid:
+        clear_ticks(axes)
     return figure
 
 
@@ -219,7 +255,7 @@ def write(sweep: Sweep, store: SweepStore, directory: Path, units: dict[str, str
         figure = draw(sweep, store, metric, units)
         file = directory / f"{metric}.png"
         try:
-            figure.savefig(file, dpi=120)
+            figure.savefig(file)
         except OSError as error:
             raise UserError(f"the plot {file} cannot be written: {error.strerror}.") from None
         finally:

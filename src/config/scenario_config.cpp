@@ -212,8 +212,9 @@ std::string validate_sampling(const ScenarioConfig& c) {
   if (c.scenario.duration_ns < c.drive.drive.period_ns)
     return "the run must last at least one control period";
   const double periods = c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.drive.period_ns);
-  if (periods < 0.5 || std::abs(periods - std::round(periods)) > 1e-9 * periods) {
-    return "trace.interval_us must be a whole number of control periods";
+  const double ratio = std::max(periods, 1 / periods);
+  if (std::abs(ratio - std::round(ratio)) > 1e-9 * ratio) {
+    return "trace.interval_us must be a whole number of control periods or a whole part of one";
   }
   return {};
 }
@@ -313,7 +314,8 @@ void describe(Section root, ScenarioConfig& c) {
   root.derive([&c] { prescribe(c); });
   describe(root.section("metrics"), scenario.metrics, c.drive.drive);
   Section trace = root.section("trace");
-  trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us", "one row of the trace");
+  trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us",
+               "one row of the trace: a whole number of control periods or a whole part of one");
   trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
               "groups (\"all\", \"standard\", \"switching\", \"voltage\", \"link\", \"rotor\", \"shaft\", "
               "\"energy\", "

@@ -43,7 +43,8 @@ class SampledObserver {
     reference_slope_ = commands.reference_slope(now.t_ns);
     metrics_.begin_period(now, reference_);
     if (trace_ != nullptr && now.t_ns >= 0)
-      trace_->add(now, trace_sample(look(io_.plant().state()), io_.plant().u_s()), control_sample());
+      trace_->add(now, trace_sample(look(io_.plant().state()), io_.plant().inputs().state, io_.plant().u_s()),
+                  control_sample());
   }
 
   [[nodiscard]] const RunMetrics& metrics() const noexcept { return metrics_; }
@@ -71,7 +72,8 @@ class SampledObserver {
       after.p_dc = end.power(segment.u_s_end);
       metrics_.add_segment(before, after);
       if (trace_ != nullptr)
-        trace_->add_segment(trace_sample(begin, segment.u_s_begin), trace_sample(end, segment.u_s_end),
+        trace_->add_segment(trace_sample(begin, segment.state, segment.u_s_begin),
+                            trace_sample(end, segment.state, segment.u_s_end),
                             double(segment.duration_ns) * 1e-9);
       begin = end;
       before = after;
@@ -96,8 +98,9 @@ class SampledObserver {
     return sample;
   }
 
-  [[nodiscard]] PlantSample trace_sample(const PlantLook& now, SpaceVector<> u_s) const noexcept {
-    return now.trace_sample(io_.plant().inputs().state, u_s, io_.tau_l());
+  [[nodiscard]] PlantSample trace_sample(const PlantLook& now, SwitchState state,
+                                         SpaceVector<> u_s) const noexcept {
+    return now.trace_sample(state, u_s, io_.tau_l());
   }
 
   [[nodiscard]] PlantLook look(const typename Io::PlantType::State& x) const noexcept {

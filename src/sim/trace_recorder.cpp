@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "sextant/sim/trace_divider.hpp"
 #include "sextant/sim/trace_reducer.hpp"
 #include "trace_columns.hpp"
 #include "trace_file.hpp"
@@ -35,21 +36,28 @@ std::vector<std::string> known(std::vector<std::string> signals, std::span<const
   return signals;
 }
 
-std::uint32_t whole_periods(std::int64_t interval_ns, std::int64_t control_period_ns) {
+/// How often the shorter of interval and control period is in the longer one.
+std::uint32_t whole_ratio(std::int64_t interval_ns, std::int64_t control_period_ns) {
   if (control_period_ns <= 0) throw std::runtime_error{"the control period must be above zero"};
-  const std::int64_t periods = interval_ns / control_period_ns;
-  if (periods < 1 || periods * control_period_ns != interval_ns ||
-      periods > std::numeric_limits<std::uint32_t>::max()) {
-    throw std::runtime_error{
-        fmt::format("the trace interval of {} us is not a whole number of control periods of {} us",
-                    double(interval_ns) * 1e-3, double(control_period_ns) * 1e-3)};
+  const auto [shorter, longer] = std::minmax(interval_ns, control_period_ns);
+  if (longer % shorter != 0 || longer / shorter > std::numeric_limits<std::uint32_t>::max()) {
+    throw std::runtime_error{fmt::format(
+        "the trace interval of {} us is not a whole number of control periods of {} us, nor a whole "
+        "part of one",
+        double(interval_ns) * 1e-3, double(control_period_ns) * 1e-3)};
   }
-  return static_cast<std::uint32_t>(periods);
+  return static_cast<std::uint32_t>(longer / shorter);
 }
 
 std::optional<TraceReducer> make_reducer(std::int64_t interval_ns, const TraceOrigin& origin) {
   if (!origin.control_period_ns) return std::nullopt;
-  return TraceReducer{whole_periods(interval_ns, *origin.control_period_ns)};
+  const std::uint32_t ratio = whole_ratio(interval_ns, *origin.control_period_ns);
+  return TraceReducer{interval_ns < *origin.control_period_ns ? 1 : ratio};
+}
+
+std::optional<TraceDivider> make_divider(std::int64_t interval_ns, const TraceOrigin& origin) {
+  if (!origin.control_period_ns || interval_ns >= *origin.control_period_ns) return std::nullopt;
+  return TraceDivider{whole_ratio(interval_ns, *origin.control_period_ns), interval_ns};
 }
 
 }  // namespace
@@ -69,6 +77,7 @@ class TraceRecorder::Impl {
   Impl(const std::filesystem::path& file, const TraceParameters& parameters, const TraceOrigin& origin,
        ErrorHandler on_error)
       : reducer_{make_reducer(interval_ns(parameters), origin)},
+        divider_{make_divider(interval_ns(parameters), origin)},
         file_{file,
               {.scenario = origin.scenario,
                .control_period_ns = origin.control_period_ns,
@@ -85,12 +94,18 @@ class TraceRecorder::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void add_segment(const PlantSample& before, const PlantSample& after, double seconds) {
-    reducer().add_segment(before, after, seconds);
+    if (divider_)
+      divider_->add_segment(before, after, seconds, [this](const TraceRow& row) { file_.append(row); });
+    else
+      reducer().add_segment(before, after, seconds);
   }
 
   void add(const Telemetry<>& telemetry, const PlantSample& plant, const ControlSample& control) {
     TraceReducer& rows = reducer();
-    if (rows.add(telemetry, plant, control)) file_.append(rows.take());
+    if (divider_)
+      file_.append(divider_->add(telemetry, plant, control));
+    else if (rows.add(telemetry, plant, control))
+      file_.append(rows.take());
   }
 
   void add_row(const TraceRow& row) { file_.append(row); }
@@ -111,6 +126,7 @@ class TraceRecorder::Impl {
   }
 
   std::optional<TraceReducer> reducer_;  // none in an event-exact run
+  std::optional<TraceDivider> divider_;  // of several rows a control period
   TraceFile file_;
 };
 

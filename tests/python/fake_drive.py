@@ -23,6 +23,7 @@ class FakeDrive(Background):
         self.accepted: list[tuple[float, dict]] = []
         self.refused = 0
         self.state = "STANDBY"
+        self.available_nm = 150.0
         self._fault_after = fault_after
         self._stubborn = stubborn
         self._contract = Contract(identifier_offset=identifier_offset)
@@ -77,6 +78,11 @@ class FakeDrive(Background):
             "CommandCounter": last.get("Counter", 15),
         }
         self._bus.send(self._contract.encode("MCU_TorqueStatus", status, counter))
+        available = {"TorqueMotoring": self.available_nm, "TorqueRegenerating": self.available_nm / 2}
+        self._bus.send(self._contract.encode("MCU_Capability", {**available, "DeratingCause": "NONE"}, counter))
+        temperatures = {"StatorTemperature": 71.5, "RotorTemperature": 90.0}
+        temperatures["InverterTemperature"] = "NOT_AVAILABLE"
+        self._bus.send(self._contract.encode("MCU_Temperatures", temperatures, counter))
         identification = {"ContractMajor": self._contract_major, "ContractMinor": 0}
         identification |= {"SoftwareMajor": 0, "SoftwareMinor": 1, "SoftwarePatch": 0}
         self._bus.send(self._contract.encode("MCU_Identification", identification, counter))

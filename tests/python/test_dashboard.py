@@ -15,12 +15,15 @@ from pathlib import Path
 
 import psutil
 import pytest
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
 from fake_drive import FakeDrive
 from page_client import PATIENCE_S, TOKEN, DashboardProcess, PageClient, wait_for
 from sextant_py import dds, telemetry_contract, telemetry_types
 from sextant_py.dashboard import frames, layout, program, server
 from sextant_py.dashboard.access import Access
 from sextant_py.dashboard.command_desk import CommandDesk
+from sextant_py.dashboard.events import KEPT, Events
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from topic_writer import Writer
@@ -119,6 +122,67 @@ def test_a_page_gets_contract_telemetry_and_state(dashboard: DashboardProcess, d
                 assert name == "drive_id" or set(values[name]) == {value}, name
             sequences += values["sequence"]
         assert sequences == sorted(set(sequences))
+
+
+OVER_CURRENT, OPEN_PHASE = 1 << 8, 1 << 15
+
+
+def change(t_ns: int, state: str, latched: int = 0, active: int = 0, reason: str = "") -> object:
+    kind = telemetry_types.DriveStateKind[state]
+    return telemetry_types.sample(
+        telemetry_types.struct("DriveState"),
+        t_ns=t_ns, state=kind, faults_latched=latched, faults_active=active, reason=reason,
+    )  # fmt: skip
+
+
+def test_events_are_changes_with_their_times() -> None:
+    events = Events()
+    events.take(change(1_000_000_000, "TORQUE"), 3_000_000_000, 100.0)
+    events.take(change(1_000_000_000, "TORQUE"), 3_500_000_000, 100.5)  # a repetition
+    events.take(change(4_000_000_000, "FAULT", OPEN_PHASE, OPEN_PHASE, "open phase"), 4_000_000_000, 101.0)
+    events.take(change(4_000_100_000, "FAULT", OPEN_PHASE | OVER_CURRENT, OVER_CURRENT), None, 101.0)
+    events.take(change(5_000_000_000, "STANDBY"), 5_000_000_000, 102.0)
+    found = events.described()
+    assert [(event["from"], event["state"]) for event in found] == [
+        (None, "TORQUE"), ("TORQUE", "FAULT"), (None, "FAULT"), ("FAULT", "STANDBY"),
+    ]  # fmt: skip
+    assert [event["latched"] for event in found] == [[], ["OPEN_PHASE"], ["OVER_CURRENT"], []]
+    assert [event["gone"] for event in found] == [[], [], ["OPEN_PHASE"], ["OVER_CURRENT"]]
+    assert [event["reset"] for event in found] == [False, False, False, True]
+    assert [event["time_s"] for event in found] == pytest.approx([98.0, 101.0, 101.0, 102.0])
+    for k in range(3 * KEPT):
+        events.take(change(k, "READY" if k % 2 else "TORQUE"), None)
+    assert len(events.described()) == KEPT
+    assert events.described()[-1]["t_ns"] == 3 * KEPT - 1
+
+
+def test_a_page_gets_every_change_of_the_state(dashboard: DashboardProcess, domain: int) -> None:
+    """Also those that follow each other sooner than the dashboard polls."""
+    node = dds.Node(domain)
+    kind = telemetry_types.struct("DriveState")
+    writer = DataWriter(node.participant, Topic(node.participant, dds.STATE, kind), dds.latched_qos(16))
+    sequence = iter(range(1000))
+
+    def write(t_ns: int, state: str, latched: int = 0) -> None:
+        writer.write(
+            telemetry_types.sample(
+                kind, drive_id=7, sequence=next(sequence), t_ns=t_ns, state=telemetry_types.DriveStateKind[state],
+                faults_latched=latched,
+            )
+        )  # fmt: skip
+
+    def described(message: dict) -> list[tuple[str, int]]:
+        drives = message["drives"] if message["type"] == "status" else []
+        return [(event["state"], event["t_ns"]) for event in drives[0]["events"]] if drives else []
+
+    with PageClient(dashboard.socket) as page:
+        page.until(described, lambda: write(1, "READY"))
+        write(2, "MAGNETISING")
+        write(3, "TORQUE")
+        write(4, "FAULT", OPEN_PHASE)
+        found = page.until(lambda m: len(described(m)) == 4)
+    assert described(found) == [("READY", 1), ("MAGNETISING", 2), ("TORQUE", 3), ("FAULT", 4)]
+    assert found["drives"][0]["events"][-1]["latched"] == ["OPEN_PHASE"]
 
 
 def test_a_frame_is_what_its_description_says() -> None:
@@ -450,6 +514,28 @@ def test_a_torque_that_is_none_or_too_large_is_refused(commanding: Commanding) -
         page.send(f'{{"type": "demand", "torque_nm": {torque}, "enable": true, "fault_reset": false}}')
         assert "torque" in page.message("refused")["text"], torque
     assert {entry[1]["TorqueRequest"] for entry in commanding.drive.accepted} <= {0.0}
+
+
+def test_no_torque_beyond_that_of_the_running_drive_is_sent(domain: int, bus_address: str, tmp_path: Path) -> None:
+    arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--demand-timeout", "30")
+    with (
+        ExitStack() as stack,
+        FakeDrive(bus_address) as drive,
+        DashboardProcess(domain, tmp_path, *arguments) as process,
+    ):
+        drive.available_nm = 40.0
+        commanding = Commanding(process, drive, stack)
+        page = commanding.at_torque(10.0)
+        page.until(lambda m: m["type"] == "command" and m["torque_limit_nm"] == 40.0, lambda: demand(page, 100.0))
+        page.until(lambda _: commanding.torque() == 40.0, lambda: demand(page, 100.0))
+        page.until(lambda _: commanding.torque() == -40.0, lambda: demand(page, -100.0))
+        drive.available_nm = 25.0  # it derates
+        page.until(lambda _: commanding.torque() == -25.0, lambda: demand(page, -100.0))
+        standing = page.until(lambda m: m["type"] == "command" and m["torque_limit_nm"] == 25.0)
+        assert standing["temperatures"] == {
+            "StatorTemperature": 71.5, "RotorTemperature": 90.0, "InverterTemperature": None
+        }  # fmt: skip
+        assert max(abs(entry[1]["TorqueRequest"]) for entry in drive.accepted) <= 40.0
 
 
 def test_a_drive_that_trips_is_not_enabled_again_by_itself(domain: int, bus_address: str, tmp_path: Path) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from sextant_py import plot, signal_file
 from sextant_py.errors import UserError
-from sextant_py.plots import locus, overview, panels, points, series, spectrum
+from sextant_py.plots import lanes, locus, marks, overview, panels, png, points, series, spectrum, styles
 from sextant_py.recording.formats import open_sink
-from sextant_py.recording.topics import WAVEFORM, group_of
+from sextant_py.recording.topics import STATE, WAVEFORM, group_of
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -43,22 +43,26 @@ def test_picture_is_written(tmp_path: Path, count: int, time_name: str) -> None:
     assert len(picture) > 20_000
 
 
+def test_the_overview_has_reference_and_band(tmp_path: Path) -> None:
+    write_trace(tmp_path / "trace.h5", 500, "t_ns")
+    torque, flux, speed, current = overview.arrange(load(tmp_path / "trace.h5")[0])
+    assert [line.name for line in torque.lines] == ["torque_nm", "torque_requested_nm", "torque_reference_nm"]
+    assert (torque.lines[0].low.name, torque.lines[0].high.name) == ("torque_min_nm", "torque_max_nm")
+    assert [panel.lines[0].series.name for panel in (flux, speed, current)] == [
+        "flux_mean_wb",
+        "speed_rad_s",
+        "current_mean_a",
+    ]
+    (each, entries) = styles.of_lines(torque.lines)
+    assert len({(style.colour, style.dash) for style in each}) == len(entries) == 3
+
+
 def test_nanoseconds_count_from_the_first_sample(tmp_path: Path) -> None:
     write_trace(tmp_path / "trace.h5", 101, "t_ns")
     signals = signal_file.load(tmp_path / "trace.h5", 0.25, 0.75)
     assert signals.time_s[0] == pytest.approx(0.25)
     assert signals.time_s[-1] == pytest.approx(0.75)
     assert len(signals.get("torque_mean_nm")) == len(signals.time_s) == 51
-
-
-def test_blocks_keep_peaks_and_mean() -> None:
-    values = np.zeros(10 * overview.MAX_POINTS + 3)
-    values[12_345] = 50.0
-    values[20_000] = -7.0
-    assert overview.blocks(values, "max").max() == 50.0
-    assert overview.blocks(values, "min").min() == -7.0
-    assert len(overview.blocks(values, "mean")) <= overview.MAX_POINTS
-    assert np.average(overview.blocks(values + 1.0, "mean")) == pytest.approx(1.0, abs=0.01)
 
 
 def test_missing_signals_leave_an_empty_panel(tmp_path: Path) -> None:
@@ -70,15 +74,14 @@ def test_missing_signals_leave_an_empty_panel(tmp_path: Path) -> None:
 
 def test_further_signals_have_panels_of_their_own(tmp_path: Path) -> None:
     write_trace(tmp_path / "trace.h5", 500, "t_ns")
-    before = signal_file.load(tmp_path / "trace.h5")
-    assert overview.further_panels(before) == []
+    assert overview.further(load(tmp_path / "trace.h5")[0]) == []
     with h5py.File(tmp_path / "trace.h5", "a") as file:
         for leg in "abc":
             file[f"plant/switch_{leg}"] = np.ones(500, dtype=np.int8)
         file["plant/energy_link_j"] = np.linspace(0, 100, 500)
         file["control/torque_comparator"] = -np.ones(500, dtype=np.int8)
-    panels = overview.further_panels(signal_file.load(tmp_path / "trace.h5"))
-    assert [names for _, names in panels] == [
+    panels = overview.further(load(tmp_path / "trace.h5")[0])
+    assert [tuple(line.name for line in panel.lines) for panel in panels] == [
         ("plant/switch_a", "plant/switch_b", "plant/switch_c"),
         ("control/torque_comparator",),
         ("plant/energy_link_j",),
@@ -94,8 +97,8 @@ def test_channels_of_a_controller_are_drawn_by_unit(tmp_path: Path) -> None:
             file[f"control/{name}"] = np.linspace(0, 1, 500)
             if unit is not None:
                 file[f"control/{name}"].attrs["unit"] = unit
-    panels = overview.further_panels(signal_file.load(tmp_path / "trace.h5"))
-    assert [names for _, names in panels] == [
+    panels = overview.further(load(tmp_path / "trace.h5")[0])
+    assert [tuple(line.name for line in panel.lines) for panel in panels] == [
         ("control/i_d_a", "control/i_q_a"),
         ("control/psi_r_wb",),
         ("control/without_unit",),
@@ -337,6 +340,143 @@ def test_control_periods_of_a_recording_and_of_a_capture(tmp_path: Path, suffix:
     assert (tmp_path / "capture.png").read_bytes().startswith(PNG)
 
 
+TRIP_S, OPEN_PHASE, WATCHDOG = 0.005, 15, 18
+
+
+def write_trip(path: Path, trigger: str | None = "fault") -> None:
+    """As scripts/scope writes it: 400 control periods about a trip, 3 of them missing, the state before and after."""
+    begin_ns = 10**9
+    trip_ns = begin_ns + int(TRIP_S * 1e9)
+    metadata = {} if trigger is None else {"trigger": trigger, "trigger_ns": trip_ns, "main": WAVEFORM}
+    rows = np.zeros(400, group_of(WAVEFORM).dtype)
+    rows["t_ns"] = begin_ns + 25_000 * np.arange(400)
+    rows["t_ns"][300:] += 75_000
+    rows["period_ns"] = 25_000
+    rows["torque_nm"] = 15
+    rows["state"] = np.where(rows["t_ns"] < trip_ns, 4, 6)
+    rows["state"][:40] = 3
+    changes = np.zeros(2, group_of(STATE).dtype)
+    changes["t_ns"] = trip_ns, trip_ns + 1_000_000
+    changes["state"] = 6
+    changes["faults_latched"] = 1 << OPEN_PHASE, 1 << OPEN_PHASE | 1 << WATCHDOG
+    changes["faults_active"] = changes["faults_latched"]
+    sink = open_sink(path, metadata)
+    for name, block in ((WAVEFORM, rows), (STATE, changes)):
+        sink.add(group_of(name))
+        sink.append(name, block)
+    sink.close(metadata)
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".mcap"])
+@pytest.mark.parametrize("trigger", ["fault", None])
+def test_a_capture_of_a_fault_draws_the_waveform(tmp_path: Path, suffix: str, trigger: str | None) -> None:
+    path = tmp_path / f"capture{suffix}"
+    write_trip(path, trigger)
+    (file,) = load(path)
+    headings = {panel.heading: [line.name for line in panel.lines] for panel in panels.arrange([file], [])}
+    assert headings["Torque [N·m]"] == ["torque_requested_nm", "torque_reference_nm", "torque_nm"]
+    assert headings["States"] == ["state"]
+    assert not any("faults_active" in name for names in headings.values() for name in names)
+    assert plot.main([str(path)]) == 0
+
+
+def test_marks_are_named_and_stand_at_their_times(tmp_path: Path) -> None:
+    write_trip(tmp_path / "trip.h5")
+    found = marks.of(load(tmp_path / "trip.h5"))
+    expected = [  # seconds from the trigger
+        (marks.MAGNETISING, -TRIP_S, -TRIP_S + 40 * 25e-6, "magnetising"),
+        (marks.FAULT, 0.0, None, "OPEN_PHASE"),
+        (marks.TRIGGER, 0.0, None, "trigger: fault"),
+        (marks.FAULT, 1e-3, None, "WATCHDOG"),
+        (marks.LATE, 299 * 25e-6 - TRIP_S, 303 * 25e-6 - TRIP_S, "periods without a row: 3"),
+    ]
+    assert [(mark.kind, mark.text) for mark in found] == [(kind, text) for kind, _, _, text in expected]
+    for mark, (_, begin_s, end_s, _) in zip(found, expected, strict=True):
+        assert mark.begin_s == pytest.approx(begin_s, abs=1e-9)
+        assert mark.end_s == (None if end_s is None else pytest.approx(end_s, abs=1e-9))
+    assert [text for _, text in marks.texts(found, 0.01)] == [
+        "magnetising",
+        "OPEN_PHASE, trigger: fault",
+        "WATCHDOG",
+        "periods without a row: 3",
+    ]
+    later = marks.within(found, -TRIP_S + 0.5e-3, 0.5e-3)
+    assert [(mark.kind, mark.text) for mark in later] == [(kind, text) for kind, _, _, text in expected[:3]]
+    assert later[0].begin_s == -TRIP_S + 0.5e-3
+
+
+def test_a_trace_without_changes_of_state_marks_its_trip(tmp_path: Path) -> None:
+    write_trace(tmp_path / "trace.h5", 100, "t_ns")
+    with h5py.File(tmp_path / "trace.h5", "a") as file:
+        file["state"] = np.repeat(np.array([3, 4, 6], np.uint8), (20, 40, 40))
+    (file,) = load(tmp_path / "trace.h5")
+    assert [(mark.kind, mark.text) for mark in marks.of([file])] == [
+        (marks.MAGNETISING, "magnetising"),
+        (marks.FAULT, "FAULT"),
+    ]
+    assert marks.of([file])[1].begin_s == pytest.approx(60 / 99)
+    assert overview.further(file)[-1].lines[0].name == "state"
+
+
+def test_late_wake_ups_of_the_statistics_are_marked(tmp_path: Path) -> None:
+    rows = np.zeros(4, group_of("statistics").dtype)
+    rows["t_ns"], rows["overruns"] = 10**9 * np.arange(4), (5, 5, 8, 8)
+    sink = open_sink(tmp_path / "statistics.h5", {})
+    sink.add(group_of("statistics"))
+    sink.append("statistics", rows)
+    sink.close({})
+    assert marks.of(load(tmp_path / "statistics.h5")) == [marks.Mark(marks.LATE, 1.0, 2.0, "late wake-ups: 3")]
+
+
+@pytest.mark.parametrize("values", [[3] * 20 + [4] * 40 + [6] * 40, [4] * 100, [0] * 99 + [6]])
+def test_enumerations_are_bands_with_names(tmp_path: Path, figures: list, values: list[int]) -> None:
+    names = {0: "INIT", 3: "MAGNETISING", 4: "TORQUE", 6: "FAULT"}
+    write_trace(tmp_path / "trace.h5", 100, "t_ns")
+    with h5py.File(tmp_path / "trace.h5", "a") as file:
+        file["state"], file["sector"] = np.array(values, np.uint8), np.arange(100) // 17 + 1
+    assert plot.main([str(tmp_path / "trace.h5"), "state", "sector"]) == 0
+    (axes,) = figures[0].axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["state", "sector (1…6)"]
+    runs = [value for place, value in enumerate(values) if place == 0 or value != values[place - 1]]
+    drawn = [text.get_text() for text in axes.texts] + [
+        text.get_text() for legend in (axes.get_legend(),) if legend for text in legend.get_texts()
+    ]
+    assert {names[value] for value in runs} <= set(drawn)
+    lane = lanes.of(panels.arrange(load(tmp_path / "trace.h5"), ["state"])[0].lines)[0]
+    bands = lane.bands()
+    assert [band.text for band in bands] == [names[value] for value in runs]
+    assert [band.begin_s for band in bands[1:]] == [band.end_s for band in bands[:-1]]
+    assert (bands[0].begin_s, bands[-1].end_s) == (0.0, 1.0)
+
+
+@pytest.fixture
+def figures(monkeypatch: pytest.MonkeyPatch) -> list:
+    """Pictures instead of their files."""
+    kept: list = []
+    monkeypatch.setattr(png, "save", lambda figure, _: kept.append(figure))
+    return kept
+
+
+def test_legends_stay_short(tmp_path: Path, figures: list) -> None:
+    """Of several files one entry for each signal and each file, and of very many lines the first."""
+    paths = [tmp_path / name / "trace.h5" for name in "abc"]
+    for path in paths:
+        path.parent.mkdir()
+        write_waves(path, 100)
+        with h5py.File(path, "a") as file:
+            for number in range(20):
+                file[f"plant/branch_{number}_v"] = np.arange(100.0)
+                file[f"plant/branch_{number}_v"].attrs["unit"] = "V"
+    assert plot.main([*map(str, paths), "i_?_a"]) == 0
+    assert plot.main([*map(str, paths[:2]), "plant/branch_*"]) == 0
+    few, many = (figure.axes[0].get_legend().get_texts() for figure in figures)
+    assert [text.get_text() for text in few] == ["i_a_a", "i_b_a", "i_c_a", "a", "b", "c"]
+    assert [text.get_text() for text in many][-1] == "… 27 more"
+    assert len(many) == png.MOST_ENTRIES
+    looks = {(line.get_color(), line.get_linestyle()) for line in figures[0].axes[0].lines}
+    assert len(looks) == 9
+
+
 def test_what_a_truncated_file_lost_is_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     (tmp_path / "cut.csv").write_text("t_ns,torque_mean_nm\n0,1.5\n1000000,2.25\n2000000,3.1")
     assert plot.main([str(tmp_path / "cut.csv")]) == 0
@@ -349,6 +489,8 @@ def test_pages_need_no_network(waves: Path, tmp_path: Path, words: list[str]) ->
     assert plot.main([str(waves), *words, "-o", str(page)]) == 0
     text = page.read_text(encoding="utf-8")
     assert "plotly.js v" in text  # the script itself
+    assert text.startswith("<!doctype html>")
+    assert re.search(r"<title>waves\.h5.*</title>", text)
     assert re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=[^>]*>", text) == []
 
 

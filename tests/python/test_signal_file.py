@@ -116,3 +116,14 @@ def test_bad_files_are_refused_in_a_sentence(tmp_path: Path) -> None:
         with pytest.raises(UserError, match=words) as refusal:
             sextant.read(tmp_path / name)
         assert "\n" not in str(refusal.value)
+
+
+def test_a_csv_file_without_a_description_has_units_and_decimals_of_the_contract(tmp_path: Path) -> None:
+    """Also where the first block, of about a megabyte, has whole numbers alone."""
+    path, count = tmp_path / "telemetry.csv", 100_000
+    rows = [f"{k}000000,{4 if k < count else 6},0,{k}" for k in range(count)]
+    path.write_text("\n".join(["t_ns,state,torque_mean_nm,mine", *rows, f"{count}000000,6,1.5,7"]) + "\n")
+    signals = signal_file.load(path)
+    assert (signals.units["torque_mean_nm"], signals.units["mine"]) == ("N·m", "")
+    assert signals.values["torque_mean_nm"][-1] == 1.5
+    assert signals.values["state"].dtype.kind == "i"

@@ -1,5 +1,7 @@
 """Table and pictures of a sweep, from records made up here."""
 
+import itertools
+import math
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +9,8 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 from matplotlib import pyplot as plt
+from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.text import Text
 from sextant_py import sweep_file, sweep_plot, sweep_table
 from sextant_py.sweep_store import SweepStore
 
@@ -145,4 +149,69 @@ def test_a_sweep_without_a_single_value_is_drawn(tmp_path: Path) -> None:
     figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
     figure.savefig(tmp_path / "empty.png")
     assert {text.get_text() for text in figure.axes[0].texts} == {"×"}
+    plt.close(figure)
+
+
+BANDS = """scenario = "scenario.toml"
+[grid]
+control.dtc.torque_band_upper_nm = { from = 0.1, to = 1.23456, count = 12 }
+control.dtc.flux_band_wb = { from = 0.001, to = 0.0123, count = 10 }
+[plot]
+metrics = ["torque_ripple_pp_nm"]
+"""
+NAMES = """scenario = "scenario.toml"
+[grid]
+control.flux_estimator = ["hybrid", "voltage_model", "compensated_voltage_model", "sensorless_observer", "observer"]
+control.controller = ["dtc", "duty_ratio", "predictive", "pwm_dtc", "feedback_linearisation", "foc", "deadbeat"]
+[plot]
+metrics = ["torque_ripple_pp_nm"]
+"""
+SAMPLE = """scenario = "scenario.toml"
+[random]
+samples = 12
+seed = 3
+[random.ranges]
+control.flux_estimator = ["hybrid", "voltage_model", "compensated_voltage_model", "sensorless_observer", "observer"]
+control.controller = ["dtc", "duty_ratio", "predictive", "pwm_dtc", "feedback_linearisation", "foc", "deadbeat"]
+[plot]
+metrics = ["torque_ripple_pp_nm"]
+"""
+FINE = BANDS.replace("count = 12", "count = 40").replace("count = 10", "count = 3").replace("1.23456", "123456.0")
+
+
+def outline(label: Text, renderer: RendererAgg) -> np.ndarray:
+    """The corners of a text, turned as it is."""
+    turned = label.get_rotation()
+    label.set_rotation(0)
+    box = label.get_window_extent(renderer)
+    label.set_rotation(turned)
+    x, y = label.get_transform().transform(label.get_position())
+    corners = np.array([[box.x0, box.y0], [box.x1, box.y0], [box.x1, box.y1], [box.x0, box.y1]]) - (x, y)
+    angle = math.radians(turned)
+    return corners @ np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]]) + (x, y)
+
+
+def are_apart(one: np.ndarray, other: np.ndarray) -> bool:
+    """Two convex outlines, by a line between them along one of their sides."""
+    for corners in (one, other):
+        for side in np.roll(corners, -1, axis=0) - corners:
+            across = np.array([-side[1], side[0]])
+            a, b = one @ across, other @ across
+            if a.max() <= b.min() or b.max() <= a.min():
+                return True
+    return False
+
+
+@pytest.mark.parametrize("text", [GRID, BANDS, NAMES, SAMPLE, FINE], ids=["few", "bands", "names", "sample", "fine"])
+@pytest.mark.parametrize("scale", [1.0, 1.2345e-3, -98765.4])
+def test_texts_do_not_run_into_each_other(tmp_path: Path, text: str, scale: float) -> None:
+    sweep, store = stored(tmp_path, text)
+    for point, record in store.records.items():
+        record["metrics"][METRIC] = scale * math.exp(point / 40)
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    figure.canvas.draw()
+    renderer, axes = figure.canvas.get_renderer(), figure.axes[0]
+    for texts in (axes.get_xticklabels(), axes.get_yticklabels(), axes.texts):
+        outlines = [outline(label, renderer) for label in texts if label.get_text()]
+        assert all(itertools.starmap(are_apart, itertools.combinations(outlines, 2)))
     plt.close(figure)

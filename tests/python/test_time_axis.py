@@ -11,7 +11,7 @@ import sextant
 from asammdf import MDF
 from matplotlib.figure import Figure
 from programs import program
-from sextant_py import convert, paper_style, signal_file
+from sextant_py import convert, paper_style
 from sextant_py.paths import ROOT
 from sextant_py.plots import html, layouts, overview, panels, png, series
 
@@ -103,11 +103,11 @@ def same_until(step_s: float, one: list[np.ndarray], other: list[np.ndarray]) ->
 def figures(monkeypatch: pytest.MonkeyPatch) -> list:
     """What is drawn in the test, with few points, instead of files."""
     kept: list = []
-    for module, name in ((overview, "MAX_POINTS"), (paper_style, "MAX_POINTS"), (png, "MOST_POINTS")):
+    for module, name in ((paper_style, "MAX_POINTS"), (png, "MOST_POINTS")):
         monkeypatch.setattr(module, name, FEW)
     monkeypatch.setattr(html, "MOST_POINTS", FEW)
     for module in (png, html):
-        monkeypatch.setattr(module, "save", lambda figure, _: kept.append(figure))
+        monkeypatch.setattr(module, "save", lambda figure, *_: kept.append(figure))
     return kept
 
 
@@ -117,7 +117,7 @@ WANTED = ["torque", "plant/torque", "sector", "control/torque_comparator"]
 def draw(kind: str, file: Path) -> None:
     found = series.load([file], None, None)
     if kind == "overview":
-        overview.draw(signal_file.load(file), "", file)
+        png.draw(overview.arrange(found[0]), "", file)
     elif kind == "figure":
         layouts.draw(found, "9", file)
     else:
@@ -137,7 +137,7 @@ def test_no_picture_draws_a_response_before_its_command(runs: Pair, figures: lis
         for line, name in zip(steps, WANTED[2:], strict=True):
             before = np.asarray(line.x) <= runs[2] + 1e-9
             places = np.searchsorted(rows.index, np.asarray(line.x)[before] - 1e-9)
-            np.testing.assert_array_equal(np.asarray(line.y)[before], rows[name].iloc[places])
+            np.testing.assert_array_equal(np.asarray(line.customdata)[before], rows[name].iloc[places])
         one, other = ([np.column_stack((line.x, line.y)) for line in lines] for lines in (with_steps, without))
     else:
         one, other = map(drawn, figures)

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -496,3 +497,62 @@ def test_a_start_while_the_shaft_passes_through_standstill_makes_its_torque(cont
         for k in range(first + 50, len(torque) - 5, 5):
             mean = sum(torque[k : k + 5]) / 5
             assert abs(mean - reference[k]) < 0.02 * breakdown, f"{share} tau_r, {k} ms"
+
+
+def test_a_trace_of_several_rows_a_period_shows_the_ripple_within_it(tmp_path):
+    """A modulated method samples where the ripple of the control period is zero: one row a period has none of it."""
+    rows = {}
+    for parts in (1, 25):
+        settings = (
+            "control.controller=foc",
+            "duration_s=0.35",
+            "metrics.window_from_s=0.3",
+            f"trace.interval_us={25 / parts}",
+        )
+        words = [word for setting in settings for word in ("--set", setting)]
+        out = tmp_path / str(parts)
+        run(SCENARIOS / "constant_torque.toml", *words, "--out", out)
+        with h5py.File(out / "trace.h5") as file:
+            names = [name for name in (*file, *(f"plant/{name}" for name in file["plant"])) if name != "plant"]
+            rows[parts] = {name: file[name][()] for name in names if isinstance(file[name], h5py.Dataset)}
+    coarse, fine = rows[1], rows[25]
+    assert len(fine["t_ns"]) == 25 * (len(coarse["t_ns"]) - 1) + 1
+    assert set(np.diff(fine["t_ns"])) == {1000}
+    statistics = re.compile(r"plant/.*_(mean|min|max)_.*")
+    for name, values in coarse.items():
+        if not statistics.fullmatch(name):
+            np.testing.assert_array_equal(fine[name][::25], values, err_msg=name)
+    for reduce, name in ((np.min, "plant/torque_min_nm"), (np.max, "plant/torque_max_nm")):
+        blocks = fine[name][1:].reshape(-1, 25)
+        np.testing.assert_allclose(reduce(blocks, axis=1), coarse[name][1:], rtol=0, atol=1e-9)
+    means = fine["plant/torque_mean_nm"][1:].reshape(-1, 25).mean(axis=1)
+    np.testing.assert_allclose(means, coarse["plant/torque_mean_nm"][1:], rtol=0, atol=1e-9)
+    settled = coarse["t_ns"] > 300_000_000
+    ripple = (coarse["plant/torque_max_nm"] - coarse["plant/torque_min_nm"])[settled].mean()
+    sampled = np.ptp(coarse["plant/torque_nm"][settled])
+    within = np.ptp(fine["plant/torque_nm"][1:].reshape(-1, 25), axis=1)[settled[1:]].mean()
+    print(f"{sampled:.2g} N·m at the control periods, {within:.2g} N·m within them, {ripple:.2g} N·m by extremes")
+    assert sampled < 0.1 * ripple
+    assert 0.8 * ripple < within <= ripple
+
+
+def test_rows_within_a_period_have_the_switching_state_of_their_voltage(tmp_path):
+    """Where all legs conduct the stator voltage is that of their states, within the voltage drops of the inverter."""
+    out = tmp_path / "run"
+    settings = (
+        "control.controller=foc",
+        "duration_s=0.1",
+        "metrics.window_from_s=0.05",
+        "trace.interval_us=1",
+        'trace.signals=["standard", "switching", "voltage"]',
+    )
+    run(
+        SCENARIOS / "constant_torque.toml", *(word for setting in settings for word in ("--set", setting)), "--out", out
+    )
+    with h5py.File(out / "trace.h5") as file:
+        a, b, c = (file[f"plant/switch_{leg}"][()].astype(float) for leg in "abc")
+        u_alpha, u_dc = file["plant/u_s_alpha_v"][()], file["plant/u_dc_v"][()]
+    conducting = (np.minimum(np.minimum(a, b), c) >= 0) & (np.arange(len(a)) > 0)
+    assert conducting.sum() > 10_000
+    expected = u_dc * (2 * a - b - c) / 3
+    assert np.abs(u_alpha - expected)[conducting].max() < 0.1 * u_dc.max()

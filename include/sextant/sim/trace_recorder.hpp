@@ -16,8 +16,9 @@
 namespace sextant {
 
 struct TraceParameters {
-  double interval_us{1000};  ///< one row of the trace; sampled: a whole number of control periods [µs]
-  int compression{0};        ///< deflate level 0 to 9; 1 writes a quarter of the bytes in twice the time [-]
+  /// One row of the trace; sampled: a whole number of control periods, or a whole part of one. [µs]
+  double interval_us{1000};
+  int compression{0};  ///< deflate level 0 to 9; 1 writes a quarter of the bytes in twice the time [-]
   /// What is written beside `t_ns`: names of signals and of groups of them (`trace_signals`).
   std::vector<std::string> signals{"standard"};
 
@@ -53,11 +54,13 @@ struct TraceOrigin {
 ///
 /// One dataset per signal, one row per interval, which ends at the row's `t_ns` and begins behind that of the
 /// row before: means, minima and maxima are those of (t − interval, t], all other values those at t. So no
-/// row has anything of after its time. The root group holds the members of `TelemetryIntervalRecord` under
-/// the names of configs/interfaces/telemetry.idl; the group `plant` holds the plant's true values on the same
-/// rows, the group `control` the comparators' outputs and the torque monitor's torque. Which of them are
-/// written is the choice of `TraceParameters::signals`. Every dataset carries the attributes `unit` and
-/// `description`; the file carries `scenario`, `sextant_version`, `mode`
+/// row has anything of after its time. With several rows a control period (`TraceDivider`) the drive's values
+/// hold until its next one, and the plant's run linearly between switching instants. The root group holds the
+/// members of `TelemetryIntervalRecord` under the names of configs/interfaces/telemetry.idl; the group
+/// `plant` holds the plant's true values on the same rows, the group `control` the comparators' outputs and
+/// the torque monitor's torque. Which of them are written is the choice of `TraceParameters::signals`. Every
+/// dataset carries the attributes `unit` and `description`; the file carries `scenario`, `sextant_version`,
+/// `mode`
 /// (`sampled` or `event_exact`), `control_period_ns` if there is one, `interval_ns`, `begin_ns` and
 /// `decimation`, which says what a row covers.
 ///
@@ -72,7 +75,7 @@ class TraceRecorder {
   using ErrorHandler = std::function<void(const std::string&)>;
 
   /// Creates the file, replacing one of that name. Throws std::runtime_error with file and reason if that
-  /// fails or if there is a control period and the interval is not a whole number of it.
+  /// fails or if there is a control period and the interval is neither a whole number nor a whole part of it.
   TraceRecorder(const std::filesystem::path& file, const TraceParameters& parameters,
                 const TraceOrigin& origin, ErrorHandler on_error = {});
   ~TraceRecorder();  ///< closes

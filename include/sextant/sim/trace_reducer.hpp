@@ -47,7 +47,18 @@ class TraceReducer {
   /// The row so far, complete or not; the next period begins a new one.
   [[nodiscard]] TraceRow take() noexcept {
     const TraceRow row{.drive = drive_.record(), .plant = plant_.row(last_plant_), .control = control_};
+    held_ = row.drive;
     drive_.reset();
+    plant_.reset();
+    return row;
+  }
+
+  /// A row without a control period, which ends at t_ns with the plant as it is there. The drive's values are
+  /// those of the row before.
+  [[nodiscard]] TraceRow take_part(const PlantSample& end, std::int64_t t_ns) noexcept {
+    TraceRow row{.drive = held_, .plant = plant_.row(end), .control = control_};
+    row.drive.t_ns = t_ns;
+    row.drive.periods = 0;
     plant_.reset();
     return row;
   }
@@ -58,6 +69,7 @@ class TraceReducer {
   PlantEnvelope plant_{};
   PlantSample last_plant_{};
   ControlRow control_{};
+  decltype(TraceRow::drive) held_{};  ///< of the row before
 };
 
 }  // namespace sextant

@@ -55,7 +55,19 @@ class CommandDesk:
         limit = self._vehicle.torque_limit_nm
         if abs(torque) > limit:
             raise RefusedError(f"the torque {torque:g} N·m is beyond ±{limit:g} N·m, which --torque-limit sets.")
-        self._order(torque_nm=float(torque), enable=enable, fault_reset=reset)
+        limit = self.torque_limit_nm
+        self._order(torque_nm=min(max(float(torque), -limit), limit), enable=enable, fault_reset=reset)
+
+    @property
+    def torque_limit_nm(self) -> float:
+        """Largest torque that is sent: within --torque-limit the larger of the torques that the running drive reports
+        as available for motoring and regenerating, which its own limit bounds; 0 while it reports none. [N·m]
+
+        The larger one, since which of them holds depends on the direction of rotation: a request beyond the smaller one
+        is derated by the drive, one beyond its limit would be a fault.
+        """
+        reported = (self._report.get(name) for name in ("motoring_nm", "regenerating_nm"))
+        return min(self._vehicle.torque_limit_nm, max((nm for nm in reported if nm is not None), default=0.0))
 
     def release(self, page: Page) -> None:
         """Disable frames, then none."""
@@ -97,7 +109,7 @@ class CommandDesk:
             "allowed": True,
             "has_ended": self.has_ended,
             "bus": self._vehicle.address,
-            "torque_limit_nm": self._vehicle.torque_limit_nm,
+            "torque_limit_nm": self.torque_limit_nm,
             "holder": self._holder.name if self._holder else None,
             "is_mine": page is not None and page is self._holder,
             **self._report,

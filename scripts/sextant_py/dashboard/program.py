@@ -16,7 +16,9 @@ from tornado import netutil
 
 from .. import bus as can_bus
 from .. import dds
+from ..contract import Contract
 from ..errors import UserError
+from ..vcu import COMMAND
 from .access import Access
 from .captures import Captures
 from .command_desk import CommandDesk
@@ -61,7 +63,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     command.add_argument("--can", metavar="BUS", help="default: the bus that configs/ecu.toml names")
     offset = "the drive's can.identifier_offset; default: that of configs/ecu.toml"
     command.add_argument("--identifier-offset", type=int, metavar="N", help=offset)
-    limit = "largest torque that a page may request (default: command.torque_limit_nm of configs/ecu.toml)"
+    limit = "largest torque that a page may request, within what the drive reports (default: that of the contract)"
     command.add_argument("--torque-limit", type=float, metavar="NM", help=limit)
     timeout = f"no commands without a page's demand for this long (default: {DEMAND_TIMEOUT_S:g})"
     command.add_argument("--demand-timeout", type=float, metavar="S", help=timeout)
@@ -85,7 +87,8 @@ def vehicle_of(options: argparse.Namespace) -> Vehicle | None:
     if not options.allow_command:
         return None
     offset = can_bus.default_identifier_offset() if options.identifier_offset is None else options.identifier_offset
-    limit_nm = can_bus.default_torque_limit_nm() if options.torque_limit is None else options.torque_limit
+    largest_nm = Contract(identifier_offset=offset).limits(COMMAND, "TorqueLimit")[1]
+    limit_nm = largest_nm if options.torque_limit is None else options.torque_limit
     timeout_s = DEMAND_TIMEOUT_S if options.demand_timeout is None else options.demand_timeout
     return Vehicle(options.can or can_bus.default_address(), offset, limit_nm, timeout_s)
 

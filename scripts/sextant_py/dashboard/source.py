@@ -9,6 +9,7 @@ from typing import Any
 from ..dds import TELEMETRY, Drive, Telemetry
 from ..monitor import FOLLOWING, PATIENCE_S, TIMEOUT_S, fault_names, plain
 from ..tracking import Tracking
+from .events import Events
 from .frames import TelemetryFrames
 
 FRAMES_HZ = 30
@@ -33,6 +34,7 @@ class Source:
         self._deliver, self._report = deliver, report
         self._frames = TelemetryFrames()
         self._tracking: dict[int, Tracking] = {}
+        self._events: dict[int, Events] = {}
         self._began_s = time.monotonic()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="telemetry", daemon=True)
@@ -49,6 +51,7 @@ class Source:
         while not self._stop.wait(max(due_s - time.monotonic(), 0.0)):
             due_s = max(due_s + 1 / FRAMES_HZ, time.monotonic())
             self._pass_on(self._telemetry.poll())
+            self._note_changes()
             latest = tuple((key, drive.state and drive.state.sequence) for key, drive in self._telemetry.drives.items())
             if latest != reported or time.monotonic() >= report_s:
                 reported, report_s = latest, time.monotonic() + REPORT_S
@@ -61,6 +64,13 @@ class Source:
         for drive_id, found in by_drive.items():
             self._track(drive_id, found[-1])
             self._deliver(drive_id, self._frames.encode(drive_id, found))
+
+    def _note_changes(self) -> None:
+        for drive_id, drive in self._telemetry.drives.items():
+            events = self._events.setdefault(drive_id, Events())
+            newest_ns = drive.telemetry.t_ns if drive.telemetry is not None else None
+            while drive.changes:
+                events.take(drive.changes.popleft(), newest_ns)
 
     def _track(self, drive_id: int, sample: Any) -> None:
         tracking = self._tracking.setdefault(drive_id, Tracking())
@@ -93,6 +103,7 @@ class Source:
                 "lost": drive.lost,
                 "timed_out": self._timed_out(age_s) if drive.telemetry is not None else None,
                 "state": state,
+                "events": self._events[drive.drive_id].described() if drive.drive_id in self._events else [],
                 "statistics": plain(drive.statistics),
                 "deviation_nm": tracking.deviation_nm if tracking else 0.0,
             }

@@ -102,6 +102,7 @@ class Unit:
         is_there = self._is_drive_there
         status = reports.latest.get(STATUS, {}) if is_there else {}
         capability = reports.latest.get("MCU_Capability", {}) if is_there else {}
+        temperatures = reports.latest.get("MCU_Temperatures", {}) if is_there else {}
         return {
             "session": self._session,
             "is_sending": demand is not None,
@@ -115,6 +116,7 @@ class Unit:
             "first_fault": reports.first_fault() if status and str(status["DriveState"]) == "FAULT" else None,
             "motoring_nm": number(capability.get("TorqueMotoring")),
             "regenerating_nm": number(capability.get("TorqueRegenerating")),
+            "temperatures": {name: number(value) for name, value in temperatures.items()},
             "refused_frames": reports.refused,
             "unsent": self._commander.unsent,
             "missed": self._commander.missed,

@@ -97,11 +97,14 @@ def draw_png(loci: list[Locus], quantity: str, title: str, output: Path) -> None
 def draw_html(loci: list[Locus], quantity: str, title: str, output: Path) -> None:
     figure = html.Figure()
     for x, y in _sector_ends(_radius(loci)):
-        border = {"mode": "lines", "line": {"color": "#cccccc", "width": 1}, "showlegend": False, "hoverinfo": "skip"}
+        border = {"mode": "lines", "line": {"color": "#8a929b", "width": 1}, "showlegend": False, "hoverinfo": "skip"}
         figure.add_scatter(x=[0, x], y=[0, y], **border)
-    for locus in loci:
-        figure.add_scatter(x=locus.alpha, y=locus.beta, mode="lines", name=locus.label, line={"width": 1})
-    figure.update_layout(title=f"{title}: {NAMES[quantity]}", template="plotly_white", width=800, height=800)
+    for number, locus in enumerate(loci):
+        figure.add_scatter(
+            x=locus.alpha, y=locus.beta, mode="lines", name=locus.label, line={"width": 1} | html.style_of(number)
+        )
+    figure.update_layout(template="plotly_white", margin={"l": 60, "r": 20, "t": 20, "b": 50})
+    figure.update_layout(legend={"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom"})
     figure.update_xaxes(title_text=f"α [{UNITS[quantity]}]")
     figure.update_yaxes(title_text=f"β [{UNITS[quantity]}]", scaleanchor="x")
-    html.save(figure, output)
+    html.save(figure, f"{title}: {NAMES[quantity]}", output)

@@ -22,6 +22,7 @@ QUANTITIES = {
 }
 PHASE = re.compile(r".+_[abc]")
 AXIS = re.compile(r".+_(alpha|beta|d|q)")
+ROLE = re.compile(r".+_(reference|requested)")
 TIME_STAMP = "ns"
 MOST_LEVELS = 8  # of a discrete signal that is drawn unasked: states and sectors
 COUNTER = re.compile(r"(.*_)?(periods|counter|sequence|dropped)")
@@ -31,10 +32,21 @@ COUNTER = re.compile(r"(.*_)?(periods|counter|sequence|dropped)")
 class Line:
     """A quantity of a file: its value, or its mean with the band of minimum and maximum."""
 
-    label: str
+    name: str
     series: Series
     low: Series | None = None
     high: Series | None = None
+    file: str = ""  # its label, where there are several
+
+    @property
+    def label(self) -> str:
+        return f"{self.name}, {self.file}" if self.file else self.name
+
+    @property
+    def role(self) -> str:
+        """Of a reference or a request, which other lines follow."""
+        found = ROLE.fullmatch(self.series.stem)
+        return found[1] if found else ""
 
     def points(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]:
         """Time, value and the band about it, where there is one: of the signals, or of blocks of samples."""
@@ -55,7 +67,7 @@ class Panel:
 
     @property
     def is_discrete(self) -> bool:
-        return all(line.series.is_discrete for line in self.lines)
+        return bool(self.lines) and all(line.series.is_discrete for line in self.lines)
 
 
 def kind_of(series: Series) -> str:
@@ -82,15 +94,19 @@ def merged(found: list[Series], label: str) -> list[Line]:
         statistic = STATISTIC.fullmatch(series.name)
         quantities.setdefault(series.quantity, {})[statistic[2] if statistic else ""] = series
     for quantity, parts in quantities.items():
-        end = f", {label}" if label else ""
         if {"min", "max"} <= parts.keys():
             value = parts.get("mean") or parts.get("")
             band = parts["min"], parts["max"]
             if value is not None:
-                lines.append(Line(quantity + end, value, *band))
+                lines.append(Line(quantity, value, *band, file=label))
                 continue
-        lines += [Line(series.name + end, series) for series in parts.values()]
+        lines += [Line(series.name, series, file=label) for series in parts.values()]
     return lines
+
+
+def changes(series: Series) -> bool:
+    """A signal of more than one value."""
+    return bool(np.any(series.values != series.values[0]))
 
 
 def _is_shown_unasked(series: Series) -> bool:
@@ -113,8 +129,9 @@ def arrange(files: list[SeriesFile], wanted: list[str]) -> list[Panel]:
     panels: dict[tuple[str, str], Panel] = {}
     missing: dict[str, UserError] = {}
     found_names: set[str] = set()
+    chosen = [] if wanted else list(dict.fromkeys(series.name for file in files for series in choose(file)))
     for file in files:
-        found: list[Series] = [] if wanted else choose(file)
+        found = [file.series[name] for name in chosen if name in file.series]
         for name in wanted:
             try:
                 found += file.find(name)

@@ -4,13 +4,15 @@ import difflib
 import re
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from .. import signal_file
 from ..errors import UserError
-from ..recording.model import Column
+from ..recording.model import MAIN, Column
+from ..recording.value_texts import value_texts
 from ..signal_file import GroupRows
 
 # How names of signals end, by unit.
@@ -53,6 +55,11 @@ class Series:
         """The quantity without its unit."""
         return self.quantity.removesuffix(SUFFIXES.get(self.unit, ""))
 
+    @cached_property
+    def value_texts(self) -> dict[int, str]:
+        """The names of an enumeration's values; empty where values are numbers."""
+        return value_texts(self.rows.group.name, self.column.name) if self.is_discrete else {}
+
     @property
     def is_discrete(self) -> bool:
         return np.dtype(self.column.kind).kind in "biu"
@@ -67,6 +74,8 @@ class SeriesFile:
     series: dict[str, Series]
     main: set[str]  # names of those on the time axis of the telemetry
     cut: str | None  # what a truncated file has lost, in a sentence
+    trigger: str | None = None  # of a capture
+    has_telemetry: bool = False
 
     def find(self, wanted: str) -> list[Series]:
         """The signals that a name stands for: its own, of a pattern, of a quantity, or of a group that is not named."""
@@ -113,5 +122,5 @@ def load(paths: list[Path], begin_s: float | None, end_s: float | None) -> list[
             if column.name != "t_ns"
         }
         main = {name for group in found.of_main() for name, _ in found.columns(group)}
-        files.append(SeriesFile(path, label, named, main, found.cut))
+        files.append(SeriesFile(path, label, named, main, found.cut, found.trigger, found.main == MAIN))
     return files

@@ -90,8 +90,12 @@ def _by_unit(spectra: list[Spectrum]) -> dict[str, list[Spectrum]]:
     return units
 
 
-def _heading(unit: str, spectra: list[Spectrum]) -> str:
-    return f"{heading(unit, '')}, amplitude (peak); {spectra[0].about}"
+def _heading(unit: str) -> str:
+    return f"{heading(unit, '')}, amplitude (peak)"
+
+
+def _abscissa(spectra: list[Spectrum]) -> str:
+    return "Frequency [Hz]; " + "; ".join(dict.fromkeys(spectrum.about for spectrum in spectra))
 
 
 def draw_png(spectra: list[Spectrum], title: str, output: Path) -> None:
@@ -107,21 +111,22 @@ def draw_png(spectra: list[Spectrum], title: str, output: Path) -> None:
             axes.set_yscale("log")
             smallest = min(np.median(spectrum.amplitude) for spectrum in part)
             axes.set_ylim(max(smallest / 30, FLOOR * largest), 2 * largest)
-        axes.set_title(_heading(unit, part))
+        axes.set_title(_heading(unit))
         axes.margins(x=0)
         png.legend(axes)
-    grid[-1].set_xlabel("Frequency [Hz]")
+    grid[-1].set_xlabel(_abscissa(spectra))
     png.save(figure, output)
 
 
 def draw_html(spectra: list[Spectrum], title: str, output: Path) -> None:
     units = _by_unit(spectra)
-    figure = html.sheet([_heading(unit, part) for unit, part in units.items()], title)
+    figure = html.sheet([_heading(unit) for unit in units])
     for row, part in enumerate(units.values(), 1):
+        place = {"legend": html.legend_of(row)}
         for number, spectrum in enumerate(part):
             x, y = envelope(spectrum.frequency_hz, spectrum.amplitude, 2 * html.MOST_POINTS)
             shape = html.style_of(number) | {"width": 1.2}
-            figure.add_scatter(x=x, y=y, mode="lines", name=spectrum.label, line=shape, row=row, col=1)
+            figure.add_scatter(x=x, y=y, mode="lines", name=spectrum.label, line=shape, row=row, col=1, **place)
     figure.update_yaxes(type="log")
-    figure.update_xaxes(title_text="Frequency [Hz]", row=len(units), col=1)
-    html.save(figure, output)
+    figure.update_xaxes(title_text=_abscissa(spectra), row=len(units), col=1)
+    html.save(figure, title, output)

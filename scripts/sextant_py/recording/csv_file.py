@@ -174,7 +174,7 @@ class CsvSource:
                 columns = [guessed_column(self._path, field) for field in reader.schema]
         except pyarrow.ArrowException as error:
             raise unreadable(self._path, error) from None
-        return Group(MAIN, tuple(columns))
+        return Group(MAIN, tuple(map(of_contract, columns)))
 
     def _count(self, name: str) -> int:
         lines, source = 0, WholeLines(self._file(name))
@@ -219,6 +219,17 @@ def check_cells(path: Path, group: Group, batch: pyarrow.RecordBatch) -> None:
             raise UserError(
                 f"{path}: the column {column.name} of whole numbers has an empty cell; write a number there."
             )
+
+
+def of_contract(column: Column) -> Column:
+    """A guessed column that has the name of a member of DriveTelemetry, with its unit and text. What may have decimals
+    is no whole number, whatever the first block holds."""
+    from .topics import group_of
+
+    known = next((known for known in group_of(MAIN).columns if known.name == column.name), None)
+    if known is None:
+        return column
+    return Column(column.name, "<f8" if np.dtype(known.kind).kind == "f" else column.kind, known.unit, known.text)
 
 
 def guessed_column(path: Path, field: pyarrow.Field) -> Column:

@@ -9,7 +9,8 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
 from ..errors import UserError
-from ..plots import panels, png, series
+from ..plots import marks, panels, png, series, styles
+from ..plots.look import Look
 from .model import Fault, Picture
 
 # Torque, flux, speed and current; of a capture of control periods, which has no magnitude, the phase currents.
@@ -24,11 +25,21 @@ DARK = {
     **dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), _TEXT),
     **dict.fromkeys(("figure.facecolor", "axes.facecolor"), _CARD),
     "grid.color": _GRID,
-    "axes.prop_cycle": plt.cycler(color=["#5aa2ff", "#ffa24d", "#4cc38a", "#ff7b72", "#c99bff", "#4fd1c5"]),
 }
+DARK_COLOURS = dict(
+    zip(
+        (*styles.COLOURS, styles.REFERENCE),
+        (
+            *("#5aa2ff", "#ffa24d", "#4cc38a", "#ff7b72", "#c99bff"),
+            *("#c8a394", "#f2a6d8", "#97a4b5", "#d3d36b", "#4fd1c5"),
+            "#ffb37a",
+        ),
+        strict=True,
+    )
+)
 LOOKS = {
-    (is_narrow, is_dark): png.Look(
-        NARROW_IN if is_narrow else WIDE_IN, 2.4, DARK if is_dark else {}, "#ff5d5d" if is_dark else png.MARK
+    (is_narrow, is_dark): Look(
+        NARROW_IN if is_narrow else WIDE_IN, 2.4, DARK if is_dark else {}, DARK_COLOURS if is_dark else {}
     )
     for is_narrow in (False, True)
     for is_dark in (False, True)
@@ -58,22 +69,27 @@ def _names(file: series.SeriesFile, wanted: Sequence[str]) -> list[str]:
     return found
 
 
-def of_file(path: Path, wanted: Sequence[str], faults: Sequence[Fault], span: Span) -> Picture:
-    """The wanted signals, or the chosen ones, with the faults as marks. UserError: there is none to draw."""
+def _marks(files: list[series.SeriesFile], faults: Sequence[Fault] | None) -> list[marks.Mark]:
+    """Those of the files; the faults, where they are known, with their names and times."""
+    found = marks.of(files)
+    if faults is None:
+        return found
+    found = [mark for mark in found if mark.kind != marks.FAULT]
+    found += [marks.Mark(marks.FAULT, fault.t_s, None, fault.name) for fault in faults]
+    return sorted(found, key=lambda mark: mark.begin_s)
+
+
+def of_file(path: Path, wanted: Sequence[str], faults: Sequence[Fault] | None, span: Span) -> Picture:
+    """The wanted signals, or the chosen ones, with what happened as marks. UserError: there is none to draw."""
     files = series.load([path], *span)
     names = list(wanted)
     if not names:
         names = _names(files[0], CHOSEN)
         names += [] if "current" in names else _names(files[0], PHASES)
     arranged = panels.arrange(files, names)
-    marks = [png.Mark(fault.t_s, fault.name) for fault in faults if _is_within(fault.t_s, span)]
+    found = _marks(files, faults)
     variants = {}
     for key, look in LOOKS.items():
         with plt.rc_context():
-            variants[key] = _encoded(png.figure_of(arranged, "", marks, look))
+            variants[key] = _encoded(png.figure_of(arranged, "", found, look))
     return Picture(", ".join(panel.heading for panel in arranged) + f" of {path.name} over time", variants)
-
-
-def _is_within(t_s: float, span: Span) -> bool:
-    begin, end = span
-    return (begin is None or t_s >= begin) and (end is None or t_s <= end)

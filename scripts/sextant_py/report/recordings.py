@@ -89,7 +89,7 @@ def read(path: Path, settings: Settings) -> Run:
     run.notes += [f"{sentence}." for sentence in (source.cut, source.unverified) if sentence]
     _facts(run, source, file)
     try:
-        run.pictures.append(pictures.of_file(path, settings.signals, run.faults or (), settings.span))
+        run.pictures.append(pictures.of_file(path, settings.signals, run.faults, settings.span))
     except UserError as error:
         if settings.signals or settings.span != (None, None):
             raise

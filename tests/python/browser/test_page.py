@@ -1,11 +1,13 @@
 """The page without a drive: several drives by id, pause, zoom, cursors, narrow pages, and a server that is gone."""
 
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import numpy as np
 import pytest
 from background import Background
 from cyclonedds.pub import DataWriter
@@ -13,7 +15,8 @@ from cyclonedds.topic import Topic
 from handling_page import reading, wait_for, wait_until_drawn
 from page_client import DashboardProcess
 from playwright.sync_api import Page
-from sextant_py import dds, telemetry_types
+from sextant_py import dds, plot, signal_file, telemetry_types
+from sextant_py.contract import Contract
 
 NEAR = 0.05
 
@@ -133,6 +136,63 @@ def test_a_narrow_page_needs_no_sideways_scrolling(
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
     page.reload()
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+
+def test_events_are_listed_and_units_are_alike(
+    two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page], domain: int
+) -> None:
+    node, kind = dds.Node(domain), telemetry_types.struct("DriveState")
+    writer = DataWriter(node.participant, Topic(node.participant, dds.STATE, kind), dds.latched_qos())
+    latched = 1 << Contract().faults()["OPEN_PHASE"]
+
+    def write(sequence: int, state: str, latched: int = 0) -> None:
+        found = telemetry_types.DriveStateKind[state]
+        writer.write(
+            telemetry_types.sample(
+                kind, drive_id=3, sequence=sequence, t_ns=sequence * 1_000_000, state=found, faults_latched=latched,
+                reason="phase <b>a</b> is open" if latched else "",
+            )
+        )  # fmt: skip
+
+    page = open_page(watching.address)
+    wait_for(lambda: page.inner_text("#events") == "none yet", "the empty list", page)
+    write(1, "TORQUE")
+    wait_for(lambda: "TORQUE" in page.inner_text("#events"), "the state", page)
+    write(2, "FAULT", latched)
+    wait_for(lambda: page.locator("#events li").count() == 2, "the fault", page)
+    first = page.inner_text("#events li:first-child")
+    assert re.fullmatch(r"\d\d:\d\d:\d\d\.\d{3} TORQUE → FAULT; OPEN_PHASE", first)
+    assert page.get_attribute("#events li:first-child time", "title") == "0.002000 s on the drive's clock"
+    names, units = (page.locator(f"#readings {part}").all_inner_texts() for part in ("dt", "small"))
+    of_tiles = dict(zip(names, units, strict=True))
+    for name, panel in (("Torque", "torque"), ("Speed", "speed"), ("Stator flux", "flux"), ("DC link", "u_dc")):
+        assert page.inner_text(f'[data-panel="{panel}"] h2 small') == of_tiles[name]
+
+
+def test_what_is_recorded_is_saved(
+    two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page], tmp_path: Path
+) -> None:
+    page = open_page(watching.address)
+    wait_for(lambda: reading(page, "torque_mean_nm") > 50, "the first drive", page)
+    begin_nm = reading(page, "torque_mean_nm")
+    page.click("#record")
+    page.wait_for_timeout(1500)
+    assert page.get_attribute("#record", "aria-pressed") == "true"
+    with page.expect_download() as download:
+        page.click("#record")
+    assert re.fullmatch(r"drive_3_[-T0-9]+\.csv", download.value.suggested_filename)
+    file = tmp_path / "recorded.csv"
+    download.value.save_as(file)
+    assert page.inner_text("#record") == "Record"
+    signals = signal_file.load(file)
+    assert len(signals.time_s) > 100
+    assert np.all(np.diff(signals.values["sequence"]) > 0)
+    torque = signals.values["torque_mean_nm"]
+    assert begin_nm - 0.5 < torque[0] < torque[-1] < begin_nm + 30
+    np.testing.assert_allclose(torque, 100 + 1e-3 * signals.values["sequence"], atol=1e-5)
+    np.testing.assert_array_equal(signals.values["t_ns"], 1_000_000 * signals.values["sequence"])
+    assert set(signals.values["state"]) == {4}
+    assert plot.main([str(file), "-o", str(tmp_path / "page.html")]) == 0
 
 
 def test_no_drive_is_explained(watching: DashboardProcess, open_page: Callable[..., Page], domain: int) -> None:

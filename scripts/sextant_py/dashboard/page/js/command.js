@@ -1,10 +1,15 @@
 // The page as a vehicle control unit: it renews its demand ten times a second while it commands and is in view.
 
-import { element, number, setText } from "./format.js";
+import { element, number, quantity, setText } from "./format.js";
 import { token } from "./token.js";
 
 const RENEW_MS = 100;
 const RESET_MS = 300;
+const TEMPERATURES = [
+  ["stator winding", "StatorTemperature"],
+  ["rotor", "RotorTemperature"],
+  ["inverter", "InverterTemperature"],
+];
 
 export class CommandPanel {
   constructor(link) {
@@ -158,6 +163,9 @@ export class CommandPanel {
     const entries = [
       ["drive, over CAN", s.drive_state ?? "–"],
       ["available", `−${number(s.regenerating_nm, 1)} … ${number(s.motoring_nm, 1)} N·m`],
+      ...TEMPERATURES.map(([text, name]) => [text, s.temperatures?.[name]])
+        .filter(([, value]) => Number.isFinite(value))
+        .map(([text, value]) => [text, `${quantity(value, "°C")} °C`]),
     ];
     this.reported.replaceChildren(
       ...entries.flatMap(([label, value]) => [element("dt", {}, label), element("dd", {}, value)]),

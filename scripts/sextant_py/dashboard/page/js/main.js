@@ -2,6 +2,7 @@
 
 import { CommandPanel } from "./command.js";
 import { CursorPanel } from "./cursors.js";
+import { EventList } from "./events.js";
 import { element, number, quantity, setText } from "./format.js";
 import { HealthView } from "./health.js";
 import { History } from "./history.js";
@@ -9,6 +10,7 @@ import { Link } from "./link.js";
 import { Notices } from "./notices.js";
 import { Panel } from "./panel.js";
 import { Plane, sectorOf, trailOf } from "./plane.js";
+import { Recorder } from "./recorder.js";
 import { ScopePanel } from "./scope.js";
 import { StateView } from "./state.js";
 import { DriveTabs } from "./tabs.js";
@@ -63,6 +65,7 @@ class Dashboard {
   }
 
   watch(drive) {
+    if (this.recorder?.isOn && this.recorder.drive !== drive) this.recorder.save();
     this.histories.get(drive)?.clear(); // the server sends what there is of it
     this.link.send({ type: "watch", drive });
     this.view.resume();
@@ -91,9 +94,15 @@ class Dashboard {
     if (!isFirst) return;
     this.state = new StateView(hello.faults);
     this.health = new HealthView();
+    this.events = new EventList(byId("events"));
     this.panels = hello.panels.map((description) => new Panel(description, this.view, "time"));
     byId("plots").append(...this.panels.map((panel) => panel.node));
     this.cursors = new CursorPanel(byId("cursor-panel"), hello.panels, this.view);
+    this.recorder = new Recorder(byId("record"), hello.columns);
+    byId("record").addEventListener("click", () => {
+      if (this.recorder.isOn) this.recorder.save();
+      else if (this.tabs.selected !== null) this.recorder.start(this.tabs.selected);
+    });
     this.scope = new ScopePanel(byId("scope"), hello.scope, this.link, () => this.touch());
   }
 
@@ -104,7 +113,9 @@ class Dashboard {
 
   takeFrame(frame) {
     if (!this.histories.has(frame.drive)) this.histories.set(frame.drive, new History(this.hello.columns));
-    this.histories.get(frame.drive).append(frame);
+    const history = this.histories.get(frame.drive);
+    this.recorder.take(frame, history.isEmpty ? null : history.lastTime() * 1e9);
+    history.append(frame);
     this.touch();
   }
 
@@ -142,6 +153,7 @@ class Dashboard {
     const { history, drive, view } = this;
     this.state.show(this.stateOf(drive), drive, history);
     this.health.show(drive?.statistics, drive, history);
+    this.events.show(drive?.events ?? []);
     this.toolbar.show();
     this.scope.show();
     const shown = view.frozen ?? history;

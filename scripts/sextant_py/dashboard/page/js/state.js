@@ -5,11 +5,11 @@ import { element, quantity, setText } from "./format.js";
 const READINGS = [
   ["Torque", "torque_mean_nm", "N·m"],
   ["Request", "torque_requested_nm", "N·m"],
-  ["Speed", "speed_rad_s", "rpm", 30 / Math.PI],
+  ["Speed", "speed_rad_s", "rad/s"],
   ["Stator flux", "flux_mean_wb", "Wb"],
   ["Current", "current_mean_a", "A"],
   ["DC link", "u_dc_v", "V"],
-  ["Power", "power_w", "kW", 1e-3],
+  ["Power", "power_w", "W"],
 ];
 const MEAN_S = 0.1; // what a person can read
 
@@ -43,9 +43,9 @@ export class StateView {
 
   showReadings(history) {
     const to = history && !history.isEmpty ? history.lastTime() : 0;
-    READINGS.forEach(([, name, unit, factor = 1], index) => {
+    READINGS.forEach(([, name, unit], index) => {
       const mean = history ? history.summary(name, to - MEAN_S, to).mean : NaN;
-      setText(this.outputs[index], quantity(mean * factor, unit));
+      setText(this.outputs[index], quantity(mean, unit));
     });
   }
 
