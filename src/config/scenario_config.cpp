@@ -211,11 +211,14 @@ std::string validate_sampling(const ScenarioConfig& c) {
   if (c.mode != ScenarioMode::sampled) return {};
   if (c.scenario.duration_ns < c.drive.drive.period_ns)
     return "the run must last at least one control period";
-  const double periods = c.scenario.trace.interval_us * 1e3 / static_cast<double>(c.drive.drive.period_ns);
+  const double interval_ns = c.scenario.trace.interval_us * 1e3;
+  const double periods = interval_ns / static_cast<double>(c.drive.drive.period_ns);
   const double ratio = std::max(periods, 1 / periods);
   if (std::abs(ratio - std::round(ratio)) > 1e-9 * ratio) {
     return "trace.interval_us must be a whole number of control periods or a whole part of one";
   }
+  if (std::abs(interval_ns - std::round(interval_ns)) > 1e-6)
+    return "trace.interval_us must be a whole number of nanoseconds";
   return {};
 }
 

@@ -125,6 +125,8 @@ TEST(ShippedConfigs, PartsOfARunThatDoNotFitAreRefused) {
   EXPECT_THAT(scenario_refusal({"metrics.step_s=2"}), HasSubstr("comes after the run has ended"));
   EXPECT_THAT(scenario_refusal({"trace.interval_us=990"}), HasSubstr("whole number of control periods"));
   EXPECT_THAT(scenario_refusal({"trace.interval_us=10"}), HasSubstr("a whole part of one"));
+  EXPECT_THAT(scenario_refusal({"trace.interval_us=8.3333333333333333"}),
+              HasSubstr("whole number of nanoseconds"));
   EXPECT_EQ(scenario_refusal({"trace.interval_us=2.5"}), "accepted");
   EXPECT_THAT(scenario_refusal({"expect.flux_mean_wb.min=2"}), HasSubstr("flux_mean_wb"));
   EXPECT_THAT(scenario_refusal({"expect.torque=1"}), HasSubstr("--set: expect.torque: unknown key"));
