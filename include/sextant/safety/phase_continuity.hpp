@@ -75,14 +75,15 @@ class PhaseContinuity {
  private:
   /// Since the last reading of a current.
   struct Phase {
-    int below{};             ///< readings below z, up to 2 [-]
-    SpaceVector<T> error{};  ///< of the model a period, before that, turned with the rotor since [A]
-    T still{};               ///< reading since which they stand still [A]
-    int periods{};           ///< since then, up to the least that count [-]
-    T unanswered{};          ///< Σ (v − e) [A]
-    T without_error{};       ///< Σ (v − e − error) [A]
-    T uncertainty{};         ///< of both [A]
-    T turn{};                ///< of the rotor flux, by the most of a healthy phase [-]
+    int below{};  ///< readings below z, up to 2 [-]
+    SpaceVector<T>
+        error{};        ///< of the model a period, until it was below, as the rotor has turned it since [A]
+    T still{};          ///< reading since which they stand still [A]
+    int periods{};      ///< since then, up to the least that count [-]
+    T unanswered{};     ///< Σ (v − e) [A]
+    T without_error{};  ///< Σ (v − e − error) [A]
+    T uncertainty{};    ///< of both [A]
+    T turn{};           ///< of the rotor flux, by the most of a healthy phase [-]
   };
 
   void step(Phase& p, T i, T predicted, T error, T uncertainty, T turn) noexcept {
