@@ -19,15 +19,6 @@ struct PredictedChange {
   T rotor_turn{};     ///< of the rotor, electrical [rad]
 };
 
-/// The unit vector at an angle below a quarter turn, (1 + jh)²/(1 + h²) with h of half of it; its own angle
-/// is off by a twelfth of the cube. [rad]
-template <class T>
-[[nodiscard]] constexpr SpaceVector<T> rotation_by(T angle) noexcept {
-  const T h = T(0.5) * angle;
-  const T scale = T(1) / (T(1) + h * h);
-  return {scale * (T(1) - h * h), scale * T(2) * h};
-}
-
 /// Rotor flux at a measurement, and how wrong it may be.
 template <class T = double>
 struct PredictedFlux {

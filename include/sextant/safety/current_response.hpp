@@ -136,9 +136,6 @@ class CurrentResponse {
     return std::max(T(0), largest - hidden_uncertainty_ - step_);
   }
 
-  /// Mean of v − e − Δi a period, up to the last reading that changed, as the rotor has turned it since. [A]
-  [[nodiscard]] constexpr SpaceVector<T> error() const noexcept { return error_; }
-
  private:
   static constexpr std::int64_t window_ns = 3'000'000;  ///< time constant of the window [ns]
 
@@ -190,7 +187,7 @@ class CurrentResponse {
   /// `predicted`: v − e over the interval [A], in which the rotor turned by `turn` [rad], to these currents
   /// [A].
   constexpr void follow(const Interval& in, SpaceVector<T> predicted, T turn, SpaceVector<T> i_s) noexcept {
-    const SpaceVector<T> by_rotor = rotation_by(turn);
+    const SpaceVector<T> by_rotor = rotation(turn);
     error_ = product(by_rotor, error_);
     const SpaceVector<T> change = predicted - in.periods * error_;
     still_periods_ += in.periods;
@@ -206,6 +203,14 @@ class CurrentResponse {
     if (has_predecessor_) error_ += (T(1) / (still_periods_ + T(7))) * missed_;
     for (State& s : phases_) s.still = s.i;
     begin_still();
+  }
+
+  /// The unit vector at an angle, (1 + jh)²/(1 + h²) with h of half of it, whose own is off by a twelfth of
+  /// the angle's cube.
+  [[nodiscard]] static constexpr SpaceVector<T> rotation(T angle) noexcept {
+    const T h = T(0.5) * angle;
+    const T scale = T(1) / (T(1) + h * h);
+    return {scale * (T(1) - h * h), scale * T(2) * h};
   }
 
   T largest_jump_;

@@ -16,9 +16,6 @@ namespace sextant {
 /// by the smallest response of a healthy phase (`CurrentPrediction`; v − e of an open phase is the voltage
 /// that its controller raises in vain):
 ///   |Σ (v − e)| > 2z/response + Σ uncertainty  for `least_periods` or longer: the phase is open.
-/// By a machine whose parameters are further off than that, as one that does not saturate at weakened flux, e
-/// is wrong all the time. Its error while the phase last carried current (`CurrentResponse::error`), which
-/// turns with the rotor, is none of the voltage raised in vain: the smaller sum counts, with or without it.
 /// A phase without current has no drop at R_s, so that the sum hangs on the change of the rotor flux alone.
 /// At higher speed this grows with the uncertainty; there the turn of the rotor flux takes its place. A
 /// healthy current of peak I is below z for a turn of 2 asin(z/I): after a turn of 0.35 rad + 8 z/I, more
@@ -37,21 +34,14 @@ class PhaseContinuity {
   explicit constexpr PhaseContinuity(const Parameters& parameters) noexcept
       : parameters_{parameters}, most_change_{T(2) * parameters.zero_current / parameters.response} {}
 
-  /// The end of an interval in which every leg was driven: currents [A], their predicted change, the error of
-  /// that a period [A], and the periods.
-  void step(const ThreePhase<T>& i, const PredictedChange<T>& change, SpaceVector<T> error = {},
-            T periods = T(1)) noexcept {
+  /// The end of a period in which every leg was driven: currents [A] and their predicted change.
+  void step(const ThreePhase<T>& i, const PredictedChange<T>& change) noexcept {
     const T peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)});
     const T z = parameters_.zero_current;
     const T turn = peak > T(4) * z ? change.turn * peak / (T(0.35) * peak + T(8) * z) : T(0);
-    const SpaceVector<T> by_rotor = rotation_by(change.rotor_turn);
-    for (Phase& p : phases_) p.error = p.below > 0 ? product(by_rotor, p.error) : error;
-    step(phases_[0], i.a, change.v.a - change.e.a, periods * inverse_clarke(phases_[0].error).a,
-         change.uncertainty, turn);
-    step(phases_[1], i.b, change.v.b - change.e.b, periods * inverse_clarke(phases_[1].error).b,
-         change.uncertainty, turn);
-    step(phases_[2], i.c, change.v.c - change.e.c, periods * inverse_clarke(phases_[2].error).c,
-         change.uncertainty, turn);
+    step(phases_[0], i.a, change.v.a - change.e.a, change.uncertainty, turn);
+    step(phases_[1], i.b, change.v.b - change.e.b, change.uncertainty, turn);
+    step(phases_[2], i.c, change.v.c - change.e.c, change.uncertainty, turn);
   }
 
   constexpr void restart() noexcept { phases_ = {}; }
@@ -69,37 +59,32 @@ class PhaseContinuity {
     const Phase& p = phases_[n];
     if (!has_no_current(n)) return false;
     const T error = std::abs(p.turn) > T(1) ? T(0) : p.uncertainty;
-    return std::min(std::abs(p.unanswered), std::abs(p.without_error)) > most_change_ + error;
+    return std::abs(p.unanswered) > most_change_ + error;
   }
 
  private:
   /// Since the last reading of a current.
   struct Phase {
-    int below{};  ///< readings below z, up to 2 [-]
-    SpaceVector<T>
-        error{};        ///< of the model a period, until it was below, as the rotor has turned it since [A]
-    T still{};          ///< reading since which they stand still [A]
-    int periods{};      ///< since then, up to the least that count [-]
-    T unanswered{};     ///< Σ (v − e) [A]
-    T without_error{};  ///< Σ (v − e − error) [A]
-    T uncertainty{};    ///< of both [A]
-    T turn{};           ///< of the rotor flux, by the most of a healthy phase [-]
+    int below{};      ///< readings below z, up to 2 [-]
+    T still{};        ///< reading since which they stand still [A]
+    int periods{};    ///< since then, up to the least that count [-]
+    T unanswered{};   ///< Σ (v − e) [A]
+    T uncertainty{};  ///< of it [A]
+    T turn{};         ///< of the rotor flux, by the most of a healthy phase [-]
   };
 
-  void step(Phase& p, T i, T predicted, T error, T uncertainty, T turn) noexcept {
+  void step(Phase& p, T i, T predicted, T uncertainty, T turn) noexcept {
     if (std::abs(i) >= parameters_.zero_current) {
       p = {};
       return;
     }
     p.below = std::min(p.below + 1, 2);
     if (p.periods == 0 || std::abs(i - p.still) > parameters_.noise) {
-      // The change that led here is none of these.
-      p = {.below = p.below, .error = p.error, .still = i, .periods = 1};
+      p = {.below = p.below, .still = i, .periods = 1};  // the change that led here is none of these
       return;
     }
     p.periods = std::min(p.periods + 1, parameters_.least_periods);
     p.unanswered += predicted;
-    p.without_error += predicted - error;
     p.uncertainty += uncertainty;
     p.turn += turn;
   }

@@ -211,9 +211,8 @@ class Protection {
     const PredictedChange<T> change = prediction_.step(
         m.i_abc, {drive.psi_r, drive.psi_r_error, T(limits_.machine.pole_pairs) * m.omega_m * dt},
         volt_seconds, m.u_dc, dt);
-    const T periods = is_one ? T(1) : T(duration_ns) / T(limits_.period_ns);
-    response_.step(m.i_abc, change, periods);
-    continuity_.step(m.i_abc, change, response_.error(), periods);
+    response_.step(m.i_abc, change, is_one ? T(1) : T(duration_ns) / T(limits_.period_ns));
+    continuity_.step(m.i_abc, change);
     speed_.step(m.i_abc, volt_seconds, m.omega_m, drive.torque, drive.psi_s, drive.flux_reference,
                 duration_ns);
     direction_.step(m.i_abc, volt_seconds, m.u_dc, m.omega_m, dt);
