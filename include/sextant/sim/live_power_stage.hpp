@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <memory>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
@@ -16,9 +16,9 @@ class LivePowerStage {
   /// Throws as the power stages do.
   LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load) {
     if (parameters.link.acts())
-      linked_.emplace(parameters, load);
+      linked_ = std::make_unique<LinkedPowerStage>(parameters, load);
     else
-      stiff_.emplace(parameters, load);
+      stiff_ = std::make_unique<SimulatedPowerStage>(parameters, load);
   }
 
   [[nodiscard]] DriveIo<double>& io() noexcept {
@@ -27,8 +27,8 @@ class LivePowerStage {
   }
 
  private:
-  std::optional<SimulatedPowerStage> stiff_{};
-  std::optional<LinkedPowerStage> linked_{};
+  std::unique_ptr<SimulatedPowerStage> stiff_{};
+  std::unique_ptr<LinkedPowerStage> linked_{};
 };
 
 }  // namespace sextant

@@ -73,7 +73,7 @@ class BasicSimulatedPowerStage {
   /// not that of this power stage.
   BasicSimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
       : load_{load},
-        plant_{checked(parameters).plant, make_appended<typename Plant::AppendedType>(parameters)},
+        plant_{plant_of(parameters), make_appended<typename Plant::AppendedType>(parameters)},
         integrator_{make_integrator(parameters)},
         io_{parameters.io, plant_, *integrator_, load_} {}
 
@@ -95,12 +95,12 @@ class BasicSimulatedPowerStage {
   }
 
  private:
-  static const Parameters& checked(const Parameters& parameters) {
+  static DrivePlantParameters<double> plant_of(const Parameters& parameters) {
     if (parameters.link.acts() != Plant::feeds_back)
       throw std::runtime_error(parameters.link.acts()
                                    ? "this power stage has a stiff DC link: a capacitance needs a linked one"
                                    : "this power stage has a DC link whose capacitance must be above zero");
-    return parameters;
+    return parameters.plant;
   }
 
   template <class Appended>
