@@ -8,6 +8,7 @@ from pathlib import Path
 from . import comparison_report as report
 from .comparison import OUT, Row, Tolerances, compare, runs_of
 from .errors import UserError, run
+from .seconds import finite_seconds
 
 REFUSED = 2
 
@@ -57,13 +58,13 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         help="of a metric, or of all others by the name default",
     )
     parser.add_argument("--tolerances", type=Path, metavar="FILE.toml", help="tolerances from a file")
-    parser.add_argument("--align", metavar="TRIGGER", help="compare signals over time, from this trigger on")
+    parser.add_argument("--align", metavar="TRIGGER", help="compare signals over time, both counted from this trigger")
     parser.add_argument(
         "--signal", action="append", default=[], metavar="NAME", help="with --align: to compare, as of scripts/plot"
     )
     begin, end = "begin of what is compared, from the trigger [s]", "end of it [s]"
-    parser.add_argument("--from", dest="begin_s", type=float, default=-math.inf, metavar="S", help=begin)
-    parser.add_argument("--to", dest="end_s", type=float, default=math.inf, metavar="S", help=end)
+    parser.add_argument("--from", dest="begin_s", type=finite_seconds, default=-math.inf, metavar="S", help=begin)
+    parser.add_argument("--to", dest="end_s", type=finite_seconds, default=math.inf, metavar="S", help=end)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--markdown", action="store_true", help="print tables as GitHub shows them")
     form.add_argument("--json", action="store_true", help="print JSON")

@@ -14,6 +14,7 @@ from . import expect_scenario, mil_program
 from .errors import UserError, run
 from .expect_bounds import Bounds
 from .expect_evaluation import Evaluation, LimitResult, evaluate
+from .seconds import finite_seconds
 
 REFUSED = 2
 PLAIN_WIDTH = 110  # where there is no terminal
@@ -43,7 +44,9 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="that is evaluated")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write a JUnit file")
     parser.add_argument("--align", metavar="TRIGGER", help="trigger at which the scenario is at --at")
-    parser.add_argument("--at", type=float, metavar="S", help="(default: metrics.step_s of the scenario, else 0)")
+    parser.add_argument(
+        "--at", type=finite_seconds, metavar="S", help="(default: metrics.step_s of the scenario, else 0)"
+    )
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="overrides the scenario")
     parser.add_argument("--require-expectations", action="store_true", help="a scenario that expects nothing fails")
     parser.add_argument("--mil", type=Path, metavar="FILE", help="sextant-mil that reads the scenario")

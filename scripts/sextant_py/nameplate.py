@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import sys
 from pathlib import Path
 
 from . import nameplate_files, nameplate_page, nameplate_plate
@@ -11,6 +12,8 @@ from .nameplate_limits import OVERLOAD, limits_of
 from .nameplate_report import report
 from .nameplate_spread import variants
 from .paths import OUT
+
+REFUSED = 2
 
 EXAMPLES = """examples:
   scripts/nameplate --power-w 2200 --voltage-v 400 --connection star --current-a 5 --speed-rpm 1430 \\
@@ -71,7 +74,14 @@ def plate_of(options: argparse.Namespace) -> nameplate_plate.NamePlate:
 
 
 def main(arguments: list[str]) -> int:
-    options = parse_arguments(arguments)
+    try:
+        return perform(parse_arguments(arguments))
+    except UserError as error:
+        print(f"nameplate: {error}", file=sys.stderr)
+        return REFUSED
+
+
+def perform(options: argparse.Namespace) -> int:
     if not NAME.fullmatch(options.name) or options.name in ("drive", "ecu", "half_speed"):
         raise UserError(
             f'the name "{options.name}" cannot be that of the machine\'s file: give --name with letters, digits, _ and '

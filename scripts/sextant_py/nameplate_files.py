@@ -14,6 +14,7 @@ INERTIA_S, INERTIA_EXPONENT = 0.04, 1 / 3
 NOMINAL_RISE_K, AMBIENT_C = 80, 40  # thermal class B, which most windings keep; IEC 60034-1
 STEP_S, FROM_S, END_S = 1.5, 2.0, 2.5  # of the run's torque, of its window
 TOLERANCE = 0.1  # of its torque
+BELOW_BASE = 0.9  # of the base speed, where half of the rated speed is above it
 # Of the simulated sensors, by the trip level; the noise is what the protections take it for by default.
 SENSOR_RANGE, SENSOR_NOISE, SENSOR_BITS = 1.25, 0.001, 12
 
@@ -112,9 +113,12 @@ bus = "udp_multicast:239.74.163.2:43113"  # a CAN interface: "socketcan:can0"
 """
 
 
-def run_text(plate: NamePlate) -> str:
+def run_text(plate: NamePlate, limits: Limits, period_us: float) -> str:
+    """At half of the rated speed, or where a link is too low for that, at the most it suffices for."""
     torque = plate.torque_nm
-    return f"""# Rated torque at half of the rated speed, within {TOLERANCE:.0%}: sextant-mil half_speed.toml.
+    speed_rad_s = min(plate.speed_rad_s / 2, BELOW_BASE * limits.base_speed_rad_s)
+    share = speed_rad_s / plate.speed_rad_s
+    return f"""# Rated torque at {share:.2g} of the rated speed, within {TOLERANCE:.0%}: sextant-mil half_speed.toml.
 base = "drive.toml"
 name = "half_speed"
 duration_s = {END_S}
@@ -125,7 +129,7 @@ points = [[0, 0], [{STEP_S}, {number(torque)}]]
 
 [load]
 kind = "imposed_speed"
-speed_rad_s = {{ shape = "constant", value = {number(plate.speed_rad_s / 2)} }}
+speed_rad_s = {{ shape = "constant", value = {number(speed_rad_s)} }}
 
 [plant]
 integrator = "exact"
@@ -134,7 +138,7 @@ integrator = "exact"
 window_from_s = {FROM_S}
 
 [trace]
-interval_us = 1000
+interval_us = {number(period_us * max(1, round(1000 / period_us)))}
 
 [expect]
 torque_bias_nm = {{ min = {number(-TOLERANCE * torque)}, max = {number(TOLERANCE * torque)} }}
@@ -148,7 +152,7 @@ def write(directory: Path, name: str, of: list[Variant], limits: Limits, method:
         machine: machine_text(of),
         "drive.toml": drive_text(plate, limits, machine, method, period_us),
         "ecu.toml": ECU,
-        "half_speed.toml": run_text(plate),
+        "half_speed.toml": run_text(plate, limits, period_us),
     }
     for file, text in texts.items():
         (directory / file).write_text(text, encoding="utf-8")

@@ -270,6 +270,11 @@ def _check_given_losses(plate: NamePlate) -> None:
             f"{plate.connection}, and the plate leaves {plate.stator_side_losses_w:.0f} W beside the rotor: give the "
             "resistance of one winding, in the connection used."
         )
+    if plate.breakdown_ratio is not None and plate.starting_ratio is not None:
+        raise UserError(
+            "breakdown_ratio and starting_ratio (--breakdown-ratio, --starting-ratio) both decide the leakage: give "
+            "one of them."
+        )
     if resistance is not None and plate.other_losses_w is not None:
         raise UserError(
             "r_s_ohm and other_losses_w (--r-s-ohm, --other-losses-w) each follow from the other by the plate's power: "

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from . import signal_file
 from .errors import UserError, run
+from .seconds import finite_seconds
 
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -32,8 +33,10 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="picture or page to write (default: FILE.png)"
     )
-    parser.add_argument("--from", dest="begin_s", type=float, metavar="S", help="begin of the span to draw [s]")
-    parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="end of the span to draw [s]")
+    parser.add_argument(
+        "--from", dest="begin_s", type=finite_seconds, metavar="S", help="begin of the span to draw [s]"
+    )
+    parser.add_argument("--to", dest="end_s", type=finite_seconds, metavar="S", help="end of the span to draw [s]")
     parser.add_argument("--title", help="heading (default: the file's name)")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--list", action="store_true", help="print the signals of the files and leave")

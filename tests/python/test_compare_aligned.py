@@ -204,3 +204,10 @@ def test_bad_input_has_status_2(tmp_path: Path, capsys: pytest.CaptureFixture) -
     ):
         status, _, refused = run(capsys, *words)
         assert (status, said in refused, refused.count("\n")) == (2, True, 1), (words, refused)
+
+
+@pytest.mark.parametrize("option", ("--from", "--to"))
+def test_a_time_that_is_no_number_is_refused(option: str) -> None:
+    with pytest.raises(SystemExit) as ended:
+        compare.main(["a.h5", "b.h5", "--align", "trigger", option, "nan"])
+    assert ended.value.code == 2

@@ -426,17 +426,29 @@ def test_the_page_is_whole_and_needs_no_network(tmp_path: Path) -> None:
     assert tomllib.loads((tmp_path / "drive.toml").read_text(encoding="utf-8"))["plant"]["u_dc_v"] == 540
 
 
-def test_the_command_refuses_what_does_not_work(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"none\.toml cannot be read"):
-        nameplate.main([str(tmp_path / "none.toml")])
+def test_the_command_refuses_what_does_not_work(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text("power_w = 2200\nvolts = 400\n", encoding="utf-8")
-    with pytest.raises(UserError, match=r"bad\.toml: volts is unknown; the keys of a name plate are breakdown_ratio"):
-        nameplate.main([str(bad)])
-    with pytest.raises(UserError, match=r'the name "a/b" cannot be'):
-        nameplate.main([*arguments(), "--name", "a/b"])
+    both = ["--breakdown-ratio", "2.9", "--starting-ratio", "5"]
+    for words, said in (
+        ([str(tmp_path / "none.toml")], r"none\.toml cannot be read"),
+        ([str(bad)], r"bad\.toml: volts is unknown; the keys of a name plate are breakdown_ratio"),
+        ([*arguments(), "--name", "a/b"], r'the name "a/b" cannot be'),
+        ([*arguments(), *both], r"breakdown_ratio and starting_ratio .* give one of them"),
+    ):
+        assert nameplate.main(words) == 2
+        assert re.search(said, capsys.readouterr().err)
     with pytest.raises(SystemExit):
         nameplate.main([*arguments(), "--period-us", "0"])
+
+
+@pytest.mark.parametrize(("option", "value"), (("--period-us", "2500"), ("--period-us", "300"), ("--u-dc-v", "250")))
+def test_the_run_is_one_that_the_drive_can_do(tmp_path: Path, option: str, value: str) -> None:
+    assert nameplate.main([*arguments(), option, value, "--out", str(tmp_path)]) == 0
+    run = subprocess.run([program("sextant-mil"), tmp_path / "half_speed.toml", "--print-config"], capture_output=True)
+    assert run.returncode == 0, run.stderr
+    speed = tomllib.loads((tmp_path / "half_speed.toml").read_text(encoding="utf-8"))["load"]["speed_rad_s"]["value"]
+    assert (speed < 70) == (option == "--u-dc-v")
 
 
 def test_identify_takes_the_drive_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -190,7 +190,7 @@ def test_names_of_signals(waves: Path, name: str, signals: list[str]) -> None:
 def test_an_unknown_signal_is_told_the_nearest(waves: Path) -> None:
     with pytest.raises(UserError, match=r'has no signal "torqe_mean_nm"; the nearest are .*torque_mean_nm'):
         plot.main([str(waves), "torqe_mean_nm"])
-    with pytest.raises(UserError, match=r'has no signal "xyz"; --list shows its signals\.'):
+    with pytest.raises(UserError, match=r'has no signal "xyz"; scripts/plot --list shows its signals\.'):
         plot.main([str(waves), "xyz"])
 
 

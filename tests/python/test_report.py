@@ -203,7 +203,6 @@ def bad_inputs(place: Path) -> dict[str, list[object]]:
     (place / "sweep").mkdir()
     (place / "sweep" / "sweep.json").write_text("{}")
     good = directory(place / "good")
-    (directory(place / "bad_trace") / "trace.h5").write_text("x")
     made_recording.write(live(), place / "live.h5")
     files = (
         "empty",
@@ -217,9 +216,10 @@ def bad_inputs(place: Path) -> dict[str, list[object]]:
         "sweep",
         "absent",
     )
-    bad: dict[str, list[object]] = {name: [good, place / name] for name in (*files, "absent.h5", "bad_trace")}
+    bad: dict[str, list[object]] = {name: [good, place / name] for name in (*files, "absent.h5")}
     bad["signal"] = [place / "live.h5", "--signal", "tork"]
     bad["span"] = [place / "live.h5", "--from", "77"]
+    bad["mil"] = [good, "--mil", place / "absent"]
     bad["ending"] = [good, "--out", place / "report.pdf"]
     return bad
 
@@ -233,6 +233,14 @@ def test_bad_input_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture
         assert said.endswith(".\n"), name
         assert said.count("\n") == 1, name
         assert not (tmp_path / f"{name}.html").exists(), name
+
+
+def test_a_run_whose_trace_cannot_be_read_is_on_the_page(tmp_path: Path) -> None:
+    run = directory(tmp_path / "run")
+    (run / "trace.h5").write_text("x")
+    out = tmp_path / "report.html"
+    assert report.main([str(run), "--out", str(out)]) == 0
+    assert "Nothing is drawn: " in out.read_text(encoding="utf-8")
 
 
 SCENARIOS = ("constant_torque.toml", "reversal.toml", "paper/3_5_nycc_clip.toml")
@@ -302,7 +310,8 @@ def test_the_page_has_the_differences(tmp_path: Path, monkeypatch: pytest.Monkey
     assert rows["machine.poles"][1:3] == ["4", "–"]
     assert "drive.period_us" not in rows  # its default
     # Without the program, or with one that does not take the configuration, all of it is shown.
-    page = page_of(tmp_path, directory(tmp_path / "run", configuration=keys), "--mil", tmp_path / "absent")
+    monkeypatch.setenv("SEXTANT_BIN", str(tmp_path))
+    page = page_of(tmp_path, directory(tmp_path / "run", configuration=keys))
     assert ["drive.period_us", "25"] in page.rows
     page = page_of(tmp_path, directory(tmp_path / "run", configuration={**keys, "drive.gone": 7}), "--mil", mil)
     assert ["drive.gone", "7"] in page.rows

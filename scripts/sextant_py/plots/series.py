@@ -96,7 +96,7 @@ class SeriesFile:
         names = [*self.series, *(series.stem for series in self.series.values())]
         near = difflib.get_close_matches(wanted, dict.fromkeys(names), 3, 0.5)
         near = near or [name for name in self.series if wanted.lower() in name.lower()][:3]
-        return f"the nearest are {', '.join(near)}" if near else "--list shows its signals"
+        return f"the nearest are {', '.join(near)}" if near else "scripts/plot --list shows its signals"
 
 
 def labels(paths: list[Path]) -> list[str]:

@@ -34,7 +34,9 @@ def read(path: Path) -> list[Run]:
     except OSError as error:
         raise UserError(f"{path} cannot be read: {error.strerror}.") from None
     except Exception as error:
-        raise UserError(f"{path} is no JUnit file: {' '.join(str(error).split()) or type(error).__name__}.") from None
+        raise UserError(
+            f"{path} is no JUnit file: {(' '.join(str(error).split()) or type(error).__name__).rstrip('.')}."
+        ) from None
     if not runs:
         raise UserError(f"{path} holds no test suite.")
     return runs

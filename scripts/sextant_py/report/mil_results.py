@@ -5,8 +5,8 @@ from typing import Any
 
 from ..comparison import read_summary
 from ..errors import UserError
-from . import pictures
 from .configuration import Configuration, differences, metric_texts, print_config
+from .drawing import draw
 from .model import BAD, GOOD, NEUTRAL, Check, Fault, Run, Table, shown
 from .settings import Settings
 
@@ -101,7 +101,7 @@ def read(path: Path, settings: Settings) -> Run:
     run.facts = [(text, shown(configuration[key])) for key, text in facts.items() if key in configuration]
     trace = file.with_name("trace.h5")
     if trace.is_file():
-        run.pictures.append(pictures.of_file(trace, settings.signals, run.faults, settings.span))
+        draw(run, trace, settings)
     else:
         run.notes.append("There is no trace.h5 beside the summary, so nothing is drawn.")
     _add_tables(run, summary, settings)

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from ..errors import UserError
+from ..seconds import finite_seconds
 from . import page
 from .inputs import KINDS, runs_of
 from .settings import Settings
@@ -37,8 +38,10 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--signal", action="append", default=[], metavar="NAME", help="to draw, as scripts/plot names signals"
     )
-    parser.add_argument("--from", dest="begin_s", type=float, metavar="S", help="begin of the span to draw [s]")
-    parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="end of the span to draw [s]")
+    parser.add_argument(
+        "--from", dest="begin_s", type=finite_seconds, metavar="S", help="begin of the span to draw [s]"
+    )
+    parser.add_argument("--to", dest="end_s", type=finite_seconds, metavar="S", help="end of the span to draw [s]")
     parser.add_argument("--mil", type=Path, metavar="FILE", help="sextant-mil that knows the defaults")
     return parser.parse_args(arguments)
 
@@ -49,6 +52,8 @@ def main(arguments: list[str]) -> int:
     try:
         if options.out.suffix.lower() not in (".html", ".htm"):
             raise UserError(f"--out {options.out}: the page is HTML, so its name must end in .html.")
+        if options.mil:
+            _ = settings.program  # a wrong one is refused, while none at all only leaves the defaults unknown
         runs = [run for path in options.runs for run in runs_of(path, settings)]
     except UserError as error:
         print(f"report: {error}", file=sys.stderr)

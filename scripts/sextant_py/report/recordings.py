@@ -4,13 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UserError
 from ..recorded_faults import faults_of
 from ..recording.model import TRIGGER, Source
 from ..recording.topics import STATE
 from ..signal_file import GroupRows, SignalFile
 from ..telemetry_contract import enumerators
-from . import pictures
+from .drawing import draw
 from .model import BAD, NEUTRAL, Fault, Run, Table, shown
 from .settings import Settings
 
@@ -88,12 +87,7 @@ def read(path: Path, settings: Settings) -> Run:
         run.result = BAD if states[-1] == FAULT else NEUTRAL
     run.notes += [f"{sentence}." for sentence in (source.cut, source.unverified) if sentence]
     _facts(run, source, file)
-    try:
-        run.pictures.append(pictures.of_file(path, settings.signals, run.faults, settings.span))
-    except UserError as error:
-        if settings.signals or settings.span != (None, None):
-            raise
-        run.notes.append(f"Nothing is drawn: {error}")
+    draw(run, path, settings)
     if STATE in filled:
         run.tables.append(_states(file.groups[STATE]))
     if STATISTICS in filled:
