@@ -2,15 +2,12 @@
 
 import argparse
 import math
-import sys
 from pathlib import Path
 
 from . import comparison_report as report
 from .comparison import OUT, Row, Tolerances, compare, runs_of
-from .errors import UserError, run
+from .errors import UserError, run, status_or_refusal
 from .seconds import finite_seconds
-
-REFUSED = 2
 
 EXAMPLES = """examples:
   scripts/compare out/before out/after
@@ -102,11 +99,7 @@ def perform(options: argparse.Namespace) -> int:
 
 
 def main(arguments: list[str]) -> int:
-    try:
-        return perform(parse_arguments(arguments))
-    except UserError as error:
-        print(f"compare: {error}", file=sys.stderr)
-        return REFUSED
+    return status_or_refusal("compare", lambda: perform(parse_arguments(arguments)))
 
 
 if __name__ == "__main__":

@@ -55,6 +55,18 @@ def _status_of(main: Callable[[list[str]], int]) -> int:
     return status
 
 
+REFUSED = 2  # exit status of a command whose arguments or files are wrong
+
+
+def status_or_refusal(program: str, perform: Callable[[], int]) -> int:
+    """The status of perform; REFUSED, and one line on stderr, where it raises a UserError."""
+    try:
+        return perform()
+    except UserError as error:
+        print(f"{program}: {error}", file=sys.stderr)
+        return REFUSED
+
+
 def run(program: str, main: Callable[[list[str]], int]) -> None:
     """Runs main on the command line; a UserError or an error of the system is one line on stderr and exit status 1.
 

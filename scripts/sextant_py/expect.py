@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import sys
 from pathlib import Path
 
 import junitparser
@@ -11,12 +10,11 @@ from rich.table import Table
 from rich.text import Text
 
 from . import expect_scenario, mil_program
-from .errors import UserError, run
+from .errors import UserError, run, status_or_refusal
 from .expect_bounds import Bounds
 from .expect_evaluation import Evaluation, LimitResult, evaluate
 from .seconds import finite_seconds
 
-REFUSED = 2
 PLAIN_WIDTH = 110  # where there is no terminal
 WORDS = {True: "pass", False: "FAIL", None: "OPEN"}
 STYLES = {True: "", False: "bold red", None: "yellow"}
@@ -150,11 +148,7 @@ def perform(options: argparse.Namespace) -> int:
 
 
 def main(arguments: list[str]) -> int:
-    try:
-        return perform(parse_arguments(arguments))
-    except UserError as error:
-        print(f"expect: {error}", file=sys.stderr)
-        return REFUSED
+    return status_or_refusal("expect", lambda: perform(parse_arguments(arguments)))
 
 
 if __name__ == "__main__":

@@ -2,18 +2,15 @@
 
 import argparse
 import re
-import sys
 from pathlib import Path
 
 from . import nameplate_files, nameplate_page, nameplate_plate
-from .errors import UserError, run
+from .errors import UserError, run, status_or_refusal
 from .machine_library_points import METHODS
 from .nameplate_limits import OVERLOAD, limits_of
 from .nameplate_report import report
 from .nameplate_spread import variants
 from .paths import OUT
-
-REFUSED = 2
 
 EXAMPLES = """examples:
   scripts/nameplate --power-w 2200 --voltage-v 400 --connection star --current-a 5 --speed-rpm 1430 \\
@@ -74,11 +71,7 @@ def plate_of(options: argparse.Namespace) -> nameplate_plate.NamePlate:
 
 
 def main(arguments: list[str]) -> int:
-    try:
-        return perform(parse_arguments(arguments))
-    except UserError as error:
-        print(f"nameplate: {error}", file=sys.stderr)
-        return REFUSED
+    return status_or_refusal("nameplate", lambda: perform(parse_arguments(arguments)))
 
 
 def perform(options: argparse.Namespace) -> int:

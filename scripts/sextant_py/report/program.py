@@ -4,13 +4,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..errors import UserError
+from ..errors import REFUSED, UserError
 from ..seconds import finite_seconds
 from . import page
 from .inputs import KINDS, runs_of
 from .settings import Settings
-
-REFUSED = 2
 
 EXAMPLES = f"""examples:
   scripts/report out/constant_torque                        a run of sextant-mil, to report.html
