@@ -149,10 +149,8 @@ std::string problem_of(const sextant::MilResult& result) {
   }
   if (!result.plant_reachable) {
     return "the plant's stator flux left what the DC link can feed, or a link with capacitance fell below "
-           "zero: "
-           "choose smaller steps or tolerances in [plant], another plant.integrator, or a source of "
-           "[plant.link] "
-           "that delivers the power";
+           "zero: choose smaller steps or tolerances in [plant], another plant.integrator, or a source of "
+           "[plant.link] that delivers the power";
   }
   return result.plant_healthy ? "" : "the integrator of the plant failed; the run ends there";
 }

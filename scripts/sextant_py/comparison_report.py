@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from . import junit
 from .comparison import IGNORED, OUT, Row
-from .errors import UserError
 
 HEADINGS = ("metric", "A", "B", "B − A", "share", "tolerance", "result")
 PLAIN_WIDTH = 110  # where there is no terminal
@@ -83,8 +83,4 @@ def write_junit(rows: list[Row], file: Path) -> None:
                 case.result = [junitparser.Skipped("not compared")]
             suite.add_testcase(case)
         xml.add_testsuite(suite)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        xml.write(str(file))
-    except OSError as error:
-        raise UserError(f"the JUnit file {file} cannot be written: {error.strerror}.") from None
+    junit.write(xml, file)

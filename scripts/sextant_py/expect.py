@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from . import expect_scenario, mil_program
+from . import expect_scenario, junit, mil_program
 from .errors import UserError, run, status_or_refusal
 from .expect_bounds import Bounds
 from .expect_evaluation import Evaluation, LimitResult, evaluate
@@ -129,11 +129,7 @@ def write_junit(evaluation: Evaluation, file: Path) -> None:
         suite.add_testcase(_limit_case(name, result))
     xml = junitparser.JUnitXml("expect")
     xml.add_testsuite(suite)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        xml.write(str(file))
-    except OSError as error:
-        raise UserError(f"the JUnit file {file} cannot be written: {error.strerror}.") from None
+    junit.write(xml, file)
 
 
 def perform(options: argparse.Namespace) -> int:

@@ -21,11 +21,10 @@ class RecordedFault:
     t_s: float  # on the time axis of the file's signals
 
 
-def _latched(rows: GroupRows) -> list[RecordedFault]:
+def latched_faults(time_s: np.ndarray, masks: np.ndarray, firsts: np.ndarray) -> list[RecordedFault]:
     """Each bit at the row in which it is set and was not before; of one row the first fault first, then by bit."""
     found, before = [], 0
-    columns = (rows.time_s, rows.values("faults_latched"), rows.values("first_fault"))
-    for t_s, latched, first in zip(*(column.tolist() for column in columns), strict=True):
+    for t_s, latched, first in zip(time_s.tolist(), masks.tolist(), firsts.tolist(), strict=True):
         new = latched & ~before
         if first >= 0 and new >> first & 1:
             found += [RecordedFault(name, t_s) for name in fault_names(1 << first)]
@@ -46,6 +45,7 @@ def faults_of(file: SignalFile) -> list[RecordedFault]:
     """In the order in which they latched. Names are in `drive_state`; the other groups have the drive's state."""
     filled = file.filled()
     if STATE in filled:
-        return _latched(file.groups[STATE])
+        rows = file.groups[STATE]
+        return latched_faults(rows.time_s, rows.values("faults_latched"), rows.values("first_fault"))
     main = file.groups[file.main]
     return _entries(main) if "state" in (main.group.dtype.names or ()) else []

@@ -83,8 +83,7 @@ std::string check_hysteresis(const DrivePlantParameters<double>& p) {
   if (p.iron_loss.validate_with(p.largest_magnetising_inductance()) == nullptr) return {};
   return "iron_loss.hysteresis_ohm must be above " + rounded_text(least) +
          " ohm, the magnetising reactance of this [machine] at iron_loss.at_rad_s, or hysteresis would hold "
-         "the "
-         "flux without a current";
+         "the flux without a current";
 }
 
 void describe(Section s, DcLinkParameters<double>& p) {

@@ -8,8 +8,7 @@ namespace {
 constexpr const char* trim_key = "torque_trim_ms";
 constexpr const char* trim_meaning =
     "time constant with which the torque reference is trimmed until the mean of the estimated torque meets "
-    "the "
-    "command; 0: not trimmed";
+    "the command; 0: not trimmed";
 constexpr Range<double> trim_range_ms{0, 1e4};
 
 }  // namespace

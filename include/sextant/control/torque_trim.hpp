@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/control/vector_torque.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -52,7 +53,7 @@ class TorqueTrim {
                        T period) noexcept {
     if (!(parameters.time_constant > T(0))) return;
     gain_ = period / (parameters.time_constant + period);
-    limit_gain_ = T(machine.pole_pairs) * period / machine.sigma_l_s();
+    limit_gain_ = vector_torque(machine, T(1), T(1), period);
   }
 
   /// One period in which the torque is to follow its reference: T_ref and the estimate T [N·m], ψ_ref [Wb]

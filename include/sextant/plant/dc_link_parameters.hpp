@@ -28,8 +28,7 @@ struct DcLinkParameters {
          {capacitance, source_resistance, source_inductance, chopper_resistance, chopper_on, chopper_off}) {
       if (!(std::isfinite(x) && x >= T(0)))
         return "capacitance, resistances, inductance and voltages of the DC link must be finite and not "
-               "below "
-               "zero";
+               "below zero";
     }
     if (!acts()) {
       return *this == DcLinkParameters{}

@@ -159,7 +159,7 @@ class InductionMachine {
   };
   [[nodiscard]] constexpr InverseInductance inverse_inductance(SpaceVector<T> psi_s) const noexcept
       SEXTANT_NONBLOCKING {
-    if (is_linear()) return {inverse_sigma_l_s_, T(0)};
+    if (!saturation_.acts()) return {inverse_sigma_l_s_, T(0)};
     return {inverse_sigma_l_s_ + saturation_.added(psi_s), saturation_.added_along(psi_s)};
   }
   /// How fast the fluxes settle at standstill at most, R_s di_s/dpsi_s + R_r/σL_r along psi_s, and what

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contract import Contract
 from ..errors import UserError
+from ..recorded_faults import latched_faults
 from ..recording.model import MAIN
 from ..recording.topics import STATE, WAVEFORM
 from ..telemetry_contract import enumerators
@@ -69,15 +69,8 @@ def _magnetising(file: SeriesFile) -> list[Mark]:
 
 def _faults(file: SeriesFile) -> list[Mark]:
     """Those that latch, by their names; without the changes of the drive's state the entries of FAULT."""
-    if found := _values(file, STATE, "faults_latched"):
-        names = {bit: name for name, bit in Contract().faults().items()}
-        marks, before = [], 0
-        for time_s, mask in zip(found[0], found[1], strict=True):
-            new, before = int(mask) & ~before, int(mask)
-            bits = [bit for bit in range(64) if new >> bit & 1]
-            marks += [Mark(FAULT, float(time_s), None, names.get(bit, f"fault {bit}")) for bit in bits]
-        if marks:
-            return marks
+    if (found := _values(file, STATE, "faults_latched", "first_fault")) and (latched := latched_faults(*found)):
+        return [Mark(FAULT, fault.t_s, None, fault.name) for fault in latched]
     if (states := _states(file)) is None:
         return []
     begins, _ = _entries(states[1], enumerators("DriveStateKind").index("FAULT"))
