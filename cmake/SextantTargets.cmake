@@ -88,7 +88,7 @@ function(sextant_add_tests folder)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   sextant_use_source_directory(${target})
   sextant_precompile_test_headers(${target})
-  gtest_discover_tests(${target} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 480 PROPERTIES TIMEOUT 1200)
+  gtest_discover_tests(${target} TEST_PREFIX ${folder}. DISCOVERY_TIMEOUT 480 PROPERTIES TIMEOUT 480)
 endfunction()
 
 # sextant_use_source_directory(<target>): support/source_directory.hpp, which defines SEXTANT_SOURCE_DIR. Only the

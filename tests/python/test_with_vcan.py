@@ -12,7 +12,7 @@ WITH_VCAN = ROOT / "scripts" / "with_vcan"
 
 
 def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:
-    return subprocess.run([WITH_VCAN, *command], capture_output=True, text=True, timeout=960, **options)
+    return subprocess.run([WITH_VCAN, *command], capture_output=True, text=True, timeout=480, **options)
 
 
 def test_exit_status_and_streams_pass_through() -> None:
@@ -51,7 +51,7 @@ def test_each_guest_by_name(guest: str) -> None:
 def test_every_byte_of_a_guest_arrives(tmp_path: Path) -> None:
     sent = tmp_path / "sent"
     sent.write_bytes(os.urandom(1 << 20))
-    found = subprocess.run([WITH_VCAN, "cat", sent], capture_output=True, timeout=960)
+    found = subprocess.run([WITH_VCAN, "cat", sent], capture_output=True, timeout=480)
     assert found.returncode == 0, found.stderr
     assert found.stdout == sent.read_bytes()
 
@@ -142,7 +142,7 @@ for i in $(seq 100); do cansend vcan0 $0#01; sleep 0.1; done; date +%s.%N >&2; w
         )
         for name in names
     ]
-    results = [process.communicate(timeout=960) for process in running]
+    results = [process.communicate(timeout=480) for process in running]
     assert [process.returncode for process in running] == [0, 0], results
     for name, (heard, _) in zip(names, results, strict=True):
         assert {line.split()[1] for line in heard.splitlines()} == {name}, results
