@@ -144,6 +144,31 @@ MilResult run_otherwise(const TestMachine& machine, const Factors& factors, cons
   return run(config);
 }
 
+// An encoder shows the speed late by half of its window: while the shaft gathers speed the flux of the
+// current model falls back, the further the slower the rotor's currents decay. Torque starts without a swing.
+TEST(MachinesRun, ModulatedMethodsStartOnAShaftThatGathersSpeedByAnEncoder) {
+  for (const TestMachine& machine : test_machines) {
+    for (const char* controller : {"foc", "deadbeat", "pwm_dtc"}) {
+      for (const double sign : {-1.0, 1.0}) {
+        SCOPED_TRACE(testing::Message() << machine.name << ", " << controller << ", " << sign);
+        const double end_s = std::max(0.4, 1.2 * machine.parameters.tau_r());
+        ScenarioConfig config = machine_config(machine, {.controller = controller,
+                                                         .period_us = 100,
+                                                         .slope = sign * 0.9 * machine.base_speed() / end_s,
+                                                         .end_s = end_s});
+        config.drive.plant.io.sensors.encoder = {
+            .lines = 1024, .speed = EncoderSpeed::period, .window_periods = 20};
+        config.scenario.metrics.from_ns = std::llround(0.4e9 * end_s);
+        const MilResult result = run(config);
+        EXPECT_FALSE(result.faults.any()) << to_string(result.first_fault);
+        EXPECT_TRUE(makes_torque(result.final_state));
+        const double limit = drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
+        EXPECT_LT(result.metrics[Metric::torque_error_max], 0.07 * limit);
+      }
+    }
+  }
+}
+
 // On the way into weakened flux, without torque, the rotor flux of a slower machine is a multiple of what the
 // current tells a faster model.
 TEST(MachinesRun, AMachineWhoseFluxFallsMoreSlowlyThanItsModelShowsNoFault) {

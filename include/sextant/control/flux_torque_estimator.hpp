@@ -206,6 +206,7 @@ class FluxTorqueEstimator {
     identification_.step({dot(middle, behind_leakage), cross(middle, behind_leakage)},
                          {dot(middle, p.i_s_mean), cross(middle, p.i_s_mean)},
                          k_r * magnitude(current_model_.psi_r()), omega_r, p.dt);
+    current_model_.set(product(identification_.turn(p.dt), current_model_.psi_r()));
     psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * i_s_;
   }
 
@@ -214,7 +215,7 @@ class FluxTorqueEstimator {
     identifying_ = false;
     coasted_ = T(0);
     magnetised_ = T(0);
-    const SpaceVector<T> along = direction(current_model_.psi_r());
+    const SpaceVector<T> along = product(identification_.direction(), direction(current_model_.psi_r()));
     const Machine found = identification_.finish(machine_);
     if (identification_.has_found()) adaptation_.set(identification_.covariance());
     use(found);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "sextant/control/flux_course.hpp"
@@ -25,8 +26,13 @@ namespace sextant {
 /// through zero. Nothing is identified over such a passage. By a current i along the flux
 ///   φ = φ_0 e^(−bt) + a ∫i e^(−b(t−s)) ds,   a = k_r² R_r,   b = R_r/L_r,
 /// so that within the bounds of `ParameterPrior` the quotient of φ and that of the current model has the same
-/// bounds; φ is kept within them. Source of the equations: P. Vas, Sensorless Vector and Direct Torque
-/// Control, Oxford 1998.
+/// bounds; φ is kept within them.
+///
+/// The frame follows the measured speed. An encoder shows it late, by half of its window, so that the frame
+/// of a shaft that gathers speed is off by an angle δ, the more the slower the flux follows: by some 10
+/// degrees for 1 ms on a machine of 160 kW. What of the voltage along the flux no R_s within the bounds
+/// explains is that of the flux across it, −ω_r φ sin δ, and turns the frame. Source of the equations: P.
+/// Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
 template <class T = double>
 class MagnetisingIdentification {
  public:
@@ -38,7 +44,8 @@ class MagnetisingIdentification {
       : nominal_{machine},
         filter_time_{T(0.04) * machine.tau_r()},
         shortest_{T(0.2) * machine.tau_r()},
-        resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
+        rotor_gain_{machine.k_r() * machine.k_r() * machine.r_r},
+        voltage_error_{voltage_error},
         low_{flux_crossover(machine, voltage_error, flux_reference)},
         high_{T(240) * machine.r_s / machine.l_s()},
         course_{machine, T(2) * filter_time_, voltage_error, flux_reference},
@@ -65,7 +72,7 @@ class MagnetisingIdentification {
     const T k = dt / (T(0.5) * filter_time_ + dt);
     along_.step(voltage.alpha, k);
     // The ripple across the flux, with its voltage at both resistances.
-    error_.step(voltage.beta - resistances_ * i_s.beta - omega_r * model_flux, omega_r, k);
+    error_.step(voltage.beta - (nominal_.r_s + rotor_gain_) * i_s.beta - omega_r * model_flux, omega_r, k);
     current_.step(i_s.alpha, k);
     model_flux_.step(model_flux, k);
     lag_ = model_flux - model_flux_.value();
@@ -73,7 +80,7 @@ class MagnetisingIdentification {
     seen_ = share(error_.square() / (low_ * low_));
     flux_ = model_flux_.value() + (seen_ > T(0) ? seen_ * error_.value() : T(0));
     time_ += dt;
-    if (!(time_ > T(4) * filter_time_)) return;  // the filter has not forgotten how it began
+    if (!is_filtered()) return;
     span_.add(seen_, omega_r_.value());
     course_.add(along_.value(), current_.value(), flux_, dt);
   }
@@ -81,6 +88,17 @@ class MagnetisingIdentification {
   /// φ: filtered, and the current model's for what is faster than the filter, within what the current allows.
   /// [Wb]
   [[nodiscard]] T flux() const noexcept { return Prior::bounded(flux_ + lag_, model_flux_.value() + lag_); }
+  /// Rotation that takes the frame to the rotor flux.
+  [[nodiscard]] SpaceVector<T> direction() const noexcept {
+    const T sine = lead();
+    return {std::sqrt(T(1) - sine * sine), sine};
+  }
+  /// What of it is due within dt [s]: the frame follows in two filter times, which both stages of the filter
+  /// leave a phase margin of 60 degrees.
+  [[nodiscard]] SpaceVector<T> turn(T dt) const noexcept {
+    const T angle = std::min(T(1), dt / (T(2) * filter_time_)) * lead();
+    return {T(1) - T(0.5) * angle * angle, angle};
+  }
   /// Time after which the parameters are identified. [s]
   [[nodiscard]] T settling_time() const noexcept { return T(4) * filter_time_ + shortest_; }
 
@@ -131,6 +149,26 @@ class MagnetisingIdentification {
 
   /// x²/(x² + 1).
   [[nodiscard]] static T share(T x) noexcept { return x * x / (T(1) + x * x); }
+
+  /// The filter has forgotten how it began.
+  [[nodiscard]] bool is_filtered() const noexcept { return time_ > T(4) * filter_time_; }
+
+  /// sin δ, as far as φ is measured. [-]
+  [[nodiscard]] T lead() const noexcept {
+    const T emf = omega_r_.value() * model_flux_.value();
+    if (!(std::abs(emf) > T(0)) || !is_filtered()) return T(0);
+    return std::clamp(-seen_ * unexplained() / emf, T(-1), T(1));
+  }
+
+  /// Of the voltage along the flux, less dφ/dt: what is beyond R_s i at the bounds of R_s and beyond the
+  /// error of the voltage. [V]
+  [[nodiscard]] T unexplained() const noexcept {
+    const T i = current_.value();
+    const T resistive = along_.value() - rotor_gain_ * i + model_flux_.value() / nominal_.tau_r();
+    const auto [low, high] =
+        std::minmax({Prior::lowest * nominal_.r_s * i, Prior::highest * nominal_.r_s * i});
+    return resistive - std::clamp(resistive, low - voltage_error_, high + voltage_error_);
+  }
 
   /// Long enough, with φ from the same source throughout, and in one direction of rotation: a shaft that
   /// leaves standstill meanwhile, comes to it or passes through it changes the source.
@@ -210,7 +248,8 @@ class MagnetisingIdentification {
   Machine nominal_;
   T filter_time_;         ///< [s]
   T shortest_;            ///< time over which the parameters are identified [s]
-  T resistances_;         ///< R_s + k_r² R_r [Ω]
+  T rotor_gain_;          ///< k_r² R_r [Ω]
+  T voltage_error_;       ///< [V]
   T low_;                 ///< ω_r above which φ is measured [rad/s]
   T high_;                ///< ω_r above which R_s is not identified [rad/s]
   LowPass along_{};       ///< voltage along the flux [V]
