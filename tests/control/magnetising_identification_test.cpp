@@ -154,13 +154,13 @@ SpaceVector<double> direction_seen(const Machine& m, double r_s, double omega_r,
   return {double(seen.alpha), double(seen.beta)};
 }
 
-// A speed that is read late turns the frame. What R_s may be wrong by, from 0.3 to 2.5 times, stays unknown
-// of the angle.
+// A speed that is read late turns the frame. What the resistances may be wrong by, up to 2.5 times, stays
+// unknown of the angle.
 TYPED_TEST(MagnetisingIdentificationOf, FindsTheDirectionOfTheFluxInAFrameThatIsBehind) {
   for (const Machine& m : machines) {
     for (const double corners : {-300.0, -30.0, 30.0, 300.0}) {
       const double omega_r = corners * m.r_s / m.l_s();
-      const double unknown = 1.5 * m.r_s / std::abs(omega_r * Course{m}.flux(0.7 * m.tau_r()));
+      const double unknown = 2.5 * (m.r_s + m.r_r) / std::abs(omega_r * Course{m}.flux(0.7 * m.tau_r()));
       for (const double angle : {-0.3, -0.1, 0.1, 0.3}) {
         const SpaceVector<double> seen = direction_seen<TypeParam>(m, m.r_s, omega_r, angle);
         EXPECT_NEAR(std::atan2(seen.beta, seen.alpha), angle, 0.02 + unknown)

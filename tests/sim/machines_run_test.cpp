@@ -163,7 +163,7 @@ TEST(MachinesRun, ModulatedMethodsStartOnAShaftThatGathersSpeedByAnEncoder) {
         EXPECT_FALSE(result.faults.any()) << to_string(result.first_fault);
         EXPECT_TRUE(makes_torque(result.final_state));
         const double limit = drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
-        EXPECT_LT(result.metrics[Metric::torque_error_max], 0.07 * limit);
+        EXPECT_LT(result.metrics[Metric::torque_error_max], 0.09 * limit);
       }
     }
   }

@@ -160,14 +160,13 @@ class MagnetisingIdentification {
     return std::clamp(-seen_ * unexplained() / emf, T(-1), T(1));
   }
 
-  /// Of the voltage along the flux, less dφ/dt: what is beyond R_s i at the bounds of R_s and beyond the
-  /// error of the voltage. [V]
+  /// Of the voltage along the flux, R_s i + dφ/dt: what no resistance within its bounds explains, nor the
+  /// error of the voltage. φ rises by at most k_r² R_r i, and does not fall. [V]
   [[nodiscard]] T unexplained() const noexcept {
     const T i = current_.value();
-    const T resistive = along_.value() - rotor_gain_ * i + model_flux_.value() / nominal_.tau_r();
     const auto [low, high] =
-        std::minmax({Prior::lowest * nominal_.r_s * i, Prior::highest * nominal_.r_s * i});
-    return resistive - std::clamp(resistive, low - voltage_error_, high + voltage_error_);
+        std::minmax({Prior::lowest * nominal_.r_s * i, Prior::highest * (nominal_.r_s + rotor_gain_) * i});
+    return along_.value() - std::clamp(along_.value(), low - voltage_error_, high + voltage_error_);
   }
 
   /// Long enough, with φ from the same source throughout, and in one direction of rotation: a shaft that
