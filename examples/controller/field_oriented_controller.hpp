@@ -103,6 +103,9 @@ class FieldOrientedController final : public sextant::Controller<T> {
     values_ = {};
   }
 
+  /// Its current controllers integrate, and the torque of its estimate is that of the currents.
+  [[nodiscard]] bool holds_mean_torque() const noexcept override { return true; }
+
   [[nodiscard]] std::span<const T> channel_values() const noexcept SEXTANT_NONBLOCKING override {
     return values_;
   }
@@ -179,11 +182,6 @@ class FieldOrientedController final : public sextant::Controller<T> {
 inline void describe(sextant::Section s, FieldOrientedController<>::Parameters& p,
                      const sextant::ControlSetup& /*setup*/) {
   s.number("bandwidth_rad_s", p.bandwidth, {1, 1e5}, "rad/s", "bandwidth of the current controllers");
-}
-
-/// Its current controllers integrate, and the torque of its estimate is that of the currents.
-inline bool trims_mean_torque(const FieldOrientedController<>::Parameters& /*p*/) {
-  return true;
 }
 
 }  // namespace example

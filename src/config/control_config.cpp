@@ -1,23 +1,30 @@
 #include <limits>
-#include <numbers>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "drive_sections.hpp"
+#include "sextant/drive/resolved.hpp"
 
 namespace sextant {
 namespace {
 
 constexpr Range<double> flux_wb{0.01, 10};
 
-/// The flux with which the machine meets the link's linear voltage limit at the frequency of its data sheet:
-/// its rated flux, where link and machine are made for each other. No number without that frequency. [Wb]
-double flux_of_link(const DriveConfig& c) {
+/// The flux of the link at the frequency of the machine's data sheet; no number without that. [Wb]
+double default_flux(const DriveConfig& c) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  const double frequency_hz = c.machine.reactance_frequency_hz.value_or(none);
-  return linear_voltage(c.plant.io.u_dc) / (2.0 * std::numbers::pi * frequency_hz);
+  return flux_at_voltage_limit(c.plant.io.u_dc, c.machine.reactance_frequency_hz.value_or(none));
+}
+
+/// Every value of the drive that follows from others.
+void resolve(DriveConfig& c) {
+  const ResolvedDrive<> r = resolved(c.setup);
+  c.control = r.control;
+  c.drive = r.drive;
+  c.magnetise_timeout_ms =
+      c.setup.magnetise_timeout_ms.value_or(default_magnetise_timeout_ms(c.control.machine));
 }
 
 }  // namespace
@@ -44,14 +51,15 @@ void describe_control(Section s, DriveConfig& c) {
         ChoiceField{std::move(names), [&c] { return c.controller; },
                     [&c](std::string_view name) { c.controller = name; }});
   s.derived(
-      "flux_reference_wb", c.control.flux_reference, flux_wb, "Wb",
+      "flux_reference_wb", c.setup.basis.flux_reference, flux_wb, "Wb",
       "stator flux linkage that the controller holds where the voltage suffices; more takes less slip and "
       "more "
       "current without torque",
-      [&c] { return flux_of_link(c); },
+      [&c] { return default_flux(c); },
       "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
+  s.derive([&c] { resolve(c); });
   s.choice(
-      "flux_estimator", c.control.flux_estimator,
+      "flux_estimator", c.setup.flux_estimator,
       {{"hybrid", FluxEstimatorKind::hybrid},
        {"voltage_model", FluxEstimatorKind::voltage_model},
        {"compensated_voltage_model", FluxEstimatorKind::compensated_voltage_model},
@@ -61,7 +69,7 @@ void describe_control(Section s, DriveConfig& c) {
       "voltage model at speed and current model near standstill; the paper's open integrator; that with a "
       "low-pass filter; rotor flux from current and speed; full-order observer with measured, or with "
       "estimated speed");
-  s.flag("adapts_parameters", c.control.adapts_parameters,
+  s.flag("adapts_parameters", c.setup.adapts_parameters,
          "with the flux estimators hybrid, current_model and observer: R_s, R_r and L_m are identified while "
          "the machine is magnetised, and follow it while torque is made (hybrid); false: those of "
          "[control.machine_estimate] hold");

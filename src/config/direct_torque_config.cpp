@@ -73,8 +73,4 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
   s.check([&setup] { return validate_vector(setup); });
 }
 
-bool trims_mean_torque(const DirectTorqueController<>::Parameters& p) {
-  return p.torque_trim.time_constant > 0;
-}
-
 }  // namespace sextant

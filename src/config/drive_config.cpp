@@ -16,21 +16,22 @@ namespace {
 
 constexpr double ns_per_us = 1e3;
 
-/// Copies values that several parts need from their one key.
+/// The basis of the drive, and the plant's part of it.
 void share(DriveConfig& c) {
   InductionMachineParameters<>& machine = c.plant.plant.machine;
+  DriveBasis<>& basis = c.setup.basis;
   const double frequency_hz = c.machine.reactance_frequency_hz.value_or(50.0);
   machine = apply(c.machine, machine, frequency_hz);
-  c.control.machine = apply(c.machine_estimate, machine, frequency_hz);
-  c.control.period_ns = c.drive.period_ns;
-  c.control.u_dc = c.plant.io.u_dc;
-  c.plant.io.period_ns = c.drive.period_ns;
-  c.plant.io.actuation_delay_periods = c.control.actuation_delay_periods;
+  basis.machine = apply(c.machine_estimate, machine, frequency_hz);
+  basis.u_dc = c.plant.io.u_dc;
+  c.setup.torque_monitor.machine = apply(c.monitored_machine, basis.machine, frequency_hz);
+  c.plant.io.period_ns = basis.period_ns;
+  c.plant.io.actuation_delay_periods = basis.actuation_delay_periods;
 }
 
 /// The inverter as estimator, modulator and checks take it to be.
 void describe_inverter(Section s, DriveConfig& c) {
-  InverterModel<>::Parameters& p = c.control.inverter;
+  InverterModel<>::Parameters& p = c.setup.basis.inverter;
   s.time("dead_time_us", p.dead_time_ns, ns_per_us, {0, 5e4}, "us",
          "time for which both switches of a leg are off where it changes between low and high, as the drive "
          "takes it: volt-seconds of estimator, identification, predictions, protections and torque monitor "
@@ -39,14 +40,14 @@ void describe_inverter(Section s, DriveConfig& c) {
            "voltage of a switch or diode that conducts, without current; the same uses");
   s.number("slope_ohm", p.slope_resistance, {0, 1e3}, "ohm",
            "by which the voltage of a conducting switch or diode rises with its current; the same uses");
+  const InverterModel<>::Parameters& resolved = c.control.inverter;
   s.derived(
-      "voltage_error_v", p.voltage_error, {0, 1e3}, "V",
+      "voltage_error_v", c.setup.voltage_error, resolved.voltage_error, {0, 1e3}, "V",
       "what may be unknown of the stator voltage along the current, as a standard deviation: the lower the "
       "stator frequency, the more of the flux follows from the current in its place; identification, "
-      "adaptation, speed plausibility and torque monitor allow for it",
-      [&c, &p] { return p.likely_voltage_error(c.drive.period_ns, c.plant.io.u_dc); });
-  s.check([&c, &p]() -> std::string {
-    const char* const problem = p.validate(c.drive.period_ns);
+      "adaptation, speed plausibility and torque monitor allow for it");
+  s.check([&c, &resolved]() -> std::string {
+    const char* const problem = resolved.validate(c.drive.period_ns);
     return problem != nullptr ? problem : "";
   });
 }
@@ -154,34 +155,21 @@ void describe(Section root, DriveConfig& c) {
   describe_capability(root.section("capability"), c);
   describe_protection(root.section("protection"), c);
   describe_torque_monitor(root.section("torque_monitor"), c);
-  drive.time("period_us", c.drive.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
-  drive.integer("actuation_delay_periods", c.control.actuation_delay_periods, {0, 1}, "",
+  drive.time("period_us", c.setup.basis.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
+  drive.integer("actuation_delay_periods", c.setup.basis.actuation_delay_periods, {0, 1}, "",
                 "control periods between a decision and its pattern; the controller compensates it");
   drive.time(
-      "sampling_lead_us", c.drive.sampling_lead_ns, ns_per_us, {0, 1e5}, "us",
+      "sampling_lead_us", c.setup.basis.sampling_lead_ns, ns_per_us, {0, 1e5}, "us",
       "time before a control period begins at which the power stage samples currents and link voltage, "
       "as in the middle of a carrier period: estimate, prediction and checks count on it");
-  drive.flag("magnetise_first", c.drive.magnetise_first,
+  drive.flag("magnetise_first", c.setup.magnetise_first,
              "build up the flux before torque, under the control method's magnetising_current_a");
-  // By the controller's check of its current limit the flux is ready after three rotor time constants.
-  drive.derived("magnetise_timeout_ms", c.magnetise_timeout_ms, {1, 1e6}, "ms",
-                "time after which flux that is not ready is a fault",
-                [&c] { return std::max(1000.0, 5e3 * c.control.machine.tau_r()); });
-  root.derive([&c] { c.drive.magnetise_timeout_ns = std::llround(c.magnetise_timeout_ms * ns_per_ms); });
-  root.derive([&c] {
-    const ControlMethod& method = c.method();
-    if (!method.trims_mean_torque(method.parameters)) c.drive.reserve.tolerance = 1;
-  });
+  drive.derived("magnetise_timeout_ms", c.setup.magnetise_timeout_ms, c.magnetise_timeout_ms, {1, 1e6}, "ms",
+                "time after which flux that is not ready is a fault");
   drive.derived(
-      "current_limit_a", c.drive.capability.current_limit, current_a, "A",
-      "peak of the stator current vector: limits the available torque, and what the control method asks for",
-      [&c] { return 0.8 * c.drive.protection.over_current; });
-  root.derive([&c] {
-    c.control.sampling_lead_ns = c.drive.sampling_lead_ns;
-    c.control.current_limit = c.drive.capability.current_limit;
-    for (ControlMethod& method : c.methods) method.share(c.control, method.parameters);
-  });
-  describe_optimal_flux(drive, c.drive.optimal_flux);
+      "current_limit_a", c.setup.capability.current_limit, c.drive.capability.current_limit, current_a, "A",
+      "peak of the stator current vector: limits the available torque, and what the control method asks for");
+  describe_optimal_flux(drive, c.setup.optimal_flux);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });

@@ -5,19 +5,13 @@
 
 #include "common_ranges.hpp"
 #include "sextant/config/drive_config.hpp"
-#include "sextant/drive/drive_limits.hpp"
 
 namespace sextant {
-
-/// Default limits from machine, flux reference and link; to be called when these have been read.
-[[nodiscard]] inline DriveLimits<> limits_of(const DriveConfig& c) {
-  return drive_limits(c.control.machine, c.control.flux_reference, c.plant.io.u_dc);
-}
 
 /// The largest magnitude that a profile reaches in a run of that length; the profile must be valid.
 [[nodiscard]] double largest_magnitude(const ProfileParameters& profile, std::int64_t duration_ns);
 
-/// Sections of a drive, each of which needs others for its default values.
+/// Sections of a drive, whose keys are bound to its setup.
 void describe_control(Section s, DriveConfig& c);
 void describe_command(Section s, DriveConfig& c);
 void describe_capability(Section s, DriveConfig& c);

@@ -16,8 +16,4 @@ void describe(Section s, PredictiveController<>::Parameters& p, const ControlSet
   describe_torque_trim(std::move(s), p.torque_trim, setup);
 }
 
-bool trims_mean_torque(const FluxVectorController<>::Parameters& p) {
-  return p.torque_trim.time_constant > 0;
-}
-
 }  // namespace sextant

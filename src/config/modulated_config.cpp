@@ -64,8 +64,4 @@ void describe(Section s, PwmDtcController<>::Parameters& p, const ControlSetup& 
   describe_modulated(std::move(s), p, setup);
 }
 
-bool trims_mean_torque(const ModulatedController<>::Parameters& /*parameters*/) {
-  return true;
-}
-
 }  // namespace sextant

@@ -3,20 +3,19 @@
 namespace sextant {
 
 void describe_torque_monitor(Section s, DriveConfig& c) {
-  TorqueMonitor<>::Parameters& p = c.drive.torque_monitor;
+  TorqueMonitorSetup<>& p = c.setup.torque_monitor;
+  const TorqueMonitorLimits<>& resolved = c.drive.torque_monitor;
   constexpr Range<double> share{0, 0.95};
   constexpr Range<double> deviation_nm{1e-6, 1e9};
   s.flag("enabled", p.enabled,
          "whether torque that deviates from the command is TORQUE_PLAUSIBILITY; false: it is estimated and "
          "no fault");
-  s.derived("limit_nm", p.limit, deviation_nm, "N·m",
+  s.derived("limit_nm", p.limit, resolved.limit, deviation_nm, "N·m",
             "smallest deviation of the mean torque over 1 ms from the command, beyond the band of the "
-            "estimate, that counts; or limit_share, the larger one",
-            [&c] { return limits_of(c).torque_deviation; });
+            "estimate, that counts; or limit_share, the larger one");
   s.number("limit_share", p.limit_share, share, "", "the same as a share of the command's magnitude");
-  s.derived("wrong_sign_nm", p.wrong_sign, deviation_nm, "N·m",
-            "smallest mean torque against the command's sign, beyond the band of the estimate, that counts",
-            [&p] { return 0.5 * p.limit; });
+  s.derived("wrong_sign_nm", p.wrong_sign, resolved.wrong_sign, deviation_nm, "N·m",
+            "smallest mean torque against the command's sign, beyond the band of the estimate, that counts");
   s.time("time_ms", p.time_ns, ns_per_ms, {2, 1e4}, "ms",
          "time after which a deviation is a fault at the latest");
   s.number("r_s_share", p.r_s_share, share, "",
@@ -30,15 +29,7 @@ void describe_torque_monitor(Section s, DriveConfig& c) {
       "sensor_share", p.sensor_share, share, "",
       "largest error of the estimated torque by the gains of the sensors, as a share of it: widens the band");
   describe_other_machine(s.section("machine"), c.monitored_machine, c.machine, "that of the controller");
-  s.derive([&c, &p] {
-    p.machine =
-        apply(c.monitored_machine, c.control.machine, c.machine.reactance_frequency_hz.value_or(50.0));
-    p.inverter = c.control.inverter;
-    p.flux_reference = c.control.flux_reference;
-    // Of a vector whose phases are off by as much, two of them in the other direction.
-    p.current_offset = 4.0 / 3.0 * c.drive.protection.current_offset;
-  });
-  s.check(p);
+  s.check(resolved);
 }
 
 }  // namespace sextant

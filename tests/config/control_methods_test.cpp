@@ -64,20 +64,20 @@ class TrimmedController final : public sextant::Controller<double> {
     [[nodiscard]] const char* validate() const noexcept { return nullptr; }
   };
 
-  explicit TrimmedController(const Parameters& /*parameters*/) {}
+  explicit TrimmedController(const Parameters& p) : trims_{p.trims} {}
   [[nodiscard]] sextant::GatePattern step(const sextant::Measurement<double>&,
                                           sextant::ControlReference<double>) noexcept override {
     return {sextant::gates_off, 25'000};
   }
   void reset() noexcept override {}
+  [[nodiscard]] bool holds_mean_torque() const noexcept override { return trims_; }
+
+ private:
+  bool trims_;
 };
 
 void describe(sextant::Section s, TrimmedController::Parameters& p, const sextant::ControlSetup& /*setup*/) {
   s.flag("trims", p.trims, "its mean torque");
-}
-
-bool trims_mean_torque(const TrimmedController::Parameters& p) {
-  return p.trims;
 }
 
 }  // namespace elsewhere
@@ -126,21 +126,22 @@ TEST(ControlMethods, OfAnEcuAreReadInTheSameWay) {
               HasSubstr("\n[control.own]\ngain = 1  # of its loop; a number from 0 to 10; default 2\n"));
 }
 
-TEST(ControlMethods, SayWhetherTheyTrimTheMeanTorqueWhichTheVoltageReserveToleratesTheMissOf) {
-  const auto tolerance = [](const std::vector<std::string>& overrides) {
+TEST(ControlMethods, SayWhetherTheirMeanTorqueMeetsItsReference) {
+  const auto holds = [](const std::vector<std::string>& overrides) {
     const std::vector<ControlMethod> methods{control_method<OwnController>(),
                                              control_method<elsewhere::TrimmedController>()};
-    return load_ecu_config(shipped_ecu, overrides, methods).drive.drive.reserve.tolerance;
+    return make_controller(load_ecu_config(shipped_ecu, overrides, methods).drive)->holds_mean_torque();
   };
-  EXPECT_EQ(tolerance({"control.controller=foc"}), 0.5);
+  for (const std::string name : {"foc", "pwm_dtc", "feedback_linearisation", "deadbeat"})
+    EXPECT_TRUE(holds({"control.controller=" + name})) << name;
   for (const std::string name : {"dtc", "duty_ratio", "predictive"}) {
     const std::string chosen = "control.controller=" + name;
-    EXPECT_EQ(tolerance({chosen}), 0.5) << name << " trims by default";
-    EXPECT_EQ(tolerance({chosen, "control." + name + ".torque_trim_ms=0"}), 1.0) << name;
+    EXPECT_TRUE(holds({chosen})) << name << " trims by default";
+    EXPECT_FALSE(holds({chosen, "control." + name + ".torque_trim_ms=0"})) << name;
   }
-  EXPECT_EQ(tolerance({"control.controller=own", "control.own.gain=1"}), 1.0) << "it does not say so";
-  EXPECT_EQ(tolerance({"control.controller=trimmed"}), 1.0);
-  EXPECT_EQ(tolerance({"control.controller=trimmed", "control.trimmed.trims=true"}), 0.5);
+  EXPECT_FALSE(holds({"control.controller=own", "control.own.gain=1"})) << "it does not say so";
+  EXPECT_FALSE(holds({"control.controller=trimmed"}));
+  EXPECT_TRUE(holds({"control.controller=trimmed", "control.trimmed.trims=true"}));
 }
 
 // One limit of the current: what the drive publishes as available is what the method may ask for.

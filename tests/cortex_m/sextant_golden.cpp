@@ -166,6 +166,7 @@ class ShiftedTorque final : public Controller<T> {
     inner_.reset();
     this->estimate_ = inner_.estimate();
   }
+  [[nodiscard]] bool holds_mean_torque() const noexcept override { return inner_.holds_mean_torque(); }
 
  private:
   Controller<T>& inner_;

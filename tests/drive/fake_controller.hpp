@@ -22,6 +22,7 @@ class FakeController final : public Controller<T> {
   [[nodiscard]] ControlEstimate<T>& estimate() noexcept { return this->estimate_; }
   void reset() noexcept override { ++resets; }
   void restart() noexcept override { ++restarts; }
+  [[nodiscard]] bool holds_mean_torque() const noexcept override { return true; }
 
   std::int32_t pattern_ns{25'000};  ///< length of its patterns [ns]
   int steps{0};

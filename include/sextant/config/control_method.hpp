@@ -9,27 +9,14 @@
 #include <vector>
 
 #include "sextant/config/schema.hpp"
+#include "sextant/control/control_basis.hpp"
 #include "sextant/control/controller.hpp"
-#include "sextant/control/flux_estimator_kind.hpp"
-#include "sextant/core/induction_machine_parameters.hpp"
-#include "sextant/core/inverter_model.hpp"
 
 namespace sextant {
 
 /// What every control method shares with the drive. A method's `Parameters` gets those values for which it
 /// has a member of the same name and type.
-struct ControlSetup {
-  InductionMachineParameters<> machine{};  ///< the controller's parameters of the machine
-  InverterModel<>::Parameters inverter{};  ///< the same of the inverter
-  std::int32_t period_ns{25'000};          ///< control period [ns]
-  double flux_reference{1.1};              ///< stator flux linkage [Wb]
-  FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
-  bool adapts_parameters{true};      ///< of the machine, while it runs
-  std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
-  int actuation_delay_periods{0};    ///< 1: a pattern is applied one period after its decision [-]
-  double u_dc{530.0};                ///< nominal voltage of the DC link [V]
-  double current_limit{200.0};       ///< of the stator current vector, as the drive has it [A]
-};
+using ControlSetup = ControlBasis<double>;
 
 /// Copies what `Parameters` has members for.
 template <class Parameters>
@@ -59,15 +46,10 @@ struct ControlMethod {
   std::span<const ControlChannel> channels;  ///< what it adds to a trace
   std::any parameters;                       ///< the controller's `Parameters`
 
-  /// Copies what every method shares into its parameters.
-  void (*share)(const ControlSetup& setup, std::any& parameters);
   /// Describes the table. `parameters` and `setup` are bound by reference.
   void (*describe)(Section table, std::any& parameters, const ControlSetup& setup);
   /// A controller with these parameters.
   std::unique_ptr<Controller<double>> (*make)(const std::any& parameters);
-  /// Whether the mean torque of the controller's estimate meets its reference in a steady state, so that what
-  /// it misses at the voltage limit is a lack of voltage (`VoltageReserve`).
-  bool (*trims_mean_torque)(const std::any& parameters);
   /// The parameters before a file has been read.
   std::any (*default_parameters)();
 };
@@ -90,11 +72,7 @@ template <class C>
 ///   explicit C(const Parameters&);
 /// and, in the namespace of C, the keys of its table:
 ///   void describe(sextant::Section table, C::Parameters& p, const sextant::ControlSetup& setup);
-/// and, where the mean torque of the estimate meets its reference in a steady state, also
-///   bool trims_mean_torque(const C::Parameters& p);
-/// without which it may miss it by the torque that an active vector adds in one period.
-/// The shared members, but `current_limit`, are set before the rule of a `derived` key runs. Ranges of keys
-/// are always checked; `validate()` is checked after all, for the method chosen and for others of whose table
+/// The shared members are set before the rule of a `derived` key runs. Ranges of keys are always checked; `validate()` is checked after all, for the method chosen and for others of whose table
 /// a key is given.
 template <class C>
 [[nodiscard]] ControlMethod control_method() {
@@ -104,8 +82,6 @@ template <class C>
       .meaning = C::meaning,
       .channels = channels_of<C>(),
       .parameters = Parameters{},
-      .share = [](const ControlSetup& setup,
-                  std::any& parameters) { sextant::share(setup, std::any_cast<Parameters&>(parameters)); },
       .describe =
           [](Section table, std::any& parameters, const ControlSetup& setup) {
             auto& p = std::any_cast<Parameters&>(parameters);
@@ -115,11 +91,6 @@ template <class C>
           },
       .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
         return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
-      },
-      .trims_mean_torque = [](const std::any& parameters) -> bool {
-        const auto& p = std::any_cast<const Parameters&>(parameters);
-        if constexpr (requires { trims_mean_torque(p); }) return trims_mean_torque(p);
-        return false;
       },
       .default_parameters = [] { return std::any{Parameters{}}; }};
 }

@@ -9,7 +9,4 @@ namespace sextant {
 /// The table [control.dtc].
 void describe(Section table, DirectTorqueController<>::Parameters& parameters, const ControlSetup& setup);
 
-/// Without its trim sampling biases the mean torque against the rotation.
-[[nodiscard]] bool trims_mean_torque(const DirectTorqueController<>::Parameters& parameters);
-
 }  // namespace sextant

@@ -11,6 +11,7 @@
 #include "sextant/config/schema.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/drive/drive.hpp"
+#include "sextant/drive/drive_setup.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 
@@ -33,12 +34,13 @@ struct LoadConfig {
 struct DriveConfig {
   MachineConfig machine{};           ///< as the file gives it; plant.plant.machine is made of it
   MachineConfig machine_estimate{};  ///< how the controller's parameters differ from it
-  ControlSetup control{};            ///< what the control methods share
+  DriveSetup<> setup{};              ///< as the file gives it
+  ControlSetup control{};            ///< what the control methods share, resolved
   std::string controller{"dtc"};     ///< name of the method chosen
   ControlMethods methods{control_methods()};
   MachineConfig monitored_machine{};  ///< how the torque monitor's parameters differ from the controller's
-  Drive<>::Parameters drive{};
-  double magnetise_timeout_ms{1000};  ///< as the file gives it, or as it follows from the machine [ms]
+  Drive<>::Parameters drive{};        ///< resolved
+  double magnetise_timeout_ms{1000};  ///< the same as printed [ms]
   SimulatedPowerStage::Parameters plant{};
   LoadConfig load{};
 

@@ -13,7 +13,4 @@ void describe(Section table, FluxVectorController<>::Parameters& parameters, con
 /// follows from what they change.
 void describe(Section table, PredictiveController<>::Parameters& parameters, const ControlSetup& setup);
 
-/// Without their trim the mean torque is below its reference by what the patterns of the set leave.
-[[nodiscard]] bool trims_mean_torque(const FluxVectorController<>::Parameters& parameters);
-
 }  // namespace sextant

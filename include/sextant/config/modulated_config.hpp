@@ -16,7 +16,4 @@ void describe(Section table, FeedbackLinearisationController<>::Parameters& para
               const ControlSetup& setup);
 void describe(Section table, PwmDtcController<>::Parameters& parameters, const ControlSetup& setup);
 
-/// True: their estimates meet the references in a steady state.
-[[nodiscard]] bool trims_mean_torque(const ModulatedController<>::Parameters& parameters);
-
 }  // namespace sextant

@@ -182,6 +182,20 @@ class Section {
     });
   }
 
+  /// A number that follows from others unless it is given: a derivation leads from `given` to `value`. Where
+  /// no value within the range follows, the file must set the key, as above.
+  void derived(const std::string& key, std::optional<double>& given, const double& value, Range<double> range,
+               const char* unit, const char* meaning,
+               const std::string& otherwise = "no usable value follows from machine and link") {
+    add(key, unit, meaning,
+        NumberField{range, [&value] { return std::optional{value}; }, [&given](double x) { given = x; }});
+    schema_->fields.back().derived = true;
+    check_basis(key, [&given, &value, range, otherwise]() -> std::string {
+      if (given || (value >= range.min && value <= range.max)) return {};
+      return "missing: " + otherwise;
+    });
+  }
+
   /// A time whose default `rule` gives [ns] once everything has been read.
   template <std::signed_integral I>
   void derived_time(const std::string& key, I& member, double unit_ns, Range<double> range, const char* unit,

@@ -85,6 +85,11 @@ class Controller {
   /// A drive of another period or sampling instant is refused (`Drive::Parameters::validate`).
   [[nodiscard]] virtual ControlTiming timing() const noexcept { return {}; }
 
+  /// Whether the mean torque of the estimate meets its reference in a steady state, so that what it misses at
+  /// the voltage limit is a lack of voltage (`VoltageReserve`). Without that it may miss it by the torque that
+  /// an active vector adds in one period.
+  [[nodiscard]] virtual bool holds_mean_torque() const noexcept { return false; }
+
   /// The estimate at the last measurement.
   [[nodiscard]] const ControlEstimate<T>& estimate() const noexcept SEXTANT_NONBLOCKING { return estimate_; }
 

@@ -52,6 +52,9 @@ class DirectTorqueController final : public EstimatingController<T> {
         sector_{parameters.sector},
         torque_trim_{parameters.torque_trim, parameters.machine, Base::period()} {}
 
+  /// Without its trim sampling biases the mean torque against the rotation.
+  [[nodiscard]] bool holds_mean_torque() const noexcept override { return torque_trim_.trims(); }
+
   /// Output of the torque comparator: +1 raise the torque, −1 lower it, 0 hold.
   [[nodiscard]] int torque_demand() const noexcept SEXTANT_NONBLOCKING { return torque_comparator_.output(); }
   /// Output of the flux comparator: true to raise the flux.

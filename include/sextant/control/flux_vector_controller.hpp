@@ -27,6 +27,9 @@ class FluxVectorController : public EstimatingController<T> {
     }
   };
 
+  /// Without the trim the mean torque is below its reference by what the patterns of the set leave.
+  [[nodiscard]] bool holds_mean_torque() const noexcept final { return torque_trim_.trims(); }
+
  protected:
   using typename EstimatingController<T>::Demand;
 

@@ -24,6 +24,8 @@ class ModulatedController : public EstimatingController<T> {
   explicit ModulatedController(const Parameters& parameters) noexcept
       : Base{parameters, parameters.modulator}, current_limit_{parameters.current_limit} {}
 
+  [[nodiscard]] bool holds_mean_torque() const noexcept final { return true; }
+
  protected:
   using typename EstimatingController<T>::Demand;
 

@@ -71,6 +71,8 @@ class TorqueTrim {
     return reference + value_;
   }
 
+  /// False with a time constant of zero.
+  [[nodiscard]] constexpr bool trims() const noexcept { return gain_ > T(0); }
   [[nodiscard]] constexpr T value() const noexcept { return value_; }  ///< x [N·m]
 
   /// To be called while the torque follows no reference.

@@ -48,7 +48,6 @@ class Drive {
     typename Protection<T>::Parameters protection{};
     typename TorqueCapability<T>::Parameters capability{};
     typename OptimalFlux<T>::Parameters optimal_flux{};
-    typename VoltageReserve<T>::Parameters reserve{};
     typename TorqueMonitor<T>::Parameters torque_monitor{};
 
     [[nodiscard]] const char* validate() const noexcept {
@@ -61,7 +60,6 @@ class Drive {
       if (const char* problem = protection.validate()) return problem;
       if (const char* problem = capability.validate()) return problem;
       if (const char* problem = optimal_flux.validate()) return problem;
-      if (const char* problem = reserve.validate()) return problem;
       if (const char* problem = torque_monitor.validate()) return problem;
       // Protections that count periods of another length would be silent.
       return protection.period_ns == period_ns ? nullptr
@@ -92,8 +90,8 @@ class Drive {
         capability_{parameters.capability},
         present_limit_{parameters.capability.machine, parameters.capability.flux_reference,
                        parameters.capability.current_limit},
-        reserve_{parameters.reserve, parameters.capability.machine, parameters.capability.flux_reference,
-                 parameters.period_ns},
+        reserve_{VoltageReserve<T>::Parameters::of(controller.holds_mean_torque()),
+                 parameters.capability.machine, parameters.capability.flux_reference, parameters.period_ns},
         optimal_flux_{parameters.optimal_flux, parameters.capability},
         flux_slew_{parameters.capability.machine},
         held_flux_{parameters.capability.machine, parameters.capability.current_limit},

@@ -56,6 +56,13 @@ template <class T>
   return u_dc * T(1 / std::numbers::sqrt3);
 }
 
+/// The stator flux with which a machine without resistance meets that voltage at a frequency [Hz]: that of its
+/// data sheet gives the rated flux, where link and machine are made for each other. [Wb]
+template <class T>
+[[nodiscard]] constexpr T flux_at_voltage_limit(T u_dc, T frequency) noexcept {
+  return linear_voltage(u_dc) / (T(2 * std::numbers::pi) * frequency);
+}
+
 /// The mechanical speed at which a machine with flux psi [Wb] and no torque meets the voltage limit:
 ///   (R_s ψ/L_s)² + (p ω_m ψ)² = (u_dc/√3)²
 /// 0 where the link voltage does not suffice for the flux at standstill. [rad/s]

@@ -38,9 +38,12 @@ template <class T = double>
 class VoltageReserve {
  public:
   struct Parameters {
-    T tolerance{
-        T(0.5)};  ///< by the torque of an active vector; 1 suits a mean torque that is not trimmed [-]
+    T tolerance{T(0.5)};  ///< by the torque of an active vector [-]
 
+    /// For a controller by its `holds_mean_torque`.
+    [[nodiscard]] static constexpr Parameters of(bool holds_mean_torque) noexcept {
+      return {.tolerance = holds_mean_torque ? T(0.5) : T(1)};
+    }
     [[nodiscard]] const char* validate() const noexcept {
       const bool good = std::isfinite(tolerance) && tolerance > T(0);
       return good ? nullptr : "the tolerance of the mean torque must be above zero";

@@ -65,6 +65,7 @@ class MeasuredController final : public Controller<float> {
     inner_.reset();
     estimate_ = inner_.estimate();
   }
+  [[nodiscard]] bool holds_mean_torque() const noexcept override { return inner_.holds_mean_torque(); }
 
   std::uint32_t ticks{};
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/inverter_model.hpp"
+
+namespace sextant {
+
+/// What controller, protections and limits of a drive have in common, stated once.
+template <class T = double>
+struct DriveBasis {
+  InductionMachineParameters<T> machine{};           ///< as the drive takes it to be
+  typename InverterModel<T>::Parameters inverter{};  ///< the same, what makes the voltage of the patterns
+  std::int32_t period_ns{25'000};                    ///< control period [ns]
+  std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
+  int actuation_delay_periods{0};    ///< 1: a pattern is applied one period after its decision [-]
+  T u_dc{T(530)};                    ///< nominal voltage of the DC link [V]
+  T flux_reference{T(1.1)};          ///< stator flux linkage at a flux share of 1 [Wb]
+
+  [[nodiscard]] const char* validate() const noexcept {
+    const auto positive = [](T x) { return std::isfinite(x) && x > T(0); };
+    if (period_ns <= 0) return "the control period must be above zero";
+    if (sampling_lead_ns < 0 || sampling_lead_ns > period_ns) {
+      return "the sampling lead must be from zero to the control period";
+    }
+    if (actuation_delay_periods < 0 || actuation_delay_periods > 1) {
+      return "the actuation delay must be 0 or 1 periods";
+    }
+    if (!positive(u_dc)) return "the voltage of the DC link must be above zero";
+    if (!positive(flux_reference)) return "the flux reference must be above zero";
+    if (const char* problem = machine.validate()) return problem;
+    return inverter.validate(period_ns);
+  }
+};
+
+}  // namespace sextant
