@@ -33,7 +33,7 @@ struct TraceParameters {
 };
 
 /// Everything that `TraceParameters::signals` may name, groups first: `standard`, `switching`, `voltage`,
-/// `link`, `rotor`, `shaft`, `energy`, `comparators`, `monitor`, `all`, and each dataset by its path in the
+/// `link`, `rotor`, `shaft`, `energy`, `thermal`, `comparators`, `monitor`, `all`, and each dataset by its path in the
 /// file. `channels`: those of a controller, `control/NAME`, which belong to `standard`.
 [[nodiscard]] std::vector<std::string> trace_signals(std::span<const ControlChannel> channels = {});
 

@@ -8,6 +8,7 @@
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/telemetry_interval.hpp"
+#include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/sim/energy_account.hpp"
 
 namespace sextant {
@@ -27,6 +28,8 @@ struct PlantSample {
   SpaceVector<> u_s{};    ///< stator voltage, stationary frame [V]
   SpaceVector<> i_r{};    ///< rotor current, referred to the stator, stationary frame [A]
   DriveEnergies energies{};
+  /// Of the machine; NaN: not known. [°C]
+  ThermalNodes<double> temperatures{DriveEnergies::unknown, DriveEnergies::unknown, DriveEnergies::unknown};
 };
 
 /// What a controller gives to a trace beside its telemetry, in one control period.
@@ -69,6 +72,9 @@ struct PlantRow {
   double energy_iron_j{};    ///< lost in the iron since then [J]
   double energy_shaft_j{};   ///< work of the air-gap torque since then [J]
   double energy_field_j{};   ///< in the magnetic field [J]
+  double winding_temperature_c{};  ///< of the stator winding [°C]
+  double rotor_temperature_c{};    ///< [°C]
+  double housing_temperature_c{};  ///< [°C]
   std::int8_t switch_a{};    ///< 1: the upper switch of the leg is on, 0: the lower one, −1: none [-]
   std::int8_t switch_b{};    ///< [-]
   std::int8_t switch_c{};    ///< [-]
