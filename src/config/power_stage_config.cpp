@@ -129,12 +129,12 @@ void describe(Section s, ThermalParameters<double>& p) {
                  "the same from the winding to the ambient; each node needs a way to the ambient",
                  "the same from the rotor, as of a ventilated machine",
                  "the same from the housing, by surface and fan");
-  s.number("ambient_c", p.ambient, temperature_c, "°C", "temperature of the ambient");
-  s.number("winding_c", p.start.winding, temperature_c, "°C",
+  s.number("ambient_c", p.ambient, temperature_c, "C", "temperature of the ambient");
+  s.number("winding_c", p.start.winding, temperature_c, "C",
            "temperature of the winding at the beginning; not set: ambient_c");
-  s.number("rotor_c", p.start.rotor, temperature_c, "°C", "the same of the rotor");
-  s.number("housing_c", p.start.housing, temperature_c, "°C", "the same of the housing");
-  s.number("reference_c", p.reference, temperature_c, "°C",
+  s.number("rotor_c", p.start.rotor, temperature_c, "C", "the same of the rotor");
+  s.number("housing_c", p.start.housing, temperature_c, "C", "the same of the housing");
+  s.number("reference_c", p.reference, temperature_c, "C",
            "temperature at which the resistances of [machine] hold; the drive goes on to believe in those");
   s.number("winding_per_k", p.winding_coefficient, per_k, "1/K",
            "by which R_s rises, of what it is at reference_c: 0.00393 for copper at 20 °C");

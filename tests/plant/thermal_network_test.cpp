@@ -67,7 +67,7 @@ TEST(ThermalNetwork, BeginsWhereItIsTold) {
 // By hand: 600 W through 5 W/K, then 300 W through 10 W/K and 200 W through 4 W/K.
 TEST(ThermalNetwork, SettlesWhereTheHeatFlowsOff) {
   ThermalNetwork<> network{housed()};
-  for (int n = 0; n < 2000; ++n) network.step({300 * 10.0, 200 * 10.0, 100 * 10.0}, 10);
+  for (int n = 0; n < 4000; ++n) network.step({300 * 10.0, 200 * 10.0, 100 * 10.0}, 10);
   const Nodes t = network.temperatures();
   EXPECT_NEAR(t.housing, 40 + 120, 1e-9);
   EXPECT_NEAR(t.winding, 40 + 120 + 30, 1e-9);
@@ -105,8 +105,12 @@ ThermalParameters<> random_network(std::mt19937& random) {
   return p;
 }
 
-/// x' = A x of deviations from the ambient and, as states that stand still, powers; the integral of the heat
-/// that leaves is the last one. Nothing of it is shared with the network but the parameters.
+double sum(const Nodes& x) {
+  return x.winding + x.rotor + x.housing;
+}
+
+/// x' = A x of deviations from the ambient and, as states that stand still, powers; the last one is the heat
+/// that has left, by all heat capacities. Nothing of it is shared with the network but the parameters.
 using Whole = Eigen::Matrix<double, 7, 7>;
 Whole whole_matrix(const ThermalParameters<>& p) {
   const Eigen::Vector3d c{p.capacity.winding, p.capacity.rotor, p.capacity.housing};
@@ -124,7 +128,7 @@ Whole whole_matrix(const ThermalParameters<>& p) {
     }
     a(k, k) -= out[k] / c[k];
     a(k, 3 + k) = 1 / c[k];
-    a(6, k) = out[k];
+    a(6, k) = out[k] / sum(p.capacity);
   }
   return a;
 }
@@ -159,7 +163,7 @@ TEST(ThermalNetwork, FiftyRandomOnesMoveAsTheirMatrixAndConserveHeat) {
     }
     const Nodes t = network.temperatures();
     const double end = stored(t.winding - p.ambient, t.rotor - p.ambient, t.housing - p.ambient);
-    EXPECT_NEAR(end - begin, given - x[6], 1e-10 * moved) << "what is given is stored or has left";
+    EXPECT_NEAR(end - begin, given - sum(p.capacity) * x[6], 1e-10 * moved) << "what is given is stored or has left";
   }
 }
 
