@@ -129,10 +129,10 @@ class SampledObserver {
   const DirectTorqueController<>* comparators_;  // the same, where it is one
   TraceRecorder* trace_;
   ThermalNodes<double> temperatures_{};  ///< over the segments before it [°C]
-  std::int64_t t_ns_{0};       ///< the last period [ns]
-  double reference_{0};        ///< torque reference from there on [N·m]
-  double reference_slope_{0};  ///< [N·m/s]
-  int demand_{0};              ///< the torque comparator's last output
+  std::int64_t t_ns_{0};                 ///< the last period [ns]
+  double reference_{0};                  ///< torque reference from there on [N·m]
+  double reference_slope_{0};            ///< [N·m/s]
+  int demand_{0};                        ///< the torque comparator's last output
 };
 
 }  // namespace

@@ -50,7 +50,7 @@ TEST(ThermalConfig, IsNoneByDefault) {
 }
 
 TEST(ThermalConfig, EachKeyReachesItsOwnValueOfEachPlant) {
-  const ThermalParameters<> expected{{1500, 2500, 9000}, 1,       15,     4,        {0.5, 0.25, 12}, 40,
+  const ThermalParameters<> expected{{1500, 2500, 9000}, 1,  15,      4,      {0.5, 0.25, 12}, 40,
                                      {90, 100, 60},      25, 0.00385, 0.0039, 5'000'000};
   EXPECT_EQ(load_scenario_config(shipped_scenario, whole).drive.plant.thermal, expected);
   EXPECT_EQ(load_plant_config(shipped_plant, whole).plant.thermal, expected);
@@ -69,8 +69,9 @@ TEST(ThermalConfig, WhatMakesNoNetworkIsRefused) {
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.thermal.ambient_c=30"}),
               HasSubstr("plant.thermal: conductances, temperatures and coefficients of the thermal network "
                         "need heat capacities above zero"));
-  EXPECT_THAT(ecu_refusal(shipped_ecu, with("thermal.rotor_j_per_k", "0")),
-              HasSubstr("plant.thermal: winding, rotor and housing must each have a heat capacity above zero"));
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, with("thermal.rotor_j_per_k", "0")),
+      HasSubstr("plant.thermal: winding, rotor and housing must each have a heat capacity above zero"));
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.thermal.winding_j_per_k=1", "plant.thermal.rotor_j_per_k=1",
                                         "plant.thermal.housing_j_per_k=1"}),
               HasSubstr("plant.thermal: winding, rotor and housing must each have conductances above zero on "
@@ -79,8 +80,9 @@ TEST(ThermalConfig, WhatMakesNoNetworkIsRefused) {
               HasSubstr("plant.thermal: the step of the thermal network must be at most a tenth"));
   Settings cold = with("thermal.winding_per_k", "0.02");
   cold.emplace_back("plant.thermal.winding_c=-30");
-  EXPECT_THAT(ecu_refusal(shipped_ecu, cold),
-              HasSubstr("plant.thermal: the resistances must be above zero at the lowest of ambient and first"));
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, cold),
+      HasSubstr("plant.thermal: the resistances must be above zero at the lowest of ambient and first"));
 }
 
 TEST(ThermalConfig, IsNoneOfAnEventExactRun) {

@@ -231,8 +231,8 @@ TEST(PlantHeating, WhatTheInverterLosesDoesNotHeatTheWinding) {
   EXPECT_NEAR(1e6 * (heating.temperatures().winding - 20), joules, 1e-5 * joules);
 }
 
-// Constant current: the winding alone, heated by 3/2 R(ϑ) i², follows an exponential, of which the resistances
-// lag by half a step: the error is of first order in it, and as large as documented.
+// Constant current: the winding alone, heated by 3/2 R(ϑ) i², follows an exponential, of which the
+// resistances lag by half a step: the error is of first order in it, and as large as documented.
 TEST(PlantHeating, TheLagOfTheResistancesIsHalfAStep) {
   const auto error = [](std::int32_t step_ns) {
     const DrivePlantParameters<> p;

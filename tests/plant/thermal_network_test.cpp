@@ -163,7 +163,8 @@ TEST(ThermalNetwork, FiftyRandomOnesMoveAsTheirMatrixAndConserveHeat) {
     }
     const Nodes t = network.temperatures();
     const double end = stored(t.winding - p.ambient, t.rotor - p.ambient, t.housing - p.ambient);
-    EXPECT_NEAR(end - begin, given - sum(p.capacity) * x[6], 1e-10 * moved) << "what is given is stored or has left";
+    EXPECT_NEAR(end - begin, given - sum(p.capacity) * x[6], 1e-10 * moved)
+        << "what is given is stored or has left";
   }
 }
 
@@ -182,9 +183,11 @@ TEST(ThermalParameters, WhatMakesNoNetworkIsRefused) {
   EXPECT_THAT(refusal([](auto& p) { p.capacity = {}; }), HasSubstr("need heat capacities above zero"));
   EXPECT_THAT(refusal([](auto& p) { p.capacity.winding = -1; }), HasSubstr("finite and not below zero"));
   EXPECT_THAT(refusal([](auto& p) { p.winding_to_rotor = nan; }), HasSubstr("finite and not below zero"));
-  EXPECT_THAT(refusal([](auto& p) { p.winding_coefficient = -1e-3; }), HasSubstr("finite and not below zero"));
+  EXPECT_THAT(refusal([](auto& p) { p.winding_coefficient = -1e-3; }),
+              HasSubstr("finite and not below zero"));
   EXPECT_THAT(refusal([](auto& p) { p.ambient = nan; }), HasSubstr("temperatures of the thermal network"));
-  EXPECT_THAT(refusal([](auto& p) { p.start.rotor = nan; }), HasSubstr("temperatures of the thermal network"));
+  EXPECT_THAT(refusal([](auto& p) { p.start.rotor = nan; }),
+              HasSubstr("temperatures of the thermal network"));
   EXPECT_THAT(refusal([](auto& p) { p.step_ns = 0; }), HasSubstr("must be above zero"));
   EXPECT_THAT(refusal([](auto& p) { p.to_ambient.housing = 0; }), HasSubstr("on a way to the ambient"));
   EXPECT_THAT(refusal([](auto& p) { p.rotor_to_housing = 0; }), HasSubstr("on a way to the ambient"));

@@ -433,8 +433,8 @@ class HeatedMachine:
 
 @pytest.mark.parametrize("index", (0, 3, 8))
 def test_a_machine_that_heats_moves_as_with_scipy(index: int) -> None:
-    """Within the 40 ms of its start the machine heats as others do in an hour. The temperatures move each period and the
-    resistances lag by half of one: the error is of first order in the step, and that of the documented lag."""
+    """Within the 40 ms of its start the machine heats as others do in an hour. The temperatures move each period, and
+    the resistances lag by half of one: the error is of first order in the step, and that of the documented lag."""
     machine, periods = machines()[index], 1600
     vectors = reference()[0][:periods, index]
     tau_l = float(ReferenceMachines(machines()).tau_l[index])

@@ -11,12 +11,12 @@ namespace {
 
 constexpr int paper = 1;
 
-/// The paper's machine at a constant speed and torque, no heat leaving a node within the run; its temperatures
-/// move each control period.
+/// The paper's machine at a constant speed and torque, no heat leaving a node within the run; its
+/// temperatures move each control period.
 ScenarioConfig heating_config(IntegratorKind integrator) {
   ScenarioConfig config = machine_config(
-      test_machines[paper], {.controller = "foc", .period_us = 50, .omega_m = 100, .end_s = 0.6,
-                             .torque = "[[0, 0], [0.3, 40]]"});
+      test_machines[paper],
+      {.controller = "foc", .period_us = 50, .omega_m = 100, .end_s = 0.6, .torque = "[[0, 0], [0.3, 40]]"});
   config.drive.plant.integrator = integrator;
   config.drive.plant.plant.viscous_friction = 0.01;
   ThermalParameters<>& thermal = config.drive.plant.thermal;
@@ -38,7 +38,8 @@ MilResult run_on(const ScenarioConfig& config) {
 
 /// Winding and rotor have the copper loss, the housing iron loss and friction, each but for a period.
 void expect_heat(const MetricList& m) {
-  const double windings = 10 * (m[Metric::winding_temperature] - 20) + 15 * (m[Metric::rotor_temperature] - 60);
+  const double windings =
+      10 * (m[Metric::winding_temperature] - 20) + 15 * (m[Metric::rotor_temperature] - 60);
   EXPECT_GT(m[Metric::winding_temperature], 22);
   EXPECT_GT(m[Metric::rotor_temperature], 61);
   EXPECT_NEAR(windings, m[Metric::energy_copper], 1e-3 * m[Metric::energy_copper]);

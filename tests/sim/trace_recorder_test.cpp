@@ -233,11 +233,11 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
                            .energies = {.link = 9, .copper = 5, .shaft = 3, .field = 1, .iron = 2},
                            .temperatures = {71, 82, 53}};
   {
-    TraceRecorder recorder{
-        file_,
-        {.interval_us = 25,
-         .signals = {"switching", "plant/i_dc_a", "energy", "thermal", "comparators", "monitor", "parameters"}},
-        origin};
+    TraceRecorder recorder{file_,
+                           {.interval_us = 25,
+                            .signals = {"switching", "plant/i_dc_a", "energy", "thermal", "comparators",
+                                        "monitor", "parameters"}},
+                           origin};
     Telemetry<> record = telemetry(1);
     record.torque_monitored = 8.5;
     record.torque_reached = 6.25;

@@ -101,13 +101,13 @@ class PlantHeating {
 
   ThermalParameters<T> parameters_;
   ThermalNetwork<T> network_;
-  T r_s_;                 ///< at the reference temperature [Ω]
-  T r_r_;                 ///< the same [Ω]
-  T viscous_friction_;    ///< [N·m·s/rad]
-  T omega_{};             ///< at the beginning of the piece [rad/s]
-  T threshold_power_{};   ///< the same [W]
-  T friction_{};          ///< lost in bearings and fan since the last step [J]
-  T threshold_{};         ///< lost in the inverter's thresholds since then [J]
+  T r_s_;                       ///< at the reference temperature [Ω]
+  T r_r_;                       ///< the same [Ω]
+  T viscous_friction_;          ///< [N·m·s/rad]
+  T omega_{};                   ///< at the beginning of the piece [rad/s]
+  T threshold_power_{};         ///< the same [W]
+  T friction_{};                ///< lost in bearings and fan since the last step [J]
+  T threshold_{};               ///< lost in the inverter's thresholds since then [J]
   std::int64_t elapsed_ns_{0};  ///< since then [ns]
   std::array<T, std::size_t(EnergyMeter<T>::size)> meter_{};  ///< its readings there [J]
 };

@@ -25,8 +25,7 @@ class ThermalNetwork {
  public:
   /// The parameters must be valid, and act.
   explicit ThermalNetwork(const ThermalParameters<T>& parameters)
-      : ambient_{parameters.ambient},
-        root_capacity_{column(parameters.capacity).cwiseSqrt()} {
+      : ambient_{parameters.ambient}, root_capacity_{column(parameters.capacity).cwiseSqrt()} {
     const Eigen::SelfAdjointEigenSolver<Matrix> modes{root_capacity_.cwiseInverse().asDiagonal() *
                                                       conductances(parameters) *
                                                       root_capacity_.cwiseInverse().asDiagonal()};

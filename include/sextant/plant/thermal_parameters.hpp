@@ -21,17 +21,17 @@ struct ThermalNodes {
 /// (`ThermalNetwork`, `PlantHeating`). None by default: temperatures are unknown and resistances constant.
 template <class T = double>
 struct ThermalParameters {
-  ThermalNodes<T> capacity{};                   ///< C; all 0: no network, and nothing else counts [J/K]
-  T winding_to_rotor{};                         ///< G, thermal conductance across the air gap [W/K]
-  T winding_to_housing{};                       ///< the same, through the iron of the stator [W/K]
-  T rotor_to_housing{};                         ///< the same, through bearings and inner air [W/K]
-  ThermalNodes<T> to_ambient{};                 ///< the same of each node, to the ambient [W/K]
-  T ambient{T(20)};                             ///< temperature of the ambient [°C]
-  ThermalNodes<std::optional<T>> start{};       ///< temperatures at the beginning; empty: `ambient` [°C]
-  T reference{T(20)};                           ///< temperature at which the machine's resistances hold [°C]
-  T winding_coefficient{T(0.00393)};            ///< of R_s at `reference`; that of copper at 20 °C [1/K]
-  T rotor_coefficient{T(0.00403)};              ///< of R_r at `reference`; that of aluminium at 20 °C [1/K]
-  std::int32_t step_ns{10'000'000};             ///< from one move of temperatures and resistances to the next [ns]
+  ThermalNodes<T> capacity{};              ///< C; all 0: no network, and nothing else counts [J/K]
+  T winding_to_rotor{};                    ///< G, thermal conductance across the air gap [W/K]
+  T winding_to_housing{};                  ///< the same, through the iron of the stator [W/K]
+  T rotor_to_housing{};                    ///< the same, through bearings and inner air [W/K]
+  ThermalNodes<T> to_ambient{};            ///< the same of each node, to the ambient [W/K]
+  T ambient{T(20)};                        ///< temperature of the ambient [°C]
+  ThermalNodes<std::optional<T>> start{};  ///< temperatures at the beginning; empty: `ambient` [°C]
+  T reference{T(20)};                      ///< temperature at which the machine's resistances hold [°C]
+  T winding_coefficient{T(0.00393)};       ///< of R_s at `reference`; that of copper at 20 °C [1/K]
+  T rotor_coefficient{T(0.00403)};         ///< of R_r at `reference`; that of aluminium at 20 °C [1/K]
+  std::int32_t step_ns{10'000'000};        ///< from one move of temperatures and resistances to the next [ns]
 
   friend constexpr bool operator==(const ThermalParameters&, const ThermalParameters&) noexcept = default;
 
@@ -65,9 +65,10 @@ struct ThermalParameters {
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* problem = validate_values()) return problem;
     if (!acts()) {
-      return *this == ThermalParameters{} ? nullptr
-                                          : "conductances, temperatures and coefficients of the thermal network "
-                                            "need heat capacities above zero";
+      return *this == ThermalParameters{}
+                 ? nullptr
+                 : "conductances, temperatures and coefficients of the thermal network "
+                   "need heat capacities above zero";
     }
     if (!(capacity.winding > T(0) && capacity.rotor > T(0) && capacity.housing > T(0)))
       return "winding, rotor and housing must each have a heat capacity above zero, or none of them one";

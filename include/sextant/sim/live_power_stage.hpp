@@ -8,8 +8,8 @@
 
 namespace sextant {
 
-/// The power stage of a live drive, with the plant that its parameters ask for: with a stiff link or one whose
-/// voltage is a state, and with an energy meter where a thermal network is heated by the losses.
+/// The power stage of a live drive, with the plant that its parameters ask for: with a stiff link or one
+/// whose voltage is a state, and with an energy meter where a thermal network is heated by the losses.
 class LivePowerStage {
  public:
   using Parameters = SimulatedPowerStageParameters;

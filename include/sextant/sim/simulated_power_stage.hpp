@@ -31,7 +31,7 @@ enum class IntegratorKind : std::uint8_t {
 /// What a simulated power stage is made of.
 struct SimulatedPowerStageParameters {
   DrivePlantParameters<double> plant{};
-  DcLinkParameters<double> link{};  ///< between a source of `io.u_dc` and the inverter; stiff by default
+  DcLinkParameters<double> link{};      ///< between a source of `io.u_dc` and the inverter; stiff by default
   ThermalParameters<double> thermal{};  ///< of the machine; none by default
   SimulatedDriveIoParameters io{};
   IntegratorKind integrator{IntegratorKind::cvode};

@@ -1,7 +1,7 @@
 // The torque of one machine over a switching sequence, by each integrator of the simulated power stage at its
 // defaults; of a machine that saturates or has iron loss without the exact one. With a DC link of its own
-// also the link's voltage, with a thermal network also the temperatures at the end. Standard input and output are one JSON object each; see
-// tests/python/test_trajectories.py.
+// also the link's voltage, with a thermal network also the temperatures at the end. Standard input and output
+// are one JSON object each; see tests/python/test_trajectories.py.
 
 #include <cstdint>
 #include <cstdio>
