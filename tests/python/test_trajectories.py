@@ -452,7 +452,7 @@ def test_a_machine_that_heats_moves_as_with_scipy(index: int) -> None:
         plant.advance(2 / 3 * machine.u_dc * complex(VECTORS[vector]), 1e-9 * PERIOD_NS)
         truth[k] = plant.torque()
     peak, rise = np.abs(truth).max(), plant.temperatures - 35
-    assert rise[0] > 15 and rise[1] > 15 and rise[2] > 2, f"it heats: {rise}"
+    assert rise.min() > 2 and rise.max() > 15, f"it heats: {rise}"
 
     def errors(step_ns: int) -> tuple[dict[str, float], dict[str, np.ndarray]]:
         task = {"thermal": thermal | {"step_ns": step_ns}, "friction": friction}
@@ -466,8 +466,8 @@ def test_a_machine_that_heats_moves_as_with_scipy(index: int) -> None:
         print(f"seed {SEED}, {machine.name}, {name}: torque {error:.1e}, temperatures {of_ends[name]}, lag {lag:.1e} K")
     assert set(of_torque) == set(of_ends) == set(LIMITS)
     for name, error in of_torque.items():
-        assert error <= LIMITS[name] + 0.004 * 3 * lag, f"seed {SEED}, {machine}, {name}"
-        assert np.all(np.abs(of_ends[name]) <= 3 * lag), f"seed {SEED}, {machine}, {name}: {of_ends[name]}"
+        assert error <= LIMITS[name] + 0.004 * lag, f"seed {SEED}, {machine}, {name}"
+        assert np.all(np.abs(of_ends[name]) <= lag), f"seed {SEED}, {machine}, {name}: {of_ends[name]}"
     coarse, fine = (errors(n * PERIOD_NS)[0]["fixed"] for n in (16, 8))
     assert coarse / fine == pytest.approx(2, rel=0.25), "of first order in the step"
     cold = np.abs(np.array(played(machine, tau_l, vectors, friction=friction)["fixed"]) - truth).max() / peak
