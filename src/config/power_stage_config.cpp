@@ -103,6 +103,49 @@ void describe(Section s, DcLinkParameters<double>& p) {
   s.check(p);
 }
 
+void describe_nodes(Section s, ThermalNodes<double>& x, const char* suffix, Range<double> range,
+                    const char* unit, const char* winding, const char* rotor, const char* housing) {
+  s.number(std::string{"winding"} + suffix, x.winding, range, unit, winding);
+  s.number(std::string{"rotor"} + suffix, x.rotor, range, unit, rotor);
+  s.number(std::string{"housing"} + suffix, x.housing, range, unit, housing);
+}
+
+void describe(Section s, ThermalParameters<double>& p) {
+  constexpr Range<double> w_per_k{0, 1e6};
+  constexpr Range<double> temperature_c{-100, 400};
+  constexpr Range<double> per_k{0, 0.02};
+  describe_nodes(s, p.capacity, "_j_per_k", {0, 1e9}, "J/K",
+                 "heat capacity of the stator winding, which its copper loss heats; 0, as those of rotor and "
+                 "housing: no thermal network, temperatures are unknown and resistances constant",
+                 "the same of the rotor with its iron, which the loss in its resistance heats",
+                 "the same of the housing with the stator's iron, which iron loss and viscous friction heat");
+  s.number("winding_to_rotor_w_per_k", p.winding_to_rotor, w_per_k, "W/K",
+           "thermal conductance across the air gap");
+  s.number("winding_to_housing_w_per_k", p.winding_to_housing, w_per_k, "W/K",
+           "the same from the winding through the stator's iron");
+  s.number("rotor_to_housing_w_per_k", p.rotor_to_housing, w_per_k, "W/K",
+           "the same from the rotor through bearings and inner air");
+  describe_nodes(s, p.to_ambient, "_to_ambient_w_per_k", w_per_k, "W/K",
+                 "the same from the winding to the ambient; each node needs a way to the ambient",
+                 "the same from the rotor, as of a ventilated machine",
+                 "the same from the housing, by surface and fan");
+  s.number("ambient_c", p.ambient, temperature_c, "C", "temperature of the ambient");
+  s.number("winding_c", p.start.winding, temperature_c, "C",
+           "temperature of the winding at the beginning; not set: ambient_c");
+  s.number("rotor_c", p.start.rotor, temperature_c, "C", "the same of the rotor");
+  s.number("housing_c", p.start.housing, temperature_c, "C", "the same of the housing");
+  s.number("reference_c", p.reference, temperature_c, "C",
+           "temperature at which the resistances of [machine] hold; the drive goes on to believe in those");
+  s.number("winding_per_k", p.winding_coefficient, per_k, "1/K",
+           "by which R_s rises, of what it is at reference_c: 0.00393 for copper at 20 °C");
+  s.number("rotor_per_k", p.rotor_coefficient, per_k, "1/K",
+           "the same of R_r: 0.00403 for aluminium, 0.00393 for copper at 20 °C");
+  s.time("step_ms", p.step_ns, 1e6, {1e-3, 1e3}, "ms",
+         "time after which temperatures and resistances move, at the beginning of a control period; they lag "
+         "by half of it; at most a tenth of the shortest time constant");
+  s.check(p);
+}
+
 /// An integrator that cannot move the machine.
 std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
   if (p.integrator != IntegratorKind::exact) return {};
@@ -189,6 +232,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   describe(s.section("iron_loss"), p.plant.iron_loss);
   describe_inverter(s.section("inverter"), p);
   describe(s.section("link"), p.link);
+  describe(s.section("thermal"), p.thermal);
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);

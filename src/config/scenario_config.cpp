@@ -200,6 +200,8 @@ std::string validate_event_exact(const ScenarioConfig& c) {
            "plant.inverter.dead_time_us 0, threshold_v 0, slope_ohm 0 and plant.faults.kind \"none\"";
   if (c.drive.plant.link.acts())
     return "an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0";
+  if (c.drive.plant.thermal.acts())
+    return "an event-exact run has constant resistances, the heat capacities of plant.thermal must be 0";
   const IntegratorKind integrator = c.drive.plant.integrator;
   if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
     return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";

@@ -47,6 +47,12 @@ void fill(MetricList& m, const LinkEnergies& before_link) noexcept {
   m[Metric::energy_stored] = before_link.stored;
 }
 
+void fill(MetricList& m, const ThermalNodes<double>& hottest) noexcept {
+  m[Metric::winding_temperature] = hottest.winding;
+  m[Metric::rotor_temperature] = hottest.rotor;
+  m[Metric::housing_temperature] = hottest.housing;
+}
+
 void fill(MetricList& m, const TorqueDeviation& deviation) noexcept {
   m[Metric::torque_deviation] = deviation.largest();
   m[Metric::torque_silent] = deviation.longest_ms();
@@ -90,6 +96,14 @@ void MetricsAccumulator::commutate(std::int64_t t_ns, SwitchState state) noexcep
   if (switch_state_ && t_ns > parameters_.from_ns && t_ns <= parameters_.to_ns)
     turn_ons_ += turn_ons(*switch_state_, state);
   switch_state_ = state;
+}
+
+void MetricsAccumulator::note_temperatures(std::int64_t t_ns,
+                                           const ThermalNodes<double>& temperatures) noexcept {
+  if (std::isnan(temperatures.winding) || t_ns < parameters_.from_ns || t_ns > parameters_.to_ns) return;
+  ThermalNodes<double>& most = hottest_ ? *hottest_ : hottest_.emplace(temperatures);
+  most = {std::max(most.winding, temperatures.winding), std::max(most.rotor, temperatures.rotor),
+          std::max(most.housing, temperatures.housing)};
 }
 
 void MetricsAccumulator::pulse(std::int64_t t_ns, std::int64_t count) noexcept {
@@ -167,6 +181,7 @@ MetricList MetricsAccumulator::metrics() const noexcept {
   m[Metric::response_time] = response_.time_ms().value_or(nan);
   m[Metric::energy_unaccounted] = balance_.unaccounted();
   if (deviation_) fill(m, *deviation_);
+  if (hottest_) fill(m, *hottest_);
   if (moments_.weight() > 0) fill_window_metrics(m);
   return m;
 }

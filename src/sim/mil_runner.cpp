@@ -36,6 +36,8 @@ class SampledObserver {
 
   /// A control period that has run, before time zero too; `now` is its telemetry.
   void period(const Telemetry<double>& now, const ScenarioCommands& commands) {
+    temperatures_ = io_.temperatures();
+    metrics_.note_temperatures(now.t_ns, temperatures_);
     if (now.t_ns > 0) add_segments(commands);
     note_comparators(now.t_ns);
     t_ns_ = now.t_ns;
@@ -100,7 +102,9 @@ class SampledObserver {
 
   [[nodiscard]] PlantSample trace_sample(const PlantLook& now, SwitchState state,
                                          SpaceVector<> u_s) const noexcept {
-    return now.trace_sample(state, u_s, io_.tau_l());
+    PlantSample sample = now.trace_sample(state, u_s, io_.tau_l());
+    sample.temperatures = temperatures_;
+    return sample;
   }
 
   [[nodiscard]] PlantLook look(const typename Io::PlantType::State& x) const noexcept {
@@ -124,10 +128,11 @@ class SampledObserver {
   const Controller<>* controller_;
   const DirectTorqueController<>* comparators_;  // the same, where it is one
   TraceRecorder* trace_;
-  std::int64_t t_ns_{0};       ///< the last period [ns]
-  double reference_{0};        ///< torque reference from there on [N·m]
-  double reference_slope_{0};  ///< [N·m/s]
-  int demand_{0};              ///< the torque comparator's last output
+  ThermalNodes<double> temperatures_{};  ///< over the segments before it [°C]
+  std::int64_t t_ns_{0};                 ///< the last period [ns]
+  double reference_{0};                  ///< torque reference from there on [N·m]
+  double reference_slope_{0};            ///< [N·m/s]
+  int demand_{0};                        ///< the torque comparator's last output
 };
 
 }  // namespace

@@ -43,6 +43,10 @@ class RunMetrics {
     run_.pulse(t_ns, count);
     for (MetricsAccumulator& w : windows_) w.pulse(t_ns, count);
   }
+  void note_temperatures(std::int64_t t_ns, const ThermalNodes<double>& temperatures) noexcept {
+    run_.note_temperatures(t_ns, temperatures);
+    for (MetricsAccumulator& w : windows_) w.note_temperatures(t_ns, temperatures);
+  }
   void begin_period(const Telemetry<double>& telemetry, double command) noexcept {
     run_.begin_period(telemetry, command);
     for (MetricsAccumulator& w : windows_) w.begin_period(telemetry, command);

@@ -102,6 +102,12 @@ inline constexpr std::array trace_columns{
     SEXTANT_PLANT(energy_iron_j, "energy", "J", "energy lost in the iron since the run began"),
     SEXTANT_PLANT(energy_shaft_j, "energy", "J", "work of the air-gap torque since the run began"),
     SEXTANT_PLANT(energy_field_j, "energy", "J", "energy of the magnetic field"),
+    SEXTANT_PLANT(winding_temperature_c, "thermal", "°C",
+                  "temperature of the stator winding; NaN without plant.thermal"),
+    SEXTANT_PLANT(rotor_temperature_c, "thermal", "°C",
+                  "temperature of the rotor; NaN without plant.thermal"),
+    SEXTANT_PLANT(housing_temperature_c, "thermal", "°C",
+                  "temperature of the housing; NaN without plant.thermal"),
     SEXTANT_CONTROL(torque_comparator, "1", "torque comparator: 1 raise the torque, -1 lower it, 0 hold"),
     SEXTANT_CONTROL(flux_comparator, "1", "flux comparator: 1 raise the flux, 0 lower it"),
     SEXTANT_COLUMN(

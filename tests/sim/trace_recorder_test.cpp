@@ -230,13 +230,14 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
                            .state = {LegState::high, LegState::low, LegState::off},
                            .u_s = {100, -50},
                            .i_r = {3, 4},
-                           .energies = {.link = 9, .copper = 5, .shaft = 3, .field = 1, .iron = 2}};
+                           .energies = {.link = 9, .copper = 5, .shaft = 3, .field = 1, .iron = 2},
+                           .temperatures = {71, 82, 53}};
   {
-    TraceRecorder recorder{
-        file_,
-        {.interval_us = 25,
-         .signals = {"switching", "plant/i_dc_a", "energy", "comparators", "monitor", "parameters"}},
-        origin};
+    TraceRecorder recorder{file_,
+                           {.interval_us = 25,
+                            .signals = {"switching", "plant/i_dc_a", "energy", "thermal", "comparators",
+                                        "monitor", "parameters"}},
+                           origin};
     Telemetry<> record = telemetry(1);
     record.torque_monitored = 8.5;
     record.torque_reached = 6.25;
@@ -254,7 +255,8 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(
       trace.datasets("/plant"),
       testing::UnorderedElementsAre("switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j",
-                                    "energy_copper_j", "energy_iron_j", "energy_shaft_j", "energy_field_j"));
+                                    "energy_copper_j", "energy_iron_j", "energy_shaft_j", "energy_field_j",
+                                    "winding_temperature_c", "rotor_temperature_c", "housing_temperature_c"));
   EXPECT_THAT(trace.read("plant/switch_a"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("plant/switch_b"), testing::ElementsAre(0));
   EXPECT_THAT(trace.read("plant/switch_c"), testing::ElementsAre(-1));
@@ -262,6 +264,9 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(trace.read("plant/energy_link_j"), testing::ElementsAre(9));
   EXPECT_THAT(trace.read("plant/energy_field_j"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("plant/energy_iron_j"), testing::ElementsAre(2));
+  EXPECT_THAT(trace.read("plant/winding_temperature_c"), testing::ElementsAre(71));
+  EXPECT_THAT(trace.read("plant/rotor_temperature_c"), testing::ElementsAre(82));
+  EXPECT_THAT(trace.read("plant/housing_temperature_c"), testing::ElementsAre(53));
   EXPECT_THAT(trace.read("control/torque_comparator"), testing::ElementsAre(-1));
   EXPECT_THAT(trace.read("control/flux_comparator"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("control/torque_monitored_nm"), testing::ElementsAre(8.5));

@@ -105,6 +105,11 @@ inline constexpr bool last_is_uncontrolled = [] {
     return false;
 }();
 
+/// True for an appended system that has the machine's resistances in its equations, as an energy meter has:
+/// `set_resistances(r_s, r_r)` replaces them. [Ω]
+template <class A>
+inline constexpr bool has_resistances = requires(A& a) { a.set_resistances(1.0F, 1.0F); };
+
 /// The appended system that is none.
 template <class T = double>
 struct NoAppendedSystem {

@@ -89,7 +89,7 @@ class DrivePlant {
     const InductionMachineParameters<T>& m = machine_.parameters();
     const T p = T(m.pole_pairs);
     shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
-    flux_per_volt_ = (T(1) + rounding) * T(2) / T(3) * machine_.largest_inductance() / m.r_s;
+    note_stator_resistance();
     if constexpr (feeds_back) appended_.begin(appended_states());
     settle_inverter();
   }
@@ -126,6 +126,18 @@ class DrivePlant {
   void open_phase(int phase) noexcept SEXTANT_NONBLOCKING {
     if (phase == inverter_.open_phase()) return;
     inverter_.open_phase(phase, i_s());
+    note_jump();
+    settle_inverter();
+  }
+
+  /// Replaces the machine's resistances, that of the stator with the inverter's slope resistance in it [Ω];
+  /// the same change nothing. The state stays. Integrators are to be reset.
+  void set_resistances(T r_s, T r_r) noexcept SEXTANT_NONBLOCKING {
+    const InductionMachineParameters<T>& m = machine_.parameters();
+    if (r_s == m.r_s && r_r == m.r_r) return;
+    machine_.set_resistances(r_s, r_r);
+    note_stator_resistance();
+    if constexpr (has_resistances<Appended>) appended_.set_resistances(r_s, r_r);
     note_jump();
     settle_inverter();
   }
@@ -266,9 +278,9 @@ class DrivePlant {
   /// linkage is larger than the DC link can make it, whatever the speed does:
   ///   d|psi_r|/dt ≤ L_m/L_s |psi_s| R_r/σL_r − |psi_r| R_r/σL_r  and
   ///   d|psi_s|/dt ≤ |u_s| − R_s/σL_s (|psi_s| − k_r |psi_r|)  give  |psi_s| ≤ L_s/R_s |u_s|,
-  /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with the largest link voltage so far; with saturation L_s is the largest
-  /// one, and iron loss makes d|psi_r|/dt smaller. An integration that goes beyond it has left the machine's
-  /// equations.
+  /// |u_s| ≤ 2/3 (u_dc + 2 V_t), with largest link voltage and smallest R_s so far; with saturation L_s is
+  /// the largest one, and iron loss makes d|psi_r|/dt smaller. An integration that goes beyond it has left
+  /// the machine's equations.
   [[nodiscard]] bool is_reachable() const noexcept SEXTANT_NONBLOCKING {
     if constexpr (feeds_back) {
       if (!appended_.is_valid(appended_states(x_))) return false;
@@ -388,6 +400,10 @@ class DrivePlant {
   void note_jump() noexcept SEXTANT_NONBLOCKING {
     ++revision_;
     ++jumps_;
+  }
+  void note_stator_resistance() noexcept SEXTANT_NONBLOCKING {
+    flux_per_volt_ = std::max(flux_per_volt_, (T(1) + rounding) * T(2) / T(3) *
+                                                  machine_.largest_inductance() / machine_.parameters().r_s);
   }
   void note_link_voltage() noexcept SEXTANT_NONBLOCKING {
     largest_u_dc_ = std::max(largest_u_dc_, u_dc() + T(2) * drops_.threshold_voltage);
@@ -570,11 +586,11 @@ class DrivePlant {
   T inverse_inertia_;   ///< 1/(J + J_road) [1/(kg·m²)]
   T viscous_friction_;  ///< B [N·m·s/rad]
   RoadLoad<T> road_load_;
-  bool on_road_;      ///< the road load is not zero
-  bool feels_road_;   ///< and the speed is not imposed
-  T shaft_gain_;      ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
-  T flux_per_volt_;   ///< largest |psi_s| by u_dc [s]
-  T largest_u_dc_{};  ///< of the inputs so far, with two thresholds [V]
+  bool on_road_;       ///< the road load is not zero
+  bool feels_road_;    ///< and the speed is not imposed
+  T shaft_gain_;       ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
+  T flux_per_volt_{};  ///< largest |psi_s| by u_dc, with the smallest R_s so far [s]
+  T largest_u_dc_{};   ///< of the inputs so far, with two thresholds [V]
   ConductionDrops<T> drops_;
   Inverter<T> inverter_;
   PlantInputs<T> inputs_{};

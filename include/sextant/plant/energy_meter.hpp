@@ -35,6 +35,12 @@ class EnergyMeter {
   /// Resistances of the plant's machine, that of the stator with the inverter's slope resistance. [Ω]
   constexpr EnergyMeter(T r_s, T r_r) noexcept : r_s_{r_s}, r_r_{r_r} {}
 
+  /// Replaces them; what has been lost stays. [Ω]
+  constexpr void set_resistances(T r_s, T r_r) noexcept SEXTANT_NONBLOCKING {
+    r_s_ = r_s;
+    r_r_ = r_r;
+  }
+
   /// Powers as above. [W]
   constexpr void derivative(const PlantQuantities<T>& plant, std::span<const T, 5>,
                             std::span<T, 5> power) const noexcept SEXTANT_NONBLOCKING {

@@ -60,6 +60,14 @@ class InductionMachine {
                  iron_loss_.damping()},
         saturation_{saturation, parameters.l_s()} {}
 
+  /// Replaces the resistances [Ω]; what they have to do with the flux linkages stays.
+  constexpr void set_resistances(T r_s, T r_r) noexcept SEXTANT_NONBLOCKING {
+    iron_loss_.scale_rotor_resistance(r_r / parameters_.r_r);
+    parameters_.r_s = r_s;
+    parameters_.r_r = r_r;
+    damping_ = r_s * inverse_sigma_l_s_ + r_r * inverse_sigma_l_r_ + iron_loss_.damping();
+  }
+
   /// The currents are linear in the flux linkages, and these move as `electrical_rates` has it.
   [[nodiscard]] constexpr bool is_linear() const noexcept SEXTANT_NONBLOCKING {
     return !saturation_.acts() && !iron_loss_.acts();

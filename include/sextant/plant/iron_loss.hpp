@@ -48,6 +48,12 @@ class IronLoss {
 
   [[nodiscard]] constexpr bool acts() const noexcept SEXTANT_NONBLOCKING { return acts_; }
 
+  /// R_R becomes that many times what it is, and the iron stays as it is. [-]
+  constexpr void scale_rotor_resistance(T ratio) noexcept SEXTANT_NONBLOCKING {
+    eddy_ *= ratio;
+    hysteresis_ *= ratio;
+  }
+
   /// s, by which the iron loss shortens f, the slope of the rotor flux linkage without it [V]. [-]
   [[nodiscard]] T share(SpaceVector<T> f, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
     const T holding = hysteresis_ * magnitude(psi_r);

@@ -1,34 +1,40 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 
 namespace sextant {
 
-/// The power stage of a live drive, with the link that its parameters ask for: stiff, or with a voltage that
-/// is a state.
+/// The power stage of a live drive, with the plant that its parameters ask for: with a stiff link or one
+/// whose voltage is a state, and with an energy meter where a thermal network is heated by the losses.
 class LivePowerStage {
  public:
   using Parameters = SimulatedPowerStageParameters;
 
   /// Throws as the power stages do.
   LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load) {
+    const bool heats = parameters.thermal.acts();
     if (parameters.link.acts())
-      linked_ = std::make_unique<LinkedPowerStage>(parameters, load);
+      heats ? make<LinkedMeteredPowerStage>(parameters, load) : make<LinkedPowerStage>(parameters, load);
     else
-      stiff_ = std::make_unique<SimulatedPowerStage>(parameters, load);
+      heats ? make<MeteredPowerStage>(parameters, load) : make<SimulatedPowerStage>(parameters, load);
   }
 
-  [[nodiscard]] DriveIo<double>& io() noexcept {
-    if (linked_) return linked_->io();
-    return stiff_->io();
-  }
+  [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
  private:
-  std::unique_ptr<SimulatedPowerStage> stiff_{};
-  std::unique_ptr<LinkedPowerStage> linked_{};
+  template <class Stage>
+  void make(const Parameters& parameters, const MechanicalLoad::Parameters& load) {
+    auto stage = std::make_shared<Stage>(parameters, load);
+    io_ = &stage->io();
+    stage_ = std::move(stage);
+  }
+
+  std::shared_ptr<void> stage_{};
+  DriveIo<double>* io_{};
 };
 
 }  // namespace sextant

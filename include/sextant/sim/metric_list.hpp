@@ -40,6 +40,9 @@ enum class Metric : std::uint8_t {
   energy_chopper,
   energy_stored,
   energy_unaccounted,
+  winding_temperature,
+  rotor_temperature,
+  housing_temperature,
   speed_error_rms,
   simulated,
   wall,
@@ -53,7 +56,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 33;
+inline constexpr std::size_t metric_count = 36;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -101,6 +104,10 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
     {"energy_unaccounted", "1",
      "of the whole run: energy from the link that is neither work nor loss nor field, and energy of a link "
      "with capacitance that is neither lost nor stored nor passed on, as a share of what has flowed"},
+    {"winding_temperature_c", "°C",
+     "highest temperature of the stator winding in the window, where plant.thermal has a network"},
+    {"rotor_temperature_c", "°C", "the same of the rotor"},
+    {"housing_temperature_c", "°C", "the same of the housing"},
     {"speed_error_rms_rad_s", "rad/s", "RMS of speed minus its reference in the window, if there is one"},
     {"simulated_s", "s", "length of the run in the drive's time"},
     {"wall_s", "s", "length of the run in wall time"},

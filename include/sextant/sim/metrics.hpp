@@ -6,6 +6,7 @@
 
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
+#include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/sim/energy_account.hpp"
 #include "sextant/sim/metric_list.hpp"
 #include "sextant/sim/metrics_sample.hpp"
@@ -57,6 +58,7 @@ struct MetricsParameters {
 ///   the fundamental must stay within 10 % (`SteadyCurrent`).
 /// - Energies are the differences of the plant's own meter. Those from and to the link are the integrals of
 ///   the positive and of the negative part of the link's instantaneous power (`EnergyAccount`).
+/// - A temperature is the highest in the window.
 /// - What is unaccounted for is the balance of the whole run, window or not.
 ///
 /// A sample that is not finite makes every metric NaN: a broken run must not pass.
@@ -76,6 +78,9 @@ class MetricsAccumulator {
 
   /// Adds beginnings of a torque comparator's pulse at an instant.
   void pulse(std::int64_t t_ns, std::int64_t count = 1) noexcept;
+
+  /// Temperatures of the machine up to an instant [°C]; NaN where they are not known.
+  void note_temperatures(std::int64_t t_ns, const ThermalNodes<double>& temperatures) noexcept;
 
   /// The run has control periods of this length. [ns]
   void has_control_period(std::int64_t period_ns);
@@ -139,6 +144,7 @@ class MetricsAccumulator {
   std::int64_t pulses_{0};
   std::optional<SwitchState> switch_state_{};
   double peak_current_{0};
+  std::optional<ThermalNodes<double>> hottest_{};  // in the window, where temperatures are known [°C]
   double reference_{0};  // before the window and its settling; before the run zero [N·m]
   bool steady_{true};    // the reference stood still and every leg was driven, as far as the window goes
   bool has_pulses_{true};

@@ -64,6 +64,9 @@ class PlantEnvelope {
             .energy_iron_j = last.energies.iron,
             .energy_shaft_j = last.energies.shaft,
             .energy_field_j = last.energies.field,
+            .winding_temperature_c = last.temperatures.winding,
+            .rotor_temperature_c = last.temperatures.rotor,
+            .housing_temperature_c = last.temperatures.housing,
             .switch_a = leg(last.state.a()),
             .switch_b = leg(last.state.b()),
             .switch_c = leg(last.state.c())};

@@ -12,6 +12,7 @@
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/plant_heating.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/sim/dead_time.hpp"
 #include "sextant/sim/mechanical_load.hpp"
@@ -61,19 +62,23 @@ struct SimulatedDriveIoParameters {
 /// commanded, as of a real gate driver. `Log` keeps the acted segments of the last read.
 ///
 /// The measurement is what the sensors read (`SensorModel`): by default the plant's true state.
+///
+/// Temperatures and resistances of a plant that is heated (`PlantHeating`) move at the beginning of a read,
+/// so that they are the same over all of its segments.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
   using Parameters = SimulatedDriveIoParameters;
   using PlantType = Plant;
 
-  /// Plant, integrator and load are not owned and must outlive this object.
+  /// Plant, integrator, load and heating are not owned and must outlive this object; null: no heating.
   SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,
-                   const MechanicalLoad& load) noexcept
+                   const MechanicalLoad& load, PlantHeating<Plant>* heating = nullptr) noexcept
       : parameters_{parameters},
         plant_{plant},
         integrator_{integrator},
         load_{load},
+        heating_{heating},
         dead_time_{parameters.dead_time_ns},
         sensors_{parameters.sensors, parameters.fault},
         has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant()} {}
@@ -81,6 +86,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
     log_.clear();
+    heat();
     if (has_stops_ && !failed_) [[unlikely]]
       prepare_stops(t_ns);
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
@@ -124,12 +130,32 @@ class SimulatedDriveIo final : public DriveIo<double> {
     return load_.torque(load_time(plant_t_ns_)) + plant_.tau_road();
   }
 
+  /// Of the plant's machine over the last read; NaN where it is not heated. [°C]
+  [[nodiscard]] ThermalNodes<double> temperatures() const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (can_heat) {
+      if (heating_ != nullptr) return heating_->temperatures();
+    }
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    return {unknown, unknown, unknown};
+  }
+
   /// False once an integration has failed or the flux exceeds what the DC link can produce; the plant then
   /// stays in its last state.
   [[nodiscard]] bool healthy() const noexcept SEXTANT_NONBLOCKING { return !failed_; }
 
  private:
   static constexpr std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
+  /// The plant has an energy meter.
+  static constexpr bool can_heat = has_resistances<typename Plant::AppendedType>;
+
+  /// Moves temperatures and resistances where that is due.
+  void heat() noexcept {
+    if constexpr (can_heat) {
+      if (heating_ == nullptr || failed_) [[likely]]
+        return;
+      if (heating_->step(plant_)) integrator_.reset();
+    }
+  }
 
   /// Into [−π, π]. [rad]
   static double wrapped(double angle) noexcept { return std::remainder(angle, 2.0 * std::numbers::pi); }
@@ -243,10 +269,18 @@ class SimulatedDriveIo final : public DriveIo<double> {
     for (const GateSegment& segment : segments) duration_ns += segment.duration_ns;
     set_inputs(segments[0].state, duration_ns);
     log_.begin(plant_);
+    if constexpr (can_heat) {
+      if (heating_ != nullptr) [[unlikely]]
+        heating_->begin_piece(plant_);
+    }
     std::array<typename Plant::State, Log::wants_corners ? GatePattern::capacity : 0> states;
     const std::span corners{states.data(), Log::wants_corners ? segments.size() : 0};
     failed_ = !integrator_.advance_through(plant_, segments, corners) || !plant_.is_reachable();
     if (!failed_) log_.end(plant_, segments, corners, resumes);
+    if constexpr (can_heat) {
+      if (heating_ != nullptr && !failed_) [[unlikely]]
+        heating_->end_piece(plant_, duration_ns);
+    }
     return duration_ns;
   }
 
@@ -287,6 +321,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   Plant& plant_;
   PlantIntegrator<Plant>& integrator_;
   const MechanicalLoad& load_;
+  PlantHeating<Plant>* heating_;  ///< null: none
   DeadTime dead_time_;
   SensorModel sensors_;
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load

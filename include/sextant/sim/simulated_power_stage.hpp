@@ -13,6 +13,8 @@
 #include "sextant/plant/erk_integrator.hpp"
 #include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/plant/plant_heating.hpp"
+#include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/simulated_drive_io.hpp"
 
@@ -29,7 +31,8 @@ enum class IntegratorKind : std::uint8_t {
 /// What a simulated power stage is made of.
 struct SimulatedPowerStageParameters {
   DrivePlantParameters<double> plant{};
-  DcLinkParameters<double> link{};  ///< between a source of `io.u_dc` and the inverter; stiff by default
+  DcLinkParameters<double> link{};      ///< between a source of `io.u_dc` and the inverter; stiff by default
+  ThermalParameters<double> thermal{};  ///< of the machine; none by default
   SimulatedDriveIoParameters io{};
   IntegratorKind integrator{IntegratorKind::cvode};
   CvodeParameters cvode{};
@@ -41,6 +44,7 @@ struct SimulatedPowerStageParameters {
     if (const char* problem = plant.validate()) return problem;
     if (const char* problem = io.validate()) return problem;
     if (const char* problem = link.validate()) return problem;
+    if (const char* problem = thermal.validate()) return problem;
     if (link.has_chopper() && !(link.chopper_off > io.u_dc))
       return "the brake chopper must turn off above the voltage of the source, or it loads the source";
     if (const char* problem = cvode.validate()) return problem;
@@ -69,13 +73,14 @@ class BasicSimulatedPowerStage {
   using Io = SimulatedDriveIo<Plant, Log>;
   using Parameters = SimulatedPowerStageParameters;
 
-  /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, or the link is
-  /// not that of this power stage.
+  /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, the link is not
+  /// that of this power stage, or its machine is to be heated without a meter.
   BasicSimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
       : load_{load},
         plant_{plant_of(parameters), make_appended<typename Plant::AppendedType>(parameters)},
+        heating_{make_heating(parameters, plant_)},
         integrator_{make_integrator(parameters)},
-        io_{parameters.io, plant_, *integrator_, load_} {}
+        io_{parameters.io, plant_, *integrator_, load_, heating_.get()} {}
 
   [[nodiscard]] Io& io() noexcept { return io_; }
 
@@ -103,6 +108,15 @@ class BasicSimulatedPowerStage {
     return parameters.plant;
   }
 
+  /// Null where there is none.
+  static std::unique_ptr<PlantHeating<Plant>> make_heating(const Parameters& parameters, Plant& plant) {
+    if (!parameters.thermal.acts()) return {};
+    if constexpr (has_resistances<typename Plant::AppendedType>)
+      return std::make_unique<PlantHeating<Plant>>(parameters.plant, parameters.thermal, plant);
+    else
+      throw std::runtime_error("this power stage has no energy meter: a thermal network needs a metered one");
+  }
+
   template <class Appended>
   static Appended make_appended(const Parameters& p) {
     const InductionMachineParameters<double>& m = p.plant.machine;
@@ -118,6 +132,7 @@ class BasicSimulatedPowerStage {
 
   MechanicalLoad load_;
   Plant plant_;
+  std::unique_ptr<PlantHeating<Plant>> heating_;
   std::unique_ptr<PlantIntegrator<Plant>> integrator_;
   Io io_;
 };

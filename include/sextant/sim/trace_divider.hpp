@@ -72,7 +72,8 @@ class TraceDivider {
                          line(a.energies.shaft, b.energies.shaft),
                          line(a.energies.field, b.energies.field),
                          line(a.energies.iron, b.energies.iron),
-                         {}}};
+                         {}},
+            .temperatures = b.temperatures};
   }
 
   std::uint32_t parts_;

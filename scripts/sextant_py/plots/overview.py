@@ -32,6 +32,10 @@ FURTHER_PANELS = (
             "plant/energy_field_j",
         ),
     ),
+    (
+        "Temperatures [°C]",
+        ("plant/winding_temperature_c", "plant/rotor_temperature_c", "plant/housing_temperature_c"),
+    ),
 )
 
 

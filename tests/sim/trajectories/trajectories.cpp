@@ -1,7 +1,7 @@
 // The torque of one machine over a switching sequence, by each integrator of the simulated power stage at its
 // defaults; of a machine that saturates or has iron loss without the exact one. With a DC link of its own
-// also the link's voltage. Standard input and output are one JSON object each; see
-// tests/python/test_trajectories.py.
+// also the link's voltage, with a thermal network also the temperatures at the end. Standard input and output
+// are one JSON object each; see tests/python/test_trajectories.py.
 
 #include <cstdint>
 #include <cstdio>
@@ -56,11 +56,32 @@ DcLinkParameters<> link_of(const nlohmann::json& task) {
           .chopper_off = j.at("chopper_off")};
 }
 
+ThermalNodes<double> nodes_of(const nlohmann::json& j) {
+  return {j.at(0), j.at(1), j.at(2)};
+}
+
+/// None where the task does not name one.
+ThermalParameters<> thermal_of(const nlohmann::json& task) {
+  if (!task.contains("thermal")) return {};
+  const nlohmann::json& j = task.at("thermal");
+  const ThermalNodes<double> between = nodes_of(j.at("between"));
+  ThermalParameters<> thermal;
+  thermal.capacity = nodes_of(j.at("capacity"));
+  thermal.winding_to_rotor = between.winding;
+  thermal.winding_to_housing = between.rotor;
+  thermal.rotor_to_housing = between.housing;
+  thermal.to_ambient = nodes_of(j.at("to_ambient"));
+  thermal.ambient = j.at("ambient");
+  thermal.step_ns = j.at("step_ns");
+  return thermal;
+}
+
 /// Torque [N·m] and link voltage [V] at the end of each period; shorter than the sequence where the power
-/// stage has failed.
+/// stage has failed. Temperatures of winding, rotor and housing at the end. [°C]
 struct Course {
   std::vector<double> tau_e{};
   std::vector<double> u_dc{};
+  std::vector<double> temperatures{};
 };
 
 SimulatedPowerStageParameters parameters_of(const nlohmann::json& task, IntegratorKind integrator,
@@ -71,7 +92,9 @@ SimulatedPowerStageParameters parameters_of(const nlohmann::json& task, Integrat
   parameters.plant.machine = machine_of(task.at("machine"));
   parameters.plant.saturation = saturation_of(task);
   parameters.plant.iron_loss = iron_loss_of(task);
+  parameters.plant.viscous_friction = task.value("friction", 0.0);
   parameters.link = link_of(task);
+  parameters.thermal = thermal_of(task);
   parameters.io.u_dc = task.at("u_dc");
   parameters.io.period_ns = task.at("period_ns");
   return parameters;
@@ -95,6 +118,10 @@ Course course(const nlohmann::json& task, const SimulatedPowerStageParameters& p
     made.tau_e.push_back(io.plant().tau_e());
     made.u_dc.push_back(measured.u_dc);
   }
+  // A read without time moves the temperatures to where the last period has led.
+  (void)io.read(t_ns);
+  const ThermalNodes<double> t = io.temperatures();
+  made.temperatures = {t.winding, t.rotor, t.housing};
   return made;
 }
 
@@ -109,10 +136,14 @@ int main() {
   const auto play = [&](const char* name, IntegratorKind integrator,
                         AtSwitching at_switching = AtSwitching::by_tolerance) {
     const auto parameters = sextant::parameters_of(task, integrator, at_switching);
-    const sextant::Course made = parameters.link.acts()
-                                     ? sextant::course<sextant::LinkedPowerStage>(task, parameters)
-                                     : sextant::course<sextant::SimulatedPowerStage>(task, parameters);
+    const auto played = [&] {
+      if (parameters.link.acts()) return sextant::course<sextant::LinkedPowerStage>(task, parameters);
+      if (parameters.thermal.acts()) return sextant::course<sextant::MeteredPowerStage>(task, parameters);
+      return sextant::course<sextant::SimulatedPowerStage>(task, parameters);
+    };
+    const sextant::Course made = played();
     result[name] = made.tau_e;
+    if (parameters.thermal.acts()) result["temperatures"][name] = made.temperatures;
     if (parameters.link.acts()) result["u_dc"][name] = made.u_dc;
   };
   play("cvode", IntegratorKind::cvode);
