@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from . import vendor
 from .errors import UserError, run
 from .paths import ROOT
 
@@ -35,6 +36,7 @@ def main(arguments: list[str]) -> int:
     config = ROOT / "mkdocs.yml"
     if not config.is_file():
         raise UserError("the site is built in a checkout, which has mkdocs.yml; the installed package has none.")
+    vendor.need("the site", ROOT / "scripts" / "sextant_py" / "site" / "vendor")
     # What MkDocs, which is pinned, says of its next major version is no matter of these pages.
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "scripts"), "NO_MKDOCS_2_WARNING": "1"}
     mkdocs = [sys.executable, "-m", "mkdocs"]

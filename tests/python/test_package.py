@@ -73,6 +73,18 @@ def test_the_report_finds_its_page(sextant: Path, tmp_path: Path) -> None:
     assert (tmp_path / "report.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
 
 
+def test_the_dashboard_has_all_that_its_page_loads(sextant: Path, tmp_path: Path) -> None:
+    script = "from sextant_py.dashboard.server import PAGE; print(PAGE)"
+    found = run(sextant.with_name("python"), "-c", script, cwd=tmp_path)
+    assert found.returncode == 0, found.stderr
+    page = Path(found.stdout.strip())
+    assert page.is_relative_to(sextant.parents[1])
+    tree = ROOT / "scripts" / "sextant_py" / "dashboard" / "page"
+    files = {file.relative_to(tree) for file in tree.rglob("*") if file.is_file()}
+    assert Path("vendor/uplot/uPlot.esm.js") in files
+    assert {file.relative_to(page) for file in page.rglob("*") if file.is_file()} == files
+
+
 def test_an_unknown_command_is_refused(sextant: Path, tmp_path: Path) -> None:
     found = run(sextant, "nonsense", cwd=tmp_path)
     assert found.returncode == 1

@@ -15,17 +15,17 @@ from typing import Any
 from tornado import netutil
 
 from .. import bus as can_bus
-from .. import dds
+from .. import dds, vendor
+from ..commander import COMMAND
 from ..contract import Contract
 from ..errors import UserError
-from ..vcu import COMMAND
 from .access import Access
 from .captures import Captures
 from .command_desk import CommandDesk
 from .door import Door
 from .lane import Lane
 from .onlookers import Onlookers
-from .server import Hub
+from .server import PAGE, Hub
 from .source import Source
 from .vehicle import DEMAND_TIMEOUT_S, Vehicle
 
@@ -220,6 +220,7 @@ async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehic
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     check(options)
+    vendor.need("the dashboard's page", PAGE / "vendor")
     vehicle = vehicle_of(options)
     sockets = listen(options.host, options.port)
     asyncio.run(serve(options, sockets, vehicle))

@@ -7,7 +7,7 @@ from mkdocs.structure.files import File, Files
 
 from sextant_py.site import links, reference, sources
 
-ASSETS = Path(__file__).parent / "assets"
+ASSETS = [Path(__file__).parent / name for name in ("assets", "vendor")]
 
 
 def pages_of(nav: list | dict | str) -> set[str]:
@@ -34,7 +34,7 @@ def on_files(files: Files, config: Any) -> Files:
         files.append(File.generated(config, place, content=origin.read_text(encoding="utf-8")))
     for place, page in reference.PAGES.items():
         files.append(File.generated(config, place, content=page()))
-    for asset in ASSETS.iterdir():
+    for asset in (asset for folder in ASSETS for asset in folder.iterdir()):
         files.append(File.generated(config, f"assets/{asset.name}", content=asset.read_text(encoding="utf-8")))
     known = links.linked_sources(pages)
     for source in known:

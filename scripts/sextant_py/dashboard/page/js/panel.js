@@ -1,6 +1,6 @@
 // One plot: lines and a band over time, with their values beside the title.
 
-import uPlot from "../vendor/uplot-1.6.32/uPlot.esm.js";
+import uPlot from "../vendor/uplot/uPlot.esm.js";
 import { colour, element, quantity, resolution, setText, unitText } from "./format.js";
 
 // Where request, estimate and reference agree, each of them is still seen.
