@@ -2,15 +2,15 @@
 
 import argparse
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from . import identify_impedance, mil_program
 from .errors import run
 from .identify_files import Results, report, write_files
-from .identify_fit import Found, Setup, fit
-from .identify_impedance import Impedance
+from .identify_fit import Setup, fit
 from .identify_picture import write_picture
-from .identify_run import CONTROL, Plant, check_room, measure_levels, measure_tones, plant_of
+from .identify_run import CONTROL, Plant, check_room, measure_levels, measure_tones, plant_of, settled_by
 from .paths import OUT
 from .sweep_file import Settings
 
@@ -92,21 +92,24 @@ def setup_of(plant: Plant, options: argparse.Namespace) -> Setup:
     )
 
 
-def impedance_of(plant: Plant, setup: Setup, found: Found | None) -> Impedance:
-    known = (found.r_s_ohm, found.r_s_sigma_ohm) if found else None
-    blocks = measure_tones(plant)
-    return identify_impedance.fit(blocks, plant.timing, plant.estimate.terminals, setup.slope_ohm, known)
-
-
 def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> Results:
-    """For the drive of a file."""
+    """For the drive of a file. The sines come first: they need no settled rotor flux, and tell its time constant, for
+    which the levels wait. The levels tell R_s better, which the sines take as known then."""
     plant = plant_of(file, mil, directory, standstill_settings(options), options.set)
     check_room(plant.configuration)
-    setup = setup_of(plant, options)
-    levels = measure_levels(plant) if DEAD_TIME in options.only else []
-    found = fit(levels, setup) if levels else None
-    impedance = impedance_of(plant, setup, found) if IMPEDANCE in options.only else None
-    return Results(setup, levels, found, impedance, plant.estimate.l_ls / plant.estimate.l_lr)
+    setup, estimate = setup_of(plant, options), plant.estimate
+    levels, found, impedance = [], None, None
+    if IMPEDANCE in options.only:
+        blocks = measure_tones(plant)
+        impedance = identify_impedance.fit(blocks, plant.timing, estimate.terminals, setup.slope_ohm)
+        setup = replace(setup, leakage_h=impedance.machine.leakage)
+    if DEAD_TIME in options.only:
+        levels = measure_levels(settled_by(plant, impedance.machine.tau_r) if impedance else plant)
+        found = fit(levels, setup)
+    if found and impedance:
+        known = (found.r_s_ohm, found.r_s_sigma_ohm)
+        impedance = identify_impedance.fit(blocks, plant.timing, impedance.machine, setup.slope_ohm, known)
+    return Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
 
 
 def main(arguments: list[str]) -> int:

@@ -3,7 +3,7 @@
 import math
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from . import torque_map_file
@@ -185,6 +185,16 @@ def measure(plant: Plant, course: str) -> list[dict[str, float]]:
             f"(below {plant.slowest_shaft:.2g} rad/s): hold it, or let it come to rest."
         )
     return rows
+
+
+def settled_by(plant: Plant, tau_r: float) -> Plant:
+    """The plant whose levels settle for seven of these time constants at least, unless the user sets the time. [s]"""
+    key = f"{CONTROL}settle_ms"
+    needed = round(7e3 * tau_r, 3)
+    if plant.configuration[key] >= needed or any(word.startswith(f"{key}=") for word in plant.given):
+        return plant
+    settle: Settings = {key: needed}
+    return replace(plant, given=[*plant.given, *words(settle)], configuration=plant.configuration | settle)
 
 
 def measure_levels(plant: Plant) -> list[Level]:

@@ -142,8 +142,8 @@ def test_saturation_and_a_known_threshold_leave_dead_time_and_resistance_as_they
 
 
 def test_a_drive_with_a_wrong_estimate_finds_its_machine(tmp_path: Path) -> None:
-    """Told of no dead time, at periods with and without a delay; the terminals' parameters, as the division of the
-    leakage is that of the estimate."""
+    """Told of no dead time, half of the rotor's time constant and 0.7 of L_m. Compared at the terminals: the division
+    of the leakage is that of the estimate."""
     estimate = "[control.machine_estimate]\nr_r_ohm = 1.2\nx_ls_ohm = 0.6\nx_lr_ohm = 0.9\nx_m_ohm = 19\n"
     file = drive_file(tmp_path, estimate)
     words = [str(file), "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
