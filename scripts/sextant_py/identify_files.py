@@ -1,12 +1,22 @@
-"""What `identify` writes: the files that a drive reads, the table and the picture."""
+"""What `identify` writes: the files that a drive reads, and the table."""
 
 import math
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from .figure_style import STYLE
 from .identify_fit import Found, Level, Setup
+from .identify_impedance import Impedance, sampled_impedance
 
-BLUE, GREY, RED = "#1f5fa8", "#777777", "#b03a2e"
+
+@dataclass(frozen=True)
+class Results:
+    """What was known and what was found; None of what was not measured."""
+
+    setup: Setup
+    levels: list[Level] = field(default_factory=list)
+    found: Found | None = None
+    impedance: Impedance | None = None
+    split: float = 1.0  # L_ls/L_lr of the drive's estimate
 
 
 def told_dead_time_us(found: Found) -> float:
@@ -22,32 +32,54 @@ def told_voltage_error_v(found: Found, setup: Setup) -> float:
     return max(found.voltage_error_v, 0.1 * 4 / math.pi * taken)
 
 
-def write_files(directory: Path, file: Path, found: Found, setup: Setup) -> tuple[Path, Path]:
-    """inverter.toml and machine.toml."""
-    head = f"# Measured at standstill by sextant identify {file.name}, at {found.link_v:.1f} V and "
-    head += f"{1e6 * setup.period_s:g} us. "
-    inverter = directory / "inverter.toml"
+def _inverter_lines(found: Found, setup: Setup) -> list[str]:
     lines = [
-        f'{head}Used by [drive] inverter = "inverter.toml".',
-        "# Dead time and threshold voltage are one number at one link voltage: it holds near this one.",
+        f"# At {found.link_v:.1f} V and {1e6 * setup.period_s:g} us. Dead time and threshold voltage are one number at "
+        "one link voltage: it holds near this one.",
         f"dead_time_us = {told_dead_time_us(found):g}  # standard deviation {1e6 * found.dead_time_sigma_s:.2g} us",
         f"voltage_error_v = {told_voltage_error_v(found, setup):.3g}  # {found.voltage_error_v:.2g} V by the fit",
     ]
     given = {"threshold_v": setup.threshold_v, "slope_ohm": setup.slope_ohm}
-    lines += [f"{key} = {value:g}  # as given" for key, value in given.items() if value]
-    inverter.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return lines + [f"{key} = {value:g}  # as given" for key, value in given.items() if value]
+
+
+def _machine_lines(results: Results) -> list[str]:
+    """The machine's keys with standard deviations; resistances at the temperature of the measurement."""
+    found, tones = results.found, results.impedance
+    if found:
+        r_s, sigma = found.r_s_ohm, found.r_s_sigma_ohm
+    else:
+        r_s, sigma = tones.machine.r_s, tones.machine.r_s * tones.deviations.r_s
+    lines = [f"r_s_ohm = {r_s:.5g}  # standard deviation {sigma:.2g} ohm, at the temperature of the measurement"]
+    if not tones:
+        return lines
+    machine, deviations = tones.machine.t_circuit(results.split), tones.deviations
+    return [
+        *lines,
+        f"r_r_ohm = {machine.r_r:.5g}  # {100 * deviations.r_rotor:.2g} %, at the temperature of the measurement",
+        f"# L_ls/L_lr, {results.split:.3g}, is that of the estimate: no terminal shows it.",
+        f"l_ls_h = {machine.l_ls:.5g}  # {100 * deviations.leakage:.2g} %",
+        f"l_lr_h = {machine.l_lr:.5g}  # the same",
+        f"l_m_h = {machine.l_m:.5g}  # {100 * deviations.l_magnetising:.2g} %",
+    ]
+
+
+def write_files(directory: Path, file: Path, results: Results) -> list[Path]:
+    """inverter.toml and machine.toml, of what was measured."""
+    head = f"# Measured at standstill by sextant identify {file.name}. "
+    written = []
+    if results.found:
+        inverter = directory / "inverter.toml"
+        lines = [f'{head}Used by [drive] inverter = "inverter.toml".', *_inverter_lines(results.found, results.setup)]
+        inverter.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        written.append(inverter)
     machine = directory / "machine.toml"
-    machine.write_text(
-        f'{head}Used by [control] machine_estimate = "machine.toml".\n'
-        f"r_s_ohm = {found.r_s_ohm:.5g}  # standard deviation {found.r_s_sigma_ohm:.2g} ohm, at the temperature "
-        "of the measurement\n",
-        encoding="utf-8",
-    )
-    return inverter, machine
+    lines = [f'{head}Used by [control] machine_estimate = "machine.toml".', *_machine_lines(results)]
+    machine.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return [*written, machine]
 
 
-def report(levels: list[Level], found: Found, setup: Setup) -> str:
-    """Table of the levels, and the result."""
+def _level_report(levels: list[Level], found: Found, setup: Setup) -> list[str]:
     lines = [" current    voltage        fit       rest"]
     for level, used in zip(levels, found.used, strict=True):
         fitted = float(found.voltage(level.current_a, setup))
@@ -56,49 +88,40 @@ def report(levels: list[Level], found: Found, setup: Setup) -> str:
             f"{level.current_a:8.3f} A {level.voltage_v:8.3f} V {fitted:8.3f} V "
             f"{1e3 * (level.voltage_v - fitted):7.1f} mV{note}"
         )
-    lines += [
+    return [
+        *lines,
         f"dead time   {1e6 * found.dead_time_s:.3f} us, standard deviation {1e6 * found.dead_time_sigma_s:.2g} us"
         f" (threshold voltage {setup.threshold_v:g} V)",
         f"R_s         {found.r_s_ohm:.4f} ohm, standard deviation {found.r_s_sigma_ohm:.2g} ohm",
         f"voltage error of the inverter  {found.voltage_error_v:.3g} V",
     ]
-    return "\n".join(lines)
 
 
-def write_picture(directory: Path, levels: list[Level], found: Found, setup: Setup) -> Path:
-    """Voltage over current with the fit, and what the fit leaves."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import numpy as np
-    from matplotlib import pyplot
-
-    current = np.array([level.current_a for level in levels])
-    voltage = np.array([level.voltage_v for level in levels])
-    used = np.array(found.used)
-    most = 1.08 * np.abs(current).max()
-    half = np.linspace(1e-6 * most, most, 2)
-    with mpl.rc_context(STYLE):
-        figure, (above, below) = pyplot.subplots(
-            2, 1, figsize=(6.4, 5.4), sharex=True, gridspec_kw={"height_ratios": [3, 1]}
+def _tone_report(results: Results) -> list[str]:
+    found = results.impedance
+    total = found.with_slope
+    fitted = sampled_impedance(total, [tone.omega for tone in found.tones], found.timing)
+    lines = ["frequency      impedance                fit                      rest"]
+    for tone, fit in zip(found.tones, fitted, strict=True):
+        rest = abs(tone.impedance - fit) / abs(fit)
+        lines.append(
+            f"{tone.omega / (2 * math.pi):8.3f} Hz {tone.impedance.real:9.4f} {tone.impedance.imag:+9.4f}j ohm "
+            f"{fit.real:9.4f} {fit.imag:+9.4f}j ohm {100 * rest:6.2f} %"
         )
-        for side in (-half[::-1], half):
-            above.plot(side, found.voltage(side, setup), color=BLUE, linewidth=1.2)
-        above.plot(current[used], voltage[used], "o", color=BLUE, label="levels")
-        rest = 1e3 * (voltage - found.voltage(current, setup))
-        below.plot(current[used], rest[used], "o", color=BLUE)
-        below.axhline(0, color=GREY, linewidth=0.8)
-        if not used.all():
-            above.plot(current[~used], voltage[~used], "x", color=RED, label="not used: the sign is not certain")
-        above.set_title(
-            f"dead time {1e6 * found.dead_time_s:.3f} ± {1e6 * found.dead_time_sigma_s:.2g} µs,  "
-            f"R_s {found.r_s_ohm:.4f} ± {found.r_s_sigma_ohm:.2g} Ω"
-        )
-        above.set_ylabel("commanded voltage along phase a (V)")
-        above.legend(loc="upper left")
-        below.set_ylabel("level less fit (mV)")
-        below.set_xlabel("current along phase a (A)")
-        file = directory / "identify.png"
-        figure.savefig(file)
-        pyplot.close(figure)
-    return file
+    machine, deviations = found.machine, found.deviations
+    circuit = machine.t_circuit(results.split)
+    return [
+        *lines,
+        f"R_s         {machine.r_s:.5g} ohm, {100 * deviations.r_s:.2g} %",
+        f"σL_s        {1e3 * machine.leakage:.5g} mH, {100 * deviations.leakage:.2g} %",
+        f"R_r         {circuit.r_r:.5g} ohm, {100 * deviations.r_rotor:.2g} %  (k_r² R_r {machine.r_rotor:.5g} ohm)",
+        f"L_m         {1e3 * circuit.l_m:.5g} mH, {100 * deviations.l_magnetising:.2g} %"
+        f"  (k_r L_m {1e3 * machine.l_magnetising:.5g} mH)",
+        f"L_ls, L_lr  {1e3 * circuit.l_ls:.5g} mH, {1e3 * circuit.l_lr:.5g} mH by L_ls/L_lr = {results.split:.3g}",
+    ]
+
+
+def report(results: Results) -> str:
+    """Tables of the levels and tones, and the result."""
+    lines = _level_report(results.levels, results.found, results.setup) if results.found else []
+    return "\n".join([*lines, *(_tone_report(results) if results.impedance else [])])

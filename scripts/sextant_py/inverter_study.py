@@ -204,8 +204,10 @@ class Lab:
         directory = self.file.parent / f"identify_{case.period_us}_{case.dead_us:g}{'_all' * case.everything}"
         directory.mkdir(exist_ok=True)
         keys = [f"{key}={toml_value(value)}" for key, value in (case.plant | SENSORS["real"]).items()]
-        options = identify.parse_arguments([str(self.file), *(word for key in keys for word in ("--set", key))])
-        _, setup, found = identify.identified(self.file, self.mil, directory, options)
+        own = [word for key in keys for word in ("--set", key)]
+        options = identify.parse_arguments([str(self.file), "--only", identify.DEAD_TIME, *own])
+        results = identify.identified(self.file, self.mil, directory, options)
+        setup, found = results.setup, results.found
         told = told_dead_time_us(found)
         print(
             f"{case.period_us} us, dead time {case.dead_us:g} us: {told:g} us, R_s {found.r_s_ohm:.4f} ohm", flush=True

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdint>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -26,11 +28,21 @@ struct Published {
   double drift;
 };
 
+/// A published block of a tone.
+struct PublishedTone {
+  double periods;                ///< of a cycle
+  std::complex<double> current;  ///< [A]
+  std::complex<double> voltage;  ///< [V]
+  double speed;                  ///< [rad/s]
+};
+
 struct Seen {
   std::vector<Published> levels{};
-  double peak{};    ///< of |i_s| at the ends of periods [A]
-  double last{};    ///< |i_s| at the end [A]
-  double torque{};  ///< largest magnitude [N·m]
+  std::vector<PublishedTone> tones{};
+  double least{1e9};  ///< of the current along phase a while tones are measured [A]
+  double peak{};      ///< of |i_s| at the ends of periods [A]
+  double last{};      ///< |i_s| at the end [A]
+  double torque{};    ///< largest magnitude [N·m]
   bool finished{};
 };
 
@@ -104,8 +116,11 @@ Seen run(Bench<T>& bench, int periods, T torque = T(0)) {
     seen.peak = std::max(seen.peak, std::abs(bench.machine.i_s()));
     seen.torque = std::max(seen.torque, std::abs(bench.machine.torque()));
     const auto values = bench.controller.channel_values();
-    if (std::size_t(values[0]) == seen.levels.size() + 1)
+    if (std::size_t(values[0]) == seen.levels.size() + 1) {
       seen.levels.push_back({values[3], values[4], values[6], values[7]});
+      seen.tones.push_back({values[9], {values[10], values[11]}, {values[12], values[13]}, values[8]});
+    }
+    if (!seen.levels.empty() && !seen.finished) seen.least = std::min(seen.least, bench.machine.i_s().real());
     seen.finished = values[1] == T(1);
   }
   seen.last = std::abs(bench.machine.i_s());
@@ -184,15 +199,65 @@ TYPED_TEST(CommissioningOf, StopsAtOnceAndBeginsAnew) {
   for (const T value : bench.controller.channel_values()) EXPECT_EQ(value, T(0));
 }
 
+/// σL_s and its like of the inverse-Γ circuit.
+std::complex<double> impedance(const InductionMachineParameters<double>& m, double omega) {
+  const std::complex<double> s{0, omega};
+  const double ratio = m.l_m / m.l_r();
+  const std::complex<double> magnetising = s * ratio * m.l_m;
+  const double rotor = ratio * ratio * m.r_r;
+  return m.r_s + s * (m.l_s() - ratio * m.l_m) + magnetising * rotor / (magnetising + rotor);
+}
+
+// The voltage acts half of a period after the reading on average, later by the delay: the phasors show the
+// impedance, whatever the dead time takes. The sampled impedance deviates by (ωT)²/24 at most.
+TYPED_TEST(CommissioningOf, TonesShowTheImpedanceAtStandstill) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> real{};
+  for (const int delay : {0, 1}) {
+    SCOPED_TRACE("delay " + std::to_string(delay));
+    constexpr std::int32_t period_ns = 125'000;
+    auto p = parameters<T>(period_ns, delay);
+    p.course = CommissioningCourse::tones;
+    p.tones = 3;
+    p.blocks = 2;
+    p.lowest_frequency = T(20);
+    p.highest_frequency = T(400);
+    p.machine.l_m *= T(0.7);
+    Bench<T> bench{p, u_dc * 1.5e-6 / (period_ns * 1e-9)};
+    const Seen seen = run(bench, 60'000);
+    ASSERT_EQ(seen.tones.size(), 6U);
+    for (const PublishedTone& tone : seen.tones) {
+      const double omega = 2 * std::numbers::pi / (tone.periods * period_ns * 1e-9);
+      const auto turned = std::polar(1.0, -omega * (0.5 + delay) * period_ns * 1e-9);
+      const auto expected = impedance(real, omega);
+      EXPECT_LT(std::abs(tone.voltage / tone.current * turned - expected), 2e-3 * std::abs(expected))
+          << omega;
+      EXPECT_NEAR(std::abs(tone.current), 0.4 * 0.95 * limit_a, 0.5);
+      EXPECT_EQ(tone.speed, 0);
+    }
+    EXPECT_NEAR(seen.tones.front().periods, 2 * std::numbers::pi / 20 / (period_ns * 1e-9), 1);
+    EXPECT_NEAR(seen.tones.back().periods, 2 * std::numbers::pi / 400 / (period_ns * 1e-9), 1);
+    EXPECT_GT(seen.least, 0.15 * limit_a) << "the current keeps its sign";
+    EXPECT_LE(seen.peak, limit_a);
+    EXPECT_LT(seen.torque, 0.1);
+    EXPECT_TRUE(seen.finished);
+  }
+}
+
 // With levels so short that the random inputs of the check reach their ends.
 TYPED_TEST(CommissioningOf, ConformsWhileLevelsEnd) {
   using T = TypeParam;
   typename CommissioningController<T>::Parameters p;
   p.settle_ns = 50'000;
   p.hold_ns = 100'000;
-  for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{std::random_device{}()}}) {
-    const ConformanceResult result = check_controller<CommissioningController<T>, T>(p, {.seed = seed});
-    for (const std::string& violation : result.violations) ADD_FAILURE() << violation << ", seed " << seed;
+  p.lowest_frequency = T(2000);
+  p.highest_frequency = T(8000);
+  for (const CommissioningCourse course : {CommissioningCourse::levels, CommissioningCourse::tones}) {
+    p.course = course;
+    for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{std::random_device{}()}}) {
+      const ConformanceResult result = check_controller<CommissioningController<T>, T>(p, {.seed = seed});
+      for (const std::string& violation : result.violations) ADD_FAILURE() << violation << ", seed " << seed;
+    }
   }
 }
 
@@ -208,6 +273,12 @@ TEST(Commissioning, RefusesParametersWithoutLevels) {
   EXPECT_TRUE(refused([](auto& p) { p.highest_current = 0; }));
   EXPECT_TRUE(refused([](auto& p) { p.hold_ns = 25'000; }));
   EXPECT_TRUE(refused([](auto& p) { p.settle_ns = 0; }));
+  EXPECT_TRUE(refused([](auto& p) { p.tones = 1; }));
+  EXPECT_TRUE(refused([](auto& p) { p.blocks = 1; }));
+  EXPECT_TRUE(refused([](auto& p) { p.lowest_frequency = 0; }));
+  EXPECT_TRUE(refused([](auto& p) { p.lowest_frequency = 300; }));
+  EXPECT_TRUE(refused([](auto& p) { p.highest_frequency = 20'000; }));
+  EXPECT_TRUE(refused([](auto& p) { p.highest_frequency = std::numeric_limits<double>::quiet_NaN(); }));
   EXPECT_TRUE(refused([](auto& p) { p.settle_ns = std::int64_t{1} << 50; }));
 }
 

@@ -11,8 +11,9 @@ import pytest
 from programs import program
 from sextant_py import identify
 from sextant_py.errors import UserError
-from sextant_py.identify_files import write_files
+from sextant_py.identify_files import Results, write_files
 from sextant_py.identify_fit import Level, Setup, fit
+from sextant_py.identify_machine import estimate_of
 from sextant_py.paths import ROOT
 
 MACHINE = ROOT / "configs" / "machines" / "paper_3hp.toml"
@@ -85,7 +86,7 @@ def test_levels_whose_sign_is_not_certain_are_left_out() -> None:
 
 def test_files_hold_what_was_found(tmp_path: Path) -> None:
     found = fit(levels_of(1.5e-6, 0.435, SETUP, noise_v=0.01, seed=1), SETUP)
-    inverter, machine = write_files(tmp_path, Path("x.toml"), found, SETUP)
+    inverter, machine = write_files(tmp_path, Path("x.toml"), Results(SETUP, found=found))
     told = tomllib.loads(inverter.read_text(encoding="utf-8"))
     assert told["dead_time_us"] == pytest.approx(1.5, abs=0.01)
     taken = found.link_v * told["dead_time_us"] * 1e-6 / SETUP.period_s
@@ -93,7 +94,7 @@ def test_files_hold_what_was_found(tmp_path: Path) -> None:
     assert told["voltage_error_v"] > found.voltage_error_v
     assert tomllib.loads(machine.read_text(encoding="utf-8"))["r_s_ohm"] == pytest.approx(found.r_s_ohm, rel=1e-4)
     none = fit(levels_of(0.0, 0.435, SETUP, noise_v=0.01, seed=1), SETUP)
-    inverter, _ = write_files(tmp_path, Path("x.toml"), none, SETUP)
+    inverter, _ = write_files(tmp_path, Path("x.toml"), Results(SETUP, found=none))
     assert tomllib.loads(inverter.read_text(encoding="utf-8"))["dead_time_us"] == 0
 
 
@@ -115,7 +116,7 @@ def test_a_drive_that_knows_nothing_finds_its_dead_time_and_resistance(
 ) -> None:
     file = drive_file(tmp_path)
     plant = [f"drive.period_us={period_us}", f"plant.inverter.dead_time_us={dead_us}"]
-    words = [str(file), "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
+    words = [str(file), "--only", "dead_time", "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
     assert identify.main([*words, "--set", plant[0], "--set", plant[1]]) == 0
     told = tomllib.loads((tmp_path / "inverter.toml").read_text(encoding="utf-8"))
     assert told["dead_time_us"] == pytest.approx(dead_us, rel=0.1)
@@ -128,7 +129,7 @@ def test_saturation_and_a_known_threshold_leave_dead_time_and_resistance_as_they
     file = drive_file(
         tmp_path, "[plant.saturation]\nknee_wb = 1.1\n[drive.inverter]\nthreshold_v = 1.2\nslope_ohm = 0.02\n"
     )
-    words = [str(file), "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
+    words = [str(file), "--only", "dead_time", "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
     plant = ("drive.period_us=125", "plant.inverter.dead_time_us=3", "plant.inverter.threshold_v=1.2")
     for key in (*plant, "plant.inverter.slope_ohm=0.02"):
         words += ["--set", key]
@@ -138,6 +139,39 @@ def test_saturation_and_a_known_threshold_leave_dead_time_and_resistance_as_they
     assert (told["threshold_v"], told["slope_ohm"]) == (1.2, 0.02)
     machine = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
     assert machine["r_s_ohm"] == pytest.approx(0.435, rel=0.01)
+
+
+def test_a_drive_with_a_wrong_estimate_finds_its_machine(tmp_path: Path) -> None:
+    """Told of no dead time, half of the rotor's time constant and 0.7 of L_m. Compared at the terminals: the division
+    of the leakage is that of the estimate."""
+    estimate = "[control.machine_estimate]\nr_r_ohm = 1.2\nx_ls_ohm = 0.6\nx_lr_ohm = 0.9\nx_m_ohm = 19\n"
+    file = drive_file(tmp_path, estimate)
+    words = [str(file), "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
+    keys = ("drive.period_us=125", "plant.inverter.dead_time_us=1.5", "plant.inverter.threshold_v=1.2")
+    for key in (*keys, "drive.actuation_delay_periods=1"):
+        words += ["--set", key]
+    assert identify.main(words) == 0
+    told = {f"machine.{key}": value for key, value in tomllib.loads((tmp_path / "machine.toml").read_text()).items()}
+    found = estimate_of(told)
+    assert found.l_ls / found.l_lr == pytest.approx(0.6 / 0.9, rel=1e-3)
+    named = tomllib.loads(MACHINE.read_text(encoding="utf-8"))
+    true = estimate_of({f"machine.{key}": value for key, value in named.items()}).terminals
+    for name, value in vars(true).items():
+        assert getattr(found.terminals, name) == pytest.approx(value, rel=0.01), name
+    assert told["machine.r_s_ohm"] == pytest.approx(0.435, rel=0.01)
+    assert (tmp_path / "identify.png").stat().st_size > 20_000
+
+
+def test_impedance_alone_tells_the_resistance_too_and_writes_no_inverter(tmp_path: Path) -> None:
+    file = drive_file(tmp_path)
+    words = [str(file), "--only", "impedance", "--out", str(tmp_path), "--mil", str(program("sextant-mil"))]
+    for key in ("drive.period_us=250", "plant.inverter.dead_time_us=3"):
+        words += ["--set", key]
+    assert identify.main(words) == 0
+    machine = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
+    assert machine["r_s_ohm"] == pytest.approx(0.435, rel=0.03)
+    assert machine["r_r_ohm"] == pytest.approx(0.816, rel=0.05)
+    assert not (tmp_path / "inverter.toml").exists()
 
 
 def refusal(file: Path, *words: str) -> str:
@@ -154,5 +188,8 @@ def test_what_does_not_work_is_one_sentence(tmp_path: Path) -> None:
     assert "raise it to" in refusal(file, "--limit-a", "2")
     assert "refuses the drive" in refusal(file, "--set", "plant.u_dc_v=none")
     short = ("--set", "drive.period_us=125", "--set", "control.commissioning.settle_ms=10")
+    turning = ("--set", "load.speed_rad_s.value=2")
+    assert "the shaft turns at 2 rad/s" in refusal(file, *short, *turning)
+    assert "hold it" in refusal(file, "--only", "impedance", *short, *turning)
     tripped = ("--set", "plant.faults.kind=open_phase", "--set", "plant.faults.at_s=0.01")
     assert "the drive tripped with OPEN_PHASE" in refusal(file, *short, *tripped)

@@ -5,22 +5,40 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <span>
 
 #include "sextant/control/current_staircase.hpp"
 #include "sextant/control/estimating_controller.hpp"
 #include "sextant/control/level_measurement.hpp"
+#include "sextant/control/tone_measurement.hpp"
+#include "sextant/control/tone_sequence.hpp"
 #include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
 
-/// Measures inverter and stator at standstill: it makes no torque, whatever the reference, but leads a direct
-/// current along phase a through a `CurrentStaircase` and publishes, level by level, mean current and mean
-/// commanded voltage. With i_b = i_c = −i/2 a steady level shows
+/// What a `CommissioningController` excites the machine with.
+enum class CommissioningCourse : std::uint8_t {
+  levels,  ///< direct currents
+  tones    ///< sines above a direct current
+};
+
+/// Measures inverter and machine at standstill: it makes no torque, whatever the reference, but leads a
+/// current along phase a, in one of two courses, and publishes what each level of it shows.
+///
+/// Levels. A direct current goes through a `CurrentStaircase`; mean current and mean commanded voltage are
+/// published. With i_b = i_c = −i/2 a steady level shows
 ///   u = R i + (4/3)(u_dc t_d/t_period + V_t) sign(i),   R = R_s + r
 /// with dead time t_d, threshold voltage V_t and slope resistance r of the inverter, as each leg loses
 /// sign(i_x)(u_dc t_d/t_period + V_t + r |i_x|) in a period (`InverterModel`). One voltage of the link does
 /// not tell t_d from V_t.
+///
+/// Tones. A `ToneSequence` goes through frequencies; a level is a block of one of them, and the phasors of
+/// current and commanded voltage are published. As the current keeps its sign in every phase, dead time and
+/// threshold are a constant voltage, and the sine sees the impedance of the machine at standstill
+///   Z(jω) = R + jω σL_s + jω L R_R/(R_R + jω L),   L = L_m²/L_r,  R_R = (L_m/L_r)² R_r
+/// The phasor of the current is that of its readings, and a voltage acts through the period after
+/// `actuation_delay_periods` more: both belong to the measurement's evaluation.
 ///
 /// The current follows by a PI controller in the stationary frame, per axis
 ///   u = K (i* − i) + v,   v[k+1] = v + (R t_period/σL_s)(K (i* − i) + u_real − u)
@@ -29,20 +47,23 @@ namespace sextant {
 /// half the leakage inductance and two periods of delay z³ − z² + 0.4 still has all zeros within the unit
 /// circle. While the rotor's EMF decays the current is off by no more than I/(0.2 τ_r/t_period).
 ///
-/// The levels begin when torque is enabled, and anew after gates off; behind the last the current is held at
+/// A course begins when torque is enabled, and anew after gates off; behind the last the current is held at
 /// zero. The flux is that of the current model: what the machine's voltage tells is the unknown here.
 /// Source: the staircase of direct currents of N. Bedetti, S. Calligaro, R. Petrella, "Self-commissioning of
 /// inverter dead-time compensation by multiple linear regression based on a physical model", IEEE Trans. Ind.
-/// Appl. 51 (2015) 3954–3964.
+/// Appl. 51 (2015) 3954–3964; for the impedance at standstill by a sine above a direct current A. Gastli,
+/// "Identification of induction motor equivalent circuit parameters using the single-phase test", IEEE Trans.
+/// Energy Convers. 14 (1999) 51–56.
 template <class T = double>
 class CommissioningController final : public EstimatingController<T> {
  public:
   static constexpr const char* name = "commissioning";
   static constexpr const char* meaning =
-      "no torque: levels of direct current that measure inverter and stator";
+      "no torque: direct and alternating currents that measure inverter and machine";
+  static constexpr T loop_share = T(0.2);  ///< of an error of the current that a period takes away [-]
 
   static constexpr std::array channels{
-      ControlChannel{"level", "1", "levels of current that are over"},
+      ControlChannel{"level", "1", "levels of current, or blocks of a tone, that are over"},
       ControlChannel{"finished", "1", "1 once every level is over"},
       ControlChannel{"direct_current_a", "A", "reference of the current along phase a"},
       ControlChannel{"level_current_a", "A", "mean reading of the current along phase a, of the last level"},
@@ -51,13 +72,25 @@ class CommissioningController final : public EstimatingController<T> {
       ControlChannel{"level_scatter_a", "A",
                      "standard deviation of the current's readings in the last level"},
       ControlChannel{"level_drift_v", "V",
-                     "by how much the voltage rose from half to half of the last level"}};
+                     "by how much the voltage rose from half to half of the last level"},
+      ControlChannel{"level_speed_rad_s", "rad/s", "mean reading of the shaft's speed in the last level"},
+      ControlChannel{"tone_periods", "1",
+                     "control periods of a cycle of the last level's tone; 0 with a direct current"},
+      ControlChannel{"tone_sine_a", "A", "amplitude of the current in phase with the tone's reference"},
+      ControlChannel{"tone_cosine_a", "A", "that of the current a quarter of a cycle ahead of it"},
+      ControlChannel{"tone_sine_v", "V", "amplitude of the commanded voltage in phase with the reference"},
+      ControlChannel{"tone_cosine_v", "V", "that of the commanded voltage a quarter of a cycle ahead of it"}};
 
   struct Parameters : EstimatingController<T>::Parameters {
+    CommissioningCourse course{CommissioningCourse::levels};
     T highest_current{T(20)};             ///< limit of the current [A]
     int levels{4};                        ///< of each sign [-]
-    std::int64_t settle_ns{735'000'000};  ///< before a level counts [ns]
-    std::int64_t hold_ns{100'000'000};    ///< for which a level counts [ns]
+    int tones{4};                         ///< frequencies of the sine [-]
+    int blocks{4};                        ///< of each tone [-]
+    T lowest_frequency{T(9.5)};           ///< of the tones [rad/s]
+    T highest_frequency{T(530)};          ///< the same [rad/s]
+    std::int64_t settle_ns{735'000'000};  ///< before a level or a tone counts, at least [ns]
+    std::int64_t hold_ns{100'000'000};    ///< for which a level or a block counts, at least [ns]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
@@ -69,13 +102,25 @@ class CommissioningController final : public EstimatingController<T> {
       constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max() / 2;
       if (hold_ns / this->period_ns > most || settle_ns / this->period_ns > most)
         return "a level must not last that many control periods";
+      if (tones < 2 || blocks < 2) return "two tones and two blocks of each are needed at least";
+      const T period = T(this->period_ns) * T(1e-9);
+      if (!(lowest_frequency > T(0) && T(2) * lowest_frequency <= highest_frequency))
+        return "the highest tone must have twice the frequency of the lowest at least";
+      if (!(lowest_frequency * period * T(most) > turn && highest_frequency * period * T(least_cycle) < turn))
+        return "a cycle of a tone must last for 16 control periods at least";
       return nullptr;
     }
+
+   private:
+    static constexpr T turn = T(2 * std::numbers::pi);
+    static constexpr int least_cycle = 16;  ///< [-]
   };
 
   explicit CommissioningController(const Parameters& parameters) noexcept
       : Base{prepared(parameters)},
+        course_{parameters.course},
         staircase_{staircase(parameters)},
+        tones_{tones(parameters)},
         hold_periods_{periods(parameters.hold_ns, parameters.period_ns)},
         level_{hold_periods_},
         gain_{loop_share * parameters.machine.sigma_l_s() / Base::period()},
@@ -89,7 +134,6 @@ class CommissioningController final : public EstimatingController<T> {
   using Base = EstimatingController<T>;
   using typename Base::Demand;
 
-  static constexpr T loop_share = T(0.2);  ///< of an error that a period takes away [-]
   /// Of the limit that the highest level leaves to errors of control and readings. [-]
   static constexpr T reserve = T(0.05);
 
@@ -112,6 +156,24 @@ class CommissioningController final : public EstimatingController<T> {
                                 .settle_periods = settle,
                                 .hold_periods = periods(p.hold_ns, p.period_ns)}};
   }
+  /// The lowest current of a tone is that of the lowest level.
+  [[nodiscard]] static ToneSequence<T> tones(const Parameters& p) noexcept {
+    constexpr T lowest = CurrentStaircase<T>::lowest_share;
+    const std::int32_t settle = periods(p.settle_ns, p.period_ns);
+    const T highest = (T(1) - reserve) * p.highest_current;
+    const auto cycle = [&p](T frequency) {
+      return periods(std::llround(T(2e9 * std::numbers::pi) / frequency), p.period_ns);
+    };
+    return ToneSequence<T>{{.bias = T(0.5) * (T(1) + lowest) * highest,
+                            .amplitude = T(0.5) * (T(1) - lowest) * highest,
+                            .slope = T(10) * highest / T(settle),
+                            .tones = std::max(2, p.tones),
+                            .blocks = std::max(1, p.blocks),
+                            .longest_cycle = cycle(p.lowest_frequency),
+                            .shortest_cycle = cycle(p.highest_frequency),
+                            .settle_periods = settle,
+                            .hold_periods = periods(p.hold_ns, p.period_ns)}};
+  }
   /// R t_period/σL_s, at most the whole. [-]
   [[nodiscard]] static T pole_share(const Parameters& p) noexcept {
     const T resistance = p.machine.r_s + p.machine.k_r() * p.machine.k_r() * p.machine.r_r;
@@ -119,41 +181,67 @@ class CommissioningController final : public EstimatingController<T> {
   }
 
   [[nodiscard]] GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING override {
+    const bool has_levels = course_ == CommissioningCourse::levels;
     const SpaceVector<T> i = Base::estimator().i_s();
-    const T reference = staircase_.step();
+    const T reference = has_levels ? staircase_.step() : tones_.step();
     const SpaceVector<T> proportional = gain_ * (SpaceVector<T>{reference, T(0)} - i);
     const SpaceVector<T> u = proportional + integral_;
     integral_ += integral_share_ * (proportional + Base::realised(u, demand.u_dc) - u);
     const GatePattern pattern = Base::modulate(u, demand.u_dc);
-    measure(i.alpha, (T(1) / Base::period()) * volt_seconds(pattern, demand.u_dc).alpha, demand.u_dc);
+    const T commanded = (T(1) / Base::period()) * volt_seconds(pattern, demand.u_dc).alpha;
     values_[2] = reference;
+    if (!has_levels && tones_.holds()) tone_.add(i.alpha, commanded, tones_.phase());
+    if (has_levels) {
+      measure(staircase_, i.alpha, commanded, demand);
+    } else {
+      measure(tones_, i.alpha, commanded, demand);
+    }
     return pattern;
   }
 
-  /// i [A], commanded u of the coming period [V], u_dc [V].
-  void measure(T i, T u, T u_dc) noexcept {
-    if (!staircase_.holds()) {
-      values_[1] = staircase_.is_done() ? T(1) : T(0);
-      return;
-    }
-    level_.add(i, u, u_dc);
-    if (!staircase_.ends_level()) return;
-    values_ = {T(staircase_.index() + 1), values_[1],    values_[2],       level_.current(),
-               level_.voltage(),          level_.link(), level_.scatter(), level_.drift()};
+  /// i [A], commanded u of the coming period [V].
+  void measure(const auto& course, T i, T u, const Demand& demand) noexcept {
+    values_[1] = course.is_done() ? T(1) : T(0);
+    if (!course.holds()) return;
+    level_.add(i, u, demand.u_dc, demand.omega_m);
+    if (!course.ends_level()) return;
+    const T cycle = course_ == CommissioningCourse::tones ? T(tones_.cycle()) : T(0);
+    values_ = {T(course.index() + 1),
+               values_[1],
+               values_[2],
+               level_.current(),
+               level_.voltage(),
+               level_.link(),
+               level_.scatter(),
+               level_.drift(),
+               level_.speed(),
+               cycle,
+               tone_.current().alpha,
+               tone_.current().beta,
+               tone_.voltage().alpha,
+               tone_.voltage().beta};
+    begin_level();
+  }
+  void begin_level() noexcept {
     level_ = LevelMeasurement<T>{hold_periods_};
+    tone_ = {};
   }
 
   void release() noexcept SEXTANT_NONBLOCKING override {
     staircase_.reset();
-    level_ = LevelMeasurement<T>{hold_periods_};
+    tones_.reset();
+    begin_level();
     integral_ = {};
     values_ = {};
   }
   void forget() noexcept SEXTANT_NONBLOCKING override { release(); }
 
+  CommissioningCourse course_;
   CurrentStaircase<T> staircase_;
+  ToneSequence<T> tones_;
   std::int32_t hold_periods_;  ///< [-]
   LevelMeasurement<T> level_;
+  ToneMeasurement<T> tone_{};
   T gain_;                                   ///< K [V/A]
   T integral_share_;                         ///< R t_period/σL_s [-]
   SpaceVector<T> integral_{};                ///< v [V]

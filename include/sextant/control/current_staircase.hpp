@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "sextant/control/towards.hpp"
+
 namespace sextant {
 
 /// A direct current that falls in equal steps through levels of both signs, from the highest to its opposite,
@@ -27,16 +29,16 @@ class CurrentStaircase {
 
   /// The current in the coming period. [A]
   constexpr T step() noexcept {
-    if (is_done()) return reference_ = towards(T(0));
+    if (is_done()) return reference_ = ramped(T(0));
     const T level = target(index_);
     if (reference_ != level) {
       elapsed_ = 0;
-      return reference_ = towards(level);
+      return reference_ = ramped(level);
     }
     if (elapsed_ == parameters_.settle_periods + parameters_.hold_periods) {
       elapsed_ = 0;
       ++index_;
-      return reference_ = towards(is_done() ? T(0) : target(index_));
+      return reference_ = ramped(is_done() ? T(0) : target(index_));
     }
     ++elapsed_;
     return reference_;
@@ -61,16 +63,14 @@ class CurrentStaircase {
   }
 
  private:
+  [[nodiscard]] constexpr T ramped(T level) const noexcept {
+    return towards(level, reference_, parameters_.slope);
+  }
   [[nodiscard]] constexpr T target(int index) const noexcept {
     const int n = parameters_.levels;
     const int m = index < n ? index : 2 * n - 1 - index;
     const T size = parameters_.highest * (T(1) - (T(1) - lowest_share) * T(m) / T(n - 1));
     return index < n ? size : -size;
-  }
-  [[nodiscard]] constexpr T towards(T level) const noexcept {
-    const T slope = parameters_.slope;
-    if (level > reference_) return level - reference_ > slope ? reference_ + slope : level;
-    return reference_ - level > slope ? reference_ - slope : level;
   }
 
   Parameters parameters_;

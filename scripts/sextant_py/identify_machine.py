@@ -1,0 +1,69 @@
+"""The equivalent circuits of an induction machine that `identify` uses.
+
+At its terminals a machine shows four parameters: R_s, and those of the inverse-Γ circuit
+  σL_s = L_ls + k_r L_lr,   R_R = k_r² R_r,   L_M = k_r L_m,   k_r = L_m/(L_m + L_lr)
+The files have the five of the T circuit: how the leakage divides between stator and rotor, L_ls/L_lr, cannot be
+measured and is that of the drive's estimate. Source: G. R. Slemon, "Modelling of induction machines for electric
+drives", IEEE Trans. Ind. Appl. 25 (1989) 1126-1131.
+"""
+
+import math
+from dataclasses import dataclass
+
+from .sweep_file import Settings
+
+
+@dataclass(frozen=True)
+class TCircuit:
+    r_s: float
+    r_r: float
+    l_ls: float
+    l_lr: float
+    l_m: float
+
+    @property
+    def terminals(self) -> "InverseGamma":
+        k_r = self.l_m / (self.l_m + self.l_lr)
+        return InverseGamma(self.r_s, self.l_ls + k_r * self.l_lr, k_r**2 * self.r_r, k_r * self.l_m)
+
+
+@dataclass(frozen=True)
+class InverseGamma:
+    r_s: float
+    leakage: float  # σL_s [H]
+    r_rotor: float  # R_R [ohm]
+    l_magnetising: float  # L_M [H]
+
+    @property
+    def tau_r(self) -> float:
+        """[s]"""
+        return self.l_magnetising / self.r_rotor
+
+    def t_circuit(self, split: float) -> TCircuit:
+        """With that L_ls/L_lr: L_ls = split L_lr and L_m² = L_M (L_m + L_lr) in L_s = σL_s + L_M = L_ls + L_m give
+        split² L_lr² − (2 split L_s + (1 − split) L_M) L_lr + L_s σL_s = 0."""
+        l_s = self.leakage + self.l_magnetising
+        half = split * l_s + 0.5 * (1 - split) * self.l_magnetising
+        product = l_s * self.leakage
+        l_lr = product / (half + math.sqrt(half**2 - split**2 * product))
+        l_m = l_s - split * l_lr
+        return TCircuit(self.r_s, self.r_rotor * ((l_m + l_lr) / l_m) ** 2, split * l_lr, l_lr, l_m)
+
+
+def estimate_of(configuration: Settings) -> TCircuit:
+    """What the controller takes the machine to be."""
+
+    def key(name: str) -> float | None:
+        estimate = configuration.get(f"control.machine_estimate.{name}")
+        return configuration.get(f"machine.{name}") if estimate is None else estimate
+
+    def inductance(name: str) -> float:
+        """Henry or ohm of the estimate, else of the machine."""
+        for table in ("control.machine_estimate", "machine"):
+            if (value := configuration.get(f"{table}.l_{name}_h")) is not None:
+                return value
+            if (value := configuration.get(f"{table}.x_{name}_ohm")) is not None:
+                return value / (2 * math.pi * key("reactance_frequency_hz"))
+        raise KeyError(name)
+
+    return TCircuit(key("r_s_ohm"), key("r_r_ohm"), inductance("ls"), inductance("lr"), inductance("m"))

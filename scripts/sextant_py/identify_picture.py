@@ -1,0 +1,91 @@
+"""The picture of `identify`: a panel of each measurement with its fit, and below it what the fit leaves."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .figure_style import STYLE
+from .identify_files import Results
+from .identify_impedance import Impedance, sampled_impedance
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BLUE, GREY, RED = "#1f5fa8", "#777777", "#b03a2e"
+
+
+def _draw_levels(above: Axes, below: Axes, results: Results) -> None:
+    found, setup = results.found, results.setup
+    current = np.array([level.current_a for level in results.levels])
+    voltage = np.array([level.voltage_v for level in results.levels])
+    used = np.array(found.used)
+    most = 1.05 * float(np.max(np.abs(current)))
+    half = np.linspace(1e-6 * most, most, 2)
+    for side in (-half[::-1], half):
+        above.plot(side, found.voltage(side, setup), color=BLUE, linewidth=1.2)
+    above.plot(current[used], voltage[used], "o", color=BLUE, label="levels")
+    rest = 1e3 * (voltage - found.voltage(current, setup))
+    below.plot(current[used], rest[used], "o", color=BLUE)
+    if not used.all():
+        above.plot(current[~used], voltage[~used], "x", color=RED, label="not used: the sign is not certain")
+    above.set_title(
+        f"dead time {1e6 * found.dead_time_s:.3f} ± {1e6 * found.dead_time_sigma_s:.2g} µs,  "
+        f"R_s {found.r_s_ohm:.4f} ± {found.r_s_sigma_ohm:.2g} Ω"
+    )
+    above.set_ylabel("commanded voltage along phase a (V)")
+    below.set_ylabel("level less fit (mV)")
+    below.set_xlabel("current along phase a (A)")
+
+
+def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
+    omega = np.array([tone.omega for tone in found.tones])
+    measured = np.array([tone.impedance for tone in found.tones])
+    fine = np.geomspace(0.8 * omega.min(), 1.25 * omega.max(), 200)
+    curve = sampled_impedance(found.with_slope, fine, found.timing)
+    rest = 100 * (measured / sampled_impedance(found.with_slope, omega, found.timing) - 1)
+    hertz = 1 / (2 * math.pi)
+    for part, color, name in ((np.real, BLUE, "real part"), (np.imag, RED, "imaginary part")):
+        above.plot(hertz * fine, part(curve), color=color, linewidth=1.2)
+        above.plot(hertz * omega, part(measured), "o", color=color, label=name)
+        below.plot(hertz * omega, part(rest), "o", color=color)
+    above.set_xscale("log")
+    machine, deviations = found.machine, found.deviations
+    above.set_title(
+        f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,  "
+        f"k_r² R_r {machine.r_rotor:.3g} Ω ± {100 * deviations.r_rotor:.2g} %,  "
+        f"k_r L_m {1e3 * machine.l_magnetising:.3g} mH ± {100 * deviations.l_magnetising:.2g} %"
+    )
+    above.set_ylabel("impedance at standstill (Ω)")
+    below.set_ylabel("measured by fit (%)")
+    below.set_xlabel("frequency (Hz)")
+
+
+def write_picture(directory: Path, results: Results) -> Path:
+    """identify.png, with a column for each of what was measured."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    panels = []
+    if results.found:
+        panels.append(lambda above, below: _draw_levels(above, below, results))
+    if results.impedance:
+        panels.append(lambda above, below: _draw_tones(above, below, results.impedance))
+    with mpl.rc_context(STYLE):
+        figure, axes = pyplot.subplots(
+            2, len(panels), figsize=(6.4 * len(panels), 5.4), sharex="col", squeeze=False,
+            gridspec_kw={"height_ratios": [3, 1]},
+        )  # fmt: skip
+        for draw, (above, below) in zip(panels, axes.T, strict=True):
+            draw(above, below)
+            below.axhline(0, color=GREY, linewidth=0.8)
+            above.legend(loc="upper left")
+        file = directory / "identify.png"
+        figure.savefig(file)
+        pyplot.close(figure)
+    return file

@@ -1,0 +1,228 @@
+"""Runs the courses of the control method commissioning with sextant-mil, and reads what they publish."""
+
+import math
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from . import torque_map_file
+from .errors import UserError
+from .identify_fit import Level
+from .identify_impedance import Block, Timing
+from .identify_machine import TCircuit, estimate_of
+from .sweep_file import Settings
+from .sweep_point import clean_reason, read_summary
+from .torque_map_drive import SHORT, Drive, summary_of, words
+
+CONTROL = "control.commissioning."
+LEVELS, TONES = "levels", "tones"
+LEVEL_CHANNELS = ("level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
+TONE_CHANNELS = ("tone_periods", "tone_sine_a", "tone_cosine_a", "tone_sine_v", "tone_cosine_v")
+CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
+# Dead time by the control period that an unknown inverter has at most: two standard deviations of what the protections
+# are told that they do not know of the voltage.
+MOST_DEAD_TIME = 0.1
+LOWEST_SHARE = 0.2 * 0.95  # of the current limit, at the lowest level
+STEPS = 4  # of the converter, and standard deviations of noise, that the currents of phases b and c have at least
+# Electrical angle by which a shaft may turn within the rotor's time constant: the rotor's branch of the impedance
+# changes by its square. [rad]
+STANDSTILL = 0.1
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The drive of a file as a scenario, what is set beside it, and the configuration in force."""
+
+    mil: Path
+    scenario: Path
+    given: list[str]  # words for sextant-mil
+    configuration: Settings
+
+    @property
+    def estimate(self) -> TCircuit:
+        return estimate_of(self.configuration)
+
+    @property
+    def timing(self) -> Timing:
+        return Timing(
+            1e-6 * self.configuration["drive.period_us"],
+            self.configuration["drive.actuation_delay_periods"],
+            1e-6 * self.configuration.get("drive.sampling_lead_us", 0.0),
+        )
+
+    @property
+    def slowest_shaft(self) -> float:
+        """Speed from which on the shaft counts as turning. [rad/s]"""
+        pole_pairs = self.configuration["machine.poles"] / 2
+        return STANDSTILL / self.estimate.terminals.tau_r / pole_pairs
+
+
+def scenario_of(file: Path, mil: Path, directory: Path) -> Path:
+    """The drive of the file as a scenario without torque."""
+    found = torque_map_file.read(file)
+    machine = {key.removeprefix("machine."): value for key, value in found.items() if key.startswith("machine.")}
+    if not machine:
+        raise UserError(f'{file} names no machine: [machine] with file = "…" or with its values is needed.')
+    given = {f"machine.{key}": value for key, value in machine.items()}
+    scenario = directory / "identify.toml"
+    scenario.write_text(Drive("identify", given, machine, set()).scenario(), encoding="utf-8")
+    known = set(summary_of(mil, scenario, SHORT)["configuration"])
+    kept, _ = torque_map_file.of_the_drive(found, known, file)
+    scenario.write_text(Drive("identify", given | kept, machine, known).scenario(), encoding="utf-8")
+    return scenario
+
+
+def configuration_of(mil: Path, scenario: Path, given: list[str]) -> Settings:
+    """In force."""
+    command = [str(mil), str(scenario), *given, *words(SHORT), "--no-trace", "--out", str(scenario.parent / "short")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    found = read_summary(scenario.parent / "short")
+    if done.returncode == 2 or found is None:
+        raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}")
+    return found["configuration"]
+
+
+def plant_of(file: Path, mil: Path, directory: Path, settings: Settings, own: list[str]) -> Plant:
+    """The drive of a file, with these settings and what the user sets."""
+    scenario = scenario_of(file, mil, directory)
+    given = [*words(settings), *(word for text in own for word in ("--set", text))]
+    return Plant(mil, scenario, given, configuration_of(mil, scenario, given))
+
+
+def unknown_voltage(configuration: Settings) -> Settings:
+    """What the drive does not know of its inverter yet, at least: the fundamental of a square wave of what such a dead
+    time takes from a leg."""
+    key = "drive.inverter.voltage_error_v"
+    prior = 4 / math.pi * MOST_DEAD_TIME / 2 * configuration["plant.u_dc_v"]
+    return {key: round(max(prior, configuration[key]), 3)}
+
+
+def check_room(configuration: Settings) -> None:
+    """Refuses levels that the converters of the currents do not resolve."""
+    sensor = "plant.sensors.current."
+    bits, span = configuration[f"{sensor}bits"], configuration[f"{sensor}range_a"]
+    step = 2 * span / 2**bits if bits and span else 0.0
+    needed = STEPS * (step + configuration[f"{sensor}noise_a"])
+    limit = configuration[f"{CONTROL}current_limit_a"]
+    lowest = LOWEST_SHARE * limit / 2
+    if lowest < needed:
+        raise UserError(
+            f"{CONTROL}current_limit_a of {limit:g} A leaves {lowest:.3g} A in phases b and c at the lowest level, and "
+            f"the current sensors, with steps of {step:.3g} A, need {needed:.3g} A: raise it to "
+            f"{2 * needed / LOWEST_SHARE:.3g} A at least (--limit-a)."
+        )
+
+
+def _times(configuration: Settings) -> tuple[float, float, float]:
+    """Settling, holding and control period. [s]"""
+    settle, hold = (1e-3 * configuration[f"{CONTROL}{key}_ms"] for key in ("settle", "hold"))
+    return settle, hold, 1e-6 * configuration["drive.period_us"]
+
+
+def duration_of_levels(configuration: Settings) -> float:
+    """Of all levels and of the ramps between them. [s]"""
+    settle, hold, period = _times(configuration)
+    levels = 2 * configuration[f"{CONTROL}levels"]
+    ramps = 0.3 * settle  # up to the highest level and to its opposite: a tenth for each such current
+    periods = (3 * levels + 10) * period  # rounded up
+    return levels * (settle + hold) + ramps + periods + 0.003
+
+
+def duration_of_tones(configuration: Settings) -> float:
+    """Of all tones, and of the direct current before. [s]"""
+    settle, hold, period = _times(configuration)
+    count, blocks = configuration[f"{CONTROL}tones"], configuration[f"{CONTROL}blocks"]
+    lowest, highest = (configuration[f"{CONTROL}{end}_tone_hz"] for end in ("lowest", "highest"))
+    total = 1.2 * settle
+    for tone in range(count):
+        cycle = 1 / (lowest * (highest / lowest) ** (tone / (count - 1))) + period
+        total += (math.ceil(settle / cycle + 0.01) + 1 + blocks * (math.ceil(hold / cycle + 0.01) + 1)) * cycle
+    return total + 10 * period + 0.003
+
+
+def _run(plant: Plant, course: str, settings: Settings) -> Path:
+    """The trace of a course."""
+    out = plant.scenario.parent / course
+    command = [str(plant.mil), str(plant.scenario), *plant.given, *words(settings), "--out", str(out)]
+    shown = sys.stderr.isatty()  # sextant-mil shows how far it is
+    if shown:
+        print(f"identify: {course}, {settings['duration_s']:.3g} s", file=sys.stderr)
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=None if shown else subprocess.PIPE, text=True)
+    summary = read_summary(out)
+    if summary is None:
+        raise UserError(f"sextant-mil ended with status {done.returncode}: {clean_reason(done.stderr or '')}")
+    if summary["faults"]:
+        first = summary["faults"][0]
+        raise UserError(
+            f"the drive tripped with {first['fault']} at {first['t_s']:.3f} s, before every one of the {course} was "
+            "measured; docs/commissioning.md says what may be wrong."
+        )
+    return out / "trace.h5"
+
+
+def measure(plant: Plant, course: str) -> list[dict[str, float]]:
+    """The channels behind each level of a course."""
+    configuration = plant.configuration
+    period_us = configuration["drive.period_us"]
+    has_tones = course == TONES
+    length = duration_of_tones(configuration) if has_tones else duration_of_levels(configuration)
+    settings: Settings = unknown_voltage(configuration) | {
+        f"{CONTROL}course": course,
+        "duration_s": round(length, 6),
+        "trace.interval_us": period_us * max(1, round(1000 / period_us)),
+        "trace.signals": [f"control/{name}" for name in CHANNELS],
+    }
+    if has_tones:
+        count = configuration[f"{CONTROL}tones"] * configuration[f"{CONTROL}blocks"]
+    else:
+        count = 2 * configuration[f"{CONTROL}levels"]
+    rows = read_rows(_run(plant, course, settings), count)
+    fastest = max(abs(row["level_speed_rad_s"]) for row in rows)
+    if fastest > plant.slowest_shaft:
+        raise UserError(
+            f"the shaft turns at {fastest:.3g} rad/s while the {course} are measured, which need one that stands still "
+            f"(below {plant.slowest_shaft:.2g} rad/s): hold it, or let it come to rest."
+        )
+    return rows
+
+
+def settled_by(plant: Plant, tau_r: float) -> Plant:
+    """The plant whose levels settle for seven of these time constants at least, unless the user sets the time. [s]"""
+    key = f"{CONTROL}settle_ms"
+    needed = round(7e3 * tau_r, 3)
+    if plant.configuration[key] >= needed or any(word.startswith(f"{key}=") for word in plant.given):
+        return plant
+    settle: Settings = {key: needed}
+    return replace(plant, given=[*plant.given, *words(settle)], configuration=plant.configuration | settle)
+
+
+def measure_levels(plant: Plant) -> list[Level]:
+    return [Level(*(row[name] for name in LEVEL_CHANNELS)) for row in measure(plant, LEVELS)]
+
+
+def measure_tones(plant: Plant) -> list[Block]:
+    return [
+        Block(
+            round(row["tone_periods"]),
+            complex(row["tone_sine_a"], row["tone_cosine_a"]),
+            complex(row["tone_sine_v"], row["tone_cosine_v"]),
+            row["level_current_a"],
+            row["level_link_v"],
+        )
+        for row in measure(plant, TONES)
+    ]
+
+
+def read_rows(file: Path, count: int) -> list[dict[str, float]]:
+    """The channels of a trace behind each of so many levels, in order."""
+    import h5py
+    import numpy as np
+
+    with h5py.File(file) as trace:
+        values = {name: np.asarray(trace[f"control/{name}"]) for name in CHANNELS}
+    over = values["level"]
+    if not over.size or over[-1] < count:
+        raise UserError(f"{file}: the run ended before all {count} levels were over; read what sextant-mil reports.")
+    firsts = [int(np.argmax(over >= number)) for number in range(1, count + 1)]
+    return [{name: float(values[name][row]) for name in CHANNELS} for row in firsts]
