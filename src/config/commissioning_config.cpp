@@ -1,7 +1,5 @@
 #include "sextant/config/commissioning_config.hpp"
 
-#include <cmath>
-
 #include "shared_control_keys.hpp"
 
 namespace sextant {
@@ -13,10 +11,10 @@ void describe(Section s, CommissioningController<>::Parameters& p, const Control
             "nearly all of it up",
             [&p] { return p.magnetiser.current_limit; });
   s.integer("levels", p.levels, {2, 100}, "", "levels of the direct current, of each sign");
-  // Of a step of the rotor's EMF a thousandth is left.
-  s.derived_time<std::int64_t>("settle_ms", p.settle_ns, 1e6, {0.01, 1e6}, "ms",
-                               "time before a level counts; by default 7 time constants of the rotor",
-                               [&setup] { return std::llround(7e9 * setup.machine.tau_r()); });
+  s.derived_time<std::int64_t>(
+      "settle_ms", p.settle_ns, 1e6, {0.01, 1e6}, "ms",
+      "time before a level counts; by default 7 time constants of the rotor",
+      [&setup] { return CommissioningController<>::Parameters::default_settle_ns(setup.machine); });
   s.time("hold_ms", p.hold_ns, 1e6, {0.01, 1e6}, "ms", "time for which a level counts");
 }
 

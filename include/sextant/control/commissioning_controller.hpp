@@ -59,6 +59,17 @@ class CommissioningController final : public EstimatingController<T> {
     std::int64_t settle_ns{735'000'000};  ///< before a level counts [ns]
     std::int64_t hold_ns{100'000'000};    ///< for which a level counts [ns]
 
+    /// Seven rotor time constants: of a step of the rotor's EMF a thousandth is left. [ns]
+    [[nodiscard]] static std::int64_t default_settle_ns(
+        const InductionMachineParameters<T>& machine) noexcept {
+      return std::llround(T(7e9) * machine.tau_r());
+    }
+    void set_defaults(const ControlBasis<T>& basis) noexcept {
+      EstimatingController<T>::Parameters::set_defaults(basis);
+      highest_current = this->magnetiser.current_limit;
+      settle_ns = default_settle_ns(basis.machine);
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (!(std::isfinite(highest_current) && highest_current > T(0)))
