@@ -7,7 +7,7 @@
 
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/core/drive_io.hpp"
-#include "sextant/drive/drive.hpp"
+#include "sextant/drive/resolved.hpp"
 #include "sextant/drive/run_cycle.hpp"
 
 namespace {
@@ -118,8 +118,19 @@ int main() {
   registers.u_dc = 21'200;  // 530 V
 
   RegisterDriveIo io{registers, period_ns};
-  sextant::DirectTorqueController<double> controller{{{.actuation_delay_periods = 1}}};
-  sextant::Drive<double> drive{{}, controller};
+  // The drive: machine (the paper's here), link and inverter, said once. What is not given, as the trip
+  // levels, follows from them.
+  sextant::DriveSetup<double> setup;
+  setup.basis.period_ns = period_ns;
+  setup.basis.actuation_delay_periods = 1;
+  setup.basis.u_dc = 530.0;
+  setup.command.torque_limit = 150.0;
+  expect(setup.validate() == nullptr, "the setup is usable");
+  const sextant::ResolvedDrive<double> resolved = sextant::resolved(setup);
+  expect(resolved.validate() == nullptr, "what follows from it too");
+  using Controller = sextant::DirectTorqueController<double>;
+  Controller controller{sextant::default_parameters<Controller>(resolved.control)};
+  sextant::Drive<double> drive{resolved.drive, controller};
   Commands commands;
   LastTelemetry telemetry;
   std::int64_t t_ns = 0;

@@ -61,7 +61,7 @@ class FieldOrientedController final : public sextant::Controller<T> {
       sextant::ControlChannel{"psi_r_wb", "Wb", "estimated magnitude of the rotor flux linkage"}};
 
   struct Parameters {
-    // Shared with the drive, which sets them.
+    // In common with the drive.
     sextant::InductionMachineParameters<T> machine{};
     std::int32_t period_ns{100'000};  ///< [ns]
     T flux_reference{T(1.1)};         ///< stator flux linkage without load [Wb]
@@ -70,6 +70,13 @@ class FieldOrientedController final : public sextant::Controller<T> {
     T bandwidth{T(1000)};     ///< of the current controllers [rad/s]
     T current_limit{T(120)};  ///< of the current vector, from the drive [A]
 
+    void set_basis(const sextant::ControlBasis<T>& basis) noexcept {
+      machine = basis.machine;
+      period_ns = basis.period_ns;
+      flux_reference = basis.flux_reference;
+      actuation_delay_periods = basis.actuation_delay_periods;
+      current_limit = basis.current_limit;
+    }
     [[nodiscard]] const char* validate() const noexcept {
       if (!(bandwidth * T(period_ns) * T(1e-9) < T(0.5))) return "the bandwidth is too high for the period";
       if (!(current_limit > flux_reference / machine.l_s()))

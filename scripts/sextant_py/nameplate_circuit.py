@@ -9,7 +9,7 @@ the voltage U and the circuit's current I = I_N − P_o/(3U) as phasors of the e
   the circle of Heyland (I. Boldea, S. A. Nasar, The Induction Machines Design Handbook, 2nd edition, chapter 7;
   J. Pyrhönen, T. Jokinen, V. Hrabovcová, Design of Rotating Electrical Machines, 2nd edition, chapter 7), whose ends
   are I_0 = U'/(ω L_s) and I_0/σ. With the relative slip x = ω_slip σ τ_r of
-  include/sextant/drive/steady_state.hpp
+  include/sextant/core/steady_state.hpp
       I_0 = I_r − x I_a,   σ = x I_0/(I_a + x I_r)
   and the slip of the plate gives the rotor's time constant τ_r = L_r/R_r = x/(σ ω_slip).
 

@@ -10,7 +10,7 @@ from .nameplate_spread import Variant, span, worst
 OVERLOAD = 1.5  # torque limit by rated torque; for a minute a drive is usually made for it
 BREAKDOWN_USE = 0.95  # capability.breakdown_use
 HEADROOM = 1.25  # trip level by the current limit, as the drive's own default has it
-HAND_OVER, MAGNETISING = 1.25, 1.8  # by the current of the flux, as include/sextant/drive/drive_limits.hpp has them
+HAND_OVER, MAGNETISING = 1.25, 1.8  # by the current of the flux, as include/sextant/core/drive_limits.hpp has them
 # protection.current_jump_a by the trip level and by an active vector, as drive_limits.hpp has them
 SENSOR_SHARE, LEAST_JUMP = 0.03, 0.5
 LEAST_CURRENT = 1.55  # current limit by the current of the flux: capability needs more than 1.5
@@ -40,7 +40,7 @@ def flux_of(plate: NamePlate, fit: Fit) -> float:
 
 
 def breakdown_at_flux(circuit: Circuit, flux_wb: float) -> float:
-    """T_b = 3/4 p (1 − σ)/σ ψ²/L_s, of include/sextant/drive/steady_state.hpp. [N·m]"""
+    """T_b = 3/4 p (1 − σ)/σ ψ²/L_s, of include/sextant/core/steady_state.hpp. [N·m]"""
     sigma = circuit.sigma
     return 0.75 * circuit.pole_pairs * (1 - sigma) / sigma * flux_wb**2 / circuit.l_s
 

@@ -1,7 +1,5 @@
 #include "sextant/config/commissioning_config.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "shared_control_keys.hpp"
@@ -12,22 +10,10 @@ namespace {
 
 constexpr Range<double> tone_hz{1e-4, 1e4};
 
-/// Where the rotor's branch is half resistance and half inductance, by the controller's machine. [rad/s]
-double lowest_tone(const ControlSetup& setup) {
-  return 1.0 / setup.machine.tau_r();
-}
-
-/// Where σL_s takes twice the voltage of the resistances; at most a quarter of the bandwidth of the current's
-/// control, so that the amplitude keeps the limit. [rad/s]
-double highest_tone(const ControlSetup& setup) {
-  const InductionMachineParameters<>& m = setup.machine;
-  const double corner = (m.r_s + m.k_r() * m.k_r() * m.r_r) / m.sigma_l_s();
-  return std::min(2.0 * corner, 0.25 * CommissioningController<>::loop_share / (1e-9 * setup.period_ns));
-}
-
 }  // namespace
 
 void describe(Section s, CommissioningController<>::Parameters& p, const ControlSetup& setup) {
+  using Parameters = CommissioningController<>::Parameters;
   describe_magnetiser(s, p.magnetiser, setup);
   s.choice("course", p.course,
            {{"levels", CommissioningCourse::levels}, {"tones", CommissioningCourse::tones}},
@@ -45,17 +31,16 @@ void describe(Section s, CommissioningController<>::Parameters& p, const Control
       "lowest_tone_hz", p.lowest_frequency, tone_hz, "Hz",
       "lowest frequency of the sine; by default that of the rotor's time constant, at which the rotor "
       "tells R_r and L_m",
-      [&setup] { return lowest_tone(setup); }, rule, 2.0 * std::numbers::pi);
+      [&setup] { return Parameters::default_lowest_frequency(setup.machine); }, rule, 2.0 * std::numbers::pi);
   s.derived(
       "highest_tone_hz", p.highest_frequency, tone_hz, "Hz",
       "highest frequency of the sine; by default that at which the leakage inductance takes twice the "
       "voltage of the resistances, within what the current's control follows",
-      [&setup] { return highest_tone(setup); }, rule, 2.0 * std::numbers::pi);
-  // Of a step of the rotor's EMF a thousandth is left.
+      [&setup] { return Parameters::default_highest_frequency(setup.machine, setup.period_ns); }, rule, 2.0 * std::numbers::pi);
   s.derived_time<std::int64_t>(
       "settle_ms", p.settle_ns, 1e6, {0.01, 1e6}, "ms",
       "time before a level or a tone counts; by default 7 time constants of the rotor",
-      [&setup] { return std::llround(7e9 * setup.machine.tau_r()); });
+      [&setup] { return Parameters::default_settle_ns(setup.machine); });
   s.time("hold_ms", p.hold_ns, 1e6, {0.01, 1e6}, "ms",
          "time for which a level counts, and a block of a tone at least");
 }

@@ -1,28 +1,15 @@
 #include "sextant/config/direct_torque_config.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "number_text.hpp"
-#include "sextant/control/vector_torque.hpp"
-#include "sextant/drive/drive_limits.hpp"
 #include "shared_control_keys.hpp"
 
 namespace sextant {
 namespace {
 
 constexpr Range<double> torque_band_nm{1e-3, 1e5};
-
-DriveLimits<> limits_of(const ControlSetup& setup) {
-  return drive_limits(setup.machine, setup.flux_reference, setup.u_dc);
-}
-
-/// The wanted band, or what the table can hold with vectors that act for a whole period, the larger one.
-double torque_band(const ControlSetup& setup) {
-  const double step = vector_torque(setup.machine, setup.flux_reference, setup.u_dc, setup.period_ns * 1e-9);
-  return std::max(limits_of(setup).torque_band, narrowest_torque_band(step));
-}
 
 /// One vector for one period, from rest, changes the torque by  p ψ_ref u_dc t_period/σL_s,  which is a third
 /// of the default limit of torque, 0.4 T_b with T_b = 3/4 p ψ_ref²/σL_s, where the current moves by a
@@ -48,20 +35,21 @@ std::string validate_vector(const ControlSetup& setup) {
 }  // namespace
 
 void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlSetup& setup) {
-  const auto band = [&setup] { return torque_band(setup); };
+  const auto defaults = [&setup] { return default_parameters<DirectTorqueController<>>(setup); };
   s.derived("torque_band_upper_nm", p.torque_comparator.upper_band, torque_band_nm, "N·m",
             "torque below its reference beyond which the upper relay raises it: the larger, the more ripple "
             "and the less switching",
-            band);
+            [defaults] { return defaults().torque_comparator.upper_band; });
   s.derived("torque_band_lower_nm", p.torque_comparator.lower_band, torque_band_nm, "N·m",
-            "torque above its reference beyond which the lower relay lowers it", band);
+            "torque above its reference beyond which the lower relay lowers it",
+            [defaults] { return defaults().torque_comparator.lower_band; });
   s.choice("comparator_reading", p.torque_comparator.reading,
            {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},
            "torque relays that stay on until the error is zero, or only while it is beyond the band");
   s.derived("flux_band_wb", p.flux_comparator.band, {1e-6, 1}, "Wb",
             "half the width of the stator flux's hysteresis: the larger, the more its magnitude ripples and "
             "the less it switches",
-            [&setup] { return limits_of(setup).flux_band; });
+            [defaults] { return defaults().flux_comparator.band; });
   s.number("sector_start_deg", p.sector.sector_start_deg, {-180, 180}, "deg",
            "lower edge of sector 1 of the switching table, from voltage vector 1; -30: symmetrical to the "
            "vectors");

@@ -18,7 +18,8 @@ void describe_current_sensors(Section& s, ProtectionSetup<>& p, const Protection
   s.derived("current_offset_a", p.current_offset, resolved.current_offset, sensor_current_a, "A",
             "largest offset of a phase current's sensor, its mean reading with the gates off: removed from "
             "the controller's currents, allowed for by the torque monitor; a larger one is CURRENT_SENSOR");
-  s.derived("current_jump_a", p.current_jump, resolved.current_jump, sensor_current_a, "A",
+  s.derived(
+      "current_jump_a", p.current_jump, resolved.current_jump, sensor_current_a, "A",
       "largest change of a phase current in a control period beside that by the voltage; more, twice in a "
       "row, is CURRENT_SENSOR; by half of it the model may move currents whose readings stand still");
   s.number("current_response", p.current_response, {0, 0.99}, "",

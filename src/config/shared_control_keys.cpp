@@ -1,6 +1,6 @@
 #include "shared_control_keys.hpp"
 
-#include "sextant/drive/drive_limits.hpp"
+#include "sextant/control/predictive_controller.hpp"
 
 namespace sextant {
 namespace {
@@ -14,14 +14,14 @@ constexpr Range<double> trim_range_ms{0, 1e4};
 }  // namespace
 
 void describe_magnetiser(Section s, Magnetiser<>::Parameters& p, const ControlSetup& setup) {
-  const auto limits = [&setup] { return drive_limits(setup.machine, setup.flux_reference, setup.u_dc); };
+  const auto defaults = [&setup] { return Magnetiser<>::Parameters::by_default(setup); };
   s.derived("magnetising_current_a", p.current_limit, {0.1, 1e5}, "A",
             "limit of the stator current's magnitude while the flux is built up at standstill: the larger, "
             "the sooner there is torque",
-            [limits] { return limits().magnetising_current; });
+            [defaults] { return defaults().current_limit; });
   s.derived("hand_over_current_a", p.hand_over_current, {0.1, 1e5}, "A",
             "largest magnitude of the stator current at which torque control follows magnetising",
-            [limits] { return limits().hand_over_current; });
+            [defaults] { return defaults().hand_over_current; });
 }
 
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p) {
@@ -31,7 +31,7 @@ void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p) {
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p, const ControlSetup& setup) {
   s.derived(
       trim_key, p.time_constant, trim_range_ms, "ms", trim_meaning,
-      [&setup] { return default_trim_time(setup.flux_reference, setup.u_dc, setup.period_ns * 1e-9); },
+      [&setup] { return default_parameters<PredictiveController<>>(setup).torque_trim.time_constant; },
       "no usable time constant follows from flux reference, link and control period", 1e-3);
 }
 

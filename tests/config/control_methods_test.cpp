@@ -26,6 +26,10 @@ class OwnController final : public sextant::Controller<double> {
     double gain{2};
     double bandwidth{};
 
+    void set_basis(const sextant::ControlSetup& basis) noexcept {
+      period_ns = basis.period_ns;
+      flux_reference = basis.flux_reference;
+    }
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns > 100'000 && gain > 1.0) return "the gain is too high for the period";
       return gain > 5.0 && flux_reference > 1.0 ? "such a gain needs less flux" : nullptr;
@@ -61,6 +65,7 @@ class TrimmedController final : public sextant::Controller<double> {
   struct Parameters {
     bool trims{};
 
+    void set_basis(const sextant::ControlSetup& /*basis*/) noexcept {}
     [[nodiscard]] const char* validate() const noexcept { return nullptr; }
   };
 

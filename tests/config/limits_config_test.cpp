@@ -12,7 +12,7 @@
 #include "config/config_files.hpp"
 #include "sextant/config/flux_vector_config.hpp"
 #include "sextant/config/load_config.hpp"
-#include "sextant/drive/drive_limits.hpp"
+#include "sextant/core/drive_limits.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant {

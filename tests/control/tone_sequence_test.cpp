@@ -49,7 +49,7 @@ std::vector<Block> blocks_of(ToneSequence<T>& tones) {
   for (int k = 0; k < 100'000 && !tones.is_done(); ++k) {
     const T current = tones.step();
     if (!tones.holds()) continue;
-    sum += current;
+    sum += double(current);
     ++periods;
     phasor.add(current, T(3) * tones.phase().alpha, tones.phase());
     if (!tones.ends_level()) continue;

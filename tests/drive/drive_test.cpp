@@ -722,6 +722,36 @@ TYPED_TEST(DriveOf, AMeanTorqueThatMissesItsReferenceAtTheVoltageLimitLowersFlux
   EXPECT_LT(this->step().telemetry.torque_motoring, T(0.9) * available);
 }
 
+// With 0.475 of the flux an active vector adds 2.9 N·m in a period.
+TYPED_TEST(DriveOf, AMissBelowWhatAVectorAddsLowersTheFluxOnlyWhereTheControllerHoldsItsMeanTorque) {
+  using T = TypeParam;
+  typename Drive<T>::Parameters parameters;
+  parameters.torque_monitor.limit = T(1e6);
+  for (const bool holds : {true, false}) {
+    SCOPED_TRACE(holds);
+    this->restart();
+    this->controller->holds = holds;
+    this->drive.emplace(parameters, *this->controller);
+    this->measurement.omega_m = T(250);
+    this->measurement.applied = GatePattern{switch_states[0], period_ns};
+    this->start(T(50));
+    this->controller->estimate().torque = T(50);
+    this->run(30 * ms);
+    const T flux = this->controller->last_reference.flux_share;
+    EXPECT_NEAR(flux, T(0.475), T(0.01));
+    this->controller->estimate().torque = T(47.5);
+    for (int command = 0; command < 4; ++command) {
+      this->receive(T(50), true);
+      this->run(30 * ms);
+    }
+    const T lowered = this->controller->last_reference.flux_share;
+    EXPECT_EQ(lowered < T(0.97) * flux, holds) << flux << " to " << lowered;
+    if (!holds) {
+      EXPECT_EQ(lowered, flux);
+    }
+  }
+}
+
 TYPED_TEST(DriveOf, WithTheGatesOffTheCauseOfTheLimitAreTheGates) {
   using T = TypeParam;
   this->step();

@@ -22,9 +22,10 @@ class FakeController final : public Controller<T> {
   [[nodiscard]] ControlEstimate<T>& estimate() noexcept { return this->estimate_; }
   void reset() noexcept override { ++resets; }
   void restart() noexcept override { ++restarts; }
-  [[nodiscard]] bool holds_mean_torque() const noexcept override { return true; }
+  [[nodiscard]] bool holds_mean_torque() const noexcept override { return holds; }
 
   std::int32_t pattern_ns{25'000};  ///< length of its patterns [ns]
+  bool holds{true};                 ///< its mean torque
   int steps{0};
   int resets{0};
   int restarts{0};

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/drive/steady_state.hpp"
+#include "sextant/core/steady_state.hpp"
 #include "support/equivalent_circuit.hpp"
 
 namespace sextant {

@@ -9,7 +9,7 @@
 
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
-#include "sextant/drive/drive_limits.hpp"
+#include "sextant/core/drive_limits.hpp"
 #include "sextant/sim/mil_runner.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 

@@ -14,29 +14,9 @@
 
 namespace sextant {
 
-/// What every control method shares with the drive. A method's `Parameters` gets those values for which it
-/// has a member of the same name and type.
+/// What every control method shares with the drive, of which the `set_basis` of a method's `Parameters` takes
+/// what it needs.
 using ControlSetup = ControlBasis<double>;
-
-/// Copies what `Parameters` has members for.
-template <class Parameters>
-void share(const ControlSetup& setup, Parameters& p) {
-  if constexpr (requires { p.machine = setup.machine; }) p.machine = setup.machine;
-  if constexpr (requires { p.inverter = setup.inverter; }) p.inverter = setup.inverter;
-  if constexpr (requires { p.period_ns = setup.period_ns; }) p.period_ns = setup.period_ns;
-  if constexpr (requires { p.flux_reference = setup.flux_reference; })
-    p.flux_reference = setup.flux_reference;
-  if constexpr (requires { p.flux_estimator = setup.flux_estimator; })
-    p.flux_estimator = setup.flux_estimator;
-  if constexpr (requires { p.adapts_parameters = setup.adapts_parameters; })
-    p.adapts_parameters = setup.adapts_parameters;
-  if constexpr (requires { p.sampling_lead_ns = setup.sampling_lead_ns; })
-    p.sampling_lead_ns = setup.sampling_lead_ns;
-  if constexpr (requires { p.actuation_delay_periods = 0; })
-    p.actuation_delay_periods = setup.actuation_delay_periods;
-  if constexpr (requires { p.u_dc = setup.u_dc; }) p.u_dc = setup.u_dc;
-  if constexpr (requires { p.current_limit = setup.current_limit; }) p.current_limit = setup.current_limit;
-}
 
 /// A control method as files choose and describe it: `control.controller = "NAME"` and the table
 /// `[control.NAME]`. `control_method` makes one of a controller's class.
@@ -68,31 +48,30 @@ template <class C>
 /// The method whose controllers are of class `C`, a `Controller<double>` with
 ///   static constexpr const char* name, meaning;   as above
 ///   static constexpr std::array channels{…};      of ControlChannel; may be left out
-///   struct Parameters;                            defaults, validate(); any of the members of ControlSetup
+///   struct Parameters;                            defaults, validate(), set_basis(const ControlSetup&)
 ///   explicit C(const Parameters&);
 /// and, in the namespace of C, the keys of its table:
 ///   void describe(sextant::Section table, C::Parameters& p, const sextant::ControlSetup& setup);
-/// The shared members are set before the rule of a `derived` key runs. Ranges of keys are always checked; `validate()` is checked after all, for the method chosen and for others of whose table
-/// a key is given.
+/// `set_basis` runs before the rule of a `derived` key. Ranges of keys are always checked; `validate()` is
+/// checked after all, for the method chosen and for others of whose table a key is given.
 template <class C>
 [[nodiscard]] ControlMethod control_method() {
   using Parameters = typename C::Parameters;
-  return {
-      .name = C::name,
-      .meaning = C::meaning,
-      .channels = channels_of<C>(),
-      .parameters = Parameters{},
-      .describe =
-          [](Section table, std::any& parameters, const ControlSetup& setup) {
-            auto& p = std::any_cast<Parameters&>(parameters);
-            table.derive([&p, &setup] { sextant::share(setup, p); });
-            describe(table, p, setup);
-            table.check(p);
+  return {.name = C::name,
+          .meaning = C::meaning,
+          .channels = channels_of<C>(),
+          .parameters = Parameters{},
+          .describe =
+              [](Section table, std::any& parameters, const ControlSetup& setup) {
+                auto& p = std::any_cast<Parameters&>(parameters);
+                table.derive([&p, &setup] { p.set_basis(setup); });
+                describe(table, p, setup);
+                table.check(p);
+              },
+          .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
+            return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
           },
-      .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
-        return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
-      },
-      .default_parameters = [] { return std::any{Parameters{}}; }};
+          .default_parameters = [] { return std::any{Parameters{}}; }};
 }
 
 /// The methods that the configuration can select: Sextant's own and those that a program adds.

@@ -18,6 +18,11 @@ template <class T>
 struct BandwidthParameters : ModulatedController<T>::Parameters {
   T bandwidth{default_bandwidth<T>(25'000)};  ///< α [rad/s]
 
+  void set_defaults(const ControlBasis<T>& basis) noexcept {
+    ModulatedController<T>::Parameters::set_defaults(basis);
+    bandwidth = default_bandwidth<T>(basis.period_ns);
+  }
+
   /// At most 0.5/t_period: with a machine of half the leakage inductance the gain of the loop doubles, and
   /// the quantity still converges.
   [[nodiscard]] const char* validate() const noexcept {

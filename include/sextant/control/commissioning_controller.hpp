@@ -92,6 +92,30 @@ class CommissioningController final : public EstimatingController<T> {
     std::int64_t settle_ns{735'000'000};  ///< before a level or a tone counts, at least [ns]
     std::int64_t hold_ns{100'000'000};    ///< for which a level or a block counts, at least [ns]
 
+    /// Seven rotor time constants: of a step of the rotor's EMF a thousandth is left. [ns]
+    [[nodiscard]] static std::int64_t default_settle_ns(
+        const InductionMachineParameters<T>& machine) noexcept {
+      return std::llround(T(7e9) * machine.tau_r());
+    }
+    /// Where the rotor's branch is half resistance and half inductance. [rad/s]
+    [[nodiscard]] static T default_lowest_frequency(const InductionMachineParameters<T>& machine) noexcept {
+      return T(1) / machine.tau_r();
+    }
+    /// Where σL_s takes twice the voltage of the resistances; at most a quarter of the bandwidth of the
+    /// current's control, so that the amplitude keeps the limit. [rad/s]
+    [[nodiscard]] static T default_highest_frequency(const InductionMachineParameters<T>& machine,
+                                                     std::int32_t period_ns) noexcept {
+      const T corner = (machine.r_s + machine.k_r() * machine.k_r() * machine.r_r) / machine.sigma_l_s();
+      return std::min(T(2) * corner, T(0.25) * loop_share / (T(1e-9) * T(period_ns)));
+    }
+    void set_defaults(const ControlBasis<T>& basis) noexcept {
+      EstimatingController<T>::Parameters::set_defaults(basis);
+      highest_current = this->magnetiser.current_limit;
+      lowest_frequency = default_lowest_frequency(basis.machine);
+      highest_frequency = default_highest_frequency(basis.machine, basis.period_ns);
+      settle_ns = default_settle_ns(basis.machine);
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (!(std::isfinite(highest_current) && highest_current > T(0)))

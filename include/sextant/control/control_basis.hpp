@@ -13,4 +13,14 @@ struct ControlBasis : DriveBasis<T> {
   T current_limit{T(160)};       ///< of the stator current vector, as the drive has it [A]
 };
 
+/// Parameters of a controller of class C: what it has in common with the drive, and what follows from that by
+/// default. C::Parameters has `set_basis` for the one and `set_defaults` for the other.
+template <class C, class T>
+[[nodiscard]] typename C::Parameters default_parameters(const ControlBasis<T>& basis) noexcept {
+  typename C::Parameters p;
+  p.set_basis(basis);
+  p.set_defaults(basis);
+  return p;
+}
+
 }  // namespace sextant

@@ -86,8 +86,8 @@ class Controller {
   [[nodiscard]] virtual ControlTiming timing() const noexcept { return {}; }
 
   /// Whether the mean torque of the estimate meets its reference in a steady state, so that what it misses at
-  /// the voltage limit is a lack of voltage (`VoltageReserve`). Without that it may miss it by the torque that
-  /// an active vector adds in one period.
+  /// the voltage limit is a lack of voltage (`VoltageReserve`). Without that it may miss it by the torque
+  /// that an active vector adds in one period.
   [[nodiscard]] virtual bool holds_mean_torque() const noexcept { return false; }
 
   /// The estimate at the last measurement.

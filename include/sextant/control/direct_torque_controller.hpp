@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -9,6 +10,8 @@
 #include "sextant/control/switching_table.hpp"
 #include "sextant/control/torque_comparator.hpp"
 #include "sextant/control/torque_trim.hpp"
+#include "sextant/control/vector_torque.hpp"
+#include "sextant/core/drive_limits.hpp"
 
 namespace sextant {
 
@@ -29,6 +32,18 @@ class DirectTorqueController final : public EstimatingController<T> {
     /// it within the limit of magnetising [-]
     bool flux_priority{true};
     typename TorqueTrim<T>::Parameters torque_trim{};
+
+    /// The band of torque is that of `drive_limits`, or what the table can hold with vectors that act for a
+    /// whole period, the larger one.
+    void set_defaults(const ControlBasis<T>& basis) noexcept {
+      EstimatingController<T>::Parameters::set_defaults(basis);
+      const DriveLimits<T> limits = drive_limits(basis.machine, basis.flux_reference, basis.u_dc);
+      const T step =
+          vector_torque(basis.machine, basis.flux_reference, basis.u_dc, T(basis.period_ns) * T(1e-9));
+      torque_comparator.upper_band = std::max(limits.torque_band, narrowest_torque_band(step));
+      torque_comparator.lower_band = torque_comparator.upper_band;
+      flux_comparator.band = limits.flux_band;
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/control/control_basis.hpp"
 #include "sextant/control/controller.hpp"
 #include "sextant/control/delay_predictor.hpp"
 #include "sextant/control/flux_torque_estimator.hpp"
@@ -34,6 +35,22 @@ class EstimatingController : public Controller<T> {
     std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
     int actuation_delay_periods{0};    ///< 1 when a pattern is applied one period late [-]
     typename Magnetiser<T>::Parameters magnetiser{};
+
+    /// Takes what the controller has in common with the drive.
+    void set_basis(const ControlBasis<T>& basis) noexcept {
+      machine = basis.machine;
+      inverter = basis.inverter;
+      period_ns = basis.period_ns;
+      flux_reference = basis.flux_reference;
+      flux_estimator = basis.flux_estimator;
+      adapts_parameters = basis.adapts_parameters;
+      sampling_lead_ns = basis.sampling_lead_ns;
+      actuation_delay_periods = basis.actuation_delay_periods;
+    }
+    /// Sets what follows from it.
+    void set_defaults(const ControlBasis<T>& basis) noexcept {
+      magnetiser = Magnetiser<T>::Parameters::by_default(basis);
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";

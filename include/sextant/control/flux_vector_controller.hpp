@@ -20,6 +20,11 @@ class FluxVectorController : public EstimatingController<T> {
     T current_limit{T(250)};  ///< of the stator current that torque and flux may take [A]
     typename TorqueTrim<T>::Parameters torque_trim{};
 
+    void set_basis(const ControlBasis<T>& basis) noexcept {
+      EstimatingController<T>::Parameters::set_basis(basis);
+      current_limit = basis.current_limit;
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (const char* problem = torque_trim.validate()) return problem;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sextant/core/drive_basis.hpp"
+#include "sextant/core/drive_limits.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -15,6 +17,12 @@ class Magnetiser {
   struct Parameters {
     T current_limit{T(40)};      ///< of the current vector [A]
     T hand_over_current{T(30)};  ///< largest |i_s| at which torque control may start [A]
+
+    /// Those of `drive_limits`.
+    [[nodiscard]] static Parameters by_default(const DriveBasis<T>& basis) noexcept {
+      const DriveLimits<T> limits = drive_limits(basis.machine, basis.flux_reference, basis.u_dc);
+      return {.current_limit = limits.magnetising_current, .hand_over_current = limits.hand_over_current};
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       if (!(std::isfinite(current_limit) && current_limit > T(0))) {

@@ -14,6 +14,11 @@ class ModulatedController : public EstimatingController<T> {
     T current_limit{T(250)};  ///< of the stator current that torque and flux may take [A]
     typename SpaceVectorModulator<T>::Parameters modulator{};
 
+    void set_basis(const ControlBasis<T>& basis) noexcept {
+      EstimatingController<T>::Parameters::set_basis(basis);
+      current_limit = basis.current_limit;
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (const char* problem = modulator.validate()) return problem;

@@ -16,7 +16,14 @@ class PredictiveController final : public FluxVectorController<T> {
   static constexpr const char* name = "predictive";
   static constexpr const char* meaning = "predictive torque control, one switching state a period";
 
-  struct Parameters : FluxVectorController<T>::Parameters {};
+  struct Parameters : FluxVectorController<T>::Parameters {
+    /// With vectors that act for whole periods the time constant of the trim follows from what they change.
+    void set_defaults(const ControlBasis<T>& basis) noexcept {
+      FluxVectorController<T>::Parameters::set_defaults(basis);
+      this->torque_trim.time_constant =
+          default_trim_time(basis.flux_reference, basis.u_dc, T(basis.period_ns) * T(1e-9));
+    }
+  };
 
   explicit PredictiveController(const Parameters& parameters) noexcept : Base{parameters} {}
 

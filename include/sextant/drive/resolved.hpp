@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "sextant/control/control_basis.hpp"
-#include "sextant/drive/drive_limits.hpp"
+#include "sextant/core/drive_limits.hpp"
 #include "sextant/drive/drive_setup.hpp"
 
 namespace sextant {
@@ -33,7 +33,8 @@ template <class T>
 }
 
 template <class T>
-[[nodiscard]] CommandLimits<T> command_limits(const CommandSetup<T>& s, const DriveLimits<T>& limits) noexcept {
+[[nodiscard]] CommandLimits<T> command_limits(const CommandSetup<T>& s,
+                                              const DriveLimits<T>& limits) noexcept {
   return {.torque_limit = s.torque_limit.value_or(limits.torque),
           .torque_rate = s.torque_rate,
           .timeout_ns = s.timeout_ns,
@@ -47,7 +48,7 @@ template <class T>
 /// inverter: with its voltage error; torque_limit: of the commands. [N·m]
 template <class T>
 [[nodiscard]] ProtectionLimits<T> protection_limits(const ProtectionSetup<T>& s, const DriveBasis<T>& basis,
-                                           const DriveLimits<T>& limits, T torque_limit) noexcept {
+                                                    const DriveLimits<T>& limits, T torque_limit) noexcept {
   const T over_current = s.over_current.value_or(limits.over_current);
   const T dc_over_voltage = s.dc_over_voltage.value_or(limits.dc_over_voltage);
   const T over_speed = s.over_speed.value_or(limits.over_speed);
@@ -86,8 +87,9 @@ template <class T>
 /// torque_limit: of the commands [N·m]; over_current: trip level. [A]
 template <class T>
 [[nodiscard]] typename TorqueCapability<T>::Parameters capability_parameters(const CapabilitySetup<T>& s,
-                                                                const DriveBasis<T>& basis, T torque_limit,
-                                                                T over_current) noexcept {
+                                                                             const DriveBasis<T>& basis,
+                                                                             T torque_limit,
+                                                                             T over_current) noexcept {
   return {.machine = basis.machine,
           .flux_reference = basis.flux_reference,
           .voltage_use = s.voltage_use,
@@ -100,8 +102,10 @@ template <class T>
 
 /// phase_offset: largest one of a phase current's sensor. [A]
 template <class T>
-[[nodiscard]] TorqueMonitorLimits<T> torque_monitor_limits(const TorqueMonitorSetup<T>& s, const DriveBasis<T>& basis,
-                                              const DriveLimits<T>& limits, T phase_offset) noexcept {
+[[nodiscard]] TorqueMonitorLimits<T> torque_monitor_limits(const TorqueMonitorSetup<T>& s,
+                                                           const DriveBasis<T>& basis,
+                                                           const DriveLimits<T>& limits,
+                                                           T phase_offset) noexcept {
   TorqueMonitorLimits<T> p{.enabled = s.enabled,
                            .machine = s.machine.value_or(basis.machine),
                            .inverter = basis.inverter,
@@ -133,13 +137,12 @@ template <class T>
   r.drive.period_ns = basis.period_ns;
   r.drive.sampling_lead_ns = basis.sampling_lead_ns;
   r.drive.magnetise_first = setup.magnetise_first;
-  r.drive.magnetise_timeout_ns = std::llround(
-      setup.magnetise_timeout_ms.value_or(default_magnetise_timeout_ms(basis.machine)) * T(1e6));
+  r.drive.magnetise_timeout_ns =
+      std::llround(setup.magnetise_timeout_ms.value_or(default_magnetise_timeout_ms(basis.machine)) * T(1e6));
   r.drive.command = command_limits(setup.command, limits);
-  r.drive.protection =
-      protection_limits(setup.protection, basis, limits, r.drive.command.torque_limit);
+  r.drive.protection = protection_limits(setup.protection, basis, limits, r.drive.command.torque_limit);
   r.drive.capability = capability_parameters(setup.capability, basis, r.drive.command.torque_limit,
-                                        r.drive.protection.over_current);
+                                             r.drive.protection.over_current);
   r.drive.optimal_flux = setup.optimal_flux;
   r.drive.torque_monitor =
       torque_monitor_limits(setup.torque_monitor, basis, limits, r.drive.protection.current_offset);

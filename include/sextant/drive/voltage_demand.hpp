@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sextant/drive/steady_state.hpp"
+#include "sextant/core/steady_state.hpp"
 
 namespace sextant {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "sextant/drive/steady_state.hpp"
+#include "sextant/core/steady_state.hpp"
 
 namespace sextant {
 

@@ -4,6 +4,7 @@
 
 #include "register_drive_io.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/drive/resolved.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "startup.hpp"
 #include "sys_tick.hpp"
@@ -36,25 +37,21 @@ struct NewestTelemetry {
   void push(const Telemetry<float>& telemetry) noexcept { value = telemetry; }
 };
 
-DirectTorqueController<float>::Parameters controller_parameters() {
-  DirectTorqueController<float>::Parameters p;
-  p.period_ns = period_ns;
-  p.actuation_delay_periods = 1;
-  return p;
-}
-
-Drive<float>::Parameters drive_parameters() {
-  Drive<float>::Parameters p;
-  p.period_ns = period_ns;
-  p.magnetise_first = true;
-  return p;
+/// The paper's machine at 530 V; every limit follows from it.
+ResolvedDrive<float> resolved_drive() {
+  DriveSetup<float> setup;
+  setup.basis.period_ns = period_ns;
+  setup.basis.actuation_delay_periods = 1;
+  return resolved(setup);
 }
 
 Mailbox mailbox;
 NewestTelemetry telemetry;
 RegisterDriveIo io{RegisterDriveIo::Parameters{}};
-DirectTorqueController<float> controller{controller_parameters()};
-Drive<float> drive{drive_parameters(), controller};
+const ResolvedDrive<float> parameters = resolved_drive();
+DirectTorqueController<float> controller{
+    default_parameters<DirectTorqueController<float>>(parameters.control)};
+Drive<float> drive{parameters.drive, controller};
 std::int64_t t_ns = 0;
 
 }  // namespace

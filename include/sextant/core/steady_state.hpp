@@ -56,8 +56,8 @@ template <class T>
   return u_dc * T(1 / std::numbers::sqrt3);
 }
 
-/// The stator flux with which a machine without resistance meets that voltage at a frequency [Hz]: that of its
-/// data sheet gives the rated flux, where link and machine are made for each other. [Wb]
+/// The stator flux with which a machine without resistance meets that voltage at a frequency [Hz]: that of
+/// its data sheet gives the rated flux, where link and machine are made for each other. [Wb]
 template <class T>
 [[nodiscard]] constexpr T flux_at_voltage_limit(T u_dc, T frequency) noexcept {
   return linear_voltage(u_dc) / (T(2 * std::numbers::pi) * frequency);

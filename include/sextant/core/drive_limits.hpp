@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sextant/drive/steady_state.hpp"
+#include "sextant/core/steady_state.hpp"
 
 namespace sextant {
 

@@ -1,4 +1,4 @@
-#include "sextant/drive/steady_state.hpp"
+#include "sextant/core/steady_state.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sextant/drive/drive_limits.hpp"
+#include "sextant/core/drive_limits.hpp"
 
 #include <cmath>
 #include <complex>
