@@ -1,4 +1,4 @@
-"""Measures inverter and machine at standstill through the drive's gates, and writes what the drive uses."""
+"""Measures inverter, machine and inertia through the drive's gates, and writes what the drive uses."""
 
 import argparse
 import math
@@ -7,10 +7,22 @@ from pathlib import Path
 
 from . import identify_impedance, mil_program
 from .errors import run
-from .identify_files import Results, report, write_files
+from .identify_files import Results, report, told, write_files
 from .identify_fit import Setup, fit
+from .identify_inertia import Inertia, check_turning
+from .identify_machine import inertia_of
 from .identify_picture import write_picture
-from .identify_run import CONTROL, Plant, check_room, measure_levels, measure_tones, plant_of, settled_by
+from .identify_run import (
+    CONTROL,
+    Plant,
+    check_room,
+    inertia_course,
+    measure_inertia,
+    measure_levels,
+    measure_tones,
+    plant_of,
+    settled_by,
+)
 from .paths import OUT
 from .sweep_file import Settings
 
@@ -18,6 +30,7 @@ EXAMPLES = """examples:
   scripts/identify configs/ecu_foc.toml
   scripts/identify my_drive.toml --out out/mine       a file of sextant-ecu or sextant-mil
   scripts/identify my_drive.toml --only dead_time     dead time and stator resistance alone
+  scripts/identify my_drive.toml --only dead_time,impedance,inertia
   scripts/identify my_drive.toml --limit-a 8          with less current than magnetising takes
   scripts/identify my_drive.toml --threshold-v 1.1    the voltage of a switch is known
   scripts/identify my_drive.toml --set plant.inverter.dead_time_us=2
@@ -27,14 +40,18 @@ Without torque, on a shaft that stands still, the drive leads a current along ph
   dead_time   through direct levels of both signs, which tell dead time and stator resistance
   impedance   as sines of several frequencies above a direct current, which tell R_s, leakage inductance, rotor
               resistance and magnetising inductance
+On a shaft that is free to turn, and only if it is named, field-oriented control by what was found before leads
+  inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions
 DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the machine,
 DIR/identify.png a panel of each. Files of a drive take them in by [drive] inverter = "inverter.toml" and
 [control] machine_estimate = "machine.toml".
 
 Dead time and threshold voltage are one number at one link voltage: without --threshold-v the dead time stands for both.
 The resistance contains cables, and the slope resistance of the switches beyond drive.inverter.slope_ohm."""
-DEAD_TIME, IMPEDANCE = "dead_time", "impedance"
-PARTS = (DEAD_TIME, IMPEDANCE)
+DEAD_TIME, IMPEDANCE, INERTIA = "dead_time", "impedance", "inertia"
+STANDSTILL = (DEAD_TIME, IMPEDANCE)
+PARTS = (*STANDSTILL, INERTIA)
+FAR = 1.5  # ratio of the inertia to that of the course, beyond which a course by it follows
 
 
 def parts(text: str) -> list[str]:
@@ -53,7 +70,13 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", type=Path, metavar="CONFIG", help="a file of sextant-ecu or sextant-mil")
-    parser.add_argument("--only", type=parts, default=list(PARTS), metavar="A,B", help=f"of {', '.join(PARTS)}")
+    parser.add_argument(
+        "--only",
+        type=parts,
+        default=list(STANDSTILL),
+        metavar="A,B",
+        help=f"of {', '.join(PARTS)}; default: {','.join(STANDSTILL)}",
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: out/identify/NAME")
     parser.add_argument("--limit-a", type=float, metavar="A", help=f"limit of the current ({CONTROL}current_limit_a)")
     parser.add_argument(
@@ -109,7 +132,22 @@ def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespa
     if found and impedance:
         known = (found.r_s_ohm, found.r_s_sigma_ohm)
         impedance = identify_impedance.fit(blocks, plant.timing, impedance.machine, setup.slope_ohm, known)
-    return Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
+    results = Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
+    return replace(results, inertia=inertia_of_shaft(plant, results)) if INERTIA in options.only else results
+
+
+def inertia_of_shaft(plant: Plant, results: Results) -> Inertia:
+    """By a second course where the first one was far from the speed that is due."""
+    inertia = inertia_of(plant.configuration)
+    machine = results.impedance.machine if results.impedance else plant.estimate.terminals
+    for _ in range(2):
+        course, speed = inertia_course(plant, machine, inertia)
+        found = measure_inertia(plant, told(results), course)
+        check_turning(found, speed)
+        if max(found.inertia / inertia, inertia / found.inertia) < FAR:
+            break
+        inertia = found.inertia
+    return found
 
 
 def main(arguments: list[str]) -> int:

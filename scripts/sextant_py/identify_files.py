@@ -6,6 +6,8 @@ from pathlib import Path
 
 from .identify_fit import Found, Level, Setup
 from .identify_impedance import Impedance, sampled_impedance
+from .identify_inertia import Inertia
+from .sweep_file import Settings
 
 
 @dataclass(frozen=True)
@@ -17,6 +19,7 @@ class Results:
     found: Found | None = None
     impedance: Impedance | None = None
     split: float = 1.0  # L_ls/L_lr of the drive's estimate
+    inertia: Inertia | None = None
 
 
 def told_dead_time_us(found: Found) -> float:
@@ -45,14 +48,19 @@ def _inverter_lines(found: Found, setup: Setup) -> list[str]:
 
 def _machine_lines(results: Results) -> list[str]:
     """The machine's keys with standard deviations; resistances at the temperature of the measurement."""
-    found, tones = results.found, results.impedance
+    found, tones, inertia = results.found, results.impedance, results.inertia
+    shaft = (
+        [f"inertia_kg_m2 = {inertia.inertia:.5g}  # standard deviation {inertia.sigma:.2g} kg·m²"] if inertia else []
+    )
+    if not found and not tones:
+        return shaft
     if found:
         r_s, sigma = found.r_s_ohm, found.r_s_sigma_ohm
     else:
         r_s, sigma = tones.machine.r_s, tones.machine.r_s * tones.deviations.r_s
     lines = [f"r_s_ohm = {r_s:.5g}  # standard deviation {sigma:.2g} ohm, at the temperature of the measurement"]
     if not tones:
-        return lines
+        return [*lines, *shaft]
     machine, deviations = tones.machine.t_circuit(results.split), tones.deviations
     return [
         *lines,
@@ -61,12 +69,28 @@ def _machine_lines(results: Results) -> list[str]:
         f"l_ls_h = {machine.l_ls:.5g}  # {100 * deviations.leakage:.2g} %",
         f"l_lr_h = {machine.l_lr:.5g}  # the same",
         f"l_m_h = {machine.l_m:.5g}  # {100 * deviations.l_magnetising:.2g} %",
+        *shaft,
     ]
+
+
+def told(results: Results) -> Settings:
+    """What the files tell a drive, as keys of its configuration."""
+    settings: Settings = {}
+    if results.found:
+        settings["drive.inverter.dead_time_us"] = told_dead_time_us(results.found)
+        settings["drive.inverter.voltage_error_v"] = round(told_voltage_error_v(results.found, results.setup), 4)
+        settings["drive.inverter.threshold_v"] = results.setup.threshold_v
+        settings["control.machine_estimate.r_s_ohm"] = results.found.r_s_ohm
+    if results.impedance:
+        machine = results.impedance.machine.t_circuit(results.split)
+        values = {"r_r_ohm": machine.r_r, "l_ls_h": machine.l_ls, "l_lr_h": machine.l_lr, "l_m_h": machine.l_m}
+        settings |= {f"control.machine_estimate.{key}": value for key, value in values.items()}
+    return settings
 
 
 def write_files(directory: Path, file: Path, results: Results) -> list[Path]:
     """inverter.toml and machine.toml, of what was measured."""
-    head = f"# Measured at standstill by sextant identify {file.name}. "
+    head = f"# Measured by sextant identify {file.name}. "
     written = []
     if results.found:
         inverter = directory / "inverter.toml"
@@ -121,7 +145,16 @@ def _tone_report(results: Results) -> list[str]:
     ]
 
 
+def _inertia_report(found: Inertia) -> list[str]:
+    return [
+        f"J           {found.inertia:.5g} kg·m², standard deviation {found.sigma:.2g} kg·m², at up to "
+        f"{found.fastest:.3g} rad/s",
+        f"friction    {found.coulomb_nm:.3g} N·m and {found.viscous:.3g} N·m·s, load {found.load_nm:.3g} N·m",
+    ]
+
+
 def report(results: Results) -> str:
     """Tables of the levels and tones, and the result."""
     lines = _level_report(results.levels, results.found, results.setup) if results.found else []
-    return "\n".join([*lines, *(_tone_report(results) if results.impedance else [])])
+    lines += _tone_report(results) if results.impedance else []
+    return "\n".join([*lines, *(_inertia_report(results.inertia) if results.inertia else [])])

@@ -50,12 +50,18 @@ class InverseGamma:
         return TCircuit(self.r_s, self.r_rotor * ((l_m + l_lr) / l_m) ** 2, split * l_lr, l_lr, l_m)
 
 
+def _value(configuration: Settings, name: str) -> float | None:
+    estimate = configuration.get(f"control.machine_estimate.{name}")
+    return configuration.get(f"machine.{name}") if estimate is None else estimate
+
+
+def inertia_of(configuration: Settings) -> float:
+    """What the controller takes it to be. [kg·m²]"""
+    return _value(configuration, "inertia_kg_m2")
+
+
 def estimate_of(configuration: Settings) -> TCircuit:
     """What the controller takes the machine to be."""
-
-    def key(name: str) -> float | None:
-        estimate = configuration.get(f"control.machine_estimate.{name}")
-        return configuration.get(f"machine.{name}") if estimate is None else estimate
 
     def inductance(name: str) -> float:
         """Henry or ohm of the estimate, else of the machine."""
@@ -63,7 +69,8 @@ def estimate_of(configuration: Settings) -> TCircuit:
             if (value := configuration.get(f"{table}.l_{name}_h")) is not None:
                 return value
             if (value := configuration.get(f"{table}.x_{name}_ohm")) is not None:
-                return value / (2 * math.pi * key("reactance_frequency_hz"))
+                return value / (2 * math.pi * _value(configuration, "reactance_frequency_hz"))
         raise KeyError(name)
 
-    return TCircuit(key("r_s_ohm"), key("r_r_ohm"), inductance("ls"), inductance("lr"), inductance("m"))
+    r_s, r_r = (_value(configuration, f"{name}_ohm") for name in ("r_s", "r_r"))
+    return TCircuit(r_s, r_r, inductance("ls"), inductance("lr"), inductance("m"))

@@ -11,6 +11,7 @@ import numpy as np
 from .figure_style import STYLE
 from .identify_files import Results
 from .identify_impedance import Impedance, sampled_impedance
+from .identify_inertia import Inertia
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,6 +65,17 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
     below.set_xlabel("frequency (Hz)")
 
 
+def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
+    time = found.time_s - found.time_s[0]
+    above.plot(time, found.speed, color=BLUE, linewidth=2.4, alpha=0.5, label="measured")
+    above.plot(time, found.fitted, color=RED, linewidth=1.0, label="by torque, inertia and friction")
+    above.set_title(f"J {found.inertia:.4g} ± {found.sigma:.2g} kg·m²")
+    above.set_ylabel("speed (rad/s)")
+    below.plot(time, found.speed - found.fitted, color=BLUE, linewidth=0.8)
+    below.set_ylabel("measured less fit (rad/s)")
+    below.set_xlabel("time (s)")
+
+
 def write_picture(directory: Path, results: Results) -> Path:
     """identify.png, with a column for each of what was measured."""
     import matplotlib as mpl
@@ -76,6 +88,8 @@ def write_picture(directory: Path, results: Results) -> Path:
         panels.append(lambda above, below: _draw_levels(above, below, results))
     if results.impedance:
         panels.append(lambda above, below: _draw_tones(above, below, results.impedance))
+    if results.inertia:
+        panels.append(lambda above, below: _draw_inertia(above, below, results.inertia))
     with mpl.rc_context(STYLE):
         figure, axes = pyplot.subplots(
             2, len(panels), figsize=(6.4 * len(panels), 5.4), sharex="col", squeeze=False,

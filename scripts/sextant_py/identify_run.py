@@ -10,13 +10,16 @@ from . import torque_map_file
 from .errors import UserError
 from .identify_fit import Level
 from .identify_impedance import Block, Timing
-from .identify_machine import TCircuit, estimate_of
+from .identify_inertia import Course, Inertia
+from .identify_inertia import fit as fit_inertia
+from .identify_machine import InverseGamma, TCircuit, estimate_of
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
 from .torque_map_drive import SHORT, Drive, summary_of, words
 
 CONTROL = "control.commissioning."
-LEVELS, TONES = "levels", "tones"
+LEVELS, TONES, INERTIA = "levels", "tones", "inertia"
+SHAFT_CHANNELS = ("speed_rad_s", "torque_mean_nm")
 LEVEL_CHANNELS = ("level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
 TONE_CHANNELS = ("tone_periods", "tone_sine_a", "tone_cosine_a", "tone_sine_v", "tone_cosine_v")
 CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
@@ -155,8 +158,8 @@ def _run(plant: Plant, course: str, settings: Settings) -> Path:
     if summary["faults"]:
         first = summary["faults"][0]
         raise UserError(
-            f"the drive tripped with {first['fault']} at {first['t_s']:.3f} s, before every one of the {course} was "
-            "measured; docs/commissioning.md says what may be wrong."
+            f"the drive tripped with {first['fault']} at {first['t_s']:.3f} s, before the course of {course} was "
+            "over; docs/commissioning.md says what may be wrong."
         )
     return out / "trace.h5"
 
@@ -226,3 +229,49 @@ def read_rows(file: Path, count: int) -> list[dict[str, float]]:
         raise UserError(f"{file}: the run ended before all {count} levels were over; read what sextant-mil reports.")
     firsts = [int(np.argmax(over >= number)) for number in range(1, count + 1)]
     return [{name: float(values[name][row]) for name in CHANNELS} for row in firsts]
+
+
+def inertia_course(plant: Plant, machine: InverseGamma, inertia: float) -> tuple[Course, float]:
+    """The course by which such an inertia reaches a quarter of the base speed, and that speed [rad/s].
+
+    Its torque is 0.6 of what the limit of the current leaves beside the current of the flux:
+      T = 3/2 p L_M i_d √(I² − i_d²)
+    """
+    configuration = plant.configuration
+    pole_pairs = configuration["machine.poles"] / 2
+    flux = configuration["control.flux_reference_wb"]
+    i_d = flux / (machine.leakage + machine.l_magnetising)
+    limit = configuration[f"{CONTROL}current_limit_a"]
+    if limit < 1.1 * i_d:
+        raise UserError(
+            f"{CONTROL}current_limit_a of {limit:g} A leaves none for torque beside the {i_d:.3g} A of the flux: raise "
+            f"it to {1.2 * i_d:.3g} A at least (--limit-a)."
+        )
+    torque = 0.6 * 1.5 * pole_pairs * machine.l_magnetising * i_d * math.sqrt(limit**2 - i_d**2)
+    torque = min(torque, 0.9 * configuration["command.torque_limit_nm"])
+    speed = 0.25 * configuration["plant.u_dc_v"] / math.sqrt(3) / flux / pole_pairs
+    begin = 0.1 + 1e-3 * configuration["drive.magnetise_timeout_ms"]
+    return Course(float(f"{torque:.4g}"), begin, max(0.02, inertia * speed / torque)), speed
+
+
+def measure_inertia(plant: Plant, told: Settings, course: Course) -> Inertia:
+    """By field-oriented control that is told what was found before."""
+    period_us = plant.configuration["drive.period_us"]
+    settings: Settings = told | {
+        "control.controller": "foc",
+        "drive.magnetise_first": True,
+        "drive.current_limit_a": plant.configuration[f"{CONTROL}current_limit_a"],
+        "load.kind": "torque",
+        "profile.torque_nm.shape": "steps",
+        "profile.torque_nm.points": course.points,
+        "duration_s": round(course.end_s + 0.05, 6),
+        "trace.interval_us": period_us * max(1, round(course.part_s / 100 / (1e-6 * period_us))),
+        "trace.signals": list(SHAFT_CHANNELS),
+    }
+    import h5py
+
+    with h5py.File(_run(plant, INERTIA, settings)) as trace:
+        time = 1e-9 * trace["t_ns"][()]
+        speed, torque = (trace[name][()].astype(float) for name in SHAFT_CHANNELS)
+    within = (time >= course.begin_s - 0.1 * course.part_s) & (time <= course.end_s + 0.02)
+    return fit_inertia(time[within], speed[within], torque[within])

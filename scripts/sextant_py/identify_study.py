@@ -10,10 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from . import identify, mil_program
+from . import identify, mil_program, random_machines
 from .errors import UserError, run
 from .identify_files import Results
-from .identify_machine import TCircuit, estimate_of
+from .identify_machine import TCircuit, estimate_of, inertia_of
 from .identify_run import configuration_of, scenario_of
 from .machine_library_points import Machine, read_library, sensor_settings
 from .paths import OUT
@@ -22,6 +22,7 @@ from .sweep_file import Settings, toml_value
 EXAMPLES = """examples:
   scripts/identify_study                                  all machines of configs/machines/library.toml
   scripts/identify_study --machines krause_3hp,ong_20hp   these alone
+  scripts/identify_study --random 50 --seed 3             random machines of 0.25 to 200 kW
   scripts/identify_study --period-us 25 --dead-time-us 1.5
   scripts/identify_study --spread 1                       the drive knows its machine
   scripts/identify_study --seed 7                         other errors of the estimate
@@ -31,10 +32,29 @@ take 1.2 V, of which it is told; of the dead time it is not. The current sensors
 level, and noise of 0.2 A by 300 A of that range. Compared are the parameters that the terminals show: R_s, the leakage
 inductance of the stator with the rotor short, k_r² R_r and k_r L_m with k_r = L_m/(L_m + L_lr). Errors in percent; a *
 marks those beyond the target. Exit status: 0 when each machine is within the targets, 1 when one is not."""
-TARGETS = {"t_d": 10, "R_s": 3, "σL_s": 5, "R_r": 5, "L_m": 5}  # [%]
+TARGETS = {"t_d": 10, "R_s": 3, "σL_s": 5, "R_r": 5, "L_m": 5, "J": 10}  # [%]
 THRESHOLD_V = 1.2
 NOISE_SHARE = 0.2 / 300  # of the range of the current sensors
+# Of the drive with the right machine, as a plate tells them.
+LIMITS = ("control.flux_reference_wb", "protection.over_current_a", "protection.current_jump_a")
 NOISE_V_SHARE = 0.5 / 1000  # of the range of the voltage sensor
+
+
+@dataclass(frozen=True)
+class RandomMachine:
+    """One of 50 Hz and 400 V, as an entry of the library."""
+
+    id: str
+    machine: random_machines.Machine
+
+    def scenario(self) -> str:
+        m = self.machine
+        keys = {
+            "r_s_ohm": m.r_s, "r_r_ohm": m.r_r, "l_ls_h": m.l_ls, "l_lr_h": m.l_lr, "l_m_h": m.l_m,
+            "reactance_frequency_hz": 50, "poles": 2 * m.pole_pairs, "inertia_kg_m2": m.inertia,
+        }  # fmt: skip
+        lines = [f"{key} = {toml_value(value)}" for key, value in keys.items()]
+        return "\n".join(["[machine]", *lines, "[plant]", f"u_dc_v = {m.u_dc:.4g}"]) + "\n"
 
 
 @dataclass(frozen=True)
@@ -65,7 +85,7 @@ class Study:
     spread: float
     seed: int
 
-    def estimate(self, machine: Machine, true: TCircuit) -> Settings:
+    def estimate(self, machine: Machine | RandomMachine, true: TCircuit, inertia: float) -> Settings:
         """Wrong; the division of the leakage is right, which cannot be found."""
         dice = random.Random(f"{self.seed}/{machine.id}")
 
@@ -74,7 +94,7 @@ class Study:
 
         leakage = wrong(1.0)
         values = {"r_s_ohm": wrong(true.r_s), "r_r_ohm": wrong(true.r_r), "l_m_h": wrong(true.l_m)}
-        values |= {"l_ls_h": leakage * true.l_ls, "l_lr_h": leakage * true.l_lr}
+        values |= {"inertia_kg_m2": wrong(inertia)} | {"l_ls_h": leakage * true.l_ls, "l_lr_h": leakage * true.l_lr}
         return {f"control.machine_estimate.{key}": value for key, value in values.items()}
 
     def plant(self, configuration: Settings) -> Settings:
@@ -89,25 +109,31 @@ class Study:
             "drive.period_us": self.period_us,
         }
 
-    def measure(self, machine: Machine) -> Row:
+    def measure(self, machine: Machine | RandomMachine) -> Row:
         own = self.directory / machine.id
         own.mkdir(parents=True, exist_ok=True)
         file = own / f"{machine.id}.toml"
         file.write_text(machine.scenario(), encoding="utf-8")
         try:
             configuration = configuration_of(self.mil, scenario_of(file, self.mil, own), [])
-            true = estimate_of(configuration)
-            # The limits are those of the drive with the right machine: a plate tells them.
+            true, inertia = estimate_of(configuration), inertia_of(configuration)
             kept = {key: configuration[key] for key in LIMITS}
-            settings = self.plant(configuration) | kept | self.estimate(machine, true)
+            settings = self.plant(configuration) | kept | self.estimate(machine, true, inertia)
             words = [f"{key}={toml_value(value)}" for key, value in settings.items()]
-            arguments = [str(file), "--threshold-v", str(THRESHOLD_V), *(w for text in words for w in ("--set", text))]
+            arguments = [
+                str(file),
+                "--only",
+                ",".join(identify.PARTS),
+                "--threshold-v",
+                str(THRESHOLD_V),
+                *(w for text in words for w in ("--set", text)),
+            ]
             found = identify.identified(file, self.mil, own, identify.parse_arguments(arguments))
         except UserError as error:
             return Row(machine.id, reason=str(error))
-        return Row(machine.id, self.errors(found, true))
+        return Row(machine.id, self.errors(found, true, inertia))
 
-    def errors(self, results: Results, true: TCircuit) -> dict[str, float]:
+    def errors(self, results: Results, true: TCircuit, inertia: float) -> dict[str, float]:
         at, is_found = true.terminals, results.impedance.machine
         pairs = {
             "t_d": (1e6 * results.found.dead_time_s, self.dead_time_us),
@@ -115,11 +141,9 @@ class Study:
             "σL_s": (is_found.leakage, at.leakage),
             "R_r": (is_found.r_rotor, at.r_rotor),
             "L_m": (is_found.l_magnetising, at.l_magnetising),
+            "J": (results.inertia.inertia, inertia),
         }
         return {name: 100 * (one / other - 1) if other else math.nan for name, (one, other) in pairs.items()}
-
-
-LIMITS = ("control.flux_reference_wb", "protection.over_current_a", "protection.current_jump_a")
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
@@ -130,15 +154,20 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--machines", type=lambda text: text.split(","), metavar="A,B", help="these alone")
+    parser.add_argument("--random", type=int, metavar="N", help="so many random machines in the place of the library")
     parser.add_argument("--period-us", type=float, default=125, metavar="US", help="control period (default: 125)")
     parser.add_argument("--dead-time-us", type=float, default=1.5, metavar="US", help="of the plant (default: 1.5)")
     parser.add_argument("--spread", type=float, default=1.4, metavar="X", help="of the estimate (default: 1.4)")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the estimate (default: 1)")
+    parser.add_argument(
+        "--seed", type=int, default=1, metavar="N", help="of the estimate, and of random machines (default: 1)"
+    )
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count(), metavar="N", help="machines at a time (default: all cores)"
     )
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
+    if options.random is not None and options.random < 1:
+        parser.error(f"--random: expected a number from 1, got {options.random}")
     if options.jobs < 1:
         parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if not (math.isfinite(options.spread) and options.spread >= 1):
@@ -157,9 +186,19 @@ def chosen(wanted: list[str] | None) -> list[Machine]:
     return [machine for machine in library if not wanted or machine.id in wanted]
 
 
+def drawn(count: int, seed: int) -> list[RandomMachine]:
+    """From 0.25 to 200 kW, evenly over the powers' logarithm."""
+    import numpy as np
+
+    made = np.random.default_rng(seed)
+    powers = 10 ** made.uniform(math.log10(0.25), math.log10(200), count)
+    machines = random_machines.random_machines(made, powers)
+    return [RandomMachine(f"random_{number}", machine) for number, machine in enumerate(machines)]
+
+
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    machines = chosen(options.machines)
+    machines = drawn(options.random, options.seed) if options.random else chosen(options.machines)
     directory = OUT / "identify_study"
     mil = mil_program.find(options.mil)
     study = Study(mil, directory, options.period_us, options.dead_time_us, options.spread, options.seed)

@@ -174,6 +174,29 @@ def test_impedance_alone_tells_the_resistance_too_and_writes_no_inverter(tmp_pat
     assert not (tmp_path / "inverter.toml").exists()
 
 
+def shaft_words(file: Path, directory: Path, *settings: str) -> list[str]:
+    keys = ("drive.period_us=125", "plant.inverter.dead_time_us=1.5", "drive.inverter.dead_time_us=1.5", *settings)
+    words = [str(file), "--only", "inertia", "--out", str(directory), "--mil", str(program("sextant-mil"))]
+    return [*words, *(word for key in keys for word in ("--set", key))]
+
+
+def test_a_free_shaft_tells_its_inertia_whatever_the_load(tmp_path: Path) -> None:
+    """The estimate is half of it; a constant load turns the shaft."""
+    file = drive_file(tmp_path, "[control.machine_estimate]\ninertia_kg_m2 = 0.045\n")
+    assert identify.main(shaft_words(file, tmp_path, "load.torque_nm.value=2")) == 0
+    told = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
+    assert list(told) == ["inertia_kg_m2"]
+    assert told["inertia_kg_m2"] == pytest.approx(0.089, rel=0.05)
+    assert (tmp_path / "identify.png").stat().st_size > 10_000
+
+
+def test_a_shaft_that_is_held_is_refused(tmp_path: Path) -> None:
+    file = drive_file(tmp_path, "[control.machine_estimate]\ninertia_kg_m2 = 0.089\n")
+    with pytest.raises(UserError, match="free to turn") as refused:
+        identify.main(shaft_words(file, tmp_path, "machine.inertia_kg_m2=100"))
+    assert "\n" not in str(refused.value)
+
+
 def refusal(file: Path, *words: str) -> str:
     mil = str(program("sextant-mil"))
     with pytest.raises(UserError) as refused:

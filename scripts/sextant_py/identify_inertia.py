@@ -1,0 +1,95 @@
+"""Inertia from a course of speed under known torque, by least squares.
+
+The free shaft obeys, from the beginning of a window to its end,
+  ∫T dt = J Δω + B ∫ω dt + T_c ∫sign(ω) dt + T_l ∫dt
+with the drive's estimate T of the torque; B and T_c are friction, T_l a constant load. The torque goes up, down, down
+and up again by as much, so that the shaft turns in both directions, ends where it began, and friction shows apart from
+inertia.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import UserError
+
+WINDOWS = 16  # over the course
+UNKNOWNS = 4
+LEAST_TURNING = 0.1  # of the speed that is asked for, below which the shaft counts as held
+
+
+@dataclass(frozen=True)
+class Course:
+    """A command of the torque: +T, −T twice as long, +T."""
+
+    torque_nm: float
+    begin_s: float  # the flux is there
+    part_s: float
+
+    @property
+    def points(self) -> list[list[float]]:
+        """Of profile.torque_nm, as steps."""
+        t = [self.begin_s + k * self.part_s for k in (0, 1, 3, 4)]
+        values = (self.torque_nm, -self.torque_nm, self.torque_nm, 0.0)
+        return [[0.0, 0.0], *([round(at, 6), value] for at, value in zip(t, values, strict=True))]
+
+    @property
+    def end_s(self) -> float:
+        return self.begin_s + 4 * self.part_s
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """What the course tells."""
+
+    inertia: float  # J [kg·m²]
+    sigma: float  # its standard deviation
+    viscous: float  # B [N·m·s]
+    coulomb_nm: float  # T_c
+    load_nm: float  # T_l
+    time_s: np.ndarray
+    speed: np.ndarray  # measured [rad/s]
+    fitted: np.ndarray  # by the torque and what was found [rad/s]
+    torque_nm: np.ndarray
+
+    @property
+    def fastest(self) -> float:
+        return float(np.max(np.abs(self.speed)))
+
+
+def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """From the first time on."""
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
+    """Of samples [s], [rad/s]; the torque is the mean over the interval before each [N·m]."""
+    if time.size < 4 * WINDOWS:
+        raise UserError(f"{time.size} samples do not tell the inertia; {4 * WINDOWS} are needed at least.")
+    ends = np.linspace(0, time.size - 1, WINDOWS + 1).round().astype(int)
+    sums = [speed, _integral(speed, time), _integral(np.sign(speed), time), time - time[0]]
+    columns = np.column_stack([np.diff(one[ends]) for one in sums])
+    impulse = np.concatenate([[0.0], np.cumsum(torque[1:] * np.diff(time))])
+    measured = np.diff(impulse[ends])
+    scale = np.linalg.norm(columns, axis=0)
+    scaled = columns / scale
+    values = np.linalg.lstsq(scaled, measured, rcond=None)[0] / scale
+    rest = measured - columns @ values
+    variance = float(rest @ rest) / (WINDOWS - UNKNOWNS)
+    sigma = math.sqrt(variance * np.linalg.inv(scaled.T @ scaled)[0, 0]) / scale[0]
+    j, b, coulomb, load = (float(one) for one in values)
+    if not (math.isfinite(j) and j > 0):
+        raise UserError("the speed does not follow the torque as that of an inertia does: see the trace of the course.")
+    fitted = (impulse - b * sums[1] - coulomb * sums[2] - load * sums[3]) / j
+    fitted += float(np.mean(speed - fitted))
+    return Inertia(j, sigma, b, coulomb, load, time, speed, fitted, torque)
+
+
+def check_turning(found: Inertia, wanted: float) -> None:
+    if found.fastest < LEAST_TURNING * wanted:
+        raise UserError(
+            f"the shaft reaches {found.fastest:.3g} rad/s where {wanted:.3g} rad/s are due: the inertia needs a shaft "
+            "that is free to turn, and machine.inertia_kg_m2 within ten times of it."
+        )
