@@ -1,34 +1,32 @@
 #pragma once
 
 #include <memory>
+#include <type_traits>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 
 namespace sextant {
 
-/// The power stage of a live drive, with the link that its parameters ask for: stiff, or with a voltage that
-/// is a state.
+/// The power stage of a live drive, with the link and the driveline that its parameters ask for.
 class LivePowerStage {
  public:
   using Parameters = SimulatedPowerStageParameters;
 
   /// Throws as the power stages do.
   LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load) {
-    if (parameters.link.acts())
-      linked_ = std::make_unique<LinkedPowerStage>(parameters, load);
-    else
-      stiff_ = std::make_unique<SimulatedPowerStage>(parameters, load);
+    with_appended(parameters, [&]<class Appended>(std::type_identity<Appended>) {
+      const auto stage = std::make_shared<PowerStageOf<Appended>>(parameters, load);
+      io_ = &stage->io();
+      stage_ = stage;
+    });
   }
 
-  [[nodiscard]] DriveIo<double>& io() noexcept {
-    if (linked_) return linked_->io();
-    return stiff_->io();
-  }
+  [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
  private:
-  std::unique_ptr<SimulatedPowerStage> stiff_{};
-  std::unique_ptr<LinkedPowerStage> linked_{};
+  std::shared_ptr<void> stage_{};  ///< owns the power stage, whose type the parameters decide
+  DriveIo<double>* io_{nullptr};   ///< its own
 };
 
 }  // namespace sextant

@@ -72,7 +72,9 @@ class TraceDivider {
                          line(a.energies.shaft, b.energies.shaft),
                          line(a.energies.field, b.energies.field),
                          line(a.energies.iron, b.energies.iron),
-                         {}}};
+                         {},
+                         {}},
+            .load = LoadSample::between(a.load, b.load, share)};
   }
 
   std::uint32_t parts_;

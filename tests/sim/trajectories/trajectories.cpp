@@ -1,12 +1,13 @@
 // The torque of one machine over a switching sequence, by each integrator of the simulated power stage at its
 // defaults; of a machine that saturates or has iron loss without the exact one. With a DC link of its own
-// also the link's voltage. Standard input and output are one JSON object each; see
-// tests/python/test_trajectories.py.
+// also the link's voltage, behind a driveline also the torque of its shaft. Standard input and output are one
+// JSON object each; see tests/python/test_trajectories.py.
 
 #include <cstdint>
 #include <cstdio>
 #include <iostream>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -56,10 +57,22 @@ DcLinkParameters<> link_of(const nlohmann::json& task) {
           .chopper_off = j.at("chopper_off")};
 }
 
-/// Torque [N·m] and link voltage [V] at the end of each period; shorter than the sequence where the power
-/// stage has failed.
+/// None where the task does not name one.
+DrivelineParameters<> driveline_of(const nlohmann::json& task) {
+  if (!task.contains("driveline")) return {};
+  const nlohmann::json& j = task.at("driveline");
+  return {.inertia = j.at("inertia"),
+          .stiffness = j.at("stiffness"),
+          .damping = j.at("damping"),
+          .backlash = j.at("backlash"),
+          .gear_ratio = j.at("gear_ratio")};
+}
+
+/// Torque of machine and shaft [N·m] and link voltage [V] at the end of each period; shorter than the
+/// sequence where the power stage has failed.
 struct Course {
   std::vector<double> tau_e{};
+  std::vector<double> shaft{};
   std::vector<double> u_dc{};
 };
 
@@ -72,6 +85,7 @@ SimulatedPowerStageParameters parameters_of(const nlohmann::json& task, Integrat
   parameters.plant.saturation = saturation_of(task);
   parameters.plant.iron_loss = iron_loss_of(task);
   parameters.link = link_of(task);
+  parameters.driveline = driveline_of(task);
   parameters.io.u_dc = task.at("u_dc");
   parameters.io.period_ns = task.at("period_ns");
   return parameters;
@@ -93,6 +107,7 @@ Course course(const nlohmann::json& task, const SimulatedPowerStageParameters& p
     const Measurement<double> measured = io.read(t_ns);
     if (!measured.plausible) break;
     made.tau_e.push_back(io.plant().tau_e());
+    made.shaft.push_back(io.plant().acting(io.plant().inputs()).tau_l);
     made.u_dc.push_back(measured.u_dc);
   }
   return made;
@@ -109,10 +124,12 @@ int main() {
   const auto play = [&](const char* name, IntegratorKind integrator,
                         AtSwitching at_switching = AtSwitching::by_tolerance) {
     const auto parameters = sextant::parameters_of(task, integrator, at_switching);
-    const sextant::Course made = parameters.link.acts()
-                                     ? sextant::course<sextant::LinkedPowerStage>(task, parameters)
-                                     : sextant::course<sextant::SimulatedPowerStage>(task, parameters);
+    const sextant::Course made =
+        sextant::with_appended(parameters, [&]<class Appended>(std::type_identity<Appended>) {
+          return sextant::course<sextant::PowerStageOf<Appended>>(task, parameters);
+        });
     result[name] = made.tau_e;
+    if (parameters.driveline.acts()) result["shaft"][name] = made.shaft;
     if (parameters.link.acts()) result["u_dc"][name] = made.u_dc;
   };
   play("cvode", IntegratorKind::cvode);
