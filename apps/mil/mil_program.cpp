@@ -125,9 +125,11 @@ sextant::MilResult run_sampled(const sextant::ScenarioConfig& config, sextant::T
 sextant::MilResult run_scenario(const sextant::ScenarioConfig& config, sextant::TraceRecorder* trace,
                                 const sextant::MilRunner::Progress& progress) {
   using namespace sextant;
-  if (config.mode == ScenarioMode::sampled && config.drive.plant.link.acts())
-    return run_sampled<LinkedMeteredPowerStage>(config, trace, progress);
-  if (config.mode == ScenarioMode::sampled) return run_sampled<MeteredPowerStage>(config, trace, progress);
+  if (config.mode == ScenarioMode::sampled) {
+    return with_appended(config.drive.plant, [&]<class Appended>(std::type_identity<Appended>) {
+      return run_sampled<MeteredPowerStageOf<Appended>>(config, trace, progress);
+    });
+  }
   return EventExactRunner{config.event_exact_runner()}.run(config.scenario, trace, progress);
 }
 

@@ -36,7 +36,8 @@ void describe(Section s, CommissioningController<>::Parameters& p, const Control
       "highest_tone_hz", p.highest_frequency, tone_hz, "Hz",
       "highest frequency of the sine; by default that at which the leakage inductance takes twice the "
       "voltage of the resistances, within what the current's control follows",
-      [&setup] { return Parameters::default_highest_frequency(setup.machine, setup.period_ns); }, rule, 2.0 * std::numbers::pi);
+      [&setup] { return Parameters::default_highest_frequency(setup.machine, setup.period_ns); }, rule,
+      2.0 * std::numbers::pi);
   s.derived_time<std::int64_t>(
       "settle_ms", p.settle_ns, 1e6, {0.01, 1e6}, "ms",
       "time before a level or a tone counts; by default 7 time constants of the rotor",

@@ -144,6 +144,13 @@ std::string validate_encoder(const DriveConfig& c) {
          "): the drive would trip; take more lines or a longer window, or raise the limit";
 }
 
+std::string validate_driveline(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {
+  if (!imposes_speed || !plant.driveline.acts()) return {};
+  return "an imposed speed turns the motor whatever its load does: plant.driveline.inertia_kg_m2 must be 0, "
+         "or "
+         "the load a torque";
+}
+
 void describe(Section root, DriveConfig& c) {
   describe(root.section("machine"), c.machine);
   root.derive([&c] { share(c); });
@@ -188,7 +195,10 @@ void describe(Section root, DriveConfig& c) {
   });
   root.section("machine").check(c.plant.plant);
   plant.check(c.plant.io);
-  describe(root.section("load"), c.load);
+  Section load = root.section("load");
+  describe(load, c.load);
+  load.section("kind").check(
+      [&c] { return validate_driveline(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
 }
 
 }  // namespace sextant

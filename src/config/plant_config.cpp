@@ -52,7 +52,10 @@ void describe(Section root, PlantConfig& c) {
   describe(root.section("plant"), c.plant);
   root.section("machine").check(c.plant.plant);
   root.section("plant").check(c.plant.io);
-  describe(root.section("load"), c.load);
+  Section load = root.section("load");
+  describe(load, c.load);
+  load.section("kind").check(
+      [&c] { return validate_driveline(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
   Section hil = root.section("hil");
   describe(hil, c.hil);
   hil.check([&c] { return check_pacing(c); });

@@ -146,6 +146,23 @@ void describe(Section s, ThermalParameters<double>& p) {
   s.check(p);
 }
 
+void describe(Section s, DrivelineParameters<double>& p) {
+  s.number("inertia_kg_m2", p.inertia, {0, 1e6}, "kg·m²",
+           "of the load behind a shaft that twists, on which the load torque and a vehicle's road load and "
+           "mass then act in place of the motor's shaft; this table is of the load's side of the gear; "
+           "integrators stop at each switching, and exact is fixed; 0: the load is on the motor's shaft");
+  s.number("stiffness_nm_rad", p.stiffness, {0, 1e9}, "N·m/rad",
+           "of the shaft, torque by its twist; above 0 where inertia_kg_m2 is not 0");
+  s.number("damping_nm_s_rad", p.damping, {0, 1e6}, "N·m·s/rad",
+           "of the shaft, torque by the rate of its twist");
+  s.number("backlash_rad", p.backlash, {0, 10}, "rad",
+           "full gap from one contact of the shaft to the other; a contact only pushes; 0: none");
+  s.number("gear_ratio", p.gear_ratio, {1e-3, 1e3}, "",
+           "speed of the motor by that of the load: at the motor inertia, stiffness and damping count by its "
+           "square, the load torque by it, and angles times it");
+  s.check(p);
+}
+
 /// An integrator that cannot move the machine.
 std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
   if (p.integrator != IntegratorKind::exact) return {};
@@ -184,9 +201,10 @@ std::string check_chopper(const SimulatedPowerStage::Parameters& p) {
 }
 
 /// Why a plant takes more steps of the fixed integrator in a period than its run would end with in a time
-/// that makes sense; empty where it does not. cause: what is too fast.
+/// that makes sense; empty where it does not. cause: what is too fast; what: it, where it is stiff.
 template <class Plant>
-std::string check_steps(const SimulatedPowerStage::Parameters& p, const Plant& plant, const char* cause) {
+std::string check_steps(const SimulatedPowerStage::Parameters& p, const Plant& plant, const char* cause,
+                        const char* what) {
   constexpr double most_steps_a_period = 1000;
   const double longest_s = FixedStepIntegrator<Plant>::longest_step(plant);
   const double steps = double(p.io.period_ns) * 1e-9 / longest_s;
@@ -196,20 +214,30 @@ std::string check_steps(const SimulatedPowerStage::Parameters& p, const Plant& p
                 "integrator = \"%s\" would take %.3g steps of %.3g ns in a period, %g are allowed: %s; "
                 "integrator = \"cvode\" with cvode.method = \"bdf\" is for stiff %s",
                 p.integrator == IntegratorKind::fixed ? "fixed" : "exact", steps, longest_s * 1e9,
-                most_steps_a_period, cause, Plant::feeds_back ? "links" : "machines");
+                most_steps_a_period, cause, what);
   return text.data();
 }
 
 std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
   const bool fixed = p.integrator == IntegratorKind::fixed || p.integrator == IntegratorKind::exact;
-  if (!fixed || p.plant.validate() != nullptr || p.link.validate() != nullptr) return {};
+  if (!fixed || p.plant.validate() != nullptr || p.link.validate() != nullptr ||
+      p.driveline.validate() != nullptr) {
+    return {};
+  }
   std::string problem =
       check_steps(p, SimulatedPowerStage::Plant{p.plant},
-                  "the leakage inductances of this [machine] are too small for its resistances");
-  if (!problem.empty() || !p.link.acts()) return problem;
-  const DcLink<double> link{p.link, p.plant.machine.sigma_l_s(), p.io.u_dc};
-  return check_steps(p, LinkedPowerStage::Plant{p.plant, link},
-                     "capacitance, resistances or inductance of [plant.link] are too small");
+                  "the leakage inductances of this [machine] are too small for its resistances", "machines");
+  if (problem.empty() && p.link.acts()) {
+    const DcLink<double> link{p.link, p.plant.machine.sigma_l_s(), p.io.u_dc};
+    problem = check_steps(p, LinkedPowerStage::Plant{p.plant, link},
+                          "capacitance, resistances or inductance of [plant.link] are too small", "links");
+  }
+  if (!problem.empty() || !p.driveline.acts()) return problem;
+  using Shaft = Driveline<double>;
+  const Shaft shaft{p.driveline, p.plant.machine.inertia, p.plant.viscous_friction, p.plant.road_load};
+  return check_steps(p, PowerStageOf<Shaft>::Plant{p.plant, shaft},
+                     "stiffness or damping of [plant.driveline] are too large for its inertia or the motor's",
+                     "drivelines");
 }
 
 }  // namespace
@@ -233,6 +261,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   describe_inverter(s.section("inverter"), p);
   describe(s.section("link"), p.link);
   describe(s.section("thermal"), p.thermal);
+  describe(s.section("driveline"), p.driveline);
   describe(s.section("sensors"), p.io.sensors, lead_of_drive);
   describe(s.section("faults"), p.io.fault, p.io.u_dc);
   describe(s.section("cvode"), p.cvode);

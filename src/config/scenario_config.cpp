@@ -202,6 +202,8 @@ std::string validate_event_exact(const ScenarioConfig& c) {
     return "an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0";
   if (c.drive.plant.thermal.acts())
     return "an event-exact run has constant resistances, the heat capacities of plant.thermal must be 0";
+  if (c.drive.plant.driveline.acts())
+    return "an event-exact run has its load on the motor's shaft, plant.driveline.inertia_kg_m2 must be 0";
   const IntegratorKind integrator = c.drive.plant.integrator;
   if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
     return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";
@@ -254,6 +256,14 @@ std::string validate_alone(const ScenarioConfig& c) {
   return is_loaded ? "give a cycle or load, not both" : "";
 }
 
+/// A cycle without a vehicle imposes the speed of the motor, and the motors of a vehicle are in its wheels.
+std::string validate_driveline_of_cycle(const ScenarioConfig& c) {
+  if (!c.cycle.is_given()) return {};
+  if (!c.cycle.drives_vehicle()) return validate_driveline(c.drive.plant, true);
+  if (c.drive.plant.driveline.gear_ratio == 1) return {};
+  return "the motors of the vehicle are in its wheels: plant.driveline.gear_ratio must be 1";
+}
+
 /// The command supervision blocks a torque beyond its limit.
 std::string validate_driver(const ScenarioConfig& c) {
   if (!c.cycle.drives_vehicle()) return {};
@@ -276,7 +286,7 @@ void prescribe_vehicle(ScenarioConfig& c) {
   Driver::Parameters& driver = c.cycle.driver;
   plant.road_load = road_load(c.cycle.vehicle);
   if (c.cycle.grade) c.scenario.load.load_torque = grade_load(c.cycle.vehicle, *c.cycle.grade);
-  driver.mass = accelerated_mass(c.cycle.vehicle, plant.machine.inertia);
+  driver.mass = accelerated_mass(c.cycle.vehicle, plant.machine.inertia + c.drive.plant.driveline.inertia);
   driver.wheel_radius = c.cycle.vehicle.wheel_radius;
   driver.motors = c.cycle.vehicle.motors;
   c.scenario.cycle = DrivenCycle{c.cycle.speed, driver};
@@ -315,6 +325,7 @@ void describe(Section root, ScenarioConfig& c) {
   describe(root, c.cycle,
            [&c] { return std::min(c.drive.drive.command.torque_limit, c.drive.drive.capability.torque); });
   root.section("cycle").check([&c] { return validate_alone(c); });
+  root.section("cycle").check([&c] { return validate_driveline_of_cycle(c); });
   root.section("driver").check([&c] { return validate_driver(c); });
   root.derive([&c] { prescribe(c); });
   describe(root.section("metrics"), scenario.metrics, c.drive.drive);
@@ -323,8 +334,7 @@ void describe(Section root, ScenarioConfig& c) {
                "one row of the trace: a whole number of control periods or a whole part of one");
   trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
               "groups (\"all\", \"standard\", \"switching\", \"voltage\", \"link\", \"rotor\", \"shaft\", "
-              "\"energy\", "
-              "\"comparators\", \"monitor\") and signals (\"plant/i_dc_a\")",
+              "\"driveline\", \"energy\", \"comparators\", \"monitor\") and signals (\"plant/i_dc_a\")",
               "what the trace holds beside the time");
   trace.check(scenario.trace);
   trace.check([&c] { return validate_signals(c); });

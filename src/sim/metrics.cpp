@@ -34,10 +34,22 @@ std::optional<LinkEnergies> line(const std::optional<LinkEnergies>& a, const std
                       line(a->chopper, b->chopper, share), line(a->stored, b->stored, share)};
 }
 
+std::optional<DrivelineEnergies> line(const std::optional<DrivelineEnergies>& a,
+                                      const std::optional<DrivelineEnergies>& b, double share) noexcept {
+  if (!a || !b) return std::nullopt;
+  return DrivelineEnergies{line(a->friction, b->friction, share), line(a->damping, b->damping, share),
+                           line(a->load, b->load, share), line(a->kinetic, b->kinetic, share),
+                           line(a->elastic, b->elastic, share)};
+}
+
 DriveEnergies line(const DriveEnergies& a, const DriveEnergies& b, double share) noexcept {
-  return {line(a.link, b.link, share),   line(a.copper, b.copper, share),
-          line(a.shaft, b.shaft, share), line(a.field, b.field, share),
-          line(a.iron, b.iron, share),   line(a.before_link, b.before_link, share)};
+  return {line(a.link, b.link, share),
+          line(a.copper, b.copper, share),
+          line(a.shaft, b.shaft, share),
+          line(a.field, b.field, share),
+          line(a.iron, b.iron, share),
+          line(a.before_link, b.before_link, share),
+          line(a.behind_shaft, b.behind_shaft, share)};
 }
 
 void fill(MetricList& m, const LinkEnergies& before_link) noexcept {
@@ -51,6 +63,14 @@ void fill(MetricList& m, const ThermalNodes<double>& hottest) noexcept {
   m[Metric::winding_temperature] = hottest.winding;
   m[Metric::rotor_temperature] = hottest.rotor;
   m[Metric::housing_temperature] = hottest.housing;
+}
+
+void fill(MetricList& m, const DrivelineEnergies& behind_shaft) noexcept {
+  m[Metric::energy_friction] = behind_shaft.friction;
+  m[Metric::energy_damping] = behind_shaft.damping;
+  m[Metric::energy_load] = behind_shaft.load;
+  m[Metric::energy_kinetic] = behind_shaft.kinetic;
+  m[Metric::energy_elastic] = behind_shaft.elastic;
 }
 
 void fill(MetricList& m, const TorqueDeviation& deviation) noexcept {
@@ -137,7 +157,8 @@ const MetricsAccumulator::FluxFrame& MetricsAccumulator::flux_frame(const Metric
 MetricsAccumulator::WindowValues MetricsAccumulator::window_values(const MetricsSample& s) noexcept {
   const FluxFrame& frame = flux_frame(s);
   return {{s.torque - s.torque_reference, frame.flux, frame.i_flux, frame.i_quadrature},
-          s.omega_m - s.speed_reference};
+          s.omega_m - s.speed_reference,
+          s.load};
 }
 
 void MetricsAccumulator::cut_to_window(WindowPiece& piece, const MetricsSample& before,
@@ -146,7 +167,9 @@ void MetricsAccumulator::cut_to_window(WindowPiece& piece, const MetricsSample& 
   const double begin = std::max(0.0, -before.since(parameters_.from_ns) / duration_ns);
   const double end = std::min(1.0, -before.since(parameters_.to_ns) / duration_ns);
   const auto at = [&a = piece.begin, &b = piece.end](double share) -> WindowValues {
-    return {a.values + share * (b.values - a.values), line(a.speed_error, b.speed_error, share)};
+    WindowValues cut{a.values + share * (b.values - a.values), line(a.speed_error, b.speed_error, share), {}};
+    if (a.load && b.load) cut.load = LoadSample::between(*a.load, *b.load, share);
+    return cut;
   };
   const double seconds = (end - begin) * duration_ns * 1e-9;
   const EnergyFlow flow = EnergyFlow::between(
@@ -172,6 +195,14 @@ void MetricsAccumulator::add_to_window(const WindowPiece& piece) noexcept {
   const double x = begin.speed_error;
   const double y = end.speed_error;
   speed_error_squares_ += seconds * ((x * x + x * y + y * y) * (1.0 / 3));
+  if (begin.load) note_load(*begin.load);
+  if (end.load) note_load(*end.load);
+}
+
+void MetricsAccumulator::note_load(const LoadSample& load) noexcept {
+  if (!load_min_) load_min_ = load_max_ = load;
+  load_min_ = {std::min(load_min_->shaft_torque, load.shaft_torque), std::min(load_min_->speed, load.speed)};
+  load_max_ = {std::max(load_max_->shaft_torque, load.shaft_torque), std::max(load_max_->speed, load.speed)};
 }
 
 MetricList MetricsAccumulator::metrics() const noexcept {
@@ -215,6 +246,12 @@ void MetricsAccumulator::fill_window_metrics(MetricList& m) const noexcept {
   m[Metric::energy_iron] = energy_.iron();
   m[Metric::energy_field] = energy_.field();
   if (energy_.before_link()) fill(m, *energy_.before_link());
+  if (energy_.behind_shaft()) fill(m, *energy_.behind_shaft());
+  if (!load_min_) return;
+  m[Metric::shaft_torque_min] = load_min_->shaft_torque;
+  m[Metric::shaft_torque_max] = load_max_->shaft_torque;
+  m[Metric::load_speed_min] = load_min_->speed;
+  m[Metric::load_speed_max] = load_max_->speed;
 }
 
 }  // namespace sextant

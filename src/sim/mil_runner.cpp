@@ -156,8 +156,9 @@ MilResult MilRunner::run(const Scenario& scenario, TraceRecorder* trace, const P
   return std::visit([&](auto* io) { return run(*io, scenario, trace, progress); }, io_);
 }
 
-template <class Io>
-MilResult MilRunner::run(Io& io, const Scenario& scenario, TraceRecorder* trace, const Progress& progress) {
+template <class SomeIo>
+MilResult MilRunner::run(SomeIo& io, const Scenario& scenario, TraceRecorder* trace,
+                         const Progress& progress) {
   ScenarioCommands commands{scenario};
   SampledObserver observer{scenario, period_ns_, io, controller_, trace};
   LastTelemetry telemetry;

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
+#include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/dc_link.hpp"
+#include "sextant/plant/driveline.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/sim/metrics_sample.hpp"
 #include "sextant/sim/trace_row.hpp"
@@ -23,17 +26,26 @@ class PlantLook {
         .shaft = x[meter + int(EnergyMeter<>::mechanical)],
         .field = plant.machine().magnetic_energy(psi_s, psi_r),
         .iron = x[meter + int(EnergyMeter<>::iron)]};
-    if constexpr (Plant::feeds_back) {
-      using Link = DcLink<>;
-      const Link::Values y{x.data() + Plant::appended, std::size_t(Link::size)};
+    using Link = DcLink<>;
+    using Shaft = Driveline<>;
+    if constexpr (has_part<Link, typename Plant::AppendedType>) {
+      const auto y = states_of<Link, Plant>(x);
       energies.before_link = {y[Link::source], y[Link::resistance], y[Link::chopper],
-                              plant.appended_system().first.stored(y)};
+                              part_of<Link>(plant.appended_system()).stored(y)};
+    }
+    if constexpr (has_part<Shaft, typename Plant::AppendedType>) {
+      const auto y = states_of<Shaft, Plant>(x);
+      const Shaft& shaft = part_of<Shaft>(plant.appended_system());
+      energies.behind_shaft = {y[Shaft::friction], y[Shaft::damping], y[Shaft::load],
+                               shaft.kinetic_energy(y, omega_m), shaft.elastic_energy(y)};
+      load = LoadSample{shaft.torque(y, omega_m), y[Shaft::load_speed]};
     }
   }
 
   /// For the metrics; instant, references and the link's power are the caller's.
   [[nodiscard]] MetricsSample metrics_sample() const noexcept {
-    return {.torque = torque, .psi_s = psi_s, .i_s = i_s, .omega_m = omega_m, .energies = energies};
+    return {
+        .torque = torque, .psi_s = psi_s, .i_s = i_s, .omega_m = omega_m, .energies = energies, .load = load};
   }
 
   /// For a trace, with what acts on the plant from outside.
@@ -50,7 +62,8 @@ class PlantLook {
             .state = state,
             .u_s = u_s - slope_resistance_ * i_s,
             .i_r = i_r,
-            .energies = energies};
+            .energies = energies,
+            .load = load.value_or(LoadSample{tau_l, omega_m})};
   }
 
   /// What the inverter draws from the link, u_dc i_dc: what it passes on and what its thresholds take. u_s:
@@ -62,8 +75,15 @@ class PlantLook {
   SpaceVector<> psi_s, psi_r, i_s, i_r;
   double torque, omega_m, theta_m, u_dc;
   DriveEnergies energies{};
+  std::optional<LoadSample> load{};  ///< behind a driveline
 
  private:
+  template <class Part, class Plant>
+  static typename Part::Values states_of(const typename Plant::State& x) noexcept {
+    constexpr int begin = Plant::appended + part_begin<Part, typename Plant::AppendedType>();
+    return typename Part::Values{x.data() + begin, std::size_t(Part::size)};
+  }
+
   PlantLook(const PlantQuantities<>& q, const ConductionDrops<>& drops) noexcept
       : psi_s{q.psi_s},
         psi_r{q.psi_r},

@@ -95,6 +95,11 @@ inline constexpr std::array trace_columns{
     SEXTANT_PLANT(i_r_beta_a, "rotor", "A",
                   "rotor current, referred to the stator, stationary frame, 90 degrees ahead"),
     SEXTANT_PLANT(theta_m_rad, "shaft", "rad", "mechanical angle of the shaft, not wrapped"),
+    SEXTANT_PLANT(shaft_torque_nm, "driveline", "N·m",
+                  "torque of the shaft to the load, referred to the motor's shaft; the load torque without a "
+                  "driveline"),
+    SEXTANT_PLANT(load_speed_rad_s, "driveline", "rad/s",
+                  "speed of the load, referred to the motor's shaft; that of the motor without a driveline"),
     SEXTANT_PLANT(energy_link_j, "energy", "J", "energy drawn from the DC link since the run began"),
     SEXTANT_PLANT(
         energy_copper_j, "energy", "J",

@@ -118,6 +118,17 @@ TEST_F(CycleConfigFile, StandsAlone) {
             file + ":4: cycle: give a cycle or load, not both");
 }
 
+TEST_F(CycleConfigFile, HasADrivelineBehindTheMotorOfAVehicleAlone) {
+  const std::string shaft = "[plant.driveline]\ninertia_kg_m2 = 0.5\nstiffness_nm_rad = 3000\n";
+  EXPECT_THAT(refusal(cycle_lines(shaft)), HasSubstr("cycle: an imposed speed turns the motor"));
+  const std::string vehicle = "vehicle = \"" + configs + "/vehicles/micro_ev.toml\"\n[cycle]\nfile = \"" +
+                              configs + "/cycles/nycc.csv\"\nload = \"vehicle\"\n";
+  const ScenarioConfig config = load(vehicle + shaft);
+  EXPECT_NEAR(config.scenario.cycle->driver.mass, 200 + 2 * (0.089 + 0.5) / 0.2786 / 0.2786, 1e-9);
+  EXPECT_THAT(refusal(vehicle + shaft + "gear_ratio = 2\n"),
+              HasSubstr("the motors of the vehicle are in its wheels: plant.driveline.gear_ratio must be 1"));
+}
+
 TEST_F(CycleConfigFile, IsRefusedWithFileLineAndKey) {
   const std::string file = files_.path("s.toml");
   EXPECT_THAT(refusal("[cycle]\nfile = \"" + configs + "/cycles/nycc.csv\"\n"),

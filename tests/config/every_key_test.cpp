@@ -165,7 +165,12 @@ std::vector<Kind> kinds() {
                "plant.thermal.reference_c",
                "plant.thermal.winding_per_k",
                "plant.thermal.rotor_per_k",
-               "plant.thermal.step_ms"});
+               "plant.thermal.step_ms",
+               "plant.driveline.inertia_kg_m2",
+               "plant.driveline.stiffness_nm_rad",
+               "plant.driveline.damping_nm_s_rad",
+               "plant.driveline.backlash_rad",
+               "plant.driveline.gear_ratio"});
     if (kind.name == "plant") continue;
     add(kind, {"machine.reactance_frequency_hz", "drive.period_us", "drive.sampling_lead_us",
                "drive.inverter.dead_time_us", "drive.current_limit_a", "control.flux_reference_wb",

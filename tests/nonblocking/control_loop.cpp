@@ -10,6 +10,7 @@
 #include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/dc_link.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/driveline.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
@@ -39,6 +40,11 @@ template class FixedStepIntegrator<DrivePlant<double, DcLink<double>>>;
 template class ExactIntegrator<DrivePlant<double, DcLink<double>>>;
 template class SimulatedDriveIo<DrivePlant<double, DcLink<double>>>;
 template class FixedStepIntegrator<DrivePlant<double, AppendedPair<DcLink<double>, EnergyMeter<double>>>>;
+template class FixedStepIntegrator<DrivePlant<double, Driveline<double>>>;
+template class ExactIntegrator<DrivePlant<double, Driveline<double>>>;
+template class SimulatedDriveIo<DrivePlant<double, Driveline<double>>>;
+template class FixedStepIntegrator<DrivePlant<double, AppendedPair<DcLink<double>, Driveline<double>>>>;
+template class SimulatedDriveIo<DrivePlant<double, AppendedPair<DcLink<double>, Driveline<double>>>>;
 template class FixedStepIntegrator<DrivePlant<double, EnergyMeter<double>>>;
 template class ExactIntegrator<DrivePlant<double, EnergyMeter<double>>>;
 template class SimulatedDriveIo<DrivePlant<double, EnergyMeter<double>>,

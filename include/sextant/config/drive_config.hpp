@@ -75,6 +75,11 @@ void describe(Section root, DriveConfig& config);
 /// sentence.
 [[nodiscard]] std::string validate_encoder(const DriveConfig& config);
 
+/// Empty unless a speed is imposed on the motor's shaft while a load turns behind a driveline, else a
+/// sentence.
+[[nodiscard]] std::string validate_driveline(const SimulatedPowerStage::Parameters& plant,
+                                             bool imposes_speed);
+
 /// Sections plant and load alone.
 /// lead_of_drive: as the sensors take it. [ns]
 void describe(

@@ -28,6 +28,7 @@ struct PlantQuantities {
   T iron_loss{};           ///< of the machine [W]
   T threshold_loss{};      ///< what the thresholds of the inverter's switches and diodes take [W]
   T u_given{};             ///< link voltage of the plant's inputs: u_dc, or that of a `DcLink`'s source [V]
+  T tau_given{};           ///< load torque of the plant's inputs: tau_l, or that behind a `Driveline` [N·m]
 };
 
 /// A system of differential equations that is driven by the plant and integrated with it: meters, a
@@ -43,29 +44,31 @@ concept AppendedSystem =
 
 /// An appended system that declares `static constexpr bool feeds_back = true` acts on the plant: its states
 /// decide inputs of the plant that are otherwise given, as a DC link decides the voltage, and a driveline
-/// would decide the load torque. `given`: the plant's inputs as they were set.
-///   begin(y)              the states before anything has happened
-///   act(y, inputs)        changes the given inputs to those that act
-///   events(y, given, g)   `event_count` functions; an event is a fall through zero
-///   on_event(event, y)    the event of one of them has come; may change y
-///   settle(y, given)      what holds at a state that has not come from the last one by integration, or under
-///                         inputs that have jumped; may change y; true where anything has changed
-///   rate_squared()        the square of how fast its states move at most, for fixed steps [1/s²]
-///   is_valid(y)           false where its equations do not hold
-/// The plant's stator voltage is then not known ahead: integrators restart where the inverter switches.
+/// the load torque. `given`: the plant's inputs as they were set; omega_m: speed of the motor [rad/s].
+///   begin(y)                    the states before anything has happened
+///   act(y, omega_m, inputs)     changes the given inputs to those that act
+///   events(y, omega_m, given, g)  `event_count` functions; an event is a fall through zero
+///   on_event(event, y)          the event of one of them has come; may change y
+///   settle(y, omega_m, given)   what holds at a state that has not come from the last one by integration, or
+///                               under inputs that have jumped; may change y; true where anything changed
+///   rate_squared()              the square of how fast its states move at most, for fixed steps [1/s²]
+///   is_valid(y)                 false where its equations do not hold
+/// Integrators restart where the inverter switches. A system that leaves the link voltage as it is given
+/// declares `static constexpr bool keeps_link_voltage = true`.
 template <class A, class T>
-concept FeedbackSystem = AppendedSystem<A, T> && A::feeds_back && A::event_count >= 0 &&
-                         requires(const A& a, A& changed, std::span<const T, std::size_t(A::size)> y,
-                                  std::span<T, std::size_t(A::size)> z, const PlantInputs<T>& given,
-                                  PlantInputs<T>& inputs, std::span<T, std::size_t(A::event_count)> g) {
-                           { a.begin(z) } noexcept;
-                           { a.act(y, inputs) } noexcept;
-                           { a.events(y, given, g) } noexcept;
-                           { changed.on_event(0, z) } noexcept;
-                           { changed.settle(z, given) } noexcept -> std::same_as<bool>;
-                           { a.rate_squared() } noexcept -> std::same_as<T>;
-                           { a.is_valid(y) } noexcept -> std::same_as<bool>;
-                         };
+concept FeedbackSystem =
+    AppendedSystem<A, T> && A::feeds_back && A::event_count >= 0 &&
+    requires(const A& a, A& changed, std::span<const T, std::size_t(A::size)> y,
+             std::span<T, std::size_t(A::size)> z, T omega_m, const PlantInputs<T>& given,
+             PlantInputs<T>& inputs, std::span<T, std::size_t(A::event_count)> g) {
+      { a.begin(z) } noexcept;
+      { a.act(y, omega_m, inputs) } noexcept;
+      { a.events(y, omega_m, given, g) } noexcept;
+      { changed.on_event(0, z) } noexcept;
+      { changed.settle(z, omega_m, given) } noexcept -> std::same_as<bool>;
+      { a.rate_squared() } noexcept -> std::same_as<T>;
+      { a.is_valid(y) } noexcept -> std::same_as<bool>;
+    };
 
 /// True for an appended system that declares to be a `FeedbackSystem`.
 template <class A>
@@ -74,6 +77,15 @@ inline constexpr bool feeds_back = [] {
     return A::feeds_back;
   else
     return false;
+}();
+
+/// True for an appended system that decides the voltage of the link.
+template <class A>
+inline constexpr bool moves_link_voltage = [] {
+  if constexpr (requires { A::keeps_link_voltage; })
+    return !A::keeps_link_voltage;
+  else
+    return feeds_back<A>;
 }();
 
 /// Event functions of an appended system; none without feedback. [-]

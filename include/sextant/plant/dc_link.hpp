@@ -75,13 +75,13 @@ class DcLink {
   }
 
   constexpr void begin(States y) const noexcept SEXTANT_NONBLOCKING { y[voltage] = initial_voltage_; }
-  constexpr void act(Values y, PlantInputs<T>& inputs) const noexcept SEXTANT_NONBLOCKING {
+  constexpr void act(Values y, T, PlantInputs<T>& inputs) const noexcept SEXTANT_NONBLOCKING {
     inputs.u_dc = y[voltage];
   }
 
   /// Chopper and diode: distance to the voltage at which it turns, forward current, or reverse voltage; 1 of
   /// what is not there. [V], [A]
-  constexpr void events(Values y, const PlantInputs<T>& given,
+  constexpr void events(Values y, T, const PlantInputs<T>& given,
                         std::span<T, std::size_t(event_count)> g) const noexcept SEXTANT_NONBLOCKING {
     g[0] = g[1] = T(1);
     if (has_chopper()) g[0] = chops_ ? y[voltage] - chopper_off_ : chopper_on_ - y[voltage];
@@ -97,9 +97,9 @@ class DcLink {
     conducts_ = !conducts_;
     if (!conducts_) y[source_current] = T(0);
   }
-  constexpr bool settle(States y, const PlantInputs<T>& given) noexcept SEXTANT_NONBLOCKING {
+  constexpr bool settle(States y, T omega_m, const PlantInputs<T>& given) noexcept SEXTANT_NONBLOCKING {
     std::array<T, std::size_t(event_count)> g;
-    events(y, given, g);
+    events(y, omega_m, given, g);
     for (std::size_t k = 0; k < g.size(); ++k) {
       if (g[k] < T(0)) on_event(int(k), y);
     }

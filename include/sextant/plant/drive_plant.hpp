@@ -171,7 +171,7 @@ class DrivePlant {
   /// For integrators: the state reached by integration, which continues the solution.
   void continue_at(const State& x) noexcept SEXTANT_NONBLOCKING {
     x_ = x;
-    if constexpr (feeds_back) {
+    if constexpr (moves_link_voltage<Appended>) {
       note_link_voltage();
       inverter_.set_link_voltage(u_dc());
     }
@@ -217,6 +217,7 @@ class DrivePlant {
     q.omega_m = x[omega];
     q.theta_m = x[theta];
     q.u_given = inputs_.u_dc;
+    q.tau_given = inputs_.tau_l;
     if (machine_.has_iron_loss()) [[unlikely]]
       q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
     return q;
@@ -302,7 +303,7 @@ class DrivePlant {
     const std::array<T, 3> legs = inverter_at(x).events(i_s, emf_at(x));
     std::copy(legs.begin(), legs.end(), g.begin());
     if constexpr (feeds_back)
-      appended_.events(appended_states(x), inputs_, std::span{g}.template subspan<legs.size()>());
+      appended_.events(appended_states(x), x[omega], inputs_, std::span{g}.template subspan<legs.size()>());
   }
   /// True when the stator voltage over all of these gate segments follows from them alone.
   [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
@@ -344,7 +345,7 @@ class DrivePlant {
   [[nodiscard]] T u_dc() const noexcept SEXTANT_NONBLOCKING { return inputs_at(x_).u_dc; }
   /// What of these inputs acts at the present state.
   [[nodiscard]] PlantInputs<T> acting(PlantInputs<T> given) const noexcept SEXTANT_NONBLOCKING {
-    if constexpr (feeds_back) appended_.act(appended_states(x_), given);
+    if constexpr (feeds_back) appended_.act(appended_states(x_), x_[omega], given);
     return given;
   }
   /// Current drawn from the DC link. [A]
@@ -418,7 +419,7 @@ class DrivePlant {
   void settle_appended() noexcept SEXTANT_NONBLOCKING
     requires(feeds_back)
   {
-    if (appended_.settle(appended_states(), inputs_)) note_jump();
+    if (appended_.settle(appended_states(), x_[omega], inputs_)) note_jump();
   }
   /// The inputs that act at x: as they are set, or as an appended system changes them. Without its states, x
   /// being that of the machine, as they are set.
@@ -426,7 +427,7 @@ class DrivePlant {
   [[nodiscard]] decltype(auto) inputs_at(const Vector& x) const noexcept SEXTANT_NONBLOCKING {
     if constexpr (feeds_back && Vector::RowsAtCompileTime > machine_size) {
       PlantInputs<T> inputs = inputs_;
-      appended_.act(appended_states(x), inputs);
+      appended_.act(appended_states(x), x[omega], inputs);
       return inputs;
     } else {
       return (inputs_);
@@ -435,7 +436,7 @@ class DrivePlant {
   /// The inverter at x, under the ties that there are.
   template <class Vector>
   [[nodiscard]] decltype(auto) inverter_at(const Vector& x) const noexcept SEXTANT_NONBLOCKING {
-    if constexpr (feeds_back) {
+    if constexpr (moves_link_voltage<Appended>) {
       Inverter<T> inverter = inverter_;
       inverter.set_link_voltage(inputs_at(x).u_dc);
       return inverter;
@@ -482,9 +483,21 @@ class DrivePlant {
     dx[theta] = x[omega];
     if constexpr (Vector::RowsAtCompileTime > machine_size) {
       const T threshold_loss = has_threshold ? drops_.threshold_loss(i_s) : T(0);
-      const PlantQuantities<T> q{
-          flux_s, flux_r,       i_s,      i_r,      u_s,       acting.u_dc,    inverter_.dc_link_current(i_s),
-          tau_e,  acting.tau_l, x[omega], x[theta], iron_loss, threshold_loss, inputs_.u_dc};
+      const PlantQuantities<T> q{flux_s,
+                                 flux_r,
+                                 i_s,
+                                 i_r,
+                                 u_s,
+                                 acting.u_dc,
+                                 inverter_.dc_link_current(i_s),
+                                 tau_e,
+                                 acting.tau_l,
+                                 x[omega],
+                                 x[theta],
+                                 iron_loss,
+                                 threshold_loss,
+                                 inputs_.u_dc,
+                                 inputs_.tau_l};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }

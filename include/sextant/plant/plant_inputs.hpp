@@ -9,7 +9,7 @@ template <class T = double>
 struct PlantInputs {
   SwitchState state{};        ///< commanded states of the inverter legs
   T u_dc{};                   ///< voltage of the stiff DC link, or of the source of a `DcLink` [V]
-  T tau_l{};                  ///< load torque; positive opposes positive rotation [N·m]
+  T tau_l{};                  ///< load torque, on the load of a `Driveline`; opposes positive rotation [N·m]
   bool imposed_speed{false};  ///< true: the speed follows speed_slope, whatever the torques
   T speed_slope{};            ///< domega_m/dt where the speed is imposed [rad/s²]
   friend constexpr bool operator==(const PlantInputs&, const PlantInputs&) noexcept = default;

@@ -30,6 +30,30 @@ struct LinkEnergies {
   }
 };
 
+/// Readings of a load behind a driveline (`Driveline`), at one instant. [J]
+struct DrivelineEnergies {
+  double friction{};  ///< lost in the motor's viscous friction
+  double damping{};   ///< lost in the damping of the shaft
+  double load{};      ///< work on load torque and road load
+  double kinetic{};   ///< of the inertias of motor and load
+  double elastic{};   ///< in the twist of the shaft
+
+  /// From a to b; empty where a reading is.
+  [[nodiscard]] static std::optional<DrivelineEnergies> change(
+      const std::optional<DrivelineEnergies>& a, const std::optional<DrivelineEnergies>& b) noexcept {
+    if (!a || !b) return std::nullopt;
+    return DrivelineEnergies{b->friction - a->friction, b->damping - a->damping, b->load - a->load,
+                             b->kinetic - a->kinetic, b->elastic - a->elastic};
+  }
+  /// Of both; an empty one adds nothing.
+  [[nodiscard]] static std::optional<DrivelineEnergies> sum(
+      const std::optional<DrivelineEnergies>& a, const std::optional<DrivelineEnergies>& b) noexcept {
+    if (!a || !b) return a ? a : b;
+    return DrivelineEnergies{a->friction + b->friction, a->damping + b->damping, a->load + b->load,
+                             a->kinetic + b->kinetic, a->elastic + b->elastic};
+  }
+};
+
 /// Readings of the plant's energy meter, and the energy of its field, at one instant. NaN: not known. [J]
 struct DriveEnergies {
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -38,7 +62,8 @@ struct DriveEnergies {
   double shaft{unknown};   ///< work of the air-gap torque
   double field{unknown};   ///< stored in the magnetic field
   double iron{unknown};    ///< lost in the iron
-  std::optional<LinkEnergies> before_link{};  ///< empty where the link is stiff
+  std::optional<LinkEnergies> before_link{};        ///< empty where the link is stiff
+  std::optional<DrivelineEnergies> behind_shaft{};  ///< empty where the load is on the motor's shaft
 };
 
 /// Energies that have flowed over a segment of a run, or over the share of one. An unknown reading makes its
@@ -50,7 +75,8 @@ struct EnergyFlow {
   double copper{};
   double field{};  ///< change of the field's energy
   double iron{};
-  std::optional<LinkEnergies> before_link{};  ///< empty where the link is stiff
+  std::optional<LinkEnergies> before_link{};        ///< empty where the link is stiff
+  std::optional<DrivelineEnergies> behind_shaft{};  ///< empty where the load is on the motor's shaft
 
   /// Between two readings of the meter, over which the link's power runs linearly from power_a to power_b
   /// [W].
@@ -63,7 +89,8 @@ struct EnergyFlow {
             .copper = b.copper - a.copper,
             .field = b.field - a.field,
             .iron = b.iron - a.iron,
-            .before_link = LinkEnergies::change(a.before_link, b.before_link)};
+            .before_link = LinkEnergies::change(a.before_link, b.before_link),
+            .behind_shaft = DrivelineEnergies::change(a.behind_shaft, b.behind_shaft)};
   }
 
   EnergyFlow& operator+=(const EnergyFlow& o) noexcept {
@@ -74,6 +101,7 @@ struct EnergyFlow {
     field += o.field;
     iron += o.iron;
     before_link = LinkEnergies::sum(before_link, o.before_link);
+    behind_shaft = DrivelineEnergies::sum(behind_shaft, o.behind_shaft);
     return *this;
   }
 
@@ -106,11 +134,16 @@ class EnergyAccount {
 
   /// What has flowed before a link whose voltage is a state; empty where the link is stiff. [J]
   [[nodiscard]] const std::optional<LinkEnergies>& before_link() const noexcept { return sum_.before_link; }
+  /// What the shaft's work has become behind a driveline; empty where the load is on the motor's shaft. [J]
+  [[nodiscard]] const std::optional<DrivelineEnergies>& behind_shaft() const noexcept {
+    return sum_.behind_shaft;
+  }
 
   /// What the balances  link = shaft + copper + iron + field  and, where the link is not stiff,
-  /// source = source_loss + chopper + stored + link  leave over, as a share of all that has flowed: across
-  /// the link either way, into the shaft, the windings, the iron and the field, and before the link; 0 where
-  /// next to nothing has. [-]
+  /// source = source_loss + chopper + stored + link  and, behind a driveline,
+  /// shaft = friction + damping + load + kinetic + elastic  leave over, as a share of all that has flowed:
+  /// across the link either way, into the shaft, the windings, the iron and the field, before the link, and
+  /// behind the shaft; 0 where next to nothing has. [-]
   [[nodiscard]] double unaccounted() const noexcept {
     constexpr double nothing_j = 1e-6;
     const EnergyFlow& f = sum_;
@@ -120,6 +153,11 @@ class EnergyAccount {
       const auto& [source, source_loss, chopper, stored] = *f.before_link;
       all += std::abs(source) + source_loss + chopper + std::abs(stored);
       left += std::abs(source - source_loss - chopper - stored - f.net_link);
+    }
+    if (f.behind_shaft) {
+      const auto& [friction, damping, load, kinetic, elastic] = *f.behind_shaft;
+      all += friction + std::abs(damping) + std::abs(load) + std::abs(kinetic) + std::abs(elastic);
+      left += std::abs(f.shaft - friction - damping - load - kinetic - elastic);
     }
     return all < nothing_j ? 0.0 : left / all;
   }

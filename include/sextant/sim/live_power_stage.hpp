@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 #include "sextant/core/drive_io.hpp"
@@ -8,19 +9,18 @@
 
 namespace sextant {
 
-/// The power stage of a live drive, with the plant that its parameters ask for: with a stiff link or one
-/// whose voltage is a state, and with an energy meter where a thermal network is heated by the losses.
+/// The power stage of a live drive, with the link and the driveline that its parameters ask for, and with an
+/// energy meter where a thermal network is heated by the losses.
 class LivePowerStage {
  public:
   using Parameters = SimulatedPowerStageParameters;
 
   /// Throws as the power stages do.
   LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load) {
-    const bool heats = parameters.thermal.acts();
-    if (parameters.link.acts())
-      heats ? make<LinkedMeteredPowerStage>(parameters, load) : make<LinkedPowerStage>(parameters, load);
-    else
-      heats ? make<MeteredPowerStage>(parameters, load) : make<SimulatedPowerStage>(parameters, load);
+    with_appended(parameters, [&]<class Appended>(std::type_identity<Appended>) {
+      parameters.thermal.acts() ? make<MeteredPowerStageOf<Appended>>(parameters, load)
+                                : make<PowerStageOf<Appended>>(parameters, load);
+    });
   }
 
   [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
@@ -33,8 +33,8 @@ class LivePowerStage {
     stage_ = std::move(stage);
   }
 
-  std::shared_ptr<void> stage_{};
-  DriveIo<double>* io_{};
+  std::shared_ptr<void> stage_{};  ///< owns the power stage, whose type the parameters decide
+  DriveIo<double>* io_{nullptr};   ///< its own
 };
 
 }  // namespace sextant

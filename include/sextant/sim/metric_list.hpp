@@ -39,11 +39,20 @@ enum class Metric : std::uint8_t {
   energy_source_loss,
   energy_chopper,
   energy_stored,
+  energy_friction,
+  energy_damping,
+  energy_load,
+  energy_kinetic,
+  energy_elastic,
   energy_unaccounted,
   winding_temperature,
   rotor_temperature,
   housing_temperature,
   speed_error_rms,
+  shaft_torque_min,
+  shaft_torque_max,
+  load_speed_min,
+  load_speed_max,
   simulated,
   wall,
   realtime_factor
@@ -56,7 +65,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 36;
+inline constexpr std::size_t metric_count = 45;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -101,14 +110,28 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
     {"energy_chopper_j", "J", "lost in the brake chopper of that link in the window"},
     {"energy_stored_j", "J",
      "change of the energy in the capacitor of that link and the inductance of its source in the window"},
+    {"energy_friction_j", "J", "lost in the motor's viscous friction before a driveline in the window"},
+    {"energy_damping_j", "J", "lost in the damping of that driveline's shaft in the window"},
+    {"energy_load_j", "J", "work on load torque and road load behind that driveline in the window"},
+    {"energy_kinetic_j", "J",
+     "change of the kinetic energy of motor and load, one before and one behind that driveline, in the "
+     "window"},
+    {"energy_elastic_j", "J", "change of the energy in the twist of that driveline's shaft in the window"},
     {"energy_unaccounted", "1",
-     "of the whole run: energy from the link that is neither work nor loss nor field, and energy of a link "
-     "with capacitance that is neither lost nor stored nor passed on, as a share of what has flowed"},
+     "of the whole run: energy from the link that is neither work nor loss nor field, energy of a link with "
+     "capacitance that is neither lost nor stored nor passed on, and work before a driveline that is neither "
+     "lost nor stored nor done on the load, as a share of what has flowed"},
     {"winding_temperature_c", "°C",
      "highest temperature of the stator winding in the window, where plant.thermal has a network"},
     {"rotor_temperature_c", "°C", "the same of the rotor"},
     {"housing_temperature_c", "°C", "the same of the housing"},
     {"speed_error_rms_rad_s", "rad/s", "RMS of speed minus its reference in the window, if there is one"},
+    {"shaft_torque_min_nm", "N·m", "smallest torque of a driveline's shaft in the window"},
+    {"shaft_torque_max_nm", "N·m", "largest torque of a driveline's shaft in the window"},
+    {"load_speed_min_rad_s", "rad/s",
+     "smallest speed of the load behind a driveline, referred to the motor's shaft, in the window"},
+    {"load_speed_max_rad_s", "rad/s",
+     "largest speed of the load behind a driveline, referred to the motor's shaft, in the window"},
     {"simulated_s", "s", "length of the run in the drive's time"},
     {"wall_s", "s", "length of the run in wall time"},
     {"realtime_factor", "1", "simulated time per wall time"},

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "sextant/core/space_vector.hpp"
 #include "sextant/sim/energy_account.hpp"
+#include "sextant/sim/load_sample.hpp"
 
 namespace sextant {
 
@@ -22,6 +24,7 @@ struct MetricsSample {
   double p_dc{std::numeric_limits<double>::quiet_NaN()};             ///< drawn from the DC link [W]
   DriveEnergies energies{};                                          ///< read from the plant's meter
   double speed_reference{std::numeric_limits<double>::quiet_NaN()};  ///< mechanical [rad/s]
+  std::optional<LoadSample> load{};                                  ///< behind a driveline
 
   /// Time since `origin_ns`, exact to 1e-7 ns within a second of it. [ns]
   [[nodiscard]] constexpr double since(std::int64_t origin_ns) const noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -51,13 +52,17 @@ class MilRunner {
   /// Called several times a second with the progress of the run, 0…1; false stops it.
   using Progress = std::function<bool(double fraction)>;
 
+  /// Of a power stage of `MeteredPowerStageOf`.
+  template <class Appended>
+  using Io = typename MeteredPowerStageOf<Appended>::Io;
+  using AnyIo = std::variant<Io<NoAppendedSystem<double>>*, Io<DcLink<double>>*, Io<Driveline<double>>*,
+                             Io<LinkAndDriveline>*>;
+
   /// Drive and power stage are not owned; both must be as after construction. `controller`: the drive's,
   /// whose comparators and channels are recorded; may be null.
-  MilRunner(Drive<double>& drive, MeteredPowerStage::Io& io, std::int32_t period_ns,
-            const Controller<>* controller = nullptr) noexcept
-      : drive_{drive}, io_{&io}, period_ns_{period_ns}, controller_{controller} {}
-  /// The same with a link whose voltage is a state.
-  MilRunner(Drive<double>& drive, LinkedMeteredPowerStage::Io& io, std::int32_t period_ns,
+  template <class SomeIo>
+    requires std::constructible_from<AnyIo, SomeIo*>
+  MilRunner(Drive<double>& drive, SomeIo& io, std::int32_t period_ns,
             const Controller<>* controller = nullptr) noexcept
       : drive_{drive}, io_{&io}, period_ns_{period_ns}, controller_{controller} {}
 
@@ -65,11 +70,11 @@ class MilRunner {
   [[nodiscard]] MilResult run(const Scenario& scenario, TraceRecorder* trace, const Progress& progress);
 
  private:
-  template <class Io>
-  MilResult run(Io& io, const Scenario& scenario, TraceRecorder* trace, const Progress& progress);
+  template <class SomeIo>
+  MilResult run(SomeIo& io, const Scenario& scenario, TraceRecorder* trace, const Progress& progress);
 
   Drive<double>& drive_;
-  std::variant<MeteredPowerStage::Io*, LinkedMeteredPowerStage::Io*> io_;
+  AnyIo io_;
   std::int32_t period_ns_;
   const Controller<>* controller_;
 };

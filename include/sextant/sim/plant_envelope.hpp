@@ -54,6 +54,8 @@ class PlantEnvelope {
             .omega_m_rad_s = last.omega_m,
             .tau_l_nm = last.tau_l,
             .theta_m_rad = last.theta_m,
+            .shaft_torque_nm = last.load.shaft_torque,
+            .load_speed_rad_s = last.load.speed,
             .i_dc_a = last.i_dc,
             .u_s_alpha_v = last.u_s.alpha,
             .u_s_beta_v = last.u_s.beta,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <numbers>
@@ -11,7 +12,9 @@
 #include <utility>
 
 #include "sextant/core/drive_io.hpp"
+#include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/driveline.hpp"
 #include "sextant/plant/plant_heating.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/sim/dead_time.hpp"
@@ -125,9 +128,19 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// The applied segments of the last read with the plant's states.
   [[nodiscard]] const Log& log() const noexcept SEXTANT_NONBLOCKING { return log_; }
 
-  /// Load torque that acts on the shaft at the plant's present time, a vehicle's included. [N·m]
+  /// Load torque at the plant's present time, a vehicle's included: on the shaft, or on the load behind a
+  /// `Driveline`, then referred to the motor's shaft. [N·m]
   [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING {
-    return load_.torque(load_time(plant_t_ns_)) + plant_.tau_road();
+    using Shaft = Driveline<double>;
+    using Appended = typename Plant::AppendedType;
+    const double given = load_.torque(load_time(plant_t_ns_));
+    if constexpr (has_part<Shaft, Appended>) {
+      const typename Plant::State& x = plant_.state();
+      const Shaft::Values y{x.data() + Plant::appended + part_begin<Shaft, Appended>(),
+                            std::size_t(Shaft::size)};
+      return part_of<Shaft>(plant_.appended_system()).load_torque(y, given);
+    }
+    return given + plant_.tau_road();
   }
 
   /// Of the plant's machine over the last read; NaN where it is not heated. [°C]

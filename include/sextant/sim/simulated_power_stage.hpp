@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
+#include <type_traits>
 
 #include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/cvode_integrator.hpp"
 #include "sextant/plant/dc_link.hpp"
 #include "sextant/plant/drive_plant.hpp"
+#include "sextant/plant/driveline.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/erk_integrator.hpp"
 #include "sextant/plant/exact_integrator.hpp"
@@ -33,6 +35,7 @@ struct SimulatedPowerStageParameters {
   DrivePlantParameters<double> plant{};
   DcLinkParameters<double> link{};      ///< between a source of `io.u_dc` and the inverter; stiff by default
   ThermalParameters<double> thermal{};  ///< of the machine; none by default
+  DrivelineParameters<double> driveline{};  ///< between motor and load; none by default
   SimulatedDriveIoParameters io{};
   IntegratorKind integrator{IntegratorKind::cvode};
   CvodeParameters cvode{};
@@ -45,6 +48,7 @@ struct SimulatedPowerStageParameters {
     if (const char* problem = io.validate()) return problem;
     if (const char* problem = link.validate()) return problem;
     if (const char* problem = thermal.validate()) return problem;
+    if (const char* problem = driveline.validate()) return problem;
     if (link.has_chopper() && !(link.chopper_off > io.u_dc))
       return "the brake chopper must turn off above the voltage of the source, or it loads the source";
     if (const char* problem = cvode.validate()) return problem;
@@ -58,26 +62,36 @@ struct SimulatedPowerStageParameters {
   }
 };
 
-/// A plant whose energies are metered and integrated with it.
-using MeteredPlant = DrivePlant<double, EnergyMeter<double>>;
+/// A link whose voltage is a state, and a load behind a driveline.
+using LinkAndDriveline = AppendedPair<DcLink<double>, Driveline<double>>;
 
-/// The same behind a DC link whose voltage is a state.
-using LinkedMeteredPlant = DrivePlant<double, AppendedPair<DcLink<double>, EnergyMeter<double>>>;
+/// use(kind) with the `std::type_identity` of what link and driveline of the parameters append to the plant.
+template <class Use>
+auto with_appended(const SimulatedPowerStageParameters& parameters, const Use& use) {
+  const bool linked = parameters.link.acts();
+  if (parameters.driveline.acts())
+    return linked ? use(std::type_identity<LinkAndDriveline>{})
+                  : use(std::type_identity<Driveline<double>>{});
+  return linked ? use(std::type_identity<DcLink<double>>{})
+                : use(std::type_identity<NoAppendedSystem<double>>{});
+}
 
 /// Inverter, machine, shaft and their integrator behind one `DriveIo`, in place of the hardware. Whether the
-/// link is stiff (`SimulatedPowerStageParameters::link`) decides the type of the plant.
+/// link is stiff and the load on the motor's shaft (`SimulatedPowerStageParameters`: link, driveline) decides
+/// the type of the plant. Behind a driveline the road load acts on the load.
 template <class PlantType, class Log>
 class BasicSimulatedPowerStage {
  public:
   using Plant = PlantType;
+  using Appended = typename Plant::AppendedType;
   using Io = SimulatedDriveIo<Plant, Log>;
   using Parameters = SimulatedPowerStageParameters;
 
-  /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, the link is not
-  /// that of this power stage, or its machine is to be heated without a meter.
+  /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, link or driveline
+  /// are not those of this power stage, or its machine is to be heated without a meter.
   BasicSimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
       : load_{load},
-        plant_{plant_of(parameters), make_appended<typename Plant::AppendedType>(parameters)},
+        plant_{plant_of(parameters), make_appended<Appended>(parameters)},
         heating_{make_heating(parameters, plant_)},
         integrator_{make_integrator(parameters)},
         io_{parameters.io, plant_, *integrator_, load_, heating_.get()} {}
@@ -101,33 +115,43 @@ class BasicSimulatedPowerStage {
 
  private:
   static DrivePlantParameters<double> plant_of(const Parameters& parameters) {
-    if (parameters.link.acts() != Plant::feeds_back)
+    if (parameters.link.acts() != has_part<DcLink<double>, Appended>)
       throw std::runtime_error(parameters.link.acts()
                                    ? "this power stage has a stiff DC link: a capacitance needs a linked one"
                                    : "this power stage has a DC link whose capacitance must be above zero");
-    return parameters.plant;
+    constexpr bool has_driveline = has_part<Driveline<double>, Appended>;
+    if (parameters.driveline.acts() != has_driveline)
+      throw std::runtime_error(
+          parameters.driveline.acts()
+              ? "this power stage has its load on the motor's shaft: a driveline needs another one"
+              : "this power stage has a driveline whose inertia must be above zero");
+    DrivePlantParameters<double> plant = parameters.plant;
+    if (has_driveline) plant.road_load = {};
+    return plant;
   }
 
   /// Null where there is none.
   static std::unique_ptr<PlantHeating<Plant>> make_heating(const Parameters& parameters, Plant& plant) {
     if (!parameters.thermal.acts()) return {};
-    if constexpr (has_resistances<typename Plant::AppendedType>)
+    if constexpr (has_resistances<Appended>)
       return std::make_unique<PlantHeating<Plant>>(parameters.plant, parameters.thermal, plant);
     else
       throw std::runtime_error("this power stage has no energy meter: a thermal network needs a metered one");
   }
 
-  template <class Appended>
-  static Appended make_appended(const Parameters& p) {
+  template <class System>
+  static System make_appended(const Parameters& p) {
     const InductionMachineParameters<double>& m = p.plant.machine;
-    if constexpr (std::same_as<Appended, NoAppendedSystem<double>>)
+    if constexpr (std::same_as<System, NoAppendedSystem<double>>)
       return {};
-    else if constexpr (std::same_as<Appended, EnergyMeter<double>>)
+    else if constexpr (std::same_as<System, EnergyMeter<double>>)
       return {m.r_s + p.plant.drops.slope_resistance, m.r_r};
-    else if constexpr (std::same_as<Appended, DcLink<double>>)
+    else if constexpr (std::same_as<System, DcLink<double>>)
       return {p.link, m.sigma_l_s(), p.io.u_dc};
+    else if constexpr (std::same_as<System, Driveline<double>>)
+      return {p.driveline, m.inertia, p.plant.viscous_friction, p.plant.road_load};
     else
-      return {make_appended<decltype(Appended::first)>(p), make_appended<decltype(Appended::second)>(p)};
+      return {make_appended<decltype(System::first)>(p), make_appended<decltype(System::second)>(p)};
   }
 
   MechanicalLoad load_;
@@ -137,17 +161,39 @@ class BasicSimulatedPowerStage {
   Io io_;
 };
 
-/// The power stage of a live drive, with a stiff link.
-using SimulatedPowerStage = BasicSimulatedPowerStage<DrivePlant<double>, NoSegmentLog<DrivePlant<double>>>;
+/// The power stage of a live drive, of a plant with that appended system.
+template <class Appended>
+using PowerStageOf =
+    BasicSimulatedPowerStage<DrivePlant<double, Appended>, NoSegmentLog<DrivePlant<double, Appended>>>;
+
+/// With a stiff link and the load on the motor's shaft.
+using SimulatedPowerStage = PowerStageOf<NoAppendedSystem<double>>;
 
 /// The same with a DC link whose voltage is a state.
-using LinkedPowerStage = BasicSimulatedPowerStage<DrivePlant<double, DcLink<double>>,
-                                                  NoSegmentLog<DrivePlant<double, DcLink<double>>>>;
+using LinkedPowerStage = PowerStageOf<DcLink<double>>;
 
-/// The power stage of a scenario: with energy meter and a log of every gate segment.
-using MeteredPowerStage = BasicSimulatedPowerStage<MeteredPlant, SegmentLog<MeteredPlant>>;
+/// A plant whose energies are metered and integrated with it, beside what else is appended.
+template <class Appended>
+struct Metered {
+  using Plant = DrivePlant<double, AppendedPair<Appended, EnergyMeter<double>>>;
+};
+template <>
+struct Metered<NoAppendedSystem<double>> {
+  using Plant = DrivePlant<double, EnergyMeter<double>>;
+};
+
+using MeteredPlant = Metered<NoAppendedSystem<double>>::Plant;
+
+/// The power stage of a scenario, of a plant with that appended system: with energy meter and a log of every
+/// gate segment.
+template <class Appended>
+using MeteredPowerStageOf = BasicSimulatedPowerStage<typename Metered<Appended>::Plant,
+                                                     SegmentLog<typename Metered<Appended>::Plant>>;
+
+/// With a stiff link and the load on the motor's shaft.
+using MeteredPowerStage = MeteredPowerStageOf<NoAppendedSystem<double>>;
 
 /// The same with a DC link whose voltage is a state.
-using LinkedMeteredPowerStage = BasicSimulatedPowerStage<LinkedMeteredPlant, SegmentLog<LinkedMeteredPlant>>;
+using LinkedMeteredPowerStage = MeteredPowerStageOf<DcLink<double>>;
 
 }  // namespace sextant

@@ -72,8 +72,10 @@ class TraceDivider {
                          line(a.energies.shaft, b.energies.shaft),
                          line(a.energies.field, b.energies.field),
                          line(a.energies.iron, b.energies.iron),
+                         {},
                          {}},
-            .temperatures = b.temperatures};
+            .temperatures = b.temperatures,
+            .load = LoadSample::between(a.load, b.load, share)};
   }
 
   std::uint32_t parts_;

@@ -10,6 +10,7 @@
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/sim/energy_account.hpp"
+#include "sextant/sim/load_sample.hpp"
 
 namespace sextant {
 
@@ -30,6 +31,7 @@ struct PlantSample {
   DriveEnergies energies{};
   /// Of the machine; NaN: not known. [°C]
   ThermalNodes<double> temperatures{DriveEnergies::unknown, DriveEnergies::unknown, DriveEnergies::unknown};
+  LoadSample load{};
 };
 
 /// What a controller gives to a trace beside its telemetry, in one control period.
@@ -62,6 +64,8 @@ struct PlantRow {
   double omega_m_rad_s{};          ///< [rad/s]
   double tau_l_nm{};               ///< [N·m]
   double theta_m_rad{};            ///< mechanical angle, not wrapped [rad]
+  double shaft_torque_nm{};        ///< of the shaft to the load, referred to the motor's [N·m]
+  double load_speed_rad_s{};       ///< of the load, referred to the motor's shaft [rad/s]
   double i_dc_a{};                 ///< drawn from the DC link at this instant [A]
   double u_s_alpha_v{};            ///< [V]
   double u_s_beta_v{};             ///< [V]

@@ -1,12 +1,14 @@
 // The torque of one machine over a switching sequence, by each integrator of the simulated power stage at its
 // defaults; of a machine that saturates or has iron loss without the exact one. With a DC link of its own
-// also the link's voltage, with a thermal network also the temperatures at the end. Standard input and output
-// are one JSON object each; see tests/python/test_trajectories.py.
+// also the link's voltage, behind a driveline also the torque of its shaft, with a thermal network also the
+// temperatures at the end. Standard input and output are one JSON object each; see
+// tests/python/test_trajectories.py.
 
 #include <cstdint>
 #include <cstdio>
 #include <iostream>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -76,10 +78,22 @@ ThermalParameters<> thermal_of(const nlohmann::json& task) {
   return thermal;
 }
 
-/// Torque [N·m] and link voltage [V] at the end of each period; shorter than the sequence where the power
-/// stage has failed. Temperatures of winding, rotor and housing at the end. [°C]
+/// None where the task does not name one.
+DrivelineParameters<> driveline_of(const nlohmann::json& task) {
+  if (!task.contains("driveline")) return {};
+  const nlohmann::json& j = task.at("driveline");
+  return {.inertia = j.at("inertia"),
+          .stiffness = j.at("stiffness"),
+          .damping = j.at("damping"),
+          .backlash = j.at("backlash"),
+          .gear_ratio = j.at("gear_ratio")};
+}
+
+/// Torque of machine and shaft [N·m] and link voltage [V] at the end of each period; shorter than the
+/// sequence where the power stage has failed. Temperatures of winding, rotor and housing at the end. [°C]
 struct Course {
   std::vector<double> tau_e{};
+  std::vector<double> shaft{};
   std::vector<double> u_dc{};
   std::vector<double> temperatures{};
 };
@@ -95,6 +109,7 @@ SimulatedPowerStageParameters parameters_of(const nlohmann::json& task, Integrat
   parameters.plant.viscous_friction = task.value("friction", 0.0);
   parameters.link = link_of(task);
   parameters.thermal = thermal_of(task);
+  parameters.driveline = driveline_of(task);
   parameters.io.u_dc = task.at("u_dc");
   parameters.io.period_ns = task.at("period_ns");
   return parameters;
@@ -116,6 +131,7 @@ Course course(const nlohmann::json& task, const SimulatedPowerStageParameters& p
     const Measurement<double> measured = io.read(t_ns);
     if (!measured.plausible) break;
     made.tau_e.push_back(io.plant().tau_e());
+    made.shaft.push_back(io.plant().acting(io.plant().inputs()).tau_l);
     made.u_dc.push_back(measured.u_dc);
   }
   // A read without time moves the temperatures to where the last period has led.
@@ -136,14 +152,15 @@ int main() {
   const auto play = [&](const char* name, IntegratorKind integrator,
                         AtSwitching at_switching = AtSwitching::by_tolerance) {
     const auto parameters = sextant::parameters_of(task, integrator, at_switching);
-    const auto played = [&] {
-      if (parameters.link.acts()) return sextant::course<sextant::LinkedPowerStage>(task, parameters);
-      if (parameters.thermal.acts()) return sextant::course<sextant::MeteredPowerStage>(task, parameters);
-      return sextant::course<sextant::SimulatedPowerStage>(task, parameters);
-    };
-    const sextant::Course made = played();
+    const sextant::Course made =
+        sextant::with_appended(parameters, [&]<class Appended>(std::type_identity<Appended>) {
+          return parameters.thermal.acts()
+                     ? sextant::course<sextant::MeteredPowerStageOf<Appended>>(task, parameters)
+                     : sextant::course<sextant::PowerStageOf<Appended>>(task, parameters);
+        });
     result[name] = made.tau_e;
     if (parameters.thermal.acts()) result["temperatures"][name] = made.temperatures;
+    if (parameters.driveline.acts()) result["shaft"][name] = made.shaft;
     if (parameters.link.acts()) result["u_dc"][name] = made.u_dc;
   };
   play("cvode", IntegratorKind::cvode);
