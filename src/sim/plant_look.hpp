@@ -38,14 +38,19 @@ class PlantLook {
       const Shaft& shaft = part_of<Shaft>(plant.appended_system());
       energies.behind_shaft = {y[Shaft::friction], y[Shaft::damping], y[Shaft::load],
                                shaft.kinetic_energy(y, omega_m), shaft.elastic_energy(y)};
-      load = LoadSample{shaft.torque(y, omega_m), y[Shaft::load_speed]};
+      load_ = {shaft.torque(y, omega_m), y[Shaft::load_speed]};
+      has_driveline_ = true;
     }
   }
 
   /// For the metrics; instant, references and the link's power are the caller's.
   [[nodiscard]] MetricsSample metrics_sample() const noexcept {
-    return {
-        .torque = torque, .psi_s = psi_s, .i_s = i_s, .omega_m = omega_m, .energies = energies, .load = load};
+    return {.torque = torque,
+            .psi_s = psi_s,
+            .i_s = i_s,
+            .omega_m = omega_m,
+            .energies = energies,
+            .load = has_driveline_ ? std::optional{load_} : std::nullopt};
   }
 
   /// For a trace, with what acts on the plant from outside.
@@ -63,7 +68,7 @@ class PlantLook {
             .u_s = u_s - slope_resistance_ * i_s,
             .i_r = i_r,
             .energies = energies,
-            .load = load.value_or(LoadSample{tau_l, omega_m})};
+            .load = has_driveline_ ? load_ : LoadSample{tau_l, omega_m}};
   }
 
   /// What the inverter draws from the link, u_dc i_dc: what it passes on and what its thresholds take. u_s:
@@ -75,7 +80,6 @@ class PlantLook {
   SpaceVector<> psi_s, psi_r, i_s, i_r;
   double torque, omega_m, theta_m, u_dc;
   DriveEnergies energies{};
-  std::optional<LoadSample> load{};  ///< behind a driveline
 
  private:
   template <class Part, class Plant>
@@ -96,8 +100,10 @@ class PlantLook {
         slope_resistance_{drops.slope_resistance},
         threshold_loss_{drops.threshold_loss(q.i_s)} {}
 
-  double slope_resistance_;  // of the inverter [Ω]
-  double threshold_loss_;    // [W]
+  double slope_resistance_;    // of the inverter [Ω]
+  double threshold_loss_;      // [W]
+  LoadSample load_{};          // behind a driveline
+  bool has_driveline_{false};  // the plant's load is behind one
 };
 
 }  // namespace sextant
