@@ -32,6 +32,16 @@ template <class T>
   return std::max(T(1000), T(5e3) * machine.tau_r());
 }
 
+/// Whole nanoseconds of a time of up to 2e9 ms; longer ones count as that. In two parts, because a Cortex-M4F
+/// converts a `float` to 64 bits by double arithmetic.
+template <class T>
+[[nodiscard]] std::int64_t whole_ns(T time_ms) noexcept {
+  const T most = T(2e9);
+  const T ms = time_ms < most ? time_ms : most;
+  const auto whole_ms = std::int32_t(ms);
+  return std::int64_t{whole_ms} * 1'000'000 + std::lround((ms - T(whole_ms)) * T(1e6));
+}
+
 template <class T>
 [[nodiscard]] CommandLimits<T> command_limits(const CommandSetup<T>& s,
                                               const DriveLimits<T>& limits) noexcept {
@@ -138,7 +148,7 @@ template <class T>
   r.drive.sampling_lead_ns = basis.sampling_lead_ns;
   r.drive.magnetise_first = setup.magnetise_first;
   r.drive.magnetise_timeout_ns =
-      std::llround(setup.magnetise_timeout_ms.value_or(default_magnetise_timeout_ms(basis.machine)) * T(1e6));
+      whole_ns(setup.magnetise_timeout_ms.value_or(default_magnetise_timeout_ms(basis.machine)));
   r.drive.command = command_limits(setup.command, limits);
   r.drive.protection = protection_limits(setup.protection, basis, limits, r.drive.command.torque_limit);
   r.drive.capability = capability_parameters(setup.capability, basis, r.drive.command.torque_limit,

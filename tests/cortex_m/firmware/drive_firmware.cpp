@@ -48,10 +48,9 @@ ResolvedDrive<float> resolved_drive() {
 Mailbox mailbox;
 NewestTelemetry telemetry;
 RegisterDriveIo io{RegisterDriveIo::Parameters{}};
-const ResolvedDrive<float> parameters = resolved_drive();
 DirectTorqueController<float> controller{
-    default_parameters<DirectTorqueController<float>>(parameters.control)};
-Drive<float> drive{parameters.drive, controller};
+    default_parameters<DirectTorqueController<float>>(resolved_drive().control)};
+Drive<float> drive{resolved_drive().drive, controller};
 std::int64_t t_ns = 0;
 
 }  // namespace
