@@ -139,6 +139,28 @@ def test_energies_of_a_sampled_run_balance(integrator, period_us, tmp_path):
     assert m["energy_copper_j"] > 20
 
 
+def test_temperatures_are_in_trace_and_summary(tmp_path):
+    """The winding starts warm, and heats from there by what its copper loses."""
+    nodes = {"winding": 60, "rotor": 80, "housing": 300}
+    thermal = [f"plant.thermal.{node}_j_per_k={c}" for node, c in nodes.items()]
+    thermal += [f"plant.thermal.{node}_to_ambient_w_per_k=0.01" for node in nodes] + ["plant.thermal.winding_c=75"]
+    settings = ("duration_s=1", 'trace.signals=["thermal"]', *thermal)
+    words = [word for setting in settings for word in ("--set", setting)]
+    run(SCENARIOS / "constant_torque.toml", *words, "--out", tmp_path)
+    m = summary_of(tmp_path)["metrics"]
+    with h5py.File(tmp_path / "trace.h5") as file:
+        courses = {node: file[f"plant/{node}_temperature_c"][()] for node in nodes}
+        assert file["plant/winding_temperature_c"].attrs["unit"].decode() == "°C"
+    assert courses["winding"][0] == pytest.approx(75, abs=0.01)
+    assert courses["rotor"][0] == pytest.approx(20, abs=0.01)
+    for node, course in courses.items():
+        assert course[-1] == m[f"{node}_temperature_c"] == max(course)
+        assert course[-1] >= course[0]
+    assert courses["winding"][-1] > 75.5
+    run(SCENARIOS / "constant_torque.toml", "--set", "duration_s=1", "--no-trace", "--out", tmp_path / "cold")
+    assert summary_of(tmp_path / "cold")["metrics"]["winding_temperature_c"] is None
+
+
 def test_both_modes_count_energies_alike(tmp_path):
     scenario = SCENARIOS / "paper" / "3_1_constant_torque.toml"
     for mode, settings in (("sampled", ("drive.period_us=5",)), ("event_exact", ())):

@@ -60,7 +60,7 @@ class InductionMachine {
                  iron_loss_.damping()},
         saturation_{saturation, parameters.l_s()} {}
 
-  /// Replaces the resistances [Ω]; what they have to do with the flux linkages stays.
+  /// Replaces the resistances [Ω]. Inductances, and the iron's own resistances, stay.
   constexpr void set_resistances(T r_s, T r_r) noexcept SEXTANT_NONBLOCKING {
     iron_loss_.scale_rotor_resistance(r_r / parameters_.r_r);
     parameters_.r_s = r_s;

@@ -48,7 +48,7 @@ class IronLoss {
 
   [[nodiscard]] constexpr bool acts() const noexcept SEXTANT_NONBLOCKING { return acts_; }
 
-  /// R_R becomes that many times what it is, and the iron stays as it is. [-]
+  /// Multiplies R_R by a ratio [-]; the iron's own resistances stay.
   constexpr void scale_rotor_resistance(T ratio) noexcept SEXTANT_NONBLOCKING {
     eddy_ *= ratio;
     hysteresis_ *= ratio;
