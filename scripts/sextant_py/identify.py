@@ -16,6 +16,7 @@ from .identify_run import (
     CONTROL,
     Plant,
     check_room,
+    given_words,
     inertia_course,
     measure_inertia,
     measure_levels,
@@ -92,17 +93,26 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
-def standstill_settings(options: argparse.Namespace) -> Settings:
+def settings_of(options: argparse.Namespace) -> Settings:
     settings: Settings = {
         "control.controller": "commissioning",
         "drive.magnetise_first": False,
-        "load.kind": "imposed_speed",
-        "load.speed_rad_s.value": 0,
         "plant.integrator": "fixed",
     }
     if options.limit_a is not None:
         settings[f"{CONTROL}current_limit_a"] = options.limit_a
     return settings
+
+
+def plants_of(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> tuple[Plant, Plant]:
+    """The drive of a file at standstill, and that with a free shaft. A load torque is that of the latter, an imposed
+    speed that of the former."""
+    settings = settings_of(options)
+    at_rest = [text for text in options.set if not text.startswith("load.torque_nm")]
+    held: Settings = {"load.kind": "imposed_speed", "load.speed_rad_s.value": 0}
+    plant = plant_of(file, mil, directory, settings | held, at_rest)
+    free = [text for text in options.set if not text.startswith(("load.speed_rad_s", "load.kind"))]
+    return plant, replace(plant, given=given_words(settings, free))
 
 
 def setup_of(plant: Plant, options: argparse.Namespace) -> Setup:
@@ -118,7 +128,7 @@ def setup_of(plant: Plant, options: argparse.Namespace) -> Setup:
 def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> Results:
     """For the drive of a file. The sines come first: they need no settled rotor flux, and tell its time constant, for
     which the levels wait. The levels tell R_s better, which the sines take as known then."""
-    plant = plant_of(file, mil, directory, standstill_settings(options), options.set)
+    plant, free = plants_of(file, mil, directory, options)
     check_room(plant.configuration)
     setup, estimate = setup_of(plant, options), plant.estimate
     levels, found, impedance = [], None, None
@@ -133,7 +143,7 @@ def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespa
         known = (found.r_s_ohm, found.r_s_sigma_ohm)
         impedance = identify_impedance.fit(blocks, plant.timing, impedance.machine, setup.slope_ohm, known)
     results = Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
-    return replace(results, inertia=inertia_of_shaft(plant, results)) if INERTIA in options.only else results
+    return replace(results, inertia=inertia_of_shaft(free, results)) if INERTIA in options.only else results
 
 
 def inertia_of_shaft(plant: Plant, results: Results) -> Inertia:

@@ -86,10 +86,15 @@ def configuration_of(mil: Path, scenario: Path, given: list[str]) -> Settings:
     return found["configuration"]
 
 
+def given_words(settings: Settings, own: list[str]) -> list[str]:
+    """For sextant-mil: settings, and above them what the user sets."""
+    return [*words(settings), *(word for text in own for word in ("--set", text))]
+
+
 def plant_of(file: Path, mil: Path, directory: Path, settings: Settings, own: list[str]) -> Plant:
     """The drive of a file, with these settings and what the user sets."""
     scenario = scenario_of(file, mil, directory)
-    given = [*words(settings), *(word for text in own for word in ("--set", text))]
+    given = given_words(settings, own)
     return Plant(mil, scenario, given, configuration_of(mil, scenario, given))
 
 
