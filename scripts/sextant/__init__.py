@@ -1,4 +1,4 @@
-"""Sextant from Python: run a scenario, read a trace or a recording, sweep a scenario's configuration.
+"""Sextant from Python: run a scenario, read a trace or a recording, sweep a scenario's configuration, command a drive.
 
     import sextant
 
@@ -9,10 +9,11 @@
 docs/python.md has all of it.
 """
 
+from sextant_py.control_unit import Vcu
 from sextant_py.errors import UserError
 
 from .mil_run import Run, run
 from .parameter_sweep import sweep
 from .signal_frame import read
 
-__all__ = ["Run", "UserError", "read", "run", "sweep"]
+__all__ = ["Run", "UserError", "Vcu", "read", "run", "sweep"]

@@ -57,6 +57,13 @@ class Contract:
         choices = self.message("MCU_Faults").get_signal_by_name("FirstFault").choices
         return {str(name): value for value, name in choices.items() if str(name) != "NONE"}
 
+    def fault_signals(self, message: str) -> dict[str, cantools.database.can.Signal]:
+        """The signal of each fault by the fault's name, in MCU_FaultsActive or MCU_FaultsLatched."""
+        signals = [signal for signal in self.message(message).signals if signal.length == 1]
+        first = min(signal.start for signal in signals)  # the bit of fault 0
+        by_bit = {signal.start - first: signal for signal in signals}
+        return {name: by_bit[bit] for name, bit in self.faults().items() if bit in by_bit}
+
     def version(self) -> tuple[int, int]:
         """Major and minor number, as the drive sends them in MCU_Identification."""
         major, minor = self.database.version.split(".")

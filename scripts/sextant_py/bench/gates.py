@@ -16,10 +16,10 @@ from contextlib import ExitStack, contextmanager
 from typing import Any, TypeVar
 
 from sextant_py import bus as can_bus
+from sextant_py.commander import Commander
 from sextant_py.contract import Contract
 from sextant_py.dds import Telemetry
 from sextant_py.errors import UserError
-from sextant_py.vcu import Commander
 
 from . import live_runs
 from .figure import NotMeasurableError, spread

@@ -16,9 +16,9 @@ from tornado import netutil
 
 from .. import bus as can_bus
 from .. import dds, vendor
+from ..commander import COMMAND
 from ..contract import Contract
 from ..errors import UserError
-from ..vcu import COMMAND
 from .access import Access
 from .captures import Captures
 from .command_desk import CommandDesk

@@ -45,11 +45,7 @@ HEADERS = {
 
 def fault_texts() -> dict[str, str]:
     """What each fault means, from the CAN contract."""
-    contract = Contract()
-    signals = [signal for signal in contract.message("MCU_FaultsActive").signals if signal.length == 1]
-    first = min(signal.start for signal in signals)  # the bit of fault 0
-    by_bit = {signal.start - first: signal.comment or "" for signal in signals}
-    return {name: by_bit.get(bit, "") for name, bit in contract.faults().items()}
+    return {name: signal.comment or "" for name, signal in Contract().fault_signals("MCU_FaultsActive").items()}
 
 
 class Hub:

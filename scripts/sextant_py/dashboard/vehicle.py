@@ -9,9 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from .. import bus as can_bus
+from ..commander import COMMAND
 from ..contract import Contract
 from ..errors import UserError
-from ..vcu import COMMAND
 
 END_S = 5.0
 DEMAND_TIMEOUT_S = 0.4  # a page repeats its demand every 0.1 s

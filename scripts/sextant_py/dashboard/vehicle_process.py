@@ -19,12 +19,10 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from .. import bus as can_bus
-from ..contract import Contract
+from ..control_unit import Vcu
 from ..errors import UserError, run
-from ..vcu import RUNNING_STATES, STATUS, Commander, Reports, disable
+from ..reports import RUNNING_STATES, STATUS
 
-PERIOD_S = 0.01
 REPORT_PERIODS = 10
 
 
@@ -41,15 +39,14 @@ class Demand:
 class Unit:
     """Sends a command each period as long as the demand is renewed."""
 
-    def __init__(self, commander: Commander, reports: Reports, demand_timeout_s: float) -> None:
-        self._commander = commander
-        self._reports = reports
+    def __init__(self, vcu: Vcu, demand_timeout_s: float) -> None:
+        self._vcu = vcu
+        self._reports = vcu.reports
         self._demand_timeout_s = demand_timeout_s
         self._demand: Demand | None = None
         self._is_tripped = False  # enabled, and the drive left its running states: the page has to disable first
         self._was_running = False
         self._not_sending = "no page has demanded anything yet"
-        self._is_drive_there = False
         self._session = 0
 
     def take(self, order: dict[str, Any]) -> bool:
@@ -64,7 +61,7 @@ class Unit:
             self._stop_sending("the page that commanded is gone")
         else:
             if self._demand is not None:
-                disable(self._commander)
+                self._vcu.disable()
             self._stop_sending("the page that commanded has released the drive")
         return "end" not in order
 
@@ -74,9 +71,8 @@ class Unit:
 
     def step(self) -> None:
         """One period."""
-        self._commander.wait()
+        self._vcu.wait()
         demand = self._demand
-        self._is_drive_there = not self._reports.timed_out(PERIOD_S)
         if demand is None:
             return
         if time.monotonic() - demand.received_s > self._demand_timeout_s:
@@ -85,7 +81,7 @@ class Unit:
         self._interlock(demand)
         enable = demand.enable and not self._is_tripped
         reset = demand.fault_reset and not enable
-        self._commander.send(demand.torque_nm if enable else 0.0, enable, reset)
+        self._vcu.send(demand.torque_nm if enable else 0.0, enable, reset)
 
     def _interlock(self, demand: Demand) -> None:
         """A drive that tripped or was never ready is not enabled again before the page has demanded a disable."""
@@ -93,13 +89,13 @@ class Unit:
         if demand.enable and not self._was_running and not is_running and not self._reports.ready():
             self._is_tripped = True
         lost = self._was_running and not is_running and not self._reports.ready()
-        if demand.enable and (lost or not self._is_drive_there or self._reports.other_contract()):
+        if demand.enable and (lost or not self._vcu.is_there or self._reports.other_contract()):
             self._is_tripped = True
         self._was_running = demand.enable and is_running
 
     def report(self) -> dict[str, Any]:
         reports, demand = self._reports, self._demand
-        is_there = self._is_drive_there
+        is_there = self._vcu.is_there
         status = reports.latest.get(STATUS, {}) if is_there else {}
         capability = reports.latest.get("MCU_Capability", {}) if is_there else {}
         temperatures = reports.latest.get("MCU_Temperatures", {}) if is_there else {}
@@ -118,8 +114,8 @@ class Unit:
             "regenerating_nm": number(capability.get("TorqueRegenerating")),
             "temperatures": {name: number(value) for name, value in temperatures.items()},
             "refused_frames": reports.refused,
-            "unsent": self._commander.unsent,
-            "missed": self._commander.missed,
+            "unsent": self._vcu.unsent,
+            "missed": self._vcu.missed,
             "problem": reports.other_contract(),
         }
 
@@ -157,18 +153,13 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--torque-limit", type=float, required=True, metavar="NM")
     parser.add_argument("--demand-timeout", type=float, required=True, metavar="S")
     options = parser.parse_args(arguments)
-    contract = Contract(identifier_offset=options.identifier_offset)
-    bus = can_bus.open_bus(can_bus.parse(options.can))
-    reports = Reports(bus, contract)
-    reports.start()
-    commander = Commander(bus, contract, PERIOD_S, options.torque_limit, keeps_log=False)
+    vcu = Vcu(options.can, identifier_offset=options.identifier_offset, torque_limit_nm=options.torque_limit)
     try:
-        serve(Unit(commander, reports, options.demand_timeout))
+        serve(Unit(vcu, options.demand_timeout))
     except BrokenPipeError:
         raise UserError("the dashboard is gone.") from None
     finally:
-        reports.stop()
-        bus.shutdown()
+        vcu.close()
     return 0
 
 

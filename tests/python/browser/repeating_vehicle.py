@@ -2,8 +2,8 @@
 
 from background import Background
 from sextant_py import bus
+from sextant_py.commander import Commander
 from sextant_py.contract import Contract
-from sextant_py.vcu import Commander
 
 PERIOD_S = 0.01
 TORQUE_LIMIT_NM = 150.0

@@ -15,9 +15,10 @@ from frame_log import widen
 from kernel import native_kernel_only
 from programs import overrides, program
 from sextant_py import bus as can_bus
+from sextant_py.commander import COMMAND
 from sextant_py.contract import Contract
 from sextant_py.paths import ROOT
-from sextant_py.vcu import COMMAND, STATUS
+from sextant_py.reports import STATUS
 
 TORQUE_NM = 14.0
 SECONDS = 0.8

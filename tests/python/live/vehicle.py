@@ -12,8 +12,8 @@ import can
 from can.interfaces.socketcan.socketcan import build_can_frame
 from can.interfaces.udp_multicast.utils import pack_message
 from sextant_py import bus, e2e
+from sextant_py.commander import COMMAND
 from sextant_py.contract import Contract
-from sextant_py.vcu import COMMAND
 
 SENDER = Path(__file__).with_name("vehicle_sender.py")
 TORQUE_LIMIT_NM = 150.0
