@@ -24,6 +24,7 @@ class FakeDrive(Background):
         self.refused = 0
         self.state = "STANDBY"
         self.available_nm = 150.0
+        self.faults: tuple[str, ...] = ()  # reported as latched; the first one also as active
         self._fault_after = fault_after
         self._stubborn = stubborn
         self._contract = Contract(identifier_offset=identifier_offset)
@@ -35,6 +36,9 @@ class FakeDrive(Background):
     def __exit__(self, *details: object) -> None:
         super().__exit__(*details)
         self._bus.shutdown()
+
+    def never_faults(self) -> None:
+        self._fault_after = None
 
     def _run(self) -> None:
         due, counter = time.monotonic(), 0
@@ -83,6 +87,18 @@ class FakeDrive(Background):
         temperatures = {"StatorTemperature": 71.5, "RotorTemperature": 90.0}
         temperatures["InverterTemperature"] = "NOT_AVAILABLE"
         self._bus.send(self._contract.encode("MCU_Temperatures", temperatures, counter))
+        if self.faults:
+            self._report_faults(counter)
         identification = {"ContractMajor": self._contract_major, "ContractMinor": 0}
         identification |= {"SoftwareMajor": 0, "SoftwareMinor": 1, "SoftwarePatch": 0}
         self._bus.send(self._contract.encode("MCU_Identification", identification, counter))
+
+    def _report_faults(self, counter: int) -> None:
+        first = {"FirstFault": self.faults[0], "FaultTotal": len(self.faults)}
+        self._bus.send(self._contract.encode("MCU_Faults", first, counter))
+        for message, present in (("MCU_FaultsActive", self.faults[:1]), ("MCU_FaultsLatched", self.faults)):
+            signals = self._contract.message(message).signals
+            values = {signal.name: 0 for signal in signals if signal.name not in Contract.PROTECTION_SIGNALS}
+            prefix = message.removeprefix("MCU_Faults")
+            values |= {prefix + name.title().replace("_", ""): 1 for name in present}
+            self._bus.send(self._contract.encode(message, values, counter))
