@@ -45,6 +45,14 @@ class FrameLog:
         self._writer.stop()
 
 
+def _torque_limit(contract: Contract, wanted_nm: float | None) -> float:
+    smallest_nm, largest_nm = contract.limits(COMMAND, "TorqueLimit")
+    limit_nm = largest_nm if wanted_nm is None else wanted_nm
+    if not smallest_nm <= limit_nm <= largest_nm:
+        raise UserError(f"the torque limit {limit_nm:g} N·m is not {smallest_nm:g} to {largest_nm:g} N·m.")
+    return limit_nm
+
+
 class Vcu:
     """A vehicle control unit: it sends torque commands to a drive over CAN, with counter and CRC, and has what the
     drive reports. A context, at whose end the drive gets disable frames.
@@ -86,10 +94,7 @@ class Vcu:
             raise UserError("a vehicle control unit has either a bus or a log.")
         offset = can_bus.default_identifier_offset() if identifier_offset is None else identifier_offset
         self.contract = Contract(identifier_offset=offset)
-        smallest_nm, largest_nm = self.contract.limits(COMMAND, "TorqueLimit")
-        limit_nm = largest_nm if torque_limit_nm is None else torque_limit_nm
-        if not smallest_nm <= limit_nm <= largest_nm:
-            raise UserError(f"the torque limit {limit_nm:g} N·m is not {smallest_nm:g} to {largest_nm:g} N·m.")
+        limit_nm = _torque_limit(self.contract, torque_limit_nm)
         self.period_s = period_s
         self._demand = (0.0, False, False)
         self._repeater: threading.Thread | None = None
