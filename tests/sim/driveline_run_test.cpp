@@ -122,7 +122,9 @@ TEST(DrivelineRun, TheMotorHasAnAntiresonance) {
     const Complex expected = scale * (p.inertia * s * s + soft) / soft;
     EXPECT_GT(std::abs(torque), 9.0 / 2 * n);
     EXPECT_LT(std::abs(speed / torque - expected), 0.02 * std::abs(scale)) << hertz;
-    if (hertz == 20.0) EXPECT_LT(std::abs(speed / torque), 0.05 * std::abs(scale));
+    if (hertz == 20.0) {
+      EXPECT_LT(std::abs(speed / torque), 0.05 * std::abs(scale));
+    }
   }
 }
 
