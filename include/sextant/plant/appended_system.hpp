@@ -45,14 +45,14 @@ concept AppendedSystem =
 /// An appended system that declares `static constexpr bool feeds_back = true` acts on the plant: its states
 /// decide inputs of the plant that are otherwise given, as a DC link decides the voltage, and a driveline
 /// the load torque. `given`: the plant's inputs as they were set; omega_m: speed of the motor [rad/s].
-///   begin(y)                    the states before anything has happened
-///   act(y, omega_m, inputs)     changes the given inputs to those that act
+///   begin(y)                      the states before anything has happened
+///   act(y, omega_m, inputs)       changes the given inputs to those that act
 ///   events(y, omega_m, given, g)  `event_count` functions; an event is a fall through zero
-///   on_event(event, y)          the event of one of them has come; may change y
-///   settle(y, omega_m, given)   what holds at a state that has not come from the last one by integration, or
-///                               under inputs that have jumped; may change y; true where anything changed
-///   rate_squared()              the square of how fast its states move at most, for fixed steps [1/s²]
-///   is_valid(y)                 false where its equations do not hold
+///   on_event(event, y)            the event of one of them has come; may change y
+///   settle(y, omega_m, given)     what holds at a state that has not come from the last one by integration,
+///                                 or under inputs that have jumped; may change y; true where it changed
+///   rate_squared()                the square of how fast its states move at most, for fixed steps [1/s²]
+///   is_valid(y)                   false where its equations do not hold
 /// Integrators restart where the inverter switches. A system that leaves the link voltage as it is given
 /// declares `static constexpr bool keeps_link_voltage = true`.
 template <class A, class T>

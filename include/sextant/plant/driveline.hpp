@@ -49,7 +49,7 @@ class Driveline {
     friction = 4,    ///< lost in the motor's viscous friction [J]
     load = 5         ///< work on load torque and road load [J]
   };
-  /// Flanks touch.
+  /// Which flanks of the gap touch.
   enum class Contact : int { behind = -1, neither = 0, ahead = 1 };
   /// A contact begins once the gap is passed by this much; more where the scalar does not resolve it. [rad]
   static constexpr T twist_tolerance = T(1e-9);
@@ -109,6 +109,7 @@ class Driveline {
     g[0] = tolerance_ - stiffness_ * (y[twist] - half_gap_) - std::min(T(0), parting);
     g[1] = tolerance_ + stiffness_ * (y[twist] + half_gap_) + std::max(T(0), parting);
   }
+  /// What the shaft stores goes into its damping where a contact ends.
   constexpr void on_event(int event, States y) const noexcept SEXTANT_NONBLOCKING {
     const T stored = elastic_energy(y);
     y[flanks] = !is_free(y) ? T(0) : event == 0 ? T(1) : T(-1);

@@ -75,7 +75,7 @@ class VariableStepIntegrator : public PlantIntegrator<Plant> {
     return parameters;
   }
 
-  /// In place of a solution that goes on, of a plant whose voltage is not known ahead.
+  /// In place of a solution that goes on, of a plant with states beside the machine's that act on it.
   struct NeverGoesOn {
     explicit NeverGoesOn(const Parameters&) noexcept {}
     void reset() noexcept {}
