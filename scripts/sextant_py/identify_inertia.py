@@ -87,9 +87,10 @@ def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
     return Inertia(j, sigma, b, coulomb, load, time, speed, fitted, torque)
 
 
-def check_turning(found: Inertia, wanted: float) -> None:
-    if found.fastest < LEAST_TURNING * wanted:
+def check_turning(fastest: float, wanted: float) -> None:
+    """Refuses a shaft that is held. [rad/s]"""
+    if fastest < LEAST_TURNING * wanted:
         raise UserError(
-            f"the shaft reaches {found.fastest:.3g} rad/s where {wanted:.3g} rad/s are due: the inertia needs a shaft "
+            f"the shaft reaches {fastest:.3g} rad/s where {wanted:.3g} rad/s are due: this course needs a shaft "
             "that is free to turn, and machine.inertia_kg_m2 within ten times of it."
         )

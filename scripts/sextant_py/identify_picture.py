@@ -12,6 +12,7 @@ from .figure_style import STYLE
 from .identify_files import Results
 from .identify_impedance import Impedance, sampled_impedance
 from .identify_inertia import Inertia
+from .identify_no_load import NoLoad
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,6 +66,18 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
     below.set_xlabel("frequency (Hz)")
 
 
+def _draw_no_load(above: Axes, below: Axes, found: NoLoad) -> None:
+    parts = np.arange(1, len(found.parts_h) + 1)
+    values = 1e3 * np.array(found.parts_h)
+    above.plot([0, found.current_a], [0, found.flux_wb], "o-", color=BLUE, label=f"at {found.speed:.3g} rad/s")
+    above.set_title(f"L_s {1e3 * found.l_s:.4g} mH ± {100 * found.sigma:.2g} % at {found.flux_wb:.3g} Wb")
+    above.set_ylabel("stator flux without torque (Wb)")
+    above.set_xlabel("current (A)")
+    below.plot(parts, 100 * (values / values.mean() - 1), "o", color=BLUE)
+    below.set_ylabel("by mean (%)")
+    below.set_xlabel("part of the time at no load")
+
+
 def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
     time = found.time_s - found.time_s[0]
     above.plot(time, found.speed, color=BLUE, linewidth=2.4, alpha=0.5, label="measured")
@@ -88,11 +101,13 @@ def write_picture(directory: Path, results: Results) -> Path:
         panels.append(lambda above, below: _draw_levels(above, below, results))
     if results.impedance:
         panels.append(lambda above, below: _draw_tones(above, below, results.impedance))
+    if results.no_load:
+        panels.append(lambda above, below: _draw_no_load(above, below, results.no_load))
     if results.inertia:
         panels.append(lambda above, below: _draw_inertia(above, below, results.inertia))
     with mpl.rc_context(STYLE):
         figure, axes = pyplot.subplots(
-            2, len(panels), figsize=(6.4 * len(panels), 5.4), sharex="col", squeeze=False,
+            2, len(panels), figsize=(6.4 * len(panels), 5.4), squeeze=False,
             gridspec_kw={"height_ratios": [3, 1]},
         )  # fmt: skip
         for draw, (above, below) in zip(panels, axes.T, strict=True):
