@@ -54,10 +54,11 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
         above.plot(hertz * fine, part(curve), color=color, linewidth=1.2)
         above.plot(hertz * omega, part(measured), "o", color=color, label=name)
         below.plot(hertz * omega, part(rest), "o", color=color)
-    above.set_xscale("log")
+    for axis in (above, below):
+        axis.set_xscale("log")
     machine, deviations = found.machine, found.deviations
     above.set_title(
-        f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,  "
+        f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,\n"
         f"k_r² R_r {machine.r_rotor:.3g} Ω ± {100 * deviations.r_rotor:.2g} %,  "
         f"k_r L_m {1e3 * machine.l_magnetising:.3g} mH ± {100 * deviations.l_magnetising:.2g} %"
     )
@@ -90,7 +91,7 @@ def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
 
 
 def write_picture(directory: Path, results: Results) -> Path:
-    """identify.png, with a column for each of what was measured."""
+    """identify.png, with a panel for each of what was measured."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -106,14 +107,22 @@ def write_picture(directory: Path, results: Results) -> Path:
     if results.inertia:
         panels.append(lambda above, below: _draw_inertia(above, below, results.inertia))
     with mpl.rc_context(STYLE):
+        columns = min(2, len(panels))
+        rows = -(-len(panels) // columns)
         figure, axes = pyplot.subplots(
-            2, len(panels), figsize=(6.4 * len(panels), 5.4), squeeze=False,
-            gridspec_kw={"height_ratios": [3, 1]},
+            2 * rows, columns, figsize=(6.4 * columns, 5.4 * rows), squeeze=False,
+            gridspec_kw={"height_ratios": [3, 1] * rows},
         )  # fmt: skip
-        for draw, (above, below) in zip(panels, axes.T, strict=True):
+        places = [
+            (axes[2 * row, column], axes[2 * row + 1, column]) for row in range(rows) for column in range(columns)
+        ]
+        for draw, (above, below) in zip(panels, places, strict=False):
             draw(above, below)
             below.axhline(0, color=GREY, linewidth=0.8)
-            above.legend(loc="upper left")
+            above.legend(loc="best")
+        for pair in places[len(panels) :]:
+            for unused in pair:
+                unused.set_axis_off()
         file = directory / "identify.png"
         figure.savefig(file)
         pyplot.close(figure)
