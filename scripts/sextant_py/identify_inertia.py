@@ -78,7 +78,7 @@ def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
     values = np.linalg.lstsq(scaled, measured, rcond=None)[0] / scale
     rest = measured - columns @ values
     variance = float(rest @ rest) / (WINDOWS - UNKNOWNS)
-    sigma = math.sqrt(variance * np.linalg.inv(scaled.T @ scaled)[0, 0]) / scale[0]
+    sigma = math.sqrt(variance * np.linalg.pinv(scaled.T @ scaled, hermitian=True)[0, 0]) / scale[0]
     j, b, coulomb, load = (float(one) for one in values)
     if not (math.isfinite(j) and j > 0):
         raise UserError("the speed does not follow the torque as that of an inertia does: see the trace of the course.")
