@@ -11,6 +11,7 @@ from .identify_files import Results, report, told, write_files
 from .identify_fit import Setup, fit
 from .identify_inertia import Inertia, check_turning
 from .identify_machine import inertia_of
+from .identify_no_load import NoLoad
 from .identify_picture import write_picture
 from .identify_run import (
     CONTROL,
@@ -20,6 +21,7 @@ from .identify_run import (
     inertia_course,
     measure_inertia,
     measure_levels,
+    measure_no_load,
     measure_tones,
     plant_of,
     settled_by,
@@ -31,7 +33,7 @@ EXAMPLES = """examples:
   scripts/identify configs/ecu_foc.toml
   scripts/identify my_drive.toml --out out/mine       a file of sextant-ecu or sextant-mil
   scripts/identify my_drive.toml --only dead_time     dead time and stator resistance alone
-  scripts/identify my_drive.toml --only dead_time,impedance,inertia
+  scripts/identify my_drive.toml --only dead_time,impedance,no_load,inertia
   scripts/identify my_drive.toml --limit-a 8          with less current than magnetising takes
   scripts/identify my_drive.toml --threshold-v 1.1    the voltage of a switch is known
   scripts/identify my_drive.toml --set plant.inverter.dead_time_us=2
@@ -42,6 +44,8 @@ Without torque, on a shaft that stands still, the drive leads a current along ph
   impedance   as sines of several frequencies above a direct current, which tell R_s, leakage inductance, rotor
               resistance and magnetising inductance
 On a shaft that is free to turn, and only if it is named, field-oriented control by what was found before leads
+  no_load     the shaft to a quarter of the base speed and lets it coast, which tells the magnetising inductance at the
+              whole flux, of iron that saturates too; needs impedance
   inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions
 DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the machine,
 DIR/identify.png a panel of each. Files of a drive take them in by [drive] inverter = "inverter.toml" and
@@ -49,9 +53,9 @@ DIR/identify.png a panel of each. Files of a drive take them in by [drive] inver
 
 Dead time and threshold voltage are one number at one link voltage: without --threshold-v the dead time stands for both.
 The resistance contains cables, and the slope resistance of the switches beyond drive.inverter.slope_ohm."""
-DEAD_TIME, IMPEDANCE, INERTIA = "dead_time", "impedance", "inertia"
+DEAD_TIME, IMPEDANCE, NO_LOAD, INERTIA = "dead_time", "impedance", "no_load", "inertia"
 STANDSTILL = (DEAD_TIME, IMPEDANCE)
-PARTS = (*STANDSTILL, INERTIA)
+PARTS = (*STANDSTILL, NO_LOAD, INERTIA)
 FAR = 1.5  # ratio of the inertia to that of the course, beyond which a course by it follows
 
 
@@ -86,6 +90,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as sextant-mil takes it")
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
+    if NO_LOAD in options.only and IMPEDANCE not in options.only:
+        parser.error(f"--only: {NO_LOAD} needs {IMPEDANCE}, which tells the leakage inductance")
     if options.threshold_v is not None and not (math.isfinite(options.threshold_v) and options.threshold_v >= 0):
         parser.error("--threshold-v: expected a voltage from 0 on")
     if options.limit_a is not None and not (math.isfinite(options.limit_a) and options.limit_a > 0):
@@ -143,17 +149,28 @@ def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespa
         known = (found.r_s_ohm, found.r_s_sigma_ohm)
         impedance = identify_impedance.fit(blocks, plant.timing, impedance.machine, setup.slope_ohm, known)
     results = Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
+    if NO_LOAD in options.only:
+        results = replace(results, no_load=magnetising_at_no_load(free, results))
     return replace(results, inertia=inertia_of_shaft(free, results)) if INERTIA in options.only else results
+
+
+def magnetising_at_no_load(plant: Plant, results: Results) -> NoLoad:
+    """The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux needs."""
+    course, speed = inertia_course(plant, plant.estimate.terminals, inertia_of(plant.configuration))
+    known = {key: value for key, value in told(results).items() if not key.endswith(".l_m_h")}
+    found = measure_no_load(plant, known, course)
+    check_turning(abs(found.speed), speed)
+    return found
 
 
 def inertia_of_shaft(plant: Plant, results: Results) -> Inertia:
     """By a second course where the first one was far from the speed that is due."""
     inertia = inertia_of(plant.configuration)
-    machine = results.impedance.machine if results.impedance else plant.estimate.terminals
+    machine = results.machine or plant.estimate.terminals
     for _ in range(2):
         course, speed = inertia_course(plant, machine, inertia)
         found = measure_inertia(plant, told(results), course)
-        check_turning(found, speed)
+        check_turning(found.fastest, speed)
         if max(found.inertia / inertia, inertia / found.inertia) < FAR:
             break
         inertia = found.inertia

@@ -7,6 +7,8 @@ from pathlib import Path
 from .identify_fit import Found, Level, Setup
 from .identify_impedance import Impedance, sampled_impedance
 from .identify_inertia import Inertia
+from .identify_machine import InverseGamma
+from .identify_no_load import NoLoad
 from .sweep_file import Settings
 
 
@@ -19,7 +21,16 @@ class Results:
     found: Found | None = None
     impedance: Impedance | None = None
     split: float = 1.0  # L_ls/L_lr of the drive's estimate
+    no_load: NoLoad | None = None
     inertia: Inertia | None = None
+
+    @property
+    def machine(self) -> InverseGamma | None:
+        """By the tones, with the magnetising inductance of the coasting shaft where it was measured."""
+        if not self.impedance:
+            return None
+        machine = self.impedance.machine
+        return self.no_load.of(machine) if self.no_load else machine
 
 
 def told_dead_time_us(found: Found) -> float:
@@ -61,14 +72,15 @@ def _machine_lines(results: Results) -> list[str]:
     lines = [f"r_s_ohm = {r_s:.5g}  # standard deviation {sigma:.2g} ohm, at the temperature of the measurement"]
     if not tones:
         return [*lines, *shaft]
-    machine, deviations = tones.machine.t_circuit(results.split), tones.deviations
+    machine, deviations = results.machine.t_circuit(results.split), tones.deviations
+    l_m_deviation = results.no_load.sigma if results.no_load else deviations.l_magnetising
     return [
         *lines,
         f"r_r_ohm = {machine.r_r:.5g}  # {100 * deviations.r_rotor:.2g} %, at the temperature of the measurement",
         f"# L_ls/L_lr, {results.split:.3g}, is that of the estimate: no terminal shows it.",
         f"l_ls_h = {machine.l_ls:.5g}  # {100 * deviations.leakage:.2g} %",
         f"l_lr_h = {machine.l_lr:.5g}  # the same",
-        f"l_m_h = {machine.l_m:.5g}  # {100 * deviations.l_magnetising:.2g} %",
+        f"l_m_h = {machine.l_m:.5g}  # {100 * l_m_deviation:.2g} %",
         *shaft,
     ]
 
@@ -82,7 +94,7 @@ def told(results: Results) -> Settings:
         settings["drive.inverter.threshold_v"] = results.setup.threshold_v
         settings["control.machine_estimate.r_s_ohm"] = results.found.r_s_ohm
     if results.impedance:
-        machine = results.impedance.machine.t_circuit(results.split)
+        machine = results.machine.t_circuit(results.split)
         values = {"r_r_ohm": machine.r_r, "l_ls_h": machine.l_ls, "l_lr_h": machine.l_lr, "l_m_h": machine.l_m}
         settings |= {f"control.machine_estimate.{key}": value for key, value in values.items()}
     return settings
@@ -145,6 +157,15 @@ def _tone_report(results: Results) -> list[str]:
     ]
 
 
+def _no_load_report(found: NoLoad, results: Results) -> list[str]:
+    circuit = results.machine.t_circuit(results.split)
+    return [
+        f"no load     {found.flux_wb:.4g} Wb at {found.current_a:.4g} A and {found.speed:.3g} rad/s",
+        f"L_m         {1e3 * circuit.l_m:.5g} mH, {100 * found.sigma:.2g} %, at this flux"
+        f"  (k_r L_m {1e3 * results.machine.l_magnetising:.5g} mH)",
+    ]
+
+
 def _inertia_report(found: Inertia) -> list[str]:
     return [
         f"J           {found.inertia:.5g} kg·m², standard deviation {found.sigma:.2g} kg·m², at up to "
@@ -157,4 +178,5 @@ def report(results: Results) -> str:
     """Tables of the levels and tones, and the result."""
     lines = _level_report(results.levels, results.found, results.setup) if results.found else []
     lines += _tone_report(results) if results.impedance else []
+    lines += _no_load_report(results.no_load, results) if results.no_load else []
     return "\n".join([*lines, *(_inertia_report(results.inertia) if results.inertia else [])])

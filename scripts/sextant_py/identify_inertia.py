@@ -78,7 +78,7 @@ def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
     values = np.linalg.lstsq(scaled, measured, rcond=None)[0] / scale
     rest = measured - columns @ values
     variance = float(rest @ rest) / (WINDOWS - UNKNOWNS)
-    sigma = math.sqrt(variance * np.linalg.inv(scaled.T @ scaled)[0, 0]) / scale[0]
+    sigma = math.sqrt(variance * np.linalg.pinv(scaled.T @ scaled, hermitian=True)[0, 0]) / scale[0]
     j, b, coulomb, load = (float(one) for one in values)
     if not (math.isfinite(j) and j > 0):
         raise UserError("the speed does not follow the torque as that of an inertia does: see the trace of the course.")
@@ -87,9 +87,10 @@ def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
     return Inertia(j, sigma, b, coulomb, load, time, speed, fitted, torque)
 
 
-def check_turning(found: Inertia, wanted: float) -> None:
-    if found.fastest < LEAST_TURNING * wanted:
+def check_turning(fastest: float, wanted: float) -> None:
+    """Refuses a shaft that is held. [rad/s]"""
+    if fastest < LEAST_TURNING * wanted:
         raise UserError(
-            f"the shaft reaches {found.fastest:.3g} rad/s where {wanted:.3g} rad/s are due: the inertia needs a shaft "
+            f"the shaft reaches {fastest:.3g} rad/s where {wanted:.3g} rad/s are due: this course needs a shaft "
             "that is free to turn, and machine.inertia_kg_m2 within ten times of it."
         )

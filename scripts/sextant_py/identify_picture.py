@@ -12,6 +12,7 @@ from .figure_style import STYLE
 from .identify_files import Results
 from .identify_impedance import Impedance, sampled_impedance
 from .identify_inertia import Inertia
+from .identify_no_load import NoLoad
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,16 +54,29 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
         above.plot(hertz * fine, part(curve), color=color, linewidth=1.2)
         above.plot(hertz * omega, part(measured), "o", color=color, label=name)
         below.plot(hertz * omega, part(rest), "o", color=color)
-    above.set_xscale("log")
+    for axis in (above, below):
+        axis.set_xscale("log")
     machine, deviations = found.machine, found.deviations
     above.set_title(
-        f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,  "
+        f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,\n"
         f"k_r² R_r {machine.r_rotor:.3g} Ω ± {100 * deviations.r_rotor:.2g} %,  "
         f"k_r L_m {1e3 * machine.l_magnetising:.3g} mH ± {100 * deviations.l_magnetising:.2g} %"
     )
     above.set_ylabel("impedance at standstill (Ω)")
     below.set_ylabel("measured by fit (%)")
     below.set_xlabel("frequency (Hz)")
+
+
+def _draw_no_load(above: Axes, below: Axes, found: NoLoad) -> None:
+    parts = np.arange(1, len(found.parts_h) + 1)
+    values = 1e3 * np.array(found.parts_h)
+    above.plot([0, found.current_a], [0, found.flux_wb], "o-", color=BLUE, label=f"at {found.speed:.3g} rad/s")
+    above.set_title(f"L_s {1e3 * found.l_s:.4g} mH ± {100 * found.sigma:.2g} % at {found.flux_wb:.3g} Wb")
+    above.set_ylabel("stator flux without torque (Wb)")
+    above.set_xlabel("current (A)")
+    below.plot(parts, 100 * (values / values.mean() - 1), "o", color=BLUE)
+    below.set_ylabel("by mean (%)")
+    below.set_xlabel("part of the time at no load")
 
 
 def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
@@ -77,7 +91,7 @@ def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
 
 
 def write_picture(directory: Path, results: Results) -> Path:
-    """identify.png, with a column for each of what was measured."""
+    """identify.png, with a panel for each of what was measured."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -88,17 +102,27 @@ def write_picture(directory: Path, results: Results) -> Path:
         panels.append(lambda above, below: _draw_levels(above, below, results))
     if results.impedance:
         panels.append(lambda above, below: _draw_tones(above, below, results.impedance))
+    if results.no_load:
+        panels.append(lambda above, below: _draw_no_load(above, below, results.no_load))
     if results.inertia:
         panels.append(lambda above, below: _draw_inertia(above, below, results.inertia))
     with mpl.rc_context(STYLE):
+        columns = min(2, len(panels))
+        rows = -(-len(panels) // columns)
         figure, axes = pyplot.subplots(
-            2, len(panels), figsize=(6.4 * len(panels), 5.4), sharex="col", squeeze=False,
-            gridspec_kw={"height_ratios": [3, 1]},
+            2 * rows, columns, figsize=(6.4 * columns, 5.4 * rows), squeeze=False,
+            gridspec_kw={"height_ratios": [3, 1] * rows},
         )  # fmt: skip
-        for draw, (above, below) in zip(panels, axes.T, strict=True):
+        places = [
+            (axes[2 * row, column], axes[2 * row + 1, column]) for row in range(rows) for column in range(columns)
+        ]
+        for draw, (above, below) in zip(panels, places, strict=False):
             draw(above, below)
             below.axhline(0, color=GREY, linewidth=0.8)
-            above.legend(loc="upper left")
+            above.legend(loc="best")
+        for pair in places[len(panels) :]:
+            for unused in pair:
+                unused.set_axis_off()
         file = directory / "identify.png"
         figure.savefig(file)
         pyplot.close(figure)

@@ -6,6 +6,8 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from . import torque_map_file
 from .errors import UserError
 from .identify_fit import Level
@@ -13,19 +15,21 @@ from .identify_impedance import Block, Timing
 from .identify_inertia import Course, Inertia
 from .identify_inertia import fit as fit_inertia
 from .identify_machine import InverseGamma, TCircuit, estimate_of
+from .identify_no_load import NoLoad
+from .identify_no_load import fit as fit_no_load
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
 from .torque_map_drive import SHORT, Drive, summary_of, words
 
 CONTROL = "control.commissioning."
-LEVELS, TONES, INERTIA = "levels", "tones", "inertia"
-SHAFT_CHANNELS = ("speed_rad_s", "torque_mean_nm")
+LEVELS, TONES, NO_LOAD, INERTIA = "levels", "tones", "no_load", "inertia"
 LEVEL_CHANNELS = ("level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
 TONE_CHANNELS = ("tone_periods", "tone_sine_a", "tone_cosine_a", "tone_sine_v", "tone_cosine_v")
 CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
 # Dead time by the control period that an unknown inverter has at most: two standard deviations of what the protections
 # are told that they do not know of the voltage.
 MOST_DEAD_TIME = 0.1
+DRIVE_LIMIT = 1.55  # by the current of the flux, that the drive's limit has at least
 LOWEST_SHARE = 0.2 * 0.95  # of the current limit, at the lowest level
 STEPS = 4  # of the converter, and standard deviations of noise, that the currents of phases b and c have at least
 # Electrical angle by which a shaft may turn within the rotor's time constant: the rotor's branch of the impedance
@@ -225,7 +229,6 @@ def measure_tones(plant: Plant) -> list[Block]:
 def read_rows(file: Path, count: int) -> list[dict[str, float]]:
     """The channels of a trace behind each of so many levels, in order."""
     import h5py
-    import numpy as np
 
     with h5py.File(file) as trace:
         values = {name: np.asarray(trace[f"control/{name}"]) for name in CHANNELS}
@@ -259,24 +262,58 @@ def inertia_course(plant: Plant, machine: InverseGamma, inertia: float) -> tuple
     return Course(float(f"{torque:.4g}"), begin, max(0.02, inertia * speed / torque)), speed
 
 
-def measure_inertia(plant: Plant, told: Settings, course: Course) -> Inertia:
-    """By field-oriented control that is told what was found before."""
-    period_us = plant.configuration["drive.period_us"]
-    settings: Settings = told | {
-        "control.controller": "foc",
-        "drive.magnetise_first": True,
-        "drive.current_limit_a": plant.configuration[f"{CONTROL}current_limit_a"],
-        "load.kind": "torque",
-        "profile.torque_nm.shape": "steps",
-        "profile.torque_nm.points": course.points,
-        "duration_s": round(course.end_s + 0.05, 6),
-        "trace.interval_us": period_us * max(1, round(course.part_s / 100 / (1e-6 * period_us))),
-        "trace.signals": list(SHAFT_CHANNELS),
-    }
+def _shaft_run(plant: Plant, name: str, settings: Settings, columns: tuple[str, ...]) -> list[np.ndarray]:
+    """Times [s] and columns of a run of field-oriented control on a free shaft.
+
+    Flux and torque of the course keep the current below the limit. That of the drive must leave half of the flux's
+    current for torque, and may lie above it by that.
+    """
     import h5py
 
-    with h5py.File(_run(plant, INERTIA, settings)) as trace:
-        time = 1e-9 * trace["t_ns"][()]
-        speed, torque = (trace[name][()].astype(float) for name in SHAFT_CHANNELS)
+    limit = plant.configuration[f"{CONTROL}current_limit_a"]
+    gamma = plant.estimate.terminals
+    inductances = [gamma.leakage + gamma.l_magnetising, settings.get("control.machine_estimate.l_m_h", math.inf)]
+    flux_current = plant.configuration["control.flux_reference_wb"] / min(inductances)
+    common: Settings = {
+        "control.controller": "foc",
+        "drive.magnetise_first": True,
+        "drive.current_limit_a": max(limit, DRIVE_LIMIT * flux_current),
+        "load.kind": "torque",
+        "profile.torque_nm.shape": "steps",
+        "trace.signals": list(columns),
+    }
+    with h5py.File(_run(plant, name, common | settings)) as trace:
+        return [1e-9 * trace["t_ns"][()], *(trace[column][()].astype(float) for column in columns)]
+
+
+def _interval(plant: Plant, wanted_s: float) -> float:
+    """Of a trace: about so long, in whole control periods. [us]"""
+    period_us = plant.configuration["drive.period_us"]
+    return period_us * max(1, round(1e6 * wanted_s / period_us))
+
+
+def measure_inertia(plant: Plant, told: Settings, course: Course) -> Inertia:
+    """By a drive that is told what was found before."""
+    settings = told | {
+        "profile.torque_nm.points": course.points,
+        "duration_s": round(course.end_s + 0.05, 6),
+        "trace.interval_us": _interval(plant, course.part_s / 100),
+    }
+    time, speed, torque = _shaft_run(plant, INERTIA, settings, ("speed_rad_s", "torque_mean_nm"))
     within = (time >= course.begin_s - 0.1 * course.part_s) & (time <= course.end_s + 0.02)
     return fit_inertia(time[within], speed[within], torque[within])
+
+
+def measure_no_load(plant: Plant, told: Settings, course: Course) -> NoLoad:
+    """The shaft coasts after the first part of the course, for as long as three time constants of the rotor by the
+    estimate take and 0.3 s more, which count."""
+    coasts = course.begin_s + course.part_s
+    counts = coasts + 3 * plant.estimate.terminals.tau_r
+    settings = told | {
+        "profile.torque_nm.points": [*course.points[:2], [round(coasts, 6), 0.0]],
+        "duration_s": round(counts + 0.3, 6),
+        "trace.interval_us": _interval(plant, 1e-3),
+    }
+    columns = ("flux_mean_wb", "current_mean_a", "speed_rad_s")
+    time, *values = _shaft_run(plant, NO_LOAD, settings, columns)
+    return fit_no_load(*(one[time >= counts] for one in values))

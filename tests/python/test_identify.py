@@ -190,11 +190,28 @@ def test_a_free_shaft_tells_its_inertia_whatever_the_load(tmp_path: Path) -> Non
     assert (tmp_path / "identify.png").stat().st_size > 10_000
 
 
+def test_iron_that_saturates_shows_its_inductance_at_the_whole_flux_at_no_load(tmp_path: Path) -> None:
+    """That of the machine's file, by `machine_flux_wb`; for small changes about a direct current it is far less."""
+    file = drive_file(tmp_path, "[plant.saturation]\nknee_wb = 1.1\nmachine_flux_wb = 1.1\n")
+    words = [str(file), "--only", "dead_time,impedance,no_load", "--out", str(tmp_path)]
+    for key in ("drive.period_us=125", "plant.inverter.dead_time_us=1.5"):
+        words += ["--set", key]
+    assert identify.main([*words, "--mil", str(program("sextant-mil"))]) == 0
+    told = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
+    assert told["l_m_h"] == pytest.approx(26.13 / (100 * math.pi), rel=0.05)
+
+
 def test_a_shaft_that_is_held_is_refused(tmp_path: Path) -> None:
     file = drive_file(tmp_path, "[control.machine_estimate]\ninertia_kg_m2 = 0.089\n")
     with pytest.raises(UserError, match="free to turn") as refused:
         identify.main(shaft_words(file, tmp_path, "machine.inertia_kg_m2=100"))
     assert "\n" not in str(refused.value)
+
+
+def test_no_load_without_the_leakage_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        identify.parse_arguments(["x.toml", "--only", "no_load"])
+    assert "no_load needs impedance" in capsys.readouterr().err
 
 
 def refusal(file: Path, *words: str) -> str:

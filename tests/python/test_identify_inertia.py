@@ -65,6 +65,17 @@ def test_friction_load_and_noise_leave_the_inertia_within_its_deviation() -> Non
         assert found.load_nm == pytest.approx(load, abs=0.02 * torque)
 
 
+def test_a_shaft_that_a_load_keeps_turning_one_way_tells_its_inertia() -> None:
+    """Friction and load look alike then."""
+    course = Course(10, 0.1, 0.2)
+    time = np.linspace(0, 1, 600)
+    speed = -100 + speeds(course, time, 0.1, 0, 0, 2)
+    assert np.all(speed < 0)
+    found = fit(time, speed, mean_torque(course, time))
+    assert found.inertia == pytest.approx(0.1, rel=0.01)
+    assert found.load_nm - found.coulomb_nm == pytest.approx(2, abs=0.1)
+
+
 def test_a_speed_against_the_torque_is_refused() -> None:
     course = Course(10, 0.1, 0.2)
     time = np.linspace(0, 1, 400)

@@ -1,0 +1,45 @@
+"""Magnetising inductance at the whole flux, of a shaft that coasts.
+
+Without torque there is no slip, and the stator flux is L_s i: the drive's estimate of the flux, which at speed follows
+from the volt-seconds, and the measured current give L_s at that flux, however the iron saturates.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .errors import UserError
+from .identify_machine import InverseGamma
+
+PARTS = 10  # of the window, whose means scatter
+
+
+@dataclass(frozen=True)
+class NoLoad:
+    """What the coasting machine shows."""
+
+    flux_wb: float
+    current_a: float
+    sigma: float  # relative standard deviation of L_s
+    speed: float  # [rad/s]
+    parts_h: tuple[float, ...]  # L_s by the parts of the window
+
+    @property
+    def l_s(self) -> float:
+        """[H]"""
+        return self.flux_wb / self.current_a
+
+    def of(self, machine: InverseGamma) -> InverseGamma:
+        """The machine with L_M = L_s − σL_s at this flux."""
+        return replace(machine, l_magnetising=self.l_s - machine.leakage)
+
+
+def fit(flux: np.ndarray, current: np.ndarray, speed: np.ndarray) -> NoLoad:
+    """Of samples over the time without torque. [Wb], [A], [rad/s]"""
+    if flux.size < 2 * PARTS or not np.all(current > 0):
+        raise UserError("the drive was not magnetised while the shaft coasted: see the trace of no_load.")
+    ratios = np.array([np.mean(f) / np.mean(i) for f, i in zip(
+        np.array_split(flux, PARTS), np.array_split(current, PARTS), strict=True)])  # fmt: skip
+    sigma = float(np.std(ratios, ddof=1) / np.mean(ratios)) / math.sqrt(PARTS)
+    return NoLoad(float(np.mean(flux)), float(np.mean(current)), sigma, float(np.mean(speed)), tuple(ratios))
