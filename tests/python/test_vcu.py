@@ -140,7 +140,10 @@ def test_a_drive_with_another_contract_is_said(bus_address: str, long_profile: P
         wait_for_disables(drive, 1)
 
 
-def test_two_drives_on_one_bus_each_follow_their_own_vehicle(bus_address: str, profile: Path) -> None:
+def test_two_drives_on_one_bus_each_follow_their_own_vehicle(bus_address: str, tmp_path: Path) -> None:
+    # Long enough for a machine that stands still for a while: the torque has to be seen.
+    profile = tmp_path / "seconds.csv"
+    profile.write_text("time_s,torque_nm\n0,20\n4,20\n4,0\n")
     with FakeDrive(bus_address) as first, FakeDrive(bus_address, identifier_offset=32) as second:
         vcu = start(bus_address, profile, "--identifier-offset", "32")
         _, errors = vcu.communicate(timeout=240)
