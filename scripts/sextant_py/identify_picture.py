@@ -56,6 +56,7 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
         below.plot(hertz * omega, part(rest), "o", color=color)
     for axis in (above, below):
         axis.set_xscale("log")
+        axis.xaxis.set_minor_formatter("")
     machine, deviations = found.machine, found.deviations
     above.set_title(
         f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,\n"
