@@ -97,9 +97,7 @@ TEST(PlantHeating, EveryIntegratorTakesTheNewResistances) {
   const auto course = [&p](PlantIntegrator<Plant>& integrator) {
     Plant plant = metered(p);
     plant.set_speed(100);
-    PlantInputs<double> inputs = supply();
-    inputs.imposed_speed = true;  // by which the exact integrator would keep its transition
-    plant.set_inputs(inputs);
+    plant.set_inputs(supply());
     double factor = 1;
     for (const SwitchState state : switching_sequence(800, 5)) {
       factor += 5e-4;
