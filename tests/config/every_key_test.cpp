@@ -172,13 +172,27 @@ std::vector<Kind> kinds() {
                "plant.driveline.backlash_rad",
                "plant.driveline.gear_ratio"});
     if (kind.name == "plant") continue;
-    add(kind, {"machine.reactance_frequency_hz", "drive.period_us", "drive.sampling_lead_us",
-               "drive.inverter.dead_time_us", "drive.current_limit_a", "control.flux_reference_wb",
-               "control.foc.bandwidth_rad_s", "control.pwm_dtc.bandwidth_rad_s",
-               "control.feedback_linearisation.bandwidth_rad_s", "control.machine_estimate.r_s_ohm",
-               "command.timeout_ms", "command.status_timeout_ms", "capability.base_speed_rad_s",
-               "protection.over_current_a", "protection.dc_over_voltage_v", "protection.over_speed_rad_s",
-               "protection.dc_under_voltage_v", "protection.winding.warning_c", "plant.u_dc_v"});
+    add(kind, {"machine.reactance_frequency_hz",
+               "drive.period_us",
+               "drive.sampling_lead_us",
+               "drive.inverter.dead_time_us",
+               "drive.current_limit_a",
+               "control.flux_reference_wb",
+               "control.foc.bandwidth_rad_s",
+               "control.pwm_dtc.bandwidth_rad_s",
+               "control.feedback_linearisation.bandwidth_rad_s",
+               "control.commissioning.lowest_tone_hz",
+               "control.commissioning.highest_tone_hz",
+               "control.machine_estimate.r_s_ohm",
+               "command.timeout_ms",
+               "command.status_timeout_ms",
+               "capability.base_speed_rad_s",
+               "protection.over_current_a",
+               "protection.dc_over_voltage_v",
+               "protection.over_speed_rad_s",
+               "protection.dc_under_voltage_v",
+               "protection.winding.warning_c",
+               "plant.u_dc_v"});
   }
   return list;
 }

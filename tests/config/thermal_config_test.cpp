@@ -117,13 +117,14 @@ TEST(ThermalConfig, ALivePlantHasTheResistancesOfItsTemperatures) {
     p.thermal = load_ecu_config(shipped_ecu, whole).drive.plant.thermal;
     p.io.u_dc = 15;
     p.io.period_ns = 1'000'000;
-    if (linked) p.link = {1e-3, 1e-6};
+    const double source = linked ? 0.05 : 0.0;
+    if (linked) p.link = {1e-3, source};
     LivePowerStage stage{p, {}};
     Measurement<double> measured = stage.io().read(0);
     for (std::int64_t t_ns = 0; t_ns < 2'000'000'000; measured = stage.io().read(t_ns += p.io.period_ns))
       stage.io().write({switch_states[1], p.io.period_ns});
     ASSERT_TRUE(measured.plausible);
-    EXPECT_NEAR(measured.i_abc.a, 10 / (0.435 * 1.25025), 0.01);
+    EXPECT_NEAR(measured.i_abc.a, 10 / (0.435 * 1.25025 + 2.0 / 3.0 * source), 0.03);
   }
 }
 

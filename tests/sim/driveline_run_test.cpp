@@ -51,7 +51,9 @@ TEST(DrivelineRun, EnergyClosesOverTheRun) {
        {IntegratorKind::fixed, IntegratorKind::erk, IntegratorKind::cvode}) {
     for (const double capacitance : {0.0, 1e-3}) {
       SCOPED_TRACE(std::to_string(int(integrator)) + ", " + std::to_string(capacitance) + " F");
-      auto config = config_with({0.2, 800, 0.4, 0.03}, "[[0, 0], [0.3, 40], [0.5, -60], [0.7, 20]]", 0.9, 5);
+      // Within a gap the shaft may end without twist.
+      const double gap = capacitance > 0 ? 0.0 : 0.03;
+      auto config = config_with({0.2, 800, 0.4, gap}, "[[0, 0], [0.3, 40], [0.5, -60], [0.7, 20]]", 0.9, 5);
       config.drive.plant.integrator = integrator;
       config.drive.plant.plant.viscous_friction = 0.01;
       if (capacitance > 0) config.drive.plant.link = {capacitance, 0.2};
@@ -63,7 +65,9 @@ TEST(DrivelineRun, EnergyClosesOverTheRun) {
       for (const Metric each : {Metric::energy_friction, Metric::energy_damping, Metric::energy_kinetic})
         EXPECT_GT(m[each], 0.1);
       EXPECT_GT(std::abs(m[Metric::energy_load]), 0.1);
-      EXPECT_GT(std::abs(m[Metric::energy_elastic]), 1e-3);
+      if (gap == 0) {
+        EXPECT_GT(std::abs(m[Metric::energy_elastic]), 1e-3);
+      }
       const double given = m[Metric::energy_friction] + m[Metric::energy_damping] + m[Metric::energy_load] +
                            m[Metric::energy_kinetic] + m[Metric::energy_elastic];
       EXPECT_NEAR(given, m[Metric::energy_shaft], 1e-6 * (std::abs(given) + m[Metric::energy_copper]));

@@ -55,7 +55,7 @@ TEST(ThermalRun, HeatIsWhatIsLostAndTheEnergyCloses) {
     if (integrator != IntegratorKind::exact) config.drive.plant.plant.iron_loss = {600, 900, 314};
     const MilResult result = run_on<MeteredPowerStage>(config);
     EXPECT_TRUE(result.plant_healthy);
-    EXPECT_LT(result.metrics[Metric::energy_unaccounted], 1e-6);
+    EXPECT_LT(result.metrics[Metric::energy_unaccounted], 1e-5) << "restarted in every period";
     expect_heat(result.metrics);
   }
 }
