@@ -68,6 +68,11 @@ def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
     """Of samples [s], [rad/s]; the torque is the mean over the interval before each [N·m]."""
     if time.size < 4 * WINDOWS:
         raise UserError(f"{time.size} samples do not tell the inertia; {4 * WINDOWS} are needed at least.")
+    if not np.min(speed) < 0 < np.max(speed):
+        raise UserError(
+            "the shaft does not turn in both directions, which tells inertia and load apart: it must be free to turn, "
+            "and a load less than the torque of the course, which --limit-a raises."
+        )
     ends = np.linspace(0, time.size - 1, WINDOWS + 1).round().astype(int)
     sums = [speed, _integral(speed, time), _integral(np.sign(speed), time), time - time[0]]
     columns = np.column_stack([np.diff(one[ends]) for one in sums])

@@ -83,3 +83,13 @@ def test_a_speed_against_the_torque_is_refused() -> None:
         fit(time, -speeds(course, time, 0.1, 0, 0, 0), mean_torque(course, time))
     with pytest.raises(UserError, match="64 are needed"):
         fit(time[:30], time[:30], time[:30])
+
+
+@pytest.mark.parametrize("lowest", [0.0, 5.0])
+def test_a_shaft_that_does_not_turn_in_both_directions_is_refused(lowest: float) -> None:
+    """Held, as an encoder shows it, or turned by a load that is larger than the torque."""
+    course = Course(10, 0.1, 0.2)
+    time = np.linspace(0, 1, 400)
+    with pytest.raises(UserError, match="free to turn") as refused:
+        fit(time, lowest * (1 + time), mean_torque(course, time))
+    assert "\n" not in str(refused.value)
