@@ -338,8 +338,7 @@ void describe(Section root, ScenarioConfig& c) {
   Section trace = root.section("trace");
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us",
                "one row of the trace: a whole number of control periods or a whole part of one");
-  trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
-              signals_text(),
+  trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods), signals_text(),
               "what the trace holds beside the time");
   trace.check(scenario.trace);
   trace.check([&c] { return validate_signals(c); });
