@@ -1,5 +1,6 @@
 """Commands to a drive on an absolute schedule."""
 
+import threading
 import time
 from typing import Protocol
 
@@ -27,7 +28,8 @@ class Clock:
 
 
 class Commander:
-    """Sends commands on an absolute schedule and, unless told otherwise, remembers them."""
+    """Sends commands on an absolute schedule and, unless told otherwise, remembers them. Frames of several threads have
+    their counters in the order in which the bus gets them."""
 
     def __init__(
         self,
@@ -45,6 +47,7 @@ class Commander:
         self._period_ns = round(period_s * 1e9)
         self._torque_limit_nm = torque_limit_nm
         self._keeps_log = keeps_log
+        self._lock = threading.Lock()  # counter and wrong frames
         self._counter = 0
         self._next_ns = self._clock.now_ns()
         self._wrong: tuple[Wrong, int] | None = None  # and for how many frames more
@@ -66,19 +69,21 @@ class Commander:
 
     def spoil(self, kind: str, frames: int = 1) -> None:
         """The next frames are wrong, by a kind of WRONG."""
-        self._wrong = (WRONG[kind], frames) if frames else None
+        with self._lock:
+            self._wrong = (WRONG[kind], frames) if frames else None
 
     def send(self, torque_nm: float, enable: bool, fault_reset: bool = False) -> None:
         signals = {"TorqueRequest": torque_nm, "TorqueLimit": self._torque_limit_nm}
         signals |= {"Enable": int(enable), "FaultReset": int(fault_reset)}
-        wrong = self._next_wrong()
-        counter = (self._counter + (wrong.skip if wrong else 0)) % e2e.COUNTER_COUNT
-        frame = self._contract.encode(COMMAND, signals, counter)
-        if wrong:
-            frame = wrong.frame(self._contract, frame, counter)
-        if frame is not None:
-            self._put(frame, (torque_nm, enable, counter))
-        self._counter = (counter + (wrong.advance if wrong else 1)) % e2e.COUNTER_COUNT
+        with self._lock:
+            wrong = self._next_wrong()
+            counter = (self._counter + (wrong.skip if wrong else 0)) % e2e.COUNTER_COUNT
+            frame = self._contract.encode(COMMAND, signals, counter)
+            if wrong:
+                frame = wrong.frame(self._contract, frame, counter)
+            if frame is not None:
+                self._put(frame, (torque_nm, enable, counter))
+            self._counter = (counter + (wrong.advance if wrong else 1)) % e2e.COUNTER_COUNT
 
     def _next_wrong(self) -> Wrong | None:
         if self._wrong is None:

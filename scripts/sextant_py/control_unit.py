@@ -1,5 +1,6 @@
 """A vehicle control unit for one drive: `sextant.Vcu`. scripts/vcu and the dashboard command by it."""
 
+import math
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -195,12 +196,7 @@ class Vcu:
 
     def demand(self, torque_nm: float = 0.0, enable: bool = False, fault_reset: bool = False) -> None:
         """What each frame from now on says."""
-        smallest_nm, largest_nm = self.contract.limits(COMMAND, "TorqueRequest")
-        if not smallest_nm <= torque_nm <= largest_nm:
-            wrong = 'spoil("range") sends one beyond it on purpose'
-            raise UserError(
-                f"the torque {torque_nm:g} N·m leaves the contract's {smallest_nm:g} to {largest_nm:g} N·m; {wrong}."
-            )
+        self._check_torque(torque_nm)
         self._demand = (float(torque_nm), bool(enable), bool(fault_reset))
 
     def spoil(self, kind: str, frames: int = 1) -> None:
@@ -220,6 +216,7 @@ class Vcu:
 
     def send(self, torque_nm: float, enable: bool, fault_reset: bool = False) -> None:
         """One frame at once, of the contract's range, beside what is demanded."""
+        self._check_torque(torque_nm)
         self._commander.send(torque_nm, enable, fault_reset)
 
     def step(self) -> None:
@@ -229,17 +226,30 @@ class Vcu:
 
     def run(self, duration_s: float) -> None:
         """Sends what is demanded for so long, whatever the drive reports."""
-        for _ in range(round(duration_s / self.period_s)):
+        for _ in range(self._periods(duration_s)):
             self._pass_period()
 
     def run_until(self, condition: Callable[["Vcu"], bool], timeout_s: float = 10.0) -> None:
         """Sends what is demanded until the condition holds; a UserError where it does not within the timeout."""
-        for _ in range(round(timeout_s / self.period_s)):
+        for _ in range(self._periods(timeout_s)):
             if condition(self):
                 return
             self._pass_period()
         if not condition(self):
             raise UserError(f"what was waited for did not come within {timeout_s:g} s; the drive {self._standing()}.")
+
+    def _periods(self, duration_s: float) -> int:
+        if not 0 <= duration_s < math.inf:
+            raise UserError(f"a time of {duration_s:g} s is neither 0 s nor a finite longer one.")
+        return round(duration_s / self.period_s)
+
+    def _check_torque(self, torque_nm: float) -> None:
+        smallest_nm, largest_nm = self.contract.limits(COMMAND, "TorqueRequest")
+        if not smallest_nm <= torque_nm <= largest_nm:
+            wrong = 'spoil("range") sends one beyond it on purpose'
+            raise UserError(
+                f"the torque {torque_nm:g} N·m leaves the contract's {smallest_nm:g} to {largest_nm:g} N·m; {wrong}."
+            )
 
     def _pass_period(self) -> None:
         if self._repeater is None:
@@ -273,6 +283,7 @@ class Vcu:
         """The hand-shake: disable frames until the drive accepts an enable. `progress` is called each period."""
         if not self._replies:
             raise UserError("a log has no drive that could get ready; demand a disable and run for 0.1 s.")
+        self._periods(timeout_s)  # refuses what is no time
         deadline = time.monotonic() + timeout_s
         while not self.is_ready:
             if time.monotonic() > deadline:

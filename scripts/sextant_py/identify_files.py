@@ -57,18 +57,25 @@ def _inverter_lines(found: Found, setup: Setup) -> list[str]:
     return lines + [f"{key} = {value:g}  # as given" for key, value in given.items() if value]
 
 
+def _resistance(results: Results) -> tuple[float, float] | None:
+    """R_s and its standard deviation: of the levels, else of the sines. [ohm]"""
+    if results.found:
+        return results.found.r_s_ohm, results.found.r_s_sigma_ohm
+    if tones := results.impedance:
+        return tones.machine.r_s, tones.machine.r_s * tones.deviations.r_s
+    return None
+
+
 def _machine_lines(results: Results) -> list[str]:
     """The machine's keys with standard deviations; resistances at the temperature of the measurement."""
-    found, tones, inertia = results.found, results.impedance, results.inertia
+    tones, inertia = results.impedance, results.inertia
     shaft = (
         [f"inertia_kg_m2 = {inertia.inertia:.5g}  # standard deviation {inertia.sigma:.2g} kg·m²"] if inertia else []
     )
-    if not found and not tones:
+    resistance = _resistance(results)
+    if not resistance:
         return shaft
-    if found:
-        r_s, sigma = found.r_s_ohm, found.r_s_sigma_ohm
-    else:
-        r_s, sigma = tones.machine.r_s, tones.machine.r_s * tones.deviations.r_s
+    r_s, sigma = resistance
     lines = [f"r_s_ohm = {r_s:.5g}  # standard deviation {sigma:.2g} ohm, at the temperature of the measurement"]
     if not tones:
         return [*lines, *shaft]
@@ -92,7 +99,8 @@ def told(results: Results) -> Settings:
         settings["drive.inverter.dead_time_us"] = told_dead_time_us(results.found)
         settings["drive.inverter.voltage_error_v"] = round(told_voltage_error_v(results.found, results.setup), 4)
         settings["drive.inverter.threshold_v"] = results.setup.threshold_v
-        settings["control.machine_estimate.r_s_ohm"] = results.found.r_s_ohm
+    if resistance := _resistance(results):
+        settings["control.machine_estimate.r_s_ohm"] = resistance[0]
     if results.impedance:
         machine = results.machine.t_circuit(results.split)
         values = {"r_r_ohm": machine.r_r, "l_ls_h": machine.l_ls, "l_lr_h": machine.l_lr, "l_m_h": machine.l_m}

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import UserError
+from .identify_machine import without_slope
 
 CERTAIN = 4.0  # standard deviations of the readings by which a current whose sign counts is off zero [-]
 FEWEST = 2  # levels of each sign that a line needs
@@ -106,6 +107,7 @@ def fit(levels: list[Level], setup: Setup) -> Found:
         found = _solve(used, setup)
         certain = [one for one in used if abs(one.current_a) > least_current(one, found.dead_time_s, setup)]
         if len(certain) == len(used):
+            without_slope(found.r_s_ohm + setup.slope_ohm, setup.slope_ohm)
             kept = {id(one) for one in used}
             return Found(**{**vars(found), "used": tuple(id(one) in kept for one in levels)})
         used = certain

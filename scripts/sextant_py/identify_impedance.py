@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .errors import UserError
-from .identify_machine import InverseGamma
+from .identify_machine import InverseGamma, without_slope
 
 FEWEST = 2  # tones, of two numbers each, for four parameters
 
@@ -138,6 +138,6 @@ def fit(
         )
     sigma = rest * np.sqrt(np.diag(np.linalg.pinv(done.jac.T @ done.jac)))
     r, leakage, r_rotor, l_m = np.exp(done.x)
-    machine = InverseGamma(float(r) - slope_ohm, float(leakage), float(r_rotor), float(l_m))
+    machine = InverseGamma(without_slope(float(r), slope_ohm), float(leakage), float(r_rotor), float(l_m))
     deviations = InverseGamma(float(sigma[0] * r / (r - slope_ohm)), *(float(one) for one in sigma[1:]))
     return Impedance(machine, deviations, tuple(tones), timing, slope_ohm, rest)

@@ -68,6 +68,11 @@ def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
     """Of samples [s], [rad/s]; the torque is the mean over the interval before each [N·m]."""
     if time.size < 4 * WINDOWS:
         raise UserError(f"{time.size} samples do not tell the inertia; {4 * WINDOWS} are needed at least.")
+    if not np.ptp(speed) > 0:
+        raise UserError(
+            f"the speed of the shaft stays at {speed[0]:.3g} rad/s under the torque of the course: the inertia needs a "
+            "shaft that is free to turn."
+        )
     ends = np.linspace(0, time.size - 1, WINDOWS + 1).round().astype(int)
     sums = [speed, _integral(speed, time), _integral(np.sign(speed), time), time - time[0]]
     columns = np.column_stack([np.diff(one[ends]) for one in sums])

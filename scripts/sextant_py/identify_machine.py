@@ -10,6 +10,7 @@ drives", IEEE Trans. Ind. Appl. 25 (1989) 1126-1131.
 import math
 from dataclasses import dataclass
 
+from .errors import UserError
 from .sweep_file import Settings
 
 
@@ -48,6 +49,16 @@ class InverseGamma:
         l_lr = product / (half + math.sqrt(half**2 - split**2 * product))
         l_m = l_s - split * l_lr
         return TCircuit(self.r_s, self.r_rotor * ((l_m + l_lr) / l_m) ** 2, split * l_lr, l_lr, l_m)
+
+
+def without_slope(total_ohm: float, slope_ohm: float) -> float:
+    """R_s of what the terminals show."""
+    if not total_ohm > slope_ohm:
+        raise UserError(
+            f"the terminals show a resistance of {total_ohm:.4g} ohm, no more than the inverter's slope resistance "
+            f"(drive.inverter.slope_ohm, {slope_ohm:.4g} ohm): lower that."
+        )
+    return total_ohm - slope_ohm
 
 
 def _value(configuration: Settings, name: str) -> float | None:

@@ -235,6 +235,12 @@ std::vector<std::string> all_signals(const ControlMethods& methods) {
   return names;
 }
 
+std::string signals_text() {
+  std::string groups;
+  for (const std::string& group : trace_groups()) groups += (groups.empty() ? "\"" : ", \"") + group + '"';
+  return "groups (" + groups + ") and signals (\"plant/i_dc_a\")";
+}
+
 /// A trace holds the channels of its own controller alone.
 std::string validate_signals(const ScenarioConfig& c) {
   const std::vector<std::string> there = trace_signals(c.drive.method().channels);
@@ -332,9 +338,7 @@ void describe(Section root, ScenarioConfig& c) {
   Section trace = root.section("trace");
   trace.number("interval_us", scenario.trace.interval_us, {1, 1e9}, "us",
                "one row of the trace: a whole number of control periods or a whole part of one");
-  trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods),
-              "groups (\"all\", \"standard\", \"switching\", \"voltage\", \"link\", \"rotor\", \"shaft\", "
-              "\"driveline\", \"energy\", \"comparators\", \"monitor\") and signals (\"plant/i_dc_a\")",
+  trace.names("signals", scenario.trace.signals, all_signals(c.drive.methods), signals_text(),
               "what the trace holds beside the time");
   trace.check(scenario.trace);
   trace.check([&c] { return validate_signals(c); });

@@ -62,11 +62,16 @@ std::optional<TraceDivider> make_divider(std::int64_t interval_ns, const TraceOr
 
 }  // namespace
 
-std::vector<std::string> trace_signals(std::span<const ControlChannel> channels) {
+std::vector<std::string> trace_groups() {
   std::vector<std::string> names{"all"};
   for (const TraceColumn& c : trace_columns) {
     if (std::find(names.begin(), names.end(), c.group) == names.end()) names.emplace_back(c.group);
   }
+  return names;
+}
+
+std::vector<std::string> trace_signals(std::span<const ControlChannel> channels) {
+  std::vector<std::string> names = trace_groups();
   for (const TraceColumn& c : trace_columns) names.push_back(c.path());
   for (const TraceColumn& c : channel_columns(channels)) names.push_back(c.path());
   return names;

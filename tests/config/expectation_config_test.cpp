@@ -1,12 +1,14 @@
 // What a scenario expects of its run, and what it must not ask of its drive.
 
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "config/config_files.hpp"
 #include "sextant/config/load_config.hpp"
+#include "sextant/sim/trace_recorder.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant {
@@ -205,6 +207,13 @@ TEST_F(ExpectationConfig, TheSignalsOfATraceAreKnownByName) {
   EXPECT_THAT(load("", {"trace.signals=[\"all\"]"}).scenario.trace.signals, ElementsAre("all"));
   EXPECT_THAT(refusal("[trace]\nsignals = [\"plant/i_dc\"]\n"),
               HasSubstr("there is no \"plant/i_dc\"; the nearest known one is \"plant/i_dc_a\""));
+}
+
+TEST_F(ExpectationConfig, TheGroupsOfATraceAreNamedWhereNoneIsGiven) {
+  const std::vector<std::string> groups = trace_groups();
+  EXPECT_THAT(groups, ::testing::IsSupersetOf({"all", "standard", "driveline", "thermal"}));
+  for (const std::string& group : groups)
+    EXPECT_THAT(refusal("[trace]\nsignals = []\n"), HasSubstr('"' + group + '"'));
 }
 
 }  // namespace

@@ -235,6 +235,7 @@ TYPED_TEST(CommissioningOf, TonesShowTheImpedanceAtStandstill) {
       EXPECT_NEAR(std::abs(tone.current), 0.4 * 0.95 * limit_a, 0.5);
       EXPECT_EQ(tone.speed, 0);
     }
+    for (const Published& level : seen.levels) EXPECT_EQ(level.drift, 0) << "a cycle has no halves";
     EXPECT_NEAR(seen.tones.front().periods, 2 * std::numbers::pi / 20 / (period_ns * 1e-9), 1);
     EXPECT_NEAR(seen.tones.back().periods, 2 * std::numbers::pi / 400 / (period_ns * 1e-9), 1);
     EXPECT_GT(seen.least, 0.15 * limit_a) << "the current keeps its sign";

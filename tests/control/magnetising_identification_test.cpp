@@ -136,7 +136,6 @@ TYPED_TEST(MagnetisingIdentificationOf, FindsAMachineThatTurnsInOneDirection) {
   }
 }
 
-// Prior deviations are 0.5, 0.25 and 0.15.
 /// The frame of a known machine at a constant current is behind its flux by `angle` [rad].
 template <class T>
 SpaceVector<double> direction_seen(const Machine& m, double r_s, double omega_r, double angle) {
@@ -170,6 +169,37 @@ TYPED_TEST(MagnetisingIdentificationOf, FindsTheDirectionOfTheFluxInAFrameThatIs
   }
 }
 
+// A frame that takes each turn comes to its flux, from whichever side, and does not pass it by much.
+TYPED_TEST(MagnetisingIdentificationOf, TurnsAFrameThatIsBehindToItsFlux) {
+  using T = TypeParam;
+  for (const Machine& m : machines) {
+    for (const double corners : {-300.0, 300.0}) {
+      const double omega_r = corners * m.r_s / m.l_s();
+      const double unknown = 2.5 * (m.r_s + m.r_r) / std::abs(omega_r * Course{m}.flux(0.7 * m.tau_r()));
+      for (const double first : {-0.3, 0.3}) {
+        SCOPED_TRACE(testing::Message() << m.r_s << " ohm, " << corners << " corners, " << first);
+        MagnetisingIdentification<T> identification{test::converted<T>(m), T(0), T(1.1)};
+        const Course course{m};
+        const double dt = m.tau_r() / 5000;
+        identification.begin(T(0), T(omega_r));
+        double angle = first;
+        double opposite = 0;
+        for (double t = 0; t < 0.8 * m.tau_r(); t += dt) {
+          const double rise = course.slope(t + dt / 2), emf = omega_r * course.flux(t + dt / 2);
+          identification.step({T(m.r_s + rise * std::cos(angle) - emf * std::sin(angle)),
+                               T(rise * std::sin(angle) + emf * std::cos(angle))},
+                              {T(1), T(0)}, T(course.flux(t + dt)), T(omega_r), T(dt));
+          const SpaceVector<T> turn = identification.turn(T(dt));
+          angle -= std::atan2(double(turn.beta), double(turn.alpha));
+          opposite = std::max(opposite, angle / -first);
+        }
+        EXPECT_LT(std::abs(angle), 0.02 + unknown);
+        EXPECT_LT(opposite, 0.25);
+      }
+    }
+  }
+}
+
 TYPED_TEST(MagnetisingIdentificationOf, AStatorResistanceWithinTheBoundsIsNoAngle) {
   for (const Machine& m : machines) {
     for (const double corners : {-300.0, -3.0, 0.0, 3.0, 300.0}) {
@@ -183,6 +213,7 @@ TYPED_TEST(MagnetisingIdentificationOf, AStatorResistanceWithinTheBoundsIsNoAngl
   }
 }
 
+// Prior deviations are 0.5, 0.25 and 0.15.
 TYPED_TEST(MagnetisingIdentificationOf, TellsHowFarTheParametersOfDrawnMachinesMayBeOff) {
   constexpr unsigned seed = 20240720;
   SCOPED_TRACE(testing::Message() << "seed " << seed);

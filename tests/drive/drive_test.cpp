@@ -143,6 +143,11 @@ TYPED_TEST(DriveOf, NoRampIsToldWhileTheFluxBuildsUp) {
   const auto out = this->run(ms);
   ASSERT_EQ(out.telemetry.state, DriveState::magnetising);
   EXPECT_EQ(out.telemetry.derating_cause, DeratingCause::none);
+  // Nor in the period in which it is ready, when the torque was still held at zero.
+  this->controller->estimate().magnetised = true;
+  const auto first = this->step();
+  ASSERT_EQ(first.telemetry.state, DriveState::torque);
+  EXPECT_EQ(first.telemetry.derating_cause, DeratingCause::none);
 }
 
 // A plant at the other end of a link, whose first measurement is on its way.

@@ -391,8 +391,8 @@ TEST(Driveline, AStiffShaftIsOneMass) {
 // A ratio n is the driveline that `referred` gives, with n times less load torque.
 TEST(Driveline, AGearIsItsReferredDriveline) {
   const Parameters p{0.4, 800, 1.5, 0.01, 4};
-  const RoadLoad<> road{.quadratic_drag = 1e-3, .rolling_torque = 8, .rolling_speed = 1, .grade_torque = 2};
-  const RoadLoad<> referred_road{1e-3 / 64, 2, 4, 0.5};
+  const RoadLoad<> road{1e-3, 8, 1, 2, 0.16};
+  const RoadLoad<> referred_road{1e-3 / 64, 2, 4, 0.5, 0.01};
   EXPECT_EQ(p.referred(), (Parameters{0.025, 50, 1.5 / 16, 0.04, 1}));
   Plant geared = plant_with(p, {}, road);
   Plant direct = plant_with(p.referred(), {}, referred_road);

@@ -1,10 +1,14 @@
 """`sextant.Vcu` with the CAN side of a drive, over UDP multicast."""
 
+import threading
 import time
 
+import can
 import pytest
 import sextant
 from fake_drive import FakeDrive
+from sextant_py.commander import Commander
+from sextant_py.contract import Contract
 
 WAIT_S = 240.0  # nothing is judged by time
 
@@ -61,9 +65,7 @@ def test_a_fault_is_raised_and_reset_on_demand(bus_address: str) -> None:
     with FakeDrive(bus_address, fault_after=0) as drive, unit(bus_address) as vcu:
         with pytest.raises(sextant.UserError, match=r"^the drive went to FAULT \(no reason reported\) when it was en"):
             vcu.enable(WAIT_S)
-        with pytest.raises(
-            sextant.UserError, match=r"^the drive is in FAULT .* reset_faults=True|\(reset_faults=True\)"
-        ):
+        with pytest.raises(sextant.UserError, match=r"^the drive is in FAULT \(.*\); .* \(reset_faults=True\) asks"):
             vcu.make_ready(WAIT_S)
         drive.never_faults()
         vcu.enable(WAIT_S, reset_faults=True)
@@ -100,6 +102,34 @@ def test_within_repeating_a_thread_sends(bus_address: str) -> None:
         assert drive.refused == 0
 
 
+class SlowBus:
+    """Takes its time for a frame, in which other threads run."""
+
+    def __init__(self) -> None:
+        self.counters: list[int] = []
+
+    def send(self, frame: can.Message) -> None:
+        time.sleep(0.001)
+        self.counters.append(frame.data[1] & 0x0F)
+
+
+def test_frames_of_two_threads_are_in_sequence() -> None:
+    """As those of `send` within `repeating`."""
+    bus = SlowBus()
+    commander = Commander(bus, Contract(identifier_offset=0), 0.01, 100.0)
+
+    def send() -> None:
+        for _ in range(20):
+            commander.send(1.0, False)
+
+    threads = [threading.Thread(target=send) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert bus.counters == [n % 15 for n in range(40)]
+
+
 @pytest.mark.parametrize("kind", ["crc", "data_id", "reserved", "repeated", "jumped"])
 def test_a_drive_refuses_wrong_frames(bus_address: str, kind: str) -> None:
     with FakeDrive(bus_address) as drive, unit(bus_address) as vcu:
@@ -118,6 +148,13 @@ def test_what_cannot_be_meant_is_refused(bus_address: str) -> None:
         for torque_nm in (250.01, -1e9, float("nan"), float("inf")):
             with pytest.raises(sextant.UserError, match=r"leaves the contract's -250 to 250 N·m; spoil\("):
                 vcu.demand(torque_nm, enable=True)
+            with pytest.raises(sextant.UserError, match=r"leaves the contract's -250 to 250 N·m; spoil\("):
+                vcu.send(torque_nm, enable=True)
+        for duration_s in (-0.1, float("nan"), float("inf")):
+            for call in (vcu.run, vcu.make_ready, vcu.enable, lambda t: vcu.run_until(lambda _: False, t)):
+                with pytest.raises(sextant.UserError, match=r"^a time of \S+ s is neither 0 s nor a finite longer one"):
+                    call(duration_s)
+        assert vcu.frames == 0
         with pytest.raises(sextant.UserError, match=r'^"nonsense" is no kind of wrong frame; known are crc, '):
             vcu.spoil("nonsense")
         with pytest.raises(sextant.UserError, match=r"^-1 wrong frames cannot be sent"):

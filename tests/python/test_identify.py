@@ -98,6 +98,12 @@ def test_files_hold_what_was_found(tmp_path: Path) -> None:
     assert tomllib.loads(inverter.read_text(encoding="utf-8"))["dead_time_us"] == 0
 
 
+def test_a_slope_resistance_above_what_the_terminals_show_is_refused() -> None:
+    setup = Setup(25e-6, 4.7e-3, slope_ohm=1.0)
+    with pytest.raises(UserError, match=r"0\.435 ohm.*drive\.inverter\.slope_ohm, 1 ohm"):
+        fit(levels_of(1.5e-6, 0.435, SETUP), setup)
+
+
 def drive_file(directory: Path, text: str = "") -> Path:
     """A drive with sensors as they are."""
     file = directory / "drive.toml"

@@ -4,12 +4,16 @@ here."""
 import math
 import random
 import secrets
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 from machines import Machine, published, random_machines
 from scipy.linalg import expm
 from sextant_py.errors import UserError
+from sextant_py.identify_files import Results, told, write_files
+from sextant_py.identify_fit import Setup
 from sextant_py.identify_impedance import Block, Timing, fit
 from sextant_py.identify_machine import InverseGamma, TCircuit
 
@@ -120,3 +124,22 @@ def test_one_tone_is_refused() -> None:
     circuit, timing = circuit_of(published()[0]), Timing(125e-6)
     with pytest.raises(UserError, match="2 frequencies are needed"):
         fit(blocks_of(circuit, timing)[:4], timing, circuit.terminals)
+
+
+def test_a_slope_resistance_above_what_the_tones_show_is_refused() -> None:
+    circuit, timing = circuit_of(published()[0]), Timing(125e-6)
+    with pytest.raises(UserError, match=r"drive\.inverter\.slope_ohm"):
+        fit(blocks_of(circuit, timing), timing, circuit.terminals, slope_ohm=1.1 * circuit.r_s)
+
+
+def test_a_drive_is_told_what_the_files_hold(tmp_path: Path) -> None:
+    """Of the sines alone, the stator resistance too."""
+    circuit, timing = circuit_of(published()[0]), Timing(125e-6)
+    found = fit(blocks_of(circuit, timing), timing, circuit.terminals)
+    results = Results(Setup(timing.period_s, circuit.terminals.leakage), impedance=found)
+    (file,) = write_files(tmp_path, Path("x.toml"), results)
+    written = tomllib.loads(file.read_text(encoding="utf-8"))
+    keys = told(results)
+    assert set(keys) == {f"control.machine_estimate.{key}" for key in written}
+    for key, value in written.items():
+        assert keys[f"control.machine_estimate.{key}"] == pytest.approx(value, rel=1e-4)

@@ -83,3 +83,13 @@ def test_a_speed_against_the_torque_is_refused() -> None:
         fit(time, -speeds(course, time, 0.1, 0, 0, 0), mean_torque(course, time))
     with pytest.raises(UserError, match="64 are needed"):
         fit(time[:30], time[:30], time[:30])
+
+
+@pytest.mark.parametrize("constant", [0.0, 5.0, np.nan])
+def test_a_speed_that_does_not_change_is_refused(constant: float) -> None:
+    """As an encoder shows it of a shaft that is held."""
+    course = Course(10, 0.1, 0.2)
+    time = np.linspace(0, 1, 400)
+    with pytest.raises(UserError, match="free to turn") as refused:
+        fit(time, np.full(time.size, constant), mean_torque(course, time))
+    assert "\n" not in str(refused.value)

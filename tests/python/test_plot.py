@@ -79,11 +79,15 @@ def test_further_signals_have_panels_of_their_own(tmp_path: Path) -> None:
         for leg in "abc":
             file[f"plant/switch_{leg}"] = np.ones(500, dtype=np.int8)
         file["plant/energy_link_j"] = np.linspace(0, 100, 500)
+        file["plant/shaft_torque_nm"] = np.linspace(0, 20, 500)
+        file["plant/load_speed_rad_s"] = np.linspace(0, 10, 500)
         file["control/torque_comparator"] = -np.ones(500, dtype=np.int8)
     panels = overview.further(load(tmp_path / "trace.h5")[0])
     assert [tuple(line.name for line in panel.lines) for panel in panels] == [
         ("plant/switch_a", "plant/switch_b", "plant/switch_c"),
         ("control/torque_comparator",),
+        ("plant/shaft_torque_nm",),
+        ("plant/load_speed_rad_s",),
         ("plant/energy_link_j",),
     ]
     assert plot.main([str(tmp_path / "trace.h5")]) == 0

@@ -287,9 +287,9 @@ class Section {
 
   /// A list of names, each one of `known`, which `what` sums up.
   void names(const std::string& key, std::vector<std::string>& member, std::vector<std::string> known,
-             const char* what, const char* meaning) {
+             std::string what, const char* meaning) {
     add(key, "", meaning,
-        NamesField{std::move(known), what, [&member] { return member; },
+        NamesField{std::move(known), std::move(what), [&member] { return member; },
                    [&member](std::vector<std::string> x) { member = std::move(x); }});
   }
 

@@ -72,7 +72,7 @@ class CommissioningController final : public EstimatingController<T> {
       ControlChannel{"level_scatter_a", "A",
                      "standard deviation of the current's readings in the last level"},
       ControlChannel{"level_drift_v", "V",
-                     "by how much the voltage rose from half to half of the last level"},
+                     "by how much the voltage rose from half to half of the last level; 0 with a tone"},
       ControlChannel{"level_speed_rad_s", "rad/s", "mean reading of the shaft's speed in the last level"},
       ControlChannel{"tone_periods", "1",
                      "control periods of a cycle of the last level's tone; 0 with a direct current"},
@@ -229,7 +229,7 @@ class CommissioningController final : public EstimatingController<T> {
     if (!course.holds()) return;
     level_.add(i, u, demand.u_dc, demand.omega_m);
     if (!course.ends_level()) return;
-    const T cycle = course_ == CommissioningCourse::tones ? T(tones_.cycle()) : T(0);
+    const bool has_tone = course_ == CommissioningCourse::tones;
     values_ = {T(course.index() + 1),
                values_[1],
                values_[2],
@@ -237,9 +237,9 @@ class CommissioningController final : public EstimatingController<T> {
                level_.voltage(),
                level_.link(),
                level_.scatter(),
-               level_.drift(),
+               has_tone ? T(0) : level_.drift(),
                level_.speed(),
-               cycle,
+               has_tone ? T(tones_.cycle()) : T(0),
                tone_.current().alpha,
                tone_.current().beta,
                tone_.voltage().alpha,

@@ -159,7 +159,11 @@ class Drive {
                                                TorqueRange<T> available) noexcept {
     // The reference stays zero until the flux is ready, so that torque starts from zero and at its rate.
     const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
-    return supervision_.step(request.command, t_ns, dt, available, hold_at_zero, request.status_age_ns);
+    SupervisedCommand<T> command =
+        supervision_.step(request.command, t_ns, dt, available, hold_at_zero, request.status_age_ns);
+    // Held at zero by the flux alone, also in the period in which that gets ready, it is no shutdown.
+    if (!request.shutdown && command.ramp == DeratingCause::shutdown) command.ramp = DeratingCause::none;
+    return command;
   }
 
   /// What machine and link allow in a steady state.

@@ -32,10 +32,11 @@ template <class T>
   return std::max(T(1000), T(5e3) * machine.tau_r());
 }
 
-/// Whole nanoseconds of a time of up to 2e9 ms; longer ones count as that. In two parts, because a Cortex-M4F
-/// converts a `float` to 64 bits by double arithmetic.
+/// Whole nanoseconds of a time of up to 2e9 ms; longer ones count as that, none and negative ones as zero. In
+/// two parts, because a Cortex-M4F converts a `float` to 64 bits by double arithmetic.
 template <class T>
 [[nodiscard]] std::int64_t whole_ns(T time_ms) noexcept {
+  if (!(time_ms > T(0))) return 0;
   const T most = T(2e9);
   const T ms = time_ms < most ? time_ms : most;
   const auto whole_ms = std::int32_t(ms);

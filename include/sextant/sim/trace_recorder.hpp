@@ -32,9 +32,11 @@ struct TraceParameters {
   }
 };
 
-/// Everything that `TraceParameters::signals` may name, groups first: `standard`, `switching`, `voltage`,
-/// `link`, `rotor`, `shaft`, `energy`, `thermal`, `comparators`, `monitor`, `all`, and each dataset by its
-/// path in the file. `channels`: those of a controller, `control/NAME`, which belong to `standard`.
+/// The groups that `TraceParameters::signals` may name, `all` first.
+[[nodiscard]] std::vector<std::string> trace_groups();
+
+/// Everything that `TraceParameters::signals` may name: the groups first, then each dataset by its path in
+/// the file. `channels`: those of a controller, `control/NAME`, which belong to `standard`.
 [[nodiscard]] std::vector<std::string> trace_signals(std::span<const ControlChannel> channels = {});
 
 /// True when a file is a trace that a `TraceRecorder` began.

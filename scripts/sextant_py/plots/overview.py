@@ -22,6 +22,8 @@ FURTHER_PANELS = (
     ("DC-link current at the end of each row [A]", ("plant/i_dc_a",)),
     ("Rotor current [A]", ("plant/i_r_alpha_a", "plant/i_r_beta_a")),
     ("Shaft angle [rad]", ("plant/theta_m_rad",)),
+    ("Torque of the shaft to the load [N·m]", ("plant/shaft_torque_nm",)),
+    ("Speed of the load [rad/s]", ("plant/load_speed_rad_s",)),
     (
         "Energies [J]",
         (
