@@ -227,7 +227,7 @@ class CommissioningController final : public EstimatingController<T> {
   void measure(const auto& course, T i, T u, const Demand& demand) noexcept {
     values_[1] = course.is_done() ? T(1) : T(0);
     if (!course.holds()) return;
-    level_.add(i, u, demand.u_dc, demand.omega_m);
+    level_.add(i, u, demand.u_dc, this->estimator().omega_m());
     if (!course.ends_level()) return;
     const bool has_tone = course_ == CommissioningCourse::tones;
     values_ = {T(course.index() + 1),

@@ -111,7 +111,6 @@ class EstimatingController : public Controller<T> {
     T torque{};           ///< T_ref [N·m]
     T psi_ref{};          ///< [Wb]
     T u_dc{};             ///< [V]
-    T omega_m{};          ///< measured mechanical speed [rad/s]
   };
 
   using Modulator = SpaceVectorModulator<T>;
@@ -211,9 +210,7 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] GatePattern decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
     const T psi_ref = reference.flux_share * parameters_.flux_reference;
     x_ = ahead(m.u_dc);
-    if (mode_ == ControlMode::torque) {
-      return follow({x_, reference.torque, psi_ref, m.u_dc, m.omega_m});
-    }
+    if (mode_ == ControlMode::torque) return follow({x_, reference.torque, psi_ref, m.u_dc});
     release();
     return modulate(magnetising_.step(estimator_, x_, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m),
                     m.u_dc);

@@ -189,8 +189,10 @@ class FluxTorqueEstimator {
     hybrid_.correct(adaptation_.correction().excess);
   }
 
+  // The next two are apart, so that the step of a drive that makes torque stays small.
+
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
-  void step_magnetising(const Period& p) noexcept {
+  [[gnu::noinline]] void step_magnetising(const Period& p) noexcept {
     if (!identifying_) current_model_.set(current_model_.psi_r_from(psi_s_, p.i_s_before));
     const T omega_r = T(machine_.pole_pairs) * p.omega_m;
     const T k_r = machine_.k_r();
@@ -211,7 +213,7 @@ class FluxTorqueEstimator {
   }
 
   /// Magnetising has ended, at this current [A]: its flux and what it identified are where the models start.
-  void adopt(SpaceVector<T> i_s_before) noexcept {
+  [[gnu::noinline]] void adopt(SpaceVector<T> i_s_before) noexcept {
     identifying_ = false;
     coasted_ = T(0);
     magnetised_ = T(0);
