@@ -16,6 +16,7 @@ from .errors import UserError
 from .identify_machine import without_slope
 
 CERTAIN = 4.0  # standard deviations of the readings by which a current whose sign counts is off zero [-]
+LESS = 0.1  # of the threshold voltage, that a leg may take less than it
 FEWEST = 2  # levels of each sign that a line needs
 
 
@@ -99,6 +100,16 @@ def _has_line(levels: list[Level]) -> bool:
     return min(signs.count(1.0), signs.count(-1.0)) >= FEWEST
 
 
+def _check_threshold(found: Found, setup: Setup) -> None:
+    """No dead time is below zero: a leg takes the threshold voltage at least."""
+    missing = -found.link_v * found.dead_time_s / setup.period_s
+    if setup.threshold_v > 0 and missing > LESS * setup.threshold_v:
+        raise UserError(
+            f"a leg of the inverter takes {setup.threshold_v - missing:.3g} V, less than the threshold voltage of "
+            f"{setup.threshold_v:g} V (--threshold-v, drive.inverter.threshold_v): lower that."
+        )
+
+
 def fit(levels: list[Level], setup: Setup) -> Found:
     """Levels of which a current might change its sign within a period are left out, by the dead time of the fit."""
     used = list(levels)
@@ -107,6 +118,7 @@ def fit(levels: list[Level], setup: Setup) -> Found:
         found = _solve(used, setup)
         certain = [one for one in used if abs(one.current_a) > least_current(one, found.dead_time_s, setup)]
         if len(certain) == len(used):
+            _check_threshold(found, setup)
             without_slope(found.r_s_ohm + setup.slope_ohm, setup.slope_ohm)
             kept = {id(one) for one in used}
             return Found(**{**vars(found), "used": tuple(id(one) in kept for one in levels)})

@@ -104,6 +104,14 @@ def test_a_slope_resistance_above_what_the_terminals_show_is_refused() -> None:
         fit(levels_of(1.5e-6, 0.435, SETUP), setup)
 
 
+def test_a_threshold_above_what_a_leg_takes_is_refused() -> None:
+    """A leg takes 1 V; a tenth less than what is told is within what temperatures change."""
+    levels = levels_of(0.0, 0.435, Setup(25e-6, 4.7e-3, threshold_v=1.0), noise_v=0.001)
+    with pytest.raises(UserError, match=r"1 V.*threshold voltage of 3 V \(--threshold-v"):
+        fit(levels, Setup(25e-6, 4.7e-3, threshold_v=3.0))
+    assert fit(levels, Setup(25e-6, 4.7e-3, threshold_v=1.05)).dead_time_s < 0
+
+
 def drive_file(directory: Path, text: str = "") -> Path:
     """A drive with sensors as they are."""
     file = directory / "drive.toml"
