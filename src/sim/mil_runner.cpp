@@ -172,7 +172,8 @@ MilResult MilRunner::run(SomeIo& io, const Scenario& scenario, TraceRecorder* tr
     run_cycle(t_ns, io, commands, drive_, telemetry);
     const Telemetry<double>& now = telemetry.value;
     result.note_faults(now.latched, now.first_fault, now.t_ns);
-    commands.note_speed(now.omega_m);
+    // A driver sees the speed of the vehicle: by that of a motor before a soft shaft the loop is unstable.
+    commands.note_speed(io.load_speed(now.omega_m));
     if (!io.healthy()) break;  // a state that no machine can have is not recorded
     observer.period(now, commands);
     if (t_ns < 0) continue;

@@ -131,16 +131,17 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// Load torque at the plant's present time, a vehicle's included: on the shaft, or on the load behind a
   /// `Driveline`, then referred to the motor's shaft. [N·m]
   [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING {
-    using Shaft = Driveline<double>;
-    using Appended = typename Plant::AppendedType;
     const double given = load_.torque(load_time(plant_t_ns_));
-    if constexpr (has_part<Shaft, Appended>) {
-      const typename Plant::State& x = plant_.state();
-      const Shaft::Values y{x.data() + Plant::appended + part_begin<Shaft, Appended>(),
-                            std::size_t(Shaft::size)};
-      return part_of<Shaft>(plant_.appended_system()).load_torque(y, given);
-    }
+    if constexpr (has_driveline)
+      return part_of<Driveline<double>>(plant_.appended_system()).load_torque(driveline_states(), given);
     return given + plant_.tau_road();
+  }
+
+  /// Speed of the load at the plant's present time, referred to the motor's shaft: behind a `Driveline` its
+  /// own, else that of the motor, omega_m. [rad/s]
+  [[nodiscard]] double load_speed(double omega_m) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (has_driveline) return driveline_states()[Driveline<double>::load_speed];
+    return omega_m;
   }
 
   /// Of the plant's machine over the last read; NaN where it is not heated. [°C]
@@ -160,6 +161,14 @@ class SimulatedDriveIo final : public DriveIo<double> {
   static constexpr std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
   /// The plant has an energy meter.
   static constexpr bool can_heat = has_resistances<typename Plant::AppendedType>;
+  static constexpr bool has_driveline = has_part<Driveline<double>, typename Plant::AppendedType>;
+
+  [[nodiscard]] Driveline<double>::Values driveline_states() const noexcept SEXTANT_NONBLOCKING
+    requires(has_driveline)
+  {
+    constexpr int begin = Plant::appended + part_begin<Driveline<double>, typename Plant::AppendedType>();
+    return Driveline<double>::Values{plant_.state().data() + begin, std::size_t(Driveline<double>::size)};
+  }
 
   /// Moves temperatures and resistances where that is due.
   void heat() noexcept {
