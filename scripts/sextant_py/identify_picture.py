@@ -44,6 +44,8 @@ def _draw_levels(above: Axes, below: Axes, results: Results) -> None:
 
 
 def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
+    from matplotlib.ticker import NullFormatter
+
     omega = np.array([tone.omega for tone in found.tones])
     measured = np.array([tone.impedance for tone in found.tones])
     fine = np.geomspace(0.8 * omega.min(), 1.25 * omega.max(), 200)
@@ -54,9 +56,10 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
         above.plot(hertz * fine, part(curve), color=color, linewidth=1.2)
         above.plot(hertz * omega, part(measured), "o", color=color, label=name)
         below.plot(hertz * omega, part(rest), "o", color=color)
+    above.set_xscale("log")
+    below.set_xscale("log")
     for axis in (above, below):
-        axis.set_xscale("log")
-        axis.xaxis.set_minor_formatter("")
+        axis.xaxis.set_minor_formatter(NullFormatter())
     machine, deviations = found.machine, found.deviations
     above.set_title(
         f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,\n"
