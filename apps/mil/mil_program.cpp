@@ -142,7 +142,8 @@ sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
 }
 
 /// A further problem of a run, in a sentence; empty without one.
-std::string problem_of(const sextant::MilResult& result) {
+std::string problem_of(const sextant::MilResult& result,
+                       const sextant::SimulatedPowerStageParameters& plant) {
   if (!result.events_ended) {
     return fmt::format(
         "the events do not end at {:.6f} s; a longer event_exact.minimum_dwell_ns bounds them, "
@@ -154,7 +155,12 @@ std::string problem_of(const sextant::MilResult& result) {
            "zero: choose smaller steps or tolerances in [plant], another plant.integrator, or a source of "
            "[plant.link] that delivers the power";
   }
-  return result.plant_healthy ? "" : "the integrator of the plant failed; the run ends there";
+  if (result.plant_healthy) return {};
+  const bool may_be_stiff = plant.link.acts() || plant.driveline.acts();
+  return std::string{"the integrator of the plant failed; the run ends there"} +
+         (may_be_stiff ? ": where [plant.link] or [plant.driveline] move much faster than the machine, "
+                         "plant.cvode.method = \"bdf\" follows them"
+                       : "");
 }
 
 /// Prints on standard error why a run did not pass, where the table does not show it.
@@ -204,7 +210,7 @@ sextant::RunSummary report_scenario(const std::string& program, const sextant::S
   RunSummary summary = summarise(scenario, result);
   summary.trace_error = trace ? trace->error() : "";
   summary.expectations_required = options.require_expectations;
-  summary.problem = problem_of(result);
+  summary.problem = problem_of(result, config.drive.plant);
   summary.configuration = config_json(config);
   summary.version = SEXTANT_VERSION;
   summary.commit = build_commit;
