@@ -1,8 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <type_traits>
-#include <utility>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
@@ -16,25 +14,12 @@ class LivePowerStage {
   using Parameters = SimulatedPowerStageParameters;
 
   /// Throws as the power stages do.
-  LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load) {
-    with_appended(parameters, [&]<class Appended>(std::type_identity<Appended>) {
-      parameters.thermal.acts() ? make<MeteredPowerStageOf<Appended>>(parameters, load)
-                                : make<PowerStageOf<Appended>>(parameters, load);
-    });
-  }
+  LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load);
 
   [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
  private:
-  template <class Stage>
-  void make(const Parameters& parameters, const MechanicalLoad::Parameters& load) {
-    auto stage = std::make_shared<Stage>(parameters, load);
-    io_ = &stage->io();
-    stage_ = std::move(stage);
-  }
-
-  std::shared_ptr<void> stage_{};  ///< owns the power stage, whose type the parameters decide
-  DriveIo<double>* io_{nullptr};   ///< its own
+  std::shared_ptr<DriveIo<double>> io_;  ///< owns the power stage, whose type the parameters decide
 };
 
 }  // namespace sextant
