@@ -200,9 +200,11 @@ void MetricsAccumulator::add_to_window(const WindowPiece& piece) noexcept {
 }
 
 void MetricsAccumulator::note_load(const LoadSample& load) noexcept {
-  if (!load_min_) load_min_ = load_max_ = load;
-  load_min_ = {std::min(load_min_->shaft_torque, load.shaft_torque), std::min(load_min_->speed, load.speed)};
-  load_max_ = {std::max(load_max_->shaft_torque, load.shaft_torque), std::max(load_max_->speed, load.speed)};
+  const LoadRange before = load_ ? *load_ : LoadRange{load, load};
+  load_ = {.least = {std::min(before.least.shaft_torque, load.shaft_torque),
+                     std::min(before.least.speed, load.speed)},
+           .largest = {std::max(before.largest.shaft_torque, load.shaft_torque),
+                       std::max(before.largest.speed, load.speed)}};
 }
 
 MetricList MetricsAccumulator::metrics() const noexcept {
@@ -247,11 +249,11 @@ void MetricsAccumulator::fill_window_metrics(MetricList& m) const noexcept {
   m[Metric::energy_field] = energy_.field();
   if (energy_.before_link()) fill(m, *energy_.before_link());
   if (energy_.behind_shaft()) fill(m, *energy_.behind_shaft());
-  if (!load_min_) return;
-  m[Metric::shaft_torque_min] = load_min_->shaft_torque;
-  m[Metric::shaft_torque_max] = load_max_->shaft_torque;
-  m[Metric::load_speed_min] = load_min_->speed;
-  m[Metric::load_speed_max] = load_max_->speed;
+  if (!load_) return;
+  m[Metric::shaft_torque_min] = load_->least.shaft_torque;
+  m[Metric::shaft_torque_max] = load_->largest.shaft_torque;
+  m[Metric::load_speed_min] = load_->least.speed;
+  m[Metric::load_speed_max] = load_->largest.speed;
 }
 
 }  // namespace sextant

@@ -104,12 +104,16 @@ template <class Part, class First, class Second, class T>
 inline constexpr bool has_part<Part, AppendedPair<First, Second, T>> =
     has_part<Part, First> || has_part<Part, Second>;
 
+/// A temporary's part would outlive it.
+template <class Part, class Whole>
+  requires has_part<Part, Whole>
+const Part& part_of(const Whole&&) = delete;
 /// The part of an appended system.
 template <class Part, class Whole>
   requires has_part<Part, Whole>
 [[nodiscard]] constexpr const Part& part_of(const Whole& whole) noexcept SEXTANT_NONBLOCKING {
   if constexpr (std::same_as<Part, Whole>)
-    return whole;
+    return static_cast<const Part&>(whole);
   else if constexpr (has_part<Part, decltype(Whole::first)>)
     return part_of<Part>(whole.first);
   else

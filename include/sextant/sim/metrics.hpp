@@ -130,6 +130,11 @@ class MetricsAccumulator {
   void note_current(SpaceVector<> i_s) noexcept;
   void note_reference(const MetricsSample& before, const MetricsSample& after) noexcept;
   void add_to_window(const WindowPiece& piece) noexcept;
+  /// Least and largest of each value by itself.
+  struct LoadRange {
+    LoadSample least{};
+    LoadSample largest{};
+  };
   void note_load(const LoadSample& load) noexcept;
   void fill_window_metrics(MetricList& m) const noexcept;
 
@@ -140,10 +145,10 @@ class MetricsAccumulator {
   Moments<quantities> moments_{};
   SteadyCurrent current_{};
   double speed_error_squares_{0};
-  std::optional<LoadSample> load_min_{}, load_max_{};  // each by itself, in the window
-  EnergyAccount energy_{};                             // of the window
-  EnergyAccount balance_{};                            // of the whole run
-  std::int64_t turn_ons_{0};                           // of the three upper switches
+  std::optional<LoadRange> load_{};  // in the window, behind a driveline
+  EnergyAccount energy_{};           // of the window
+  EnergyAccount balance_{};          // of the whole run
+  std::int64_t turn_ons_{0};         // of the three upper switches
   std::int64_t pulses_{0};
   std::optional<SwitchState> switch_state_{};
   double peak_current_{0};
