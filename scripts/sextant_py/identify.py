@@ -70,7 +70,7 @@ def parts(text: str) -> list[str]:
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="identify",
-        description="Measures inverter and machine at standstill, and writes what the drive uses.",
+        description="Measures inverter, machine and inertia through the drive's gates, and writes what the drive uses.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

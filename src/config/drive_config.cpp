@@ -147,8 +147,7 @@ std::string validate_encoder(const DriveConfig& c) {
 std::string validate_driveline(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {
   if (!imposes_speed || !plant.driveline.acts()) return {};
   return "an imposed speed turns the motor whatever its load does: plant.driveline.inertia_kg_m2 must be 0, "
-         "or "
-         "the load a torque";
+         "or the load a torque";
 }
 
 void describe(Section root, DriveConfig& c) {

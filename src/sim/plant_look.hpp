@@ -29,12 +29,12 @@ class PlantLook {
     using Link = DcLink<>;
     using Shaft = Driveline<>;
     if constexpr (has_part<Link, typename Plant::AppendedType>) {
-      const auto y = states_of<Link, Plant>(x);
+      const auto y = Plant::template states_of<Link>(x);
       energies.before_link = {y[Link::source], y[Link::resistance], y[Link::chopper],
                               part_of<Link>(plant.appended_system()).stored(y)};
     }
     if constexpr (has_part<Shaft, typename Plant::AppendedType>) {
-      const auto y = states_of<Shaft, Plant>(x);
+      const auto y = Plant::template states_of<Shaft>(x);
       const Shaft& shaft = part_of<Shaft>(plant.appended_system());
       energies.behind_shaft = {y[Shaft::friction], y[Shaft::damping], y[Shaft::load],
                                shaft.kinetic_energy(y, omega_m), shaft.elastic_energy(y)};
@@ -82,12 +82,6 @@ class PlantLook {
   DriveEnergies energies{};
 
  private:
-  template <class Part, class Plant>
-  static typename Part::Values states_of(const typename Plant::State& x) noexcept {
-    constexpr int begin = Plant::appended + part_begin<Part, typename Plant::AppendedType>();
-    return typename Part::Values{x.data() + begin, std::size_t(Part::size)};
-  }
-
   PlantLook(const PlantQuantities<>& q, const ConductionDrops<>& drops) noexcept
       : psi_s{q.psi_s},
         psi_r{q.psi_r},

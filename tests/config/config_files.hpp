@@ -29,6 +29,23 @@ inline std::string ecu_refusal(const std::string& file, const std::vector<std::s
   return "accepted";
 }
 
+/// The same of a scenario.
+inline std::string scenario_refusal(const std::vector<std::string>& overrides) {
+  try {
+    (void)load_scenario_config(shipped_scenario, overrides);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+/// The settings with another value of one key.
+inline std::vector<std::string> with(std::vector<std::string> settings, const std::string& key,
+                                     const std::string& value) {
+  settings.push_back(key + "=" + value);
+  return settings;
+}
+
 /// A directory of its own for each test, removed with its files.
 class ConfigFiles {
  public:

@@ -19,22 +19,6 @@ const Settings whole{"plant.driveline.inertia_kg_m2=0.2", "plant.driveline.stiff
                      "plant.driveline.damping_nm_s_rad=1.5", "plant.driveline.backlash_rad=0.02",
                      "plant.driveline.gear_ratio=4"};
 
-/// The same with another value of one key.
-Settings with(const std::string& key, const std::string& value) {
-  Settings settings = whole;
-  settings.push_back(key + "=" + value);
-  return settings;
-}
-
-std::string scenario_refusal(const Settings& settings) {
-  try {
-    (void)load_scenario_config(shipped_scenario, settings);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(DrivelineConfig, IsNoneByDefault) {
   EXPECT_EQ(load_scenario_config(shipped_scenario).drive.plant.driveline, DrivelineParameters<>{});
   EXPECT_EQ(load_ecu_config(shipped_ecu).drive.plant.driveline, DrivelineParameters<>{});
@@ -50,21 +34,21 @@ TEST(DrivelineConfig, EachKeyReachesItsOwnValueOfEachPlant) {
 
 TEST(DrivelineConfig, EachIntegratorMovesIt) {
   for (const char* integrator : {"cvode", "erk", "fixed", "exact"})
-    EXPECT_EQ(ecu_refusal(shipped_ecu, with("plant.integrator", integrator)), "accepted");
+    EXPECT_EQ(ecu_refusal(shipped_ecu, with(whole, "plant.integrator", integrator)), "accepted");
 }
 
 TEST(DrivelineConfig, WhatMakesNoDrivelineIsRefused) {
   EXPECT_THAT(
-      ecu_refusal(shipped_ecu, with("plant.driveline.inertia_kg_m2", "0")),
+      ecu_refusal(shipped_ecu, with(whole, "plant.driveline.inertia_kg_m2", "0")),
       HasSubstr("plant.driveline: stiffness, damping, backlash and gear ratio need a driveline with an "
                 "inertia above zero"));
   EXPECT_THAT(
-      ecu_refusal(shipped_ecu, with("plant.driveline.stiffness_nm_rad", "0")),
+      ecu_refusal(shipped_ecu, with(whole, "plant.driveline.stiffness_nm_rad", "0")),
       HasSubstr("plant.driveline: the stiffness must be above zero where the driveline has an inertia"));
 }
 
 TEST(DrivelineConfig, ADrivelineThatTakesTooManyStepsIsRefused) {
-  Settings fast = with("plant.driveline.damping_nm_s_rad", "1e6");
+  Settings fast = with(whole, "plant.driveline.damping_nm_s_rad", "1e6");
   fast.push_back("plant.integrator=fixed");
   EXPECT_THAT(
       ecu_refusal(shipped_ecu, fast),
@@ -79,10 +63,10 @@ TEST(DrivelineConfig, TakesNoImposedSpeed) {
       "load.kind: an imposed speed turns the motor whatever its load does: plant.driveline.inertia_kg_m2 "
       "must "
       "be 0, or the load a torque";
-  EXPECT_THAT(ecu_refusal(shipped_ecu, with("load.kind", "imposed_speed")), HasSubstr(sentence));
-  EXPECT_THAT(scenario_refusal(with("load.kind", "imposed_speed")), HasSubstr(sentence));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, with(whole, "load.kind", "imposed_speed")), HasSubstr(sentence));
+  EXPECT_THAT(scenario_refusal(with(whole, "load.kind", "imposed_speed")), HasSubstr(sentence));
   try {
-    (void)load_plant_config(shipped_plant, with("load.kind", "imposed_speed"));
+    (void)load_plant_config(shipped_plant, with(whole, "load.kind", "imposed_speed"));
     ADD_FAILURE() << "accepted";
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.what(), HasSubstr(sentence));

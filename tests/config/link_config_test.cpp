@@ -19,22 +19,6 @@ const Settings whole{"plant.link.capacitance_f=1e-3", "plant.link.source_ohm=0.2
                      "plant.link.chopper_ohm=20",     "plant.link.chopper_on_v=650",
                      "plant.link.chopper_off_v=620"};
 
-/// The same with another value of one key.
-Settings with(const std::string& key, const std::string& value) {
-  Settings settings = whole;
-  settings.push_back("plant." + key + "=" + value);
-  return settings;
-}
-
-std::string scenario_refusal(const Settings& settings) {
-  try {
-    (void)load_scenario_config(shipped_scenario, settings);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(LinkConfig, IsStiffByDefault) {
   EXPECT_FALSE(load_scenario_config(shipped_scenario).drive.plant.link.acts());
   EXPECT_FALSE(load_ecu_config(shipped_ecu).drive.plant.link.acts());
@@ -50,29 +34,29 @@ TEST(LinkConfig, EachKeyReachesItsOwnValueOfEachPlant) {
 
 TEST(LinkConfig, EachIntegratorMovesIt) {
   for (const char* integrator : {"cvode", "erk", "fixed", "exact"})
-    EXPECT_EQ(ecu_refusal(shipped_ecu, with("integrator", integrator)), "accepted");
+    EXPECT_EQ(ecu_refusal(shipped_ecu, with(whole, "plant.integrator", integrator)), "accepted");
 }
 
 TEST(LinkConfig, WhatMakesNoLinkIsRefused) {
   EXPECT_THAT(
-      ecu_refusal(shipped_ecu, with("link.capacitance_f", "0")),
+      ecu_refusal(shipped_ecu, with(whole, "plant.link.capacitance_f", "0")),
       HasSubstr("plant.link: a source with resistance, inductance or diode and a brake chopper need a "
                 "DC link with a capacitance above zero"));
-  EXPECT_THAT(ecu_refusal(shipped_ecu, with("link.source_ohm", "0")),
+  EXPECT_THAT(ecu_refusal(shipped_ecu, with(whole, "plant.link.source_ohm", "0")),
               HasSubstr("plant.link: the resistance of the source must be above zero"));
   EXPECT_THAT(
-      ecu_refusal(shipped_ecu, with("link.chopper_on_v", "620")),
+      ecu_refusal(shipped_ecu, with(whole, "plant.link.chopper_on_v", "620")),
       HasSubstr("plant.link: the brake chopper must turn off at a voltage above zero and below that at "
                 "which it turns on"));
-  EXPECT_THAT(ecu_refusal(shipped_ecu, with("link.chopper_ohm", "0")),
+  EXPECT_THAT(ecu_refusal(shipped_ecu, with(whole, "plant.link.chopper_ohm", "0")),
               HasSubstr("plant.link: the voltages of the brake chopper need a resistance of it above zero"));
   EXPECT_THAT(
-      ecu_refusal(shipped_ecu, with("link.chopper_off_v", "530")),
+      ecu_refusal(shipped_ecu, with(whole, "plant.link.chopper_off_v", "530")),
       HasSubstr("plant: link.chopper_off_v must be above u_dc_v, or the brake chopper loads the source"));
 }
 
 TEST(LinkConfig, ALinkThatTakesTooManyStepsIsRefused) {
-  Settings fast = with("link.capacitance_f", "1e-9");
+  Settings fast = with(whole, "plant.link.capacitance_f", "1e-9");
   fast.push_back("plant.integrator=fixed");
   EXPECT_THAT(ecu_refusal(shipped_ecu, fast),
               HasSubstr("capacitance, resistances or inductance of [plant.link] are too small; integrator = "

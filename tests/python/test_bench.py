@@ -150,7 +150,7 @@ def test_each_figure_of_a_peer_names_its_version() -> None:
     assert all(figure.note.startswith("version 1, Python 3.12.1") for figure in of_peers)
 
 
-def stub(folder: Path, name: str, script: str) -> Path:
+def fake_program(folder: Path, name: str, script: str) -> Path:
     program = folder / name
     program.write_text(f"#!/bin/sh\n{script}\n")
     program.chmod(0o755)
@@ -160,11 +160,11 @@ def stub(folder: Path, name: str, script: str) -> Path:
 def test_the_peers_get_the_oldest_python_that_is_new_enough_and_runs(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    stub(tmp_path, "python3.91", "echo command not found >&2; exit 127")  # as a shim without its version
-    stub(tmp_path, "python3.92", "echo 3 11")  # not what its name says
-    found = stub(tmp_path, "python3.93", "echo 3 93")
-    stub(tmp_path, "python3.94", "echo 3 94")
-    stub(tmp_path, "python3.93-config", "echo 3 93")
+    fake_program(tmp_path, "python3.91", "echo command not found >&2; exit 127")  # as a shim without its version
+    fake_program(tmp_path, "python3.92", "echo 3 11")  # not what its name says
+    found = fake_program(tmp_path, "python3.93", "echo 3 93")
+    fake_program(tmp_path, "python3.94", "echo 3 94")
+    fake_program(tmp_path, "python3.93-config", "echo 3 93")
     monkeypatch.setattr(peer_python, "folders", lambda: [tmp_path / "none", tmp_path])
     assert peer_python.interpreter((3, 90)) == str(found)
     assert peer_python.interpreter((3, 95)) == sys.executable
@@ -187,7 +187,7 @@ def test_each_python_gets_one_version_of_motulator() -> None:
 
 
 def test_a_peer_that_ran_something_else_is_refused(tmp_path: Path) -> None:
-    peer = stub(tmp_path, "peer", 'echo \'{"version": "1", "simulated_s": 1, "cpu_s": 2, "torque": 20}\'')
+    peer = fake_program(tmp_path, "peer", 'echo \'{"version": "1", "simulated_s": 1, "cpu_s": 2, "torque": 20}\'')
     with pytest.raises(UserError, match=r"stands at 20\.0 N·m"):
         peers.run_peer(Lab(), peer, "gem", 1.0)
 

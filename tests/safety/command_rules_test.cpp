@@ -17,7 +17,7 @@ struct CommandRules : testing::Test {
             .age_ns = age_ns,
             .status_age_ns = status_age_ns,
             .is_new = is_new,
-            .zero_requested = zero_requested,
+            .zero = zero,
             .blocked = blocked};
   }
   [[nodiscard]] static FaultSet only(Fault f) {
@@ -31,7 +31,7 @@ struct CommandRules : testing::Test {
   std::int64_t age_ns{0};
   std::int64_t status_age_ns{0};
   bool is_new{true};
-  bool zero_requested{false};
+  ZeroRequest zero{ZeroRequest::none};
   std::uint32_t blocked{0};
 };
 
@@ -82,14 +82,18 @@ TEST_F(CommandRules, ANewEnableBeyondTheTorqueLimitHolds) {
 }
 
 TEST_F(CommandRules, WindingDownRamps) {
-  zero_requested = true;
-  EXPECT_TRUE(evaluate_period().ramp);
+  for (const ZeroRequest request : {ZeroRequest::awaits_flux, ZeroRequest::shutdown}) {
+    zero = request;
+    EXPECT_TRUE(evaluate_period().ramp);
+  }
 }
 
 // One that is to be told on CAN, in telemetry and in the log.
 TEST_F(CommandRules, ARampHasACause) {
   EXPECT_EQ(evaluate_period().cause, DeratingCause::none);
-  zero_requested = true;
+  zero = ZeroRequest::awaits_flux;
+  EXPECT_EQ(evaluate_period().cause, DeratingCause::none) << "no torque is taken away";
+  zero = ZeroRequest::shutdown;
   EXPECT_EQ(evaluate_period().cause, DeratingCause::shutdown);
   status_age_ns = limits.status_timeout_ns + 1;
   EXPECT_EQ(evaluate_period().cause, DeratingCause::status_timeout);
@@ -125,7 +129,7 @@ TEST_F(CommandRules, StatusThatIsNotSentRampsAndThenLatches) {
 TEST_F(CommandRules, FactsSayNothingThatIsNotStated) {
   command.torque = 2.0 * limits.torque_limit;
   const CommandFacts<> silent{.command = command};
-  EXPECT_FALSE(silent.is_new || silent.disabled || silent.reset || silent.zero_requested);
+  EXPECT_FALSE(silent.is_new || silent.disabled || silent.reset || silent.zero != ZeroRequest::none);
   const CommandActions frame = evaluate<frame_rules<>>(silent, limits);
   EXPECT_FALSE(frame.hold) << "a frame out of range counts where it is new";
   EXPECT_FALSE(frame.drop || frame.ramp || frame.faults.any());

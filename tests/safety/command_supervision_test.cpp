@@ -29,8 +29,7 @@ class CommandSupervisionOf : public testing::Test {
   }
 
   SupervisedCommand<T> step() {
-    const auto out =
-        supervision.step(command, t_ns, T(period_ns) * T(1e-9), {-available, available}, zero_requested);
+    const auto out = supervision.step(command, t_ns, T(period_ns) * T(1e-9), {-available, available}, zero);
     t_ns += period_ns;
     return out;
   }
@@ -57,7 +56,7 @@ class CommandSupervisionOf : public testing::Test {
   TorqueCommand<T> command{};
   std::int64_t t_ns{5 * ms};
   T available{T(150)};
-  bool zero_requested{false};
+  ZeroRequest zero{ZeroRequest::none};
 };
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(CommandSupervisionOf, Scalars);
@@ -470,7 +469,7 @@ TYPED_TEST(CommandSupervisionOf, TheReferenceStaysWithinWhatIsAvailableHoweverSl
   this->run(ms);
   this->available = T(30);
   EXPECT_LE(this->step().torque, T(30));
-  this->zero_requested = true;
+  this->zero = ZeroRequest::shutdown;
   this->available = T(10);
   EXPECT_LE(this->step().torque, T(10));
 }
@@ -537,7 +536,7 @@ TYPED_TEST(CommandSupervisionOf, EachDirectionHasItsOwnAvailability) {
   this->start(T(100));
   const auto step = [this] {
     this->t_ns += period_ns;
-    return this->supervision.step(this->command, this->t_ns, T(1), {T(-60), T(40)}, false);
+    return this->supervision.step(this->command, this->t_ns, T(1), {T(-60), T(40)}, ZeroRequest::none);
   };
   EXPECT_EQ(step().torque, T(40));
   this->receive(T(-100), true);
@@ -560,7 +559,7 @@ TYPED_TEST(CommandSupervisionOf, ARestartSetsTheReferenceToZero) {
 TYPED_TEST(CommandSupervisionOf, WindingDownBringsTorqueToExactlyZeroAndHoldsItThere) {
   using T = TypeParam;
   this->start(T(77));
-  this->zero_requested = true;
+  this->zero = ZeroRequest::shutdown;
   EXPECT_EQ(this->run(10 * ms + 2 * period_ns).torque, T(0));
   this->receive(T(100), true);
   EXPECT_EQ(this->run(ms).torque, T(0));

@@ -30,9 +30,9 @@ namespace sextant {
 ///
 /// The frame follows the measured speed. An encoder shows it late, by half of its window, so that the frame
 /// of a shaft that gathers speed is off by an angle δ, the more the slower the flux follows: by some 10
-/// degrees for 1 ms on a machine of 160 kW. What of the voltage along the flux no R_s within the bounds
-/// explains is that of the flux across it, −ω_r φ sin δ, and turns the frame. Source of the equations: P.
-/// Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
+/// degrees for 1 ms on a machine of 160 kW. What of the voltage along the flux no resistances within the
+/// bounds explain is that of the flux across it, −ω_r φ sin δ, and turns the frame. Source of the equations:
+/// P. Vas, Sensorless Vector and Direct Torque Control, Oxford 1998.
 template <class T = double>
 class MagnetisingIdentification {
  public:
@@ -44,7 +44,7 @@ class MagnetisingIdentification {
       : nominal_{machine},
         filter_time_{T(0.04) * machine.tau_r()},
         shortest_{T(0.2) * machine.tau_r()},
-        rotor_gain_{machine.k_r() * machine.k_r() * machine.r_r},
+        resistances_{machine.r_s + machine.k_r() * machine.k_r() * machine.r_r},
         voltage_error_{voltage_error},
         low_{flux_crossover(machine, voltage_error, flux_reference)},
         high_{T(240) * machine.r_s / machine.l_s()},
@@ -72,7 +72,7 @@ class MagnetisingIdentification {
     const T k = dt / (T(0.5) * filter_time_ + dt);
     along_.step(voltage.alpha, k);
     // The ripple across the flux, with its voltage at both resistances.
-    error_.step(voltage.beta - (nominal_.r_s + rotor_gain_) * i_s.beta - omega_r * model_flux, omega_r, k);
+    error_.step(voltage.beta - resistances_ * i_s.beta - omega_r * model_flux, omega_r, k);
     current_.step(i_s.alpha, k);
     model_flux_.step(model_flux, k);
     lag_ = model_flux - model_flux_.value();
@@ -165,7 +165,7 @@ class MagnetisingIdentification {
   [[nodiscard]] T unexplained() const noexcept {
     const T i = current_.value();
     const auto [low, high] =
-        std::minmax({Prior::lowest * nominal_.r_s * i, Prior::highest * (nominal_.r_s + rotor_gain_) * i});
+        std::minmax({Prior::lowest * nominal_.r_s * i, Prior::highest * resistances_ * i});
     return along_.value() - std::clamp(along_.value(), low - voltage_error_, high + voltage_error_);
   }
 
@@ -247,7 +247,7 @@ class MagnetisingIdentification {
   Machine nominal_;
   T filter_time_;         ///< [s]
   T shortest_;            ///< time over which the parameters are identified [s]
-  T rotor_gain_;          ///< k_r² R_r [Ω]
+  T resistances_;         ///< R_s + k_r² R_r [Ω]
   T voltage_error_;       ///< [V]
   T low_;                 ///< ω_r above which φ is measured [rad/s]
   T high_;                ///< ω_r above which R_s is not identified [rad/s]

@@ -90,8 +90,8 @@ class Drive {
         capability_{parameters.capability},
         present_limit_{parameters.capability.machine, parameters.capability.flux_reference,
                        parameters.capability.current_limit},
-        reserve_{VoltageReserve<T>::Parameters::of(controller.holds_mean_torque()),
-                 parameters.capability.machine, parameters.capability.flux_reference, parameters.period_ns},
+        reserve_{controller.holds_mean_torque(), parameters.capability.machine,
+                 parameters.capability.flux_reference, parameters.period_ns},
         optimal_flux_{parameters.optimal_flux, parameters.capability},
         flux_slew_{parameters.capability.machine},
         held_flux_{parameters.capability.machine, parameters.capability.current_limit},
@@ -158,12 +158,10 @@ class Drive {
   [[nodiscard]] SupervisedCommand<T> supervise(const DriveRequest<T>& request, std::int64_t t_ns, T dt,
                                                TorqueRange<T> available) noexcept {
     // The reference stays zero until the flux is ready, so that torque starts from zero and at its rate.
-    const bool hold_at_zero = request.shutdown || state_ == DriveState::magnetising;
-    SupervisedCommand<T> command =
-        supervision_.step(request.command, t_ns, dt, available, hold_at_zero, request.status_age_ns);
-    // Held at zero by the flux alone, also in the period in which that gets ready, it is no shutdown.
-    if (!request.shutdown && command.ramp == DeratingCause::shutdown) command.ramp = DeratingCause::none;
-    return command;
+    const ZeroRequest zero = request.shutdown                    ? ZeroRequest::shutdown
+                             : state_ == DriveState::magnetising ? ZeroRequest::awaits_flux
+                                                                 : ZeroRequest::none;
+    return supervision_.step(request.command, t_ns, dt, available, zero, request.status_age_ns);
   }
 
   /// What machine and link allow in a steady state.

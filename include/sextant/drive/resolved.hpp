@@ -56,7 +56,7 @@ template <class T>
           .blocked_limit = s.blocked_limit};
 }
 
-/// inverter: with its voltage error; torque_limit: of the commands. [N·m]
+/// basis: with the voltage error of its inverter; torque_limit: of the commands. [N·m]
 template <class T>
 [[nodiscard]] ProtectionLimits<T> protection_limits(const ProtectionSetup<T>& s, const DriveBasis<T>& basis,
                                                     const DriveLimits<T>& limits, T torque_limit) noexcept {

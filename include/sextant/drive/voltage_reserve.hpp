@@ -37,24 +37,12 @@ struct TorqueTracking {
 template <class T = double>
 class VoltageReserve {
  public:
-  struct Parameters {
-    T tolerance{T(0.5)};  ///< by the torque of an active vector [-]
-
-    /// For a controller by its `holds_mean_torque`.
-    [[nodiscard]] static constexpr Parameters of(bool holds_mean_torque) noexcept {
-      return {.tolerance = holds_mean_torque ? T(0.5) : T(1)};
-    }
-    [[nodiscard]] const char* validate() const noexcept {
-      const bool good = std::isfinite(tolerance) && tolerance > T(0);
-      return good ? nullptr : "the tolerance of the mean torque must be above zero";
-    }
-  };
-
-  /// flux_reference [Wb], control period [ns].
-  constexpr VoltageReserve(const Parameters& parameters, const InductionMachineParameters<T>& m,
-                           T flux_reference, std::int32_t period_ns) noexcept
-      : tolerance_{parameters.tolerance * T(m.pole_pairs) * flux_reference * T(period_ns) * T(1e-9) /
-                   m.sigma_l_s()},
+  /// holds_mean_torque: of the controller, by which the tolerance is half the torque of an active vector or
+  /// all of it; flux_reference [Wb], control period [ns].
+  constexpr VoltageReserve(bool holds_mean_torque, const InductionMachineParameters<T>& m, T flux_reference,
+                           std::int32_t period_ns) noexcept
+      : tolerance_{(holds_mean_torque ? T(0.5) : T(1)) * T(m.pole_pairs) * flux_reference * T(period_ns) *
+                   T(1e-9) / m.sigma_l_s()},
         rate_{T(700) / breakdown_torque(m, flux_reference)},
         fast_{breakdown_torque(m, flux_reference) / T(0.04)} {}
 

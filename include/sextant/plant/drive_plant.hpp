@@ -16,6 +16,7 @@
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+#include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/appended_system.hpp"
 #include "sextant/plant/back_emf.hpp"
 #include "sextant/plant/drive_plant_parameters.hpp"
@@ -177,6 +178,13 @@ class DrivePlant {
     }
   }
   [[nodiscard]] const State& state() const noexcept SEXTANT_NONBLOCKING { return x_; }
+  /// Those of x that are the states of a part of the appended system.
+  template <class Part>
+    requires has_part<Part, Appended>
+  [[nodiscard]] static auto states_of(const State& x) noexcept SEXTANT_NONBLOCKING {
+    constexpr auto length = std::size_t(Part::size);
+    return std::span<const T, length>{x.data() + machine_size + part_begin<Part, Appended>(), length};
+  }
   [[nodiscard]] std::uint64_t revision() const noexcept SEXTANT_NONBLOCKING { return revision_; }
   /// Changes whenever the state jumps, or the right-hand side does by anything but the voltage of a bridge
   /// whose legs are all driven, the load torque or the imposed slope of the speed.

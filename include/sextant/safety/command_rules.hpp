@@ -11,6 +11,7 @@
 #include "sextant/core/torque_command.hpp"
 #include "sextant/safety/command_limits.hpp"
 #include "sextant/safety/rule_table.hpp"
+#include "sextant/safety/zero_request.hpp"
 
 namespace sextant {
 
@@ -23,7 +24,7 @@ struct CommandFacts {
   bool is_new{false};            ///< the newest frame came since the last period
   bool disabled{false};          ///< a frame with Enable = 0 has come since the last period
   bool reset{false};             ///< a disable with FaultReset = 1 has come since the last period
-  bool zero_requested{false};    ///< the drive requires zero torque
+  ZeroRequest zero{};            ///< for what the drive requires zero torque
   std::uint32_t blocked{};       ///< blocked frames in a row [-]
 };
 
@@ -112,9 +113,15 @@ template <class T>
 }
 
 template <class T>
-[[nodiscard]] constexpr bool zero_is_requested(const CommandFacts<T>& facts,
-                                               const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
-  return facts.zero_requested;
+[[nodiscard]] constexpr bool shutdown_is_requested(const CommandFacts<T>& facts,
+                                                   const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  return facts.zero == ZeroRequest::shutdown;
+}
+
+template <class T>
+[[nodiscard]] constexpr bool flux_is_awaited(const CommandFacts<T>& facts,
+                                             const CommandLimits<T>&) noexcept SEXTANT_NONBLOCKING {
+  return facts.zero == ZeroRequest::awaits_flux;
 }
 
 }  // namespace command_rule
@@ -133,7 +140,8 @@ inline constexpr std::array period_rules{
     CommandRule<T>{CommandAction::ramp, command_rule::has_timed_out<T>, {}, DeratingCause::command_timeout},
     CommandRule<T>{
         CommandAction::ramp, command_rule::status_has_timed_out<T>, {}, DeratingCause::status_timeout},
-    CommandRule<T>{CommandAction::ramp, command_rule::zero_is_requested<T>, {}, DeratingCause::shutdown},
+    CommandRule<T>{CommandAction::ramp, command_rule::shutdown_is_requested<T>, {}, DeratingCause::shutdown},
+    CommandRule<T>{CommandAction::ramp, command_rule::flux_is_awaited<T>},
     CommandRule<T>{CommandAction::latch, command_rule::is_lost<T>, Fault::command_lost},
     CommandRule<T>{CommandAction::latch, command_rule::e2e_is_invalid<T>, Fault::command_invalid},
     CommandRule<T>{CommandAction::latch, command_rule::is_blocked_in_a_row<T>, Fault::command_out_of_range},

@@ -48,12 +48,12 @@ class CommandSupervision {
   constexpr explicit CommandSupervision(const Parameters& parameters) noexcept : parameters_{parameters} {}
 
   /// One control period at t_ns, dt [s] after the one before. `available`: the torques available in this
-  /// period. `zero_requested`: the reference ramps to zero and stays there, for any command.
+  /// period. `zero`: where it is not none, the reference ramps to zero and stays there, for any command.
   /// `status_age_ns`: since a status frame was last sent, 0 without a bus [ns].
   [[nodiscard]] SupervisedCommand<T> step(const TorqueCommand<T>& command, std::int64_t t_ns, T dt,
-                                          TorqueRange<T> available, bool zero_requested,
+                                          TorqueRange<T> available, ZeroRequest zero,
                                           std::int64_t status_age_ns = 0) noexcept {
-    CommandFacts<T> facts = update_facts(command, t_ns, zero_requested, status_age_ns);
+    CommandFacts<T> facts = update_facts(command, t_ns, zero, status_age_ns);
     SupervisedCommand<T> out;
     out.fault_reset = evaluate_frames(facts);
     facts.blocked = blocked_;
@@ -90,7 +90,7 @@ class CommandSupervision {
  private:
   /// Age and changes of the command since the last period.
   [[nodiscard]] constexpr CommandFacts<T> update_facts(const TorqueCommand<T>& command, std::int64_t t_ns,
-                                                       bool zero_requested,
+                                                       ZeroRequest zero,
                                                        std::int64_t status_age_ns) noexcept {
     const bool is_new = command.sequence != sequence_;
     const bool disabled = command.disables != disables_;
@@ -109,7 +109,7 @@ class CommandSupervision {
             .is_new = is_new,
             .disabled = disabled,
             .reset = reset,
-            .zero_requested = zero_requested};
+            .zero = zero};
   }
 
   /// Applies the rules and the effects of the frames since the last period; true where one resets.

@@ -14,19 +14,11 @@ struct LinkEnergies {
   double chopper{};      ///< lost in the brake chopper
   double stored{};       ///< in the capacitor and the source's inductance
 
-  /// From a to b; empty where a reading is.
-  [[nodiscard]] static std::optional<LinkEnergies> change(const std::optional<LinkEnergies>& a,
-                                                          const std::optional<LinkEnergies>& b) noexcept {
-    if (!a || !b) return std::nullopt;
-    return LinkEnergies{b->source - a->source, b->source_loss - a->source_loss, b->chopper - a->chopper,
-                        b->stored - a->stored};
+  friend LinkEnergies operator+(const LinkEnergies& a, const LinkEnergies& b) noexcept {
+    return {a.source + b.source, a.source_loss + b.source_loss, a.chopper + b.chopper, a.stored + b.stored};
   }
-  /// Of both; an empty one adds nothing.
-  [[nodiscard]] static std::optional<LinkEnergies> sum(const std::optional<LinkEnergies>& a,
-                                                       const std::optional<LinkEnergies>& b) noexcept {
-    if (!a || !b) return a ? a : b;
-    return LinkEnergies{a->source + b->source, a->source_loss + b->source_loss, a->chopper + b->chopper,
-                        a->stored + b->stored};
+  friend LinkEnergies operator-(const LinkEnergies& a, const LinkEnergies& b) noexcept {
+    return {a.source - b.source, a.source_loss - b.source_loss, a.chopper - b.chopper, a.stored - b.stored};
   }
 };
 
@@ -38,21 +30,30 @@ struct DrivelineEnergies {
   double kinetic{};   ///< of the inertias of motor and load
   double elastic{};   ///< in the twist of the shaft
 
-  /// From a to b; empty where a reading is.
-  [[nodiscard]] static std::optional<DrivelineEnergies> change(
-      const std::optional<DrivelineEnergies>& a, const std::optional<DrivelineEnergies>& b) noexcept {
-    if (!a || !b) return std::nullopt;
-    return DrivelineEnergies{b->friction - a->friction, b->damping - a->damping, b->load - a->load,
-                             b->kinetic - a->kinetic, b->elastic - a->elastic};
+  friend DrivelineEnergies operator+(const DrivelineEnergies& a, const DrivelineEnergies& b) noexcept {
+    return {a.friction + b.friction, a.damping + b.damping, a.load + b.load, a.kinetic + b.kinetic,
+            a.elastic + b.elastic};
   }
-  /// Of both; an empty one adds nothing.
-  [[nodiscard]] static std::optional<DrivelineEnergies> sum(
-      const std::optional<DrivelineEnergies>& a, const std::optional<DrivelineEnergies>& b) noexcept {
-    if (!a || !b) return a ? a : b;
-    return DrivelineEnergies{a->friction + b->friction, a->damping + b->damping, a->load + b->load,
-                             a->kinetic + b->kinetic, a->elastic + b->elastic};
+  friend DrivelineEnergies operator-(const DrivelineEnergies& a, const DrivelineEnergies& b) noexcept {
+    return {a.friction - b.friction, a.damping - b.damping, a.load - b.load, a.kinetic - b.kinetic,
+            a.elastic - b.elastic};
   }
 };
+
+/// From a reading to a later one; empty where one of them is.
+template <class Energies>
+[[nodiscard]] std::optional<Energies> energy_change(const std::optional<Energies>& from,
+                                                    const std::optional<Energies>& to) noexcept {
+  if (!from || !to) return std::nullopt;
+  return *to - *from;
+}
+/// Of two changes; an empty one adds nothing.
+template <class Energies>
+[[nodiscard]] std::optional<Energies> energy_sum(const std::optional<Energies>& a,
+                                                 const std::optional<Energies>& b) noexcept {
+  if (!a || !b) return a ? a : b;
+  return *a + *b;
+}
 
 /// Readings of the plant's energy meter, and the energy of its field, at one instant. NaN: not known. [J]
 struct DriveEnergies {
@@ -89,8 +90,8 @@ struct EnergyFlow {
             .copper = b.copper - a.copper,
             .field = b.field - a.field,
             .iron = b.iron - a.iron,
-            .before_link = LinkEnergies::change(a.before_link, b.before_link),
-            .behind_shaft = DrivelineEnergies::change(a.behind_shaft, b.behind_shaft)};
+            .before_link = energy_change(a.before_link, b.before_link),
+            .behind_shaft = energy_change(a.behind_shaft, b.behind_shaft)};
   }
 
   EnergyFlow& operator+=(const EnergyFlow& o) noexcept {
@@ -100,8 +101,8 @@ struct EnergyFlow {
     copper += o.copper;
     field += o.field;
     iron += o.iron;
-    before_link = LinkEnergies::sum(before_link, o.before_link);
-    behind_shaft = DrivelineEnergies::sum(behind_shaft, o.behind_shaft);
+    before_link = energy_sum(before_link, o.before_link);
+    behind_shaft = energy_sum(behind_shaft, o.behind_shaft);
     return *this;
   }
 

@@ -166,8 +166,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   [[nodiscard]] Driveline<double>::Values driveline_states() const noexcept SEXTANT_NONBLOCKING
     requires(has_driveline)
   {
-    constexpr int begin = Plant::appended + part_begin<Driveline<double>, typename Plant::AppendedType>();
-    return Driveline<double>::Values{plant_.state().data() + begin, std::size_t(Driveline<double>::size)};
+    return Plant::template states_of<Driveline<double>>(plant_.state());
   }
 
   /// Moves temperatures and resistances where that is due.
