@@ -76,6 +76,9 @@ build_preset() {
   (cd "$sextant_root" && cmake --preset "$preset" && cmake --build --preset "$preset" "${targets[@]}" -j "$(nproc)")
 }
 
+# test_jobs: how many tests at once. Many wait for processes and clocks, and leave a processor idle.
+test_jobs() { printf '%s\n' $(($(nproc) + 1)); }
+
 need_python() {
   [ -x "$sextant_python" ] || die "the Python packages are not installed yet; scripts/setup does it."
 }
