@@ -56,7 +56,7 @@ def bounds_text(bounds: Bounds) -> str:
     if math.isnan(bounds.low):
         return "no value"
     if math.isinf(bounds.low) and math.isinf(bounds.high):
-        return "not known of the rows of its window"
+        return "not known from the rows"
     if bounds.low == bounds.high:
         return f"{bounds.low:.5g}"
     if math.isinf(bounds.high):
