@@ -13,7 +13,7 @@ declare -A self_tests=(
   [tidy]='.clang-tidy scripts/clang_tools.sh tests/tidy'
   [function_effects]='scripts/clang_tools.sh tests/nonblocking'
   [control_thread_audit]=tests/audit
-  [paper]=scripts/sextant_py/paper_check.py
+  [paper]=scripts/sextant_py/check_paper.py
   [sanitizers]=tests/sanitizers
   [rtsan]='scripts/clang_tools.sh tests/audit'
   [instructions]='scripts/sextant_py/instructions.py tests/bench/instruction_probe.cpp'
@@ -93,8 +93,9 @@ run_module() {
 
 # mil_module MODULE [ARGUMENTS...]: as run_module; builds the release's sextant-mil first, unless the arguments need none.
 mil_module() {
+  need_python
   case " ${*:2} " in
-    *" --mil"* | *" -h "* | *" --help "* | *" --page "*) ;;
+    *" --mil"* | *" -h "* | *" --help "* | *" --page "* | *" --from"*) ;;
     *) build_preset release sextant-mil >/dev/null || die "sextant-mil cannot be built; cmake --preset release tells why." ;;
   esac
   run_module "$@"

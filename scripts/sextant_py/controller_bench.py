@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from . import json_file
 from .controller_cases import SWITCHING_HZ, Case
 from .errors import UserError
 from .sweep_file import toml_value
@@ -78,7 +79,7 @@ class Results:
 
     def save(self, file: Path) -> None:
         content = self.__dict__ | {"records": [record.__dict__ for record in self.records]}
-        file.write_text(json.dumps(content, indent=0, ensure_ascii=False) + "\n", encoding="utf-8")
+        json_file.write(file, content)
 
     @staticmethod
     def load(file: Path) -> "Results":

@@ -276,7 +276,7 @@ def main(arguments: list[str]) -> int:
         problems = self_test(options.host.resolve())
     else:
         figures, problems = measure(options.host.resolve())
-        (BUILD / "embedded.json").write_text(cortex_page.text_of(figures), encoding="utf-8")
+        cortex_page.write_figures(figures, BUILD / "embedded.json")
         print(cortex_page.table(figures))
         if options.update:
             cortex_page.save(figures)

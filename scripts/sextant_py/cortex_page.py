@@ -2,8 +2,9 @@
 
 import json
 import re
+from pathlib import Path
 
-from . import page
+from . import json_file, page
 from .firmware_image import IN_FLASH
 from .paths import ROOT
 
@@ -32,8 +33,8 @@ def load() -> dict:
     return json.loads(FIGURES.read_text(encoding="utf-8"))
 
 
-def text_of(figures: dict) -> str:
-    return json.dumps(figures, indent=1, ensure_ascii=False) + "\n"
+def write_figures(figures: dict, file: Path) -> None:
+    json_file.write(file, figures, levels=3)
 
 
 def _sizes(figures: dict) -> str:
@@ -99,7 +100,7 @@ def rendered(text: str, figures: dict) -> str:
 
 
 def save(figures: dict) -> None:
-    FIGURES.write_text(text_of(figures), encoding="utf-8")
+    write_figures(figures, FIGURES)
     PAGE.write_text(rendered(PAGE.read_text(encoding="utf-8"), figures), encoding="utf-8")
 
 

@@ -27,11 +27,12 @@ EXAMPLES = """examples:
 RECORDING is a trace or a recording in any format, of a live drive, hardware in the loop or virtual time, or a result
 directory of sextant-mil. sextant-mil reads the scenario. A recording has mean, minimum and maximum of each
 millisecond, so a metric is known to bounds; a limit holds or does not where all of them say so, and is left open where
-they do not. What is left open does not pass. Metrics that rows say nothing of, such as switching frequency, harmonics
-and energies, are open. Time zero of the scenario is that of the recording, or --align says at which trigger of
-scripts/scope it was at --at. Exit status: as of sextant-mil, 0 when everything that is expected holds, 1 when a limit
-does not hold or is open, 3 when a fault latched that was not expected, 9 when nothing is expected and
---require-expectations asks for it, 2 when an argument or a file is wrong."""
+they do not. What is left open does not pass. Metrics that are taken between the rows, such as switching frequency,
+harmonics and energies, are not in a recording, nor are those whose signals it lacks; they are open, and the result
+says which. Time zero of the scenario is that of the recording, or --align says at which trigger of scripts/scope it was
+at --at. Exit status: as of sextant-mil, 0 when everything that is expected holds, 1 when a limit does not hold or is
+open, 3 when a fault latched that was not expected, 9 when nothing is expected and --require-expectations asks for it, 2
+when an argument or a file is wrong."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
@@ -55,12 +56,16 @@ def bounds_text(bounds: Bounds) -> str:
     if math.isnan(bounds.low):
         return "no value"
     if math.isinf(bounds.low) and math.isinf(bounds.high):
-        return "not recorded"
+        return "not known from the rows"
     if bounds.low == bounds.high:
         return f"{bounds.low:.5g}"
     if math.isinf(bounds.high):
         return f"≥ {bounds.low:.5g}"
     return f"≤ {bounds.high:.5g}" if math.isinf(bounds.low) else f"{bounds.low:.5g} … {bounds.high:.5g}"
+
+
+def value_text(result: LimitResult) -> str:
+    return result.absence if result.absence and result.holds is None else bounds_text(result.bounds)
 
 
 def fault_name(evaluation: Evaluation) -> str:
@@ -87,7 +92,7 @@ def print_table(evaluation: Evaluation) -> None:
     for result in evaluation.limits:
         limit = result.limit
         where = f"{limit.metric}, {limit.window}" if limit.is_own else limit.metric
-        cells = (where, bounds_text(result.bounds), limit.text, WORDS[result.holds])
+        cells = (where, value_text(result), limit.text, WORDS[result.holds])
         table.add_row(*map(Text, cells), style=STYLES[result.holds])
     console.print(Text(f"{evaluation.scenario.name}: {evaluation.verdict.replace('_', ' ')}"))
     for name, t_s in evaluation.faults:
@@ -104,7 +109,7 @@ def _outcome(holds: bool | None, kind: str, said: str) -> list[junitparser.Failu
 
 def _limit_case(suite: str, result: LimitResult) -> junitparser.TestCase:
     case = junitparser.TestCase(result.limit.name, suite, 0)
-    said = f"{result.limit.metric} is {bounds_text(result.bounds)}, expected {result.limit.text}"
+    said = f"{result.limit.metric} is {value_text(result)}, expected {result.limit.text}"
     case.result = _outcome(result.holds, "limit", said)
     return case
 

@@ -72,10 +72,11 @@ class Part:
         """Of values between m and M with the mean μ: from μ² to μ(M + m) − mM (Bhatia and Davis, 2000)."""
         low, high = course.min_low, course.max_high
         is_known = np.isfinite(low) & np.isfinite(high)
+        has_mean = is_known & np.isfinite(course.mean_low) & np.isfinite(course.mean_high)
         m, top = np.where(is_known, low, 0.0), np.where(is_known, high, 0.0)
-        means = [np.where(is_known, mean, 0.0) for mean in (course.mean_low, course.mean_high)]
+        means = [np.where(has_mean, mean, 0.0) for mean in (course.mean_low, course.mean_high)]
         least = np.where(means[0] * means[1] <= 0, 0.0, np.minimum(means[0] ** 2, means[1] ** 2))
-        most = np.where(is_known, np.maximum(*(mean * (top + m) - m * top for mean in means)), np.inf)
+        most = np.where(has_mean, np.maximum(*(mean * (top + m) - m * top for mean in means)), np.inf)
         return self._mean(
             (least, np.maximum(most, least)), (np.zeros_like(m), np.where(is_known, np.maximum(m**2, top**2), np.inf))
         )
@@ -168,6 +169,28 @@ WINDOWED: dict[str, Callable[[Part], Bounds]] = {
     "flux_max_wb": lambda part: part.largest(part.rows.flux),
 }
 WHOLE = ("peak_current_a", "response_time_ms")
+TORQUE_EXTREMES = ("torque_min_nm", "torque_max_nm")
+TORQUE, FLUX = ("torque_mean_nm", *TORQUE_EXTREMES), ("flux_mean_wb", "flux_min_wb", "flux_max_wb")
+COLUMNS = {  # of which the bounds of a metric are made
+    "torque_ripple_pp_nm": TORQUE_EXTREMES,
+    "torque_ripple_rms_nm": TORQUE,
+    "torque_bias_nm": TORQUE,
+    "torque_error_rms_nm": TORQUE,
+    "torque_error_max_nm": TORQUE_EXTREMES,
+    "flux_mean_wb": FLUX,
+    "flux_min_wb": ("flux_min_wb",),
+    "flux_max_wb": ("flux_max_wb",),
+    "peak_current_a": ("current_max_a",),
+    "response_time_ms": TORQUE_EXTREMES,
+}
+
+
+def absence(metric: str, rows: Rows) -> str:
+    """Why nothing of a metric is in the recording; empty where something may be."""
+    if metric not in COLUMNS:
+        return "not in this recording: it is taken between the rows"
+    lacking = [name for name in COLUMNS[metric] if name not in rows.columns]
+    return f"not in this recording, which has no {' and no '.join(lacking)}" if lacking else ""
 
 
 def bounds(metric: str, rows: Rows, window: Window, step_s: float | None, unsure_s: float, duration_s: float) -> Bounds:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from . import alignment
 from .aligned_comparison import faults_of_result, trace_of
-from .expect_bounds import Bounds, bounds
+from .expect_bounds import Bounds, absence, bounds
 from .expect_rows import rows_of
 from .expect_scenario import Limit, Scenario, Window
 from .recorded_faults import FAULT
@@ -21,6 +21,7 @@ class LimitResult:
     limit: Limit
     bounds: Bounds
     holds: bool | None  # None: the recording leaves it open
+    absence: str  # why the recording has nothing of the metric; else empty
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,6 @@ def evaluate(scenario: Scenario, path: Path, trigger: str | None, at_s: float | 
     results = []
     for limit in scenario.limits:
         found = bounds(limit.metric, rows, limit.window, scenario.step_s, unsure_s, scenario.duration_s)
-        results.append(LimitResult(limit, found, found.holds(limit.low, limit.high)))
+        results.append(LimitResult(limit, found, found.holds(limit.low, limit.high), absence(limit.metric, rows)))
     holds = _fault_holds(scenario, faults, unsure_s + late_s)
     return Evaluation(scenario, tuple(results), tuple(faults), holds)

@@ -57,6 +57,7 @@ class Rows:
     flux: Course  # magnitude [Wb]
     current_max: np.ndarray  # magnitude of the current vector; infinite where it is not known [A]
     phase_max: np.ndarray  # largest of the phases at the end of the row [A]
+    columns: frozenset[str]  # names of the signals that the file has
 
 
 def _begin(file: SignalFile, rows: GroupRows) -> tuple[np.ndarray, bool]:
@@ -76,11 +77,14 @@ def _column(rows: GroupRows, plant: GroupRows | None, name: str) -> np.ndarray:
     return np.full(len(rows.time_s), np.nan)
 
 
+def _columns(*groups: GroupRows | None) -> frozenset[str]:
+    return frozenset(name for group in groups if group is not None for name in group.group.dtype.names or ())
+
+
 def rows_of(file: SignalFile, zero_s: float) -> Rows:
     """zero_s: the beginning of the scenario on the time axis of the file. [s] UserError: it has no telemetry."""
     main = file.groups[file.main]
-    names = main.group.dtype.names or ()
-    if "torque_requested_nm" not in names or "torque_min_nm" not in names:
+    if not {"torque_requested_nm", "torque_min_nm"} <= _columns(main):
         raise UserError(f"{file.path} has no telemetry, of which a scenario's limits are evaluated.")
     plant = (
         file.groups["plant"] if "plant" in file.filled() and file.groups["plant"].group.time_of == file.main else None
@@ -101,4 +105,5 @@ def rows_of(file: SignalFile, zero_s: float) -> Rows:
     return Rows(
         begin_s - zero_s, end_s - zero_s, requested, torque, error, flux,
         np.where(known & np.isfinite(current), current, np.inf), np.nan_to_num(np.max(phases, axis=0)),
+        _columns(main, plant),
     )  # fmt: skip

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from . import false_trips, fault_campaign_file, fault_campaign_library, mil_program
+from . import false_trips, fault_campaign_file, fault_campaign_library, json_file, mil_program
 from .errors import UserError, run
 from .fault_campaign_page import fault_table, trip_table, write
 from .paths import OUT, ROOT
@@ -156,7 +156,7 @@ def of_the_library(options: argparse.Namespace) -> int:
 
 
 def keep(results: dict, file: Path) -> None:
-    file.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    json_file.write(file, results)
     print(file)
 
 
@@ -180,7 +180,7 @@ def main(arguments: list[str]) -> int:
     print(fault_table(faults), trip_table(hours), sep="\n\n")
     OUT.mkdir(parents=True, exist_ok=True)
     results = {"seeds": options.seeds, "faults": faults, "hours": [one.to_json() for one in hours]}
-    (OUT / "fault_campaign.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    json_file.write(OUT / "fault_campaign.json", results)
     if options.is_of_page:
         write(PAGE, options.seeds, faults, hours)
         print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables")

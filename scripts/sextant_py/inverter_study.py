@@ -3,7 +3,6 @@ machine saturates or whose DC link has a capacitance.
 """
 
 import argparse
-import json
 import os
 import subprocess
 import tempfile
@@ -13,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from . import identify, mil_program
+from . import identify, json_file, mil_program
 from .errors import UserError, run
 from .identify_files import told_dead_time_us, told_voltage_error_v
 from .paths import OUT, ROOT
@@ -322,7 +321,7 @@ def main(arguments: list[str]) -> int:
     rows, idle = measure(lab, options, cases)
     print(table(rows, idle))
     file = directory / "inverter_study.json"
-    file.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    json_file.write(file, rows)
     print(file)
     return 0
 

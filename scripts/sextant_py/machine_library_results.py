@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from . import json_file
 from .errors import UserError
 from .machine_library_points import Machine, Point
 from .torque_map_capability import largest_torque, limits_of
@@ -119,16 +120,7 @@ def causes(outcomes: Iterable[Outcome]) -> Counter:
 
 
 def save(results: Results, file: Path) -> None:
-    lists = {"outcomes": [vars(o) for o in results.outcomes], "faults": results.faults, "scenarios": results.scenarios}
-    head = json.dumps({k: v for k, v in vars(results).items() if k not in lists}, ensure_ascii=False)
-    parts = [
-        f'"{name}": [\n' + ",\n".join(json.dumps(one, ensure_ascii=False) for one in rows) + "\n]"
-        for name, rows in lists.items()
-    ]
-    try:
-        file.write_text(f"{head[:-1]},\n" + ",\n".join(parts) + "}\n", encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{file} cannot be written: {error.strerror}.") from None
+    json_file.write(file, vars(results) | {"outcomes": [vars(one) for one in results.outcomes]})
 
 
 def load(file: Path) -> Results:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from . import json_file
 from . import motulator_course as courses
 from .errors import UserError
 from .motulator_cases import (
@@ -88,7 +89,7 @@ class Results:
 
     def save(self, file: Path) -> None:
         content = self.__dict__ | {"records": [asdict(record) for record in self.records]}
-        file.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        json_file.write(file, content)
 
     @staticmethod
     def load(file: Path) -> "Results":

@@ -5,6 +5,7 @@ import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from . import json_file
 from .errors import UserError
 from .paper_lab import Run
 
@@ -54,7 +55,7 @@ class Numbers:
             entry["tolerance"] = (
                 entry["tolerance"] if entry["tolerance"] is None else float(f"{entry['tolerance']:.3g}")
             )
-        file.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        json_file.write(file, content)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from . import json_file
 from .errors import UserError
 from .torque_map_points import Conditions, Point
 
@@ -131,9 +132,7 @@ def save(results: Results, file: Path) -> None:
         {"conditions": one.conditions.__dict__, **{k: v for k, v in one.__dict__.items() if k != "conditions"}}
         for one in results.maps
     ]
-    head = json.dumps({k: v for k, v in results.__dict__.items() if k != "maps"}, ensure_ascii=False, indent=1)
-    lines = ",\n".join(json.dumps(one, ensure_ascii=False, separators=(",", ":")) for one in maps)
-    file.write_text(f'{head[:-2]},\n "maps": [\n{lines}\n]}}\n', encoding="utf-8")
+    json_file.write(file, results.__dict__ | {"maps": maps})
 
 
 def load(file: Path) -> Results:

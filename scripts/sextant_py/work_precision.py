@@ -11,7 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from . import closed_loops, errors, page
+from . import closed_loops, errors, json_file, page
 from .figure_style import STYLE
 from .origin import Origin
 from .paths import ROOT
@@ -135,7 +135,7 @@ def write_page(data: dict) -> None:
 def main(arguments: list[str]) -> int:
     """With a file: of an earlier measurement."""
     data = load(Path(arguments[0])) if arguments else rounded(measure())
-    DATA.write_text(json.dumps(data).replace("}, {", "},\n{") + "\n", encoding="utf-8")
+    json_file.write(DATA, data)
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     draw(data, PICTURE)
     write_page(data)

@@ -80,7 +80,7 @@ def test_every_gate_is_in_the_table_and_says_whether_it_tests_itself() -> None:
     rows = dict(re.findall(r"^\| [^|]+ \| `scripts/(check_\w+)[^|]*\|([^|]*)\|", page, re.MULTILINE))
     assert sorted(rows) == sorted(file.name for file in (ROOT / "scripts").glob("check_*"))
     for gate, tests_itself in rows.items():
-        program = ROOT / "scripts" / "sextant_py" / f"{gate.replace('check_paper', 'paper_check')}.py"
+        program = ROOT / "scripts" / "sextant_py" / f"{gate}.py"
         text = (ROOT / "scripts" / gate).read_text(encoding="utf-8")
         text += program.read_text(encoding="utf-8") if program.exists() else ""
         assert (tests_itself.strip() == "yes") == ("--self-test" in text), gate

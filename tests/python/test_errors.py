@@ -19,8 +19,10 @@ def source_of(module: str) -> str:
 
 def commands() -> list[str]:
     """The modules behind scripts that read their own arguments."""
-    texts = [script.read_text(encoding="utf-8", errors="replace") for script in SCRIPTS.iterdir() if script.is_file()]
-    named = {module for text in texts for module in re.findall(r"^run_module (\w+)", text, re.MULTILINE)}
+    scripts = [script for script in SCRIPTS.iterdir() if script.is_file()]
+    named = {script.name for script in scripts if script.is_symlink()}
+    texts = [script.read_text(encoding="utf-8", errors="replace") for script in scripts if not script.is_symlink()]
+    named |= {module for text in texts for module in re.findall(r"^\(?run_module (\w+)", text, re.MULTILINE)}
     return sorted(module for module in named if "argparse" in source_of(module))
 
 

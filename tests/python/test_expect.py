@@ -1,5 +1,6 @@
 """Recordings evaluated by a scenario's [expect]: whatever is decided is what sextant-mil says of the same run."""
 
+import dataclasses
 import json
 import math
 import random
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 from programs import program
 from sextant_py import expect, mil_program
-from sextant_py.expect_bounds import WHOLE, WINDOWED, Bounds, bounds
+from sextant_py.expect_bounds import COLUMNS, WHOLE, WINDOWED, Bounds, absence, bounds
 from sextant_py.expect_rows import rows_of
 from sextant_py.expect_scenario import Window
 from sextant_py.paths import ROOT
@@ -208,6 +209,60 @@ def test_what_the_recording_leaves_open_does_not_pass(tmp_path: Path, capsys: py
     source._blocks[MAIN] = step_source()._blocks[MAIN][:1000]
     made_recording.write(source, tmp_path / "short.h5")
     assert expect.main([str(scenario), str(tmp_path / "short.h5"), *trigger]) == 1
+
+
+def without(source: made_recording.MadeSource, *names: str) -> made_recording.MadeSource:
+    """The same recording, whose telemetry lacks signals."""
+    kept = [name for name in source._blocks[MAIN].dtype.names if name not in names]
+    columns = tuple(column for column in source.groups[MAIN].columns if column.name in kept)
+    group = dataclasses.replace(source.groups[MAIN], columns=columns)
+    blocks = {**source._blocks, MAIN: source._blocks[MAIN][kept].astype(group.dtype)}
+    return made_recording.MadeSource(blocks, [group, source.groups[STATE]])
+
+
+def test_what_the_recording_lacks_is_named(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    recordings = {name: step_source() for name in ("whole", "lacking")}
+    recordings["lacking"] = without(recordings["lacking"], "flux_min_wb", "torque_mean_nm", "torque_max_nm")
+    for name, source in recordings.items():
+        made_recording.write(source, tmp_path / f"{name}.h5")
+    words = ["--align", "rise torque_reference_nm 10", "--junit", str(tmp_path / "j.xml")]
+    here = "it is taken between the rows"
+    for limit, said in {
+        "flux_min_wb = { min = 1 }": "which has no flux_min_wb",
+        "flux_max_wb = { max = 1.2 }": "",
+        "torque_bias_nm = { max = 1 }": "which has no torque_mean_nm and no torque_max_nm",
+        "switching_frequency_hz = { max = 1e5 }": here,
+        "energy_shaft_j = { min = 0 }": here,
+    }.items():
+        scenario = scenario_file(tmp_path / "step.toml", limit)
+        for name in recordings:
+            is_told = said == here or (said != "" and name == "lacking")
+            assert expect.main([str(scenario), str(tmp_path / f"{name}.h5"), *words]) == (1 if is_told else 0), limit
+            text = " ".join(suite_of(tmp_path / "j.xml").values())
+            assert (said in text and "not in this recording" in text) if is_told else "recording" not in text, text
+            assert ("not in this recording" in capsys.readouterr().out) == is_told
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_bounds_of_a_metric_are_made_of_the_signals_that_it_names(tmp_path: Path) -> None:
+    """Without one of them there is a bound less, without another signal the bounds are the same."""
+    assert set(COLUMNS) == {*WINDOWED, *WHOLE}
+    window = Window(0.6003, 1.2004)  # cuts rows, of which then the extremes count
+
+    def found(source: made_recording.MadeSource, metric: str) -> tuple[Bounds, str]:
+        made_recording.write(source, tmp_path / "rows.h5")
+        rows = rows_of(SignalFile(tmp_path / "rows.h5"), 0.0)
+        return bounds(metric, rows, window, 0.5, 0.0, 1.5), absence(metric, rows)
+
+    required = "torque_min_nm"  # without which it is no telemetry
+    for metric, columns in COLUMNS.items():
+        whole, nothing = found(step_source(), metric)
+        assert nothing == ""
+        assert math.isfinite(whole.high)
+        for name in {name for names in COLUMNS.values() for name in names} - {required}:
+            lacking, said = found(without(step_source(), name), metric)
+            assert said == (f"not in this recording, which has no {name}" if name in columns else ""), metric
+            assert (lacking == whole) == (name not in columns), (metric, name)
 
 
 def test_faults_of_a_live_recording(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

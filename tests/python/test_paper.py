@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sextant_py import (
+    check_paper,
     mil_program,
-    paper,
-    paper_check,
     paper_cycle,
     paper_defaults,
+    paper_report,
     paper_rise,
     paper_steady,
     paper_steps,
@@ -239,7 +239,7 @@ def test_bad_arguments() -> None:
     with pytest.raises(UserError, match=r"--mil: .* is not a program"):
         mil_program.find(Path("/no/such/program"))
     with pytest.raises(UserError, match="--jobs: at least one"):
-        paper.parse_arguments(["--jobs", "0"])
+        paper_report.parse_arguments(["--jobs", "0"])
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
@@ -260,7 +260,7 @@ def test_table6_is_the_papers() -> None:
 
 
 def test_committed_page_is_that_of_the_committed_numbers() -> None:
-    assert paper_check.page_differences(COMMITTED, load(COMMITTED / "numbers.json")) == []
+    assert check_paper.page_differences(COMMITTED, load(COMMITTED / "numbers.json")) == []
 
 
 def test_committed_numbers_say_where_they_come_from() -> None:
@@ -275,13 +275,13 @@ def test_a_changed_number_or_page_is_found(tmp_path: Path) -> None:
     name = "response/centred/dead/15"
     off = Numbers(numbers.entries | {name: replace(numbers.entries[name], value=4.0)})
     assert len(differences(off, numbers)) == 1
-    assert paper_check.self_test(numbers, numbers) == []
-    for picture in paper.PICTURES:
+    assert check_paper.self_test(numbers, numbers) == []
+    for picture in paper_report.PICTURES:
         (tmp_path / f"{picture}.png").write_bytes(b"")
     (tmp_path / "README.md").write_text(render(off), encoding="utf-8")
-    assert len(paper_check.page_differences(tmp_path, numbers)) == 1
+    assert len(check_paper.page_differences(tmp_path, numbers)) == 1
     (tmp_path / "response.png").unlink()
-    assert len(paper_check.page_differences(tmp_path, numbers)) == 2
+    assert len(check_paper.page_differences(tmp_path, numbers)) == 2
 
 
 def test_defaults_that_a_configuration_switches_off() -> None:

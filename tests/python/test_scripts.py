@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from sextant_py import __main__
 from sextant_py.paths import ROOT
 
 SCRIPTS = ROOT / "scripts"
@@ -24,25 +25,8 @@ WITHOUT_OPERANDS = [
     "work_precision",
 ]
 SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_audit"]
-PYTHON_PROGRAMS = [
-    "vcu",
-    "monitor",
-    "nameplate",
-    "dashboard",
-    "record",
-    "plot",
-    "sweep",
-    "rt_check",
-    "compare",
-    "report",
-    "expect",
-    "compare_live",
-    "completion",
-    "scope",
-    "convert",
-    "playback",
-    "check_recording",
-]
+COMMANDS = sorted(link.name for link in SCRIPTS.iterdir() if link.is_symlink())  # programs of sextant_py alone
+PYTHON_PROGRAMS = [*COMMANDS, "compare_live", "check_recording", "fault_campaign"]
 
 
 def run(*command: str | Path, **options: object) -> subprocess.CompletedProcess:
@@ -55,6 +39,16 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
     assert found.returncode == 0, found.stderr
     assert name in found.stdout.splitlines()[0]
     assert found.stderr == ""
+
+
+def test_every_command_is_a_link_to_the_one_that_runs_its_module() -> None:
+    assert set(__main__.COMMANDS) <= set(COMMANDS)
+    for name in COMMANDS:
+        assert (SCRIPTS / name).readlink() == Path("command"), name
+        module = SCRIPTS / "sextant_py" / name
+        assert module.with_suffix(".py").is_file() or (module / "__main__.py").is_file(), name
+    found = run(SCRIPTS / "command", "plot")
+    assert (found.returncode, found.stderr) == (1, "command: call a command by its name, as in scripts/plot --help.\n")
 
 
 @pytest.mark.parametrize("name", PYTHON_PROGRAMS)

@@ -5,7 +5,7 @@ import shutil
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from sextant_py import page
+from sextant_py import json_file, page
 from sextant_py.errors import UserError
 from sextant_py.origin import Origin
 from sextant_py.paths import ROOT
@@ -70,8 +70,7 @@ def read(file: Path) -> Run:
 
 
 def write(file: Path, run: Run) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(run.to_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    json_file.write(file, run.to_json(), levels=3)
 
 
 def terminal(stages: Stages) -> str:

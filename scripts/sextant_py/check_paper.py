@@ -4,7 +4,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from . import mil_program, paper, paper_defaults
+from . import mil_program, paper_defaults, paper_report
 from .errors import run
 from .paper_lab import Lab
 from .paper_numbers import Numbers, differences, load
@@ -24,7 +24,7 @@ def page_differences(directory: Path, numbers: Numbers) -> list[str]:
         pairs = zip(written.splitlines(), wanted.splitlines(), strict=False)
         line = next((k for k, (a, b) in enumerate(pairs, 1) if a != b), "its end")
         found.append(f"{page.name}: line {line} is not what numbers.json makes of it; scripts/paper_report --page does")
-    for name in paper.PICTURES:
+    for name in paper_report.PICTURES:
         if not (directory / f"{name}.png").is_file():
             found.append(f"{name}.png is missing; scripts/paper_report draws it")
     return found
@@ -51,12 +51,14 @@ def self_test(committed: Numbers, now: Numbers) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    parser = paper.parser_of("check_paper", "Runs a part of the paper's scenarios again and compares with docs/paper.")
+    parser = paper_report.parser_of(
+        "check_paper", "Runs a part of the paper's scenarios again and compares with docs/paper."
+    )
     parser.add_argument("--self-test", action="store_true", help="every number of the part, changed, must be found")
     options = parser.parse_args(arguments)
     committed, now = load(COMMITTED / "numbers.json"), Numbers()
     with Lab(mil_program.find(options.mil), options.jobs) as lab:
-        paper.measure(lab, now, True, lambda _: None)
+        paper_report.measure(lab, now, True, lambda _: None)
     if options.self_test:
         found = self_test(committed, now)
         good = f"found: a changed number, whichever of {len(now.entries)}"
