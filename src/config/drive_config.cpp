@@ -87,8 +87,8 @@ std::string range_problem(const Converter& sensor, double trip, const std::strin
 }  // namespace
 
 const ControlMethod& DriveConfig::method(std::string_view name) const {
-  for (const ControlMethod& known : methods) {
-    if (known.name == name) return known;
+  for (const auto& known : methods) {
+    if (known->name() == name) return *known;
   }
   throw std::logic_error("there is no control method \"" + std::string{name} + "\"");
 }

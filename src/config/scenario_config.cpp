@@ -229,8 +229,8 @@ std::string validate_sampling(const ScenarioConfig& c) {
 /// What a trace may hold, whichever control method is chosen.
 std::vector<std::string> all_signals(const ControlMethods& methods) {
   std::vector<std::string> names = trace_signals();
-  for (const ControlMethod& method : methods) {
-    for (const ControlChannel& c : method.channels) names.push_back(std::string{"control/"} + c.name);
+  for (const auto& method : methods) {
+    for (const ControlChannel& c : method->channels()) names.push_back(std::string{"control/"} + c.name);
   }
   return names;
 }
@@ -243,7 +243,7 @@ std::string signals_text() {
 
 /// A trace holds the channels of its own controller alone.
 std::string validate_signals(const ScenarioConfig& c) {
-  const std::vector<std::string> there = trace_signals(c.drive.method().channels);
+  const std::vector<std::string> there = trace_signals(c.drive.method().channels());
   for (const std::string& name : c.scenario.trace.signals) {
     if (std::find(there.begin(), there.end(), name) == there.end())
       return "signal \"" + name + "\" belongs to another controller than control.controller, \"" +
