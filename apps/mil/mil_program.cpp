@@ -7,7 +7,6 @@
 #include <exception>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -138,7 +137,7 @@ sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
   const bool sampled = config.mode == sextant::ScenarioMode::sampled;
   return {config.scenario.name,
           sampled ? std::optional<std::int64_t>{config.drive.drive.period_ns} : std::nullopt,
-          config.drive.method().channels};
+          config.drive.method().channels()};
 }
 
 /// A further problem of a run, in a sentence; empty without one.
@@ -290,7 +289,7 @@ void report_not_started(const std::string& program, const Options& options,
 
 /// All files are read before anything runs: a mistake in the last one must not cost the first its time.
 std::vector<sextant::ScenarioConfig> read_all(const std::string& program, const Options& options,
-                                              std::span<const sextant::ControlMethod> own) {
+                                              const sextant::ControlMethods& own) {
   std::vector<sextant::ScenarioConfig> configs;
   configs.reserve(options.scenarios.size());
   try {
@@ -304,7 +303,7 @@ std::vector<sextant::ScenarioConfig> read_all(const std::string& program, const 
   return configs;
 }
 
-int run(const std::string& program, Options options, std::span<const sextant::ControlMethod> own) {
+int run(const std::string& program, Options options, const sextant::ControlMethods& own) {
   if (options.integrator) options.overrides.push_back("plant.integrator=" + *options.integrator);
   const std::vector<sextant::ScenarioConfig> configs = read_all(program, options, own);
   if (!options.print_config) return run_all(program, options, configs);
@@ -315,7 +314,7 @@ int run(const std::string& program, Options options, std::span<const sextant::Co
 
 }  // namespace
 
-int sextant::mil_program(int argc, char** argv, std::span<const ControlMethod> own) {
+int sextant::mil_program(int argc, char** argv, const ControlMethods& own) {
   Options options;
   const std::string program = program_name(argc, argv);
   const std::string help = fmt::format(notes, program, status_table());

@@ -43,9 +43,9 @@ void describe_other_machine(Section s, MachineConfig& other, const MachineConfig
 void describe_control(Section s, DriveConfig& c) {
   std::vector<std::string> names;
   std::string meaning = "control method";
-  for (const ControlMethod& method : c.methods) {
-    names.push_back(method.name);
-    meaning += "; " + method.name + ": " + method.meaning;
+  for (const auto& method : c.methods) {
+    names.emplace_back(method->name());
+    meaning += "; " + names.back() + ": " + method->meaning();
   }
   s.add("controller", "", meaning.c_str(),
         ChoiceField{std::move(names), [&c] { return c.controller; },
@@ -77,10 +77,10 @@ void describe_control(Section s, DriveConfig& c) {
     if (zero_torque_speed(c.control.machine, c.control.flux_reference, c.plant.io.u_dc) > 0.0) return {};
     return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";
   });
-  for (ControlMethod& method : c.methods) {
-    Section table = s.section(method.name);
-    method.describe(table, method.parameters, c.control);
-    table.optional([&c, &method] { return c.controller == method.name; });
+  for (auto& method : c.methods) {
+    Section table = s.section(method->name());
+    method->describe_table(table, c.control);
+    table.optional([&c, name = method->name()] { return c.controller == name; });
   }
   describe_other_machine(s.section("machine_estimate"), c.machine_estimate, c.machine, "that of [machine]");
 }

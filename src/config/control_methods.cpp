@@ -29,13 +29,14 @@ bool is_shared_key(const std::string& name) {
 
 /// Each channel needs a dataset of its own in the group `control` of a trace.
 void check_channels(const ControlMethod& method) {
+  const std::string method_name = method.name();
   const std::vector<std::string> signals = trace_signals();
   std::set<std::string> taken{signals.begin(), signals.end()};
-  for (const ControlChannel& channel : method.channels) {
+  for (const ControlChannel& channel : method.channels()) {
     const std::string name = channel.name;
     const bool is_name = !name.empty() && name.find('/') == std::string::npos;
     if (is_name && taken.insert("control/" + name).second) continue;
-    throw std::invalid_argument("the channel \"" + name + "\" of the control method \"" + method.name +
+    throw std::invalid_argument("the channel \"" + name + "\" of the control method \"" + method_name +
                                 "\" needs another name, without \"/\", that no other channel of it and no "
                                 "column of the group control of a trace has");
   }
@@ -45,29 +46,32 @@ void check_channels(const ControlMethod& method) {
 
 ControlMethods control_methods() {
   ControlMethods methods = methods_of(static_cast<ControllerList<double>*>(nullptr));
-  for (ControlMethod& method : methods_of(static_cast<CommissioningList<double>*>(nullptr)))
+  for (auto& method : methods_of(static_cast<CommissioningList<double>*>(nullptr)))
     methods.push_back(std::move(method));
   return methods;
 }
 
-ControlMethods with_own(ControlMethods methods, std::span<const ControlMethod> own) {
-  for (const ControlMethod& method : own) {
-    const bool taken = std::any_of(methods.begin(), methods.end(),
-                                   [&method](const ControlMethod& m) { return m.name == method.name; });
-    if (taken || is_shared_key(method.name) || !is_bare_key(method.name)) {
-      throw std::invalid_argument("the control method \"" + method.name +
+ControlMethods with_own(ControlMethods methods, const ControlMethods& own) {
+  for (const auto& method : own) {
+    const std::string name = method->name();
+    const bool taken =
+        std::any_of(methods.begin(), methods.end(), [&name](const auto& m) { return m->name() == name; });
+    if (taken || is_shared_key(name) || !is_bare_key(name)) {
+      throw std::invalid_argument("the control method \"" + name +
                                   "\" needs another name, of letters, digits, _ and -, that no other method "
                                   "and no key of [control] has");
     }
-    check_channels(method);
+    check_channels(*method);
     methods.push_back(method);
   }
   return methods;
 }
 
-ControlMethods untouched(ControlMethods methods) {
-  for (ControlMethod& method : methods) method.parameters = method.default_parameters();
-  return methods;
+ControlMethods untouched(const ControlMethods& methods) {
+  ControlMethods fresh;
+  fresh.reserve(methods.size());
+  for (const auto& method : methods) fresh.emplace_back(method->untouched());
+  return fresh;
 }
 
 }  // namespace sextant

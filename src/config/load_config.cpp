@@ -37,7 +37,7 @@ Config load(Layer file, const std::vector<std::string>& overrides,
 }
 
 template <class Config>
-Config with_methods(std::span<const ControlMethod> own) {
+Config with_methods(const ControlMethods& own) {
   Config config;
   config.drive.methods = with_own(std::move(config.drive.methods), own);
   return config;
@@ -53,7 +53,7 @@ std::string printed(Config config) {
 }  // namespace
 
 EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides,
-                          std::span<const ControlMethod> own) {
+                          const ControlMethods& own) {
   return load(read_layer(file), overrides, drive_sections, with_methods<EcuConfig>(own));
 }
 
@@ -67,7 +67,7 @@ PlantConfig load_plant_config(const std::string& file, const std::vector<std::st
 }
 
 ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides,
-                                    std::span<const ControlMethod> own) {
+                                    const ControlMethods& own) {
   return load(read_layer(file), overrides, scenario_sections, with_methods<ScenarioConfig>(own));
 }
 

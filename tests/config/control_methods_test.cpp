@@ -1,5 +1,7 @@
 #include "sextant/config/control_methods.hpp"
 
+#include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -94,8 +96,9 @@ using elsewhere::OwnController;
 using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
-const std::vector<ControlMethod> own{control_method<OwnController>()};
+const ControlMethods own{control_method<OwnController>()};
 
 std::string refusal(const std::vector<std::string>& overrides) {
   try {
@@ -112,29 +115,29 @@ TEST(ControlMethods, OfAProgramAreChosenByNameAndReadTheirTable) {
                                               "drive.period_us=50", "control.flux_reference_wb=1"},
                                              own)
                             .drive;
-  EXPECT_EQ(c.method().name, "own");
-  const auto& p = std::any_cast<const OwnController::Parameters&>(c.method().parameters);
+  EXPECT_EQ(c.method().name(), "own");
+  const auto& p = c.parameters<OwnController>();
   EXPECT_EQ(p.gain, 3);
   EXPECT_EQ(p.period_ns, 50'000) << "shared with the drive";
   EXPECT_EQ(p.flux_reference, 1);
   EXPECT_EQ(p.bandwidth, 20);
   const auto controller = make_controller(c);
   EXPECT_EQ(controller->step({}, {}), GatePattern(gates_off, 50'000));
-  ASSERT_EQ(controller->channel_values().size(), c.method().channels.size());
+  ASSERT_EQ(controller->channel_values().size(), c.method().channels().size());
   EXPECT_EQ(controller->channel_values()[0], 3);
 }
 
 TEST(ControlMethods, OfAnEcuAreReadInTheSameWay) {
   const EcuConfig c = load_ecu_config(shipped_ecu, {"control.controller=own", "control.own.gain=1"}, own);
-  EXPECT_EQ(c.drive.method().name, "own");
+  EXPECT_EQ(c.drive.method().name(), "own");
   EXPECT_THAT(print_config(c),
               HasSubstr("\n[control.own]\ngain = 1  # of its loop; a number from 0 to 10; default 2\n"));
 }
 
 TEST(ControlMethods, SayWhetherTheirMeanTorqueMeetsItsReference) {
   const auto holds = [](const std::vector<std::string>& overrides) {
-    const std::vector<ControlMethod> methods{control_method<OwnController>(),
-                                             control_method<elsewhere::TrimmedController>()};
+    const ControlMethods methods{control_method<OwnController>(),
+                                 control_method<elsewhere::TrimmedController>()};
     return make_controller(load_ecu_config(shipped_ecu, overrides, methods).drive)->holds_mean_torque();
   };
   for (const std::string name : {"foc", "pwm_dtc", "feedback_linearisation", "deadbeat"})
@@ -152,8 +155,8 @@ TEST(ControlMethods, SayWhetherTheirMeanTorqueMeetsItsReference) {
 // One limit of the current: what the drive publishes as available is what the method may ask for.
 TEST(ControlMethods, HaveTheCurrentLimitOfTheDrive) {
   const auto limit = [](const std::vector<std::string>& overrides) {
-    const DriveConfig drive = load_ecu_config(shipped_ecu, overrides).drive;
-    return std::any_cast<const FieldOrientedController<>::Parameters&>(drive.method("foc").parameters)
+    return load_ecu_config(shipped_ecu, overrides)
+        .drive.parameters<FieldOrientedController<>>()
         .current_limit;
   };
   EXPECT_EQ(limit({"drive.current_limit_a=60"}), 60.0);
@@ -163,7 +166,7 @@ TEST(ControlMethods, HaveTheCurrentLimitOfTheDrive) {
 /// The names of Sextant's own methods and of this test's.
 std::string choices() {
   std::string text;
-  for (const ControlMethod& method : control_methods()) text += '"' + method.name + "\" or ";
+  for (const auto& method : control_methods()) text += '"' + std::string{method->name()} + "\" or ";
   return text + "\"own\"";
 }
 
@@ -173,8 +176,8 @@ TEST(ControlMethods, ArePrintedWithTheirDefaultsAndReadBack) {
       shipped_scenario, {"control.controller=own", "control.own.gain=0.5", "control.flux_reference_wb=1"},
       own));
   std::string meanings = "control method; ";
-  for (const ControlMethod& method : control_methods())
-    meanings += method.name + ": " + method.meaning + "; ";
+  for (const auto& method : control_methods())
+    meanings += method->name() + std::string{": "} + method->meaning() + "; ";
   EXPECT_THAT(text, HasSubstr("controller = \"own\"  # " + meanings + "own: a method for this test; " +
                               choices() + "; default \"dtc\"\n"));
   EXPECT_EQ(print_config(load_scenario_config(files.write("printed.toml", text), {}, own)), text);
@@ -244,22 +247,43 @@ TEST(ControlMethods, HaveTheirChannelsAmongTheSignalsOfATrace) {
               HasSubstr("the nearest known one is \"control/gain\""));
 }
 
+/// A method with any name and channels.
+class NamedMethod final : public ControlMethod {
+ public:
+  NamedMethod(const char* name, std::span<const ControlChannel> channels)
+      : name_{name}, channels_{channels} {}
+  /// The channels are not owned.
+  static Cloned<ControlMethod> owned(const char* name, std::span<const ControlChannel> channels = {}) {
+    return Cloned<ControlMethod>{std::make_unique<NamedMethod>(name, channels)};
+  }
+
+  [[nodiscard]] const char* name() const noexcept override { return name_; }
+  [[nodiscard]] const char* meaning() const noexcept override { return "a method for this test"; }
+  [[nodiscard]] std::span<const ControlChannel> channels() const noexcept override { return channels_; }
+  void describe_table(Section /*table*/, const ControlSetup& /*setup*/) override {}
+  [[nodiscard]] std::unique_ptr<Controller<double>> make() const override { return nullptr; }
+  [[nodiscard]] std::unique_ptr<ControlMethod> clone() const override {
+    return std::make_unique<NamedMethod>(*this);
+  }
+  [[nodiscard]] std::unique_ptr<ControlMethod> untouched() const override { return clone(); }
+
+ private:
+  const char* name_;
+  std::span<const ControlChannel> channels_;
+};
+
 TEST(ControlMethods, NeedNamesOfTheirOwn) {
   for (const char* name : {"dtc", "machine_estimate", "flux_reference_wb", "controller", "", "a.b", "a b"}) {
     SCOPED_TRACE(name);
-    std::vector<ControlMethod> named = own;
-    named[0].name = name;
-    EXPECT_THROW((void)with_own(control_methods(), named), std::invalid_argument);
+    EXPECT_THROW((void)with_own(control_methods(), {NamedMethod::owned(name)}), std::invalid_argument);
   }
-  EXPECT_EQ(with_own(control_methods(), own).back().name, "own");
+  EXPECT_EQ(with_own(control_methods(), own).back()->name(), std::string{"own"});
 }
 
 TEST(ControlMethods, NeedNamesForTheirChannels) {
   const auto refused = [](std::vector<ControlChannel> channels) -> std::string {
-    std::vector<ControlMethod> named = own;
-    named[0].channels = channels;
     try {
-      (void)with_own(control_methods(), named);
+      (void)with_own(control_methods(), {NamedMethod::owned("own", channels)});
     } catch (const std::invalid_argument& error) {
       return error.what();
     }
@@ -273,11 +297,32 @@ TEST(ControlMethods, NeedNamesForTheirChannels) {
   EXPECT_THAT(refused({{"i_d_a", "A", ""}, {"i_d_a", "A", ""}}), HasSubstr("channel \"i_d_a\""));
 }
 
+TEST(ControlMethods, KeepTheirParametersWhereTheyAreCopied) {
+  ControlMethods methods{control_method<OwnController>()};
+  methods[0]->parameters<OwnController>().gain = 3;
+  ControlMethods copies = methods;
+  copies[0]->parameters<OwnController>().gain = 4;
+  EXPECT_EQ(methods[0]->parameters<OwnController>().gain, 3);
+  EXPECT_EQ(copies[0]->parameters<OwnController>().gain, 4);
+  EXPECT_EQ(untouched(copies)[0]->parameters<OwnController>().gain, 2) << "its default";
+  copies = methods;
+  EXPECT_EQ(copies[0]->parameters<OwnController>().gain, 3);
+}
+
+TEST(ControlMethods, GiveTheParametersOfTheirOwnControllersOnly) {
+  const ControlMethods methods{control_method<OwnController>()};
+  EXPECT_THAT(
+      [&methods] { (void)methods[0]->parameters<FieldOrientedController<>>(); },
+      ThrowsMessage<std::logic_error>("the control method \"own\" has no parameters of the class asked for"));
+  EXPECT_THAT([] { (void)DriveConfig{}.parameters<OwnController>(); },
+              ThrowsMessage<std::logic_error>("there is no control method \"own\""));
+}
+
 TEST(ControlMethods, OfSextantHaveTwoListsOnly) {
   const ControlMethods methods = control_methods();
   EXPECT_EQ(methods.size(),
             std::tuple_size_v<ControllerList<double>> + std::tuple_size_v<CommissioningList<double>>);
-  EXPECT_EQ(methods.front().name, DriveConfig{}.controller) << "the first is the default";
+  EXPECT_EQ(methods.front()->name(), DriveConfig{}.controller) << "the first is the default";
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ void expect_the_drive_of(const DriveConfig& file, const DriveSetup<>& setup) {
 void expect_the_methods_of(const DriveConfig& file, const ControlBasis<>& basis,
                            const DirectTorqueController<>::Parameters& direct_torque) {
   const auto expect = [&]<class C>(const typename C::Parameters& library) {
-    const auto& in_file = std::any_cast<const typename C::Parameters&>(file.method(C::name).parameters);
+    const auto& in_file = file.parameters<C>();
     EXPECT_TRUE(are_equal(library, in_file)) << C::name;
     EXPECT_EQ(library.validate(), nullptr) << C::name;
   };

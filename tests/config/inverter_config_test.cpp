@@ -36,7 +36,7 @@ TEST(InverterConfig, GoesToControllerProtectionsAndTorqueMonitor) {
       load_ecu_config(shipped_ecu, {"drive.inverter.dead_time_us=1.5", "drive.inverter.threshold_v=1.2",
                                     "drive.inverter.slope_ohm=0.02"})
           .drive;
-  const auto& foc = std::any_cast<const FieldOrientedController<>::Parameters&>(c.method("foc").parameters);
+  const auto& foc = c.parameters<FieldOrientedController<>>();
   for (const InverterModel<>::Parameters& p :
        {c.direct_torque().inverter, foc.inverter, c.drive.protection.inverter,
         c.drive.torque_monitor.inverter}) {

@@ -30,7 +30,7 @@ const std::string small =
 
 template <class C>
 double trim_of(const DriveConfig& c) {
-  return std::any_cast<const typename C::Parameters&>(c.method(C::name).parameters).torque_trim.time_constant;
+  return c.parameters<C>().torque_trim.time_constant;
 }
 
 class LimitsConfig : public testing::Test {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <any>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "ecu/configured_drive.hpp"
@@ -30,9 +30,9 @@ inline const DriveConfig& shipped_drive() {
 
 /// Parameters of its direct torque control.
 inline DirectTorqueController<>::Parameters& direct_torque(DriveConfig& config) {
-  for (ControlMethod& method : config.methods) {
-    if (method.name == DirectTorqueController<>::name)
-      return std::any_cast<DirectTorqueController<>::Parameters&>(method.parameters);
+  for (auto& method : config.methods) {
+    if (method->name() == std::string_view{DirectTorqueController<>::name})
+      return method->parameters<DirectTorqueController<>>();
   }
   throw std::logic_error("no direct torque control");
 }

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <any>
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "sextant/config/cloned.hpp"
 #include "sextant/config/schema.hpp"
 #include "sextant/control/control_basis.hpp"
 #include "sextant/control/controller.hpp"
@@ -18,32 +17,54 @@ namespace sextant {
 /// what it needs.
 using ControlSetup = ControlBasis<double>;
 
-/// A control method as files choose and describe it: `control.controller = "NAME"` and the table
-/// `[control.NAME]`. `control_method` makes one of a controller's class.
-struct ControlMethod {
-  std::string name;                          ///< of the method and its table
-  std::string meaning;                       ///< one line for the reader of the file
-  std::span<const ControlChannel> channels;  ///< what it adds to a trace
-  std::any parameters;                       ///< the controller's `Parameters`
-
-  /// Describes the table. `parameters` and `setup` are bound by reference.
-  void (*describe)(Section table, std::any& parameters, const ControlSetup& setup);
-  /// A controller with these parameters.
-  std::unique_ptr<Controller<double>> (*make)(const std::any& parameters);
-  /// The parameters before a file has been read.
-  std::any (*default_parameters)();
-};
-
-/// The channels of a controller's class, none where it declares none.
 template <class C>
-[[nodiscard]] constexpr std::span<const ControlChannel> channels_of() noexcept {
-  if constexpr (requires { C::channels; }) {
-    static_assert(std::size(C::channels) <= control_channel_capacity);
-    return C::channels;
-  } else {
-    return {};
+class ControlMethodOf;
+
+/// A control method as files choose and describe it: `control.controller = "NAME"` and the table
+/// `[control.NAME]`. It holds the parameters of its controllers; `control_method` makes one of a controller's
+/// class.
+class ControlMethod {
+ public:
+  virtual ~ControlMethod() = default;
+
+  /// Of the method and its table.
+  [[nodiscard]] virtual const char* name() const noexcept = 0;
+  /// One line for the reader of the file.
+  [[nodiscard]] virtual const char* meaning() const noexcept = 0;
+  /// What it adds to a trace.
+  [[nodiscard]] virtual std::span<const ControlChannel> channels() const noexcept = 0;
+  /// Describes the table. Parameters and `setup` are bound by reference.
+  virtual void describe_table(Section table, const ControlSetup& setup) = 0;
+  /// A controller with these parameters.
+  [[nodiscard]] virtual std::unique_ptr<Controller<double>> make() const = 0;
+  /// The same with the same parameters.
+  [[nodiscard]] virtual std::unique_ptr<ControlMethod> clone() const = 0;
+  /// The same with the parameters before a file has been read.
+  [[nodiscard]] virtual std::unique_ptr<ControlMethod> untouched() const = 0;
+
+  /// Parameters of the controllers of class `C`. Throws std::logic_error where the method is another.
+  template <class C>
+  [[nodiscard]] const typename C::Parameters& parameters() const {
+    return parameters_of<const ControlMethodOf<C>>(*this);
   }
-}
+  template <class C>
+  [[nodiscard]] typename C::Parameters& parameters() {
+    return parameters_of<ControlMethodOf<C>>(*this);
+  }
+
+ protected:
+  ControlMethod() = default;
+  ControlMethod(const ControlMethod&) = default;
+  ControlMethod& operator=(const ControlMethod&) = default;
+
+ private:
+  template <class Of, class Method>
+  static auto& parameters_of(Method& method) {
+    if (auto* const known = dynamic_cast<Of*>(&method)) return known->values;
+    throw std::logic_error(std::string{"the control method \""} + method.name() +
+                           "\" has no parameters of the class asked for");
+  }
+};
 
 /// The method whose controllers are of class `C`, a `Controller<double>` with
 ///   static constexpr const char* name, meaning;   as above
@@ -55,34 +76,51 @@ template <class C>
 /// `set_basis` runs before the rule of a `derived` key. Ranges of keys are always checked; `validate()` is
 /// checked after all, for the method chosen and for others of whose table a key is given.
 template <class C>
-[[nodiscard]] ControlMethod control_method() {
-  using Parameters = typename C::Parameters;
-  return {.name = C::name,
-          .meaning = C::meaning,
-          .channels = channels_of<C>(),
-          .parameters = Parameters{},
-          .describe =
-              [](Section table, std::any& parameters, const ControlSetup& setup) {
-                auto& p = std::any_cast<Parameters&>(parameters);
-                table.derive([&p, &setup] { p.set_basis(setup); });
-                describe(table, p, setup);
-                table.check(p);
-              },
-          .make = [](const std::any& parameters) -> std::unique_ptr<Controller<double>> {
-            return std::make_unique<C>(std::any_cast<const Parameters&>(parameters));
-          },
-          .default_parameters = [] { return std::any{Parameters{}}; }};
-}
+class ControlMethodOf final : public ControlMethod {
+ public:
+  typename C::Parameters values{};
+
+  [[nodiscard]] const char* name() const noexcept override { return C::name; }
+  [[nodiscard]] const char* meaning() const noexcept override { return C::meaning; }
+  [[nodiscard]] std::span<const ControlChannel> channels() const noexcept override {
+    if constexpr (requires { C::channels; }) {
+      static_assert(std::size(C::channels) <= control_channel_capacity);
+      return C::channels;
+    } else {
+      return {};
+    }
+  }
+  void describe_table(Section table, const ControlSetup& setup) override {
+    table.derive([this, &setup] { values.set_basis(setup); });
+    describe(table, values, setup);
+    table.check(values);
+  }
+  [[nodiscard]] std::unique_ptr<Controller<double>> make() const override {
+    return std::make_unique<C>(values);
+  }
+  [[nodiscard]] std::unique_ptr<ControlMethod> clone() const override {
+    return std::make_unique<ControlMethodOf>(*this);
+  }
+  [[nodiscard]] std::unique_ptr<ControlMethod> untouched() const override {
+    return std::make_unique<ControlMethodOf>();
+  }
+};
 
 /// The methods that the configuration can select: Sextant's own and those that a program adds.
-using ControlMethods = std::vector<ControlMethod>;
+using ControlMethods = std::vector<Cloned<ControlMethod>>;
+
+/// The method whose controllers are of class `C`, with default parameters.
+template <class C>
+[[nodiscard]] Cloned<ControlMethod> control_method() {
+  return Cloned<ControlMethod>{std::make_unique<ControlMethodOf<C>>()};
+}
 
 /// The list with `own` methods behind it. Throws std::invalid_argument where a name is no bare TOML key, is
 /// taken or is that of another key of [control], and where a channel's name is empty, contains "/", is given
 /// twice or is that of a column that every trace may have.
-[[nodiscard]] ControlMethods with_own(ControlMethods methods, std::span<const ControlMethod> own);
+[[nodiscard]] ControlMethods with_own(ControlMethods methods, const ControlMethods& own);
 
 /// The same methods with their default parameters.
-[[nodiscard]] ControlMethods untouched(ControlMethods methods);
+[[nodiscard]] ControlMethods untouched(const ControlMethods& methods);
 
 }  // namespace sextant

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <any>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -48,10 +47,14 @@ struct DriveConfig {
   [[nodiscard]] const ControlMethod& method(std::string_view name) const;
   /// The method chosen.
   [[nodiscard]] const ControlMethod& method() const { return method(controller); }
-  /// Parameters of direct torque control, chosen or not.
+  /// Parameters of the controllers of class `C`, chosen or not. Throws std::logic_error where there are none.
+  template <class C>
+  [[nodiscard]] const typename C::Parameters& parameters() const {
+    return method(C::name).template parameters<C>();
+  }
+  /// Those of direct torque control.
   [[nodiscard]] const DirectTorqueController<>::Parameters& direct_torque() const {
-    return std::any_cast<const DirectTorqueController<>::Parameters&>(
-        method(DirectTorqueController<>::name).parameters);
+    return parameters<DirectTorqueController<>>();
   }
 };
 

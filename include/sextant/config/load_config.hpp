@@ -1,6 +1,5 @@
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -19,7 +18,7 @@ namespace sextant {
 /// program brings beside Sextant's. Throws ConfigError with every problem found.
 [[nodiscard]] EcuConfig load_ecu_config(const std::string& file,
                                         const std::vector<std::string>& overrides = {},
-                                        std::span<const ControlMethod> own = {});
+                                        const ControlMethods& own = {});
 /// The same from a text as print_config makes it; `name` stands for the file in messages.
 [[nodiscard]] EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
                                              const std::vector<std::string>& overrides = {});
@@ -27,7 +26,7 @@ namespace sextant {
                                             const std::vector<std::string>& overrides = {});
 [[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,
                                                   const std::vector<std::string>& overrides = {},
-                                                  std::span<const ControlMethod> own = {});
+                                                  const ControlMethods& own = {});
 
 /// The configuration in force as a file that can be read back: every key with its value, unit, range, default
 /// and meaning. Optional keys that are not set are comments.

@@ -9,8 +9,7 @@ namespace sextant {
 
 /// The controller selected by the configuration.
 [[nodiscard]] inline std::unique_ptr<Controller<double>> make_controller(const DriveConfig& config) {
-  const ControlMethod& method = config.method();
-  return method.make(method.parameters);
+  return config.method().make();
 }
 
 }  // namespace sextant

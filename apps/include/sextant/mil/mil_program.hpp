@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "sextant/config/control_method.hpp"
 
 namespace sextant {
@@ -11,8 +9,8 @@ namespace sextant {
 /// file name of argv[0]. Returns the exit status.
 ///
 ///   int main(int argc, char** argv) {
-///     return sextant::mil_program(argc, argv, std::array{sextant::control_method<MyController>()});
+///     return sextant::mil_program(argc, argv, {sextant::control_method<MyController>()});
 ///   }
-[[nodiscard]] int mil_program(int argc, char** argv, std::span<const ControlMethod> own = {});
+[[nodiscard]] int mil_program(int argc, char** argv, const ControlMethods& own = {});
 
 }  // namespace sextant
