@@ -36,6 +36,15 @@ void describe_inverter(Section s, DriveConfig& c) {
          "time for which both switches of a leg are off where it changes between low and high, as the drive "
          "takes it: volt-seconds of estimator, identification, predictions, protections and torque monitor "
          "follow from it, and modulated methods compensate it; 0: an ideal inverter");
+  s.time(
+      "minimum_pulse_us", p.minimum_pulse.duration_ns, ns_per_us, {0, 5e4}, "us",
+      "shortest time for which the gate drivers keep a leg high or low, before its dead time, as the drive "
+      "takes it: the volt-seconds follow from it, and no method commands a shorter pulse, in one period or "
+      "across two; from the dead time to below a quarter of the control period; 0: none");
+  s.choice("short_pulses", p.minimum_pulse.short_pulses,
+           {{"dropped", ShortPulses::dropped}, {"stretched", ShortPulses::stretched}},
+           "what the drivers make of a shorter pulse: none, with every edge minimum_pulse_us late, or one of "
+           "minimum_pulse_us");
   s.number("threshold_v", p.threshold_voltage, {0, 1e3}, "V",
            "voltage of a switch or diode that conducts, without current; the same uses");
   s.number("slope_ohm", p.slope_resistance, {0, 1e3}, "ohm",

@@ -177,6 +177,7 @@ std::vector<Kind> kinds() {
                "drive.period_us",
                "drive.sampling_lead_us",
                "drive.inverter.dead_time_us",
+               "drive.inverter.minimum_pulse_us",
                "drive.current_limit_a",
                "control.flux_reference_wb",
                "control.foc.bandwidth_rad_s",

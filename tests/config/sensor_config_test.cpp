@@ -42,8 +42,8 @@ TEST(SensorConfig, EveryImperfectionIsSwitchedOnByItsOwnKey) {
         "plant.sensors.current.phase_b.gain_error=0.01", "plant.sensors.current.phase_c.offset_a=0.5",
         "plant.sensors.voltage.gain_error=0.01", "plant.sensors.voltage.offset_v=1",
         "plant.sensors.voltage.noise_v=1", "plant.sensors.voltage.range_v=1000",
-        "plant.sensors.encoder.lines=1024", "plant.faults.kind=open_phase",
-        "plant.inverter.dead_time_us=1.5", "plant.inverter.minimum_pulse_us=2"}) {
+        "plant.sensors.encoder.lines=1024", "plant.faults.kind=open_phase", "plant.inverter.dead_time_us=1.5",
+        "plant.inverter.minimum_pulse_us=2"}) {
     SCOPED_TRACE(setting);
     EXPECT_FALSE(is_ideal(io_of({setting})));
   }

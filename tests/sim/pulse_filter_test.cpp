@@ -1,6 +1,6 @@
 // The minimum pulse of the simulated inverter against a restatement nanosecond by nanosecond, and against the
-// volt-seconds of a pulse of the length w: dropped it lacks u_dc w, stretched it has u_dc (t_min − w) more, in
-// the direction of the pulse.
+// volt-seconds of a pulse of the length w: dropped it lacks u_dc w, stretched it has u_dc (t_min − w) more,
+// in the direction of the pulse.
 #include "sextant/sim/pulse_filter.hpp"
 
 #include <algorithm>
@@ -108,7 +108,8 @@ TEST_P(PulseFilterOf, PassesWhatARestatementNanosecondByNanosecondPasses) {
     for (std::size_t x = 0; x < 3; ++x) {
       SCOPED_TRACE(testing::Message() << shortest_ns << " ns, leg " << x);
       const bool drops = GetParam() == ShortPulses::dropped;
-      const Nanoseconds due = drops ? dropped(commanded[x], shortest_ns) : stretched(commanded[x], shortest_ns);
+      const Nanoseconds due =
+          drops ? dropped(commanded[x], shortest_ns) : stretched(commanded[x], shortest_ns);
       ASSERT_EQ(passed[x].size(), due.size());
       EXPECT_EQ(std::ranges::mismatch(passed[x], due).in2 - due.begin(), std::ptrdiff_t(due.size()));
       shorter += short_ones(commanded[x], shortest_ns);
@@ -243,8 +244,9 @@ TEST(PulseFilter, FromTheDeadTimeToBelowHalfOfThePeriod) {
     EXPECT_STREQ(p.validate(), "the minimum pulse must be from zero to below half of the control period");
   }
   p.minimum_pulse.duration_ns = 1'499;
-  EXPECT_STREQ(p.validate(),
-               "the minimum pulse must be zero or at least the dead time: a shorter pulse turns no switch on");
+  EXPECT_STREQ(
+      p.validate(),
+      "the minimum pulse must be zero or at least the dead time: a shorter pulse turns no switch on");
 }
 
 }  // namespace

@@ -61,8 +61,8 @@ class MinimumPulse {
   }
 
   /// How long that acts, for most_ns at most, without another command. [ns]
-  [[nodiscard]] static constexpr std::int32_t holds(const Legs& legs, std::int32_t most_ns) noexcept
-      SEXTANT_NONBLOCKING {
+  [[nodiscard]] static constexpr std::int32_t holds(const Legs& legs,
+                                                    std::int32_t most_ns) noexcept SEXTANT_NONBLOCKING {
     for (const Leg& leg : legs) {
       if (leg.wait_ns > 0) most_ns = std::min(most_ns, leg.wait_ns);
     }
@@ -74,7 +74,8 @@ class MinimumPulse {
     for (Leg& leg : legs) {
       if (leg.wait_ns == 0) continue;
       leg.wait_ns -= duration_ns;
-      // A pulse of just t_min is not dropped; after a stretched one the leg may be commanded otherwise by now.
+      // A pulse of just t_min is not dropped; after a stretched one the leg may be commanded otherwise by
+      // now.
       if (leg.wait_ns == 0 && parameters_.short_pulses == ShortPulses::dropped) begin(leg);
     }
   }

@@ -15,8 +15,8 @@ namespace sextant {
 class ActedSegments {
  public:
   /// Each segment of a pattern may begin with an edge of all three legs, which the minimum pulse may take
-  /// apart, and one more waits in each leg from before. Each of these begins a dead time and ends one, and one
-  /// more ends in each leg that has brought it from before. The first segment begins without an edge.
+  /// apart, and one more waits in each leg from before. Each of these begins a dead time and ends one, and
+  /// one more ends in each leg that has brought it from before. The first segment begins without an edge.
   static constexpr std::size_t capacity = 2 * (3 * GatePattern::capacity + 3) + 3 + 1;
 
   /// To be called for no more segments than there is room for.

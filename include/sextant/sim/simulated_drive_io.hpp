@@ -36,7 +36,8 @@ struct SimulatedDriveIoParameters {
   bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
   int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
   std::int32_t dead_time_ns{0};    ///< of the gate drivers, from one switch of a leg to the other one [ns]
-  MinimumPulse::Parameters minimum_pulse{};  ///< of the gate drivers, before their dead times; none by default
+  MinimumPulse::Parameters
+      minimum_pulse{};  ///< of the gate drivers, before their dead times; none by default
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
   SensorParameters sensors{};    ///< ideal by default
@@ -72,7 +73,8 @@ struct SimulatedDriveIoParameters {
 /// the torque far (docs/architecture.md, gate patterns). `Measurement::applied` reports the applied pattern,
 /// for which a pattern needs one segment to spare; without it, or after a gap of more than a second, the
 /// measurement is not plausible. With a minimum pulse or a dead time the legs act otherwise (`PulseFilter`,
-/// `DeadTime`): `applied` is what was commanded, as of a real gate driver. `Log` keeps the acted segments of the last read.
+/// `DeadTime`): `applied` is what was commanded, as of a real gate driver. `Log` keeps the acted segments of
+/// the last read.
 ///
 /// The measurement is what the sensors read (`SensorModel`): by default the plant's true state.
 ///
