@@ -48,6 +48,15 @@ void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
          "time for which both switches of a leg are off where it changes between low and high, while its "
          "diodes carry the current; the drive reads the commanded edges, and knows of it by "
          "drive.inverter.dead_time_us; 0: none");
+  s.time(
+      "minimum_pulse_us", p.io.minimum_pulse.duration_ns, ns_per_us, {0, 5e4}, "us",
+      "shortest time for which a leg stays high or low, before its dead time, as the gate drivers keep it: "
+      "from the dead time to below half of the control period; short_pulses says what becomes of a "
+      "shorter command, which the run counts; 0: none");
+  s.choice("short_pulses", p.io.minimum_pulse.short_pulses,
+           {{"dropped", ShortPulses::dropped}, {"stretched", ShortPulses::stretched}},
+           "a command shorter than minimum_pulse_us does not act, and each edge acts minimum_pulse_us late, "
+           "as after a driver's input filter; or it acts for that long, and other edges at once");
   s.number("threshold_v", p.plant.drops.threshold_voltage, {0, 1e3}, "V",
            "voltage of a switch or diode that conducts, without current; the integrators then stop at each "
            "switching and at each zero of a current, and exact is fixed; the drive knows of it by "

@@ -105,7 +105,8 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
 }
 
 bool is_ideal(const SimulatedDriveIoParameters& p) {
-  return p.dead_time_ns == 0 && p.sensors.sampling_lead_ns == 0 && SensorModel{p.sensors, p.fault}.is_ideal();
+  return p.dead_time_ns == 0 && p.minimum_pulse.duration_ns == 0 && p.sensors.sampling_lead_ns == 0 &&
+         SensorModel{p.sensors, p.fault}.is_ideal();
 }
 
 }  // namespace sextant

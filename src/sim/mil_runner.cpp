@@ -188,6 +188,7 @@ MilResult MilRunner::run(SomeIo& io, const Scenario& scenario, TraceRecorder* tr
   result.metrics[Metric::simulated] = double(simulated_ns) * 1e-9;
   result.metrics[Metric::wall] = wall.count();
   result.metrics[Metric::realtime_factor] = result.metrics[Metric::simulated] / wall.count();
+  if (const auto count = io.short_pulses()) result.metrics[Metric::short_pulses] = double(*count);
   result.window_metrics = observer.metrics().window_metrics(result.metrics);
   result.missing_torque = observer.metrics().missing_torque();
   result.cycle_departure = observer.metrics().cycle_departure();

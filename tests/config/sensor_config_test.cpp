@@ -42,8 +42,8 @@ TEST(SensorConfig, EveryImperfectionIsSwitchedOnByItsOwnKey) {
         "plant.sensors.current.phase_b.gain_error=0.01", "plant.sensors.current.phase_c.offset_a=0.5",
         "plant.sensors.voltage.gain_error=0.01", "plant.sensors.voltage.offset_v=1",
         "plant.sensors.voltage.noise_v=1", "plant.sensors.voltage.range_v=1000",
-        "plant.sensors.encoder.lines=1024", "plant.faults.kind=open_phase",
-        "plant.inverter.dead_time_us=1.5"}) {
+        "plant.sensors.encoder.lines=1024", "plant.faults.kind=open_phase", "plant.inverter.dead_time_us=1.5",
+        "plant.inverter.minimum_pulse_us=2"}) {
     SCOPED_TRACE(setting);
     EXPECT_FALSE(is_ideal(io_of({setting})));
   }
@@ -84,6 +84,10 @@ TEST(SensorConfig, WhatContradictsItselfIsRefused) {
               HasSubstr("the sampling lead must not exceed the control period"));
   EXPECT_THAT(refusal({"plant.inverter.dead_time_us=12.5"}),
               HasSubstr("plant: the dead time must be from zero to below half of the control period"));
+  EXPECT_THAT(refusal({"plant.inverter.minimum_pulse_us=12.5"}),
+              HasSubstr("plant: the minimum pulse must be from zero to below half of the control period"));
+  EXPECT_THAT(refusal({"plant.inverter.dead_time_us=1.5", "plant.inverter.minimum_pulse_us=1.4"}),
+              HasSubstr("the minimum pulse must be zero or at least the dead time"));
   EXPECT_THAT(
       refusal({"plant.sensors.current.gain_error=-0.9", "plant.sensors.current.phase_a.gain_error=-0.9"}),
       HasSubstr("the gain error must be above -1"));
@@ -100,6 +104,8 @@ TEST(SensorConfig, AnEventExactRunHasNoSamples) {
               HasSubstr("plant.faults.kind \"none\""));
   EXPECT_THAT(refusal({"mode=event_exact", "plant.inverter.dead_time_us=1"}),
               HasSubstr("plant.inverter.dead_time_us 0"));
+  EXPECT_THAT(refusal({"mode=event_exact", "plant.inverter.minimum_pulse_us=2"}),
+              HasSubstr("minimum_pulse_us 0"));
   for (const char* const drop : {"plant.inverter.threshold_v=1.2", "plant.inverter.slope_ohm=0.02"})
     EXPECT_THAT(refusal({"mode=event_exact", drop}), HasSubstr("threshold_v 0, slope_ohm 0"));
   EXPECT_EQ(refusal({"mode=event_exact"}), "accepted");

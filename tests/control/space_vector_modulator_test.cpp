@@ -1,7 +1,10 @@
 // The modulator against the volt-seconds of the two-level inverter.
 #include "sextant/control/space_vector_modulator.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -178,6 +181,105 @@ TYPED_TEST(SpaceVectorModulatorOf, NoLegIsHighOrLowForLessThanTheShortestPulse) 
   }
 }
 
+using Random = std::mt19937;
+
+/// A voltage up to 1.1 times the longest one, and corrections as of dead times.
+struct Demand {
+  SpaceVector<double> u;      ///< [V]
+  ThreePhase<double> longer;  ///< [s]
+};
+Demand random_demand(Random& random) {
+  std::uniform_real_distribution<double> theta{-std::numbers::pi, std::numbers::pi};
+  std::uniform_real_distribution<double> length{0, 1.1 * u_dc * 2 / 3};
+  std::uniform_real_distribution<double> longer{-2e-6, 2e-6};
+  const double size = length(random);
+  const double angle = theta(random);
+  return {{size * std::cos(angle), size * std::sin(angle)}, {longer(random), longer(random), longer(random)}};
+}
+
+// Also where a leg rests in one of two periods that follow each other.
+TYPED_TEST(SpaceVectorModulatorOf, NoPulseIsShorterThanTheMinimumPulseAcrossPeriodsEither) {
+  using T = TypeParam;
+  constexpr std::int32_t minimum_ns = 1'501;
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  Random random{seed};
+  for (const PatternKind kind : {PatternKind::symmetric, PatternKind::asymmetric}) {
+    for (const ZeroVectors zero :
+         {ZeroVectors::both, ZeroVectors::low, ZeroVectors::high, ZeroVectors::alternating}) {
+      SpaceVectorModulator<T> modulator{
+          {.pattern = kind, .zero_vectors = zero, .minimum_pulse_ns = minimum_ns}};
+      std::array<std::int64_t, 3> lasted{minimum_ns, minimum_ns, minimum_ns};
+      unsigned last = 0;
+      for (int k = 0; k < 20'000; ++k) {
+        const Demand d = random_demand(random);
+        const GatePattern pattern = modulator.step({T(d.u.alpha), T(d.u.beta)}, T(u_dc), period_ns,
+                                                   {T(d.longer.a), T(d.longer.b), T(d.longer.c)});
+        ASSERT_EQ(pattern.duration_ns(), period_ns);
+        for (const GateSegment& s : pattern.segments()) {
+          const unsigned now = s.state.upper_switches();
+          for (unsigned n = 0; n < 3; ++n) {
+            if (((now ^ last) >> n & 1U) != 0U) {
+              ASSERT_GE(lasted[n], minimum_ns) << "period " << k << ", leg " << n;
+              lasted[n] = 0;
+            }
+            lasted[n] += s.duration_ns;
+          }
+          last = now;
+        }
+      }
+    }
+  }
+}
+
+/// The least error that a pattern can have whose legs are admissible, over all high times of one leg in steps
+/// of 10 ns. [V]
+double least_error(SpaceVector<double> u, std::int32_t shortest_high, std::int32_t shortest_low) {
+  const ThreePhase<double> v = inverse_clarke(u);
+  const auto nearest = [&](double ns) {
+    double found = ns < 0.5 * period_ns ? 0 : period_ns;
+    const double inside = std::clamp(ns, double(shortest_high), double(period_ns - shortest_low));
+    return std::abs(inside - ns) < std::abs(found - ns) ? inside : found;
+  };
+  const auto duty = [](double volts) { return volts / u_dc * period_ns; };
+  const double lowest = duty(std::min({v.a, v.b, v.c}));
+  const double highest = duty(std::max({v.a, v.b, v.c}));
+  double least = period_ns;
+  for (double shift = -lowest; shift <= period_ns - highest + 1; shift += 10) {
+    const auto missed = [&](double volts) { return nearest(duty(volts) + shift) - duty(volts) - shift; };
+    const ThreePhase<double> e{missed(v.a), missed(v.b), missed(v.c)};
+    least = std::min(least, std::max({e.a, e.b, e.c}) - std::min({e.a, e.b, e.c}));
+  }
+  return least / period_ns * u_dc;
+}
+
+// The zero vectors take up what a minimum pulse would take, as far as they can.
+TYPED_TEST(SpaceVectorModulatorOf, AMinimumPulseLeavesTheLeastErrorThatAnyZeroVectorsWouldLeave) {
+  using T = TypeParam;
+  constexpr std::int32_t minimum_ns = 1'000;
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  Random random{seed};
+  int exact = 0;
+  int inexact = 0;
+  for (const ZeroVectors zero : {ZeroVectors::both, ZeroVectors::low, ZeroVectors::alternating}) {
+    SpaceVectorModulator<T> modulator{{.zero_vectors = zero, .minimum_pulse_ns = minimum_ns}};
+    for (int k = 0; k < 3'000; ++k) {
+      const SpaceVector<T> demanded{T(random_demand(random).u.alpha), T(random_demand(random).u.beta)};
+      const SpaceVector<T> within = modulator.within_hexagon(demanded, T(u_dc));
+      const SpaceVector<double> u{double(within.alpha), double(within.beta)};
+      const SpaceVector<double> missed = mean_voltage(modulator.step(demanded, T(u_dc), period_ns)) - u;
+      const ThreePhase<double> e = inverse_clarke(missed);
+      const double error = std::max({e.a, e.b, e.c}) - std::min({e.a, e.b, e.c});
+      const double least = least_error(u, minimum_ns, 2 * minimum_ns + 3);
+      ASSERT_LE(error, least + 3 * rounding + 10 * u_dc / period_ns) << u.alpha << ", " << u.beta;
+      (least < rounding ? exact : inexact) += 1;
+    }
+  }
+  EXPECT_GT(exact, 3'000);
+  EXPECT_GT(inexact, 100);
+}
+
 TYPED_TEST(SpaceVectorModulatorOf, ACorrectionLengthensTheHighTimeOfLegsThatSwitch) {
   using T = TypeParam;
   SpaceVectorModulator<T> modulator{{.zero_vectors = ZeroVectors::low}};
@@ -239,6 +341,7 @@ TYPED_TEST(SpaceVectorModulatorOf, RefusesANegativePulse) {
   using Parameters = typename SpaceVectorModulator<TypeParam>::Parameters;
   EXPECT_EQ(Parameters{}.validate(), nullptr);
   EXPECT_NE((Parameters{.shortest_pulse_ns = -1}.validate()), nullptr);
+  EXPECT_NE((Parameters{.minimum_pulse_ns = -1}.validate()), nullptr);
 }
 
 }  // namespace

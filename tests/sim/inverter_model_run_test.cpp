@@ -28,13 +28,13 @@ struct Errors {
 /// and direction now and then, and compares ∫u_s dt of each period.
 class Comparison {
  public:
-  Comparison(std::int32_t period_ns, std::int32_t dead_ns, const PatternKind kind)
+  Comparison(std::int32_t period_ns, const InverterModel<>::Parameters& inverter, const PatternKind kind)
       : period_ns_{period_ns},
-        dead_s_{dead_ns * 1e-9},
+        dead_s_{inverter.dead_time_ns * 1e-9},
         speed_{{.imposed_speed = ProfileParameters{.value = 30.0}}},
-        plant_{parameters(period_ns, dead_ns).plant},
-        io_{parameters(period_ns, dead_ns).io, plant_, integrator_, speed_},
-        model_{{.dead_time_ns = dead_ns}, plant_.machine().parameters().sigma_l_s()},
+        plant_{parameters(period_ns, inverter).plant},
+        io_{parameters(period_ns, inverter).io, plant_, integrator_, speed_},
+        model_{inverter, plant_.machine().parameters().sigma_l_s()},
         modulator_{{.pattern = kind}} {}
 
   /// volts: of the vector that turns; flux: at the beginning, of both windings [Wb].
@@ -53,12 +53,42 @@ class Comparison {
     return {std::sqrt(sum.commanded / (periods - 1)), std::sqrt(sum.model / (periods - 1))};
   }
 
+  /// The same with pulses of an active vector and of its opposite between zero vectors, for `longest_ns` at
+  /// most, now and then from one period to the next.
+  Errors run_pulses(std::int32_t longest_ns, double flux, unsigned seed, int periods = 2'000) {
+    std::mt19937 random{seed};
+    const auto draw = [&random](int lowest, int highest) {
+      return std::uniform_int_distribution{lowest, highest}(random);
+    };
+    plant_.set_fluxes({flux, 0.0}, {flux, 0.0});
+    Errors sum{};
+    for (int k = 0; k <= periods; ++k) {
+      compare(k * std::int64_t{period_ns_}, k > 1, sum);
+      const int active = draw(1, 6);
+      const std::int32_t begin_ns = draw(0, 1) * draw(1, longest_ns);
+      const std::int32_t pulse_ns = draw(1, longest_ns);
+      const std::int32_t end_ns = draw(0, 1) * draw(1, longest_ns);
+      const std::int32_t rest_ns = (period_ns_ - begin_ns - pulse_ns - end_ns) / 2;
+      GatePattern pattern;
+      pattern.append({switch_states[std::size_t(draw(1, 6))], begin_ns});
+      pattern.append({switch_states[std::size_t(7 * draw(0, 1))], rest_ns});
+      pattern.append({switch_states[std::size_t(active)], pulse_ns});
+      pattern.append(
+          {switch_states[std::size_t(7 * draw(0, 1))], period_ns_ - begin_ns - pulse_ns - end_ns - rest_ns});
+      pattern.append({switch_states[std::size_t((active + 2) % 6 + 1)], end_ns});
+      io_.write(pattern);
+    }
+    return {std::sqrt(sum.commanded / (periods - 1)), std::sqrt(sum.model / (periods - 1))};
+  }
+
  private:
-  static SimulatedPowerStage::Parameters parameters(std::int32_t period_ns, std::int32_t dead_ns) {
+  static SimulatedPowerStage::Parameters parameters(std::int32_t period_ns,
+                                                    const InverterModel<>::Parameters& inverter) {
     SimulatedPowerStage::Parameters p;
     p.io.period_ns = period_ns;
     p.io.u_dc = u_dc;
-    p.io.dead_time_ns = dead_ns;
+    p.io.dead_time_ns = inverter.dead_time_ns;
+    p.io.minimum_pulse = inverter.minimum_pulse;
     return p;
   }
 
@@ -109,8 +139,24 @@ TEST(InverterModelRun, ItsVoltSecondsAreThoseOfThePlant) {
       for (const double volts : {8.0, 40.0, 120.0}) {
         SCOPED_TRACE(testing::Message()
                      << s.period_ns << " ns, dead " << s.dead_ns << " ns, " << volts << " V");
-        const Errors e = Comparison{s.period_ns, s.dead_ns, kind}.run(volts, 0.3, seed);
+        const Errors e = Comparison{s.period_ns, {.dead_time_ns = s.dead_ns}, kind}.run(volts, 0.3, seed);
         EXPECT_GT(e.commanded, 0.4 * u_dc * s.dead_ns * 1e-9) << "the case needs dead time";
+        EXPECT_LT(e.model, 0.05 * e.commanded);
+      }
+    }
+  }
+}
+
+TEST(InverterModelRun, SoAreTheyWithAMinimumPulse) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  for (const ShortPulses kind : {ShortPulses::dropped, ShortPulses::stretched}) {
+    for (const std::int32_t dead_ns : {0, 1'000}) {
+      for (const std::int32_t period_ns : {25'000, 125'000}) {
+        SCOPED_TRACE(testing::Message() << period_ns << " ns, dead " << dead_ns << " ns, kind " << int(kind));
+        const InverterModel<>::Parameters inverter{.dead_time_ns = dead_ns, .minimum_pulse = {2'000, kind}};
+        const Errors e = Comparison{period_ns, inverter, PatternKind::symmetric}.run_pulses(3'000, 0.3, seed);
+        EXPECT_GT(e.commanded, 0.3 * u_dc * 2'000 * 1e-9) << "the case needs short pulses";
         EXPECT_LT(e.model, 0.05 * e.commanded);
       }
     }

@@ -4,9 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <tuple>
+#include <utility>
 
 #include <gtest/gtest.h>
 
+#include "sextant/control/controller_list.hpp"
 #include "sextant/control/field_oriented_controller.hpp"
 #include "sim/drive_rig.hpp"
 
@@ -28,6 +31,7 @@ RigParameters rig_of(double omega_m, const Inverters& inverter) {
   const InverterModel<>::Parameters& known = inverter.known;
   RigParameters p = RigParameters::at_speed(omega_m);
   p.stage.io.dead_time_ns = inverter.has.dead_time_ns;
+  p.stage.io.minimum_pulse = inverter.has.minimum_pulse;
   p.stage.plant.drops = {.threshold_voltage = inverter.has.threshold_voltage,
                          .slope_resistance = inverter.has.slope_resistance};
   p.controller.flux_estimator = FluxEstimatorKind::hybrid;
@@ -49,6 +53,7 @@ struct Seen {
   double idle_current{};  ///< peak before any torque is commanded [A]
   double torque{};        ///< mean [N·m]
   bool tripped{};
+  std::int64_t short_pulses{};  ///< commanded, where there is a minimum pulse
 };
 
 template <class C>
@@ -62,6 +67,7 @@ Seen run(double omega_m, double torque, const Inverters& inverter) {
   rig.run(0.3);
   seen.torque = rig.watch(0.1).mean_torque;
   seen.tripped = rig.telemetry.latched.any();
+  seen.short_pulses = rig.io().short_pulses().value_or(0);
   return seen;
 }
 
@@ -91,6 +97,39 @@ TYPED_TEST(InverterRunOf, ADriveThatKnowsTheDeadTimeMakesTheTorque) {
 
 TYPED_TEST(InverterRunOf, ADriveThatKnowsTheDropsMakesTheTorque) {
   expect_torque<TypeParam>({.threshold_voltage = 1.2, .slope_resistance = 0.02});
+}
+
+template <class C>
+class MinimumPulseRunOf : public testing::Test {};
+template <class List>
+struct TypesOf;
+template <class... C>
+struct TypesOf<std::tuple<C...>> {
+  using Type = testing::Types<C...>;
+};
+using EveryMethod = TypesOf<ControllerList<double>>::Type;
+TYPED_TEST_SUITE(MinimumPulseRunOf, EveryMethod);
+
+// The voltage suffices up to 139 rad/s, near which a leg is low for a short time only.
+TYPED_TEST(MinimumPulseRunOf, ADriveThatKnowsItCommandsNoShorterPulseAndMakesTheTorque) {
+  for (const ShortPulses kind : {ShortPulses::dropped, ShortPulses::stretched}) {
+    const InverterModel<>::Parameters inverter{.dead_time_ns = 500, .minimum_pulse = {1'000, kind}};
+    for (const auto& [omega_m, torque] :
+         {std::pair{0.0, 15.0}, {20.0, -15.0}, {135.0, 15.0}, {-135.0, 15.0}}) {
+      SCOPED_TRACE(testing::Message() << omega_m << " rad/s, " << torque << " N·m, kind " << int(kind));
+      const Seen seen = run<TypeParam>(omega_m, torque, {inverter, inverter});
+      EXPECT_FALSE(seen.tripped);
+      EXPECT_NEAR(seen.torque, torque, 4.0);
+      EXPECT_LT(seen.idle_current, 1.1 * 40.0);
+      EXPECT_EQ(seen.short_pulses, 0);
+    }
+  }
+}
+
+// The same run would otherwise show nothing.
+TEST(InverterRun, ADriveThatDoesNotKnowItCommandsShorterPulses) {
+  const InverterModel<>::Parameters inverter{.minimum_pulse = {1'000, ShortPulses::dropped}};
+  EXPECT_GT(run<Foc>(135.0, 15.0, {inverter, {}}).short_pulses, 1'000);
 }
 
 // Of 40 V a tenth remains, which is the resistive voltage of 10 A, or the EMF at 2 rad/s.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/control/admissible_pulse.hpp"
 #include "sextant/control/control_basis.hpp"
 #include "sextant/control/controller.hpp"
 #include "sextant/control/delay_predictor.hpp"
@@ -124,7 +125,8 @@ class EstimatingController : public Controller<T> {
         estimator_{{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
                     parameters.inverter, parameters.flux_reference}},
         magnetising_{parameters.magnetiser, period_},
-        modulator_{modulator} {}
+        modulator_{modulator_of(modulator, parameters)},
+        admissible_{AdmissiblePulse::symmetric(parameters.inverter.minimum_pulse.duration_ns)} {}
 
   /// The pattern with which the torque follows its reference. It must call `drive`.
   [[nodiscard]] virtual GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
@@ -144,10 +146,11 @@ class EstimatingController : public Controller<T> {
     present_ = state;
     return GatePattern{state, parameters_.period_ns};
   }
-  /// An active state for a share of the period, in [0, 1], between two halves of its nearest zero vector; v:
-  /// its voltage. [V]
+  /// An active state for a share of the period, in [0, 1], or for the nearest one that the inverter's minimum
+  /// pulse admits, between two halves of its nearest zero vector; v: its voltage. [V]
   [[nodiscard]] GatePattern pulse(SwitchState active, T share, SpaceVector<T> v) noexcept {
-    const auto active_ns = std::int32_t(share * T(parameters_.period_ns));
+    const auto active_ns =
+        admissible_.nearest(std::int32_t(share * T(parameters_.period_ns)), parameters_.period_ns);
     const SwitchState zero = nearest_zero_state(active);
     const std::int32_t rest_ns = parameters_.period_ns - active_ns;
     GatePattern pattern;
@@ -207,6 +210,12 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] std::int32_t period_ns() const noexcept { return parameters_.period_ns; }
 
  private:
+  [[nodiscard]] static constexpr typename Modulator::Parameters modulator_of(
+      typename Modulator::Parameters modulator, const Parameters& parameters) noexcept {
+    modulator.minimum_pulse_ns = parameters.inverter.minimum_pulse.duration_ns;
+    return modulator;
+  }
+
   [[nodiscard]] GatePattern decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
     const T psi_ref = reference.flux_share * parameters_.flux_reference;
     x_ = ahead(m.u_dc);
@@ -267,6 +276,7 @@ class EstimatingController : public Controller<T> {
   FluxTorqueEstimator<T> estimator_;
   MagnetisingControl<T> magnetising_;
   Modulator modulator_;
+  AdmissiblePulse admissible_;              ///< of one active vector
   FluxAndCurrent<T> x_{};                   ///< when the pattern begins that is decided now
   SpaceVector<T> u_in_flight_{};            ///< mean voltage of the last pattern by an ideal inverter [V]
   bool is_driven_{false};                   ///< the last pattern drives every leg

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 
+#include "sextant/control/admissible_pulse.hpp"
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
@@ -38,7 +40,15 @@ enum class Overmodulation : std::uint8_t {
 /// given vector, by the two active vectors beside it and the zero vectors. With the phase voltages sorted,
 ///   t_1 = (v_max − v_mid)/u_dc · t_period,   t_2 = (v_mid − v_min)/u_dc · t_period
 /// are the times of the active vectors with one and with two legs high. Times are whole nanoseconds and fill
-/// the period exactly. Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization
+/// the period exactly.
+///
+/// Where pulses would be too short both zero vectors exchange some of their time, which moves the high times
+/// of all legs alike and leaves the voltage as it is: as little as suffices, up to a leg that rests; where
+/// nothing suffices, by what leaves the smallest error of the voltage between two legs, each at the nearest
+/// time for which it can be high. So the error is zero
+/// except near the edges of the hexagon.
+///
+/// Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization
 /// of a pulsewidth modulator based on voltage space vectors", IEEE Trans. Ind. Appl. 24 (1988) 142–150; for
 /// the zero vectors A. M. Hava, R. J. Kerkman, T. A. Lipo, "Simple analytical and graphical methods for
 /// carrier-based PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 49–61.
@@ -51,13 +61,26 @@ class SpaceVectorModulator {
     Overmodulation overmodulation{Overmodulation::magnitude};
     /// A leg is high, and low, for no shorter time in a period, or not at all [ns]
     std::int32_t shortest_pulse_ns{0};
+    /// Of the inverter: what is shorter, in one period or in two that follow each other, does not act as
+    /// commanded [ns]
+    std::int32_t minimum_pulse_ns{0};
 
     [[nodiscard]] const char* validate() const noexcept {
+      if (minimum_pulse_ns < 0) return "the inverter's minimum pulse must not be below zero";
       return shortest_pulse_ns >= 0 ? nullptr : "the shortest pulse must not be below zero";
+    }
+    /// Of both.
+    [[nodiscard]] constexpr AdmissiblePulse admissible() const noexcept {
+      const AdmissiblePulse acting = pattern == PatternKind::symmetric
+                                         ? AdmissiblePulse::symmetric(minimum_pulse_ns)
+                                         : AdmissiblePulse::one_edge(minimum_pulse_ns);
+      return {std::max(shortest_pulse_ns, acting.shortest_high_ns),
+              std::max(shortest_pulse_ns, acting.shortest_low_ns)};
     }
   };
 
-  constexpr explicit SpaceVectorModulator(const Parameters& parameters) noexcept : parameters_{parameters} {}
+  constexpr explicit SpaceVectorModulator(const Parameters& parameters) noexcept
+      : parameters_{parameters}, admissible_{parameters.admissible()} {}
 
   /// The pattern of a period of period_ns with the mean voltage u [V], at the link voltage u_dc [V]; V0
   /// without link voltage. `leg_correction`: time by which each leg is to be high longer, such as what the
@@ -68,11 +91,11 @@ class SpaceVectorModulator {
     Order order = sorted(v);
     const Shares shares = u_dc > T(0) ? within_period(order, u_dc) : Shares{};
     const std::array<T, 3> correction{leg_correction.a, leg_correction.b, leg_correction.c};
-    HighTimes high_ns = high_times(shares, v, period_ns);
-    for (std::size_t n = 0; n < 3; ++n) {
-      if (high_ns[n] == 0 || high_ns[n] == period_ns) continue;  // the leg rests
-      high_ns[n] = admissible(T(high_ns[n]) + T(1e9) * correction[order.legs[n]], period_ns);
-    }
+    const Wanted wanted{high_times(shares, v, period_ns),
+                        {T(1e9) * correction[order.legs[0]], T(1e9) * correction[order.legs[1]],
+                         T(1e9) * correction[order.legs[2]]},
+                        period_ns};
+    HighTimes high_ns = admissible_.acts() ? best(wanted) : realised(wanted, 0);
     sort(order, high_ns);
     return pattern(order, high_ns, period_ns);
   }
@@ -169,13 +192,77 @@ class SpaceVectorModulator {
     return ns > T(0) ? std::int32_t(std::min(ns + T(0.5), T(most))) : 0;
   }
 
-  /// The high time of a leg to which neither its high nor its low pulse is too short. [ns]
-  [[nodiscard]] std::int32_t admissible(T high_ns, std::int32_t period_ns) const noexcept {
-    const std::int32_t t = to_ns(high_ns, period_ns);
-    const std::int32_t shortest = std::min(parameters_.shortest_pulse_ns, period_ns / 2);
-    if (t < shortest) return 2 * t < shortest ? 0 : shortest;
-    if (period_ns - t < shortest) return 2 * (period_ns - t) < shortest ? period_ns : period_ns - shortest;
-    return t;
+  /// What the legs are to be high for, by falling voltage.
+  struct Wanted {
+    HighTimes ideal_ns;          ///< without correction
+    std::array<T, 3> longer_ns;  ///< where the leg switches [ns]
+    std::int32_t period_ns;
+    [[nodiscard]] constexpr bool rests(std::int32_t high_ns) const noexcept {
+      return high_ns == 0 || high_ns == period_ns;
+    }
+  };
+
+  /// Each leg at its nearest admissible time, where all are high longer by `shift_ns`; a leg that then rests
+  /// stays as it is.
+  [[nodiscard]] HighTimes realised(const Wanted& wanted, std::int32_t shift_ns) const noexcept {
+    HighTimes high_ns{};
+    for (std::size_t n = 0; n < 3; ++n) {
+      const std::int32_t ideal_ns = wanted.ideal_ns[n] + shift_ns;
+      high_ns[n] = wanted.rests(ideal_ns)
+                       ? ideal_ns
+                       : admissible_.nearest(to_ns(T(ideal_ns) + wanted.longer_ns[n], wanted.period_ns),
+                                             wanted.period_ns);
+    }
+    return high_ns;
+  }
+
+  /// The largest difference between two legs of what these times miss, with the same shift. [ns]
+  [[nodiscard]] static std::int32_t error(const Wanted& wanted, std::int32_t shift_ns,
+                                          const HighTimes& high_ns) noexcept {
+    std::array<std::int32_t, 3> missed{};
+    for (std::size_t n = 0; n < 3; ++n) {
+      const std::int32_t ideal_ns = wanted.ideal_ns[n] + shift_ns;
+      if (wanted.rests(ideal_ns)) continue;
+      const T due = T(ideal_ns) + wanted.longer_ns[n];
+      missed[n] = to_ns(due, wanted.period_ns) - beyond(due, wanted.period_ns) - high_ns[n];
+    }
+    return std::max({missed[0], missed[1], missed[2]}) - std::min({missed[0], missed[1], missed[2]});
+  }
+
+  /// With the smallest error; of several the one with the zero vectors nearest to those demanded. But for
+  /// these a leg rests, or is at an end of its admissible times: between such shifts the legs that miss their
+  /// times do so by the same difference.
+  [[nodiscard]] HighTimes best(const Wanted& wanted) const noexcept {
+    Best found{realised(wanted, 0), 0, 0};
+    found.error_ns = error(wanted, 0, found.high_ns);
+    if (found.error_ns == 0) return found.high_ns;
+    consider(wanted, -wanted.ideal_ns[2], found);
+    consider(wanted, wanted.period_ns - wanted.ideal_ns[0], found);
+    for (std::size_t n = 0; n < 3; ++n) {
+      const std::int32_t due = to_ns(T(wanted.ideal_ns[n]) + wanted.longer_ns[n], wanted.period_ns);
+      consider(wanted, admissible_.shortest_high_ns - due, found);
+      consider(wanted, wanted.period_ns - admissible_.shortest_low_ns - due, found);
+    }
+    return found.high_ns;
+  }
+
+  struct Best {
+    HighTimes high_ns;
+    std::int32_t error_ns;
+    std::int32_t shift_ns;
+  };
+  void consider(const Wanted& wanted, std::int32_t shift_ns, Best& found) const noexcept {
+    if (shift_ns < -wanted.ideal_ns[2] || shift_ns > wanted.period_ns - wanted.ideal_ns[0]) return;
+    const HighTimes high_ns = realised(wanted, shift_ns);
+    const std::int32_t error_ns = error(wanted, shift_ns, high_ns);
+    if (error_ns > found.error_ns) return;
+    if (error_ns == found.error_ns && std::abs(shift_ns) >= std::abs(found.shift_ns)) return;
+    found = {high_ns, error_ns, shift_ns};
+  }
+
+  /// By how much a time lies below zero, or above the period as a number below zero. [ns]
+  [[nodiscard]] static std::int32_t beyond(T ns, std::int32_t period_ns) noexcept {
+    return ns < T(0) ? to_ns(-ns, period_ns) : -to_ns(ns - T(period_ns), period_ns);
   }
 
   [[nodiscard]] GatePattern pattern(const Order& o, const HighTimes& high_ns,
@@ -221,6 +308,7 @@ class SpaceVectorModulator {
   }
 
   Parameters parameters_;
+  AdmissiblePulse admissible_;
   bool falls_{false};  ///< the coming asymmetric pattern begins with V7
 };
 

@@ -10,6 +10,7 @@
 
 #include "sextant/core/description.hpp"
 #include "sextant/core/gate_pattern.hpp"
+#include "sextant/core/minimum_pulse.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/two_level_inverter.hpp"
@@ -25,6 +26,10 @@ namespace sextant {
 /// sign(i_x) u_dc t_d in a period of two changes. Drops: a switch or diode that carries i_x takes
 /// (V_t + r |i_x|) sign(i_x).
 ///
+/// Minimum pulse. The gate drivers drop or stretch what is commanded for a shorter time, before the dead
+/// time, as `MinimumPulse` tells: u_dc for the difference of both times, and where they drop all edges act
+/// t_min late, which counts where a leg does not end a period as it began it.
+///
 /// The sign of a current near zero follows from its course through the pattern, from the reading at its
 /// beginning, with the potentials as above:
 ///   di_x/dt = u_x/σL_s + d_x
@@ -36,7 +41,7 @@ namespace sextant {
 /// IEEE Trans. Ind. Electron. 38 (1991) 108–114; for the drops A. R. Muñoz, T. A. Lipo, "On-line dead-time
 /// compensation technique for open-loop PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 683–689.
 ///
-/// Not in the model: switching times, the minimum pulse, and currents that are read wrong by as much as they
+/// Not in the model: switching times, and currents that are read wrong by as much as they
 /// change within a period.
 template <class T = double>
 class InverterModel {
@@ -44,14 +49,16 @@ class InverterModel {
   /// All zero: an ideal inverter.
   struct Parameters {
     std::int32_t dead_time_ns{0};  ///< t_d [ns]
-    T threshold_voltage{};         ///< V_t, of a switch or diode that conducts [V]
-    T slope_resistance{};          ///< r, the same [Ω]
+    MinimumPulse::Parameters minimum_pulse{};
+    T threshold_voltage{};  ///< V_t, of a switch or diode that conducts [V]
+    T slope_resistance{};   ///< r, the same [Ω]
     /// How far the stator voltage along the current may be off, by what is not known of the inverter; a
     /// standard deviation. The model itself does not depend on it. [V]
     T voltage_error{};
 
     [[nodiscard]] constexpr bool is_ideal() const noexcept {
-      return dead_time_ns == 0 && threshold_voltage == T(0) && slope_resistance == T(0);
+      return dead_time_ns == 0 && minimum_pulse.duration_ns == 0 && threshold_voltage == T(0) &&
+             slope_resistance == T(0);
     }
     /// The voltage error to expect where dead time and threshold are known as data sheets tell them: a tenth
     /// of the fundamental of what both take, u_dc t_d/t_period + V_t with the sign of the current. [V]
@@ -64,6 +71,16 @@ class InverterModel {
       if (dead_time_ns < 0 || dead_time_ns >= period_ns - dead_time_ns) {
         return "the inverter's dead time must be from zero to below half of the control period";
       }
+      // Without voltage a leg is high for half of a period, and low at both of its ends for a quarter.
+      const std::int32_t pulse_ns = minimum_pulse.duration_ns;
+      if (pulse_ns < 0 || pulse_ns >= period_ns / 4) {
+        return "the inverter's minimum pulse must be from zero to below a quarter of the control period";
+      }
+      if (pulse_ns > 0 && pulse_ns < dead_time_ns) {
+        return "the inverter's minimum pulse must be zero or at least its dead time: a shorter pulse turns "
+               "no "
+               "switch on";
+      }
       const auto is_usable = [](T x) { return std::isfinite(x) && x >= T(0); };
       if (!is_usable(threshold_voltage)) return "the inverter's threshold voltage must not be below zero";
       if (!is_usable(slope_resistance)) return "the inverter's slope resistance must not be below zero";
@@ -72,13 +89,14 @@ class InverterModel {
 
     /// given: the voltage error, where a user states it; resolved: with the one in force.
     friend void describe(Description& d, Parameters& p, std::optional<T>& given, const Parameters& resolved) {
-      auto& [dead_time_ns, threshold_voltage, slope_resistance, voltage_error] = p;
+      auto& [dead_time_ns, minimum_pulse, threshold_voltage, slope_resistance, voltage_error] = p;
       d.time("dead_time_us", dead_time_ns,
              in_us(0, 5e4,
                    "time for which both switches of a leg are off where it changes between low and high, as "
                    "the drive takes it: volt-seconds of estimator, identification, predictions, protections "
                    "and torque monitor follow from it, and modulated methods compensate it; 0: an ideal "
                    "inverter"));
+      describe(d, minimum_pulse);
       d.number("threshold_v", threshold_voltage,
                {"V", 0, 1e3, "voltage of a switch or diode that conducts, without current; the same uses"});
       d.number("slope_ohm", slope_resistance,
@@ -95,13 +113,17 @@ class InverterModel {
 
   /// What the legs bring along into an interval.
   struct Legs {
-    SwitchState commanded{gates_off};
+    SwitchState commanded{gates_off};       ///< after the minimum pulse
     std::array<std::int32_t, 3> dead_ns{};  ///< what is left of their dead times [ns]
+    MinimumPulse::Legs pulses{};            ///< where there is a minimum pulse
   };
 
   /// leakage: σL_s of the machine. [H]
   constexpr InverterModel(const Parameters& parameters, T leakage) noexcept
-      : parameters_{parameters}, is_ideal_{parameters.is_ideal()}, inverse_leakage_{T(1) / leakage} {}
+      : parameters_{parameters},
+        minimum_pulse_{parameters.minimum_pulse},
+        is_ideal_{parameters.is_ideal()},
+        inverse_leakage_{T(1) / leakage} {}
 
   [[nodiscard]] constexpr bool is_ideal() const noexcept { return is_ideal_; }
   /// The legs at the last measurement.
@@ -144,11 +166,15 @@ class InverterModel {
 
   /// The legs go through a pattern.
   constexpr void pass(const GatePattern& pattern, Legs& legs) const noexcept {
-    if (pattern.segments().empty()) command(gates_off, legs);
+    if (pattern.segments().empty()) (void)gated(gates_off, legs);
     for (const GateSegment& segment : pattern.segments()) {
-      command(segment.state, legs);
-      for (std::int32_t& dead_ns : legs.dead_ns)
-        dead_ns = std::max<std::int32_t>(0, dead_ns - segment.duration_ns);
+      std::int32_t left_ns = segment.duration_ns;
+      do {
+        (void)gated(segment.state, legs);
+        const std::int32_t part_ns = holds(legs, left_ns);
+        let_pass(part_ns, legs);
+        left_ns -= part_ns;
+      } while (left_ns > 0);
     }
   }
 
@@ -172,8 +198,9 @@ class InverterModel {
   };
   /// Legs by `SwitchState::upper_switches`.
   struct Commanded {
-    unsigned high;  ///< those that are high
-    unsigned dead;  ///< those in their dead time
+    unsigned high;       ///< those that the pattern has high
+    unsigned gate_high;  ///< those that the gate drivers have high
+    unsigned dead;       ///< those that are off, or in their dead time
   };
 
   [[nodiscard]] static constexpr T seconds(std::int64_t ns) noexcept { return T(1e-9) * T(ns); }
@@ -182,6 +209,26 @@ class InverterModel {
   [[nodiscard]] static constexpr ThreePhase<T> without_common(const Phases& v) noexcept {
     const T mean = (v[0] + v[1] + v[2]) / T(3);
     return {v[0] - mean, v[1] - mean, v[2] - mean};
+  }
+
+  /// A state is commanded: what the gate drivers make of it now.
+  constexpr SwitchState gated(SwitchState state, Legs& legs) const noexcept {
+    if (minimum_pulse_.acts()) {
+      minimum_pulse_.command(state, legs.pulses);
+      state = MinimumPulse::acting(legs.pulses);
+    }
+    command(state, legs);
+    return state;
+  }
+
+  /// How long that stays so, for most_ns at most. [ns]
+  [[nodiscard]] constexpr std::int32_t holds(const Legs& legs, std::int32_t most_ns) const noexcept {
+    return minimum_pulse_.acts() ? MinimumPulse::holds(legs.pulses, most_ns) : most_ns;
+  }
+
+  constexpr void let_pass(std::int32_t duration_ns, Legs& legs) const noexcept {
+    for (std::int32_t& dead_ns : legs.dead_ns) dead_ns = std::max<std::int32_t>(0, dead_ns - duration_ns);
+    if (minimum_pulse_.acts()) minimum_pulse_.pass(duration_ns, legs.pulses);
   }
 
   constexpr void command(SwitchState state, Legs& legs) const noexcept {
@@ -200,17 +247,17 @@ class InverterModel {
                                       Legs& legs) const noexcept {
     Way way{course.i_begin, drift, {}};
     for (const GateSegment& segment : applied.segments()) {
-      command(segment.state, legs);
       for (std::int32_t left_ns = segment.duration_ns; left_ns > 0;) {
-        std::int32_t part_ns = left_ns;
-        Commanded now{segment.state.upper_switches(), 0};
+        const SwitchState gates = gated(segment.state, legs);
+        std::int32_t part_ns = holds(legs, left_ns);
+        Commanded now{segment.state.upper_switches(), gates.upper_switches(), gates.legs_off()};
         for (unsigned n = 0; n < 3; ++n) {
           if (legs.dead_ns[n] == 0) continue;
           part_ns = std::min(part_ns, legs.dead_ns[n]);
           now.dead |= 1U << n;
         }
         go(way, now, course.u_dc, seconds(part_ns));
-        for (std::int32_t& dead_ns : legs.dead_ns) dead_ns = std::max<std::int32_t>(0, dead_ns - part_ns);
+        let_pass(part_ns, legs);
         left_ns -= part_ns;
       }
     }
@@ -263,7 +310,7 @@ class InverterModel {
     held = 0;
     for (unsigned n = 0; n < 3; ++n) {
       const bool is_dead = (legs.dead >> n & 1U) != 0U;
-      const bool is_high = is_dead ? way.i[n] < T(0) : (legs.high >> n & 1U) != 0U;
+      const bool is_high = is_dead ? way.i[n] < T(0) : (legs.gate_high >> n & 1U) != 0U;
       v[n] = is_high ? u_dc : T(0);
       emf[n] = way.drift[n] / inverse_leakage_;
       if (is_dead && way.i[n] == T(0)) held |= 1U << n;
@@ -329,6 +376,7 @@ class InverterModel {
   }
 
   Parameters parameters_;
+  MinimumPulse minimum_pulse_;
   bool is_ideal_;
   T inverse_leakage_;  ///< 1/σL_s [1/H]
   Legs legs_{};

@@ -10,13 +10,14 @@
 
 namespace sextant {
 
-/// The states of the inverter's legs between two reads, as they act on the plant: with dead time more than
-/// the commanded pattern has segments. Equal neighbours are one segment.
+/// The states of the inverter's legs between two reads, as they act on the plant: with minimum pulse and dead
+/// time more than the commanded pattern has segments. Equal neighbours are one segment.
 class ActedSegments {
  public:
-  /// Of a pattern of n segments with dead time: each of its n edges begins one dead time and each ends one,
-  /// and one more ends in each leg that has brought it from before. The first edge is the beginning.
-  static constexpr std::size_t capacity = 2 * GatePattern::capacity + 3;
+  /// Each segment of a pattern may begin with an edge of all three legs, which the minimum pulse may take
+  /// apart, and one more waits in each leg from before. Each of these begins a dead time and ends one, and
+  /// one more ends in each leg that has brought it from before. The first segment begins without an edge.
+  static constexpr std::size_t capacity = 2 * (3 * GatePattern::capacity + 3) + 3 + 1;
 
   /// To be called for no more segments than there is room for.
   constexpr void append(GateSegment segment) noexcept SEXTANT_NONBLOCKING {

@@ -25,8 +25,8 @@ class DeadTime {
 
   [[nodiscard]] bool acts() const noexcept SEXTANT_NONBLOCKING { return duration_ns_ > 0; }
 
-  /// What the legs do under commanded segments that follow those of the last call, GatePattern::capacity at
-  /// most.
+  /// What the legs do under commanded segments that follow those of the last call: a pattern, or what a
+  /// `PulseFilter` makes of one.
   [[nodiscard]] ActedSegments step(std::span<const GateSegment> commanded) noexcept SEXTANT_NONBLOCKING {
     ActedSegments acted;
     for (const GateSegment& segment : commanded) {

@@ -27,6 +27,7 @@ enum class Metric : std::uint8_t {
   switching_frequency,
   torque_pulse_frequency,
   dwell_limited,
+  short_pulses,
   peak_current,
   current_thd,
   energy_from_link,
@@ -65,7 +66,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 45;
+inline constexpr std::size_t metric_count = 46;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -94,6 +95,9 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "pulses of the torque comparator, which begin where its output becomes +1 or -1, per second in the "
      "window"},
     {"dwell_limited", "1", "switching events of the whole run that had to wait for the minimum dwell"},
+    {"short_pulses", "1",
+     "pulses of a leg, high or low, of the whole run that were commanded for less than "
+     "plant.inverter.minimum_pulse_us, where there is one"},
     {"peak_current_a", "A", "largest phase current of the whole run"},
     {"current_thd_percent", "%",
      "current harmonics to fundamental in the window; none unless torque reference and fundamental stand "

@@ -94,8 +94,8 @@ class MetricsAccumulator {
   /// The run has no torque comparator: there is no frequency of its pulses.
   void has_no_pulses() noexcept { has_pulses_ = false; }
 
-  /// The metrics so far. Those of the simulation's speed and of the minimum dwell are the
-  /// runner's to fill in.
+  /// The metrics so far. Those of the simulation's speed, of the minimum dwell and of short
+  /// pulses are the runner's to fill in.
   [[nodiscard]] MetricList metrics() const noexcept;
 
  private:

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "sextant/core/drive_io.hpp"
+#include "sextant/core/minimum_pulse.hpp"
 #include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/driveline.hpp"
@@ -20,6 +21,7 @@
 #include "sextant/sim/dead_time.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/plant_fault.hpp"
+#include "sextant/sim/pulse_filter.hpp"
 #include "sextant/sim/segment_cursor.hpp"
 #include "sextant/sim/segment_log.hpp"
 #include "sextant/sim/sensor_model.hpp"
@@ -34,6 +36,8 @@ struct SimulatedDriveIoParameters {
   bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
   int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
   std::int32_t dead_time_ns{0};    ///< of the gate drivers, from one switch of a leg to the other one [ns]
+  MinimumPulse::Parameters
+      minimum_pulse{};  ///< of the gate drivers, before their dead times; none by default
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
   SensorParameters sensors{};    ///< ideal by default
@@ -49,6 +53,13 @@ struct SimulatedDriveIoParameters {
     if (dead_time_ns < 0 || dead_time_ns >= period_ns - dead_time_ns) {
       return "the dead time must be from zero to below half of the control period";
     }
+    const std::int32_t pulse_ns = minimum_pulse.duration_ns;
+    if (pulse_ns < 0 || pulse_ns >= period_ns - pulse_ns) {
+      return "the minimum pulse must be from zero to below half of the control period";
+    }
+    if (pulse_ns > 0 && pulse_ns < dead_time_ns) {
+      return "the minimum pulse must be zero or at least the dead time: a shorter pulse turns no switch on";
+    }
     if (const char* problem = sensors.validate()) return problem;
     if (sensors.sampling_lead_ns > period_ns) return "the sampling lead must not exceed the control period";
     return fault.validate();
@@ -61,8 +72,9 @@ struct SimulatedDriveIoParameters {
 /// driver holds the last state for `hold_periods` and then turns the gates off, because a held vector moves
 /// the torque far (docs/architecture.md, gate patterns). `Measurement::applied` reports the applied pattern,
 /// for which a pattern needs one segment to spare; without it, or after a gap of more than a second, the
-/// measurement is not plausible. With a dead time the legs act otherwise (`DeadTime`): `applied` is what was
-/// commanded, as of a real gate driver. `Log` keeps the acted segments of the last read.
+/// measurement is not plausible. With a minimum pulse or a dead time the legs act otherwise (`PulseFilter`,
+/// `DeadTime`): `applied` is what was commanded, as of a real gate driver. `Log` keeps the acted segments of
+/// the last read.
 ///
 /// The measurement is what the sensors read (`SensorModel`): by default the plant's true state.
 ///
@@ -82,6 +94,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
         integrator_{integrator},
         load_{load},
         heating_{heating},
+        pulse_filter_{parameters.minimum_pulse},
         dead_time_{parameters.dead_time_ns},
         sensors_{parameters.sensors, parameters.fault},
         has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant()} {}
@@ -151,6 +164,11 @@ class SimulatedDriveIo final : public DriveIo<double> {
     }
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     return {unknown, unknown, unknown};
+  }
+
+  /// Commanded pulses shorter than the minimum pulse, so far; empty without one.
+  [[nodiscard]] std::optional<std::int64_t> short_pulses() const noexcept SEXTANT_NONBLOCKING {
+    return pulse_filter_.acts() ? std::optional{pulse_filter_.short_pulses()} : std::nullopt;
   }
 
   /// False once an integration has failed or the flux exceeds what the DC link can produce; the plant then
@@ -249,7 +267,11 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   /// Integrates what the legs do under the commanded pattern.
   void act(const GatePattern& commanded) noexcept {
-    if (dead_time_.acts()) [[unlikely]] {
+    if (pulse_filter_.acts()) [[unlikely]] {
+      const ActedSegments passed = pulse_filter_.step(commanded.segments());
+      const ActedSegments acted = dead_time_.step(passed.segments());
+      advance(acted.segments());
+    } else if (dead_time_.acts()) [[unlikely]] {
       const ActedSegments acted = dead_time_.step(commanded.segments());
       advance(acted.segments());
     } else {
@@ -343,6 +365,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   PlantIntegrator<Plant>& integrator_;
   const MechanicalLoad& load_;
   PlantHeating<Plant>* heating_;  ///< null: none
+  PulseFilter pulse_filter_;
   DeadTime dead_time_;
   SensorModel sensors_;
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load
