@@ -77,7 +77,10 @@ class InverterModel {
 
   /// leakage: σL_s of the machine. [H]
   constexpr InverterModel(const Parameters& parameters, T leakage) noexcept
-      : parameters_{parameters}, is_ideal_{parameters.is_ideal()}, inverse_leakage_{T(1) / leakage} {}
+      : parameters_{parameters},
+        is_ideal_{parameters.is_ideal()},
+        has_drops_{parameters.threshold_voltage != T(0) || parameters.slope_resistance != T(0)},
+        inverse_leakage_{T(1) / leakage} {}
 
   [[nodiscard]] constexpr bool is_ideal() const noexcept { return is_ideal_; }
   /// The legs at the last measurement.
@@ -196,6 +199,7 @@ class InverterModel {
   /// Over dt [s], in parts that end where a leg in its dead time stops its current. A stop may let another
   /// leg conduct again: three legs take seven parts at most.
   constexpr void go(Way& way, Commanded legs, T u_dc, T dt) const noexcept {
+    if (legs.dead == 0) return go_driven(way, legs, u_dc, dt);
     constexpr int most_parts = 8;
     for (int part = 0; part < most_parts && dt > T(0); ++part) {
       unsigned held = 0;
@@ -226,6 +230,18 @@ class InverterModel {
     }
   }
 
+  /// The same where no leg is in its dead time: each is tied by its state, and no current stops.
+  constexpr void go_driven(Way& way, Commanded legs, T u_dc, T dt) const noexcept {
+    Phases v{};
+    for (unsigned n = 0; n < 3; ++n) v[n] = (legs.high >> n & 1U) != 0U ? u_dc : T(0);
+    const T mean = (v[0] + v[1] + v[2]) / T(3);
+    for (std::size_t n = 0; n < 3; ++n) {
+      const T end = way.i[n] + dt * (inverse_leakage_ * (v[n] - mean) + way.drift[n]);
+      if (has_drops_) way.beyond[n] -= dt * drop(way.i[n], end);
+      way.i[n] = end;
+    }
+  }
+
   /// Of the legs against the lower rail, without drops. held: legs whose current stays zero. [V]
   ///
   /// Legs in their dead time without current float. With e_x = σL_s d_x, minus the EMF of a phase, their
@@ -241,9 +257,10 @@ class InverterModel {
       const bool is_dead = (legs.dead >> n & 1U) != 0U;
       const bool is_high = is_dead ? way.i[n] < T(0) : (legs.high >> n & 1U) != 0U;
       v[n] = is_high ? u_dc : T(0);
-      emf[n] = way.drift[n] / inverse_leakage_;
       if (is_dead && way.i[n] == T(0)) held |= 1U << n;
     }
+    if (held == 0) return v;
+    for (std::size_t n = 0; n < 3; ++n) emf[n] = way.drift[n] / inverse_leakage_;
     while (held != 0) {
       const T star = star_point(v, emf, held, u_dc);
       unsigned furthest = 3;
@@ -281,6 +298,7 @@ class InverterModel {
 
   /// Of a switch or diode while its current runs from one value to another. [V]
   [[nodiscard]] constexpr T drop(T from, T to) const noexcept {
+    if (!has_drops_) return T(0);
     return parameters_.threshold_voltage * mean_sign(from, to) +
            parameters_.slope_resistance * T(0.5) * (from + to);
   }
@@ -299,13 +317,14 @@ class InverterModel {
   /// Of the sign of a current that runs from one value to another in a line. [-]
   [[nodiscard]] static constexpr T mean_sign(T from, T to) noexcept {
     const auto size = [](T x) { return x < T(0) ? -x : x; };
-    const T difference = to - from;
-    if (difference == T(0)) return from > T(0) ? T(1) : from < T(0) ? T(-1) : T(0);
-    return (size(to) - size(from)) / difference;
+    if (from >= T(0) && to >= T(0)) return from > T(0) || to > T(0) ? T(1) : T(0);
+    if (from <= T(0) && to <= T(0)) return T(-1);
+    return (size(to) - size(from)) / (to - from);
   }
 
   Parameters parameters_;
   bool is_ideal_;
+  bool has_drops_;     ///< threshold or slope
   T inverse_leakage_;  ///< 1/σL_s [1/H]
   Legs legs_{};
   Phases drift_{};     ///< slopes of the currents by all but the inverter, at the last measurement [A/s]
