@@ -234,6 +234,8 @@ class DrivePlant {
     q.tau_given = inputs_.tau_l;
     if (machine_.has_iron_loss()) [[unlikely]]
       q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
+    if (drops_.threshold_voltage > T(0)) [[unlikely]]
+      q.threshold_loss = drops_.threshold_loss(q.i_s);
     return q;
   }
   /// The same of the whole state, with the inputs that act there.
@@ -314,11 +316,24 @@ class DrivePlant {
   /// fall through zero.
   void events(const State& x, Events& g) const noexcept SEXTANT_NONBLOCKING {
     if (inverter_.voltage_is_fixed()) return fixed_events(x, g);
-    put_events(x, inverter_at(x).events(machine_.stator_current(stator_flux(x), rotor_flux(x)), emf_at(x)), g);
+    put_events(x, inverter_at(x).events(machine_.stator_current(stator_flux(x), rotor_flux(x)), emf_at(x)),
+               g);
   }
   /// The same while no leg floats.
   void fixed_events(const State& x, Events& g) const noexcept SEXTANT_NONBLOCKING {
     put_events(x, inverter_.current_events(machine_.stator_current(stator_flux(x), rotor_flux(x))), g);
+  }
+  /// What the inverter's thresholds take of the stator voltage while no current changes its sign, V_t in the
+  /// direction of each current. [V]
+  [[nodiscard]] SpaceVector<T> threshold_voltage() const noexcept SEXTANT_NONBLOCKING {
+    if (drops_.threshold_voltage == T(0)) return {};
+    const auto lost = [this](T i) { return i < T(0) ? -drops_.threshold_voltage : drops_.threshold_voltage; };
+    const ThreePhase<T> i = i_abc();
+    return clarke(ThreePhase<T>{lost(i.a), lost(i.b), lost(i.c)});
+  }
+  /// True where segments with legs off may be `TiedSegments`: no cable is open.
+  [[nodiscard]] bool may_be_tied() const noexcept SEXTANT_NONBLOCKING {
+    return inverter_.open_phase() == Inverter<T>::no_phase;
   }
   /// True when the stator voltage over all of these gate segments follows from them alone.
   [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
@@ -349,6 +364,10 @@ class DrivePlant {
   [[nodiscard]] SpaceVector<T> psi_r() const noexcept SEXTANT_NONBLOCKING { return rotor_flux(x_); }
   [[nodiscard]] SpaceVector<T> i_s() const noexcept SEXTANT_NONBLOCKING {
     return machine_.stator_current(psi_s(), psi_r());
+  }
+  /// The same at another state.
+  [[nodiscard]] SpaceVector<T> stator_current(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    return machine_.stator_current(stator_flux(x), rotor_flux(x));
   }
   /// Phase currents, positive into the machine. [A]
   [[nodiscard]] ThreePhase<T> i_abc() const noexcept SEXTANT_NONBLOCKING { return inverse_clarke(i_s()); }
@@ -460,7 +479,8 @@ class DrivePlant {
     }
   }
   /// Event functions at x, with those of the legs.
-  void put_events(const State& x, const std::array<T, 3>& legs, Events& g) const noexcept SEXTANT_NONBLOCKING {
+  void put_events(const State& x, const std::array<T, 3>& legs,
+                  Events& g) const noexcept SEXTANT_NONBLOCKING {
     std::copy(legs.begin(), legs.end(), g.begin());
     if constexpr (feeds_back)
       appended_.events(appended_states(x), x[omega], inputs_, std::span{g}.template subspan<3>());

@@ -44,8 +44,9 @@ struct FixedStepParameters {
 /// what a step neglects is of third order in V's deviation from it.
 ///
 /// While legs are off, diode events are located
-/// within the step on its cubic Hermite interpolant to 2^-41 of the step and the step is taken up to the event.
-/// Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", II.1 and II.6.
+/// within the step on its cubic Hermite interpolant to 2^-41 of the step and the step is taken up to the
+/// event. Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", II.1 and
+/// II.6.
 template <class Plant>
 class FixedStepIntegrator final : public PlantIntegrator<Plant> {
  public:
@@ -82,6 +83,17 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
                                            : advance_over_corners<false>(plant, segments, corners);
     }
     return PlantIntegrator<Plant>::advance_through(plant, segments, corners);
+  }
+
+  [[nodiscard]] bool advance_tied(Plant& plant, std::span<const GateSegment> segments,
+                                  std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
+    if constexpr (Plant::appends_integrals)
+      return plant.machine().is_linear() ? advance_over_corners<true, true>(plant, segments, corners)
+                                         : advance_over_corners<false, true>(plant, segments, corners);
+    return false;
+  }
+  [[nodiscard]] bool ties() const noexcept SEXTANT_NONBLOCKING override {
+    return Plant::appends_integrals && goes_on_;
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING override {}
@@ -134,14 +146,16 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return true;
   }
 
-  /// is_linear as above.
-  template <bool is_linear>
+  /// is_linear as above. may_lose: the inverter may have a threshold.
+  template <bool is_linear, bool may_lose = false>
   [[gnu::flatten]] bool advance_over_corners(Plant& plant, std::span<const GateSegment> segments,
                                              std::span<State> corners) const noexcept SEXTANT_NONBLOCKING
     requires(Plant::appends_integrals)
   {
     if (plant.machine().is_linear() != is_linear) return false;
-    const VoltageIntegral<T> voltage{segments, plant.inputs().u_dc};
+    const VoltageIntegral<T> voltage =
+        may_lose ? VoltageIntegral<T>{segments, plant.inputs().u_dc, plant.threshold_voltage()}
+                 : VoltageIntegral<T>{segments, plant.inputs().u_dc};
     const T total = voltage.duration();
     const std::int64_t steps = steps_for(plant, voltage.duration_ns(), total);
     if (steps == 0) return false;
@@ -198,13 +212,13 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return true;
   }
 
-  /// Moves x over steps of h [s] while no leg floats, up to the first step in which an event may come; returns
-  /// how many it has moved over, `steps` at most.
+  /// Moves x over steps of h [s] while no leg floats, up to the first step in which an event may come;
+  /// returns how many it has moved over, `steps` at most.
   ///
   /// Such a step is looked at more closely by `step_through_events`. Here the slope at the end of a step is
-  /// that of the last stage of the method, which differs from it in the third order of h, so that the middle of
-  /// the step is nearly the same: where an event function is there above `clear` times the lower one of both
-  /// ends, it does not fall through zero.
+  /// that of the last stage of the method, which differs from it in the third order of h, so that the middle
+  /// of the step is nearly the same: where an event function is there above `clear` times the lower one of
+  /// both ends, it does not fall through zero.
   template <bool is_linear>
   [[gnu::flatten]] static std::int64_t steps_without_events(const Plant& plant, State& x, T h,
                                                             std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
@@ -290,14 +304,15 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   }
 
   /// Where value(s), which is below zero at high and not at low, has just fallen below it: the end of the
-  /// interval that `bisections` halvings leave. low and high are multiples of half a step. Where the value falls
-  /// once, the false-position method of Illinois finds one of the intervals on the way in fewer evaluations;
-  /// the last halvings, in which rounding may count, are made as they are.
+  /// interval that `bisections` halvings leave. low and high are multiples of half a step. Where the value
+  /// falls once, the false-position method of Illinois finds one of the intervals on the way in fewer
+  /// evaluations; the last halvings, in which rounding may count, are made as they are.
   template <class Value>
   static T first_below(T low, T high, const Value& value) noexcept SEXTANT_NONBLOCKING {
     const T below = interval * std::floor(false_position(low, high, value) / interval);
     int left = bisections;
-    if (below >= low && below + interval <= high && value(below + interval) < T(0) && !(value(below) < T(0))) {
+    if (below >= low && below + interval <= high && value(below + interval) < T(0) &&
+        !(value(below) < T(0))) {
       low = below;
       high = below + interval;
       left = last_bisections;

@@ -123,8 +123,8 @@ class InductionMachine {
     T power{};             ///< P_fe [W]
   };
   /// i_r: of `rotor_current`. For a machine with iron loss.
-  [[nodiscard, gnu::noinline]] IronBranch iron_branch(
-      SpaceVector<T> i_r, SpaceVector<T> psi_r, T omega_m) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline]] IronBranch iron_branch(SpaceVector<T> i_r, SpaceVector<T> psi_r,
+                                                      T omega_m) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> f = (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
     const T share = iron_loss_.share(f, psi_r);
     const SpaceVector<T> i_fe = (share / parameters_.r_r) * f;  // of the rotor's turns
@@ -197,8 +197,8 @@ class InductionMachine {
   // These are apart, so that the equations of the linear machine stay small where they are inlined.
 
   /// f: dpsi_r/dt without iron loss. [V]
-  [[nodiscard, gnu::noinline]] SpaceVector<T> shortened(
-      SpaceVector<T> f, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline]] SpaceVector<T> shortened(SpaceVector<T> f, SpaceVector<T> psi_r) const noexcept
+      SEXTANT_NONBLOCKING {
     return (T(1) - iron_loss_.share(f, psi_r)) * f;
   }
 
@@ -208,8 +208,7 @@ class InductionMachine {
     return i_s + saturation_.added(psi_s) * psi_s;
   }
 
-  [[nodiscard, gnu::noinline]] T saturated_damping(SpaceVector<T> psi_s) const noexcept
-      SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline]] T saturated_damping(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
     const T added = saturation_.added(psi_s) + saturation_.added_along(psi_s);
     return damping_ + parameters_.r_s * std::max(T(0), added);
   }
