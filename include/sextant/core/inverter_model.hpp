@@ -41,8 +41,8 @@ namespace sextant {
 /// IEEE Trans. Ind. Electron. 38 (1991) 108–114; for the drops A. R. Muñoz, T. A. Lipo, "On-line dead-time
 /// compensation technique for open-loop PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 683–689.
 ///
-/// Not in the model: switching times, and currents that are read wrong by as much as they
-/// change within a period.
+/// Not in the model: switching times, and currents that are read wrong by as much as they change within a
+/// period.
 template <class T = double>
 class InverterModel {
  public:
@@ -78,8 +78,7 @@ class InverterModel {
       }
       if (pulse_ns > 0 && pulse_ns < dead_time_ns) {
         return "the inverter's minimum pulse must be zero or at least its dead time: a shorter pulse turns "
-               "no "
-               "switch on";
+               "no switch on";
       }
       const auto is_usable = [](T x) { return std::isfinite(x) && x >= T(0); };
       if (!is_usable(threshold_voltage)) return "the inverter's threshold voltage must not be below zero";
@@ -123,6 +122,7 @@ class InverterModel {
       : parameters_{parameters},
         minimum_pulse_{parameters.minimum_pulse},
         is_ideal_{parameters.is_ideal()},
+        has_drops_{parameters.threshold_voltage != T(0) || parameters.slope_resistance != T(0)},
         inverse_leakage_{T(1) / leakage} {}
 
   [[nodiscard]] constexpr bool is_ideal() const noexcept { return is_ideal_; }
@@ -267,6 +267,7 @@ class InverterModel {
   /// Over dt [s], in parts that end where a leg in its dead time stops its current. A stop may let another
   /// leg conduct again: three legs take seven parts at most.
   constexpr void go(Way& way, Commanded legs, T u_dc, T dt) const noexcept {
+    if (legs.dead == 0) return go_driven(way, legs, u_dc, dt);
     constexpr int most_parts = 8;
     for (int part = 0; part < most_parts && dt > T(0); ++part) {
       unsigned held = 0;
@@ -297,6 +298,19 @@ class InverterModel {
     }
   }
 
+  /// The same where no leg is in its dead time: each is tied by its gates, and no current stops.
+  constexpr void go_driven(Way& way, Commanded legs, T u_dc, T dt) const noexcept {
+    Phases v{};
+    for (unsigned n = 0; n < 3; ++n) v[n] = (legs.gate_high >> n & 1U) != 0U ? u_dc : T(0);
+    const T mean = (v[0] + v[1] + v[2]) / T(3);
+    for (unsigned n = 0; n < 3; ++n) {
+      const T end = way.i[n] + dt * (inverse_leakage_ * (v[n] - mean) + way.drift[n]);
+      const T commanded = (legs.high >> n & 1U) != 0U ? u_dc : T(0);
+      way.beyond[n] += dt * (v[n] - commanded - drop(way.i[n], end));
+      way.i[n] = end;
+    }
+  }
+
   /// Of the legs against the lower rail, without drops. held: legs whose current stays zero. [V]
   ///
   /// Legs in their dead time without current float. With e_x = σL_s d_x, minus the EMF of a phase, their
@@ -312,9 +326,10 @@ class InverterModel {
       const bool is_dead = (legs.dead >> n & 1U) != 0U;
       const bool is_high = is_dead ? way.i[n] < T(0) : (legs.gate_high >> n & 1U) != 0U;
       v[n] = is_high ? u_dc : T(0);
-      emf[n] = way.drift[n] / inverse_leakage_;
       if (is_dead && way.i[n] == T(0)) held |= 1U << n;
     }
+    if (held == 0) return v;
+    for (std::size_t n = 0; n < 3; ++n) emf[n] = way.drift[n] / inverse_leakage_;
     while (held != 0) {
       const T star = star_point(v, emf, held, u_dc);
       unsigned furthest = 3;
@@ -352,6 +367,7 @@ class InverterModel {
 
   /// Of a switch or diode while its current runs from one value to another. [V]
   [[nodiscard]] constexpr T drop(T from, T to) const noexcept {
+    if (!has_drops_) return T(0);
     return parameters_.threshold_voltage * mean_sign(from, to) +
            parameters_.slope_resistance * T(0.5) * (from + to);
   }
@@ -370,14 +386,15 @@ class InverterModel {
   /// Of the sign of a current that runs from one value to another in a line. [-]
   [[nodiscard]] static constexpr T mean_sign(T from, T to) noexcept {
     const auto size = [](T x) { return x < T(0) ? -x : x; };
-    const T difference = to - from;
-    if (difference == T(0)) return from > T(0) ? T(1) : from < T(0) ? T(-1) : T(0);
-    return (size(to) - size(from)) / difference;
+    if (from >= T(0) && to >= T(0)) return from > T(0) || to > T(0) ? T(1) : T(0);
+    if (from <= T(0) && to <= T(0)) return T(-1);
+    return (size(to) - size(from)) / (to - from);
   }
 
   Parameters parameters_;
   MinimumPulse minimum_pulse_;
   bool is_ideal_;
+  bool has_drops_;     ///< threshold or slope
   T inverse_leakage_;  ///< 1/σL_s [1/H]
   Legs legs_{};
   Phases drift_{};     ///< slopes of the currents by all but the inverter, at the last measurement [A/s]

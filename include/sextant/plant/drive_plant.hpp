@@ -192,17 +192,23 @@ class DrivePlant {
 
   /// The right-hand side, dx/dt at x.
   void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
-    if (inverter_.voltage_is_fixed() && drops_.threshold_voltage == T(0)) return driven_derivative(x, dx);
+    if (inverter_.voltage_is_fixed()) return fixed_derivative(x, dx);
     derivative_at<true>(x, dx,
                         [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
                           return inverter_at(x).voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
                         });
   }
-  /// The same while no leg floats and the inverter has no threshold, for integrators that check this once a
-  /// step.
+  /// The same while no leg floats, for integrators that check this once a step.
+  void fixed_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
+    if (drops_.threshold_voltage == T(0)) return driven_derivative(x, dx);
+    derivative_at<true>(x, dx, [this, &x](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
+      return fixed_voltage(x);
+    });
+  }
+  /// The same while the inverter has no threshold either.
   void driven_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
     derivative_at(x, dx, [this, &x](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING {
-      return inverter_at(x).voltage_map().offset;
+      return fixed_voltage(x);
     });
   }
 
@@ -228,6 +234,8 @@ class DrivePlant {
     q.tau_given = inputs_.tau_l;
     if (machine_.has_iron_loss()) [[unlikely]]
       q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
+    if (drops_.threshold_voltage > T(0)) [[unlikely]]
+      q.threshold_loss = drops_.threshold_loss(q.i_s);
     return q;
   }
   /// The same of the whole state, with the inputs that act there.
@@ -307,11 +315,25 @@ class DrivePlant {
   /// Event functions of the three inverter legs, and of an appended system that feeds back; an event is a
   /// fall through zero.
   void events(const State& x, Events& g) const noexcept SEXTANT_NONBLOCKING {
-    const SpaceVector<T> i_s = machine_.stator_current(stator_flux(x), rotor_flux(x));
-    const std::array<T, 3> legs = inverter_at(x).events(i_s, emf_at(x));
-    std::copy(legs.begin(), legs.end(), g.begin());
-    if constexpr (feeds_back)
-      appended_.events(appended_states(x), x[omega], inputs_, std::span{g}.template subspan<legs.size()>());
+    if (inverter_.voltage_is_fixed()) return fixed_events(x, g);
+    put_events(x, inverter_at(x).events(machine_.stator_current(stator_flux(x), rotor_flux(x)), emf_at(x)),
+               g);
+  }
+  /// The same while no leg floats.
+  void fixed_events(const State& x, Events& g) const noexcept SEXTANT_NONBLOCKING {
+    put_events(x, inverter_.current_events(machine_.stator_current(stator_flux(x), rotor_flux(x))), g);
+  }
+  /// What the inverter's thresholds take of the stator voltage while no current changes its sign, V_t in the
+  /// direction of each current. [V]
+  [[nodiscard]] SpaceVector<T> threshold_voltage() const noexcept SEXTANT_NONBLOCKING {
+    if (drops_.threshold_voltage == T(0)) return {};
+    const auto lost = [this](T i) { return i < T(0) ? -drops_.threshold_voltage : drops_.threshold_voltage; };
+    const ThreePhase<T> i = i_abc();
+    return clarke(ThreePhase<T>{lost(i.a), lost(i.b), lost(i.c)});
+  }
+  /// True where segments with legs off may be `TiedSegments`: no cable is open.
+  [[nodiscard]] bool may_be_tied() const noexcept SEXTANT_NONBLOCKING {
+    return inverter_.open_phase() == Inverter<T>::no_phase;
   }
   /// True when the stator voltage over all of these gate segments follows from them alone.
   [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
@@ -342,6 +364,10 @@ class DrivePlant {
   [[nodiscard]] SpaceVector<T> psi_r() const noexcept SEXTANT_NONBLOCKING { return rotor_flux(x_); }
   [[nodiscard]] SpaceVector<T> i_s() const noexcept SEXTANT_NONBLOCKING {
     return machine_.stator_current(psi_s(), psi_r());
+  }
+  /// The same at another state.
+  [[nodiscard]] SpaceVector<T> stator_current(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    return machine_.stator_current(stator_flux(x), rotor_flux(x));
   }
   /// Phase currents, positive into the machine. [A]
   [[nodiscard]] ThreePhase<T> i_abc() const noexcept SEXTANT_NONBLOCKING { return inverse_clarke(i_s()); }
@@ -451,6 +477,20 @@ class DrivePlant {
     } else {
       return (inverter_);
     }
+  }
+  /// Event functions at x, with those of the legs.
+  void put_events(const State& x, const std::array<T, 3>& legs,
+                  Events& g) const noexcept SEXTANT_NONBLOCKING {
+    std::copy(legs.begin(), legs.end(), g.begin());
+    if constexpr (feeds_back)
+      appended_.events(appended_states(x), x[omega], inputs_, std::span{g}.template subspan<3>());
+  }
+  /// The stator voltage at x while no leg floats. [V]
+  [[nodiscard]] SpaceVector<T> fixed_voltage(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (moves_link_voltage<Appended>)
+      return inverter_.fixed_voltage(inputs_at(x).u_dc);
+    else
+      return inverter_.voltage_map().offset;
   }
   static Machine machine_of(const DrivePlantParameters<T>& parameters) {
     if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>, SaturationParameters<T>,

@@ -44,8 +44,9 @@ struct FixedStepParameters {
 /// what a step neglects is of third order in V's deviation from it.
 ///
 /// While legs are off, diode events are located
-/// within the step by bisection on its cubic Hermite interpolant and the step is taken up to the event.
-/// Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", II.1 and II.6.
+/// within the step on its cubic Hermite interpolant to 2^-41 of the step and the step is taken up to the
+/// event. Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", II.1 and
+/// II.6.
 template <class Plant>
 class FixedStepIntegrator final : public PlantIntegrator<Plant> {
  public:
@@ -67,7 +68,9 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     const std::int64_t steps = steps_for(plant, duration_ns, total);
     if (steps == 0) return false;
     const T h = steps == 1 ? total : total / T(steps);
-    if (plant.has_events()) return advance_through_events(plant, h, steps);
+    if (plant.has_events())
+      return plant.machine().is_linear() ? advance_through_events<true>(plant, h, steps)
+                                         : advance_through_events<false>(plant, h, steps);
     return plant.machine().is_linear() ? advance_smoothly<true>(plant, h, steps)
                                        : advance_smoothly<false>(plant, h, steps);
   }
@@ -82,6 +85,17 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return PlantIntegrator<Plant>::advance_through(plant, segments, corners);
   }
 
+  [[nodiscard]] bool advance_tied(Plant& plant, std::span<const GateSegment> segments,
+                                  std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
+    if constexpr (Plant::appends_integrals)
+      return plant.machine().is_linear() ? advance_over_corners<true, true>(plant, segments, corners)
+                                         : advance_over_corners<false, true>(plant, segments, corners);
+    return false;
+  }
+  [[nodiscard]] bool ties() const noexcept SEXTANT_NONBLOCKING override {
+    return Plant::appends_integrals && goes_on_;
+  }
+
   void reset() noexcept SEXTANT_NONBLOCKING override {}
 
   /// The longest step for the plant as it is. [s]
@@ -91,6 +105,9 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
 
  private:
   static constexpr int bisections = 40;
+  static constexpr int last_bisections = 6;
+  /// Of half a step, what the bisections before these leave. [-]
+  static constexpr T interval = T(0.5) / T(std::uint64_t{1} << (bisections - last_bisections));
   static constexpr int max_events_per_step = 16;
 
   static T fastest_rate_squared(const Plant& plant) noexcept SEXTANT_NONBLOCKING {
@@ -129,14 +146,16 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return true;
   }
 
-  /// is_linear as above.
-  template <bool is_linear>
+  /// is_linear as above. may_lose: the inverter may have a threshold.
+  template <bool is_linear, bool may_lose = false>
   [[gnu::flatten]] bool advance_over_corners(Plant& plant, std::span<const GateSegment> segments,
                                              std::span<State> corners) const noexcept SEXTANT_NONBLOCKING
     requires(Plant::appends_integrals)
   {
     if (plant.machine().is_linear() != is_linear) return false;
-    const VoltageIntegral<T> voltage{segments, plant.inputs().u_dc};
+    const VoltageIntegral<T> voltage =
+        may_lose ? VoltageIntegral<T>{segments, plant.inputs().u_dc, plant.threshold_voltage()}
+                 : VoltageIntegral<T>{segments, plant.inputs().u_dc};
     const T total = voltage.duration();
     const std::int64_t steps = steps_for(plant, voltage.duration_ns(), total);
     if (steps == 0) return false;
@@ -172,15 +191,65 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     return SmoothState<Plant>::raised(runge_kutta_step(slope, x, k1, h), v.rise());
   }
 
+  /// is_linear as above.
+  template <bool is_linear>
   static bool advance_through_events(Plant& plant, T h, std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
+    State x = plant.state();
+    const std::int64_t done =
+        plant.inverter().voltage_is_fixed() ? steps_without_events<is_linear>(plant, x, h, steps) : 0;
+    if (done == steps) {
+      plant.continue_at(x);
+      return true;
+    }
     const Plant before = plant;
-    for (std::int64_t n = 0; n < steps; ++n) {
+    if (done > 0) plant.continue_at(x);
+    for (std::int64_t n = done; n < steps; ++n) {
       if (!step_through_events(plant, h)) {
         plant = before;
         return false;
       }
     }
     return true;
+  }
+
+  /// Moves x over steps of h [s] while no leg floats, up to the first step in which an event may come;
+  /// returns how many it has moved over, `steps` at most.
+  ///
+  /// Such a step is looked at more closely by `step_through_events`. Here the slope at the end of a step is
+  /// that of the last stage of the method, which differs from it in the third order of h, so that the middle
+  /// of the step is nearly the same: where an event function is there above `clear` times the lower one of
+  /// both ends, it does not fall through zero.
+  template <bool is_linear>
+  [[gnu::flatten]] static std::int64_t steps_without_events(const Plant& plant, State& x, T h,
+                                                            std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
+    constexpr T clear = T(0.25);
+    if (plant.machine().is_linear() != is_linear) return 0;
+    const auto slope = [&plant](T, const State& y, State& dy) noexcept { plant.fixed_derivative(y, dy); };
+    typename Plant::Events at_begin, at_middle, at_end;
+    plant.fixed_events(x, at_begin);
+    for (std::int64_t n = 0; n < steps; ++n) {
+      State k1, k4;
+      slope(T(0), x, k1);
+      const State end = runge_kutta_step(slope, x, k1, h, k4);
+      if (!end.allFinite()) return n;
+      plant.fixed_events(middle_of(x, end, k1, k4, h), at_middle);
+      plant.fixed_events(end, at_end);
+      for (std::size_t k = 0; k < at_end.size(); ++k) {
+        const T least = std::min(at_begin[k], at_end[k]);
+        if (!(least > T(0) && at_middle[k] > clear * least)) return n;
+      }
+      x = end;
+      at_begin = at_end;
+    }
+    return steps;
+  }
+
+  /// In the middle of the cubic with these values and slopes at both ends of a step of h [s].
+  static State middle_of(const State& x0, const State& x1, const State& k0, const State& k1,
+                         T h) noexcept SEXTANT_NONBLOCKING {
+    State x;
+    for (int i = 0; i < Plant::size; ++i) x[i] = T(0.5) * (x0[i] + x1[i]) + (h / T(8)) * (k0[i] - k1[i]);
+    return x;
   }
 
   static bool step_through_events(Plant& plant, T h) noexcept SEXTANT_NONBLOCKING {
@@ -230,11 +299,54 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     } else {
       return T(1);
     }
-    for (int n = 0; n < bisections; ++n) {
+    return first_below(low, high,
+                       [&](T s) noexcept SEXTANT_NONBLOCKING { return lowest_value(plant, path.at(s)); });
+  }
+
+  /// Where value(s), which is below zero at high and not at low, has just fallen below it: the end of the
+  /// interval that `bisections` halvings leave. low and high are multiples of half a step. Where the value
+  /// falls once, the false-position method of Illinois finds one of the intervals on the way in fewer
+  /// evaluations; the last halvings, in which rounding may count, are made as they are.
+  template <class Value>
+  static T first_below(T low, T high, const Value& value) noexcept SEXTANT_NONBLOCKING {
+    const T below = interval * std::floor(false_position(low, high, value) / interval);
+    int left = bisections;
+    if (below >= low && below + interval <= high && value(below + interval) < T(0) &&
+        !(value(below) < T(0))) {
+      low = below;
+      high = below + interval;
+      left = last_bisections;
+    }
+    for (int n = 0; n < left; ++n) {
       const T middle = T(0.5) * (low + high);
-      (lowest_value(plant, path.at(middle)) < T(0) ? high : low) = middle;
+      (value(middle) < T(0) ? high : low) = middle;
     }
     return high;
+  }
+
+  /// Near the zero of value between low and high. Source: M. Dowell, P. Jarratt, "A modified regula falsi
+  /// method for computing the root of an equation", BIT 11 (1971) 168–174.
+  template <class Value>
+  static T false_position(T low, T high, const Value& value) noexcept SEXTANT_NONBLOCKING {
+    constexpr int most_iterations = 12;
+    T at_low = value(low);
+    T at_high = value(high);
+    T last = high;
+    int moved = 0;  // the end that moved in the last iteration: 1 the upper, −1 the lower
+    for (int n = 0; n < most_iterations && at_low > T(0) && at_high < T(0); ++n) {
+      const T s = (low * at_high - high * at_low) / (at_high - at_low);
+      const bool arrived = std::abs(s - last) < T(0.25) * interval;
+      last = s;
+      if (arrived) break;
+      const T at_s = value(s);
+      const bool is_below = at_s < T(0);
+      (is_below ? high : low) = s;
+      (is_below ? at_high : at_low) = at_s;
+      const int now = is_below ? 1 : -1;
+      if (now == moved) (is_below ? at_low : at_high) *= T(0.5);
+      moved = now;
+    }
+    return last;
   }
 
   std::int64_t max_step_ns_;  ///< [ns]

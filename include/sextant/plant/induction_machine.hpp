@@ -123,8 +123,8 @@ class InductionMachine {
     T power{};             ///< P_fe [W]
   };
   /// i_r: of `rotor_current`. For a machine with iron loss.
-  [[nodiscard, gnu::noinline, gnu::cold]] IronBranch iron_branch(
-      SpaceVector<T> i_r, SpaceVector<T> psi_r, T omega_m) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline]] IronBranch iron_branch(SpaceVector<T> i_r, SpaceVector<T> psi_r,
+                                                      T omega_m) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> f = (pole_pairs_ * omega_m) * rotate_90(psi_r) - parameters_.r_r * i_r;
     const T share = iron_loss_.share(f, psi_r);
     const SpaceVector<T> i_fe = (share / parameters_.r_r) * f;  // of the rotor's turns
@@ -197,26 +197,25 @@ class InductionMachine {
   // These are apart, so that the equations of the linear machine stay small where they are inlined.
 
   /// f: dpsi_r/dt without iron loss. [V]
-  [[nodiscard, gnu::noinline, gnu::cold]] SpaceVector<T> shortened(
-      SpaceVector<T> f, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline]] SpaceVector<T> shortened(SpaceVector<T> f, SpaceVector<T> psi_r) const noexcept
+      SEXTANT_NONBLOCKING {
     return (T(1) - iron_loss_.share(f, psi_r)) * f;
   }
 
   /// i_s: of the linear machine. [A]
-  [[nodiscard, gnu::noinline, gnu::cold]] SpaceVector<T> saturated_current(
+  [[nodiscard, gnu::noinline]] SpaceVector<T> saturated_current(
       SpaceVector<T> i_s, SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
     return i_s + saturation_.added(psi_s) * psi_s;
   }
 
-  [[nodiscard, gnu::noinline, gnu::cold]] T saturated_damping(SpaceVector<T> psi_s) const noexcept
-      SEXTANT_NONBLOCKING {
+  [[nodiscard, gnu::noinline]] T saturated_damping(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
     const T added = saturation_.added(psi_s) + saturation_.added_along(psi_s);
     return damping_ + parameters_.r_s * std::max(T(0), added);
   }
 
   /// Solves (1/σL_s + g(|psi_s|)) psi_s = source by Newton's method on the magnitude. The left side is convex
   /// in it, so that from above the iteration falls to the solution, and has arrived where it falls no longer.
-  [[nodiscard, gnu::noinline, gnu::cold]] SpaceVector<T> saturated_flux(SpaceVector<T> source) const noexcept
+  [[nodiscard, gnu::noinline]] SpaceVector<T> saturated_flux(SpaceVector<T> source) const noexcept
       SEXTANT_NONBLOCKING {
     constexpr int most_iterations = 100;
     const T current = magnitude(source);
@@ -233,7 +232,7 @@ class InductionMachine {
     return psi * along;
   }
 
-  [[nodiscard, gnu::noinline, gnu::cold]] BackEmf<T> saturated_emf(
+  [[nodiscard, gnu::noinline]] BackEmf<T> saturated_emf(
       SpaceVector<T> dpsi_r, SpaceVector<T> psi_s, SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
     const InverseInductance inverse = inverse_inductance(psi_s);
     const T square = dot(psi_s, psi_s);

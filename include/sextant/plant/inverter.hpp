@@ -121,13 +121,13 @@ class Inverter {
   /// Otherwise 1.
   [[nodiscard]] constexpr std::array<T, 3> events(SpaceVector<T> i_s,
                                                   const BackEmf<T>& e) const noexcept SEXTANT_NONBLOCKING {
-    const std::array<T, 3> i = phases_of(i_s);
-    std::array<T, 3> g = margins(e);
-    for (std::size_t x = 0; x < 3; ++x) {
-      if (has_arc(x)) g[x] = arc_ * i[x] + current_tolerance;
-      if (forward_[x] != T(0)) g[x] = forward_[x] * i[x] + current_tolerance;
-    }
-    return g;
+    return with_currents(margins(e), i_s);
+  }
+
+  /// The same while no leg floats (`voltage_is_fixed`): no back-EMF has a say.
+  [[nodiscard]] constexpr std::array<T, 3> current_events(SpaceVector<T> i_s) const noexcept
+      SEXTANT_NONBLOCKING {
+    return with_currents({T(1), T(1), T(1)}, i_s);
   }
 
   /// i_s with the currents of the legs that had none when their ties were found made exactly zero: those that
@@ -173,6 +173,13 @@ class Inverter {
   [[nodiscard]] constexpr bool voltage_is_fixed() const noexcept SEXTANT_NONBLOCKING {
     return floating_ == 0;
   }
+  /// That voltage, with another DC-link voltage [V] under the same ties. [V]
+  [[nodiscard]] constexpr SpaceVector<T> fixed_voltage(T u_dc) const noexcept SEXTANT_NONBLOCKING {
+    if (is_plain_ && is_driven(state_)) return sextant::stator_voltage(state_, u_dc);
+    std::array<T, 3> v;
+    for (std::size_t x = 0; x < 3; ++x) v[x] = tied_potential(ties_[x], u_dc) - threshold_ * forward_[x];
+    return clarke(ThreePhase<T>{v[0], v[1], v[2]});
+  }
   /// True when a leg had no current when the ties were found.
   [[nodiscard]] constexpr bool has_idle_legs() const noexcept SEXTANT_NONBLOCKING {
     return without_current_ > 0;
@@ -184,6 +191,17 @@ class Inverter {
   }
 
  private:
+  /// Event functions with those of the legs that carry a current in their place.
+  [[nodiscard]] constexpr std::array<T, 3> with_currents(
+      std::array<T, 3> g, SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+    const std::array<T, 3> i = phases_of(i_s);
+    for (std::size_t x = 0; x < 3; ++x) {
+      if (has_arc(x)) g[x] = arc_ * i[x] + current_tolerance;
+      if (forward_[x] != T(0)) g[x] = forward_[x] * i[x] + current_tolerance;
+    }
+    return g;
+  }
+
   // Twice the tolerance: when two diodes block together, both must be seen as blocking.
   static constexpr T zero_current = T(2) * current_tolerance;
 

@@ -38,6 +38,15 @@ class PlantIntegrator {
     return true;
   }
 
+  /// The same over segments of `TiedSegments`, every leg driven, while the currents keep the signs that they
+  /// have: what a threshold voltage takes is constant. For integrators that say so (`ties`).
+  [[nodiscard]] virtual bool advance_tied(Plant&, std::span<const GateSegment>,
+                                          std::span<typename Plant::State>) noexcept SEXTANT_NONBLOCKING {
+    return false;
+  }
+  /// True where the integrator goes over the switching of `TiedSegments`.
+  [[nodiscard]] virtual bool ties() const noexcept SEXTANT_NONBLOCKING { return false; }
+
   /// Clears the history of the solution; to be called before another plant is advanced, and where the load
   /// torque or the slope of an imposed speed jumps.
   virtual void reset() noexcept SEXTANT_NONBLOCKING = 0;

@@ -25,6 +25,13 @@ class VoltageIntegral {
       append(stator_voltage(segment.state, u_dc), segment.duration_ns);
   }
 
+  /// The same with a constant voltage that is lost. [V]
+  VoltageIntegral(std::span<const GateSegment> segments, T u_dc,
+                  SpaceVector<T> lost) noexcept SEXTANT_NONBLOCKING {
+    for (const GateSegment& segment : segments)
+      append(stator_voltage(segment.state, u_dc) - lost, segment.duration_ns);
+  }
+
   /// V and A = ∫ V dt from the beginning to t.
   [[nodiscard]] VoltageMoments<T> operator()(T t) const noexcept SEXTANT_NONBLOCKING {
     std::size_t k = 0;

@@ -56,10 +56,18 @@ class SegmentLog {
   /// end of each.
   void end(const Plant& plant, std::span<const GateSegment> segments, std::span<const State> corners,
            bool resumes) noexcept SEXTANT_NONBLOCKING {
+    end(plant, segments, segments, {}, corners, resumes);
+  }
+
+  /// The same over segments whose legs are tied as those of `tied` are driven (`TiedSegments`), with the
+  /// voltage that thresholds take. [V]
+  void end(const Plant& plant, std::span<const GateSegment> segments, std::span<const GateSegment> tied,
+           SpaceVector<> lost, std::span<const State> corners, bool resumes) noexcept SEXTANT_NONBLOCKING {
     for (std::size_t k = 0; k < segments.size(); ++k) {
       const auto& [state, duration_ns] = segments[k];
       const bool driven = segments.size() > 1;
-      const SpaceVector<> fixed = driven ? stator_voltage(state, plant.inputs().u_dc) : u_s_begin_;
+      const SpaceVector<> fixed =
+          driven ? stator_voltage(tied[k].state, plant.inputs().u_dc) - lost : u_s_begin_;
       add({state, duration_ns, fixed, driven ? fixed : plant.u_s(), instant_count_ - 1, instant_count_},
           corners[k], resumes && k == 0);
     }
@@ -98,6 +106,8 @@ class NoSegmentLog {
   void begin(const Plant&) noexcept SEXTANT_NONBLOCKING {}
   void end(const Plant&, std::span<const GateSegment>, std::span<const typename Plant::State>,
            bool) noexcept SEXTANT_NONBLOCKING {}
+  void end(const Plant&, std::span<const GateSegment>, std::span<const GateSegment>, SpaceVector<>,
+           std::span<const typename Plant::State>, bool) noexcept SEXTANT_NONBLOCKING {}
 };
 
 }  // namespace sextant

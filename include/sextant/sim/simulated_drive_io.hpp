@@ -18,6 +18,7 @@
 #include "sextant/plant/driveline.hpp"
 #include "sextant/plant/plant_heating.hpp"
 #include "sextant/plant/plant_integrator.hpp"
+#include "sextant/plant/tied_segments.hpp"
 #include "sextant/sim/dead_time.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/plant_fault.hpp"
@@ -97,6 +98,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
         pulse_filter_{parameters.minimum_pulse},
         dead_time_{parameters.dead_time_ns},
         sensors_{parameters.sensors, parameters.fault},
+        ties_{integrator.ties() && (parameters.dead_time_ns > 0 || plant.drops().threshold_voltage > 0)},
         has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant()} {}
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
@@ -306,6 +308,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// Returns how long that is. [ns]
   std::int64_t advance(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
     const bool driven = plant_.is_driven_by(cursor.rest());
+    if (!driven && ties_) [[unlikely]] {
+      if (const std::int64_t taken_ns = advance_tied(cursor, most_ns); taken_ns > 0) return taken_ns;
+    }
     const bool resumes = cursor.resumes();
     const auto segments = cursor.take(driven ? most_ns : std::min<std::int64_t>(most_ns, cursor.first_ns()));
     std::int64_t duration_ns = 0;
@@ -324,6 +329,46 @@ class SimulatedDriveIo final : public DriveIo<double> {
       if (heating_ != nullptr && !failed_) [[unlikely]]
         heating_->end_piece(plant_, duration_ns);
     }
+    return duration_ns;
+  }
+
+  /// Over the next segments while every current keeps its sign (`TiedSegments`), for most_ns at most. Returns
+  /// how long that is; 0 where one does not, and the plant as it was: then those up to its change go one by
+  /// one. [ns]
+  std::int64_t advance_tied(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
+    if (untied_ > 0) {
+      --untied_;
+      return 0;
+    }
+    const bool resumes = cursor.resumes();
+    SegmentCursor ahead = cursor;
+    const auto acted = ahead.take(most_ns);
+    if (acted.size() < 2 || !plant_.may_be_tied()) return 0;
+    const Plant before = plant_;
+    const TiedSegments<Plant> tied{before, acted};
+    std::int64_t duration_ns = 0;
+    for (const GateSegment& segment : acted) duration_ns += segment.duration_ns;
+    set_inputs(tied.segments()[0].state, duration_ns);
+    const SpaceVector<> lost = plant_.threshold_voltage();
+    std::array<typename Plant::State, GatePattern::capacity> states;
+    const std::span corners{states.data(), acted.size()};
+    const bool goes = integrator_.advance_tied(plant_, tied.segments(), corners) && plant_.is_reachable();
+    const std::size_t change = goes ? tied.first_change(corners) : 0;
+    if (change < acted.size()) {
+      plant_ = before;
+      untied_ = int(change);
+      return 0;
+    }
+    log_.begin(before);
+    log_.end(plant_, acted, tied.segments(), lost, corners, resumes);
+    plant_.set_switch_state(acted.back().state);
+    if constexpr (can_heat) {
+      if (heating_ != nullptr) {
+        heating_->begin_piece(before);
+        heating_->end_piece(plant_, duration_ns);
+      }
+    }
+    cursor = ahead;
     return duration_ns;
   }
 
@@ -368,6 +413,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
   PulseFilter pulse_filter_;
   DeadTime dead_time_;
   SensorModel sensors_;
+  bool ties_;       ///< legs have dead time or thresholds, over which the integrator can go
+  int untied_{0};   ///< segments that go one by one before the next are tied
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load
   Log log_{};
   GatePattern active_{};
