@@ -232,5 +232,28 @@ TEST(MachinesRun, FullTorqueReversesAtTheVoltageLimit) {
   }
 }
 
+// Under a switching table little of the link's voltage is across the rotor flux where the stator flux is far
+// behind it: the reversal from regenerating to motoring takes longer than the torque monitor's 10 ms.
+TEST(MachinesRun, FullTorqueReversesFromRegeneratingInFieldWeakening) {
+  for (const TestMachine& machine : test_machines) {
+    for (const double speed : {-2.0, -1.8, 1.9}) {
+      SCOPED_TRACE(testing::Message() << machine.name << ", " << speed);
+      const double begin_s = std::max(0.3, 2.5 * machine.parameters.tau_r());
+      const double limit = drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
+      const double torque = std::copysign(0.98 * limit, -speed);
+      std::ostringstream points;
+      points << "[[0, 0], [" << begin_s << ", " << torque << "], [" << begin_s + 0.2 << ", " << -torque
+             << "]]";
+      const MilResult result = run(machine, {.controller = "dtc",
+                                             .period_us = period_us_of(machine, "dtc", 125),
+                                             .omega_m = speed * machine.base_speed(),
+                                             .end_s = begin_s + 0.3,
+                                             .torque = points.str()});
+      EXPECT_FALSE(result.faults.any()) << to_string(result.first_fault);
+      EXPECT_LE(result.metrics[Metric::torque_silent], 10.0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sextant

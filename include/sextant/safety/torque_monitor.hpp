@@ -61,6 +61,7 @@ class TorqueMonitor {
     i_s_ = clarke(m.i_abc);
     omega_m_ = m.omega_m;
     const bool driven = m.applied.is_driven();
+    const T command = commanded.value_or(T(0));
     // With gates off the current decays within a fraction of a millisecond.
     flux_.step(driven ? T(0.5) * (i_before + i_s_) : i_s_, omega_m, dt);
     note_decay(driven, dt);
@@ -70,10 +71,10 @@ class TorqueMonitor {
       return false;
     }
     if (commanded) {
-      reach_.step({flux_.psi_r(), i_s_, m.omega_m, m.u_dc}, *commanded, tolerance(*commanded), dt);
+      reach_.step({flux_.psi_r(), i_s_, m.omega_m, m.u_dc}, command, tolerance(command), dt);
     }
-    window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, commanded.value_or(T(0)),
-                reach_.torque(), beyond);
+    window_.add(m.applied, dt, m.u_dc, i_before, i_s_, flux_.psi_r(), m.omega_m, command, reach_.torque(),
+                beyond);
     if (window_.duration() + T(0.5) * dt >= window_s_) {
       const TorqueMeans<T> means = window_.means();
       follow(means);

@@ -22,12 +22,15 @@ struct ReachInputs {
 /// lets it. With ψ_s = σL_s i_s + k_r ψ_r and the machine's equations, stationary frame,
 ///   τ_e = K ψ_r × ψ_s,   K = 3/2 p k_r/(σL_s),   ω_r = p ω_m
 ///   dτ_e/dt = K (ψ_r × u_s − ω_r ψ_r · ψ_s) − τ_e (R_s/(σL_s) + 1/(σ τ_r))
-/// Across a flux that turns, every method has at least the mean of the switching table's active vectors,
-/// which stand 30° to 90° from it, U = √3/π u_dc: K |ψ_r| (± U − ω_r ψ_s·ψ_r/|ψ_r|) less the decay are the
-/// fastest rise and fall. At the voltage limit the rise is slow, and below zero where the link has sagged:
-/// then the torque falls until the flux has. Source: P. Vas, Sensorless Vector and Direct Torque Control,
-/// Oxford 1998. Below a tenth of its reference the rotor flux counts as that tenth, so that a machine that
-/// gets no current has had time as well.
+/// Across a stator flux that turns and is held, every method has at least the mean of the switching table's
+/// active vectors, which stand 30° to 90° from it, U = √3/π u_dc. Across the rotor flux, at the angle δ to
+/// the stator flux, that is U cos δ:
+///   K |ψ_r| (± U cos δ − ω_r ψ_s·ψ_r/|ψ_r|),   cos δ = ψ_s·ψ_r/(|ψ_s| |ψ_r|)
+/// less the decay are the fastest rise and fall. δ counts as 45° at most, that of the breakdown torque,
+/// beyond which no drive holds its torque. At the voltage limit the rise is slow, and below zero where the
+/// link has sagged: then the torque falls until the flux has. Source: P. Vas, Sensorless Vector and Direct
+/// Torque Control, Oxford 1998. Below a tenth of its reference the rotor flux counts as that tenth, so that a
+/// machine that gets no current has had time as well.
 ///
 /// Where the torque itself is nearer to the command, this follows it. It is the command after 2 σ τ_r without
 /// a new one: within that time the drive lets the whole flux fall, and no lack of voltage lasts for longer.
@@ -54,7 +57,7 @@ class TorqueReach {
     const T flux = std::sqrt(dot(now.psi_r, now.psi_r));
     const T psi = std::max(flux, least_flux_);
     const T along = k_r_ * flux + sigma_l_s_ * dot(now.psi_r, now.i_s) / psi;
-    const T u = std::max(T(0), now.u_dc) * T(std::numbers::sqrt3 / std::numbers::pi);
+    const T u = std::max(T(0), now.u_dc) * T(std::numbers::sqrt3 / std::numbers::pi) * cosine(now, along);
     const T e = pole_pairs_ * now.omega_m * along;
     const T fall = (gain_ * psi * (-u - e) - decay_ * torque_) * dt;
     const T rise = (gain_ * psi * (u - e) - decay_ * torque_) * dt;
@@ -83,6 +86,13 @@ class TorqueReach {
   [[nodiscard]] constexpr T lag() const noexcept { return lag_s_; }
 
  private:
+  /// cos δ of a stator flux, of which this much is along the rotor flux [Wb]; 1 without a flux. [-]
+  [[nodiscard]] T cosine(const ReachInputs<T>& now, T along) const noexcept {
+    const SpaceVector<T> psi_s = k_r_ * now.psi_r + sigma_l_s_ * now.i_s;
+    const T square = dot(psi_s, psi_s);
+    return square > T(0) ? std::max(T(std::numbers::sqrt2 / 2), along / std::sqrt(square)) : T(1);
+  }
+
   T k_r_;
   T sigma_l_s_;   ///< [H]
   T pole_pairs_;  ///< [-]
