@@ -42,7 +42,7 @@ class FluxEstimatorsOf : public testing::Test {};
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(FluxEstimatorsOf, Scalars);
 
-// The sampled table alone errs by up to 1.3 N·m at these speeds (docs/architecture.md, sampling).
+// The sampled table alone errs by up to 1.3 N·m at these speeds (docs/control.md, torque trim).
 constexpr double sampling_error = 1.3;
 
 TYPED_TEST(FluxEstimatorsOf, EveryKindHoldsTheTorqueOfTheMachineItKnows) {

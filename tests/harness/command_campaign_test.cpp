@@ -1,5 +1,5 @@
 // Rows 1 to 12, 17 and 18 of the fault list, in virtual time: what happens to commands, through codec, gate
-// and cycle. docs/architecture.md, "Fault reactions".
+// and cycle. docs/drive.md, "Fault reactions".
 
 #include <algorithm>
 #include <cmath>

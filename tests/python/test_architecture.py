@@ -1,4 +1,4 @@
-"""The house of docs/architecture.md is the one that is built: folders, what they include, what they link."""
+"""The table of docs/architecture.md is what is built: folders, what they include, what they link."""
 
 import re
 from pathlib import Path
@@ -17,10 +17,10 @@ THIRD_PARTY = re.compile(
 )
 
 
-def house() -> dict[str, set[str]]:
+def folders() -> dict[str, set[str]]:
     """Of each folder, those that the table lets it depend on."""
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    section = page.split("\n## The house\n")[1].split("\n## ")[0]
+    section = page.split("\n## Folders\n")[1].split("\n## ")[0]
     rows = {folder: set(re.findall(r"`(\w+)`", cell)) for folder, cell in ROW.findall(section)}
     rows.pop("apps")  # everything
     return rows
@@ -52,32 +52,32 @@ def reached_from(folder: str, rows: dict[str, set[str]]) -> set[str]:
     return reached
 
 
-HOUSE = house()
+FOLDERS = folders()
 
 
 def test_every_folder_has_its_row() -> None:
-    assert set(HOUSE) == {path.name for path in PUBLIC.iterdir()}
-    assert set(HOUSE) == {path.name for path in (ROOT / "src").iterdir()}
+    assert set(FOLDERS) == {path.name for path in PUBLIC.iterdir()}
+    assert set(FOLDERS) == {path.name for path in (ROOT / "src").iterdir()}
 
 
-@pytest.mark.parametrize("folder", HOUSE)
+@pytest.mark.parametrize("folder", FOLDERS)
 def test_a_folder_includes_what_its_row_says(folder: str) -> None:
-    assert included_by(folder) == HOUSE[folder]
+    assert included_by(folder) == FOLDERS[folder]
 
 
-@pytest.mark.parametrize("folder", HOUSE)
+@pytest.mark.parametrize("folder", FOLDERS)
 def test_a_folder_links_what_its_row_says(folder: str) -> None:
-    assert linked_by(folder) == HOUSE[folder]
+    assert linked_by(folder) == FOLDERS[folder]
 
 
-@pytest.mark.parametrize("folder", HOUSE)
+@pytest.mark.parametrize("folder", FOLDERS)
 def test_there_are_no_cycles(folder: str) -> None:
-    assert folder not in reached_from(folder, HOUSE)
+    assert folder not in reached_from(folder, FOLDERS)
 
 
 def test_plant_and_drive_never_include_each_other() -> None:
-    assert "plant" not in reached_from("drive", HOUSE)
-    assert not reached_from("plant", HOUSE) & {"control", "safety", "drive"}
+    assert "plant" not in reached_from("drive", FOLDERS)
+    assert not reached_from("plant", FOLDERS) & {"control", "safety", "drive"}
 
 
 def test_only_src_includes_third_party_interfaces() -> None:

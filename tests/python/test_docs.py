@@ -104,8 +104,8 @@ def test_every_suppression_of_function_effects_is_listed() -> None:
         for file in sources
         if file.name != "nonblocking.hpp" and "SEXTANT_TRUSTED_BEGIN" in file.read_text(encoding="utf-8")
     }
-    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    section = page.split("\n## Real-time safety checks\n")[1].split("\n## ")[0]
+    page = (ROOT / "docs" / "realtime.md").read_text(encoding="utf-8")
+    section = page.split("\n### Real-time safety checks\n")[1].split("\n##")[0]
     entries = "\n".join(re.findall(r"^- .*$", section, re.MULTILINE))
     listed = {link.removeprefix("../") for link in re.findall(r"\]\((\.\./[^)]*\.[hc]pp)\)", entries)}
     assert suppressed == listed

@@ -11,7 +11,7 @@
 
 /// The one suppression: the code between is trusted, because it calls a library without annotations (CVODE),
 /// whose freedom from allocation is tested at run time, or because it makes system calls (sockets, lockstep).
-/// docs/architecture.md lists the places.
+/// docs/realtime.md lists the places.
 #if defined(__clang__) && __has_cpp_attribute(clang::nonblocking)
 #define SEXTANT_TRUSTED_BEGIN \
   _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wfunction-effects\"")

@@ -38,7 +38,7 @@ class DdsTelemetry {
     std::string configuration_source{};
     /// Announces the types: readers can fetch them, and a reader with another type is not matched. Without,
     /// readers are matched by the name of the type; Cyclone DDS 0.10.2 then fetches no reader's type, which
-    /// would crash it where that holds an int8 or uint8 (docs/architecture.md, telemetry).
+    /// would crash it where that holds an int8 or uint8 (docs/telemetry.md, publisher).
     bool type_information{true};
 
     [[nodiscard]] const char* validate() const noexcept {

@@ -71,7 +71,7 @@ struct SimulatedDriveIoParameters {
 ///
 /// read(t) first integrates the plant to t with the patterns written so far. Without a new pattern the gate
 /// driver holds the last state for `hold_periods` and then turns the gates off, because a held vector moves
-/// the torque far (docs/architecture.md, gate patterns). `Measurement::applied` reports the applied pattern,
+/// the torque far (docs/plant.md, gate patterns). `Measurement::applied` reports the applied pattern,
 /// for which a pattern needs one segment to spare; without it, or after a gap of more than a second, the
 /// measurement is not plausible. With a minimum pulse or a dead time the legs act otherwise (`PulseFilter`,
 /// `DeadTime`): `applied` is what was commanded, as of a real gate driver. `Log` keeps the acted segments of
