@@ -51,8 +51,7 @@ GatePattern pulses(double share, double angle, std::int32_t period_ns, std::mt19
   std::array<std::int32_t, 3> on{}, until{};
   std::vector<std::int32_t> edges{0, period_ns};
   for (std::size_t x = 0; x < 3; ++x) {
-    const double width =
-        0.5 + 0.5 * share * std::cos(angle - double(x) * 2.0 * std::numbers::pi / 3.0);
+    const double width = 0.5 + 0.5 * share * std::cos(angle - double(x) * 2.0 * std::numbers::pi / 3.0);
     const double middle = 0.5 + shift(random);
     on[x] = std::int32_t(double(period_ns) * std::clamp(middle - 0.5 * width, 0.02, 0.98));
     until[x] = std::int32_t(double(period_ns) * std::clamp(middle + 0.5 * width, 0.02, 0.98));
@@ -200,8 +199,8 @@ TEST(TiedSegments, TieALegThatIsOffByTheSignOfItsCurrent) {
 
 TEST(TiedSegments, FindTheFirstSegmentInWhichACurrentThatCountsChangesItsSign) {
   const ThreePhase<> i{20.0, -8.0, -12.0};
-  const std::array<GateSegment, 3> acted{{{{low, high, high}, 5'000}, {{low, off, high}, 1'000},
-                                          {{low, low, high}, 5'000}}};
+  const std::array<GateSegment, 3> acted{
+      {{{low, high, high}, 5'000}, {{low, off, high}, 1'000}, {{low, low, high}, 5'000}}};
   const std::array kept{with_currents({}, i).state(), with_currents({}, i).state(),
                         with_currents({}, i).state()};
   const std::array changed{with_currents({}, {20.0, 1.0, -21.0}).state(),

@@ -218,7 +218,8 @@ class DrivePlant {
     derivative_at(
         x, dx, [](SpaceVector<T>, SpaceVector<T>) noexcept SEXTANT_NONBLOCKING { return SpaceVector<T>{}; });
   }
-  /// The quantities at x but stator voltage and link current, which the inverter decides.
+  /// The quantities at x but stator voltage, link current and what thresholds take, which the inverter
+  /// decides.
   [[nodiscard]] PlantQuantities<T> quantities(const MachineState& x) const noexcept SEXTANT_NONBLOCKING {
     PlantQuantities<T> q;
     q.psi_s = stator_flux(x);
@@ -234,8 +235,6 @@ class DrivePlant {
     q.tau_given = inputs_.tau_l;
     if (machine_.has_iron_loss()) [[unlikely]]
       q.iron_loss = part_iron(q.psi_r, q.omega_m, q.i_r, q.tau_e);
-    if (drops_.threshold_voltage > T(0)) [[unlikely]]
-      q.threshold_loss = drops_.threshold_loss(q.i_s);
     return q;
   }
   /// The same of the whole state, with the inputs that act there.

@@ -160,7 +160,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     const std::int64_t steps = steps_for(plant, voltage.duration_ns(), total);
     if (steps == 0) return false;
     const T h = total / T(steps);
-    SegmentCorners<Plant> at_corners{plant, segments, voltage, corners};
+    SegmentCorners<Plant, may_lose> at_corners{plant, segments, voltage, corners};
     const SmoothState<Plant> smooth_state{plant};
     MachineState x = plant.state().template head<Plant::machine_size>();
     MachineState k;

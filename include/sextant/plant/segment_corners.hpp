@@ -14,8 +14,9 @@ namespace sextant {
 
 /// The corners of gate segments for an integrator that does not stop at them. Within each of its steps the
 /// states at the corners follow by cubic Hermite interpolation of the smooth state (`SmoothState`), and an
-/// appended system of integrals by Simpson's rule over each segment.
-template <class Plant>
+/// appended system of integrals by Simpson's rule over each segment. may_lose: the inverter may have a
+/// threshold.
+template <class Plant, bool may_lose = false>
   requires(Plant::appends_integrals)
 class SegmentCorners {
  public:
@@ -32,7 +33,7 @@ class SegmentCorners {
                                                                           corners_{corners},
                                                                           smooth_state_{plant},
                                                                           x_{plant.state()} {
-    if constexpr (has_integrals) q_ = plant.quantities(machine_part(x_));
+    if constexpr (has_integrals) q_ = quantities(machine_part(x_));
   }
 
   /// True where somebody asks for corners or integrals: then each step has to be told.
@@ -76,6 +77,12 @@ class SegmentCorners {
   static auto machine_part(State& x) noexcept { return x.template head<Plant::machine_size>(); }
   static MachineState machine_part(const State& x) noexcept { return x.template head<Plant::machine_size>(); }
 
+  [[nodiscard]] PlantQuantities<T> quantities(const MachineState& x) const noexcept SEXTANT_NONBLOCKING {
+    PlantQuantities<T> q = plant_.quantities(x);
+    if constexpr (may_lose) q.threshold_loss = plant_.drops().threshold_loss(q.i_s);
+    return q;
+  }
+
   /// From one time to another [s] within the present segment and step, at which the machine's state is `end`.
   void advance(T from, T to, const MachineState& end) noexcept SEXTANT_NONBLOCKING {
     if constexpr (has_integrals) {
@@ -83,10 +90,10 @@ class SegmentCorners {
       const T length = to - from;
       const T half = from + T(0.5) * length;
       PlantQuantities<T> middle =
-          plant_.quantities(smooth_state_.machine(path_(half - t_), voltage_.within(segment_, half)));
+          quantities(smooth_state_.machine(path_(half - t_), voltage_.within(segment_, half)));
       const auto k0 = plant_.integral_derivative(q_, state);
       const auto k1 = plant_.integral_derivative(middle, state);
-      q_ = plant_.quantities(end);
+      q_ = quantities(end);
       const auto k2 = plant_.integral_derivative(q_, state);
       for (std::size_t i = 0; i < k0.size(); ++i)
         x_[Plant::machine_size + int(i)] += (length / T(6)) * (k0[i] + T(4) * k1[i] + k2[i]);
