@@ -175,7 +175,10 @@ TEST(DriveSetup, MakesTheDriveOfAMachineAloneByItsLinkAndPeriod) {
 /// A setup in which nothing has its default, and the keys of a file that say the same.
 TEST(DriveSetup, SaysWhatTheKeysOfAFileSay) {
   DriveSetup<> s = shipped_setup(40'000, 0.5);
-  s.basis.inverter = {.dead_time_ns = 1500, .threshold_voltage = 0.9, .slope_resistance = 0.02};
+  s.basis.inverter = {.dead_time_ns = 1500,
+                      .minimum_pulse = {2000, ShortPulses::stretched},
+                      .threshold_voltage = 0.9,
+                      .slope_resistance = 0.02};
   s.basis.sampling_lead_ns = 10'000;
   s.basis.actuation_delay_periods = 1;
   s.basis.u_dc = 560;
@@ -238,6 +241,8 @@ TEST(DriveSetup, SaysWhatTheKeysOfAFileSay) {
   s.optimal_flux = {.optimum = FluxOptimum::min_loss, .least_share = 0.3, .iron_loss_resistance = 900};
   expect_the_drive_of(load_ecu_config(shipped_ecu, {"drive.period_us=40",
                                                     "drive.inverter.dead_time_us=1.5",
+                                                    "drive.inverter.minimum_pulse_us=2",
+                                                    "drive.inverter.short_pulses=stretched",
                                                     "drive.inverter.threshold_v=0.9",
                                                     "drive.inverter.slope_ohm=0.02",
                                                     "drive.inverter.voltage_error_v=1.25",

@@ -60,6 +60,38 @@ TEST(InverterConfig, TheVoltageErrorFollowsFromWhatIsToldUnlessItIsGiven) {
   EXPECT_EQ(load_ecu_config(shipped_ecu, given).drive.control.inverter.voltage_error, 2.5);
 }
 
+TEST(InverterConfig, PlantAndDriveHaveAMinimumPulseOfTheirOwn) {
+  const std::vector<std::string> plant{"plant.inverter.minimum_pulse_us=2",
+                                       "plant.inverter.short_pulses=stretched"};
+  const DriveConfig untold = load_ecu_config(shipped_ecu, plant).drive;
+  EXPECT_EQ(untold.plant.io.minimum_pulse.duration_ns, 2'000);
+  EXPECT_EQ(untold.plant.io.minimum_pulse.short_pulses, ShortPulses::stretched);
+  EXPECT_TRUE(untold.control.inverter.is_ideal());
+  const DriveConfig told = load_ecu_config(shipped_ecu, {"drive.inverter.minimum_pulse_us=1.5",
+                                                         "drive.inverter.short_pulses=stretched"})
+                               .drive;
+  for (const InverterModel<>::Parameters& p :
+       {told.direct_torque().inverter, told.drive.protection.inverter, told.drive.torque_monitor.inverter}) {
+    EXPECT_FALSE(p.is_ideal());
+    EXPECT_EQ(p.minimum_pulse.duration_ns, 1'500);
+    EXPECT_EQ(p.minimum_pulse.short_pulses, ShortPulses::stretched);
+  }
+  EXPECT_EQ(told.plant.io.minimum_pulse.duration_ns, 0);
+}
+
+TEST(InverterConfig, AMinimumPulseBelowTheDeadTimeOrOfAQuarterOfAPeriodIsRefused) {
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, {"drive.inverter.minimum_pulse_us=6.25"}),
+      HasSubstr("drive.inverter: the inverter's minimum pulse must be from zero to below a quarter of "
+                "the control period"));
+  EXPECT_EQ(ecu_refusal(shipped_ecu, {"drive.inverter.minimum_pulse_us=6.2"}), "accepted");
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, {"drive.inverter.dead_time_us=1.5", "drive.inverter.minimum_pulse_us=1.4"}),
+      HasSubstr("the inverter's minimum pulse must be zero or at least its dead time"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.inverter.minimum_pulse_us=12.5"}),
+              HasSubstr("the minimum pulse must be from zero to below half of the control period"));
+}
+
 TEST(InverterConfig, ADeadTimeOfHalfAPeriodIsRefused) {
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"drive.inverter.dead_time_us=12.5"}),
               HasSubstr("the inverter's dead time must be from zero to below half of the control period"));

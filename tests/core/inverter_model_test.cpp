@@ -198,6 +198,12 @@ TYPED_TEST(InverterModelOf, WhatIsUsable) {
   EXPECT_STREQ(problem({.dead_time_ns = period_ns / 2}),
                "the inverter's dead time must be from zero to below half of the control period");
   EXPECT_NE(problem({.dead_time_ns = -1}), nullptr);
+  EXPECT_EQ(problem({.dead_time_ns = dead_ns, .minimum_pulse = {dead_ns}}), nullptr);
+  EXPECT_EQ(problem({.minimum_pulse = {period_ns / 4 - 1}}), nullptr);
+  for (const std::int32_t wrong_ns : {-1, period_ns / 4, 2'000'000'000})
+    EXPECT_STREQ(problem({.minimum_pulse = {wrong_ns}}),
+                 "the inverter's minimum pulse must be from zero to below a quarter of the control period");
+  EXPECT_NE(problem({.dead_time_ns = dead_ns, .minimum_pulse = {dead_ns - 1}}), nullptr);
   EXPECT_STREQ(problem({.threshold_voltage = T(-1)}),
                "the inverter's threshold voltage must not be below zero");
   EXPECT_STREQ(problem({.slope_resistance = std::numeric_limits<T>::quiet_NaN()}),

@@ -45,6 +45,20 @@ class WithoutFlux final : public Controller<double> {
   void reset() noexcept override {}
 };
 
+/// One leg is high for half a microsecond of each period.
+class WithShortPulses final : public Controller<double> {
+ public:
+  [[nodiscard]] GatePattern step(const Measurement<double>& /*measurement*/,
+                                 ControlReference<double> reference) noexcept override {
+    if (reference.mode == ControlMode::off) return GatePattern{gates_off, period_ns};
+    GatePattern pattern{switch_states[0], 10'000};
+    pattern.append({switch_states[1], 500});
+    pattern.append({switch_states[0], period_ns - 10'500});
+    return pattern;
+  }
+  void reset() noexcept override {}
+};
+
 Scenario constant_torque(double torque, std::int64_t duration_ns) {
   Scenario scenario;
   scenario.name = "test";
@@ -90,6 +104,22 @@ TEST(MilRunner, AWrongStatorResistanceMakesTheTorqueDepartFromTheCommandInSilenc
   EXPECT_GT(m[Metric::torque_deviation], 20);
   EXPECT_NEAR(m[Metric::torque_silent], 200, 0.026) << "the whole window";
   EXPECT_EQ(m[Metric::torque_motoring], p.drive.capability.torque);
+}
+
+TEST(MilRunner, CountsShortPulsesWhereThereIsAMinimumPulse) {
+  const auto counted = [](std::int32_t minimum_ns) {
+    RigParameters p = RigParameters::at_speed(0.0);
+    p.stage.io.minimum_pulse.duration_ns = minimum_ns;
+    MeteredPowerStage stage{p.stage, p.load};
+    WithShortPulses controller;
+    Drive<double> drive{p.drive, controller};
+    return MilRunner{drive, stage.io(), period_ns}
+        .run(constant_torque(0.0, 50'000'000), nullptr, {})
+        .metrics[Metric::short_pulses];
+  };
+  EXPECT_NEAR(counted(1'000), 50'000'000 / period_ns, 2) << "one in each period with gates on";
+  EXPECT_EQ(counted(500), 0);
+  EXPECT_TRUE(std::isnan(counted(0)));
 }
 
 TEST(MilRunner, ADriveThatDoesNotGetReadyMakesNoTorque) {

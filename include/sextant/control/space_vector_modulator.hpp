@@ -45,13 +45,12 @@ enum class Overmodulation : std::uint8_t {
 /// Where pulses would be too short both zero vectors exchange some of their time, which moves the high times
 /// of all legs alike and leaves the voltage as it is: as little as suffices, up to a leg that rests; where
 /// nothing suffices, by what leaves the smallest error of the voltage between two legs, each at the nearest
-/// time for which it can be high. So the error is zero
-/// except near the edges of the hexagon.
+/// time for which it can be high. So the error is zero except near the edges of the hexagon.
 ///
-/// Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization
-/// of a pulsewidth modulator based on voltage space vectors", IEEE Trans. Ind. Appl. 24 (1988) 142–150; for
-/// the zero vectors A. M. Hava, R. J. Kerkman, T. A. Lipo, "Simple analytical and graphical methods for
-/// carrier-based PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 49–61.
+/// Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization of a pulsewidth
+/// modulator based on voltage space vectors", IEEE Trans. Ind. Appl. 24 (1988) 142–150; for the zero vectors
+/// A. M. Hava, R. J. Kerkman, T. A. Lipo, "Simple analytical and graphical methods for carrier-based PWM-VSI
+/// drives", IEEE Trans. Power Electron. 14 (1999) 49–61.
 template <class T = double>
 class SpaceVectorModulator {
  public:
