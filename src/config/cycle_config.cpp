@@ -40,7 +40,7 @@ void describe(Section s, VehicleParameters& p) {
   s.number("rolling_coefficient", p.rolling_coefficient, {0, 1}, "", "rolling resistance by weight");
   s.number("drag_area_m2", p.drag_area, {0, 100}, "m²", "drag coefficient times frontal area");
   s.number("air_density_kg_m3", p.air_density, {0, 10}, "kg/m³", "of the air around it");
-  s.number("grade_percent", p.grade, {-100, 100}, "%", "rise by run, above zero uphill", 0.01);
+  s.number("grade_percent", {p.grade, 0.01}, {-100, 100}, "%", "rise by run, above zero uphill");
   s.number("wheel_inertia_kg_m2", p.wheel_inertia, {0, 1e4}, "kg·m²",
            "of each driven wheel without the rotor in it");
   s.number("standstill_speed_m_s", p.standstill_speed, {1e-4, 10}, "m/s",

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "number_text.hpp"
 
@@ -27,6 +27,21 @@ void share(DriveConfig& c) {
   c.setup.torque_monitor.machine = apply(c.monitored_machine, basis.machine, frequency_hz);
   c.plant.io.period_ns = basis.period_ns;
   c.plant.io.actuation_delay_periods = basis.actuation_delay_periods;
+}
+
+/// The table of a part of the setup, whose values in force its own check judges.
+template <class Setup, class Parameters>
+void describe_part(Section s, Setup& setup, const Parameters& resolved) {
+  DescribedTable table{s};
+  describe(table, setup, resolved);
+  s.check(resolved);
+}
+
+void describe_torque_monitor(Section s, DriveConfig& c) {
+  DescribedTable table{s};
+  describe(table, c.setup.torque_monitor, c.drive.torque_monitor);
+  describe_other_machine(s.section("machine"), c.monitored_machine, c.machine, "that of the controller");
+  s.check(c.drive.torque_monitor);
 }
 
 /// The inverter as estimator, modulator and checks take it to be.
@@ -63,16 +78,11 @@ void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
       "stator current, or for the least loss in stator, rotor and iron");
   s.number("flux_least_share", p.least_share, {0.05, 1}, "",
            "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb");
-  s.add("iron_loss_resistance_ohm", "ohm",
-        "resistance of the iron loss per phase, at all frequencies, across the voltage that the stator flux "
-        "induces, which min_loss uses; what the simulated machine loses is plant.iron_loss; not set: no iron "
-        "loss",
-        NumberField{{1e-3, 1e9},
-                    [&p] {
-                      const double r = p.iron_loss_resistance;
-                      return std::isfinite(r) ? std::optional{r} : std::nullopt;
-                    },
-                    [&p](double x) { p.iron_loss_resistance = x; }});
+  s.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(p.iron_loss_resistance), {1e-3, 1e9},
+           "ohm",
+           "resistance of the iron loss per phase, at all frequencies, across the voltage that the stator "
+           "flux induces, which min_loss uses; what the simulated machine loses is plant.iron_loss; not set: "
+           "no iron loss");
 }
 
 /// Empty where a converter's largest reading is above its trip level, else a sentence.
@@ -157,9 +167,9 @@ void describe(Section root, DriveConfig& c) {
   describe_inverter(drive.section("inverter"), c);
 
   describe_control(root.section("control"), c);
-  describe_command(root.section("command"), c);
-  describe_capability(root.section("capability"), c);
-  describe_protection(root.section("protection"), c);
+  describe_part(root.section("command"), c.setup.command, c.drive.command);
+  describe_part(root.section("capability"), c.setup.capability, c.drive.capability);
+  describe_part(root.section("protection"), c.setup.protection, c.drive.protection);
   describe_torque_monitor(root.section("torque_monitor"), c);
   drive.time("period_us", c.setup.basis.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
   drive.integer("actuation_delay_periods", c.setup.basis.actuation_delay_periods, {0, 1}, "",
@@ -173,7 +183,7 @@ void describe(Section root, DriveConfig& c) {
   drive.derived("magnetise_timeout_ms", c.setup.magnetise_timeout_ms, c.magnetise_timeout_ms, {1, 1e6}, "ms",
                 "time after which flux that is not ready is a fault");
   drive.derived(
-      "current_limit_a", c.setup.capability.current_limit, c.drive.capability.current_limit, current_a, "A",
+      "current_limit_a", c.setup.current_limit, c.drive.capability.current_limit, current_a, "A",
       "peak of the stator current vector: limits the available torque, and what the control method asks for");
   describe_optimal_flux(drive, c.setup.optimal_flux);
   Section plant = root.section("plant");

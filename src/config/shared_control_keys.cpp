@@ -25,7 +25,7 @@ void describe_magnetiser(Section s, Magnetiser<>::Parameters& p, const ControlSe
 }
 
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p) {
-  s.number(trim_key, p.time_constant, trim_range_ms, "ms", trim_meaning, 1e-3);
+  s.number(trim_key, {p.time_constant, 1e-3}, trim_range_ms, "ms", trim_meaning);
 }
 
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p, const ControlSetup& setup) {

@@ -193,12 +193,9 @@ TEST(DriveSetup, SaysWhatTheKeysOfAFileSay) {
                .status_timeout_ns = 70'000'000,
                .status_lost_ns = 310'000'000,
                .blocked_limit = 4};
-  s.capability = {.torque = 80,
-                  .current_limit = 70,
-                  .voltage_use = 0.9,
-                  .breakdown_use = 0.8,
-                  .base_speed = 90,
-                  .zero_torque_speed = 300};
+  s.current_limit = 70;
+  s.capability = {
+      .torque = 80, .voltage_use = 0.9, .breakdown_use = 0.8, .base_speed = 90, .zero_torque_speed = 300};
   s.protection = {.over_current = 101,
                   .dc_over_voltage = 720,
                   .over_speed = 400,

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -14,6 +13,8 @@
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "sextant/core/described_number.hpp"
 
 namespace sextant {
 
@@ -142,19 +143,10 @@ class Section {
 
   [[nodiscard]] Section section(const std::string& name) const { return {*schema_, path(name)}; }
 
-  /// A number; the member is the file's value times `scale`.
-  void number(const std::string& key, double& member, Range<double> range, const char* unit,
-              const char* meaning, double scale = 1.0) {
-    add(key, unit, meaning,
-        NumberField{range, [&member, scale] { return std::optional{member / scale}; },
-                    [&member, scale](double x) { member = x * scale; }});
-  }
-
-  /// An optional number.
-  void number(const std::string& key, std::optional<double>& member, Range<double> range, const char* unit,
+  void number(const std::string& key, NumberMember member, Range<double> range, const char* unit,
               const char* meaning) {
     add(key, unit, meaning,
-        NumberField{range, [&member] { return member; }, [&member](double x) { member = x; }});
+        NumberField{range, [member] { return member.get(); }, [member](double x) { member.set(x); }});
   }
 
   /// A number whose default follows from machine and link: `rule` gives it once everything has been read and
@@ -184,15 +176,15 @@ class Section {
 
   /// A number that follows from others unless it is given: a derivation leads from `given` to `value`. Where
   /// no value within the range follows, the file must set the key, as above.
-  void derived(const std::string& key, std::optional<double>& given, const double& value, Range<double> range,
-               const char* unit, const char* meaning,
-               const std::string& otherwise = "no usable value follows from machine and link") {
+  void derived(const std::string& key, NumberMember given, NumberValue value, Range<double> range,
+               const char* unit, const char* meaning) {
     add(key, unit, meaning,
-        NumberField{range, [&value] { return std::optional{value}; }, [&given](double x) { given = x; }});
+        NumberField{range, [value] { return std::optional{value.get()}; },
+                    [given](double x) { given.set(x); }});
     schema_->fields.back().derived = true;
-    check_basis(key, [&given, &value, range, otherwise]() -> std::string {
-      if (given || (value >= range.min && value <= range.max)) return {};
-      return "missing: " + otherwise;
+    check_basis(key, [given, value, range]() -> std::string {
+      if (given.get() || (value.get() >= range.min && value.get() <= range.max)) return {};
+      return "missing: no usable value follows from machine and link";
     });
   }
 
@@ -204,8 +196,8 @@ class Section {
     add(key, unit, meaning,
         NumberField{range,
                     [&member, unit_ns] { return std::optional{static_cast<double>(member) / unit_ns}; },
-                    [&member, unit_ns, is_given](double x) {
-                      member = to_ns<I>(x * unit_ns);
+                    [member = NumberMember{member, unit_ns}, is_given](double x) {
+                      member.set(x);
                       *is_given = true;
                     }});
     schema_->fields.back().derived = true;
@@ -218,18 +210,14 @@ class Section {
   template <std::signed_integral I>
   void time(const std::string& key, I& member, double unit_ns, Range<double> range, const char* unit,
             const char* meaning) {
-    add(key, unit, meaning,
-        NumberField{range,
-                    [&member, unit_ns] { return std::optional{static_cast<double>(member) / unit_ns}; },
-                    [&member, unit_ns](double x) { member = to_ns<I>(x * unit_ns); }});
+    number(key, NumberMember{member, unit_ns}, range, unit, meaning);
   }
 
-  template <std::integral I>
-  void integer(const std::string& key, I& member, Range<std::int64_t> range, const char* unit,
+  void integer(const std::string& key, IntegerMember member, Range<std::int64_t> range, const char* unit,
                const char* meaning) {
     add(key, unit, meaning,
-        IntegerField{range, [&member] { return std::optional{static_cast<std::int64_t>(member)}; },
-                     [&member](std::int64_t x) { member = static_cast<I>(x); }});
+        IntegerField{range, [member] { return std::optional{member.get()}; },
+                     [member](std::int64_t x) { member.set(x); }});
   }
 
   void integer(const std::string& key, std::optional<int>& member, Range<std::int64_t> range,
@@ -360,12 +348,6 @@ class Section {
 
   [[nodiscard]] std::string path(const std::string& key) const {
     return path_.empty() ? key : path_ + "." + key;
-  }
-
-  template <class I>
-  static I to_ns(double ns) {
-    constexpr auto limit = static_cast<double>(std::numeric_limits<I>::max());
-    return ns >= limit ? std::numeric_limits<I>::max() : static_cast<I>(ns < 0 ? ns - 0.5 : ns + 0.5);
   }
 
   Schema* schema_;

@@ -95,17 +95,17 @@ template <class T>
           .period_ns = basis.period_ns};
 }
 
-/// torque_limit: of the commands [N·m]; over_current: trip level. [A]
+/// torque_limit: of the commands [N·m]; current_limit: of the stator current vector. [A]
 template <class T>
 [[nodiscard]] typename TorqueCapability<T>::Parameters capability_parameters(const CapabilitySetup<T>& s,
                                                                              const DriveBasis<T>& basis,
                                                                              T torque_limit,
-                                                                             T over_current) noexcept {
+                                                                             T current_limit) noexcept {
   return {.machine = basis.machine,
           .flux_reference = basis.flux_reference,
           .voltage_use = s.voltage_use,
           .breakdown_use = s.breakdown_use,
-          .current_limit = s.current_limit.value_or(T(0.8) * over_current),
+          .current_limit = current_limit,
           .torque = s.torque.value_or(torque_limit),
           .base_speed = s.base_speed,
           .zero_torque_speed = s.zero_torque_speed};
@@ -152,8 +152,9 @@ template <class T>
       whole_ns(setup.magnetise_timeout_ms.value_or(default_magnetise_timeout_ms(basis.machine)));
   r.drive.command = command_limits(setup.command, limits);
   r.drive.protection = protection_limits(setup.protection, basis, limits, r.drive.command.torque_limit);
-  r.drive.capability = capability_parameters(setup.capability, basis, r.drive.command.torque_limit,
-                                             r.drive.protection.over_current);
+  r.drive.capability =
+      capability_parameters(setup.capability, basis, r.drive.command.torque_limit,
+                            setup.current_limit.value_or(T(0.8) * r.drive.protection.over_current));
   r.drive.optimal_flux = setup.optimal_flux;
   r.drive.torque_monitor =
       torque_monitor_limits(setup.torque_monitor, basis, limits, r.drive.protection.current_offset);

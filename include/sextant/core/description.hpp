@@ -1,0 +1,68 @@
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+
+#include "sextant/core/described_number.hpp"
+
+namespace sextant {
+
+/// What is said of a number beside its name.
+struct Quantity {
+  const char* unit;     ///< empty where there is none
+  double min;           ///< least value allowed, included
+  double max;           ///< largest value allowed, included
+  const char* meaning;  ///< one line for a reader
+};
+
+/// The same of a time that is held in nanoseconds.
+struct TimeQuantity {
+  double unit_ns;  ///< length of the unit [ns]
+  Quantity quantity;
+};
+[[nodiscard]] constexpr TimeQuantity in_us(double min, double max, const char* meaning) noexcept {
+  return {1e3, {"us", min, max, meaning}};
+}
+[[nodiscard]] constexpr TimeQuantity in_ms(double min, double max, const char* meaning) noexcept {
+  return {1e6, {"ms", min, max, meaning}};
+}
+
+/// Takes the members of a struct of parameters, one after the other, from the function `describe` that stands
+/// beside the struct and binds all of them:
+///
+///   template <class T>
+///   void describe(Description& d, Limits<T>& x) {
+///     auto& [current, time_ns] = x;
+///     d.number("current_a", current, {"A", 0.1, 1e5, "largest magnitude of a phase current"});
+///     d.time("time_ms", time_ns, in_ms(1, 1e4, "for which it may be exceeded"));
+///   }
+///
+/// A member that is added and not bound does not compile. A name is that of the key in a file, with the unit
+/// behind it. A range is that of every drive; what depends on other values is a rule of the struct's
+/// `validate()`. Members must outlive the description. Not for the control path.
+class Description {
+ public:
+  virtual ~Description() = default;
+
+  virtual void number(const char* name, NumberMember x, const Quantity& q) = 0;
+  /// A number that follows from others unless it is given; `value` is the one in force.
+  virtual void derived(const char* name, NumberMember given, NumberValue value, const Quantity& q) = 0;
+  virtual void integer(const char* name, IntegerMember x, const char* unit, std::int64_t min,
+                       std::int64_t max, const char* meaning) = 0;
+  virtual void flag(const char* name, bool& x, const char* meaning) = 0;
+  /// What follows until `leave` belongs to the table of that name within this one.
+  virtual void enter(const char* table) = 0;
+  virtual void leave() = 0;
+
+  template <std::signed_integral I>
+  void time(const char* name, I& ns, const TimeQuantity& t) {
+    number(name, {ns, t.unit_ns}, t.quantity);
+  }
+
+ protected:
+  Description() = default;
+  Description(const Description&) = default;
+  Description& operator=(const Description&) = default;
+};
+
+}  // namespace sextant

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sextant/config/schema.hpp"
+#include "sextant/core/description.hpp"
+
+namespace sextant {
+
+/// Makes the keys of a table of what is described.
+class DescribedTable final : public Description {
+ public:
+  explicit DescribedTable(const Section& table) : tables_{table} {}
+
+  void number(const char* name, NumberMember x, const Quantity& q) override {
+    tables_.back().number(name, x, {q.min, q.max}, q.unit, q.meaning);
+  }
+  void derived(const char* name, NumberMember given, NumberValue value, const Quantity& q) override {
+    tables_.back().derived(name, given, value, {q.min, q.max}, q.unit, q.meaning);
+  }
+  void integer(const char* name, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
+               const char* meaning) override {
+    tables_.back().integer(name, x, {min, max}, unit, meaning);
+  }
+  void flag(const char* name, bool& x, const char* meaning) override {
+    tables_.back().flag(name, x, meaning);
+  }
+  void enter(const char* table) override { tables_.push_back(tables_.back().section(table)); }
+  void leave() override { tables_.pop_back(); }
+
+ private:
+  std::vector<Section> tables_;  ///< each within the one before
+};
+
+}  // namespace sextant

@@ -1,0 +1,150 @@
+// What is said of a drive's setup: each member has a name of its own, by which it alone is set.
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sextant/drive/capability_setup.hpp"
+#include "sextant/drive/command_setup.hpp"
+#include "sextant/drive/protection_setup.hpp"
+#include "sextant/drive/torque_monitor_setup.hpp"
+
+namespace sextant {
+namespace {
+
+/// Keeps what is described.
+class Described final : public Description {
+ public:
+  struct Entry {
+    std::string name;
+    std::string meaning;
+    std::function<double()> get;
+    std::function<void(double)> set;
+    double min;
+    double max;
+  };
+
+  void number(const char* name, NumberMember x, const Quantity& q) override {
+    add(
+        name, q, [x] { return x.get().value_or(std::numeric_limits<double>::infinity()); },
+        [x](double value) { x.set(value); });
+  }
+  void derived(const char* name, NumberMember given, NumberValue /*value*/, const Quantity& q) override {
+    number(name, given, q);
+  }
+  void integer(const char* name, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
+               const char* meaning) override {
+    add(
+        name, {unit, double(min), double(max), meaning}, [x] { return double(x.get()); },
+        [x](double value) { x.set(std::int64_t(value)); });
+  }
+  void flag(const char* name, bool& x, const char* meaning) override {
+    add(name, {"", 0, 1, meaning}, [&x] { return double(x); }, [&x](double value) { x = value > 0.5; });
+  }
+  void enter(const char* table) override { tables_.emplace_back(table); }
+  void leave() override { tables_.pop_back(); }
+
+  std::vector<Entry> entries{};
+
+ private:
+  void add(const char* name, const Quantity& q, std::function<double()> get,
+           std::function<void(double)> set) {
+    std::string path;
+    for (const std::string& table : tables_) path += table + ".";
+    entries.push_back({path + name, q.meaning, std::move(get), std::move(set), q.min, q.max});
+  }
+
+  std::vector<std::string> tables_{};
+};
+
+/// Stands for a member of any type.
+struct Anything {
+  template <class T>
+  operator T() const;  // NOLINT(google-explicit-constructor): only named, never called
+};
+
+/// Members of an aggregate, by the most values that its initialiser takes.
+template <class S, class... Values>
+consteval std::size_t members() {
+  if constexpr (requires { S{Values{}..., Anything{}}; }) {
+    return members<S, Values..., Anything>();
+  } else {
+    return sizeof...(Values);
+  }
+}
+
+struct OfThree {
+  double a{};
+  std::int64_t b{};
+  std::optional<float> c{};
+};
+static_assert(members<OfThree>() == 3);
+
+/// Every entry has words and a range, and sets itself alone.
+void expect_own_members(const Described& described, std::size_t count) {
+  EXPECT_EQ(described.entries.size(), count)
+      << "a member that is bound and not described, or described twice";
+  std::set<std::string> names;
+  for (const Described::Entry& entry : described.entries) {
+    SCOPED_TRACE(entry.name);
+    EXPECT_TRUE(names.insert(entry.name).second);
+    EXPECT_FALSE(entry.meaning.empty());
+    EXPECT_LT(entry.min, entry.max);
+    std::vector<double> before;
+    for (const Described::Entry& other : described.entries) before.push_back(other.get());
+    entry.set(entry.get() == entry.max ? entry.min : entry.max);
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      const Described::Entry& other = described.entries[k];
+      EXPECT_EQ(other.get() != before[k], &other == &entry) << other.name;
+    }
+  }
+}
+
+template <class T>
+class SetupDescription : public ::testing::Test {};
+using Scalars = ::testing::Types<double, float>;
+TYPED_TEST_SUITE(SetupDescription, Scalars);
+
+TYPED_TEST(SetupDescription, NamesEveryMemberOfCommandSetup) {
+  CommandSetup<TypeParam> setup;
+  Described d;
+  describe(d, setup, CommandLimits<TypeParam>{});
+  expect_own_members(d, members<CommandSetup<TypeParam>>());
+}
+
+TYPED_TEST(SetupDescription, NamesEveryMemberOfCapabilitySetup) {
+  CapabilitySetup<TypeParam> setup;
+  Described d;
+  describe(d, setup, typename TorqueCapability<TypeParam>::Parameters{});
+  expect_own_members(d, members<CapabilitySetup<TypeParam>>());
+}
+
+TYPED_TEST(SetupDescription, NamesEveryMemberOfProtectionSetup) {
+  ProtectionSetup<TypeParam> setup;
+  Described d;
+  describe(d, setup, ProtectionLimits<TypeParam>{});
+  const std::size_t winding = members<typename WindingTemperature<TypeParam>::Parameters>();
+  expect_own_members(d, members<ProtectionSetup<TypeParam>>() - 1 + winding);
+  const auto in_its_table = [](const Described::Entry& e) { return e.name.starts_with("winding."); };
+  EXPECT_EQ(std::count_if(d.entries.begin(), d.entries.end(), in_its_table), 2 + std::ptrdiff_t(winding));
+}
+
+TYPED_TEST(SetupDescription, NamesEveryMemberOfTorqueMonitorSetupButItsMachine) {
+  TorqueMonitorSetup<TypeParam> setup;
+  Described d;
+  describe(d, setup, TorqueMonitorLimits<TypeParam>{});
+  expect_own_members(d, members<TorqueMonitorSetup<TypeParam>>() - 1);
+}
+
+}  // namespace
+}  // namespace sextant
