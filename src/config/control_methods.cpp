@@ -69,6 +69,7 @@ ControlMethods with_own(ControlMethods methods, const ControlMethods& own) {
 
 ControlMethods untouched(const ControlMethods& methods) {
   ControlMethods fresh;
+  fresh.reserve(methods.size());
   for (const auto& method : methods) fresh.emplace_back(method->untouched());
   return fresh;
 }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "common_ranges.hpp"
+#include "described_table.hpp"
 #include "sextant/sim/drive_cycle.hpp"
 
 namespace sextant {
@@ -30,21 +31,6 @@ void describe_cycle(Section s, CycleConfig& p) {
             {"origin", PassiveEvLoad::Extrapolation::origin}},
            "torque beyond the table: its outer lines go on; its outer values hold; or from the origin to its "
            "first row");
-  s.check(p);
-}
-
-void describe(Section s, VehicleParameters& p) {
-  s.number("mass_kg", p.mass, {0, 1e6}, "kg", "all of the vehicle; 0: there is none");
-  s.integer("motors", p.motors, {1, 64}, "", "motors that share the work, each in a wheel");
-  s.number("wheel_radius_m", p.wheel_radius, {0.01, 10}, "m", "loaded");
-  s.number("rolling_coefficient", p.rolling_coefficient, {0, 1}, "", "rolling resistance by weight");
-  s.number("drag_area_m2", p.drag_area, {0, 100}, "m²", "drag coefficient times frontal area");
-  s.number("air_density_kg_m3", p.air_density, {0, 10}, "kg/m³", "of the air around it");
-  s.number("grade_percent", {p.grade, 0.01}, {-100, 100}, "%", "rise by run, above zero uphill");
-  s.number("wheel_inertia_kg_m2", p.wheel_inertia, {0, 1e4}, "kg·m²",
-           "of each driven wheel without the rotor in it");
-  s.number("standstill_speed_m_s", p.standstill_speed, {1e-4, 10}, "m/s",
-           "below it the rolling resistance fades to zero");
   s.check(p);
 }
 
@@ -80,7 +66,7 @@ std::string CycleConfig::validate() const {
 
 void describe(const Section& root, CycleConfig& p, const std::function<double()>& torque_of_drive) {
   describe_cycle(root.section("cycle"), p);
-  describe(root.section("vehicle"), p.vehicle);
+  describe_parameters(root.section("vehicle"), p.vehicle);
   describe(root.section("driver"), p.driver, torque_of_drive);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sextant/config/schema.hpp"
@@ -26,11 +27,31 @@ class DescribedTable final : public Description {
   void flag(const char* name, bool& x, const char* meaning) override {
     tables_.back().flag(name, x, meaning);
   }
+  void choice(const char* name, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
+              const char* meaning) override {
+    tables_.back().choice(name, x, {choices.begin(), choices.end()}, meaning);
+  }
   void enter(const char* table) override { tables_.push_back(tables_.back().section(table)); }
   void leave() override { tables_.pop_back(); }
 
  private:
   std::vector<Section> tables_;  ///< each within the one before
 };
+
+/// The table of a struct of parameters, and its own check of them.
+template <class Parameters>
+void describe_parameters(Section s, Parameters& parameters) {
+  DescribedTable table{s};
+  describe(table, parameters);
+  s.check(parameters);
+}
+
+/// The table of what a user says of parameters, and the check of those in force.
+template <class Setup, class Parameters>
+void describe_parameters(Section s, Setup& setup, const Parameters& resolved) {
+  DescribedTable table{s};
+  describe(table, setup, resolved);
+  s.check(resolved);
+}
 
 }  // namespace sextant

@@ -29,14 +29,6 @@ void share(DriveConfig& c) {
   c.plant.io.actuation_delay_periods = basis.actuation_delay_periods;
 }
 
-/// The table of a part of the setup, whose values in force its own check judges.
-template <class Setup, class Parameters>
-void describe_part(Section s, Setup& setup, const Parameters& resolved) {
-  DescribedTable table{s};
-  describe(table, setup, resolved);
-  s.check(resolved);
-}
-
 void describe_torque_monitor(Section s, DriveConfig& c) {
   DescribedTable table{s};
   describe(table, c.setup.torque_monitor, c.drive.torque_monitor);
@@ -46,43 +38,13 @@ void describe_torque_monitor(Section s, DriveConfig& c) {
 
 /// The inverter as estimator, modulator and checks take it to be.
 void describe_inverter(Section s, DriveConfig& c) {
-  InverterModel<>::Parameters& p = c.setup.basis.inverter;
-  s.time("dead_time_us", p.dead_time_ns, ns_per_us, {0, 5e4}, "us",
-         "time for which both switches of a leg are off where it changes between low and high, as the drive "
-         "takes it: volt-seconds of estimator, identification, predictions, protections and torque monitor "
-         "follow from it, and modulated methods compensate it; 0: an ideal inverter");
-  s.number("threshold_v", p.threshold_voltage, {0, 1e3}, "V",
-           "voltage of a switch or diode that conducts, without current; the same uses");
-  s.number("slope_ohm", p.slope_resistance, {0, 1e3}, "ohm",
-           "by which the voltage of a conducting switch or diode rises with its current; the same uses");
   const InverterModel<>::Parameters& resolved = c.control.inverter;
-  s.derived(
-      "voltage_error_v", c.setup.voltage_error, resolved.voltage_error, {0, 1e3}, "V",
-      "what may be unknown of the stator voltage along the current, as a standard deviation: the lower the "
-      "stator frequency, the more of the flux follows from the current in its place; identification, "
-      "adaptation, speed plausibility and torque monitor allow for it");
+  DescribedTable table{s};
+  describe(table, c.setup.basis.inverter, c.setup.voltage_error, resolved);
   s.check([&c, &resolved]() -> std::string {
     const char* const problem = resolved.validate(c.drive.period_ns);
     return problem != nullptr ? problem : "";
   });
-}
-
-/// The stator flux by the torque.
-void describe_optimal_flux(Section s, OptimalFlux<>::Parameters& p) {
-  s.choice(
-      "flux_optimum", p.optimum,
-      {{"constant", FluxOptimum::constant},
-       {"max_torque_per_ampere", FluxOptimum::max_torque_per_ampere},
-       {"min_loss", FluxOptimum::min_loss}},
-      "flux reference: control.flux_reference_wb at every torque; or less of it at part load, for the least "
-      "stator current, or for the least loss in stator, rotor and iron");
-  s.number("flux_least_share", p.least_share, {0.05, 1}, "",
-           "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb");
-  s.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(p.iron_loss_resistance), {1e-3, 1e9},
-           "ohm",
-           "resistance of the iron loss per phase, at all frequencies, across the voltage that the stator "
-           "flux induces, which min_loss uses; what the simulated machine loses is plant.iron_loss; not set: "
-           "no iron loss");
 }
 
 /// Empty where a converter's largest reading is above its trip level, else a sentence.
@@ -167,9 +129,9 @@ void describe(Section root, DriveConfig& c) {
   describe_inverter(drive.section("inverter"), c);
 
   describe_control(root.section("control"), c);
-  describe_part(root.section("command"), c.setup.command, c.drive.command);
-  describe_part(root.section("capability"), c.setup.capability, c.drive.capability);
-  describe_part(root.section("protection"), c.setup.protection, c.drive.protection);
+  describe_parameters(root.section("command"), c.setup.command, c.drive.command);
+  describe_parameters(root.section("capability"), c.setup.capability, c.drive.capability);
+  describe_parameters(root.section("protection"), c.setup.protection, c.drive.protection);
   describe_torque_monitor(root.section("torque_monitor"), c);
   drive.time("period_us", c.setup.basis.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
   drive.integer("actuation_delay_periods", c.setup.basis.actuation_delay_periods, {0, 1}, "",
@@ -185,7 +147,8 @@ void describe(Section root, DriveConfig& c) {
   drive.derived(
       "current_limit_a", c.setup.current_limit, c.drive.capability.current_limit, current_a, "A",
       "peak of the stator current vector: limits the available torque, and what the control method asks for");
-  describe_optimal_flux(drive, c.setup.optimal_flux);
+  DescribedTable of_drive{drive};
+  describe(of_drive, c.setup.optimal_flux);
   Section plant = root.section("plant");
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });

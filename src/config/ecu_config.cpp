@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "described_table.hpp"
 #include "sextant/config/sensor_config.hpp"
 
 namespace sextant {
@@ -84,36 +85,6 @@ void describe_simulated_plant(const Section& root, EcuConfig& c) {
 
 }  // namespace
 
-void describe(Section s, RealtimeParameters& p) {
-  s.integer("wake_every_periods", p.wake_every_periods, {1, 10'000}, "",
-            "control periods run at each wake-up");
-  s.flag("required", p.required, "refuse to start without the rights to real time");
-  s.choice("wait", p.wait.mode,
-           {{"sleep", WaitMode::sleep}, {"spin", WaitMode::spin}, {"hybrid", WaitMode::hybrid}},
-           "how the control thread waits for its deadline");
-  s.time("spin_margin_us", p.wait.spin_margin_ns, 1e3, {0, 1e5}, "us",
-         "hybrid: how long before the deadline the sleep ends");
-  s.time("tick_lead_us", p.wait.tick_lead_ns, 1e3, {0, 1e5}, "us",
-         "time from a deadline to the kernel's next timer tick; 0: any");
-  s.choice("policy", p.policy,
-           {{"fifo", SchedulingPolicy::fifo},
-            {"deadline", SchedulingPolicy::deadline},
-            {"other", SchedulingPolicy::other}},
-           "scheduling of the control thread");
-  s.time("deadline_runtime_us", p.deadline_runtime_ns, 1e3, {1.024, 1e6}, "us",
-         "SCHED_DEADLINE: processor time in each wake period");
-  s.integer("priority", p.priority, {1, 98}, "", "SCHED_FIFO priority of the control thread");
-  s.integer("cpu", p.cpu, {-1, 1023}, "", "CPU that the control thread is bound to, -1 for any");
-  s.flag("lock_memory", p.lock_memory, "keep all memory resident");
-  s.flag("stage_statistics", p.stage_statistics, "time the stages of each control period");
-  s.time("gap_limit_us", p.gap_limit_ns, 1e3, {0.1, 1e6}, "us",
-         "two time stamps of the control thread further apart are a gap");
-  s.time("watchdog_ms", p.watchdog_ns, 1e6, {1, 1e5}, "ms",
-         "age of the last wake-up at which the gates turn off");
-  s.integer("overrun_limit", p.overrun_limit, {1, 1'000'000}, "", "overruns in a row that make a fault");
-  s.check(p);
-}
-
 void describe(Section root, EcuConfig& c) {
   root.integer("drive_id", c.drive_id, {0, 65'535}, "", "key of a drive among those of a DDS domain");
   root.choice("power_stage", c.power_stage,
@@ -127,7 +98,7 @@ void describe(Section root, EcuConfig& c) {
   describe(hil, c.hil);
   hil.check([&c] { return check_power_stage(c); });
   Section realtime = root.section("realtime");
-  describe(realtime, c.realtime);
+  describe_parameters(realtime, c.realtime);
   realtime.check([&c] { return check_wake_period(c); });
   describe(root.section("can"), c.can);
   describe(root.section("dds"), c.dds);

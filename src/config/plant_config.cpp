@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sextant/config/ecu_config.hpp"
+#include "described_table.hpp"
 
 namespace sextant {
 namespace {
@@ -60,7 +60,7 @@ void describe(Section root, PlantConfig& c) {
   describe(hil, c.hil);
   hil.check([&c] { return check_pacing(c); });
   Section realtime = root.section("realtime");
-  describe(realtime, c.realtime);
+  describe_parameters(realtime, c.realtime);
   realtime.check([&c] { return check_wake_period(c); });
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "number_text.hpp"
 #include "sextant/config/sensor_config.hpp"
@@ -315,6 +316,16 @@ void prescribe(ScenarioConfig& c) {
 
 }  // namespace
 
+EventExactRunner::Parameters ScenarioConfig::event_exact_runner() const {
+  return {.plant = drive.plant.plant,
+          .control = drive.direct_torque(),
+          .protection = drive.drive.protection,
+          .event_exact = event_exact,
+          .integrator = drive.plant.integrator,
+          .cvode = drive.plant.cvode,
+          .u_dc = drive.plant.io.u_dc};
+}
+
 void describe(Section root, ScenarioConfig& c) {
   Scenario& scenario = c.scenario;
   root.text("name", scenario.name, "short name of the run");
@@ -325,7 +336,7 @@ void describe(Section root, ScenarioConfig& c) {
   root.choice("mode", c.mode,
               {{"sampled", ScenarioMode::sampled}, {"event_exact", ScenarioMode::event_exact}},
               "controller once per period, or comparators in continuous time");
-  describe(root.section("event_exact"), c.event_exact);
+  describe_parameters(root.section("event_exact"), c.event_exact);
   describe(root, c.drive);
   describe(root.section("profile").section("torque_nm"), c.torque_nm, "N·m", {-1e5, 1e5});
   describe(root, c.cycle,

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <optional>
 
+#include "described_table.hpp"
+
 namespace sextant {
 namespace {
 
@@ -44,17 +46,6 @@ void describe_voltage(Section s, ConverterParameters& p) {
   s.integer("bits", p.bits, bits, "", "resolution of the converter over range_v; 0: not quantised");
 }
 
-void describe_encoder(Section s, EncoderParameters& p) {
-  s.integer("lines", p.lines, {0, 1'000'000}, "",
-            "lines of the encoder a revolution, with four edges each; 0: speed and angle are the true ones");
-  s.choice("speed", p.speed, {{"count", EncoderSpeed::count}, {"period", EncoderSpeed::period}},
-           "how the speed is made: edges in the window by its duration, or by the time from the last edge "
-           "before the window "
-           "to the last one in it");
-  s.integer("window_periods", p.window_periods, {1, EncoderParameters::most_periods}, "",
-            "control periods over which edges are counted or timed: more make a finer, later speed");
-}
-
 /// An optional end.
 void describe_end(Section& s, std::int64_t& until_ns) {
   s.add("until_s", "s", "end of the fault; not set: it stays",
@@ -77,7 +68,8 @@ void describe(Section s, SensorParameters& p, const std::function<std::int32_t()
       lead_of_drive);
   describe_current(s.section("current"), p);
   describe_voltage(s.section("voltage"), p.voltage);
-  describe_encoder(s.section("encoder"), p.encoder);
+  DescribedTable encoder{s.section("encoder")};
+  describe(encoder, p.encoder);
   s.check(p);
 }
 

@@ -44,6 +44,5 @@ struct EcuConfig {
 };
 
 void describe(Section root, EcuConfig& config);
-void describe(Section section, RealtimeParameters& parameters);
 
 }  // namespace sextant

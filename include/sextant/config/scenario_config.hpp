@@ -33,6 +33,5 @@ struct ScenarioConfig {
 };
 
 void describe(Section root, ScenarioConfig& config);
-void describe(Section section, EventExactParameters& parameters);
 
 }  // namespace sextant

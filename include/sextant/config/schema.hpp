@@ -14,7 +14,7 @@
 #include <variant>
 #include <vector>
 
-#include "sextant/core/described_number.hpp"
+#include "sextant/core/description.hpp"
 
 namespace sextant {
 
@@ -128,13 +128,6 @@ struct Schema {
   std::vector<Check> checks{};                       ///< run after the derivations
 };
 
-/// Name and value of one enumerator.
-template <class E>
-struct Choice {
-  const char* name;
-  E value;
-};
-
 /// A table of the file while it is being described. Members are bound by reference and must outlive the
 /// schema.
 class Section {
@@ -240,18 +233,27 @@ class Section {
 
   template <class E>
   void choice(const std::string& key, E& member, const std::vector<Choice<E>>& choices, const char* meaning) {
+    std::vector<Choice<std::int64_t>> values;
+    values.reserve(choices.size());
+    for (const Choice<E>& c : choices) values.push_back({c.name, static_cast<std::int64_t>(c.value)});
+    choice(key, IntegerMember{member}, std::move(values), meaning);
+  }
+
+  /// The same of the values of any member.
+  void choice(const std::string& key, IntegerMember member, std::vector<Choice<std::int64_t>> choices,
+              const char* meaning) {
     std::vector<std::string> names;
     names.reserve(choices.size());
-    for (const Choice<E>& c : choices) names.emplace_back(c.name);
-    const auto get = [&member, choices] {
-      for (const Choice<E>& c : choices) {
-        if (c.value == member) return std::string{c.name};
+    for (const Choice<std::int64_t>& c : choices) names.emplace_back(c.name);
+    const auto get = [member, choices] {
+      for (const Choice<std::int64_t>& c : choices) {
+        if (c.value == member.get()) return std::string{c.name};
       }
       return std::string{};
     };
-    const auto set = [&member, choices](std::string_view name) {
-      for (const Choice<E>& c : choices) {
-        if (c.name == name) member = c.value;
+    const auto set = [member, choices = std::move(choices)](std::string_view name) {
+      for (const Choice<std::int64_t>& c : choices) {
+        if (c.name == name) member.set(c.value);
       }
     };
     add(key, "", meaning, ChoiceField{std::move(names), get, set});

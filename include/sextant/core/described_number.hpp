@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 namespace sextant {
 
@@ -82,10 +83,11 @@ class NumberMember {
   void (*set_)(void*, double, double);
 };
 
-/// An integer that may be set. The member is bound by reference.
+/// An integer or an enumeration that may be set. The member is bound by reference.
 class IntegerMember {
  public:
-  template <std::integral I>
+  template <class I>
+    requires std::integral<I> || std::is_enum_v<I>
   IntegerMember(I& x) noexcept  // NOLINT(google-explicit-constructor): stands for the member
       : x_{&x},
         get_{[](const void* from) { return static_cast<std::int64_t>(*static_cast<const I*>(from)); }},

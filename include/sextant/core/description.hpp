@@ -1,11 +1,21 @@
 #pragma once
 
+#include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "sextant/core/described_number.hpp"
 
 namespace sextant {
+
+/// Name and value of one enumerator.
+template <class E>
+struct Choice {
+  const char* name;
+  E value;
+};
 
 /// What is said of a number beside its name.
 struct Quantity {
@@ -50,6 +60,9 @@ class Description {
   virtual void integer(const char* name, IntegerMember x, const char* unit, std::int64_t min,
                        std::int64_t max, const char* meaning) = 0;
   virtual void flag(const char* name, bool& x, const char* meaning) = 0;
+  /// One of several names, each for a value of the member. The list need not outlive the call.
+  virtual void choice(const char* name, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
+                      const char* meaning) = 0;
   /// What follows until `leave` belongs to the table of that name within this one.
   virtual void enter(const char* table) = 0;
   virtual void leave() = 0;
@@ -57,6 +70,14 @@ class Description {
   template <std::signed_integral I>
   void time(const char* name, I& ns, const TimeQuantity& t) {
     number(name, {ns, t.unit_ns}, t.quantity);
+  }
+
+  /// The same of an enumeration.
+  template <class E, std::size_t N>
+  void choice(const char* name, E& x, const Choice<E> (&choices)[N], const char* meaning) {
+    std::array<Choice<std::int64_t>, N> values{};
+    for (std::size_t k = 0; k < N; ++k) values[k] = {choices[k].name, std::int64_t(choices[k].value)};
+    choice(name, IntegerMember{x}, values, meaning);
   }
 
  protected:

@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
@@ -66,6 +68,28 @@ class InverterModel {
       if (!is_usable(threshold_voltage)) return "the inverter's threshold voltage must not be below zero";
       if (!is_usable(slope_resistance)) return "the inverter's slope resistance must not be below zero";
       return is_usable(voltage_error) ? nullptr : "the inverter's voltage error must not be below zero";
+    }
+
+    /// given: the voltage error, where a user states it; resolved: with the one in force.
+    friend void describe(Description& d, Parameters& p, std::optional<T>& given, const Parameters& resolved) {
+      auto& [dead_time_ns, threshold_voltage, slope_resistance, voltage_error] = p;
+      d.time("dead_time_us", dead_time_ns,
+             in_us(0, 5e4,
+                   "time for which both switches of a leg are off where it changes between low and high, as "
+                   "the drive takes it: volt-seconds of estimator, identification, predictions, protections "
+                   "and torque monitor follow from it, and modulated methods compensate it; 0: an ideal "
+                   "inverter"));
+      d.number("threshold_v", threshold_voltage,
+               {"V", 0, 1e3, "voltage of a switch or diode that conducts, without current; the same uses"});
+      d.number("slope_ohm", slope_resistance,
+               {"ohm", 0, 1e3,
+                "by which the voltage of a conducting switch or diode rises with its current; the same "
+                "uses"});
+      d.derived("voltage_error_v", given, resolved.voltage_error,
+                {"V", 0, 1e3,
+                 "what may be unknown of the stator voltage along the current, as a standard deviation: the "
+                 "lower the stator frequency, the more of the flux follows from the current in its place; "
+                 "identification, adaptation, speed plausibility and torque monitor allow for it"});
     }
   };
 

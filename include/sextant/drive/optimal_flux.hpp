@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "sextant/core/description.hpp"
 #include "sextant/drive/torque_capability.hpp"
 
 namespace sextant {
@@ -61,6 +62,25 @@ class OptimalFlux {
         return "the least share of the flux must be in (0, 1]";
       if (!(iron_loss_resistance > T(0))) return "the resistance of the iron loss must be above zero";
       return nullptr;
+    }
+
+    friend void describe(Description& d, Parameters& p) {
+      auto& [optimum, least_share, iron_loss_resistance] = p;
+      d.choice(
+          "flux_optimum", optimum,
+          {{"constant", FluxOptimum::constant},
+           {"max_torque_per_ampere", FluxOptimum::max_torque_per_ampere},
+           {"min_loss", FluxOptimum::min_loss}},
+          "flux reference: control.flux_reference_wb at every torque; or less of it at part load, for the "
+          "least stator current, or for the least loss in stator, rotor and iron");
+      d.number("flux_least_share", least_share,
+               {"", 0.05, 1,
+                "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb"});
+      d.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(iron_loss_resistance),
+               {"ohm", 1e-3, 1e9,
+                "resistance of the iron loss per phase, at all frequencies, across the voltage that the "
+                "stator flux induces, which min_loss uses; what the simulated machine loses is "
+                "plant.iron_loss; not set: no iron loss"});
     }
   };
 

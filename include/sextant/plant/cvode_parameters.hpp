@@ -17,4 +17,10 @@ struct CvodeParameters : ErrorControl {
   CvodeMethod method{CvodeMethod::adams_fixed_point};
 };
 
+inline void describe(Description& d, CvodeParameters& p) {
+  d.choice("method", p.method, {{"adams", CvodeMethod::adams_fixed_point}, {"bdf", CvodeMethod::bdf_newton}},
+           "Adams with fixed-point iteration, or BDF with Newton's");
+  describe(d, static_cast<ErrorControl&>(p));
+}
+
 }  // namespace sextant

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// A DC link with a capacitor, behind a source with resistance and inductance, and with a brake chopper. None
@@ -45,5 +47,24 @@ struct DcLinkParameters {
     return nullptr;
   }
 };
+
+template <class T>
+void describe(Description& d, DcLinkParameters<T>& p) {
+  auto& [capacitance, source_resistance, source_inductance, source_diode, chopper_resistance, chopper_on,
+         chopper_off] = p;
+  d.number("capacitance_f", capacitance,
+           {"F", 0, 1e3,
+            "of the DC link, whose voltage is then a state that begins at u_dc_v; integrators stop at each "
+            "switching, and exact is fixed; 0: the link is stiff"});
+  d.number("source_ohm", source_resistance,
+           {"ohm", 0, 1e6, "in series with the source of u_dc_v; above 0 where capacitance_f is not 0"});
+  d.number("source_h", source_inductance, {"H", 0, 1e3, "the same, inductance; 0: none"});
+  d.flag("source_diode", source_diode, "the source is a rectifier, which takes no current back");
+  d.number("chopper_ohm", chopper_resistance,
+           {"ohm", 0, 1e6, "resistor that the brake chopper puts across the link; 0: no chopper"});
+  d.number("chopper_on_v", chopper_on, {"V", 0, 1e5, "link voltage at which the brake chopper turns on"});
+  d.number("chopper_off_v", chopper_off,
+           {"V", 0, 1e5, "link voltage at which it turns off, between u_dc_v and chopper_on_v"});
+}
 
 }  // namespace sextant

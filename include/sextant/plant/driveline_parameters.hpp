@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// A load with an inertia of its own behind a shaft that twists, behind a gear. None by default: the load is
@@ -42,5 +44,26 @@ struct DrivelineParameters {
     return stiffness > T(0) ? nullptr : "the stiffness must be above zero where the driveline has an inertia";
   }
 };
+
+template <class T>
+void describe(Description& d, DrivelineParameters<T>& p) {
+  auto& [inertia, stiffness, damping, backlash, gear_ratio] = p;
+  d.number("inertia_kg_m2", inertia,
+           {"kg·m²", 0, 1e6,
+            "of the load behind a shaft that twists, on which the load torque and a vehicle's road load and "
+            "mass then act in place of the motor's shaft; this table is of the load's side of the gear; "
+            "integrators stop at each switching, and exact is fixed; 0: the load is on the motor's shaft"});
+  d.number("stiffness_nm_rad", stiffness,
+           {"N·m/rad", 0, 1e9, "of the shaft, torque by its twist; above 0 where inertia_kg_m2 is not 0"});
+  d.number("damping_nm_s_rad", damping,
+           {"N·m·s/rad", 0, 1e6, "of the shaft, torque by the rate of its twist"});
+  d.number(
+      "backlash_rad", backlash,
+      {"rad", 0, 10, "full gap from one contact of the shaft to the other; a contact only pushes; 0: none"});
+  d.number("gear_ratio", gear_ratio,
+           {"", 1e-3, 1e3,
+            "speed of the motor by that of the load: at the motor inertia, stiffness and damping count by "
+            "its square, the load torque by it, and angles times it"});
+}
 
 }  // namespace sextant

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "sextant/core/description.hpp"
 #include "sextant/plant/at_switching.hpp"
 
 namespace sextant {
@@ -69,5 +70,32 @@ struct ErrorControl {
   static constexpr double relative_on_going = 1e-7;
   static constexpr double relative_stopping = 1e-11;
 };
+
+inline void describe(Description& d, ErrorControl& p) {
+  auto& [relative_tolerance, flux_tolerance, speed_tolerance, angle_tolerance, appended_tolerance,
+         at_switching, max_steps, max_events] = p;
+  d.choice("at_switching", at_switching,
+           {{"by_tolerance", AtSwitching::by_tolerance},
+            {"go_on", AtSwitching::go_on},
+            {"stop", AtSwitching::stop}},
+           "where the inverter switches with every leg driven: go on, restart, or restart where the relative "
+           "tolerance is below 1e-7");
+  d.number("relative_tolerance", relative_tolerance,
+           {"", 1e-14, 1e-1,
+            "local error of a step, of each state; 1e-7 where it goes on, 1e-11 where it restarts"});
+  d.number("flux_tolerance_wb", flux_tolerance,
+           {"Wb", 1e-14, 1e-1,
+            "absolute, of flux linkages; 0.01 Wb times the relative one where it goes on, else 1e-13 Wb"});
+  d.number("speed_tolerance_rad_s", speed_tolerance,
+           {"rad/s", 1e-14, 1e-1,
+            "absolute, of the speed; 1000 rad/s times the relative one where it goes on, else 1e-11 rad/s"});
+  d.number("angle_tolerance_rad", angle_tolerance,
+           {"rad", 1e-14, 1e-1,
+            "absolute, of the shaft's angle; 1000 rad times the relative one where it goes on, else 1e-11 "
+            "rad"});
+  d.number("appended_tolerance", appended_tolerance, {"", 1e-14, 1e-1, "absolute, of appended states; 1e-9"});
+  d.integer("max_steps", max_steps, "", 1, 100'000'000, "internal steps between two switching instants");
+  d.integer("max_events", max_events, "", 1, 100'000'000, "diode events between two switching instants");
+}
 
 }  // namespace sextant

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// Iron loss of the machine; none by default. Of a field that turns with the electrical angular frequency
@@ -48,5 +50,25 @@ struct IronLossParameters {
                  "reactance at the same frequency, or its flux would stay without a current";
   }
 };
+
+template <class T>
+void describe(Description& d, IronLossParameters<T>& p) {
+  auto& [eddy_resistance, hysteresis_resistance, hysteresis_frequency] = p;
+  d.number("eddy_ohm", eddy_resistance,
+           {"ohm", 0, 1e9,
+            "resistance per phase of the eddy currents in the iron, across the voltage that the rotor flux "
+            "linkage induces, beside the magnetising inductance of the inverse-Γ circuit: a loss by "
+            "frequency squared; of the machine alone: the drive's drive.iron_loss_resistance_ohm is a "
+            "resistance at all frequencies, for flux_optimum = \"min_loss\" only, and no estimator knows of "
+            "either; 0: none"});
+  d.number("hysteresis_ohm", hysteresis_resistance,
+           {"ohm", 0, 1e9,
+            "the same of hysteresis, at the frequency at_rad_s and in proportion to the frequency: a loss by "
+            "frequency; above the magnetising reactance there; 0: none"});
+  d.number("at_rad_s", hysteresis_frequency,
+           {"rad/s", 1e-3, 1e6,
+            "electrical angular frequency at which hysteresis_ohm holds; counts where hysteresis_ohm is not "
+            "0"});
+}
 
 }  // namespace sextant

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// Saturation of the main flux; none by default. The stator inductance of the Γ circuit depends on the stator
@@ -47,5 +49,22 @@ struct SaturationParameters {
     return nullptr;
   }
 };
+
+template <class T>
+void describe(Description& d, SaturationParameters<T>& p) {
+  auto& [knee, exponent, machine_flux] = p;
+  d.number("knee_wb", knee,
+           {"Wb", 0, 1e3,
+            "stator flux linkage at which the machine's stator inductance L_ls + L_m has fallen to half of "
+            "what it is at small fluxes: L_su/(1 + (psi_s/knee_wb)^exponent); all other elements of the Γ "
+            "circuit are constant; 0: it does not saturate"});
+  d.integer("exponent", exponent, "", SaturationParameters<T>::smallest_exponent,
+            SaturationParameters<T>::largest_exponent,
+            "of the same, how sharp the knee is; counts where knee_wb is not 0");
+  d.number("machine_flux_wb", machine_flux,
+           {"Wb", 0, 1e3,
+            "stator flux linkage at which the stator inductance is that of [machine], as that of a no-load "
+            "test is at rated voltage; 0: [machine] holds for small fluxes; counts where knee_wb is not 0"});
+}
 
 }  // namespace sextant

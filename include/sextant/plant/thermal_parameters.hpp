@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// One value of each node of a thermal network.
@@ -119,5 +121,49 @@ struct ThermalParameters {
     return winding && rotor && housing;
   }
 };
+
+template <class T>
+void describe(Description& d, ThermalParameters<T>& p) {
+  auto& [capacity, winding_to_rotor, winding_to_housing, rotor_to_housing, to_ambient, ambient, start,
+         reference, winding_coefficient, rotor_coefficient, step_ns] = p;
+  d.number("winding_j_per_k", capacity.winding,
+           {"J/K", 0, 1e9,
+            "heat capacity of the stator winding, which its copper loss heats; 0, as those of rotor and "
+            "housing: no thermal network, temperatures are unknown and resistances constant"});
+  d.number("rotor_j_per_k", capacity.rotor,
+           {"J/K", 0, 1e9, "the same of the rotor with its iron, which the loss in its resistance heats"});
+  d.number("housing_j_per_k", capacity.housing,
+           {"J/K", 0, 1e9,
+            "the same of the housing with the stator's iron, which iron loss and viscous friction heat"});
+  d.number("winding_to_rotor_w_per_k", winding_to_rotor,
+           {"W/K", 0, 1e6, "thermal conductance across the air gap"});
+  d.number("winding_to_housing_w_per_k", winding_to_housing,
+           {"W/K", 0, 1e6, "the same from the winding through the stator's iron"});
+  d.number("rotor_to_housing_w_per_k", rotor_to_housing,
+           {"W/K", 0, 1e6, "the same from the rotor through bearings and inner air"});
+  d.number("winding_to_ambient_w_per_k", to_ambient.winding,
+           {"W/K", 0, 1e6, "the same from the winding to the ambient; each node needs a way to the ambient"});
+  d.number("rotor_to_ambient_w_per_k", to_ambient.rotor,
+           {"W/K", 0, 1e6, "the same from the rotor, as of a ventilated machine"});
+  d.number("housing_to_ambient_w_per_k", to_ambient.housing,
+           {"W/K", 0, 1e6, "the same from the housing, by surface and fan"});
+  d.number("ambient_c", ambient, {"C", -100, 400, "temperature of the ambient"});
+  d.number("winding_c", start.winding,
+           {"C", -100, 400, "temperature of the winding at the beginning; not set: ambient_c"});
+  d.number("rotor_c", start.rotor, {"C", -100, 400, "the same of the rotor"});
+  d.number("housing_c", start.housing, {"C", -100, 400, "the same of the housing"});
+  d.number("reference_c", reference,
+           {"C", -100, 400,
+            "temperature at which the resistances of [machine] hold; the drive goes on to believe in "
+            "those"});
+  d.number("winding_per_k", winding_coefficient,
+           {"1/K", 0, 0.02, "by which R_s rises, of what it is at reference_c: 0.00393 for copper at 20 °C"});
+  d.number("rotor_per_k", rotor_coefficient,
+           {"1/K", 0, 0.02, "the same of R_r: 0.00403 for aluminium, 0.00393 for copper at 20 °C"});
+  d.time("step_ms", step_ns,
+         in_ms(1e-3, 1e3,
+               "time after which temperatures and resistances move, at the beginning of a control period; "
+               "they lag by half of it; at most a tenth of the shortest time constant"));
+}
 
 }  // namespace sextant

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sextant/core/description.hpp"
 #include "sextant/plant/road_load.hpp"
 
 namespace sextant {
@@ -39,6 +40,22 @@ struct VehicleParameters {
                : "the standstill speed must be above zero";
   }
 };
+
+inline void describe(Description& d, VehicleParameters& p) {
+  auto& [mass, motors, wheel_radius, rolling_coefficient, drag_area, air_density, grade, wheel_inertia,
+         standstill_speed] = p;
+  d.number("mass_kg", mass, {"kg", 0, 1e6, "all of the vehicle; 0: there is none"});
+  d.integer("motors", motors, "", 1, 64, "motors that share the work, each in a wheel");
+  d.number("wheel_radius_m", wheel_radius, {"m", 0.01, 10, "loaded"});
+  d.number("rolling_coefficient", rolling_coefficient, {"", 0, 1, "rolling resistance by weight"});
+  d.number("drag_area_m2", drag_area, {"m²", 0, 100, "drag coefficient times frontal area"});
+  d.number("air_density_kg_m3", air_density, {"kg/m³", 0, 10, "of the air around it"});
+  d.number("grade_percent", {grade, 0.01}, {"%", -100, 100, "rise by run, above zero uphill"});
+  d.number("wheel_inertia_kg_m2", wheel_inertia,
+           {"kg·m²", 0, 1e4, "of each driven wheel without the rotor in it"});
+  d.number("standstill_speed_m_s", standstill_speed,
+           {"m/s", 1e-4, 10, "below it the rolling resistance fades to zero"});
+}
 
 inline constexpr double gravity = 9.80665;  ///< g [m/s²]
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "sextant/core/description.hpp"
 #include "sextant/realtime/wait_mode.hpp"
 
 namespace sextant {
@@ -84,5 +85,28 @@ struct RealtimeParameters {
     return nullptr;
   }
 };
+
+inline void describe(Description& d, RealtimeParameters& p) {
+  auto& [wake_every_periods, required, wait, policy, priority, deadline_runtime_ns, cpu, lock_memory,
+         stage_statistics, gap_limit_ns, watchdog_ns, overrun_limit] = p;
+  d.integer("wake_every_periods", wake_every_periods, "", 1, 10'000, "control periods run at each wake-up");
+  d.flag("required", required, "refuse to start without the rights to real time");
+  describe(d, wait);
+  d.choice("policy", policy,
+           {{"fifo", SchedulingPolicy::fifo},
+            {"deadline", SchedulingPolicy::deadline},
+            {"other", SchedulingPolicy::other}},
+           "scheduling of the control thread");
+  d.time("deadline_runtime_us", deadline_runtime_ns,
+         in_us(1.024, 1e6, "SCHED_DEADLINE: processor time in each wake period"));
+  d.integer("priority", priority, "", 1, 98, "SCHED_FIFO priority of the control thread");
+  d.integer("cpu", cpu, "", -1, 1023, "CPU that the control thread is bound to, -1 for any");
+  d.flag("lock_memory", lock_memory, "keep all memory resident");
+  d.flag("stage_statistics", stage_statistics, "time the stages of each control period");
+  d.time("gap_limit_us", gap_limit_ns,
+         in_us(0.1, 1e6, "two time stamps of the control thread further apart are a gap"));
+  d.time("watchdog_ms", watchdog_ns, in_ms(1, 1e5, "age of the last wake-up at which the gates turn off"));
+  d.integer("overrun_limit", overrun_limit, "", 1, 1'000'000, "overruns in a row that make a fault");
+}
 
 }  // namespace sextant

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// How a periodic task waits for its deadline.
@@ -31,5 +33,15 @@ struct WaitParameters {
   /// has its timer ticks; 0: the grid begins at the start. [ns]
   std::int64_t tick_lead_ns{0};
 };
+
+inline void describe(Description& d, WaitParameters& p) {
+  auto& [mode, spin_margin_ns, tick_lead_ns] = p;
+  d.choice("wait", mode, {{"sleep", WaitMode::sleep}, {"spin", WaitMode::spin}, {"hybrid", WaitMode::hybrid}},
+           "how the control thread waits for its deadline");
+  d.time("spin_margin_us", spin_margin_ns,
+         in_us(0, 1e5, "hybrid: how long before the deadline the sleep ends"));
+  d.time("tick_lead_us", tick_lead_ns,
+         in_us(0, 1e5, "time from a deadline to the kernel's next timer tick; 0: any"));
+}
 
 }  // namespace sextant

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/nonblocking.hpp"
 
 namespace sextant {
@@ -32,6 +33,17 @@ struct EncoderParameters {
                                                                  : "the speed's window has 1 to 512 periods";
   }
 };
+
+inline void describe(Description& d, EncoderParameters& p) {
+  auto& [lines, speed, window_periods] = p;
+  d.integer("lines", lines, "", 0, 1'000'000,
+            "lines of the encoder a revolution, with four edges each; 0: speed and angle are the true ones");
+  d.choice("speed", speed, {{"count", EncoderSpeed::count}, {"period", EncoderSpeed::period}},
+           "how the speed is made: edges in the window by its duration, or by the time from the last edge "
+           "before the window to the last one in it");
+  d.integer("window_periods", window_periods, "", 1, EncoderParameters::most_periods,
+            "control periods over which edges are counted or timed: more make a finer, later speed");
+}
 
 /// Position and speed from the edges of an encoder, Δ = 2π/4N apart:
 ///   theta = Δ floor(theta_m/Δ)

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// What an event-exact run needs beyond drive and plant.
@@ -21,5 +23,18 @@ struct EventExactParameters {
     return max_events >= 1 ? nullptr : "the events in a second must be at least one";
   }
 };
+
+inline void describe(Description& d, EventExactParameters& p) {
+  auto& [minimum_dwell_ns, initial_flux, sector_mask, max_step_ns, max_events] = p;
+  d.integer("minimum_dwell_ns", minimum_dwell_ns, "ns", 0, 1'000'000,
+            "shortest time between two switching instants; sooner events wait and are counted");
+  d.number("initial_flux_wb", initial_flux,
+           {"Wb", 0, 10, "stator flux of the machine at the beginning, along phase a; 0: no flux"});
+  d.number("sector_mask_wb", sector_mask, {"Wb", 1e-9, 1, "flux below which the sector is held"});
+  d.time("max_step_us", max_step_ns,
+         in_us(0.01, 1e3,
+               "longest step of integrator \"fixed\", longest piece between two evaluations of the run"));
+  d.integer("max_events", max_events, "1/s", 1, 1'000'000'000, "events in a second at which a run is ended");
+}
 
 }  // namespace sextant

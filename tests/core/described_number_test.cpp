@@ -1,4 +1,4 @@
-#include "sextant/core/description.hpp"
+#include "sextant/core/described_number.hpp"
 
 #include <cstdint>
 #include <limits>

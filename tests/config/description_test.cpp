@@ -1,4 +1,4 @@
-// What is said of a drive's setup: each member has a name of its own, by which it alone is set.
+// What is said of structs of parameters: each member has a name of its own, by which it alone is set.
 
 #include <algorithm>
 #include <concepts>
@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,8 +17,19 @@
 
 #include "sextant/drive/capability_setup.hpp"
 #include "sextant/drive/command_setup.hpp"
+#include "sextant/drive/optimal_flux.hpp"
 #include "sextant/drive/protection_setup.hpp"
 #include "sextant/drive/torque_monitor_setup.hpp"
+#include "sextant/plant/cvode_parameters.hpp"
+#include "sextant/plant/dc_link_parameters.hpp"
+#include "sextant/plant/driveline_parameters.hpp"
+#include "sextant/plant/iron_loss_parameters.hpp"
+#include "sextant/plant/saturation_parameters.hpp"
+#include "sextant/plant/thermal_parameters.hpp"
+#include "sextant/plant/vehicle_parameters.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
+#include "sextant/sim/encoder.hpp"
+#include "sextant/sim/event_exact_parameters.hpp"
 
 namespace sextant {
 namespace {
@@ -51,6 +63,12 @@ class Described final : public Description {
   void flag(const char* name, bool& x, const char* meaning) override {
     add(name, {"", 0, 1, meaning}, [&x] { return double(x); }, [&x](double value) { x = value > 0.5; });
   }
+  void choice(const char* name, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
+              const char* meaning) override {
+    const auto by_value = [](const auto& a, const auto& b) { return a.value < b.value; };
+    const auto [least, most] = std::minmax_element(choices.begin(), choices.end(), by_value);
+    integer(name, x, "", least->value, most->value, meaning);
+  }
   void enter(const char* table) override { tables_.emplace_back(table); }
   void leave() override { tables_.pop_back(); }
 
@@ -70,7 +88,9 @@ class Described final : public Description {
 /// Stands for a member of any type.
 struct Anything {
   template <class T>
-  operator T() const;  // NOLINT(google-explicit-constructor): only named, never called
+  constexpr operator T() const {  // NOLINT(google-explicit-constructor): stands for the member
+    return T{};
+  }
 };
 
 /// Members of an aggregate, by the most values that its initialiser takes.
@@ -101,6 +121,7 @@ void expect_own_members(const Described& described, std::size_t count) {
     EXPECT_FALSE(entry.meaning.empty());
     EXPECT_LT(entry.min, entry.max);
     std::vector<double> before;
+    before.reserve(described.entries.size());
     for (const Described::Entry& other : described.entries) before.push_back(other.get());
     entry.set(entry.get() == entry.max ? entry.min : entry.max);
     for (std::size_t k = 0; k < before.size(); ++k) {
@@ -111,25 +132,25 @@ void expect_own_members(const Described& described, std::size_t count) {
 }
 
 template <class T>
-class SetupDescription : public ::testing::Test {};
+class Descriptions : public ::testing::Test {};
 using Scalars = ::testing::Types<double, float>;
-TYPED_TEST_SUITE(SetupDescription, Scalars);
+TYPED_TEST_SUITE(Descriptions, Scalars);
 
-TYPED_TEST(SetupDescription, NamesEveryMemberOfCommandSetup) {
+TYPED_TEST(Descriptions, NameEveryMemberOfCommandSetup) {
   CommandSetup<TypeParam> setup;
   Described d;
   describe(d, setup, CommandLimits<TypeParam>{});
   expect_own_members(d, members<CommandSetup<TypeParam>>());
 }
 
-TYPED_TEST(SetupDescription, NamesEveryMemberOfCapabilitySetup) {
+TYPED_TEST(Descriptions, NameEveryMemberOfCapabilitySetup) {
   CapabilitySetup<TypeParam> setup;
   Described d;
   describe(d, setup, typename TorqueCapability<TypeParam>::Parameters{});
   expect_own_members(d, members<CapabilitySetup<TypeParam>>());
 }
 
-TYPED_TEST(SetupDescription, NamesEveryMemberOfProtectionSetup) {
+TYPED_TEST(Descriptions, NameEveryMemberOfProtectionSetup) {
   ProtectionSetup<TypeParam> setup;
   Described d;
   describe(d, setup, ProtectionLimits<TypeParam>{});
@@ -139,11 +160,63 @@ TYPED_TEST(SetupDescription, NamesEveryMemberOfProtectionSetup) {
   EXPECT_EQ(std::count_if(d.entries.begin(), d.entries.end(), in_its_table), 2 + std::ptrdiff_t(winding));
 }
 
-TYPED_TEST(SetupDescription, NamesEveryMemberOfTorqueMonitorSetupButItsMachine) {
+TYPED_TEST(Descriptions, NameEveryMemberOfTorqueMonitorSetupButItsMachine) {
   TorqueMonitorSetup<TypeParam> setup;
   Described d;
   describe(d, setup, TorqueMonitorLimits<TypeParam>{});
   expect_own_members(d, members<TorqueMonitorSetup<TypeParam>>() - 1);
+}
+
+TYPED_TEST(Descriptions, NameEveryMemberOfTheInvertersParameters) {
+  using Parameters = typename InverterModel<TypeParam>::Parameters;
+  Parameters p;
+  std::optional<TypeParam> voltage_error;
+  Described d;
+  describe(d, p, voltage_error, Parameters{});
+  expect_own_members(d, members<Parameters>());
+  EXPECT_EQ(p.voltage_error, TypeParam(0)) << "what a user states of it is elsewhere";
+}
+
+/// Of a struct with nothing that follows from others.
+template <class Parameters>
+void expect_all_named() {
+  Parameters p;
+  Described d;
+  describe(d, p);
+  expect_own_members(d, members<Parameters>());
+}
+
+TYPED_TEST(Descriptions, NameEveryMemberOfTheRestOfTheDrive) {
+  expect_all_named<typename OptimalFlux<TypeParam>::Parameters>();
+  expect_all_named<typename WindingTemperature<TypeParam>::Parameters>();
+}
+
+TYPED_TEST(Descriptions, NameEveryMemberOfThePlant) {
+  expect_all_named<SaturationParameters<TypeParam>>();
+  expect_all_named<IronLossParameters<TypeParam>>();
+  expect_all_named<DcLinkParameters<TypeParam>>();
+  expect_all_named<DrivelineParameters<TypeParam>>();
+  ThermalParameters<TypeParam> thermal;
+  Described of_thermal;
+  describe(of_thermal, thermal);
+  const std::size_t in_nodes = 3 * (members<ThermalNodes<TypeParam>>() - 1);
+  expect_own_members(of_thermal, members<ThermalParameters<TypeParam>>() + in_nodes);
+}
+
+TEST(DescriptionsOfARun, NameEveryMember) {
+  expect_all_named<ErrorControl>();
+  expect_all_named<EventExactParameters>();
+  expect_all_named<WaitParameters>();
+  expect_all_named<EncoderParameters>();
+  expect_all_named<VehicleParameters>();
+  CvodeParameters cvode;
+  Described of_cvode;
+  describe(of_cvode, cvode);
+  expect_own_members(of_cvode, members<ErrorControl>() + members<CvodeParameters>() - 1);
+  RealtimeParameters realtime;
+  Described of_realtime;
+  describe(of_realtime, realtime);
+  expect_own_members(of_realtime, members<RealtimeParameters>() - 1 + members<WaitParameters>());
 }
 
 }  // namespace
