@@ -197,23 +197,27 @@ TEST(TiedSegments, TieALegThatIsOffByTheSignOfItsCurrent) {
   EXPECT_EQ(tied.segments()[1].duration_ns, 2'000);
 }
 
-TEST(TiedSegments, FindTheFirstSegmentInWhichACurrentThatCountsChangesItsSign) {
+TEST(TiedSegments, HoldWhileTheCurrentsThatCountKeepTheirSigns) {
   const ThreePhase<> i{20.0, -8.0, -12.0};
   const std::array<GateSegment, 3> acted{
       {{{low, high, high}, 5'000}, {{low, off, high}, 1'000}, {{low, low, high}, 5'000}}};
-  const std::array kept{with_currents({}, i).state(), with_currents({}, i).state(),
-                        with_currents({}, i).state()};
-  const std::array changed{with_currents({}, {20.0, 1.0, -21.0}).state(),
-                           with_currents({}, {20.0, -1.0, -19.0}).state(),
-                           with_currents({}, {-1.0, 13.0, -12.0}).state()};
-  const Plant plain = with_currents({}, i);
-  EXPECT_EQ((TiedSegments<Plant>{plain, acted}.first_change(kept)), 3U);
-  EXPECT_EQ((TiedSegments<Plant>{plain, acted}.first_change(changed)), 1U);
+  const auto corners = [](const ThreePhase<>& first, const ThreePhase<>& second, const ThreePhase<>& third) {
+    return std::array{with_currents({}, first).state(), with_currents({}, second).state(),
+                      with_currents({}, third).state()};
+  };
+  const ThreePhase<> reversed{20.0, 1.0, -21.0};
   Effects lossy;
   lossy.drops = true;
-  const Plant with_drops = with_currents(lossy, i);
-  EXPECT_EQ((TiedSegments<Plant>{with_drops, acted}.first_change(kept)), 3U);
-  EXPECT_EQ((TiedSegments<Plant>{with_drops, acted}.first_change(changed)), 0U);
+  for (const bool has_drops : {false, true}) {
+    SCOPED_TRACE(has_drops ? "drops" : "no drops");
+    const Plant plant = with_currents(has_drops ? lossy : Effects{}, i);
+    const TiedSegments<Plant> tied{plant, acted};
+    EXPECT_TRUE(tied.hold(corners(i, i, i)));
+    EXPECT_FALSE(tied.hold(corners(reversed, i, i)));
+    EXPECT_FALSE(tied.hold(corners(i, reversed, i)));
+    // A leg that is driven carries either current, unless a threshold takes the voltage of the other one.
+    EXPECT_EQ(tied.hold(corners(i, i, reversed)), !has_drops);
+  }
 }
 
 }  // namespace

@@ -49,9 +49,8 @@ class TiedSegments {
     return {tied_.data(), acted_.size()};
   }
 
-  /// The first segment in which a current may have changed its sign; how many there are where none has.
-  /// corners: the state at the end of each.
-  [[nodiscard]] std::size_t first_change(std::span<const State> corners) const noexcept SEXTANT_NONBLOCKING {
+  /// True where every current has kept its sign. corners: the state at the end of each segment.
+  [[nodiscard]] bool hold(std::span<const State> corners) const noexcept SEXTANT_NONBLOCKING {
     std::array<T, 3> begin = at_begin_;
     for (std::size_t k = 0; k < acted_.size(); ++k) {
       const std::array<T, 3> end = phases_of(plant_.stator_current(corners[k]));
@@ -59,11 +58,11 @@ class TiedSegments {
       const T t = T(1e-9) * T(acted_[k].duration_ns);
       for (std::size_t x = 0; x < 3; ++x) {
         if (!has_threshold_ && legs[x] != LegState::off) continue;
-        if (!(std::min(signs_[x] * begin[x], signs_[x] * end[x]) > bend_ * t * t + least)) return k;
+        if (!(std::min(signs_[x] * begin[x], signs_[x] * end[x]) > bend_ * t * t + least)) return false;
       }
       begin = end;
     }
-    return acted_.size();
+    return true;
   }
 
  private:

@@ -104,6 +104,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
     log_.clear();
+    may_tie_ = ties_;
     heat();
     if (has_stops_ && !failed_) [[unlikely]]
       prepare_stops(t_ns);
@@ -308,7 +309,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   /// Returns how long that is. [ns]
   std::int64_t advance(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
     const bool driven = plant_.is_driven_by(cursor.rest());
-    if (!driven && ties_) [[unlikely]] {
+    if (!driven && may_tie_) [[unlikely]] {
       if (const std::int64_t taken_ns = advance_tied(cursor, most_ns); taken_ns > 0) return taken_ns;
     }
     const bool resumes = cursor.resumes();
@@ -333,13 +334,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
   }
 
   /// Over the next segments while every current keeps its sign (`TiedSegments`), for most_ns at most. Returns
-  /// how long that is; 0 where one does not, and the plant as it was: then those up to its change go one by
-  /// one. [ns]
+  /// how long that is; 0 where one does not, and the plant as it was: then they go one by one, and so do the
+  /// others of this read. [ns]
   std::int64_t advance_tied(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
-    if (untied_ > 0) {
-      --untied_;
-      return 0;
-    }
     const bool resumes = cursor.resumes();
     SegmentCursor ahead = cursor;
     const auto acted = ahead.take(most_ns);
@@ -353,10 +350,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
     std::array<typename Plant::State, GatePattern::capacity> states;
     const std::span corners{states.data(), acted.size()};
     const bool goes = integrator_.advance_tied(plant_, tied.segments(), corners) && plant_.is_reachable();
-    const std::size_t change = goes ? tied.first_change(corners) : 0;
-    if (change < acted.size()) {
+    if (!goes || !tied.hold(corners)) {
       plant_ = before;
-      untied_ = int(change);
+      may_tie_ = false;
       return 0;
     }
     log_.begin(before);
@@ -414,7 +410,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   DeadTime dead_time_;
   SensorModel sensors_;
   bool ties_;       ///< legs have dead time or thresholds, over which the integrator can go
-  int untied_{0};   ///< segments that go one by one before the next are tied
+  bool may_tie_{};  ///< and no current has changed its sign since the read began
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load
   Log log_{};
   GatePattern active_{};
