@@ -39,17 +39,17 @@ namespace sextant {
 /// IEEE Trans. Ind. Electron. 38 (1991) 108–114; for the drops A. R. Muñoz, T. A. Lipo, "On-line dead-time
 /// compensation technique for open-loop PWM-VSI drives", IEEE Trans. Power Electron. 14 (1999) 683–689.
 ///
-/// Not in the model: switching times, and currents that are read wrong by as much as they
-/// change within a period.
+/// Not in the model: switching times, and currents that are read wrong by as much as they change within a
+/// period.
 template <class T = double>
 class InverterModel {
  public:
   /// All zero: an ideal inverter.
   struct Parameters {
-    std::int32_t dead_time_ns{0};  ///< t_d [ns]
-    MinimumPulse::Parameters minimum_pulse{};
-    T threshold_voltage{};  ///< V_t, of a switch or diode that conducts [V]
-    T slope_resistance{};   ///< r, the same [Ω]
+    std::int32_t dead_time_ns{0};              ///< t_d [ns]
+    MinimumPulse::Parameters minimum_pulse{};  ///< none by default
+    T threshold_voltage{};                     ///< V_t, of a switch or diode that conducts [V]
+    T slope_resistance{};                      ///< r, the same [Ω]
     /// How far the stator voltage along the current may be off, by what is not known of the inverter; a
     /// standard deviation. The model itself does not depend on it. [V]
     T voltage_error{};
@@ -75,8 +75,7 @@ class InverterModel {
         return "the inverter's minimum pulse must be from zero to below a quarter of the control period";
       }
       if (pulse_ns > 0 && pulse_ns < dead_time_ns) {
-        return "the inverter's minimum pulse must be zero or at least its dead time: a shorter pulse turns "
-               "no "
+        return "the inverter's minimum pulse must be zero or at least its dead time: a shorter one turns no "
                "switch on";
       }
       const auto is_usable = [](T x) { return std::isfinite(x) && x >= T(0); };
