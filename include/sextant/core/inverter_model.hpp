@@ -48,10 +48,10 @@ class InverterModel {
  public:
   /// All zero: an ideal inverter.
   struct Parameters {
-    std::int32_t dead_time_ns{0};  ///< t_d [ns]
-    MinimumPulse::Parameters minimum_pulse{};
-    T threshold_voltage{};  ///< V_t, of a switch or diode that conducts [V]
-    T slope_resistance{};   ///< r, the same [Ω]
+    std::int32_t dead_time_ns{0};              ///< t_d [ns]
+    MinimumPulse::Parameters minimum_pulse{};  ///< none by default
+    T threshold_voltage{};                     ///< V_t, of a switch or diode that conducts [V]
+    T slope_resistance{};                      ///< r, the same [Ω]
     /// How far the stator voltage along the current may be off, by what is not known of the inverter; a
     /// standard deviation. The model itself does not depend on it. [V]
     T voltage_error{};
@@ -77,8 +77,8 @@ class InverterModel {
         return "the inverter's minimum pulse must be from zero to below a quarter of the control period";
       }
       if (pulse_ns > 0 && pulse_ns < dead_time_ns) {
-        return "the inverter's minimum pulse must be zero or at least its dead time: a shorter pulse turns "
-               "no switch on";
+        return "the inverter's minimum pulse must be zero or at least its dead time: a shorter one turns no "
+               "switch on";
       }
       const auto is_usable = [](T x) { return std::isfinite(x) && x >= T(0); };
       if (!is_usable(threshold_voltage)) return "the inverter's threshold voltage must not be below zero";

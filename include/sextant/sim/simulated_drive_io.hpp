@@ -37,8 +37,7 @@ struct SimulatedDriveIoParameters {
   bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
   int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
   std::int32_t dead_time_ns{0};    ///< of the gate drivers, from one switch of a leg to the other one [ns]
-  MinimumPulse::Parameters
-      minimum_pulse{};  ///< of the gate drivers, before their dead times; none by default
+  MinimumPulse::Parameters minimum_pulse{};  ///< of the gate drivers, before the dead time; none by default
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
   SensorParameters sensors{};    ///< ideal by default
