@@ -58,7 +58,7 @@ def kinds() -> list[Kind]:
             "are flux by $\\omega_r$: the start takes them for an error of $R_r$ or $L_m$",
         ),
         Kind(
-            "$R_s$ alone wrong, ideal sensors",
+            "$R_r$ and $L_m$ exact, ideal sensors",
             lambda _one, _speed: True,
             "at standstill the start shares twice the $R_s$ that was believed between $R_s$ and $R_r$, and without "
             "stator frequency nothing shows it later",

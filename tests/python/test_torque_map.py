@@ -273,7 +273,7 @@ def test_every_silently_wrong_point_is_of_one_kind() -> None:
     assert list(found.values()) == [fast, all_speeds - fast, all_speeds, 1]
     assert sum(found.values()) == results.counts[SILENT]
     last = torque_map_kinds.kinds_table([results]).splitlines()[-1]
-    assert last.startswith("| $R_s$ alone wrong, ideal sensors | 1 | 50 | 30 | 500 | at standstill")
+    assert last.startswith("| $R_r$ and $L_m$ exact, ideal sensors | 1 | 50 | 30 | 500 | at standstill")
 
 
 @pytest.mark.parametrize("torque", TORQUES)
