@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from . import torque_map_figures
+from . import torque_map_figures, torque_map_kinds
 from .page import table
 from .torque_map_capability import worst_difference
 from .torque_map_drive import GUARANTEED
@@ -122,6 +122,7 @@ def fields(maps: Maps) -> dict[str, str]:
         "sets": f"{len(guaranteed.maps)}",
         "counts": counts_table(maps),
         "worst": worst(guaranteed),
+        "kinds": torque_map_kinds.kinds_table(maps[name] for name in maps if name != "paper"),
         "unobservable": f"{UNOBSERVABLE_RAD_S:g}",
         "left_out": left_out,
         "resistance": "\n".join(f"- {resistance_sentence(results)}" for results in all_maps),

@@ -15,6 +15,7 @@ from sextant_py import (
     torque_map_drive,
     torque_map_figures,
     torque_map_file,
+    torque_map_kinds,
     torque_map_page,
     torque_map_points,
     torque_map_run,
@@ -260,6 +261,19 @@ def test_the_counts_of_the_guarantees_are_those_of_their_sets_and_speeds() -> No
     assert re.findall(r"-->([^<]+)<", page) == [
         "12 of 2,592", "10 of 2,160", "0 of 648", "0 of 648", "0 of 1,080", "29 of 2,610", "29",
     ]  # fmt: skip
+
+
+def test_every_silently_wrong_point_is_of_one_kind() -> None:
+    results = made_up("shipped", 500)  # one point is silently wrong, with R_s alone wrong
+    row, all_speeds = results.torques.index(15), len(results.speeds)
+    for conditions in (Conditions(r_r=0.5), Conditions(**torque_map_points.SENSORS_ALONE)):
+        results.find(conditions).outcomes[row] = SILENT * all_speeds
+    fast = sum(abs(speed) >= torque_map_kinds.WEAKENING_RAD_S for speed in results.speeds)
+    found = {kind.name: len(kind.speeds) for kind in torque_map_kinds.found([results])}
+    assert list(found.values()) == [fast, all_speeds - fast, all_speeds, 1]
+    assert sum(found.values()) == results.counts[SILENT]
+    last = torque_map_kinds.kinds_table([results]).splitlines()[-1]
+    assert last.startswith("| $R_r$ and $L_m$ exact, ideal sensors | 1 | 50 | 30 | 500 | at standstill")
 
 
 @pytest.mark.parametrize("torque", TORQUES)
