@@ -27,7 +27,7 @@ EXAMPLES = """examples:
 RECORDING is a trace or a recording in any format, of a live drive, hardware in the loop or virtual time, or a result
 directory of sextant-mil. sextant-mil reads the scenario. A recording has mean, minimum and maximum of each
 millisecond, so a metric is known to bounds; a limit holds or does not where all of them say so, and is left open where
-they do not. What is left open does not pass. Metrics that are taken between the rows, such as switching frequency,
+they do not. What is left open does not pass. Metrics that sextant-mil alone has, such as switching frequency,
 harmonics and energies, are not in a recording, nor are those whose signals it lacks; they are open, and the result
 says which. Time zero of the scenario is that of the recording, or --align says at which trigger of scripts/scope it was
 at --at. Exit status: as of sextant-mil, 0 when everything that is expected holds, 1 when a limit does not hold or is

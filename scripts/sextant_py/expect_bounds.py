@@ -188,7 +188,7 @@ COLUMNS = {  # of which the bounds of a metric are made
 def absence(metric: str, rows: Rows) -> str:
     """Why nothing of a metric is in the recording; empty where something may be."""
     if metric not in COLUMNS:
-        return "not in this recording: it is taken between the rows"
+        return "not in this recording: sextant-mil alone has it"
     lacking = [name for name in COLUMNS[metric] if name not in rows.columns]
     return f"not in this recording, which has no {' and no '.join(lacking)}" if lacking else ""
 

@@ -7,14 +7,13 @@
 #include <string>
 #include <string_view>
 
+#include "common_ranges.hpp"
 #include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "number_text.hpp"
 
 namespace sextant {
 namespace {
-
-constexpr double ns_per_us = 1e3;
 
 /// The basis of the drive, and the plant's part of it.
 void share(DriveConfig& c) {

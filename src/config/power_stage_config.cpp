@@ -11,8 +11,6 @@
 namespace sextant {
 namespace {
 
-constexpr double ns_per_us = 1e3;
-
 /// Empty where hysteresis lets the flux go, else a sentence.
 std::string check_hysteresis(const DrivePlantParameters<double>& p) {
   if (p.machine.validate() != nullptr || p.saturation.validate() != nullptr ||

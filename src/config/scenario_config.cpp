@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common_ranges.hpp"
 #include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "number_text.hpp"
@@ -17,7 +18,6 @@
 namespace sextant {
 namespace {
 
-constexpr double ns_per_s = 1e9;
 constexpr Range<double> time_s{0, 1e6};
 
 std::int64_t to_ns_of(double s) {

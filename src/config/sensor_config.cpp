@@ -3,14 +3,14 @@
 #include <cmath>
 #include <optional>
 
+#include "common_ranges.hpp"
 #include "described_table.hpp"
 
 namespace sextant {
 namespace {
 
-constexpr double ns_per_s = 1e9;
 constexpr Range<double> gain_error{-0.99, 10};
-constexpr Range<double> current_a{-1e5, 1e5};
+constexpr Range<double> signed_current_a{-1e5, 1e5};
 constexpr Range<double> magnitude_a{0, 1e5};
 constexpr Range<double> magnitude_v{0, 2e4};
 constexpr Range<std::int64_t> bits{0, 24};
@@ -18,13 +18,13 @@ constexpr Range<std::int64_t> bits{0, 24};
 void describe_phase(Section s, PhaseSensorError& p) {
   s.number("gain_error", p.gain_error, gain_error, "",
            "relative error of this phase's gain, added to that of all phases");
-  s.number("offset_a", p.offset, current_a, "A", "offset of this phase, added to that of all phases");
+  s.number("offset_a", p.offset, signed_current_a, "A", "offset of this phase, added to that of all phases");
 }
 
 void describe_current(Section s, SensorParameters& p) {
   s.number("gain_error", p.current.gain_error, gain_error, "",
            "relative error of the gain of all phases' sensors");
-  s.number("offset_a", p.current.offset, current_a, "A", "offset of all phases' readings");
+  s.number("offset_a", p.current.offset, signed_current_a, "A", "offset of all phases' readings");
   s.number("noise_a", p.current.noise, magnitude_a, "A",
            "standard deviation of the white, normal noise of each reading");
   s.number("range_a", p.current.range, magnitude_a, "A",

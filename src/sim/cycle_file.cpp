@@ -19,8 +19,8 @@ constexpr const char* dataset_name = "cycles";
 constexpr const char* configuration_name = "configuration";
 constexpr const char* version_name = "sextant_version";
 constexpr const char* dropped_name = "dropped";
-constexpr hsize_t chunk_rows = 1024;
-constexpr hsize_t rows_per_write = 8 * chunk_rows;
+constexpr hsize_t rows_per_chunk = 1024;
+constexpr hsize_t rows_per_write = 8 * rows_per_chunk;
 constexpr unsigned deflate_level = 1;
 
 /// Text of any length: an attribute holds 64 KiB at most.
@@ -95,7 +95,7 @@ hsize_t rows_in(const hdf5::Handle& dataset) {
 
 hdf5::Handle growing_dataset(hid_t file, hid_t type) {
   const hdf5::Handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
-  const hsize_t chunk = chunk_rows;
+  const hsize_t chunk = rows_per_chunk;
   hdf5::check(H5Pset_chunk(properties.get(), 1, &chunk));
   hdf5::check(H5Pset_shuffle(properties.get()));
   hdf5::check(H5Pset_deflate(properties.get(), deflate_level));
@@ -151,7 +151,7 @@ struct CycleFileWriter::Impl {
   /// Every chunk that the rows touch, uncompressed, and its index.
   [[nodiscard]] std::size_t most_bytes() const noexcept {
     constexpr std::size_t index_bytes = 16'384;
-    return (waiting.size() + 2 * chunk_rows) * sizeof(CycleRow) + index_bytes;
+    return (waiting.size() + 2 * rows_per_chunk) * sizeof(CycleRow) + index_bytes;
   }
 
   void put(hsize_t count) {
@@ -202,7 +202,7 @@ void CycleFileWriter::append(std::span<const CycleRecord<double>> records) {
   if (!impl_->file) return;
   std::ranges::transform(records, std::back_inserter(impl_->waiting), to_row);
   const hsize_t waiting = impl_->waiting.size();
-  if (waiting >= rows_per_write) impl_->flush(waiting - waiting % chunk_rows);
+  if (waiting >= rows_per_write) impl_->flush(waiting - waiting % rows_per_chunk);
 }
 
 void CycleFileWriter::close(std::uint64_t dropped) {

@@ -1,6 +1,7 @@
 """The table of docs/architecture.md is what is built: folders, what they include, what they link."""
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from sextant_py.paths import ROOT
 PUBLIC = ROOT / "include" / "sextant"
 ROW = re.compile(r"^\| `(\w+)` \| .* \| (.*) \|$", re.MULTILINE)
 INCLUDE = re.compile(r'^#include "sextant/(\w+)/', re.MULTILINE)
+CONSTANT = re.compile(r"^(?:inline )?constexpr [^()={\n]*?(\w+)\s*(?:=|\{)", re.MULTILINE)
 LINKED = re.compile(r"\bPUBLIC\b((?:\s+[\w:]+)+?)\s*(?:PRIVATE|\))")
 # SUNDIALS, Cyclone DDS, the kernel's CAN, sockets, HDF5, toml++.
 THIRD_PARTY = re.compile(
@@ -86,3 +88,12 @@ def test_only_src_includes_third_party_interfaces() -> None:
     assert len(THIRD_PARTY.findall(text_of(*(ROOT / "src").rglob("*.?pp")))) >= 10, (
         "the pattern finds what it looks for"
     )
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_a_constant_of_a_source_has_a_name_of_its_own_in_its_folder(folder: str) -> None:
+    """The presets with sanitizers compile several sources of a folder as one."""
+    sources, headers = ((ROOT / "src" / folder).glob(pattern) for pattern in ("*.cpp", "*.hpp"))
+    names = [name for file in sources for name in set(CONSTANT.findall(text_of(file)))]
+    names += {name for file in headers for name in CONSTANT.findall(text_of(file))}
+    assert sorted(name for name, count in Counter(names).items() if count > 1) == []

@@ -226,13 +226,14 @@ def test_what_the_recording_lacks_is_named(tmp_path: Path, capsys: pytest.Captur
     for name, source in recordings.items():
         made_recording.write(source, tmp_path / f"{name}.h5")
     words = ["--align", "rise torque_reference_nm 10", "--junit", str(tmp_path / "j.xml")]
-    here = "it is taken between the rows"
+    here = "sextant-mil alone has it"
     for limit, said in {
         "flux_min_wb = { min = 1 }": "which has no flux_min_wb",
         "flux_max_wb = { max = 1.2 }": "",
         "torque_bias_nm = { max = 1 }": "which has no torque_mean_nm and no torque_max_nm",
         "switching_frequency_hz = { max = 1e5 }": here,
         "energy_shaft_j = { min = 0 }": here,
+        "winding_temperature_c = { max = 155 }": here,
     }.items():
         scenario = scenario_file(tmp_path / "step.toml", limit)
         for name in recordings:

@@ -51,6 +51,15 @@ def test_every_command_is_a_link_to_the_one_that_runs_its_module() -> None:
     assert (found.returncode, found.stderr) == (1, "command: call a command by its name, as in scripts/plot --help.\n")
 
 
+def test_a_link_elsewhere_runs_the_command_of_its_name(tmp_path: Path) -> None:
+    for name in ("plot", "plots"):
+        (tmp_path / name).symlink_to(SCRIPTS / "plot")
+    found = run(tmp_path / "plot", "--help", cwd=tmp_path)
+    assert (found.returncode, found.stdout) == (0, run(SCRIPTS / "plot", "--help").stdout)
+    found = run(tmp_path / "plots", "--help", cwd=tmp_path)
+    assert (found.returncode, found.stderr) == (1, "plots: call a command by its name, as in scripts/plot --help.\n")
+
+
 @pytest.mark.parametrize("name", PYTHON_PROGRAMS)
 def test_help_has_examples(name: str) -> None:
     said = run(SCRIPTS / name, "--help").stdout
