@@ -29,16 +29,17 @@ bool is_shared_key(const std::string& name) {
 
 /// Each channel needs a dataset of its own in the group `control` of a trace.
 void check_channels(const ControlMethod& method) {
-  const std::string method_name = method.name();
   const std::vector<std::string> signals = trace_signals();
   std::set<std::string> taken{signals.begin(), signals.end()};
   for (const ControlChannel& channel : method.channels()) {
     const std::string name = channel.name;
     const bool is_name = !name.empty() && name.find('/') == std::string::npos;
     if (is_name && taken.insert("control/" + name).second) continue;
-    throw std::invalid_argument("the channel \"" + name + "\" of the control method \"" + method_name +
-                                "\" needs another name, without \"/\", that no other channel of it and no "
-                                "column of the group control of a trace has");
+    std::string problem = "the channel \"" + name + "\" of the control method \"";
+    problem += method.name();
+    problem += "\" needs another name, without \"/\", that no other channel of it and no column of the group "
+               "control of a trace has";
+    throw std::invalid_argument(problem);
   }
 }
 

@@ -56,9 +56,9 @@ void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
            "a command shorter than minimum_pulse_us does not act, and each edge acts minimum_pulse_us late, "
            "as after a driver's input filter; or it acts for that long, and other edges at once");
   s.number("threshold_v", p.plant.drops.threshold_voltage, {0, 1e3}, "V",
-           "voltage of a switch or diode that conducts, without current; the integrators then stop at each "
-           "switching and at each zero of a current, and exact is fixed; the drive knows of it by "
-           "drive.inverter.threshold_v; 0: none");
+           "voltage of a switch or diode that conducts, without current; cvode and erk then stop at each "
+           "switching and at each zero of a current, fixed in periods in which a current changes its sign, "
+           "and exact is fixed; the drive knows of it by drive.inverter.threshold_v; 0: none");
   s.number("slope_ohm", p.plant.drops.slope_resistance, {0, 1e3}, "ohm",
            "by which the voltage of a conducting switch or diode rises with its current; the drive knows of "
            "it by drive.inverter.slope_ohm; 0: none");

@@ -15,6 +15,8 @@
 
 #include <gtest/gtest.h>
 
+#include "sextant/core/inverter_model.hpp"
+#include "sextant/core/minimum_pulse.hpp"
 #include "sextant/drive/capability_setup.hpp"
 #include "sextant/drive/command_setup.hpp"
 #include "sextant/drive/optimal_flux.hpp"
@@ -204,6 +206,7 @@ TYPED_TEST(Descriptions, NameEveryMemberOfThePlant) {
 }
 
 TEST(DescriptionsOfARun, NameEveryMember) {
+  expect_all_named<MinimumPulse::Parameters>();
   expect_all_named<ErrorControl>();
   expect_all_named<EventExactParameters>();
   expect_all_named<WaitParameters>();

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 #include <gtest/gtest.h>
 
@@ -60,10 +61,17 @@ TEST(DescribedTime, IsRoundedToNanosecondsAndEndsWithItsType) {
   EXPECT_EQ(ns, -2);
   us.set(1e9);
   EXPECT_EQ(ns, std::numeric_limits<std::int32_t>::max()) << "10^12 ns";
+  us.set(-1e9);
+  EXPECT_EQ(ns, std::numeric_limits<std::int32_t>::min());
   std::int64_t long_ns = 0;
   NumberMember{long_ns, 1e6}.set(1e6);
   EXPECT_EQ(long_ns, 1'000'000'000'000);
 }
+
+// What is bound by reference must not be gone before it is read.
+static_assert(std::is_constructible_v<NumberValue, const double&>);
+static_assert(!std::is_constructible_v<NumberValue, double>);
+static_assert(!std::is_constructible_v<NumberValue, const float>);
 
 TEST(DescribedInteger, ReadsAndSetsItsMember) {
   std::uint32_t x = 3;

@@ -220,5 +220,18 @@ TEST(TiedSegments, HoldWhileTheCurrentsThatCountKeepTheirSigns) {
   }
 }
 
+// A current may bend to zero between two ends at which it has its sign.
+TEST(TiedSegments, DoNotHoldWhereACurrentIsNearerToZeroThanItMayBendWithinASegment) {
+  const ThreePhase<> i{20.0, -0.01, -19.99};
+  const Plant plant = with_currents({}, i);
+  for (const std::int32_t duration_ns : {100, 100'000}) {
+    SCOPED_TRACE(testing::Message() << duration_ns << " ns");
+    const std::array<GateSegment, 2> acted{
+        {{{low, off, high}, duration_ns}, {{low, high, high}, duration_ns}}};
+    const std::array corners{plant.state(), plant.state()};
+    EXPECT_EQ(TiedSegments<Plant>(plant, acted).hold(corners), duration_ns == 100);
+  }
+}
+
 }  // namespace
 }  // namespace sextant

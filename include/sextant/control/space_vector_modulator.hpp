@@ -222,8 +222,7 @@ class SpaceVectorModulator {
     for (std::size_t n = 0; n < 3; ++n) {
       const std::int32_t ideal_ns = wanted.ideal_ns[n] + shift_ns;
       if (wanted.rests(ideal_ns)) continue;
-      const T due = T(ideal_ns) + wanted.longer_ns[n];
-      missed[n] = to_ns(due, wanted.period_ns) - beyond(due, wanted.period_ns) - high_ns[n];
+      missed[n] = due_ns(wanted, n, shift_ns) - high_ns[n];
     }
     return std::max({missed[0], missed[1], missed[2]}) - std::min({missed[0], missed[1], missed[2]});
   }
@@ -238,7 +237,7 @@ class SpaceVectorModulator {
     consider(wanted, -wanted.ideal_ns[2], found);
     consider(wanted, wanted.period_ns - wanted.ideal_ns[0], found);
     for (std::size_t n = 0; n < 3; ++n) {
-      const std::int32_t due = to_ns(T(wanted.ideal_ns[n]) + wanted.longer_ns[n], wanted.period_ns);
+      const std::int32_t due = due_ns(wanted, n, 0);
       consider(wanted, admissible_.shortest_high_ns - due, found);
       consider(wanted, wanted.period_ns - admissible_.shortest_low_ns - due, found);
     }
@@ -257,6 +256,13 @@ class SpaceVectorModulator {
     if (error_ns > found.error_ns) return;
     if (error_ns == found.error_ns && std::abs(shift_ns) >= std::abs(found.shift_ns)) return;
     found = {high_ns, error_ns, shift_ns};
+  }
+
+  /// What a leg that switches is to be high for, up to a period beyond both ends of the period. [ns]
+  [[nodiscard]] static std::int32_t due_ns(const Wanted& wanted, std::size_t n,
+                                           std::int32_t shift_ns) noexcept {
+    const T due = T(wanted.ideal_ns[n] + shift_ns) + wanted.longer_ns[n];
+    return to_ns(due, wanted.period_ns) - beyond(due, wanted.period_ns);
   }
 
   /// By how much a time lies below zero, or above the period as a number below zero. [ns]

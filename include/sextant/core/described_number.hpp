@@ -15,6 +15,8 @@ class NumberValue {
   template <std::floating_point T>
   NumberValue(const T& x) noexcept  // NOLINT(google-explicit-constructor): stands for the number
       : x_{&x}, get_{[](const void* from) { return double(*static_cast<const T*>(from)); }} {}
+  template <std::floating_point T>
+  NumberValue(const T&&) = delete;  // would be gone before it is read
 
   [[nodiscard]] double get() const noexcept { return get_(x_); }
 
@@ -73,8 +75,11 @@ class NumberMember {
  private:
   template <class I>
   [[nodiscard]] static I whole(double x) noexcept {
-    constexpr auto limit = double(std::numeric_limits<I>::max());
-    return x >= limit ? std::numeric_limits<I>::max() : static_cast<I>(x < 0 ? x - 0.5 : x + 0.5);
+    constexpr auto most = double(std::numeric_limits<I>::max());
+    constexpr auto least = double(std::numeric_limits<I>::min());
+    if (x >= most) return std::numeric_limits<I>::max();
+    if (x <= least) return std::numeric_limits<I>::min();
+    return static_cast<I>(x < 0 ? x - 0.5 : x + 0.5);
   }
 
   void* x_;

@@ -18,8 +18,8 @@ namespace sextant {
 /// (`PlantIntegrator::advance_tied`), and whether the currents have kept their signs is seen afterwards.
 ///
 /// Between both ends of a segment of t [s] a current departs from its chord by at most
-///   t²/8 |d²i/dt²|,   |d²i/dt²| ≤ λ (λ (|psi_s| + |psi_r|) + |u_s|) di_s/dpsi_s,   |u_s| ≤ 2/3 (u_dc + 2
-///   V_t)
+///   t²/8 |d²i/dt²|,   |d²i/dt²| ≤ λ (λ (|psi_s| + |psi_r|) + |u_s|) di_s/dpsi_s
+///   |u_s| ≤ 2/3 (u_dc + 2 V_t)
 /// with λ of `DrivePlant::electrical_rate`; a current has kept its sign where it is beyond zero by more than
 /// this at both ends. Without a threshold voltage only the currents of legs that are off count.
 template <class Plant>
