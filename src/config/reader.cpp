@@ -168,8 +168,10 @@ class Reader {
       problems_.push_back(
           layer.problem(second, a.second, "give this or " + layer.local_path(a.first) + ", not both"));
     }
-    std::stable_sort(problems_.begin() + first, problems_.end(),
-                     [](const ConfigProblem& a, const ConfigProblem& b) { return a.line < b.line; });
+    const auto is_before = [](const ConfigProblem& a, const ConfigProblem& b) { return a.line < b.line; };
+    const auto begin = problems_.begin() + first;
+    for (auto next = begin; next != problems_.end(); ++next)  // each to its line, behind those of the same
+      std::rotate(std::upper_bound(begin, next, *next, is_before), next, next + 1);
   }
 
   /// Every key of the table is known, and what should be a table is one.
