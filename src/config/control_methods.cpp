@@ -37,8 +37,9 @@ void check_channels(const ControlMethod& method) {
     if (is_name && taken.insert("control/" + name).second) continue;
     std::string problem = "the channel \"" + name + "\" of the control method \"";
     problem += method.name();
-    problem += "\" needs another name, without \"/\", that no other channel of it and no column of the group "
-               "control of a trace has";
+    problem +=
+        "\" needs another name, without \"/\", that no other channel of it and no column of the group "
+        "control of a trace has";
     throw std::invalid_argument(problem);
   }
 }
