@@ -1,5 +1,5 @@
-"""Measures the drive of the paper's machine on a plant whose inverter has dead time or drops, told of it or not, whose
-machine saturates or whose DC link has a capacitance.
+"""Measures the drive of the paper's machine on a plant whose inverter has dead time, drops or a minimum pulse, told of
+it or not, whose machine saturates or whose DC link has a capacitance.
 """
 
 import argparse
@@ -24,6 +24,7 @@ EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
   scripts/inverter_study --methods foc --cases 25       one method, the cases at 25 us
   scripts/inverter_study --drops                        the cases with drops of switches and diodes in their place
+  scripts/inverter_study --pulses                       gate drivers with a minimum pulse in their place
   scripts/inverter_study --saturation                   a machine that saturates at the flux reference
   scripts/inverter_study --iron                         a machine with iron loss
   scripts/inverter_study --link                         a DC link with capacitance behind a resistance
@@ -32,7 +33,8 @@ EXAMPLES = """examples:
   scripts/inverter_study --identified --methods foc     told what scripts/identify finds on each plant
 
 A point is right, derated (less torque, and the drive says so), tripped, or wrong, silently: the mean torque over 0.3 s
-is off by more than 5 N·m and 5 % of the command. The current before any command is the largest of runs without one."""
+is off by more than 5 N·m and 5 % of the command. The largest error is that of the points that are right or derated. The
+current before any command is the largest of runs without one."""
 SPEEDS = tuple(s for v in (0, 2, 5, 10, 20, 50, 100, 200, 300, 400) for s in ((v, -v) if v else (0,)))  # [rad/s]
 TORQUES = tuple(s for v in (10, 40, 90, 130) for s in (v, -v))  # [N·m]
 METHODS = ("dtc", "foc")
@@ -55,6 +57,13 @@ SLOW = 20.0  # up to here a point counts as near standstill [rad/s]
 def drops(end: str) -> Settings:
     """The drops of switches and diodes, of the plant or as the drive is told of them."""
     return {f"{end}.inverter.threshold_v": THRESHOLD_V, f"{end}.inverter.slope_ohm": SLOPE_OHM}
+
+
+def pulses(period_us: int, shortest_us: float, short: str, told: bool) -> Settings:
+    """Gate drivers that drop or stretch pulses below a minimum."""
+    ends = ("plant", "drive") if told else ("plant",)
+    own = {f"{end}.inverter.minimum_pulse_us": shortest_us for end in ends}
+    return {"drive.period_us": period_us} | own | {f"{end}.inverter.short_pulses": short for end in ends}
 
 
 def iron(loss_w: float) -> Settings:
@@ -122,6 +131,15 @@ DROPS = f"25 us, drops of {THRESHOLD_V:g} V + {SLOPE_OHM * 1e3:g} mOhm"
 DROPS_CASES = (
     NamedCase(f"{DROPS}, not told", {"drive.period_us": 25} | drops("plant")),
     NamedCase(f"{DROPS}, told", {"drive.period_us": 25} | drops("plant") | drops("drive")),
+)
+PULSES_CASES = tuple(
+    NamedCase(
+        f"{period} us, pulses below {shortest:g} us {short}, {'told' if told else 'not told'}",
+        pulses(period, shortest, short, told),
+    )
+    for period, shortest in ((25, 1.0), (125, 2.0))
+    for short in ("dropped", "stretched")
+    for told in (False, True)
 )
 IRON_CASES = tuple(
     NamedCase(f"25 us, iron loss of {loss:g} W at 50 Hz", {"drive.period_us": 25} | iron(loss))
@@ -226,20 +244,23 @@ def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:
         return {"kind": WRONG, "why": "no torque, no fault"}
     due = min(abs(torque), published) * (1 if torque > 0 else -1)
     mean = torque + metrics["torque_bias_nm"]
-    if abs(mean - due) > max(TOLERANCE_NM, TOLERANCE_SHARE * abs(due)):
+    error = abs(mean - due)
+    if error > max(TOLERANCE_NM, TOLERANCE_SHARE * abs(due)):
         return {"kind": WRONG, "why": f"{mean:.1f} N·m for {due:.1f} N·m"}
-    return {"kind": DERATED if abs(due) < DERATED_SHARE * abs(torque) else RIGHT, "why": ""}
+    return {"kind": DERATED if abs(due) < DERATED_SHARE * abs(torque) else RIGHT, "why": "", "error_nm": error}
 
 
 def table(rows: list[dict], idle: dict[tuple[str, str], float]) -> str:
-    head = "| on the plant | method | " + " | ".join(KINDS) + f" | wrong above {SLOW:g} rad/s | A before a command |"
-    lines = [head, "|---|---|" + "--:|" * (len(KINDS) + 2)]
+    more = (f"wrong above {SLOW:g} rad/s", "largest error [N·m]", "A before a command")
+    lines = ["| on the plant | method | " + " | ".join(KINDS + more) + " |"]
+    lines.append("|---|---|" + "--:|" * len(KINDS + more))
     for method, case in idle:
         own = [r for r in rows if (r["method"], r["case"]) == (method, case)]
         counts = Counter(r["kind"] for r in own)
         fast = sum(r["kind"] == WRONG and abs(r["speed"]) > SLOW for r in own)
         numbers = " | ".join(str(counts[kind]) for kind in KINDS)
-        lines.append(f"| {case} | {method} | {numbers} | {fast} | {idle[method, case]:.0f} |")
+        error = max((r["error_nm"] for r in own if "error_nm" in r), default=0)
+        lines.append(f"| {case} | {method} | {numbers} | {fast} | {error:.2f} | {idle[method, case]:.0f} |")
     return "\n".join(lines)
 
 
@@ -259,7 +280,7 @@ def positive(text: str) -> int:
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="inverter_study",
-        description="Measures the drive on a plant whose inverter has dead time or drops, told of it or not.",
+        description="Measures the drive on a plant with dead time, drops or a minimum pulse, told of them or not.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -267,6 +288,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
     plants = parser.add_mutually_exclusive_group()
     plants.add_argument("--drops", action="store_true", help="the cases with drops in place of those with dead time")
+    plants.add_argument("--pulses", action="store_true", help="those of gate drivers with a minimum pulse")
     plants.add_argument(
         "--saturation", action="store_true", help="those of a machine that saturates, with L_m right or low"
     )
@@ -302,6 +324,7 @@ def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     chosen = {
         "drops": DROPS_CASES,
+        "pulses": PULSES_CASES,
         "saturation": SATURATION_CASES,
         "iron": IRON_CASES,
         "link": LINK_CASES,
