@@ -40,7 +40,7 @@ void describe_inverter(Section s, DriveConfig& c) {
   const InverterModel<>::Parameters& resolved = c.control.inverter;
   DescribedTable table{s};
   describe(table, c.setup.basis.inverter, c.setup.voltage_error, resolved);
-  s.check([&c, &resolved]() -> std::string {
+  s.check_basis("", [&c, &resolved]() -> std::string {
     const char* const problem = resolved.validate(c.drive.period_ns);
     return problem != nullptr ? problem : "";
   });

@@ -14,6 +14,7 @@ namespace sextant {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(InverterConfig, IsIdealUnlessItIsGiven) {
   const DriveConfig c = load_ecu_config(shipped_ecu).drive;
@@ -90,6 +91,15 @@ TEST(InverterConfig, AMinimumPulseBelowTheDeadTimeOrOfAQuarterOfAPeriodIsRefused
       HasSubstr("the inverter's minimum pulse must be zero or at least its dead time"));
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.inverter.minimum_pulse_us=12.5"}),
               HasSubstr("the minimum pulse must be from zero to below half of the control period"));
+}
+
+TEST(InverterConfig, AWrongValueIsToldOnce) {
+  for (const char* setting : {"drive.inverter.dead_time_us=12.5", "drive.inverter.minimum_pulse_us=6.25"}) {
+    SCOPED_TRACE(setting);
+    const std::string told = ecu_refusal(shipped_ecu, {setting});
+    EXPECT_THAT(told, HasSubstr("drive.inverter: "));
+    EXPECT_THAT(told, Not(HasSubstr("\n"))) << "control and protection take the same values";
+  }
 }
 
 TEST(InverterConfig, ADeadTimeOfHalfAPeriodIsRefused) {
