@@ -88,17 +88,17 @@ class InverterModel {
 
     /// given: the voltage error, where a user states it; resolved: with the one in force.
     friend void describe(Description& d, Parameters& p, std::optional<T>& given, const Parameters& resolved) {
-      auto& [dead_time_ns, minimum_pulse, threshold_voltage, slope_resistance, voltage_error] = p;
-      d.time("dead_time_us", dead_time_ns,
+      auto& [dead_ns, pulse, threshold, slope, error] = p;
+      d.time("dead_time_us", dead_ns,
              in_us(0, 5e4,
                    "time for which both switches of a leg are off where it changes between low and high, as "
                    "the drive takes it: volt-seconds of estimator, identification, predictions, protections "
                    "and torque monitor follow from it, and modulated methods compensate it; 0: an ideal "
                    "inverter"));
-      describe(d, minimum_pulse);
-      d.number("threshold_v", threshold_voltage,
+      describe(d, pulse);
+      d.number("threshold_v", threshold,
                {"V", 0, 1e3, "voltage of a switch or diode that conducts, without current; the same uses"});
-      d.number("slope_ohm", slope_resistance,
+      d.number("slope_ohm", slope,
                {"ohm", 0, 1e3,
                 "by which the voltage of a conducting switch or diode rises with its current; the same "
                 "uses"});

@@ -32,16 +32,16 @@ class MinimumPulse {
 
     /// As a drive takes it.
     friend void describe(Description& d, Parameters& p) {
-      auto& [duration_ns, short_pulses] = p;
+      auto& [shortest_ns, short_ones] = p;
       d.time(
-          "minimum_pulse_us", duration_ns,
+          "minimum_pulse_us", shortest_ns,
           in_us(0, 5e4,
                 "shortest time for which the gate drivers keep a leg high or low, before its dead time, as "
                 "the drive takes it: the volt-seconds follow from it, and no method commands a shorter "
                 "pulse, in one period or across two; from the dead time to below a quarter of the control "
                 "period; 0: none"));
       d.choice(
-          "short_pulses", short_pulses,
+          "short_pulses", short_ones,
           {{"dropped", ShortPulses::dropped}, {"stretched", ShortPulses::stretched}},
           "what the drivers make of a shorter pulse: none, with every edge minimum_pulse_us late, or one "
           "of minimum_pulse_us");

@@ -65,18 +65,18 @@ class OptimalFlux {
     }
 
     friend void describe(Description& d, Parameters& p) {
-      auto& [optimum, least_share, iron_loss_resistance] = p;
+      auto& [kind, share, iron_resistance] = p;
       d.choice(
-          "flux_optimum", optimum,
+          "flux_optimum", kind,
           {{"constant", FluxOptimum::constant},
            {"max_torque_per_ampere", FluxOptimum::max_torque_per_ampere},
            {"min_loss", FluxOptimum::min_loss}},
           "flux reference: control.flux_reference_wb at every torque; or less of it at part load, for the "
           "least stator current, or for the least loss in stator, rotor and iron");
-      d.number("flux_least_share", least_share,
+      d.number("flux_least_share", share,
                {"", 0.05, 1,
                 "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb"});
-      d.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(iron_loss_resistance),
+      d.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(iron_resistance),
                {"ohm", 1e-3, 1e9,
                 "resistance of the iron loss per phase, at all frequencies, across the voltage that the "
                 "stator flux induces, which min_loss uses; what the simulated machine loses is "

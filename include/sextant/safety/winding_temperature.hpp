@@ -40,15 +40,15 @@ class WindingTemperature {
     }
 
     friend void describe(Description& d, Parameters& p) {
-      auto& [nominal_current, nominal_rise, time_constant, ambient] = p;
-      d.number("nominal_current_a", NumberMember::unless_infinite(nominal_current),
+      auto& [current, rise, constant, surroundings] = p;
+      d.number("nominal_current_a", NumberMember::unless_infinite(current),
                {"A", 1e-3, 1e5,
                 "RMS of a phase current that the winding bears for good, by the nameplate, for a thermal "
                 "model of it; not set: no model, and the winding is not protected"});
-      d.number("nominal_rise_k", nominal_rise,
+      d.number("nominal_rise_k", rise,
                {"K", 1, 500, "final temperature rise of the winding at nominal_current_a"});
-      d.number("time_constant_s", time_constant, {"s", 1, 1e5, "thermal time constant of the winding"});
-      d.number("ambient_c", ambient,
+      d.number("time_constant_s", constant, {"s", 1, 1e5, "thermal time constant of the winding"});
+      d.number("ambient_c", surroundings,
                {"C", -100, 200,
                 "temperature of the winding without current, also at power-up: a winding that is still warm "
                 "then counts as cold, for some time constants"});
