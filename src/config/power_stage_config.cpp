@@ -1,5 +1,6 @@
 #include <array>
 #include <cstdio>
+#include <iterator>
 #include <string>
 
 #include "common_ranges.hpp"
@@ -52,7 +53,7 @@ void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
       "from the dead time to below half of the control period; short_pulses says what becomes of a "
       "shorter command, which the run counts; 0: none");
   s.choice("short_pulses", p.io.minimum_pulse.short_pulses,
-           {{"dropped", ShortPulses::dropped}, {"stretched", ShortPulses::stretched}},
+           {std::begin(short_pulses_choices), std::end(short_pulses_choices)},
            "a command shorter than minimum_pulse_us does not act, and each edge acts minimum_pulse_us late, "
            "as after a driver's input filter; or it acts for that long, and other edges at once");
   s.number("threshold_v", p.plant.drops.threshold_voltage, {0, 1e3}, "V",

@@ -18,6 +18,9 @@ enum class ShortPulses : std::uint8_t {
   stretched  ///< it acts for the minimum pulse: an edge acts at once, and the leg then stays for that long
 };
 
+inline constexpr Choice<ShortPulses> short_pulses_choices[]{{"dropped", ShortPulses::dropped},
+                                                            {"stretched", ShortPulses::stretched}};
+
 /// The minimum pulse t_min of gate drivers, between the commanded states of the legs and their dead times.
 /// Dropped, it is the input filter of a driver,
 ///   acting(t) = the last state that the leg was commanded for t_min or longer, by t,
@@ -41,8 +44,7 @@ class MinimumPulse {
                 "pulse, in one period or across two; from the dead time to below a quarter of the control "
                 "period; 0: none"));
       d.choice(
-          "short_pulses", short_ones,
-          {{"dropped", ShortPulses::dropped}, {"stretched", ShortPulses::stretched}},
+          "short_pulses", short_ones, short_pulses_choices,
           "what the drivers make of a shorter pulse: none, with every edge minimum_pulse_us late, or one "
           "of minimum_pulse_us");
     }

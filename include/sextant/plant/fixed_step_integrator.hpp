@@ -153,9 +153,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     requires(Plant::appends_integrals)
   {
     if (plant.machine().is_linear() != is_linear) return false;
-    const VoltageIntegral<T> voltage =
-        may_lose ? VoltageIntegral<T>{segments, plant.inputs().u_dc, plant.threshold_voltage()}
-                 : VoltageIntegral<T>{segments, plant.inputs().u_dc};
+    const VoltageIntegral<T> voltage{segments, plant.inputs().u_dc,
+                                     may_lose ? plant.threshold_voltage() : SpaceVector<T>{}};
     const T total = voltage.duration();
     const std::int64_t steps = steps_for(plant, voltage.duration_ns(), total);
     if (steps == 0) return false;

@@ -19,15 +19,10 @@ namespace sextant {
 template <class T = double>
 class VoltageIntegral {
  public:
-  /// The segments must be driven, GatePattern::capacity at most. Link voltage [V].
-  VoltageIntegral(std::span<const GateSegment> segments, T u_dc) noexcept SEXTANT_NONBLOCKING {
-    for (const GateSegment& segment : segments)
-      append(stator_voltage(segment.state, u_dc), segment.duration_ns);
-  }
-
-  /// The same with a constant voltage that is lost. [V]
+  /// The segments must be driven, GatePattern::capacity at most. lost: a constant voltage that thresholds
+  /// take. Voltages [V].
   VoltageIntegral(std::span<const GateSegment> segments, T u_dc,
-                  SpaceVector<T> lost) noexcept SEXTANT_NONBLOCKING {
+                  SpaceVector<T> lost = {}) noexcept SEXTANT_NONBLOCKING {
     for (const GateSegment& segment : segments)
       append(stator_voltage(segment.state, u_dc) - lost, segment.duration_ns);
   }

@@ -333,18 +333,19 @@ class SimulatedDriveIo final : public DriveIo<double> {
   }
 
   /// Over the next segments while every current keeps its sign (`TiedSegments`), for most_ns at most. Returns
-  /// how long that is; 0 where one does not, and the plant as it was: then they go one by one, and so do the
-  /// others of this read. [ns]
+  /// how long that is; 0 where one does not, and the plant where it was: then they go one by one, and so do
+  /// the others of this read. [ns]
   std::int64_t advance_tied(SegmentCursor& cursor, std::int64_t most_ns) noexcept {
     const bool resumes = cursor.resumes();
     SegmentCursor ahead = cursor;
     const auto acted = ahead.take(most_ns);
     if (acted.size() < 2 || !plant_.may_be_tied()) return 0;
-    const Plant before = plant_;
-    const TiedSegments<Plant> tied{before, acted};
     std::int64_t duration_ns = 0;
     for (const GateSegment& segment : acted) duration_ns += segment.duration_ns;
-    set_inputs(tied.segments()[0].state, duration_ns);
+    set_inputs(acted[0].state, duration_ns);
+    const Plant before = plant_;
+    const TiedSegments<Plant> tied{before, acted};
+    plant_.set_switch_state(tied.segments()[0].state);
     const SpaceVector<> lost = plant_.threshold_voltage();
     std::array<typename Plant::State, GatePattern::capacity> states;
     const std::span corners{states.data(), acted.size()};
