@@ -99,19 +99,7 @@ class BasicSimulatedPowerStage {
   [[nodiscard]] Io& io() noexcept { return io_; }
 
   /// The integrator that the parameters name. Throws std::runtime_error when it cannot be set up.
-  static std::unique_ptr<PlantIntegrator<Plant>> make_integrator(const Parameters& parameters) {
-    switch (parameters.integrator) {
-      case IntegratorKind::fixed:
-        return std::make_unique<FixedStepIntegrator<Plant>>(parameters.fixed);
-      case IntegratorKind::exact:
-        return std::make_unique<ExactIntegrator<Plant>>(parameters.exact, parameters.fixed);
-      case IntegratorKind::erk:
-        return std::make_unique<ErkIntegrator<Plant>>(parameters.erk);
-      case IntegratorKind::cvode:
-        break;
-    }
-    return std::make_unique<CvodeIntegrator<Plant>>(parameters.cvode);
-  }
+  static std::unique_ptr<PlantIntegrator<Plant>> make_integrator(const Parameters& parameters);
 
  private:
   static DrivePlantParameters<double> plant_of(const Parameters& parameters) {
@@ -161,6 +149,22 @@ class BasicSimulatedPowerStage {
   Io io_;
 };
 
+template <class PlantType, class Log>
+std::unique_ptr<PlantIntegrator<PlantType>> BasicSimulatedPowerStage<PlantType, Log>::make_integrator(
+    const Parameters& parameters) {
+  switch (parameters.integrator) {
+    case IntegratorKind::fixed:
+      return std::make_unique<FixedStepIntegrator<Plant>>(parameters.fixed);
+    case IntegratorKind::exact:
+      return std::make_unique<ExactIntegrator<Plant>>(parameters.exact, parameters.fixed);
+    case IntegratorKind::erk:
+      return std::make_unique<ErkIntegrator<Plant>>(parameters.erk);
+    case IntegratorKind::cvode:
+      break;
+  }
+  return std::make_unique<CvodeIntegrator<Plant>>(parameters.cvode);
+}
+
 /// The power stage of a live drive, of a plant with that appended system.
 template <class Appended>
 using PowerStageOf =
@@ -195,5 +199,39 @@ using MeteredPowerStage = MeteredPowerStageOf<NoAppendedSystem<double>>;
 
 /// The same with a DC link whose voltage is a state.
 using LinkedMeteredPowerStage = MeteredPowerStageOf<DcLink<double>>;
+
+// Compiled once, in src/sim/power_stages.cpp.
+extern template class BasicSimulatedPowerStage<PowerStageOf<NoAppendedSystem<double>>::Plant,
+                                               NoSegmentLog<PowerStageOf<NoAppendedSystem<double>>::Plant>>;
+extern template class SimulatedDriveIo<PowerStageOf<NoAppendedSystem<double>>::Plant,
+                                       NoSegmentLog<PowerStageOf<NoAppendedSystem<double>>::Plant>>;
+extern template class BasicSimulatedPowerStage<Metered<NoAppendedSystem<double>>::Plant,
+                                               SegmentLog<Metered<NoAppendedSystem<double>>::Plant>>;
+extern template class SimulatedDriveIo<Metered<NoAppendedSystem<double>>::Plant,
+                                       SegmentLog<Metered<NoAppendedSystem<double>>::Plant>>;
+extern template class BasicSimulatedPowerStage<PowerStageOf<DcLink<double>>::Plant,
+                                               NoSegmentLog<PowerStageOf<DcLink<double>>::Plant>>;
+extern template class SimulatedDriveIo<PowerStageOf<DcLink<double>>::Plant,
+                                       NoSegmentLog<PowerStageOf<DcLink<double>>::Plant>>;
+extern template class BasicSimulatedPowerStage<Metered<DcLink<double>>::Plant,
+                                               SegmentLog<Metered<DcLink<double>>::Plant>>;
+extern template class SimulatedDriveIo<Metered<DcLink<double>>::Plant,
+                                       SegmentLog<Metered<DcLink<double>>::Plant>>;
+extern template class BasicSimulatedPowerStage<PowerStageOf<Driveline<double>>::Plant,
+                                               NoSegmentLog<PowerStageOf<Driveline<double>>::Plant>>;
+extern template class SimulatedDriveIo<PowerStageOf<Driveline<double>>::Plant,
+                                       NoSegmentLog<PowerStageOf<Driveline<double>>::Plant>>;
+extern template class BasicSimulatedPowerStage<Metered<Driveline<double>>::Plant,
+                                               SegmentLog<Metered<Driveline<double>>::Plant>>;
+extern template class SimulatedDriveIo<Metered<Driveline<double>>::Plant,
+                                       SegmentLog<Metered<Driveline<double>>::Plant>>;
+extern template class BasicSimulatedPowerStage<PowerStageOf<LinkAndDriveline>::Plant,
+                                               NoSegmentLog<PowerStageOf<LinkAndDriveline>::Plant>>;
+extern template class SimulatedDriveIo<PowerStageOf<LinkAndDriveline>::Plant,
+                                       NoSegmentLog<PowerStageOf<LinkAndDriveline>::Plant>>;
+extern template class BasicSimulatedPowerStage<Metered<LinkAndDriveline>::Plant,
+                                               SegmentLog<Metered<LinkAndDriveline>::Plant>>;
+extern template class SimulatedDriveIo<Metered<LinkAndDriveline>::Plant,
+                                       SegmentLog<Metered<LinkAndDriveline>::Plant>>;
 
 }  // namespace sextant
