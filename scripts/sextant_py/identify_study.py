@@ -48,13 +48,8 @@ class RandomMachine:
     machine: random_machines.Machine
 
     def scenario(self) -> str:
-        m = self.machine
-        keys = {
-            "r_s_ohm": m.r_s, "r_r_ohm": m.r_r, "l_ls_h": m.l_ls, "l_lr_h": m.l_lr, "l_m_h": m.l_m,
-            "reactance_frequency_hz": 50, "poles": 2 * m.pole_pairs, "inertia_kg_m2": m.inertia,
-        }  # fmt: skip
-        lines = [f"{key} = {toml_value(value)}" for key, value in keys.items()]
-        return "\n".join(["[machine]", *lines, "[plant]", f"u_dc_v = {m.u_dc:.4g}"]) + "\n"
+        lines = [f"{key} = {toml_value(value)}" for key, value in self.machine.settings.items()]
+        return "\n".join(["[machine]", *lines, "[plant]", f"u_dc_v = {self.machine.u_dc:.4g}"]) + "\n"
 
 
 @dataclass(frozen=True)
@@ -187,11 +182,10 @@ def chosen(wanted: list[str] | None) -> list[Machine]:
 
 
 def drawn(count: int, seed: int) -> list[RandomMachine]:
-    """From 0.25 to 200 kW, evenly over the powers' logarithm."""
     import numpy as np
 
     made = np.random.default_rng(seed)
-    powers = 10 ** made.uniform(math.log10(0.25), math.log10(200), count)
+    powers = random_machines.random_powers_kw(made, count)
     machines = random_machines.random_machines(made, powers)
     return [RandomMachine(f"random_{number}", machine) for number, machine in enumerate(machines)]
 

@@ -5,7 +5,13 @@ import os
 import time
 from pathlib import Path
 
-from . import machine_library_faults, machine_library_page, machine_library_scenarios, mil_program
+from . import (
+    machine_library_faults,
+    machine_library_page,
+    machine_library_random,
+    machine_library_scenarios,
+    mil_program,
+)
 from .errors import UserError, run
 from .machine_library_points import (
     METHODS,
@@ -30,6 +36,7 @@ EXAMPLES = """examples:
   scripts/machine_library --machines krause_50hp,ong_20hp --methods foc --periods 100
   scripts/machine_library --points 10                       more speeds in each cell, printed
   scripts/machine_library --parts reversals,starts,sags     full torque reversed, starts through standstill, sags
+  scripts/machine_library --random 50 --seed 7              machines at random, 0.25 to 200 kW, 48 to 690 V, printed
   scripts/machine_library --from docs/machine_library.json  no runs: picture and page again
 
 Nothing is set but machine, link, method, control period and sensors: the drive is the shipped one. A point is right,
@@ -51,10 +58,11 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--quick", action="store_true", help="a few points of each machine, printed; no page")
     parser.add_argument("--machines", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
+    parser.add_argument("--random", type=int, metavar="N", help="so many machines made at random, by the seed; no page")
     parser.add_argument("--methods", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
     parser.add_argument("--periods", type=words, metavar="US,US", help="these alone, printed; no page (default: all)")
     parser.add_argument("--points", type=int, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the choice of points (default: 1)")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of points and random machines (default: 1)")
     parser.add_argument("--parts", type=words, metavar="A,B", help=f"of {', '.join(PARTS)}: these alone; no page")
     parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help="no runs: the page from these results")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, picture and page (default: docs)")
@@ -67,7 +75,17 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if options.points is not None and options.points < 1:
         parser.error(f"--points: expected a number from 1, got {options.points}")
-    parts = (options.quick, options.machines, options.methods, options.periods, options.points, options.parts)
+    if options.random is not None and (options.random < 1 or options.machines):
+        parser.error("--random: expected a number from 1, and no --machines beside it")
+    parts = (
+        options.quick,
+        options.machines,
+        options.random,
+        options.methods,
+        options.periods,
+        options.points,
+        options.parts,
+    )
     options.is_of_page = not any(parts)
     return options
 
@@ -92,6 +110,7 @@ def command_of(options: argparse.Namespace) -> str:
     for name in ("machines", "methods", "periods", "parts"):
         if chosen := getattr(options, name):
             words += [f"--{name}", ",".join(chosen)]
+    words += ["--random", str(options.random)] if options.random else []
     words += ["--points", str(options.points)] if options.points else []
     words += ["--seed", str(options.seed)] if options.seed != 1 else []
     return " ".join(words)
@@ -119,7 +138,11 @@ def measure(options: argparse.Namespace) -> Results:
     work = OUT / "machine_library"
     work.mkdir(parents=True, exist_ok=True)
     parts = chosen("--parts", options.parts, list(PARTS))
-    machines = chosen_machines(options.machines)
+    machines = (
+        machine_library_random.drawn(options.random, options.seed, work / "machines")
+        if options.random
+        else chosen_machines(options.machines)
+    )
     methods = chosen("--methods", options.methods, list(METHODS))
     periods = [int(p) for p in chosen("--periods", options.periods, [str(p) for p in PERIODS_US])]
     lab = Lab(mil_program.find(options.mil), machines, work)

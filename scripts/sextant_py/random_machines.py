@@ -24,6 +24,14 @@ class Machine:
     flux: float  # rated stator flux linkage [Wb]
 
     @property
+    def settings(self) -> dict[str, float]:
+        """Keys of its table in a file; reactances are at 50 Hz."""
+        return {
+            "r_s_ohm": self.r_s, "r_r_ohm": self.r_r, "l_ls_h": self.l_ls, "l_lr_h": self.l_lr, "l_m_h": self.l_m,
+            "reactance_frequency_hz": 50, "poles": 2 * self.pole_pairs, "inertia_kg_m2": self.inertia,
+        }  # fmt: skip
+
+    @property
     def base_speed(self) -> float:
         """Mechanical speed at which the link is just enough for the rated flux. [rad/s]"""
         return self.u_dc / math.sqrt(3) / self.flux / self.pole_pairs
@@ -39,8 +47,14 @@ def random_machines(random: np.random.Generator, powers_kw: Iterable[float]) -> 
     return [random_machine(random, power_kw) for power_kw in powers_kw]
 
 
-def random_machine(random: np.random.Generator, power_kw: float) -> Machine:
-    volts, w = 400.0, 100 * math.pi
+def random_powers_kw(random: np.random.Generator, count: int) -> np.ndarray:
+    """From 0.25 to 200 kW, evenly over their logarithm."""
+    return 10 ** random.uniform(math.log10(0.25), math.log10(200), count)
+
+
+def random_machine(random: np.random.Generator, power_kw: float, volts: float = 400.0) -> Machine:
+    """50 Hz; volts: line to line, RMS. The link has 1.3 to 1.625 times of it."""
+    w = 100 * math.pi
     pole_pairs = int(random.integers(1, 5))
     impedance = 0.65 * volts**2 / (1e3 * power_kw)  # of a power factor times efficiency of 0.65
     size = (power_kw / 10) ** -0.3  # small machines have the larger resistances
@@ -55,6 +69,6 @@ def random_machine(random: np.random.Generator, power_kw: float) -> Machine:
         l_m=impedance * random.uniform(1.5, 3.5) / w,
         pole_pairs=pole_pairs,
         inertia=2 * inertia_constant * 1e3 * power_kw / (w / pole_pairs) ** 2,
-        u_dc=random.uniform(520, 650),
+        u_dc=random.uniform(1.3, 1.625) * volts,
         flux=volts * math.sqrt(2 / 3) / w,
     )
