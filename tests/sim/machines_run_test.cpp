@@ -255,5 +255,29 @@ TEST(MachinesRun, FullTorqueReversesFromRegeneratingInFieldWeakening) {
   }
 }
 
+// Near breakdown a torque takes much current along the stator flux, whatever the field is. Where this current
+// counted as the field's, flux priority let the flux of machines with a large stator resistance fall, and it
+// stayed there, with a quarter of the torque and at last FLUX_LOST.
+TEST(MachinesRun, TheFluxOfALargeStatorResistanceRisesAgainBesideRegeneratedTorque) {
+  const TestMachine machine{"300 W", {111, 59.6, 0.204, 0.247, 7.13, 3, 0.01}, 1002, 1.8417};
+  for (const double speed : {-1.1, 1.1}) {
+    for (const int period_us : {50, 125}) {
+      SCOPED_TRACE(testing::Message() << speed << ", " << period_us << " us");
+      const double limit = drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
+      const double torque = std::copysign(0.98 * limit, speed);
+      std::ostringstream points;
+      points << "[[0, 0], [0.6, " << torque << "], [0.8, " << -torque << "]]";
+      const MilResult result = run(machine, {.controller = "dtc",
+                                             .period_us = period_us,
+                                             .omega_m = speed * machine.base_speed(),
+                                             .end_s = 1.4,
+                                             .torque = points.str()});
+      EXPECT_FALSE(result.faults.any()) << to_string(result.first_fault);
+      EXPECT_GT(result.metrics[Metric::flux_mean], 0.7 * machine.psi);
+      EXPECT_GT(std::abs(result.metrics[Metric::torque_bias] - torque), 0.9 * limit);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sextant

@@ -61,6 +61,7 @@ class DirectTorqueController final : public EstimatingController<T> {
       : Base{parameters},
         flux_priority_{parameters.flux_priority},
         priority_current_{parameters.magnetiser.current_limit},
+        sigma_l_s_{parameters.machine.sigma_l_s()},
         flux_band_{parameters.flux_comparator.band},
         torque_comparator_{parameters.torque_comparator},
         flux_comparator_{parameters.flux_comparator},
@@ -90,9 +91,9 @@ class DirectTorqueController final : public EstimatingController<T> {
     const T flux_error = d.psi_ref - psi_s;
     const bool raise_flux = flux_comparator_.step(flux_error);
     enter(x.psi_s);
-    return Base::whole_period(select_state(sector_.sector(), raise_flux, torque_demand, Base::present(),
-                                           needs_flux(x, psi_s, flux_error)),
-                              d.u_dc);
+    return Base::whole_period(
+        select_state(sector_.sector(), raise_flux, torque_demand, Base::present(), needs_flux(x, flux_error)),
+        d.u_dc);
   }
 
   void release() noexcept SEXTANT_NONBLOCKING override {
@@ -110,13 +111,21 @@ class DirectTorqueController final : public EstimatingController<T> {
     estimate_.sector = estimate_.psi_s_magnitude > T(0) ? sector_.sector() : std::uint8_t{0};
   }
 
-  /// The condition of flux priority; i_s · ψ_s/|ψ_s| is the current along the flux.
-  [[nodiscard]] bool needs_flux(const FluxAndCurrent<T>& x, T psi_s, T flux_error) const noexcept {
-    return flux_priority_ && flux_error > flux_band_ && dot(x.psi_s, x.i_s) <= priority_current_ * psi_s;
+  /// The condition of flux priority, by the current along the rotor flux k_r ψ_r = ψ_s − σL_s i_s, which
+  /// makes the field. That along the stator flux has the part of the leakage inductance beside it, which a
+  /// torque near breakdown takes whatever the field is. Beyond 45° between the fluxes, or without a rotor
+  /// flux, the stator flux's direction counts.
+  [[nodiscard]] bool needs_flux(const FluxAndCurrent<T>& x, T flux_error) const noexcept {
+    if (!flux_priority_ || flux_error <= flux_band_) return false;
+    const SpaceVector<T> psi_r = x.psi_s - sigma_l_s_ * x.i_s;
+    const bool holds = dot(x.psi_s, psi_r) > std::abs(cross(x.psi_s, psi_r));
+    const SpaceVector<T>& axis = holds ? psi_r : x.psi_s;
+    return dot(axis, x.i_s) <= priority_current_ * magnitude(axis);
   }
 
   bool flux_priority_;
   T priority_current_;  ///< [A]
+  T sigma_l_s_;         ///< [H]
   T flux_band_;         ///< [Wb]
   TorqueComparator<T> torque_comparator_;
   FluxComparator<T> flux_comparator_;
