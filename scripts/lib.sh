@@ -91,11 +91,14 @@ run_module() {
   PYTHONPATH=$sextant_root/scripts${PYTHONPATH:+:$PYTHONPATH} exec "$sextant_python" -m "sextant_py.$module" "$@"
 }
 
-# mil_module MODULE [ARGUMENTS...]: as run_module; builds the release's sextant-mil first, unless the arguments need none.
+# mil_module MODULE [ARGUMENTS...]: as run_module; builds the release's sextant-mil first, or for a live drive sextant-ecu,
+# unless the arguments need none.
 mil_module() {
   need_python
   case " ${*:2} " in
-    *" --mil"* | *" -h "* | *" --help "* | *" --page "* | *" --from"*) ;;
+    *" --mil"* | *" --ecu"* | *" -h "* | *" --help "* | *" --page "* | *" --from"*) ;;
+    *" --live "* | *" --virtual-time "*)
+      build_preset release sextant-ecu sextant-telemetry >/dev/null || die "sextant-ecu cannot be built; cmake --preset release tells why." ;;
     *) build_preset release sextant-mil >/dev/null || die "sextant-mil cannot be built; cmake --preset release tells why." ;;
   esac
   run_module "$@"

@@ -20,7 +20,11 @@ std::vector<Option> live_options(LiveOptions& options, const char* duration) {
           {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the file"},
           {.name = "--print-config",
            .value = &options.print_config,
-           .what = "print the configuration in force and exit"}};
+           .what = "print the configuration in force and exit"},
+          {.name = "--fault-socket",
+           .value = &options.fault_socket,
+           .what = "take faults of the simulated plant on this local socket while it runs (scripts/inject)",
+           .type_name = "FILE"}};
 }
 
 void start_log(const std::string& name) {

@@ -15,6 +15,7 @@ struct LiveOptions {
   std::optional<double> duration_s{};
   std::vector<std::string> overrides{};
   bool print_config{false};
+  std::string fault_socket{};  ///< empty: none
 };
 
 /// The options that fill them in. duration: what `--duration` does.

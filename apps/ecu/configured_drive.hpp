@@ -20,6 +20,7 @@ class ConfiguredDrive {
   ConfiguredDrive& operator=(const ConfiguredDrive&) = delete;
 
   [[nodiscard]] Drive<double>& drive() noexcept { return drive_; }
+  [[nodiscard]] const Controller<double>& controller() const noexcept { return *controller_; }
 
  private:
   std::unique_ptr<Controller<double>> controller_;

@@ -105,6 +105,7 @@ sextant::CommandLine command_line(const std::string& help, Options& options) {
   for (sextant::Option& option :
        sextant::live_options(options.live, "end after this time, with --virtual-time of virtual time [s]")) {
     if (std::string_view{option.name} != "--set") option.excludes.push_back(replay_option);
+    if (std::string_view{option.name} == "--fault-socket") option.excludes.push_back("--virtual-time");
     line.options.push_back(std::move(option));
   }
   line.options.push_back({.name = "--can",
@@ -125,6 +126,11 @@ sextant::CommandLine command_line(const std::string& help, Options& options) {
                           .what = "record what enters and leaves the drive in every control period, .h5",
                           .excludes = {replay_option}});
   return line;
+}
+
+std::vector<std::string> with(std::vector<std::string> overrides, const std::vector<std::string>& more) {
+  overrides.insert(overrides.end(), more.begin(), more.end());
+  return overrides;
 }
 
 /// Returns on a signal or at the end of the duration.
@@ -200,7 +206,11 @@ int run(const Options& options) {
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
   sextant::set_up_process(config.realtime);
-  sextant::ecu::Ecu ecu{config, options.virtual_run.record_cycles};
+  sextant::ecu::Ecu ecu{
+      config, options.virtual_run.record_cycles, options.live.fault_socket,
+      [&live = options.live](const std::vector<std::string>& faults) {
+        return sextant::load_ecu_config(live.config, with(live.overrides, faults)).drive.plant.io.fault;
+      }};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();

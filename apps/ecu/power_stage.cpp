@@ -1,5 +1,8 @@
 #include "ecu/power_stage.hpp"
 
+#include <stdexcept>
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "common/network_report.hpp"
@@ -8,9 +11,10 @@ namespace sextant::ecu {
 namespace {
 
 /// The load's profiles begin at the first period, not at time zero of CLOCK_MONOTONIC.
-SimulatedPowerStage::Parameters in_this_process(const EcuConfig& config) {
+SimulatedPowerStage::Parameters in_this_process(const EcuConfig& config, bool takes_faults) {
   SimulatedPowerStage::Parameters p = config.drive.plant;
   p.io.load_origin_ns.reset();
+  p.io.takes_faults = takes_faults;
   return p;
 }
 
@@ -30,11 +34,15 @@ const char* sentence(PowerStage::Plant plant) {
 
 }  // namespace
 
-PowerStage::PowerStage(const EcuConfig& config) {
+PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
+                       FaultInjection::Read read_fault) {
+  if (!fault_socket.empty() && config.power_stage != PowerStageKind::simulated) {
+    throw std::runtime_error{
+        "--fault-socket: the plant is in another process; give the option to its sextant-plant"};
+  }
   switch (config.power_stage) {
     case PowerStageKind::simulated:
-      simulated_ = std::make_unique<LivePowerStage>(in_this_process(config), config.drive.load.parameters());
-      io_ = &simulated_->io();
+      simulate(config, fault_socket, std::move(read_fault));
       break;
     case PowerStageKind::shared_memory:
       join_shared_memory(config);
@@ -45,6 +53,16 @@ PowerStage::PowerStage(const EcuConfig& config) {
       io_ = udp_.get();
       break;
   }
+}
+
+void PowerStage::simulate(const EcuConfig& config, const std::string& fault_socket,
+                          FaultInjection::Read read_fault) {
+  simulated_ = std::make_unique<LivePowerStage>(in_this_process(config, !fault_socket.empty()),
+                                                config.drive.load.parameters());
+  io_ = &simulated_->io();
+  if (fault_socket.empty()) return;
+  faults_ = std::make_unique<FaultInjection>(fault_socket, simulated_->io(), std::move(read_fault));
+  io_ = &faults_->io();
 }
 
 void PowerStage::join_shared_memory(const EcuConfig& config) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "common/fault_injection.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/core/drive_io.hpp"
 #include "sextant/hil/lockstep_drive_io.hpp"
@@ -27,8 +28,10 @@ class PowerStage {
     answers
   };
 
-  /// Throws std::runtime_error with one sentence where it cannot be opened.
-  explicit PowerStage(const EcuConfig& config);
+  /// Throws std::runtime_error with one sentence where it cannot be opened. fault_socket: on which the
+  /// simulated plant takes faults, by read_fault; empty for none.
+  explicit PowerStage(const EcuConfig& config, const std::string& fault_socket = {},
+                      FaultInjection::Read read_fault = {});
 
   [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
@@ -37,6 +40,11 @@ class PowerStage {
 
   /// Announces the orderly end of the drive to the plant; once the control thread has ended.
   void announce_end() noexcept;
+
+  /// Takes the fault that waits at the socket; from the thread that calls state_change().
+  void poll_faults() {
+    if (faults_) faults_->poll();
+  }
 
   /// One sentence when, since the last call, the plant has appeared, timed out, stopped acknowledging
   /// patterns, or kept its gates off against a pattern; else empty. For one thread.
@@ -50,9 +58,11 @@ class PowerStage {
   void print_report(std::FILE* out) const;
 
  private:
+  void simulate(const EcuConfig& config, const std::string& fault_socket, FaultInjection::Read read_fault);
   void join_shared_memory(const EcuConfig& config);
 
   std::unique_ptr<LivePowerStage> simulated_{};
+  std::unique_ptr<FaultInjection> faults_{};
   std::unique_ptr<SharedMemoryLink> link_{};
   std::unique_ptr<SharedMemoryDriveIo> shared_memory_{};
   std::unique_ptr<LockstepDriveIo> lockstep_{};

@@ -4,6 +4,7 @@
 #include <ctime>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/command_line.hpp"
 #include "common/live_program.hpp"
@@ -35,6 +36,7 @@ void run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, std::o
   while (double(sextant::now_ns() - begin_ns) < limit_ns && !plant.ended()) {
     if (sigtimedwait(&signals, nullptr, &poll_interval) > 0) return;
     plant.log_events();
+    plant.poll_faults();
   }
 }
 
@@ -49,7 +51,12 @@ int run(const sextant::LiveOptions& options) {
   sextant::RealtimeParameters realtime = config.realtime;
   if (config.hil.pacing == sextant::Pacing::lockstep) realtime.cpu = -1;  // no thread is bound to one
   sextant::set_up_process(realtime);
-  sextant::plant::Plant plant{config};
+  sextant::plant::Plant plant{config, options.fault_socket,
+                              [&options](const std::vector<std::string>& faults) {
+                                std::vector<std::string> overrides = options.overrides;
+                                overrides.insert(overrides.end(), faults.begin(), faults.end());
+                                return sextant::load_plant_config(options.config, overrides).plant.io.fault;
+                              }};
   plant.start();
   run_until_end(plant, signals, options.duration_s);
   plant.stop();

@@ -14,8 +14,9 @@ namespace sextant::plant {
 namespace {
 
 /// In real time the link itself delays a pattern by one period.
-SimulatedPowerStage::Parameters stage_parameters(const PlantConfig& config) {
+SimulatedPowerStage::Parameters stage_parameters(const PlantConfig& config, bool takes_faults) {
   SimulatedPowerStage::Parameters p = config.plant;
+  p.io.takes_faults = takes_faults;
   if (config.hil.pacing == Pacing::real_time) p.io.actuation_delay_periods = 0;
   return p;
 }
@@ -30,23 +31,25 @@ double ms(std::int64_t ns) {
 
 }  // namespace
 
-Plant::Plant(const PlantConfig& config)
+Plant::Plant(const PlantConfig& config, const std::string& fault_socket, FaultInjection::Read read_fault)
     : config_{config},
       awake_{config.hil.pacing == Pacing::real_time},
-      stage_{stage_parameters(config), config.load.parameters()},
+      stage_{stage_parameters(config, !fault_socket.empty()), config.load.parameters()},
       task_{{.period_ns = config.period_ns, .wake_every_periods = 1}, config.realtime.wait} {
+  if (!fault_socket.empty())
+    faults_ = std::make_unique<FaultInjection>(fault_socket, stage_.io(), std::move(read_fault));
   if (config.transport == PlantTransport::udp) {
     udp_end_ = std::make_unique<UdpPlantEnd>(config.hil, config.period_ns);
-    udp_ = std::make_unique<PlantServer<UdpPlantEnd>>(guard_parameters(config), stage_.io(), *udp_end_);
+    udp_ = std::make_unique<PlantServer<UdpPlantEnd>>(guard_parameters(config), io(), *udp_end_);
     return;
   }
   link_ = std::make_unique<SharedMemoryLink>(config.hil, LinkRole::plant, config.period_ns);
   if (config.hil.pacing == Pacing::lockstep) {
-    lockstep_ = std::make_unique<LockstepPlant>(*link_, stage_.io(), config.hil.lockstep_timeout_ns);
+    lockstep_ = std::make_unique<LockstepPlant>(*link_, io(), config.hil.lockstep_timeout_ns);
     return;
   }
   shared_memory_end_ = std::make_unique<SharedMemoryPlantEnd>(*link_);
-  shared_memory_ = std::make_unique<PlantServer<SharedMemoryPlantEnd>>(guard_parameters(config), stage_.io(),
+  shared_memory_ = std::make_unique<PlantServer<SharedMemoryPlantEnd>>(guard_parameters(config), io(),
                                                                        *shared_memory_end_);
 }
 

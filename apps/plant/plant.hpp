@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "common/fault_injection.hpp"
 #include "sextant/config/plant_config.hpp"
 #include "sextant/hil/lockstep_plant.hpp"
 #include "sextant/hil/plant_server.hpp"
@@ -26,7 +27,9 @@ namespace sextant::plant {
 class Plant {
  public:
   /// Opens stage and link. Throws std::runtime_error with one sentence where one cannot be opened.
-  explicit Plant(const PlantConfig& config);
+  /// fault_socket: on which it takes faults, by read_fault; empty for none.
+  explicit Plant(const PlantConfig& config, const std::string& fault_socket = {},
+                 FaultInjection::Read read_fault = {});
   ~Plant();
 
   /// Starts the plant's thread. Throws when real-time rights are required and refused.
@@ -44,10 +47,16 @@ class Plant {
   /// Logs the events since the last call: changes of the gates, or a drive that has joined the lockstep.
   void log_events();
 
+  /// Takes the fault that waits at the socket.
+  void poll_faults() {
+    if (faults_) faults_->poll();
+  }
+
   /// The report of the run, for people; once stopped.
   void print_report(std::FILE* out) const;
 
  private:
+  [[nodiscard]] DriveIo<double>& io() noexcept { return faults_ ? faults_->io() : stage_.io(); }
   void run(std::future<void> rights_checked);
   template <class Server>
   void run_real_time(Server& server);
@@ -63,6 +72,7 @@ class Plant {
   PlantConfig config_;
   ProcessorLatency awake_;
   LivePowerStage stage_;
+  std::unique_ptr<FaultInjection> faults_{};
   // Those of the configured transport; the others stay empty.
   std::unique_ptr<SharedMemoryLink> link_{};
   std::unique_ptr<LockstepPlant> lockstep_{};

@@ -22,6 +22,7 @@ COMMANDS = {
     "sweep": "runs a scenario at many points of its configuration",
     "nameplate": "makes machine, limits and configurations of a drive from a name plate",
     "identify": "measures inverter and stator at standstill, for the drive",
+    "inject": "gives a running simulated plant a fault",
     "completion": "prints what a shell needs to complete these commands",
     "rt_check": "says what keeps this machine from hard real time",
 }

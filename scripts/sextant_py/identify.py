@@ -10,11 +10,13 @@ from .errors import run
 from .identify_files import Results, report, told, write_files
 from .identify_fit import Setup, fit
 from .identify_inertia import Inertia, check_turning
+from .identify_live import ECU, live_plant
 from .identify_machine import inertia_of
 from .identify_no_load import NoLoad
 from .identify_picture import write_picture
 from .identify_run import (
     CONTROL,
+    MilPlant,
     Plant,
     check_room,
     given_words,
@@ -37,6 +39,8 @@ EXAMPLES = """examples:
   scripts/identify my_drive.toml --limit-a 8          with less current than magnetising takes
   scripts/identify my_drive.toml --threshold-v 1.1    the voltage of a switch is known
   scripts/identify my_drive.toml --set plant.inverter.dead_time_us=2
+  scripts/identify my_ecu.toml --live                 the live drive of sextant-ecu, with the power stage of the file
+  scripts/identify my_ecu.toml --virtual-time         the same without bus and clock, to try it
   sextant-mil my_scenario.toml --set drive.inverter=DIR/inverter.toml --set control.machine_estimate=DIR/machine.toml
 
 Without torque, on a shaft that stands still, the drive leads a current along phase a:
@@ -47,6 +51,9 @@ On a shaft that is free to turn, and only if it is named, field-oriented control
   no_load     the shaft to a quarter of the base speed and lets it coast, which tells the magnetising inductance at the
               whole flux, of iron that saturates too; needs impedance
   inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions
+With --live this program starts sextant-ecu with the file, once for each of the first two, and commands it over CAN. A
+current flows from the enable on; Ctrl-C disables the drive, which turns the gates off, and so do its protections and a
+command that does not come. Files of DIR that end in _cycles.h5 have every control period, for sextant-ecu --replay.
 DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the machine,
 DIR/identify.png a panel of each. Files of a drive take them in by [drive] inverter = "inverter.toml" and
 [control] machine_estimate = "machine.toml".
@@ -88,10 +95,16 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         "--threshold-v", type=float, metavar="V", help="known voltage of a switch (drive.inverter.threshold_v)"
     )
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as sextant-mil takes it")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--live", action="store_true", help="the drive of sextant-ecu, on its bus and clock")
+    where.add_argument("--virtual-time", action="store_true", help="the drive of sextant-ecu, in virtual time")
+    parser.add_argument("--can", metavar="BUS", help="with --live: another bus than that of the file")
+    parser.add_argument("--ecu", type=Path, metavar="PATH", help=f"{ECU} to use (default: that of build/release)")
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
     if NO_LOAD in options.only and IMPEDANCE not in options.only:
         parser.error(f"--only: {NO_LOAD} needs {IMPEDANCE}, which tells the leakage inductance")
+    check_place(parser, options)
     if options.threshold_v is not None and not (math.isfinite(options.threshold_v) and options.threshold_v >= 0):
         parser.error("--threshold-v: expected a voltage from 0 on")
     if options.limit_a is not None and not (math.isfinite(options.limit_a) and options.limit_a > 0):
@@ -99,21 +112,30 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
+def check_place(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """What the live drive measures, and which options are its own."""
+    if options.live or options.virtual_time:
+        if turning := [name for name in options.only if name not in STANDSTILL]:
+            parser.error(f"--only: {turning[0]} is measured by sextant-mil alone, without --live and --virtual-time")
+        if options.mil:
+            parser.error("--mil: --live and --virtual-time run sextant-ecu; --ecu names it")
+    elif options.ecu:
+        parser.error("--ecu needs --live or --virtual-time")
+    if options.can and not options.live:
+        parser.error("--can needs --live")
+
+
 def settings_of(options: argparse.Namespace) -> Settings:
-    settings: Settings = {
-        "control.controller": "commissioning",
-        "drive.magnetise_first": False,
-        "plant.integrator": "fixed",
-    }
+    settings: Settings = {"control.controller": "commissioning", "drive.magnetise_first": False}
     if options.limit_a is not None:
         settings[f"{CONTROL}current_limit_a"] = options.limit_a
     return settings
 
 
-def plants_of(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> tuple[Plant, Plant]:
+def plants_of(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> tuple[MilPlant, MilPlant]:
     """The drive of a file at standstill, and that with a free shaft. A load torque is that of the latter, an imposed
     speed that of the former."""
-    settings = settings_of(options)
+    settings = settings_of(options) | {"plant.integrator": "fixed"}
     at_rest = [text for text in options.set if not text.startswith("load.torque_nm")]
     held: Settings = {"load.kind": "imposed_speed", "load.speed_rad_s.value": 0}
     plant = plant_of(file, mil, directory, settings | held, at_rest)
@@ -132,9 +154,24 @@ def setup_of(plant: Plant, options: argparse.Namespace) -> Setup:
 
 
 def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> Results:
-    """For the drive of a file. The sines come first: they need no settled rotor flux, and tell its time constant, for
-    which the levels wait. The levels tell R_s better, which the sines take as known then."""
+    """For the drive of a file, by sextant-mil."""
     plant, free = plants_of(file, mil, directory, options)
+    results = at_standstill(plant, options)
+    if NO_LOAD in options.only:
+        results = replace(results, no_load=magnetising_at_no_load(free, results))
+    return replace(results, inertia=inertia_of_shaft(free, results)) if INERTIA in options.only else results
+
+
+def identified_live(file: Path, directory: Path, options: argparse.Namespace) -> Results:
+    """For the drive of a file, by sextant-ecu."""
+    ecu = mil_program.find(options.ecu, ECU)
+    settings = settings_of(options) | ({"can.bus": options.can} if options.can else {})
+    return at_standstill(live_plant(file, ecu, directory, settings, options.set, options.virtual_time), options)
+
+
+def at_standstill(plant: Plant, options: argparse.Namespace) -> Results:
+    """The sines come first: they need no settled rotor flux, and tell its time constant, for which the levels wait. The
+    levels tell R_s better, which the sines take as known then."""
     check_room(plant.configuration)
     setup, estimate = setup_of(plant, options), plant.estimate
     levels, found, impedance = [], None, None
@@ -148,13 +185,10 @@ def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespa
     if found and impedance:
         known = (found.r_s_ohm, found.r_s_sigma_ohm)
         impedance = identify_impedance.fit(blocks, plant.timing, impedance.machine, setup.slope_ohm, known)
-    results = Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
-    if NO_LOAD in options.only:
-        results = replace(results, no_load=magnetising_at_no_load(free, results))
-    return replace(results, inertia=inertia_of_shaft(free, results)) if INERTIA in options.only else results
+    return Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
 
 
-def magnetising_at_no_load(plant: Plant, results: Results) -> NoLoad:
+def magnetising_at_no_load(plant: MilPlant, results: Results) -> NoLoad:
     """The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux needs."""
     course, speed = inertia_course(plant, plant.estimate.terminals, inertia_of(plant.configuration))
     known = {key: value for key, value in told(results).items() if not key.endswith(".l_m_h")}
@@ -163,7 +197,7 @@ def magnetising_at_no_load(plant: Plant, results: Results) -> NoLoad:
     return found
 
 
-def inertia_of_shaft(plant: Plant, results: Results) -> Inertia:
+def inertia_of_shaft(plant: MilPlant, results: Results) -> Inertia:
     """By a second course where the first one was far from the speed that is due."""
     inertia = inertia_of(plant.configuration)
     machine = results.machine or plant.estimate.terminals
@@ -179,10 +213,13 @@ def inertia_of_shaft(plant: Plant, results: Results) -> Inertia:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    mil = mil_program.find(options.mil)
+    mil = None if options.live or options.virtual_time else mil_program.find(options.mil)
     directory = options.out or OUT / "identify" / options.file.stem
     directory.mkdir(parents=True, exist_ok=True)
-    results = identified(options.file, mil, directory, options)
+    if mil:
+        results = identified(options.file, mil, directory, options)
+    else:
+        results = identified_live(options.file, directory, options)
     files = [*write_files(directory, options.file, results), write_picture(directory, results)]
     print(report(results))
     for file in files:

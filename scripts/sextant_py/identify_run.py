@@ -1,4 +1,5 @@
-"""Runs the courses of the control method commissioning with sextant-mil, and reads what they publish."""
+"""Runs the courses of the control method commissioning with sextant-mil, and reads what they publish. identify_live.py
+runs them with sextant-ecu."""
 
 import math
 import subprocess
@@ -31,6 +32,8 @@ CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
 MOST_DEAD_TIME = 0.1
 DRIVE_LIMIT = 1.55  # by the current of the flux, that the drive's limit has at least
 LOWEST_SHARE = 0.2 * 0.95  # of the current limit, at the lowest level
+END = "end_s"  # of a level, to a row of the trace [s]
+ROW = 2e-3  # what the time of a row leaves open [s]
 STEPS = 4  # of the converter, and standard deviations of noise, that the currents of phases b and c have at least
 # Electrical angle by which a shaft may turn within the rotor's time constant: the rotor's branch of the impedance
 # changes by its square. [rad]
@@ -39,12 +42,14 @@ STANDSTILL = 0.1
 
 @dataclass(frozen=True)
 class Plant:
-    """The drive of a file as a scenario, what is set beside it, and the configuration in force."""
+    """The drive of a file with its plant: what is set beside the file, and the configuration in force."""
 
-    mil: Path
-    scenario: Path
-    given: list[str]  # words for sextant-mil
+    given: list[str]  # words for the program that runs it
     configuration: Settings
+
+    def run(self, course: str, duration_s: float, settings: Settings) -> Path:
+        """Runs a course for so long. A trace with CHANNELS, a row about every millisecond."""
+        raise NotImplementedError
 
     @property
     def estimate(self) -> TCircuit:
@@ -63,6 +68,22 @@ class Plant:
         """Speed from which on the shaft counts as turning. [rad/s]"""
         pole_pairs = self.configuration["machine.poles"] / 2
         return STANDSTILL / self.estimate.terminals.tau_r / pole_pairs
+
+
+@dataclass(frozen=True)
+class MilPlant(Plant):
+    """As a scenario of sextant-mil."""
+
+    mil: Path
+    scenario: Path
+
+    def run(self, course: str, duration_s: float, settings: Settings) -> Path:
+        own: Settings = {
+            "duration_s": round(duration_s, 6),
+            "trace.interval_us": _interval(self, 1e-3),
+            "trace.signals": [f"control/{name}" for name in CHANNELS],
+        }
+        return _run(self, course, settings | own)
 
 
 def scenario_of(file: Path, mil: Path, directory: Path) -> Path:
@@ -95,11 +116,11 @@ def given_words(settings: Settings, own: list[str]) -> list[str]:
     return [*words(settings), *(word for text in own for word in ("--set", text))]
 
 
-def plant_of(file: Path, mil: Path, directory: Path, settings: Settings, own: list[str]) -> Plant:
+def plant_of(file: Path, mil: Path, directory: Path, settings: Settings, own: list[str]) -> MilPlant:
     """The drive of a file, with these settings and what the user sets."""
     scenario = scenario_of(file, mil, directory)
     given = given_words(settings, own)
-    return Plant(mil, scenario, given, configuration_of(mil, scenario, given))
+    return MilPlant(given, configuration_of(mil, scenario, given), mil, scenario)
 
 
 def unknown_voltage(configuration: Settings) -> Settings:
@@ -153,7 +174,7 @@ def duration_of_tones(configuration: Settings) -> float:
     return total + 10 * period + 0.003
 
 
-def _run(plant: Plant, course: str, settings: Settings) -> Path:
+def _run(plant: MilPlant, course: str, settings: Settings) -> Path:
     """The trace of a course."""
     out = plant.scenario.parent / course
     command = [str(plant.mil), str(plant.scenario), *plant.given, *words(settings), "--out", str(out)]
@@ -166,30 +187,29 @@ def _run(plant: Plant, course: str, settings: Settings) -> Path:
         raise UserError(f"sextant-mil ended with status {done.returncode}: {clean_reason(done.stderr or '')}")
     if summary["faults"]:
         first = summary["faults"][0]
-        raise UserError(
-            f"the drive tripped with {first['fault']} at {first['t_s']:.3f} s, before the course of {course} was "
-            "over; docs/commissioning.md says what may be wrong."
-        )
+        raise tripped(first["fault"], course, f" at {first['t_s']:.3f} s")
     return out / "trace.h5"
+
+
+def tripped(fault: str, course: str, when: str = "") -> UserError:
+    return UserError(
+        f"the drive tripped with {fault}{when}, before the course of {course} was over; docs/commissioning.md says "
+        "what may be wrong."
+    )
 
 
 def measure(plant: Plant, course: str) -> list[dict[str, float]]:
     """The channels behind each level of a course."""
     configuration = plant.configuration
-    period_us = configuration["drive.period_us"]
     has_tones = course == TONES
     length = duration_of_tones(configuration) if has_tones else duration_of_levels(configuration)
-    settings: Settings = unknown_voltage(configuration) | {
-        f"{CONTROL}course": course,
-        "duration_s": round(length, 6),
-        "trace.interval_us": period_us * max(1, round(1000 / period_us)),
-        "trace.signals": [f"control/{name}" for name in CHANNELS],
-    }
+    settings: Settings = unknown_voltage(configuration) | {f"{CONTROL}course": course}
     if has_tones:
         count = configuration[f"{CONTROL}tones"] * configuration[f"{CONTROL}blocks"]
     else:
         count = 2 * configuration[f"{CONTROL}levels"]
-    rows = read_rows(_run(plant, course, settings), count)
+    trace = plant.run(course, length, settings)
+    rows = undisturbed(read_rows(trace, count), gaps_of(trace), course, configuration)
     fastest = max(abs(row["level_speed_rad_s"]) for row in rows)
     if fastest > plant.slowest_shaft:
         raise UserError(
@@ -232,11 +252,42 @@ def read_rows(file: Path, count: int) -> list[dict[str, float]]:
 
     with h5py.File(file) as trace:
         values = {name: np.asarray(trace[f"control/{name}"]) for name in CHANNELS}
+        time = trace["t_ns"][()]
     over = values["level"]
-    if not over.size or over[-1] < count:
-        raise UserError(f"{file}: the run ended before all {count} levels were over; read what sextant-mil reports.")
+    if not over.size or over.max() < count:
+        raise UserError(f"{file}: the run ended before all {count} levels were over; read what the drive reports.")
     firsts = [int(np.argmax(over >= number)) for number in range(1, count + 1)]
-    return [{name: float(values[name][row]) for name in CHANNELS} for row in firsts]
+    return [{name: float(values[name][row]) for name in CHANNELS} | {END: 1e-9 * time[row]} for row in firsts]
+
+
+def gaps_of(file: Path) -> np.ndarray:
+    """Beginnings of gaps in a trace: control periods that the drive missed, or that were not recorded. [s]"""
+    import h5py
+
+    with h5py.File(file) as trace:
+        time, interval = trace["t_ns"][()], int(trace.attrs["interval_ns"])
+    return 1e-9 * time[:-1][np.diff(time) > 1.1 * interval]
+
+
+def undisturbed(
+    rows: list[dict[str, float]], gaps: np.ndarray, course: str, configuration: Settings
+) -> list[dict[str, float]]:
+    """The levels that settled and were held without a gap, through which the power stage holds the last pattern or
+    turns the gates off, and behind which the rotor settles anew."""
+    settle, hold, period = _times(configuration)
+    kept = []
+    for row in rows:
+        cycle = row["tone_periods"] * period
+        held = math.ceil(hold / cycle) * cycle if cycle else hold
+        begin = row[END] - held - settle - ROW
+        if not np.any((gaps >= begin) & (gaps <= row[END])):
+            kept.append(row)
+    if 2 * len(kept) < len(rows):
+        raise UserError(
+            f"the drive missed control periods in {len(rows) - len(kept)} of {len(rows)} levels of the course of "
+            f"{course}; docs/realtime.md says what to change, and a longer drive.period_us takes less time."
+        )
+    return kept
 
 
 def inertia_course(plant: Plant, machine: InverseGamma, inertia: float) -> tuple[Course, float]:
@@ -262,7 +313,7 @@ def inertia_course(plant: Plant, machine: InverseGamma, inertia: float) -> tuple
     return Course(float(f"{torque:.4g}"), begin, max(0.02, inertia * speed / torque)), speed
 
 
-def _shaft_run(plant: Plant, name: str, settings: Settings, columns: tuple[str, ...]) -> list[np.ndarray]:
+def _shaft_run(plant: MilPlant, name: str, settings: Settings, columns: tuple[str, ...]) -> list[np.ndarray]:
     """Times [s] and columns of a run of field-oriented control on a free shaft.
 
     Flux and torque of the course keep the current below the limit. That of the drive must leave half of the flux's
@@ -292,7 +343,7 @@ def _interval(plant: Plant, wanted_s: float) -> float:
     return period_us * max(1, round(1e6 * wanted_s / period_us))
 
 
-def measure_inertia(plant: Plant, told: Settings, course: Course) -> Inertia:
+def measure_inertia(plant: MilPlant, told: Settings, course: Course) -> Inertia:
     """By a drive that is told what was found before."""
     settings = told | {
         "profile.torque_nm.points": course.points,
@@ -304,7 +355,7 @@ def measure_inertia(plant: Plant, told: Settings, course: Course) -> Inertia:
     return fit_inertia(time[within], speed[within], torque[within])
 
 
-def measure_no_load(plant: Plant, told: Settings, course: Course) -> NoLoad:
+def measure_no_load(plant: MilPlant, told: Settings, course: Course) -> NoLoad:
     """The shaft coasts after the first part of the course, for as long as three time constants of the rotor by the
     estimate take and 0.3 s more, which count."""
     coasts = course.begin_s + course.part_s

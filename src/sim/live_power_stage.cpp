@@ -7,8 +7,8 @@ namespace {
 
 /// A power stage of that type, and its own `DriveIo`.
 template <class Stage>
-std::shared_ptr<DriveIo<double>> io_of(const SimulatedPowerStageParameters& parameters,
-                                       const MechanicalLoad::Parameters& load) {
+std::shared_ptr<FaultableDriveIo> io_of(const SimulatedPowerStageParameters& parameters,
+                                        const MechanicalLoad::Parameters& load) {
   const auto stage = std::make_shared<Stage>(parameters, load);
   return {stage, &stage->io()};
 }

@@ -88,12 +88,13 @@ void TraceFile::create_columns(const Parameters& parameters) {
   channel_columns_ = channel_columns(parameters.channels);
   columns_.reserve(trace_columns.size() + channel_columns_.size());
   const auto create = [&](const TraceColumn& c) {
-    const bool known = parameters.plant || *c.folder == '\0';
-    if (!known || !is_chosen(c, parameters.signals)) return;
+    if (!is_chosen(c, parameters.signals)) return;
     const hdf5::Handle folder = open_folder(file_.get(), c.folder);
     columns_.emplace_back(folder.get(), c, properties.get(), buffer_rows);
   };
-  for (const TraceColumn& c : trace_columns) create(c);
+  for (const TraceColumn& c : trace_columns) {
+    if (parameters.plant || *c.folder == '\0') create(c);
+  }
   for (const TraceColumn& c : channel_columns_) create(c);
 }
 

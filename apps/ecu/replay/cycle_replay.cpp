@@ -39,7 +39,7 @@ CycleReplay::CycleReplay(const std::string& file, const std::vector<std::string>
   if (reader_.size() == 0) throw std::runtime_error{file + " has no control period"};
   if (!telemetry_out.empty()) {
     telemetry_.emplace(telemetry_out, config_.drive.drive.period_ns, periods_per_sample(config_),
-                       std::nullopt);
+                       std::nullopt, config_.drive.method().channels());
   }
 }
 
@@ -72,7 +72,7 @@ void CycleReplay::step(const CycleRecord<double>& record) {
   if (!telemetry_) return;
   interval_.add(output.telemetry);
   if (interval_.count() < periods_per_sample(config_)) return;
-  telemetry_->add(interval_.record());
+  telemetry_->add(interval_.record(), drive_.controller().channel_values());
   interval_.reset();
 }
 

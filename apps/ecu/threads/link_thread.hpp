@@ -16,8 +16,8 @@
 namespace sextant::ecu {
 
 /// The link thread: logs when the plant at the other end of a link appears, times out or does not acknowledge
-/// patterns, and ends the program where the plant of a lockstep has ended. The drive's reaction does not
-/// depend on it.
+/// patterns, ends the program where the plant of a lockstep has ended, and takes faults for a simulated
+/// plant. The drive's reaction does not depend on it.
 class LinkThread {
  public:
   LinkThread(PowerStage& power_stage, SharedState& shared) : power_stage_{power_stage}, shared_{shared} {}
@@ -35,6 +35,7 @@ class LinkThread {
       std::this_thread::sleep_for(20ms);
       const std::string sentence = power_stage_.state_change();
       if (!sentence.empty()) spdlog::info("{}", sentence);
+      power_stage_.poll_faults();
       if (!power_stage_.problem().empty()) {
         // main handles the signal like one from outside.
         kill(getpid(), SIGTERM);

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
+#include "sextant/control/controller.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/sim/telemetry_csv.hpp"
 #include "sextant/sim/trace_recorder.hpp"
@@ -14,12 +16,13 @@ namespace sextant::ecu {
 class TelemetryFile {
  public:
   /// By the end of its name, .csv or .h5. For a control period [ns], a number of them in a record [-] and the
-  /// beginning of the run, if it is known [ns]. Throws std::runtime_error where the name ends otherwise or
-  /// the file cannot be made.
+  /// beginning of the run, if it is known [ns]. channels: of the controller, for the group `control` of HDF5.
+  /// Throws std::runtime_error where the name ends otherwise or the file cannot be made.
   TelemetryFile(const std::string& file, std::int64_t period_ns, std::uint32_t periods_per_record,
-                std::optional<std::int64_t> begin_ns);
+                std::optional<std::int64_t> begin_ns, std::span<const ControlChannel> channels = {});
 
-  void add(const TelemetryIntervalRecord<double>& record);
+  /// channels: their values at the end of the record.
+  void add(const TelemetryIntervalRecord<double>& record, std::span<const double> channels = {});
   /// Throws std::runtime_error where something could not be written.
   void close();
 

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "sextant/core/drive_io.hpp"
+#include "sextant/sim/faultable_drive_io.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 
 namespace sextant {
@@ -16,10 +16,10 @@ class LivePowerStage {
   /// Throws as the power stages do.
   LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load);
 
-  [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
+  [[nodiscard]] FaultableDriveIo& io() noexcept { return *io_; }
 
  private:
-  std::shared_ptr<DriveIo<double>> io_;  ///< owns the power stage, whose type the parameters decide
+  std::shared_ptr<FaultableDriveIo> io_;  ///< owns the power stage, whose type the parameters decide
 };
 
 }  // namespace sextant

@@ -59,6 +59,14 @@ struct PlantFaultParameters {
            kind == PlantFaultKind::link_sag;
   }
 
+  /// The same with times that count from t_ns.
+  [[nodiscard]] PlantFaultParameters since(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
+    PlantFaultParameters later = *this;
+    later.at_ns += t_ns;
+    if (until_ns != never_ns) later.until_ns += t_ns;
+    return later;
+  }
+
   /// What is there at t_ns.
   [[nodiscard]] PlantFaultKind kind_at(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
     return (t_ns >= at_ns || at_ns == 0) && t_ns < until_ns ? kind : PlantFaultKind::none;

@@ -56,8 +56,9 @@ struct SensorParameters {
 /// then the faults that replace a reading. A reading that is kept is that of the last step before the fault.
 class SensorModel {
  public:
-  /// The parameters must be valid.
-  SensorModel(const SensorParameters& p, const PlantFaultParameters& fault) noexcept
+  /// The parameters must be valid. takes_faults: `set_fault` may follow.
+  SensorModel(const SensorParameters& p, const PlantFaultParameters& fault,
+              bool takes_faults = false) noexcept
       : current_{Converter{p.current_of(0), true}, Converter{p.current_of(1), true},
                  Converter{p.current_of(2), true}},
         voltage_{p.voltage, false},
@@ -65,11 +66,15 @@ class SensorModel {
         noise_{p.seed},
         fault_{fault},
         is_noisy_{p.current.noise > 0.0 || p.voltage.noise > 0.0},
-        is_ideal_{fault.kind == PlantFaultKind::none && encoder_.is_ideal() && voltage_.is_ideal() &&
-                  current_[0].is_ideal() && current_[1].is_ideal() && current_[2].is_ideal()} {}
+        is_ideal_{fault.kind == PlantFaultKind::none && !takes_faults && encoder_.is_ideal() &&
+                  voltage_.is_ideal() && current_[0].is_ideal() && current_[1].is_ideal() &&
+                  current_[2].is_ideal()} {}
 
   /// True where `step` changes nothing.
   [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
+
+  /// Another fault in place of the one before.
+  void set_fault(const PlantFaultParameters& fault) noexcept SEXTANT_NONBLOCKING { fault_ = fault; }
 
   /// The past of the encoder: the shaft comes to theta_m [rad], not wrapped, with omega_m [rad/s] at t_ns,
   /// the instant of the first step [ns], and is read every period_ns [ns].

@@ -20,6 +20,7 @@
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/plant/tied_segments.hpp"
 #include "sextant/sim/dead_time.hpp"
+#include "sextant/sim/faultable_drive_io.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/pulse_filter.hpp"
@@ -42,6 +43,7 @@ struct SimulatedDriveIoParameters {
   std::optional<std::int64_t> load_origin_ns{0};
   SensorParameters sensors{};    ///< ideal by default
   PlantFaultParameters fault{};  ///< none by default; times count as the load's
+  bool takes_faults{false};      ///< others may be injected while it runs [-]
 
   [[nodiscard]] const char* validate() const noexcept {
     if (period_ns <= 0) return "the control period must be above zero";
@@ -81,7 +83,7 @@ struct SimulatedDriveIoParameters {
 /// Temperatures and resistances of a plant that is heated (`PlantHeating`) move at the beginning of a read,
 /// so that they are the same over all of its segments.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
-class SimulatedDriveIo final : public DriveIo<double> {
+class SimulatedDriveIo final : public FaultableDriveIo {
  public:
   using Parameters = SimulatedDriveIoParameters;
   using PlantType = Plant;
@@ -96,9 +98,10 @@ class SimulatedDriveIo final : public DriveIo<double> {
         heating_{heating},
         pulse_filter_{parameters.minimum_pulse},
         dead_time_{parameters.dead_time_ns},
-        sensors_{parameters.sensors, parameters.fault},
+        sensors_{parameters.sensors, parameters.fault, parameters.takes_faults},
         ties_{integrator.ties() && (parameters.dead_time_ns > 0 || plant.drops().threshold_voltage > 0)},
-        has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant()} {}
+        has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant() ||
+                   parameters.takes_faults} {}
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
@@ -136,6 +139,13 @@ class SimulatedDriveIo final : public DriveIo<double> {
       active_ = delayed_;
       delayed_ = pattern;
     }
+  }
+
+  void inject(const PlantFaultParameters& fault) noexcept SEXTANT_NONBLOCKING override {
+    if (!parameters_.takes_faults) return;
+    parameters_.fault = fault.since(load_time(plant_t_ns_));
+    sensors_.set_fault(parameters_.fault);
+    integrator_.reset();
   }
 
   [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }

@@ -1,0 +1,52 @@
+#include "common/fault_injection.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <sstream>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "sextant/realtime/monotonic_clock.hpp"
+
+namespace sextant {
+namespace {
+
+/// On one line.
+std::string joined(const std::string& request) {
+  std::string text = request;
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> fault_overrides(const std::string& request) {
+  std::vector<std::string> overrides;
+  std::istringstream lines{request};
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty()) overrides.push_back("plant.faults." + line);
+  }
+  return overrides;
+}
+
+FaultInjection::FaultInjection(const std::string& socket, FaultableDriveIo& io, Read read)
+    : io_{io},
+      read_{std::move(read)},
+      socket_{socket, [this](const std::string& request) { return answer(request); }} {}
+
+std::string FaultInjection::answer(const std::string& request) {
+  try {
+    const PlantFaultParameters fault = read_(fault_overrides(request));
+    if (fault.kind == PlantFaultKind::cables_swapped)
+      return "motor cables are swapped from power-up on: set plant.faults.kind in the file";
+    io_.store(fault);
+  } catch (const std::exception& problem) {
+    return problem.what();
+  }
+  spdlog::warn("plant fault injected at {:.6f} s: {}", double(now_ns()) * 1e-9, joined(request));
+  return "ok";
+}
+
+}  // namespace sextant

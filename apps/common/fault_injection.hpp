@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/injected_faults.hpp"
+#include "sextant/core/drive_io.hpp"
+#include "sextant/hil/request_socket.hpp"
+#include "sextant/sim/faultable_drive_io.hpp"
+#include "sextant/sim/plant_fault.hpp"
+
+namespace sextant {
+
+/// Faults of the simulated plant by requests on a local socket, while it runs. A request has a line for each
+/// key of [plant.faults] that it gives, `key=value` as after --set; the others are those of the
+/// configuration. The reply is "ok", or a sentence that says what is wrong.
+class FaultInjection {
+ public:
+  /// What the plant gets, by overrides of the configuration. Throws with the sentence where they are wrong.
+  using Read = std::function<PlantFaultParameters(const std::vector<std::string>& overrides)>;
+
+  /// The power stage is not owned and must outlive this object. Throws as RequestSocket.
+  FaultInjection(const std::string& socket, FaultableDriveIo& io, Read read);
+
+  /// The power stage with its faults.
+  [[nodiscard]] DriveIo<double>& io() noexcept { return io_; }
+
+  /// Takes the request that waits; one thread calls it.
+  void poll() { socket_.poll(); }
+
+ private:
+  [[nodiscard]] std::string answer(const std::string& request);
+
+  InjectedFaults io_;
+  Read read_;
+  RequestSocket socket_;
+};
+
+/// The overrides of a request.
+[[nodiscard]] std::vector<std::string> fault_overrides(const std::string& request);
+
+}  // namespace sextant

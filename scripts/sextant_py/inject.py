@@ -1,0 +1,74 @@
+"""Gives a running simulated plant a fault: `sextant.inject`."""
+
+import argparse
+import socket
+from pathlib import Path
+from typing import Any
+
+from .errors import UserError, run
+from .sweep_reader import toml_value
+
+EXAMPLES = """examples:
+  sextant-ecu configs/ecu.toml --fault-socket /tmp/faults     in another shell; sextant-plant takes it too
+  scripts/inject /tmp/faults open_phase phase=b               from now on
+  scripts/inject /tmp/faults speed_jump jump_rad_s=20 until_s=0.05
+  scripts/inject /tmp/faults link_sag at_s=2 sag_v=300 ramp_ms=10
+  scripts/inject /tmp/faults none                             ends it
+
+Kinds and keys are those of [plant.faults] (docs/sensors.md); at_s and until_s count from now. Keys that are not given
+are those of the program's file. A fault takes the place of the one before. The program logs each with its time."""
+REPLY_S = 5.0  # for which a program's reply is waited for
+LARGEST = 4096
+
+
+def inject(fault_socket: str | Path, kind: str, **values: Any) -> None:
+    """Gives the simulated plant of a running sextant-ecu or sextant-plant a fault, from its next control period on.
+
+    fault_socket: its --fault-socket
+    kind: of plant.faults.kind; "none" ends the fault
+    values: other keys of [plant.faults], as until_s=0.05; at_s and until_s count from now
+
+    What the program refuses, and one that is not there, is a UserError with one sentence.
+    """
+    request = "".join(f"{key}={toml_value(value)}\n" for key, value in {"kind": kind, **values}.items())
+    _ask(fault_socket, request)
+
+
+def _ask(fault_socket: str | Path, request: str) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as client:
+        client.settimeout(REPLY_S)
+        try:
+            client.connect(str(fault_socket))
+            client.send(request.encode())
+            reply = client.recv(LARGEST).decode(errors="replace")
+        except TimeoutError:
+            raise UserError(f"no reply on {fault_socket} within {REPLY_S:g} s.") from None
+        except OSError as error:
+            raise UserError(
+                f"no program takes faults on {fault_socket}: {error.strerror or error}; start sextant-ecu or "
+                f"sextant-plant with --fault-socket {fault_socket}."
+            ) from None
+    if reply != "ok":
+        raise UserError(f"the fault is refused: {' '.join(reply.split()) or 'the program has ended'}")
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="inject",
+        description="Gives the simulated plant of a running sextant-ecu or sextant-plant a fault.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("socket", type=Path, metavar="SOCKET", help="the --fault-socket of the program")
+    parser.add_argument("kind", metavar="KIND", help='of plant.faults.kind; "none" ends the fault')
+    parser.add_argument("values", nargs="*", metavar="KEY=VALUE", help="other keys of [plant.faults]")
+    options = parser.parse_args(arguments)
+    for text in options.values:
+        if "=" not in text or not text.isprintable():
+            parser.error(f'"{text}" is not KEY=VALUE')
+    _ask(options.socket, "".join(f"{text}\n" for text in (f"kind={options.kind}", *options.values)))
+    return 0
+
+
+if __name__ == "__main__":
+    run("inject", main)
