@@ -87,10 +87,9 @@ def test_the_page_counts_points_near_standstill_apart(tmp_path: Path) -> None:
     maps = {one.name: made_up(one, "s") for one in torque_map_honest.VARIANTS}
     slow = 5 * sum(abs(speed) <= 20 for speed in torque_map_honest.SPEEDS)
     fast = 5 * len(torque_map_honest.SPEEDS) - slow
-    row = torque_map_honest.sets_table(maps).splitlines()[2]
-    assert row.startswith(f"| as found | {slow} | {fast} | – |")
+    assert torque_map_honest.sets_table(maps).splitlines()[2] == f"| dtc | as found | {slow} | {fast} | – |"
     right = {one.name: made_up(one, "r") for one in torque_map_honest.VARIANTS}
-    assert "| 0 | 0 | 9 |" in torque_map_honest.sets_table(right)
+    assert "| 0 | 0 | 9 N·m |" in torque_map_honest.sets_table(right)
     picture, page = torque_map_honest.write(maps, tmp_path)
     assert picture.stat().st_size > 0
     assert "{" not in page.read_text(encoding="utf-8")
