@@ -180,7 +180,7 @@ def main(arguments: list[str]) -> int:
         return of_the_honest_plant(options)
     status = 0
     if not options.page:
-        with timed(options.file.name if options.file else options.drive):
+        with timed(options.file.name if options.file else torque_map_drive.DRIVES[options.drive][0]):
             results = measure(options)
         suffix = (
             "" if options.is_of_page or not (options.quick or options.full) else "_quick" if options.quick else "_full"
