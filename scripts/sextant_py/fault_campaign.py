@@ -51,8 +51,12 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--library", action="store_true", help="on machines of the library, with every method")
     parser.add_argument("--honest", action="store_true", help="on a plant with the errors of a real one, identified")
     parser.add_argument("--quick", action="store_true", help="a few seeds and minutes, no page")
-    parser.add_argument("--seeds", type=int, metavar="N", help="of each injection (default: 100)")
-    parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
+    parser.add_argument(
+        "--seeds", type=int, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
+    )
+    parser.add_argument(
+        "--hours", type=float, metavar="H", help="simulated, of each driving (default: 1; --honest: 0.25)"
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="at a time (default: all cores)")
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
@@ -70,7 +74,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error("--honest: the drive is that of configs/ecu_honest.toml; leave FILE and --library out")
     options.is_of_page = not (options.quick or options.file) and options.seeds is None and options.hours is None
     options.seeds = options.seeds or default_seeds(options)
-    options.hours = options.hours if options.hours is not None else (0.02 if options.quick else 1.0)
+    options.hours = options.hours if options.hours is not None else default_hours(options)
     return options
 
 
@@ -80,6 +84,12 @@ def default_seeds(options: argparse.Namespace) -> int:
     if options.honest:
         return 1 if options.quick else fault_campaign_honest.SEEDS
     return 1 if options.quick and options.file else 3 if options.quick else 100
+
+
+def default_hours(options: argparse.Namespace) -> float:
+    if options.quick:
+        return 0.02
+    return fault_campaign_honest.HOURS if options.honest else 1.0
 
 
 def output_of(*words: object) -> str:
