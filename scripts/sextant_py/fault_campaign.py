@@ -54,9 +54,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--seeds", type=int, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
     )
-    parser.add_argument(
-        "--hours", type=float, metavar="H", help="simulated, of each driving (default: 1; --honest: 0.25)"
-    )
+    parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="at a time (default: all cores)")
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
     options = parser.parse_args(arguments)
@@ -74,7 +72,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error("--honest: the drive is that of configs/ecu_honest.toml; leave FILE and --library out")
     options.is_of_page = not (options.quick or options.file) and options.seeds is None and options.hours is None
     options.seeds = options.seeds or default_seeds(options)
-    options.hours = options.hours if options.hours is not None else default_hours(options)
+    options.hours = options.hours if options.hours is not None else (0.02 if options.quick else 1.0)
     return options
 
 
@@ -84,12 +82,6 @@ def default_seeds(options: argparse.Namespace) -> int:
     if options.honest:
         return 1 if options.quick else fault_campaign_honest.SEEDS
     return 1 if options.quick and options.file else 3 if options.quick else 100
-
-
-def default_hours(options: argparse.Namespace) -> float:
-    if options.quick:
-        return 0.02
-    return fault_campaign_honest.HOURS if options.honest else 1.0
 
 
 def output_of(*words: object) -> str:

@@ -9,7 +9,7 @@ from .fault_campaign_file import faults_table
 from .fault_campaign_page import trip_table
 from .page import put
 
-SEEDS, HOURS = 1, 0.25
+SEEDS = 1
 DRIVING = honest_drive.ORDINARY
 Progress = Callable[[int, str], Callable[[], None]]
 
