@@ -10,7 +10,14 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from . import false_trips, fault_campaign_file, fault_campaign_library, json_file, mil_program
+from . import (
+    false_trips,
+    fault_campaign_file,
+    fault_campaign_honest,
+    fault_campaign_library,
+    json_file,
+    mil_program,
+)
 from .errors import UserError, run
 from .fault_campaign_page import fault_table, trip_table, write
 from .paths import OUT, ROOT
@@ -26,6 +33,8 @@ EXAMPLES = """examples:
   scripts/fault_campaign my.toml --methods all    the same with every control method
   scripts/fault_campaign --library                the same on four machines of the library at two control periods, then
                                                   the tables of the library in docs/fault_campaign.md
+  scripts/fault_campaign --honest                 the drive of configs/ecu_honest.toml, told what identify finds,
+                                                  then its tables in docs/fault_campaign.md
 
 Exit status: 0 when no fault was missed or late and nothing tripped without one, 1 otherwise, 130 when interrupted."""
 
@@ -40,8 +49,11 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="of sextant-ecu or sextant-mil; no page")
     parser.add_argument("--methods", metavar="A,B", help="of FILE: these, or all (default: the one of the file)")
     parser.add_argument("--library", action="store_true", help="on machines of the library, with every method")
+    parser.add_argument("--honest", action="store_true", help="on a plant with the errors of a real one, identified")
     parser.add_argument("--quick", action="store_true", help="a few seeds and minutes, no page")
-    parser.add_argument("--seeds", type=int, metavar="N", help="of each injection (default: 100)")
+    parser.add_argument(
+        "--seeds", type=int, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
+    )
     parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="at a time (default: all cores)")
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
@@ -56,6 +68,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error("--methods: the methods are those of a FILE, and none is given")
     if options.file and options.library:
         parser.error("--library: the machines are those of the library, and FILE names another drive")
+    if options.honest and (options.file or options.library):
+        parser.error("--honest: the drive is that of configs/ecu_honest.toml; leave FILE and --library out")
     options.is_of_page = not (options.quick or options.file) and options.seeds is None and options.hours is None
     options.seeds = options.seeds or default_seeds(options)
     options.hours = options.hours if options.hours is not None else (0.02 if options.quick else 1.0)
@@ -65,6 +79,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def default_seeds(options: argparse.Namespace) -> int:
     if options.library:
         return 1 if options.quick else fault_campaign_library.SEEDS
+    if options.honest:
+        return 1 if options.quick else fault_campaign_honest.SEEDS
     return 1 if options.quick and options.file else 3 if options.quick else 100
 
 
@@ -124,7 +140,7 @@ def of_a_file(options: argparse.Namespace) -> int:
     for key in campaign.drive.left_out:
         print(f"fault_campaign: {key} is left out: no scenario has it", file=sys.stderr)
     methods = fault_campaign_file.chosen_methods(options.methods, campaign.method)
-    plan = fault_campaign_file.cases(methods, options.seeds)
+    plan = fault_campaign_file.cases(methods, options.seeds, campaign.sensors)
     found = campaign.run_all(plan, options.jobs, progress_of(len(plan), options.file.name, "fault_campaign"))
     hours = campaign.hours(methods, options.hours, options.jobs) if options.hours > 0 else []
     print(fault_campaign_file.faults_table(found), trip_table(hours), sep="\n\n")
@@ -155,6 +171,28 @@ def of_the_library(options: argparse.Namespace) -> int:
     return verdict(found.runs, found.hours)
 
 
+def of_the_honest_plant(options: argparse.Namespace) -> int:
+    """The campaign on a plant with the errors of a real one."""
+    work = OUT / "fault_campaign"
+    work.mkdir(parents=True, exist_ok=True)
+    mil = mil_program.find(options.mil)
+    found = fault_campaign_honest.measure(
+        options.seeds,
+        options.hours,
+        options.jobs,
+        mil,
+        work,
+        lambda count, of: progress_of(count, of, "fault_campaign"),
+    )
+    print(fault_campaign_honest.tables(found))
+    results = {"seeds": options.seeds, "runs": found.runs, "hours": [one.to_json() for one in found.hours]}
+    keep(results, work / "honest.json")
+    if options.is_of_page:
+        fault_campaign_honest.write(PAGE, found, options.seeds)
+        print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables of the honest plant")
+    return verdict(found.all_runs, found.hours)
+
+
 def keep(results: dict, file: Path) -> None:
     json_file.write(file, results)
     print(file)
@@ -175,6 +213,8 @@ def main(arguments: list[str]) -> int:
         return of_a_file(options)
     if options.library:
         return of_the_library(options)
+    if options.honest:
+        return of_the_honest_plant(options)
     faults = provoke(options)
     hours = drive(options) if options.hours > 0 else []
     print(fault_table(faults), trip_table(hours), sep="\n\n")

@@ -1,5 +1,5 @@
 """The fault campaign of any drive, in sextant-mil: every fault of plant and sensors at several operating points, with
-ideal and with real sensors, and driving without a fault."""
+ideal and with real sensors or with those of the file, and driving without a fault."""
 
 import math
 import random
@@ -27,7 +27,7 @@ from .plant_faults import (
     of_a_trip,
 )
 from .sweep_file import Settings
-from .torque_map_drive import Drive
+from .torque_map_drive import SENSORS, Drive
 from .torque_map_file import Scale
 from .torque_map_points import SPEEDS
 from .torque_map_run import Lab
@@ -39,6 +39,7 @@ WATCHED_S = 0.9  # after the fault; an open phase at standstill waits for its cu
 TOLERANCE = 0.05  # of the mean torque after a fault, as a share of the command, beside the floor of the scale
 DRIVING_S = 30.0  # of a run without a fault [s]
 STEADY = "no fault"  # the row of the same operating points without any
+OWN = "own"  # the sensors of a file that sets their errors
 
 
 @dataclass(frozen=True)
@@ -57,15 +58,16 @@ class Case:
         return f"{name}/{self.method}/{self.seed}/{self.place}/{self.sensors}"
 
 
-def cases(methods: Iterable[str], seeds: int) -> list[Case]:
+def cases(methods: Iterable[str], seeds: int, sensors: Iterable[str] = tuple(SENSORS)) -> list[Case]:
+    kinds = list(sensors)
     return [
-        Case(fault, method, seed, place, sensors)
+        Case(fault, method, seed, place, kind)
         for method in methods
         for fault in (None, *FAULTS)
         for seed in range(1, seeds + 1)
         for place, (speed, _) in enumerate(PLACES)
         if speed or fault is None or not fault.needs_speed
-        for sensors in ("ideal", "real")
+        for kind in kinds
     ]
 
 
@@ -77,6 +79,9 @@ class Campaign:
         self.scale: Scale
         self.drive, self.scale = torque_map_file.load(file, mil, directory)
         self.lab = Lab(mil, self.drive, directory)
+        # Errors of the sensors that the drive runs with: the last are the largest.
+        has_own = any(key.startswith("plant.sensors.current.") for key in self.drive.base)
+        self.sensors: dict[str, Settings] = {OWN: {}} if has_own else self.scale.sensors
         self.method = self.drive.configuration["control.controller"]
         # The map's speeds go beyond it, as those of the shipped drive do. [rad/s]
         self.base_speed = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / SPEEDS[-1]
@@ -98,7 +103,7 @@ class Campaign:
             "duration_s": end_s, "metrics.window_from_s": end_s - 0.3, "control.controller": case.method,
             "profile.torque_nm.shape": "steps", "profile.torque_nm.points": [[0, 0], [self.scale.step_s, torque]],
             "load.kind": "imposed_speed", "load.speed_rad_s.value": speed,
-            "plant.sensors.seed": case.seed, **self.scale.sensors[case.sensors],
+            "plant.sensors.seed": case.seed, **self.sensors[case.sensors],
         }  # fmt: skip
         if case.fault is None:
             return found
@@ -143,13 +148,13 @@ class Campaign:
             pool.shutdown(cancel_futures=True)
 
     def drive_on(self, method: str, seed: int) -> tuple[false_trips.Drive, dict]:
-        """A run of random torque steps without a fault, with real sensors."""
+        """A run of random torque steps without a fault, with real sensors or those of the file."""
         one = false_trips.Drive(f"random torque steps, {method}", seed, DRIVING_S)
         with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
             largest = 0.87 * self.drive.configuration["command.torque_limit_nm"]
             settings = {
                 "duration_s": DRIVING_S, "metrics.window_from_s": 0, "control.controller": method,
-                "plant.sensors.seed": seed, **self.scale.sensors["real"],
+                "plant.sensors.seed": seed, **[*self.sensors.values()][-1],
                 "plant.sensors.encoder.lines": 1024, "plant.sensors.encoder.speed": "period",
                 "plant.sensors.encoder.window_periods": 20,
                 **false_trips.random_steps(one, Path(name), largest, 0.86 * self.base_speed, self.scale.from_s),

@@ -19,6 +19,8 @@ from .identify_run import (
     MilPlant,
     Plant,
     check_room,
+    check_shaft,
+    configuration_of,
     given_words,
     inertia_course,
     measure_inertia,
@@ -136,11 +138,13 @@ def plants_of(file: Path, mil: Path, directory: Path, options: argparse.Namespac
     """The drive of a file at standstill, and that with a free shaft. A load torque is that of the latter, an imposed
     speed that of the former."""
     settings = settings_of(options) | {"plant.integrator": "fixed"}
+    turning = [text for text in options.set if not text.startswith(("load.speed_rad_s", "load.kind"))]
+    free = plant_of(file, mil, directory, settings, turning)
+    check_shaft(free.configuration)
     at_rest = [text for text in options.set if not text.startswith("load.torque_nm")]
     held: Settings = {"load.kind": "imposed_speed", "load.speed_rad_s.value": 0}
-    plant = plant_of(file, mil, directory, settings | held, at_rest)
-    free = [text for text in options.set if not text.startswith(("load.speed_rad_s", "load.kind"))]
-    return plant, replace(plant, given=given_words(settings, free))
+    given = given_words(settings | held, at_rest)
+    return replace(free, given=given, configuration=configuration_of(mil, free.scenario, given)), free
 
 
 def setup_of(plant: Plant, options: argparse.Namespace) -> Setup:

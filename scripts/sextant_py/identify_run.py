@@ -131,6 +131,22 @@ def unknown_voltage(configuration: Settings) -> Settings:
     return {key: round(max(prior, configuration[key]), 3)}
 
 
+def check_shaft(configuration: Settings) -> None:
+    """Refuses a load behind a driveline, beside which the motor's shaft cannot be held."""
+    key = "plant.driveline.inertia_kg_m2"
+    if configuration[key]:
+        raise UserError(
+            f"{key} is {configuration[key]:g}: the measurement holds the motor's shaft, and its inertia is that of one "
+            f"rigid shaft; take the load off with --set {key}=0."
+        )
+
+
+def is_bounded(plant: Plant) -> bool:
+    """Whether file or user set the limit of the current, which else follows from the estimate."""
+    key = f"{CONTROL}current_limit_a"
+    return any(word.startswith(f"{key}=") for word in plant.given) or f"{key} = " in plant.scenario.read_text("utf-8")
+
+
 def check_room(configuration: Settings) -> None:
     """Refuses levels that the converters of the currents do not resolve."""
     sensor = "plant.sensors.current."
@@ -317,7 +333,7 @@ def _shaft_run(plant: MilPlant, name: str, settings: Settings, columns: tuple[st
     """Times [s] and columns of a run of field-oriented control on a free shaft.
 
     Flux and torque of the course keep the current below the limit. That of the drive must leave half of the flux's
-    current for torque, and may lie above it by that.
+    current for torque: a limit that was set and leaves less is refused, the one by the estimate is raised.
     """
     import h5py
 
@@ -325,7 +341,14 @@ def _shaft_run(plant: MilPlant, name: str, settings: Settings, columns: tuple[st
     gamma = plant.estimate.terminals
     inductances = [gamma.leakage + gamma.l_magnetising, settings.get("control.machine_estimate.l_m_h", math.inf)]
     flux_current = plant.configuration["control.flux_reference_wb"] / min(inductances)
-    common: Settings = {
+    magnetising: Settings = {"control.foc.magnetising_current_a": limit} if is_bounded(plant) else {}
+    if limit < DRIVE_LIMIT * flux_current and magnetising:
+        raise UserError(
+            f"{CONTROL}current_limit_a of {limit:g} A does not bound the course of {name}, whose flux takes "
+            f"{flux_current:.3g} A: raise it to {DRIVE_LIMIT * flux_current:.3g} A at least (--limit-a), or leave "
+            f"{name} out of --only."
+        )
+    common: Settings = magnetising | {
         "control.controller": "foc",
         "drive.magnetise_first": True,
         "drive.current_limit_a": max(limit, DRIVE_LIMIT * flux_current),

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from . import identify, json_file, mil_program
+from . import honest_drive, identify, json_file, mil_program
 from .errors import UserError, run
 from .identify_files import told_dead_time_us, told_voltage_error_v
 from .paths import OUT, ROOT
@@ -96,7 +96,7 @@ class Case:
     @property
     def plant(self) -> Settings:
         own = {"drive.period_us": self.period_us, "plant.inverter.dead_time_us": self.dead_us}
-        return own | (drops("plant") | SATURATION | SENSORS["real"] if self.everything else {})
+        return own | (honest_drive.plant_settings() if self.everything else {})
 
     @property
     def settings(self) -> Settings:
@@ -123,8 +123,8 @@ CASES = tuple(
     for share in ((0, 1, 1.1, 0.9) if dead else (0,))
 )  # fmt: skip
 EVERYTHING_CASES = tuple(
-    Case(period, dead, round(share * dead, 3), everything=True)
-    for period, dead in ((25, 1.5), (125, 3.0))
+    Case(one.period_us, one.dead_us, round(share * one.dead_us, 3), everything=True)
+    for one in honest_drive.INVERTERS
     for share in (1, 1.1, 0.9)
 )
 DROPS = f"25 us, drops of {THRESHOLD_V:g} V + {SLOPE_OHM * 1e3:g} mOhm"

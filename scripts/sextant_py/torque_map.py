@@ -5,23 +5,26 @@ import os
 import resource
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from . import (
     mil_program,
-    torque_map_capability,
     torque_map_counts,
     torque_map_drive,
     torque_map_file,
+    torque_map_honest,
+    torque_map_measure,
     torque_map_page,
     torque_map_points,
     torque_map_steady,
 )
 from .errors import UserError, run
 from .paths import OUT, ROOT
-from .torque_map_points import Conditions, Point
-from .torque_map_results import FAILED, MEANING, SILENT, Results, load, map_of, save
-from .torque_map_run import Lab, progress_of
+from .torque_map_points import Conditions
+from .torque_map_results import FAILED, MEANING, SILENT, Results, load, save
+from .torque_map_run import Lab
 
 PAGE = ROOT / "docs" / "torque_map"
 EXAMPLES = """examples:
@@ -30,6 +33,8 @@ EXAMPLES = """examples:
   scripts/torque_map --full           the whole factorial, into out/torque_map; no page
   scripts/torque_map --drive paper    the paper's drive, with which the page compares
   scripts/torque_map --drive foc      the drive of configs/ecu_foc.toml
+  scripts/torque_map --honest         the drive of configs/ecu_honest.toml, told what identify finds on its plant,
+                                      then docs/torque_map/honest.md
   scripts/torque_map my.toml          any drive: a file of sextant-ecu or sextant-mil, into out/torque_map; no page
   scripts/torque_map my.toml --quick  a handful of its points, printed
   scripts/torque_map --page           no runs: the same again from paper.json, shipped.json and foc.json
@@ -50,6 +55,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     size.add_argument("--quick", action="store_true", help="a handful of points, no page")
     size.add_argument("--full", action="store_true", help="every combination of the factors, no page")
     size.add_argument("--page", action="store_true", help="pictures and page from the results that are there")
+    parser.add_argument("--honest", action="store_true", help="on a plant with the errors of a real one")
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="the drive of this file, no page")
     parser.add_argument("--drive", choices=torque_map_drive.DRIVES, help="default: shipped")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, pictures, page (default: docs/torque_map)")
@@ -63,6 +69,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if options.file and (options.drive or options.page):
         parser.error(f"FILE: {options.file} is a drive of its own; leave --drive and --page out")
+    if options.honest and (options.file or options.drive or options.quick or options.full):
+        parser.error("--honest: drive and points are its own; leave FILE, --drive, --quick and --full out")
     options.drive = options.drive or "shipped"
     options.is_of_page = not (options.quick or options.full or options.file)
     options.out = options.out or (PAGE if options.is_of_page else OUT / "torque_map")
@@ -79,22 +87,6 @@ def chosen(
     sets = of.full_sets() if options.full else of.default_sets()
     speeds, torques = (scale.speeds, scale.torques) if scale else (of.SPEEDS, of.TORQUES)
     return sets, [*speeds], [*torques]
-
-
-def capability(lab: Lab, speeds: list[float]) -> dict:
-    """What the drive publishes at exact parameters and no torque, and what the circuit allows."""
-    limits = torque_map_capability.limits_of(lab.drive.configuration, torque_map_drive.CURRENT_LIMIT)
-    found: dict = {
-        "speeds": speeds,
-        "limits": {k: v if v != float("inf") else None for k, v in limits.__dict__.items()},
-    }
-    records = [lab.records[Point(Conditions(), speed, 0).key] for speed in speeds]
-    for direction, sign in (("motoring", 1), ("regenerating", -1)):
-        found[direction] = [record.get(f"torque_{direction}_nm") for record in records]
-        found[f"{direction}_analytic"] = [
-            round(torque_map_capability.largest_torque(limits, abs(speed), sign), 3) for speed in speeds
-        ]
-    return found
 
 
 def measure(options: argparse.Namespace) -> Results:
@@ -114,26 +106,10 @@ def measure(options: argparse.Namespace) -> Results:
         print("torque_map: sensors with errors are left out: this sextant-mil does not know them", file=sys.stderr)
         drive.left_out.append("sensors")
     lab = Lab(mil, drive, work)
-    points = torque_map_points.points(sets, speeds, torques)
-    kept = lab.take_up(options.restart)
-    left = len(lab.missing(points))
-    print(f"torque_map: {drive.label}: {len(points)} points of {len(sets)} sets, {left} to run", flush=True)
-    try:
-        lab.run(points, options.jobs, progress_of(left, drive.name))
-    except KeyboardInterrupt:
-        print(f"torque_map: {len(lab.records) - kept} points more are kept in {lab.file}.", file=sys.stderr)
-        raise
-    results = Results(
-        drive.name, drive.label, drive.version, drive.commit, speeds, torques,
-        [map_of(one, speeds, torques, lab.records, *([scale.torque_floor] if scale else [])) for one in sets],
-        left_out=drive.left_out,
-    )  # fmt: skip
+    results = torque_map_measure.measured(lab, sets, speeds, torques, options.jobs, options.restart)
     if not options.quick:
-        results.capability = capability(lab, speeds)
+        results.capability = torque_map_measure.capability(lab, speeds)
         results.steady = [] if scale else torque_map_steady.measure(lab, options.jobs)
-    failed = [point for point in points if lab.records[point.key]["reason"]]
-    for point in failed[:3]:
-        print(f"torque_map: {point.key}: {lab.records[point.key]['reason']}", file=sys.stderr)
     return results
 
 
@@ -156,13 +132,30 @@ def run_minutes() -> tuple[float, float]:
     return time.monotonic() / 60, (children.ru_utime + children.ru_stime) / 60
 
 
-def timed_measure(options: argparse.Namespace) -> Results:
-    """As measure; says how long the runs took."""
+@contextmanager
+def timed(label: str) -> Iterator[None]:
+    """Says how long the runs took."""
     before = run_minutes()
-    results = measure(options)
+    yield
     elapsed, processor = (after - then for after, then in zip(run_minutes(), before, strict=True))
-    print(f"torque_map: {results.label}: {elapsed:.3g} minutes, {processor:.3g} minutes of processor time")
-    return results
+    print(f"torque_map: {label}: {elapsed:.3g} minutes, {processor:.3g} minutes of processor time")
+
+
+def of_the_honest_plant(options: argparse.Namespace) -> int:
+    """Map and page of the drive on a plant with the errors of a real one."""
+    work = OUT / "torque_map"
+    work.mkdir(parents=True, exist_ok=True)
+    status = 0
+    if not options.page:
+        with timed("honest plant"):
+            found = torque_map_honest.measure(mil_program.find(options.mil), work, options.jobs, options.restart)
+        for results in found:
+            save(results, options.out / f"{results.drive}.json")
+            status |= report(results)
+    maps = {name: load(options.out / f"{name}.json") for name in torque_map_honest.NAMES}
+    for file in torque_map_honest.write(maps, options.out):
+        print(file)
+    return status
 
 
 def results_in(directory: Path) -> dict[str, Results]:
@@ -183,9 +176,12 @@ def main(arguments: list[str]) -> int:
         options.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"--out: {options.out} cannot be made: {error.strerror}.") from None
+    if options.honest:
+        return of_the_honest_plant(options)
     status = 0
     if not options.page:
-        results = timed_measure(options)
+        with timed(options.file.name if options.file else torque_map_drive.DRIVES[options.drive][0]):
+            results = measure(options)
         suffix = (
             "" if options.is_of_page or not (options.quick or options.full) else "_quick" if options.quick else "_full"
         )

@@ -55,6 +55,7 @@ SENSORS: dict[str, Settings] = {
     },
 }
 DELAY = "drive.actuation_delay_periods"
+DEAD_TIME = "drive.inverter.dead_time_us"
 # Where the configuration in force has the limit of the stator current; None where it has none. [A]
 CURRENT_LIMIT = "drive.current_limit_a"
 SHORT: Settings = {"duration_s": 0.001}

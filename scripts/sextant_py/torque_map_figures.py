@@ -121,16 +121,19 @@ def _legend(figure: Figure) -> None:
     )
 
 
-def grid(rows: list[tuple[str, list[tuple[Results, MapOf]]]], file: Path) -> None:
-    """A panel for each map; rows with a name."""
+def grid(
+    rows: list[tuple[str, list[tuple[Results, MapOf]]]], file: Path, shown: tuple[float, ...] | None = None
+) -> None:
+    """A panel for each map; rows with a name. shown: the speeds of the ticks [rad/s]."""
     columns = max(len(maps) for _, maps in rows)
+    at = shown or ((-200, -50, 0, 50, 200) if columns > 3 else SHOWN_SPEEDS)
     figure, panels = _sheet(len(rows), columns, 0.75 + 1.75 * len(rows))
     image = None
     for (name, maps), line in zip(rows, panels, strict=True):
         for axes, (results, one) in zip(line, maps, strict=False):
             image = panel(axes, results, one)
             axes.set_title(one.conditions.label, fontsize=8 if columns < 4 else 7)
-            _ticks(axes, results, (-200, -50, 0, 50, 200) if columns > 3 else SHOWN_SPEEDS)
+            _ticks(axes, results, at)
         line[0].set_ylabel(f"{name}\ncommand [N·m]", fontsize=8)
         for axes in line[len(maps) :]:
             axes.set_visible(False)

@@ -86,6 +86,11 @@ def _parsed(file: Path) -> dict:
         raise UserError(f"{file} is no TOML: {error}.") from None
 
 
+def own_keys(file: Path) -> Settings:
+    """Dotted keys of a file alone."""
+    return flat(_parsed(file))
+
+
 def _layers(file: Path, seen: tuple[Path, ...] = ()) -> Settings:
     """Dotted keys of a file above those of the one that it is based on; SECTION.file is the path of a section's."""
     if file.resolve() in seen:

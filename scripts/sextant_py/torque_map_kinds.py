@@ -66,9 +66,8 @@ def kinds() -> list[Kind]:
     ]
 
 
-def found(maps: Iterable[Results]) -> list[Kind]:
-    """Those that the drives have."""
-    out = kinds()
+def found(maps: Iterable[Results], out: list[Kind]) -> list[Kind]:
+    """Those of the kinds that the drives have."""
     for results in maps:
         for one in results.maps:
             for torque, row, deviations in zip(results.torques, one.outcomes, one.deviations, strict=True):
@@ -88,7 +87,7 @@ def _speeds(kind: Kind) -> str:
     return f"{least:g}" if least == largest else f"{least:g} to {largest:g}"
 
 
-def kinds_table(maps: Iterable[Results]) -> str:
+def kinds_table(maps: Iterable[Results], by: Callable[[], list[Kind]] = kinds) -> str:
     drives = list(maps)
     rows = [
         (
@@ -99,7 +98,7 @@ def kinds_table(maps: Iterable[Results]) -> str:
             f"{max(kind.silences):.3g}",
             kind.cause,
         )
-        for kind in found(drives)
+        for kind in found(drives, by())
     ]
     labels = [results.label for results in drives]
     head = ["silently wrong", *labels, "speed [rad/s]", "by up to [N·m]", "for up to [ms]", "cause"]

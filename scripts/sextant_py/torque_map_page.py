@@ -133,11 +133,16 @@ def fields(maps: Maps) -> dict[str, str]:
     }
 
 
-def render(maps: Maps) -> str:
-    page = TEMPLATE.read_text(encoding="utf-8")
-    for name, text in fields(maps).items():
+def filled(template: Path, texts: dict[str, str]) -> str:
+    """The template with these texts in the places of their names."""
+    page = template.read_text(encoding="utf-8")
+    for name, text in texts.items():
         page = page.replace(f"{{{name}}}", text)
     return page
+
+
+def render(maps: Maps) -> str:
+    return filled(TEMPLATE, fields(maps))
 
 
 def write(maps: Maps, directory: Path) -> list[Path]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from .sweep_file import Settings
-from .torque_map_drive import DELAY, SENSORS, Drive
+from .torque_map_drive import DEAD_TIME, DELAY, INDUCTANCE, SENSORS, Drive
 
 _MAGNITUDES = (0, 2, 5, 10, 20, 35, 50, 75, 100, 130, 160, 200, 260, 320, 400)
 SPEEDS = tuple(sorted({sign * speed for speed in _MAGNITUDES for sign in (-1, 1)}))  # mechanical [rad/s]
@@ -20,6 +20,7 @@ STEP_S = 0.35  # end of zero torque; a free shaft has its speed, and is evaluate
 END_S = 1.1
 
 
+ESTIMATE = "control.machine_estimate."
 # What the factors scale: the machine, which the controller believes nominal; or what it believes of a nominal machine.
 DETUNES = ("machine", "estimate")
 
@@ -35,10 +36,12 @@ class Conditions:
     sensors: str = "ideal"
     delay: int = 0  # of actuation [periods]
     shaft: str = "imposed"  # speed, or "free"
+    dead_time: float = 1.0  # that the drive is told of the inverter, by the one that its file says
 
     @property
     def key(self) -> str:
-        return f"{self.shaft}/{self.sensors}/{self.delay}/{self.detune}/{self.r_s:g},{self.r_r:g},{self.l_m:g}"
+        around = f"{self.shaft}/{self.sensors}/{self.delay}/{self.dead_time:g}"
+        return f"{around}/{self.detune}/{self.r_s:g},{self.r_r:g},{self.l_m:g}"
 
     @property
     def is_r_s_alone(self) -> bool:
@@ -49,6 +52,7 @@ class Conditions:
         names = {"r_s": "R_s", "r_r": "R_r", "l_m": "L_m"}
         parts = [f"${names[name]}$ ×{getattr(self, name):g}" for name in names if getattr(self, name) != 1]
         parts += ["believed"] if parts and self.detune == "estimate" else []
+        parts += [f"dead time told ×{self.dead_time:g}"] if self.dead_time != 1 else []
         parts += ["sensors"] if self.sensors != "ideal" else []
         parts += ["delay"] if self.delay else []
         parts += ["free shaft"] if self.shaft == "free" else []
@@ -107,12 +111,22 @@ def points(sets: Iterable[Conditions], speeds: Iterable[float], torques: Iterabl
 
 
 def machine_settings(drive: Drive, conditions: Conditions) -> Settings:
+    """The machine, and what the drive believes: its file's estimate, by default the machine."""
     found: Settings = {}
     for factor, key in drive.factors.items():
-        nominal, scaled = drive.machine[key], drive.machine[key] * getattr(conditions, factor)
-        real, believed = (scaled, nominal) if conditions.detune == "machine" else (nominal, scaled)
-        found |= {f"machine.{key}": real, f"control.machine_estimate.{key}": believed}
+        nominal, scale = drive.machine[key], getattr(conditions, factor)
+        own = f"{ESTIMATE}{INDUCTANCE if factor == 'l_m' else key}"
+        estimate, believed = (own, drive.base[own]) if own in drive.base else (f"{ESTIMATE}{key}", nominal)
+        real, belief = (scale, 1.0) if conditions.detune == "machine" else (1.0, scale)
+        found |= {f"machine.{key}": nominal * real, estimate: believed * belief}
     return found
+
+
+def inverter_settings(drive: Drive, conditions: Conditions) -> Settings:
+    """What the drive is told wrong of its inverter."""
+    if conditions.dead_time == 1:
+        return {}
+    return {DEAD_TIME: round(drive.base[DEAD_TIME] * conditions.dead_time, 3)}
 
 
 def times(drive: Drive) -> tuple[float, float, float]:
@@ -141,6 +155,7 @@ def settings(drive: Drive, point: Point) -> Settings:
         **profile,
         **load_settings(drive, point),
         **machine_settings(drive, point.conditions),
+        **inverter_settings(drive, point.conditions),
         **sensors[point.conditions.sensors],
         DELAY: point.conditions.delay,
     }

@@ -95,6 +95,7 @@ class Results:
     capability: dict = field(default_factory=dict)
     steady: list[dict] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
+    told: str = ""  # of what was identified
 
     @property
     def counts(self) -> Counter:

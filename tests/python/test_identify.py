@@ -1,5 +1,6 @@
 """scripts/identify: the fit against levels that are made here, and whole measurements on simulated drives."""
 
+import json
 import math
 import random
 import secrets
@@ -247,3 +248,30 @@ def test_what_does_not_work_is_one_sentence(tmp_path: Path) -> None:
     assert "hold it" in refusal(file, "--only", "impedance", *short, *turning)
     tripped = ("--set", "plant.faults.kind=open_phase", "--set", "plant.faults.at_s=0.01")
     assert "the drive tripped with OPEN_PHASE" in refusal(file, *short, *tripped)
+
+
+def test_a_limit_that_is_set_bounds_the_current_of_the_course(tmp_path: Path) -> None:
+    """It lies below the current by which the drive magnetises on its own, 23.1 A."""
+    limit = 20.5
+    words = [str(ROOT / "configs/ecu_foc.toml"), "--only", "inertia", "--limit-a", str(limit)]
+    identify.identified(Path(words[0]), program("sextant-mil"), tmp_path, identify.parse_arguments(words))
+    summary = json.loads((tmp_path / "inertia" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["metrics"]["peak_current_a"] < 1.02 * limit
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--limit-a", "17"], r"17 A does not bound the course of inertia, whose flux takes 12\.9 A"),
+        (
+            ["--set", "plant.driveline.inertia_kg_m2=0.5", "--set", "plant.driveline.stiffness_nm_rad=1000"],
+            r"plant\.driveline\.inertia_kg_m2 is 0\.5: the measurement holds the motor's shaft",
+        ),
+    ],
+)
+def test_a_limit_or_a_load_that_the_course_cannot_have_is_refused(
+    words: list[str], sentence: str, tmp_path: Path
+) -> None:
+    options = identify.parse_arguments([str(ROOT / "configs/ecu_foc.toml"), "--only", "inertia", *words])
+    with pytest.raises(UserError, match=sentence):
+        identify.identified(options.file, program("sextant-mil"), tmp_path, options)

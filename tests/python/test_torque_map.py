@@ -269,7 +269,7 @@ def test_every_silently_wrong_point_is_of_one_kind() -> None:
     for conditions in (Conditions(r_r=0.5), Conditions(**torque_map_points.SENSORS_ALONE)):
         results.find(conditions).outcomes[row] = SILENT * all_speeds
     fast = sum(abs(speed) >= torque_map_kinds.WEAKENING_RAD_S for speed in results.speeds)
-    found = {kind.name: len(kind.speeds) for kind in torque_map_kinds.found([results])}
+    found = {kind.name: len(kind.speeds) for kind in torque_map_kinds.found([results], torque_map_kinds.kinds())}
     assert list(found.values()) == [fast, all_speeds - fast, all_speeds, 1]
     assert sum(found.values()) == results.counts[SILENT]
     last = torque_map_kinds.kinds_table([results]).splitlines()[-1]

@@ -1,0 +1,119 @@
+"""The honest plant: what its file sets, what its drive is told, and the map and campaign on it."""
+
+from pathlib import Path
+
+import pytest
+from programs import program
+from sextant_py import (
+    fault_campaign,
+    fault_campaign_file,
+    fault_campaign_honest,
+    honest_drive,
+    plant_faults,
+    torque_map,
+    torque_map_file,
+    torque_map_honest,
+    torque_map_points,
+)
+from sextant_py.false_trips import Hours
+from sextant_py.paths import ROOT
+from sextant_py.torque_map_drive import SENSORS, Drive
+from sextant_py.torque_map_points import Conditions
+from sextant_py.torque_map_results import MapOf, Results
+
+
+def test_its_sensors_are_those_of_the_torque_map_and_nothing_is_told() -> None:
+    plant = honest_drive.plant_settings()
+    assert {key: value for key, value in plant.items() if ".sensors." in key} == SENSORS["real"]
+    assert honest_drive.DEAD_TIME not in "".join(plant)
+    own = torque_map_file.read(honest_drive.FILE)
+    assert not [key for key in own if key.startswith(honest_drive.TOLD)]
+    ordinary = honest_drive.ORDINARY.settings
+    assert {key: own[key] for key in ordinary} == ordinary
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return honest_drive.identified(honest_drive.ORDINARY, program("sextant-mil"), tmp_path_factory.mktemp("honest"))
+
+
+def test_the_drive_is_told_what_is_found(told: Path) -> None:
+    """Dead time and threshold voltage are one number at one link voltage, and the sensors' gains differ by 2 %."""
+    found = torque_map_file.read(told)
+    of_the_threshold = 1.2 / 530 * 125
+    assert found["drive.inverter.dead_time_us"] == pytest.approx(3.0 + of_the_threshold, rel=0.02)
+    assert found["control.machine_estimate.r_s_ohm"] == pytest.approx(0.435 + 0.02, rel=0.03)
+    assert found["plant.inverter.dead_time_us"] == 3.0
+
+
+def test_its_campaign_keeps_the_sensors_of_the_file(told: Path, tmp_path: Path) -> None:
+    campaign = fault_campaign_file.Campaign(told, program("sextant-mil"), tmp_path)
+    assert campaign.sensors == {fault_campaign_file.OWN: {}}
+    plan = fault_campaign_file.cases(["foc"], 1, campaign.sensors)
+    assert {case.sensors for case in plan} == {fault_campaign_file.OWN}
+    assert len(fault_campaign_file.cases(["foc"], 1)) == 2 * len(plan)
+    steady = next(case for case in plan if case.fault is None and case.place == 1)
+    assert campaign.run(steady)["kind"] == plant_faults.HARMLESS
+
+
+def test_a_map_keeps_what_the_file_tells_of_machine_and_inverter() -> None:
+    base = {
+        "drive.inverter.dead_time_us": 3.2,
+        "control.machine_estimate.r_s_ohm": 0.5,
+        "control.machine_estimate.l_m_h": 0.08,
+    }
+    drive = Drive("", base, {"r_s_ohm": 0.4, "r_r_ohm": 0.8, "x_m_ohm": 26}, set())
+    real = torque_map_points.machine_settings(drive, Conditions(r_s=2.0, l_m=0.5))
+    assert real["machine.r_s_ohm"] == 0.8 and real["control.machine_estimate.r_s_ohm"] == 0.5
+    assert real["machine.x_m_ohm"] == 13 and real["control.machine_estimate.l_m_h"] == 0.08
+    assert "control.machine_estimate.x_m_ohm" not in real
+    believed = torque_map_points.machine_settings(drive, Conditions(r_s=2.0, l_m=0.5, detune="estimate"))
+    assert believed["machine.r_s_ohm"] == 0.4 and believed["control.machine_estimate.r_s_ohm"] == 1.0
+    assert believed["control.machine_estimate.l_m_h"] == 0.04
+    assert torque_map_points.inverter_settings(drive, Conditions()) == {}
+    wrong = torque_map_points.inverter_settings(drive, Conditions(dead_time=0.9))
+    assert wrong == {"drive.inverter.dead_time_us": 2.88}
+    assert Conditions().key != Conditions(dead_time=0.9).key
+
+
+def made_up(variant: torque_map_honest.Variant, letter: str) -> Results:
+    speeds, torques = [*torque_map_honest.SPEEDS], [*torque_map_honest.TORQUES]
+    rows = [letter * len(speeds) for _ in torques]
+    maps = [MapOf(one, rows, [[9.0] * len(speeds) for _ in torques]) for one in variant.sets]
+    return Results(variant.name, variant.label, "1", "c", speeds, torques, maps, told="r_s_ohm 1")
+
+
+def test_the_page_counts_points_near_standstill_apart(tmp_path: Path) -> None:
+    maps = {one.name: made_up(one, "s") for one in torque_map_honest.VARIANTS}
+    slow = 5 * sum(abs(speed) <= 20 for speed in torque_map_honest.SPEEDS)
+    fast = 5 * len(torque_map_honest.SPEEDS) - slow
+    assert torque_map_honest.sets_table(maps).splitlines()[2] == f"| dtc | as found | {slow} | {fast} | – |"
+    right = {one.name: made_up(one, "r") for one in torque_map_honest.VARIANTS}
+    assert "| 0 | 0 | 9 N·m |" in torque_map_honest.sets_table(right)
+    picture, page = torque_map_honest.write(maps, tmp_path)
+    assert picture.stat().st_size > 0
+    assert "{" not in page.read_text(encoding="utf-8")
+
+
+def test_campaign_and_map_of_the_honest_plant_take_no_other_drive() -> None:
+    assert fault_campaign.parse_arguments(["--honest"]).is_of_page
+    assert not fault_campaign.parse_arguments(["--honest", "--quick"]).is_of_page
+    for words in (["--honest", "my.toml"], ["--honest", "--library"]):
+        with pytest.raises(SystemExit):
+            fault_campaign.parse_arguments(words)
+    for words in (["--honest", "my.toml"], ["--honest", "--quick"], ["--honest", "--drive", "foc"]):
+        with pytest.raises(SystemExit):
+            torque_map.parse_arguments(words)
+
+
+def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
+    run = {"name": "open phase", "method": "foc", "case": "", "kind": plant_faults.NAMED, "seen": "OPEN_PHASE"}
+    found = fault_campaign_honest.Found({"125 µs": [run | {"late_ms": 2.5}]}, [Hours("random, foc", 360.0, 12)])
+    fault_campaign_honest.write(page, found, 2)
+    text = page.read_text(encoding="utf-8")
+    assert "2 seeds at 5 operating points: 1 runs." in text
+    assert "125 µs:\n\n| injection |" in text
+    assert "| open phase | `foc` | 1 | 1 | 0 | 0 | 0 | 0 | 2.5 | OPEN_PHASE 1 |" in text
+    assert "| random, foc | 360 | 12 | 0 | none |" in text
