@@ -36,12 +36,14 @@ std::string validate_vector(const ControlSetup& setup) {
 
 void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlSetup& setup) {
   const auto defaults = [&setup] { return default_parameters<DirectTorqueController<>>(setup); };
-  s.derived("torque_band_upper_nm", p.torque_comparator.upper_band, torque_band_nm, "N·m",
-            "torque below its reference beyond which the upper relay raises it: the larger, the more ripple "
-            "and the less switching",
-            [defaults] { return defaults().torque_comparator.upper_band; });
+  s.derived(
+      "torque_band_upper_nm", p.torque_comparator.upper_band, torque_band_nm, "N·m",
+      "torque below its reference beyond which the upper relay raises it, in proportion to flux reference "
+      "and link voltage: this one at flux_reference_wb and plant.u_dc_v; the larger, the more ripple and "
+      "the less switching",
+      [defaults] { return defaults().torque_comparator.upper_band; });
   s.derived("torque_band_lower_nm", p.torque_comparator.lower_band, torque_band_nm, "N·m",
-            "torque above its reference beyond which the lower relay lowers it",
+            "torque above its reference beyond which the lower relay lowers it, in the same proportion",
             [defaults] { return defaults().torque_comparator.lower_band; });
   s.choice("comparator_reading", p.torque_comparator.reading,
            {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},

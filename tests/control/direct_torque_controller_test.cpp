@@ -90,6 +90,26 @@ TYPED_TEST(DirectTorqueControllerOf, KnowingTheDelayLessensTheRipple) {
   EXPECT_LT(settle_at(aware, 15).rms, 0.8 * settle_at(unaware, 15).rms);
 }
 
+// At half of flux reference and nominal link a relay switches at a quarter of its band.
+TYPED_TEST(DirectTorqueControllerOf, TheTorqueBandsGoWithFluxReferenceAndLinkVoltage) {
+  using T = TypeParam;
+  typename DirectTorqueController<T>::Parameters parameters;
+  parameters.torque_trim.time_constant = T(0);
+  parameters.torque_comparator.upper_band = parameters.torque_comparator.lower_band = T(16);
+  parameters.u_dc = T(2 * 530);
+  Loop<T> loop{parameters};
+  loop.machine.omega_m = 50;
+  int between = 0;
+  for (int k = 0; k < 12'000; ++k) {
+    loop.step(ControlMode::torque, 10, 0.5);
+    const double error = 10 - double(loop.controller().estimate().torque);
+    if (k < 4000 || std::abs(error) <= 4 + 1e-4) continue;
+    if (std::abs(error) < 16) ++between;
+    ASSERT_EQ(loop.controller().torque_demand(), error > 0 ? 1 : -1) << error;
+  }
+  EXPECT_GT(between, 100);
+}
+
 TYPED_TEST(DirectTorqueControllerOf, FollowsATorqueReversalWithinMilliseconds) {
   using T = TypeParam;
   Loop<T> loop;

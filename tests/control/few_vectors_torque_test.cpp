@@ -189,6 +189,7 @@ using Predictive = PredictiveController<double>;
 /// torque_band: of both relays. [N·m]
 Dtc::Parameters dtc_of(std::int32_t period_ns, int delay, double torque_band) {
   auto p = parameters_of<Dtc>(period_ns, delay);
+  p.u_dc = u_dc;
   p.flux_comparator.band = 0.01 * psi_ref;
   p.torque_comparator.upper_band = p.torque_comparator.lower_band = torque_band;
   return p;

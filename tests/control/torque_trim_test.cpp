@@ -81,6 +81,18 @@ TYPED_TEST(TorqueTrimOf, TheLimitGoesWithTheLinkVoltageAndAnAbsentLinkLeavesNone
   }
 }
 
+// ΔT goes with ψ_ref u_dc: half of each leaves a quarter of it, and the same share of a quarter.
+TYPED_TEST(TorqueTrimOf, KeepsItsShareOfWhatAVectorChangesWhenFluxOrLinkFall) {
+  using T = TypeParam;
+  this->swing(4000, 15, -2);
+  const double before = double(this->trim.value());
+  ASSERT_NEAR(before, 2, 0.05);
+  this->trim.step(T(15), T(15), T(0.5 * psi_ref), T(0.5 * u_dc), false);
+  EXPECT_NEAR(double(this->trim.value()), 0.25 * before, 0.02);
+  this->step(15, 15);
+  EXPECT_NEAR(double(this->trim.value()), before, 0.05);
+}
+
 TYPED_TEST(TorqueTrimOf, HoldsItsValueAfterAStepUntilTheTorqueHasCrossedTheReference) {
   this->swing(4000, 15, -2);
   const double before = double(this->trim.value());

@@ -18,6 +18,10 @@ namespace sextant {
 /// Conventional direct torque control (paper, 2.2): estimator → comparators → sector → switching table.
 /// One switching state a period. Two additions, which `Parameters` can turn off: the flux has priority over
 /// a torque that holds, and a trim of the torque reference takes the offset of the mean torque away.
+///
+/// The bands of torque are those at the flux reference and the nominal link voltage. The controller scales
+/// them by ψ_ref u_dc, as what a vector changes of the torque in a period does (`vector_torque`): a band that
+/// holds one vector would hold many at weak flux or in a sag of the link, and the torque would wander within.
 template <class T = double>
 class DirectTorqueController final : public EstimatingController<T> {
  public:
@@ -32,6 +36,12 @@ class DirectTorqueController final : public EstimatingController<T> {
     /// it within the limit of magnetising [-]
     bool flux_priority{true};
     typename TorqueTrim<T>::Parameters torque_trim{};
+    T u_dc{T(530)};  ///< nominal link voltage, of the bands of torque [V]
+
+    void set_basis(const ControlBasis<T>& basis) noexcept {
+      EstimatingController<T>::Parameters::set_basis(basis);
+      u_dc = basis.u_dc;
+    }
 
     /// The band of torque is that of `drive_limits`, or what the table can hold with vectors that act for a
     /// whole period, the larger one.
@@ -50,6 +60,9 @@ class DirectTorqueController final : public EstimatingController<T> {
       if (flux_comparator.band >= this->flux_reference) {
         return "the flux band must be below the flux reference";
       }
+      if (!(std::isfinite(u_dc) && u_dc > T(0))) {
+        return "the nominal voltage of the DC link must be above zero";
+      }
       if (const char* problem = torque_comparator.validate()) return problem;
       if (const char* problem = flux_comparator.validate()) return problem;
       if (const char* problem = sector.validate()) return problem;
@@ -63,6 +76,7 @@ class DirectTorqueController final : public EstimatingController<T> {
         priority_current_{parameters.magnetiser.current_limit},
         sigma_l_s_{parameters.machine.sigma_l_s()},
         flux_band_{parameters.flux_comparator.band},
+        band_basis_{parameters.flux_reference * parameters.u_dc},
         torque_comparator_{parameters.torque_comparator},
         flux_comparator_{parameters.flux_comparator},
         sector_{parameters.sector},
@@ -87,7 +101,8 @@ class DirectTorqueController final : public EstimatingController<T> {
     const T reference = torque_trim_.step(d.torque, estimate_.torque, d.psi_ref, d.u_dc, Base::rests());
     const T torque = electromagnetic_torque(Base::estimator().machine().pole_pairs, x.psi_s, x.i_s);
     const T psi_s = magnitude(x.psi_s);
-    const int torque_demand = torque_comparator_.step(reference - torque);
+    const int torque_demand =
+        torque_comparator_.step((reference - torque) * (band_basis_ / (d.psi_ref * d.u_dc)));
     const T flux_error = d.psi_ref - psi_s;
     const bool raise_flux = flux_comparator_.step(flux_error);
     enter(x.psi_s);
@@ -127,6 +142,7 @@ class DirectTorqueController final : public EstimatingController<T> {
   T priority_current_;  ///< [A]
   T sigma_l_s_;         ///< [H]
   T flux_band_;         ///< [Wb]
+  T band_basis_;        ///< flux reference times link voltage, of the bands of torque [Wb·V]
   TorqueComparator<T> torque_comparator_;
   FluxComparator<T> flux_comparator_;
   SectorSelector<T> sector_;

@@ -31,7 +31,9 @@ template <class T>
 /// that the mean torque differs from the reference. The trim x is the integral of the difference, with the
 /// mean of a period by the trapezoidal rule from the estimates at both of its ends:
 ///   dx/dt = (T_ref − (T_before + T)/2) / τ,   |x| ≤ ΔT = 3/2 p ψ_ref (2/3 u_dc)/σL_s · t_period
-/// ΔT is what an active vector changes of the torque in a period. A change of T_ref passes at once.
+/// ΔT is what an active vector changes of the torque in a period. A change of T_ref passes at once, and one
+/// of ψ_ref or u_dc leaves the share x/ΔT: what few vectors leave of the torque goes with what they change of
+/// it, so that a sag of the link leaves less to integrate anew.
 ///
 /// The trim holds its value from a period in which the torque is further than 2 ΔT from T_ref + x, as after a
 /// step of T_ref or where the link voltage does not suffice, until the torque has crossed T_ref + x, or
@@ -61,6 +63,8 @@ class TorqueTrim {
   /// references, or as the torque was within its band. Returns T_ref + x. [N·m]
   constexpr T step(T reference, T torque, T psi_ref, T u_dc, bool rests) noexcept {
     const T limit = limit_gain_ * psi_ref * u_dc;
+    value_ = limit_before_ > T(0) ? value_ * (limit / limit_before_) : T(0);
+    limit_before_ = limit;
     const T error = reference + value_ - torque;
     const bool begins = rests || error * error_before_ < T(0);
     follows_ = std::abs(error) <= T(2) * limit && (follows_ || begins);
@@ -78,6 +82,7 @@ class TorqueTrim {
   /// To be called while the torque follows no reference.
   constexpr void reset() noexcept {
     value_ = T(0);
+    limit_before_ = T(0);
     error_before_ = T(0);
     follows_ = false;
   }
@@ -86,6 +91,7 @@ class TorqueTrim {
   T gain_{};           ///< of the sampled integral, t_period/(τ + t_period), below 1 with any τ [-]
   T limit_gain_{};     ///< ΔT/(ψ_ref u_dc) = p t_period/σL_s [N·m/(Wb·V)]
   T value_{};          ///< x [N·m]
+  T limit_before_{};   ///< ΔT in the period before; 0 after a reset [N·m]
   T torque_before_{};  ///< estimate at the beginning of the period [N·m]
   T error_before_{};   ///< T_ref + x − T there; 0 after a reset [N·m]
   bool follows_{false};
