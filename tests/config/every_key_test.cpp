@@ -188,7 +188,6 @@ std::vector<Kind> kinds() {
                "control.machine_estimate.r_s_ohm",
                "command.timeout_ms",
                "command.status_timeout_ms",
-               "capability.voltage_use",
                "capability.base_speed_rad_s",
                "protection.over_current_a",
                "protection.dc_over_voltage_v",
