@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -163,6 +164,11 @@ void describe(Section root, DriveConfig& c) {
     }
     const char* const problem = p.validate();
     return problem != nullptr ? problem : "";
+  });
+  root.section("capability").check([&c]() -> std::string {
+    if (!(c.drive.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
+    return "voltage_use above 1 needs a modulated method with overmodulation \"fundamental\", which \"" +
+           c.controller + "\" is not: choose one, or voltage_use of 1 at most";
   });
   root.section("machine").check(c.plant.plant);
   plant.check(c.plant.io);

@@ -23,9 +23,12 @@ void describe_modulated(Section s, ModulatedController<>::Parameters& p, const C
       "both for the same time; V0 or V7 alone; or the one with which the leg of the largest voltage does "
       "not switch; another share of both where a pulse would be too short");
   s.choice("overmodulation", p.modulator.overmodulation,
-           {{"magnitude", Overmodulation::magnitude}, {"angle", Overmodulation::angle}},
+           {{"magnitude", Overmodulation::magnitude},
+            {"angle", Overmodulation::angle},
+            {"fundamental", Overmodulation::fundamental}},
            "in the place of a voltage beyond the inverter's hexagon the nearest one, up to six-step, or the "
-           "one in the same direction");
+           "one in the same direction; or from u_dc/sqrt(3) on those of which it is the fundamental, up to "
+           "six-step, for capability.voltage_use above 1");
   s.time("shortest_pulse_us", p.modulator.shortest_pulse_ns, 1e3, {0, 1000}, "us",
          "shortest time for which a leg is high, or low, in a period; a shorter one is left out or "
          "lengthened where no share of the zero vectors avoids it; what the inverter needs follows from "

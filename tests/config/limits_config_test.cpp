@@ -198,6 +198,18 @@ TEST_F(LimitsConfig, TheCurrentLimitIsBelowTheTripAndAboveTheCurrentOfTheFlux) {
             40);
 }
 
+TEST_F(LimitsConfig, MoreThanTheLinearVoltageNeedsAMethodThatReachesIt) {
+  EXPECT_THAT(refusal(shipped_ecu, {"capability.voltage_use=1.05"}),
+              HasSubstr("capability: voltage_use above 1 needs a modulated method with overmodulation "
+                        "\"fundamental\", which \"dtc\" is not: choose one, or voltage_use of 1 at most"));
+  EXPECT_THAT(refusal(shipped_ecu, {"capability.voltage_use=1.05", "control.controller=foc"}),
+              HasSubstr("which \"foc\" is not"));
+  EXPECT_EQ(load_ecu_config(shipped_ecu, {"capability.voltage_use=1.05", "control.controller=foc",
+                                          "control.foc.overmodulation=fundamental"})
+                .drive.drive.capability.voltage_use,
+            1.05);
+}
+
 TEST_F(LimitsConfig, ATypedCurveNeedsItsEnd) {
   EXPECT_THAT(refusal(shipped_ecu, {"capability.base_speed_rad_s=80"}),
               HasSubstr("capability: a base speed needs a zero-torque speed"));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <limits>
 #include <numbers>
@@ -153,6 +154,69 @@ TYPED_TEST(SpaceVectorModulatorOf, TellsTheVoltageThatThePatternHas) {
       EXPECT_NEAR(double(told.alpha), real.alpha, rounding);
       EXPECT_NEAR(double(told.beta), real.beta, rounding);
     });
+  }
+}
+
+/// Fundamental of the voltages that take the place of a demand while it turns. [V]
+template <class T>
+std::complex<double> turning(const SpaceVectorModulator<T>& modulator, double demand, int samples) {
+  std::complex<double> sum{};
+  for (int k = 0; k < samples; ++k) {
+    const std::complex<double> along = std::polar(1.0, 2 * std::numbers::pi * (k + 0.5) / samples);
+    const SpaceVector<T> u =
+        modulator.mean_voltage({T(demand * along.real()), T(demand * along.imag())}, T(u_dc));
+    sum += std::complex<double>{double(u.alpha), double(u.beta)} * std::conj(along);
+  }
+  return sum / double(samples);
+}
+
+TYPED_TEST(SpaceVectorModulatorOf, TheFundamentalIsTheDemandUpToThatOfSixStep) {
+  using T = TypeParam;
+  const SpaceVectorModulator<T> modulator{{.overmodulation = Overmodulation::fundamental}};
+  const double six_step = 2 / std::numbers::pi * u_dc;
+  for (int n = 0; n <= 120; ++n) {
+    const double demand = 300 + 0.5 * n;
+    const double expected = std::min(demand, six_step);
+    EXPECT_LT(std::abs(turning(modulator, demand, 7200) - expected), 0.003) << demand;
+    const SpaceVector<T> told = modulator.fundamental({T(demand * 0.6), T(-demand * 0.8)}, T(u_dc));
+    EXPECT_NEAR(double(told.alpha), 0.6 * expected, 1e-3);
+    EXPECT_NEAR(double(told.beta), -0.8 * expected, 1e-3);
+  }
+}
+
+// All of it is within the hexagon, and patterns have it.
+TYPED_TEST(SpaceVectorModulatorOf, TheVoltagesOfAFundamentalArePossible) {
+  using T = TypeParam;
+  SpaceVectorModulator<T> modulator{{.overmodulation = Overmodulation::fundamental}};
+  this->for_vectors(400, [&](SpaceVector<T> u) {
+    const SpaceVector<T> wanted = modulator.mean_voltage(u, T(u_dc));
+    const SpaceVector<double> real = mean_voltage(modulator.step(wanted, T(u_dc), period_ns));
+    EXPECT_NEAR(double(wanted.alpha), real.alpha, rounding);
+    EXPECT_NEAR(double(wanted.beta), real.beta, rounding);
+    if (magnitude(u) < T(u_dc / std::numbers::sqrt3)) {
+      EXPECT_NEAR(double(u.alpha), real.alpha, rounding);
+      EXPECT_NEAR(double(u.beta), real.beta, rounding);
+    }
+  });
+}
+
+// Drivers that leave out short pulses take the voltage of half of one at most.
+TYPED_TEST(SpaceVectorModulatorOf, AMinimumPulseLeavesTheFundamentalOfOvermodulation) {
+  using T = TypeParam;
+  constexpr std::int32_t minimum_ns = 1'000;
+  constexpr int samples = 1'200;
+  SpaceVectorModulator<T> modulator{
+      {.overmodulation = Overmodulation::fundamental, .minimum_pulse_ns = minimum_ns}};
+  for (const double demand : {310.0, 320.0, 330.0, 336.0}) {
+    std::complex<double> sum{};
+    for (int k = 0; k < samples; ++k) {
+      const std::complex<double> along = std::polar(1.0, 2 * std::numbers::pi * (k + 0.5) / samples);
+      const SpaceVector<T> u =
+          modulator.mean_voltage({T(demand * along.real()), T(demand * along.imag())}, T(u_dc));
+      const SpaceVector<double> real = mean_voltage(modulator.step(u, T(u_dc), period_ns));
+      sum += std::complex<double>{real.alpha, real.beta} * std::conj(along);
+    }
+    EXPECT_LT(std::abs(sum / double(samples) - demand), 0.5 * minimum_ns / period_ns * u_dc) << demand;
   }
 }
 

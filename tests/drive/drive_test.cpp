@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "drive/fake_controller.hpp"
+#include "sextant/control/field_oriented_controller.hpp"
 
 namespace sextant {
 namespace {
@@ -997,7 +998,7 @@ TYPED_TEST(DriveOf, TheLinkCurrentOfAGapIsNotThatOfTheCurrentsBeforeIt) {
 TYPED_TEST(DriveOf, TelemetrySaysWhatWasMeasuredEstimatedAndAsked) {
   using T = TypeParam;
   this->start(T(15));
-  this->controller->estimate() = {{T(1), T(0.5)}, T(1.118), T(14.5), 2, true, T(0.5), T(0.9), T(0.07)};
+  this->controller->estimate() = {{T(1), T(0.5)}, T(1.118), T(14.5), T(0), 2, true, T(0.5), T(0.9), T(0.07)};
   this->request.command.counter = 7;
   this->request.command.rejected = 3;
   this->measurement.applied = GatePattern{switch_states[1], 25'000};
@@ -1079,6 +1080,12 @@ TYPED_TEST(DriveOf, RefusesAControllerOfAnotherPeriodOrSamplingInstant) {
   EXPECT_STREQ(problem({50'000, 12'500}), "the control periods of drive and controller differ");
   EXPECT_STREQ(problem({25'000, 0}), "the sampling instants of drive and controller differ");
   EXPECT_EQ(problem({}), nullptr) << "one that does not tell";
+  parameters.capability.voltage_use = T(1.05);
+  EXPECT_STREQ(problem({}), "the controller does not reach the share of voltage, which is above 1");
+  typename FieldOrientedController<T>::Parameters six_step;
+  six_step.modulator.overmodulation = Overmodulation::fundamental;
+  parameters.sampling_lead_ns = 0;
+  EXPECT_EQ(parameters.validate(FieldOrientedController<T>{six_step}), nullptr);
   parameters.period_ns = 0;
   EXPECT_NE(problem({0, 12'500}), nullptr) << "the parameters themselves";
 }

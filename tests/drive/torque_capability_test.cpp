@@ -340,6 +340,8 @@ TYPED_TEST(TorqueCapabilityOf, RefusesParametersThatAreNone) {
     EXPECT_NE((Parameters{.torque = bad}.validate()), nullptr);
     EXPECT_NE((Parameters{.machine = {.r_s = bad}}.validate()), nullptr);
   }
+  EXPECT_EQ((Parameters{.voltage_use = T(1.1026)}.validate()), nullptr) << "2 sqrt(3)/pi is six-step";
+  EXPECT_NE((Parameters{.voltage_use = T(1.1027)}.validate()), nullptr);
   EXPECT_NE((Parameters{.current_limit = T(19)}.validate()), nullptr) << "1.5 times 12.9 A";
   EXPECT_EQ((Parameters{.current_limit = T(20)}.validate()), nullptr);
   for (const T bad : {T(0), T(-1), nan}) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <unistd.h>
 
@@ -49,6 +50,7 @@ struct MachineRun {
   double lead_us{};                ///< of the samples, as the drive and the sensors have it [us]
   std::string fault{"none"};       ///< of the plant, from the beginning
   std::string torque{"[[0, 0]]"};  ///< steps of the command [s, N·m]
+  std::vector<std::string> set{};  ///< keys with other values, as "key=value"
 };
 
 /// With every default that follows from machine, link and period; the metrics' window is the last 100 ms.
@@ -70,7 +72,7 @@ inline ScenarioConfig machine_config(const TestMachine& machine, const MachineRu
       << number(r.omega_m) << "], [" << number(r.end_s) << ", " << number(r.omega_m + r.slope * r.end_s)
       << "]]\n[profile.torque_nm]\nshape = \"steps\"\npoints = " << r.torque
       << "\n[metrics]\nwindow_from_s = " << number(r.end_s - 0.1) << '\n';
-  const ScenarioConfig config = load_scenario_config(file.string(), {});
+  const ScenarioConfig config = load_scenario_config(file.string(), r.set);
   std::filesystem::remove(file);
   return config;
 }

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -275,6 +276,50 @@ TEST(MachinesRun, TheFluxOfALargeStatorResistanceRisesAgainBesideRegeneratedTorq
       EXPECT_FALSE(result.faults.any()) << to_string(result.first_fault);
       EXPECT_GT(result.metrics[Metric::flux_mean], 0.7 * machine.psi);
       EXPECT_GT(std::abs(result.metrics[Metric::torque_bias] - torque), 0.9 * limit);
+    }
+  }
+}
+
+/// What over-modulation up to a share of u_dc/√3 needs.
+std::vector<std::string> up_to(double voltage_use, const std::string& controller) {
+  return {"capability.voltage_use=" + std::to_string(voltage_use),
+          "control." + controller + ".overmodulation=fundamental"};
+}
+
+/// Beyond base speed, with a command of the largest torque, of which the voltage allows a part: the torque
+/// that is made and the one published. [N·m]
+struct AtTheVoltageLimit {
+  double made{};
+  double published{};
+};
+AtTheVoltageLimit at_voltage_limit(const TestMachine& machine, const std::string& controller,
+                                   const std::vector<std::string>& set) {
+  const double command = 0.99 * drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
+  const double begin_s = std::max(0.3, 4.0 * machine.parameters.tau_r());
+  std::ostringstream points;
+  points << "[[0, 0], [" << begin_s << ", " << command << "]]";
+  const MilResult result = run(machine, {.controller = controller,
+                                         .omega_m = 1.9 * machine.base_speed(),
+                                         .end_s = begin_s + 0.4,
+                                         .torque = points.str(),
+                                         .set = set});
+  EXPECT_FALSE(result.faults.any());
+  EXPECT_EQ(result.final_state, DriveState::derated);
+  return {command + result.metrics[Metric::torque_bias], result.metrics[Metric::torque_motoring]};
+}
+
+// The torque goes as the square of the voltage. At six-step itself no voltage is left for the control.
+TEST(MachinesRun, OverModulationMakesMoreTorqueBeyondBaseSpeed) {
+  for (const std::size_t n : {0U, 1U, 2U}) {
+    const TestMachine& machine = test_machines[n];
+    for (const std::string controller : {"foc", "pwm_dtc", "deadbeat", "feedback_linearisation"}) {
+      SCOPED_TRACE(machine.name + (", " + controller));
+      const AtTheVoltageLimit linear = at_voltage_limit(machine, controller, {});
+      for (const double voltage_use : {1.04, 1.08}) {
+        const AtTheVoltageLimit more = at_voltage_limit(machine, controller, up_to(voltage_use, controller));
+        EXPECT_NEAR(more.made, more.published, 0.005 * more.published);
+        EXPECT_NEAR(more.made, voltage_use * voltage_use * linear.made, 0.03 * linear.made);
+      }
     }
   }
 }

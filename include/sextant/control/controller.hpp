@@ -31,6 +31,7 @@ struct ControlEstimate {
   SpaceVector<T> psi_s{};  ///< stator flux linkage, stationary frame [Wb]
   T psi_s_magnitude{};     ///< [Wb]
   T torque{};              ///< electromagnetic torque [N·m]
+  T torque_ripple{};       ///< part of it by the harmonics of over-modulation; 0 without such [N·m]
   std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 without flux, or without sectors
   bool magnetised{false};  ///< the flux is ready for torque
   T r_s{};                 ///< stator resistance in use; 0 where the controller tells none [Ω]
@@ -89,6 +90,10 @@ class Controller {
   /// the voltage limit is a lack of voltage (`VoltageReserve`). Without that it may miss it by the torque
   /// that an active vector adds in one period.
   [[nodiscard]] virtual bool holds_mean_torque() const noexcept { return false; }
+
+  /// Whether the voltage follows its reference beyond u_dc/√3, up to six-step. Other controllers are refused
+  /// with a larger share of the voltage (`Drive::Parameters::validate`).
+  [[nodiscard]] virtual bool reaches_six_step() const noexcept { return false; }
 
   /// The estimate at the last measurement.
   [[nodiscard]] const ControlEstimate<T>& estimate() const noexcept SEXTANT_NONBLOCKING { return estimate_; }

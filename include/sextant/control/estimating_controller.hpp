@@ -23,6 +23,11 @@ namespace sextant {
 /// vectors the current misses its reference by up to half of what a vector changes, and where the EMF is
 /// small the error across the flux, and with it a torque, lasts: it changes by |ω_r| ψ t_period/σL_s a period
 /// only, and a vector corrects it once it has passed that half.
+///
+/// Over-modulation that holds the fundamental adds harmonics to the voltage, and these to flux and current.
+/// By superposition, as the machine is linear at a given speed, they follow from `predict` with the harmonics
+/// of the voltage. The methods get flux and current without them and do not counteract what the inverter
+/// cannot avoid.
 template <class T = double>
 class EstimatingController : public Controller<T> {
  public:
@@ -108,7 +113,7 @@ class EstimatingController : public Controller<T> {
 
   /// A period in which the torque is to follow its reference.
   struct Demand {
-    FluxAndCurrent<T> x;  ///< when the pattern begins
+    FluxAndCurrent<T> x;  ///< when the pattern begins, without the harmonics of over-modulation
     T torque{};           ///< T_ref [N·m]
     T psi_ref{};          ///< [Wb]
     T u_dc{};             ///< [V]
@@ -170,17 +175,22 @@ class EstimatingController : public Controller<T> {
   }
   /// The pattern whose mean voltage is u, or the nearest one within the hexagon. [V]
   [[nodiscard]] GatePattern modulate(SpaceVector<T> u, T u_dc) noexcept {
-    const SpaceVector<T> within = modulator_.within_hexagon(u, u_dc);
+    const SpaceVector<T> within = modulator_.mean_voltage(u, u_dc);
     drive(within);
     const GatePattern pattern =
         modulator_.step(within, u_dc, parameters_.period_ns, leg_correction(within, u_dc));
+    if (modulator_.holds_fundamental()) {
+      harmonics_ = predict(estimator_, harmonics_, within - modulator_.fundamental(u, u_dc), period_);
+    }
     present_ = pattern.last_state();
     return pattern;
   }
-  /// What `modulate` makes of such a voltage. [V]
+  /// What `modulate` makes of such a voltage, without the harmonics of over-modulation. [V]
   [[nodiscard]] SpaceVector<T> realised(SpaceVector<T> u, T u_dc) const noexcept {
-    return modulator_.within_hexagon(u, u_dc);
+    return modulator_.fundamental(u, u_dc);
   }
+  /// The voltage that `modulate` makes has the one demanded as its fundamental, up to six-step.
+  [[nodiscard]] constexpr bool holds_fundamental() const noexcept { return modulator_.holds_fundamental(); }
   /// That of `MagnetisingControl`, for the flux reference [Wb] and the link voltage [V]. [-]
   [[nodiscard]] T vector_quantum(T psi_ref, T u_dc) const noexcept {
     return magnetising_.vector_quantum(parameters_.machine, psi_ref, u_dc);
@@ -219,9 +229,15 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] GatePattern decide(const Measurement<T>& m, const ControlReference<T>& reference) noexcept {
     const T psi_ref = reference.flux_share * parameters_.flux_reference;
     x_ = ahead(m.u_dc);
-    if (mode_ == ControlMode::torque) return follow({x_, reference.torque, psi_ref, m.u_dc});
+    const FluxAndCurrent<T> x{x_.psi_s - harmonics_.psi_s, x_.i_s - harmonics_.i_s};
+    if (modulator_.holds_fundamental()) {
+      estimate_.torque_ripple =
+          T(1.5) * T(parameters_.machine.pole_pairs) * (cross(x_.psi_s, x_.i_s) - cross(x.psi_s, x.i_s));
+    }
+    if (mode_ == ControlMode::torque) return follow({x, reference.torque, psi_ref, m.u_dc});
     release();
-    return modulate(magnetising_.step(estimator_, x_, estimate_.psi_s_magnitude, psi_ref, m.u_dc, m.omega_m),
+    const T u_most = modulator_.longest(m.u_dc);
+    return modulate(magnetising_.step(estimator_, x, estimate_.psi_s_magnitude, psi_ref, u_most, m.omega_m),
                     m.u_dc);
   }
 
@@ -265,6 +281,8 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] GatePattern rest() noexcept {
     magnetising_.reset();
     release();
+    harmonics_ = {};
+    estimate_.torque_ripple = T(0);
     is_driven_ = false;
     present_ = gates_off;
     return GatePattern{gates_off, parameters_.period_ns};
@@ -278,6 +296,7 @@ class EstimatingController : public Controller<T> {
   Modulator modulator_;
   AdmissiblePulse admissible_;              ///< of one active vector
   FluxAndCurrent<T> x_{};                   ///< when the pattern begins that is decided now
+  FluxAndCurrent<T> harmonics_{};           ///< part of x_ that over-modulation makes
   SpaceVector<T> u_in_flight_{};            ///< mean voltage of the last pattern by an ideal inverter [V]
   bool is_driven_{false};                   ///< the last pattern drives every leg
   typename InverterModel<T>::Legs legs_{};  ///< when the pattern begins that is decided now

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "sextant/control/delay_predictor.hpp"
 #include "sextant/control/flux_torque_estimator.hpp"
@@ -40,16 +39,16 @@ class MagnetisingControl {
   ///   e^{jω_r t/2} sin(ω_r t/2)/(ω_r t/2) of that at the beginning.
   /// Taken as constant it would leave an error of the current of some (ω_r t)²/2 k_r ψ_r/σL_s. [V]
   /// x: flux and current at its beginning; psi_s: magnitude of the estimated flux now, and its reference
-  /// [Wb]; u_dc [V]; omega_m [rad/s].
+  /// [Wb]; u_most: the longest voltage in every direction [V]; omega_m [rad/s].
   [[nodiscard]] SpaceVector<T> step(const FluxTorqueEstimator<T>& estimator, const FluxAndCurrent<T>& x,
-                                    T psi_s, T psi_ref, T u_dc, T omega_m) noexcept {
+                                    T psi_s, T psi_ref, T u_most, T omega_m) noexcept {
     const InductionMachineParameters<T>& machine = estimator.machine();
     const CurrentModel<T>& model = estimator.current_model();
     const T per_volt = period_ / machine.sigma_l_s();  // change of the current in a period [A/V]
     const SpaceVector<T> psi_r = model.psi_r_from(x.psi_s, x.i_s);
     const T omega_r = T(machine.pole_pairs) * omega_m;
-    // ω_r (k_r ψ_r + σL_s i_s) within u_dc/√3.
-    const T fed_flux = T(1 / std::numbers::sqrt3) * u_dc / std::max(std::abs(omega_r), T(1));
+    // ω_r (k_r ψ_r + σL_s i_s) within it.
+    const T fed_flux = u_most / std::max(std::abs(omega_r), T(1));
     const T fed_current = (fed_flux - machine.k_r() * magnitude(psi_r)) / machine.sigma_l_s();
     const T current = magnetiser_.step(psi_s, psi_ref, psi_ref / machine.l_s(), magnitude(estimator.i_s()),
                                        fed_current, machine.sigma_l_s(), estimator.is_settled());

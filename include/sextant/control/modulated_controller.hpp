@@ -30,6 +30,7 @@ class ModulatedController : public EstimatingController<T> {
       : Base{parameters, parameters.modulator}, current_limit_{parameters.current_limit} {}
 
   [[nodiscard]] bool holds_mean_torque() const noexcept final { return true; }
+  [[nodiscard]] bool reaches_six_step() const noexcept final { return Base::holds_fundamental(); }
 
  protected:
   using typename EstimatingController<T>::Demand;

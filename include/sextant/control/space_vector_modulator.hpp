@@ -11,6 +11,7 @@
 #include "sextant/control/admissible_pulse.hpp"
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
+#include "sextant/core/steady_state.hpp"
 #include "sextant/core/switch_state.hpp"
 
 namespace sextant {
@@ -32,8 +33,9 @@ enum class ZeroVectors : std::uint8_t {
 
 /// Which voltage takes the place of one beyond the hexagon.
 enum class Overmodulation : std::uint8_t {
-  angle,     ///< the one in the same direction
-  magnitude  ///< the nearest one: up to six-step, as the voltage grows
+  angle,       ///< the one in the same direction
+  magnitude,   ///< the nearest one: up to six-step, as the voltage grows
+  fundamental  ///< as it turns, those of which it is the fundamental: up to six-step at 2/π u_dc
 };
 
 /// Space-vector modulation of a two-level inverter: the gate pattern of a period whose mean voltage is a
@@ -47,10 +49,20 @@ enum class Overmodulation : std::uint8_t {
 /// nothing suffices, by what leaves the smallest error of the voltage between two legs, each at the nearest
 /// time for which it can be high. So the error is zero except near the edges of the hexagon.
 ///
+/// `Overmodulation::fundamental`: while u turns, the circle within the hexagon, the hexagon and its corners
+/// are three courses of the voltage in phase with u, with the fundamentals
+///   u_dc/√3,   √3 ln 3/π u_dc = 0.606 u_dc,   2/π u_dc = 0.637 u_dc
+/// Between two of them stands the mean of both, weighted so that its fundamental is u. It is within the
+/// hexagon, because that is convex: mode I with pulses at all angles, mode II along the edges with rests at
+/// the corners, to six-step.
+///
 /// Sources: H. W. van der Broeck, H.-C. Skudelny, G. V. Stanke, "Analysis and realization of a pulsewidth
 /// modulator based on voltage space vectors", IEEE Trans. Ind. Appl. 24 (1988) 142–150; for the zero vectors
 /// A. M. Hava, R. J. Kerkman, T. A. Lipo, "Simple analytical and graphical methods for carrier-based PWM-VSI
-/// drives", IEEE Trans. Power Electron. 14 (1999) 49–61.
+/// drives", IEEE Trans. Power Electron. 14 (1999) 49–61; for the two modes J. Holtz, W. Lotzkat, A. M.
+/// Khambadkone, "On continuous control of PWM inverters in the overmodulation range including the six-step
+/// mode", IEEE Trans. Power Electron. 8 (1993) 546–553, who reach the fundamental by tables of magnitude and
+/// hold angle.
 template <class T = double>
 class SpaceVectorModulator {
  public:
@@ -82,8 +94,9 @@ class SpaceVectorModulator {
       : parameters_{parameters}, admissible_{parameters.admissible()} {}
 
   /// The pattern of a period of period_ns with the mean voltage u [V], at the link voltage u_dc [V]; V0
-  /// without link voltage. `leg_correction`: time by which each leg is to be high longer, such as what the
-  /// dead time takes from it; a leg that does not switch stays as it is. [s]
+  /// without link voltage. Beyond the hexagon the voltage is that of `within_hexagon`. `leg_correction`: time
+  /// by which each leg is to be high longer, such as what the dead time takes from it; a leg that does not
+  /// switch stays as it is. [s]
   [[nodiscard]] GatePattern step(SpaceVector<T> u, T u_dc, std::int32_t period_ns,
                                  ThreePhase<T> leg_correction = {}) noexcept {
     const ThreePhase<T> v = inverse_clarke(u);
@@ -103,11 +116,33 @@ class SpaceVectorModulator {
   [[nodiscard]] SpaceVector<T> within_hexagon(SpaceVector<T> u, T u_dc) const noexcept {
     if (!(u_dc > T(0))) return {};
     const Order order = sorted(inverse_clarke(u));
-    const Shares s = within_period(order, u_dc);
-    std::array<T, 3> legs{};
-    legs[order.legs[0]] = s.one + s.two;
-    legs[order.legs[1]] = s.two;
-    return u_dc * clarke(ThreePhase<T>{legs[0], legs[1], legs[2]});
+    return mean_of(within_period(order, u_dc), order, u_dc);
+  }
+
+  /// The mean voltage that a period is to have where u is demanded: within the hexagon, and beyond the circle
+  /// in it with `Overmodulation::fundamental` that of which u is the fundamental. [V]
+  [[nodiscard]] SpaceVector<T> mean_voltage(SpaceVector<T> u, T u_dc) const noexcept {
+    if (!holds_fundamental() || !(u_dc > T(0))) return within_hexagon(u, u_dc);
+    const Order order = sorted(inverse_clarke(u));
+    return mean_of(with_fundamental(order, u_dc), order, u_dc);
+  }
+  /// True where the voltage has harmonics so that its fundamental is the one demanded.
+  [[nodiscard]] constexpr bool holds_fundamental() const noexcept {
+    return parameters_.overmodulation == Overmodulation::fundamental;
+  }
+  /// The fundamental of `mean_voltage` while u turns: u, up to that of six-step; with the other kinds of
+  /// over-modulation that of the one period. [V]
+  [[nodiscard]] SpaceVector<T> fundamental(SpaceVector<T> u, T u_dc) const noexcept {
+    if (!holds_fundamental()) return within_hexagon(u, u_dc);
+    const T square = dot(u, u);
+    if (!(u_dc > T(0)) || !(square < std::numeric_limits<T>::infinity())) return {};
+    const T most = longest(u_dc);
+    return square <= most * most ? u : (most / std::sqrt(square)) * u;
+  }
+
+  /// The longest voltage that `fundamental` leaves as it is in every direction. [V]
+  [[nodiscard]] constexpr T longest(T u_dc) const noexcept {
+    return holds_fundamental() ? six_step * linear_voltage(u_dc) : linear_voltage(u_dc);
   }
 
   void reset() noexcept { falls_ = false; }
@@ -159,6 +194,35 @@ class SpaceVectorModulator {
     if (parameters_.overmodulation == Overmodulation::angle) return {one / sum, two / sum};
     const T nearest = std::clamp(one - T(0.5) * (sum - T(1)), T(0), T(1));
     return {nearest, T(1) - nearest};
+  }
+
+  /// Fundamentals by u_dc/√3, of the hexagon's course and of its corners'. [-]
+  static constexpr T hexagon = T(1.0490974577);  // 3 ln 3/π
+  static constexpr T six_step = six_step_share<T>;
+
+  /// Of the course of which these voltages are the fundamental.
+  [[nodiscard]] static Shares with_fundamental(const Order& o, T u_dc) noexcept {
+    const Shares s{(o.volts[0] - o.volts[1]) / u_dc, (o.volts[1] - o.volts[2]) / u_dc};
+    const T sum = s.one + s.two;
+    if (!(sum < std::numeric_limits<T>::infinity())) return {};  // no voltage at all
+    const T square = T(4) / T(3) * (s.one * s.one + s.one * s.two + s.two * s.two);
+    if (square <= T(1)) return s;
+    const T rho = std::sqrt(square);
+    const Shares edge{s.one / sum, s.two / sum};
+    if (rho < hexagon) return between({s.one / rho, s.two / rho}, edge, (rho - T(1)) / (hexagon - T(1)));
+    const Shares corner = s.one < s.two ? Shares{T(0), T(1)} : Shares{T(1), T(0)};
+    return between(edge, corner, std::min(T(1), (rho - hexagon) / (six_step - hexagon)));
+  }
+  /// The mean of both, of the second with this weight. [-]
+  [[nodiscard]] static constexpr Shares between(Shares a, Shares b, T weight) noexcept {
+    return {a.one + weight * (b.one - a.one), a.two + weight * (b.two - a.two)};
+  }
+
+  [[nodiscard]] static SpaceVector<T> mean_of(Shares s, const Order& o, T u_dc) noexcept {
+    std::array<T, 3> legs{};
+    legs[o.legs[0]] = s.one + s.two;
+    legs[o.legs[1]] = s.two;
+    return u_dc * clarke(ThreePhase<T>{legs[0], legs[1], legs[2]});
   }
 
   [[nodiscard]] HighTimes high_times(Shares s, const ThreePhase<T>& v,

@@ -56,6 +56,10 @@ template <class T>
   return u_dc * T(1 / std::numbers::sqrt3);
 }
 
+/// Fundamental of six-step, 2/π u_dc, by `linear_voltage`. [-]
+template <class T>
+inline constexpr T six_step_share = T(2 * std::numbers::sqrt3 / std::numbers::pi);
+
 /// The stator flux with which a machine without resistance meets that voltage at a frequency [Hz]: that of
 /// its data sheet gives the rated flux, where link and machine are made for each other. [Wb]
 template <class T>

@@ -24,7 +24,10 @@ template <class T, class Parameters>
 void describe(Description& d, CapabilitySetup<T>& setup, const Parameters& resolved) {
   auto& [torque, voltage_use, breakdown_use, base_speed, zero_torque_speed] = setup;
   d.derived("torque_nm", torque, resolved.torque, {"N·m", 1e-3, 1e5, "largest available torque"});
-  d.number("voltage_use", voltage_use, {"", 0.1, 1, "share of u_dc/sqrt(3) that a torque may need"});
+  d.number("voltage_use", voltage_use,
+           {"", 0.1, 1.1026,
+            "share of u_dc/sqrt(3) that a torque may need; above 1, to six-step, for a modulated method with "
+            "overmodulation \"fundamental\""});
   d.number(
       "breakdown_use", breakdown_use,
       {"", 0.1, 1, "share of the breakdown torque, at the flux that the voltage allows, that may be used"});

@@ -66,9 +66,12 @@ class Drive {
                                                : "the control periods of drive and protections differ";
     }
 
-    /// The same, and whether this controller was built for the same periods.
+    /// The same, and whether this controller was built for the same periods and makes the voltage counted on.
     [[nodiscard]] const char* validate(const Controller<T>& controller) const noexcept {
       if (const char* problem = validate()) return problem;
+      if (capability.voltage_use > T(1) && !controller.reaches_six_step()) {
+        return "the controller does not reach the share of voltage, which is above 1";
+      }
       const ControlTiming timing = controller.timing();
       if (timing.period_ns == 0) return nullptr;
       if (timing.period_ns != period_ns) return "the control periods of drive and controller differ";
@@ -167,7 +170,7 @@ class Drive {
   /// What machine and link allow in a steady state.
   [[nodiscard]] AvailableTorque<T> available_torque(const Measurement<T>& measurement, T dt) noexcept {
     reserve_.step({.reference = reference_.torque,
-                   .torque = controller_.estimate().torque,
+                   .torque = controller_.estimate().torque - controller_.estimate().torque_ripple,
                    .omega_m = measurement.omega_m,
                    .u_dc = measurement.u_dc,
                    .flux_share = reference_.flux_share,

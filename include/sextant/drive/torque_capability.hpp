@@ -29,11 +29,11 @@ class TorqueCapability {
 
     InductionMachineParameters<T> machine{};  ///< the controller's parameters of the machine
     T flux_reference{T(1.1)};                 ///< ψ [Wb]
-    T voltage_use{T(1)};                      ///< share of u_dc/√3 that a steady state may need [-]
-    T breakdown_use{T(0.95)};        ///< share of the breakdown torque at the flux that may be used [-]
-    T current_limit{T(160)};         ///< peak of the stator current vector [A]
-    T torque{T(150)};                ///< largest magnitude, at any speed [N·m]
-    T base_speed{unlimited};         ///< of the configured curve; unlimited: its zero-torque speed [rad/s]
+    T voltage_use{T(1)};       ///< share of u_dc/√3 that a steady state may need, up to that of six-step [-]
+    T breakdown_use{T(0.95)};  ///< share of the breakdown torque at the flux that may be used [-]
+    T current_limit{T(160)};   ///< peak of the stator current vector [A]
+    T torque{T(150)};          ///< largest magnitude, at any speed [N·m]
+    T base_speed{unlimited};   ///< of the configured curve; unlimited: its zero-torque speed [rad/s]
     T zero_torque_speed{unlimited};  ///< of the configured curve; unlimited: no curve [rad/s]
 
     [[nodiscard]] const char* validate() const noexcept {
@@ -41,7 +41,9 @@ class TorqueCapability {
       if (!(std::isfinite(flux_reference) && flux_reference > T(0))) {
         return "the flux reference must be above zero";
       }
-      if (!(voltage_use > T(0) && voltage_use <= T(1))) return "the share of voltage must be in (0, 1]";
+      if (!(voltage_use > T(0) && voltage_use <= six_step_share<T>)) {
+        return "the share of voltage must be above 0 and at most 2 sqrt(3)/pi, that of six-step";
+      }
       if (!(breakdown_use > T(0) && breakdown_use <= T(1))) {
         return "the share of the breakdown torque must be in (0, 1]";
       }

@@ -12,7 +12,7 @@ namespace sextant {
 template <class T = double>
 struct TorqueTracking {
   T reference{};        ///< torque reference [N·m]
-  T torque{};           ///< estimated torque [N·m]
+  T torque{};           ///< estimated torque, without what over-modulation adds [N·m]
   T omega_m{};          ///< mechanical speed [rad/s]
   T u_dc{};             ///< link voltage [V]
   T flux_share{T(1)};   ///< flux reference as a share of the configured one [-]
