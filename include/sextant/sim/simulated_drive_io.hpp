@@ -16,6 +16,7 @@
 #include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/driveline.hpp"
+#include "sextant/plant/inverter_losses.hpp"
 #include "sextant/plant/plant_heating.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/plant/tied_segments.hpp"
@@ -80,20 +81,25 @@ struct SimulatedDriveIoParameters {
 ///
 /// Temperatures and resistances of a plant that is heated (`PlantHeating`) move at the beginning of a read,
 /// so that they are the same over all of its segments.
+///
+/// Losses of the inverter (`InverterLosses`) are those of the segments that the log of a read has.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public DriveIo<double> {
  public:
   using Parameters = SimulatedDriveIoParameters;
   using PlantType = Plant;
 
-  /// Plant, integrator, load and heating are not owned and must outlive this object; null: no heating.
+  /// What is given by reference or pointer is not owned and must outlive this object; null: no heating, no
+  /// losses.
   SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,
-                   const MechanicalLoad& load, PlantHeating<Plant>* heating = nullptr) noexcept
+                   const MechanicalLoad& load, PlantHeating<Plant>* heating = nullptr,
+                   InverterLosses* losses = nullptr) noexcept
       : parameters_{parameters},
         plant_{plant},
         integrator_{integrator},
         load_{load},
         heating_{heating},
+        losses_{losses},
         pulse_filter_{parameters.minimum_pulse},
         dead_time_{parameters.dead_time_ns},
         sensors_{parameters.sensors, parameters.fault},
@@ -110,6 +116,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
     act(parameters_.fault.kind == PlantFaultKind::cables_swapped ? with_swapped_cables(applied) : applied);
+    lose();
     // No room in `applied` for the segment with gates off, or a gap too long to integrate: the plant is not
     // at t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
@@ -168,6 +175,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
     return {unknown, unknown, unknown};
   }
 
+  /// Losses of the inverter up to the plant's present time; null where it has none.
+  [[nodiscard]] const InverterLosses* losses() const noexcept SEXTANT_NONBLOCKING { return losses_; }
+
   /// Commanded pulses shorter than the minimum pulse, so far; empty without one.
   [[nodiscard]] std::optional<std::int64_t> short_pulses() const noexcept SEXTANT_NONBLOCKING {
     return pulse_filter_.acts() ? std::optional{pulse_filter_.short_pulses()} : std::nullopt;
@@ -195,6 +205,24 @@ class SimulatedDriveIo final : public DriveIo<double> {
       if (heating_ == nullptr || failed_) [[likely]]
         return;
       if (heating_->step(plant_)) integrator_.reset();
+    }
+  }
+
+  /// What the inverter has lost over the segments of this read.
+  void lose() noexcept {
+    if constexpr (Log::wants_corners) {
+      if (losses_ == nullptr || failed_) [[likely]]
+        return;
+      const auto currents = [this](std::size_t instant) noexcept {
+        const typename Plant::State& x = log_.instants()[instant];
+        return inverse_clarke(plant_.machine().stator_current({x[Plant::psi_s_alpha], x[Plant::psi_s_beta]},
+                                                              {x[Plant::psi_r_alpha], x[Plant::psi_r_beta]}));
+      };
+      losses_->begin(link_voltage());
+      for (const ActedSegment& segment : log_.segments())
+        losses_->add_segment(segment.state, currents(segment.begin), currents(segment.end),
+                             double(segment.duration_ns) * 1e-9);
+      losses_->end();
     }
   }
 
@@ -380,6 +408,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
       const double change = end_speed - plant_.omega_m();
       if (change != 0.0) inputs.speed_slope = change / duration_s;
     }
+    if constexpr (moves_link_voltage<typename Plant::AppendedType>) {
+      if (losses_ != nullptr) inputs.inverter_loss = losses_->drawn_power();
+    }
     plant_.set_inputs(inputs);
   }
 
@@ -406,6 +437,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
   PlantIntegrator<Plant>& integrator_;
   const MechanicalLoad& load_;
   PlantHeating<Plant>* heating_;  ///< null: none
+  InverterLosses* losses_;        ///< null: none
   PulseFilter pulse_filter_;
   DeadTime dead_time_;
   SensorModel sensors_;
