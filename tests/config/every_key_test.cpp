@@ -139,6 +139,7 @@ std::vector<Kind> kinds() {
                "load.speed_rad_s.points",
                "load.speed_rad_s.file",
                "plant.sensors.sampling_lead_us",
+               "plant.sensors.sampling_skew_us",
                "plant.sensors.current.bits",
                "plant.sensors.voltage.bits",
                "plant.inverter.dead_time_us",

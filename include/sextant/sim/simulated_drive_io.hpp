@@ -63,6 +63,8 @@ struct SimulatedDriveIoParameters {
     }
     if (const char* problem = sensors.validate()) return problem;
     if (sensors.sampling_lead_ns > period_ns) return "the sampling lead must not exceed the control period";
+    if (sensors.sampling_skew_ns > (period_ns - sensors.sampling_lead_ns) / 2)
+      return "the sampling lead and twice the skew must not exceed the control period";
     return fault.validate();
   }
 };
@@ -104,7 +106,7 @@ class SimulatedDriveIo final : public DriveIo<double> {
         dead_time_{parameters.dead_time_ns},
         sensors_{parameters.sensors, parameters.fault},
         ties_{integrator.ties() && (parameters.dead_time_ns > 0 || plant.drops().threshold_voltage > 0)},
-        has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant()} {}
+        has_stops_{!parameters.sensors.samples_at_once() || parameters.fault.acts_on_plant()} {}
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
     if (!started_) start(t_ns);
@@ -127,8 +129,8 @@ class SimulatedDriveIo final : public DriveIo<double> {
         .applied = applied,
         .plausible = complete && healthy(),
         .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt};
-    if (parameters_.sensors.sampling_lead_ns > 0) [[unlikely]] {
-      measured.i_abc = sampled_current_;
+    if (!parameters_.sensors.samples_at_once()) [[unlikely]] {
+      measured.i_abc = {sampled_current_[0], sampled_current_[1], sampled_current_[2]};
       measured.u_dc = sampled_u_dc_;
     }
     if (!sensors_.is_ideal()) [[unlikely]]
@@ -273,14 +275,21 @@ class SimulatedDriveIo final : public DriveIo<double> {
 
   /// At the beginning of a read at t_ns, for a fault and for currents that are sampled before.
   void prepare_stops(std::int64_t t_ns) noexcept {
-    sample_ns_ = t_ns - parameters_.sensors.sampling_lead_ns;
+    read_ns_ = t_ns;
     update_fault();
-    sample();  // of a read that comes earlier than the lead
+    // Of a read that comes earlier than the lead.
+    for (int phase = 0; phase < 3; ++phase) sample(phase);
   }
 
-  void sample() noexcept {
-    sampled_current_ = plant_.i_abc();
-    sampled_u_dc_ = link_voltage();
+  /// The current of a phase, and with that of the last one the link's voltage.
+  void sample(int phase) noexcept {
+    const ThreePhase<> i = plant_.i_abc();
+    sampled_current_[std::size_t(phase)] = phase == 0 ? i.a : phase == 1 ? i.b : i.c;
+    if (phase == 2) sampled_u_dc_ = link_voltage();
+  }
+  /// Instant of that phase's sample for the read to come. [ns]
+  [[nodiscard]] std::int64_t sample_ns(int phase) const noexcept {
+    return read_ns_ - parameters_.sensors.lead_of(phase);
   }
 
   /// The fault at the plant's present time, and the time of the next stop.
@@ -292,7 +301,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
     u_dc_ = fault.link_voltage(parameters_.u_dc, fault_ns);
     const std::int64_t corner_ns = fault.next_corner_ns(fault_ns);
     next_stop_ns_ = corner_ns == never_ns ? never_ns : plant_t_ns_ + (corner_ns - fault_ns);
-    if (sample_ns_ > plant_t_ns_) next_stop_ns_ = std::min(next_stop_ns_, sample_ns_);
+    for (int phase = 0; phase < 3; ++phase) {
+      if (sample_ns(phase) > plant_t_ns_) next_stop_ns_ = std::min(next_stop_ns_, sample_ns(phase));
+    }
   }
 
   /// Integrates what the legs do under the commanded pattern.
@@ -321,7 +332,9 @@ class SimulatedDriveIo final : public DriveIo<double> {
       if (taken_ns == to_corner_ns && !failed_) pass_corner();
       if (has_stops_ && !failed_) [[unlikely]] {
         update_fault();
-        if (plant_t_ns_ == sample_ns_) sample();
+        for (int phase = 0; phase < 3; ++phase) {
+          if (plant_t_ns_ == sample_ns(phase)) sample(phase);
+        }
       }
     }
   }
@@ -449,11 +462,11 @@ class SimulatedDriveIo final : public DriveIo<double> {
   GatePattern delayed_{};
   std::int64_t plant_t_ns_{0};
   std::int64_t load_origin_ns_{0};
-  std::int64_t next_stop_ns_{never_ns};   ///< of the fault, or of sampling [ns]
-  std::int64_t sample_ns_{};              ///< when currents and link voltage are sampled [ns]
-  ThreePhase<double> sampled_current_{};  ///< [A]
-  double sampled_u_dc_{};                 ///< [V]
-  double u_dc_{};                         ///< of the stiff link, or of the source, at the same time [V]
+  std::int64_t next_stop_ns_{never_ns};      ///< of the fault, or of sampling [ns]
+  std::int64_t read_ns_{};                   ///< of the read for which currents and voltage are sampled [ns]
+  std::array<double, 3> sampled_current_{};  ///< [A]
+  double sampled_u_dc_{};                    ///< [V]
+  double u_dc_{};                            ///< of the stiff link, or of the source, at the same time [V]
   bool started_{false};
   bool failed_{false};
 };
