@@ -54,7 +54,8 @@ struct InverterEnergies {
 ///               a switch that it leaves, E_on of one that it comes to, E_rr of a diode that a switch
 ///               relieves
 ///   ϑ_j = ϑ_case + Z_j, ϑ_case = ϑ_ambient + Z_case: Foster networks, the case's heated by all devices
-/// Source: A. Wintrich et al., "Application Manual Power Semiconductors", SEMIKRON, 2nd ed. 2015, chapter 5.2.
+/// Source: A. Wintrich et al., "Application Manual Power Semiconductors", SEMIKRON, 2nd ed. 2015,
+/// chapter 5.2.
 ///
 /// Temperatures move at the end of a reading, by its mean powers; over the next one the curves have them.
 ///
