@@ -55,6 +55,8 @@ std::string check_power_stage(const EcuConfig& c) {
     return "the DC link is that of the plant outside this process: set plant.link there";
   if (elsewhere && c.drive.plant.thermal.acts())
     return "the machine is heated in the plant outside this process: set plant.thermal there";
+  if (elsewhere && c.drive.plant.losses.acts())
+    return "the inverter loses its power in the plant outside this process: set plant.inverter.losses there";
   if (elsewhere && c.drive.plant.driveline.acts())
     return "the driveline is that of the plant outside this process: set plant.driveline there";
   if (!elsewhere || c.hil.pacing == Pacing::lockstep) return {};

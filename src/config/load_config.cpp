@@ -19,9 +19,10 @@ Schema schema_of(Config& config) {
 }
 
 /// Sections that a file of their own may hold; those of every configuration with a drive come first.
-constexpr std::array scenario_sections{"machine", "drive.inverter", "control.machine_estimate", "vehicle"};
-constexpr std::span<const char* const> drive_sections = std::span{scenario_sections}.first(3);
-constexpr std::span<const char* const> plant_sections = std::span{scenario_sections}.first(1);
+constexpr std::array scenario_sections{"machine", "plant.inverter.losses", "drive.inverter",
+                                       "control.machine_estimate", "vehicle"};
+constexpr std::span<const char* const> drive_sections = std::span{scenario_sections}.first(4);
+constexpr std::span<const char* const> plant_sections = std::span{scenario_sections}.first(2);
 
 /// Reads into a configuration that has its control methods.
 template <class Config>

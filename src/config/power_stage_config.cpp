@@ -7,6 +7,7 @@
 #include "described_table.hpp"
 #include "number_text.hpp"
 #include "sextant/config/drive_config.hpp"
+#include "sextant/config/inverter_loss_config.hpp"
 #include "sextant/config/sensor_config.hpp"
 
 namespace sextant {
@@ -63,6 +64,7 @@ void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
   s.number("slope_ohm", p.plant.drops.slope_resistance, {0, 1e3}, "ohm",
            "by which the voltage of a conducting switch or diode rises with its current; the drive knows of "
            "it by drive.inverter.slope_ohm; 0: none");
+  describe(s.section("losses"), p.losses);
 }
 
 /// A brake chopper that would load the source.

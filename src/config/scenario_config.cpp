@@ -204,6 +204,8 @@ std::string validate_event_exact(const ScenarioConfig& c) {
     return "an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0";
   if (c.drive.plant.thermal.acts())
     return "an event-exact run has constant resistances, the heat capacities of plant.thermal must be 0";
+  if (c.drive.plant.losses.acts())
+    return "an event-exact run has an inverter without losses, plant.inverter.losses must have no curve";
   if (c.drive.plant.driveline.acts())
     return "an event-exact run has its load on the motor's shaft, plant.driveline.inertia_kg_m2 must be 0";
   const IntegratorKind integrator = c.drive.plant.integrator;

@@ -66,10 +66,15 @@ void describe(Section s, SensorParameters& p, const std::function<std::int32_t()
       "time before a control period begins at which currents and link voltage are sampled; by default as the "
       "drive takes it",
       lead_of_drive);
+  s.time("sampling_skew_us", p.sampling_skew_ns, 1e3, {0, 5e4}, "us",
+         "time by which the current of phase b is sampled before that of c, which is sampled with the link "
+         "voltage, and that of a before b; the drive takes them as of one instant; 0: they are");
   describe_current(s.section("current"), p);
   describe_voltage(s.section("voltage"), p.voltage);
   DescribedTable encoder{s.section("encoder")};
   describe(encoder, p.encoder);
+  DescribedTable resolver{s.section("resolver")};
+  describe(resolver, p.resolver);
   s.check(p);
 }
 
@@ -105,7 +110,7 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
 }
 
 bool is_ideal(const SimulatedDriveIoParameters& p) {
-  return p.dead_time_ns == 0 && p.minimum_pulse.duration_ns == 0 && p.sensors.sampling_lead_ns == 0 &&
+  return p.dead_time_ns == 0 && p.minimum_pulse.duration_ns == 0 && p.sensors.samples_at_once() &&
          SensorModel{p.sensors, p.fault}.is_ideal();
 }
 

@@ -17,8 +17,9 @@ std::shared_ptr<FaultableDriveIo> io_of(const SimulatedPowerStageParameters& par
 
 LivePowerStage::LivePowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
     : io_{with_appended(parameters, [&]<class Appended>(std::type_identity<Appended>) {
-        return parameters.thermal.acts() ? io_of<MeteredPowerStageOf<Appended>>(parameters, load)
-                                         : io_of<PowerStageOf<Appended>>(parameters, load);
+        return parameters.thermal.acts() || parameters.losses.acts()
+                   ? io_of<MeteredPowerStageOf<Appended>>(parameters, load)
+                   : io_of<PowerStageOf<Appended>>(parameters, load);
       })} {}
 
 }  // namespace sextant

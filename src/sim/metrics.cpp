@@ -42,6 +42,12 @@ std::optional<DrivelineEnergies> line(const std::optional<DrivelineEnergies>& a,
                            line(a->elastic, b->elastic, share)};
 }
 
+std::optional<InverterEnergies> line(const std::optional<InverterEnergies>& a,
+                                     const std::optional<InverterEnergies>& b, double share) noexcept {
+  if (!a || !b) return std::nullopt;
+  return InverterEnergies{line(a->lost, b->lost, share), line(a->drawn, b->drawn, share)};
+}
+
 DriveEnergies line(const DriveEnergies& a, const DriveEnergies& b, double share) noexcept {
   return {line(a.link, b.link, share),
           line(a.copper, b.copper, share),
@@ -49,7 +55,8 @@ DriveEnergies line(const DriveEnergies& a, const DriveEnergies& b, double share)
           line(a.field, b.field, share),
           line(a.iron, b.iron, share),
           line(a.before_link, b.before_link, share),
-          line(a.behind_shaft, b.behind_shaft, share)};
+          line(a.behind_shaft, b.behind_shaft, share),
+          line(a.inverter, b.inverter, share)};
 }
 
 void fill(MetricList& m, const LinkEnergies& before_link) noexcept {
@@ -124,6 +131,13 @@ void MetricsAccumulator::note_temperatures(std::int64_t t_ns,
   ThermalNodes<double>& most = hottest_ ? *hottest_ : hottest_.emplace(temperatures);
   most = {std::max(most.winding, temperatures.winding), std::max(most.rotor, temperatures.rotor),
           std::max(most.housing, temperatures.housing)};
+}
+
+void MetricsAccumulator::note_inverter(std::int64_t t_ns, double junction, double device_case) noexcept {
+  if (t_ns < parameters_.from_ns || t_ns > parameters_.to_ns) return;
+  InverterHeat& most =
+      hottest_inverter_ ? *hottest_inverter_ : hottest_inverter_.emplace(junction, device_case);
+  most = {std::max(most.junction, junction), std::max(most.device_case, device_case)};
 }
 
 void MetricsAccumulator::pulse(std::int64_t t_ns, std::int64_t count) noexcept {
@@ -215,6 +229,10 @@ MetricList MetricsAccumulator::metrics() const noexcept {
   m[Metric::energy_unaccounted] = balance_.unaccounted();
   if (deviation_) fill(m, *deviation_);
   if (hottest_) fill(m, *hottest_);
+  if (hottest_inverter_) {
+    m[Metric::junction_temperature] = hottest_inverter_->junction;
+    m[Metric::case_temperature] = hottest_inverter_->device_case;
+  }
   if (moments_.weight() > 0) fill_window_metrics(m);
   return m;
 }
@@ -249,11 +267,23 @@ void MetricsAccumulator::fill_window_metrics(MetricList& m) const noexcept {
   m[Metric::energy_field] = energy_.field();
   if (energy_.before_link()) fill(m, *energy_.before_link());
   if (energy_.behind_shaft()) fill(m, *energy_.behind_shaft());
+  fill_inverter_metrics(m);
   if (!load_) return;
   m[Metric::shaft_torque_min] = load_->least.shaft_torque;
   m[Metric::shaft_torque_max] = load_->largest.shaft_torque;
   m[Metric::load_speed_min] = load_->least.speed;
   m[Metric::load_speed_max] = load_->largest.speed;
+}
+
+void MetricsAccumulator::fill_inverter_metrics(MetricList& m) const noexcept {
+  if (!energy_.inverter()) return;
+  const auto& [lost, drawn] = *energy_.inverter();
+  m[Metric::energy_inverter] = drawn;
+  m[Metric::inverter_loss] = lost / moments_.weight();
+  // What comes in is the link's energy, or, in regeneration, what the machine gives.
+  const double net = energy_.net_link();
+  const double in = net > 0 ? net : lost - net;
+  m[Metric::inverter_efficiency] = in > 0 ? 1 - lost / in : nan;
 }
 
 }  // namespace sextant

@@ -29,7 +29,8 @@ class SampledObserver {
         io_{io},
         controller_{controller},
         comparators_{dynamic_cast<const DirectTorqueController<>*>(controller)},
-        trace_{trace} {
+        trace_{trace},
+        period_ns_{period_ns} {
     metrics_.has_control_period(period_ns);
     if (comparators_ == nullptr) metrics_.has_no_pulses();
   }
@@ -38,6 +39,7 @@ class SampledObserver {
   void period(const Telemetry<double>& now, const ScenarioCommands& commands) {
     temperatures_ = io_.temperatures();
     metrics_.note_temperatures(now.t_ns, temperatures_);
+    note_losses(now.t_ns);
     if (now.t_ns > 0) add_segments(commands);
     note_comparators(now.t_ns);
     t_ns_ = now.t_ns;
@@ -66,12 +68,12 @@ class SampledObserver {
         before = metrics_sample(begin, elapsed_ns, commands);
       }
       at = segment.end;
-      before.p_dc = begin.power(segment.u_s_begin);
+      before.p_dc = begin.power(segment.u_s_begin) + drawn_power();
       metrics_.commutate(before.t_ns, segment.state);
       elapsed_ns += segment.duration_ns;
       const PlantLook end = look(instants[at]);
       MetricsSample after = metrics_sample(end, elapsed_ns, commands);
-      after.p_dc = end.power(segment.u_s_end);
+      after.p_dc = end.power(segment.u_s_end) + drawn_power();
       metrics_.add_segment(before, after);
       if (trace_ != nullptr)
         trace_->add_segment(trace_sample(begin, segment.state, segment.u_s_begin),
@@ -80,6 +82,28 @@ class SampledObserver {
       begin = end;
       before = after;
     }
+  }
+
+  /// Those over the segments before this instant.
+  void note_losses(std::int64_t t_ns) {
+    const InverterLosses* losses = io_.losses();
+    if (losses == nullptr) return;
+    lost_before_ = lost_;
+    lost_ = losses->energies();
+    metrics_.note_inverter(t_ns, losses->hottest_junction(), losses->case_temperature());
+  }
+
+  /// With what the inverter has lost, at a share of the last control period.
+  void add_losses(DriveEnergies& energies, double share) const noexcept {
+    if (io_.losses() == nullptr) return;
+    const InverterEnergies step = lost_ - lost_before_;
+    energies.inverter =
+        InverterEnergies{lost_before_.lost + share * step.lost, lost_before_.drawn + share * step.drawn};
+    energies.link += energies.inverter->drawn;
+  }
+  /// Drawn over the last control period for losses. [W]
+  [[nodiscard]] double drawn_power() const noexcept {
+    return (lost_.drawn - lost_before_.drawn) / (double(period_ns_) * 1e-9);
   }
 
   /// A pulse begins where the output becomes +1 or −1.
@@ -95,6 +119,7 @@ class SampledObserver {
                                              const ScenarioCommands& commands) const noexcept {
     MetricsSample sample = now.metrics_sample();
     sample.t_ns = t_ns_ + elapsed_ns;
+    add_losses(sample.energies, double(elapsed_ns) / double(period_ns_));
     sample.torque_reference = reference_ + reference_slope_ * (double(elapsed_ns) * 1e-9);
     sample.speed_reference = commands.speed_reference(sample.t_ns);
     return sample;
@@ -104,6 +129,10 @@ class SampledObserver {
                                          SpaceVector<> u_s) const noexcept {
     PlantSample sample = now.trace_sample(state, u_s, io_.tau_l());
     sample.temperatures = temperatures_;
+    if (const InverterLosses* losses = io_.losses()) {
+      add_losses(sample.energies, 1.0);
+      sample.inverter = {losses->power(), losses->case_temperature(), losses->junction_temperatures()};
+    }
     return sample;
   }
 
@@ -129,6 +158,9 @@ class SampledObserver {
   const DirectTorqueController<>* comparators_;  // the same, where it is one
   TraceRecorder* trace_;
   ThermalNodes<double> temperatures_{};  ///< over the segments before it [°C]
+  InverterEnergies lost_{};              ///< by the inverter, at the end of them
+  InverterEnergies lost_before_{};       ///< at their beginning
+  std::int64_t period_ns_;               ///< from one control period to the next [ns]
   std::int64_t t_ns_{0};                 ///< the last period [ns]
   double reference_{0};                  ///< torque reference from there on [N·m]
   double reference_slope_{0};            ///< [N·m/s]

@@ -47,6 +47,10 @@ class RunMetrics {
     run_.note_temperatures(t_ns, temperatures);
     for (MetricsAccumulator& w : windows_) w.note_temperatures(t_ns, temperatures);
   }
+  void note_inverter(std::int64_t t_ns, double junction, double device_case) noexcept {
+    run_.note_inverter(t_ns, junction, device_case);
+    for (MetricsAccumulator& w : windows_) w.note_inverter(t_ns, junction, device_case);
+  }
   void begin_period(const Telemetry<double>& telemetry, double command) noexcept {
     run_.begin_period(telemetry, command);
     for (MetricsAccumulator& w : windows_) w.begin_period(telemetry, command);

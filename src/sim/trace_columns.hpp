@@ -51,6 +51,9 @@ struct TraceColumn {
   SEXTANT_COLUMN("", drive, member, "standard", unit, description),
 #define SEXTANT_PLANT(member, group, unit, description) \
   SEXTANT_COLUMN("plant", plant, member, group, unit, description)
+#define SEXTANT_JUNCTION(member, device)  \
+  SEXTANT_PLANT(member, "inverter", "°C", \
+                "temperature of the junction of the " device "; NaN without plant.inverter.losses")
 #define SEXTANT_CONTROL(member, unit, description) \
   SEXTANT_COLUMN("control", control, member, "comparators", unit, description)
 
@@ -113,6 +116,27 @@ inline constexpr std::array trace_columns{
                   "temperature of the rotor; NaN without plant.thermal"),
     SEXTANT_PLANT(housing_temperature_c, "thermal", "°C",
                   "temperature of the housing; NaN without plant.thermal"),
+    SEXTANT_PLANT(
+        energy_inverter_j, "energy", "J",
+        "energy drawn from the DC link for what switches and diodes lose beyond their drops since the "
+        "run began; 0 without plant.inverter.losses"),
+    SEXTANT_PLANT(inverter_loss_w, "inverter", "W",
+                  "loss of all switches and diodes, mean over a control period; NaN without "
+                  "plant.inverter.losses"),
+    SEXTANT_PLANT(case_temperature_c, "inverter", "°C",
+                  "temperature of the case of switches and diodes; NaN without plant.inverter.losses"),
+    SEXTANT_JUNCTION(junction_a_upper_switch_c, "upper switch of leg a"),
+    SEXTANT_JUNCTION(junction_a_upper_diode_c, "upper diode of leg a"),
+    SEXTANT_JUNCTION(junction_a_lower_switch_c, "lower switch of leg a"),
+    SEXTANT_JUNCTION(junction_a_lower_diode_c, "lower diode of leg a"),
+    SEXTANT_JUNCTION(junction_b_upper_switch_c, "upper switch of leg b"),
+    SEXTANT_JUNCTION(junction_b_upper_diode_c, "upper diode of leg b"),
+    SEXTANT_JUNCTION(junction_b_lower_switch_c, "lower switch of leg b"),
+    SEXTANT_JUNCTION(junction_b_lower_diode_c, "lower diode of leg b"),
+    SEXTANT_JUNCTION(junction_c_upper_switch_c, "upper switch of leg c"),
+    SEXTANT_JUNCTION(junction_c_upper_diode_c, "upper diode of leg c"),
+    SEXTANT_JUNCTION(junction_c_lower_switch_c, "lower switch of leg c"),
+    SEXTANT_JUNCTION(junction_c_lower_diode_c, "lower diode of leg c"),
     SEXTANT_CONTROL(torque_comparator, "1", "torque comparator: 1 raise the torque, -1 lower it, 0 hold"),
     SEXTANT_CONTROL(flux_comparator, "1", "flux comparator: 1 raise the flux, 0 lower it"),
     SEXTANT_COLUMN(
@@ -155,6 +179,7 @@ inline constexpr std::span drive_columns{
 }
 
 #undef SEXTANT_CONTROL
+#undef SEXTANT_JUNCTION
 #undef SEXTANT_PLANT
 #undef SEXTANT_DRIVE
 #undef SEXTANT_COLUMN

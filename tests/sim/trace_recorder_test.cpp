@@ -231,12 +231,13 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
                            .u_s = {100, -50},
                            .i_r = {3, 4},
                            .energies = {.link = 9, .copper = 5, .shaft = 3, .field = 1, .iron = 2},
-                           .temperatures = {71, 82, 53}};
+                           .temperatures = {71, 82, 53},
+                           .inverter = {310, 55, {61, 62, 63, 64, 65, 66, 67, 68, 69, 70, 71, 72}}};
   {
     TraceRecorder recorder{file_,
                            {.interval_us = 25,
-                            .signals = {"switching", "plant/i_dc_a", "energy", "thermal", "comparators",
-                                        "monitor", "parameters"}},
+                            .signals = {"switching", "plant/i_dc_a", "energy", "thermal", "inverter",
+                                        "comparators", "monitor", "parameters"}},
                            origin};
     Telemetry<> record = telemetry(1);
     record.torque_monitored = 8.5;
@@ -254,9 +255,19 @@ TEST_F(TraceRecorderTest, HoldsTheSignalsThatAreChosenAndTheTime) {
   EXPECT_THAT(trace.datasets("/"), testing::UnorderedElementsAre("t_ns", "plant", "control"));
   EXPECT_THAT(
       trace.datasets("/plant"),
-      testing::UnorderedElementsAre("switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j",
-                                    "energy_copper_j", "energy_iron_j", "energy_shaft_j", "energy_field_j",
-                                    "winding_temperature_c", "rotor_temperature_c", "housing_temperature_c"));
+      testing::UnorderedElementsAre(
+          "switch_a", "switch_b", "switch_c", "i_dc_a", "energy_link_j", "energy_copper_j", "energy_iron_j",
+          "energy_shaft_j", "energy_field_j", "winding_temperature_c", "rotor_temperature_c",
+          "housing_temperature_c", "energy_inverter_j", "inverter_loss_w", "case_temperature_c",
+          "junction_a_upper_switch_c", "junction_a_upper_diode_c", "junction_a_lower_switch_c",
+          "junction_a_lower_diode_c", "junction_b_upper_switch_c", "junction_b_upper_diode_c",
+          "junction_b_lower_switch_c", "junction_b_lower_diode_c", "junction_c_upper_switch_c",
+          "junction_c_upper_diode_c", "junction_c_lower_switch_c", "junction_c_lower_diode_c"));
+  EXPECT_THAT(trace.read("plant/inverter_loss_w"), testing::ElementsAre(310));
+  EXPECT_THAT(trace.read("plant/case_temperature_c"), testing::ElementsAre(55));
+  EXPECT_THAT(trace.read("plant/junction_a_upper_switch_c"), testing::ElementsAre(61));
+  EXPECT_THAT(trace.read("plant/junction_b_lower_switch_c"), testing::ElementsAre(67));
+  EXPECT_THAT(trace.read("plant/junction_c_lower_diode_c"), testing::ElementsAre(72));
   EXPECT_THAT(trace.read("plant/switch_a"), testing::ElementsAre(1));
   EXPECT_THAT(trace.read("plant/switch_b"), testing::ElementsAre(0));
   EXPECT_THAT(trace.read("plant/switch_c"), testing::ElementsAre(-1));

@@ -29,6 +29,7 @@ struct PlantQuantities {
   T threshold_loss{};      ///< what the thresholds of the inverter's switches and diodes take [W]
   T u_given{};             ///< link voltage of the plant's inputs: u_dc, or that of a `DcLink`'s source [V]
   T tau_given{};           ///< load torque of the plant's inputs: tau_l, or that behind a `Driveline` [N·m]
+  T inverter_loss{};       ///< of the plant's inputs, drawn from the link beside i_dc [W]
 };
 
 /// A system of differential equations that is driven by the plant and integrated with it: meters, a

@@ -11,16 +11,17 @@
 namespace sextant {
 
 /// A DC link whose voltage is a state, appended to the plant, on which it acts by that voltage:
-///   C du/dt = i − i_dc − b u/R_b
+///   C du/dt = i − i_dc − p/u − b u/R_b
 ///   L di/dt = u_0 − u − R i,   without L: i = (u_0 − u)/R
 /// u_0 is the link voltage of the plant's inputs, i the current from the source and i_dc that into the
 /// inverter, which follows from the ties of the legs and the phase currents (`Inverter::dc_link_current`),
-/// dead time and diodes included. b is 1 from where u has risen to the chopper's upper voltage until it has
-/// fallen to the lower one. A source with a diode carries no negative current: it blocks where i falls to
-/// zero, and conducts again where u falls to u_0.
+/// dead time and diodes included; p is what the inverter loses beside (`PlantInputs::inverter_loss`). b is 1
+/// from where u has risen to the chopper's upper voltage until it has fallen to the lower one. A source with
+/// a diode carries no negative current: it blocks where i falls to zero, and conducts again where u falls to
+/// u_0.
 ///
 /// The energies that it meters balance with that into the inverter, `EnergyMeter::dc_link`:
-///   E_source = E_resistance + E_chopper + E_dc + W(t) − W(0),   W = ½ C u² + ½ L i²
+///   E_source = E_resistance + E_chopper + E_dc + ∫p dt + W(t) − W(0),   W = ½ C u² + ½ L i²
 ///
 /// Below zero volts the diodes of the bridge would short the link, which is not modelled: the state is not
 /// valid there.
@@ -66,7 +67,8 @@ class DcLink {
     const T u = y[voltage];
     const T i = current(y, plant.u_given);
     const T i_b = chops_ ? chopper_conductance_ * u : T(0);
-    dy[voltage] = (i - plant.i_dc - i_b) / capacitance_;
+    const T i_l = plant.inverter_loss == T(0) || !(u > T(0)) ? T(0) : plant.inverter_loss / u;
+    dy[voltage] = (i - plant.i_dc - i_l - i_b) / capacitance_;
     dy[source_current] =
         has_inductance_ && conducts_ ? (plant.u_given - u - resistance_ * i) / inductance_ : T(0);
     dy[source] = plant.u_given * i;

@@ -107,6 +107,7 @@ class DrivePlant {
     inputs_.imposed_speed = inputs.imposed_speed;
     feels_road_ = on_road_ && !inputs.imposed_speed;
     inputs_.speed_slope = inputs.speed_slope;
+    inputs_.inverter_loss = inputs.inverter_loss;
     ++revision_;
     if constexpr (feeds_back) settle_appended();
     if (!bridge_changed) return;
@@ -544,7 +545,8 @@ class DrivePlant {
                                  iron_loss,
                                  threshold_loss,
                                  inputs_.u_dc,
-                                 inputs_.tau_l};
+                                 inputs_.tau_l,
+                                 inputs_.inverter_loss};
       appended_.derivative(q, std::span<const T, appended_size>{x.data() + machine_size, appended_size},
                            std::span<T, appended_size>{dx.data() + machine_size, appended_size});
     }

@@ -5,6 +5,8 @@
 #include <limits>
 #include <optional>
 
+#include "sextant/plant/inverter_losses.hpp"
+
 namespace sextant {
 
 /// Readings of a DC link whose voltage is a state (`DcLink`), at one instant. [J]
@@ -58,13 +60,14 @@ template <class Energies>
 /// Readings of the plant's energy meter, and the energy of its field, at one instant. NaN: not known. [J]
 struct DriveEnergies {
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-  double link{unknown};    ///< drawn from the DC link
+  double link{unknown};    ///< drawn from the DC link, with what the inverter loses beyond its drops
   double copper{unknown};  ///< lost in the windings, and in the inverter's switches and diodes
   double shaft{unknown};   ///< work of the air-gap torque
   double field{unknown};   ///< stored in the magnetic field
   double iron{unknown};    ///< lost in the iron
   std::optional<LinkEnergies> before_link{};        ///< empty where the link is stiff
   std::optional<DrivelineEnergies> behind_shaft{};  ///< empty where the load is on the motor's shaft
+  std::optional<InverterEnergies> inverter{};       ///< empty where losses by curves are not known
 };
 
 /// Energies that have flowed over a segment of a run, or over the share of one. An unknown reading makes its
@@ -78,6 +81,7 @@ struct EnergyFlow {
   double iron{};
   std::optional<LinkEnergies> before_link{};        ///< empty where the link is stiff
   std::optional<DrivelineEnergies> behind_shaft{};  ///< empty where the load is on the motor's shaft
+  std::optional<InverterEnergies> inverter{};       ///< empty where losses by curves are not known
 
   /// Between two readings of the meter, over which the link's power runs linearly from power_a to power_b
   /// [W].
@@ -91,7 +95,8 @@ struct EnergyFlow {
             .field = b.field - a.field,
             .iron = b.iron - a.iron,
             .before_link = energy_change(a.before_link, b.before_link),
-            .behind_shaft = energy_change(a.behind_shaft, b.behind_shaft)};
+            .behind_shaft = energy_change(a.behind_shaft, b.behind_shaft),
+            .inverter = energy_change(a.inverter, b.inverter)};
   }
 
   EnergyFlow& operator+=(const EnergyFlow& o) noexcept {
@@ -103,6 +108,7 @@ struct EnergyFlow {
     iron += o.iron;
     before_link = energy_sum(before_link, o.before_link);
     behind_shaft = energy_sum(behind_shaft, o.behind_shaft);
+    inverter = energy_sum(inverter, o.inverter);
     return *this;
   }
 
@@ -140,16 +146,26 @@ class EnergyAccount {
     return sum_.behind_shaft;
   }
 
-  /// What the balances  link = shaft + copper + iron + field  and, where the link is not stiff,
-  /// source = source_loss + chopper + stored + link  and, behind a driveline,
-  /// shaft = friction + damping + load + kinetic + elastic  leave over, as a share of all that has flowed:
-  /// across the link either way, into the shaft, the windings, the iron and the field, before the link, and
-  /// behind the shaft; 0 where next to nothing has. [-]
+  /// What the inverter has lost by curves; empty where that is not known. [J]
+  [[nodiscard]] const std::optional<InverterEnergies>& inverter() const noexcept { return sum_.inverter; }
+  /// Out of the link, less what went back. [J]
+  [[nodiscard]] double net_link() const noexcept { return sum_.net_link; }
+
+  /// What the balances  link = shaft + copper + iron + field + what the inverter has drawn  and, where the
+  /// link is not stiff, source = source_loss + chopper + stored + link  and, behind a driveline, shaft =
+  /// friction + damping + load + kinetic + elastic  leave over, as a share of all that has flowed: across the
+  /// link either way, into the shaft, the windings, the iron and the field, before the link, and behind the
+  /// shaft; 0 where next to nothing has. [-]
   [[nodiscard]] double unaccounted() const noexcept {
     constexpr double nothing_j = 1e-6;
     const EnergyFlow& f = sum_;
     double all = f.gross_link + std::abs(f.shaft) + std::abs(f.copper) + std::abs(f.field) + std::abs(f.iron);
-    double left = std::abs(f.net_link - f.shaft - f.copper - f.field - f.iron);
+    double rest = f.net_link - f.shaft - f.copper - f.field - f.iron;
+    if (f.inverter) {
+      all += std::abs(f.inverter->drawn);
+      rest -= f.inverter->drawn;
+    }
+    double left = std::abs(rest);
     if (f.before_link) {
       const auto& [source, source_loss, chopper, stored] = *f.before_link;
       all += std::abs(source) + source_loss + chopper + std::abs(stored);

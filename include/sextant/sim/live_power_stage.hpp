@@ -8,7 +8,7 @@
 namespace sextant {
 
 /// The power stage of a live drive, with the link and the driveline that its parameters ask for, and with an
-/// energy meter where a thermal network is heated by the losses.
+/// energy meter where a thermal network is heated by the losses, or the inverter has some.
 class LivePowerStage {
  public:
   using Parameters = SimulatedPowerStageParameters;

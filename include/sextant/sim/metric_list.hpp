@@ -36,6 +36,7 @@ enum class Metric : std::uint8_t {
   energy_copper,
   energy_iron,
   energy_field,
+  energy_inverter,
   energy_source,
   energy_source_loss,
   energy_chopper,
@@ -49,6 +50,10 @@ enum class Metric : std::uint8_t {
   winding_temperature,
   rotor_temperature,
   housing_temperature,
+  inverter_loss,
+  inverter_efficiency,
+  junction_temperature,
+  case_temperature,
   speed_error_rms,
   shaft_torque_min,
   shaft_torque_max,
@@ -66,7 +71,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 46;
+inline constexpr std::size_t metric_count = 51;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -109,6 +114,9 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "lost in the windings, and in switches and diodes that have drops, in the window"},
     {"energy_iron_j", "J", "lost in the iron, where plant.iron_loss has some, in the window"},
     {"energy_field_j", "J", "change of the magnetic field's energy in the window"},
+    {"energy_inverter_j", "J",
+     "drawn from the DC link in the window, where plant.inverter.losses has curves, for what switches and "
+     "diodes lose beyond their drops, which are in energy_copper_j"},
     {"energy_source_j", "J", "delivered by the source of a link with capacitance in the window"},
     {"energy_source_loss_j", "J", "lost in the resistance of that source in the window"},
     {"energy_chopper_j", "J", "lost in the brake chopper of that link in the window"},
@@ -129,6 +137,13 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "highest temperature of the stator winding in the window, where plant.thermal has a network"},
     {"rotor_temperature_c", "°C", "the same of the rotor"},
     {"housing_temperature_c", "°C", "the same of the housing"},
+    {"inverter_loss_w", "W",
+     "mean loss of all switches and diodes in the window, where plant.inverter.losses has curves"},
+    {"inverter_efficiency", "1",
+     "of the energy that has crossed the inverter in the window, net, the share that it has not lost"},
+    {"junction_temperature_c", "°C",
+     "highest temperature of a junction in the window, where plant.inverter.losses has curves"},
+    {"case_temperature_c", "°C", "the same of the case of switches and diodes"},
     {"speed_error_rms_rad_s", "rad/s", "RMS of speed minus its reference in the window, if there is one"},
     {"shaft_torque_min_nm", "N·m", "smallest torque of a driveline's shaft in the window"},
     {"shaft_torque_max_nm", "N·m", "largest torque of a driveline's shaft in the window"},

@@ -82,6 +82,9 @@ class MetricsAccumulator {
   /// Temperatures of the machine up to an instant [°C]; NaN where they are not known.
   void note_temperatures(std::int64_t t_ns, const ThermalNodes<double>& temperatures) noexcept;
 
+  /// Temperatures of the inverter's hottest junction and of its case up to an instant [°C].
+  void note_inverter(std::int64_t t_ns, double junction, double device_case) noexcept;
+
   /// The run has control periods of this length. [ns]
   void has_control_period(std::int64_t period_ns);
 
@@ -136,6 +139,11 @@ class MetricsAccumulator {
     LoadSample largest{};
   };
   void note_load(const LoadSample& load) noexcept;
+  struct InverterHeat {
+    double junction{};     // [°C]
+    double device_case{};  // [°C]
+  };
+  void fill_inverter_metrics(MetricList& m) const noexcept;
   void fill_window_metrics(MetricList& m) const noexcept;
 
   MetricsParameters parameters_;
@@ -152,7 +160,8 @@ class MetricsAccumulator {
   std::int64_t pulses_{0};
   std::optional<SwitchState> switch_state_{};
   double peak_current_{0};
-  std::optional<ThermalNodes<double>> hottest_{};  // in the window, where temperatures are known [°C]
+  std::optional<ThermalNodes<double>> hottest_{};   // in the window, where temperatures are known [°C]
+  std::optional<InverterHeat> hottest_inverter_{};  // in the window, where it has losses
   double reference_{0};  // before the window and its settling; before the run zero [N·m]
   bool steady_{true};    // the reference stood still and every leg was driven, as far as the window goes
   bool has_pulses_{true};

@@ -14,6 +14,7 @@
 #include "sextant/sim/encoder.hpp"
 #include "sextant/sim/normal_noise.hpp"
 #include "sextant/sim/plant_fault.hpp"
+#include "sextant/sim/resolver.hpp"
 
 namespace sextant {
 
@@ -29,8 +30,10 @@ struct SensorParameters {
   std::array<PhaseSensorError, 3> phases{};  ///< added to it, of phases a, b, c
   ConverterParameters voltage{};             ///< of the DC link, unipolar [V]
   std::int32_t sampling_lead_ns{};  ///< currents and voltage are sampled so long before a period [ns]
+  std::int32_t sampling_skew_ns{};  ///< phase b is sampled so long before c, and a before b [ns]
   EncoderParameters encoder{};
-  std::uint64_t seed{1};  ///< of the noise [-]
+  ResolverParameters resolver{};  ///< in place of an encoder
+  std::uint64_t seed{1};          ///< of the noise [-]
 
   /// Parameters of the current sensor of phase 0, 1 or 2.
   [[nodiscard]] ConverterParameters current_of(std::size_t phase) const noexcept {
@@ -40,6 +43,15 @@ struct SensorParameters {
     return p;
   }
 
+  /// From the sample of phase 0, 1 or 2 to the beginning of the period. [ns]
+  [[nodiscard]] std::int32_t lead_of(int phase) const noexcept SEXTANT_NONBLOCKING {
+    return sampling_lead_ns + (2 - phase) * sampling_skew_ns;
+  }
+  /// True where all samples are those of the period's beginning.
+  [[nodiscard]] bool samples_at_once() const noexcept SEXTANT_NONBLOCKING {
+    return sampling_lead_ns == 0 && sampling_skew_ns == 0;
+  }
+
   /// nullptr when usable, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
     for (std::size_t x = 0; x < 3; ++x) {
@@ -47,13 +59,18 @@ struct SensorParameters {
     }
     if (const char* problem = voltage.validate()) return problem;
     if (const char* problem = encoder.validate()) return problem;
+    if (const char* problem = resolver.validate()) return problem;
+    if (encoder.lines > 0 && resolver.pole_pairs > 0)
+      return "the shaft has an encoder or a resolver: encoder.lines or resolver.pole_pairs must be 0";
+    if (sampling_skew_ns < 0) return "the skew of the samples must not be below zero";
     return sampling_lead_ns >= 0 ? nullptr
                                  : "the sampling instant must not come after the period's beginning";
   }
 };
 
-/// Makes of a true measurement what the sensors read: swapped currents and their drift, converters, encoder,
-/// then the faults that replace a reading. A reading that is kept is that of the last step before the fault.
+/// Makes of a true measurement what the sensors read: swapped currents and their drift, converters, encoder
+/// or resolver, then the faults that replace a reading. A reading that is kept is that of the last step
+/// before the fault.
 class SensorModel {
  public:
   /// The parameters must be valid. takes_faults: `set_fault` may follow.
@@ -63,12 +80,13 @@ class SensorModel {
                  Converter{p.current_of(2), true}},
         voltage_{p.voltage, false},
         encoder_{p.encoder},
+        resolver_{p.resolver},
         noise_{p.seed},
         fault_{fault},
         is_noisy_{p.current.noise > 0.0 || p.voltage.noise > 0.0},
         is_ideal_{fault.kind == PlantFaultKind::none && !takes_faults && encoder_.is_ideal() &&
-                  voltage_.is_ideal() && current_[0].is_ideal() && current_[1].is_ideal() &&
-                  current_[2].is_ideal()} {}
+                  resolver_.is_ideal() && voltage_.is_ideal() && current_[0].is_ideal() &&
+                  current_[1].is_ideal() && current_[2].is_ideal()} {}
 
   /// True where `step` changes nothing.
   [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
@@ -76,13 +94,13 @@ class SensorModel {
   /// Another fault in place of the one before.
   void set_fault(const PlantFaultParameters& fault) noexcept SEXTANT_NONBLOCKING { fault_ = fault; }
 
-  /// The past of the encoder: the shaft comes to theta_m [rad], not wrapped, with omega_m [rad/s] at t_ns,
-  /// the instant of the first step [ns], and is read every period_ns [ns].
+  /// The past of the shaft's sensor: the shaft comes to theta_m [rad], not wrapped, with omega_m [rad/s] at
+  /// t_ns, the instant of the first step [ns], and is read every period_ns [ns].
   void begin(double theta_m, double omega_m, std::int64_t t_ns,
              std::int64_t period_ns) noexcept SEXTANT_NONBLOCKING {
-    if (!encoder_.is_ideal() && can_count(theta_m) && can_count(omega_m)) {
-      encoder_.begin(theta_m, omega_m, t_ns, period_ns);
-    }
+    if (!can_count(theta_m) || !can_count(omega_m)) return;
+    if (!encoder_.is_ideal()) encoder_.begin(theta_m, omega_m, t_ns, period_ns);
+    if (!resolver_.is_ideal()) resolver_.begin(theta_m, omega_m, t_ns);
   }
 
   /// A measurement of true values with the shaft at theta_m [rad], not wrapped, at t_ns; fault_ns: the same
@@ -98,7 +116,7 @@ class SensorModel {
     if (fault == PlantFaultKind::current_drift)
       i[x] += fault_.drift * double(std::max<std::int64_t>(0, fault_ns - fault_.at_ns)) * 1e-9;
     convert(i, m.u_dc);
-    count_edges(m, theta_m, t_ns);
+    read_shaft(m, theta_m, t_ns);
     if (fault == PlantFaultKind::current_stuck) i[x] = last_current_[x];
     if (fault == PlantFaultKind::current_zero) i[x] = 0.0;
     m.i_abc = {i[0], i[1], i[2]};
@@ -117,11 +135,17 @@ class SensorModel {
   /// Of a larger angle, or NaN, edges cannot be counted; nor within a second at a larger speed. [rad, rad/s]
   [[nodiscard]] static bool can_count(double x) noexcept SEXTANT_NONBLOCKING { return std::abs(x) < 1e12; }
 
-  void count_edges(Measurement<double>& m, double theta_m, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
-    if (encoder_.is_ideal() || !can_count(theta_m)) return;
-    encoder_.step(theta_m, t_ns);
-    m.omega_m = encoder_.omega();
-    if (m.theta_m) m.theta_m = std::remainder(encoder_.theta(), 2.0 * std::numbers::pi);
+  void read_shaft(Measurement<double>& m, double theta_m, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    if (!can_count(theta_m)) return;
+    if (!encoder_.is_ideal()) read(encoder_, m, theta_m, t_ns);
+    if (!resolver_.is_ideal()) read(resolver_, m, theta_m, t_ns);
+  }
+  template <class ShaftSensor>
+  static void read(ShaftSensor& sensor, Measurement<double>& m, double theta_m,
+                   std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    sensor.step(theta_m, t_ns);
+    m.omega_m = sensor.omega();
+    if (m.theta_m) m.theta_m = std::remainder(sensor.theta(), 2.0 * std::numbers::pi);
   }
 
   void replace_others(PlantFaultKind fault, Measurement<double>& m) const noexcept SEXTANT_NONBLOCKING {
@@ -139,6 +163,7 @@ class SensorModel {
   std::array<Converter, 3> current_;
   Converter voltage_;
   Encoder encoder_;
+  Resolver resolver_;
   NormalNoise noise_;
   PlantFaultParameters fault_;
   bool is_noisy_;

@@ -16,6 +16,7 @@
 #include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/driveline.hpp"
+#include "sextant/plant/inverter_losses.hpp"
 #include "sextant/plant/plant_heating.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/plant/tied_segments.hpp"
@@ -64,6 +65,8 @@ struct SimulatedDriveIoParameters {
     }
     if (const char* problem = sensors.validate()) return problem;
     if (sensors.sampling_lead_ns > period_ns) return "the sampling lead must not exceed the control period";
+    if (sensors.sampling_skew_ns > (period_ns - sensors.sampling_lead_ns) / 2)
+      return "the sampling lead and twice the skew must not exceed the control period";
     return fault.validate();
   }
 };
@@ -82,25 +85,30 @@ struct SimulatedDriveIoParameters {
 ///
 /// Temperatures and resistances of a plant that is heated (`PlantHeating`) move at the beginning of a read,
 /// so that they are the same over all of its segments.
+///
+/// Losses of the inverter (`InverterLosses`) are those of the segments that the log of a read has.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
 class SimulatedDriveIo final : public FaultableDriveIo {
  public:
   using Parameters = SimulatedDriveIoParameters;
   using PlantType = Plant;
 
-  /// Plant, integrator, load and heating are not owned and must outlive this object; null: no heating.
+  /// What is given by reference or pointer is not owned and must outlive this object; null: no heating, no
+  /// losses.
   SimulatedDriveIo(const Parameters& parameters, Plant& plant, PlantIntegrator<Plant>& integrator,
-                   const MechanicalLoad& load, PlantHeating<Plant>* heating = nullptr) noexcept
+                   const MechanicalLoad& load, PlantHeating<Plant>* heating = nullptr,
+                   InverterLosses* losses = nullptr) noexcept
       : parameters_{parameters},
         plant_{plant},
         integrator_{integrator},
         load_{load},
         heating_{heating},
+        losses_{losses},
         pulse_filter_{parameters.minimum_pulse},
         dead_time_{parameters.dead_time_ns},
         sensors_{parameters.sensors, parameters.fault, parameters.takes_faults},
         ties_{integrator.ties() && (parameters.dead_time_ns > 0 || plant.drops().threshold_voltage > 0)},
-        has_stops_{parameters.sensors.sampling_lead_ns > 0 || parameters.fault.acts_on_plant() ||
+        has_stops_{!parameters.sensors.samples_at_once() || parameters.fault.acts_on_plant() ||
                    parameters.takes_faults} {}
 
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override {
@@ -113,6 +121,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     const std::int64_t elapsed_ns = t_ns - plant_t_ns_;
     const GatePattern applied = acting_until(elapsed_ns);
     act(parameters_.fault.kind == PlantFaultKind::cables_swapped ? with_swapped_cables(applied) : applied);
+    lose();
     // No room in `applied` for the segment with gates off, or a gap too long to integrate: the plant is not
     // at t_ns.
     const bool complete = applied.duration_ns() == elapsed_ns;
@@ -123,8 +132,8 @@ class SimulatedDriveIo final : public FaultableDriveIo {
         .applied = applied,
         .plausible = complete && healthy(),
         .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt};
-    if (parameters_.sensors.sampling_lead_ns > 0) [[unlikely]] {
-      measured.i_abc = sampled_current_;
+    if (!parameters_.sensors.samples_at_once()) [[unlikely]] {
+      measured.i_abc = {sampled_current_[0], sampled_current_[1], sampled_current_[2]};
       measured.u_dc = sampled_u_dc_;
     }
     if (!sensors_.is_ideal()) [[unlikely]]
@@ -178,6 +187,9 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     return {unknown, unknown, unknown};
   }
 
+  /// Losses of the inverter up to the plant's present time; null where it has none.
+  [[nodiscard]] const InverterLosses* losses() const noexcept SEXTANT_NONBLOCKING { return losses_; }
+
   /// Commanded pulses shorter than the minimum pulse, so far; empty without one.
   [[nodiscard]] std::optional<std::int64_t> short_pulses() const noexcept SEXTANT_NONBLOCKING {
     return pulse_filter_.acts() ? std::optional{pulse_filter_.short_pulses()} : std::nullopt;
@@ -205,6 +217,24 @@ class SimulatedDriveIo final : public FaultableDriveIo {
       if (heating_ == nullptr || failed_) [[likely]]
         return;
       if (heating_->step(plant_)) integrator_.reset();
+    }
+  }
+
+  /// What the inverter has lost over the segments of this read.
+  void lose() noexcept {
+    if constexpr (Log::wants_corners) {
+      if (losses_ == nullptr || failed_) [[likely]]
+        return;
+      const auto currents = [this](std::size_t instant) noexcept {
+        const typename Plant::State& x = log_.instants()[instant];
+        return inverse_clarke(plant_.machine().stator_current({x[Plant::psi_s_alpha], x[Plant::psi_s_beta]},
+                                                              {x[Plant::psi_r_alpha], x[Plant::psi_r_beta]}));
+      };
+      losses_->begin(link_voltage());
+      for (const ActedSegment& segment : log_.segments())
+        losses_->add_segment(segment.state, currents(segment.begin), currents(segment.end),
+                             double(segment.duration_ns) * 1e-9);
+      losses_->end();
     }
   }
 
@@ -255,14 +285,21 @@ class SimulatedDriveIo final : public FaultableDriveIo {
 
   /// At the beginning of a read at t_ns, for a fault and for currents that are sampled before.
   void prepare_stops(std::int64_t t_ns) noexcept {
-    sample_ns_ = t_ns - parameters_.sensors.sampling_lead_ns;
+    read_ns_ = t_ns;
     update_fault();
-    sample();  // of a read that comes earlier than the lead
+    // Of a read that comes earlier than the lead.
+    for (int phase = 0; phase < 3; ++phase) sample(phase);
   }
 
-  void sample() noexcept {
-    sampled_current_ = plant_.i_abc();
-    sampled_u_dc_ = link_voltage();
+  /// The current of a phase, and with that of the last one the link's voltage.
+  void sample(int phase) noexcept {
+    const ThreePhase<> i = plant_.i_abc();
+    sampled_current_[std::size_t(phase)] = phase == 0 ? i.a : phase == 1 ? i.b : i.c;
+    if (phase == 2) sampled_u_dc_ = link_voltage();
+  }
+  /// Instant of that phase's sample for the read to come. [ns]
+  [[nodiscard]] std::int64_t sample_ns(int phase) const noexcept {
+    return read_ns_ - parameters_.sensors.lead_of(phase);
   }
 
   /// The fault at the plant's present time, and the time of the next stop.
@@ -274,7 +311,9 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     u_dc_ = fault.link_voltage(parameters_.u_dc, fault_ns);
     const std::int64_t corner_ns = fault.next_corner_ns(fault_ns);
     next_stop_ns_ = corner_ns == never_ns ? never_ns : plant_t_ns_ + (corner_ns - fault_ns);
-    if (sample_ns_ > plant_t_ns_) next_stop_ns_ = std::min(next_stop_ns_, sample_ns_);
+    for (int phase = 0; phase < 3; ++phase) {
+      if (sample_ns(phase) > plant_t_ns_) next_stop_ns_ = std::min(next_stop_ns_, sample_ns(phase));
+    }
   }
 
   /// Integrates what the legs do under the commanded pattern.
@@ -303,7 +342,9 @@ class SimulatedDriveIo final : public FaultableDriveIo {
       if (taken_ns == to_corner_ns && !failed_) pass_corner();
       if (has_stops_ && !failed_) [[unlikely]] {
         update_fault();
-        if (plant_t_ns_ == sample_ns_) sample();
+        for (int phase = 0; phase < 3; ++phase) {
+          if (plant_t_ns_ == sample_ns(phase)) sample(phase);
+        }
       }
     }
   }
@@ -390,6 +431,9 @@ class SimulatedDriveIo final : public FaultableDriveIo {
       const double change = end_speed - plant_.omega_m();
       if (change != 0.0) inputs.speed_slope = change / duration_s;
     }
+    if constexpr (moves_link_voltage<typename Plant::AppendedType>) {
+      if (losses_ != nullptr) inputs.inverter_loss = losses_->drawn_power();
+    }
     plant_.set_inputs(inputs);
   }
 
@@ -416,6 +460,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   PlantIntegrator<Plant>& integrator_;
   const MechanicalLoad& load_;
   PlantHeating<Plant>* heating_;  ///< null: none
+  InverterLosses* losses_;        ///< null: none
   PulseFilter pulse_filter_;
   DeadTime dead_time_;
   SensorModel sensors_;
@@ -427,11 +472,11 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   GatePattern delayed_{};
   std::int64_t plant_t_ns_{0};
   std::int64_t load_origin_ns_{0};
-  std::int64_t next_stop_ns_{never_ns};   ///< of the fault, or of sampling [ns]
-  std::int64_t sample_ns_{};              ///< when currents and link voltage are sampled [ns]
-  ThreePhase<double> sampled_current_{};  ///< [A]
-  double sampled_u_dc_{};                 ///< [V]
-  double u_dc_{};                         ///< of the stiff link, or of the source, at the same time [V]
+  std::int64_t next_stop_ns_{never_ns};      ///< of the fault, or of sampling [ns]
+  std::int64_t read_ns_{};                   ///< of the read for which currents and voltage are sampled [ns]
+  std::array<double, 3> sampled_current_{};  ///< [A]
+  double sampled_u_dc_{};                    ///< [V]
+  double u_dc_{};                            ///< of the stiff link, or of the source, at the same time [V]
   bool started_{false};
   bool failed_{false};
 };

@@ -15,6 +15,8 @@
 #include "sextant/plant/erk_integrator.hpp"
 #include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/plant/inverter_loss_parameters.hpp"
+#include "sextant/plant/inverter_losses.hpp"
 #include "sextant/plant/plant_heating.hpp"
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/sim/mechanical_load.hpp"
@@ -35,6 +37,7 @@ struct SimulatedPowerStageParameters {
   DrivePlantParameters<double> plant{};
   DcLinkParameters<double> link{};      ///< between a source of `io.u_dc` and the inverter; stiff by default
   ThermalParameters<double> thermal{};  ///< of the machine; none by default
+  InverterLossParameters losses{};      ///< of the inverter; none by default
   DrivelineParameters<double> driveline{};  ///< between motor and load; none by default
   SimulatedDriveIoParameters io{};
   IntegratorKind integrator{IntegratorKind::cvode};
@@ -48,6 +51,7 @@ struct SimulatedPowerStageParameters {
     if (const char* problem = io.validate()) return problem;
     if (const char* problem = link.validate()) return problem;
     if (const char* problem = thermal.validate()) return problem;
+    if (const char* problem = losses.validate()) return problem;
     if (const char* problem = driveline.validate()) return problem;
     if (link.has_chopper() && !(link.chopper_off > io.u_dc))
       return "the brake chopper must turn off above the voltage of the source, or it loads the source";
@@ -88,13 +92,15 @@ class BasicSimulatedPowerStage {
   using Parameters = SimulatedPowerStageParameters;
 
   /// Throws std::runtime_error when the integrator cannot be set up, the load is malformed, link or driveline
-  /// are not those of this power stage, or its machine is to be heated without a meter.
+  /// are not those of this power stage, or its machine is to be heated, or its inverter to have losses,
+  /// without a meter.
   BasicSimulatedPowerStage(const Parameters& parameters, const MechanicalLoad::Parameters& load)
       : load_{load},
         plant_{plant_of(parameters), make_appended<Appended>(parameters)},
         heating_{make_heating(parameters, plant_)},
+        losses_{make_losses(parameters)},
         integrator_{make_integrator(parameters)},
-        io_{parameters.io, plant_, *integrator_, load_, heating_.get()} {}
+        io_{parameters.io, plant_, *integrator_, load_, heating_.get(), losses_.get()} {}
 
   [[nodiscard]] Io& io() noexcept { return io_; }
 
@@ -127,6 +133,16 @@ class BasicSimulatedPowerStage {
       throw std::runtime_error("this power stage has no energy meter: a thermal network needs a metered one");
   }
 
+  /// Null where there are none.
+  static std::unique_ptr<InverterLosses> make_losses(const Parameters& parameters) {
+    if (!parameters.losses.acts()) return {};
+    if constexpr (has_resistances<Appended> && Log::wants_corners)
+      return std::make_unique<InverterLosses>(parameters.losses, parameters.plant.drops);
+    else
+      throw std::runtime_error(
+          "this power stage has no energy meter: losses of the inverter need a metered one");
+  }
+
   template <class System>
   static System make_appended(const Parameters& p) {
     const InductionMachineParameters<double>& m = p.plant.machine;
@@ -145,6 +161,7 @@ class BasicSimulatedPowerStage {
   MechanicalLoad load_;
   Plant plant_;
   std::unique_ptr<PlantHeating<Plant>> heating_;
+  std::unique_ptr<InverterLosses> losses_;
   std::unique_ptr<PlantIntegrator<Plant>> integrator_;
   Io io_;
 };
