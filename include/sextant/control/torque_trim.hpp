@@ -63,13 +63,14 @@ class TorqueTrim {
   /// references, or as the torque was within its band. Returns T_ref + x. [N·m]
   constexpr T step(T reference, T torque, T psi_ref, T u_dc, bool rests) noexcept {
     const T limit = limit_gain_ * psi_ref * u_dc;
-    value_ = limit_before_ > T(0) ? value_ * (limit / limit_before_) : T(0);
-    limit_before_ = limit;
-    const T error = reference + value_ - torque;
+    const T error = reference + share_ * limit - torque;
     const bool begins = rests || error * error_before_ < T(0);
-    follows_ = std::abs(error) <= T(2) * limit && (follows_ || begins);
-    if (follows_) value_ += gain_ * (reference - T(0.5) * (torque_before_ + torque));
-    value_ = std::max(-limit, std::min(limit, value_));
+    follows_ = std::abs(error) < T(2) * limit && (follows_ || begins);
+    if (follows_) {
+      const T missing = gain_ * (reference - T(0.5) * (torque_before_ + torque));
+      share_ = std::max(T(-1), std::min(T(1), share_ + missing / limit));
+    }
+    value_ = share_ * limit;
     torque_before_ = torque;
     error_before_ = error;
     return reference + value_;
@@ -81,8 +82,8 @@ class TorqueTrim {
 
   /// To be called while the torque follows no reference.
   constexpr void reset() noexcept {
+    share_ = T(0);
     value_ = T(0);
-    limit_before_ = T(0);
     error_before_ = T(0);
     follows_ = false;
   }
@@ -90,8 +91,8 @@ class TorqueTrim {
  private:
   T gain_{};           ///< of the sampled integral, t_period/(τ + t_period), below 1 with any τ [-]
   T limit_gain_{};     ///< ΔT/(ψ_ref u_dc) = p t_period/σL_s [N·m/(Wb·V)]
+  T share_{};          ///< x/ΔT [-]
   T value_{};          ///< x [N·m]
-  T limit_before_{};   ///< ΔT in the period before; 0 after a reset [N·m]
   T torque_before_{};  ///< estimate at the beginning of the period [N·m]
   T error_before_{};   ///< T_ref + x − T there; 0 after a reset [N·m]
   bool follows_{false};

@@ -1,8 +1,8 @@
 """A drive in torque production, on a machine that may stand still for seconds.
 
 The tests set every timeout so wide that only a defect trips it. What a machine can do all the same (a gap longer than
-the plant integrates, measurements that the link has not kept) trips the drive, as it should; then the vehicle brings it
-back as a vehicle does, by reset, disable and enable. Any other fault is a failure.
+the plant integrates or than magnetising may take, measurements that the link has not kept) trips the drive, as it
+should; then the vehicle brings it back as a vehicle does, by reset, disable and enable. Any other fault is a failure.
 """
 
 import time
@@ -15,10 +15,10 @@ from telemetry_record import Span, TelemetryRecord
 from vehicle import Vehicle
 
 FAULTS = Contract().faults()
-COMMAND_LOST, MEASUREMENT_INVALID, WATCHDOG = (
-    FAULTS[name] for name in ("COMMAND_LOST", "MEASUREMENT_INVALID", "WATCHDOG")
+COMMAND_LOST, FLUX_LOST, MEASUREMENT_INVALID, WATCHDOG = (
+    FAULTS[name] for name in ("COMMAND_LOST", "FLUX_LOST", "MEASUREMENT_INVALID", "WATCHDOG")
 )
-OF_A_STALL = {COMMAND_LOST, MEASUREMENT_INVALID, WATCHDOG}
+OF_A_STALL = {COMMAND_LOST, FLUX_LOST, MEASUREMENT_INVALID, WATCHDOG}
 PATIENCE_S = 120.0
 TORQUE_STEP_NM = 0.006  # a torque as CAN carries it
 SETTLED_S = 0.03

@@ -138,25 +138,42 @@ def check_way_back(record: TelemetryRecord, vehicle: Vehicle) -> None:
     """Reset, then disable, then enable; nothing else leads back."""
     stay_where_they_are(record, vehicle, "FAULT", enable=True)
     stay_where_they_are(record, vehicle, "FAULT", enable=False)
-    vehicle.demand(fault_reset=True)
-    record.wait_for_state("STANDBY")
-    stay_where_they_are(record, vehicle, "STANDBY", enable=True)
-    vehicle.demand()
-    record.wait_for_state("READY")
-    vehicle.demand(TORQUE_NM, enable=True)
-    record.wait(lambda own: is_reference(own, TORQUE_NM), "the torque after the way back")
+
+    def reset() -> None:
+        vehicle.demand(fault_reset=True)
+        record.wait_for_state("STANDBY")
+
+    check_nothing_came(untripped(record, reset, lambda: from_standby(record, vehicle)), "STANDBY")
     record.wait(lambda own: own.states[-1].faults_latched == 0, "no fault any more")
+
+
+def from_standby(record: TelemetryRecord, vehicle: Vehicle) -> Span:
+    """What is published while an enable has no effect; then disable and enable, to the torque or a FAULT."""
+    span = heard(record, vehicle, enable=True)
+    vehicle.demand()
+    record.wait(lambda own: state(own) in ("READY", "FAULT"), "READY after a disable")
+    vehicle.demand(TORQUE_NM, enable=True)
+    record.wait(lambda own: is_reference(own, TORQUE_NM) or state(own) == "FAULT", "the torque after the way back")
+    return span
+
+
+def heard(record: TelemetryRecord, vehicle: Vehicle, enable: bool) -> Span:
+    """What is published once the drive has heard the demand."""
+    received, _ = record.counted_commands()
+    vehicle.demand(TORQUE_NM, enable=enable)
+    record.wait(lambda own: own.counted_commands()[0] >= received + 10, "commands that the drive has heard")
+    return record.run(0.1)
+
+
+def check_nothing_came(span: Span, state: str) -> None:
+    assert set(span.states) == {state}
+    assert np.all(span.torque_reference_nm == 0)
+    assert span.current_max_a.max() < 0.1
 
 
 def stay_where_they_are(record: TelemetryRecord, vehicle: Vehicle, state: str, enable: bool) -> None:
     """The drive hears the demand, and nothing comes of it."""
-    received, _ = record.counted_commands()
-    vehicle.demand(TORQUE_NM, enable=enable)
-    record.wait(lambda own: own.counted_commands()[0] >= received + 10, "commands that the drive has heard")
-    span = record.run(0.1)
-    assert set(span.states) == {state}
-    assert np.all(span.torque_reference_nm == 0)
-    assert span.current_max_a.max() < 0.1
+    check_nothing_came(heard(record, vehicle, enable), state)
 
 
 def test_enable_at_power_up_does_nothing(start: Start, live_bus: str) -> None:
