@@ -280,9 +280,10 @@ void MetricsAccumulator::fill_inverter_metrics(MetricList& m) const noexcept {
   const auto& [lost, drawn] = *energy_.inverter();
   m[Metric::energy_inverter] = drawn;
   m[Metric::inverter_loss] = lost / moments_.weight();
-  // What comes in is the link's energy, or, in regeneration, what the machine gives.
-  const double net = energy_.net_link();
-  const double in = net > 0 ? net : lost - net;
+  // Link and machine feed the inverter, each where it gives energy; neither gets any where both do.
+  const double from_link = energy_.net_link();
+  const double from_machine = lost - from_link;
+  const double in = std::max(from_link, 0.0) + std::max(from_machine, 0.0);
   m[Metric::inverter_efficiency] = in > 0 ? 1 - lost / in : nan;
 }
 

@@ -92,7 +92,9 @@ inline constexpr std::array trace_columns{
     SEXTANT_PLANT(switch_c, "switching", "1", "leg c: 1 upper switch on, 0 lower switch on, -1 both off"),
     SEXTANT_PLANT(u_s_alpha_v, "voltage", "V", "stator voltage, stationary frame, along phase a"),
     SEXTANT_PLANT(u_s_beta_v, "voltage", "V", "stator voltage, stationary frame, 90 degrees ahead"),
-    SEXTANT_PLANT(i_dc_a, "link", "A", "current drawn from the DC link at the end of the interval"),
+    SEXTANT_PLANT(
+        i_dc_a, "link", "A",
+        "current drawn from the DC link at the end of the interval, without that of plant.inverter.losses"),
     SEXTANT_PLANT(i_r_alpha_a, "rotor", "A",
                   "rotor current, referred to the stator, stationary frame, along phase a"),
     SEXTANT_PLANT(i_r_beta_a, "rotor", "A",

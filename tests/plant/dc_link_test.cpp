@@ -393,5 +393,20 @@ TEST(DcLink, FloatAgreesWithDouble) {
   EXPECT_NEAR(plant.u_dc(), 530 * -std::expm1(-1.0), 0.05);
 }
 
+// p/u has no bound where u falls to zero; from a tenth of the first voltage down the current falls with u.
+TEST(DcLink, ALossOfTheInverterLeavesAnEmptyLinkAlone) {
+  constexpr double capacitance = 1e-3, first_u = 500, p = 100;
+  const DcLink<double> link{{.capacitance = capacitance, .source_resistance = 0.2}, 5e-3, first_u};
+  const auto current = [&](double u) {
+    std::array<double, 5> y{}, dy{};
+    y[DcLink<double>::voltage] = u;
+    // The source's voltage is that of the link: no current comes from it.
+    link.derivative({.u_given = u, .inverter_loss = p}, y, dy);
+    return -capacitance * dy[DcLink<double>::voltage];
+  };
+  for (const double u : {500.0, 200.0, 50.0}) EXPECT_NEAR(current(u), p / u, 1e-12);
+  for (const double u : {10.0, 1.0, 1e-3, 0.0}) EXPECT_NEAR(current(u), p / 50 * (u / 50), 1e-12);
+}
+
 }  // namespace
 }  // namespace sextant

@@ -95,6 +95,17 @@ TEST(InverterLossesRun, ARegeneratingInverterLosesOfWhatTheMachineGives) {
   EXPECT_GT(m[Metric::inverter_efficiency], 0.9);
 }
 
+// At a small regenerated power the losses take what the machine gives, and more of the link: nothing comes
+// out.
+TEST(InverterLossesRun, AnInverterThatLinkAndMachineFeedHasNoEfficiency) {
+  ScenarioConfig config = lossy_config(IntegratorKind::exact, "[[0, 0], [0.2, -10]]");
+  config.scenario.load.imposed_speed = ProfileParameters{.value = 22};
+  const MetricList m = run_on<MeteredPowerStage>(config).metrics;
+  ASSERT_GT(m[Metric::energy_from_link], m[Metric::energy_to_link]);
+  ASSERT_LT(m[Metric::energy_shaft], 0);
+  EXPECT_EQ(m[Metric::inverter_efficiency], 0);
+}
+
 TEST(InverterLossesRun, WithoutCurvesTheyAreUnknownAndTheRunIsTheSame) {
   ScenarioConfig config = lossy_config(IntegratorKind::exact);
   const MetricList with = run_on<MeteredPowerStage>(config).metrics;
@@ -103,7 +114,11 @@ TEST(InverterLossesRun, WithoutCurvesTheyAreUnknownAndTheRunIsTheSame) {
   for (const Metric m : {Metric::energy_inverter, Metric::inverter_loss, Metric::inverter_efficiency,
                          Metric::junction_temperature, Metric::case_temperature})
     EXPECT_TRUE(std::isnan(without[m]));
-  // On a stiff link losses change nothing but the link's energy.
+  // On a stiff link losses change nothing but the link's energy, by what they draw.
+  const auto net = [](const MetricList& m) {
+    return m[Metric::energy_from_link] - m[Metric::energy_to_link];
+  };
+  EXPECT_NEAR(net(with) - net(without), with[Metric::energy_inverter], 1e-6 * net(with));
   EXPECT_EQ(with[Metric::torque_error_rms], without[Metric::torque_error_rms]);
   EXPECT_EQ(with[Metric::energy_copper], without[Metric::energy_copper]);
 }

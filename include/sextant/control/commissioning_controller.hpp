@@ -150,6 +150,9 @@ class CommissioningController final : public EstimatingController<T> {
         gain_{loop_share * parameters.machine.sigma_l_s() / Base::period()},
         integral_share_{pole_share(parameters)} {}
 
+  /// A share of the voltage is of torque, which this controller makes none of.
+  [[nodiscard]] bool reaches_six_step() const noexcept override { return true; }
+
   [[nodiscard]] std::span<const T> channel_values() const noexcept SEXTANT_NONBLOCKING override {
     return values_;
   }

@@ -31,7 +31,7 @@ struct ControlEstimate {
   SpaceVector<T> psi_s{};  ///< stator flux linkage, stationary frame [Wb]
   T psi_s_magnitude{};     ///< [Wb]
   T torque{};              ///< electromagnetic torque [N·m]
-  T torque_ripple{};       ///< part of it by the harmonics of over-modulation; 0 without such [N·m]
+  T torque_ripple{};       ///< of over-modulation's harmonics when the coming pattern begins; 0: none [N·m]
   std::uint8_t sector{};   ///< sector of ψ_s, 1…6; 0 without flux, or without sectors
   bool magnetised{false};  ///< the flux is ready for torque
   T r_s{};                 ///< stator resistance in use; 0 where the controller tells none [Ω]

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -22,6 +23,9 @@ namespace sextant {
 ///
 /// The energies that it meters balance with that into the inverter, `EnergyMeter::dc_link`:
 ///   E_source = E_resistance + E_chopper + E_dc + ∫p dt + W(t) − W(0),   W = ½ C u² + ½ L i²
+///
+/// Below a tenth of the voltage that the link had at first the current of p falls with u, in place of p/u,
+/// which has no bound: less is drawn there than is lost.
 ///
 /// Below zero volts the diodes of the bridge would short the link, which is not modelled: the state is not
 /// valid there.
@@ -56,6 +60,7 @@ class DcLink {
         chopper_on_{parameters.chopper_on},
         chopper_off_{parameters.chopper_off},
         initial_voltage_{initial_voltage},
+        least_squared_{T(0.01) * initial_voltage * initial_voltage},
         rate_squared_{rate_squared(parameters, transient_inductance)} {}
 
   using Values = std::span<const T, std::size_t(size)>;
@@ -67,7 +72,8 @@ class DcLink {
     const T u = y[voltage];
     const T i = current(y, plant.u_given);
     const T i_b = chops_ ? chopper_conductance_ * u : T(0);
-    const T i_l = plant.inverter_loss == T(0) || !(u > T(0)) ? T(0) : plant.inverter_loss / u;
+    const T i_l =
+        plant.inverter_loss == T(0) ? T(0) : plant.inverter_loss * u / std::max(u * u, least_squared_);
     dy[voltage] = (i - plant.i_dc - i_l - i_b) / capacitance_;
     dy[source_current] =
         has_inductance_ && conducts_ ? (plant.u_given - u - resistance_ * i) / inductance_ : T(0);
@@ -154,6 +160,7 @@ class DcLink {
   T chopper_on_;           ///< [V]
   T chopper_off_;          ///< [V]
   T initial_voltage_;      ///< [V]
+  T least_squared_;        ///< of a tenth of it [V²]
   T rate_squared_;         ///< [1/s²]
 };
 
