@@ -40,6 +40,13 @@ TOLERANCE = 0.05  # of the mean torque after a fault, as a share of the command,
 DRIVING_S = 30.0  # of a run without a fault [s]
 STEADY = "no fault"  # the row of the same operating points without any
 OWN = "own"  # the sensors of a file that sets their errors
+SENSOR, SEED = "plant.sensors.", "plant.sensors.seed"
+# With real sensors, where the file has neither an encoder nor a resolver.
+ENCODER: Settings = {
+    f"{SENSOR}encoder.lines": 1024,
+    f"{SENSOR}encoder.speed": "period",
+    f"{SENSOR}encoder.window_periods": 20,
+}
 
 
 @dataclass(frozen=True)
@@ -80,7 +87,7 @@ class Campaign:
         self.drive, self.scale = torque_map_file.load(file, mil, directory)
         self.lab = Lab(mil, self.drive, directory)
         # Errors of the sensors that the drive runs with: the last are the largest.
-        has_own = any(key.startswith("plant.sensors.current.") for key in self.drive.base)
+        has_own = any(key.startswith(SENSOR) and key != SEED for key in self.drive.base)
         self.sensors: dict[str, Settings] = {OWN: {}} if has_own else self.scale.sensors
         self.method = self.drive.configuration["control.controller"]
         # The map's speeds go beyond it, as those of the shipped drive do. [rad/s]
@@ -103,7 +110,7 @@ class Campaign:
             "duration_s": end_s, "metrics.window_from_s": end_s - 0.3, "control.controller": case.method,
             "profile.torque_nm.shape": "steps", "profile.torque_nm.points": [[0, 0], [self.scale.step_s, torque]],
             "load.kind": "imposed_speed", "load.speed_rad_s.value": speed,
-            "plant.sensors.seed": case.seed, **self.sensors[case.sensors],
+            SEED: case.seed, **self.sensors[case.sensors],
         }  # fmt: skip
         if case.fault is None:
             return found
@@ -147,6 +154,13 @@ class Campaign:
         finally:
             pool.shutdown(cancel_futures=True)
 
+    @property
+    def encoder(self) -> Settings:
+        """Of the drives without a fault, beside what the file says."""
+        base = self.drive.base
+        has_own = base.get(f"{SENSOR}resolver.pole_pairs") or any(key.startswith(f"{SENSOR}encoder.") for key in base)
+        return {} if has_own else ENCODER
+
     def drive_on(self, method: str, seed: int) -> tuple[false_trips.Drive, dict]:
         """A run of random torque steps without a fault, with real sensors or those of the file."""
         one = false_trips.Drive(f"random torque steps, {method}", seed, DRIVING_S)
@@ -154,9 +168,7 @@ class Campaign:
             largest = 0.87 * self.drive.configuration["command.torque_limit_nm"]
             settings = {
                 "duration_s": DRIVING_S, "metrics.window_from_s": 0, "control.controller": method,
-                "plant.sensors.seed": seed, **[*self.sensors.values()][-1],
-                "plant.sensors.encoder.lines": 1024, "plant.sensors.encoder.speed": "period",
-                "plant.sensors.encoder.window_periods": 20,
+                SEED: seed, **[*self.sensors.values()][-1], **self.encoder,
                 **false_trips.random_steps(one, Path(name), largest, 0.86 * self.base_speed, self.scale.from_s),
             }  # fmt: skip
             return one, torque_map_drive.summary_of(self.lab.mil, self.lab.scenario, settings)

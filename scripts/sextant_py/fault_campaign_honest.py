@@ -7,7 +7,7 @@ from pathlib import Path
 from . import false_trips, fault_campaign_file, honest_drive
 from .fault_campaign_file import faults_table
 from .fault_campaign_page import trip_table
-from .page import put
+from .page import counted, put
 
 SEEDS = 1
 DRIVING = honest_drive.ORDINARY
@@ -51,7 +51,7 @@ def write(page: Path, found: Found, seeds: int) -> None:
     """Puts the tables into the page."""
     text = page.read_text(encoding="utf-8")
     places = len(fault_campaign_file.PLACES)
-    size = f"{seeds} seeds at {places} operating points: {len(found.all_runs)} runs."
+    size = f"{counted(seeds, 'seed')} at {places} operating points: {counted(len(found.all_runs), 'run')}."
     text = put(text, "honest size", size)
     text = put(text, "honest", injections(found))
     page.write_text(put(text, "honest hours", trip_table(found.hours)), encoding="utf-8")

@@ -9,7 +9,7 @@ from . import false_trips, fault_campaign_file
 from .fault_campaign_file import STEADY
 from .fault_campaign_page import trip_table
 from .machine_library_points import METHODS, Machine, read_library
-from .page import put, table
+from .page import counted, put, table
 from .plant_faults import HARMLESS, MISSED, NAMED, OTHERWISE, REFUSED
 from .sweep_file import toml_value
 
@@ -111,7 +111,9 @@ def tables(found: Found) -> str:
 def write(page: Path, found: Found, seeds: int) -> None:
     """Puts the tables into the page."""
     text = page.read_text(encoding="utf-8")
-    text = put(text, "library size", f"{seeds} seeds at 5 operating points: {len(found.runs)} runs.")
+    text = put(
+        text, "library size", f"{counted(seeds, 'seed')} at 5 operating points: {counted(len(found.runs), 'run')}."
+    )
     text = put(text, "library", injections_table(found.runs))
     text = put(text, "library methods", methods_table(found.runs))
     page.write_text(put(text, "library hours", trip_table(found.hours)), encoding="utf-8")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from .errors import UserError
 from .false_trips import Hours
-from .page import put, table
+from .page import counted, put, table
 
 PERIOD_MS = 0.025
 
@@ -51,7 +51,9 @@ def trip_table(hours: list[Hours]) -> str:
 def write(page: Path, seeds: int, faults: list[dict], hours: list[Hours]) -> None:
     """Puts the tables into the page."""
     runs, inside, trips = (sum(one[key] for one in faults) for key in ("runs", "runs_inside", "trips_inside"))
-    size = f"{seeds} seeds at 3 operating points, with ideal and with real sensors: {runs} runs.\n"
+    size = (
+        f"{counted(seeds, 'seed')} at 3 operating points, with ideal and with real sensors: {counted(runs, 'run')}.\n"
+    )
     size += f"Just inside the limits: {inside} runs, {trips} trips."
     try:
         text = page.read_text(encoding="utf-8")

@@ -52,17 +52,18 @@ class LivePlant(Plant):
         command = [*command, "--duration", f"{length_s + READY_S + LEAVE_S:g}"]
         bus, offset = self.configuration["can.bus"], self.configuration["can.identifier_offset"]
         progress = Progress(quiet=False)
+        ecu = EcuProcess(command, self.directory / f"{course}.log")
         try:
-            with EcuProcess(command, self.directory / f"{course}.log") as ecu:
+            with ecu:
                 with Vcu(bus, identifier_offset=offset) as vcu:
                     vcu.make_ready(READY_S, progress=ecu.check)
                     vcu.enable()
                     follow(vcu, ecu, course, length_s, progress)
                 ecu.leave()
         except KeyboardInterrupt:
-            progress.say(f"{course}: stopped, the drive is off")
+            progress.say(f"{course}: stopped, {ecu.end}")
             raise
-        progress.say(f"{course}: over, the drive is off")
+        progress.say(f"{course}: over, {ecu.end}")
 
 
 class EcuProcess:
@@ -82,6 +83,15 @@ class EcuProcess:
         if self._process.poll() is None:
             self._process.kill()
             self._process.wait()
+
+    @property
+    def end(self) -> str:
+        """What its end says of the drive, for a person."""
+        status = self._process.poll()
+        if status == 0:
+            return "the drive is off"
+        how = "has not ended yet" if status is None else f"did not shut down but ended with status {status}"
+        return f"{ECU} {how}: see that the power stage is off"
 
     def check(self) -> None:
         """A UserError where it has ended."""

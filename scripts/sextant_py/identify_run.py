@@ -281,8 +281,9 @@ def gaps_of(file: Path) -> np.ndarray:
     import h5py
 
     with h5py.File(file) as trace:
-        time, interval = trace["t_ns"][()], int(trace.attrs["interval_ns"])
-    return 1e-9 * time[:-1][np.diff(time) > 1.1 * interval]
+        time = trace["t_ns"][()]
+        interval, period = (int(trace.attrs[f"{name}_ns"]) for name in ("interval", "control_period"))
+    return 1e-9 * time[:-1][2 * np.diff(time) > 2 * interval + period]
 
 
 def undisturbed(
@@ -301,7 +302,8 @@ def undisturbed(
     if 2 * len(kept) < len(rows):
         raise UserError(
             f"the drive missed control periods in {len(rows) - len(kept)} of {len(rows)} levels of the course of "
-            f"{course}; docs/realtime.md says what to change, and a longer drive.period_us takes less time."
+            f"{course}; docs/realtime.md says what to change, and a longer drive.period_us takes less time, where a "
+            "[control.dtc] of the file allows it."
         )
     return kept
 

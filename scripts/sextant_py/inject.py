@@ -39,7 +39,7 @@ def _ask(fault_socket: str | Path, request: str) -> None:
         client.settimeout(REPLY_S)
         try:
             client.connect(str(fault_socket))
-            client.send(request.encode())
+            client.send(request.encode(errors="replace"))
             reply = client.recv(LARGEST).decode(errors="replace")
         except TimeoutError:
             raise UserError(f"no reply on {fault_socket} within {REPLY_S:g} s.") from None
@@ -49,7 +49,9 @@ def _ask(fault_socket: str | Path, request: str) -> None:
                 f"sextant-plant with --fault-socket {fault_socket}."
             ) from None
     if reply != "ok":
-        raise UserError(f"the fault is refused: {' '.join(reply.split()) or 'the program has ended'}")
+        # The program reads a request as words of --set, which nobody typed here.
+        reason = " ".join(reply.removeprefix("--set: ").split())
+        raise UserError(f"the fault is refused: {reason or 'the program has ended'}")
 
 
 def main(arguments: list[str]) -> int:
@@ -66,7 +68,7 @@ def main(arguments: list[str]) -> int:
     for text in options.values:
         if "=" not in text or not text.isprintable():
             parser.error(f'"{text}" is not KEY=VALUE')
-    _ask(options.socket, "".join(f"{text}\n" for text in (f"kind={options.kind}", *options.values)))
+    _ask(options.socket, "".join(f"{text}\n" for text in (f"kind={toml_value(options.kind)}", *options.values)))
     return 0
 
 

@@ -17,6 +17,11 @@ def table(head: Iterable[str], rows: Iterable[Iterable[object]], left: Iterable[
     return "\n".join([row(*heads), row(*lines), *(row(*cells) for cells in rows)])
 
 
+def counted(count: int, name: str) -> str:
+    """So many of what has this name."""
+    return f"{count} {name}" if count == 1 else f"{count} {name}s"
+
+
 def put(page: str, name: str, text: str) -> str:
     """The page with the text between `<!-- NAME -->` and the next `<!-- end … -->`; on lines of its own where the first
     mark ends a line."""

@@ -9,8 +9,8 @@ from . import honest_drive, torque_map_figures, torque_map_file, torque_map_kind
 from .page import table
 from .sweep_file import Settings
 from .torque_map_drive import Drive
-from .torque_map_kinds import Kind
-from .torque_map_points import Conditions
+from .torque_map_kinds import WEAKENING_RAD_S, Kind
+from .torque_map_points import FROM_S, STEP_S, Conditions
 from .torque_map_results import SILENT, MapOf, Results
 from .torque_map_run import Lab
 
@@ -70,25 +70,61 @@ def measure(mil: Path, directory: Path, jobs: int, restart: bool) -> list[Result
     return found
 
 
+def _kinds_above() -> list[Kind]:
+    """Those above SLOW_RAD_S, of each drive: none has the cause of another."""
+
+    def above(_one: Conditions, speed: float) -> bool:
+        return speed > SLOW_RAD_S
+
+    return [
+        Kind(
+            f"`dtc`, {WEAKENING_RAD_S} rad/s and more",
+            lambda _one, speed: speed >= WEAKENING_RAD_S,
+            "the method, not what it is told: `foc` is right at an imposed speed; the flux is weakened, and one vector "
+            "of the table lasts a whole period of 125 µs",
+            "honest_dtc",
+        ),
+        Kind(
+            f"`dtc`, above {SLOW_RAD_S} and below {WEAKENING_RAD_S} rad/s",
+            above,
+            "on a free shaft alone, and hardly longer than what counts as brief; the cause is not known",
+            "honest_dtc",
+        ),
+        Kind(
+            f"`foc`, above {SLOW_RAD_S} rad/s",
+            above,
+            "on a free shaft alone, and hardly longer than what counts as brief; the cause is not known",
+            "honest_foc",
+        ),
+        Kind(
+            f"all identified, above {SLOW_RAD_S} rad/s",
+            above,
+            "$R_r$ and leakage that are told are too low (below)",
+            "honest_all",
+        ),
+        Kind(
+            f"not adapted, above {SLOW_RAD_S} rad/s",
+            above,
+            "weakened flux saturates less, and $L_m$ is that of the whole; `foc`, which adapts it, is right",
+            "honest_fixed",
+        ),
+    ]
+
+
 def kinds() -> list[Kind]:
     """In order: a point belongs to the first that holds. The last holds for every point."""
     return [
-        Kind(
-            f"above {SLOW_RAD_S} rad/s",
-            lambda _one, speed: speed > SLOW_RAD_S,
-            "`dtc`: a switching table at 125 µs lets the torque swing by 55 N·m, and where the flux is weakened the "
-            "mean over 20 ms swings by 5 N·m with it, as on an ideal plant; `foc`: 10.2 ms, on a free shaft; *all "
-            "identified*: $R_r$ too low; *not adapted*: weakened flux saturates less, and $L_m$ is that of the whole",
-        ),
+        *_kinds_above(),
         Kind(
             f"dead time told wrong, up to {SLOW_RAD_S} rad/s",
             lambda one, _: one.dead_time != 1,
-            "as with the one found, and a tenth of it is 1.9 V along the current, what $R_s$ takes at 4 A",
+            "as with the one found; told too long it makes more points wrong, told too short fewer",
         ),
         Kind(
             f"free shaft, up to {SLOW_RAD_S} rad/s",
             lambda one, _: one.shaft == "free",
-            "it is magnetised at standstill, where nothing but the current shows the flux, and has 0.2 s to the step",
+            "as at an imposed speed; the shaft is magnetised at standstill, where nothing but the current shows the "
+            f"flux, and has {STEP_S - FROM_S:g} s to the step",
         ),
         Kind(
             f"warm, up to {SLOW_RAD_S} rad/s",
@@ -100,7 +136,7 @@ def kinds() -> list[Kind]:
             lambda _one, _speed: True,
             "while the machine is magnetised, and near zero stator frequency, iron that saturates and gains of the "
             "sensors look like wrong $R_r$, $L_m$ and $R_s$, which are adapted; what was found holds better (*not "
-            "adapted*). *All identified* has the $R_r$ of sines on iron that saturates, a third too low",
+            "adapted*). *All identified* has the $R_r$ of sines on iron that saturates, which is too low",
         ),
     ]
 

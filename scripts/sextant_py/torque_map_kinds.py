@@ -22,6 +22,7 @@ class Kind:
     name: str
     holds: Callable[[Conditions, float], bool]  # by conditions and magnitude of the speed [rad/s]
     cause: str
+    drive: str = ""  # name of the one drive that has it; empty: every one may
     points: Counter = field(default_factory=Counter)  # by name of the drive
     speeds: list[float] = field(default_factory=list)  # magnitudes [rad/s]
     deviations: list[float] = field(default_factory=list)  # [N·m]
@@ -74,7 +75,11 @@ def found(maps: Iterable[Results], out: list[Kind]) -> list[Kind]:
                 for speed, letter, deviation in zip(results.speeds, row, deviations, strict=True):
                     if letter != SILENT:
                         continue
-                    kind = next(kind for kind in out if kind.holds(one.conditions, abs(speed)))
+                    kind = next(
+                        kind
+                        for kind in out
+                        if kind.drive in ("", results.drive) and kind.holds(one.conditions, abs(speed))
+                    )
                     kind.points[results.drive] += 1
                     kind.speeds.append(abs(speed))
                     kind.deviations.append(deviation or 0.0)

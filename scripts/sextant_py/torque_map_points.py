@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from .sweep_file import Settings
-from .torque_map_drive import DEAD_TIME, DELAY, INDUCTANCE, SENSORS, Drive
+from .torque_map_drive import DEAD_TIME, DELAY, FACTORS, INDUCTANCE, SENSORS, Drive
 
 _MAGNITUDES = (0, 2, 5, 10, 20, 35, 50, 75, 100, 130, 160, 200, 260, 320, 400)
 SPEEDS = tuple(sorted({sign * speed for speed in _MAGNITUDES for sign in (-1, 1)}))  # mechanical [rad/s]
@@ -115,8 +115,10 @@ def machine_settings(drive: Drive, conditions: Conditions) -> Settings:
     found: Settings = {}
     for factor, key in drive.factors.items():
         nominal, scale = drive.machine[key], getattr(conditions, factor)
-        own = f"{ESTIMATE}{INDUCTANCE if factor == 'l_m' else key}"
-        estimate, believed = (own, drive.base[own]) if own in drive.base else (f"{ESTIMATE}{key}", nominal)
+        spellings = (FACTORS["l_m"], INDUCTANCE) if factor == "l_m" else (key,)
+        told = (f"{ESTIMATE}{name}" for name in spellings if f"{ESTIMATE}{name}" in drive.base)
+        estimate = next(told, f"{ESTIMATE}{key}")
+        believed = drive.base.get(estimate, nominal)
         real, belief = (scale, 1.0) if conditions.detune == "machine" else (1.0, scale)
         found |= {f"machine.{key}": nominal * real, estimate: believed * belief}
     return found

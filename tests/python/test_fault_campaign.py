@@ -129,14 +129,43 @@ def test_a_fault_begins_under_way_or_at_power_up() -> None:
     assert (begin_s["open phase"], begin_s["phase never connected"]) == (1.7, 0.0)
 
 
-@pytest.fixture(scope="module")
-def campaign(tmp_path_factory: pytest.TempPathFactory) -> fault_campaign_file.Campaign:
-    directory = tmp_path_factory.mktemp("campaign")
+def campaign_file(directory: Path, more: str = "") -> Path:
     file = directory / "my.toml"
     machine = ROOT / "configs" / "machines" / "motulator_2k2.toml"
     text = f'[machine]\nfile = "{machine}"\n[control]\ncontroller = "foc"\n[drive]\nperiod_us = 100\n'
-    file.write_text(text + "[plant]\nu_dc_v = 566\n", encoding="utf-8")
+    file.write_text(f"{text}[plant]\nu_dc_v = 566\n{more}", encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> fault_campaign_file.Campaign:
+    directory = tmp_path_factory.mktemp("campaign")
+    file = campaign_file(directory)
     return fault_campaign_file.Campaign(file, program("sextant-mil"), directory)
+
+
+@pytest.mark.parametrize(
+    ("text", "keeps_sensors", "keeps_encoder"),
+    [
+        ("seed = 4", False, False),
+        ("voltage.offset_v = 3", True, False),
+        ("current.noise_a = 0.1", True, False),
+        ("encoder.lines = 2048", True, True),
+        ("resolver.pole_pairs = 2", True, True),
+    ],
+)
+def test_sensors_of_a_file_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, keeps_sensors: bool, keeps_encoder: bool
+) -> None:
+    monkeypatch.setattr(fault_campaign_file, "DRIVING_S", 1.0)
+    file = campaign_file(tmp_path, f"[plant.sensors]\n{text}\n")
+    own = fault_campaign_file.Campaign(file, program("sextant-mil"), tmp_path)
+    assert own.sensors == ({fault_campaign_file.OWN: {}} if keeps_sensors else own.scale.sensors)
+    assert own.encoder == ({} if keeps_encoder else fault_campaign_file.ENCODER)
+    _, summary = own.drive_on("foc", 1)
+    key, value = text.split(" = ")
+    if keeps_sensors:
+        assert summary["configuration"][f"plant.sensors.{key}"] == float(value)
 
 
 def case_of(name: str, place: int) -> fault_campaign_file.Case:
@@ -218,5 +247,5 @@ def test_the_page_takes_the_tables_of_the_library(tmp_path: Path) -> None:
     found = fault_campaign_library.Found(runs, [Hours("2.2 kW: random torque steps, foc", 3600.0, 120)])
     fault_campaign_library.write(page, found, 2)
     text = page.read_text(encoding="utf-8")
-    assert "2 seeds at 5 operating points: 1 runs." in text
+    assert "2 seeds at 5 operating points: 1 run." in text
     assert "| 2.2 kW: random torque steps, foc | 3600 | 120 | 0 | none |" in text

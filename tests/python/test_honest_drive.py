@@ -13,12 +13,13 @@ from sextant_py import (
     torque_map,
     torque_map_file,
     torque_map_honest,
+    torque_map_kinds,
     torque_map_points,
 )
 from sextant_py.false_trips import Hours
 from sextant_py.paths import ROOT
 from sextant_py.torque_map_drive import SENSORS, Drive
-from sextant_py.torque_map_points import Conditions
+from sextant_py.torque_map_points import ESTIMATE, Conditions
 from sextant_py.torque_map_results import MapOf, Results
 
 
@@ -70,6 +71,13 @@ def test_a_map_keeps_what_the_file_tells_of_machine_and_inverter() -> None:
     believed = torque_map_points.machine_settings(drive, Conditions(r_s=2.0, l_m=0.5, detune="estimate"))
     assert believed["machine.r_s_ohm"] == 0.4 and believed["control.machine_estimate.r_s_ohm"] == 1.0
     assert believed["control.machine_estimate.l_m_h"] == 0.04
+    for machine, key in (("x_m_ohm", "x_m_ohm"), ("l_m_h", "x_m_ohm"), ("l_m_h", "l_m_h")):
+        other = Drive("", {f"{ESTIMATE}{key}": 20.0}, {"r_s_ohm": 0.4, "r_r_ohm": 0.8, machine: 26}, set())
+        for detune, kept in (("machine", 20.0), ("estimate", 10.0)):
+            found = torque_map_points.machine_settings(other, Conditions(l_m=0.5, detune=detune))
+            assert {name: found[name] for name in found if "_m_" in name and name.startswith(ESTIMATE)} == {
+                f"{ESTIMATE}{key}": kept
+            }
     assert torque_map_points.inverter_settings(drive, Conditions()) == {}
     wrong = torque_map_points.inverter_settings(drive, Conditions(dead_time=0.9))
     assert wrong == {"drive.inverter.dead_time_us": 2.88}
@@ -95,6 +103,15 @@ def test_the_page_counts_points_near_standstill_apart(tmp_path: Path) -> None:
     assert "{" not in page.read_text(encoding="utf-8")
 
 
+def test_no_cause_above_standstill_is_that_of_several_drives() -> None:
+    maps = [made_up(one, "s") for one in torque_map_honest.VARIANTS]
+    found = torque_map_kinds.found(maps, torque_map_honest.kinds())
+    slow = torque_map_honest.SLOW_RAD_S
+    above = [kind for kind in found if max(kind.speeds) > slow]
+    assert {next(iter(kind.points)) for kind in above} == set(torque_map_honest.NAMES)
+    assert all(len(kind.points) == 1 and min(kind.speeds) > slow for kind in above)
+
+
 def test_campaign_and_map_of_the_honest_plant_take_no_other_drive() -> None:
     assert fault_campaign.parse_arguments(["--honest"]).is_of_page
     assert not fault_campaign.parse_arguments(["--honest", "--quick"]).is_of_page
@@ -111,9 +128,9 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
     page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
     run = {"name": "open phase", "method": "foc", "case": "", "kind": plant_faults.NAMED, "seen": "OPEN_PHASE"}
     found = fault_campaign_honest.Found({"125 µs": [run | {"late_ms": 2.5}]}, [Hours("random, foc", 360.0, 12)])
-    fault_campaign_honest.write(page, found, 2)
+    fault_campaign_honest.write(page, found, 1)
     text = page.read_text(encoding="utf-8")
-    assert "2 seeds at 5 operating points: 1 runs." in text
+    assert "1 seed at 5 operating points: 1 run." in text
     assert "125 µs:\n\n| injection |" in text
     assert "| open phase | `foc` | 1 | 1 | 0 | 0 | 0 | 0 | 2.5 | OPEN_PHASE 1 |" in text
     assert "| random, foc | 360 | 12 | 0 | none |" in text

@@ -1,5 +1,7 @@
 """scripts/identify with sextant-ecu: in virtual time, and what ends a course."""
 
+import sys
+import time
 import tomllib
 from pathlib import Path
 
@@ -8,11 +10,11 @@ import numpy as np
 import pytest
 import sextant
 from programs import overrides, program
-from sextant_py import identify
+from sextant_py import identify, identify_live
 from sextant_py.errors import UserError
-from sextant_py.identify_live import replayed
+from sextant_py.identify_live import EcuProcess, replayed
 from sextant_py.identify_machine import estimate_of
-from sextant_py.identify_run import CONTROL, undisturbed
+from sextant_py.identify_run import CONTROL, gaps_of, undisturbed
 from test_identify import MACHINE, drive_file
 from test_virtual_time import launch
 
@@ -114,6 +116,41 @@ def test_a_recording_that_is_not_what_the_drive_did_is_refused(tmp_path: Path) -
         recording["cycles"][...] = rows
     with pytest.raises(UserError, match="does not replay as it was recorded"):
         replayed(program("sextant-ecu"), cycles, tmp_path / "again.h5")
+
+
+@pytest.mark.parametrize("period_ns", [25_000, 100_000, 125_000])
+def test_one_missed_period_is_a_gap_of_a_trace(tmp_path: Path, period_ns: int) -> None:
+    interval_ns = 1_000_000 // period_ns * period_ns
+    time_ns = 5 * period_ns + interval_ns * np.arange(1, 9)
+    time_ns[4:] += period_ns
+    with h5py.File(tmp_path / "trace.h5", "w") as trace:
+        trace["t_ns"] = time_ns
+        trace.attrs["interval_ns"], trace.attrs["control_period_ns"] = interval_ns, period_ns
+    assert gaps_of(tmp_path / "trace.h5").tolist() == [pytest.approx(1e-9 * time_ns[3])]
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("import time; time.sleep(60)", "ended with status -15: see that the power stage is off"),
+        ("import signal; signal.signal(15, lambda *_: exit(0)); print(flush=True); signal.pause()", "the drive is off"),
+        (
+            "import signal; signal.signal(15, signal.SIG_IGN); print(flush=True)\nwhile True: signal.pause()",
+            "ended with status -9: see that the power stage is off",
+        ),
+    ],
+)
+def test_the_drive_is_off_where_its_program_shut_it_down(
+    script: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(identify_live, "LEAVE_S", 0.3 if "IGN" in script else 20.0)
+    log = tmp_path / "log"
+    with EcuProcess([sys.executable, "-c", script], log) as ecu:
+        assert "has not ended yet" in ecu.end
+        end_s = time.monotonic() + 20
+        while "print" in script and not log.stat().st_size and time.monotonic() < end_s:
+            time.sleep(0.01)
+    assert said in ecu.end
 
 
 def test_levels_with_missed_periods_do_not_count() -> None:

@@ -80,7 +80,7 @@ def test_a_plant_of_its_own_takes_faults(tmp_path: Path) -> None:
         second = subprocess.run([*map(str, plant.command)], capture_output=True, text=True, timeout=PATIENCE_S)
         assert second.returncode == 2
         assert plant.is_running()
-    assert "kind=link_sag sag_v=300 ramp_ms=10" in plant.text()
+    assert 'kind="link_sag" sag_v=300 ramp_ms=10' in plant.text()
 
 
 def test_a_file_in_the_place_of_the_socket_is_kept(tmp_path: Path) -> None:

@@ -1,0 +1,48 @@
+"""What scripts/inject asks of a program, and what it says of a refusal."""
+
+import socket
+import threading
+import tomllib
+from pathlib import Path
+
+import pytest
+from sextant_py import inject
+from sextant_py.errors import UserError
+
+
+class Program:
+    """Takes one request on a socket of its own, with this reply."""
+
+    def __init__(self, path: Path, reply: str) -> None:
+        self.request = ""
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._socket.bind(str(path))
+        self._socket.listen()
+        self._thread = threading.Thread(target=self._serve, args=(reply,), daemon=True)
+        self._thread.start()
+
+    def _serve(self, reply: str) -> None:
+        client, _ = self._socket.accept()
+        with client:
+            self.request = client.recv(4096).decode()
+            client.send(reply.encode())
+
+    def end(self) -> None:
+        self._thread.join(10)
+        self._socket.close()
+
+
+@pytest.mark.parametrize("kind", ["open_phase", "open_phase phase=b", "open_phase\nphase=b"])
+def test_a_kind_is_one_value_whatever_it_is(tmp_path: Path, kind: str) -> None:
+    program = Program(tmp_path / "faults", "ok")
+    assert inject.main([str(tmp_path / "faults"), kind, "until_s=0.1"]) == 0
+    program.end()
+    assert tomllib.loads(program.request) == {"kind": kind, "until_s": 0.1}
+
+
+def test_a_refusal_names_no_option_that_nobody_typed(tmp_path: Path) -> None:
+    program = Program(tmp_path / "faults", "--set: plant.faults.phase: must be one of a, b, c\n")
+    with pytest.raises(UserError) as refused:
+        inject.inject(tmp_path / "faults", "open_phase", phase="d")
+    program.end()
+    assert str(refused.value) == "the fault is refused: plant.faults.phase: must be one of a, b, c"
