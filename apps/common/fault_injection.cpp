@@ -34,9 +34,13 @@ std::vector<std::string> fault_overrides(const std::string& request) {
 FaultInjection::FaultInjection(const std::string& socket, FaultableDriveIo& io, Read read)
     : io_{io},
       read_{std::move(read)},
+      is_swapped_{read_({}).kind == PlantFaultKind::cables_swapped},
       socket_{socket, [this](const std::string& request) { return answer(request); }} {}
 
 std::string FaultInjection::answer(const std::string& request) {
+  if (is_swapped_)
+    return "the motor cables are swapped from power-up on, and a fault would take their place: set another "
+           "plant.faults.kind in the file";
   try {
     const PlantFaultParameters fault = read_(fault_overrides(request));
     if (fault.kind == PlantFaultKind::cables_swapped)

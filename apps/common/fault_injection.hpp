@@ -14,7 +14,8 @@ namespace sextant {
 
 /// Faults of the simulated plant by requests on a local socket, while it runs. A request has a line for each
 /// key of [plant.faults] that it gives, `key=value` as after --set; the others are those of the
-/// configuration. The reply is "ok", or a sentence that says what is wrong.
+/// configuration. The reply is "ok", or a sentence that says what is wrong. Swapped motor cables stay as
+/// they are from power-up on: no request makes them, and where the configuration has them none is taken.
 class FaultInjection {
  public:
   /// What the plant gets, by overrides of the configuration. Throws with the sentence where they are wrong.
@@ -34,6 +35,7 @@ class FaultInjection {
 
   InjectedFaults io_;
   Read read_;
+  bool is_swapped_;  ///< the configuration's own fault is that of the motor cables
   RequestSocket socket_;
 };
 

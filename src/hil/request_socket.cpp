@@ -89,9 +89,12 @@ void RequestSocket::poll() {
   ::setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   ::setsockopt(client, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   std::array<char, largest_request> request{};
-  const ssize_t length = ::recv(client, request.data(), request.size(), 0);
+  // MSG_TRUNC: the packet's own length, also where it is longer than what is taken of it.
+  const ssize_t length = ::recv(client, request.data(), request.size(), MSG_TRUNC);
   if (length > 0) {
-    const std::string reply = answer_({request.data(), std::size_t(length)});
+    const std::string reply = std::size_t(length) > request.size()
+                                  ? "the request is longer than " + std::to_string(largest_request) + " bytes"
+                                  : answer_({request.data(), std::size_t(length)});
     (void)::send(client, reply.data(), reply.size(), MSG_NOSIGNAL);
   }
   ::close(client);

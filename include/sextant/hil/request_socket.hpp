@@ -6,7 +6,8 @@
 namespace sextant {
 
 /// A local socket (AF_UNIX, SOCK_SEQPACKET) that answers requests of its owner: a packet is a request, and
-/// gets a packet in reply. Its file has the mode 0600.
+/// gets a packet in reply. A request of more than 4096 bytes gets a sentence that says so. Its file has the
+/// mode 0600.
 class RequestSocket {
  public:
   using Answer = std::function<std::string(const std::string& request)>;

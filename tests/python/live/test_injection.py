@@ -29,6 +29,12 @@ class FaultyPlant(ProgramProcess):
         command = [program(name), ROOT / "configs" / config, "--fault-socket", self.socket, *words]
         super().__init__(command, self.said, stderr=subprocess.STDOUT)
 
+    def awaits_faults(self) -> None:
+        for _ in range(int(PATIENCE_S / 0.1)):
+            if self.socket.exists():
+                return
+            time.sleep(0.1)
+
 
 def follows(vcu: sextant.Vcu) -> None:
     vcu.enable(PATIENCE_S, reset_faults=True)
@@ -72,15 +78,23 @@ def test_a_running_drive_names_each_injected_fault_and_returns(live_bus: str, do
 def test_a_plant_of_its_own_takes_faults(tmp_path: Path) -> None:
     words = overrides((f"hil.link=faults_{tmp_path.stat().st_ino}", "period_us=1000"))
     with FaultyPlant("sextant-plant", "plant.toml", tmp_path, words) as plant:
-        for _ in range(int(PATIENCE_S / 0.1)):
-            if plant.socket.exists():
-                break
-            time.sleep(0.1)
+        plant.awaits_faults()
         assert inject.main([str(plant.socket), "link_sag", "sag_v=300", "ramp_ms=10"]) == 0
         second = subprocess.run([*map(str, plant.command)], capture_output=True, text=True, timeout=PATIENCE_S)
         assert second.returncode == 2
         assert plant.is_running()
     assert 'kind="link_sag" sag_v=300 ramp_ms=10' in plant.text()
+
+
+def test_a_plant_with_swapped_motor_cables_keeps_them(tmp_path: Path) -> None:
+    words = overrides((f"hil.link=swapped_{tmp_path.stat().st_ino}", "plant.faults.kind=cables_swapped"))
+    with FaultyPlant("sextant-plant", "plant.toml", tmp_path, words) as plant:
+        plant.awaits_faults()
+        for kind in ("none", "speed_lost"):
+            with pytest.raises(sextant.UserError, match="motor cables are swapped from power-up on"):
+                sextant.inject(plant.socket, kind)
+        assert plant.is_running()
+    assert "plant fault injected" not in plant.text()
 
 
 def test_a_file_in_the_place_of_the_socket_is_kept(tmp_path: Path) -> None:
