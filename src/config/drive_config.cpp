@@ -56,6 +56,17 @@ std::string range_problem(const Converter& sensor, double trip, const std::strin
          " could never come; widen the range or lower the trip level";
 }
 
+/// The tighter check of the measured speed.
+struct SpeedCheck {
+  double limit;     ///< [rad/s]
+  const char* key;  ///< its key
+};
+
+SpeedCheck speed_check(const Protection<>::Parameters& p) {
+  if (p.speed_jump <= p.speed_error) return {p.speed_jump, "protection.speed_jump_rad_s"};
+  return {p.speed_error, "protection.speed_error_rad_s"};
+}
+
 }  // namespace
 
 const ControlMethod& DriveConfig::method(std::string_view name) const {
@@ -102,18 +113,28 @@ std::string validate_encoder(const DriveConfig& c) {
   if (encoder.validate() != nullptr || encoder.lines == 0) return {};
   const double edge = 2 * std::numbers::pi / (4.0 * encoder.lines);
   const double step = edge / (encoder.window_periods * double(c.drive.period_ns) * 1e-9);
-  const Protection<>::Parameters& p = c.drive.protection;
-  const bool jumps = p.speed_jump <= p.speed_error;
-  const double limit = jumps ? p.speed_jump : p.speed_error;
+  const auto [limit, key] = speed_check(c.drive.protection);
   // A counted speed is always off by up to a step, of which half of the limit is to remain for a fault; a
   // timed one only below an edge in the window.
   const double most = encoder.speed == EncoderSpeed::count ? 0.5 * limit : limit;
   if (!(step > most)) return {};
-  const char* const key = jumps ? "protection.speed_jump_rad_s" : "protection.speed_error_rad_s";
   return number_text(encoder.lines) + " lines make steps of " + rounded_text(step) +
          " rad/s in a window of " + number_text(encoder.window_periods) + " periods, above " +
          number_text(most) + " rad/s (" + key + ", " + number_text(limit) +
          "): the drive would trip; take more lines or a longer window, or raise the limit";
+}
+
+std::string validate_resolver(const DriveConfig& c) {
+  const ResolverParameters& resolver = c.plant.io.sensors.resolver;
+  if (resolver.validate() != nullptr) return {};
+  // Two samples differ by up to twice the error.
+  const double error = resolver.quantisation_error();
+  const auto [limit, key] = speed_check(c.drive.protection);
+  if (!(error > 0.5 * limit)) return {};
+  return number_text(resolver.bits) + " bits at " + number_text(resolver.bandwidth) +
+         " Hz make errors of the speed of up to " + rounded_text(error) + " rad/s, above " +
+         number_text(0.5 * limit) + " rad/s (half of " + key + ", " + number_text(limit) +
+         "): the drive could trip; take more bits or a lower bandwidth, or raise the limit";
 }
 
 std::string validate_driveline(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {

@@ -83,6 +83,7 @@ void describe_simulated_plant(const Section& root, EcuConfig& c) {
   check(plant.section("sensors").section("current").section("range_a"), validate_current_range);
   check(plant.section("sensors").section("voltage").section("range_v"), validate_voltage_range);
   check(plant.section("sensors").section("encoder").section("lines"), validate_encoder);
+  check(plant.section("sensors").section("resolver").section("bits"), validate_resolver);
 }
 
 }  // namespace

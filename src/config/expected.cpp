@@ -24,8 +24,8 @@ struct Expected {
     return text;
   }
   std::string operator()(const PointsField& f) const {
-    return "a list of [time, value] pairs, times from " + range_text(f.first_range) + ", values from " +
-           range_text(f.second_range);
+    return "a list of [" + f.first_name + ", " + f.second_name + "] pairs, " + f.first_name + " from " +
+           range_text(f.first_range) + ", " + f.second_name + " from " + range_text(f.second_range);
   }
   std::string operator()(const FileField& f) const {
     return "the path of a CSV file with the columns " + f.columns;

@@ -5,12 +5,19 @@
 namespace sextant {
 namespace {
 
-constexpr Range<double> curve_current_a{0, 1e5};
 constexpr Range<double> junction_range_c{-100, 400};
 
+/// A member of each pair, as messages name it.
+struct Axis {
+  const char* name;
+  Range<double> range;
+};
+
+constexpr Axis current{"current", {0, 1e5}};
+
 /// Pairs; the second member is the file's value times `scale`.
-void pairs(Section& s, const std::string& key, PointsField::Pairs& member, Range<double> first,
-           Range<double> second, const char* unit, const std::string& meaning, double scale = 1.0) {
+void pairs(Section& s, const std::string& key, PointsField::Pairs& member, const Axis& first,
+           const Axis& second, const char* unit, const std::string& meaning, double scale = 1.0) {
   const auto get = [&member, scale] {
     PointsField::Pairs list = member;
     for (auto& [x, y] : list) y /= scale;
@@ -20,27 +27,30 @@ void pairs(Section& s, const std::string& key, PointsField::Pairs& member, Range
     member = list;
     for (auto& [x, y] : member) y *= scale;
   };
-  s.add(key, unit, meaning.c_str(), PointsField{first, second, get, set});
+  s.add(key, unit, meaning.c_str(),
+        PointsField{first.range, second.range, get, set, first.name, second.name});
 }
 
 void voltage(Section& s, const std::string& name, LossTable& table) {
-  pairs(s, name + "_v", table.cold, curve_current_a, {0, 1e3}, "V",
+  constexpr Axis volts{"voltage", {0, 1e3}};
+  pairs(s, name + "_v", table.cold, current, volts, "V",
         "voltage of a " + name +
             " that conducts, over the current in A, at cold_c; lines join the points and go "
             "on beyond them; no points: no loss");
-  pairs(s, name + "_hot_v", table.hot, curve_current_a, {0, 1e3}, "V",
+  pairs(s, name + "_hot_v", table.hot, current, volts, "V",
         "the same at hot_c, with a line over the temperature; no points: as cold");
 }
 
 void energy(Section& s, const std::string& name, LossTable& table, const std::string& meaning) {
-  pairs(s, name + "_mj", table.cold, curve_current_a, {0, 1e5}, "mJ",
+  constexpr Axis millijoules{"energy", {0, 1e5}};
+  pairs(s, name + "_mj", table.cold, current, millijoules, "mJ",
         meaning + ", over the current in A, at cold_c and energy_voltage_v; no points: no loss", 1e-3);
-  pairs(s, name + "_hot_mj", table.hot, curve_current_a, {0, 1e5}, "mJ",
-        "the same at hot_c; no points: as cold", 1e-3);
+  pairs(s, name + "_hot_mj", table.hot, current, millijoules, "mJ", "the same at hot_c; no points: as cold",
+        1e-3);
 }
 
 void network(Section& s, const std::string& key, FosterPairs& member, const std::string& meaning) {
-  pairs(s, key, member, {0, 1e4}, {0, 1e6}, "s",
+  pairs(s, key, member, {"resistance", {0, 1e4}}, {"time constant", {0, 1e6}}, "s",
         meaning + ": pairs of thermal resistance in K/W and time constant, four at most; no pairs: no rise");
 }
 

@@ -374,6 +374,9 @@ void describe(Section root, ScenarioConfig& c) {
       [&c] { return c.expected_fault ? std::string{} : validate_voltage_range(c.drive); });
   sensors.section("encoder").section("lines").check(
       [&c] { return c.expected_fault ? std::string{} : validate_encoder(c.drive); });
+  sensors.section("resolver").section("bits").check([&c] {
+    return c.expected_fault ? std::string{} : validate_resolver(c.drive);
+  });
   root.section("profile").section("torque_nm").check([&c] {
     return c.cycle.is_given() ? std::string{} : validate_torque(c);
   });

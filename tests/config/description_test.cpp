@@ -32,6 +32,7 @@
 #include "sextant/realtime/realtime_parameters.hpp"
 #include "sextant/sim/encoder.hpp"
 #include "sextant/sim/event_exact_parameters.hpp"
+#include "sextant/sim/resolver.hpp"
 
 namespace sextant {
 namespace {
@@ -211,6 +212,7 @@ TEST(DescriptionsOfARun, NameEveryMember) {
   expect_all_named<EventExactParameters>();
   expect_all_named<WaitParameters>();
   expect_all_named<EncoderParameters>();
+  expect_all_named<ResolverParameters>();
   expect_all_named<VehicleParameters>();
   CvodeParameters cvode;
   Described of_cvode;

@@ -178,6 +178,27 @@ TEST_F(ExpectationConfig, AnEncoderThatIsTooCoarseForThePeriodIsRefused) {
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.sensors.encoder.lines=16"}), HasSubstr("16 lines make steps"));
 }
 
+// Half a step of 4/2^N of each signal, by 0.95307 of 2 pi 300 Hz: 5081/2^N rad/s of the signals.
+TEST_F(ExpectationConfig, AResolverThatIsTooCoarseForTheSpeedsChecksIsRefused) {
+  const std::string limits = "[protection]\nspeed_jump_rad_s = 50\nspeed_error_rad_s = 40\n";
+  const std::string resolver = "[plant.sensors.resolver]\npole_pairs = 1\n";
+  EXPECT_THAT(
+      refusal(limits + resolver + "bits = 7\n"),
+      HasSubstr("plant.sensors.resolver.bits: 7 bits at 300 Hz make errors of the speed of up to 39.7 rad/s, "
+                "above 20 rad/s (half of protection.speed_error_rad_s, 40): the drive could trip"));
+  EXPECT_NO_THROW(load(limits + resolver + "bits = 8\n"));
+  EXPECT_NO_THROW(load(limits + resolver + "bits = 0\n"));
+  EXPECT_NO_THROW(load(limits + resolver + "bits = 7\nbandwidth_hz = 151\n"));
+  EXPECT_THAT(refusal(limits + resolver + "bits = 7\nbandwidth_hz = 152\n"), HasSubstr("could trip"));
+  EXPECT_NO_THROW(load(limits + resolver + "bits = 7\n", {"plant.sensors.resolver.pole_pairs=2"}));
+  EXPECT_THAT(refusal(limits + resolver + "bits = 8\n", {"protection.speed_jump_rad_s=30"}),
+              HasSubstr("above 15 rad/s (half of protection.speed_jump_rad_s, 30)"));
+  EXPECT_NO_THROW(load(limits + resolver + "bits = 4\n[expect]\nfault = \"SPEED_SENSOR\"\n"));
+  EXPECT_THAT(
+      ecu_refusal(shipped_ecu, {"plant.sensors.resolver.pole_pairs=1", "plant.sensors.resolver.bits=4"}),
+      HasSubstr("4 bits at 300 Hz make errors"));
+}
+
 TEST_F(ExpectationConfig, ATorqueBeyondTheGatesLimitIsRefused) {
   const std::string gate = "[command]\ntorque_limit_nm = 20\n";
   EXPECT_THAT(

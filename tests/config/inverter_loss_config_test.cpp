@@ -85,6 +85,20 @@ TEST(InverterLossConfig, WhatMakesNoLossesIsRefused) {
               HasSubstr(table + "resistances and time constants of a Foster network must be"));
 }
 
+TEST(InverterLossConfig, ARefusedListNamesItsOwnMembers) {
+  const auto refused = [](const std::string& key) {
+    return ecu_refusal(shipped_ecu, {"plant.inverter.losses." + key + "=[[-1, -1]]"});
+  };
+  EXPECT_THAT(
+      refused("switch_hot_v"),
+      HasSubstr("a list of [current, voltage] pairs, current from 0 to 100000, voltage from 0 to 1000"));
+  EXPECT_THAT(refused("turn_on_mj"), HasSubstr("a list of [current, energy] pairs, current from 0 to"));
+  EXPECT_THAT(refused("case_network"),
+              HasSubstr("a list of [resistance, time constant] pairs, resistance from 0 to"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"load.torque_nm.points=3"}),
+              HasSubstr("a list of [time, value] pairs, time from 0 to"));
+}
+
 TEST(InverterLossConfig, IsNoneOfAnEventExactRunOrAPlantInAnotherProcess) {
   Settings settings = whole;
   settings.emplace_back("mode=event_exact");

@@ -97,6 +97,12 @@ TEST(SensorConfig, WhatContradictsItselfIsRefused) {
               HasSubstr("swapped motor cables must be so from the beginning to the end"));
 }
 
+TEST(SensorConfig, TheLoopOfAResolverEndsAtTenKilohertz) {
+  EXPECT_EQ(refusal({"plant.sensors.resolver.bandwidth_hz=10000"}), "accepted");
+  EXPECT_THAT(refusal({"plant.sensors.resolver.bandwidth_hz=10001"}),
+              HasSubstr("expected a number from 1 to 10000"));
+}
+
 TEST(SensorConfig, AnEventExactRunHasNoSamples) {
   EXPECT_THAT(refusal({"mode=event_exact", "plant.sensors.current.noise_a=0.1"}),
               HasSubstr("plant.sensors must be ideal"));

@@ -2,6 +2,7 @@
 // against the response of a second-order loop of type II.
 #include "sextant/sim/resolver.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <functional>
@@ -61,6 +62,23 @@ TEST(Resolver, OffsetsAreFirstHarmonics) {
 TEST(Resolver, QuantisationIsWithinItsStep) {
   // Half a step of each signal, filtered by the loop: 4/2^10/2 √2.
   expect_error({.pole_pairs = 1, .bits = 10}, [](double) { return 0.0; }, 2.8e-3);
+}
+
+// Slow and fast beside the loop, and with the quantisation's steps near its own frequency: the bound holds
+// for all, and a single step comes to 0.456/0.674 of it.
+TEST(Resolver, QuantisationPutsNoMoreThanItsBoundOnTheSpeed) {
+  for (const int bits : {6, 8, 10, 12}) {
+    const ResolverParameters p{.pole_pairs = 2, .bits = bits, .bandwidth = 100};
+    const double bound = 2 * std::numbers::sqrt2 / (1 << bits) * 0.95307 * 2 * pi * 100;
+    double most = 0;
+    for (const double electrical : {2.0, 11.0, 70.0, 400.0, 1500.0}) {
+      visit_errors(p, electrical / 2,
+                   [&most](double, double, double speed) { most = std::max(most, std::abs(speed)); });
+    }
+    EXPECT_LT(most, bound) << bits;
+    EXPECT_GT(most, 0.15 * bound) << bits;
+    EXPECT_NEAR(p.quantisation_error(), bound / 2, 1e-4 * bound);
+  }
 }
 
 // A type II loop: at constant speed neither angle nor speed is wrong.

@@ -77,6 +77,8 @@ void describe(Section root, DriveConfig& config);
 /// Empty when one edge of the encoder, which is a step of the speed, is no fault of its sensor, else a
 /// sentence.
 [[nodiscard]] std::string validate_encoder(const DriveConfig& config);
+/// The same of the error that the resolver's quantisation may make in the speed.
+[[nodiscard]] std::string validate_resolver(const DriveConfig& config);
 
 /// Empty unless a speed is imposed on the motor's shaft while a load turns behind a driveline, else a
 /// sentence.

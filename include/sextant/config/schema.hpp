@@ -51,13 +51,15 @@ struct ChoiceField {
   std::function<std::string()> get;
   std::function<void(std::string_view)> set;
 };
-/// A list of pairs, written [[time, value], …].
+/// A list of pairs, written [[first, second], …].
 struct PointsField {
   using Pairs = std::vector<std::pair<double, double>>;
   Range<double> first_range;
   Range<double> second_range;
   std::function<Pairs()> get;
   std::function<void(const Pairs&)> set;
+  std::string first_name{"time"};    ///< of the first member of a pair, as a message names it
+  std::string second_name{"value"};  ///< of the second one
 };
 /// The path of a CSV file, relative to the file that names it; on the command line, to the working directory.
 struct FileField {

@@ -31,6 +31,19 @@ struct ResolverParameters {
     return std::isfinite(bandwidth) && bandwidth > 0.0 ? nullptr
                                                        : "the bandwidth of a resolver must be above zero";
   }
+
+  /// Bound of the speed's error by quantisation alone, of windings without errors; 0 without bits. Each
+  /// signal is off by up to half a step, 2/2^N, so the loop's e by up to E = √2 · 2/2^N. To first order its
+  /// speed is off by W(s) e with W = ω_n² s/(s² + 2ζω_n s + ω_n²), and the largest response to any |e| ≤ E
+  /// is E ∫|w| dt, of ζ = 1/√2
+  ///   P |Δω_m| ≤ E ω_n 2 e^(−π/4)/(1 − e^(−π)) = 0.953 E ω_n
+  /// [rad/s]
+  [[nodiscard]] double quantisation_error() const noexcept {
+    if (bits == 0 || pole_pairs == 0) return 0.0;
+    constexpr double pi = std::numbers::pi;
+    const double e = std::numbers::sqrt2 * std::ldexp(2.0, -bits);
+    return e * 2.0 * pi * bandwidth * 2.0 * std::exp(-pi / 4.0) / (1.0 - std::exp(-pi)) / pole_pairs;
+  }
 };
 
 inline void describe(Description& d, ResolverParameters& p) {
@@ -51,7 +64,7 @@ inline void describe(Description& d, ResolverParameters& p) {
             "resolution of the converters of sine and cosine, over both signs of twice the amplitude; 0: not "
             "quantised");
   d.number("bandwidth_hz", bandwidth,
-           {"Hz", 1, 1e5, "natural frequency of the tracking loop that makes angle and speed, damping 0.71"});
+           {"Hz", 1, 1e4, "natural frequency of the tracking loop that makes angle and speed, damping 0.71"});
 }
 
 /// Position and speed by the tracking converter of a resolver. Its signals at θ = P theta_m, demodulated
