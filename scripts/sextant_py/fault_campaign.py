@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import ModuleType
 
 from . import (
     false_trips,
@@ -149,12 +150,12 @@ def of_a_file(options: argparse.Namespace) -> int:
     return verdict(found, hours)
 
 
-def of_the_library(options: argparse.Namespace) -> int:
-    """The campaign on machines of the library."""
+def of_a_study(options: argparse.Namespace, study: ModuleType, name: str, subject: str) -> int:
+    """The campaign on the machines of a library, or on a plant with the errors of a real one."""
     work = OUT / "fault_campaign"
     work.mkdir(parents=True, exist_ok=True)
     mil = mil_program.find(options.mil)
-    found = fault_campaign_library.measure(
+    found = study.measure(
         options.seeds,
         options.hours,
         options.jobs,
@@ -162,34 +163,12 @@ def of_the_library(options: argparse.Namespace) -> int:
         work,
         lambda count, of: progress_of(count, of, "fault_campaign"),
     )
-    print(fault_campaign_library.tables(found))
+    print(study.tables(found))
     results = {"seeds": options.seeds, "runs": found.runs, "hours": [one.to_json() for one in found.hours]}
-    keep(results, work / "library.json")
+    keep(results, work / f"{name}.json")
     if options.is_of_page:
-        fault_campaign_library.write(PAGE, found, options.seeds)
-        print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables of the library")
-    return verdict(found.runs, found.hours)
-
-
-def of_the_honest_plant(options: argparse.Namespace) -> int:
-    """The campaign on a plant with the errors of a real one."""
-    work = OUT / "fault_campaign"
-    work.mkdir(parents=True, exist_ok=True)
-    mil = mil_program.find(options.mil)
-    found = fault_campaign_honest.measure(
-        options.seeds,
-        options.hours,
-        options.jobs,
-        mil,
-        work,
-        lambda count, of: progress_of(count, of, "fault_campaign"),
-    )
-    print(fault_campaign_honest.tables(found))
-    results = {"seeds": options.seeds, "runs": found.runs, "hours": [one.to_json() for one in found.hours]}
-    keep(results, work / "honest.json")
-    if options.is_of_page:
-        fault_campaign_honest.write(PAGE, found, options.seeds)
-        print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables of the honest plant")
+        study.write(PAGE, found, options.seeds)
+        print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables of {subject}")
     return verdict(found.all_runs, found.hours)
 
 
@@ -212,9 +191,9 @@ def main(arguments: list[str]) -> int:
     if options.file:
         return of_a_file(options)
     if options.library:
-        return of_the_library(options)
+        return of_a_study(options, fault_campaign_library, "library", "the library")
     if options.honest:
-        return of_the_honest_plant(options)
+        return of_a_study(options, fault_campaign_honest, "honest", "the honest plant")
     faults = provoke(options)
     hours = drive(options) if options.hours > 0 else []
     print(fault_table(faults), trip_table(hours), sep="\n\n")

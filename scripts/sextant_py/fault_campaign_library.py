@@ -29,6 +29,10 @@ class Found:
     runs: list[dict]
     hours: list[false_trips.Hours]
 
+    @property
+    def all_runs(self) -> list[dict]:
+        return self.runs
+
 
 def machines() -> list[Machine]:
     return [machine for machine in read_library() if machine.id in MACHINES]
