@@ -287,15 +287,20 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   void prepare_stops(std::int64_t t_ns) noexcept {
     read_ns_ = t_ns;
     update_fault();
-    // Of a read that comes earlier than the lead.
-    for (int phase = 0; phase < 3; ++phase) sample(phase);
+    sample(true);  // of a read that comes earlier than the lead
   }
 
-  /// The current of a phase, and with that of the last one the link's voltage.
-  void sample(int phase) noexcept {
-    const ThreePhase<> i = plant_.i_abc();
-    sampled_current_[std::size_t(phase)] = phase == 0 ? i.a : phase == 1 ? i.b : i.c;
-    if (phase == 2) sampled_u_dc_ = link_voltage();
+  /// The currents whose samples are due at the plant's present time, or all, and with that of the last phase
+  /// the link's voltage.
+  void sample(bool all) noexcept {
+    if (parameters_.sensors.samples_at_once()) return;
+    const ThreePhase<> now = plant_.i_abc();
+    const std::array<double, 3> i{now.a, now.b, now.c};
+    for (int phase = 0; phase < 3; ++phase) {
+      if (!all && plant_t_ns_ != sample_ns(phase)) continue;
+      sampled_current_[std::size_t(phase)] = i[std::size_t(phase)];
+      if (phase == 2) sampled_u_dc_ = link_voltage();
+    }
   }
   /// Instant of that phase's sample for the read to come. [ns]
   [[nodiscard]] std::int64_t sample_ns(int phase) const noexcept {
@@ -342,9 +347,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
       if (taken_ns == to_corner_ns && !failed_) pass_corner();
       if (has_stops_ && !failed_) [[unlikely]] {
         update_fault();
-        for (int phase = 0; phase < 3; ++phase) {
-          if (plant_t_ns_ == sample_ns(phase)) sample(phase);
-        }
+        sample(false);
       }
     }
   }
