@@ -10,18 +10,21 @@ from .paths import ROOT
 PREFIX = "switched_off/"
 DRIVE = ("control", "drive", "command", "capability", "protection", "torque_monitor")
 _SECTION = re.compile(r"\[([\w.]+)\]")
-_KEY = re.compile(r"(\w+) = (.+?)  # .*; default (.+)")
+_KEY = re.compile(r"(\w+) = (.+?)  # (.*); default (.+)")
 
 
-def is_off(value: str, default: str) -> bool:
-    """A flag that is false, a number that is zero, a name that is another one, and not so by default."""
+def is_off(value: str, meaning: str, default: str) -> bool:
+    """A flag that is false, a number that is zero, a name that is another one, and not so by default; of a number that
+    is derived a zero of which the meaning says that it switches off."""
     if default in ("true", "false"):
         return (value, default) == ("false", "true")
     if default.startswith('"'):
         return value != default
     try:
+        if default.startswith("derived"):
+            return float(value) == 0.0 and "0: not" in meaning
         return float(value) == 0.0 != float(default)
-    except ValueError:  # not set, or derived from machine and link
+    except ValueError:  # not set
         return False
 
 
@@ -31,8 +34,8 @@ def switched_off(configuration: str) -> list[tuple[str, str, str]]:
     for line in configuration.splitlines():
         if head := _SECTION.fullmatch(line):
             section = head[1]
-        elif (key := _KEY.fullmatch(line)) and section.split(".")[0] in DRIVE and is_off(key[2], key[3]):
-            found.append((f"{section}.{key[1]}", key[3].strip('"'), key[2].strip('"')))
+        elif (key := _KEY.fullmatch(line)) and section.split(".")[0] in DRIVE and is_off(key[2], key[3], key[4]):
+            found.append((f"{section}.{key[1]}", key[4].strip('"'), key[2].strip('"')))
     return found
 
 

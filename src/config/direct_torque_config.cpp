@@ -59,7 +59,7 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
   s.flag("flux_priority", p.flux_priority,
          "whether below the flux band a vector along the flux takes the place of zero vectors, up to "
          "magnetising_current_a");
-  describe_torque_trim(s, p.torque_trim);
+  describe_torque_trim(s, p.torque_trim, setup);
   s.check([&setup] { return validate_vector(setup); });
 }
 

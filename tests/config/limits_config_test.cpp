@@ -97,7 +97,7 @@ TEST_F(LimitsConfig, OfWholeVectorsGoWithThePeriodWhereTheFileNamesNone) {
     const DriveConfig c = load_ecu_config(file).drive;
     const double step = 6.16 * times;
     EXPECT_NEAR(c.direct_torque().torque_comparator.upper_band, step / 4, 0.02 * step);
-    EXPECT_EQ(c.direct_torque().torque_trim.time_constant, 0.01);
+    EXPECT_NEAR(trim_of<DirectTorqueController<>>(c), 0.01 / times, 1e-4 / times);
     EXPECT_NEAR(trim_of<PredictiveController<>>(c), 0.01 / times, 1e-4 / times);
     EXPECT_EQ(trim_of<DutyRatioController<>>(c), 0.01);
   }

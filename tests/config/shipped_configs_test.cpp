@@ -45,7 +45,6 @@ std::vector<std::pair<std::string, std::string>> method(const DriveConfig& c) {
           {"plant.integrator", text(c.plant.integrator)},
           {"control.flux_estimator", text(c.control.flux_estimator)},
           {"control.dtc.flux_priority", text(dtc.flux_priority)},
-          {"control.dtc.torque_trim_ms", text(dtc.torque_trim.time_constant)},
           {"drive.magnetise_first", text(c.drive.magnetise_first)}};
 }
 

@@ -258,26 +258,32 @@ TEST(DefaultTrimTime, LeavesNoOscillationAtTheLongestPeriods) {
   }
 }
 
+/// Worst mean torque through standstill over torques and speeds. [N·m]
+template <class C>
+double worst_through_standstill(typename C::Parameters p, double trim_s) {
+  p.torque_trim.time_constant = trim_s;
+  double worst = 0;
+  for (const double torque : {1.0, -0.5, 0.25, -0.25}) {
+    for (const double speed : {6.0, 20.0, 60.0}) {
+      worst = std::max(worst, worst_mean<C>(p, torque * rated, speed));
+    }
+  }
+  return worst;
+}
+
 // With 10 ms, 80 periods of 125 µs, the torque is off its reference for longer than the mean lasts.
-TEST(DefaultTrimTime, KeepsTheMeanTorqueOfThePredictiveMethodThroughStandstill) {
+TEST(DefaultTrimTime, KeepsTheMeanTorqueOfWholeVectorsThroughStandstill) {
   for (const std::int32_t period_ns : {25'000, 50'000, 125'000}) {
+    const double tau = default_trim_time(psi_ref, u_dc, period_ns * 1e-9);
     for (const int delay : {0, 1}) {
-      auto p = parameters_of<Predictive>(period_ns, delay);
-      const double tau = default_trim_time(psi_ref, u_dc, period_ns * 1e-9);
-      double of_ten_ms = 0;
-      for (const double torque : {1.0, -0.5, 0.25, -0.25}) {
-        for (const double speed : {6.0, 20.0, 60.0}) {
-          SCOPED_TRACE(testing::Message()
-                       << torque << " to " << speed << ", " << period_ns << " ns, " << delay);
-          p.torque_trim.time_constant = tau;
-          EXPECT_LT(worst_mean<Predictive>(p, torque * rated, speed), 0.5);
-          p.torque_trim.time_constant = 0.01;
-          of_ten_ms = std::max(of_ten_ms, worst_mean<Predictive>(p, torque * rated, speed));
-        }
-      }
-      if (period_ns == 125'000) {
-        EXPECT_GT(of_ten_ms, 1.0);
-      }
+      SCOPED_TRACE(testing::Message() << period_ns << " ns, " << delay);
+      const auto predictive = parameters_of<Predictive>(period_ns, delay);
+      const auto dtc = dtc_of(period_ns, delay, narrowest_torque_band(step_of(period_ns)));
+      EXPECT_LT(worst_through_standstill<Predictive>(predictive, tau), 0.5);
+      EXPECT_LT(worst_through_standstill<Dtc>(dtc, tau), 0.5);
+      if (period_ns < 125'000) continue;
+      EXPECT_GT(worst_through_standstill<Predictive>(predictive, 0.01), 1.0);
+      EXPECT_GT(worst_through_standstill<Dtc>(dtc, 0.01), 0.5);
     }
   }
 }

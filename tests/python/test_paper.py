@@ -290,8 +290,10 @@ def test_defaults_that_a_configuration_switches_off() -> None:
 flux_estimator = "voltage_model"  # a model; one or the other; "hybrid" or "voltage_model"; default "hybrid"
 adapts = true  # whether; true or false; default true
 [control.dtc]
-torque_trim_ms = 0  # time; 0: not trimmed [ms]; a number from 0 to 10000; default 10
+torque_trim_ms = 0  # time; 0: not trimmed [ms]; a number from 0 to 10000; default derived from machine and link
 torque_band_nm = 0.918  # band [N·m]; a number from 0.001 to 100000; default derived from machine and link
+error_v = 0  # error [V]; a number from 0 to 1000; default derived from machine and link
+limit_ms = 0  # limit; 0: none [ms]; a number from 0 to 1000; default 3
 # later =  # not set; default not set
 [drive]
 magnetise_first = false  # the flux; true or false; default true
@@ -301,7 +303,8 @@ measures_angle = false  # the plant's; true or false; default true
 """
     assert paper_defaults.switched_off(configuration) == [
         ("control.flux_estimator", "hybrid", "voltage_model"),
-        ("control.dtc.torque_trim_ms", "10", "0"),
+        ("control.dtc.torque_trim_ms", "derived from machine and link", "0"),
+        ("control.dtc.limit_ms", "3", "0"),
         ("drive.magnetise_first", "true", "false"),
     ]
 

@@ -44,15 +44,16 @@ class DirectTorqueController final : public EstimatingController<T> {
     }
 
     /// The band of torque is that of `drive_limits`, or what the table can hold with vectors that act for a
-    /// whole period, the larger one.
+    /// whole period, the larger one; the time constant of the trim follows from what they change.
     void set_defaults(const ControlBasis<T>& basis) noexcept {
       EstimatingController<T>::Parameters::set_defaults(basis);
       const DriveLimits<T> limits = drive_limits(basis.machine, basis.flux_reference, basis.u_dc);
-      const T step =
-          vector_torque(basis.machine, basis.flux_reference, basis.u_dc, T(basis.period_ns) * T(1e-9));
+      const T period = T(basis.period_ns) * T(1e-9);
+      const T step = vector_torque(basis.machine, basis.flux_reference, basis.u_dc, period);
       torque_comparator.upper_band = std::max(limits.torque_band, narrowest_torque_band(step));
       torque_comparator.lower_band = torque_comparator.upper_band;
       flux_comparator.band = limits.flux_band;
+      torque_trim.time_constant = default_trim_time(basis.flux_reference, basis.u_dc, period);
     }
 
     [[nodiscard]] const char* validate() const noexcept {
