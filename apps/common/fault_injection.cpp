@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <exception>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
+#include "sextant/config/sensor_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant {
@@ -18,6 +20,18 @@ std::string joined(const std::string& request) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
   std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
   return text;
+}
+
+/// The sentences of a problem, without the name of an option that nobody typed in a request.
+std::string reply_of(const std::exception& problem) {
+  constexpr std::string_view option = "--set: ";
+  std::string reply;
+  std::istringstream lines{problem.what()};
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(option)) line.erase(0, option.size());
+    reply += (reply.empty() ? "" : "\n") + line;
+  }
+  return reply;
 }
 
 }  // namespace
@@ -38,6 +52,7 @@ FaultInjection::FaultInjection(const std::string& socket, FaultableDriveIo& io, 
       socket_{socket, [this](const std::string& request) { return answer(request); }} {}
 
 std::string FaultInjection::answer(const std::string& request) {
+  if (request == "describe") return plant_fault_keys();
   if (is_swapped_)
     return "the motor cables are swapped from power-up on, and a fault would take their place: set another "
            "plant.faults.kind in the file";
@@ -47,7 +62,7 @@ std::string FaultInjection::answer(const std::string& request) {
       return "motor cables are swapped from power-up on: set plant.faults.kind in the file";
     io_.store(fault);
   } catch (const std::exception& problem) {
-    return problem.what();
+    return reply_of(problem);
   }
   spdlog::warn("plant fault injected at {:.6f} s: {}", double(now_ns()) * 1e-9, joined(request));
   return "ok";

@@ -14,7 +14,8 @@ namespace sextant {
 
 /// Faults of the simulated plant by requests on a local socket, while it runs. A request has a line for each
 /// key of [plant.faults] that it gives, `key=value` as after --set; the others are those of the
-/// configuration. The reply is "ok", or a sentence that says what is wrong. Swapped motor cables stay as
+/// configuration. The reply is "ok", or a sentence that says what is wrong. The request `describe` has the
+/// keys and kinds as its reply (`plant_fault_keys`). Swapped motor cables stay as
 /// they are from power-up on: no request makes them, and where the configuration has them none is taken.
 class FaultInjection {
  public:

@@ -15,7 +15,10 @@ bool is_ignored(int signal) {
 }  // namespace
 
 std::vector<Option> live_options(LiveOptions& options, const char* duration) {
-  return {{.name = "config", .value = &options.config, .what = "configuration file"},
+  return {{.name = "config",
+           .value = &options.config,
+           .what = "configuration file",
+           .given = &options.is_config_given},
           {.name = "--duration", .value = &options.duration_s, .what = duration, .least = 0.001, .most = 1e9},
           {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the file"},
           {.name = "--print-config",

@@ -19,7 +19,9 @@
 #include "ecu/ecu.hpp"
 #include "ecu/power_stage.hpp"
 #include "ecu/replay/cycle_replay.hpp"
+#include "ecu/virtual_time/scenario_run.hpp"
 #include "ecu/virtual_time/virtual_run.hpp"
+#include "reports/status_table.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/sim/verdict.hpp"
@@ -36,6 +38,7 @@ struct Options {
   bool virtual_time{false};
   std::vector<std::string> log{};  // none or one
   sextant::ecu::VirtualRunOptions virtual_run{};
+  sextant::ecu::ScenarioRunOptions scenario_run{};
 };
 
 constexpr const char* examples = R"(Examples:
@@ -45,6 +48,8 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu --print-config                         every key with unit, range and meaning
   sextant-ecu --virtual-time --profile configs/profiles/demo.csv --frames-out run.log
                                                      without CAN, DDS and clock, as fast as the machine allows
+  sextant-ecu --virtual-time --scenario configs/scenarios/reversal.toml --junit out/junit.xml
+                                                     a scenario with its limits, over the bus
   sextant-ecu --virtual-time run.log --telemetry-out run.csv
                                                      the same from a recording of candump -l or python-can
   sextant-ecu --duration 10 --record-cycles run.h5   every control period, to be run again
@@ -64,19 +69,22 @@ std::string status_table() {
   return sextant::exit_status_table() + "With --virtual-time or --replay too:\n" +
          line(Verdict::tripped, "the drive was in FAULT at the end, also of a recording that is played") +
          line(Verdict::no_torque, "the drive did not get ready for the profile") +
-         line(Verdict::fail, "with --replay: a gate pattern is not the recorded one");
+         line(Verdict::fail, "with --replay: a gate pattern is not the recorded one") +
+         "With --scenario, by the verdict of the run:\n" + sextant::reports::verdict_status_table();
 }
 
 constexpr const char* replay_option = "--replay";
+constexpr const char* scenario_option = "--scenario";
+constexpr const char* group = "Virtual time";
 
 /// The options of a run in virtual time: the first makes one, the others need it.
 std::vector<sextant::Option> virtual_time_options(Options& options) {
   constexpr const char* virtual_time = "--virtual-time";
   const auto part = [](const char* name, sextant::Option::Value value, const char* what) {
-    return sextant::Option{
-        .name = name, .value = value, .what = what, .group = "Virtual time", .needs = virtual_time};
+    return sextant::Option{.name = name, .value = value, .what = what, .group = group, .needs = virtual_time};
   };
   sextant::ecu::VirtualRunOptions& run = options.virtual_run;
+  sextant::ecu::ScenarioRunOptions& scenario = options.scenario_run;
   return {{.name = virtual_time,
            .value = &options.log,
            .what = "run in virtual time, with commands from this recording, or from --profile",
@@ -85,9 +93,32 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
            .given = &options.virtual_time,
            .may_be_empty = true},
           part("--profile", &run.profile, "torque profile for a vehicle to play, .csv"),
+          {.name = "--scenario",
+           .value = &scenario.scenario,
+           .what = "scenario for a vehicle to play, evaluated by its [expect]; drive and plant are those of "
+                   "the configuration file, or of the scenario where no file is given",
+           .type_name = "SCENARIO.toml",
+           .group = group,
+           .needs = virtual_time,
+           .excludes = {"--profile"}},
           part("--log-interface", &run.log_interface, "the interface of a recording that has several"),
           part("--frames-out", &run.frames_out, "record the frames of the bus, as candump -l"),
           part("--bus-seed", &run.bus_seed, "let the bus misbehave at random, by this seed")};
+}
+
+/// The options of a scenario's result.
+std::vector<sextant::Option> scenario_options(sextant::ecu::ScenarioRunOptions& scenario) {
+  std::vector<sextant::Option> options = sextant::reports::report_options(scenario.reports, scenario_option);
+  options.push_back({.name = "--out",
+                     .value = &scenario.out,
+                     .what = "directory for the trace and the summary of the scenario",
+                     .needs = scenario_option});
+  options.push_back({.name = "--no-trace",
+                     .value = &scenario.no_trace,
+                     .what = "write the summary only",
+                     .needs = "--out"});
+  for (sextant::Option& option : options) option.group = group;
+  return options;
 }
 
 /// The help must outlive it.
@@ -102,10 +133,14 @@ sextant::CommandLine command_line(const std::string& help, Options& options) {
                 "patterns, with its configuration and --set",
         .type_name = "FILE"}}};
   for (sextant::Option& option : virtual_time_options(options)) line.options.push_back(std::move(option));
+  for (sextant::Option& option : scenario_options(options.scenario_run))
+    line.options.push_back(std::move(option));
   for (sextant::Option& option :
        sextant::live_options(options.live, "end after this time, with --virtual-time of virtual time [s]")) {
     if (std::string_view{option.name} != "--set") option.excludes.push_back(replay_option);
     if (std::string_view{option.name} == "--fault-socket") option.excludes.push_back("--virtual-time");
+    if (std::string_view{option.name} == "--duration" || std::string_view{option.name} == "--print-config")
+      option.excludes.push_back(scenario_option);
     line.options.push_back(std::move(option));
   }
   line.options.push_back({.name = "--can",
@@ -128,11 +163,6 @@ sextant::CommandLine command_line(const std::string& help, Options& options) {
   return line;
 }
 
-std::vector<std::string> with(std::vector<std::string> overrides, const std::vector<std::string>& more) {
-  overrides.insert(overrides.end(), more.begin(), more.end());
-  return overrides;
-}
-
 /// Returns on a signal or at the end of the duration.
 void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
   if (!duration_s) {
@@ -148,15 +178,6 @@ void wait_for_end(const sigset_t& signals, std::optional<double> duration_s) {
   }
 }
 
-/// Virtual time needs a plant that waits for the drive.
-void require_waiting_plant(const sextant::EcuConfig& config) {
-  const bool elsewhere = config.power_stage != sextant::PowerStageKind::simulated;
-  if (!elsewhere || config.hil.pacing == sextant::Pacing::lockstep) return;
-  throw std::runtime_error(
-      "a plant in another process runs in real time unless hil.pacing is \"lockstep\"; --virtual-time needs "
-      "that, or power_stage \"simulated\"");
-}
-
 /// Exit status of a run in virtual time or of a replay; its reason, where there is one, goes to stderr.
 template <class Run>
 int status_of(const Run& run) {
@@ -167,7 +188,7 @@ int status_of(const Run& run) {
 
 /// The configured drive in virtual time.
 int run_virtual(const sextant::EcuConfig& config, const Options& options) {
-  require_waiting_plant(config);
+  sextant::ecu::require_waiting_plant(config);
   sextant::ecu::VirtualRunOptions wanted = options.virtual_run;
   if (!options.log.empty()) wanted.log = options.log.front();
   wanted.duration_s = options.live.duration_s;
@@ -180,6 +201,18 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   return status_of(run);
 }
 
+/// A scenario in virtual time.
+int run_scenario(const Options& options) {
+  if (!options.log.empty() && !options.log.front().empty())
+    throw std::runtime_error{"commands come from the recording " + options.log.front() +
+                             " or from the scenario " + options.scenario_run.scenario + ", not from both"};
+  sextant::ecu::ScenarioRunOptions wanted = options.scenario_run;
+  if (options.live.is_config_given) wanted.config = options.live.config;
+  wanted.overrides = options.live.overrides;
+  wanted.run = options.virtual_run;
+  return sextant::ecu::run_scenario(program_name, wanted);
+}
+
 /// A recording through the drive again.
 int run_replay(const Options& options) {
   sextant::ecu::CycleReplay replay{options.replay, options.live.overrides, options.virtual_run.telemetry_out};
@@ -190,6 +223,7 @@ int run_replay(const Options& options) {
 
 int run(const Options& options) {
   if (!options.replay.empty()) return run_replay(options);
+  if (!options.scenario_run.scenario.empty()) return run_scenario(options);
   sextant::EcuConfig config = sextant::load_ecu_config(options.live.config, options.live.overrides);
   if (options.can) config.can.bus = *options.can;
   if (options.live.print_config) {
@@ -209,7 +243,7 @@ int run(const Options& options) {
   sextant::ecu::Ecu ecu{
       config, options.virtual_run.record_cycles, options.live.fault_socket,
       [&live = options.live](const std::vector<std::string>& faults) {
-        return sextant::load_ecu_config(live.config, with(live.overrides, faults)).drive.plant.io.fault;
+        return sextant::load_ecu_config(live.config, live.overrides_with(faults)).drive.plant.io.fault;
       }};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 
 #include "ecu/tasks/cycle_recorder.hpp"
 #include "ecu/timing/wake_record.hpp"
+#include "sextant/comms/command_receiver.hpp"
 #include "sextant/comms/status_messages.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/telemetry.hpp"
@@ -64,9 +66,9 @@ struct SharedState {
   CycleRecorder* cycles{nullptr};                ///< control: records them; set before its thread starts
   std::atomic<int> control_thread_id{0};         ///< control → housekeeping, as the kernel has it
   std::atomic<std::int64_t> heartbeat_ns{0};  ///< control → watchdog, transmit, telemetry: last wake-up [ns]
-  std::atomic<std::uint64_t> commands_accepted{0};  ///< receive → telemetry [-]
-  std::atomic<std::uint64_t> commands_rejected{0};  ///< receive → telemetry [-]
-  std::atomic<std::int64_t> other_drive_ns{0};      ///< receive → control: last frame of another drive [ns]
+  /// receive → telemetry: received frames by their `FrameVerdict` [-]
+  std::array<std::atomic<std::uint64_t>, frame_verdict_count> frames{};
+  std::atomic<std::int64_t> other_drive_ns{0};  ///< receive → control: last frame of another drive [ns]
   /// transmit → control: last status frame sent, or start of sending; below zero: before it [ns]
   std::atomic<std::int64_t> status_sent_ns{-1};
   std::atomic<std::uint64_t> unpublished_periods{0};  ///< of intervals that the publisher did not receive [-]

@@ -7,27 +7,25 @@
 #include <exception>
 #include <filesystem>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "common/build_commit.hpp"
 #include "common/command_line.hpp"
 #include "common/exit_status.hpp"
 #include "common/program.hpp"
-#include "mil/interruption.hpp"
 #include "mil/progress_bar.hpp"
-#include "mil/result_directory.hpp"
-#include "mil/run_reports.hpp"
+#include "reports/interruption.hpp"
+#include "reports/report_options.hpp"
+#include "reports/reported_run.hpp"
+#include "reports/run_reports.hpp"
+#include "reports/status_table.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
 #include "sextant/sim/mil_runner.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
-#include "sextant/sim/summary.hpp"
-#include "sextant/sim/summary_text.hpp"
 #include "sextant/sim/trace_recorder.hpp"
 #include "sextant/sim/verdict.hpp"
 
@@ -40,9 +38,7 @@ struct Options {
   std::optional<std::string> integrator{};
   bool print_config{false};
   bool no_trace{false};
-  bool require_expectations{false};
-  std::filesystem::path junit{};
-  std::filesystem::path summary_markdown{};
+  sextant::reports::ReportOptions reports{};
 };
 
 /// For the name of the program and the statuses of its runs.
@@ -57,21 +53,6 @@ place of those of an earlier run. SIGINT and SIGTERM close the trace and write t
 Exit status, by the verdict of the run; of several runs, the one of them that stands first here:
 {1})";
 
-/// A line for each verdict.
-std::string status_table() {
-  using namespace sextant;
-  std::string table;
-  for (std::size_t k = 0; k < verdict_catalogue.size(); ++k) {
-    const auto verdict = static_cast<Verdict>(k);
-    const VerdictInfo& row = info(verdict);
-    std::string meaning = row.meaning;
-    if (exit_status(verdict, true) != row.status)
-      meaning += fmt::format("; {} with --require-expectations", exit_status(verdict, true));
-    table += exit_status_line(row.status, row.word, meaning);
-  }
-  return table + refused_line();
-}
-
 /// The file name of the program that runs, for its messages.
 std::string program_name(int argc, char** argv) {
   return argc > 0 ? std::filesystem::path{argv[0]}.filename().string() : "sextant-mil";
@@ -79,35 +60,28 @@ std::string program_name(int argc, char** argv) {
 
 /// The texts must outlive it.
 sextant::CommandLine command_line(const std::string& program, const std::string& help, Options& options) {
-  return {program.c_str(),
-          "Sextant: runs scenarios of the drive with its model in the loop.",
-          help.c_str(),
-          {{.name = "scenarios",
-            .value = &options.scenarios,
-            .what = "scenario files",
-            .type_name = "SCENARIO.toml",
-            .required = true},
-           {.name = "--out", .value = &options.out, .what = "directory for traces and summaries"},
-           {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the files"},
-           {.name = "--integrator",
-            .value = &options.integrator,
-            .what = "how the plant is integrated",
-            .choices = {"cvode", "fixed", "exact", "erk"}},
-           {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
-           {.name = "--require-expectations",
-            .value = &options.require_expectations,
-            .what = "a scenario that expects nothing is a failure"},
-           {.name = "--junit",
-            .value = &options.junit,
-            .what = "write a JUnit file: a test suite for each scenario",
-            .type_name = "FILE"},
-           {.name = "--summary-markdown",
-            .value = &options.summary_markdown,
-            .what = "append a Markdown table for each scenario",
-            .type_name = "FILE"},
-           {.name = "--print-config",
-            .value = &options.print_config,
-            .what = "print the configuration in force and exit"}}};
+  sextant::CommandLine line{
+      program.c_str(),
+      "Sextant: runs scenarios of the drive with its model in the loop.",
+      help.c_str(),
+      {{.name = "scenarios",
+        .value = &options.scenarios,
+        .what = "scenario files",
+        .type_name = "SCENARIO.toml",
+        .required = true},
+       {.name = "--out", .value = &options.out, .what = "directory for traces and summaries"},
+       {.name = "--set", .value = &options.overrides, .what = "key=value, overrides the files"},
+       {.name = "--integrator",
+        .value = &options.integrator,
+        .what = "how the plant is integrated",
+        .choices = {"cvode", "fixed", "exact", "erk"}},
+       {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
+       {.name = "--print-config",
+        .value = &options.print_config,
+        .what = "print the configuration in force and exit"}}};
+  const std::vector<sextant::Option> reports = sextant::reports::report_options(options.reports);
+  line.options.insert(line.options.end() - 1, reports.begin(), reports.end());
+  return line;
 }
 
 template <class PowerStage>
@@ -140,35 +114,6 @@ sextant::TraceOrigin origin(const sextant::ScenarioConfig& config) {
           config.drive.method().channels()};
 }
 
-/// A further problem of a run, in a sentence; empty without one.
-std::string problem_of(const sextant::MilResult& result,
-                       const sextant::SimulatedPowerStageParameters& plant) {
-  if (!result.events_ended) {
-    return fmt::format(
-        "the events do not end at {:.6f} s; a longer event_exact.minimum_dwell_ns bounds them, "
-        "event_exact.max_events allows more",
-        result.metrics[sextant::Metric::simulated]);
-  }
-  if (!result.plant_reachable) {
-    return "the plant's stator flux left what the DC link can feed, or a link with capacitance fell below "
-           "zero: choose smaller steps or tolerances in [plant], another plant.integrator, or a source of "
-           "[plant.link] that delivers the power";
-  }
-  if (result.plant_healthy) return {};
-  const bool may_be_stiff = plant.link.acts() || plant.driveline.acts();
-  return std::string{"the integrator of the plant failed; the run ends there"} +
-         (may_be_stiff ? ": where [plant.link] or [plant.driveline] move much faster than the machine, "
-                         "plant.cvode.method = \"bdf\" follows them"
-                       : "");
-}
-
-/// Prints on standard error why a run did not pass, where the table does not show it.
-void print_reason(const std::string& program, const sextant::RunSummary& summary) {
-  std::istringstream lines{sextant::reason_text(summary)};
-  for (std::string line; std::getline(lines, line);)
-    std::fprintf(stderr, "%s: %s: %s\n", program.c_str(), summary.scenario.c_str(), line.c_str());
-}
-
 /// Says on standard error where a run takes minutes for a simulated second.
 void note_slow_run(const std::string& program, const sextant::ScenarioConfig& config) {
   using namespace sextant;
@@ -182,41 +127,6 @@ void note_slow_run(const std::string& program, const sextant::ScenarioConfig& co
       "longer dwell takes less\n",
       program, config.scenario.name, run.event_exact.minimum_dwell_ns,
       1e9 / double(std::max<std::int64_t>(1, run.event_exact.minimum_dwell_ns)));
-}
-
-/// One scenario, from its file to its summary.
-sextant::RunSummary report_scenario(const std::string& program, const sextant::ScenarioConfig& config,
-                                    const std::filesystem::path& out, const Options& options,
-                                    const sextant::mil::Interruption& interruption) {
-  using namespace sextant;
-  const Scenario& scenario = config.scenario;
-  const mil::ResultDirectory directory{out, program};
-  std::optional<TraceRecorder> trace;
-  if (!options.no_trace) {
-    // The summary's reason has the error of the trace.
-    trace.emplace(directory.trace(), scenario.trace, origin(config), [](const std::string&) {});
-  }
-
-  note_slow_run(program, config);
-  mil::ProgressBar bar{scenario.name, stderr};
-  const MilResult result = run_scenario(config, trace ? &*trace : nullptr, [&](double fraction) {
-    bar.show(fraction);
-    return interruption.signal() == 0;
-  });
-  bar.finish();
-  if (trace) trace->close();
-
-  RunSummary summary = summarise(scenario, result);
-  summary.trace_error = trace ? trace->error() : "";
-  summary.expectations_required = options.require_expectations;
-  summary.problem = problem_of(result, config.drive.plant);
-  summary.configuration = config_json(config);
-  summary.version = SEXTANT_VERSION;
-  summary.commit = build_commit;
-  write_summary(summary, directory.summary());
-  print_summary(summary, stdout);
-  print_reason(program, summary);
-  return summary;
 }
 
 /// Results are kept under the scenarios' names: each needs one of its own, and one that stays in --out.
@@ -242,49 +152,53 @@ std::vector<std::string> names_of(const std::vector<sextant::ScenarioConfig>& co
   return names;
 }
 
-/// One scenario, with its reports; those of a run that throws have its sentence.
+/// One scenario, with its result and reports.
 sextant::Verdict run_reported(const std::string& program, const Options& options,
                               const sextant::ScenarioConfig& config,
-                              const sextant::mil::Interruption& interruption,
-                              sextant::mil::RunReports& reports) {
-  const std::string& name = config.scenario.name;
-  const std::filesystem::path out = options.scenarios.size() == 1 ? options.out : options.out / name;
-  std::optional<sextant::RunSummary> summary;
-  try {
-    summary = report_scenario(program, config, out, options, interruption);
-  } catch (const std::exception& problem) {
-    reports.add_error(name, problem.what());
-    throw;
-  }
-  reports.add(*summary);
-  return summary->verdict();
+                              const sextant::reports::Interruption& interruption,
+                              sextant::reports::RunReports& reports) {
+  using namespace sextant;
+  const Scenario& scenario = config.scenario;
+  const auto simulate = [&](TraceRecorder* trace) {
+    note_slow_run(program, config);
+    mil::ProgressBar bar{scenario.name, stderr};
+    MilResult result = run_scenario(config, trace, [&](double fraction) {
+      bar.show(fraction);
+      return interruption.signal() == 0;
+    });
+    bar.finish();
+    return result;
+  };
+  return reports::ReportedRun{
+      .program = program,
+      .scenario = scenario,
+      .plant = config.drive.plant,
+      .configuration = config_json(config),
+      .out = options.scenarios.size() == 1 ? options.out : options.out / scenario.name,
+      .trace = options.no_trace ? std::nullopt : std::optional{origin(config)},
+      .is_expectation_required = options.reports.require_expectations,
+      .simulate = simulate}
+      .run(reports);
 }
 
 int run_all(const std::string& program, const Options& options,
             const std::vector<sextant::ScenarioConfig>& configs) {
-  sextant::mil::RunReports reports{options.junit, options.summary_markdown, names_of(configs)};
-  const sextant::mil::Interruption interruption;
+  sextant::reports::RunReports reports{options.reports, names_of(configs), program};
+  const sextant::reports::Interruption interruption;
   sextant::Verdict first = sextant::Verdict::pass;  // in the order of the verdicts
   for (const sextant::ScenarioConfig& config : configs) {
     first = std::min(first, run_reported(program, options, config, interruption, reports));
     if (interruption.signal() != 0) return interruption.status();
   }
-  return sextant::exit_status(first, options.require_expectations);
+  return sextant::exit_status(first, options.reports.require_expectations);
 }
 
-/// Reports of a command that did not start, in the place of those of an earlier one: `why` is an error of
-/// each scenario. Those behind `read` have the name of their file.
-void report_not_started(const std::string& program, const Options& options,
-                        const std::vector<sextant::ScenarioConfig>& read, const std::string& why) {
+/// The names of the scenarios; those behind `read` have the name of their file.
+std::vector<std::string> all_names(const Options& options, const std::vector<sextant::ScenarioConfig>& read) {
   std::vector<std::string> names = names_of(read);
   for (std::size_t k = names.size(); k < options.scenarios.size(); ++k)
     names.push_back(std::filesystem::path{options.scenarios[k]}.stem().string());
-  try {
-    sextant::mil::RunReports reports{options.junit, options.summary_markdown, names};
-    for (const std::string& name : names) reports.add_error(name, "did not run: " + why);
-  } catch (const std::runtime_error& problem) {
-    fmt::print(stderr, "{}: {}\n", program, problem.what());
-  }
+  return names;
 }
 
 /// All files are read before anything runs: a mistake in the last one must not cost the first its time.
@@ -297,7 +211,8 @@ std::vector<sextant::ScenarioConfig> read_all(const std::string& program, const 
       configs.push_back(sextant::load_scenario_config(file, options.overrides, own));
     if (!options.print_config) check_names(options.scenarios, configs);
   } catch (const std::exception& problem) {
-    if (!options.print_config) report_not_started(program, options, configs, problem.what());
+    if (!options.print_config)
+      report_not_started(program, options.reports, all_names(options, configs), problem.what());
     throw;
   }
   return configs;
@@ -317,7 +232,7 @@ int run(const std::string& program, Options options, const sextant::ControlMetho
 int sextant::mil_program(int argc, char** argv, const ControlMethods& own) {
   Options options;
   const std::string program = program_name(argc, argv);
-  const std::string help = fmt::format(notes, program, status_table());
+  const std::string help = fmt::format(notes, program, sextant::reports::verdict_status_table());
   if (const std::optional<int> status = command_line(program, help, options).parse(argc, argv))
     return *status;
   return run_program(program.c_str(), [&] { return run(program, options, own); });

@@ -1,6 +1,7 @@
 #include "plant/plant.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -31,13 +32,23 @@ double ms(std::int64_t ns) {
 
 }  // namespace
 
-Plant::Plant(const PlantConfig& config, const std::string& fault_socket, FaultInjection::Read read_fault)
+Plant::Plant(const PlantConfig& config, const std::string& fault_socket, FaultInjection::Read read_fault,
+             const Scenario* scenario)
     : config_{config},
       awake_{config.hil.pacing == Pacing::real_time},
-      stage_{stage_parameters(config, !fault_socket.empty()), config.load.parameters()},
       task_{{.period_ns = config.period_ns, .wake_every_periods = 1}, config.realtime.wait} {
+  const SimulatedPowerStage::Parameters parameters = stage_parameters(config, !fault_socket.empty());
+  if (scenario != nullptr) {
+    if (config.hil.pacing != Pacing::lockstep)
+      throw std::runtime_error{
+          "--scenario needs hil.pacing \"lockstep\": a plant in real time does not know its drive's time"};
+    observed_ = std::make_unique<ObservedPowerStage>(*scenario, parameters);
+    observed_->start(nullptr, nullptr);
+  } else {
+    stage_ = std::make_unique<LivePowerStage>(parameters, config.load.parameters());
+  }
   if (!fault_socket.empty())
-    faults_ = std::make_unique<FaultInjection>(fault_socket, stage_.io(), std::move(read_fault));
+    faults_ = std::make_unique<FaultInjection>(fault_socket, stage(), std::move(read_fault));
   if (config.transport == PlantTransport::udp) {
     udp_end_ = std::make_unique<UdpPlantEnd>(config.hil, config.period_ns);
     udp_ = std::make_unique<PlantServer<UdpPlantEnd>>(guard_parameters(config), io(), *udp_end_);
@@ -46,6 +57,10 @@ Plant::Plant(const PlantConfig& config, const std::string& fault_socket, FaultIn
   link_ = std::make_unique<SharedMemoryLink>(config.hil, LinkRole::plant, config.period_ns);
   if (config.hil.pacing == Pacing::lockstep) {
     lockstep_ = std::make_unique<LockstepPlant>(*link_, io(), config.hil.lockstep_timeout_ns);
+    if (observed_)
+      lockstep_->observe([this](const DriveReport& report, std::int64_t t_ns, double omega_m) {
+        observe(report, t_ns, omega_m);
+      });
     return;
   }
   shared_memory_end_ = std::make_unique<SharedMemoryPlantEnd>(*link_);
@@ -106,6 +121,22 @@ void Plant::run_lockstep() {
                "\" ended or timed out; the gates are off: restart both sides";
   }
   ended_.store(true, std::memory_order_release);
+}
+
+void Plant::observe(const DriveReport& report, std::int64_t t_ns, double omega_m) {
+  plays_scenario_ =
+      report.plays_scenario != 0 && report.begin_ns == ObservedPowerStage::begin_ns(config_.period_ns);
+  if (plays_scenario_) observed_->period(to_telemetry(report, t_ns, omega_m));
+}
+
+MilResult Plant::result() const {
+  if (!problem_.empty()) throw std::runtime_error{problem_};
+  if (!plays_scenario_)
+    throw std::runtime_error{
+        "the drive on \"" + config_.hil.link +
+        "\" has played no scenario: start sextant-ecu --virtual-time --scenario with the "
+        "same file"};
+  return observed_->result();
 }
 
 template <class Server>

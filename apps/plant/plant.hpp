@@ -20,6 +20,9 @@
 #include "sextant/realtime/processor_latency.hpp"
 #include "sextant/realtime/thread_setup.hpp"
 #include "sextant/sim/live_power_stage.hpp"
+#include "sextant/sim/mil_runner.hpp"
+#include "sextant/sim/observed_power_stage.hpp"
+#include "sextant/sim/scenario.hpp"
 
 namespace sextant::plant {
 
@@ -27,9 +30,10 @@ namespace sextant::plant {
 class Plant {
  public:
   /// Opens stage and link. Throws std::runtime_error with one sentence where one cannot be opened.
-  /// fault_socket: on which it takes faults, by read_fault; empty for none.
+  /// fault_socket: on which it takes faults, by read_fault; empty for none. scenario: that the drive of a
+  /// lockstep plays, with load and evaluation of it; null for none, not owned.
   explicit Plant(const PlantConfig& config, const std::string& fault_socket = {},
-                 FaultInjection::Read read_fault = {});
+                 FaultInjection::Read read_fault = {}, const Scenario* scenario = nullptr);
   ~Plant();
 
   /// Starts the plant's thread. Throws when real-time rights are required and refused.
@@ -44,6 +48,10 @@ class Plant {
   /// Why the run ended early; empty where it did not. Once ended.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
+  /// Of the scenario; once stopped. Throws std::runtime_error with one sentence where the drive has not
+  /// played it.
+  [[nodiscard]] MilResult result() const;
+
   /// Logs the events since the last call: changes of the gates, or a drive that has joined the lockstep.
   void log_events();
 
@@ -56,7 +64,11 @@ class Plant {
   void print_report(std::FILE* out) const;
 
  private:
-  [[nodiscard]] DriveIo<double>& io() noexcept { return faults_ ? faults_->io() : stage_.io(); }
+  [[nodiscard]] FaultableDriveIo& stage() noexcept { return observed_ ? observed_->io() : stage_->io(); }
+  [[nodiscard]] DriveIo<double>& io() noexcept {
+    return faults_ ? faults_->io() : static_cast<DriveIo<double>&>(stage());
+  }
+  void observe(const DriveReport& report, std::int64_t t_ns, double omega_m);
   void run(std::future<void> rights_checked);
   template <class Server>
   void run_real_time(Server& server);
@@ -71,7 +83,9 @@ class Plant {
 
   PlantConfig config_;
   ProcessorLatency awake_;
-  LivePowerStage stage_;
+  // One of the two.
+  std::unique_ptr<LivePowerStage> stage_{};
+  std::unique_ptr<ObservedPowerStage> observed_{};
   std::unique_ptr<FaultInjection> faults_{};
   // Those of the configured transport; the others stay empty.
   std::unique_ptr<SharedMemoryLink> link_{};
@@ -86,6 +100,7 @@ class Plant {
   std::uint64_t periods_{0};
   std::int64_t longest_to_off_ns_{0};
   std::string problem_{};
+  bool plays_scenario_{false};
   bool join_logged_{false};
   // Members, because they must outlive the thread: set_value may still run when the value has been read.
   std::promise<RightsReport> rights_{};

@@ -13,6 +13,7 @@ from rich.text import Text
 from .contract import Contract
 from .dds import Drive
 from .sparkline import STEP_S, Sparkline
+from .telemetry_contract import rejections
 from .tracking import Tracking
 
 TIMEOUT_S = 1.0
@@ -202,6 +203,8 @@ class DriveView:
         if r.periods_unchecked:
             self._add(table, "unchecked", f"{r.periods_unchecked} control periods")
         self._add(table, "commands", f"{r.commands_received} accepted,", f"{r.commands_rejected} rejected")
+        if causes := [f"{text} {count}" for name, text in rejections().items() if (count := getattr(r, name))]:
+            self._add(table, "rejected", *(f"{cause}," for cause in causes[:-1]), causes[-1])
 
     def line(self, drive: Drive) -> str:
         t, s, r = drive.telemetry, drive.state, drive.statistics

@@ -1,7 +1,9 @@
 """Gives a running simulated plant a fault: `sextant.inject`."""
 
 import argparse
+import json
 import socket
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,7 @@ EXAMPLES = """examples:
 Kinds and keys are those of [plant.faults] (docs/sensors.md); at_s and until_s count from now. Keys that are not given
 are those of the program's file. A fault takes the place of the one before. The program logs each with its time."""
 REPLY_S = 5.0  # for which a program's reply is waited for
-LARGEST = 4096
+LARGEST = 65536  # bytes of a reply
 
 
 def inject(fault_socket: str | Path, kind: str, **values: Any) -> None:
@@ -30,17 +32,39 @@ def inject(fault_socket: str | Path, kind: str, **values: Any) -> None:
 
     What the program refuses, and one that is not there, is a UserError with one sentence.
     """
-    request = "".join(f"{key}={toml_value(value)}\n" for key, value in {"kind": kind, **values}.items())
-    _ask(fault_socket, request)
+    give(fault_socket, {"kind": kind, **values})
 
 
-def _ask(fault_socket: str | Path, request: str) -> None:
+def give(fault_socket: str | Path, values: Mapping[str, Any]) -> None:
+    """The same by keys of [plant.faults], `kind` among them."""
+    _order(fault_socket, "".join(f"{key}={toml_value(value)}\n" for key, value in values.items()))
+
+
+def keys(fault_socket: str | Path) -> list[dict[str, Any]]:
+    """What a fault may be, as the program describes it: objects of key, unit, meaning and choices, or least and most.
+
+    A program that is not there, or of another version, is a UserError with one sentence.
+    """
+    reply = _ask(fault_socket, "describe")
+    try:
+        return json.loads(reply)
+    except ValueError:
+        raise UserError(f"the program on {fault_socket} does not list its faults: {reply}") from None
+
+
+def _order(fault_socket: str | Path, request: str) -> None:
+    reply = _ask(fault_socket, request)
+    if reply != "ok":
+        raise UserError(f"the fault is refused: {' '.join(reply.split()) or 'the program has ended'}")
+
+
+def _ask(fault_socket: str | Path, request: str) -> str:
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as client:
         client.settimeout(REPLY_S)
         try:
             client.connect(str(fault_socket))
             client.send(request.encode(errors="replace"))
-            reply = client.recv(LARGEST).decode(errors="replace")
+            return client.recv(LARGEST).decode(errors="replace")
         except TimeoutError:
             raise UserError(f"no reply on {fault_socket} within {REPLY_S:g} s.") from None
         except OSError as error:
@@ -48,10 +72,6 @@ def _ask(fault_socket: str | Path, request: str) -> None:
                 f"no program takes faults on {fault_socket}: {error.strerror or error}; start sextant-ecu or "
                 f"sextant-plant with --fault-socket {fault_socket}."
             ) from None
-    if reply != "ok":
-        # The program reads a request as words of --set, which nobody typed here.
-        reason = " ".join(reply.removeprefix("--set: ").split())
-        raise UserError(f"the fault is refused: {reason or 'the program has ended'}")
 
 
 def main(arguments: list[str]) -> int:
@@ -68,7 +88,7 @@ def main(arguments: list[str]) -> int:
     for text in options.values:
         if "=" not in text or not text.isprintable():
             parser.error(f'"{text}" is not KEY=VALUE')
-    _ask(options.socket, "".join(f"{text}\n" for text in (f"kind={toml_value(options.kind)}", *options.values)))
+    _order(options.socket, "".join(f"{text}\n" for text in (f"kind={toml_value(options.kind)}", *options.values)))
     return 0
 
 

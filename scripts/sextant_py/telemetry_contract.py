@@ -67,6 +67,16 @@ def signals(struct: str) -> tuple[Signal, ...]:
 
 
 @cache
+def rejections() -> dict[str, str]:
+    """The members of RealTimeStatistics that count rejected command frames, each with its cause."""
+    return {
+        signal.name: signal.text.partition(": ")[2]
+        for signal in signals("RealTimeStatistics")
+        if signal.name.startswith("rejected_")
+    }
+
+
+@cache
 def enumerators(enumeration: str) -> tuple[str, ...]:
     """The names of an enumeration, by value."""
     code = re.sub(r"//[^\n]*", "", _contract())

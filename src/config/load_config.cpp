@@ -51,6 +51,11 @@ std::string printed(Config config) {
   return print(schema_of(config), schema_of(defaults));
 }
 
+template <class Config>
+std::string json_of(Config config) {
+  return print_json(schema_of(config));
+}
+
 }  // namespace
 
 EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides,
@@ -82,9 +87,14 @@ std::string print_config(const ScenarioConfig& config) {
   return printed(config);
 }
 
+std::string config_json(const EcuConfig& config) {
+  return json_of(config);
+}
+std::string config_json(const PlantConfig& config) {
+  return json_of(config);
+}
 std::string config_json(const ScenarioConfig& config) {
-  ScenarioConfig copy = config;
-  return print_json(schema_of(copy));
+  return json_of(config);
 }
 
 }  // namespace sextant

@@ -105,7 +105,36 @@ bool is_left_out(const Schema& schema, const Field& field) {
   });
 }
 
+/// What a key may hold, as further members of a JSON object.
+struct JsonBounds {
+  std::string operator()(const NumberField& f) const {
+    return ", \"least\": " + number_text(f.range.min) + ", \"most\": " + number_text(f.range.max);
+  }
+  std::string operator()(const IntegerField& f) const {
+    return ", \"least\": " + std::to_string(f.range.min) + ", \"most\": " + std::to_string(f.range.max);
+  }
+  std::string operator()(const ChoiceField& f) const {
+    std::string text;
+    for (const std::string& name : f.names) text += (text.empty() ? "" : ", ") + quoted(name);
+    return ", \"choices\": [" + text + "]";
+  }
+  template <class F>
+  std::string operator()(const F&) const {
+    return "";
+  }
+};
+
 }  // namespace
+
+std::string print_keys(const Schema& schema) {
+  std::string text;
+  for (const Field& field : schema.fields) {
+    text += (text.empty() ? "" : ",\n") + std::string{"{\"key\": "} + quoted(field.path) +
+            ", \"unit\": " + quoted(field.unit) + ", \"meaning\": " + quoted(field.meaning) +
+            std::visit(JsonBounds{}, field.kind) + "}";
+  }
+  return "[" + text + "]";
+}
 
 std::string print_json(const Schema& schema) {
   std::string text;

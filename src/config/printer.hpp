@@ -13,4 +13,8 @@ namespace sextant {
 /// The same values as one JSON object, dotted keys to values; null for an optional key that is not set.
 [[nodiscard]] std::string print_json(const Schema& schema);
 
+/// The keys themselves as a JSON list: objects of `key`, `unit`, `meaning` and, where the key has them,
+/// `choices`, or `least` and `most`.
+[[nodiscard]] std::string print_keys(const Schema& schema);
+
 }  // namespace sextant

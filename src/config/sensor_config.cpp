@@ -2,9 +2,12 @@
 
 #include <cmath>
 #include <optional>
+#include <variant>
+#include <vector>
 
 #include "common_ranges.hpp"
 #include "described_table.hpp"
+#include "printer.hpp"
 
 namespace sextant {
 namespace {
@@ -107,6 +110,17 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
             [&u_dc] { return 0.5 * u_dc; });
   s.time("ramp_ms", p.ramp_ns, 1e6, {0, 1e6}, "ms", "time in which it does so; 0: at once");
   s.check(p);
+}
+
+std::string plant_fault_keys() {
+  PlantFaultParameters fault;
+  const double u_dc = SimulatedDriveIoParameters{}.u_dc;
+  Schema schema;
+  describe(Section{schema}, fault, u_dc);
+  for (Field& field : schema.fields) {
+    if (auto* choice = std::get_if<ChoiceField>(&field.kind)) std::erase(choice->names, "cables_swapped");
+  }
+  return print_keys(schema);
 }
 
 bool is_ideal(const SimulatedDriveIoParameters& p) {

@@ -58,7 +58,8 @@ void VirtualVehicle::act() {
 void VirtualVehicle::choose_phase() {
   const std::int64_t now = clock_.now_ns();
   const bool tripped = parameters_.clear_faults && drive_has_tripped();
-  if (phase_ == Phase::waiting && drive_is_ready()) phase_ = Phase::driving;
+  if (phase_ == Phase::waiting && drive_is_ready() && now >= parameters_.enable_from_ns)
+    phase_ = Phase::driving;
   if (phase_ == Phase::resetting && !drive_has_tripped()) phase_ = Phase::waiting;
   if ((phase_ == Phase::waiting || phase_ == Phase::driving) && tripped) phase_ = Phase::resetting;
   if (phase_ == Phase::driving && !enabled_ns_) enabled_ns_ = now;

@@ -37,6 +37,8 @@ Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NO
 
 void LockstepDriveIo::request(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
   ++sequence_;
+  if (has_report_) memory_.report.store(report_, sequence_);
+  has_report_ = false;
   memory_.command.store({sequence_, t_ns, to_record(pattern_), link_.generation(), has_pattern_ ? 1U : 0U},
                         sequence_);
   has_pattern_ = false;

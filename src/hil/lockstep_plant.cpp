@@ -43,12 +43,21 @@ LockstepPlant::Outcome LockstepPlant::check_for_drive() noexcept {
   return Outcome::waiting;
 }
 
+void LockstepPlant::observe_period(const DrivePatternRecord& command) {
+  DriveReport report;
+  if (sequence_ == 0 || memory_.report.load(report) != command.sequence) return;
+  observer_(report, end_ns_, omega_m_);
+}
+
 void LockstepPlant::answer(const DrivePatternRecord& command) noexcept {
+  if (observer_) observe_period(command);
   GatePattern pattern;
   if (command.has_pattern != 0 && to_pattern(command.pattern, pattern)) stage_.write(pattern);
   if (sequence_ == 0) begin_ns_ = command.t_ns;
   end_ns_ = command.t_ns;
-  MeasurementRecord record = to_record(command.t_ns, stage_.read(command.t_ns));
+  const Measurement<double> measured = stage_.read(command.t_ns);
+  omega_m_ = measured.omega_m;
+  MeasurementRecord record = to_record(command.t_ns, measured);
   record.sequence = ++sequence_;
   record.pattern_number = command.sequence;
   record.generation = link_.generation();

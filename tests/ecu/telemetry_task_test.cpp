@@ -11,7 +11,9 @@
 
 #include <gtest/gtest.h>
 
+#include "comms/command_frames.hpp"
 #include "ecu/eventually.hpp"
+#include "ecu/tasks/receive_task.hpp"
 #include "ecu/threads/telemetry_thread.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
@@ -112,6 +114,54 @@ TEST(TelemetryTask, ATimedOutControlThreadIsPublishedInThePlaceOfTheDrive) {
   ASSERT_TRUE(told);
   EXPECT_EQ(told->sample().state, DriveState::torque);
   EXPECT_EQ(told->sample().reason, "torque reference as requested");
+}
+
+// One frame of each cause in a sequence of good ones; what counts them is found by the names of the contract.
+TEST(TelemetryTask, RejectedFramesAreCountedByCause) {
+  SharedState shared{25'000, 1};
+  ReceiveTask receive{shared};
+  std::uint8_t counter = 0;
+  const auto good = [&counter] {
+    counter = std::uint8_t((counter + 1) % e2e::counter_modulus);
+    return testing::command_frame(counter, 5.0);
+  };
+  for (int k = 0; k < 6; ++k) receive.on_frame(good());
+  const std::uint64_t before_valid = receive.receiver().rejected();
+  CanFrame wrong_crc = good();
+  wrong_crc.data[0] ^= 1U;
+  receive.on_frame(wrong_crc);
+  CanFrame repeated = good();
+  receive.on_frame(repeated);
+  receive.on_frame(repeated);
+  CanFrame is_short = good();
+  is_short.length = 7;
+  receive.on_frame(is_short);
+  CanFrame remote = good();
+  remote.rtr = true;
+  receive.on_frame(remote);
+
+  TelemetrySender sender;
+  auto [own, other] = MessageSocket::pair();
+  sender.connect(std::move(own));
+  TelemetryTask task{{}, sender, shared};
+  task.finish();
+  std::array<std::byte, 4096> buffer{};
+  std::optional<StatisticsMessage> statistics;
+  while (const auto message = other.receive(buffer)) {
+    if (kind_of(*message) == TelemetryMessageKind::statistics)
+      statistics = content_of<StatisticsMessage>(*message);
+  }
+  ASSERT_TRUE(statistics);
+  const RealTimeSample& sample = statistics->sample;
+  EXPECT_GT(before_valid, 0U);
+  EXPECT_EQ(sample.rejected_not_valid_yet, before_valid);
+  EXPECT_EQ(sample.rejected_wrong_crc, 1U);
+  EXPECT_EQ(sample.rejected_repeated, 1U);
+  EXPECT_EQ(sample.rejected_wrong_length, 1U);
+  EXPECT_EQ(sample.rejected_remote_frame, 1U);
+  EXPECT_EQ(sample.rejected_out_of_range, 0U);
+  EXPECT_EQ(sample.commands_rejected, before_valid + 4);
+  EXPECT_EQ(sample.commands_received, receive.receiver().count(FrameVerdict::accepted));
 }
 
 // Once as a gap in the numbers of the samples, and once as a count that CAN and DDS bear.

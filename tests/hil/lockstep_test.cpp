@@ -35,7 +35,8 @@ class Stage final : public DriveIo<double> {
 
 class PlantThread {
  public:
-  explicit PlantThread(const HilParameters& p) : thread_{[this, p] { run(p); }} {}
+  explicit PlantThread(const HilParameters& p, LockstepPlant::Observer observer = {})
+      : thread_{[this, p, observer] { run(p, observer); }} {}
   ~PlantThread() { join(); }
   void join() {
     if (thread_.joinable()) thread_.join();
@@ -44,10 +45,11 @@ class PlantThread {
   [[nodiscard]] LockstepPlant::Outcome outcome() const { return outcome_; }
 
  private:
-  void run(const HilParameters& p) {
+  void run(const HilParameters& p, const LockstepPlant::Observer& observer) {
     SharedMemoryLink link{p, LinkRole::plant, period_ns};
     Stage stage;
     LockstepPlant plant{link, stage, p.lockstep_timeout_ns};
+    if (observer) plant.observe(observer);
     using Outcome = LockstepPlant::Outcome;
     do outcome_ = plant.step();
     while (!stop_ && (outcome_ == Outcome::stepped || outcome_ == Outcome::waiting));
@@ -95,6 +97,48 @@ TEST_F(LockstepTest, TwoRunsAreEqualBitByBitAndEqualOneInTheSameProcess) {
   EXPECT_EQ(traces[0], traces[1]);
   EXPECT_EQ(traces[0], direct);
   EXPECT_NE(traces[0].front(), traces[0].back());
+}
+
+TEST_F(LockstepTest, AnObserverGetsEachControlPeriodWithItsTimeAndSpeed) {
+  struct Seen {
+    DriveReport report;
+    std::int64_t t_ns;
+    double omega_m;
+  };
+  std::vector<Seen> seen;
+  std::vector<double> speeds;
+  PlantThread plant{link.parameters, [&](const DriveReport& report, std::int64_t t_ns, double omega_m) {
+                      seen.push_back({report, t_ns, omega_m});
+                    }};
+  {
+    SharedMemoryLink drive{link.parameters, LinkRole::drive, period_ns};
+    LockstepDriveIo io{drive, link.parameters.lockstep_timeout_ns};
+    for (int k = 0; k < 5; ++k) {
+      speeds.push_back(io.read(std::int64_t{k} * period_ns).omega_m);
+      io.write({switch_states[1], period_ns});
+      Telemetry<double> telemetry{.torque_motoring = 10.0 + k, .state = DriveState::torque};
+      if (k == 3) telemetry.latched.set(Fault::open_phase);
+      telemetry.first_fault = Fault::open_phase;
+      if (k != 1) io.report(to_report(telemetry, 7 * period_ns));  // a period without a report is left out
+    }
+  }
+  plant.join();
+  ASSERT_EQ(seen.size(), 3U);  // the last period is followed by no request
+  const std::int64_t periods[]{0, 2, 3};
+  for (std::size_t n = 0; n < 3; ++n) {
+    SCOPED_TRACE(n);
+    const auto k = periods[n];
+    EXPECT_EQ(seen[n].t_ns, k * period_ns);
+    EXPECT_EQ(seen[n].omega_m, speeds[std::size_t(k)]);
+    EXPECT_EQ(seen[n].report.begin_ns, 7 * period_ns);
+    const Telemetry<double> told = to_telemetry(seen[n].report, seen[n].t_ns, seen[n].omega_m);
+    EXPECT_EQ(told.t_ns, k * period_ns);
+    EXPECT_EQ(told.torque_motoring, 10.0 + double(k));
+    EXPECT_EQ(told.state, DriveState::torque);
+    EXPECT_EQ(told.latched.any(), k == 3);
+    EXPECT_EQ(told.latched.test(Fault::open_phase), k == 3);
+    EXPECT_EQ(told.first_fault, Fault::open_phase);
+  }
 }
 
 TEST_F(LockstepTest, TheRequestsOfADriveThatWasStartedAnewGoOn) {

@@ -31,10 +31,10 @@ CONTROL_THREAD = "sextant-control"
 class Side(ProgramProcess):
     """One program of the two."""
 
-    def __init__(self, name: str, config: Path, folder: Path, settings: tuple[str, ...]) -> None:
+    def __init__(self, name: str, config: Path, folder: Path, settings: tuple[str, ...], *words: str | Path) -> None:
         self.name = name
         super().__init__(
-            [program(name), config, *overrides(settings)],
+            [program(name), config, *overrides(settings), *words],
             folder / f"{name}.{time.monotonic_ns()}.out",
             env={**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8")},
         )

@@ -289,10 +289,12 @@ def test_faults_of_a_live_recording(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 def test_a_run_in_virtual_time(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
-    """Its telemetry has the state alone, so a fault has no name: it trips, and an expected one is open."""
+    """Its telemetry has the state alone, so a fault has no name: it trips, and an expected one is open. It has every
+    control period, the first ones too, so that the peak current is known."""
     (tmp_path / "profile.csv").write_text("time_s,torque_nm\n0,0\n0.5,0\n0.5001,20\n1.2,20\n1.2001,0\n1.4,0\n")
     scenario = scenario_file(
-        tmp_path / "step.toml", "torque_bias_nm = { min = -2, max = 2 }\nresponse_time_ms.max = 10"
+        tmp_path / "step.toml",
+        "torque_bias_nm = { min = -2, max = 2 }\nresponse_time_ms.max = 10\npeak_current_a.max = 250",
     )
     trigger = ["--align", "rise torque_reference_nm 10"]
     for settings, statuses in (([], (0, 1)), (["--set", "protection.over_speed_rad_s=15"], (3, 1))):

@@ -40,9 +40,12 @@ def test_a_kind_is_one_value_whatever_it_is(tmp_path: Path, kind: str) -> None:
     assert tomllib.loads(program.request) == {"kind": kind, "until_s": 0.1}
 
 
-def test_a_refusal_names_no_option_that_nobody_typed(tmp_path: Path) -> None:
-    program = Program(tmp_path / "faults", "--set: plant.faults.phase: must be one of a, b, c\n")
+def test_a_refusal_is_one_sentence_of_the_program(tmp_path: Path) -> None:
+    program = Program(
+        tmp_path / "faults", "plant.faults.phase: must be one of a, b, c\nplant.faults.seed: unknown key\n"
+    )
     with pytest.raises(UserError) as refused:
         inject.inject(tmp_path / "faults", "open_phase", phase="d")
     program.end()
-    assert str(refused.value) == "the fault is refused: plant.faults.phase: must be one of a, b, c"
+    text = "plant.faults.phase: must be one of a, b, c plant.faults.seed: unknown key"
+    assert str(refused.value) == f"the fault is refused: {text}"

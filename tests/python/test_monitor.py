@@ -83,6 +83,9 @@ def full_drive() -> dds.Drive:
         r_r_deviation=0.25,
         l_m_deviation=0.1,
         periods_unchecked=17,
+        commands_rejected=5,
+        rejected_wrong_crc=3,
+        rejected_repeated=2,
     )
     return drive
 
@@ -116,7 +119,8 @@ def test_panel_shows_everything_at_any_width(width: int) -> None:
         "SCHED_FIFO, wait sleep, memory not locked, 5 page faults",
         "R_s 0.4351 Ω ± 3 %, R_r 0.9 Ω ± 25 %, L_m 0.0693 H ± 10 %",
         "17 control periods",
-        "accepted, 0 rejected",
+        "accepted, 5 rejected",
+        "CRC 3, counter of the frame before 2",
     ):
         assert expected in text, text
 

@@ -22,6 +22,16 @@ TEST(MechanicalLoad, ATorqueActsFromItsInstantOn) {
   EXPECT_EQ(load.next_corner_ns(500'000'000), never);
 }
 
+TEST(MechanicalLoad, ATorqueThatBeginsAtZeroIsNoneBefore) {
+  MechanicalLoad::Parameters parameters{.load_torque = {.value = 5.0}};
+  EXPECT_EQ(MechanicalLoad{parameters}.torque(-1), 5.0);
+  parameters.torque_begins_at_zero = true;
+  const MechanicalLoad load{parameters};
+  EXPECT_EQ(load.torque(-1), 0.0);
+  EXPECT_EQ(load.torque(0), 5.0);
+  EXPECT_EQ(load.next_corner_ns(-1'000), 0);
+}
+
 TEST(MechanicalLoad, AnImposedSpeedHasCornersOfItsOwn) {
   const MechanicalLoad load{
       {.load_torque = {.shape = ProfileShape::steps, .points = {{0.0, 0.0}, {0.3, 1.0}}},

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 
 #include "ecu/shared_state.hpp"
 #include "sextant/comms/can_frame.hpp"
@@ -25,8 +26,7 @@ class ReceiveTask {
       return false;
     }
     shared_.command.store(receiver_.command());
-    shared_.commands_accepted.store(receiver_.count(FrameVerdict::accepted), std::memory_order_relaxed);
-    shared_.commands_rejected.store(receiver_.rejected(), std::memory_order_relaxed);
+    shared_.frames[std::size_t(verdict)].store(receiver_.count(verdict), std::memory_order_relaxed);
     return verdict == FrameVerdict::accepted;
   }
 

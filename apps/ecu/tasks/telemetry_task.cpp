@@ -1,5 +1,9 @@
 #include "ecu/tasks/telemetry_task.hpp"
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
 #include <fmt/format.h>
 
 #include "ecu/tasks/timed_out_drive.hpp"
@@ -42,6 +46,22 @@ void fill_stages(RealTimeSample& sample, const TimingHistograms& histograms) {
   fill(Stage::drive, sample.drive_p50_us, sample.drive_p99_9_us, sample.drive_max_us);
   fill(Stage::write, sample.write_p50_us, sample.write_p99_9_us, sample.write_max_us);
   fill(Stage::push, sample.push_p50_us, sample.push_p99_9_us, sample.push_max_us);
+}
+
+/// Rejected frames by cause, and their sum.
+void fill_rejections(RealTimeSample& sample, const SharedState& shared) {
+  using Sample = RealTimeSample;
+  constexpr auto first = std::size_t(FrameVerdict::not_valid_yet);
+  constexpr std::array<std::uint64_t Sample::*, frame_verdict_count - first> causes{
+      &Sample::rejected_not_valid_yet,  &Sample::rejected_wrong_length,    &Sample::rejected_remote_frame,
+      &Sample::rejected_extended_alias, &Sample::rejected_fd_alias,        &Sample::rejected_wrong_crc,
+      &Sample::rejected_wrong_data_id,  &Sample::rejected_invalid_counter, &Sample::rejected_repeated,
+      &Sample::rejected_wrong_sequence, &Sample::rejected_out_of_range};
+  for (std::size_t k = 0; k < causes.size(); ++k) {
+    const std::uint64_t count = shared.frames[first + k].load(std::memory_order_relaxed);
+    sample.*causes[k] = count;
+    sample.commands_rejected += count;
+  }
 }
 
 /// Why torque is made and is not what is requested.
@@ -221,8 +241,8 @@ RealTimeSample TelemetryTask::sample() const {
       .run_delay_us = microseconds(scheduler.run_delay_ns),
       .steal_us = microseconds(scheduler.steal_ns),
       .telemetry_dropped = shared_.dropped_periods(),
-      .commands_received = shared_.commands_accepted.load(std::memory_order_relaxed),
-      .commands_rejected = shared_.commands_rejected.load(std::memory_order_relaxed),
+      .commands_received =
+          shared_.frames[std::size_t(FrameVerdict::accepted)].load(std::memory_order_relaxed),
       .real_time_scheduling = real_time_scheduling_,
       .memory_locked = memory_locked_,
       .r_s_ohm = newest_.r_s,
@@ -235,6 +255,7 @@ RealTimeSample TelemetryTask::sample() const {
   };
   fill_durations(sample, timing_.interval());
   fill_stages(sample, timing_.interval());
+  fill_rejections(sample, shared_);
   return sample;
 }
 

@@ -3,6 +3,21 @@
 #include <utility>
 
 namespace sextant::ecu {
+namespace {
+
+/// Passes each record to the shared state and to the observer of the run. For virtual time alone: an observer
+/// may allocate.
+struct ObservedTelemetry {
+  SharedTelemetry& shared;
+  const std::function<void(const Telemetry<double>&)>& observer;
+
+  void push(const Telemetry<double>& telemetry) noexcept {
+    shared.push(telemetry);
+    if (observer) observer(telemetry);
+  }
+};
+
+}  // namespace
 
 VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, VirtualCanBus& bus,
                        DriveIo<double>& io, Drive<double>& drive, RunRecorder& recorder, LateWakes late_wakes)
@@ -11,6 +26,7 @@ VirtualEcu::VirtualEcu(const Parameters& parameters, const VirtualClock& clock, 
       io_{io},
       recorder_{recorder},
       late_wakes_{std::move(late_wakes)},
+      observer_{parameters.observer},
       schedule_{
           {.period_ns = parameters.period_ns, .wake_every_periods = parameters.realtime.wake_every_periods}},
       shared_{parameters.period_ns, parameters.realtime.wake_every_periods, parameters.realtime.watchdog_ns},
@@ -56,8 +72,9 @@ void VirtualEcu::wake_up() {
   const std::int64_t now = clock_.now_ns();
   late_wakes_.woken(schedule_.next_deadline_ns());
   const WakeSchedule::Wake wake = schedule_.wake(now);
+  ObservedTelemetry telemetry{control_.telemetry(), observer_};
   control_.wake_up(now, wake.deadline_ns, schedule_.counters().overruns_in_a_row, io_, control_.commands(),
-                   control_.telemetry());
+                   telemetry);
   drain();
   report_.add({.deadline_ns = wake.deadline_ns,
                .latency_ns = wake.latency_ns,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "ecu/shared_state.hpp"
 #include "ecu/tasks/control_task.hpp"
@@ -30,6 +31,8 @@ class VirtualEcu {
     RealtimeParameters realtime{};   ///< of it `wake_every_periods`, `watchdog_ns` and `overrun_limit`
     IdentifierOffset identifier_offset{};
     CycleRecorder* cycles{nullptr};  ///< records the requests; not owned
+    /// Called with each control period that has run, before the next one reads the power stage; may be empty.
+    std::function<void(const Telemetry<double>&)> observer{};
   };
 
   /// Clock, bus, power stage, drive and recorder are not owned and must outlive this object. The grid of
@@ -46,6 +49,9 @@ class VirtualEcu {
   void shut_down() noexcept { shared_.shutdown.store(true, std::memory_order_release); }
   /// True once the drive has shut down and sent its last status.
   [[nodiscard]] bool stopped() const noexcept { return sent_last_; }
+
+  /// The next control period; before the run the first one, a wake period after its begin. [ns]
+  [[nodiscard]] std::int64_t next_period_ns() const noexcept { return schedule_.next_deadline_ns(); }
 
   /// The newest control period.
   [[nodiscard]] const Telemetry<double>& telemetry() const noexcept { return control_.telemetry().last(); }
@@ -67,6 +73,7 @@ class VirtualEcu {
   DriveIo<double>& io_;
   RunRecorder& recorder_;
   LateWakes late_wakes_;
+  std::function<void(const Telemetry<double>&)> observer_;
   WakeSchedule schedule_;
   SharedState shared_;
   ReceiveTask receive_;

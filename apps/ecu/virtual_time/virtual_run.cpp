@@ -67,11 +67,20 @@ std::optional<CycleLog> log_of_cycles(const VirtualRunOptions& options, const Ec
 
 }  // namespace
 
+void require_waiting_plant(const EcuConfig& config) {
+  const bool elsewhere = config.power_stage != PowerStageKind::simulated;
+  if (!elsewhere || config.hil.pacing == Pacing::lockstep) return;
+  refuse(
+      "a plant in another process runs in real time unless hil.pacing is \"lockstep\"; --virtual-time needs "
+      "that, or power_stage \"simulated\"");
+}
+
 VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options, DriveIo<double>& io,
-                       std::function<std::string()> problem)
+                       std::function<std::string()> problem, std::optional<VirtualScenario> scenario)
     : config_{config},
       options_{options},
       problem_{std::move(problem)},
+      scenario_{std::move(scenario)},
       periods_per_record_{periods_per_sample(config)},
       drive_{config.drive},
       cycles_{log_of_cycles(options, config, io)},
@@ -83,7 +92,8 @@ VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options
       ecu_{{.period_ns = config.drive.drive.period_ns,
             .realtime = config.realtime,
             .identifier_offset = config.can.identifier_offset,
-            .cycles = cycles_ ? &cycles_->recorder() : nullptr},
+            .cycles = cycles_ ? &cycles_->recorder() : nullptr,
+            .observer = scenario_ ? scenario_->observer : nullptr},
            clock_,
            bus_,
            cycles_ ? cycles_->recorder() : io,
@@ -99,8 +109,8 @@ void VirtualRun::set_up_sources() {
     refuse("commands come from the recording {} or from the profile {}, not from both", options_.log,
            options_.profile);
   }
-  if (options_.log.empty() && options_.profile.empty() && !options_.duration_s) {
-    refuse("the run has no input and no end: name a recording, a --profile or a --duration");
+  if (options_.log.empty() && options_.profile.empty() && !scenario_ && !options_.duration_s) {
+    refuse("the run has no input and no end: name a recording, a --profile, a --scenario or a --duration");
   }
   timeline_.add(bus_.party());
   if (!options_.log.empty()) {
@@ -108,22 +118,45 @@ void VirtualRun::set_up_sources() {
                     config_.can.identifier_offset);
     timeline_.add(replay_->party());
   }
-  if (!options_.profile.empty()) {
-    const ProfileParameters parameters = read_profile(options_.profile);
-    profile_ = Profile{parameters};
-    profile_end_ns_ = std::llround(parameters.table.back().t_s * 1e9);
-    vehicle_.emplace(
-        VirtualVehicle::Parameters{.torque_limit = contract_ranges().torque_limit.highest,
-                                   .identifier_offset = config_.can.identifier_offset},
-        clock_, bus_, [this](std::int64_t t_ns) { return profile_.value(t_ns); }, profile_end_ns_);
-    timeline_.add(vehicle_->party());
-  }
+  if (!options_.profile.empty()) play_profile();
+  if (scenario_) play_scenario();
+  if (vehicle_) timeline_.add(vehicle_->party());
   ecu_.join(timeline_);
+}
+
+void VirtualRun::play_profile() {
+  const ProfileParameters parameters = read_profile(options_.profile);
+  profile_ = Profile{parameters};
+  profile_end_ns_ = std::llround(parameters.table.back().t_s * 1e9);
+  vehicle_.emplace(
+      VirtualVehicle::Parameters{.torque_limit = contract_ranges().torque_limit.highest,
+                                 .identifier_offset = config_.can.identifier_offset},
+      clock_, bus_, [this](std::int64_t t_ns) { return profile_.value(t_ns); }, profile_end_ns_);
+}
+
+/// The frames lie so that the first enable is sent at the scenario's time zero.
+void VirtualRun::play_scenario() {
+  profile_end_ns_ = scenario_->duration_ns;
+  VirtualVehicle::Parameters parameters{.enable_from_ns = scenario_->begin_ns,
+                                        .torque_limit = contract_ranges().torque_limit.highest,
+                                        .identifier_offset = config_.can.identifier_offset};
+  parameters.first_ns = scenario_->begin_ns % parameters.period_ns;
+  const auto torque = [this, range = contract_ranges().torque_request](std::int64_t) {
+    const double wanted = scenario_->torque(clock_.now_ns());
+    if (!range.contains(wanted)) {
+      refuse("{}: the torque is {:g} N·m at {:g} s; the contract's range is {:g} to {:g} N·m",
+             scenario_->name, wanted, double(clock_.now_ns() - scenario_->begin_ns) * 1e-9, range.lowest,
+             range.highest);
+    }
+    return wanted;
+  };
+  vehicle_.emplace(parameters, clock_, bus_, torque, never_ns);
 }
 
 void VirtualRun::set_up_files() {
   if (!options_.telemetry_out.empty()) {
-    telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_, 0);
+    telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_,
+                       ecu_.next_period_ns());
   }
   set_up_frames();
   if (cycles_) cycles_->open();
@@ -177,15 +210,16 @@ void VirtualRun::run() {
 }
 
 void VirtualRun::run_to_end() {
+  const std::int64_t scenario_end_ns = scenario_ ? scenario_->begin_ns + scenario_->duration_ns : never_ns;
   const std::int64_t wanted_ns =
-      options_.duration_s ? std::int64_t(std::llround(*options_.duration_s * 1e9)) : never_ns;
+      options_.duration_s ? std::int64_t(std::llround(*options_.duration_s * 1e9)) : scenario_end_ns;
   const std::int64_t end_ns = replay_ ? std::min(wanted_ns, source_end_ns()) : wanted_ns;
   while (clock_.now_ns() < end_ns) {
     timeline_.run_until(std::min(end_ns, clock_.now_ns() + slice_ns));
     record_cycles();
     if (cycles_ && !cycles_->failure().empty()) return;
     if (problem_ && !problem_().empty()) return;
-    if (!vehicle_) continue;
+    if (!vehicle_ || scenario_) continue;  // a scenario has its length
     if (vehicle_->phase() == VirtualVehicle::Phase::done) return;
     if (!vehicle_->enabled_ns() && clock_.now_ns() > hand_shake_ns) return;
   }
@@ -203,13 +237,17 @@ Verdict VirtualRun::verdict() const {
 std::string VirtualRun::reason() const {
   switch (verdict()) {
     case Verdict::tripped:
-      return tripped_text(before_shutdown_.first_fault,
-                          options_.profile.empty() ? options_.log : options_.profile);
+      return tripped_text(before_shutdown_.first_fault, source());
     case Verdict::no_torque:
       return fmt::format("the drive was not ready within {} s", double(before_shutdown_ns_) * 1e-9);
     default:
       return "";
   }
+}
+
+std::string VirtualRun::source() const {
+  if (scenario_) return scenario_->name;
+  return options_.profile.empty() ? options_.log : options_.profile;
 }
 
 void VirtualRun::print_report(std::FILE* out) const {

@@ -31,16 +31,29 @@ struct VirtualRunOptions {
   std::optional<std::uint64_t> bus_seed{};  ///< of a bus that misbehaves at random [-]
 };
 
-/// The configured drive in virtual time, from its first period to its shutdown: commands from a recording or
-/// from a vehicle that plays a profile, as fast as the machine allows. The power stage is whatever is behind
-/// the `DriveIo`.
+/// Throws std::runtime_error with one sentence where the configured plant does not wait for the drive, as
+/// virtual time needs.
+void require_waiting_plant(const EcuConfig& config);
+
+/// A scenario that a vehicle plays, and who observes the run.
+struct VirtualScenario {
+  std::string name{};
+  std::int64_t begin_ns{};                                   ///< its time zero on the virtual clock [ns]
+  std::int64_t duration_ns{};                                ///< [ns]
+  std::function<double(std::int64_t t_ns)> torque{};         ///< that the vehicle commands then [N·m]
+  std::function<void(const Telemetry<double>&)> observer{};  ///< as of VirtualEcu::Parameters
+};
+
+/// The configured drive in virtual time, from its first period to its shutdown: commands from a recording, or
+/// from a vehicle that plays a profile or a scenario, as fast as the machine allows. The power stage is
+/// whatever is behind the `DriveIo`.
 class VirtualRun {
  public:
   /// The power stage is not owned and must outlive this object. `problem` returns why the run cannot go on,
   /// in one sentence, empty while it can; it is called every 10 ms of virtual time. Throws
   /// std::runtime_error with one sentence where a file cannot be used or the options make no run.
   VirtualRun(const EcuConfig& config, const VirtualRunOptions& options, DriveIo<double>& io,
-             std::function<std::string()> problem = {});
+             std::function<std::string()> problem = {}, std::optional<VirtualScenario> scenario = {});
   VirtualRun(const VirtualRun&) = delete;
   VirtualRun& operator=(const VirtualRun&) = delete;
 
@@ -57,9 +70,12 @@ class VirtualRun {
   [[nodiscard]] std::string reason() const;
 
   [[nodiscard]] const RunRecorder& recorder() const noexcept { return recorder_; }
+  [[nodiscard]] const Controller<double>& controller() const noexcept { return drive_.controller(); }
 
  private:
   void set_up_sources();
+  void play_profile();
+  void play_scenario();
   void set_up_files();
   void set_up_frames();
   void disturb_bus();
@@ -67,10 +83,12 @@ class VirtualRun {
   void record_cycles();
   [[nodiscard]] std::int64_t source_end_ns() const noexcept;
   void print_can(std::FILE* out) const;
+  [[nodiscard]] std::string source() const;
 
   EcuConfig config_;
   VirtualRunOptions options_;
   std::function<std::string()> problem_;
+  std::optional<VirtualScenario> scenario_;
   std::uint32_t periods_per_record_;
   VirtualClock clock_{};
   VirtualCanBus bus_{clock_};

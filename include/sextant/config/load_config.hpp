@@ -35,6 +35,8 @@ namespace sextant {
 [[nodiscard]] std::string print_config(const ScenarioConfig& config);
 
 /// The configuration in force as one JSON object, from the dotted keys of `--set` to their values.
+[[nodiscard]] std::string config_json(const EcuConfig& config);
+[[nodiscard]] std::string config_json(const PlantConfig& config);
 [[nodiscard]] std::string config_json(const ScenarioConfig& config);
 
 }  // namespace sextant

@@ -20,6 +20,7 @@ class VirtualVehicle {
   struct Parameters {
     std::int64_t first_ns{0};              ///< when it sends its first frame [ns]
     std::int64_t period_ns{10'000'000};    ///< between two frames [ns]
+    std::int64_t enable_from_ns{0};        ///< earliest time of its first enable after a hand-shake [ns]
     double torque_limit{250.0};            ///< magnitude that it allows the drive [N·m]
     bool hand_shake{true};                 ///< false: it enables with its first frame
     bool clear_faults{false};              ///< send a fault reset to a drive in FAULT, and start again

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "sextant/hil/drive_report.hpp"
 #include "sextant/hil/link_records.hpp"
 #include "sextant/hil/record_ring.hpp"
 #include "sextant/hil/sequence_cell.hpp"
@@ -45,6 +46,8 @@ struct LinkMemory {
   /// cleared by its watchdog and at the drive's end.
   alignas(cache_line) std::atomic<std::uint32_t> gate_enable{0};
   alignas(cache_line) SequenceCell<DrivePatternRecord> command{};
+  SequenceCell<DriveReport>
+      report{};  ///< lockstep, of a run that is observed; its number is that of a `command`
   alignas(cache_line) RecordRing<MeasurementRecord, ring_capacity> measurements{};
 };
 
@@ -55,6 +58,7 @@ static_assert(sizeof(SequenceCell<DrivePatternRecord>) == 80 &&
               sizeof(SequenceCell<MeasurementRecord>) == 128);
 static_assert(offsetof(LinkMemory, plant) == 64 && offsetof(LinkMemory, drive) == 128);
 static_assert(offsetof(LinkMemory, gate_enable) == 192 && offsetof(LinkMemory, command) == 256);
+static_assert(offsetof(LinkMemory, report) == 336);
 static_assert(offsetof(LinkMemory, measurements) == 384 && sizeof(LinkMemory) == 131'520);
 static_assert(std::is_standard_layout_v<LinkMemory>);
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free &&

@@ -5,6 +5,7 @@
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/hil/doorbell.hpp"
+#include "sextant/hil/drive_report.hpp"
 #include "sextant/hil/link_memory.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
 
@@ -25,6 +26,12 @@ class LockstepDriveIo final : public DriveIo<double> {
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override {
     pattern_ = pattern;
     has_pattern_ = true;
+  }
+
+  /// What the next request tells the plant of the control period before it.
+  void report(const DriveReport& report) noexcept SEXTANT_NONBLOCKING {
+    report_ = report;
+    has_report_ = true;
   }
 
   /// True once the plant has ended or timed out, for the rest of the run; from any thread.
@@ -48,6 +55,8 @@ class LockstepDriveIo final : public DriveIo<double> {
   std::uint64_t sequence_;
   std::uint32_t plant_generation_{0};
   bool has_pattern_{false};
+  DriveReport report_{};
+  bool has_report_{false};
   std::atomic<bool> joined_{false};
   std::atomic<bool> was_there_{false};
   std::atomic<bool> lost_{false};

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/hil/doorbell.hpp"
+#include "sextant/hil/drive_report.hpp"
 #include "sextant/hil/link_memory.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
 
@@ -23,6 +26,11 @@ class LockstepPlant {
   /// The link is held by a plant. Link and stage are not owned and must outlive this object.
   LockstepPlant(SharedMemoryLink& link, DriveIo<double>& stage, std::int64_t timeout_ns) noexcept;
 
+  /// Called with the drive's report of each control period that has run, the time of that period [ns] and the
+  /// measured speed [rad/s], before the plant advances.
+  using Observer = std::function<void(const DriveReport& report, std::int64_t t_ns, double omega_m)>;
+  void observe(Observer observer) { observer_ = std::move(observer); }
+
   /// One request. Waits for at most 20 ms.
   [[nodiscard]] Outcome step() noexcept;
 
@@ -35,6 +43,7 @@ class LockstepPlant {
   [[nodiscard]] bool take(DrivePatternRecord& command) noexcept;
   [[nodiscard]] Outcome check_for_drive() noexcept;
   void answer(const DrivePatternRecord& command) noexcept;
+  void observe_period(const DrivePatternRecord& command);
 
   SharedMemoryLink& link_;
   LinkMemory& memory_;
@@ -47,6 +56,8 @@ class LockstepPlant {
   std::int64_t waited_ns_{0};
   std::int64_t begin_ns_{0};
   std::int64_t end_ns_{0};
+  double omega_m_{0};  // of the last measurement [rad/s]
+  Observer observer_{};
 };
 
 }  // namespace sextant

@@ -15,17 +15,21 @@ class MechanicalLoad {
   struct Parameters {
     ProfileParameters load_torque{};                   ///< opposes positive rotation [N·m]
     std::optional<ProfileParameters> imposed_speed{};  ///< mechanical; replaces the load torque [rad/s]
+    bool torque_begins_at_zero{false};                 ///< before time zero there is no load torque [-]
   };
 
   /// Throws std::runtime_error when a profile is malformed.
-  explicit MechanicalLoad(const Parameters& parameters) : load_torque_{parameters.load_torque} {
+  explicit MechanicalLoad(const Parameters& parameters)
+      : load_torque_{parameters.load_torque}, torque_begins_at_zero_{parameters.torque_begins_at_zero} {
     if (parameters.imposed_speed) imposed_speed_.emplace(*parameters.imposed_speed);
   }
 
   [[nodiscard]] bool imposes_speed() const noexcept { return imposed_speed_.has_value(); }
 
   /// Load torque at t_ns. [N·m]
-  [[nodiscard]] double torque(std::int64_t t_ns) const noexcept { return load_torque_.value(t_ns); }
+  [[nodiscard]] double torque(std::int64_t t_ns) const noexcept {
+    return t_ns < 0 && torque_begins_at_zero_ ? 0.0 : load_torque_.value(t_ns);
+  }
 
   /// Imposed speed at t_ns. [rad/s]
   [[nodiscard]] double speed(std::int64_t t_ns) const noexcept {
@@ -46,6 +50,7 @@ class MechanicalLoad {
  private:
   Profile load_torque_;
   std::optional<Profile> imposed_speed_{};
+  bool torque_begins_at_zero_;
 };
 
 }  // namespace sextant

@@ -20,7 +20,9 @@ class Page(Protocol):
 class CommandDesk:
     """Checks each command that comes from a page and hands it to the vehicle."""
 
-    def __init__(self, access: Access, vehicle: Vehicle | None) -> None:
+    def __init__(self, access: Access, vehicle: Vehicle | None, takes_faults: bool = False) -> None:
+        """takes_faults: the page that commands may also give the plant faults."""
+        self._takes_faults = takes_faults
         self._access = access
         self._vehicle = vehicle
         self._holder: Page | None = None
@@ -46,7 +48,7 @@ class CommandDesk:
         self._order(torque_nm=0.0, enable=False, fault_reset=False)  # from now on demands have to be renewed
 
     def demand(self, page: Page, message: dict[str, Any]) -> None:
-        self._check_holder(page)
+        self.check_holder(page)
         torque, enable, reset = (message.get(name) for name in ("torque_nm", "enable", "fault_reset"))
         if isinstance(torque, bool) or not isinstance(torque, (int, float)) or not math.isfinite(torque):
             raise RefusedError("torque_nm must be a number.")
@@ -71,7 +73,7 @@ class CommandDesk:
 
     def release(self, page: Page) -> None:
         """Disable frames, then none."""
-        self._check_holder(page)
+        self.check_holder(page)
         self._holder = None
         self._order(release=True)
 
@@ -86,7 +88,8 @@ class CommandDesk:
             self._holder, self.has_ended = None, True
             raise RefusedError("the process that commands has ended; restart the dashboard.")
 
-    def _check_holder(self, page: Page) -> None:
+    def check_holder(self, page: Page) -> None:
+        """Refuses what a page asks that does not command."""
         if page is not self._holder:
             raise RefusedError("this page does not command; take control first.")
 
@@ -112,5 +115,6 @@ class CommandDesk:
             "torque_limit_nm": self.torque_limit_nm,
             "holder": self._holder.name if self._holder else None,
             "is_mine": page is not None and page is self._holder,
+            "takes_faults": self._takes_faults,
             **self._report,
         }

@@ -19,11 +19,14 @@ class Onlookers:
             "the token is not the one that the dashboard printed; open the page by the address it printed."
         )
 
-    def demand(self, _page: Page, _message: dict[str, Any]) -> None:
+    def check_holder(self, _page: Page) -> None:
         raise RefusedError("this page does not command; take control first.")
 
+    def demand(self, page: Page, _message: dict[str, Any]) -> None:
+        self.check_holder(page)
+
     def release(self, page: Page) -> None:
-        self.demand(page, {})
+        self.check_holder(page)
 
     def leave(self, _page: Page) -> None:
         pass

@@ -10,6 +10,7 @@ import signal
 import socket
 import sys
 import webbrowser
+from pathlib import Path
 from typing import Any
 
 from tornado import netutil
@@ -23,6 +24,7 @@ from .access import Access
 from .captures import Captures
 from .command_desk import CommandDesk
 from .door import Door
+from .fault_desk import FaultDesk
 from .lane import Lane
 from .onlookers import Onlookers
 from .server import PAGE, Hub
@@ -40,6 +42,7 @@ EXAMPLES = """examples:
   scripts/dashboard --domain 7 --port 0           # any free port
   scripts/dashboard --allow-command               # the page may command torque over the bus of configs/ecu.toml
   scripts/dashboard --allow-command --can socketcan:can0 --torque-limit 20
+  scripts/dashboard --allow-command --fault-socket /tmp/faults    # and give the plant of sextant-ecu faults
   scripts/dashboard --host 0.0.0.0                # for other machines of the network too
 """
 
@@ -68,6 +71,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     timeout = f"no commands without a page's demand for this long (default: {DEMAND_TIMEOUT_S:g})"
     command.add_argument("--demand-timeout", type=float, metavar="S", help=timeout)
     command.add_argument("--token", metavar="TEXT", help="what a page has to present (default: a random one, printed)")
+    faults = "--fault-socket of the sextant-ecu or sextant-plant whose plant the page that commands may give faults"
+    command.add_argument("--fault-socket", type=Path, metavar="FILE", help=faults)
     return parser.parse_args(arguments)
 
 
@@ -75,7 +80,7 @@ def check(options: argparse.Namespace) -> None:
     if not 0 <= options.port <= 65535:
         raise UserError(f"--port {options.port} is not a port (0 to 65535).")
     dds.check_domain(options.domain)
-    names = ("can", "identifier_offset", "torque_limit", "demand_timeout", "token")
+    names = ("can", "identifier_offset", "torque_limit", "demand_timeout", "token", "fault_socket")
     given = [name for name in names if getattr(options, name) is not None]
     if given and not options.allow_command:
         raise UserError(f"--{given[0].replace('_', '-')} has a meaning only with --allow-command.")
@@ -144,10 +149,10 @@ class Lanes:
     public lane: loading them waits for other pages, and is refused while these have taken all of its connections.
     """
 
-    def __init__(self, domain: int, access: Access, vehicle: Vehicle | None) -> None:
+    def __init__(self, domain: int, access: Access, vehicle: Vehicle | None, faults: FaultDesk | None) -> None:
         captures, numbers, self._hub = Captures(), itertools.count(1), (domain, access)
         self._common: dict[str, Any] = {"captures": captures, "numbers": numbers, "say": self._say}
-        self._desk = CommandDesk(access, vehicle)
+        self._desk, self._faults = CommandDesk(access, vehicle, faults is not None), faults
         self.public = Lane("public", self._public_hub, MOST_CONNECTIONS)
         self.trusted = Lane("trusted", self._trusted_hub) if vehicle else None
 
@@ -160,7 +165,8 @@ class Lanes:
         return Hub(*self._hub, onlookers, **self._common, most_pages=MOST_PAGES, pause_s=PAUSE_S)
 
     def _trusted_hub(self) -> Hub:
-        return Hub(*self._hub, self._desk, **self._common, show_others=self.public.hub.show_command)
+        show = self.public.hub.show_command
+        return Hub(*self._hub, self._desk, **self._common, show_others=show, faults=self._faults)
 
     @property
     def hubs(self) -> list[Hub]:
@@ -181,7 +187,8 @@ class Lanes:
 async def serve(options: argparse.Namespace, sockets: list[socket.socket], vehicle: Vehicle | None) -> None:
     token = (options.token or secrets.token_urlsafe(16)) if vehicle else None
     access = Access(options.host, token)
-    lanes = Lanes(options.domain, access, vehicle)
+    faults = FaultDesk(options.fault_socket) if options.fault_socket else None
+    lanes = Lanes(options.domain, access, vehicle, faults)
     terminal = Terminal()
 
     def report(status: dict) -> None:

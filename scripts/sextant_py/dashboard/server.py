@@ -16,12 +16,13 @@ from ..scope import quantities
 from ..scope.capture import Capture
 from ..scope.scope import MODES
 from ..scope.trigger_text import FORMS
-from ..telemetry_contract import enumerators
+from ..telemetry_contract import enumerators, rejections
 from . import layout, scope_feed
 from .access import Access
 from .backlog import Backlog, Reader
 from .captures import KEPT, Captures
 from .command_desk import CommandDesk, RefusedError
+from .fault_desk import FaultDesk
 from .frames import columns
 from .onlookers import Onlookers
 from .scope_feed import ScopeFeed
@@ -67,12 +68,13 @@ class Hub:
         show_others: Callable[[dict[str, Any]], None] = lambda _: None,
         most_pages: int | None = None,
         pause_s: float = 0.0,
+        faults: FaultDesk | None = None,
     ) -> None:
         """captures, numbers: those of all lanes; say: is told a page that is disconnected, in one sentence;
-        show_others: is told the standing of the desk whenever the pages are.
+        show_others: is told the standing of the desk whenever the pages are; faults: for the page that commands.
         """
         self.access, self.desk, self.say, self._show_others = access, desk, say, show_others
-        self.pause_s = pause_s
+        self.pause_s, self._faults = pause_s, faults
         self.loop = ioloop.IOLoop.current()
         self.pages: set[PageSocket] = set()
         self.status: dict[str, Any] = {"type": "status", "problems": [], "drives": []}
@@ -88,6 +90,7 @@ class Hub:
             "panels": layout.described(),
             "states": enumerators("DriveStateKind"),
             "faults": fault_texts(),
+            "rejections": rejections(),
             "scope": {
                 "columns": scope_feed.columns(),
                 "panels": layout.described(layout.WAVEFORM),
@@ -157,6 +160,14 @@ class Hub:
     def _show_command(self, standing: dict[str, Any]) -> None:
         self.desk.standing = standing
         self.report_command()
+
+    def ask_plant(self, page: "PageSocket", message: dict[str, Any]) -> None:
+        """The reply follows; meanwhile the page renews its demand."""
+        self.desk.check_holder(page)
+        if self._faults is None:
+            raise RefusedError("this dashboard gives no faults; it was started without --fault-socket.")
+        asked = asyncio.ensure_future(self.loop.run_in_executor(None, self._faults.question(message)))
+        asked.add_done_callback(lambda done: page.offer(json.dumps(done.result())))
 
     def is_full(self) -> bool:
         return self._most_pages is not None and len(self.pages) >= self._most_pages
@@ -240,6 +251,9 @@ class PageSocket(websocket.WebSocketHandler):
             return
         if kind == "scope":
             self._set_scope(message)
+            return
+        if kind in ("fault_keys", "fault"):
+            self._hub.ask_plant(self, message)
             return
         if kind == "take":
             desk.take(self, message.get("token"))

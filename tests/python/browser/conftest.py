@@ -48,13 +48,19 @@ def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
     assert errors == []
 
 
+def fault_socket(folder: Path) -> Path:
+    """Of the drive of a test, whose plant takes faults."""
+    return folder / "faults"
+
+
 @pytest.fixture
 def start_drive(domain: int, bus_address: str, tmp_path: Path) -> Iterator[Callable[..., DriveProcess]]:
     """start_drive(key=value…): a running sextant-ecu whose timeouts no machine that stands still reaches."""
     with ExitStack() as stack:
 
         def start(*settings: str, load: tuple[str, ...] = LOAD) -> DriveProcess:
-            return stack.enter_context(DriveProcess(bus_address, domain, tmp_path, (*WIDE, *load, *settings)))
+            words = ("--fault-socket", fault_socket(tmp_path))
+            return stack.enter_context(DriveProcess(bus_address, domain, tmp_path, (*WIDE, *load, *settings), words))
 
         yield start
 
@@ -63,5 +69,5 @@ def start_drive(domain: int, bus_address: str, tmp_path: Path) -> Iterator[Calla
 def dashboard(domain: int, bus_address: str, tmp_path: Path) -> Iterator[DashboardProcess]:
     """A dashboard whose pages may command with TOKEN, and keep the command on a machine that stands still."""
     arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--demand-timeout", "30")
-    with DashboardProcess(domain, tmp_path, *arguments) as process:
+    with DashboardProcess(domain, tmp_path, *arguments, "--fault-socket", fault_socket(tmp_path)) as process:
         yield process

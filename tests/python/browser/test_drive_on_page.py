@@ -180,6 +180,33 @@ def test_without_the_token_no_command_is_accepted(
     assert record.counted_commands()[0] == 0
 
 
+def test_a_fault_from_the_page_trips_the_drive_and_the_page_takes_it_back(
+    start_drive: Callable[..., DriveProcess], dashboard: DashboardProcess, open_page: Callable[..., Page]
+) -> None:
+    start_drive()
+    page = open_page(dashboard.address)
+    page.wait_for_selector("#take:not([disabled])")
+    assert page.is_hidden("#plant-faults")
+    enable(page)
+    set_torque(page, TORQUE_NM)
+    wait_for_torque(page, TORQUE_NM, WITHIN_NM)
+    page.click("#plant-faults summary")
+    page.fill('#plant-faults label:has-text("jump_rad_s") input', "100")
+    page.click('#plant-faults [data-kind="speed_jump"]')
+    wait_for_state(page, "FAULT")
+    assert page.inner_text("#plant-faults .say") == "The plant has: speed jump."
+    page.fill('#plant-faults label:has-text("at_s") input', "-1")
+    page.click('#plant-faults [data-kind="open_phase"]')
+    wait_for(lambda: "plant.faults.at_s" in page.inner_text("#plant-faults .say"), "the refusal", page)
+    page.click('#plant-faults [data-kind="none"]')
+    wait_for(lambda: page.inner_text("#plant-faults .say") == "No fault from now on.", "the end of the fault", page)
+    page.click("#reset:not([disabled])")
+    page.click("#enable:not([disabled])")
+    wait_for_state(page, "TORQUE")
+    page.click("#release")
+    wait_for(lambda: page.is_hidden("#plant-faults"), "no faults from a page that does not command", page)
+
+
 def test_a_second_page_sees_who_commands(
     start_drive: Callable[..., DriveProcess], dashboard: DashboardProcess, open_page: Callable[..., Page]
 ) -> None:

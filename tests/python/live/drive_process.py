@@ -21,10 +21,21 @@ LEAVE_S = 60.0
 class DriveProcess(ProgramProcess):
     """One drive on a bus and in a DDS domain."""
 
-    def __init__(self, address: str, domain: int, folder: Path, settings: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        address: str,
+        domain: int,
+        folder: Path,
+        settings: tuple[str, ...] = (),
+        words: tuple[str | Path, ...] = (),
+    ) -> None:
         own = (f"dds.domain={domain}", f"dds.statistics_rate_hz={STATISTICS_HZ}")
         super().__init__(
-            [program("sextant-ecu"), ROOT / "configs" / "ecu.toml", "--can", address, *overrides((*own, *settings))],
+            [
+                *(program("sextant-ecu"), ROOT / "configs" / "ecu.toml", "--can", address),
+                *overrides((*own, *settings)),
+                *words,
+            ],
             folder / f"sextant-ecu.{time.monotonic_ns()}.stderr",
             stdout=subprocess.DEVNULL,
         )

@@ -20,7 +20,9 @@ function rows(list, entries) {
 }
 
 export class HealthView {
-  constructor() {
+  // rejections: what counts rejected command frames, and the cause of each.
+  constructor(rejections) {
+    this.rejections = Object.entries(rejections);
     this.counts = element("dl", { class: "values" });
     this.table = element("table", { class: "latency" });
     this.rights = element("p", { class: "quiet" });
@@ -75,6 +77,9 @@ export class HealthView {
       ["periods dropped by the drive", count(statistics?.telemetry_dropped), statistics?.telemetry_dropped > 0],
       ["commands accepted", count(statistics?.commands_received)],
       ["commands rejected", count(statistics?.commands_rejected)],
+      ...this.rejections
+        .filter(([name]) => statistics?.[name])
+        .map(([name, text]) => [`– ${text}`, count(statistics[name])]),
     ]);
   }
 }

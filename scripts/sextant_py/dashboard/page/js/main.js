@@ -3,6 +3,7 @@
 import { CommandPanel } from "./command.js";
 import { CursorPanel } from "./cursors.js";
 import { EventList } from "./events.js";
+import { FaultPanel } from "./faults.js";
 import { element, number, quantity, setText } from "./format.js";
 import { HealthView } from "./health.js";
 import { History } from "./history.js";
@@ -32,7 +33,7 @@ class Dashboard {
     this.view = new View(() => this.touch());
     this.link = new Link({
       opened: () => this.opened(),
-      closed: () => this.command.lost(),
+      closed: () => this.disconnected(),
       message: (message) => this.take(message),
       frame: (frame) => this.takeFrame(frame),
       capture: (capture) => this.scope.takeCapture(capture),
@@ -40,6 +41,7 @@ class Dashboard {
     this.tabs = new DriveTabs(byId("drives"), (drive) => this.watch(drive));
     this.notices = new Notices(byId("notices"));
     this.command = new CommandPanel(this.link);
+    this.faults = new FaultPanel(this.link);
     this.plane = new Plane(byId("plane"));
     this.toolbar = connectToolbar(this.view, () => this.history);
     startTheme(byId("theme"), () => this.rebuild());
@@ -64,6 +66,16 @@ class Dashboard {
     this.scope?.reconnect();
   }
 
+  disconnected() {
+    this.command.lost();
+    this.faults.show(false);
+  }
+
+  takeStanding(standing) {
+    this.command.update(standing);
+    this.faults.show(Boolean(standing.is_mine && standing.takes_faults));
+  }
+
   watch(drive) {
     if (this.recorder?.isOn && this.recorder.drive !== drive) this.recorder.save();
     this.histories.get(drive)?.clear(); // the server sends what there is of it
@@ -76,8 +88,10 @@ class Dashboard {
     const takers = {
       hello: () => this.greet(message),
       status: () => this.takeStatus(message),
-      command: () => this.command.update(message),
+      command: () => this.takeStanding(message),
       refused: () => this.command.refuse(message.text),
+      faults: () => this.faults.describe(message.keys),
+      fault_reply: () => this.faults.takeReply(message),
       scope: () => this.scope.takeReport(message),
       scope_refused: () => this.scope.refuse(message.text),
       locus: () => this.scope.takeLocus(message),
@@ -93,7 +107,7 @@ class Dashboard {
     setText(byId("where"), `DDS domain ${hello.domain}`);
     if (!isFirst) return;
     this.state = new StateView(hello.faults);
-    this.health = new HealthView();
+    this.health = new HealthView(hello.rejections);
     this.events = new EventList(byId("events"));
     this.panels = hello.panels.map((description) => new Panel(description, this.view, "time"));
     byId("plots").append(...this.panels.map((panel) => panel.node));

@@ -1,13 +1,12 @@
-#include "mil/run_reports.hpp"
+#include "reports/run_reports.hpp"
 
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
-#include "mil/summary_markdown.hpp"
+#include "reports/summary_markdown.hpp"
 #include "sextant/files/resolved_path.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 namespace {
 
 void make_directory_of(const std::filesystem::path& file) {
@@ -18,16 +17,17 @@ void make_directory_of(const std::filesystem::path& file) {
 
 }  // namespace
 
-RunReports::RunReports(const std::filesystem::path& junit, std::filesystem::path markdown,
-                       const std::vector<std::string>& scenarios)
-    : markdown_{std::move(markdown)} {
+RunReports::RunReports(const ReportOptions& files, const std::vector<std::string>& scenarios,
+                       const std::string& program)
+    : markdown_{files.summary_markdown} {
+  const std::filesystem::path& junit = files.junit;
   if (!junit.empty() && !markdown_.empty() && resolved_path(junit) == resolved_path(markdown_)) {
     throw std::runtime_error{junit.string() +
                              ": --junit and --summary-markdown name the same file: name two files"};
   }
   make_directory_of(junit);
   make_directory_of(markdown_);
-  if (!junit.empty()) junit_.emplace(junit, scenarios);
+  if (!junit.empty()) junit_.emplace(junit, scenarios, program);
   if (!markdown_.empty()) append_markdown(markdown_, "");
 }
 
@@ -41,4 +41,4 @@ void RunReports::add_error(const std::string& scenario, const std::string& reaso
   if (!markdown_.empty()) append_markdown(markdown_, error_markdown(scenario, reason));
 }
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -1,4 +1,4 @@
-#include "mil/result_directory.hpp"
+#include "reports/result_directory.hpp"
 
 #include <cstdio>
 #include <ctime>
@@ -12,7 +12,7 @@
 #include "sextant/sim/summary.hpp"
 #include "sextant/sim/trace_recorder.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 namespace {
 
 namespace fs = std::filesystem;
@@ -62,4 +62,4 @@ void ResultDirectory::clear(const std::string& program) const {
   fs::remove(trace());
 }
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

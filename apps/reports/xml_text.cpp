@@ -1,10 +1,10 @@
-#include "mil/xml_text.hpp"
+#include "reports/xml_text.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cstddef>
 
-namespace sextant::mil {
+namespace sextant::reports {
 namespace {
 
 /// The character at the beginning of a text.
@@ -49,4 +49,4 @@ std::string xml_text(std::string_view text) {
   return valid;
 }
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace sextant::mil {
+namespace sextant::reports {
 
 /// The directory of one run's results, `trace.h5` and `summary.json`.
 class ResultDirectory {
@@ -23,4 +23,4 @@ class ResultDirectory {
   std::filesystem::path directory_;
 };
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -1,4 +1,4 @@
-#include "mil/junit_file.hpp"
+#include "reports/junit_file.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 #include <fmt/format.h>
 
-#include "mil/junit_suite.hpp"
+#include "reports/junit_suite.hpp"
 #include "sextant/files/replace_file.hpp"
 #include "sextant/sim/summary_text.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 namespace {
 
 namespace fs = std::filesystem;
@@ -91,10 +91,11 @@ int sum(pugi::xml_node root, const char* name) {
 
 }  // namespace
 
-JUnitFile::JUnitFile(fs::path file, const std::vector<std::string>& scenarios) : file_{std::move(file)} {
+JUnitFile::JUnitFile(fs::path file, const std::vector<std::string>& scenarios, const std::string& program)
+    : file_{std::move(file)} {
   refuse_other_content(file_);
   pugi::xml_node root = document_.append_child("testsuites");
-  append_attribute(root, "name", "sextant-mil");
+  append_attribute(root, "name", program);
   for (const char* count : junit_counts) root.append_attribute(count) = 0;
   append_attribute(root, "time", junit_seconds(0));
   for (const std::string& scenario : scenarios) {
@@ -137,4 +138,4 @@ void JUnitFile::write() {
   replace_file(file_, text.str(), "the JUnit file");
 }
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -5,18 +5,19 @@
 #include <string>
 #include <vector>
 
-#include "mil/junit_file.hpp"
+#include "reports/junit_file.hpp"
+#include "reports/report_options.hpp"
 #include "sextant/sim/summary.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 
 /// The files for continuous integration that were asked for.
 class RunReports {
  public:
   /// An empty path is no file; the directory of one is made. Both are tried at once: throws
   /// std::runtime_error with file and reason where one cannot be written, and where both are the same file.
-  RunReports(const std::filesystem::path& junit, std::filesystem::path markdown,
-             const std::vector<std::string>& scenarios);
+  RunReports(const ReportOptions& files, const std::vector<std::string>& scenarios,
+             const std::string& program);
 
   /// Adds the run of the next scenario to each file.
   void add(const RunSummary& summary);
@@ -29,4 +30,4 @@ class RunReports {
   std::filesystem::path markdown_;
 };
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -8,7 +8,7 @@
 
 #include "sextant/sim/summary.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 
 /// A JUnit file of runs: a test suite for each scenario, with a test case for the verdict, for an expected
 /// fault, and for each limit. A limit that does not hold is a failure, a run that could not be evaluated
@@ -16,9 +16,11 @@ namespace sextant::mil {
 /// run is skipped.
 class JUnitFile {
  public:
-  /// Writes a file in which no scenario has run, in place of an older one. Throws std::runtime_error with
-  /// file and reason where it cannot be written, or where a file stands that is neither empty nor JUnit.
-  JUnitFile(std::filesystem::path file, const std::vector<std::string>& scenarios);
+  /// Writes a file of the program in which no scenario has run, in place of an older one. Throws
+  /// std::runtime_error with file and reason where it cannot be written, or where a file stands that is
+  /// neither empty nor JUnit.
+  JUnitFile(std::filesystem::path file, const std::vector<std::string>& scenarios,
+            const std::string& program);
 
   /// The run of the next scenario: fills its suite and writes the file anew. Throws std::runtime_error with
   /// file and reason.
@@ -37,4 +39,4 @@ class JUnitFile {
   double time_s_{0};     ///< of the runs so far, in wall time [s]
 };
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

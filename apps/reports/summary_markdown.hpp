@@ -5,7 +5,7 @@
 
 #include "sextant/sim/summary.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 
 /// The run as Markdown, as GitHub shows it: a heading with the verdict, why it did not pass, and a table of
 /// the limits; the metrics without a limit are folded away.
@@ -17,4 +17,4 @@ namespace sextant::mil {
 /// Appends a text to a file. Throws std::runtime_error with file and reason.
 void append_markdown(const std::filesystem::path& file, const std::string& text);
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -1,12 +1,12 @@
-#include "mil/junit_suite.hpp"
+#include "reports/junit_suite.hpp"
 
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "mil/xml_text.hpp"
+#include "reports/xml_text.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 
 std::string junit_seconds(double time_s) {
   return fmt::format("{:.6f}", std::isfinite(time_s) ? time_s : 0.0);
@@ -65,4 +65,4 @@ void JUnitSuite::count(const char* name) {
   attribute = attribute.as_int() + 1;
 }
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -1,4 +1,4 @@
-#include "mil/summary_markdown.hpp"
+#include "reports/summary_markdown.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -12,7 +12,7 @@
 
 #include "sextant/sim/summary_text.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 namespace {
 
 /// A text that is shown as it is: neither markup nor a new cell.
@@ -101,4 +101,4 @@ void append_markdown(const std::filesystem::path& file, const std::string& text)
   if (!out) fail(file);
 }
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

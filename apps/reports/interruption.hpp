@@ -5,7 +5,7 @@
 
 #include "sextant/sim/verdict.hpp"
 
-namespace sextant::mil {
+namespace sextant::reports {
 
 /// The first SIGINT or SIGTERM ends a run in order; the next one of either ends the program at once.
 class Interruption {
@@ -38,4 +38,4 @@ class Interruption {
   static inline volatile std::sig_atomic_t caught = 0;
 };
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -5,7 +5,7 @@
 
 #include <pugixml.hpp>
 
-namespace sextant::mil {
+namespace sextant::reports {
 
 /// Attributes with counts of test cases, of a suite and of a file.
 inline constexpr std::array junit_counts{"tests", "failures", "errors", "skipped"};
@@ -39,4 +39,4 @@ class JUnitSuite {
   pugi::xml_node properties_;
 };
 
-}  // namespace sextant::mil
+}  // namespace sextant::reports

@@ -1,0 +1,82 @@
+#include "reports/reported_run.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "common/build_commit.hpp"
+#include "reports/result_directory.hpp"
+#include "sextant/sim/summary_text.hpp"
+
+namespace sextant::reports {
+namespace {
+
+/// A further problem of a run, in a sentence; empty without one.
+std::string problem_of(const MilResult& result, const SimulatedPowerStageParameters& plant) {
+  if (!result.events_ended) {
+    return fmt::format(
+        "the events do not end at {:.6f} s; a longer event_exact.minimum_dwell_ns bounds them, "
+        "event_exact.max_events allows more",
+        result.metrics[Metric::simulated]);
+  }
+  if (!result.plant_reachable) {
+    return "the plant's stator flux left what the DC link can feed, or a link with capacitance fell below "
+           "zero: choose smaller steps or tolerances in [plant], another plant.integrator, or a source of "
+           "[plant.link] that delivers the power";
+  }
+  if (result.plant_healthy) return {};
+  const bool may_be_stiff = plant.link.acts() || plant.driveline.acts();
+  return std::string{"the integrator of the plant failed; the run ends there"} +
+         (may_be_stiff ? ": where [plant.link] or [plant.driveline] move much faster than the machine, "
+                         "plant.cvode.method = \"bdf\" follows them"
+                       : "");
+}
+
+/// Prints on standard error why a run did not pass, where the table does not show it.
+void print_reason(const std::string& program, const RunSummary& summary) {
+  std::istringstream lines{reason_text(summary)};
+  for (std::string line; std::getline(lines, line);)
+    std::fprintf(stderr, "%s: %s: %s\n", program.c_str(), summary.scenario.c_str(), line.c_str());
+}
+
+}  // namespace
+
+RunSummary ReportedRun::summary() const {
+  std::optional<ResultDirectory> directory;
+  if (!out.empty()) directory.emplace(out, program);
+  std::optional<TraceRecorder> recorder;
+  // The summary's reason has the error of the trace.
+  if (directory && trace)
+    recorder.emplace(directory->trace(), scenario.trace, *trace, [](const std::string&) {});
+
+  const MilResult result = simulate(recorder ? &*recorder : nullptr);
+  if (recorder) recorder->close();
+
+  RunSummary summary = summarise(scenario, result);
+  summary.trace_error = recorder ? recorder->error() : "";
+  summary.expectations_required = is_expectation_required;
+  summary.problem = problem_of(result, plant);
+  summary.configuration = configuration;
+  summary.version = SEXTANT_VERSION;
+  summary.commit = build_commit;
+  if (directory) write_summary(summary, directory->summary());
+  print_summary(summary, stdout);
+  print_reason(program, summary);
+  return summary;
+}
+
+Verdict ReportedRun::run(RunReports& reports) const {
+  std::optional<RunSummary> done;
+  try {
+    done = summary();
+  } catch (const std::exception& problem) {
+    reports.add_error(scenario.name, problem.what());
+    throw;
+  }
+  reports.add(*done);
+  return done->verdict();
+}
+
+}  // namespace sextant::reports

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "reports/run_reports.hpp"
+#include "sextant/sim/mil_runner.hpp"
+#include "sextant/sim/scenario.hpp"
+#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/sim/summary.hpp"
+#include "sextant/sim/trace_recorder.hpp"
+
+namespace sextant::reports {
+
+/// A run of a scenario whose result is kept, printed and reported, whichever program makes it.
+struct ReportedRun {
+  /// The run; `trace` is null where none is kept.
+  using Simulate = std::function<MilResult(TraceRecorder* trace)>;
+
+  std::string program;                  ///< its name, for messages
+  const Scenario& scenario;             ///< not owned
+  SimulatedPowerStageParameters plant;  ///< of the run
+  std::string configuration;            ///< in force, as JSON; empty where there is none
+  std::filesystem::path out;            ///< directory of its result; empty: none is kept
+  std::optional<TraceOrigin> trace{};   ///< empty: the result has no trace
+  bool is_expectation_required{false};  ///< a run of which nothing is expected is a failure
+  Simulate simulate;
+
+  /// Runs, writes the result, prints the table and adds to the reports; one that throws adds its sentence to
+  /// them, and throws on.
+  [[nodiscard]] Verdict run(RunReports& reports) const;
+
+ private:
+  [[nodiscard]] RunSummary summary() const;
+};
+
+}  // namespace sextant::reports
