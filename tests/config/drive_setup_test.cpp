@@ -116,10 +116,12 @@ DriveConfig shipped(const std::string& name) {
 TEST(DriveSetup, MakesTheDrivesOfTheShippedFiles) {
   DriveSetup<> setup = shipped_setup(25'000, 0.5);
   setup.torque_monitor.limit = 10;
+  auto direct_torque = shipped_direct_torque(setup);
+  direct_torque.torque_trim.time_constant = 0.01;
   for (const char* name : {"ecu.toml", "ecu_foc.toml"}) {
     SCOPED_TRACE(name);
     expect_the_drive_of(shipped(name), setup);
-    expect_the_methods_of(shipped(name), resolved(setup).control, shipped_direct_torque(setup));
+    expect_the_methods_of(shipped(name), resolved(setup).control, direct_torque);
   }
   {
     SCOPED_TRACE("ecu_hard.toml");

@@ -111,8 +111,9 @@ TEST(MachinesRun, AGeneratorOfLargeSlipHasTheFluxOfItsTorqueAtTwiceBaseSpeed) {
       EXPECT_NEAR(result.metrics[Metric::torque_bias], 0.0, 0.03 * torque);
       const double psi = result.metrics[Metric::flux_mean];
       EXPECT_GT(psi, 1.1 * turned);
-      const double largest = machine.u_dc / std::numbers::sqrt3;
-      EXPECT_NEAR(regenerating_voltage(machine, psi, torque, omega_m), largest, 0.01 * largest);
+      // But for the ripple of the flux.
+      EXPECT_LT(regenerating_voltage(machine, psi, torque, omega_m),
+                1.01 * machine.u_dc / std::numbers::sqrt3);
     }
   }
 }
