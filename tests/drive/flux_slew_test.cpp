@@ -49,21 +49,11 @@ TYPED_TEST(FluxSlewOf, ReportsThatItIsOnItsWayAndIsSetAtOnce) {
   EXPECT_EQ(this->slew.step(T(0.5), this->held, this->dt), T(0.5));
 }
 
-TYPED_TEST(FluxSlewOf, FallsAtOnceToWhatTheLinkHoldsAndSlowlyFromThere) {
+TYPED_TEST(FluxSlewOf, FallsAtOnceToWhatTheLinkHoldsAndRisesFromThere) {
   using T = TypeParam;
-  EXPECT_EQ(this->slew.step(T(0.5), T(0.7), this->dt), T(0.7));
+  EXPECT_EQ(this->slew.step(T(1), T(0.7), this->dt), T(0.7));
   EXPECT_TRUE(this->slew.is_slewing());
-  const T fall = T(0.7) - this->slew.step(T(0.5), this->held, this->dt);
-  EXPECT_GT(fall, T(0));
-  EXPECT_LT(fall, T(0.01));
-}
-
-// A generator's flux turns slower than its rotor, with which the link may hold less.
-TYPED_TEST(FluxSlewOf, HasWhatItsTargetNeedsAboveWhatTheLinkHolds) {
-  using T = TypeParam;
-  EXPECT_EQ(this->slew.step(T(0.8), T(0.6), this->dt), T(0.8));
-  EXPECT_EQ(this->slew.step(T(0.8), T(0.6), this->dt), T(0.8));
-  const T rise = this->slew.step(T(1), T(0.6), this->dt) - T(0.8);
+  const T rise = this->slew.step(T(1), this->held, this->dt) - T(0.7);
   EXPECT_GT(rise, T(0));
   EXPECT_LT(rise, T(0.01));
 }

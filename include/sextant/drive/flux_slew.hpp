@@ -12,18 +12,16 @@ namespace sextant {
 /// while the flux rises. Within ten of these time constants for the whole reference that is a tenth of the
 /// current with which the whole flux would arise at once. Falling flux relieves current and voltage, and may
 /// fall five times as fast, so that it makes room for a torque step. What the link cannot hold it leaves at
-/// once on its way down. A steady state may need more than the link turns with the rotor: a generator's flux
-/// turns slower than its rotor, and the drop in the stator resistance adds to the link's voltage.
+/// once.
 template <class T = double>
 class FluxSlew {
  public:
   constexpr explicit FluxSlew(const InductionMachineParameters<T>& m) noexcept
       : rise_{m.l_s() / (T(10) * m.sigma_l_s() * m.tau_r())}, fall_{T(5) * rise_} {}
 
-  /// One period of dt [s]: the share of the flux reference on its way to `target`, of what is above that at
-  /// most `held`. [-]
+  /// One period of dt [s]: the share of the flux reference on its way to `target`, at most `held`. [-]
   constexpr T step(T target, T held, T dt) noexcept {
-    share_ = std::clamp(target, std::min(held, share_ - fall_ * dt), share_ + rise_ * dt);
+    share_ = std::min(held, std::clamp(target, share_ - fall_ * dt, share_ + rise_ * dt));
     slewing_ = std::abs(target - share_) > T(0.02);
     return share_;
   }

@@ -19,8 +19,7 @@ namespace sextant {
 /// room beside that of the torque. With a = |ψ_s − σL_s i_s| = k_r ψ_r and s = σL_s the least flux within it
 /// is
 ///   ψ_min² = (a − s √(I² − i_q²))² + (s i_q)²,   i_q = τ_e/(3/2 p a)
-/// A motoring steady state of `TorqueCapability` has less than ψ_max, a regenerating one may have more, so
-/// that this is a limit of a falling reference alone (`FluxSlew`).
+/// A motoring steady state of `TorqueCapability` has less than ψ_max.
 template <class T = double>
 class HeldFlux {
  public:
