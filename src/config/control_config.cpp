@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "sextant/drive/resolved.hpp"
 
@@ -82,7 +83,9 @@ void describe_control(Section s, DriveConfig& c) {
     method->describe_table(table, c.control);
     table.optional([&c, name = method->name()] { return c.controller == name; });
   }
-  describe_other_machine(s.section("machine_estimate"), c.machine_estimate, c.machine, "that of [machine]");
+  Section estimate = s.section("machine_estimate");
+  describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]");
+  describe_parameters(estimate.section("saturation"), c.setup.basis.saturation);
 }
 
 }  // namespace sextant

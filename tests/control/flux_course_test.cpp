@@ -20,15 +20,15 @@ InductionMachineParameters<T> nominal() {
 /// Magnetising by 23 A to 1.03 Wb, in some 70 ms, of a machine that differs from the nominal one by factors,
 /// with φ read with noise of that deviation [Wb] and the voltage along it off by `voltage` [V], of which the
 /// course knows the deviation `voltage_error` [V]; `saturation`: share of the magnetising current that it
-/// makes at a stator flux of 1.1 Wb.
+/// makes at a stator flux of 1.1 Wb, and whether the course knows it.
 template <class T>
 typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed,
-                                          double voltage = 0, double voltage_error = 0,
-                                          double saturation = 0) {
+                                          double voltage = 0, double voltage_error = 0, double saturation = 0,
+                                          bool knows_saturation = false) {
   const InductionMachineParameters<double> m = nominal<double>();
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();
-  FluxCourse<T> course{nominal<T>(), T(correlation), T(voltage_error), T(1.1)};
+  FluxCourse<T> course{nominal<T>(), T(correlation), T(voltage_error), T(1.1), knows_saturation};
   std::mt19937 generator{seed};
   std::normal_distribution<double> normal;
   const double current = 23;
@@ -41,7 +41,8 @@ typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, do
     const double slope = (a * current - decay * phi) / (1 + 0.5 * decay * period);
     phi += period * slope;
     error = keep * error + std::sqrt(1 - keep * keep) * noise * normal(generator);
-    course.add(T(r_s * m.r_s * current + voltage + slope), T(current), T(phi + error), T(period));
+    const double added = knows_saturation ? (decay - b) * phi / a : 0;
+    course.add(T(r_s * m.r_s * current + voltage + slope), T(current), T(added), T(phi + error), T(period));
   }
   return course.solve();
 }
@@ -96,6 +97,22 @@ TYPED_TEST(FluxCourseOf, SaturationIsNotTakenForAParameter) {
   }
 }
 
+// Of iron whose curve is known the course tells as much as of iron that does not saturate, of other machines
+// too.
+TYPED_TEST(FluxCourseOf, KnownSaturationLeavesTheMachineToBeFound) {
+  using T = TypeParam;
+  const auto m = nominal<double>();
+  for (const double r_r : {0.6, 1.5}) {
+    for (const double l_r : {0.8, 1.2}) {
+      SCOPED_TRACE(testing::Message() << r_r << ' ' << l_r);
+      const auto found = identified<T>(1.2, r_r, l_r, 0, 0, 0, 0, 0.5, true);
+      EXPECT_NEAR(double(found.r_s) / m.r_s, 1.2, 0.01);
+      EXPECT_NEAR(double(found.r_r) / m.r_r, r_r, 0.03);
+      EXPECT_NEAR(double(found.l_m) + m.l_lr, l_r * m.l_r(), 0.04 * m.l_r());
+    }
+  }
+}
+
 // What is configured has a deviation of 25 % in R_r and of 15 % in L_r: noise adds none to them.
 TYPED_TEST(FluxCourseOf, NoiseLeavesNoLargerErrorThanTheConfigurationHas) {
   using T = TypeParam;
@@ -116,8 +133,8 @@ TYPED_TEST(FluxCourseOf, NoiseLeavesNoLargerErrorThanTheConfigurationHas) {
 
 TYPED_TEST(FluxCourseOf, ACourseOfOnePeriodLeavesTheConfiguration) {
   using T = TypeParam;
-  FluxCourse<T> course{nominal<T>(), T(correlation), T(0), T(1.1)};
-  course.add(T(0), T(0), T(1), T(period));
+  FluxCourse<T> course{nominal<T>(), T(correlation), T(0), T(1.1), false};
+  course.add(T(0), T(0), T(0), T(1), T(period));
   const auto found = course.solve();
   const auto m = nominal<T>();
   EXPECT_EQ(found.r_s, m.r_s);

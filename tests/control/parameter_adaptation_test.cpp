@@ -53,7 +53,9 @@ class TwoModels {
             .rates = {.follow = T(rate), .by_frequency = T(rate / omega_e), .leak = T(0)},
             .i_s = vector(i),
             .psi_r = vector(psi_r_),
-            .psi_s = vector(psi_v)};
+            .psi_s = vector(psi_v),
+            .present = test::converted<T>(believed),
+            .steepness = T(0)};
   }
 
   /// Both models take over what an update has found.
@@ -313,6 +315,7 @@ TYPED_TEST(ParameterAdaptationOf, WithoutFluxOrFrequencyNothingChanges) {
   typename ParameterAdaptation<T>::Evidence seen{};
   seen.excess = {T(0.1), T(0.1)};
   seen.i_s = {T(10), T(0)};
+  seen.present = m;
   for (const double flux : {0.0, 1e-20, 1.0}) {
     seen.psi_r = seen.psi_s = {T(flux), T(0)};
     seen.rates = flux < 1 ? Rates{T(10), T(10), T(0)} : Rates{T(0), T(0), T(10)};
