@@ -42,6 +42,10 @@ void describe_other_machine(Section s, MachineConfig& other, const MachineConfig
 
 /// What every control method shares, and the table of each.
 void describe_control(Section s, DriveConfig& c) {
+  s.section("machine_estimate").section("saturation").check_basis("", [&c]() -> std::string {
+    const char* const problem = c.setup.basis.saturation.validate();
+    return problem != nullptr ? problem : "";
+  });
   std::vector<std::string> names;
   std::string meaning = "control method";
   for (const auto& method : c.methods) {
@@ -85,7 +89,8 @@ void describe_control(Section s, DriveConfig& c) {
   }
   Section estimate = s.section("machine_estimate");
   describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]");
-  describe_parameters(estimate.section("saturation"), c.setup.basis.saturation);
+  DescribedTable saturation{estimate.section("saturation")};
+  describe(saturation, c.setup.basis.saturation);
 }
 
 }  // namespace sextant

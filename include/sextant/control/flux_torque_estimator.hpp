@@ -233,7 +233,8 @@ class FluxTorqueEstimator {
                          T(0.5) * dot(middle, linear_before + linear_),
                          k_r * magnitude(current_model_.psi_r()), omega_r, p.dt);
     current_model_.set(product(identification_.turn(p.dt), current_model_.psi_r()));
-    psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * linear_;
+    const T main_flux = (present_.k_r() / k_r) * identification_.flux();
+    psi_s_ = main_flux * direction(current_model_.psi_r()) + present_.sigma_l_s() * i_s_;
   }
 
   /// Magnetising has ended, at this current [A]: its flux and what it identified are where the models start.
@@ -323,8 +324,7 @@ class FluxTorqueEstimator {
   /// one that makes the rotor flux. [A]
   [[nodiscard]] SpaceVector<T> linear_current(SpaceVector<T> i_s) const noexcept {
     if (!saturation_.acts()) return i_s;
-    const T psi_s = present_flux();
-    return i_s - (psi_s * saturation_.added({psi_s, T(0)})) * direction(current_model_.psi_s(i_s));
+    return i_s - saturation_.added({present_flux(), T(0)}) * current_model_.psi_s(i_s);
   }
 
   static constexpr T aging_time = T(0.1);  ///< in which the windings keep their temperature [s]
