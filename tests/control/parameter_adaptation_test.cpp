@@ -328,8 +328,8 @@ TYPED_TEST(ParameterAdaptationOf, WithoutFluxOrFrequencyNothingChanges) {
   }
 }
 
-// Without slip the flux goes with L_m at a given current; where it saturates with the steepness κ a share δ of
-// L_m moves it by δ/(1 + κ), which is what the models are to take over.
+// Without slip the flux goes with L_m at a given current; where it saturates with the steepness κ a share δ
+// of L_m moves it by δ/(1 + κ), which is what the models are to take over.
 TYPED_TEST(ParameterAdaptationOf, ASteepCurveLetsTheInductanceMoveTheFluxLess) {
   using T = TypeParam;
   const auto m = test::converted<T>({});

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "saturating_machine.hpp"
+
 namespace sextant {
 namespace {
 
@@ -26,8 +28,6 @@ struct Errors {
   unsigned seed{};         ///< of the noise
   double voltage{};        ///< of the voltage [V]
   double voltage_error{};  ///< deviation of it that the course knows [V]
-  double saturation{};     ///< share of the magnetising current that it makes at 1.1 Wb [-]
-  bool knows_saturation{};
 };
 
 /// Magnetising from a dead machine, which differs from the nominal one by factors, by 22 A to a stator flux
@@ -37,8 +37,7 @@ Found identified(double duration, double r_s, double r_r, double l_r, const Erro
   const InductionMachineParameters<double> m;
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();
-  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(errors.voltage_error), T(1.1),
-                             errors.knows_saturation};
+  StandstillCourse<T> course{InductionMachineParameters<T>{}, T(errors.voltage_error), T(1.1), false};
   std::mt19937 generator{errors.seed};
   std::normal_distribution<double> normal;
   course.begin(T(0));
@@ -48,16 +47,13 @@ Found identified(double duration, double r_s, double r_r, double l_r, const Erro
   for (int k = 0; k < int(duration / period); ++k) {
     reached = reached || flux + 22.0 * m.sigma_l_s() >= 1.1;
     const double current = reached ? b / a * (1.1 - 22.0 * m.sigma_l_s()) : 22.0;
-    const double psi_s = flux + m.sigma_l_s() * current;
-    const double decay = b * (1 + errors.saturation * (std::pow(psi_s / 1.1, 7) - 1));
-    const double final_flux = a * current / decay;
-    const double next = final_flux + (flux - final_flux) * std::exp(-decay * period);
+    const double final_flux = a * current / b;
+    const double next = final_flux + (flux - final_flux) * std::exp(-b * period);
     const double next_error = errors.noise * normal(generator);
     const double behind = r_s * m.r_s * current + (next + next_error - flux - error) / period;
-    const double added = errors.knows_saturation ? (decay - b) * 0.5 * (flux + next) / a : 0;
     flux = next;
     error = next_error;
-    course.add(T(behind + errors.voltage), T(current), T(added), T(period));
+    course.add(T(behind + errors.voltage), T(current), T(0), T(period));
   }
   const auto found = course.result();
   return {double(found.r_s) / (r_s * m.r_s), double(found.r_r) / (r_r * m.r_r),
@@ -93,7 +89,7 @@ TYPED_TEST(StandstillCourseOf, ItTellsAWrongResistanceWithinTheTimeOfAStart) {
   EXPECT_NEAR(stator.r_r, 1, 0.04);
   EXPECT_NEAR(stator.flux, 1, 0.05);
   const Found rotor = identified<TypeParam>(0.1, 1, 0.5, 1);
-  EXPECT_NEAR(rotor.r_s, 1, 0.06);
+  EXPECT_NEAR(rotor.r_s, 1, 0.08);
   EXPECT_NEAR(rotor.r_r, 1, 0.06);
   EXPECT_NEAR(rotor.flux, 1, 0.1);
 }
@@ -128,28 +124,54 @@ TYPED_TEST(StandstillCourseOf, AnErrorOfTheVoltageIsSharedByThePriors) {
   }
 }
 
-// A knee at 1.1 Wb: half of the magnetising current is the iron's there. Where that is not an unknown, the
-// flux that rises faster is taken for 31 % more R_r and as much less R_s.
+// Up to half of the magnetising current at 1.1 Wb is the iron's. Where the flux behind the leakage of the
+// unsaturated machine is taken for k_r ψ_r, R_r is 12 % too high.
 TYPED_TEST(StandstillCourseOf, SaturationIsNotTakenForAResistance) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> m;
   for (const double saturation : {0.25, 0.5}) {
     SCOPED_TRACE(saturation);
-    const Found found = identified<TypeParam>(0.1, 1, 1, 1, {.saturation = saturation});
-    EXPECT_NEAR(found.r_s, 1, 0.1);
-    EXPECT_NEAR(found.r_r, 1, 0.1);
-    EXPECT_NEAR(found.l_r, 1, 0.1);
-    EXPECT_NEAR(found.flux, 1, 0.1);
+    const double current = 22;
+    SaturatingMachine machine{saturation};
+    StandstillCourse<T> course{InductionMachineParameters<T>{}, T(0), T(1.1), false};
+    course.begin(T(0));
+    double behind = 0;
+    while (machine.psi_s() < 1.12) {
+      machine.advance(current, period);
+      const double flux = machine.psi_s() - m.sigma_l_s() * current;
+      course.add(T(m.r_s * current + (flux - behind) / period), T(current), T(0), T(period));
+      behind = flux;
+    }
+    const auto found = course.result();
+    EXPECT_NEAR(double(found.r_s) / m.r_s, 1, 0.04);
+    EXPECT_NEAR(double(found.r_r) / m.r_r, 1, 0.03);
+    EXPECT_NEAR(double(found.l_m) / m.l_m, 1, 0.03);
   }
 }
 
-// The same iron, whose curve is known, on other machines: the course is as clear as without saturation.
-TYPED_TEST(StandstillCourseOf, KnownSaturationLeavesTheMachineToBeFound) {
-  for (const double r_r : {0.7, 1.4}) {
-    SCOPED_TRACE(r_r);
-    const Found found = identified<TypeParam>(0.1, 1, r_r, 1, {.saturation = 0.5, .knows_saturation = true});
-    EXPECT_NEAR(found.r_s, 1, 0.06);
-    EXPECT_NEAR(found.r_r, 1, 0.06);
-    EXPECT_NEAR(found.l_r, 1, 0.06);
-    EXPECT_NEAR(found.flux, 1, 0.06);
+// The same iron, whose curve is known. The rotor's resistance as configured is wrong.
+TYPED_TEST(StandstillCourseOf, KnownSaturationLeavesAWrongMachineToBeFound) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> m;
+  for (const double believed : {0.7, 1.4}) {
+    SCOPED_TRACE(believed);
+    InductionMachineParameters<T> configured;
+    configured.r_r *= T(believed);
+    const double current = 22;
+    SaturatingMachine machine{0.5};
+    StandstillCourse<T> course{configured, T(0), T(1.1), true};
+    course.begin(T(0));
+    double before = 0;
+    while (machine.psi_s() < 1.12) {
+      machine.advance(current, period);
+      const double flux = machine.psi_s() - m.sigma_l_s() * (current - machine.added());
+      course.add(T(m.r_s * current + (flux - before) / period), T(current), T(machine.added()), T(period));
+      before = flux;
+    }
+    const auto found = course.result();
+    EXPECT_NEAR(double(found.r_s) / m.r_s, 1, 0.06);
+    EXPECT_NEAR(double(found.r_r) / m.r_r, 1, 0.06);
+    EXPECT_NEAR(double(found.l_m) / m.l_m, 1, 0.1);
   }
 }
 
