@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from . import identify_impedance, mil_program
+from . import identify_impedance, identify_saturated_tones, identify_saturation, mil_program
 from .errors import run
 from .identify_files import Results, report, told, write_files
 from .identify_fit import Setup, fit
@@ -50,8 +50,8 @@ Without torque, on a shaft that stands still, the drive leads a current along ph
   impedance   as sines of several frequencies above a direct current, which tell R_s, leakage inductance, rotor
               resistance and magnetising inductance
 On a shaft that is free to turn, and only if it is named, field-oriented control by what was found before leads
-  no_load     the shaft to a quarter of the base speed and lets it coast, which tells the magnetising inductance at the
-              whole flux, of iron that saturates too; needs impedance
+  no_load     the shaft to a quarter of the base speed and lets it coast, five times with rising flux, which tells the
+              magnetising inductance at the whole flux and how the iron saturates up to it; needs impedance
   inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions
 With --live this program starts sextant-ecu with the file, once for each of the first two, and commands it over CAN. A
 current flows from the enable on; Ctrl-C disables the drive, which turns the gates off, and so do its protections and a
@@ -162,7 +162,7 @@ def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespa
     plant, free = plants_of(file, mil, directory, options)
     results = at_standstill(plant, options)
     if NO_LOAD in options.only:
-        results = replace(results, no_load=magnetising_at_no_load(free, results))
+        results = with_no_load(results, magnetising_at_no_load(free, results))
     return replace(results, inertia=inertia_of_shaft(free, results)) if INERTIA in options.only else results
 
 
@@ -192,13 +192,23 @@ def at_standstill(plant: Plant, options: argparse.Namespace) -> Results:
     return Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
 
 
-def magnetising_at_no_load(plant: MilPlant, results: Results) -> NoLoad:
-    """The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux needs."""
+def magnetising_at_no_load(plant: MilPlant, results: Results) -> list[NoLoad]:
+    """At rising fluxes. The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux
+    needs."""
     course, speed = inertia_course(plant, plant.estimate.terminals, inertia_of(plant.configuration))
     known = {key: value for key, value in told(results).items() if not key.endswith(".l_m_h")}
-    found = measure_no_load(plant, known, course)
-    check_turning(abs(found.speed), speed)
-    return found
+    points = [measure_no_load(plant, known, course, share) for share in identify_saturation.SHARES]
+    check_turning(min(abs(point.speed) for point in points), speed)
+    return points
+
+
+def with_no_load(results: Results, points: list[NoLoad]) -> Results:
+    """The tones on the curve of the iron, where it saturates."""
+    whole, curve = points[-1], identify_saturation.fit(points)
+    levels = results.found
+    known = (levels.r_s_ohm, levels.r_s_sigma_ohm) if levels else None
+    saturated = identify_saturated_tones.fit(results.impedance, whole, curve, known) if curve else None
+    return replace(results, no_load=whole, saturation=curve, saturated=saturated)
 
 
 def inertia_of_shaft(plant: MilPlant, results: Results) -> Inertia:

@@ -9,6 +9,7 @@ from .identify_impedance import Impedance, sampled_impedance
 from .identify_inertia import Inertia
 from .identify_machine import InverseGamma
 from .identify_no_load import NoLoad
+from .identify_saturation import Saturation
 from .sweep_file import Settings
 
 
@@ -21,15 +22,17 @@ class Results:
     found: Found | None = None
     impedance: Impedance | None = None
     split: float = 1.0  # L_ls/L_lr of the drive's estimate
-    no_load: NoLoad | None = None
+    no_load: NoLoad | None = None  # at the whole flux
+    saturation: Saturation | None = None
+    saturated: Impedance | None = None  # by the tones on that curve
     inertia: Inertia | None = None
 
     @property
     def machine(self) -> InverseGamma | None:
-        """By the tones, with the magnetising inductance of the coasting shaft where it was measured."""
+        """By the tones; at the inductance of the coasting shaft where it was measured."""
         if not self.impedance:
             return None
-        machine = self.impedance.machine
+        machine = (self.saturated or self.impedance).machine
         return self.no_load.of(machine) if self.no_load else machine
 
 
@@ -61,14 +64,14 @@ def _resistance(results: Results) -> tuple[float, float] | None:
     """R_s and its standard deviation: of the levels, else of the sines. [ohm]"""
     if results.found:
         return results.found.r_s_ohm, results.found.r_s_sigma_ohm
-    if tones := results.impedance:
+    if tones := results.saturated or results.impedance:
         return tones.machine.r_s, tones.machine.r_s * tones.deviations.r_s
     return None
 
 
 def _machine_lines(results: Results) -> list[str]:
     """The machine's keys with standard deviations; resistances at the temperature of the measurement."""
-    tones, inertia = results.impedance, results.inertia
+    tones, inertia = results.saturated or results.impedance, results.inertia
     shaft = (
         [f"inertia_kg_m2 = {inertia.inertia:.5g}  # standard deviation {inertia.sigma:.2g} kg·m²"] if inertia else []
     )
@@ -92,6 +95,17 @@ def _machine_lines(results: Results) -> list[str]:
     ]
 
 
+def _saturation_lines(found: Saturation) -> list[str]:
+    return [
+        "",
+        f"# L_s at each flux is within {100 * found.rest:.2g} % of this curve.",
+        "[saturation]",
+        f"knee_wb = {found.knee_wb:.5g}  # standard deviation {found.knee_sigma_wb:.2g} Wb, with this exponent",
+        f"exponent = {found.exponent}",
+        f"machine_flux_wb = {found.machine_flux_wb:.5g}  # at which l_m_h holds",
+    ]
+
+
 def told(results: Results) -> Settings:
     """What the files tell a drive, as keys of its configuration."""
     settings: Settings = {}
@@ -105,6 +119,9 @@ def told(results: Results) -> Settings:
         machine = results.machine.t_circuit(results.split)
         values = {"r_r_ohm": machine.r_r, "l_ls_h": machine.l_ls, "l_lr_h": machine.l_lr, "l_m_h": machine.l_m}
         settings |= {f"control.machine_estimate.{key}": value for key, value in values.items()}
+    if curve := results.saturation:
+        values = {"knee_wb": curve.knee_wb, "exponent": curve.exponent, "machine_flux_wb": curve.machine_flux_wb}
+        settings |= {f"control.machine_estimate.saturation.{key}": value for key, value in values.items()}
     return settings
 
 
@@ -119,6 +136,8 @@ def write_files(directory: Path, file: Path, results: Results) -> list[Path]:
         written.append(inverter)
     machine = directory / "machine.toml"
     lines = [f'{head}Used by [control] machine_estimate = "machine.toml".', *_machine_lines(results)]
+    if results.saturation:
+        lines += _saturation_lines(results.saturation)
     machine.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return [*written, machine]
 
@@ -171,7 +190,19 @@ def _no_load_report(found: NoLoad, results: Results) -> list[str]:
         f"no load     {found.flux_wb:.4g} Wb at {found.current_a:.4g} A and {found.speed:.3g} rad/s",
         f"L_m         {1e3 * circuit.l_m:.5g} mH, {100 * found.sigma:.2g} %, at this flux"
         f"  (k_r L_m {1e3 * results.machine.l_magnetising:.5g} mH)",
+        _saturation_report(results.saturation),
+        f"R_r         {circuit.r_r:.5g} ohm, σL_s {1e3 * results.machine.leakage:.5g} mH, at this flux"
+        + (f", the tones within {100 * results.saturated.rest:.2g} %" if results.saturated else ""),
     ]
+
+
+def _saturation_report(found: Saturation | None) -> str:
+    if not found:
+        return "saturation  none that is certain, up to this flux"
+    return (
+        f"saturation  knee {found.knee_wb:.4g} Wb, standard deviation {found.knee_sigma_wb:.2g} Wb, exponent "
+        f"{found.exponent}, within {100 * found.rest:.2g} %"
+    )
 
 
 def _inertia_report(found: Inertia) -> list[str]:

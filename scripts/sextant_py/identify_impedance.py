@@ -48,6 +48,8 @@ class Tone:
     omega: float  # [rad/s]
     impedance: complex  # voltage by current, as sampled [ohm]
     scatter: float  # relative standard deviation of the mean, of each component
+    mean_current_a: float
+    amplitude_a: float
 
 
 @dataclass(frozen=True)
@@ -90,11 +92,14 @@ def sampled_impedance(machine: InverseGamma, omega: Iterable[float], timing: Tim
 def tones_of(blocks: list[Block], timing: Timing) -> list[Tone]:
     tones = []
     for cycle in dict.fromkeys(block.cycle for block in blocks):
-        ratios = np.array([one.voltage_v / one.current_a for one in blocks if one.cycle == cycle])
+        of_cycle = [block for block in blocks if block.cycle == cycle]
+        ratios = np.array([one.voltage_v / one.current_a for one in of_cycle])
         mean = complex(np.mean(ratios))
         away = (ratios - mean) / abs(mean)
         scatter = math.sqrt(float(np.sum(np.abs(away) ** 2)) / (2 * max(1, ratios.size - 1)) / ratios.size)
-        tones.append(Tone(2 * math.pi / (cycle * timing.period_s), mean, scatter))
+        direct = float(np.mean([one.mean_current_a for one in of_cycle]))
+        amplitude = float(np.mean([abs(one.current_a) for one in of_cycle]))
+        tones.append(Tone(2 * math.pi / (cycle * timing.period_s), mean, scatter, direct, amplitude))
     return tones
 
 

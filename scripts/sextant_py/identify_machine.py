@@ -50,6 +50,15 @@ class InverseGamma:
         l_m = l_s - split * l_lr
         return TCircuit(self.r_s, self.r_rotor * ((l_m + l_lr) / l_m) ** 2, split * l_lr, l_lr, l_m)
 
+    def with_stator_inductance(self, l_s: float) -> "InverseGamma":
+        """The machine whose iron saturates to another L_s = σL_s + L_M. In the Γ circuit, all leakage on the rotor's
+        side, main flux and L_s alone saturate: leakage L_σ = σL_s/k and rotor resistance R_R/k² stay, k = L_M/L_s. The
+        small-signal circuit about a direct flux has the slope of the curve in place of L_s."""
+        k = self.l_magnetising / (self.leakage + self.l_magnetising)
+        leakage, r_rotor = self.leakage / k, self.r_rotor / k**2
+        other = l_s / (l_s + leakage)
+        return InverseGamma(self.r_s, other * leakage, other**2 * r_rotor, other * l_s)
+
 
 def without_slope(total_ohm: float, slope_ohm: float) -> float:
     """R_s of what the terminals show."""

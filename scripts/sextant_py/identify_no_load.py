@@ -5,7 +5,7 @@ from the volt-seconds, and the measured current give L_s at that flux, however t
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,8 +31,8 @@ class NoLoad:
         return self.flux_wb / self.current_a
 
     def of(self, machine: InverseGamma) -> InverseGamma:
-        """The machine with L_M = L_s − σL_s at this flux."""
-        return replace(machine, l_magnetising=self.l_s - machine.leakage)
+        """The machine at this flux."""
+        return machine.with_stator_inductance(self.l_s)
 
 
 def fit(flux: np.ndarray, current: np.ndarray, speed: np.ndarray) -> NoLoad:

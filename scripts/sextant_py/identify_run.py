@@ -31,6 +31,8 @@ CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
 # are told that they do not know of the voltage.
 MOST_DEAD_TIME = 0.1
 DRIVE_LIMIT = 1.55  # by the current of the flux, that the drive's limit has at least
+SETTLES = 3  # time constants of the rotor until flux and current belong together
+FALLS = 18  # the same until the flux has fallen, which takes six of three
 LOWEST_SHARE = 0.2 * 0.95  # of the current limit, at the lowest level
 END = "end_s"  # of a level, to a row of the trace [s]
 ROW = 2e-3  # what the time of a row leaves open [s]
@@ -380,16 +382,29 @@ def measure_inertia(plant: MilPlant, told: Settings, course: Course) -> Inertia:
     return fit_inertia(time[within], speed[within], torque[within])
 
 
-def measure_no_load(plant: MilPlant, told: Settings, course: Course) -> NoLoad:
-    """The shaft coasts after the first part of the course, for as long as three time constants of the rotor by the
-    estimate take and 0.3 s more, which count."""
+def _flux_share(share: float) -> Settings:
+    """The drive without torque has this share of the flux reference, to which it falls with 3 τ_r; all limits are those
+    of the whole flux."""
+    if share == 1:
+        return {}
+    return {"drive.flux_optimum": "max_torque_per_ampere", "drive.flux_least_share": share}
+
+
+def measure_no_load(plant: MilPlant, told: Settings, course: Course, share: float = 1.0) -> NoLoad:
+    """At a share of the flux reference. The shaft coasts after the first part of the course, for as long as three time
+    constants of the rotor by the estimate take, those of the flux where it falls, and 0.3 s more, which count."""
     coasts = course.begin_s + course.part_s
-    counts = coasts + 3 * plant.estimate.terminals.tau_r
-    settings = told | {
-        "profile.torque_nm.points": [*course.points[:2], [round(coasts, 6), 0.0]],
-        "duration_s": round(counts + 0.3, 6),
-        "trace.interval_us": _interval(plant, 1e-3),
-    }
+    settles = SETTLES if share == 1 else SETTLES + FALLS
+    counts = coasts + settles * plant.estimate.terminals.tau_r
+    settings = (
+        told
+        | _flux_share(share)
+        | {
+            "profile.torque_nm.points": [*course.points[:2], [round(coasts, 6), 0.0]],
+            "duration_s": round(counts + 0.3, 6),
+            "trace.interval_us": _interval(plant, 1e-3),
+        }
+    )
     columns = ("flux_mean_wb", "current_mean_a", "speed_rad_s")
     time, *values = _shaft_run(plant, NO_LOAD, settings, columns)
     return fit_no_load(*(one[time >= counts] for one in values))

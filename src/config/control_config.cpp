@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "sextant/drive/resolved.hpp"
 
@@ -41,6 +42,10 @@ void describe_other_machine(Section s, MachineConfig& other, const MachineConfig
 
 /// What every control method shares, and the table of each.
 void describe_control(Section s, DriveConfig& c) {
+  s.section("machine_estimate").section("saturation").check_basis("", [&c]() -> std::string {
+    const char* const problem = c.setup.basis.saturation.validate();
+    return problem != nullptr ? problem : "";
+  });
   std::vector<std::string> names;
   std::string meaning = "control method";
   for (const auto& method : c.methods) {
@@ -82,7 +87,10 @@ void describe_control(Section s, DriveConfig& c) {
     method->describe_table(table, c.control);
     table.optional([&c, name = method->name()] { return c.controller == name; });
   }
-  describe_other_machine(s.section("machine_estimate"), c.machine_estimate, c.machine, "that of [machine]");
+  Section estimate = s.section("machine_estimate");
+  describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]");
+  DescribedTable saturation{estimate.section("saturation")};
+  describe(saturation, c.setup.basis.saturation);
 }
 
 }  // namespace sextant

@@ -17,6 +17,7 @@
 
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/minimum_pulse.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 #include "sextant/drive/capability_setup.hpp"
 #include "sextant/drive/command_setup.hpp"
 #include "sextant/drive/optimal_flux.hpp"
@@ -26,7 +27,6 @@
 #include "sextant/plant/dc_link_parameters.hpp"
 #include "sextant/plant/driveline_parameters.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
-#include "sextant/plant/saturation_parameters.hpp"
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"

@@ -33,6 +33,22 @@ TEST(SaturationConfig, GoesToThePlantAndNotToTheDrive) {
   EXPECT_FALSE(plant.machine().is_linear());
 }
 
+// The drive's own curve; its limits and its controller have the inductance of the flux reference.
+TEST(SaturationConfig, TheDriveIsToldOfItsOwn) {
+  EXPECT_FALSE(load_ecu_config(shipped_ecu).drive.control.saturation.acts());
+  const std::string table = "control.machine_estimate.saturation.";
+  const Settings settings{table + "knee_wb=1.1", table + "exponent=2", "control.flux_reference_wb=1.1"};
+  const DriveConfig told = load_ecu_config(shipped_ecu, settings).drive;
+  EXPECT_FALSE(told.plant.plant.saturation.acts());
+  EXPECT_EQ(told.control.saturation, (SaturationParameters<>{1.1, 2, 1.1}));
+  const double small = told.plant.plant.machine.l_m;
+  EXPECT_NEAR(told.control.machine.l_m, 0.5 * small, 1e-9);
+  EXPECT_EQ(told.drive.capability.machine.l_m, told.control.machine.l_m);
+  EXPECT_EQ(told.drive.torque_monitor.machine.l_m, told.control.machine.l_m);
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {table + "knee_wb=1", table + "machine_flux_wb=3"}),
+              HasSubstr("control.machine_estimate.saturation: the flux at which"));
+}
+
 TEST(SaturationConfig, AFluxFarAboveTheKneeIsRefused) {
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.saturation.knee_wb=1", "plant.saturation.exponent=2",
                                         "plant.saturation.machine_flux_wb=3.1"}),

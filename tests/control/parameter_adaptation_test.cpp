@@ -53,7 +53,9 @@ class TwoModels {
             .rates = {.follow = T(rate), .by_frequency = T(rate / omega_e), .leak = T(0)},
             .i_s = vector(i),
             .psi_r = vector(psi_r_),
-            .psi_s = vector(psi_v)};
+            .psi_s = vector(psi_v),
+            .present = test::converted<T>(believed),
+            .steepness = T(0)};
   }
 
   /// Both models take over what an update has found.
@@ -313,6 +315,7 @@ TYPED_TEST(ParameterAdaptationOf, WithoutFluxOrFrequencyNothingChanges) {
   typename ParameterAdaptation<T>::Evidence seen{};
   seen.excess = {T(0.1), T(0.1)};
   seen.i_s = {T(10), T(0)};
+  seen.present = m;
   for (const double flux : {0.0, 1e-20, 1.0}) {
     seen.psi_r = seen.psi_s = {T(flux), T(0)};
     seen.rates = flux < 1 ? Rates{T(10), T(10), T(0)} : Rates{T(0), T(0), T(10)};
@@ -322,6 +325,42 @@ TYPED_TEST(ParameterAdaptationOf, WithoutFluxOrFrequencyNothingChanges) {
     EXPECT_EQ(after.r_s, m.r_s);
     EXPECT_EQ(after.r_r, m.r_r);
     EXPECT_EQ(after.l_m, m.l_m);
+  }
+}
+
+// Without slip the flux goes with L_m at a given current; where it saturates with the steepness κ a share δ
+// of L_m moves it by δ/(1 + κ), which is what the models are to take over.
+TYPED_TEST(ParameterAdaptationOf, ASteepCurveLetsTheInductanceMoveTheFluxLess) {
+  using T = TypeParam;
+  const auto m = test::converted<T>({});
+  for (const double steepness : {0.0, 3.5}) {
+    ParameterAdaptation<T> adaptation{m, T(0)};
+    const auto count = [&adaptation] {
+      while (!adaptation.count(T(1.1e-3))) {
+      }
+    };
+    const SpaceVector<T> psi_r{T(1), T(0)};
+    const SpaceVector<T> i_s{T(1) / m.l_m, T(0)};
+    for (int k = 0; k < 2000; ++k) {
+      count();
+      adaptation.magnetise(m, i_s, psi_r, T(steepness));
+    }
+    adaptation.begin_identified();
+    const typename ParameterAdaptation<T>::Evidence seen{.excess = {T(0.1), T(0)},
+                                                         .rates = {T(40), T(0), T(0)},
+                                                         .i_s = i_s,
+                                                         .psi_r = psi_r,
+                                                         .psi_s = m.k_r() * psi_r + m.sigma_l_s() * i_s,
+                                                         .present = m,
+                                                         .steepness = T(steepness)};
+    auto after = m;
+    for (int k = 0; k < 20; ++k) {
+      count();
+      after = adaptation.update(m, seen);
+    }
+    const double share = double(after.l_m / m.l_m) - 1;
+    EXPECT_GT(share, 1e-4);
+    EXPECT_NEAR(double(adaptation.correction().psi_r.alpha) / share, 1 / (1 + steepness), 0.01);
   }
 }
 

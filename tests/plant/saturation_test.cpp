@@ -91,6 +91,39 @@ TEST(Saturation, TheMachinesInductancesHoldAtItsFlux) {
             dot(at, linear.stator_current(1.1 * at, psi_r)));
 }
 
+// At constant fluxes the curve is known by its chord and its slope.
+TEST(Saturation, TheChordIsTheMachineOfTheSameFluxes) {
+  const InductionMachineParameters<> m;
+  for (const Parameters& p : cases) {
+    const SaturationCurve<> curve{p, m.l_s()};
+    for (const double psi : {0.0, 0.2, 0.8, 1.1, 1.4}) {
+      SCOPED_TRACE(testing::Message() << p.knee << ' ' << p.exponent << ' ' << psi);
+      const SpaceVector<> psi_s = polar(psi, -0.7);
+      const SpaceVector<> psi_r{0.3, -0.9};
+      const InductionMachine<> saturated{m, p};
+      const InductionMachine<> chord{curve.machine_at(m, psi_s)};
+      const SpaceVector<> i_s = saturated.stator_current(psi_s, psi_r);
+      EXPECT_LT(magnitude(chord.stator_current(psi_s, psi_r) - i_s), 1e-9 * (1 + magnitude(i_s)));
+      const SpaceVector<> i_r = saturated.rotor_current(psi_s, psi_r);
+      EXPECT_LT(magnitude(chord.rotor_current(psi_s, psi_r) - i_r), 1e-9 * (1 + magnitude(i_r)));
+      const double h = 1e-5;
+      const auto log_current = [&](double x) { return std::log(magnetising_current(p, m.l_s(), x)); };
+      const double slope = psi > 0 ? psi * (log_current(psi + h) - log_current(psi - h)) / (2 * h) - 1 : 0;
+      EXPECT_NEAR(curve.steepness(psi_s), slope, 1e-5);
+    }
+  }
+}
+
+TEST(Saturation, WithoutItTheChordIsTheMachine) {
+  const InductionMachineParameters<> m;
+  const SaturationCurve<> none{Parameters{}, m.l_s()};
+  const InductionMachineParameters<> chord = none.machine_at(m, {0.5, 0.1});
+  EXPECT_EQ(chord.l_m, m.l_m);
+  EXPECT_EQ(chord.l_ls, m.l_ls);
+  EXPECT_EQ(chord.l_lr, m.l_lr);
+  EXPECT_EQ(none.steepness({0.5, 0.1}), 0);
+}
+
 class RandomMachines : public ::testing::Test {
  protected:
   static constexpr unsigned seed = 20261126;

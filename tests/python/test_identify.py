@@ -4,20 +4,24 @@ import json
 import math
 import random
 import secrets
+import subprocess
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from programs import program
-from sextant_py import identify
+from sextant_py import identify, identify_saturated_tones, identify_saturation
 from sextant_py.errors import UserError
 from sextant_py.identify_files import Results, write_files
 from sextant_py.identify_fit import Level, Setup, fit
+from sextant_py.identify_impedance import Tone
 from sextant_py.identify_machine import estimate_of
+from sextant_py.identify_no_load import NoLoad
 from sextant_py.paths import ROOT
 
 MACHINE = ROOT / "configs" / "machines" / "paper_3hp.toml"
+SaturationParameters = tuple[float, int]  # knee [Wb], exponent
 SETUP = Setup(period_s=25e-6, leakage_h=4.7e-3)
 
 
@@ -205,15 +209,87 @@ def test_a_free_shaft_tells_its_inertia_whatever_the_load(tmp_path: Path) -> Non
     assert (tmp_path / "identify.png").stat().st_size > 10_000
 
 
-def test_iron_that_saturates_shows_its_inductance_at_the_whole_flux_at_no_load(tmp_path: Path) -> None:
-    """That of the machine's file, by `machine_flux_wb`; for small changes about a direct current it is far less."""
+def no_load_of(flux: float, current: float) -> NoLoad:
+    return NoLoad(flux, current, 1e-3, 35.0, ())
+
+
+def coasting(curve: SaturationParameters) -> list[NoLoad]:
+    """By the published law, whose current at the whole flux of 1.1 Wb is that of 85.6 mH."""
+    knee, exponent = curve
+    scale = 1.1 * (1 + (1.1 / knee) ** exponent) / (1.1 / 0.0856)
+    fluxes = [1.1 * share for share in identify_saturation.SHARES]
+    return [no_load_of(flux, flux * (1 + (flux / knee) ** exponent) / scale) for flux in fluxes]
+
+
+@pytest.mark.parametrize("curve", [(1.1, 7), (1.3, 3), (1.25, 12)])
+def test_fluxes_without_torque_give_back_the_curve_of_the_iron(curve: SaturationParameters) -> None:
+    found = identify_saturation.fit(coasting(curve))
+    assert (found.knee_wb, found.exponent) == (pytest.approx(curve[0], rel=1e-6), curve[1])
+    assert found.machine_flux_wb == pytest.approx(1.1)
+    half = np.array([0.55])
+    whole, small = ((1 + (flux / curve[0]) ** curve[1]) for flux in (1.1, 0.55))
+    assert found.ratio(half)[0] == pytest.approx(whole / small)
+
+
+def test_iron_that_does_not_saturate_has_no_curve() -> None:
+    made = np.random.default_rng(7)
+    points = [no_load_of(1.1 * s, 1.1 * s / 0.0856 * (1 + 2e-3 * made.standard_normal())) for s in (0.45, 0.7, 0.9, 1)]
+    assert identify_saturation.fit(points) is None
+
+
+def test_a_tone_on_the_curve_is_that_of_its_differential_equation() -> None:
+    """The periodic solution by points against an integration from rest, with a direct current beside the sine."""
+    from scipy.integrate import solve_ivp
+
+    points = coasting((1.1, 7))
+    iron = identify_saturated_tones.Iron(points[-1], identify_saturation.fit(points))
+    resistance, leakage, rotor = 0.435, 5.01e-3, 0.864
+    for hertz in (2.0, 60.0):
+        omega = 2 * math.pi * hertz
+        tone = Tone(omega, 0j, 0.0, 13.3, 8.8)
+        fluxes = np.linspace(-2, 2, 40001)
+        total = fluxes + leakage * iron.current(fluxes)
+
+        def current(t: float | np.ndarray, omega: float = omega) -> float | np.ndarray:
+            return 13.3 + 8.8 * np.sin(omega * t)
+
+        def slope(t: float, psi: np.ndarray, current=current, total=total, fluxes=fluxes) -> np.ndarray:
+            flux = np.interp(psi + leakage * current(t), total, fluxes)
+            return rotor * (current(t) - iron.current(flux))
+
+        cycles = math.ceil(1.5 * hertz)
+        t = (cycles + np.arange(256) / 256) / hertz
+        found = solve_ivp(slope, (0, t[-1]), [iron.flux(13.3)], t_eval=t, rtol=1e-7, atol=1e-9, max_step=0.02 / hertz)
+        flux = np.interp(found.y[0] + leakage * current(t), total, fluxes)
+        turn = np.exp(-1j * omega * t)
+        expected = resistance + 1j * omega * np.sum(turn * flux) / np.sum(turn * current(t))
+        made = identify_saturated_tones.impedance(iron, tone, resistance, leakage, rotor)
+        assert abs(made - expected) < 1e-3 * abs(expected)
+
+
+def test_iron_that_saturates_shows_its_machine_at_the_whole_flux_and_its_curve(tmp_path: Path) -> None:
+    """The machine of the file, by `machine_flux_wb`; linear tones about a direct current find a third less R_r and a
+    quarter of L_m."""
     file = drive_file(tmp_path, "[plant.saturation]\nknee_wb = 1.1\nmachine_flux_wb = 1.1\n")
     words = [str(file), "--only", "dead_time,impedance,no_load", "--out", str(tmp_path)]
     for key in ("drive.period_us=125", "plant.inverter.dead_time_us=1.5"):
         words += ["--set", key]
     assert identify.main([*words, "--mil", str(program("sextant-mil"))]) == 0
     told = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
-    assert told["l_m_h"] == pytest.approx(26.13 / (100 * math.pi), rel=0.05)
+    named = tomllib.loads(MACHINE.read_text(encoding="utf-8"))
+    true = estimate_of({f"machine.{key}": value for key, value in named.items()}).terminals
+    found = estimate_of({f"machine.{key}": value for key, value in told.items() if key != "saturation"}).terminals
+    for name, value in vars(true).items():
+        assert getattr(found, name) == pytest.approx(value, rel=0.02), name
+    curve = told["saturation"]
+    assert (curve["knee_wb"], curve["exponent"]) == (pytest.approx(1.1, rel=0.02), pytest.approx(7, abs=1))
+    assert curve["machine_flux_wb"] == pytest.approx(1.1, rel=0.01)
+    words = ["--set", f"control.machine_estimate={tmp_path / 'machine.toml'}", "--set", "duration_s=0.01"]
+    scenario = str(ROOT / "configs/scenarios/constant_torque.toml")
+    command = [str(program("sextant-mil")), scenario, "--out", str(tmp_path / "told"), *words]
+    subprocess.run(command, check=False, capture_output=True)
+    summary = json.loads((tmp_path / "told" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["configuration"]["control.machine_estimate.saturation.knee_wb"] == curve["knee_wb"]
 
 
 def test_a_shaft_that_is_held_is_refused(tmp_path: Path) -> None:

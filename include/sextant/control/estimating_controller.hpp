@@ -13,6 +13,7 @@
 #include "sextant/control/space_vector_modulator.hpp"
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/sampling_instant.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 
 namespace sextant {
 
@@ -33,6 +34,7 @@ class EstimatingController : public Controller<T> {
  public:
   struct Parameters {
     InductionMachineParameters<T> machine{};           ///< the controller's parameters of the machine
+    SaturationParameters<T> saturation{};              ///< of the machine's main flux; none by default
     typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the patterns
     std::int32_t period_ns{25'000};                    ///< control period [ns]
     T flux_reference{T(1.1)};                          ///< ψ_ref at a flux share of 1 [Wb]
@@ -45,6 +47,7 @@ class EstimatingController : public Controller<T> {
     /// Takes what the controller has in common with the drive.
     void set_basis(const ControlBasis<T>& basis) noexcept {
       machine = basis.machine;
+      saturation = basis.saturation;
       inverter = basis.inverter;
       period_ns = basis.period_ns;
       flux_reference = basis.flux_reference;
@@ -71,6 +74,7 @@ class EstimatingController : public Controller<T> {
       }
       if (const char* problem = inverter.validate(period_ns)) return problem;
       if (const char* problem = machine.validate()) return problem;
+      if (const char* problem = saturation.validate()) return problem;
       return magnetiser.validate(machine, flux_reference);
     }
   };
@@ -128,7 +132,7 @@ class EstimatingController : public Controller<T> {
         period_{T(parameters.period_ns) * T(1e-9)},
         sampling_{parameters.sampling_lead_ns},
         estimator_{{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
-                    parameters.inverter, parameters.flux_reference}},
+                    parameters.inverter, parameters.flux_reference, parameters.saturation}},
         magnetising_{parameters.magnetiser, period_},
         modulator_{modulator_of(modulator, parameters)},
         admissible_{AdmissiblePulse::symmetric(parameters.inverter.minimum_pulse.duration_ns)} {}

@@ -15,6 +15,8 @@
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/measurement.hpp"
+#include "sextant/core/saturation_curve.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 #include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
@@ -33,6 +35,10 @@ template <class T>
 /// on; the hybrid adapts them while torque is made. The other kinds keep those configured, as all do with
 /// `adapts` false. What is not known of the voltage (`InverterModel::Parameters::voltage_error`) counts in
 /// the hybrid, in identification and in adaptation.
+///
+/// Where the main flux is known to saturate all models have the linear machine with the currents of the
+/// present flux (`SaturationCurve::machine_at`); what is identified and adapted is the machine at the flux of
+/// the curve's L_m.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
@@ -44,18 +50,23 @@ class FluxTorqueEstimator {
     bool adapts{true};                                 ///< R_s, R_r and L_m follow the machine
     typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the applied patterns
     T flux_reference{T(1.1)};                          ///< [Wb]
+    SaturationParameters<T> saturation{};              ///< of the main flux
   };
 
   explicit FluxTorqueEstimator(const Parameters& parameters) noexcept
       : parameters_{parameters},
         machine_{parameters.machine},
+        present_{machine_},
+        saturation_{parameters.saturation, machine_.l_s()},
+        most_flux_{T(1.25) * parameters.flux_reference},
         inverter_{parameters.inverter, machine_.sigma_l_s()},
         current_model_{machine_},
         compensated_{machine_.r_s / machine_.l_s()},
         hybrid_{machine_,
                 flux_crossover(machine_, parameters.inverter.voltage_error, parameters.flux_reference)},
         observer_{machine_, parameters.kind == FluxEstimatorKind::sensorless_observer},
-        identification_{machine_, parameters.inverter.voltage_error, parameters.flux_reference},
+        identification_{machine_, parameters.inverter.voltage_error, parameters.flux_reference,
+                        saturation_.acts()},
         adaptation_{machine_, parameters.inverter.voltage_error},
         torque_gain_{T(1.5) * T(machine_.pole_pairs)} {}
 
@@ -64,6 +75,8 @@ class FluxTorqueEstimator {
   void step(const Measurement<T>& measurement, bool magnetising = false) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
+    if (saturation_.acts()) [[unlikely]]
+      follow_flux();
     const ThreePhase<T> beyond = inverter_.step(measurement.applied, measurement.i_abc, measurement.u_dc);
     age(T(measurement.applied.duration_ns()) * T(1e-9));
     if (measurement.applied.is_driven()) {
@@ -95,8 +108,12 @@ class FluxTorqueEstimator {
   [[nodiscard]] constexpr const CurrentModel<T>& current_model() const noexcept { return current_model_; }
   /// The inverter, as it was left at the last measurement.
   [[nodiscard]] constexpr const InverterModel<T>& inverter() const noexcept { return inverter_; }
-  /// The machine's parameters in use.
-  [[nodiscard]] constexpr const Machine& machine() const noexcept { return machine_; }
+  /// The machine's parameters in use, at the present flux.
+  [[nodiscard]] constexpr const Machine& machine() const noexcept { return present_; }
+  /// The same at another stator flux. [Wb]
+  [[nodiscard]] Machine machine_at(T psi_s) const noexcept {
+    return saturation_.machine_at(machine_, {std::min(most_flux_, psi_s), T(0)});
+  }
 
   /// What is not known of them, as relative standard deviations: those of the prior until something is
   /// identified. [-]
@@ -150,7 +167,7 @@ class FluxTorqueEstimator {
   };
 
   void step_model(const Period& p) noexcept {
-    const SpaceVector<T> flux_change = p.volt_seconds - (machine_.r_s * p.dt) * p.i_s_mean;
+    const SpaceVector<T> flux_change = p.volt_seconds - (present_.r_s * p.dt) * p.i_s_mean;
     switch (parameters_.kind) {
       case FluxEstimatorKind::compensated_voltage_model:
         compensated_.step(flux_change, p.dt);
@@ -183,7 +200,9 @@ class FluxTorqueEstimator {
                                       .rates = hybrid_.rates(),
                                       .i_s = i_s_,
                                       .psi_r = current_model_.psi_r(),
-                                      .psi_s = psi_s_}));
+                                      .psi_s = psi_s_,
+                                      .present = present_,
+                                      .steepness = steepness()}));
     const SpaceVector<T> psi_r = current_model_.psi_r();
     current_model_.set(psi_r + product(adaptation_.correction().psi_r, psi_r));
     hybrid_.correct(adaptation_.correction().excess);
@@ -197,19 +216,25 @@ class FluxTorqueEstimator {
     const T omega_r = T(machine_.pole_pairs) * p.omega_m;
     const T k_r = machine_.k_r();
     if (!identifying_) identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
-    identifying_ = true;
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
+    const SpaceVector<T> linear_before = identifying_ ? linear_ : linear_current(p.i_s_before);
     current_model_.step(p.i_s_mean, p.omega_m, p.dt);
-    if (adaptation_.count(p.dt)) adaptation_.magnetise(machine_, i_s_, current_model_.psi_r());
+    linear_ = linear_current(i_s_);
+    identifying_ = true;
+    if (adaptation_.count(p.dt)) {
+      adaptation_.magnetise(present_, i_s_, current_model_.psi_r(), steepness());
+    }
     const SpaceVector<T> middle = direction(psi_r_before + current_model_.psi_r());
     const SpaceVector<T> behind_leakage =
-        (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before));
+        (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (linear_ - linear_before));
     identification_.step({dot(middle, behind_leakage), cross(middle, behind_leakage)},
                          {dot(middle, p.i_s_mean), cross(middle, p.i_s_mean)},
+                         T(0.5) * dot(middle, linear_before + linear_),
                          k_r * magnitude(current_model_.psi_r()), omega_r, p.dt);
     current_model_.set(product(identification_.turn(p.dt), current_model_.psi_r()));
-    psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * i_s_;
+    const T main_flux = (present_.k_r() / k_r) * identification_.flux();
+    psi_s_ = main_flux * direction(current_model_.psi_r()) + present_.sigma_l_s() * i_s_;
   }
 
   /// Magnetising has ended, at this current [A]: its flux and what it identified are where the models start.
@@ -282,14 +307,33 @@ class FluxTorqueEstimator {
   void use(const Machine& machine) noexcept {
     machine_ = machine;
     deviations_ = adaptation_.covariance().deviations();
-    current_model_.set_machine(machine);
-    observer_.set_machine(machine);
+    follow_flux();
+  }
+
+  /// The models have the machine of the present flux.
+  void follow_flux() noexcept {
+    present_ = machine_at(magnitude(psi_s_));
+    current_model_.set_machine(present_);
+    observer_.set_machine(present_);
+  }
+  [[nodiscard]] T steepness() const noexcept { return saturation_.steepness({present_flux(), T(0)}); }
+  /// Of the curve: a wrong flux is not to make a machine that there is not. [Wb]
+  [[nodiscard]] T present_flux() const noexcept { return std::min(most_flux_, magnitude(psi_s_)); }
+
+  /// The current of the machine without saturation that has the same flux linkages, at a stator current: the
+  /// one that makes the rotor flux. [A]
+  [[nodiscard]] SpaceVector<T> linear_current(SpaceVector<T> i_s) const noexcept {
+    if (!saturation_.acts()) return i_s;
+    return i_s - saturation_.added({present_flux(), T(0)}) * current_model_.psi_s(i_s);
   }
 
   static constexpr T aging_time = T(0.1);  ///< in which the windings keep their temperature [s]
 
   Parameters parameters_;
-  Machine machine_;  ///< in use
+  Machine machine_;  ///< in use, at the flux of its L_m
+  Machine present_;  ///< the same at the present flux
+  SaturationCurve<T> saturation_;
+  T most_flux_;  ///< up to which the curve counts, and magnetising leads at most [Wb]
   InverterModel<T> inverter_;
   CurrentModel<T> current_model_;
   CompensatedVoltageModel<T> compensated_;
@@ -301,10 +345,11 @@ class FluxTorqueEstimator {
   T unaged_{};     ///< time since the last aging [s]
   T torque_gain_;  ///< 3/2 p [-]
   SpaceVector<T> psi_s_{};
-  SpaceVector<T> i_s_{};  ///< at the last measurement [A]
-  T omega_m_{};           ///< at the last measurement [rad/s]
-  T coasted_{T(1e3)};     ///< with gates off since magnetising last ended; long at power-up [s]
-  T magnetised_{};        ///< time of driven periods in this magnetising [s]
+  SpaceVector<T> i_s_{};     ///< at the last measurement [A]
+  SpaceVector<T> linear_{};  ///< `linear_current` of it, while parameters are identified [A]
+  T omega_m_{};              ///< at the last measurement [rad/s]
+  T coasted_{T(1e3)};        ///< with gates off since magnetising last ended; long at power-up [s]
+  T magnetised_{};           ///< time of driven periods in this magnetising [s]
   bool coasting_{true};
   bool identifying_{false};
 };

@@ -50,7 +50,8 @@ class MagnetisingControl {
     // ω_r (k_r ψ_r + σL_s i_s) within it.
     const T fed_flux = u_most / std::max(std::abs(omega_r), T(1));
     const T fed_current = (fed_flux - machine.k_r() * magnitude(psi_r)) / machine.sigma_l_s();
-    const T current = magnetiser_.step(psi_s, psi_ref, psi_ref / machine.l_s(), magnitude(estimator.i_s()),
+    const T holding_current = psi_ref / estimator.machine_at(psi_ref).l_s();
+    const T current = magnetiser_.step(psi_s, psi_ref, holding_current, magnitude(estimator.i_s()),
                                        fed_current, machine.sigma_l_s(), estimator.is_settled());
     const T half = T(0.5) * omega_r * period_;
     const SpaceVector<T> half_turn = polar(T(1), half);

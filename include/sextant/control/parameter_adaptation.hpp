@@ -15,7 +15,8 @@ namespace sextant {
 /// those in use, as shares of these, to first order and at constant leakage inductances,
 ///   c − 1 = H_s δ_s + H_r δ_r + H_L δ_L
 /// By how much the machine's rotor flux exceeds that of the current model, for δ_r = 1 and for δ_L = 1:
-///   τ_r dh_r/dt = z − 1 − z h_r,   τ_r dh_L/dt = 1 − z h_L,   z = L_m i_s/ψ_r
+///   τ_r dh_r/dt = z − 1 − z h_r − κ Re h_r,   τ_r dh_L/dt = 1 − z h_L − κ Re h_L,   z = L_m i_s/ψ_r
+/// κ is the steepness of a known saturation (`SaturationCurve`), else zero.
 /// By how much the stator flux of the voltage model exceeds the machine's, for δ_s = 1, at a steady
 /// frequency:
 ///   h_s = R_s i_s/(jω_e ψ_s)
@@ -55,6 +56,8 @@ class ParameterAdaptation {
     SpaceVector<T> i_s;     ///< [A]
     SpaceVector<T> psi_r;   ///< of the current model [Wb]
     SpaceVector<T> psi_s;   ///< [Wb]
+    Machine present;        ///< the machine at this flux
+    T steepness;            ///< of its saturation there (`SaturationCurve`) [-]
   };
 
   /// What the models have of errors of the parameters, by those that an update has taken away.
@@ -76,8 +79,8 @@ class ParameterAdaptation {
 
   /// The parameters of a machine after the time counted.
   [[nodiscard]] Machine update(Machine machine, const Evidence& seen) noexcept {
-    const T share = time_ / machine.tau_r();
-    const bool has_flux = follow(machine, seen, share);
+    const T share = time_ / seen.present.tau_r();
+    const bool has_flux = follow(seen, share);
     time_ = T(0);
     correction_ = {};
     if (!has_flux) return machine;
@@ -113,9 +116,12 @@ class ParameterAdaptation {
   }
 
   /// A time counted in which the machine is magnetised by i_s [A]; psi_r: of the current model [Wb].
-  void magnetise(const Machine& machine, SpaceVector<T> i_s, SpaceVector<T> psi_r) noexcept {
+  /// machine and steepness: at the present flux, as in `Evidence`.
+  void magnetise(const Machine& machine, SpaceVector<T> i_s, SpaceVector<T> psi_r, T steepness) noexcept {
     const T rotor = dot(psi_r, psi_r);
-    if (rotor > least_flux_squared) follow_rotor(machine, i_s, psi_r, rotor, time_ / machine.tau_r());
+    if (rotor > least_flux_squared) {
+      follow_rotor(machine, i_s, psi_r, rotor, time_ / machine.tau_r(), steepness);
+    }
     time_ = T(0);
   }
   /// Magnetising has ended with parameters and flux that fit its currents: the flux is wrong by what the
@@ -149,11 +155,12 @@ class ParameterAdaptation {
   static constexpr T l_variance = Prior::l_deviation * Prior::l_deviation;
 
   /// Advances h and H by the time counted, `share` of τ_r; false without flux.
-  [[nodiscard]] bool follow(const Machine& machine, const Evidence& seen, T share) noexcept {
+  [[nodiscard]] bool follow(const Evidence& seen, T share) noexcept {
+    const Machine& machine = seen.present;
     const T rotor = dot(seen.psi_r, seen.psi_r);
     const T stator = dot(seen.psi_s, seen.psi_s);
     if (!(rotor > least_flux_squared && stator > least_flux_squared)) return false;
-    follow_rotor(machine, seen.i_s, seen.psi_r, rotor, share);
+    follow_rotor(machine, seen.i_s, seen.psi_r, rotor, share, seen.steepness);
     start_variance_ /= T(1) + share;
     const Rates& r = seen.rates;
     const T decay = r.follow + r.leak;
@@ -172,8 +179,8 @@ class ParameterAdaptation {
   }
 
   /// Advances h_r and h_L by a share of τ_r; rotor: |ψ_r|². [Wb²]
-  void follow_rotor(const Machine& machine, SpaceVector<T> i_s, SpaceVector<T> psi_r, T rotor,
-                    T share) noexcept {
+  void follow_rotor(const Machine& machine, SpaceVector<T> i_s, SpaceVector<T> psi_r, T rotor, T share,
+                    T steepness) noexcept {
     const T z_scale = machine.l_m / rotor;
     // A current against the flux, which passes, is left out: it would make the errors grow without bound.
     const SpaceVector<T> z{z_scale * std::max(T(0), dot(psi_r, i_s)), z_scale * cross(psi_r, i_s)};
@@ -182,6 +189,10 @@ class ParameterAdaptation {
     const SpaceVector<T> implicit = one + share * z;
     rotor_by_r_r_ = quotient(rotor_by_r_r_ + share * (z - one), implicit);
     rotor_by_l_ = quotient(rotor_by_l_ + share * one, implicit);
+    // Where the iron saturates more flux takes the more current.
+    const T along = T(1) + share * steepness;
+    rotor_by_r_r_.alpha /= along;
+    rotor_by_l_.alpha /= along;
   }
 
   /// The parameters have followed by these shares.

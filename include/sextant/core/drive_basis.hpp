@@ -5,6 +5,7 @@
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/inverter_model.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 
 namespace sextant {
 
@@ -12,6 +13,7 @@ namespace sextant {
 template <class T = double>
 struct DriveBasis {
   InductionMachineParameters<T> machine{};           ///< as the drive takes it to be
+  SaturationParameters<T> saturation{};              ///< the same, of its main flux; none by default
   typename InverterModel<T>::Parameters inverter{};  ///< the same, what makes the voltage of the patterns
   std::int32_t period_ns{25'000};                    ///< control period [ns]
   std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
@@ -31,6 +33,7 @@ struct DriveBasis {
     if (!positive(u_dc)) return "the voltage of the DC link must be above zero";
     if (!positive(flux_reference)) return "the flux reference must be above zero";
     if (const char* problem = machine.validate()) return problem;
+    if (const char* problem = saturation.validate()) return problem;
     return inverter.validate(period_ns);
   }
 };

@@ -6,6 +6,7 @@
 
 #include "sextant/control/control_basis.hpp"
 #include "sextant/core/drive_limits.hpp"
+#include "sextant/core/saturation_curve.hpp"
 #include "sextant/drive/drive_setup.hpp"
 
 namespace sextant {
@@ -141,6 +142,13 @@ template <class T>
 [[nodiscard]] ResolvedDrive<T> resolved(const DriveSetup<T>& setup) noexcept {
   ResolvedDrive<T> r;
   DriveBasis<T> basis = setup.basis;
+  // The same curve, by the inductance at the flux reference: that is the machine of all limits.
+  const SaturationCurve<T> curve{basis.saturation, basis.machine.l_s()};
+  const auto at_reference = [&curve, &basis](const InductionMachineParameters<T>& machine) {
+    return curve.machine_at(machine, {basis.flux_reference, T(0)});
+  };
+  basis.machine = at_reference(basis.machine);
+  basis.saturation.machine_flux = basis.flux_reference;
   basis.inverter.voltage_error =
       setup.voltage_error.value_or(basis.inverter.likely_voltage_error(basis.period_ns, basis.u_dc));
   const DriveLimits<T> limits = drive_limits(basis.machine, basis.flux_reference, basis.u_dc);
@@ -158,6 +166,8 @@ template <class T>
   r.drive.optimal_flux = setup.optimal_flux;
   r.drive.torque_monitor =
       torque_monitor_limits(setup.torque_monitor, basis, limits, r.drive.protection.current_offset);
+  if (setup.torque_monitor.machine)
+    r.drive.torque_monitor.machine = at_reference(*setup.torque_monitor.machine);
 
   static_cast<DriveBasis<T>&>(r.control) = basis;
   r.control.flux_estimator = setup.flux_estimator;

@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 #include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
 #include "sextant/plant/plant_inputs.hpp"
 #include "sextant/plant/road_load.hpp"
-#include "sextant/plant/saturation_parameters.hpp"
 
 namespace sextant {
 

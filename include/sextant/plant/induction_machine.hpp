@@ -5,12 +5,12 @@
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/core/saturation_curve.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/plant/back_emf.hpp"
 #include "sextant/plant/iron_loss.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
-#include "sextant/plant/saturation_curve.hpp"
-#include "sextant/plant/saturation_parameters.hpp"
 
 namespace sextant {
 

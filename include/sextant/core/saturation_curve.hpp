@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
-#include "sextant/plant/saturation_parameters.hpp"
 
 namespace sextant {
 
@@ -52,6 +53,26 @@ class SaturationCurve {
   /// zero. [1/H]
   [[nodiscard]] T added_along(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
     return exponent_ * y(psi_s) * inverse_l_su_;
+  }
+  /// The linear machine that has the same currents at a stator flux: the chord of the curve. With
+  /// L_s(|psi_s|) by the L_s of the machine, r, the Γ circuit's gamma, L_sigma and rotor resistance stay
+  /// where
+  ///   L_m r,   L_ls r,   L_lr + (1 − r) L_ls/gamma
+  /// take the place of L_m, L_ls and L_lr, of which the last may fall below zero at small fluxes.
+  [[nodiscard]] InductionMachineParameters<T> machine_at(
+      InductionMachineParameters<T> machine, SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
+    if (!acts_) return machine;
+    const T r = (T(1) + y_machine_) / (T(1) + y(psi_s));
+    machine.l_lr += (T(1) - r) * machine.l_ls * machine.l_m / machine.l_s();
+    machine.l_ls *= r;
+    machine.l_m *= r;
+    return machine;
+  }
+  /// Share by which L_s falls for a small share that the flux rises, −d ln L_s/d ln|psi_s| = S y/(1 + y);
+  /// zero without saturation. [-]
+  [[nodiscard]] T steepness(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
+    const T share = y(psi_s);
+    return exponent_ * share / (T(1) + share);
   }
   /// ∫ g psi dpsi from zero flux. [A·Wb]
   [[nodiscard]] T added_energy(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {

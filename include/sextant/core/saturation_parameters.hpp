@@ -61,10 +61,11 @@ void describe(Description& d, SaturationParameters<T>& p) {
   d.integer("exponent", exponent, "", SaturationParameters<T>::smallest_exponent,
             SaturationParameters<T>::largest_exponent,
             "of the same, how sharp the knee is; counts where knee_wb is not 0");
-  d.number("machine_flux_wb", machine_flux,
-           {"Wb", 0, 1e3,
-            "stator flux linkage at which the stator inductance is that of [machine], as that of a no-load "
-            "test is at rated voltage; 0: [machine] holds for small fluxes; counts where knee_wb is not 0"});
+  d.number(
+      "machine_flux_wb", machine_flux,
+      {"Wb", 0, 1e3,
+       "stator flux linkage at which the stator inductance is that of the machine's own keys, as that of a "
+       "no-load test is at rated voltage; 0: they hold for small fluxes; counts where knee_wb is not 0"});
 }
 
 }  // namespace sextant

@@ -1,0 +1,69 @@
+// The whole drive on a machine whose main flux saturates: what it knows of the curve, and what it then does.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "sextant/control/field_oriented_controller.hpp"
+#include "sim/drive_rig.hpp"
+
+namespace sextant {
+namespace {
+
+using Foc = FieldOrientedController<double>;
+
+/// At the flux reference the inductance is half of what it is at small fluxes.
+constexpr SaturationParameters<> curve{.knee = 1.1, .exponent = 7, .machine_flux = 1.1};
+
+struct Seen {
+  double torque{};  ///< mean, once the flux has settled [N·m]
+  bool tripped{};
+};
+
+Seen run(double omega_m, double torque, const SaturationParameters<>& known, double r_r = 1) {
+  RigParameters p = RigParameters::at_speed(omega_m);
+  p.stage.plant.saturation = curve;
+  p.controller.flux_estimator = FluxEstimatorKind::hybrid;
+  p.controller.saturation = known;
+  p.controller.machine.r_r *= r_r;
+  p.drive.magnetise_first = true;
+  Foc::Parameters c;
+  static_cast<EstimatingController<double>::Parameters&>(c) = p.controller;
+  DriveRigOf<Foc> rig{p, c};
+  rig.start();
+  rig.run(0.3);
+  rig.torque = torque;
+  rig.run(0.3);
+  Seen seen;
+  seen.torque = rig.watch(0.1).mean_torque;
+  seen.tripped = rig.telemetry.latched.any();
+  return seen;
+}
+
+// Near standstill the torque follows from the current model, whose inductance is that of the flux.
+TEST(SaturationRun, ADriveThatKnowsItMakesTheTorqueAtEverySpeed) {
+  for (const double omega_m : {-400.0, -20.0, 0.0, 5.0, 50.0, 200.0}) {
+    const double torque = std::abs(omega_m) > 100 ? 20.0 : 100.0;
+    SCOPED_TRACE(testing::Message() << omega_m << " rad/s, " << torque << " N·m");
+    const Seen seen = run(omega_m, torque, curve);
+    EXPECT_FALSE(seen.tripped);
+    EXPECT_NEAR(seen.torque, torque, 2.0);
+  }
+}
+
+// Iron that is not known to saturate counts as other resistances and inductances.
+TEST(SaturationRun, ADriveThatDoesNotKnowItIsWrongAtStandstill) {
+  EXPECT_GT(std::abs(run(0, 100, {}).torque - 100), 4.0);
+}
+
+// What magnetising identifies is the machine, not its iron.
+TEST(SaturationRun, AWrongRotorResistanceIsFoundBesideTheKnownCurve) {
+  for (const double r_r : {0.8, 1.25}) {
+    SCOPED_TRACE(r_r);
+    const Seen seen = run(20, 60, curve, r_r);
+    EXPECT_FALSE(seen.tripped);
+    EXPECT_NEAR(seen.torque, 60, 2.0);
+  }
+}
+
+}  // namespace
+}  // namespace sextant
