@@ -107,6 +107,7 @@ def test_a_page_gets_contract_telemetry_and_state(dashboard: DashboardProcess, d
         assert hello["columns"] == [*dds.contract_fields("DriveTelemetry")[1:]]
         assert hello["states"][4] == "TORQUE"
         assert "current" in hello["faults"]["OVER_CURRENT"]
+        assert hello["rejections"]["rejected_wrong_crc"] == "CRC"
         found = page.until(lambda m: m["type"] == "status" and m["drives"] and m["drives"][0]["state"])["drives"][0]
         assert found["drive_id"] == 7
         assert found["state"]["active"] == ["OVER_CURRENT"]

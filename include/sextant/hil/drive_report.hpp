@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -21,7 +22,7 @@ struct DriveReport {
   std::uint8_t state{};           ///< as `DriveState`
   std::uint8_t first_fault{};     ///< as `Fault`; meaningful while `latched` is not 0
   std::uint8_t plays_scenario{};  ///< 0: begin_ns means nothing
-  std::uint8_t reserved[5]{};
+  std::array<std::uint8_t, 5> reserved{};
 };
 
 static_assert(sizeof(DriveReport) == 40 && std::is_trivially_copyable_v<DriveReport>);

@@ -36,6 +36,7 @@ def test_picture(
     set_torque(page, -15.0)
     page.wait_for_selector("#scope-download:not([hidden])")
     page.wait_for_timeout(1000)
+    page.click("#plant-faults summary")
     DIRECTORY.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=DIRECTORY / f"dashboard_{width}_{scheme}.png", full_page=True)
     page.evaluate("scrollTo(0, 0)")
