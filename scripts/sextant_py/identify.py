@@ -16,19 +16,21 @@ from .identify_no_load import NoLoad
 from .identify_picture import write_picture
 from .identify_run import (
     CONTROL,
+    INERTIA_SPEED,
+    NO_LOAD_SPEED,
     MilPlant,
     Plant,
     check_room,
     check_shaft,
     configuration_of,
     given_words,
-    inertia_course,
     measure_inertia,
     measure_levels,
     measure_no_load,
     measure_tones,
     plant_of,
     settled_by,
+    shaft_course,
 )
 from .paths import OUT
 from .sweep_file import Settings
@@ -50,7 +52,7 @@ Without torque, on a shaft that stands still, the drive leads a current along ph
   impedance   as sines of several frequencies above a direct current, which tell R_s, leakage inductance, rotor
               resistance and magnetising inductance
 On a shaft that is free to turn, and only if it is named, field-oriented control by what was found before leads
-  no_load     the shaft to a quarter of the base speed and lets it coast, five times with rising flux, which tells the
+  no_load     the shaft to half of the base speed and lets it coast, five times with rising flux, which tells the
               magnetising inductance at the whole flux and how the iron saturates up to it; needs impedance
   inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions
 With --live this program starts sextant-ecu with the file, once for each of the first two, and commands it over CAN. A
@@ -195,7 +197,7 @@ def at_standstill(plant: Plant, options: argparse.Namespace) -> Results:
 def magnetising_at_no_load(plant: MilPlant, results: Results) -> list[NoLoad]:
     """At rising fluxes. The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux
     needs."""
-    course, speed = inertia_course(plant, plant.estimate.terminals, inertia_of(plant.configuration))
+    course, speed = shaft_course(plant, plant.estimate.terminals, inertia_of(plant.configuration), NO_LOAD_SPEED)
     known = {key: value for key, value in told(results).items() if not key.endswith(".l_m_h")}
     points = [measure_no_load(plant, known, course, share) for share in identify_saturation.SHARES]
     check_turning(min(abs(point.speed) for point in points), speed)
@@ -216,7 +218,7 @@ def inertia_of_shaft(plant: MilPlant, results: Results) -> Inertia:
     inertia = inertia_of(plant.configuration)
     machine = results.machine or plant.estimate.terminals
     for _ in range(2):
-        course, speed = inertia_course(plant, machine, inertia)
+        course, speed = shaft_course(plant, machine, inertia, INERTIA_SPEED)
         found = measure_inertia(plant, told(results), course)
         check_turning(found.fastest, speed)
         if max(found.inertia / inertia, inertia / found.inertia) < FAR:

@@ -35,11 +35,17 @@ class NoLoad:
         return machine.with_stator_inductance(self.l_s)
 
 
+def current_along(angle: np.ndarray, phases: list[np.ndarray]) -> np.ndarray:
+    """Of phase currents, along a flux at this angle: no noise or offset raises it, as they do the magnitude. [A]"""
+    turned = [current * np.cos(angle - k * 2 * np.pi / 3) for k, current in enumerate(phases)]
+    return 2 / 3 * np.sum(turned, axis=0)
+
+
 def fit(flux: np.ndarray, current: np.ndarray, speed: np.ndarray) -> NoLoad:
     """Of samples over the time without torque. [Wb], [A], [rad/s]"""
-    if flux.size < 2 * PARTS or not np.all(current > 0):
+    fluxes, currents = (np.array([np.mean(part) for part in np.array_split(x, PARTS)]) for x in (flux, current))
+    if flux.size < 2 * PARTS or not np.all(currents > 0):
         raise UserError("the drive was not magnetised while the shaft coasted: see the trace of no_load.")
-    ratios = np.array([np.mean(f) / np.mean(i) for f, i in zip(
-        np.array_split(flux, PARTS), np.array_split(current, PARTS), strict=True)])  # fmt: skip
+    ratios = fluxes / currents
     sigma = float(np.std(ratios, ddof=1) / np.mean(ratios)) / math.sqrt(PARTS)
     return NoLoad(float(np.mean(flux)), float(np.mean(current)), sigma, float(np.mean(speed)), tuple(ratios))

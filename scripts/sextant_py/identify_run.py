@@ -16,7 +16,7 @@ from .identify_impedance import Block, Timing
 from .identify_inertia import Course, Inertia
 from .identify_inertia import fit as fit_inertia
 from .identify_machine import InverseGamma, TCircuit, estimate_of
-from .identify_no_load import NoLoad
+from .identify_no_load import NoLoad, current_along
 from .identify_no_load import fit as fit_no_load
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
@@ -30,6 +30,8 @@ CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
 # Dead time by the control period that an unknown inverter has at most: two standard deviations of what the protections
 # are told that they do not know of the voltage.
 MOST_DEAD_TIME = 0.1
+# Of the base speed. Without load the flux is measured by its voltage, beside which that of the inverter is to be small.
+INERTIA_SPEED, NO_LOAD_SPEED = 0.25, 0.5
 DRIVE_LIMIT = 1.55  # by the current of the flux, that the drive's limit has at least
 SETTLES = 3  # time constants of the rotor until flux and current belong together
 FALLS = 18  # the same until the flux has fallen, which takes six of three
@@ -310,8 +312,8 @@ def undisturbed(
     return kept
 
 
-def inertia_course(plant: Plant, machine: InverseGamma, inertia: float) -> tuple[Course, float]:
-    """The course by which such an inertia reaches a quarter of the base speed, and that speed [rad/s].
+def shaft_course(plant: Plant, machine: InverseGamma, inertia: float, share: float) -> tuple[Course, float]:
+    """The course by which such an inertia reaches this share of the base speed, and that speed [rad/s].
 
     Its torque is 0.6 of what the limit of the current leaves beside the current of the flux:
       T = 3/2 p L_M i_d √(I² − i_d²)
@@ -328,7 +330,7 @@ def inertia_course(plant: Plant, machine: InverseGamma, inertia: float) -> tuple
         )
     torque = 0.6 * 1.5 * pole_pairs * machine.l_magnetising * i_d * math.sqrt(limit**2 - i_d**2)
     torque = min(torque, 0.9 * configuration["command.torque_limit_nm"])
-    speed = 0.25 * configuration["plant.u_dc_v"] / math.sqrt(3) / flux / pole_pairs
+    speed = share * configuration["plant.u_dc_v"] / math.sqrt(3) / flux / pole_pairs
     begin = 0.1 + 1e-3 * configuration["drive.magnetise_timeout_ms"]
     return Course(float(f"{torque:.4g}"), begin, max(0.02, inertia * speed / torque)), speed
 
@@ -405,6 +407,7 @@ def measure_no_load(plant: MilPlant, told: Settings, course: Course, share: floa
             "trace.interval_us": _interval(plant, 1e-3),
         }
     )
-    columns = ("flux_mean_wb", "current_mean_a", "speed_rad_s")
+    columns = ("flux_mean_wb", "speed_rad_s", "flux_angle_rad", "i_a_a", "i_b_a", "i_c_a")
     time, *values = _shaft_run(plant, NO_LOAD, settings, columns)
-    return fit_no_load(*(one[time >= counts] for one in values))
+    flux, speed, angle, *phases = (one[time >= counts] for one in values)
+    return fit_no_load(flux, current_along(angle, phases), speed)

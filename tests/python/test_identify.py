@@ -267,10 +267,13 @@ def test_a_tone_on_the_curve_is_that_of_its_differential_equation() -> None:
         assert abs(made - expected) < 1e-3 * abs(expected)
 
 
-def test_iron_that_saturates_shows_its_machine_at_the_whole_flux_and_its_curve(tmp_path: Path) -> None:
+@pytest.mark.parametrize("plant", ["ideal sensors", "honest"])
+def test_iron_that_saturates_shows_its_machine_at_the_whole_flux_and_its_curve(tmp_path: Path, plant: str) -> None:
     """The machine of the file, by `machine_flux_wb`; linear tones about a direct current find a third less R_r and a
-    quarter of L_m."""
-    file = drive_file(tmp_path, "[plant.saturation]\nknee_wb = 1.1\nmachine_flux_wb = 1.1\n")
+    quarter of L_m. Honest: at small fluxes much of what shows is dead time and errors of the current sensors."""
+    honest = ROOT / "configs" / "ecu_honest.toml"
+    saturating = "[plant.saturation]\nknee_wb = 1.1\nmachine_flux_wb = 1.1\n"
+    file = honest if plant == "honest" else drive_file(tmp_path, saturating)
     words = [str(file), "--only", "dead_time,impedance,no_load", "--out", str(tmp_path)]
     for key in ("drive.period_us=125", "plant.inverter.dead_time_us=1.5"):
         words += ["--set", key]
@@ -280,16 +283,16 @@ def test_iron_that_saturates_shows_its_machine_at_the_whole_flux_and_its_curve(t
     true = estimate_of({f"machine.{key}": value for key, value in named.items()}).terminals
     found = estimate_of({f"machine.{key}": value for key, value in told.items() if key != "saturation"}).terminals
     for name, value in vars(true).items():
-        assert getattr(found, name) == pytest.approx(value, rel=0.02), name
+        close = 0.05 if plant == "honest" and name == "r_s" else 0.02  # the switches have 20 mOhm
+        assert getattr(found, name) == pytest.approx(value, rel=close), name
     curve = told["saturation"]
     assert (curve["knee_wb"], curve["exponent"]) == (pytest.approx(1.1, rel=0.02), pytest.approx(7, abs=1))
     assert curve["machine_flux_wb"] == pytest.approx(1.1, rel=0.01)
-    words = ["--set", f"control.machine_estimate={tmp_path / 'machine.toml'}", "--set", "duration_s=0.01"]
     scenario = str(ROOT / "configs/scenarios/constant_torque.toml")
-    command = [str(program("sextant-mil")), scenario, "--out", str(tmp_path / "told"), *words]
-    subprocess.run(command, check=False, capture_output=True)
-    summary = json.loads((tmp_path / "told" / "summary.json").read_text(encoding="utf-8"))
-    assert summary["configuration"]["control.machine_estimate.saturation.knee_wb"] == curve["knee_wb"]
+    command = [str(program("sextant-mil")), scenario, "--print-config", "--set"]
+    command.append(f"control.machine_estimate={tmp_path / 'machine.toml'}")
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert tomllib.loads(printed)["control"]["machine_estimate"]["saturation"]["knee_wb"] == curve["knee_wb"]
 
 
 def test_a_shaft_that_is_held_is_refused(tmp_path: Path) -> None:
