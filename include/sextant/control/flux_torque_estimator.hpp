@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 
 #include "sextant/control/adaptive_observer.hpp"
 #include "sextant/control/compensated_voltage_model.hpp"
@@ -16,6 +18,7 @@
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+#include "sextant/core/winding_resistance.hpp"
 
 namespace sextant {
 
@@ -33,6 +36,10 @@ template <class T>
 /// on; the hybrid adapts them while torque is made. The other kinds keep those configured, as all do with
 /// `adapts` false. What is not known of the voltage (`InverterModel::Parameters::voltage_error`) counts in
 /// the hybrid, in identification and in adaptation.
+///
+/// Where R_s varies with a known temperature of the winding (`WindingResistance`), the temperature scales R_s
+/// in use, whatever has made it, and the configured R_s about which identification and adaptation have their
+/// prior and their bounds: what these have found of R_s is kept as a factor.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
@@ -44,6 +51,7 @@ class FluxTorqueEstimator {
     bool adapts{true};                                 ///< R_s, R_r and L_m follow the machine
     typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the applied patterns
     T flux_reference{T(1.1)};                          ///< [Wb]
+    WindingResistance<T> winding{};  ///< by which R_s follows the measurement's winding temperature
   };
 
   explicit FluxTorqueEstimator(const Parameters& parameters) noexcept
@@ -64,6 +72,7 @@ class FluxTorqueEstimator {
   void step(const Measurement<T>& measurement, bool magnetising = false) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
+    if (parameters_.winding.varies()) follow_temperature(measurement.winding_temperature);
     const ThreePhase<T> beyond = inverter_.step(measurement.applied, measurement.i_abc, measurement.u_dc);
     age(T(measurement.applied.duration_ns()) * T(1e-9));
     if (measurement.applied.is_driven()) {
@@ -189,6 +198,24 @@ class FluxTorqueEstimator {
     hybrid_.correct(adaptation_.correction().excess);
   }
 
+  /// The parameters as configured, with R_s of the winding's temperature.
+  [[nodiscard]] constexpr Machine warm() const noexcept {
+    Machine machine = parameters_.machine;
+    machine.r_s *= warmth_;
+    return machine;
+  }
+
+  /// R_s by the temperature of the winding. [°C]
+  void follow_temperature(const std::optional<T>& temperature) noexcept {
+    if (!temperature || *temperature == temperature_) return;
+    temperature_ = *temperature;
+    const T warmth = parameters_.winding.ratio(*temperature);
+    machine_.r_s *= warmth / warmth_;
+    warmth_ = warmth;
+    adaptation_.set_configured(warm());
+    use(machine_);
+  }
+
   // The next two are apart, so that the step of a drive that makes torque stays small.
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
@@ -196,7 +223,12 @@ class FluxTorqueEstimator {
     if (!identifying_) current_model_.set(current_model_.psi_r_from(psi_s_, p.i_s_before));
     const T omega_r = T(machine_.pole_pairs) * p.omega_m;
     const T k_r = machine_.k_r();
-    if (!identifying_) identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
+    if (!identifying_) {
+      if (parameters_.winding.varies()) {
+        identification_ = {warm(), parameters_.inverter.voltage_error, parameters_.flux_reference};
+      }
+      identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
+    }
     identifying_ = true;
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
@@ -298,8 +330,10 @@ class FluxTorqueEstimator {
   MagnetisingIdentification<T> identification_;
   ParameterAdaptation<T> adaptation_;
   ParameterDeviations<T> deviations_{ParameterCovariance<T>{}.deviations()};
-  T unaged_{};     ///< time since the last aging [s]
-  T torque_gain_;  ///< 3/2 p [-]
+  T unaged_{};                                          ///< time since the last aging [s]
+  T warmth_{1};                                         ///< R_s by temperature, of that configured [-]
+  T temperature_{std::numeric_limits<T>::quiet_NaN()};  ///< of the winding, to which that belongs [°C]
+  T torque_gain_;                                       ///< 3/2 p [-]
   SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]
