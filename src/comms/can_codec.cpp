@@ -77,8 +77,8 @@ static_assert(int(DeratingCause::current_limit) ==
 static_assert(int(DeratingCause::voltage_limit) ==
               SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_VOLTAGE_LIMIT_CHOICE);
 static_assert(int(DeratingCause::temperature) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_TEMPERATURE_CHOICE);
-static_assert(int(DeratingCause::dc_link_limit) ==
-              SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_DC_LINK_LIMIT_CHOICE);
+static_assert(int(DeratingCause::dc_link_low) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_DC_LINK_LOW_CHOICE);
+static_assert(int(DeratingCause::dc_link_high) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_DC_LINK_HIGH_CHOICE);
 static_assert(int(DeratingCause::gates_are_off) == SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_GATES_OFF_CHOICE);
 static_assert(int(DeratingCause::command_timeout) ==
               SEXTANT_MCU_CAPABILITY_DERATING_CAUSE_COMMAND_TIMEOUT_CHOICE);

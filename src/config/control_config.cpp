@@ -1,3 +1,4 @@
+#include <cmath>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -78,14 +79,23 @@ void describe_control(Section s, DriveConfig& c) {
          "with the flux estimators hybrid, current_model and observer: R_s, R_r and L_m are identified while "
          "the machine is magnetised, and follow it while torque is made (hybrid); false: those of "
          "[control.machine_estimate] hold");
+  DescribedTable table{s};
+  describe(table, c.setup.winding);
+  s.section("r_s_per_k").check([&c]() -> std::string {
+    const bool is_known =
+        std::isfinite(c.drive.protection.winding.nominal_current) || c.plant.io.measures_winding_temperature;
+    if (!c.setup.winding.varies() || is_known) return {};
+    return "R_s cannot follow a temperature that is not known: set protection.winding.nominal_current_a or "
+           "plant.measures_winding_temperature, or r_s_per_k to 0";
+  });
   s.check([&c]() -> std::string {
     if (zero_torque_speed(c.control.machine, c.control.flux_reference, c.plant.io.u_dc) > 0.0) return {};
     return "the link cannot feed flux_reference_wb even at standstill: lower it or raise plant.u_dc_v";
   });
   for (auto& method : c.methods) {
-    Section table = s.section(method->name());
-    method->describe_table(table, c.control);
-    table.optional([&c, name = method->name()] { return c.controller == name; });
+    Section of_method = s.section(method->name());
+    method->describe_table(of_method, c.control);
+    of_method.optional([&c, name = method->name()] { return c.controller == name; });
   }
   Section estimate = s.section("machine_estimate");
   describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]");

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 #include "common_ranges.hpp"
 #include "described_table.hpp"
@@ -65,6 +66,24 @@ struct SpeedCheck {
 SpeedCheck speed_check(const Protection<>::Parameters& p) {
   if (p.speed_jump <= p.speed_error) return {p.speed_jump, "protection.speed_jump_rad_s"};
   return {p.speed_error, "protection.speed_error_rad_s"};
+}
+
+/// Empty where the bands of the link voltage lie between its trip levels, else a sentence.
+std::string validate_bands(const DriveConfig& c) {
+  const auto& [low, high] = std::tie(c.drive.low_voltage, c.drive.high_voltage);
+  const Protection<>::Parameters& trips = c.drive.protection;
+  const auto volts = [](double u) { return rounded_text(u) + " V"; };
+  if (low.acts() && !(low.zero >= trips.dc_under_voltage && low.zero < low.full)) {
+    return "low_voltage_zero_v, " + volts(low.zero) + ", must be from protection.dc_under_voltage_v, " +
+           volts(trips.dc_under_voltage) + ", to below low_voltage_v, " +
+           (low.full > 0 ? volts(low.full) : "which is not set");
+  }
+  if (high.acts() && !(high.zero <= trips.dc_over_voltage && high.zero > high.full && high.full > 0)) {
+    return "high_voltage_zero_v, " + volts(high.zero) + ", must be from above high_voltage_v, " +
+           (high.full > 0 ? volts(high.full) : "which is not set") + ", to protection.dc_over_voltage_v, " +
+           volts(trips.dc_over_voltage);
+  }
+  return {};
 }
 
 }  // namespace
@@ -171,12 +190,18 @@ void describe(Section root, DriveConfig& c) {
   DescribedTable of_drive{drive};
   describe(of_drive, c.setup.optimal_flux);
   Section plant = root.section("plant");
+  plant.flag("measures_winding_temperature", c.plant.io.measures_winding_temperature,
+             "the simulated measurement has the winding's temperature of plant.thermal");
+  plant.section("measures_winding_temperature").check([&c]() -> std::string {
+    if (!c.plant.io.measures_winding_temperature || c.plant.thermal.acts()) return {};
+    return "the temperature of the winding is not known without plant.thermal.winding_j_per_k and the others";
+  });
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
   describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
-    if (p.command.validate() || p.protection.validate() || p.capability.validate() ||
+    if (p.command.validate() || p.protection.validate() || p.capability.validate() || p.validate_bands() ||
         p.torque_monitor.validate()) {
       return {};
     }
@@ -191,6 +216,7 @@ void describe(Section root, DriveConfig& c) {
     return "voltage_use above 1 needs a modulated method with overmodulation \"fundamental\", which \"" +
            c.controller + "\" is not: choose one, or voltage_use of 1 at most";
   });
+  root.section("capability").check([&c] { return validate_bands(c); });
   root.section("machine").check(c.plant.plant);
   plant.check(c.plant.io);
   Section load = root.section("load");

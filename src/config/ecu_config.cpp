@@ -47,6 +47,10 @@ std::string check_power_stage(const EcuConfig& c) {
   if (elsewhere && c.drive.plant.io.measures_angle) {
     return "the link to a plant outside this process carries no angle: plant.measures_angle must be false";
   }
+  if (elsewhere && c.drive.plant.io.measures_winding_temperature) {
+    return "the link to a plant outside this process carries no temperature: "
+           "plant.measures_winding_temperature must be false";
+  }
   if (elsewhere && (!is_ideal(c.drive.plant.io) || c.drive.plant.plant.drops.act())) {
     return "sensors and inverter are those of the plant outside this process: set plant.sensors, "
            "plant.inverter and plant.faults there";

@@ -66,13 +66,14 @@ TorqueCommand<double> to_command(const CycleRow& row) noexcept {
 
 Measurement<double> to_measurement(const CycleRow& row) noexcept {
   Measurement<double> measurement;
-  auto& [i_abc, u_dc, omega_m, applied, plausible, theta_m] = measurement;
+  auto& [i_abc, u_dc, omega_m, applied, plausible, theta_m, winding_temperature] = measurement;
   i_abc = {row.i_a_a, row.i_b_a, row.i_c_a};
   u_dc = row.u_dc_v;
   omega_m = row.speed_rad_s;
   applied = to_pattern(row.applied);
   plausible = row.plausible != 0;
   if (row.has_theta_m != 0) theta_m = row.theta_m_rad;
+  if (row.has_winding_temperature != 0) winding_temperature = row.winding_temperature_c;
   return measurement;
 }
 
@@ -128,7 +129,7 @@ hdf5::Handle pattern_row_type() {
 
 CycleRow to_row(const CycleRecord<double>& record) noexcept {
   const auto& [t_ns, measurement, request, pattern] = record;
-  const auto& [i_abc, u_dc, omega_m, applied, plausible, theta_m] = measurement;
+  const auto& [i_abc, u_dc, omega_m, applied, plausible, theta_m, winding_temperature] = measurement;
   const auto& [command, shutdown, status_age_ns, external] = request;
   const auto& [torque, torque_limit, enable, fault_reset, received_ns, sequence, disables, resets, rejected,
                counter, e2e, out_of_range, bus_off, second_sender] = command;
@@ -140,6 +141,8 @@ CycleRow to_row(const CycleRecord<double>& record) noexcept {
           .speed_rad_s = omega_m,
           .theta_m_rad = theta_m.value_or(0.0),
           .has_theta_m = std::uint8_t(theta_m.has_value()),
+          .winding_temperature_c = winding_temperature.value_or(0.0),
+          .has_winding_temperature = std::uint8_t(winding_temperature.has_value()),
           .plausible = std::uint8_t(plausible),
           .applied = to_row(applied),
           .torque_nm = torque,
@@ -182,6 +185,8 @@ hdf5::Handle cycle_row_type() {
   SEXTANT_ADD(speed_rad_s);
   SEXTANT_ADD(theta_m_rad);
   SEXTANT_ADD(has_theta_m);
+  SEXTANT_ADD(winding_temperature_c);
+  SEXTANT_ADD(has_winding_temperature);
   SEXTANT_ADD(plausible);
   type.add("applied", offsetof(CycleRow, applied), pattern.get());
   SEXTANT_ADD(torque_nm);

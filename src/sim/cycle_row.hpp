@@ -24,6 +24,8 @@ struct CycleRow {
   double speed_rad_s{};
   double theta_m_rad{};
   std::uint8_t has_theta_m{};
+  double winding_temperature_c{};
+  std::uint8_t has_winding_temperature{};
   std::uint8_t plausible{};
   PatternRow applied{};
   double torque_nm{};

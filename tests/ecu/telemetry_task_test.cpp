@@ -233,6 +233,21 @@ TEST(TelemetryTask, ARampToZeroAndAFaultAreToldAndLoggedOnce) {
   EXPECT_EQ(logged, (std::vector<std::string>{"TORQUE: " + late, "FAULT: " + fault}));
 }
 
+TEST(TelemetryTask, ADeratedDriveTellsWhatTakesTheTorqueAway) {
+  Telemetry<double> record;
+  record.state = DriveState::derated;
+  const auto told = [&](DeratingCause cause) {
+    record.derating_cause = cause;
+    return reason_for(record);
+  };
+  const std::string below = "torque below the request: ";
+  EXPECT_EQ(told(DeratingCause::temperature), below + "the winding is hot");
+  EXPECT_EQ(told(DeratingCause::dc_link_low), below + "the link voltage is low");
+  EXPECT_EQ(told(DeratingCause::dc_link_high), below + "the link voltage is high");
+  EXPECT_EQ(told(DeratingCause::current_limit), below + "less is available");
+  EXPECT_TRUE(told(DeratingCause::shutdown).starts_with("ramp to zero"));
+}
+
 /// The waveforms that have arrived at the other end.
 std::vector<WaveformMessage> waveforms(MessageSocket& socket) {
   std::vector<WaveformMessage> arrived;

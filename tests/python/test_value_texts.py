@@ -12,7 +12,7 @@ from sextant_py.recording.value_texts import value_texts
 from sextant_py.telemetry_contract import enumerators
 
 STATES = ["INIT", "STANDBY", "READY", "MAGNETISING", "TORQUE", "DERATED", "FAULT", "SHUTDOWN"]
-CAUSES = ["NONE", "CURRENT_LIMIT", "VOLTAGE_LIMIT", "TEMPERATURE", "DC_LINK_LIMIT", "GATES_OFF", "COMMAND_TIMEOUT"]
+CAUSES = ["NONE", "CURRENT_LIMIT", "VOLTAGE_LIMIT", "TEMPERATURE", "DC_LINK_LOW", "GATES_OFF", "COMMAND_TIMEOUT"]
 CAUSES += ["STATUS_TIMEOUT", "SHUTDOWN"]
 
 

@@ -71,6 +71,31 @@ TYPED_TEST(WindingTemperatureOf, WithoutANominalCurrentIsTheAmbientOne) {
   EXPECT_EQ(winding.temperature(), T(40));
 }
 
+TYPED_TEST(WindingTemperatureOf, AMeasuredOneTakesThePlaceOfTheModelsWhichGoesOnFromThere) {
+  using T = TypeParam;
+  WindingTemperature<T> winding{
+      {.nominal_current = T(12), .nominal_rise = T(80), .time_constant = T(100), .ambient = T(40)}};
+  const ThreePhase<T> i{};
+  winding.step(i, 25'000, T(90));
+  EXPECT_EQ(winding.temperature(), T(90)) << "at once at the beginning";
+  for (int k = 0; k < 4000; ++k) winding.step(i, 25'000, T(110));
+  EXPECT_EQ(winding.temperature(), T(110));
+  this->run(winding, 100.0, 0.0);
+  EXPECT_NEAR(winding.temperature(), 40.0 + 70.0 * std::exp(-1.0), 0.2) << "the sensor is gone";
+}
+
+TYPED_TEST(WindingTemperatureOf, IsKnownByAModelOrAMeasurement) {
+  using T = TypeParam;
+  EXPECT_TRUE((WindingTemperature<T>{{.nominal_current = T(12)}}.is_known()));
+  WindingTemperature<T> winding{{}};
+  winding.step({}, 200'000'000);
+  EXPECT_FALSE(winding.is_known());
+  winding.step({}, 25'000, T(70));
+  EXPECT_TRUE(winding.is_known());
+  winding.step({}, 200'000'000);
+  EXPECT_EQ(winding.temperature(), T(70)) << "the last one, without a model";
+}
+
 TYPED_TEST(WindingTemperatureOf, RefusesWhatIsNoWinding) {
   using T = TypeParam;
   using Winding = typename WindingTemperature<T>::Parameters;

@@ -78,6 +78,20 @@ const char* reason_for(DeratingCause cause) {
   }
 }
 
+/// Why torque is made and less is available than requested.
+const char* limit_of(DeratingCause cause) {
+  switch (cause) {
+    case DeratingCause::temperature:
+      return "torque below the request: the winding is hot";
+    case DeratingCause::dc_link_low:
+      return "torque below the request: the link voltage is low";
+    case DeratingCause::dc_link_high:
+      return "torque below the request: the link voltage is high";
+    default:
+      return "torque below the request: less is available";
+  }
+}
+
 }  // namespace
 
 std::string reason_for(const Telemetry<double>& t) {
@@ -96,7 +110,7 @@ std::string reason_for(const Telemetry<double>& t) {
       return reason_for(t.derating_cause);
     case DriveState::derated:
       if (is_ramp_to_zero(t.derating_cause)) return reason_for(t.derating_cause);
-      return t.torque_reached == t.torque_reference ? "torque below the request: less is available"
+      return t.torque_reached == t.torque_reference ? limit_of(t.derating_cause)
                                                     : "the link voltage holds the torque off its reference";
     case DriveState::fault:
       return std::string{to_string(t.first_fault)} + ": reset, then disable, then enable";

@@ -14,6 +14,7 @@
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/sampling_instant.hpp"
 #include "sextant/core/saturation_parameters.hpp"
+#include "sextant/core/winding_resistance.hpp"
 
 namespace sextant {
 
@@ -40,6 +41,7 @@ class EstimatingController : public Controller<T> {
     T flux_reference{T(1.1)};                          ///< ψ_ref at a flux share of 1 [Wb]
     FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
     bool adapts_parameters{true};  ///< R_s, R_r and L_m follow the machine, with the kinds that identify them
+    WindingResistance<T> winding{};    ///< by which R_s in use follows the measurement's winding temperature
     std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
     int actuation_delay_periods{0};    ///< 1 when a pattern is applied one period late [-]
     typename Magnetiser<T>::Parameters magnetiser{};
@@ -53,6 +55,7 @@ class EstimatingController : public Controller<T> {
       flux_reference = basis.flux_reference;
       flux_estimator = basis.flux_estimator;
       adapts_parameters = basis.adapts_parameters;
+      winding = basis.winding;
       sampling_lead_ns = basis.sampling_lead_ns;
       actuation_delay_periods = basis.actuation_delay_periods;
     }
@@ -75,6 +78,7 @@ class EstimatingController : public Controller<T> {
       if (const char* problem = inverter.validate(period_ns)) return problem;
       if (const char* problem = machine.validate()) return problem;
       if (const char* problem = saturation.validate()) return problem;
+      if (const char* problem = winding.validate()) return problem;
       return magnetiser.validate(machine, flux_reference);
     }
   };
@@ -132,7 +136,8 @@ class EstimatingController : public Controller<T> {
         period_{T(parameters.period_ns) * T(1e-9)},
         sampling_{parameters.sampling_lead_ns},
         estimator_{{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
-                    parameters.inverter, parameters.flux_reference, parameters.saturation}},
+                    parameters.inverter, parameters.flux_reference, parameters.saturation,
+                    parameters.winding}},
         magnetising_{parameters.magnetiser, period_},
         modulator_{modulator_of(modulator, parameters)},
         admissible_{AdmissiblePulse::symmetric(parameters.inverter.minimum_pulse.duration_ns)} {}

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 
 #include "sextant/control/adaptive_observer.hpp"
 #include "sextant/control/compensated_voltage_model.hpp"
@@ -18,6 +20,7 @@
 #include "sextant/core/saturation_curve.hpp"
 #include "sextant/core/saturation_parameters.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+#include "sextant/core/winding_resistance.hpp"
 
 namespace sextant {
 
@@ -39,6 +42,10 @@ template <class T>
 /// Where the main flux is known to saturate all models have the linear machine with the currents of the
 /// present flux (`SaturationCurve::machine_at`); what is identified and adapted is the machine at the flux of
 /// the curve's L_m.
+///
+/// Where R_s varies with a known temperature of the winding (`WindingResistance`), the temperature scales R_s
+/// in use, whatever has made it, and the configured R_s about which identification and adaptation have their
+/// prior and their bounds: what these have found of R_s is kept as a factor.
 template <class T = double>
 class FluxTorqueEstimator {
  public:
@@ -51,6 +58,7 @@ class FluxTorqueEstimator {
     typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the applied patterns
     T flux_reference{T(1.1)};                          ///< [Wb]
     SaturationParameters<T> saturation{};              ///< of the main flux
+    WindingResistance<T> winding{};  ///< by which R_s follows the measurement's winding temperature
   };
 
   explicit FluxTorqueEstimator(const Parameters& parameters) noexcept
@@ -75,6 +83,7 @@ class FluxTorqueEstimator {
   void step(const Measurement<T>& measurement, bool magnetising = false) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
+    if (parameters_.winding.varies()) follow_temperature(measurement.winding_temperature);
     if (saturation_.acts()) [[unlikely]]
       follow_flux();
     const ThreePhase<T> beyond = inverter_.step(measurement.applied, measurement.i_abc, measurement.u_dc);
@@ -208,6 +217,24 @@ class FluxTorqueEstimator {
     hybrid_.correct(adaptation_.correction().excess);
   }
 
+  /// The parameters as configured, with R_s of the winding's temperature.
+  [[nodiscard]] constexpr Machine warm() const noexcept {
+    Machine machine = parameters_.machine;
+    machine.r_s *= warmth_;
+    return machine;
+  }
+
+  /// R_s by the temperature of the winding. [°C]
+  void follow_temperature(const std::optional<T>& temperature) noexcept {
+    if (!temperature || *temperature == temperature_) return;
+    temperature_ = *temperature;
+    const T warmth = parameters_.winding.ratio(*temperature);
+    machine_.r_s *= warmth / warmth_;
+    warmth_ = warmth;
+    adaptation_.set_configured(warm());
+    use(machine_);
+  }
+
   // The next two are apart, so that the step of a drive that makes torque stays small.
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
@@ -215,7 +242,13 @@ class FluxTorqueEstimator {
     if (!identifying_) current_model_.set(current_model_.psi_r_from(psi_s_, p.i_s_before));
     const T omega_r = T(machine_.pole_pairs) * p.omega_m;
     const T k_r = machine_.k_r();
-    if (!identifying_) identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
+    if (!identifying_) {
+      if (parameters_.winding.varies()) {
+        identification_ = {warm(), parameters_.inverter.voltage_error, parameters_.flux_reference,
+                           saturation_.acts()};
+      }
+      identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
+    }
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
     const SpaceVector<T> linear_before = identifying_ ? linear_ : linear_current(p.i_s_before);
@@ -342,8 +375,10 @@ class FluxTorqueEstimator {
   MagnetisingIdentification<T> identification_;
   ParameterAdaptation<T> adaptation_;
   ParameterDeviations<T> deviations_{ParameterCovariance<T>{}.deviations()};
-  T unaged_{};     ///< time since the last aging [s]
-  T torque_gain_;  ///< 3/2 p [-]
+  T unaged_{};                                          ///< time since the last aging [s]
+  T warmth_{1};                                         ///< R_s by temperature, of that configured [-]
+  T temperature_{std::numeric_limits<T>::quiet_NaN()};  ///< of the winding, to which that belongs [°C]
+  T torque_gain_;                                       ///< 3/2 p [-]
   SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};     ///< at the last measurement [A]
   SpaceVector<T> linear_{};  ///< `linear_current` of it, while parameters are identified [A]

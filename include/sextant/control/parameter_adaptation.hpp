@@ -139,6 +139,8 @@ class ParameterAdaptation {
   [[nodiscard]] constexpr const ParameterCovariance<T>& covariance() const noexcept { return covariance_; }
   /// Something else than this adaptation has changed them: what it leaves unknown.
   constexpr void set(const ParameterCovariance<T>& covariance) noexcept { covariance_ = covariance; }
+  /// The parameters about which those in use have their bounds.
+  constexpr void set_configured(const Machine& configured) noexcept { configured_ = configured; }
   /// dt [s] in which the machine may warm or cool.
   constexpr void age(T dt) noexcept { covariance_.age(dt); }
 

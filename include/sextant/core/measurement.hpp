@@ -19,6 +19,7 @@ struct Measurement {
   /// Mechanical angle of the rotor from its position at power-up, in [−π, π]; empty without such a sensor
   /// [rad]
   std::optional<T> theta_m{};
+  std::optional<T> winding_temperature{};  ///< of the stator; empty without such a sensor [°C]
 };
 
 static_assert(std::is_trivially_copyable_v<Measurement<double>>);

@@ -7,6 +7,20 @@
 
 namespace sextant {
 
+/// A share of the torque in [0, 1] and what limits it to that.
+template <class T = double>
+struct LimitedShare {
+  T share{1};  ///< [-]
+  DeratingCause cause{DeratingCause::none};
+};
+
+/// The smaller one, of equal ones the first.
+template <class T>
+[[nodiscard]] constexpr const LimitedShare<T>& least(const LimitedShare<T>& a,
+                                                     const LimitedShare<T>& b) noexcept {
+  return b.share < a.share ? b : a;
+}
+
 /// A magnitude of torque and what limits it.
 template <class T = double>
 struct LimitedTorque {
@@ -17,6 +31,10 @@ struct LimitedTorque {
   constexpr void lower_to(LimitedTorque limit) noexcept {
     if (torque > limit.torque) *this = limit;
   }
+  /// Lowers the magnitude to a share of what it is.
+  constexpr void lower_by(const LimitedShare<T>& limit) noexcept {
+    lower_to({limit.share * torque, limit.cause});
+  }
 };
 
 /// Available torque at a speed, when motoring and when regenerating.
@@ -24,12 +42,6 @@ template <class T = double>
 struct AvailableTorque {
   LimitedTorque<T> motoring{};
   LimitedTorque<T> regenerating{};
-
-  /// Lowers both to a share of what they are.
-  constexpr void lower_by(T share, DeratingCause cause) noexcept {
-    motoring.lower_to({share * motoring.torque, cause});
-    regenerating.lower_to({share * regenerating.torque, cause});
-  }
 
   /// The available range at this speed [rad/s]; its sign decides which direction is motoring.
   [[nodiscard]] constexpr TorqueRange<T> range(T omega_m) const noexcept {

@@ -17,12 +17,17 @@ struct CapabilitySetup {
   T breakdown_use{Parameters{}.breakdown_use};
   T base_speed{Parameters{}.base_speed};
   T zero_torque_speed{Parameters{}.zero_torque_speed};
+  std::optional<T> low_voltage{};        ///< of the link: `full` of the band for motoring [V]
+  std::optional<T> low_voltage_zero{};   ///< `zero` of it [V]
+  std::optional<T> high_voltage{};       ///< the same for regenerating [V]
+  std::optional<T> high_voltage_zero{};  ///< [V]
 };
 
 /// resolved: of `TorqueCapability`.
 template <class T, class Parameters>
 void describe(Description& d, CapabilitySetup<T>& setup, const Parameters& resolved) {
-  auto& [torque, voltage_use, breakdown_use, base_speed, zero_torque_speed] = setup;
+  auto& [torque, voltage_use, breakdown_use, base_speed, zero_torque_speed, low_voltage, low_voltage_zero,
+         high_voltage, high_voltage_zero] = setup;
   d.derived("torque_nm", torque, resolved.torque, {"N·m", 1e-3, 1e5, "largest available torque"});
   d.number("voltage_use", voltage_use,
            {"", 0.1, 1.1026,
@@ -35,6 +40,23 @@ void describe(Description& d, CapabilitySetup<T>& setup, const Parameters& resol
            {"rad/s", 1e-3, 1e4, "from it on the motoring torque falls linearly; not set: no such curve"});
   d.number("zero_torque_speed_rad_s", NumberMember::unless_infinite(zero_torque_speed),
            {"rad/s", 1e-3, 1e4, "from it on there is no motoring torque; not set: no such curve"});
+  d.number(
+      "low_voltage_v", low_voltage,
+      {"V", 1, 2e4,
+       "link voltage below which the available motoring torque falls linearly (DC_LINK_LOW); not set: it "
+       "does not"});
+  d.number("low_voltage_zero_v", low_voltage_zero,
+           {"V", 1, 2e4,
+            "link voltage at which that is zero; not set: three quarters of the way to "
+            "protection.dc_under_voltage_v"});
+  d.number("high_voltage_v", high_voltage,
+           {"V", 1, 2e4,
+            "link voltage above which the available regenerating torque falls linearly (DC_LINK_HIGH); not "
+            "set: it does not"});
+  d.number("high_voltage_zero_v", high_voltage_zero,
+           {"V", 1, 2e4,
+            "link voltage at which that is zero; not set: three quarters of the way to "
+            "protection.dc_over_voltage_v"});
 }
 
 }  // namespace sextant

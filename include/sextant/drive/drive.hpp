@@ -18,6 +18,7 @@
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/drive/flux_slew.hpp"
 #include "sextant/drive/held_flux.hpp"
+#include "sextant/drive/link_voltage_band.hpp"
 #include "sextant/drive/optimal_flux.hpp"
 #include "sextant/drive/present_limit.hpp"
 #include "sextant/drive/torque_capability.hpp"
@@ -47,6 +48,8 @@ class Drive {
     typename CommandSupervision<T>::Parameters command{};
     typename Protection<T>::Parameters protection{};
     typename TorqueCapability<T>::Parameters capability{};
+    typename LinkVoltageBand<T>::Parameters low_voltage{};   ///< for motoring
+    typename LinkVoltageBand<T>::Parameters high_voltage{};  ///< for regenerating
     typename OptimalFlux<T>::Parameters optimal_flux{};
     typename TorqueMonitor<T>::Parameters torque_monitor{};
 
@@ -59,11 +62,29 @@ class Drive {
       if (const char* problem = command.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
       if (const char* problem = capability.validate()) return problem;
+      if (const char* problem = validate_bands()) return problem;
       if (const char* problem = optimal_flux.validate()) return problem;
       if (const char* problem = torque_monitor.validate()) return problem;
       // Protections that count periods of another length would be silent.
       return protection.period_ns == period_ns ? nullptr
                                                : "the control periods of drive and protections differ";
+    }
+
+    /// The bands of the link voltage lie between its trip levels.
+    [[nodiscard]] const char* validate_bands() const noexcept {
+      if (const char* problem = low_voltage.validate()) return problem;
+      if (const char* problem = high_voltage.validate()) return problem;
+      if (low_voltage.acts() &&
+          !(low_voltage.zero >= protection.dc_under_voltage && low_voltage.zero < low_voltage.full)) {
+        return "the link voltage without motoring torque must be from the under-voltage trip to below that "
+               "from which on it is whole";
+      }
+      if (high_voltage.acts() &&
+          !(high_voltage.zero <= protection.dc_over_voltage && high_voltage.zero > high_voltage.full)) {
+        return "the link voltage without regenerating torque must be from above that up to which it is whole "
+               "to the over-voltage trip";
+      }
+      return nullptr;
     }
 
     /// The same, and whether this controller was built for the same periods and makes the voltage counted on.
@@ -91,6 +112,8 @@ class Drive {
         supervision_{parameters.command},
         protection_{parameters.protection},
         capability_{parameters.capability},
+        low_voltage_{parameters.low_voltage},
+        high_voltage_{parameters.high_voltage},
         present_limit_{parameters.capability.machine, parameters.capability.flux_reference,
                        parameters.capability.current_limit},
         reserve_{controller.holds_mean_torque(), parameters.capability.machine,
@@ -180,8 +203,14 @@ class Drive {
                    .slews = flux_slew_.is_slewing()},
                   dt);
     capability_.step(measurement.omega_m, measurement.u_dc, reserve_.usable());
+    low_voltage_.step(measurement.u_dc, dt);
+    high_voltage_.step(measurement.u_dc, dt);
     AvailableTorque<T> available = capability_.available();
-    available.lower_by(protection_.available_share(), DeratingCause::temperature);
+    const LimitedShare<T> winding{protection_.available_share(), DeratingCause::temperature};
+    available.motoring.lower_by(
+        least(winding, LimitedShare<T>{low_voltage_.share(), DeratingCause::dc_link_low}));
+    available.regenerating.lower_by(
+        least(winding, LimitedShare<T>{high_voltage_.share(), DeratingCause::dc_link_high}));
     return available;
   }
 
@@ -290,13 +319,15 @@ class Drive {
     state_ = next;
   }
 
-  /// What the controller sees. In FAULT, with the gates off, it sees no reading of current and voltage, one
-  /// of which may be what tripped: no current flows, and the rotor flux decays as it turns, by the measured
-  /// speed unless that is in doubt.
+  /// What the controller sees: the winding's temperature where it is not measured is the model's. In FAULT,
+  /// with the gates off, it sees no reading of current and voltage, one of which may be what tripped: no
+  /// current flows, and the rotor flux decays as it turns, by the measured speed unless that is in doubt.
   [[nodiscard]] const Measurement<T>& believed(const Measurement<T>& measurement, bool usable,
                                                std::int64_t elapsed_ns) noexcept {
     const bool in_fault = state_ == DriveState::fault;
-    if (usable && !in_fault) return believed_ = measurement;
+    if (usable && !in_fault) believed_ = measurement;
+    believed_.winding_temperature = protection_.winding_temperature();
+    if (usable && !in_fault) return believed_;
     const FaultSet active = faults_.active();
     const bool has_speed = usable && !active.test(Fault::speed_sensor) && !active.test(Fault::over_speed);
     if (has_speed) believed_.omega_m = measurement.omega_m;
@@ -401,6 +432,8 @@ class Drive {
   CommandSupervision<T> supervision_;
   Protection<T> protection_;
   TorqueCapability<T> capability_;
+  LinkVoltageBand<T> low_voltage_;
+  LinkVoltageBand<T> high_voltage_;
   PresentLimit<T> present_limit_;
   VoltageReserve<T> reserve_;
   OptimalFlux<T> optimal_flux_;

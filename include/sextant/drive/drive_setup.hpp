@@ -4,6 +4,7 @@
 
 #include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/core/drive_basis.hpp"
+#include "sextant/core/winding_resistance.hpp"
 #include "sextant/drive/capability_setup.hpp"
 #include "sextant/drive/command_setup.hpp"
 #include "sextant/drive/drive.hpp"
@@ -20,7 +21,8 @@ struct DriveSetup {
   DriveBasis<T> basis{};             ///< but for `inverter.voltage_error`, which is the member below
   std::optional<T> voltage_error{};  ///< of the inverter [V]
   FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
-  bool adapts_parameters{true};  ///< as `ControlBasis`
+  bool adapts_parameters{true};    ///< as `ControlBasis`
+  WindingResistance<T> winding{};  ///< the same
   bool magnetise_first{typename Drive<T>::Parameters{}.magnetise_first};
   std::optional<T> magnetise_timeout_ms{};  ///< [ms]
   std::optional<T> current_limit{};         ///< of the capability and of what the control method asks for [A]

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "sextant/control/control_basis.hpp"
 #include "sextant/core/drive_limits.hpp"
@@ -19,6 +20,7 @@ struct ResolvedDrive {
 
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* problem = control.validate()) return problem;
+    if (const char* problem = control.winding.validate()) return problem;
     if (!(drive.capability.current_limit < drive.protection.over_current)) {
       return "the current limit must be below the current trip";
     }
@@ -112,6 +114,15 @@ template <class T>
           .zero_torque_speed = s.zero_torque_speed};
 }
 
+/// From `full` to `zero`, by default three quarters of the way to the trip level; all are link voltages. [V]
+template <class T>
+[[nodiscard]] typename LinkVoltageBand<T>::Parameters link_voltage_band(const std::optional<T>& full,
+                                                                        const std::optional<T>& zero,
+                                                                        T trip) noexcept {
+  if (!full) return {T(0), zero.value_or(T(0))};
+  return {*full, zero.value_or(T(0.25) * *full + T(0.75) * trip)};
+}
+
 /// phase_offset: largest one of a phase current's sensor. [A]
 template <class T>
 [[nodiscard]] TorqueMonitorLimits<T> torque_monitor_limits(const TorqueMonitorSetup<T>& s,
@@ -163,6 +174,10 @@ template <class T>
   r.drive.capability =
       capability_parameters(setup.capability, basis, r.drive.command.torque_limit,
                             setup.current_limit.value_or(T(0.8) * r.drive.protection.over_current));
+  r.drive.low_voltage = link_voltage_band(setup.capability.low_voltage, setup.capability.low_voltage_zero,
+                                          r.drive.protection.dc_under_voltage);
+  r.drive.high_voltage = link_voltage_band(setup.capability.high_voltage, setup.capability.high_voltage_zero,
+                                           r.drive.protection.dc_over_voltage);
   r.drive.optimal_flux = setup.optimal_flux;
   r.drive.torque_monitor =
       torque_monitor_limits(setup.torque_monitor, basis, limits, r.drive.protection.current_offset);
@@ -172,6 +187,7 @@ template <class T>
   static_cast<DriveBasis<T>&>(r.control) = basis;
   r.control.flux_estimator = setup.flux_estimator;
   r.control.adapts_parameters = setup.adapts_parameters;
+  r.control.winding = setup.winding;
   r.control.current_limit = r.drive.capability.current_limit;
   return r;
 }

@@ -65,7 +65,8 @@ class Protection {
     const T current = limits_.current_range;
     return m.plausible && within(m.i_abc.a, current) && within(m.i_abc.b, current) &&
            within(m.i_abc.c, current) && within(m.u_dc, limits_.voltage_range) &&
-           within(m.omega_m, limits_.speed_range) && std::isfinite(m.theta_m.value_or(T(0)));
+           within(m.omega_m, limits_.speed_range) && std::isfinite(m.theta_m.value_or(T(0))) &&
+           std::isfinite(m.winding_temperature.value_or(T(0)));
   }
 
   /// The faults that the measurements up to this one show; `measurement_invalid`, and no other, where it is
@@ -118,6 +119,11 @@ class Protection {
   /// Control periods since the start that the checks of currents and speed left out while legs were driven.
   /// [-]
   [[nodiscard]] constexpr std::uint64_t unchecked_periods() const noexcept { return unchecked_periods_; }
+
+  /// Measured or by the model; empty without either. [°C]
+  [[nodiscard]] std::optional<T> winding_temperature() const noexcept {
+    return winding_.is_known() ? std::optional<T>{winding_.temperature()} : std::nullopt;
+  }
 
   /// Share of the torque that the winding's temperature leaves: 1 up to the warning, 0 at the trip. [-]
   [[nodiscard]] T available_share() const noexcept {
@@ -186,7 +192,7 @@ class Protection {
     offset_.step(m);
     // The sign of a small current is that without its offset.
     const ThreePhase<T> beyond = inverter_.step(m.applied, without_offset(m).i_abc, m.u_dc);
-    winding_.step(within_trip(m.i_abc), duration_ns);
+    winding_.step(within_trip(m.i_abc), duration_ns, m.winding_temperature);
     if (!m.applied.is_driven()) {
       leave_out(m, drive.psi_r);
       direction_.restart();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "sextant/core/description.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -16,7 +17,8 @@ namespace sextant {
 /// with the copper loss at constant resistance. Iron loss, the rotor's loss and the fan are not in it. The
 /// mean of i² over time enters every 0.1 s: a step a period would be below the rounding of `float`. Without a
 /// nominal current the temperature stays at the ambient one. It starts there too: nothing is kept over a
-/// power-down, so a winding that was hot then is estimated too cold, by its rise times e^(−t/τ).
+/// power-down, so a winding that was hot then is estimated too cold, by its rise times e^(−t/τ). A measured
+/// temperature takes the place of the model's every 0.1 s, and the model goes on from the last one.
 template <class T = double>
 class WindingTemperature {
  public:
@@ -60,20 +62,30 @@ class WindingTemperature {
         gain_{p.nominal_rise / (T(3) * p.nominal_current * p.nominal_current)},
         temperature_{p.ambient} {}
 
-  /// These phase currents [A] flowed for duration_ns [ns].
-  constexpr void step(const ThreePhase<T>& i, std::int64_t duration_ns) noexcept {
-    if (gain_ == T(0)) return;
+  /// These phase currents [A] flowed for duration_ns [ns]; measured: temperature, finite, where there is a
+  /// sensor [°C].
+  constexpr void step(const ThreePhase<T>& i, std::int64_t duration_ns,
+                      const std::optional<T>& measured = {}) noexcept {
+    if (measured && !was_measured_) temperature_ = *measured;
+    was_measured_ = was_measured_ || measured;
+    if (!is_known()) return;
     sum_ += seconds(duration_ns) * (i.a * i.a + i.b * i.b + i.c * i.c);
     elapsed_ns_ += duration_ns;
     if (elapsed_ns_ < step_ns) return;
     const T elapsed = seconds(elapsed_ns_);
-    const T share = std::min(T(1), elapsed / parameters_.time_constant);
-    temperature_ += share * (parameters_.ambient + gain_ * sum_ / elapsed - temperature_);
+    if (measured) {
+      temperature_ = *measured;
+    } else if (gain_ > T(0)) {
+      const T share = std::min(T(1), elapsed / parameters_.time_constant);
+      temperature_ += share * (parameters_.ambient + gain_ * sum_ / elapsed - temperature_);
+    }
     sum_ = T(0);
     elapsed_ns_ = 0;
   }
 
   [[nodiscard]] constexpr T temperature() const noexcept { return temperature_; }  ///< [°C]
+  /// There is a model or has been a measurement; else `temperature` is the ambient one.
+  [[nodiscard]] constexpr bool is_known() const noexcept { return gain_ > T(0) || was_measured_; }
 
  private:
   static constexpr std::int64_t step_ns = 100'000'000;
@@ -85,6 +97,7 @@ class WindingTemperature {
   T sum_{};                     ///< ∫ i_a² + i_b² + i_c² dt of the step so far [A²·s]
   std::int64_t elapsed_ns_{0};  ///< of the step so far [ns]
   T temperature_;
+  bool was_measured_{false};
 };
 
 }  // namespace sextant

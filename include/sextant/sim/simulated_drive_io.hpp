@@ -33,12 +33,13 @@ namespace sextant {
 
 /// How the simulated power stage behaves.
 struct SimulatedDriveIoParameters {
-  std::int32_t period_ns{25'000};  ///< control period [ns]
-  double u_dc{530.0};              ///< voltage of the stiff DC link, or of a link's source [V]
-  int actuation_delay_periods{0};  ///< 1: a pattern is applied one period after it was written [-]
-  bool measures_angle{false};      ///< the measurement has the rotor's angle [-]
-  int hold_periods{1};             ///< periods for which a pattern is held without a new one [-]
-  std::int32_t dead_time_ns{0};    ///< of the gate drivers, from one switch of a leg to the other one [ns]
+  std::int32_t period_ns{25'000};            ///< control period [ns]
+  double u_dc{530.0};                        ///< voltage of the stiff DC link, or of a link's source [V]
+  int actuation_delay_periods{0};            ///< 1: a pattern is applied one period after it was written [-]
+  bool measures_angle{false};                ///< the measurement has the rotor's angle [-]
+  bool measures_winding_temperature{false};  ///< the same of the winding's temperature, of a heated plant [-]
+  int hold_periods{1};                       ///< periods for which a pattern is held without a new one [-]
+  std::int32_t dead_time_ns{0};  ///< of the gate drivers, from one switch of a leg to the other one [ns]
   MinimumPulse::Parameters minimum_pulse{};  ///< of the gate drivers, before the dead time; none by default
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
   std::optional<std::int64_t> load_origin_ns{0};
@@ -131,7 +132,9 @@ class SimulatedDriveIo final : public FaultableDriveIo {
         .omega_m = plant_.omega_m(),
         .applied = applied,
         .plausible = complete && healthy(),
-        .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt};
+        .theta_m = parameters_.measures_angle ? std::optional{wrapped(plant_.theta_m())} : std::nullopt,
+        .winding_temperature =
+            parameters_.measures_winding_temperature ? std::optional{temperatures().winding} : std::nullopt};
     if (!parameters_.sensors.samples_at_once()) [[unlikely]] {
       measured.i_abc = {sampled_current_[0], sampled_current_[1], sampled_current_[2]};
       measured.u_dc = sampled_u_dc_;
