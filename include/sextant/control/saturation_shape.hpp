@@ -12,7 +12,7 @@ namespace sextant {
 ///   s G/L_s,   G = (g − 1) ψ_s,   g = (ψ_s/ψ_ref)^7
 /// At the flux reference it is that of the parameters, whatever s is: L_m is that of the operating point. The
 /// flux behind the leakage of the parameters, φ = ψ_s − σL_s i, is then below k_r ψ_r by σ s G, and
-///   dφ/dt = k_r² R_r i − (R_r/L_r) (φ + s (1 + σ) G) − σ s dG/dt
+///   dφ/dt = k_r² R_r i − (R_r/L_r) (φ + s G) − σ s dG/dt
 /// Source of circuit and law: Z. Qu, M. Ranta, M. Hinkkanen, J. Luomi, "Loss-minimizing flux level control of
 /// induction motor drives", IEEE Trans. Ind. Appl. 48 (2012) 952–961.
 template <class T = double>
@@ -39,9 +39,9 @@ class SaturationShape {
     excess_ = excess(flux + sigma_l_s_ * current);
     integral_ += dt * excess_;
   }
-  /// By what φ falls short for s = 1, as a multiple of R_r/L_r: (1 + σ) ∫G dt + σ τ_r (G − G_0). [Wb·s]
+  /// By what φ falls short for s = 1, as a multiple of R_r/L_r: ∫G dt + σ τ_r (G − G_0). [Wb·s]
   [[nodiscard]] constexpr T course() const noexcept {
-    return (T(1) + sigma_) * integral_ + sigma_ * tau_r_ * (excess_ - first_);
+    return integral_ + sigma_ * tau_r_ * (excess_ - first_);
   }
 
  private:
