@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "saturating_machine.hpp"
+
 namespace sextant {
 namespace {
 
@@ -19,12 +21,10 @@ InductionMachineParameters<T> nominal() {
 
 /// Magnetising by 23 A to 1.03 Wb, in some 70 ms, of a machine that differs from the nominal one by factors,
 /// with φ read with noise of that deviation [Wb] and the voltage along it off by `voltage` [V], of which the
-/// course knows the deviation `voltage_error` [V]; `saturation`: share of the magnetising current that it
-/// makes at a stator flux of 1.1 Wb.
+/// course knows the deviation `voltage_error` [V].
 template <class T>
 typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, double noise, unsigned seed,
-                                          double voltage = 0, double voltage_error = 0,
-                                          double saturation = 0) {
+                                          double voltage = 0, double voltage_error = 0) {
   const InductionMachineParameters<double> m = nominal<double>();
   const double a = r_r * m.k_r() * m.k_r() * m.r_r;
   const double b = r_r / l_r / m.tau_r();
@@ -36,9 +36,7 @@ typename FluxCourse<T>::Result identified(double r_s, double r_r, double l_r, do
   double phi = 0.2;
   double error = noise * normal(generator);
   while (phi < 1.03) {
-    const double psi_s = phi + m.sigma_l_s() * current;
-    const double decay = b * (1 + saturation * (std::pow(psi_s / 1.1, 7) - 1));
-    const double slope = (a * current - decay * phi) / (1 + 0.5 * decay * period);
+    const double slope = (a * current - b * phi) / (1 + 0.5 * b * period);
     phi += period * slope;
     error = keep * error + std::sqrt(1 - keep * keep) * noise * normal(generator);
     course.add(T(r_s * m.r_s * current + voltage + slope), T(current), T(phi + error), T(period));
@@ -83,16 +81,28 @@ TYPED_TEST(FluxCourseOf, AnErrorOfTheVoltageIsSharedByThePriorOfTheStatorResista
   EXPECT_GT(found.covariance.ss, blind.covariance.ss);
 }
 
-// Half of the magnetising current at 1.1 Wb is the iron's.
+// Up to half of the magnetising current at 1.1 Wb is the iron's. What shows is the flux behind the leakage of
+// the unsaturated machine. Where this is taken for k_r ψ_r, L_m is 19 % too low.
 TYPED_TEST(FluxCourseOf, SaturationIsNotTakenForAParameter) {
   using T = TypeParam;
   const auto m = nominal<double>();
   for (const double saturation : {0.25, 0.5}) {
     SCOPED_TRACE(saturation);
-    const auto found = identified<T>(1, 1, 1, 0, 0, 0, 0, saturation);
-    EXPECT_NEAR(double(found.r_s) / m.r_s, 1, 0.02);
-    EXPECT_NEAR(double(found.r_r) / m.r_r, 1, 0.05);
-    EXPECT_NEAR(double(found.l_m) + m.l_lr, m.l_r(), 0.05 * m.l_r());
+    const double current = 23;
+    const double leakage = m.sigma_l_s() * current;
+    SaturatingMachine machine{saturation};
+    while (machine.psi_s() < 0.3) machine.advance(current, period);
+    FluxCourse<T> course{nominal<T>(), T(correlation), T(0), T(1.1)};
+    while (machine.psi_s() < 1.12) {
+      const double before = machine.psi_s();
+      machine.advance(current, period);
+      const double slope = (machine.psi_s() - before) / period;
+      course.add(T(m.r_s * current + slope), T(current), T(machine.psi_s() - leakage), T(period));
+    }
+    const auto found = course.solve();
+    EXPECT_NEAR(double(found.r_s) / m.r_s, 1, 0.01);
+    EXPECT_NEAR(double(found.r_r) / m.r_r, 1, 0.015);
+    EXPECT_NEAR(double(found.l_m) / m.l_m, 1, 0.02);
   }
 }
 

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "saturating_machine.hpp"
+
 namespace sextant {
 namespace {
 
@@ -26,7 +28,6 @@ struct Errors {
   unsigned seed{};         ///< of the noise
   double voltage{};        ///< of the voltage [V]
   double voltage_error{};  ///< deviation of it that the course knows [V]
-  double saturation{};     ///< share of the magnetising current that it makes at 1.1 Wb [-]
 };
 
 /// Magnetising from a dead machine, which differs from the nominal one by factors, by 22 A to a stator flux
@@ -46,10 +47,8 @@ Found identified(double duration, double r_s, double r_r, double l_r, const Erro
   for (int k = 0; k < int(duration / period); ++k) {
     reached = reached || flux + 22.0 * m.sigma_l_s() >= 1.1;
     const double current = reached ? b / a * (1.1 - 22.0 * m.sigma_l_s()) : 22.0;
-    const double psi_s = flux + m.sigma_l_s() * current;
-    const double decay = b * (1 + errors.saturation * (std::pow(psi_s / 1.1, 7) - 1));
-    const double final_flux = a * current / decay;
-    const double next = final_flux + (flux - final_flux) * std::exp(-decay * period);
+    const double final_flux = a * current / b;
+    const double next = final_flux + (flux - final_flux) * std::exp(-b * period);
     const double next_error = errors.noise * normal(generator);
     const double behind = r_s * m.r_s * current + (next + next_error - flux - error) / period;
     flux = next;
@@ -90,7 +89,7 @@ TYPED_TEST(StandstillCourseOf, ItTellsAWrongResistanceWithinTheTimeOfAStart) {
   EXPECT_NEAR(stator.r_r, 1, 0.04);
   EXPECT_NEAR(stator.flux, 1, 0.05);
   const Found rotor = identified<TypeParam>(0.1, 1, 0.5, 1);
-  EXPECT_NEAR(rotor.r_s, 1, 0.06);
+  EXPECT_NEAR(rotor.r_s, 1, 0.08);
   EXPECT_NEAR(rotor.r_r, 1, 0.06);
   EXPECT_NEAR(rotor.flux, 1, 0.1);
 }
@@ -125,16 +124,28 @@ TYPED_TEST(StandstillCourseOf, AnErrorOfTheVoltageIsSharedByThePriors) {
   }
 }
 
-// A knee at 1.1 Wb: half of the magnetising current is the iron's there. Where that is not an unknown, the
-// flux that rises faster is taken for 31 % more R_r and as much less R_s.
+// Up to half of the magnetising current at 1.1 Wb is the iron's. Where the flux behind the leakage of the
+// unsaturated machine is taken for k_r ψ_r, R_r is 12 % too high.
 TYPED_TEST(StandstillCourseOf, SaturationIsNotTakenForAResistance) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> m;
   for (const double saturation : {0.25, 0.5}) {
     SCOPED_TRACE(saturation);
-    const Found found = identified<TypeParam>(0.1, 1, 1, 1, {.saturation = saturation});
-    EXPECT_NEAR(found.r_s, 1, 0.1);
-    EXPECT_NEAR(found.r_r, 1, 0.1);
-    EXPECT_NEAR(found.l_r, 1, 0.1);
-    EXPECT_NEAR(found.flux, 1, 0.1);
+    const double current = 22;
+    SaturatingMachine machine{saturation};
+    StandstillCourse<T> course{InductionMachineParameters<T>{}, T(0), T(1.1)};
+    course.begin(T(0));
+    double behind = 0;
+    while (machine.psi_s() < 1.12) {
+      machine.advance(current, period);
+      const double flux = machine.psi_s() - m.sigma_l_s() * current;
+      course.add(T(m.r_s * current + (flux - behind) / period), T(current), T(period));
+      behind = flux;
+    }
+    const auto found = course.result();
+    EXPECT_NEAR(double(found.r_s) / m.r_s, 1, 0.04);
+    EXPECT_NEAR(double(found.r_r) / m.r_r, 1, 0.03);
+    EXPECT_NEAR(double(found.l_m) / m.l_m, 1, 0.03);
   }
 }
 

@@ -105,6 +105,21 @@ TYPED_TEST(TorqueTrimOf, HoldsItsValueAfterAStepUntilTheTorqueHasCrossedTheRefer
   EXPECT_LT(double(this->trim.value()), before);
 }
 
+// A torque between both references is where the trim alone has led it: it gives way, though the torque never
+// crosses the trimmed reference, as where the vectors lock to the turn of the flux.
+TYPED_TEST(TorqueTrimOf, GivesWayToATorqueThatStandsBetweenBothReferences) {
+  for (const double sign : {1.0, -1.0}) {
+    this->trim.reset();
+    this->swing(20'000, 15, -sign * 8, 9);
+    const double wound = double(this->trim.value());
+    for (int k = 0; k < 10; ++k) this->step(15, 15 - sign * 60);
+    EXPECT_EQ(double(this->trim.value()), wound);
+    for (int k = 0; k < 400; ++k) this->step(15, 15 + 0.6 * wound);
+    // dx/dt = −0.6 x_0/τ for one τ.
+    EXPECT_NEAR(double(this->trim.value()), 0.4 * wound, 0.02 * std::abs(wound));
+  }
+}
+
 TYPED_TEST(TorqueTrimOf, StartsOnlyWhenTheTorqueHasCrossedTheReference) {
   for (int k = 0; k < 2000; ++k) this->step(5, 2);
   EXPECT_EQ(double(this->trim.value()), 0);

@@ -13,16 +13,16 @@
 namespace sextant {
 
 /// R_s, R_r and L_m by the course of the flux φ = k_r ψ_r in magnetising,
-///   φ = φ_0 + a ∫i dt − b ∫φ dt − b s ∫φ (g − 1) dt,   a = k_r² R_r,   b = R_r/L_r,
+///   φ = φ_0 + a ∫i dt − b ∫φ dt − b s S,   a = k_r² R_r,   b = R_r/L_r,
 /// where current i and voltage u behind the leakage are those along the flux, and s is an unknown of its own,
-/// by which the iron saturates (`SaturationShape`): by linear regression with Gaussian errors and prior (C.
-/// M. Bishop, Pattern Recognition and Machine Learning, New York 2006, section 3.3). A course of some tenths
-/// of the rotor time constant tells little of b, so that noise of φ of a percent is some ten percent of L_m.
-/// The prior (`ParameterPrior`) counts in proportion to the variance that remains about the course, and to
-/// that of errors which the course itself takes up, such as those of the sensors' gains: half a percent of
-/// the leakage flux σL_s i. With a large current and a short course these make the prior of L_m count about
-/// half.
-///   R_s = (∫u dt − a ∫i dt + b ∫φ dt + b s ∫φ (g − 1) dt)/∫i dt
+/// by which the iron saturates along the course S (`SaturationShape`): by linear regression with Gaussian
+/// errors and prior (C. M. Bishop, Pattern Recognition and Machine Learning, New York 2006, section 3.3). A
+/// course of some tenths of the rotor time constant tells little of b, so that noise of φ of a percent is
+/// some ten percent of L_m. The prior (`ParameterPrior`) counts in proportion to the variance that remains
+/// about the course, and to that of errors which the course itself takes up, such as those of the sensors'
+/// gains: half a percent of the leakage flux σL_s i. With a large current and a short course these make the
+/// prior of L_m count about half.
+///   R_s = (∫u dt − a ∫i dt + b ∫φ dt + b s S)/∫i dt
 /// A constant error δu of the voltage is an error δu/ī of R_s, ī the mean current; R_s follows as far as that
 /// is small beside its prior.
 template <class T = double>
@@ -49,16 +49,20 @@ class FluxCourse {
         b_{T(1) / machine.tau_r()},
         correlation_{correlation},
         voltage_error_{voltage_error},
-        shape_{flux_reference} {}
+        shape_{machine, flux_reference} {}
 
   /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux, φ [Wb].
   void add(T voltage, T current, T flux, T dt) noexcept {
-    if (!(time_ > T(0))) first_ = flux;
+    if (!(time_ > T(0))) {
+      first_ = flux;
+      shape_.begin(flux, current);
+    }
     time_ += dt;
     volt_seconds_ += dt * voltage;
     course_[raised] += a_ * dt * current;
     course_[decayed] -= b_ * dt * flux;
-    course_[bent] -= b_ * dt * flux * shape_.excess(flux + nominal_.sigma_l_s() * current);
+    shape_.add(flux, current, dt);
+    course_[bent] = -b_ * shape_.course();
     sums_.add(course_, flux - first_ - course_[raised] - course_[decayed], dt);
   }
 
@@ -192,11 +196,11 @@ class FluxCourse {
   T b_;                       ///< R_r/L_r [1/s]
   T correlation_;             ///< [s]
   T voltage_error_;           ///< [V]
-  SaturationShape<T> shape_;  ///< g
+  SaturationShape<T> shape_;  ///< S
   T time_{};                  ///< [s]
   T first_{};                 ///< φ at the begin [Wb]
   T volt_seconds_{};          ///< ∫u dt [Wb]
-  Row course_{};              ///< a ∫i dt, −b ∫φ dt, −b ∫φ (g − 1) dt [Wb]
+  Row course_{};              ///< a ∫i dt, −b ∫φ dt, −b S [Wb]
   Sums sums_{};
 };
 

@@ -2,14 +2,18 @@
 
 #include <algorithm>
 
+#include "sextant/core/induction_machine_parameters.hpp"
+
 namespace sextant {
 
-/// How the rotor's flux may decay faster the more of it there is, because the iron saturates:
-///   R_r/L_r = b (1 + s (g − 1)),   g = (ψ_s/ψ_ref)^7
-/// with the magnetising current of a power law, ψ_s/L (1 + c ψ_s^7), whose exponent is that of the source's
-/// machine. At the flux reference b is that of the parameters, whatever s is: L_m is that of the operating
-/// point.
-/// Source of the law: Z. Qu, M. Ranta, M. Hinkkanen, J. Luomi, "Loss-minimizing flux level control of
+/// How the rotor's flux may decay faster the more of it there is, because the iron saturates. In the Γ
+/// circuit, whose magnetising current is a power law of the stator flux, ψ_s/L (1 + c ψ_s^7), with the
+/// exponent of the source's machine, the magnetising current exceeds that of the machine's parameters by
+///   s G/L_s,   G = (g − 1) ψ_s,   g = (ψ_s/ψ_ref)^7
+/// At the flux reference it is that of the parameters, whatever s is: L_m is that of the operating point. The
+/// flux behind the leakage of the parameters, φ = ψ_s − σL_s i, is then below k_r ψ_r by σ s G, and
+///   dφ/dt = k_r² R_r i − (R_r/L_r) (φ + s (1 + σ) G) − σ s dG/dt
+/// Source of circuit and law: Z. Qu, M. Ranta, M. Hinkkanen, J. Luomi, "Loss-minimizing flux level control of
 /// induction motor drives", IEEE Trans. Ind. Appl. 48 (2012) 952–961.
 template <class T = double>
 class SaturationShape {
@@ -18,18 +22,43 @@ class SaturationShape {
   /// s is 0.5. [-]
   static constexpr T deviation = T(0.3);
 
-  /// flux_reference: ψ_ref [Wb].
-  explicit constexpr SaturationShape(T flux_reference) noexcept : per_flux_{T(1) / flux_reference} {}
+  /// From the parameters as configured. flux_reference: ψ_ref [Wb].
+  constexpr SaturationShape(const InductionMachineParameters<T>& machine, T flux_reference) noexcept
+      : per_flux_{T(1) / flux_reference},
+        sigma_l_s_{machine.sigma_l_s()},
+        sigma_{machine.sigma_l_s() / machine.l_s()},
+        tau_r_{machine.tau_r()} {}
 
-  /// g − 1, for a stator flux up to 1.25 ψ_ref, to which magnetising leads at most [Wb]. [-]
-  [[nodiscard]] constexpr T excess(T psi_s) const noexcept {
-    const T x = std::min(T(1.25), psi_s * per_flux_);
-    const T cube = x * x * x;
-    return cube * cube * x - T(1);
+  /// A course begins at φ = `flux` [Wb] and a current along it [A].
+  constexpr void begin(T flux, T current) noexcept {
+    first_ = excess_ = excess(flux + sigma_l_s_ * current);
+    integral_ = T(0);
+  }
+  /// dt [s] at φ = `flux` [Wb] and a current along it [A].
+  constexpr void add(T flux, T current, T dt) noexcept {
+    excess_ = excess(flux + sigma_l_s_ * current);
+    integral_ += dt * excess_;
+  }
+  /// By what φ falls short for s = 1, as a multiple of R_r/L_r: (1 + σ) ∫G dt + σ τ_r (G − G_0). [Wb·s]
+  [[nodiscard]] constexpr T course() const noexcept {
+    return (T(1) + sigma_) * integral_ + sigma_ * tau_r_ * (excess_ - first_);
   }
 
  private:
-  T per_flux_;  ///< 1/ψ_ref [1/Wb]
+  /// G at a stator flux; g up to 1.25 ψ_ref, to which magnetising leads at most. [Wb]
+  [[nodiscard]] constexpr T excess(T psi_s) const noexcept {
+    const T x = std::min(T(1.25), psi_s * per_flux_);
+    const T cube = x * x * x;
+    return psi_s * (cube * cube * x - T(1));
+  }
+
+  T per_flux_;    ///< 1/ψ_ref [1/Wb]
+  T sigma_l_s_;   ///< σL_s [H]
+  T sigma_;       ///< σ [-]
+  T tau_r_;       ///< L_r/R_r [s]
+  T first_{};     ///< G_0 [Wb]
+  T excess_{};    ///< G [Wb]
+  T integral_{};  ///< ∫G dt [Wb·s]
 };
 
 }  // namespace sextant

@@ -23,7 +23,7 @@ namespace sextant {
 /// lacks: with w = δu/i_0, i_0 the current of the first sample, and D = i_0 t − Q
 ///   U = (ρ + a) Q − b ∫(φ_0 + U) dt + b ρ ∫Q dt − w (D + b ∫D dt) − b s S,   R_s = ρ + w.
 /// At a constant current D is zero, and the priors of R_s and δu alone share what ρ exceeds R_s by. And
-/// saturation, by s (`SaturationShape`), S = ∫φ (g − 1) dt by the ρ that is known at the time.
+/// saturation, by s and its course S (`SaturationShape`) by the ρ that is known at the time.
 ///
 /// Nonlinear regression, by one step of Gauss-Newton a millisecond, with `ParameterPrior` and the errors of
 /// `FluxCourse`. Only the curve of U over a time of about τ_r tells R_s, R_r and L_r apart: the shorter the
@@ -41,12 +41,13 @@ class StandstillCourse {
         a_{machine.k_r() * machine.k_r() * machine.r_r},
         b_{T(1) / machine.tau_r()},
         voltage_error_{voltage_error},
-        shape_{flux_reference} {}
+        shape_{machine, flux_reference} {}
 
   /// Magnetising begins at this flux φ_0. [Wb]
   void begin(T flux) noexcept {
     first_ = flux;
-    time_ = since_sample_ = volt_seconds_ = charge_ = flux_seconds_ = charge_seconds_ = bend_ = T(0);
+    time_ = since_sample_ = volt_seconds_ = charge_ = flux_seconds_ = charge_seconds_ = T(0);
+    shape_.begin(flux, T(0));
     level_ = ohms_ = T(0);
     moments_ = {};
     shares_ = {};
@@ -60,7 +61,7 @@ class StandstillCourse {
     flux_seconds_ += dt * (first_ + volt_seconds_);
     charge_seconds_ += dt * charge_;
     const T phi = std::max(T(0), first_ + volt_seconds_ - (T(1) + shares_[rho]) * nominal_.r_s * charge_);
-    bend_ += dt * phi * shape_.excess(phi + nominal_.sigma_l_s() * current);
+    shape_.add(phi, current, dt);
     time_ += dt;
     since_sample_ += dt;
     if (since_sample_ < sample_time) return;
@@ -106,7 +107,7 @@ class StandstillCourse {
                   charge_seconds_,
                   flows ? level_ * time_ - charge_ : T(0),
                   flows ? T(0.5) * level_ * time_ * time_ - charge_seconds_ : T(0),
-                  bend_};
+                  shape_.course()};
     for (std::size_t n = 0; n < z.size(); ++n) {
       for (std::size_t k = 0; k < z.size(); ++k) moments_[n][k] += dt * z[n] * z[k];
     }
@@ -211,7 +212,7 @@ class StandstillCourse {
   T a_;                       ///< k_r² R_r [Ω]
   T b_;                       ///< R_r/L_r [1/s]
   T voltage_error_;           ///< of δu [V]
-  SaturationShape<T> shape_;  ///< g
+  SaturationShape<T> shape_;  ///< S
   T first_{};                 ///< φ_0 [Wb]
   T time_{};                  ///< [s]
   T since_sample_{};          ///< [s]
@@ -219,7 +220,6 @@ class StandstillCourse {
   T charge_{};                ///< Q [A·s]
   T flux_seconds_{};          ///< ∫(φ_0 + U) dt [Wb·s]
   T charge_seconds_{};        ///< ∫Q dt [A·s²]
-  T bend_{};                  ///< S [Wb·s]
   T level_{};                 ///< i_0; zero until a current flows [A]
   T ohms_{};                  ///< w [Ω]
   std::array<Terms, std::tuple_size_v<Terms>> moments_{};

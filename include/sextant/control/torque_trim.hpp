@@ -36,8 +36,8 @@ template <class T>
 /// it, so that a sag of the link leaves less to integrate anew.
 ///
 /// The trim holds its value from a period in which the torque is further than 2 ΔT from T_ref + x, as after a
-/// step of T_ref or where the link voltage does not suffice, until the torque has crossed T_ref + x, or
-/// the method rests short of it.
+/// step of T_ref or where the link voltage does not suffice, until the torque has crossed T_ref + x or stands
+/// between it and T_ref, whereto the trim alone drives it, or the method rests short of it.
 template <class T = double>
 class TorqueTrim {
  public:
@@ -64,7 +64,8 @@ class TorqueTrim {
   constexpr T step(T reference, T torque, T psi_ref, T u_dc, bool rests) noexcept {
     const T limit = limit_gain_ * psi_ref * u_dc;
     const T error = reference + share_ * limit - torque;
-    const bool begins = rests || error * error_before_ < T(0);
+    const bool is_between = error * (reference - torque) < T(0);
+    const bool begins = rests || is_between || error * error_before_ < T(0);
     follows_ = std::abs(error) < T(2) * limit && (follows_ || begins);
     if (follows_) {
       const T missing = gain_ * (reference - T(0.5) * (torque_before_ + torque));
