@@ -18,6 +18,7 @@
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/minimum_pulse.hpp"
 #include "sextant/core/saturation_parameters.hpp"
+#include "sextant/core/winding_resistance.hpp"
 #include "sextant/drive/capability_setup.hpp"
 #include "sextant/drive/command_setup.hpp"
 #include "sextant/drive/optimal_flux.hpp"
@@ -192,6 +193,7 @@ void expect_all_named() {
 TYPED_TEST(Descriptions, NameEveryMemberOfTheRestOfTheDrive) {
   expect_all_named<typename OptimalFlux<TypeParam>::Parameters>();
   expect_all_named<typename WindingTemperature<TypeParam>::Parameters>();
+  expect_all_named<WindingResistance<TypeParam>>();
 }
 
 TYPED_TEST(Descriptions, NameEveryMemberOfThePlant) {
