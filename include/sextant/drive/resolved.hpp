@@ -156,6 +156,7 @@ template <class T>
       capability_parameters(setup.capability, basis, r.drive.command.torque_limit,
                             setup.current_limit.value_or(T(0.8) * r.drive.protection.over_current));
   r.drive.optimal_flux = setup.optimal_flux;
+  r.drive.anti_jerk = setup.anti_jerk;
   r.drive.torque_monitor =
       torque_monitor_limits(setup.torque_monitor, basis, limits, r.drive.protection.current_offset);
 
