@@ -41,7 +41,7 @@ DRIVING_S = 30.0  # of a run without a fault [s]
 STEADY = "no fault"  # the row of the same operating points without any
 OWN = "own"  # the sensors of a file that sets their errors
 SENSOR, SEED = "plant.sensors.", "plant.sensors.seed"
-# With real sensors, where the file has neither an encoder nor a resolver.
+# With real sensors, where the file has no sensor of the shaft.
 ENCODER: Settings = {
     f"{SENSOR}encoder.lines": 1024,
     f"{SENSOR}encoder.speed": "period",
@@ -158,7 +158,8 @@ class Campaign:
     def encoder(self) -> Settings:
         """Of the drives without a fault, beside what the file says."""
         base = self.drive.base
-        has_own = base.get(f"{SENSOR}resolver.pole_pairs") or any(key.startswith(f"{SENSOR}encoder.") for key in base)
+        others = (f"{SENSOR}resolver.pole_pairs", f"{SENSOR}sin_cos.periods")
+        has_own = any(map(base.get, others)) or any(key.startswith(f"{SENSOR}encoder.") for key in base)
         return {} if has_own else ENCODER
 
     def drive_on(self, method: str, seed: int) -> tuple[false_trips.Drive, dict]:

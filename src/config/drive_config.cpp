@@ -113,6 +113,14 @@ std::string validate_imposed_speed(const DriveConfig& c, const ProfileParameters
          number_text(trip) + " rad/s: the drive would trip; lower the speed or raise the trip level";
 }
 
+std::string validate_initial_speed(const DriveConfig& c) {
+  const double speed = std::abs(c.plant.plant.initial.speed);
+  const double trip = c.drive.protection.over_speed;
+  if (!(speed > trip)) return {};
+  return "the shaft begins with " + number_text(speed) + " rad/s, above protection.over_speed_rad_s, " +
+         number_text(trip) + " rad/s: the drive would trip; lower the speed or raise the trip level";
+}
+
 std::string validate_current_range(const DriveConfig& c) {
   const ConverterParameters& sensor = c.plant.io.sensors.current;
   if (sensor.validate() != nullptr) return {};
@@ -156,8 +164,27 @@ std::string validate_resolver(const DriveConfig& c) {
          "): the drive could trip; take more bits or a lower bandwidth, or raise the limit";
 }
 
-std::string validate_driveline(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {
-  if (!imposes_speed || !plant.driveline.acts()) return {};
+std::string validate_sin_cos(const DriveConfig& c) {
+  const SinCosEncoderParameters& encoder = c.plant.io.sensors.sin_cos;
+  if (encoder.validate() != nullptr) return {};
+  // Two samples differ by up to twice the error.
+  const double error = encoder.quantisation_error(double(c.drive.period_ns) * 1e-9);
+  const auto [limit, key] = speed_check(c.drive.protection);
+  if (!(error > 0.5 * limit)) return {};
+  return number_text(encoder.bits) + " bits of " + number_text(encoder.periods) +
+         " sines a revolution make errors of the speed of up to " + rounded_text(error) +
+         " rad/s in a window of " + number_text(encoder.window_periods) + " periods, above " +
+         number_text(0.5 * limit) + " rad/s (half of " + key + ", " + number_text(limit) +
+         "): the drive could trip; take more bits, more sines or a longer window, or raise the limit";
+}
+
+std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {
+  if (!imposes_speed) return {};
+  if (plant.plant.initial.speed != 0.0)
+    return "an imposed speed is that of the shaft from the beginning: plant.initial_speed_rad_s must be 0, "
+           "or "
+           "the load a torque";
+  if (!plant.driveline.acts()) return {};
   return "an imposed speed turns the motor whatever its load does: plant.driveline.inertia_kg_m2 must be 0, "
          "or the load a torque";
 }
@@ -189,6 +216,7 @@ void describe(Section root, DriveConfig& c) {
       "peak of the stator current vector: limits the available torque, and what the control method asks for");
   DescribedTable of_drive{drive};
   describe(of_drive, c.setup.optimal_flux);
+  describe_parameters(drive.section("anti_jerk"), c.setup.anti_jerk);
   Section plant = root.section("plant");
   plant.flag("measures_winding_temperature", c.plant.io.measures_winding_temperature,
              "the simulated measurement has the winding's temperature of plant.thermal");
@@ -202,7 +230,7 @@ void describe(Section root, DriveConfig& c) {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
     if (p.command.validate() || p.protection.validate() || p.capability.validate() || p.validate_bands() ||
-        p.torque_monitor.validate()) {
+        p.torque_monitor.validate() || p.anti_jerk.validate()) {
       return {};
     }
     if (!(p.capability.current_limit < p.protection.over_current)) {
@@ -222,7 +250,7 @@ void describe(Section root, DriveConfig& c) {
   Section load = root.section("load");
   describe(load, c.load);
   load.section("kind").check(
-      [&c] { return validate_driveline(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
+      [&c] { return validate_free_shaft(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
 }
 
 }  // namespace sextant

@@ -63,6 +63,11 @@ std::string check_power_stage(const EcuConfig& c) {
     return "the inverter loses its power in the plant outside this process: set plant.inverter.losses there";
   if (elsewhere && c.drive.plant.driveline.acts())
     return "the driveline is that of the plant outside this process: set plant.driveline there";
+  const InitialState<double>& initial = c.drive.plant.plant.initial;
+  if (elsewhere && (initial.speed != 0 || initial.rotor_flux != 0)) {
+    return "the plant outside this process begins as its own file has it: set plant.initial_speed_rad_s and "
+           "initial_flux_wb there";
+  }
   if (!elsewhere || c.hil.pacing == Pacing::lockstep) return {};
   if (c.realtime.wake_every_periods > 1) {
     return "a plant in real time outside this process does not wait: realtime.wake_every_periods must be 1, "
@@ -84,10 +89,12 @@ void describe_simulated_plant(const Section& root, EcuConfig& c) {
   };
   const Section plant = root.section("plant");
   check(plant.section("u_dc_v"), validate_link);
+  check(plant.section("initial_speed_rad_s"), validate_initial_speed);
   check(plant.section("sensors").section("current").section("range_a"), validate_current_range);
   check(plant.section("sensors").section("voltage").section("range_v"), validate_voltage_range);
   check(plant.section("sensors").section("encoder").section("lines"), validate_encoder);
   check(plant.section("sensors").section("resolver").section("bits"), validate_resolver);
+  check(plant.section("sensors").section("sin_cos").section("bits"), validate_sin_cos);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ void describe(Section root, PlantConfig& c) {
   Section load = root.section("load");
   describe(load, c.load);
   load.section("kind").check(
-      [&c] { return validate_driveline(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
+      [&c] { return validate_free_shaft(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
   Section hil = root.section("hil");
   describe(hil, c.hil);
   hil.check([&c] { return check_pacing(c); });

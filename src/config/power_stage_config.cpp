@@ -67,6 +67,16 @@ void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
   describe(s.section("losses"), p.losses);
 }
 
+/// A flux that the link cannot make ends the run.
+std::string check_initial_flux(const SimulatedPowerStage::Parameters& p) {
+  if (p.plant.validate() != nullptr || p.plant.initial.rotor_flux == 0.0) return {};
+  SimulatedPowerStage::Plant plant{p.plant};
+  plant.set_inputs({.u_dc = p.io.u_dc});
+  if (plant.is_reachable()) return {};
+  return "initial_flux_wb is more than this [machine] can have behind a link of u_dc_v, " +
+         number_text(p.io.u_dc) + " V: lower it";
+}
+
 /// A brake chopper that would load the source.
 std::string check_chopper(const SimulatedPowerStage::Parameters& p) {
   if (!p.link.has_chopper() || p.link.chopper_off > p.io.u_dc) return {};
@@ -129,6 +139,8 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
             "control periods for which a pattern holds that is not renewed");
   s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
            "bearings and fan, torque per speed");
+  DescribedTable own{s};
+  describe(own, p.plant.initial);
   describe_parameters(s.section("saturation"), p.plant.saturation);
   describe_parameters(s.section("iron_loss"), p.plant.iron_loss);
   describe_inverter(s.section("inverter"), p);
@@ -153,6 +165,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   describe_parameters(s.section("erk"), p.erk);
   s.check([&p] { return check_magnetics(p); });
   s.check([&p] { return check_hysteresis(p.plant); });
+  s.check([&p] { return check_initial_flux(p); });
   s.check([&p] { return check_chopper(p); });
   s.check([&p] { return check_stiffness(p); });
 }

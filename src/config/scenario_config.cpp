@@ -208,6 +208,9 @@ std::string validate_event_exact(const ScenarioConfig& c) {
     return "an event-exact run has an inverter without losses, plant.inverter.losses must have no curve";
   if (c.drive.plant.driveline.acts())
     return "an event-exact run has its load on the motor's shaft, plant.driveline.inertia_kg_m2 must be 0";
+  if (c.drive.plant.plant.initial.speed != 0 || c.drive.plant.plant.initial.rotor_flux != 0)
+    return "an event-exact run begins at rest and with event_exact.initial_flux_wb, "
+           "plant.initial_speed_rad_s and initial_flux_wb must be 0";
   const IntegratorKind integrator = c.drive.plant.integrator;
   if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
     return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";
@@ -267,9 +270,9 @@ std::string validate_alone(const ScenarioConfig& c) {
 }
 
 /// A cycle without a vehicle imposes the speed of the motor, and the motors of a vehicle are in its wheels.
-std::string validate_driveline_of_cycle(const ScenarioConfig& c) {
+std::string validate_shaft_of_cycle(const ScenarioConfig& c) {
   if (!c.cycle.is_given()) return {};
-  if (!c.cycle.drives_vehicle()) return validate_driveline(c.drive.plant, true);
+  if (!c.cycle.drives_vehicle()) return validate_free_shaft(c.drive.plant, true);
   if (c.drive.plant.driveline.gear_ratio == 1) return {};
   return "the motors of the vehicle are in its wheels: plant.driveline.gear_ratio must be 1";
 }
@@ -277,8 +280,13 @@ std::string validate_driveline_of_cycle(const ScenarioConfig& c) {
 /// The command supervision blocks a torque beyond its limit.
 std::string validate_driver(const ScenarioConfig& c) {
   if (!c.cycle.drives_vehicle()) return {};
-  if (!c.cycle.speed.points.empty() && c.cycle.speed.points.front().value != 0.0)
-    return "the cycle must begin at rest, where the vehicle is";
+  const double speed = c.cycle.vehicle.wheel_radius * c.drive.plant.plant.initial.speed;
+  if (!c.cycle.speed.points.empty() &&
+      !(std::abs(c.cycle.speed.points.front().value - speed) <= 0.01 * std::abs(speed))) {
+    return speed == 0.0 ? "the cycle must begin at rest, where the vehicle is"
+                        : "the cycle must begin within 1 % of the vehicle's speed, " + number_text(speed) +
+                              " m/s by plant.initial_speed_rad_s";
+  }
   const bool beyond = c.drive.drive.command.torque_limit < c.cycle.driver.torque_limit;
   const bool has_supervision = c.mode == ScenarioMode::sampled;
   return has_supervision && beyond ? "torque_limit_nm is above command.torque_limit_nm" : "";
@@ -345,7 +353,7 @@ void describe(Section root, ScenarioConfig& c) {
   describe(root, c.cycle,
            [&c] { return std::min(c.drive.drive.command.torque_limit, c.drive.drive.capability.torque); });
   root.section("cycle").check([&c] { return validate_alone(c); });
-  root.section("cycle").check([&c] { return validate_driveline_of_cycle(c); });
+  root.section("cycle").check([&c] { return validate_shaft_of_cycle(c); });
   root.section("driver").check([&c] { return validate_driver(c); });
   root.derive([&c] { prescribe(c); });
   describe(root.section("metrics"), scenario.metrics, c.drive.drive);
@@ -363,6 +371,9 @@ void describe(Section root, ScenarioConfig& c) {
                                  [](Section s, WindowExpectation& w) { describe(std::move(s), w); });
   root.section("plant").section("u_dc_v").check(
       [&c] { return c.expected_fault ? std::string{} : validate_link(c.drive); });
+  root.section("plant").section("initial_speed_rad_s").check([&c] {
+    return c.expected_fault ? std::string{} : validate_initial_speed(c.drive);
+  });
   root.section("load").section("speed_rad_s").check([&c] {
     return c.cycle.is_given() ? std::string{} : validate_speed(c);
   });
@@ -377,6 +388,8 @@ void describe(Section root, ScenarioConfig& c) {
   sensors.section("resolver").section("bits").check([&c] {
     return c.expected_fault ? std::string{} : validate_resolver(c.drive);
   });
+  sensors.section("sin_cos").section("bits").check(
+      [&c] { return c.expected_fault ? std::string{} : validate_sin_cos(c.drive); });
   root.section("profile").section("torque_nm").check([&c] {
     return c.cycle.is_given() ? std::string{} : validate_torque(c);
   });

@@ -78,6 +78,8 @@ void describe(Section s, SensorParameters& p, const std::function<std::int32_t()
   describe(encoder, p.encoder);
   DescribedTable resolver{s.section("resolver")};
   describe(resolver, p.resolver);
+  DescribedTable sin_cos{s.section("sin_cos")};
+  describe(sin_cos, p.sin_cos);
   s.check(p);
 }
 

@@ -80,6 +80,21 @@ TEST_F(CycleConfigFile, OfAVehicleBeginsAtRest) {
               HasSubstr("must begin at rest"));
 }
 
+// 10 km/h on wheels of 0.2786 m are 9.97 rad/s.
+TEST_F(CycleConfigFile, OfAVehicleBeginsWithTheSpeedOfItsShaft) {
+  (void)files_.write("moving.csv", "time_s,speed_kmh\n0,10\n9,30\n");
+  const auto begins = [](const char* speed) {
+    return "vehicle = \"" + configs + "/vehicles/micro_ev.toml\"\n[cycle]\nfile = \"moving.csv\"\nload = " +
+           "\"vehicle\"\n[plant]\ninitial_speed_rad_s = " + speed + "\n";
+  };
+  EXPECT_EQ(load(begins("9.97")).drive.plant.plant.initial.speed, 9.97);
+  EXPECT_THAT(refusal(begins("-9.97")),
+              HasSubstr("the cycle must begin within 1 % of the vehicle's speed, "));
+  EXPECT_THAT(refusal(begins("9.8")), HasSubstr("m/s by plant.initial_speed_rad_s"));
+  EXPECT_THAT(refusal(cycle_lines("[plant]\ninitial_speed_rad_s = 9.97\n")),
+              HasSubstr("an imposed speed is that of the shaft from the beginning"));
+}
+
 // m g r/n sin(atan(0.08)) of the micro vehicle on each of its motors, and the road's fall as less than zero.
 TEST_F(CycleConfigFile, OfAVehicleHasTheGradeOfItsFile) {
   (void)files_.write("hill.csv", "time_s,speed_kmh,grade_percent\n0,0,8\n5,10,8\n9,30,-3\n");

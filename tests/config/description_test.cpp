@@ -19,6 +19,7 @@
 #include "sextant/core/minimum_pulse.hpp"
 #include "sextant/core/saturation_parameters.hpp"
 #include "sextant/core/winding_resistance.hpp"
+#include "sextant/drive/anti_jerk.hpp"
 #include "sextant/drive/capability_setup.hpp"
 #include "sextant/drive/command_setup.hpp"
 #include "sextant/drive/optimal_flux.hpp"
@@ -27,6 +28,7 @@
 #include "sextant/plant/cvode_parameters.hpp"
 #include "sextant/plant/dc_link_parameters.hpp"
 #include "sextant/plant/driveline_parameters.hpp"
+#include "sextant/plant/initial_state.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
@@ -34,6 +36,7 @@
 #include "sextant/sim/encoder.hpp"
 #include "sextant/sim/event_exact_parameters.hpp"
 #include "sextant/sim/resolver.hpp"
+#include "sextant/sim/sin_cos_encoder.hpp"
 
 namespace sextant {
 namespace {
@@ -192,6 +195,7 @@ void expect_all_named() {
 
 TYPED_TEST(Descriptions, NameEveryMemberOfTheRestOfTheDrive) {
   expect_all_named<typename OptimalFlux<TypeParam>::Parameters>();
+  expect_all_named<AntiJerkParameters<TypeParam>>();
   expect_all_named<typename WindingTemperature<TypeParam>::Parameters>();
   expect_all_named<WindingResistance<TypeParam>>();
 }
@@ -201,6 +205,7 @@ TYPED_TEST(Descriptions, NameEveryMemberOfThePlant) {
   expect_all_named<IronLossParameters<TypeParam>>();
   expect_all_named<DcLinkParameters<TypeParam>>();
   expect_all_named<DrivelineParameters<TypeParam>>();
+  expect_all_named<InitialState<TypeParam>>();
   ThermalParameters<TypeParam> thermal;
   Described of_thermal;
   describe(of_thermal, thermal);
@@ -215,6 +220,7 @@ TEST(DescriptionsOfARun, NameEveryMember) {
   expect_all_named<WaitParameters>();
   expect_all_named<EncoderParameters>();
   expect_all_named<ResolverParameters>();
+  expect_all_named<SinCosEncoderParameters>();
   expect_all_named<VehicleParameters>();
   CvodeParameters cvode;
   Described of_cvode;

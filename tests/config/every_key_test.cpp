@@ -216,6 +216,8 @@ std::vector<Kind> kinds() {
                "protection.over_speed_rad_s",
                "protection.dc_under_voltage_v",
                "protection.winding.warning_c",
+               "drive.anti_jerk.gain_nm_s_rad",
+               "plant.initial_speed_rad_s",
                "plant.u_dc_v"});
   }
   return list;

@@ -199,6 +199,22 @@ TEST_F(ExpectationConfig, AResolverThatIsTooCoarseForTheSpeedsChecksIsRefused) {
       HasSubstr("4 bits at 300 Hz make errors"));
 }
 
+// 2 arcsin(2 √2/2^7)/(4 sines · 1 period of 25 us): 442 rad/s, and 20 rad/s in 22 periods.
+TEST_F(ExpectationConfig, ASinCosEncoderThatIsTooCoarseForTheSpeedsChecksIsRefused) {
+  const std::string limits = "[protection]\nspeed_jump_rad_s = 50\nspeed_error_rad_s = 40\n";
+  const std::string encoder = "[plant.sensors.sin_cos]\nperiods = 4\nbits = 7\n";
+  EXPECT_THAT(refusal(limits + encoder),
+              HasSubstr("plant.sensors.sin_cos.bits: 7 bits of 4 sines a revolution make errors of the speed "
+                        "of up to 442 rad/s in a window of 1 periods, above 20 rad/s (half of "
+                        "protection.speed_error_rad_s, 40): the drive could trip"));
+  EXPECT_THAT(refusal(limits + encoder + "window_periods = 22\n"), HasSubstr("could trip"));
+  EXPECT_NO_THROW(load(limits + encoder + "window_periods = 23\n"));
+  EXPECT_NO_THROW(load(limits + "[plant.sensors.sin_cos]\nperiods = 4\n"));
+  EXPECT_NO_THROW(load(limits + encoder + "[expect]\nfault = \"SPEED_SENSOR\"\n"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.sensors.sin_cos.periods=1", "plant.sensors.sin_cos.bits=4"}),
+              HasSubstr("4 bits of 1 sines"));
+}
+
 TEST_F(ExpectationConfig, ATorqueBeyondTheGatesLimitIsRefused) {
   const std::string gate = "[command]\ntorque_limit_nm = 20\n";
   EXPECT_THAT(

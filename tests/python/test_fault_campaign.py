@@ -152,6 +152,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> fault_campaign_file.Ca
         ("current.noise_a = 0.1", True, False),
         ("encoder.lines = 2048", True, True),
         ("resolver.pole_pairs = 2", True, True),
+        ("sin_cos.periods = 512", True, True),
     ],
 )
 def test_sensors_of_a_file_are_kept(

@@ -69,6 +69,9 @@ void describe(Section root, DriveConfig& config);
 [[nodiscard]] std::string validate_imposed_speed(const DriveConfig& config, const ProfileParameters& speed,
                                                  std::int64_t duration_ns);
 
+/// The same of the speed with which the plant's shaft begins.
+[[nodiscard]] std::string validate_initial_speed(const DriveConfig& config);
+
 /// Empty when the sensors of the simulated plant can read more than the level at which the drive trips, else
 /// a sentence.
 [[nodiscard]] std::string validate_current_range(const DriveConfig& config);
@@ -79,11 +82,13 @@ void describe(Section root, DriveConfig& config);
 [[nodiscard]] std::string validate_encoder(const DriveConfig& config);
 /// The same of the error that the resolver's quantisation may make in the speed.
 [[nodiscard]] std::string validate_resolver(const DriveConfig& config);
+/// The same of the converters of a sin/cos encoder.
+[[nodiscard]] std::string validate_sin_cos(const DriveConfig& config);
 
-/// Empty unless a speed is imposed on the motor's shaft while a load turns behind a driveline, else a
-/// sentence.
-[[nodiscard]] std::string validate_driveline(const SimulatedPowerStage::Parameters& plant,
-                                             bool imposes_speed);
+/// Empty unless a speed is imposed on the motor's shaft while a load turns behind a driveline, or while the
+/// shaft begins with a speed of its own, else a sentence.
+[[nodiscard]] std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant,
+                                              bool imposes_speed);
 
 /// Sections plant and load alone.
 /// lead_of_drive: as the sensors take it. [ns]

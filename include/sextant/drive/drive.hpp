@@ -14,6 +14,7 @@
 #include "sextant/core/sampling_instant.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/two_level_inverter.hpp"
+#include "sextant/drive/anti_jerk.hpp"
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/drive/flux_slew.hpp"
@@ -52,6 +53,7 @@ class Drive {
     typename LinkVoltageBand<T>::Parameters high_voltage{};  ///< for regenerating
     typename OptimalFlux<T>::Parameters optimal_flux{};
     typename TorqueMonitor<T>::Parameters torque_monitor{};
+    AntiJerkParameters<T> anti_jerk{};  ///< none by default
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
@@ -65,6 +67,9 @@ class Drive {
       if (const char* problem = validate_bands()) return problem;
       if (const char* problem = optimal_flux.validate()) return problem;
       if (const char* problem = torque_monitor.validate()) return problem;
+      if (const char* problem = anti_jerk.validate()) return problem;
+      const T period_s = T(period_ns) * T(1e-9);
+      if (const char* problem = anti_jerk.validate_with(capability.machine.inertia, period_s)) return problem;
       // Protections that count periods of another length would be silent.
       return protection.period_ns == period_ns ? nullptr
                                                : "the control periods of drive and protections differ";
@@ -121,7 +126,8 @@ class Drive {
         optimal_flux_{parameters.optimal_flux, parameters.capability},
         flux_slew_{parameters.capability.machine},
         held_flux_{parameters.capability.machine, parameters.capability.current_limit},
-        torque_monitor_{parameters.torque_monitor} {}
+        torque_monitor_{parameters.torque_monitor},
+        anti_jerk_{parameters.anti_jerk} {}
 
   /// The control period that begins at t_ns, on the clock of the commands' time stamps [ns]. Where that clock
   /// steps back, ages start from zero; where it steps forward, ages grow by the step. Never allocates, locks,
@@ -140,8 +146,8 @@ class Drive {
     const Measurement<T> measurement = usable ? protection_.without_offset(raw) : raw;
     AvailableTorque<T> available = available_torque(measurement, dt);
     const LimitedTorque<T> present = present_limit(available);
-    const SupervisedCommand<T> command =
-        supervise(request, t_ns, dt, available.range(measurement.omega_m).within(present.torque));
+    const TorqueRange<T> range = available.range(measurement.omega_m).within(present.torque);
+    const SupervisedCommand<T> command = supervise(request, t_ns, dt, range);
     const bool limited = std::abs(command.torque) >= present.torque;
     LimitedTorque<T>& side = available.side(command.setpoint, measurement.omega_m);
     if (limited) side.lower_to(present);
@@ -160,7 +166,8 @@ class Drive {
     const FluxDemand<T> demand{.torque = makes_torque(state_) ? command.torque : T(0),
                                .omega_m = measurement.omega_m,
                                .takes_most = limited || !makes_torque(state_)};
-    DriveOutput<T> output{control(believed(measurement, usable, elapsed_ns), demand, held, dt),
+    const T torque = anti_jerk_.acts() ? damped(measurement, usable, command, range, dt) : demand.torque;
+    DriveOutput<T> output{control(believed(measurement, usable, elapsed_ns), demand, torque, held, dt),
                           telemetry(t_ns, measurement, i_dc, request, command, available)};
     output.telemetry.pattern = output.pattern;
     return output;
@@ -337,11 +344,23 @@ class Drive {
     return believed_;
   }
 
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const FluxDemand<T>& demand, T held,
-                                    T dt) noexcept {
+  /// The torque reference with what damps the shaft, which the drive publishes, and compares the torque with.
+  /// While the reference ramps to zero the correction is at most the share of it, and ends with it. [N·m]
+  [[nodiscard]] T damped(const Measurement<T>& measurement, bool usable, const SupervisedCommand<T>& command,
+                         TorqueRange<T> range, T dt) noexcept {
+    if (usable) anti_jerk_.step(measurement.omega_m, dt);
+    if (!makes_torque(state_)) return T(0);
+    const T full =
+        is_ramp_to_zero(command.ramp) ? std::abs(command.torque) : parameters_.command.torque_limit;
+    return anti_jerk_.corrected(command.torque, full, range);
+  }
+
+  /// `torque`: reference of the controller; that of the demand is without what damps the shaft. [N·m]
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const FluxDemand<T>& demand, T torque,
+                                    T held, T dt) noexcept {
     const T target = optimal_flux_.step(demand, capability_, dt);
     const T share = gates_are_on(state_) ? flux_slew_.step(target, held, dt) : flux_slew_.reset(target);
-    reference_ = {control_mode(), demand.torque, share};
+    reference_ = {control_mode(), torque, share};
     const GatePattern pattern = controller_.step(measurement, reference_);
     if (pattern.duration_ns() == parameters_.period_ns) return pattern;
     if (gates_are_on(state_)) trip(Fault::torque_plausibility);
@@ -440,6 +459,7 @@ class Drive {
   FluxSlew<T> flux_slew_;
   HeldFlux<T> held_flux_;
   TorqueMonitor<T> torque_monitor_;
+  AntiJerk<T> anti_jerk_;
   FaultMemory faults_{};
   std::optional<std::int64_t> last_t_ns_{};  ///< of the period before [ns]
   std::int64_t magnetising_left_ns_{0};      ///< until MAGNETISING is a fault [ns]

@@ -31,6 +31,7 @@ struct DriveSetup {
   ProtectionSetup<T> protection{};
   TorqueMonitorSetup<T> torque_monitor{};
   typename OptimalFlux<T>::Parameters optimal_flux{};
+  AntiJerkParameters<T> anti_jerk{};
 
   /// What is wrong with the basis, or null. `ResolvedDrive` checks the rest.
   [[nodiscard]] const char* validate() const noexcept {

@@ -179,6 +179,7 @@ template <class T>
   r.drive.high_voltage = link_voltage_band(setup.capability.high_voltage, setup.capability.high_voltage_zero,
                                            r.drive.protection.dc_over_voltage);
   r.drive.optimal_flux = setup.optimal_flux;
+  r.drive.anti_jerk = setup.anti_jerk;
   r.drive.torque_monitor =
       torque_monitor_limits(setup.torque_monitor, basis, limits, r.drive.protection.current_offset);
   if (setup.torque_monitor.machine)

@@ -44,9 +44,9 @@ struct AppendedPair {
   }
 
   // The rest is as `FeedbackSystem` has it.
-  constexpr void begin(std::span<T, std::size_t(size)> y) const noexcept SEXTANT_NONBLOCKING {
-    if constexpr (sextant::feeds_back<First>) first.begin(y.template first<head>());
-    if constexpr (sextant::feeds_back<Second>) second.begin(y.template last<tail>());
+  constexpr void begin(std::span<T, std::size_t(size)> y, T omega_m) const noexcept SEXTANT_NONBLOCKING {
+    if constexpr (sextant::feeds_back<First>) first.begin(y.template first<head>(), omega_m);
+    if constexpr (sextant::feeds_back<Second>) second.begin(y.template last<tail>(), omega_m);
   }
   constexpr void act(std::span<const T, std::size_t(size)> y, T omega_m,
                      PlantInputs<T>& inputs) const noexcept SEXTANT_NONBLOCKING {

@@ -46,7 +46,7 @@ concept AppendedSystem =
 /// An appended system that declares `static constexpr bool feeds_back = true` acts on the plant: its states
 /// decide inputs of the plant that are otherwise given, as a DC link decides the voltage, and a driveline
 /// the load torque. `given`: the plant's inputs as they were set; omega_m: speed of the motor [rad/s].
-///   begin(y)                      the states before anything has happened
+///   begin(y, omega_m)             the states with which the plant begins, the motor at that speed
 ///   act(y, omega_m, inputs)       changes the given inputs to those that act
 ///   events(y, omega_m, given, g)  `event_count` functions; an event is a fall through zero
 ///   on_event(event, y)            the event of one of them has come; may change y
@@ -62,7 +62,7 @@ concept FeedbackSystem =
     requires(const A& a, A& changed, std::span<const T, std::size_t(A::size)> y,
              std::span<T, std::size_t(A::size)> z, T omega_m, const PlantInputs<T>& given,
              PlantInputs<T>& inputs, std::span<T, std::size_t(A::event_count)> g) {
-      { a.begin(z) } noexcept;
+      { a.begin(z, omega_m) } noexcept;
       { a.act(y, omega_m, inputs) } noexcept;
       { a.events(y, omega_m, given, g) } noexcept;
       { changed.on_event(0, z) } noexcept;

@@ -82,7 +82,7 @@ class DcLink {
     dy[chopper] = u * i_b;
   }
 
-  constexpr void begin(States y) const noexcept SEXTANT_NONBLOCKING { y[voltage] = initial_voltage_; }
+  constexpr void begin(States y, T) const noexcept SEXTANT_NONBLOCKING { y[voltage] = initial_voltage_; }
   constexpr void act(Values y, T, PlantInputs<T>& inputs) const noexcept SEXTANT_NONBLOCKING {
     inputs.u_dc = y[voltage];
   }

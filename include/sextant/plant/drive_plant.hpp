@@ -71,7 +71,7 @@ class DrivePlant {
   /// States of the appended system.
   using Integrals = std::array<T, std::size_t(Appended::size)>;
 
-  /// At rest, without flux, gates off. The parameters must be valid.
+  /// In the initial state of the parameters, gates off. The parameters must be valid.
   explicit DrivePlant(const DrivePlantParameters<T>& parameters, Appended appended_system = Appended{})
       : DrivePlant{parameters, std::move(appended_system), machine_of(parameters)} {}
 
@@ -91,7 +91,7 @@ class DrivePlant {
     const T p = T(m.pole_pairs);
     shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
     note_stator_resistance();
-    if constexpr (feeds_back) appended_.begin(appended_states());
+    begin(parameters.initial);
     settle_inverter();
   }
 
@@ -431,6 +431,15 @@ class DrivePlant {
     InductionMachineParameters<T> m = parameters.machine;
     m.r_s += parameters.drops.slope_resistance;
     return m;
+  }
+  void begin(const InitialState<T>& initial) noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> psi_r{initial.rotor_flux, T(0)};
+    const SpaceVector<T> psi_s = machine_.stator_flux({}, psi_r);
+    x_[psi_s_alpha] = psi_s.alpha;
+    x_[psi_s_beta] = psi_s.beta;
+    x_[psi_r_alpha] = psi_r.alpha;
+    x_[omega] = initial.speed;
+    if constexpr (feeds_back) appended_.begin(appended_states(), initial.speed);
   }
   void note_jump() noexcept SEXTANT_NONBLOCKING {
     ++revision_;

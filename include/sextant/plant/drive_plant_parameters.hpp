@@ -5,6 +5,7 @@
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/saturation_parameters.hpp"
 #include "sextant/plant/conduction_drops.hpp"
+#include "sextant/plant/initial_state.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
 #include "sextant/plant/plant_inputs.hpp"
 #include "sextant/plant/road_load.hpp"
@@ -20,6 +21,7 @@ struct DrivePlantParameters {
   T viscous_friction{};                  ///< B, torque per speed of bearings and fan [N·m·s/rad]
   RoadLoad<T> road_load{};               ///< of the vehicle that the shaft drives; none by default
   ConductionDrops<T> drops{};            ///< of the inverter; none by default
+  InitialState<T> initial{};             ///< at rest and without flux by default
 
   /// nullptr when the values make a plant, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
@@ -31,6 +33,7 @@ struct DrivePlantParameters {
       return "the viscous friction must be finite and not below zero";
     }
     if (const char* reason = road_load.validate()) return reason;
+    if (const char* reason = initial.validate()) return reason;
     return drops.validate();
   }
 

@@ -87,8 +87,11 @@ class Driveline {
     dy[load] = tau_l * y[load_speed];
   }
 
-  /// In the middle of the gap, the load at rest.
-  constexpr void begin(States y) const noexcept SEXTANT_NONBLOCKING { std::fill(y.begin(), y.end(), T(0)); }
+  /// In the middle of the gap, the load as fast as the motor.
+  constexpr void begin(States y, T omega_m) const noexcept SEXTANT_NONBLOCKING {
+    std::fill(y.begin(), y.end(), T(0));
+    y[load_speed] = omega_m;
+  }
   constexpr void act(Values y, T omega_m, PlantInputs<T>& inputs) const noexcept SEXTANT_NONBLOCKING {
     inputs.tau_l = is_free(y) ? T(0) : contact_torque(y, omega_m);
   }

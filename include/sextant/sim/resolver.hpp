@@ -51,7 +51,7 @@ inline void describe(Description& d, ResolverParameters& p) {
   d.integer(
       "pole_pairs", pole_pairs, "", 0, 64,
       "periods of the resolver's signals a revolution; 0: speed and angle are the true ones, or those of "
-      "an encoder");
+      "another sensor");
   d.number("amplitude_error", amplitude_error,
            {"", -0.5, 0.5, "by which the sine's amplitude is larger than the cosine's: a second harmonic"});
   d.number("quadrature_error_rad", quadrature_error,

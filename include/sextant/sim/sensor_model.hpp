@@ -15,6 +15,7 @@
 #include "sextant/sim/normal_noise.hpp"
 #include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/resolver.hpp"
+#include "sextant/sim/sin_cos_encoder.hpp"
 
 namespace sextant {
 
@@ -32,8 +33,9 @@ struct SensorParameters {
   std::int32_t sampling_lead_ns{};  ///< currents and voltage are sampled so long before a period [ns]
   std::int32_t sampling_skew_ns{};  ///< phase b is sampled so long before c, and a before b [ns]
   EncoderParameters encoder{};
-  ResolverParameters resolver{};  ///< in place of an encoder
-  std::uint64_t seed{1};          ///< of the noise [-]
+  ResolverParameters resolver{};      ///< in place of an encoder
+  SinCosEncoderParameters sin_cos{};  ///< in place of both
+  std::uint64_t seed{1};              ///< of the noise [-]
 
   /// Parameters of the current sensor of phase 0, 1 or 2.
   [[nodiscard]] ConverterParameters current_of(std::size_t phase) const noexcept {
@@ -60,16 +62,18 @@ struct SensorParameters {
     if (const char* problem = voltage.validate()) return problem;
     if (const char* problem = encoder.validate()) return problem;
     if (const char* problem = resolver.validate()) return problem;
-    if (encoder.lines > 0 && resolver.pole_pairs > 0)
-      return "the shaft has an encoder or a resolver: encoder.lines or resolver.pole_pairs must be 0";
+    if (const char* problem = sin_cos.validate()) return problem;
+    if (int{encoder.lines > 0} + int{resolver.pole_pairs > 0} + int{sin_cos.periods > 0} > 1)
+      return "the shaft has one sensor: only one of encoder.lines, resolver.pole_pairs and sin_cos.periods "
+             "may be above 0";
     if (sampling_skew_ns < 0) return "the skew of the samples must not be below zero";
     return sampling_lead_ns >= 0 ? nullptr
                                  : "the sampling instant must not come after the period's beginning";
   }
 };
 
-/// Makes of a true measurement what the sensors read: swapped currents and their drift, converters, encoder
-/// or resolver, then the faults that replace a reading. A reading that is kept is that of the last step
+/// Makes of a true measurement what the sensors read: swapped currents and their drift, converters, the
+/// shaft's sensor, then the faults that replace a reading. A reading that is kept is that of the last step
 /// before the fault.
 class SensorModel {
  public:
@@ -81,12 +85,13 @@ class SensorModel {
         voltage_{p.voltage, false},
         encoder_{p.encoder},
         resolver_{p.resolver},
+        sin_cos_{p.sin_cos},
         noise_{p.seed},
         fault_{fault},
         is_noisy_{p.current.noise > 0.0 || p.voltage.noise > 0.0},
         is_ideal_{fault.kind == PlantFaultKind::none && !takes_faults && encoder_.is_ideal() &&
-                  resolver_.is_ideal() && voltage_.is_ideal() && current_[0].is_ideal() &&
-                  current_[1].is_ideal() && current_[2].is_ideal()} {}
+                  resolver_.is_ideal() && sin_cos_.is_ideal() && voltage_.is_ideal() &&
+                  current_[0].is_ideal() && current_[1].is_ideal() && current_[2].is_ideal()} {}
 
   /// True where `step` changes nothing.
   [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
@@ -101,6 +106,7 @@ class SensorModel {
     if (!can_count(theta_m) || !can_count(omega_m)) return;
     if (!encoder_.is_ideal()) encoder_.begin(theta_m, omega_m, t_ns, period_ns);
     if (!resolver_.is_ideal()) resolver_.begin(theta_m, omega_m, t_ns);
+    if (!sin_cos_.is_ideal()) sin_cos_.begin(theta_m, omega_m, t_ns, period_ns);
   }
 
   /// A measurement of true values with the shaft at theta_m [rad], not wrapped, at t_ns; fault_ns: the same
@@ -139,6 +145,7 @@ class SensorModel {
     if (!can_count(theta_m)) return;
     if (!encoder_.is_ideal()) read(encoder_, m, theta_m, t_ns);
     if (!resolver_.is_ideal()) read(resolver_, m, theta_m, t_ns);
+    if (!sin_cos_.is_ideal()) read(sin_cos_, m, theta_m, t_ns);
   }
   template <class ShaftSensor>
   static void read(ShaftSensor& sensor, Measurement<double>& m, double theta_m,
@@ -164,6 +171,7 @@ class SensorModel {
   Converter voltage_;
   Encoder encoder_;
   Resolver resolver_;
+  SinCosEncoder sin_cos_;
   NormalNoise noise_;
   PlantFaultParameters fault_;
   bool is_noisy_;
