@@ -205,7 +205,6 @@ std::vector<Kind> kinds() {
                "command.timeout_ms",
                "command.status_timeout_ms",
                "capability.base_speed_rad_s",
-               "capability.low_voltage_v",
                "capability.low_voltage_zero_v",
                "capability.high_voltage_v",
                "capability.high_voltage_zero_v",
