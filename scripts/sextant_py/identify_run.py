@@ -388,7 +388,7 @@ def _flux_share(share: float) -> Settings:
     """The drive without torque has this share of the flux reference, to which it falls with 3 τ_r; all limits are those
     of the whole flux."""
     if share == 1:
-        return {}
+        return {"drive.flux_optimum": "constant"}
     return {"drive.flux_optimum": "max_torque_per_ampere", "drive.flux_least_share": share}
 
 

@@ -50,7 +50,7 @@ struct Shown {
 /// omega_r(t) [rad/s].
 template <class T>
 Shown magnetise(const Machine& real, const Machine& believed, const std::function<double(double)>& omega_r) {
-  MagnetisingIdentification<T> identification{test::converted<T>(believed), T(0), T(1.1), false};
+  MagnetisingIdentification<T> identification{test::converted<T>(believed), T(0), T(1.1)};
   const Course course{real};
   const Course model{believed};
   const double dt = real.tau_r() / 5000;
@@ -65,7 +65,7 @@ Shown magnetise(const Machine& real, const Machine& believed, const std::functio
     const double middle = t + dt / 2;
     t += dt;
     identification.step({T(real.r_s + course.slope(middle)), T(omega_r(middle) * course.flux(middle))},
-                        {T(1), T(0)}, T(1), T(model.flux(t)), T(omega_r(middle)), T(dt));
+                        {T(1), T(0)}, T(model.flux(t)), T(omega_r(middle)), T(dt));
     if (t < 0.2 * real.tau_r()) continue;
     shown.worst = std::max(shown.worst, error(t));
     const double quotient = double(identification.flux()) / model.flux(t);
@@ -139,7 +139,7 @@ TYPED_TEST(MagnetisingIdentificationOf, FindsAMachineThatTurnsInOneDirection) {
 /// The frame of a known machine at a constant current is behind its flux by `angle` [rad].
 template <class T>
 SpaceVector<double> direction_seen(const Machine& m, double r_s, double omega_r, double angle) {
-  MagnetisingIdentification<T> identification{test::converted<T>(m), T(0), T(1.1), false};
+  MagnetisingIdentification<T> identification{test::converted<T>(m), T(0), T(1.1)};
   const Course course{m};
   const double dt = m.tau_r() / 5000;
   identification.begin(T(0), T(omega_r));
@@ -147,7 +147,7 @@ SpaceVector<double> direction_seen(const Machine& m, double r_s, double omega_r,
     const double rise = course.slope(t + dt / 2), emf = omega_r * course.flux(t + dt / 2);
     identification.step({T(r_s + rise * std::cos(angle) - emf * std::sin(angle)),
                          T(rise * std::sin(angle) + emf * std::cos(angle))},
-                        {T(1), T(0)}, T(1), T(course.flux(t + dt)), T(omega_r), T(dt));
+                        {T(1), T(0)}, T(course.flux(t + dt)), T(omega_r), T(dt));
   }
   const SpaceVector<T> seen = identification.direction();
   return {double(seen.alpha), double(seen.beta)};
@@ -178,7 +178,7 @@ TYPED_TEST(MagnetisingIdentificationOf, TurnsAFrameThatIsBehindToItsFlux) {
       const double unknown = 2.5 * (m.r_s + m.r_r) / std::abs(omega_r * Course{m}.flux(0.7 * m.tau_r()));
       for (const double first : {-0.3, 0.3}) {
         SCOPED_TRACE(testing::Message() << m.r_s << " ohm, " << corners << " corners, " << first);
-        MagnetisingIdentification<T> identification{test::converted<T>(m), T(0), T(1.1), false};
+        MagnetisingIdentification<T> identification{test::converted<T>(m), T(0), T(1.1)};
         const Course course{m};
         const double dt = m.tau_r() / 5000;
         identification.begin(T(0), T(omega_r));
@@ -188,7 +188,7 @@ TYPED_TEST(MagnetisingIdentificationOf, TurnsAFrameThatIsBehindToItsFlux) {
           const double rise = course.slope(t + dt / 2), emf = omega_r * course.flux(t + dt / 2);
           identification.step({T(m.r_s + rise * std::cos(angle) - emf * std::sin(angle)),
                                T(rise * std::sin(angle) + emf * std::cos(angle))},
-                              {T(1), T(0)}, T(1), T(course.flux(t + dt)), T(omega_r), T(dt));
+                              {T(1), T(0)}, T(course.flux(t + dt)), T(omega_r), T(dt));
           const SpaceVector<T> turn = identification.turn(T(dt));
           angle -= std::atan2(double(turn.beta), double(turn.alpha));
           opposite = std::max(opposite, angle / -first);
@@ -241,10 +241,10 @@ TYPED_TEST(MagnetisingIdentificationOf, AVoltageThatMayBeOffDoesNotShowTheFlux) 
   constexpr double omega_r = 30;
   constexpr double dt = 1e-4;
   const auto error_of = [&](double voltage_error) {
-    MagnetisingIdentification<T> identification{test::converted<T>(m), T(voltage_error), T(1.1), false};
+    MagnetisingIdentification<T> identification{test::converted<T>(m), T(voltage_error), T(1.1)};
     identification.begin(T(1), T(omega_r));
     for (int k = 0; k < 2000; ++k) {
-      identification.step({T(m.r_s * 13), T(omega_r + 3)}, {T(13), T(0)}, T(13), T(1), T(omega_r), T(dt));
+      identification.step({T(m.r_s * 13), T(omega_r + 3)}, {T(13), T(0)}, T(1), T(omega_r), T(dt));
     }
     return double(identification.flux()) - 1;
   };

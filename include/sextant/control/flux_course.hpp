@@ -23,13 +23,13 @@ namespace sextant {
 /// gains: half a percent of the leakage flux σL_s i. With a large current and a short course these make the
 /// prior of L_m count about half.
 ///   R_s = (∫u dt − a ∫i dt + b ∫φ dt + b s S)/∫i dt
-/// Where the curve is known s is zero, and in a ∫i dt the current of the machine without saturation counts.
 /// A constant error δu of the voltage is an error δu/ī of R_s, ī the mean current; R_s follows as far as that
 /// is small beside its prior.
 template <class T = double>
 class FluxCourse {
  public:
   using Machine = InductionMachineParameters<T>;
+  using Saturation = typename SaturationShape<T>::Knowledge;
 
   struct Result {
     T r_s{};                              ///< [Ω]
@@ -43,29 +43,26 @@ class FluxCourse {
   static constexpr T systematic_share = T(5e-3);
 
   /// The parameters as configured; `correlation`: time over which errors of φ are correlated [s];
-  /// voltage_error: standard deviation of δu [V]; flux_reference: ψ_ref [Wb].
-  /// knows_saturation: there is no s to be found.
+  /// voltage_error: standard deviation of δu [V]; flux_reference: ψ_ref [Wb];
+  /// saturation: what is known of it.
   FluxCourse(const Machine& machine, T correlation, T voltage_error, T flux_reference,
-             bool knows_saturation) noexcept
+             const Saturation& saturation = {}) noexcept
       : nominal_{machine},
         a_{machine.k_r() * machine.k_r() * machine.r_r},
         b_{T(1) / machine.tau_r()},
         correlation_{correlation},
         voltage_error_{voltage_error},
-        knows_saturation_{knows_saturation},
-        shape_{machine, flux_reference} {}
+        shape_{machine, flux_reference, saturation} {}
 
-  /// One period of dt [s]: voltage behind the leakage [V] and current along the flux [A], what known
-  /// saturation adds to it [A], φ [Wb].
-  void add(T voltage, T current, T added, T flux, T dt) noexcept {
+  /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux, φ [Wb].
+  void add(T voltage, T current, T flux, T dt) noexcept {
     if (!(time_ > T(0))) {
       first_ = flux;
       shape_.begin(flux, current);
     }
     time_ += dt;
     volt_seconds_ += dt * voltage;
-    whole_ += a_ * dt * current;
-    course_[raised] += a_ * dt * (current - added);
+    course_[raised] += a_ * dt * current;
     course_[decayed] -= b_ * dt * flux;
     shape_.add(flux, current, dt);
     course_[bent] = -b_ * shape_.course();
@@ -93,7 +90,7 @@ class FluxCourse {
   }
 
   void reset() noexcept {
-    time_ = first_ = volt_seconds_ = whole_ = T(0);
+    time_ = first_ = volt_seconds_ = T(0);
     course_ = {};
     sums_ = {};
   }
@@ -108,34 +105,30 @@ class FluxCourse {
 
   /// R_s by its volt-seconds. [Ω]
   [[nodiscard]] T r_s(T volt_seconds) const noexcept {
-    if (!(whole_ > T(0))) return nominal_.r_s;
-    const T seen = a_ * volt_seconds / whole_;
+    if (!(course_[raised] > T(0))) return nominal_.r_s;
+    const T seen = a_ * volt_seconds / course_[raised];
     return seen - (T(1) - stator_share()) * (seen - nominal_.r_s);
   }
   /// By how much of its error R_s follows, by the prior and by that of the voltage. [-]
   [[nodiscard]] T stator_share() const noexcept {
     const T error = a_ * time_ * voltage_error_;
-    const T prior = Prior::r_s_deviation * nominal_.r_s * whole_;
+    const T prior = Prior::r_s_deviation * nominal_.r_s * course_[raised];
     return prior * prior / (prior * prior + error * error);
   }
 
   /// Spectral density of the errors of φ, by the variance about the course [Wb²]. [Wb²·s]
   [[nodiscard]] T noise(T variance) const noexcept {
-    const T current = whole_ / (a_ * time_);
+    const T current = course_[raised] / (a_ * time_);
     const T systematic = systematic_share * nominal_.sigma_l_s() * current;
     return std::max(T(0), variance) * correlation_ + systematic * systematic * time_;
   }
 
   /// density: of the errors of φ [Wb²·s]. L_r, R_r/b, exceeds its value by the difference of the shares.
-  constexpr void add_priors(Equations& equations, T density) const noexcept {
+  void add_priors(Equations& equations, T density) const noexcept {
     const auto weight = [density](T deviation) { return density / (deviation * deviation); };
     equations.add({T(1), T(0), T(0)}, T(0), weight(Prior::r_r_deviation));
     equations.add({T(1), T(-1), T(0)}, T(0), weight(Prior::l_deviation));
-    if (knows_saturation_) {
-      equations.fix(bent);
-    } else {
-      equations.add({T(0), T(0), T(1)}, T(0), weight(SaturationShape<T>::deviation));
-    }
+    equations.add({T(0), T(0), T(1)}, shape_.known().mean, weight(shape_.known().deviation));
   }
 
   [[nodiscard]] static constexpr T product(const Row& p, const Row& q) noexcept {
@@ -184,9 +177,9 @@ class FluxCourse {
   /// R_r exceeds its value by the share α of a, L_m by α − β, β that of b, and R_s by −(a/R_s) times what the
   /// course changes with the shares, by ∫i dt.
   [[nodiscard]] ParameterCovariance<T> covariance(const Matrix& inverse, T density) const noexcept {
-    if (!(whole_ > T(0))) return {};
+    if (!(course_[raised] > T(0))) return {};
     const T share = stator_share();
-    const T by = -share * a_ / (nominal_.r_s * whole_);
+    const T by = -share * a_ / (nominal_.r_s * course_[raised]);
     Row of{};
     for (std::size_t n = 0; n < parts; ++n) of[n] = density * by * product(inverse[n], course_);
     const T prior = Prior::r_s_deviation * Prior::r_s_deviation;
@@ -202,16 +195,14 @@ class FluxCourse {
   }
 
   Machine nominal_;
-  T a_;              ///< k_r² R_r [Ω]
-  T b_;              ///< R_r/L_r [1/s]
-  T correlation_;    ///< [s]
-  T voltage_error_;  ///< [V]
-  bool knows_saturation_;
+  T a_;                       ///< k_r² R_r [Ω]
+  T b_;                       ///< R_r/L_r [1/s]
+  T correlation_;             ///< [s]
+  T voltage_error_;           ///< [V]
   SaturationShape<T> shape_;  ///< S
   T time_{};                  ///< [s]
   T first_{};                 ///< φ at the begin [Wb]
   T volt_seconds_{};          ///< ∫u dt [Wb]
-  T whole_{};                 ///< a ∫i dt, of the whole current [Wb]
   Row course_{};              ///< a ∫i dt, −b ∫φ dt, −b S [Wb]
   Sums sums_{};
 };

@@ -74,7 +74,7 @@ class FluxTorqueEstimator {
                 flux_crossover(machine_, parameters.inverter.voltage_error, parameters.flux_reference)},
         observer_{machine_, parameters.kind == FluxEstimatorKind::sensorless_observer},
         identification_{machine_, parameters.inverter.voltage_error, parameters.flux_reference,
-                        saturation_.acts()},
+                        known_saturation()},
         adaptation_{machine_, parameters.inverter.voltage_error},
         torque_gain_{T(1.5) * T(machine_.pole_pairs)} {}
 
@@ -245,29 +245,25 @@ class FluxTorqueEstimator {
     if (!identifying_) {
       if (parameters_.winding.varies()) {
         identification_ = {warm(), parameters_.inverter.voltage_error, parameters_.flux_reference,
-                           saturation_.acts()};
+                           known_saturation()};
       }
       identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
     }
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
-    const SpaceVector<T> linear_before = identifying_ ? linear_ : linear_current(p.i_s_before);
     current_model_.step(p.i_s_mean, p.omega_m, p.dt);
-    linear_ = linear_current(i_s_);
     identifying_ = true;
     if (adaptation_.count(p.dt)) {
       adaptation_.magnetise(present_, i_s_, current_model_.psi_r(), steepness());
     }
     const SpaceVector<T> middle = direction(psi_r_before + current_model_.psi_r());
     const SpaceVector<T> behind_leakage =
-        (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (linear_ - linear_before));
+        (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before));
     identification_.step({dot(middle, behind_leakage), cross(middle, behind_leakage)},
                          {dot(middle, p.i_s_mean), cross(middle, p.i_s_mean)},
-                         T(0.5) * dot(middle, linear_before + linear_),
                          k_r * magnitude(current_model_.psi_r()), omega_r, p.dt);
     current_model_.set(product(identification_.turn(p.dt), current_model_.psi_r()));
-    const T main_flux = (present_.k_r() / k_r) * identification_.flux();
-    psi_s_ = main_flux * direction(current_model_.psi_r()) + present_.sigma_l_s() * i_s_;
+    psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * i_s_;
   }
 
   /// Magnetising has ended, at this current [A]: its flux and what it identified are where the models start.
@@ -353,11 +349,8 @@ class FluxTorqueEstimator {
   /// Of the curve: a wrong flux is not to make a machine that there is not. [Wb]
   [[nodiscard]] T present_flux() const noexcept { return std::min(most_flux_, magnitude(psi_s_)); }
 
-  /// The current of the machine without saturation that has the same flux linkages, at a stator current: the
-  /// one that makes the rotor flux. [A]
-  [[nodiscard]] SpaceVector<T> linear_current(SpaceVector<T> i_s) const noexcept {
-    if (!saturation_.acts()) return i_s;
-    return i_s - saturation_.added({present_flux(), T(0)}) * current_model_.psi_s(i_s);
+  [[nodiscard]] typename MagnetisingIdentification<T>::Saturation known_saturation() const noexcept {
+    return SaturationShape<T>::of(parameters_.saturation, parameters_.flux_reference);
   }
 
   static constexpr T aging_time = T(0.1);  ///< in which the windings keep their temperature [s]
@@ -380,11 +373,10 @@ class FluxTorqueEstimator {
   T temperature_{std::numeric_limits<T>::quiet_NaN()};  ///< of the winding, to which that belongs [°C]
   T torque_gain_;                                       ///< 3/2 p [-]
   SpaceVector<T> psi_s_{};
-  SpaceVector<T> i_s_{};     ///< at the last measurement [A]
-  SpaceVector<T> linear_{};  ///< `linear_current` of it, while parameters are identified [A]
-  T omega_m_{};              ///< at the last measurement [rad/s]
-  T coasted_{T(1e3)};        ///< with gates off since magnetising last ended; long at power-up [s]
-  T magnetised_{};           ///< time of driven periods in this magnetising [s]
+  SpaceVector<T> i_s_{};  ///< at the last measurement [A]
+  T omega_m_{};           ///< at the last measurement [rad/s]
+  T coasted_{T(1e3)};     ///< with gates off since magnetising last ended; long at power-up [s]
+  T magnetised_{};        ///< time of driven periods in this magnetising [s]
   bool coasting_{true};
   bool identifying_{false};
 };

@@ -37,12 +37,12 @@ template <class T = double>
 class MagnetisingIdentification {
  public:
   using Machine = InductionMachineParameters<T>;
+  using Saturation = typename SaturationShape<T>::Knowledge;
 
   /// Starts from the parameters as they are configured. voltage_error: standard deviation of a constant error
-  /// of the voltage along the current [V]; flux_reference: ψ_ref [Wb].
-  /// knows_saturation: the linear currents are those of a known curve.
+  /// of the voltage along the current [V]; flux_reference: ψ_ref [Wb]; saturation: what is known of it.
   MagnetisingIdentification(const Machine& machine, T voltage_error, T flux_reference,
-                            bool knows_saturation) noexcept
+                            const Saturation& saturation = {}) noexcept
       : nominal_{machine},
         filter_time_{T(0.04) * machine.tau_r()},
         shortest_{T(0.2) * machine.tau_r()},
@@ -50,8 +50,8 @@ class MagnetisingIdentification {
         voltage_error_{voltage_error},
         low_{flux_crossover(machine, voltage_error, flux_reference)},
         high_{T(240) * machine.r_s / machine.l_s()},
-        course_{machine, T(2) * filter_time_, voltage_error, flux_reference, knows_saturation},
-        standstill_{machine, voltage_error, flux_reference, knows_saturation} {}
+        course_{machine, T(2) * filter_time_, voltage_error, flux_reference, saturation},
+        standstill_{machine, voltage_error, flux_reference, saturation} {}
 
   /// Magnetising begins at rotor flux phi = k_r |ψ_r| [Wb] and speed omega_r [rad/s].
   void begin(T phi, T omega_r) noexcept {
@@ -61,7 +61,6 @@ class MagnetisingIdentification {
     along_.set(T(0));
     error_.begin(omega_r);
     current_.set(T(0));
-    added_.set(T(0));
     time_ = lag_ = T(0);
     span_ = {};
     course_.reset();
@@ -69,17 +68,14 @@ class MagnetisingIdentification {
   }
 
   /// One period of dt [s] in the frame of the rotor flux: `voltage` behind the leakage [V], stator current
-  /// [A], what of its part along the flux makes rotor flux, linear without saturation [A], `model_flux`
-  /// k_r |ψ_r| of the current model [Wb].
-  void step(SpaceVector<T> voltage, SpaceVector<T> i_s, T linear, T model_flux, T omega_r, T dt) noexcept {
-    const T added = i_s.alpha - linear;
-    standstill_.add(voltage.alpha, i_s.alpha, added, dt);
+  /// [A], `model_flux` k_r |ψ_r| of the current model [Wb].
+  void step(SpaceVector<T> voltage, SpaceVector<T> i_s, T model_flux, T omega_r, T dt) noexcept {
+    standstill_.add(voltage.alpha, i_s.alpha, dt);
     const T k = dt / (T(0.5) * filter_time_ + dt);
     along_.step(voltage.alpha, k);
     // The ripple across the flux, with its voltage at both resistances.
     error_.step(voltage.beta - resistances_ * i_s.beta - omega_r * model_flux, omega_r, k);
     current_.step(i_s.alpha, k);
-    added_.step(added, k);
     model_flux_.step(model_flux, k);
     lag_ = model_flux - model_flux_.value();
     omega_r_.step(omega_r, k);
@@ -88,7 +84,7 @@ class MagnetisingIdentification {
     time_ += dt;
     if (!is_filtered()) return;
     span_.add(seen_, omega_r_.value());
-    course_.add(along_.value(), current_.value(), added_.value(), flux_, dt);
+    course_.add(along_.value(), current_.value(), flux_, dt);
   }
 
   /// φ: filtered, and the current model's for what is faster than the filter, within what the current allows.
@@ -260,7 +256,6 @@ class MagnetisingIdentification {
   LowPass along_{};       ///< voltage along the flux [V]
   FluxError error_{};     ///< by the voltage across the flux
   LowPass current_{};     ///< [A]
-  LowPass added_{};       ///< what known saturation adds to it [A]
   LowPass model_flux_{};  ///< [Wb]
   LowPass omega_r_{};     ///< [rad/s]
   T flux_{};              ///< [Wb]

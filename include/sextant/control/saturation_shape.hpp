@@ -1,15 +1,17 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 
 namespace sextant {
 
-/// How the rotor's flux may decay faster the more of it there is, because the iron saturates. In the Γ
-/// circuit, whose magnetising current is a power law of the stator flux, ψ_s/L (1 + c ψ_s^7), with the
-/// exponent of the source's machine, the magnetising current exceeds that of the machine's parameters by
-///   s G/L_s,   G = (g − 1) ψ_s,   g = (ψ_s/ψ_ref)^7
+/// How the rotor's flux decays faster the more of it there is, because the iron saturates. In the Γ circuit,
+/// whose magnetising current is a power law of the stator flux, ψ_s/L (1 + c ψ_s^n), it exceeds that of the
+/// machine's parameters by
+///   s G/L_s,   G = (g − 1) ψ_s,   g = (ψ_s/ψ_ref)^n
 /// At the flux reference it is that of the parameters, whatever s is: L_m is that of the operating point. The
 /// flux behind the leakage of the parameters, φ = ψ_s − σL_s i, is then below k_r ψ_r by σ s G, and
 ///   dφ/dt = k_r² R_r i − (R_r/L_r) (φ + s G) − σ s dG/dt
@@ -18,16 +20,32 @@ namespace sextant {
 template <class T = double>
 class SaturationShape {
  public:
-  /// Standard deviation of s, which is not below zero: at the knee, where the inductance has fallen to half,
-  /// s is 0.5. [-]
-  static constexpr T deviation = T(0.3);
+  /// What is known before of s, which is not below zero: at the knee, where the inductance has fallen to
+  /// half, it is 0.5; and of n, which is 7 for the source's machine.
+  struct Knowledge {
+    T mean{};             ///< [-]
+    T deviation{T(0.3)};  ///< standard [-]
+    int exponent{7};      ///< n [-]
+  };
+
+  /// By a curve that is known: s = y/(1 + y), y = (ψ_ref/ψ_k)^n, but for what the knee may be off by, 2 % of
+  /// which are 0.04 of s.
+  [[nodiscard]] static Knowledge of(const SaturationParameters<T>& curve, T flux_reference) noexcept {
+    if (!curve.acts()) return {};
+    const T y = std::pow(flux_reference / curve.knee, T(curve.exponent));
+    return {.mean = y / (T(1) + y), .deviation = T(0.05), .exponent = curve.exponent};
+  }
 
   /// From the parameters as configured. flux_reference: ψ_ref [Wb].
-  constexpr SaturationShape(const InductionMachineParameters<T>& machine, T flux_reference) noexcept
-      : per_flux_{T(1) / flux_reference},
+  constexpr SaturationShape(const InductionMachineParameters<T>& machine, T flux_reference,
+                            const Knowledge& known) noexcept
+      : known_{known},
+        per_flux_{T(1) / flux_reference},
         sigma_l_s_{machine.sigma_l_s()},
         sigma_{machine.sigma_l_s() / machine.l_s()},
         tau_r_{machine.tau_r()} {}
+
+  [[nodiscard]] constexpr const Knowledge& known() const noexcept { return known_; }
 
   /// A course begins at φ = `flux` [Wb] and a current along it [A].
   constexpr void begin(T flux, T current) noexcept {
@@ -48,10 +66,12 @@ class SaturationShape {
   /// G at a stator flux; g up to 1.25 ψ_ref, to which magnetising leads at most. [Wb]
   [[nodiscard]] constexpr T excess(T psi_s) const noexcept {
     const T x = std::min(T(1.25), psi_s * per_flux_);
-    const T cube = x * x * x;
-    return psi_s * (cube * cube * x - T(1));
+    T power = T(1);
+    for (int n = 0; n < known_.exponent; ++n) power *= x;
+    return psi_s * (power - T(1));
   }
 
+  Knowledge known_;
   T per_flux_;    ///< 1/ψ_ref [1/Wb]
   T sigma_l_s_;   ///< σL_s [H]
   T sigma_;       ///< σ [-]

@@ -23,9 +23,7 @@ namespace sextant {
 /// lacks: with w = δu/i_0, i_0 the current of the first sample, and D = i_0 t − Q
 ///   U = (ρ + a) Q − b ∫(φ_0 + U) dt + b ρ ∫Q dt − w (D + b ∫D dt) − b s S,   R_s = ρ + w.
 /// At a constant current D is zero, and the priors of R_s and δu alone share what ρ exceeds R_s by. And
-/// saturation, by s and its course S (`SaturationShape`) by the ρ that is known at the time. Where its curve
-/// is known s is zero and A, the integral of what it adds to the current, makes no flux: a A is to be taken
-/// from the right side.
+/// saturation, by s and its course S (`SaturationShape`) by the ρ that is known at the time.
 ///
 /// Nonlinear regression, by one step of Gauss-Newton a millisecond, with `ParameterPrior` and the errors of
 /// `FluxCourse`. Only the curve of U over a time of about τ_r tells R_s, R_r and L_r apart: the shorter the
@@ -35,22 +33,23 @@ template <class T = double>
 class StandstillCourse {
  public:
   using Machine = InductionMachineParameters<T>;
+  using Saturation = typename SaturationShape<T>::Knowledge;
   using Result = typename FluxCourse<T>::Result;
 
-  /// The parameters as configured; voltage_error: standard deviation of δu [V]; flux_reference: ψ_ref [Wb].
-  /// knows_saturation: there is no s to be found.
-  StandstillCourse(const Machine& machine, T voltage_error, T flux_reference, bool knows_saturation) noexcept
+  /// The parameters as configured; voltage_error: standard deviation of δu [V]; flux_reference: ψ_ref [Wb];
+  /// saturation: what is known of it.
+  StandstillCourse(const Machine& machine, T voltage_error, T flux_reference,
+                   const Saturation& saturation = {}) noexcept
       : nominal_{machine},
         a_{machine.k_r() * machine.k_r() * machine.r_r},
         b_{T(1) / machine.tau_r()},
         voltage_error_{voltage_error},
-        knows_saturation_{knows_saturation},
-        shape_{machine, flux_reference} {}
+        shape_{machine, flux_reference, saturation} {}
 
   /// Magnetising begins at this flux φ_0. [Wb]
   void begin(T flux) noexcept {
     first_ = flux;
-    time_ = since_sample_ = volt_seconds_ = charge_ = flux_seconds_ = charge_seconds_ = added_ = T(0);
+    time_ = since_sample_ = volt_seconds_ = charge_ = flux_seconds_ = charge_seconds_ = T(0);
     shape_.begin(flux, T(0));
     level_ = ohms_ = T(0);
     moments_ = {};
@@ -58,12 +57,10 @@ class StandstillCourse {
     solution_ = {};
   }
 
-  /// One period of dt [s]: voltage behind the leakage [V] and current along the flux [A], and what known
-  /// saturation adds to it [A].
-  void add(T voltage, T current, T added, T dt) noexcept {
+  /// One period of dt [s]: voltage behind the leakage [V] and current [A] along the flux.
+  void add(T voltage, T current, T dt) noexcept {
     volt_seconds_ += dt * voltage;
     charge_ += dt * current;
-    added_ += dt * added;
     flux_seconds_ += dt * (first_ + volt_seconds_);
     charge_seconds_ += dt * charge_;
     const T phi = std::max(T(0), first_ + volt_seconds_ - (T(1) + shares_[rho]) * nominal_.r_s * charge_);
@@ -95,9 +92,9 @@ class StandstillCourse {
 
   /// By how much ρ, R_r and L_r exceed their nominal values, as shares of these; ρ that of R_s. [-]
   using Shares = std::array<T, 3>;
-  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt, D, ∫D dt, S, A; or their coefficients in the error
-  /// of the course. D is zero until a current flows.
-  using Terms = std::array<T, 8>;
+  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt, D, ∫D dt, S; or their coefficients in the error of
+  /// the course. D is zero until a current flows.
+  using Terms = std::array<T, 7>;
   /// The shares, w and s.
   enum Unknown : std::size_t { rho, r_r, l_r, ohms, bend, unknowns };
   using Equations = NormalEquations<T, unknowns>;
@@ -107,15 +104,13 @@ class StandstillCourse {
     const T r_s = nominal_.r_s;
     if (!(level_ > T(0))) level_ = std::max(T(0), charge_ / time_);
     const bool flows = level_ > T(0);
-    const Terms z{
-        volt_seconds_ - (r_s + a_) * charge_ + b_ * flux_seconds_ - b_ * r_s * charge_seconds_ + a_ * added_,
-        charge_,
-        flux_seconds_,
-        charge_seconds_,
-        flows ? level_ * time_ - charge_ : T(0),
-        flows ? T(0.5) * level_ * time_ * time_ - charge_seconds_ : T(0),
-        shape_.course(),
-        added_};
+    const Terms z{volt_seconds_ - (r_s + a_) * charge_ + b_ * flux_seconds_ - b_ * r_s * charge_seconds_,
+                  charge_,
+                  flux_seconds_,
+                  charge_seconds_,
+                  flows ? level_ * time_ - charge_ : T(0),
+                  flows ? T(0.5) * level_ * time_ * time_ - charge_seconds_ : T(0),
+                  shape_.course()};
     for (std::size_t n = 0; n < z.size(); ++n) {
       for (std::size_t k = 0; k < z.size(); ++k) moments_[n][k] += dt * z[n] * z[k];
     }
@@ -126,15 +121,12 @@ class StandstillCourse {
     const Shares& x = shares_;
     const T r_s = nominal_.r_s * (T(1) + x[rho]);
     const T b_x = b_ * (T(1) + x[r_r]) / (T(1) + x[l_r]);
-    const T rise = a_ * x[r_r];
-    const Terms error{
-        T(1), -(r_s - nominal_.r_s + rise), b_x - b_, -(b_x * r_s - b_ * nominal_.r_s), T(0), T(0), T(0),
-        rise};
+    const Terms error{T(1), -(r_s - nominal_.r_s + a_ * x[r_r]), b_x - b_, -(b_x * r_s - b_ * nominal_.r_s)};
     const T by_r_r = b_x / (T(1) + x[r_r]);
     const T by_l_r = -b_x / (T(1) + x[l_r]);
     const Slopes slopes{Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s},
-                        Terms{T(0), -a_, by_r_r, -by_r_r * r_s, T(0), T(0), T(0), a_},
-                        Terms{T(0), T(0), by_l_r, -by_l_r * r_s}, Terms{T(0), T(0), T(0), T(0), T(1), b_x},
+                        Terms{T(0), -a_, by_r_r, -by_r_r * r_s}, Terms{T(0), T(0), by_l_r, -by_l_r * r_s},
+                        Terms{T(0), T(0), T(0), T(0), T(1), b_x},
                         Terms{T(0), T(0), T(0), T(0), T(0), T(0), b_}};
     const T density = noise();
     Equations equations = of_course(slopes, error);
@@ -164,11 +156,7 @@ class StandstillCourse {
     equations.add({T(1), T(0), T(0), by_ohm, T(0)}, -shares_[rho], weight(Prior::r_s_deviation));
     equations.add({T(0), T(1), T(0), T(0), T(0)}, -shares_[r_r], weight(Prior::r_r_deviation));
     equations.add({T(0), T(0), T(1), T(0), T(0)}, -shares_[l_r], weight(Prior::l_deviation));
-    if (knows_saturation_) {
-      equations.fix(bend);
-    } else {
-      equations.add({T(0), T(0), T(0), T(0), T(1)}, T(0), weight(SaturationShape<T>::deviation));
-    }
+    equations.add({T(0), T(0), T(0), T(0), T(1)}, shape_.known().mean, weight(shape_.known().deviation));
     if (const T deviation = ohms_deviation(); deviation > T(0)) {
       equations.add({T(0), T(0), T(0), T(1), T(0)}, T(0), weight(deviation));
     } else {
@@ -224,10 +212,9 @@ class StandstillCourse {
   }
 
   Machine nominal_;
-  T a_;              ///< k_r² R_r [Ω]
-  T b_;              ///< R_r/L_r [1/s]
-  T voltage_error_;  ///< of δu [V]
-  bool knows_saturation_;
+  T a_;                       ///< k_r² R_r [Ω]
+  T b_;                       ///< R_r/L_r [1/s]
+  T voltage_error_;           ///< of δu [V]
   SaturationShape<T> shape_;  ///< S
   T first_{};                 ///< φ_0 [Wb]
   T time_{};                  ///< [s]
@@ -236,7 +223,6 @@ class StandstillCourse {
   T charge_{};                ///< Q [A·s]
   T flux_seconds_{};          ///< ∫(φ_0 + U) dt [Wb·s]
   T charge_seconds_{};        ///< ∫Q dt [A·s²]
-  T added_{};                 ///< A [A·s]
   T level_{};                 ///< i_0; zero until a current flows [A]
   T ohms_{};                  ///< w [Ω]
   std::array<Terms, std::tuple_size_v<Terms>> moments_{};

@@ -66,7 +66,12 @@ class Protection {
     return m.plausible && within(m.i_abc.a, current) && within(m.i_abc.b, current) &&
            within(m.i_abc.c, current) && within(m.u_dc, limits_.voltage_range) &&
            within(m.omega_m, limits_.speed_range) && std::isfinite(m.theta_m.value_or(T(0))) &&
-           std::isfinite(m.winding_temperature.value_or(T(0)));
+           is_of_a_winding(m.winding_temperature.value_or(T(0)));
+  }
+
+  /// A temperature that a winding may have, and no shorted or open sensor: from −60 to 300 °C. False for NaN.
+  [[nodiscard]] static constexpr bool is_of_a_winding(T celsius) noexcept {
+    return celsius >= T(-60) && celsius <= T(300);
   }
 
   /// The faults that the measurements up to this one show; `measurement_invalid`, and no other, where it is

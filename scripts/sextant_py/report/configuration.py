@@ -130,7 +130,8 @@ def differences(program: Path, configuration: Configuration) -> list[Difference]
 
     Fixed defaults are compared. A derived default depends on machine, link and other keys: the program is asked for
     the configuration that follows from the keys found so far, and the first key in which it still differs is added,
-    until none does. UserError: the program does not take this configuration, as one of another version may not.
+    until none does. One that is switched off, by 0, is among them from the beginning: without it the program may refuse
+    the rest. UserError: the program does not take this configuration, as one of another version may not.
     """
     machine = {key: value for key, value in configuration.items() if key.startswith("machine.")}
     known = print_config(program, {"name": "report", "duration_s": 1.0, **machine})
@@ -139,7 +140,8 @@ def differences(program: Path, configuration: Configuration) -> list[Difference]
     given = {
         key: value
         for key, value in configuration.items()
-        if value is not None and key not in derived and value != defaults.get(key, _REQUIRED)
+        if value is not None
+        and (value == 0 != known[key].value if key in derived else value != defaults.get(key, _REQUIRED))
     }
     printed = print_config(program, given)
     while key := _first_other(configuration, printed, given):
