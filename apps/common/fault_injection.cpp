@@ -1,6 +1,7 @@
 #include "common/fault_injection.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <exception>
 #include <sstream>
 #include <string_view>
@@ -22,13 +23,16 @@ std::string joined(const std::string& request) {
   return text;
 }
 
-/// The sentences of a problem, without the name of an option that nobody typed in a request.
+/// The sentences of a problem, without the name of an option that nobody typed in a request and without the
+/// kind that no request makes.
 std::string reply_of(const std::exception& problem) {
   constexpr std::string_view option = "--set: ";
+  const std::string kind = std::string{" or \""} + power_up_fault + "\"";
   std::string reply;
   std::istringstream lines{problem.what()};
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with(option)) line.erase(0, option.size());
+    if (const std::size_t k = line.find(kind); k != std::string::npos) line.erase(k, kind.size());
     reply += (reply.empty() ? "" : "\n") + line;
   }
   return reply;

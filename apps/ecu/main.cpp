@@ -101,7 +101,12 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
            .group = group,
            .needs = virtual_time,
            .excludes = {"--profile"}},
-          part("--log-interface", &run.log_interface, "the interface of a recording that has several"),
+          {.name = "--log-interface",
+           .value = &run.log_interface,
+           .what = "the interface of a recording that has several",
+           .group = group,
+           .needs = virtual_time,
+           .excludes = {scenario_option}},
           part("--frames-out", &run.frames_out, "record the frames of the bus, as candump -l"),
           part("--bus-seed", &run.bus_seed, "let the bus misbehave at random, by this seed")};
 }
@@ -146,7 +151,7 @@ sextant::CommandLine command_line(const std::string& help, Options& options) {
   line.options.push_back({.name = "--can",
                           .value = &options.can,
                           .what = "CAN bus: socketcan:<interface> or udp_multicast:<group>:<port>",
-                          .excludes = {replay_option}});
+                          .excludes = {replay_option, scenario_option}});
   line.options.push_back(
       {.name = "--timing-out",
        .value = &options.timing_out,
@@ -203,13 +208,11 @@ int run_virtual(const sextant::EcuConfig& config, const Options& options) {
 
 /// A scenario in virtual time.
 int run_scenario(const Options& options) {
-  if (!options.log.empty() && !options.log.front().empty())
-    throw std::runtime_error{"commands come from the recording " + options.log.front() +
-                             " or from the scenario " + options.scenario_run.scenario + ", not from both"};
   sextant::ecu::ScenarioRunOptions wanted = options.scenario_run;
   if (options.live.is_config_given) wanted.config = options.live.config;
   wanted.overrides = options.live.overrides;
   wanted.run = options.virtual_run;
+  if (!options.log.empty()) wanted.run.log = options.log.front();
   return sextant::ecu::run_scenario(program_name, wanted);
 }
 

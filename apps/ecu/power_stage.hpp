@@ -41,10 +41,10 @@ class PowerStage {
   /// Announces the orderly end of the drive to the plant; once the control thread has ended.
   void announce_end() noexcept;
 
-  /// In lockstep, for a plant that observes a scenario: a control period that has run, and time zero of the
-  /// scenario [ns].
-  void report(const Telemetry<double>& telemetry, std::int64_t begin_ns) noexcept {
-    if (lockstep_) lockstep_->report(to_report(telemetry, begin_ns));
+  /// In lockstep, for a plant that observes a scenario: a control period that has run, time zero of the
+  /// scenario [ns] and its mark.
+  void report(const Telemetry<double>& telemetry, std::int64_t begin_ns, std::uint32_t scenario) noexcept {
+    if (lockstep_) lockstep_->report(to_report(telemetry, begin_ns, scenario));
   }
 
   /// Takes the fault that waits at the socket; from the thread that calls state_change().

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "common/command_line.hpp"
 #include "common/live_program.hpp"
 #include "common/process_setup.hpp"
@@ -31,6 +33,7 @@ struct Options {
   sextant::LiveOptions live{.config = "configs/plant.toml"};
   std::string scenario{};
   std::filesystem::path out{};
+  double join_within_s{60};
   sextant::reports::ReportOptions reports{};
 };
 
@@ -44,15 +47,33 @@ constexpr const char* examples = R"(Examples:
   sextant-plant --set hil.pacing=lockstep --scenario configs/scenarios/reversal.toml --junit out/junit.xml
                                                 evaluates the scenario that the drive plays
   sextant-plant --print-config                  every key with unit, range and meaning
-It ends on SIGINT, SIGTERM or SIGHUP. Without a running drive its gates are off.
+It ends on SIGINT, SIGTERM or SIGHUP. Without a running drive its gates are off. With --scenario it ends where
+no drive joins within --join-within, with status 1.
 )";
 
-/// Returns on a signal, with its number, and with 0 at the end of the duration or when the plant has ended.
-int run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, std::optional<double> duration_s) {
+/// A problem that has ended a run.
+class RunProblem : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Limits of the time for which a plant runs [s].
+struct TimeLimits {
+  std::optional<double> duration_s{};
+  std::optional<double> join_within_s{};  ///< without a drive in lockstep
+};
+
+/// Returns on a signal, with its number, and with 0 at a limit of time or when the plant has ended.
+int run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, const TimeLimits& limits) {
   constexpr timespec poll_interval{0, 20'000'000};
+  constexpr double unlimited_s = 1e9;
   const std::int64_t begin_ns = sextant::now_ns();
-  const double limit_ns = duration_s.value_or(1e9) * 1e9;
-  while (double(sextant::now_ns() - begin_ns) < limit_ns && !plant.ended()) {
+  const auto has_time = [&] {
+    const double run_s = double(sextant::now_ns() - begin_ns) * 1e-9;
+    return run_s < limits.duration_s.value_or(unlimited_s) &&
+           (plant.has_joined() || run_s < limits.join_within_s.value_or(unlimited_s));
+  };
+  while (has_time() && !plant.ended()) {
     if (const int signal = sigtimedwait(&signals, nullptr, &poll_interval); signal > 0) return signal;
     plant.log_events();
     plant.poll_faults();
@@ -61,9 +82,9 @@ int run_until_end(sextant::plant::Plant& plant, const sigset_t& signals, std::op
 }
 
 /// From its start to its report; the number of the signal that has ended it, else 0.
-int run_plant(sextant::plant::Plant& plant, const sigset_t& signals, const sextant::LiveOptions& options) {
+int run_plant(sextant::plant::Plant& plant, const sigset_t& signals, const TimeLimits& limits) {
   plant.start();
-  const int signal = run_until_end(plant, signals, options.duration_s);
+  const int signal = run_until_end(plant, signals, limits);
   plant.stop();
   plant.log_events();
   plant.print_report(stdout);
@@ -77,6 +98,20 @@ sextant::FaultInjection::Read fault_reader(const sextant::LiveOptions& options) 
   };
 }
 
+/// The result of a scenario that no signal has ended. Throws RunProblem where it has not run to its end, and
+/// std::runtime_error where the drive has not played it, with one sentence.
+sextant::MilResult whole_result(const sextant::plant::Plant& plant, const Options& options) {
+  if (!plant.problem().empty()) throw RunProblem{plant.problem()};
+  if (!plant.has_joined())
+    throw RunProblem{fmt::format(
+        "no drive has joined within {:g} s: start sextant-ecu --virtual-time --scenario with the same file",
+        options.join_within_s)};
+  if (const std::string other = plant.other_play(); !other.empty()) throw std::runtime_error{other};
+  sextant::MilResult result = plant.result();
+  if (result.stopped) throw RunProblem{"the drive left before the scenario had ended"};
+  return result;
+}
+
 /// Evaluates the scenario that the drive of a lockstep plays.
 int run_scenario(const Options& options, const sextant::PlantConfig& config,
                  const sextant::Scenario& scenario, const sigset_t& signals) {
@@ -85,22 +120,23 @@ int run_scenario(const Options& options, const sextant::PlantConfig& config,
   int signal = 0;
   const auto simulate = [&](TraceRecorder*) {
     plant::Plant plant{config, options.live.fault_socket, fault_reader(options.live), &scenario};
-    signal = run_plant(plant, signals, options.live);
-    const MilResult result = plant.result();
-    if (result.stopped && signal == 0)
-      throw std::runtime_error{"the drive left before the scenario had ended"};
-    return result;
+    signal = run_plant(plant, signals, {.join_within_s = options.join_within_s});
+    return signal != 0 ? plant.result() : whole_result(plant, options);
   };
-  const Verdict verdict =
-      reports::ReportedRun{.program = program_name,
-                           .scenario = scenario,
-                           .plant = config.plant,
-                           .configuration = config_json(config),
-                           .out = options.out,
-                           .is_expectation_required = options.reports.require_expectations,
-                           .simulate = simulate}
-          .run(reports);
-  return exit_status(verdict, options.reports.require_expectations) + signal;
+  const reports::ReportedRun run{.program = program_name,
+                                 .scenario = scenario,
+                                 .plant = config.plant,
+                                 .configuration = config_json(config),
+                                 .out = options.out,
+                                 .is_expectation_required = options.reports.require_expectations,
+                                 .simulate = simulate};
+  try {
+    const Verdict verdict = run.run(reports);
+    return signal != 0 ? exit_status(Verdict::interrupted) + signal
+                       : exit_status(verdict, options.reports.require_expectations);
+  } catch (const RunProblem& problem) {
+    return status_after(program_name, problem.what());
+  }
 }
 
 int run(const Options& options, const sextant::PlantConfig& config,
@@ -112,7 +148,7 @@ int run(const Options& options, const sextant::PlantConfig& config,
   sextant::set_up_process(realtime);
   if (scenario) return run_scenario(options, config, scenario->scenario, signals);
   sextant::plant::Plant plant{config, options.live.fault_socket, fault_reader(options.live)};
-  run_plant(plant, signals, options.live);
+  run_plant(plant, signals, {.duration_s = options.live.duration_s});
   return sextant::status_after(program_name, plant.problem());
 }
 
@@ -150,6 +186,12 @@ std::vector<sextant::Option> all_options(Options& options) {
                  .what = "scenario that the drive of a lockstep plays: its load, and its [expect]",
                  .type_name = "SCENARIO.toml",
                  .excludes = {"--duration", "--print-config"}});
+  all.push_back({.name = "--join-within",
+                 .value = &options.join_within_s,
+                 .what = "end where no drive joins within this time; by default 60 [s]",
+                 .needs = scenario_option,
+                 .least = 0.001,
+                 .most = 1e6});
   all.push_back({.name = "--out",
                  .value = &options.out,
                  .what = "directory for the summary of the scenario",

@@ -10,6 +10,7 @@
 #include "common/network_report.hpp"
 #include "common/process_setup.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
+#include "sextant/sim/scenario_mark.hpp"
 
 namespace sextant::plant {
 namespace {
@@ -42,6 +43,7 @@ Plant::Plant(const PlantConfig& config, const std::string& fault_socket, FaultIn
     if (config.hil.pacing != Pacing::lockstep)
       throw std::runtime_error{
           "--scenario needs hil.pacing \"lockstep\": a plant in real time does not know its drive's time"};
+    scenario_ = scenario_mark(*scenario);
     observed_ = std::make_unique<ObservedPowerStage>(*scenario, parameters);
     observed_->start(nullptr, nullptr);
   } else {
@@ -112,7 +114,7 @@ void Plant::run_lockstep() {
   using Outcome = LockstepPlant::Outcome;
   Outcome outcome = Outcome::waiting;
   while (!stop_.load(std::memory_order_acquire) &&
-         (outcome == Outcome::waiting || outcome == Outcome::stepped)) {
+         (outcome == Outcome::waiting || outcome == Outcome::stepped) && !plays_another_) {
     outcome = lockstep_->step();
     if (outcome == Outcome::stepped) joined_.store(true, std::memory_order_relaxed);
   }
@@ -125,18 +127,17 @@ void Plant::run_lockstep() {
 
 void Plant::observe(const DriveReport& report, std::int64_t t_ns, double omega_m) {
   plays_scenario_ =
-      report.plays_scenario != 0 && report.begin_ns == ObservedPowerStage::begin_ns(config_.period_ns);
+      report.scenario == scenario_ && report.begin_ns == ObservedPowerStage::begin_ns(config_.period_ns);
+  plays_another_ = report.scenario != 0 && !plays_scenario_;
   if (plays_scenario_) observed_->period(to_telemetry(report, t_ns, omega_m));
 }
 
-MilResult Plant::result() const {
-  if (!problem_.empty()) throw std::runtime_error{problem_};
-  if (!plays_scenario_)
-    throw std::runtime_error{
-        "the drive on \"" + config_.hil.link +
-        "\" has played no scenario: start sextant-ecu --virtual-time --scenario with the "
-        "same file"};
-  return observed_->result();
+std::string Plant::other_play() const {
+  if (plays_scenario_) return {};
+  const std::string drive = "the drive on \"" + config_.hil.link + "\" ";
+  if (plays_another_)
+    return drive + "plays another scenario, by its torque or length: give both programs the same file";
+  return drive + "has played no scenario: start sextant-ecu --virtual-time --scenario with the same file";
 }
 
 template <class Server>

@@ -42,15 +42,21 @@ class Plant {
   /// Ends the thread; safe to call twice.
   void stop();
 
-  /// True once the drive of a lockstep has ended or timed out.
+  /// True once the drive of a lockstep has ended, timed out, or played another scenario.
   [[nodiscard]] bool ended() const noexcept { return ended_.load(std::memory_order_acquire); }
 
   /// Why the run ended early; empty where it did not. Once ended.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
-  /// Of the scenario; once stopped. Throws std::runtime_error with one sentence where the drive has not
-  /// played it.
-  [[nodiscard]] MilResult result() const;
+  /// True once a drive has joined the lockstep.
+  [[nodiscard]] bool has_joined() const noexcept { return joined_.load(std::memory_order_relaxed); }
+
+  /// Why the result is not that of the scenario: the drive has played none or another one. Empty where it has
+  /// played it; once stopped.
+  [[nodiscard]] std::string other_play() const;
+
+  /// Of the scenario so far; once stopped.
+  [[nodiscard]] MilResult result() const { return observed_->result(); }
 
   /// Logs the events since the last call: changes of the gates, or a drive that has joined the lockstep.
   void log_events();
@@ -100,7 +106,9 @@ class Plant {
   std::uint64_t periods_{0};
   std::int64_t longest_to_off_ns_{0};
   std::string problem_{};
+  std::uint32_t scenario_{0};  // mark of the one to be played
   bool plays_scenario_{false};
+  bool plays_another_{false};
   bool join_logged_{false};
   // Members, because they must outlive the thread: set_value may still run when the value has been read.
   std::promise<RightsReport> rights_{};

@@ -37,6 +37,8 @@ def inject(fault_socket: str | Path, kind: str, **values: Any) -> None:
 
 def give(fault_socket: str | Path, values: Mapping[str, Any]) -> None:
     """The same by keys of [plant.faults], `kind` among them."""
+    if not values:
+        raise UserError("the fault is refused: no key of [plant.faults] is given; kind=none ends a fault.")
     _order(fault_socket, "".join(f"{key}={toml_value(value)}\n" for key, value in values.items()))
 
 
@@ -55,7 +57,8 @@ def keys(fault_socket: str | Path) -> list[dict[str, Any]]:
 def _order(fault_socket: str | Path, request: str) -> None:
     reply = _ask(fault_socket, request)
     if reply != "ok":
-        raise UserError(f"the fault is refused: {' '.join(reply.split()) or 'the program has ended'}")
+        problems = "; ".join(" ".join(line.split()) for line in reply.splitlines() if line.strip())
+        raise UserError(f"the fault is refused: {problems or 'the program has ended'}")
 
 
 def _ask(fault_socket: str | Path, request: str) -> str:

@@ -4,7 +4,10 @@
 #include <cstddef>
 #include <numeric>
 #include <set>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "expected.hpp"
 #include "sextant/config/moved_keys.hpp"
@@ -285,7 +288,8 @@ class Reader {
   void run(const Check& check) {
     if (!check.counts(is_table_given(check.optional_table))) return;
     std::string message = check.problem();
-    if (message.empty()) return;
+    if (message.empty() || (!check.decides && is_told_of_part(check.path, message))) return;
+    told_.push_back({check.path, message});
     const auto home = std::find_if(layers_.rbegin(), layers_.rend(), [&check](const Layer& layer) {
       return layer.find(check.path) != nullptr;
     });
@@ -294,6 +298,13 @@ class Reader {
     } else {
       problems_.push_back(home->problem(home->find(check.path), check.path, std::move(message)));
     }
+  }
+
+  /// True where a part of the section has the same problem: a section's parameters check those of its parts.
+  [[nodiscard]] bool is_told_of_part(const std::string& section, const std::string& message) const {
+    return std::any_of(told_.begin(), told_.end(), [&](const auto& told) {
+      return told.second == message && told.first.starts_with(section + ".");
+    });
   }
 
   void finish() {
@@ -306,6 +317,7 @@ class Reader {
   std::set<std::string> tables_{};
   std::set<std::string> given_{};
   std::vector<ConfigProblem> problems_{};
+  std::vector<std::pair<std::string, std::string>> told_{};  // path and message of each check that fails
 };
 
 }  // namespace

@@ -51,7 +51,7 @@ void describe_voltage(Section s, ConverterParameters& p) {
 
 /// An optional end.
 void describe_end(Section& s, std::int64_t& until_ns) {
-  s.add("until_s", "s", "end of the fault; not set: it stays",
+  s.add("until_s", "s", "end of the fault, counted as at_s is; not set: it stays",
         NumberField{{0, 1e6},
                     [&until_ns]() -> std::optional<double> {
                       if (until_ns == PlantFaultParameters::never_ns) return std::nullopt;
@@ -91,7 +91,7 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
        {"current_zero", PlantFaultKind::current_zero},
        {"current_drift", PlantFaultKind::current_drift},
        {"phases_swapped", PlantFaultKind::phases_swapped},
-       {"cables_swapped", PlantFaultKind::cables_swapped},
+       {power_up_fault, PlantFaultKind::cables_swapped},
        {"open_phase", PlantFaultKind::open_phase},
        {"speed_lost", PlantFaultKind::speed_lost},
        {"speed_frozen", PlantFaultKind::speed_frozen},
@@ -99,12 +99,14 @@ void describe(Section s, PlantFaultParameters& p, const double& u_dc) {
        {"encoder_reversed", PlantFaultKind::encoder_reversed},
        {"link_stuck", PlantFaultKind::link_stuck},
        {"link_sag", PlantFaultKind::link_sag}},
-      "a sensor's, except for motor cables that are swapped or open and the sag of the link itself, or of "
-      "its source where it has a capacitance");
+      "a sensor's, except for those of the motor cables and the sag of the link itself, or of its source "
+      "where it has a capacitance");
   s.choice("phase", p.phase, {{"a", 0}, {"b", 1}, {"c", 2}},
-           "of a fault of one phase; phases_swapped and cables_swapped: it and the next one");
-  s.time("at_s", p.at_ns, ns_per_s, {0, 1e6}, "s",
-         "beginning of the fault, as the load's profiles count; 0: there from power-up on");
+           "of a fault of one phase; where two are swapped: it and the next one");
+  s.time(
+      "at_s", p.at_ns, ns_per_s, {0, 1e6}, "s",
+      "beginning of the fault: in a file as the load's profiles count, 0 from power-up on; in a request to "
+      "a running plant from the request on");
   describe_end(s, p.until_ns);
   s.number("drift_a_s", p.drift, {-1e6, 1e6}, "A/s", "slope of current_drift");
   s.number("jump_rad_s", p.jump, {-1e4, 1e4}, "rad/s", "of speed_jump");
@@ -120,7 +122,7 @@ std::string plant_fault_keys() {
   Schema schema;
   describe(Section{schema}, fault, u_dc);
   for (Field& field : schema.fields) {
-    if (auto* choice = std::get_if<ChoiceField>(&field.kind)) std::erase(choice->names, "cables_swapped");
+    if (auto* choice = std::get_if<ChoiceField>(&field.kind)) std::erase(choice->names, power_up_fault);
   }
   return print_keys(schema);
 }

@@ -91,8 +91,9 @@ TEST(SensorConfig, WhatContradictsItselfIsRefused) {
   EXPECT_THAT(
       refusal({"plant.sensors.current.gain_error=-0.9", "plant.sensors.current.phase_a.gain_error=-0.9"}),
       HasSubstr("the gain error must be above -1"));
-  EXPECT_THAT(refusal({"plant.faults.at_s=0.5", "plant.faults.until_s=0.4"}),
-              HasSubstr("the fault must end after it began"));
+  EXPECT_EQ(refusal({"plant.faults.at_s=0.5", "plant.faults.until_s=0.4"}),
+            "--set: plant.faults: the fault must end after it began")
+      << "once, of the two sections that check it";
   EXPECT_THAT(refusal({"plant.faults.kind=cables_swapped", "plant.faults.at_s=0.5"}),
               HasSubstr("swapped motor cables must be so from the beginning to the end"));
 }

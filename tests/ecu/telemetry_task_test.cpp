@@ -1,5 +1,6 @@
 #include "ecu/tasks/telemetry_task.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -116,51 +117,116 @@ TEST(TelemetryTask, ATimedOutControlThreadIsPublishedInThePlaceOfTheDrive) {
   EXPECT_EQ(told->sample().reason, "torque reference as requested");
 }
 
-// One frame of each cause in a sequence of good ones; what counts them is found by the names of the contract.
-TEST(TelemetryTask, RejectedFramesAreCountedByCause) {
-  SharedState shared{25'000, 1};
-  ReceiveTask receive{shared};
-  std::uint8_t counter = 0;
-  const auto good = [&counter] {
-    counter = std::uint8_t((counter + 1) % e2e::counter_modulus);
-    return testing::command_frame(counter, 5.0);
+/// A frame in the place of a good one with this counter, for the receiver to reject by this cause.
+CanFrame wrong_frame(FrameVerdict cause, std::uint8_t counter) {
+  CanFrame frame = testing::command_frame(counter, 5.0);
+  const auto protected_again = [&frame](std::uint8_t other_counter) {
+    testing::protect(frame, command_data_id(), other_counter);
+    return frame;
   };
-  for (int k = 0; k < 6; ++k) receive.on_frame(good());
-  const std::uint64_t before_valid = receive.receiver().rejected();
-  CanFrame wrong_crc = good();
-  wrong_crc.data[0] ^= 1U;
-  receive.on_frame(wrong_crc);
-  CanFrame repeated = good();
-  receive.on_frame(repeated);
-  receive.on_frame(repeated);
-  CanFrame is_short = good();
-  is_short.length = 7;
-  receive.on_frame(is_short);
-  CanFrame remote = good();
-  remote.rtr = true;
-  receive.on_frame(remote);
+  switch (cause) {
+    case FrameVerdict::wrong_length:
+      frame.length = 7;
+      return frame;
+    case FrameVerdict::remote_frame:
+      frame.rtr = true;
+      return frame;
+    case FrameVerdict::extended_alias:
+      frame.extended = true;
+      return frame;
+    case FrameVerdict::fd_alias:
+      frame.fd = true;
+      return frame;
+    case FrameVerdict::wrong_crc:
+      frame.data[0] ^= 1U;
+      return frame;
+    case FrameVerdict::wrong_data_id: {
+      frame.data[1] ^= 0xF0U;
+      e2e::Data data{};
+      std::copy_n(frame.data.begin(), data.size(), data.begin());
+      frame.data[0] = e2e::crc(command_data_id(), data);
+      return frame;
+    }
+    case FrameVerdict::invalid_counter:
+      return protected_again(e2e::counter_modulus);
+    case FrameVerdict::repeated:
+      return protected_again(std::uint8_t((counter + e2e::counter_modulus - 1) % e2e::counter_modulus));
+    case FrameVerdict::wrong_sequence:
+      return protected_again(std::uint8_t((counter + 6) % e2e::counter_modulus));
+    case FrameVerdict::out_of_range:
+      frame.data[3] = 0x7F;  // about 326 N·m
+      return protected_again(counter);
+    default:
+      return frame;
+  }
+}
 
+struct CountedCause {
+  FrameVerdict cause;
+  std::uint64_t RealTimeSample::* count;
+};
+
+constexpr auto counted_causes = std::to_array<CountedCause>({
+    {FrameVerdict::wrong_length, &RealTimeSample::rejected_wrong_length},
+    {FrameVerdict::remote_frame, &RealTimeSample::rejected_remote_frame},
+    {FrameVerdict::extended_alias, &RealTimeSample::rejected_extended_alias},
+    {FrameVerdict::fd_alias, &RealTimeSample::rejected_fd_alias},
+    {FrameVerdict::wrong_crc, &RealTimeSample::rejected_wrong_crc},
+    {FrameVerdict::wrong_data_id, &RealTimeSample::rejected_wrong_data_id},
+    {FrameVerdict::invalid_counter, &RealTimeSample::rejected_invalid_counter},
+    {FrameVerdict::repeated, &RealTimeSample::rejected_repeated},
+    {FrameVerdict::wrong_sequence, &RealTimeSample::rejected_wrong_sequence},
+    {FrameVerdict::out_of_range, &RealTimeSample::rejected_out_of_range},
+});
+
+/// Sends three frames of the first cause, four of the second and so on, each behind so many good ones that
+/// the stream is valid. Two good ones before it is are rejected too.
+void send_every_cause(ReceiveTask& receive) {
+  std::uint8_t counter = 0;
+  const auto next = [&counter] { return counter = std::uint8_t((counter + 1) % e2e::counter_modulus); };
+  std::uint64_t frames = 3;
+  for (const CountedCause& counted : counted_causes) {
+    for (std::uint64_t frame = 0; frame < frames; ++frame) {
+      for (int good = 0; good < 10; ++good) receive.on_frame(testing::command_frame(next(), 5.0));
+      const CanFrame wrong = wrong_frame(counted.cause, std::uint8_t((counter + 1) % e2e::counter_modulus));
+      receive.on_frame(wrong);
+      if (counted.cause == FrameVerdict::wrong_sequence || counted.cause == FrameVerdict::out_of_range)
+        counter = wrong.data[1] & 0x0FU;  // the stream goes on from it
+    }
+    ++frames;
+  }
+}
+
+/// What the task's last message tells.
+RealTimeSample statistics_of(SharedState& shared) {
   TelemetrySender sender;
   auto [own, other] = MessageSocket::pair();
   sender.connect(std::move(own));
   TelemetryTask task{{}, sender, shared};
   task.finish();
   std::array<std::byte, 4096> buffer{};
-  std::optional<StatisticsMessage> statistics;
+  RealTimeSample sample;
   while (const auto message = other.receive(buffer)) {
     if (kind_of(*message) == TelemetryMessageKind::statistics)
-      statistics = content_of<StatisticsMessage>(*message);
+      sample = content_of<StatisticsMessage>(*message)->sample;
   }
-  ASSERT_TRUE(statistics);
-  const RealTimeSample& sample = statistics->sample;
-  EXPECT_GT(before_valid, 0U);
-  EXPECT_EQ(sample.rejected_not_valid_yet, before_valid);
-  EXPECT_EQ(sample.rejected_wrong_crc, 1U);
-  EXPECT_EQ(sample.rejected_repeated, 1U);
-  EXPECT_EQ(sample.rejected_wrong_length, 1U);
-  EXPECT_EQ(sample.rejected_remote_frame, 1U);
-  EXPECT_EQ(sample.rejected_out_of_range, 0U);
-  EXPECT_EQ(sample.commands_rejected, before_valid + 4);
+  return sample;
+}
+
+TEST(TelemetryTask, RejectedFramesAreCountedByCause) {
+  SharedState shared{25'000, 1};
+  ReceiveTask receive{shared};
+  send_every_cause(receive);
+  const RealTimeSample sample = statistics_of(shared);
+  std::uint64_t frames = 3;
+  std::uint64_t sum = 0;
+  for (const CountedCause& counted : counted_causes) {
+    SCOPED_TRACE(to_string(counted.cause));
+    EXPECT_EQ(sample.*counted.count, frames);
+    sum += frames++;
+  }
+  EXPECT_EQ(sample.rejected_not_valid_yet, 2U);
+  EXPECT_EQ(sample.commands_rejected, sum + 2);
   EXPECT_EQ(sample.commands_received, receive.receiver().count(FrameVerdict::accepted));
 }
 

@@ -119,7 +119,7 @@ TEST_F(LockstepTest, AnObserverGetsEachControlPeriodWithItsTimeAndSpeed) {
       Telemetry<double> telemetry{.torque_motoring = 10.0 + k, .state = DriveState::torque};
       if (k == 3) telemetry.latched.set(Fault::open_phase);
       telemetry.first_fault = Fault::open_phase;
-      if (k != 1) io.report(to_report(telemetry, 7 * period_ns));  // a period without a report is left out
+      if (k != 1) io.report(to_report(telemetry, 7 * period_ns, 9));  // a period without a report is left out
     }
   }
   plant.join();

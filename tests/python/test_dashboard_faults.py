@@ -153,11 +153,19 @@ def test_a_program_lists_the_kinds_that_it_takes_and_refuses_without_words_of_an
         assert {"none", "open_phase", "link_sag"} < set(kinds)
         assert keys["phase"]["choices"] == ["a", "b", "c"]
         assert (keys["drift_a_s"]["unit"], keys["drift_a_s"]["least"]) == ("A/s", -1e6)
+        assert "in a request" in keys["at_s"]["meaning"]
+        assert not any("cables_swapped" in key["meaning"] for key in keys.values())
         for kind in kinds:  # cables_swapped, which no request makes, is not among them
             inject.inject(path, kind)
         with pytest.raises(UserError) as refused:
             inject.inject(path, "open_phase", phase="d", seed=3)
         assert "--set" not in str(refused.value) and "plant.faults.phase" in str(refused.value)
+        with pytest.raises(UserError, match=r'"phases_swapped" or "open_phase".*, got "open_fase"') as refused:
+            inject.inject(path, "open_fase")
+        assert "cables_swapped" not in str(refused.value)
+        with pytest.raises(UserError) as refused:
+            inject.inject(path, "speed_jump", at_s=1, until_s=0.5)
+        assert str(refused.value) == "the fault is refused: plant.faults: the fault must end after it began"
 
 
 def test_a_fault_socket_needs_commands() -> None:

@@ -47,5 +47,11 @@ def test_a_refusal_is_one_sentence_of_the_program(tmp_path: Path) -> None:
     with pytest.raises(UserError) as refused:
         inject.inject(tmp_path / "faults", "open_phase", phase="d")
     program.end()
-    text = "plant.faults.phase: must be one of a, b, c plant.faults.seed: unknown key"
+    text = "plant.faults.phase: must be one of a, b, c; plant.faults.seed: unknown key"
     assert str(refused.value) == f"the fault is refused: {text}"
+
+
+def test_a_request_without_a_key_is_not_sent(tmp_path: Path) -> None:
+    """A program takes an empty request for one that is none, and gives no reply."""
+    with pytest.raises(UserError, match=r"no key of \[plant.faults\] is given"):
+        inject.give(tmp_path / "faults", {})

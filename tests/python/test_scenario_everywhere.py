@@ -2,13 +2,16 @@
 
 import json
 import secrets
+import signal
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import junitparser
 import pytest
 from hil_processes import Side
-from programs import overrides, program
+from programs import ProgramProcess, overrides, program
 from sextant_py.paths import ROOT
 
 SCENARIO = """
@@ -194,11 +197,79 @@ def test_a_plant_says_that_its_drive_plays_no_scenario(scenario: Path, tmp_path:
     assert outcomes(suite_of(file)) == {"verdict": "Error"}
 
 
+@contextmanager
+def observing_plant(scenario: Path, folder: Path, *words: object) -> Iterator[tuple[Side, tuple[str, ...]]]:
+    """A plant in lockstep that evaluates the scenario into junit.xml, and what its drive is set to."""
+    shared = (f"hil.link=sextant_test_{secrets.token_hex(4)}", "hil.pacing=lockstep", "hil.lockstep_timeout_ms=60000")
+    options = ("--scenario", scenario, "--junit", folder / "junit.xml", *map(str, words))
+    with Side("sextant-plant", ROOT / "configs" / "plant.toml", folder, shared, *options) as plant:
+        plant.wait_for("in lockstep")
+        yield plant, shared
+
+
+def drive_command(scenario: Path, settings: tuple[str, ...]) -> tuple[object, ...]:
+    return (ROOT / "configs" / "ecu_hil.toml", "--virtual-time", "--scenario", scenario, *overrides(settings))
+
+
+def test_a_plant_refuses_a_drive_that_plays_another_scenario(scenario: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.toml"
+    other.write_text(scenario.read_text(encoding="utf-8").replace("[0.1, 15]", "[0.1, 14]"), encoding="utf-8")
+    with observing_plant(scenario, tmp_path) as (plant, shared):
+        done = run("sextant-ecu", *drive_command(other, shared))
+        assert plant.status(60) == 2
+        assert "plays another scenario, by its torque or length" in plant.text()
+    assert done.returncode == 1, "its plant has left it"
+    assert outcomes(suite_of(tmp_path / "junit.xml")) == {"verdict": "Error"}
+
+
+def test_a_plant_whose_drive_is_killed_has_failed(scenario: Path, tmp_path: Path) -> None:
+    long = tmp_path / "long.toml"
+    long.write_text(scenario.read_text(encoding="utf-8").replace("duration_s = 0.4", "duration_s = 1000"), "utf-8")
+    with observing_plant(long, tmp_path) as (plant, shared), ProgramProcess(
+        [program("sextant-ecu"), *drive_command(long, shared)], tmp_path / "ecu.txt"
+    ) as drive:  # fmt: skip
+        plant.wait_for("has joined")
+        drive.send_signal(signal.SIGKILL)
+        assert plant.status(60) == 1
+        assert "ended or timed out" in plant.text()
+    assert outcomes(suite_of(tmp_path / "junit.xml")) == {"verdict": "Error"}
+
+
+def test_a_plant_that_is_ended_before_its_drive_joins_is_interrupted(scenario: Path, tmp_path: Path) -> None:
+    with observing_plant(scenario, tmp_path) as (plant, _):
+        assert plant.leave() == 143
+        assert "has played no scenario" not in plant.text()
+    (case,) = [case for case in suite_of(tmp_path / "junit.xml") if case.name == "verdict"]
+    assert [result.message for result in case.result] == ["interrupted at 0.000000 s"]
+
+
+def test_a_plant_does_not_wait_for_ever_for_its_drive(scenario: Path, tmp_path: Path) -> None:
+    with observing_plant(scenario, tmp_path, "--join-within", 0.2) as (plant, _):
+        assert plant.status(60) == 1
+        assert "no drive has joined within 0.2 s: start sextant-ecu" in plant.text()
+    assert outcomes(suite_of(tmp_path / "junit.xml")) == {"verdict": "Error"}
+
+
 def test_reports_of_a_plant_elsewhere_are_its_own(scenario: Path, tmp_path: Path) -> None:
-    done = run(
-        *("sextant-ecu", ROOT / "configs" / "ecu_hil.toml", "--virtual-time", "--scenario", scenario),
-        *("--junit", tmp_path / "junit.xml"),
-        settings=("hil.pacing=lockstep",),
-    )
+    file = tmp_path / "junit.xml"
+    file.write_text("<testsuites><testsuite/></testsuites>", encoding="utf-8")
+    done = run("sextant-ecu", *drive_command(scenario, ("hil.pacing=lockstep",)), "--junit", file)
     assert done.returncode == 2
     assert "sextant-plant --scenario" in done.stderr
+    assert outcomes(suite_of(file)) == {"verdict": "Error"}
+
+
+def test_a_recording_and_a_scenario_are_an_error_of_the_report(scenario: Path, tmp_path: Path) -> None:
+    file = tmp_path / "junit.xml"
+    file.write_text("<testsuites><testsuite/></testsuites>", encoding="utf-8")
+    done = run("sextant-ecu", "--virtual-time", tmp_path / "run.log", "--scenario", scenario, "--junit", file)
+    assert done.returncode == 2
+    assert "not from both" in done.stderr
+    assert outcomes(suite_of(file)) == {"verdict": "Error"}
+
+
+@pytest.mark.parametrize("words", [("--can", "socketcan:vcan0"), ("--log-interface", "can0")])
+def test_options_without_a_meaning_for_a_scenario_are_refused(scenario: Path, words: tuple[str, str]) -> None:
+    done = virtually(scenario, *words)
+    assert done.returncode == 2
+    assert words[0] in done.stderr and "--scenario" in done.stderr

@@ -7,6 +7,7 @@
 
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/drive/drive.hpp"
+#include "sextant/sim/scenario_mark.hpp"
 
 namespace sextant {
 namespace {
@@ -33,6 +34,28 @@ TEST(ScenarioCommands, PlaysTheProfile) {
   EXPECT_EQ(commands.reference(399'999'999), 15.0);
   EXPECT_EQ(commands.reference(400'000'000), -15.0);
   EXPECT_EQ(commands.latest(400'000'000).command.torque, -15.0);
+}
+
+TEST(ScenarioMark, IsThatOfTorqueAndDuration) {
+  Scenario scenario;
+  scenario.torque_reference = {.shape = ProfileShape::steps, .points = {{0.0, 15.0}, {0.4, -15.0}}};
+  const std::uint32_t mark = scenario_mark(scenario);
+  Scenario same = scenario;
+  same.name = "other";
+  same.load.load_torque.value = 3.0;
+  EXPECT_EQ(scenario_mark(same), mark) << "drives that play both do the same";
+  Scenario other = scenario;
+  other.duration_ns += 1;
+  EXPECT_NE(scenario_mark(other), mark);
+  other = scenario;
+  other.torque_reference.shape = ProfileShape::linear;
+  EXPECT_NE(scenario_mark(other), mark);
+  other = scenario;
+  other.torque_reference.points[1].value = -14.999;
+  EXPECT_NE(scenario_mark(other), mark);
+  other = scenario;
+  other.torque_reference.points.swap(other.torque_reference.table);
+  EXPECT_NE(scenario_mark(other), mark);
 }
 
 TEST(ScenarioCommands, ADriverSeesTheMeasuredSpeedAndHoldsItsTorque) {

@@ -52,11 +52,12 @@ void fill_stages(RealTimeSample& sample, const TimingHistograms& histograms) {
 void fill_rejections(RealTimeSample& sample, const SharedState& shared) {
   using Sample = RealTimeSample;
   constexpr auto first = std::size_t(FrameVerdict::not_valid_yet);
-  constexpr std::array<std::uint64_t Sample::*, frame_verdict_count - first> causes{
-      &Sample::rejected_not_valid_yet,  &Sample::rejected_wrong_length,    &Sample::rejected_remote_frame,
-      &Sample::rejected_extended_alias, &Sample::rejected_fd_alias,        &Sample::rejected_wrong_crc,
-      &Sample::rejected_wrong_data_id,  &Sample::rejected_invalid_counter, &Sample::rejected_repeated,
-      &Sample::rejected_wrong_sequence, &Sample::rejected_out_of_range};
+  constexpr auto causes = std::to_array<std::uint64_t Sample::*>(
+      {&Sample::rejected_not_valid_yet, &Sample::rejected_wrong_length, &Sample::rejected_remote_frame,
+       &Sample::rejected_extended_alias, &Sample::rejected_fd_alias, &Sample::rejected_wrong_crc,
+       &Sample::rejected_wrong_data_id, &Sample::rejected_invalid_counter, &Sample::rejected_repeated,
+       &Sample::rejected_wrong_sequence, &Sample::rejected_out_of_range});
+  static_assert(causes.size() == frame_verdict_count - first);
   for (std::size_t k = 0; k < causes.size(); ++k) {
     const std::uint64_t count = shared.frames[first + k].load(std::memory_order_relaxed);
     sample.*causes[k] = count;

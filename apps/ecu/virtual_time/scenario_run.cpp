@@ -1,5 +1,6 @@
 #include "ecu/virtual_time/scenario_run.hpp"
 
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "sextant/config/load_config.hpp"
 #include "sextant/sim/observed_power_stage.hpp"
 #include "sextant/sim/scenario_commands.hpp"
+#include "sextant/sim/scenario_mark.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -25,8 +27,22 @@ struct Played {
   std::string configuration{};  ///< in force, as JSON
 };
 
+/// Throws where a plant in another process, which evaluates the scenario by itself, leaves options without a
+/// meaning.
+void require_no_reports(const ScenarioRunOptions& options) {
+  const reports::ReportOptions& reports = options.reports;
+  if (!reports.junit.empty() || !reports.summary_markdown.empty() || !options.out.empty() ||
+      reports.require_expectations)
+    throw std::runtime_error{
+        "the plant is in another process, which evaluates the scenario: give --junit, --summary-markdown, "
+        "--out and --require-expectations to sextant-plant --scenario"};
+}
+
 Played read(const ScenarioRunOptions& options) {
   const bool is_own = options.config.empty();
+  if (!options.run.log.empty())
+    throw std::runtime_error{"commands come from the recording " + options.run.log +
+                             " or from the scenario " + options.scenario + ", not from both"};
   Played played;
   played.scenario =
       load_scenario_config(options.scenario, is_own ? options.overrides : std::vector<std::string>{});
@@ -46,6 +62,7 @@ Played read(const ScenarioRunOptions& options) {
                              options.config + " out"};
   played.config = load_ecu_config(options.config, options.overrides);
   require_waiting_plant(played.config);
+  if (played.config.power_stage != PowerStageKind::simulated) require_no_reports(options);
   played.configuration = config_json(played.config);
   return played;
 }
@@ -100,14 +117,9 @@ int run_here(const std::string& program, const ScenarioRunOptions& options, cons
 
 /// Observed by a plant in lockstep.
 int run_in_lockstep(const std::string& program, const ScenarioRunOptions& options, const Played& played) {
-  const reports::ReportOptions& reports = options.reports;
-  if (!reports.junit.empty() || !reports.summary_markdown.empty() || !options.out.empty() ||
-      reports.require_expectations)
-    throw std::runtime_error{
-        "the plant is in another process, which evaluates the scenario: give --junit, --summary-markdown, "
-        "--out and --require-expectations to sextant-plant --scenario"};
   const Scenario& scenario = played.scenario.scenario;
   const std::int64_t begin_ns = ObservedPowerStage::begin_ns(played.config.drive.drive.period_ns);
+  const std::uint32_t mark = scenario_mark(scenario);
   ScenarioCommands commands{scenario};
   PowerStage stage{played.config};
   VirtualRun run{
@@ -116,7 +128,7 @@ int run_in_lockstep(const std::string& program, const ScenarioRunOptions& option
                       .begin_ns = begin_ns,
                       .duration_ns = scenario.duration_ns,
                       .torque = [&](std::int64_t t_ns) { return commands.reference(t_ns - begin_ns); },
-                      .observer = [&](const Telemetry<double>& t) { stage.report(t, begin_ns); }}};
+                      .observer = [&](const Telemetry<double>& t) { stage.report(t, begin_ns, mark); }}};
   run.run();
   run.print_report(stdout);
   if (const std::string problem = stage.problem(); !problem.empty())

@@ -17,7 +17,7 @@ struct ScenarioRunOptions {
   std::filesystem::path out{};           ///< directory of its result; empty: none is kept
   bool no_trace{false};
   reports::ReportOptions reports{};
-  VirtualRunOptions run{};  ///< without recording, profile and duration
+  VirtualRunOptions run{};  ///< without profile and duration; one with a recording is refused
 };
 
 /// Plays a scenario to the live drive in virtual time. Where the plant is in this process, the run is

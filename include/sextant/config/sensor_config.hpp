@@ -18,8 +18,10 @@ void describe(Section s, SensorParameters& p, const std::function<std::int32_t()
 /// Keys of [plant.faults]; u_dc: of the link without a fault [V], read before.
 void describe(Section s, PlantFaultParameters& p, const double& u_dc);
 
-/// The keys of a fault that a running plant takes, as `print_keys` makes them, without kinds that are there
-/// from power-up on only.
+/// The kind that is there from power-up on only, as the file names it.
+inline constexpr const char* power_up_fault = "cables_swapped";
+
+/// The keys of a fault that a running plant takes, as `print_keys` makes them, without `power_up_fault`.
 [[nodiscard]] std::string plant_fault_keys();
 
 /// True where a measurement is the plant's true state, what is commanded acts, and nothing is wrong with the

@@ -13,24 +13,25 @@ namespace sextant {
 /// Drive → plant in lockstep, one a control period: what a run that is observed at the plant needs of its
 /// drive. Fixed-width members without padding, as the records of the link (link_records.hpp).
 struct DriveReport {
-  std::uint64_t latched{};        ///< faults, as the bits of `FaultSet`
-  std::int64_t begin_ns{};        ///< time zero of the scenario that the drive plays, on its clock [ns]
-  float torque_motoring{};        ///< available, magnitude [N·m]
-  float torque_regenerating{};    ///< available, magnitude [N·m]
-  float torque_reference{};       ///< [N·m]
-  float torque_reached{};         ///< [N·m]
-  std::uint8_t state{};           ///< as `DriveState`
-  std::uint8_t first_fault{};     ///< as `Fault`; meaningful while `latched` is not 0
-  std::uint8_t plays_scenario{};  ///< 0: begin_ns means nothing
-  std::array<std::uint8_t, 5> reserved{};
+  std::uint64_t latched{};      ///< faults, as the bits of `FaultSet`
+  std::int64_t begin_ns{};      ///< time zero of the scenario that the drive plays, on its clock [ns]
+  float torque_motoring{};      ///< available, magnitude [N·m]
+  float torque_regenerating{};  ///< available, magnitude [N·m]
+  float torque_reference{};     ///< [N·m]
+  float torque_reached{};       ///< [N·m]
+  std::uint8_t state{};         ///< as `DriveState`
+  std::uint8_t first_fault{};   ///< as `Fault`; meaningful while `latched` is not 0
+  std::array<std::uint8_t, 2> reserved{};
+  std::uint32_t scenario{};  ///< mark of the scenario that the drive plays; 0: none, begin_ns means nothing
 };
 
 static_assert(sizeof(DriveReport) == 40 && std::is_trivially_copyable_v<DriveReport>);
-static_assert(offsetof(DriveReport, torque_motoring) == 16 && offsetof(DriveReport, state) == 32);
+static_assert(offsetof(DriveReport, torque_motoring) == 16 && offsetof(DriveReport, state) == 32 &&
+              offsetof(DriveReport, scenario) == 36);
 
-/// begin_ns: time zero of the scenario on the drive's clock [ns].
-[[nodiscard]] inline DriveReport to_report(const Telemetry<double>& telemetry,
-                                           std::int64_t begin_ns) noexcept SEXTANT_NONBLOCKING {
+/// begin_ns: time zero of the scenario on the drive's clock [ns]; scenario: its mark.
+[[nodiscard]] inline DriveReport to_report(const Telemetry<double>& telemetry, std::int64_t begin_ns,
+                                           std::uint32_t scenario) noexcept SEXTANT_NONBLOCKING {
   return {.latched = telemetry.latched.bits(),
           .begin_ns = begin_ns,
           .torque_motoring = float(telemetry.torque_motoring),
@@ -39,7 +40,7 @@ static_assert(offsetof(DriveReport, torque_motoring) == 16 && offsetof(DriveRepo
           .torque_reached = float(telemetry.torque_reached),
           .state = std::uint8_t(telemetry.state),
           .first_fault = std::uint8_t(telemetry.first_fault),
-          .plays_scenario = 1};
+          .scenario = scenario};
 }
 
 /// The members of the telemetry that the report has; the others are those of no telemetry. The period begins

@@ -4,6 +4,8 @@ import { element, setText } from "./format.js";
 
 const KIND = "kind";
 const NONE = "none"; // the kind that ends a fault
+const REPLY_MS = 6000; // longest time from a request for the keys to its reply
+const PAUSE_MS = 1000; // from a refusal to the next request for the keys
 
 function words(name) {
   return name.replaceAll("_", " ");
@@ -20,18 +22,36 @@ export class FaultPanel {
     const more = element("details", {}, element("summary", {}, "Values"), this.fields);
     this.node.append(element("h2", { id: "plant-faults-title" }, "Faults of the plant"), this.buttons, more, this.say);
     this.node.hidden = true;
+    this.nextAsk = 0; // by performance.now() [ms]
   }
 
-  // While the page commands a drive whose plant takes faults.
+  // While the page commands a drive whose plant takes faults; called several times a second then.
   show(isOn) {
     if (isOn && this.node.hidden) {
-      setText(this.say, "");
-      this.link.send({ type: "fault_keys" });
+      this.tell("");
+      this.nextAsk = 0;
+      this.ask();
+    } else if (isOn && !this.buttons.hasChildNodes()) {
+      this.ask();
     }
     this.node.hidden = !isOn;
   }
 
+  // The program may start later than the page.
+  ask() {
+    const now = performance.now();
+    if (now < this.nextAsk) return;
+    this.nextAsk = now + REPLY_MS;
+    this.link.send({ type: "fault_keys" });
+  }
+
+  tell(text, isBad = false) {
+    setText(this.say, text);
+    this.say.classList.toggle("bad", isBad);
+  }
+
   describe(keys) {
+    this.tell("");
     const kind = keys.find(({ key }) => key === KIND);
     const made = (kind?.choices ?? []).map((name) => {
       const text = name === NONE ? "No fault" : words(name);
@@ -66,8 +86,8 @@ export class FaultPanel {
   }
 
   takeReply({ problem, kind }) {
+    this.nextAsk = performance.now() + PAUSE_MS;
     const done = kind === NONE ? "No fault from now on." : `The plant has: ${words(kind ?? "")}.`;
-    setText(this.say, problem ?? done);
-    this.say.classList.toggle("bad", Boolean(problem));
+    this.tell(problem ?? done, Boolean(problem));
   }
 }
