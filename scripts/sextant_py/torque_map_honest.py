@@ -99,7 +99,7 @@ def _kinds_above() -> list[Kind]:
         Kind(
             f"all identified, above {SLOW_RAD_S} rad/s",
             above,
-            "$R_r$ and leakage that are told are too low (below)",
+            "the cause is not known",
             "honest_all",
         ),
         Kind(
@@ -118,7 +118,7 @@ def kinds() -> list[Kind]:
         Kind(
             f"dead time told wrong, up to {SLOW_RAD_S} rad/s",
             lambda one, _: one.dead_time != 1,
-            "as with the one found; told too long it makes more points wrong, told too short fewer",
+            "as with the one found",
         ),
         Kind(
             f"free shaft, up to {SLOW_RAD_S} rad/s",
@@ -134,9 +134,9 @@ def kinds() -> list[Kind]:
         Kind(
             f"as found, up to {SLOW_RAD_S} rad/s",
             lambda _one, _speed: True,
-            "while the machine is magnetised, and near zero stator frequency, iron that saturates and gains of the "
-            "sensors look like wrong $R_r$, $L_m$ and $R_s$, which are adapted; what was found holds better (*not "
-            "adapted*). *All identified* has the $R_r$ of sines on iron that saturates, which is too low",
+            "while the machine is magnetised noise, gains and offsets of the current sensors leave some percent of "
+            "$R_r$ and $L_m$ open, beside a saturation that is to be found too (*all identified* knows it); they are "
+            "adapted within half a second of torque. Parameters that are exact hold better (*not adapted*)",
         ),
     ]
 
