@@ -28,8 +28,6 @@ class SaturatingMachine {
   }
 
   [[nodiscard]] double psi_s() const { return psi_s_; }  ///< [Wb]
-  /// What the iron adds to the current of the machine without saturation. [A]
-  [[nodiscard]] double added() const { return magnetising(psi_s_) - psi_s_ / machine_.l_s(); }
 
  private:
   [[nodiscard]] double magnetising(double psi_s) const {
