@@ -210,7 +210,7 @@ def with_no_load(results: Results, points: list[NoLoad]) -> Results:
     levels = results.found
     known = (levels.r_s_ohm, levels.r_s_sigma_ohm) if levels else None
     saturated = identify_saturated_tones.fit(results.impedance, whole, curve, known) if curve else None
-    return replace(results, no_load=whole, saturation=curve, saturated=saturated)
+    return replace(results, fluxes=points, saturation=curve, saturated=saturated)
 
 
 def inertia_of_shaft(plant: MilPlant, results: Results) -> Inertia:

@@ -22,10 +22,15 @@ class Results:
     found: Found | None = None
     impedance: Impedance | None = None
     split: float = 1.0  # L_ls/L_lr of the drive's estimate
-    no_load: NoLoad | None = None  # at the whole flux
+    fluxes: list[NoLoad] = field(default_factory=list)  # rising, the last one the whole
     saturation: Saturation | None = None
     saturated: Impedance | None = None  # by the tones on that curve
     inertia: Inertia | None = None
+
+    @property
+    def no_load(self) -> NoLoad | None:
+        """At the whole flux."""
+        return self.fluxes[-1] if self.fluxes else None
 
     @property
     def machine(self) -> InverseGamma | None:

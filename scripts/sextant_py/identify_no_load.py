@@ -23,7 +23,6 @@ class NoLoad:
     current_a: float
     sigma: float  # relative standard deviation of L_s
     speed: float  # [rad/s]
-    parts_h: tuple[float, ...]  # L_s by the parts of the window
 
     @property
     def l_s(self) -> float:
@@ -48,4 +47,4 @@ def fit(flux: np.ndarray, current: np.ndarray, speed: np.ndarray) -> NoLoad:
         raise UserError("the drive was not magnetised while the shaft coasted: see the trace of no_load.")
     ratios = fluxes / currents
     sigma = float(np.std(ratios, ddof=1) / np.mean(ratios)) / math.sqrt(PARTS)
-    return NoLoad(float(np.mean(flux)), float(np.mean(current)), sigma, float(np.mean(speed)), tuple(ratios))
+    return NoLoad(float(np.mean(flux)), float(np.mean(current)), sigma, float(np.mean(speed)))

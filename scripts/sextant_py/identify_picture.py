@@ -13,6 +13,7 @@ from .identify_files import Results
 from .identify_impedance import Impedance, sampled_impedance
 from .identify_inertia import Inertia
 from .identify_no_load import NoLoad
+from .identify_saturation import Saturation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,16 +72,23 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
     below.set_xlabel("frequency (Hz)")
 
 
-def _draw_no_load(above: Axes, below: Axes, found: NoLoad) -> None:
-    parts = np.arange(1, len(found.parts_h) + 1)
-    values = 1e3 * np.array(found.parts_h)
-    above.plot([0, found.current_a], [0, found.flux_wb], "o-", color=BLUE, label=f"at {found.speed:.3g} rad/s")
-    above.set_title(f"L_s {1e3 * found.l_s:.4g} mH ± {100 * found.sigma:.2g} % at {found.flux_wb:.3g} Wb")
+def _draw_no_load(above: Axes, below: Axes, points: list[NoLoad], curve: Saturation | None) -> None:
+    """Flux over current with what is told of it, and by how much each point is off that."""
+    whole, flux = points[-1], np.array([point.flux_wb for point in points])
+    shown = np.linspace(0, whole.flux_wb, 60)
+
+    def ratio(at: np.ndarray) -> np.ndarray:
+        return curve.ratio(at) if curve else np.ones_like(at)
+
+    above.plot(shown / (whole.l_s * ratio(shown)), shown, color=BLUE)
+    above.plot([point.current_a for point in points], flux, "o", color=BLUE, label=f"at {whole.speed:.3g} rad/s")
+    above.set_title(f"L_s {1e3 * whole.l_s:.4g} mH ± {100 * whole.sigma:.2g} % at {whole.flux_wb:.3g} Wb")
     above.set_ylabel("stator flux without torque (Wb)")
     above.set_xlabel("current (A)")
-    below.plot(parts, 100 * (values / values.mean() - 1), "o", color=BLUE)
-    below.set_ylabel("by mean (%)")
-    below.set_xlabel("part of the time at no load")
+    inductance = np.array([point.l_s for point in points])
+    below.plot(flux, 100 * (inductance / (whole.l_s * ratio(flux)) - 1), "o", color=BLUE)
+    below.set_ylabel("L_s by fit (%)")
+    below.set_xlabel("stator flux without torque (Wb)")
 
 
 def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
@@ -106,8 +114,8 @@ def write_picture(directory: Path, results: Results) -> Path:
         panels.append(lambda above, below: _draw_levels(above, below, results))
     if results.impedance:
         panels.append(lambda above, below: _draw_tones(above, below, results.impedance))
-    if results.no_load:
-        panels.append(lambda above, below: _draw_no_load(above, below, results.no_load))
+    if results.fluxes:
+        panels.append(lambda above, below: _draw_no_load(above, below, results.fluxes, results.saturation))
     if results.inertia:
         panels.append(lambda above, below: _draw_inertia(above, below, results.inertia))
     with mpl.rc_context(STYLE):

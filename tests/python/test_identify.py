@@ -210,7 +210,7 @@ def test_a_free_shaft_tells_its_inertia_whatever_the_load(tmp_path: Path) -> Non
 
 
 def no_load_of(flux: float, current: float) -> NoLoad:
-    return NoLoad(flux, current, 1e-3, 35.0, ())
+    return NoLoad(flux, current, 1e-3, 35.0)
 
 
 def coasting(curve: SaturationParameters) -> list[NoLoad]:
