@@ -45,6 +45,9 @@ def play(address: str, start_drive: Callable[..., DriveProcess], folder: Path) -
             notifier.stop()
             listener.shutdown()
     assert found.returncode == 0, found.stdout + found.stderr
+    # The kernel may stamp two datagrams in another order than it hands them over in.
+    lines = log.read_text(encoding="utf-8").splitlines(keepends=True)
+    log.write_text("".join(sorted(lines, key=lambda line: float(line.split()[0].strip("()")))), encoding="utf-8")
     return log
 
 
