@@ -13,7 +13,7 @@ from sextant_py.telemetry_contract import enumerators
 
 STATES = ["INIT", "STANDBY", "READY", "MAGNETISING", "TORQUE", "DERATED", "FAULT", "SHUTDOWN"]
 CAUSES = ["NONE", "CURRENT_LIMIT", "VOLTAGE_LIMIT", "TEMPERATURE", "DC_LINK_LOW", "GATES_OFF", "COMMAND_TIMEOUT"]
-CAUSES += ["STATUS_TIMEOUT", "SHUTDOWN"]
+CAUSES += ["STATUS_TIMEOUT", "SHUTDOWN", "DC_LINK_HIGH"]
 
 
 @pytest.mark.parametrize(
