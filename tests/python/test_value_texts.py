@@ -39,14 +39,15 @@ def test_asammdf_shows_the_names(tmp_path: Path) -> None:
     group, path = group_of("telemetry"), tmp_path / "run.mf4"
     rows = np.zeros(len(CAUSES), group.dtype)
     rows["t_ns"] = 1_000_000 * np.arange(len(rows))
-    rows["state"], rows["derating_cause"] = [*range(len(STATES)), 0], range(len(CAUSES))
+    left = len(CAUSES) - len(STATES)
+    rows["state"], rows["derating_cause"] = [*range(len(STATES)), *[0] * left], range(len(CAUSES))
     sink = open_sink(path, {})
     sink.add(group)
     sink.append("telemetry", rows[:4])
     sink.append("telemetry", rows[4:])
     sink.close({})
     with MDF(path) as file:
-        for signal, names in (("state", [*STATES, "INIT"]), ("derating_cause", CAUSES)):
+        for signal, names in (("state", [*STATES, *["INIT"] * left]), ("derating_cause", CAUSES)):
             assert [text.decode() for text in file.get(signal).samples.tolist()] == names
             np.testing.assert_array_equal(file.get(signal, raw=True).samples, rows[signal])
 
