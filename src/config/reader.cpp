@@ -289,7 +289,7 @@ class Reader {
     if (!check.counts(is_table_given(check.optional_table))) return;
     std::string message = check.problem();
     if (message.empty() || (!check.decides && is_told_of_part(check.path, message))) return;
-    told_.push_back({check.path, message});
+    told_.emplace_back(check.path, message);
     const auto home = std::find_if(layers_.rbegin(), layers_.rend(), [&check](const Layer& layer) {
       return layer.find(check.path) != nullptr;
     });

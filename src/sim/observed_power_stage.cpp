@@ -1,7 +1,7 @@
 #include "sextant/sim/observed_power_stage.hpp"
 
 #include <chrono>
-#include <optional>
+#include <memory>
 #include <type_traits>
 
 #include "observed_run.hpp"
@@ -66,7 +66,7 @@ class ObservedPowerStage::Stage final : public Impl {
   [[nodiscard]] FaultableDriveIo& io() noexcept override { return stage_.io(); }
 
   void start(const Controller<>* controller, TraceRecorder* trace) override {
-    run_.emplace(scenario_, period_ns_, stage_.io(), controller, trace);
+    run_ = std::make_unique<Run>(scenario_, period_ns_, stage_.io(), controller, trace);
     started_ = Clock::now();
   }
 
@@ -84,8 +84,10 @@ class ObservedPowerStage::Stage final : public Impl {
   bool take(const Telemetry<double>& telemetry) override { return run_->period(telemetry); }
 
  private:
+  using Run = ObservedRun<typename MeteredPowerStageOf<Appended>::Io>;
+
   MeteredPowerStageOf<Appended> stage_;
-  std::optional<ObservedRun<typename MeteredPowerStageOf<Appended>::Io>> run_{};
+  std::unique_ptr<Run> run_{};  ///< from `start` on
 };
 
 ObservedPowerStage::ObservedPowerStage(const Scenario& scenario, const Parameters& parameters)

@@ -119,7 +119,7 @@ void VirtualRun::set_up_sources() {
     timeline_.add(replay_->party());
   }
   if (!options_.profile.empty()) play_profile();
-  if (scenario_) play_scenario();
+  if (scenario_) play(*scenario_);
   if (vehicle_) timeline_.add(vehicle_->party());
   ecu_.join(timeline_);
 }
@@ -135,18 +135,17 @@ void VirtualRun::play_profile() {
 }
 
 /// The frames lie so that the first enable is sent at the scenario's time zero.
-void VirtualRun::play_scenario() {
-  profile_end_ns_ = scenario_->duration_ns;
-  VirtualVehicle::Parameters parameters{.enable_from_ns = scenario_->begin_ns,
+void VirtualRun::play(const VirtualScenario& scenario) {
+  profile_end_ns_ = scenario.duration_ns;
+  VirtualVehicle::Parameters parameters{.enable_from_ns = scenario.begin_ns,
                                         .torque_limit = contract_ranges().torque_limit.highest,
                                         .identifier_offset = config_.can.identifier_offset};
-  parameters.first_ns = scenario_->begin_ns % parameters.period_ns;
-  const auto torque = [this, range = contract_ranges().torque_request](std::int64_t) {
-    const double wanted = scenario_->torque(clock_.now_ns());
+  parameters.first_ns = scenario.begin_ns % parameters.period_ns;
+  const auto torque = [this, &scenario, range = contract_ranges().torque_request](std::int64_t) {
+    const double wanted = scenario.torque(clock_.now_ns());
     if (!range.contains(wanted)) {
-      refuse("{}: the torque is {:g} N·m at {:g} s; the contract's range is {:g} to {:g} N·m",
-             scenario_->name, wanted, double(clock_.now_ns() - scenario_->begin_ns) * 1e-9, range.lowest,
-             range.highest);
+      refuse("{}: the torque is {:g} N·m at {:g} s; the contract's range is {:g} to {:g} N·m", scenario.name,
+             wanted, double(clock_.now_ns() - scenario.begin_ns) * 1e-9, range.lowest, range.highest);
     }
     return wanted;
   };

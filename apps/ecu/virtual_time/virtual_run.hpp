@@ -75,7 +75,7 @@ class VirtualRun {
  private:
   void set_up_sources();
   void play_profile();
-  void play_scenario();
+  void play(const VirtualScenario& scenario);
   void set_up_files();
   void set_up_frames();
   void disturb_bus();

@@ -16,8 +16,7 @@ struct LimitedShare {
 
 /// The smaller one, of equal ones the first.
 template <class T>
-[[nodiscard]] constexpr const LimitedShare<T>& least(const LimitedShare<T>& a,
-                                                     const LimitedShare<T>& b) noexcept {
+[[nodiscard]] constexpr LimitedShare<T> least(const LimitedShare<T>& a, const LimitedShare<T>& b) noexcept {
   return b.share < a.share ? b : a;
 }
 

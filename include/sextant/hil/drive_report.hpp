@@ -49,10 +49,10 @@ static_assert(offsetof(DriveReport, torque_motoring) == 16 && offsetof(DriveRepo
                                                     double omega_m) noexcept {
   Telemetry<double> telemetry{.t_ns = t_ns,
                               .omega_m = omega_m,
-                              .torque_reference = report.torque_reference,
-                              .torque_reached = report.torque_reached,
-                              .torque_motoring = report.torque_motoring,
-                              .torque_regenerating = report.torque_regenerating,
+                              .torque_reference = double(report.torque_reference),
+                              .torque_reached = double(report.torque_reached),
+                              .torque_motoring = double(report.torque_motoring),
+                              .torque_regenerating = double(report.torque_regenerating),
                               .first_fault = static_cast<Fault>(report.first_fault),
                               .state = static_cast<DriveState>(report.state)};
   for (int k = 0; k < fault_count; ++k) {
