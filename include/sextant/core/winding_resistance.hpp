@@ -29,16 +29,17 @@ struct WindingResistance {
     }
     return std::isfinite(reference) ? nullptr : "the temperature at which R_s holds must be a number";
   }
-
-  friend void describe(Description& d, WindingResistance& p) {
-    auto& [per_kelvin, reference] = p;
-    d.number("r_s_per_k", per_kelvin,
-             {"1/K", 0, 0.02,
-              "by which R_s in use rises with the winding's temperature, measured or by the thermal model of "
-              "[protection.winding], of what it is at r_s_reference_c: copper 0.00393; 0: it does not"});
-    d.number("r_s_reference_c", reference,
-             {"C", -100, 200, "temperature at which R_s of [control.machine_estimate] holds"});
-  }
 };
+
+template <class T>
+void describe(Description& d, WindingResistance<T>& p) {
+  auto& [per_kelvin, reference] = p;
+  d.number("r_s_per_k", per_kelvin,
+           {"1/K", 0, 0.02,
+            "by which R_s in use rises with the winding's temperature, measured or by the thermal model of "
+            "[protection.winding], of what it is at r_s_reference_c: copper 0.00393; 0: it does not"});
+  d.number("r_s_reference_c", reference,
+           {"C", -100, 200, "temperature at which R_s of [control.machine_estimate] holds"});
+}
 
 }  // namespace sextant
