@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <tuple>
 
 #include "common_ranges.hpp"
 #include "described_table.hpp"
@@ -70,15 +69,16 @@ SpeedCheck speed_check(const Protection<>::Parameters& p) {
 
 /// Empty where the bands of the link voltage lie between its trip levels, else a sentence.
 std::string validate_bands(const DriveConfig& c) {
-  const auto& [low, high] = std::tie(c.drive.low_voltage, c.drive.high_voltage);
+  const LinkVoltageBand<>::Parameters& low = c.drive.low_voltage;
+  const LinkVoltageBand<>::Parameters& high = c.drive.high_voltage;
   const Protection<>::Parameters& trips = c.drive.protection;
   const auto volts = [](double u) { return rounded_text(u) + " V"; };
-  if (low.acts() && !(low.zero >= trips.dc_under_voltage && low.zero < low.full)) {
+  if (low.is_wrong_below(trips.dc_under_voltage)) {
     return "low_voltage_zero_v, " + volts(low.zero) + ", must be from protection.dc_under_voltage_v, " +
            volts(trips.dc_under_voltage) + ", to below low_voltage_v, " +
            (low.full > 0 ? volts(low.full) : "which is not set");
   }
-  if (high.acts() && !(high.zero <= trips.dc_over_voltage && high.zero > high.full && high.full > 0)) {
+  if (high.is_wrong_above(trips.dc_over_voltage)) {
     return "high_voltage_zero_v, " + volts(high.zero) + ", must be from above high_voltage_v, " +
            (high.full > 0 ? volts(high.full) : "which is not set") + ", to protection.dc_over_voltage_v, " +
            volts(trips.dc_over_voltage);
@@ -182,8 +182,7 @@ std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant, bo
   if (!imposes_speed) return {};
   if (plant.plant.initial.speed != 0.0)
     return "an imposed speed is that of the shaft from the beginning: plant.initial_speed_rad_s must be 0, "
-           "or "
-           "the load a torque";
+           "or the load a torque";
   if (!plant.driveline.acts()) return {};
   return "an imposed speed turns the motor whatever its load does: plant.driveline.inertia_kg_m2 must be 0, "
          "or the load a torque";

@@ -13,15 +13,8 @@ namespace sextant {
 namespace {
 
 using ::testing::HasSubstr;
-using Settings = std::vector<std::string>;
-
-std::string refusal(const Settings& settings) {
-  try {
-    (void)load_ecu_config(shipped_ecu, settings);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
+std::string refusal(const std::vector<std::string>& settings) {
+  return ecu_refusal(shipped_ecu, settings);
 }
 
 TEST(DeratingConfig, IsNoneByDefault) {

@@ -127,7 +127,8 @@ TYPED_TEST(DeratingOf, RefusesBandsBeyondTheTripLevelsOrTheWrongWayRound) {
     p.low_voltage = {full, zero};
     EXPECT_NE(p.validate(), nullptr) << full << ", " << zero;
   }
-  for (const auto& [full, zero] : {std::pair{T(600), T(701)}, {T(650), T(600)}, {T(600), nan}}) {
+  for (const auto& [full, zero] :
+       {std::pair{T(600), T(701)}, {T(650), T(600)}, {T(600), nan}, {T(0), T(650)}}) {
     Bands p;
     p.high_voltage = {full, zero};
     EXPECT_NE(p.validate(), nullptr) << full << ", " << zero;

@@ -91,11 +91,13 @@ TYPED_TEST(ProtectionOf, OverSpeedIsSeenBothWays) {
 TYPED_TEST(ProtectionOf, EveryNumberMustBeFinite) {
   using T = TypeParam;
   for (const T bad : {this->nan, this->infinity, -this->infinity}) {
-    for (int which = 0; which < 6; ++which) {
+    for (int which = 0; which < 7; ++which) {
       Measurement<T> m = this->healthy();
       m.theta_m = T(1);
+      m.winding_temperature = T(40);
       EXPECT_FALSE(this->protection.step(m).any());
-      T* const numbers[] = {&m.i_abc.a, &m.i_abc.b, &m.i_abc.c, &m.u_dc, &m.omega_m, &*m.theta_m};
+      T* const numbers[] = {
+          &m.i_abc.a, &m.i_abc.b, &m.i_abc.c, &m.u_dc, &m.omega_m, &*m.theta_m, &*m.winding_temperature};
       *numbers[which] = bad;
       EXPECT_FALSE(this->protection.is_usable(m));
       EXPECT_EQ(this->protection.step(m), this->only(Fault::measurement_invalid)) << which;
@@ -119,6 +121,21 @@ TYPED_TEST(ProtectionOf, ANumberBeyondTheRangeOfItsSensorIsNoMeasurement) {
         EXPECT_EQ(this->protection.is_usable(m), !beyond) << which;
       }
     }
+  }
+}
+
+// A shorted or open sensor would take the place of the model, and no winding would ever be hot.
+TYPED_TEST(ProtectionOf, ATemperatureThatNoWindingHasIsNoMeasurement) {
+  using T = TypeParam;
+  for (const T celsius : {T(-200), T(-61), T(301), T(850)}) {
+    Measurement<T> m = this->healthy();
+    m.winding_temperature = celsius;
+    EXPECT_EQ(this->protection.step(m), this->only(Fault::measurement_invalid)) << celsius;
+  }
+  for (const T celsius : {T(-59), T(0), T(140)}) {
+    Measurement<T> m = this->healthy();
+    m.winding_temperature = celsius;
+    EXPECT_TRUE(this->protection.is_usable(m)) << celsius;
   }
 }
 

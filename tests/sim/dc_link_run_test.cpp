@@ -9,9 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/drive/run_cycle.hpp"
-#include "sextant/sim/scenario_commands.hpp"
-#include "sim/machine_run.hpp"
+#include "sim/period_by_period.hpp"
 
 namespace sextant {
 namespace {
@@ -38,28 +36,6 @@ MilResult run_linked(const ScenarioConfig& config) {
   return MilRunner{drive, stage.io(), config.drive.drive.period_ns}.run(config.scenario, nullptr, {});
 }
 
-struct NoTelemetry {
-  void push(const Telemetry<double>&) noexcept SEXTANT_NONBLOCKING {}
-};
-
-/// Calls look(t_s, io) after each control period.
-template <class Look>
-void go_through(const ScenarioConfig& config, Look look) {
-  Stage stage{config.drive.plant, config.scenario.load};
-  const auto controller = make_controller(config.drive);
-  Drive<double> drive{config.drive.drive, *controller};
-  ScenarioCommands commands{config.scenario};
-  NoTelemetry none;
-  const std::int64_t period_ns = config.drive.drive.period_ns;
-  std::int64_t t_ns = -std::int64_t{ScenarioCommands::hand_shake_periods} * period_ns;
-  for (; t_ns <= config.scenario.duration_ns; t_ns += period_ns) {
-    run_cycle(t_ns, stage.io(), commands, drive, none);
-    ASSERT_TRUE(stage.io().healthy());
-    look(double(t_ns) * 1e-9, stage.io());
-  }
-  EXPECT_TRUE(makes_torque(drive.state()));
-}
-
 const Link& link_of(const Stage::Plant& plant) {
   return plant.appended_system().first;
 }
@@ -78,7 +54,7 @@ TEST(DcLinkRun, VoltageSagsToTheRootOfTheSourcesEquation) {
     int count{};
   };
   std::vector<Window> windows{{0.6, 0.8}, {1.0, 1.2}, {1.4, 1.6}};
-  go_through(config, [&](double t, const Stage::Io& io) {
+  go_through<Stage>(config, [&](double t, const Telemetry<double>&, const Stage::Io& io) {
     for (Window& w : windows) {
       if (t < w.from_s - 1e-9 || t > w.to_s - 1e-9) continue;
       if (w.count++ == 0) w.begin_j = drawn(io.plant());
@@ -102,7 +78,7 @@ TEST(DcLinkRun, TheChopperHoldsTheLinkWhileTheMachineBrakes) {
   int turn_ons = 0;
   bool was_on = false;
   double first = 0, last = 0, first_j = 0, last_j = 0, lowest = 1e9, highest = 0;
-  go_through(config, [&](double t, const Stage::Io& io) {
+  go_through<Stage>(config, [&](double t, const Telemetry<double>&, const Stage::Io& io) {
     const bool is_on = link_of(io.plant()).chops();
     const double u = io.plant().u_dc();
     highest = std::max(highest, u);
@@ -169,7 +145,7 @@ TEST(DcLinkRun, TheCapacitorCarriesTheRippleOfAModulatedPattern) {
   SpaceVector<> flux_before{};
   double flux_volts = 0;
   int periods = 0;
-  go_through(config, [&](double t, const Stage::Io& io) {
+  go_through<Stage>(config, [&](double t, const Telemetry<double>&, const Stage::Io& io) {
     const Stage::Plant& plant = io.plant();
     const SpaceVector<> psi_s = plant.psi_s();
     if (t > 0.8) {
@@ -208,7 +184,7 @@ TEST(DcLinkRun, ASagOfTheSourceReachesTheLinkThroughItsResistance) {
   config.drive.plant.io.fault = {.kind = PlantFaultKind::link_sag, .at_ns = 450'000'000, .sag_voltage = 400};
   double worst = 0;
   double before = 0;
-  go_through(config, [&](double t, const Stage::Io& io) {
+  go_through<Stage>(config, [&](double t, const Telemetry<double>&, const Stage::Io& io) {
     if (t < 0.45 + 1e-9) {
       before = io.plant().u_dc();
     } else {

@@ -8,9 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/drive/run_cycle.hpp"
-#include "sextant/sim/scenario_commands.hpp"
-#include "sim/machine_run.hpp"
+#include "sim/period_by_period.hpp"
 
 namespace sextant {
 namespace {
@@ -20,28 +18,6 @@ constexpr double r_s = 0.435;  // of the paper's machine [Ω]
 constexpr double copper = 0.00393;
 
 using Settings = std::vector<std::string>;
-
-struct Records {
-  void push(const Telemetry<double>& t) noexcept SEXTANT_NONBLOCKING { last = t; }
-  Telemetry<double> last{};
-};
-
-/// Calls look(t_s, telemetry, plant) after each control period.
-template <class Look>
-void go_through(const ScenarioConfig& config, Look look) {
-  MeteredPowerStage stage{config.drive.plant, config.scenario.load};
-  const auto controller = make_controller(config.drive);
-  Drive<double> drive{config.drive.drive, *controller};
-  ScenarioCommands commands{config.scenario};
-  Records records;
-  const std::int64_t period_ns = config.drive.drive.period_ns;
-  std::int64_t t_ns = -std::int64_t{ScenarioCommands::hand_shake_periods} * period_ns;
-  for (; t_ns <= config.scenario.duration_ns; t_ns += period_ns) {
-    run_cycle(t_ns, stage.io(), commands, drive, records);
-    look(double(t_ns) * 1e-9, records.last, stage.io().plant());
-  }
-  EXPECT_TRUE(makes_torque(drive.state())) << to_string(records.last.first_fault);
-}
 
 /// A plant whose winding is at 140 °C and stays there; its resistances hold at 20 °C.
 ScenarioConfig warm_config(double omega_m, Settings set) {
@@ -60,10 +36,10 @@ ScenarioConfig warm_config(double omega_m, Settings set) {
 double torque_error(const ScenarioConfig& config, double& r_s_in_use) {
   double sum = 0;
   int count = 0;
-  go_through(config, [&](double t, const Telemetry<double>& x, const auto& plant) {
+  go_through<MeteredPowerStage>(config, [&](double t, const Telemetry<double>& x, const auto& io) {
     r_s_in_use = x.r_s;
     if (t < 0.7) return;
-    sum += plant.tau_e() - 40;
+    sum += io.plant().tau_e() - 40;
     ++count;
   });
   return sum / count;
@@ -98,7 +74,7 @@ TEST(WarmWindingRun, TheModelGivesTheExponentialOfAConstantLoss) {
   double begin_t = -1, begin_rise = 0, squares = 0, worst = 0, last = 0;
   int count = 0;
   std::vector<std::pair<double, double>> course;
-  go_through(config, [&](double t, const Telemetry<double>& x, const auto&) {
+  go_through<MeteredPowerStage>(config, [&](double t, const Telemetry<double>& x, const auto&) {
     last = x.r_s;
     if (t < 0.5) return;
     if (begin_t < 0) {

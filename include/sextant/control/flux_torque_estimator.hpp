@@ -66,7 +66,7 @@ class FluxTorqueEstimator {
         machine_{parameters.machine},
         present_{machine_},
         saturation_{parameters.saturation, machine_.l_s()},
-        most_flux_{T(1.25) * parameters.flux_reference},
+        most_flux_{SaturationShape<T>::most_flux * parameters.flux_reference},
         inverter_{parameters.inverter, machine_.sigma_l_s()},
         current_model_{machine_},
         compensated_{machine_.r_s / machine_.l_s()},
@@ -83,9 +83,8 @@ class FluxTorqueEstimator {
   void step(const Measurement<T>& measurement, bool magnetising = false) noexcept {
     const SpaceVector<T> i_s_before = i_s_;
     i_s_ = clarke(measurement.i_abc);
-    if (parameters_.winding.varies()) follow_temperature(measurement.winding_temperature);
-    if (saturation_.acts()) [[unlikely]]
-      follow_flux();
+    if (parameters_.winding.varies() || saturation_.acts()) [[unlikely]]
+      follow(measurement.winding_temperature);
     const ThreePhase<T> beyond = inverter_.step(measurement.applied, measurement.i_abc, measurement.u_dc);
     age(T(measurement.applied.duration_ns()) * T(1e-9));
     if (measurement.applied.is_driven()) {
@@ -224,18 +223,19 @@ class FluxTorqueEstimator {
     return machine;
   }
 
-  /// R_s by the temperature of the winding. [°C]
-  void follow_temperature(const std::optional<T>& temperature) noexcept {
-    if (!temperature || *temperature == temperature_) return;
-    temperature_ = *temperature;
-    const T warmth = parameters_.winding.ratio(*temperature);
-    machine_.r_s *= warmth / warmth_;
-    warmth_ = warmth;
-    adaptation_.set_configured(warm());
-    use(machine_);
-  }
+  // The next three are apart, so that the step of a drive that makes torque stays small.
 
-  // The next two are apart, so that the step of a drive that makes torque stays small.
+  /// R_s is that of the winding's temperature [°C], the machine that of the present flux.
+  [[gnu::noinline]] void follow(const std::optional<T>& temperature) noexcept {
+    if (parameters_.winding.varies() && temperature && *temperature != temperature_) {
+      temperature_ = *temperature;
+      const T warmth = parameters_.winding.ratio(*temperature);
+      machine_.r_s *= warmth / warmth_;
+      warmth_ = warmth;
+      adaptation_.set_configured(warm());
+    }
+    follow_flux();
+  }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
   [[gnu::noinline]] void step_magnetising(const Period& p) noexcept {
@@ -345,10 +345,11 @@ class FluxTorqueEstimator {
     current_model_.set_machine(present_);
     observer_.set_machine(present_);
   }
-  [[nodiscard]] T steepness() const noexcept { return saturation_.steepness({present_flux(), T(0)}); }
-  /// Of the curve: a wrong flux is not to make a machine that there is not. [Wb]
-  [[nodiscard]] T present_flux() const noexcept { return std::min(most_flux_, magnitude(psi_s_)); }
-
+  /// Of the curve at the present flux. [-]
+  [[nodiscard]] T steepness() const noexcept {
+    return saturation_.steepness({std::min(most_flux_, magnitude(psi_s_)), T(0)});
+  }
+  /// What identification knows of the iron before it begins.
   [[nodiscard]] typename MagnetisingIdentification<T>::Saturation known_saturation() const noexcept {
     return SaturationShape<T>::of(parameters_.saturation, parameters_.flux_reference);
   }
@@ -359,7 +360,7 @@ class FluxTorqueEstimator {
   Machine machine_;  ///< in use, at the flux of its L_m
   Machine present_;  ///< the same at the present flux
   SaturationCurve<T> saturation_;
-  T most_flux_;  ///< up to which the curve counts, and magnetising leads at most [Wb]
+  T most_flux_;  ///< up to which the curve counts: a wrong flux is not to make a machine that is none [Wb]
   InverterModel<T> inverter_;
   CurrentModel<T> current_model_;
   CompensatedVoltageModel<T> compensated_;

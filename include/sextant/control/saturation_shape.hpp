@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/saturation_parameters.hpp"
@@ -20,6 +19,9 @@ namespace sextant {
 template <class T = double>
 class SaturationShape {
  public:
+  /// To which magnetising leads the stator flux at most, as a multiple of ψ_ref. [-]
+  static constexpr T most_flux = T(1.25);
+
   /// What is known before of s, which is not below zero: at the knee, where the inductance has fallen to
   /// half, it is 0.5; and of n, which is 7 for the source's machine.
   struct Knowledge {
@@ -32,7 +34,7 @@ class SaturationShape {
   /// which are 0.04 of s.
   [[nodiscard]] static Knowledge of(const SaturationParameters<T>& curve, T flux_reference) noexcept {
     if (!curve.acts()) return {};
-    const T y = std::pow(flux_reference / curve.knee, T(curve.exponent));
+    const T y = curve.excess(flux_reference);
     return {.mean = y / (T(1) + y), .deviation = T(0.05), .exponent = curve.exponent};
   }
 
@@ -63,9 +65,9 @@ class SaturationShape {
   }
 
  private:
-  /// G at a stator flux; g up to 1.25 ψ_ref, to which magnetising leads at most. [Wb]
+  /// G at a stator flux, g up to the most flux. [Wb]
   [[nodiscard]] constexpr T excess(T psi_s) const noexcept {
-    const T x = std::min(T(1.25), psi_s * per_flux_);
+    const T x = std::min(most_flux, psi_s * per_flux_);
     T power = T(1);
     for (int n = 0; n < known_.exponent; ++n) power *= x;
     return psi_s * (power - T(1));

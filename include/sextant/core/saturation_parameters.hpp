@@ -30,10 +30,8 @@ struct SaturationParameters {
 
   [[nodiscard]] constexpr bool acts() const noexcept { return knee > T(0); }
 
-  /// (psi_N/psi_k)^S, by which L_su is larger than the L_s of the machine's parameters. [-]
-  [[nodiscard]] T excess() const noexcept {
-    return acts() ? std::pow(machine_flux / knee, T(exponent)) : T(0);
-  }
+  /// (psi/psi_k)^S, by which L_su is larger than L_s at that flux [Wb]. [-]
+  [[nodiscard]] T excess(T psi) const noexcept { return acts() ? std::pow(psi / knee, T(exponent)) : T(0); }
 
   /// nullptr when usable, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
@@ -43,7 +41,7 @@ struct SaturationParameters {
       return "the exponent of the saturation must be from 2 to 20";
     if (!(std::isfinite(machine_flux) && machine_flux >= T(0)))
       return "the flux at which the machine's inductances hold must be finite and not below zero";
-    if (!(T(1) + excess() <= largest_ratio))
+    if (!(T(1) + excess(machine_flux) <= largest_ratio))
       return "the flux at which the machine's inductances hold is too far above the knee of the saturation: "
              "without saturation they would be more than ten times as large";
     return nullptr;

@@ -79,13 +79,11 @@ class Drive {
     [[nodiscard]] const char* validate_bands() const noexcept {
       if (const char* problem = low_voltage.validate()) return problem;
       if (const char* problem = high_voltage.validate()) return problem;
-      if (low_voltage.acts() &&
-          !(low_voltage.zero >= protection.dc_under_voltage && low_voltage.zero < low_voltage.full)) {
+      if (low_voltage.is_wrong_below(protection.dc_under_voltage)) {
         return "the link voltage without motoring torque must be from the under-voltage trip to below that "
                "from which on it is whole";
       }
-      if (high_voltage.acts() &&
-          !(high_voltage.zero <= protection.dc_over_voltage && high_voltage.zero > high_voltage.full)) {
+      if (high_voltage.is_wrong_above(protection.dc_over_voltage)) {
         return "the link voltage without regenerating torque must be from above that up to which it is whole "
                "to the over-voltage trip";
       }

@@ -24,6 +24,15 @@ class LinkVoltageBand {
 
     [[nodiscard]] constexpr bool acts() const noexcept { return full != zero; }
 
+    /// It acts and does not fall from `full` below the nominal voltage to `zero` above this trip level [V].
+    [[nodiscard]] constexpr bool is_wrong_below(T trip) const noexcept {
+      return acts() && !(zero >= trip && zero < full);
+    }
+    /// It acts and does not fall from `full` above the nominal voltage to `zero` below this trip level [V].
+    [[nodiscard]] constexpr bool is_wrong_above(T trip) const noexcept {
+      return acts() && !(zero <= trip && zero > full && full > T(0));
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       return std::isfinite(full) && std::isfinite(zero) && full >= T(0) && zero >= T(0)
                  ? nullptr

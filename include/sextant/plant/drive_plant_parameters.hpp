@@ -39,7 +39,7 @@ struct DrivePlantParameters {
 
   /// Of the inverse-Γ circuit at small fluxes: at most (1 − sigma) L_su. [H]
   [[nodiscard]] T largest_magnetising_inductance() const noexcept {
-    return (T(1) + saturation.excess()) * machine.k_r() * machine.l_m;
+    return (T(1) + saturation.excess(saturation.machine_flux)) * machine.k_r() * machine.l_m;
   }
 };
 
