@@ -1,208 +1,242 @@
 #include "ecu/ecu.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <cstdlib>
+#include <csignal>
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
-#include "common/process_setup.hpp"
-#include "ecu/run_report.hpp"
-#include "ecu/telemetry/dds_settings.hpp"
+#include "ecu/threads/watchdog_rights.hpp"
 #include "ecu/timing/timing_report.hpp"
+#include "ecu/unit/run_report.hpp"
 #include "sextant/comms/can_codec.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::ecu {
 namespace {
 
-TelemetryTask::Parameters telemetry_parameters(const EcuConfig& config) {
-  const std::int64_t wake_period_ns =
-      std::int64_t{config.drive.drive.period_ns} * config.realtime.wake_every_periods;
-  return {.period_ns = config.drive.drive.period_ns,
-          .wake_every_periods = std::uint32_t(config.realtime.wake_every_periods),
-          .periods_per_sample = periods_per_sample(config),
-          .statistics_ns = std::int64_t(1e9 / config.dds.statistics_rate_hz),
-          .timing = {config.realtime.gap_limit_ns, wake_period_ns},
-          .wait = config.realtime.wait.mode,
-          .policy = config.realtime.policy};
-}
-
-TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
-  const DdsSettings settings = dds_settings(config.dds, std::getenv("CYCLONEDDS_URI"));
-  return {.domain_id = std::uint32_t(config.dds.domain),
-          .drive_id = std::uint32_t(config.drive_id),
-          .configuration = settings.configuration,
-          .configuration_source = settings.source};
-}
+using namespace std::chrono_literals;
 
 bool is_hard(const RealtimeParameters& realtime) {
   return realtime.wake_every_periods == 1;
 }
 
 /// SCHED_FIFO priority of the control thread in hard real time; 0 without.
-int control_priority(const RealtimeParameters& realtime) {
+int control_priority(const EcuConfig& config) {
+  const RealtimeParameters& realtime = config.realtime;
   return is_hard(realtime) && realtime.policy == SchedulingPolicy::fifo ? realtime.priority : 0;
 }
 
-/// Below the control thread and above all that is not real time; 0 without SCHED_FIFO.
-int receive_priority(const RealtimeParameters& realtime) {
-  const int control = control_priority(realtime);
-  return control > 0 ? std::max(1, control - 10) : 0;
+int highest_control_priority(const std::vector<EcuConfig>& configs) {
+  int highest = 0;
+  for (const EcuConfig& config : configs) highest = std::max(highest, control_priority(config));
+  return highest;
+}
+
+/// Below the control threads and above all that is not real time; 0 without SCHED_FIFO.
+int receive_priority(const std::vector<EcuConfig>& configs) {
+  int lowest = 0;
+  for (const EcuConfig& config : configs) {
+    const int control = control_priority(config);
+    if (control > 0) lowest = lowest == 0 ? control : std::min(lowest, control);
+  }
+  return lowest > 0 ? std::max(1, lowest - 10) : 0;
+}
+
+std::vector<CanIdentifier> identifiers(const std::vector<EcuConfig>& configs) {
+  std::vector<CanIdentifier> wanted;
+  for (const EcuConfig& config : configs) {
+    const auto own = drive_identifiers(config.can.identifier_offset);
+    wanted.insert(wanted.end(), own.begin(), own.end());
+  }
+  return wanted;
+}
+
+std::vector<std::unique_ptr<LiveDrive>> make_drives(const std::vector<EcuConfig>& configs, CanBus& bus,
+                                                    const LiveDriveOptions& options) {
+  std::vector<std::unique_ptr<LiveDrive>> drives;
+  for (const EcuConfig& config : configs) {
+    LiveDriveOptions own = options;
+    if (configs.size() > 1) {
+      own.thread = fmt::format("sextant-ctrl-{}", drives.size() + 1);
+      own.log = fmt::format("drive {}", config.drive_id);
+    }
+    drives.push_back(std::make_unique<LiveDrive>(config, bus, own));
+  }
+  return drives;
+}
+
+std::vector<ReceiveTask*> receive_tasks(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
+  std::vector<ReceiveTask*> tasks;
+  for (const std::unique_ptr<LiveDrive>& drive : drives) tasks.push_back(&drive->unit().receive());
+  return tasks;
 }
 
 }  // namespace
 
-Ecu::Ecu(const EcuConfig& config, const std::string& record_cycles, const std::string& fault_socket,
-         FaultInjection::Read read_fault)
-    : config_{config},
-      processor_latency_{is_hard(config.realtime)},
-      shared_{config.drive.drive.period_ns, config.realtime.wake_every_periods, config.realtime.watchdog_ns},
-      power_stage_{config, fault_socket, std::move(read_fault)},
-      drive_{config.drive},
-      bus_{make_can_bus(config.can.bus, drive_identifiers(config.can.identifier_offset))},
-      publisher_{publisher_parameters(config)},
-      control_{config.realtime, config.drive.drive.period_ns, recorded_io(record_cycles), drive_.drive(),
-               shared_},
-      receive_{*bus_, shared_, config.can.identifier_offset, receive_priority(config.realtime)},
-      transmit_{*bus_, shared_, config.can.identifier_offset,
-                [](const std::string& sentence) { spdlog::warn("CAN: {}", sentence); }},
-      watchdog_{shared_, [this] { power_stage_.inhibit_gates(); }, control_priority(config.realtime)},
-      link_{power_stage_, shared_},
-      housekeeping_{shared_, [](const std::string& sentence) { spdlog::warn("drive: {}", sentence); }},
-      telemetry_{telemetry_parameters(config), publisher_.sender(), shared_,
-                 [this](std::int64_t now_ns) { publisher_.poll(now_ns); },
-                 [](const std::string& sentence) { spdlog::warn("drive: {}", sentence); }} {}
-
-DriveIo<double>& Ecu::recorded_io(const std::string& record_cycles) {
-  if (record_cycles.empty()) return power_stage_.io();
-  cycles_.emplace(record_cycles, config_, power_stage_.io());
-  cycle_thread_.emplace(*cycles_,
-                        [](const std::string& sentence) { spdlog::error("recording: {}", sentence); });
-  shared_.cycles = &cycles_->recorder();
-  return cycles_->recorder();
-}
+Ecu::Ecu(const std::vector<EcuConfig>& configs, const LiveDriveOptions& options)
+    : bus_name_{configs.front().can.bus},
+      highest_control_priority_{highest_control_priority(configs)},
+      processor_latency_{
+          std::ranges::any_of(configs, [](const EcuConfig& config) { return is_hard(config.realtime); })},
+      bus_{make_can_bus(bus_name_, identifiers(configs))},
+      drives_{make_drives(configs, *bus_, options)},
+      receive_{*bus_, receive_tasks(drives_), is_over_, receive_priority(configs)},
+      bus_watch_{*bus_} {}
 
 Ecu::~Ecu() {
   stop();
 }
 
 void Ecu::start() {
-  require_lone_drive();
-  const RightsReport rights = control_.start();
-  check_rights(config_.realtime, rights);
-  warn_of_unbounded_execution();
-  if (cycles_) cycles_->open();
-  if (cycle_thread_) cycle_thread_->start();
-  control_.go();
-  telemetry_.start(rights);
-  watchdog_.start();
-  link_.start();
-  housekeeping_.start();
-  transmit_.start();  // before a command can arrive
-  receive_.start();
-  spdlog::info(
-      "drive {} on {} from identifier {:#x}, DDS domain {}: {} control periods of {} us every wake-up",
-      config_.drive_id, config_.can.bus, command_id(config_.can.identifier_offset), config_.dds.domain,
-      config_.realtime.wake_every_periods, double(config_.drive.drive.period_ns) * 1e-3);
+  require_lone_drives();
+  each([](LiveDrive& drive) { drive.prepare(); });
+  start_threads();
+  each([this](LiveDrive& drive) {
+    const EcuConfig& config = drive.unit().config();
+    spdlog::info(
+        "drive {} on {} from identifier {:#x}, DDS domain {}: {} control periods of {} us every wake-up",
+        config.drive_id, bus_name_, command_id(config.can.identifier_offset), config.dds.domain,
+        config.realtime.wake_every_periods, double(config.drive.drive.period_ns) * 1e-3);
+  });
 }
 
-void Ecu::require_lone_drive() {
+void Ecu::start_threads() {
+  const bool is_recorded =
+      std::ranges::any_of(drives_, [](const auto& drive) { return drive->unit().cycles() != nullptr; });
+  if (is_recorded) {
+    cycles_.start({.poll = [this] {
+      write_cycles();
+      return 20ms;
+    }});
+  }
+  each([](LiveDrive& drive) { drive.go(); });
+  telemetry_.start({.poll =
+                        [this] {
+                          each([](LiveDrive& drive) { drive.telemetry().poll(now_ns()); });
+                          return std::chrono::milliseconds{TelemetryTask::poll_every_ms};
+                        },
+                    .end = [this] { each([](LiveDrive& drive) { drive.telemetry().finish(); }); }});
+  watchdog_.start({.begin = [this] { request_watchdog_priority(highest_control_priority_); },
+                   .poll =
+                       [this] {
+                         each([](LiveDrive& drive) { drive.unit().watchdog().poll(now_ns()); });
+                         return std::chrono::nanoseconds{WatchdogTask::poll_every_ns};
+                       }});
+  // After the first measurement, so that each change is logged once.
+  link_.start({.begin = [] { std::this_thread::sleep_for(20ms); },
+               .poll =
+                   [this] {
+                     poll_links();
+                     return 20ms;
+                   }});
+  housekeeping_.start({.poll = [this] {
+    each([](LiveDrive& drive) { drive.housekeeping().poll(); });
+    return std::chrono::milliseconds{HousekeepingTask::poll_every_ms};
+  }});
+  start_transmission();  // before a command can arrive
+  receive_.start();
+}
+
+void Ecu::start_transmission() {
+  // The age of the last status frame counts from here, also where the thread never runs.
+  each([](LiveDrive& drive) { drive.unit().transmit().start(now_ns()); });
+  transmit_.start(
+      {.poll = [this] { return transmit(); },
+       .end = [this] { each([](LiveDrive& drive) { drive.unit().transmit().send_last(now_ns()); }); }});
+}
+
+std::chrono::nanoseconds Ecu::transmit() {
+  std::int64_t until_ns = std::numeric_limits<std::int64_t>::max();
+  each([&](LiveDrive& drive) { until_ns = std::min(until_ns, drive.unit().transmit().poll(now_ns())); });
+  const std::string trouble = bus_watch_.poll(now_ns());
+  if (!trouble.empty()) spdlog::warn("CAN: {}", trouble);
+  return std::chrono::nanoseconds{until_ns - now_ns()};
+}
+
+/// The drive's reaction does not depend on it.
+void Ecu::poll_links() {
+  bool must_end = false;
+  each([&](LiveDrive& drive) { must_end |= drive.poll_link(); });
+  // main handles the signal like one from outside.
+  if (must_end) kill(getpid(), SIGTERM);
+}
+
+void Ecu::write_cycles() {
+  each([](LiveDrive& drive) {
+    CycleLog* const cycles = drive.unit().cycles();
+    if (cycles == nullptr || !cycles->failure().empty()) return;
+    cycles->poll();
+    if (!cycles->failure().empty()) spdlog::error("recording: {}", cycles->failure());
+  });
+}
+
+void Ecu::require_lone_drives() {
   constexpr std::int64_t listen_ns = 200'000'000;  // twenty of its MCU_TorqueStatus
   CanFrame frame;
   const std::int64_t end_ns = now_ns() + listen_ns;
   for (std::int64_t left_ns = listen_ns; left_ns > 0; left_ns = end_ns - now_ns()) {
     const CanReceive result = bus_->receive(frame, std::chrono::nanoseconds{left_ns});
-    if (result == CanReceive::got) (void)receive_.task().on_frame(frame);
-    if (shared_.other_drive_ns.load(std::memory_order_relaxed) != 0) {
+    if (result == CanReceive::down || result == CanReceive::error) return;
+    if (result != CanReceive::got) continue;
+    each([&](LiveDrive& drive) {
+      DriveUnit& unit = drive.unit();
+      (void)unit.receive().on_frame(frame);
+      if (unit.shared().other_drive_ns.load(std::memory_order_relaxed) == 0) return;
       throw std::runtime_error(fmt::format(
           "another drive sends MCU_TorqueStatus on {} with this drive's identifiers: give each drive "
           "its own can.identifier_offset (here {}) or a bus of its own",
-          config_.can.bus, config_.can.identifier_offset.value));
-    }
-    if (result == CanReceive::down || result == CanReceive::error) return;
+          bus_name_, unit.config().can.identifier_offset.value));
+    });
   }
-}
-
-void Ecu::warn_of_unbounded_execution() const {
-  const IntegratorKind kind = config_.drive.plant.integrator;
-  const bool unbounded = kind == IntegratorKind::cvode || kind == IntegratorKind::erk;
-  if (config_.power_stage != PowerStageKind::simulated || config_.realtime.wake_every_periods > 1 ||
-      !unbounded) {
-    return;
-  }
-  spdlog::warn(
-      "real time: plant.integrator = \"{}\" has no bound on its time; with realtime.wake_every_periods = 1 a "
-      "long step misses periods: take \"fixed\"",
-      kind == IntegratorKind::cvode ? "cvode" : "erk");
 }
 
 void Ecu::stop() {
-  shared_.shutdown.store(true, std::memory_order_release);
-  control_.join();
-  power_stage_.announce_end();
-  // The other threads also end where the control thread was never started.
-  shared_.stopped.store(true, std::memory_order_release);
+  each([](LiveDrive& drive) { drive.unit().shut_down(); });
+  each([](LiveDrive& drive) { drive.join(); });
+  is_over_.store(true, std::memory_order_release);
   transmit_.join();
   receive_.join();
   watchdog_.join();
   link_.join();
   housekeeping_.join();
   telemetry_.join();
-  publisher_.leave();
+  each([](LiveDrive& drive) { drive.leave(); });
   // Last: a disk that does not answer keeps nothing else.
-  if (cycle_thread_) cycle_thread_->join();
-  if (cycles_) cycles_->close();
+  cycles_are_over_.store(true, std::memory_order_release);
+  cycles_.join();
+  each([](LiveDrive& drive) { drive.close(); });
 }
 
 std::string Ecu::problem() const {
-  if (std::string problem = power_stage_.problem(); !problem.empty()) return problem;
-  return cycles_ ? cycles_->failure() : std::string{};
+  for (const std::unique_ptr<LiveDrive>& drive : drives_) {
+    if (std::string problem = drive->problem(); !problem.empty()) return problem;
+  }
+  return {};
 }
 
 void Ecu::write_timing(const std::string& file) const {
-  ecu::write_timing(file, telemetry_.task().timing(), receive_.hand_over());
+  ecu::write_timing(file, drives_.front()->timing(), receive_.hand_over());
 }
 
 void Ecu::print_report(std::FILE* out) const {
-  print_timing(out, telemetry_.task().timing());
-  if (const std::uint64_t lost = shared_.wakes.dropped(); lost > 0) {
-    fmt::print(out,
-               "  of {} wake-ups latency and execution time are not in these figures: the ring was full\n",
-               lost);
+  std::uint64_t clamped = 0;
+  for (const std::unique_ptr<LiveDrive>& drive : drives_) {
+    if (drives_.size() > 1) fmt::print(out, "drive {}\n", drive->unit().config().drive_id);
+    drive->print_timing_and_commands(out);
+    clamped += drive->unit().transmit().clamped();
   }
-  power_stage_.print_report(out);
-  print_commands(out, receive_.task().receiver(), config_.can.identifier_offset);
-  print_can(out, bus_->stats(), transmit_.task().clamped());
-  print_dds(out);
-  if (cycles_) cycles_->print_report(out);
-}
-
-void Ecu::print_dds(std::FILE* out) const {
-  const CountsMessage counts = publisher_.counts();
-  fmt::print(out, "telemetry {} published, {} periods dropped\n", counts.written,
-             shared_.telemetry.dropped());
-  if (const std::uint64_t stalls = shared_.telemetry_stalls.load(); stalls > 0) {
-    fmt::print(out, "  the telemetry thread stopped {} times\n", stalls);
-  }
-  if (counts.refused > 0) {
-    fmt::print(out, "  {} samples not published: a value was no finite number\n", counts.refused);
-  }
-  if (counts.failed > 0)
-    fmt::print(out, "  {} samples not published: DDS reported an error\n", counts.failed);
-  if (counts.incompatible_readers > 0) {
-    fmt::print(out, "  {} readers without samples: they request a quality of service that is not offered\n",
-               counts.incompatible_readers);
-  }
-  if (const std::uint64_t lost = publisher_.sender().dropped(); lost > 0) {
-    fmt::print(out, "  {} samples not published: sextant-telemetry did not receive them\n", lost);
-  }
-  if (publisher_.restarts() > 0) {
-    fmt::print(out, "  sextant-telemetry was restarted {} times\n", publisher_.restarts());
+  print_can(out, bus_->stats(), clamped);
+  for (const std::unique_ptr<LiveDrive>& drive : drives_) {
+    if (drives_.size() > 1) fmt::print(out, "drive {}\n", drive->unit().config().drive_id);
+    drive->print_telemetry(out);
   }
 }
 

@@ -1,37 +1,30 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
+#include <vector>
 
-#include "ecu/configured_drive.hpp"
-#include "ecu/power_stage.hpp"
-#include "ecu/replay/cycle_log.hpp"
-#include "ecu/replay/cycle_thread.hpp"
-#include "ecu/shared_state.hpp"
-#include "ecu/telemetry/telemetry_process.hpp"
-#include "ecu/threads/control_thread.hpp"
-#include "ecu/threads/housekeeping_thread.hpp"
-#include "ecu/threads/link_thread.hpp"
+#include "ecu/live_drive.hpp"
+#include "ecu/threads/bus_watch.hpp"
+#include "ecu/threads/polled_thread.hpp"
 #include "ecu/threads/receive_thread.hpp"
-#include "ecu/threads/telemetry_thread.hpp"
-#include "ecu/threads/transmit_thread.hpp"
-#include "ecu/threads/watchdog_thread.hpp"
+#include "sextant/comms/can_bus.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/realtime/processor_latency.hpp"
 
 namespace sextant::ecu {
 
-/// The live drive: the drive with its power stage, CAN and DDS, and its threads with their shared state. The
-/// threads and the process for DDS run on the CPUs of the caller; see keep_off_cpu().
+/// The process of live drives: CAN bus, clock and threads, with the drives. Each has a control thread of its
+/// own; every other thread works for all of them. The threads and the process for DDS run on the CPUs of the
+/// caller; see keep_off_cpu().
 class Ecu {
  public:
   /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
-  /// opened.
-  /// record_cycles: file for the control periods; empty for none. fault_socket, read_fault: as of PowerStage.
-  explicit Ecu(const EcuConfig& config, const std::string& record_cycles = {},
-               const std::string& fault_socket = {}, FaultInjection::Read read_fault = {});
+  /// opened. configs: of the drives, at least one, all with the same CAN bus.
+  Ecu(const std::vector<EcuConfig>& configs, const LiveDriveOptions& options = {});
   ~Ecu();
 
   /// Starts the threads. Throws when real-time rights are required and refused.
@@ -51,28 +44,32 @@ class Ecu {
 
  private:
   /// Receives for a while before the first frame is sent. Throws where another drive is on the bus.
-  void require_lone_drive();
-  void warn_of_unbounded_execution() const;
-  /// The power stage, with the recorder before it where the control periods are recorded.
-  [[nodiscard]] DriveIo<double>& recorded_io(const std::string& record_cycles);
-  void print_dds(std::FILE* out) const;
+  void require_lone_drives();
+  void start_threads();
+  void start_transmission();
+  [[nodiscard]] std::chrono::nanoseconds transmit();
+  void poll_links();
+  void write_cycles();
+  template <class Function>
+  void each(Function&& function) {
+    for (const std::unique_ptr<LiveDrive>& drive : drives_) function(*drive);
+  }
 
-  EcuConfig config_;
+  std::atomic<bool> is_over_{false};          // no control thread runs
+  std::atomic<bool> cycles_are_over_{false};  // nothing can come for a recording
+  std::string bus_name_;
+  int highest_control_priority_;
   ProcessorLatency processor_latency_;
-  SharedState shared_;
-  PowerStage power_stage_;
-  std::optional<CycleLog> cycles_{};
-  std::optional<CycleThread> cycle_thread_{};
-  ConfiguredDrive drive_;
   std::unique_ptr<CanBus> bus_;
-  TelemetryProcess publisher_;
-  ControlThread control_;
+  std::vector<std::unique_ptr<LiveDrive>> drives_{};
   ReceiveThread receive_;
-  TransmitThread transmit_;
-  WatchdogThread watchdog_;
-  LinkThread link_;
-  HousekeepingThread housekeeping_;
-  TelemetryThread telemetry_;
+  BusWatch bus_watch_;
+  PolledThread transmit_{"sextant-can-tx", is_over_};
+  PolledThread watchdog_{"sextant-wdog", is_over_};
+  PolledThread link_{"sextant-link", is_over_};
+  PolledThread housekeeping_{"sextant-house", is_over_};
+  PolledThread telemetry_{"sextant-dds", is_over_};
+  PolledThread cycles_{"sextant-cycles", cycles_are_over_};
 };
 
 }  // namespace sextant::ecu

@@ -15,10 +15,10 @@
 #include "common/live_program.hpp"
 #include "common/process_setup.hpp"
 #include "common/program.hpp"
-#include "ecu/contract_fit.hpp"
 #include "ecu/ecu.hpp"
-#include "ecu/power_stage.hpp"
 #include "ecu/replay/cycle_replay.hpp"
+#include "ecu/unit/contract_fit.hpp"
+#include "ecu/unit/power_stage.hpp"
 #include "ecu/virtual_time/scenario_run.hpp"
 #include "ecu/virtual_time/virtual_run.hpp"
 #include "reports/status_table.hpp"
@@ -244,10 +244,12 @@ int run(const Options& options) {
   const sigset_t signals = sextant::block_leave_signals();
   sextant::set_up_process(config.realtime);
   sextant::ecu::Ecu ecu{
-      config, options.virtual_run.record_cycles, options.live.fault_socket,
-      [&live = options.live](const std::vector<std::string>& faults) {
-        return sextant::load_ecu_config(live.config, live.overrides_with(faults)).drive.plant.io.fault;
-      }};
+      {config},
+      {.record_cycles = options.virtual_run.record_cycles,
+       .fault_socket = options.live.fault_socket,
+       .read_fault = [&live = options.live](const std::vector<std::string>& faults) {
+         return sextant::load_ecu_config(live.config, live.overrides_with(faults)).drive.plant.io.fault;
+       }}};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();

@@ -35,6 +35,13 @@ Measurement<double> LockstepDriveIo::read(std::int64_t t_ns) noexcept SEXTANT_NO
   return m;
 }
 
+const char* LockstepDriveIo::loss() const noexcept {
+  if (!lost()) return nullptr;
+  if (joined()) return "ended or timed out";
+  if (was_there()) return "was started, and ended or timed out";
+  return "was not started within hil.lockstep_timeout_ms";
+}
+
 void LockstepDriveIo::request(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
   ++sequence_;
   if (has_report_) memory_.report.store(report_, sequence_);

@@ -25,7 +25,8 @@ class LiveLoop {
         io_{{.period_ns = period_ns}, plant_, integrator_, load_},
         controller_{{{.period_ns = period_ns}}},
         drive_{{.period_ns = period_ns}, controller_},
-        control_{realtime, period_ns, around(io_), drive_, shared_} {}
+        task_{{.period_ns = period_ns, .wake_every_periods = realtime.wake_every_periods}, drive_, shared_},
+        control_{realtime, around(io_), task_, shared_} {}
 
   [[nodiscard]] RightsReport start() {
     RightsReport rights = control_.start();
@@ -85,6 +86,7 @@ class LiveLoop {
   SimulatedDriveIo<DrivePlant<double>> io_;
   DirectTorqueController<double> controller_;
   Drive<double> drive_;
+  ecu::ControlTask task_;
   ecu::ControlThread control_;
   ecu::WakeRecord last_wake_{};
   double peak_torque_{0.0};

@@ -68,6 +68,35 @@ TEST(RunCycle, ReadsThenFetchesTheCommandThenWritesThenReports) {
   EXPECT_EQ(sink.last.state, DriveState::standby);
 }
 
+struct RecordingProbe {
+  Calls& calls;
+  void begins(std::int64_t t_ns) noexcept { calls.push_back("begins " + std::to_string(t_ns)); }
+  void has_read(const Measurement<double>& m) noexcept {
+    calls.push_back("has_read " + std::to_string(int(m.u_dc)));
+  }
+  void has_request(const DriveRequest<double>& r) noexcept {
+    calls.push_back(r.shutdown ? "has_request shutdown" : "has_request");
+  }
+  void has_stepped(const DriveOutput<double>& output) noexcept {
+    calls.push_back("has_stepped " + std::to_string(output.telemetry.t_ns));
+  }
+  void has_written() noexcept { calls.push_back("has_written"); }
+  void has_pushed() noexcept { calls.push_back("has_pushed"); }
+};
+
+TEST(RunCycle, AProbeSeesEachStepAfterIt) {
+  Calls calls;
+  RecordingIo io{calls};
+  RecordingCommands commands{calls, {.shutdown = true}};
+  RecordingSink sink{calls};
+  RecordingProbe probe{calls};
+  test::FakeController<double> controller;
+  Drive<double> drive{Drive<double>::Parameters{}, controller};
+  run_cycle(50'000, io, commands, drive, sink, probe);
+  EXPECT_EQ(calls, (Calls{"begins 50000", "read", "has_read 530", "latest", "has_request shutdown",
+                          "has_stepped 50000", "write", "has_written", "push", "has_pushed"}));
+}
+
 TEST(RunCycle, WhatIsWrittenIsWhatTheControllerDecided) {
   Calls calls;
   RecordingIo io{calls};

@@ -1,4 +1,4 @@
-#include "ecu/timing/can_report.hpp"
+#include "ecu/tasks/can_report.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ecu/contract_fit.hpp"
+#include "ecu/unit/contract_fit.hpp"
 
 #include <string>
 #include <vector>

@@ -13,9 +13,10 @@
 
 #include "ecu/eventually.hpp"
 #include "ecu/fake_can_bus.hpp"
+#include "ecu/polled_task.hpp"
+#include "ecu/tasks/transmit_task.hpp"
+#include "ecu/tasks/watchdog_task.hpp"
 #include "ecu/threads/receive_thread.hpp"
-#include "ecu/threads/transmit_thread.hpp"
-#include "ecu/threads/watchdog_thread.hpp"
 #include "ecu/timing/timing_statistics.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
@@ -73,7 +74,8 @@ class ControlThreadTest : public testing::Test {
   DirectTorqueController<double> controller{{}};
   Drive<double> drive{{}, controller};
   RealtimeParameters realtime{.lock_memory = false};
-  ControlThread control{realtime, period_ns, io, drive, shared};
+  ControlTask task{{.period_ns = period_ns, .wake_every_periods = 40}, drive, shared};
+  ControlThread control{realtime, io, task, shared};
 };
 
 // The process as a whole was held up, so that no watchdog thread could see it.
@@ -91,9 +93,12 @@ TEST_F(ControlThreadTest, AStallIsAWatchdogFaultWithoutAWatchdogToSeeIt) {
 
 TEST_F(ControlThreadTest, EveryThreadTogetherRunsStallsFaultsAndLeaves) {
   test::FakeCanBus bus;
-  ReceiveThread receive{bus, shared};
-  TransmitThread transmit{bus, shared};
-  WatchdogThread watchdog{shared};
+  ReceiveTask receive_task{shared};
+  TransmitTask transmit_task{bus, shared};
+  WatchdogTask watchdog_task{shared};
+  ReceiveThread receive{bus, {&receive_task}, shared.stopped};
+  test::PolledTask transmit{shared, [&] { (void)transmit_task.poll(now_ns()); }};
+  test::PolledTask watchdog{shared, [&] { watchdog_task.poll(now_ns()); }};
   start();
   receive.start();
   transmit.start();
@@ -106,9 +111,9 @@ TEST_F(ControlThreadTest, EveryThreadTogetherRunsStallsFaultsAndLeaves) {
     return faulted;
   }));
   stop();
-  transmit.join();
+  transmit.stop();
   receive.join();
-  watchdog.join();
+  watchdog.stop();
   while (shared.telemetry.pop(telemetry)) {
   }
   EXPECT_EQ(telemetry.state, DriveState::shutdown);
@@ -144,7 +149,8 @@ class HardControlThreadTest : public testing::Test {
   Drive<double> drive{{.period_ns = 250'000}, controller};
   RealtimeParameters realtime{
       .wake_every_periods = 1, .wait = {.mode = WaitMode::spin}, .lock_memory = false};
-  ControlThread control{realtime, 250'000, io, drive, shared};
+  ControlTask task{{.period_ns = 250'000, .wake_every_periods = 1}, drive, shared};
+  ControlThread control{realtime, io, task, shared};
 };
 
 TEST_F(HardControlThreadTest, EveryPeriodIsTimedByStage) {
@@ -265,7 +271,7 @@ class OverloadedControlThreadTest : public HardControlThreadTest {
                                 .wait = {.mode = WaitMode::spin},
                                 .lock_memory = false,
                                 .gap_limit_ns = gap_limit_ns};
-  ControlThread thread{overloaded, 250'000, io, drive, shared};
+  ControlThread thread{overloaded, io, task, shared};
 };
 
 // Whatever the machine does to this test: a miss is a gap's only where a gap was seen since the miss before.

@@ -1,6 +1,5 @@
-#include "ecu/threads/housekeeping_thread.hpp"
-
 #include <atomic>
+#include <chrono>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -8,11 +7,13 @@
 #include <unistd.h>
 
 #include "ecu/eventually.hpp"
+#include "ecu/polled_task.hpp"
+#include "ecu/tasks/housekeeping_task.hpp"
 
 namespace sextant::ecu {
 namespace {
 
-TEST(HousekeepingThread, TellsWhatBecameOfAnotherThreadSinceItsStart) {
+TEST(HousekeepingTask, TellsWhatBecameOfAnotherThreadSinceItsStart) {
   constexpr std::size_t pages = 64;
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   void* const memory =
@@ -21,7 +22,9 @@ TEST(HousekeepingThread, TellsWhatBecameOfAnotherThreadSinceItsStart) {
   ASSERT_EQ(madvise(memory, pages * page, MADV_NOHUGEPAGE), 0);
   SharedState shared{25'000, 1};
   shared.control_thread_id.store(gettid());
-  HousekeepingThread housekeeping{shared};
+  HousekeepingTask task{shared};
+  test::PolledTask housekeeping{shared, [&] { task.poll(); }, [&] { task.start(); },
+                                std::chrono::milliseconds{HousekeepingTask::poll_every_ms}};
   housekeeping.start();
   ASSERT_TRUE(test::eventually([&] { return shared.scheduler.update(); }));
   const SchedulerSample before = shared.scheduler.value();
@@ -32,32 +35,34 @@ TEST(HousekeepingThread, TellsWhatBecameOfAnotherThreadSinceItsStart) {
   EXPECT_GT(shared.scheduler.value().voluntary_switches, before.voluntary_switches)
       << "this thread has slept";
   EXPECT_LT(shared.scheduler.value().minor_faults, 100'000U) << "counted from its start";
-  shared.stopped.store(true);
-  housekeeping.join();
+  housekeeping.stop();
   munmap(memory, pages * page);
 }
 
-TEST(HousekeepingThread, WarnsOnceOfATelemetryThreadThatStopped) {
+TEST(HousekeepingTask, WarnsOnceOfATelemetryThreadThatStopped) {
   SharedState shared{25'000, 1};
   shared.control_thread_id.store(gettid());
   shared.telemetry_polls.store(1);
   std::atomic<int> warnings{0};
-  HousekeepingThread housekeeping{shared, [&](const std::string&) { ++warnings; }};
+  HousekeepingTask task{shared, [&](const std::string&) { ++warnings; }};
+  test::PolledTask housekeeping{shared, [&] { task.poll(); }, [&] { task.start(); },
+                                std::chrono::milliseconds{HousekeepingTask::poll_every_ms}};
   housekeeping.start();
   EXPECT_TRUE(test::eventually([&] { return shared.telemetry_stalls.load() == 1; }));
   EXPECT_TRUE(test::eventually([&] { return warnings == 1; }));
   shared.telemetry_polls.store(2);
   EXPECT_TRUE(test::eventually([&] { return warnings == 2; })) << "it runs again";
-  shared.stopped.store(true);
-  housekeeping.join();
+  housekeeping.stop();
   EXPECT_EQ(shared.telemetry_stalls.load(), 1U);
 }
 
-TEST(HousekeepingThread, AWatchdogThatHasStoppedIsAFault) {
+TEST(HousekeepingTask, AWatchdogThatHasStoppedIsAFault) {
   SharedState shared{25'000, 1};
   shared.control_thread_id.store(gettid());
   std::atomic<int> warnings{0};
-  HousekeepingThread housekeeping{shared, [&](const std::string&) { ++warnings; }};
+  HousekeepingTask task{shared, [&](const std::string&) { ++warnings; }};
+  test::PolledTask housekeeping{shared, [&] { task.poll(); }, [&] { task.start(); },
+                                std::chrono::milliseconds{HousekeepingTask::poll_every_ms}};
   housekeeping.start();
   ASSERT_TRUE(test::eventually([&] { return shared.housekeeping_polls.load() > 100; }));
   EXPECT_FALSE(shared.watchdog_stopped.load()) << "none has started";
@@ -66,8 +71,7 @@ TEST(HousekeepingThread, AWatchdogThatHasStoppedIsAFault) {
   EXPECT_TRUE(test::eventually([&] { return warnings == 1; }));
   shared.watchdog_polls.store(2);
   EXPECT_TRUE(test::eventually([&] { return !shared.watchdog_stopped.load() && warnings == 2; }));
-  shared.stopped.store(true);
-  housekeeping.join();
+  housekeeping.stop();
   EXPECT_EQ(shared.telemetry_stalls.load(), 0U);
 }
 

@@ -1,5 +1,7 @@
 #include "ecu/threads/named_thread.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -10,10 +12,8 @@
 
 #include "ecu/eventually.hpp"
 #include "ecu/fake_can_bus.hpp"
-#include "ecu/threads/housekeeping_thread.hpp"
+#include "ecu/threads/polled_thread.hpp"
 #include "ecu/threads/receive_thread.hpp"
-#include "ecu/threads/transmit_thread.hpp"
-#include "ecu/threads/watchdog_thread.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -49,25 +49,50 @@ TEST(NamedThread, MayBeJoinedWithoutAStart) {
 }
 
 // Names beyond the kernel's 15 characters are refused, and the thread is not to be found.
-TEST(NamedThread, EveryThreadOfTheDriveGetsItsName) {
+TEST(NamedThread, TheReceiveThreadGetsItsName) {
   SharedState shared{25'000, 40};
   test::FakeCanBus bus;
-  ReceiveThread receive{bus, shared};
-  TransmitThread transmit{bus, shared};
-  WatchdogThread watchdog{shared};
-  HousekeepingThread housekeeping{shared};
+  ReceiveTask task{shared};
+  ReceiveThread receive{bus, {&task}, shared.stopped};
   receive.start();
-  transmit.start();
-  watchdog.start();
-  housekeeping.start();
-  for (const char* name : {"sextant-can-rx", "sextant-can-tx", "sextant-wdog", "sextant-house"}) {
-    EXPECT_TRUE(test::eventually([name] { return thread_names().contains(name); })) << name;
-  }
+  EXPECT_TRUE(test::eventually([] { return thread_names().contains("sextant-can-rx"); }));
   shared.stopped.store(true);
   receive.join();
-  transmit.join();
-  watchdog.join();
-  housekeeping.join();
+}
+
+TEST(PolledThread, BeginsPollsUntilItIsOverAndEnds) {
+  std::atomic<bool> is_over{false};
+  std::atomic<int> polls{0};
+  std::string course;
+  PolledThread polled{"sextant-polled1", is_over};
+  polled.start({.begin = [&] { course += "begin "; },
+                .poll =
+                    [&] {
+                      if (++polls == 1) course += "poll ";
+                      return std::chrono::milliseconds{1};
+                    },
+                .end = [&] { course += "end"; }});
+  EXPECT_TRUE(test::eventually([&] { return polls.load() >= 3; }));
+  EXPECT_TRUE(thread_names().contains("sextant-polled1"));
+  is_over.store(true);
+  polled.join();
+  polled.join();
+  EXPECT_EQ(course, "begin poll end");
+}
+
+TEST(PolledThread, ThatIsOverBeforeItsStartBeginsAndEnds) {
+  const std::atomic<bool> is_over{true};
+  std::string course;
+  PolledThread polled{"sextant-polled2", is_over};
+  polled.start({.begin = [&] { course += "begin "; },
+                .poll =
+                    [&] {
+                      course += "poll ";
+                      return std::chrono::milliseconds{1};
+                    },
+                .end = [&] { course += "end"; }});
+  polled.join();
+  EXPECT_EQ(course, "begin end");
 }
 
 }  // namespace

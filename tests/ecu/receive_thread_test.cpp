@@ -51,7 +51,8 @@ TEST(FloodLimit, AFrameThatWasWaitedForEndsTheRow) {
 TEST(ReceiveThread, AFloodLeavesTheProcessorToOthers) {
   SharedState shared{25'000, 1};
   FloodedBus bus;
-  ReceiveThread receive{bus, shared};
+  ReceiveTask task{shared};
+  ReceiveThread receive{bus, {&task}, shared.stopped};
   const std::int64_t begin_ns = now_ns();
   receive.start();
   EXPECT_TRUE(test::eventually([&] { return bus.received() > 20 * FloodLimit::most_in_a_row; }));

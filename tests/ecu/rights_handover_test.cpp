@@ -78,7 +78,8 @@ TEST(RightsHandover, WhatTheThreadSetsIsThereUntilItHasSetIt) {
     SimulatedPowerStage stage{{.integrator = IntegratorKind::fixed}, {}};
     DirectTorqueController<double> controller{{}};
     Drive<double> drive{{}, controller};
-    ControlThread control{{.lock_memory = false}, period_ns, stage.io(), drive, shared};
+    ControlTask task{{.period_ns = period_ns, .wake_every_periods = 40}, drive, shared};
+    ControlThread control{{.lock_memory = false}, stage.io(), task, shared};
     watched.store(true);
     (void)control.start();
     shared.shutdown.store(true);

@@ -1,4 +1,4 @@
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
 
 #include <gtest/gtest.h>
 

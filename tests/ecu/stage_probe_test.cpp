@@ -1,9 +1,12 @@
+#include "ecu/timing/stage_probe.hpp"
+
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
-#include "ecu/timing/stamped_cycle.hpp"
+#include "ecu/threads/wake_timer.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::ecu {
@@ -17,75 +20,55 @@ void work(std::int64_t duration_ns) {
   }
 }
 
-/// Takes its time in one of its calls.
-class SlowIo final : public DriveIo<double> {
- public:
-  std::int64_t read_ns{0};
-  std::int64_t write_ns{0};
-  [[nodiscard]] Measurement<double> read(std::int64_t /*t_ns*/) noexcept override {
-    work(read_ns);
-    return {};
+/// One period with stages of these times [ns].
+StageRecord run(StageProbe& probe, const std::array<std::int64_t, stage_count>& times_ns) {
+  probe.wake();
+  probe.begin();
+  for (std::size_t stage = 0; stage < stage_count; ++stage) {
+    work(times_ns[stage]);
+    probe.end(static_cast<Stage>(stage));
   }
-  void write(const GatePattern&) noexcept override { work(write_ns); }
-};
+  return probe.record();
+}
 
-struct SlowCommands {
-  std::int64_t latest_ns{0};
-  DriveRequest<double> latest(std::int64_t) noexcept {
-    work(latest_ns);
-    return {};
-  }
-};
+/// The same as the probe of `run_cycle`.
+StageRecord run(WakeTimer& timer, SharedState& shared,
+                const std::array<std::int64_t, stage_count>& times_ns) {
+  timer.begins(1);
+  work(times_ns[0]);
+  timer.has_read({});
+  work(times_ns[1]);
+  timer.has_request({});
+  work(times_ns[2]);
+  timer.has_stepped({});
+  work(times_ns[3]);
+  timer.has_written();
+  work(times_ns[4]);
+  timer.has_pushed();
+  StageRecord record{};
+  EXPECT_TRUE(shared.stages.pop(record));
+  return record;
+}
 
-struct SlowSink {
-  std::int64_t push_ns{0};
-  void push(const Telemetry<double>&) noexcept { work(push_ns); }
-};
-
-/// One period with each stage at its place; `drive_ns` is the time of the drive.
-struct Period {
-  StageProbe probe{true, limit_ns};
-  SlowIo slow_io{};
-  SlowCommands slow_commands{};
-  SlowSink slow_sink{};
-  Ring<StageRecord> records{4};
-  CommandProbe command_probe{};
-  StampedIo io{slow_io, probe, command_probe};
-  StampedCommands<SlowCommands> commands{slow_commands, probe, command_probe};
-  StampedTelemetry<SlowSink> sink{slow_sink, probe, records};
-
-  StageRecord run(std::int64_t drive_ns = 0) {
-    probe.wake();
-    (void)io.read(1);
-    (void)commands.latest(1);
-    work(drive_ns);
-    io.write({});
-    sink.push({});
-    StageRecord record{};
-    EXPECT_TRUE(records.pop(record));
-    return record;
-  }
-};
+/// The counter's scale is good to a thousandth. Counted there, and nowhere a second time, however long the
+/// machine keeps the thread from running.
+void expect_busy(const StageRecord& record, std::size_t stage, std::int64_t all_ns) {
+  EXPECT_GE(record[stage], std::uint32_t(0.998 * busy_ns));
+  EXPECT_LE(std::accumulate(record.begin(), record.end(), 0.0), 1.002 * double(all_ns));
+}
 
 TEST(StageProbe, TheTimeOfAStageIsCountedAsThatStages) {
   for (std::size_t slow = 0; slow < stage_count; ++slow) {
     SCOPED_TRACE(to_string(static_cast<Stage>(slow)));
-    Period period;
-    std::int64_t drive_ns = 0;
-    std::array<std::int64_t*, stage_count> times{&period.slow_io.read_ns, &period.slow_commands.latest_ns,
-                                                 &drive_ns, &period.slow_io.write_ns,
-                                                 &period.slow_sink.push_ns};
-    *times[slow] = busy_ns;
+    StageProbe probe{true, limit_ns};
+    std::array<std::int64_t, stage_count> times_ns{};
+    times_ns[slow] = busy_ns;
     const std::int64_t begin_ns = now_ns();
-    const StageRecord record = period.run(drive_ns);
-    const auto all_ns = double(now_ns() - begin_ns);
-    // The counter's scale is good to a thousandth. Counted there, and nowhere a second time, however long the
-    // machine keeps the thread from running.
-    EXPECT_GE(record[slow], std::uint32_t(0.998 * busy_ns));
-    EXPECT_LE(std::accumulate(record.begin(), record.end(), 0.0), 1.002 * all_ns);
+    const StageRecord record = run(probe, times_ns);
+    expect_busy(record, slow, now_ns() - begin_ns);
     // The longest of them is the gap, unless the machine stopped between two stages for longer.
     const auto longest = std::ranges::max_element(record);
-    const Gap gap = period.probe.gap();
+    const Gap gap = probe.gap();
     EXPECT_GE(gap.longest_ns, *longest);
     if (gap.longest_ns == *longest) {
       EXPECT_EQ(gap.place, static_cast<GapPlace>(longest - record.begin()));
@@ -95,16 +78,48 @@ TEST(StageProbe, TheTimeOfAStageIsCountedAsThatStages) {
   }
 }
 
+TEST(WakeTimer, TheTimeOfAStageOfTheCycleIsCountedAsThatStages) {
+  for (std::size_t slow = 0; slow < stage_count; ++slow) {
+    SCOPED_TRACE(to_string(static_cast<Stage>(slow)));
+    SharedState shared{25'000, 1};
+    WakeTimer timer{{.wake_every_periods = 1, .gap_limit_ns = limit_ns}, shared};
+    std::array<std::int64_t, stage_count> times_ns{};
+    times_ns[slow] = busy_ns;
+    const std::int64_t begin_ns = now_ns();
+    const StageRecord record = run(timer, shared, times_ns);
+    expect_busy(record, slow, now_ns() - begin_ns);
+  }
+}
+
+TEST(WakeTimer, RecordsWhatEntersAndLeavesTheDrive) {
+  SharedState shared{25'000, 1};
+  CycleRecorder cycles{1};
+  WakeTimer timer{{.wake_every_periods = 1}, shared, &cycles};
+  timer.begins(75'000);
+  timer.has_read({.u_dc = 530.0});
+  timer.has_request({.shutdown = true});
+  timer.has_stepped({.pattern = {gates_off, 25'000}});
+  timer.has_written();
+  timer.has_pushed();
+  CycleRecord<double> record;
+  ASSERT_TRUE(cycles.records().pop(record));
+  EXPECT_EQ(record.t_ns, 75'000);
+  EXPECT_EQ(record.measurement.u_dc, 530.0);
+  EXPECT_TRUE(record.request.shutdown);
+  EXPECT_EQ(record.pattern, (GatePattern{gates_off, 25'000}));
+}
+
 TEST(StageProbe, WhatLiesBetweenTheStagesIsSeenAsAGap) {
   // A machine that stops within the stage for longer makes that the longest; not every time.
   bool between = false;
   for (int i = 0; i < 100 && !between; ++i) {
-    Period period;
-    period.probe.wake();
+    StageProbe probe{true, limit_ns};
+    probe.wake();
     work(busy_ns);
-    (void)period.io.read(1);
-    EXPECT_GE(period.probe.gap().longest_ns, std::int64_t(0.998 * busy_ns));
-    between = period.probe.gap().place == GapPlace::between;
+    probe.begin();
+    probe.end(Stage::read);
+    EXPECT_GE(probe.gap().longest_ns, std::int64_t(0.998 * busy_ns));
+    between = probe.gap().place == GapPlace::between;
   }
   EXPECT_TRUE(between);
 }
@@ -130,21 +145,20 @@ TEST(StageProbe, WhatIsShorterThanTheLimitIsNoGapButTimeAllTheSame) {
   EXPECT_EQ(probe.gap().sum_ns, 0);
 }
 
-TEST(StageProbe, OneThatIsOffRecordsNothing) {
-  StageProbe probe{false, limit_ns};
-  SlowIo slow;
-  slow.read_ns = busy_ns;
-  CommandProbe command_probe;
-  StampedIo io{slow, probe, command_probe};
-  SlowSink slow_sink;
-  Ring<StageRecord> records{4};
-  StampedTelemetry<SlowSink> sink{slow_sink, probe, records};
-  probe.wake();
-  (void)io.read(1);
-  sink.push({});
-  probe.finish(busy_ns);
+TEST(WakeTimer, WithoutStatisticsOfTheStagesRecordsNone) {
+  SharedState shared{25'000, 1};
+  WakeTimer timer{{.wake_every_periods = 1, .stage_statistics = false}, shared};
+  timer.begins(1);
+  timer.has_read({});
+  timer.has_pushed();
   StageRecord record{};
-  EXPECT_FALSE(records.pop(record));
+  EXPECT_FALSE(shared.stages.pop(record));
+}
+
+TEST(StageProbe, OneThatIsOffFindsNoGap) {
+  StageProbe probe{false, limit_ns};
+  run(probe, {busy_ns});
+  probe.finish(busy_ns);
   EXPECT_EQ(probe.gap().longest_ns, 0);
 }
 

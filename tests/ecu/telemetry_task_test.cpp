@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -13,9 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "comms/command_frames.hpp"
-#include "ecu/eventually.hpp"
 #include "ecu/tasks/receive_task.hpp"
-#include "ecu/threads/telemetry_thread.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::ecu {
@@ -34,33 +31,32 @@ std::optional<StateMessage> newest_state(MessageSocket& socket) {
 }
 
 // The topic's rate is configured; the CAN signals are those of the last second whatever it is.
-TEST(TelemetryThread, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistics) {
+TEST(TelemetryTask, CanIsToldTheWorstOfASecondWhateverTheRateOfTheStatistics) {
   for (const std::int64_t statistics_ns : {10 * ms, 100'000 * ms}) {
     SCOPED_TRACE(statistics_ns);
     SharedState shared{25'000, 1};
     TelemetrySender sender;
-    TelemetryThread telemetry{{.statistics_ns = statistics_ns}, sender, shared};
-    telemetry.start();
-    const std::int64_t begin_ns = now_ns() + 100 * ms;
+    TelemetryTask telemetry{{.statistics_ns = statistics_ns}, sender, shared};
+    telemetry.start(0, {});
+    const std::int64_t begin_ns = 100 * ms;
     for (int k = 0; k <= 1000; ++k) {
       shared.wakes.push({.deadline_ns = begin_ns + k * ms,
                          .latency_ns = k == 100 ? 7 * ms : k,
                          .execution_ns = k == 200 ? 5 * ms : k,
                          .periods_missed = std::uint64_t(k)});
     }
-    EXPECT_TRUE(test::eventually([&] { return shared.real_time.latest().worst_execution_time != 0.0; }));
+    telemetry.poll(begin_ns + 1000 * ms);
+    ASSERT_TRUE(shared.real_time.update());
     EXPECT_DOUBLE_EQ(shared.real_time.value().worst_execution_time, 5e-3);
     EXPECT_DOUBLE_EQ(shared.real_time.value().worst_wake_latency, 7e-3);
-    shared.stopped.store(true);
-    telemetry.join();
   }
 }
 
 // The kernel's word of a stop is in the sample that was taken after it; the next sample knows nothing of it.
-TEST(TelemetryThread, AnOverrunThatWaitsInTheRingIsEvaluatedByTheSampleAfterIt) {
+TEST(TelemetryTask, AnOverrunThatWaitsInTheRingIsEvaluatedByTheSampleAfterIt) {
   SharedState shared{25'000, 1};
   TelemetrySender sender;
-  TelemetryThread telemetry{{}, sender, shared};
+  TelemetryTask telemetry{{}, sender, shared};
   shared.wakes.push({.deadline_ns = ms,
                      .latency_ns = ms,
                      .overrun = true,
@@ -68,10 +64,9 @@ TEST(TelemetryThread, AnOverrunThatWaitsInTheRingIsEvaluatedByTheSampleAfterIt) 
                      .gap = {ms, GapPlace::read, ms},
                      .longest_gap_ns = ms});
   shared.scheduler.store({.t_ns = 50 * ms, .run_delay_ns = ms, .involuntary_switches = 1, .valid = true});
-  shared.stopped.store(true);
-  telemetry.start();
-  telemetry.join();
-  EXPECT_EQ(telemetry.task().timing().causes()[static_cast<std::size_t>(OverrunCause::machine_gap)], 1U);
+  telemetry.start(0, {});
+  telemetry.finish();
+  EXPECT_EQ(telemetry.timing().causes()[static_cast<std::size_t>(OverrunCause::machine_gap)], 1U);
 }
 
 // The drive says nothing more, so that what it said last would stand for ever.
@@ -252,18 +247,19 @@ TEST(TelemetryTask, ControlPeriodsThatThePublisherDoesNotReceiveAreDropped) {
   EXPECT_EQ(interval->dropped, 12U);
 }
 
-TEST(TelemetryThread, LogsOnceThatTheHousekeepingThreadHasStopped) {
+TEST(TelemetryTask, LogsOnceThatTheHousekeepingThreadHasStopped) {
   SharedState shared{25'000, 1};
   TelemetrySender sender;
   shared.housekeeping_polls.store(1);
-  std::atomic<int> logged{0};
-  TelemetryThread telemetry{{}, sender, shared, [](std::int64_t) {}, [&](const std::string&) { ++logged; }};
-  telemetry.start();
-  EXPECT_TRUE(test::eventually([&] { return logged == 1; }));
+  int logged = 0;
+  TelemetryTask telemetry{{}, sender, shared, [](std::int64_t) {}, [&](const std::string&) { ++logged; }};
+  telemetry.start(0, {});
+  constexpr int timeout = ThreadWatch::timeout_ms / TelemetryTask::poll_every_ms;
+  for (int poll = 0; poll < 3 * timeout; ++poll) telemetry.poll(0);
+  EXPECT_EQ(logged, 1);
   shared.housekeeping_polls.store(2);
-  EXPECT_TRUE(test::eventually([&] { return logged == 2; })) << "it runs again";
-  shared.stopped.store(true);
-  telemetry.join();
+  for (int poll = 0; poll < timeout / 2; ++poll) telemetry.poll(0);
+  EXPECT_EQ(logged, 2) << "it runs again";
 }
 
 TEST(TelemetryTask, ARampToZeroAndAFaultAreToldAndLoggedOnce) {

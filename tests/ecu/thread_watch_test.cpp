@@ -1,4 +1,4 @@
-#include "ecu/threads/thread_watch.hpp"
+#include "ecu/tasks/thread_watch.hpp"
 
 #include <gtest/gtest.h>
 

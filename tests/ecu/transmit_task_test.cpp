@@ -5,9 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "ecu/eventually.hpp"
 #include "ecu/fake_can_bus.hpp"
-#include "ecu/threads/transmit_thread.hpp"
+#include "ecu/tasks/transmit_task.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -26,22 +25,23 @@ std::vector<std::uint8_t> content(const CanFrame& frame) {
   return {frame.data.begin() + 2, frame.data.begin() + 8};
 }
 
-TEST(TransmitThread, TheLastTorqueStatusSaysShutdownWhenEverThatComes) {
+TEST(TransmitTask, TheLastTorqueStatusSaysShutdownWhenEverThatComes) {
   TorqueStatus last{.state = DriveState::shutdown, .command_counter = {}};
   const std::vector<std::uint8_t> expected = content(encode(last).frame);
   for (int run = 0; run < 5; ++run) {
     SharedState shared{25'000, 40};
     test::FakeCanBus bus;
-    TransmitThread transmit{bus, shared};
+    TransmitTask transmit{bus, shared};
     Telemetry<double> status;
     status.state = DriveState::torque;
     shared.status.store(status);
-    transmit.start();
-    ASSERT_TRUE(test::eventually([&] { return torque_statuses(bus.sent()).size() > std::size_t(run); }));
+    transmit.start(0);
+    std::int64_t t_ns = 0;
+    while (torque_statuses(bus.sent()).size() <= std::size_t(run)) t_ns = transmit.poll(t_ns) + 1;
     status.state = DriveState::shutdown;
     shared.status.store(status);
     shared.stopped.store(true);
-    transmit.join();
+    transmit.send_last(t_ns);
     EXPECT_EQ(content(torque_statuses(bus.sent()).back()), expected) << "run " << run;
   }
 }

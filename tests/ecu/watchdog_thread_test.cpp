@@ -1,5 +1,3 @@
-#include "ecu/threads/watchdog_thread.hpp"
-
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -9,7 +7,10 @@
 #include <sched.h>
 
 #include "ecu/eventually.hpp"
+#include "ecu/polled_task.hpp"
 #include "ecu/tasks/control_task.hpp"
+#include "ecu/tasks/watchdog_task.hpp"
+#include "ecu/threads/watchdog_rights.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/realtime/thread_setup.hpp"
 
@@ -22,15 +23,13 @@ constexpr std::int64_t limit_ns = 60 * ns_per_s;  // no machine is held up for s
 
 class WatchdogThreadTest : public testing::Test {
  protected:
-  void TearDown() override {
-    shared.stopped.store(true);
-    watchdog.join();
-  }
+  void TearDown() override { watchdog.stop(); }
 
   SharedState shared{25'000, 40, limit_ns};
   SharedCommands commands{shared};
   std::atomic<int> opened{0};
-  WatchdogThread watchdog{shared, [this] { ++opened; }};
+  WatchdogTask task{shared, [this] { ++opened; }};
+  test::PolledTask watchdog{shared, [this] { task.poll(now_ns()); }};
 };
 
 TEST_F(WatchdogThreadTest, ItsOrderStandsUntilTheDriveHasSeenItOnce) {
@@ -96,12 +95,13 @@ TEST(WatchdogPriority, IsAboveTheControlThreadWhereThatIsRealTime) {
   for (const int control_priority : {0, 80}) {
     SharedState shared{250'000, 1, 1};
     std::atomic<int> priority{-1};
-    WatchdogThread watchdog{shared, [&] { priority = fifo_priority(); }, control_priority};
+    WatchdogTask task{shared, [&] { priority = fifo_priority(); }};
+    test::PolledTask watchdog{shared, [&] { task.poll(now_ns()); },
+                              [&] { request_watchdog_priority(control_priority); }};
     shared.heartbeat_ns.store(1);
     watchdog.start();
     EXPECT_TRUE(test::eventually([&] { return priority.load() >= 0; }));
-    shared.stopped.store(true);
-    watchdog.join();
+    watchdog.stop();
     const int highest = granted_priority(watchdog_priority);
     const int wanted = highest > 0 ? highest : granted_priority(control_priority);
     EXPECT_EQ(priority.load(), control_priority == 0 ? 0 : wanted);

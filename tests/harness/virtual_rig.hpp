@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "ecu/configured_drive.hpp"
+#include "ecu/unit/drive_unit.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
@@ -67,23 +67,15 @@ class VirtualRig {
         stage_{stage_parameters(p),
                {.imposed_speed = p.speed.value_or(ProfileParameters{.value = p.omega_m})}},
         io{stage_.io(), p.measurements},
-        drive_{p.config},
         bus{clock, p.bus},
+        unit_{ecu_config(p), io, bus},
         replay{p.log, bus, p.identifier_offset},
         vehicle{p.vehicle, clock, bus, [this](std::int64_t) { return torque; }, p.vehicle_duration_ns},
         recorder{40, {.period = [this](const Telemetry<double>& t) { see(t); }}},
-        ecu{{.period_ns = period_ns,
-             .realtime = {.wake_every_periods = p.wake_every_periods},
-             .identifier_offset = p.identifier_offset},
-            clock,
-            bus,
-            io,
-            drive_.drive(),
-            recorder,
-            LateWakes{p.late_wakes}} {
+        ecu_{{{.unit = unit_, .recorder = recorder, .late_wakes = LateWakes{p.late_wakes}}}, clock, bus} {
     timeline.add(bus.party());
     timeline.add(p.log.empty() ? vehicle.party() : replay.party());
-    ecu.join(timeline);
+    ecu_.join(timeline);
   }
 
   void run_until(std::int64_t t_ns) { timeline.run_until(t_ns); }
@@ -115,6 +107,12 @@ class VirtualRig {
     return stage;
   }
 
+  [[nodiscard]] static EcuConfig ecu_config(const VirtualRigParameters& p) {
+    return {.drive = p.config,
+            .realtime = {.wake_every_periods = p.wake_every_periods},
+            .can = {.identifier_offset = p.identifier_offset}};
+  }
+
   void see(const Telemetry<double>& t) {
     if (t.state == DriveState::fault && first_fault_ns == never_ns) first_fault_ns = t.t_ns;
     if (t.torque_reference == 0.0 && first_zero_ns == never_ns) first_zero_ns = t.t_ns;
@@ -127,16 +125,21 @@ class VirtualRig {
  public:
   VirtualClock clock{};
   DisturbedDriveIo io;
+  VirtualCanBus bus;
 
  private:
-  ecu::ConfiguredDrive drive_;
+  ecu::DriveUnit unit_;
 
  public:
-  VirtualCanBus bus;
   LogReplay replay;
   VirtualVehicle vehicle;
   RunRecorder recorder;
-  ecu::VirtualEcu ecu;
+
+ private:
+  ecu::VirtualEcu ecu_;
+
+ public:
+  ecu::VirtualUnit& ecu{ecu_.drive(0)};
   VirtualTimeline timeline{clock};
 };
 

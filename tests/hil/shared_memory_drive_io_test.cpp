@@ -111,7 +111,7 @@ TEST_F(SharedMemoryDriveIoTest, APatternActsOverTheNextPlantPeriodAndIsMeasured)
   EXPECT_EQ(period(v2).applied, v1);
   EXPECT_EQ(period(v2).applied, v2);
   EXPECT_TRUE(period(v2).plausible);
-  EXPECT_EQ(drive->io.counters().missing, 0U);
+  EXPECT_EQ(drive->io.counts()->measurements.missing, 0U);
 }
 
 TEST_F(SharedMemoryDriveIoTest, ADriveThatMissesPeriodsReceivesAllAppliedPatterns) {
@@ -133,16 +133,16 @@ TEST_F(SharedMemoryDriveIoTest, ADriveThatTakesItsTimeToStartBeginsWithTheNewest
   const Measurement<double> m = period(open);
   EXPECT_TRUE(m.plausible);
   EXPECT_EQ(m.applied, open);
-  EXPECT_EQ(drive->io.counters().records, 1U);
+  EXPECT_EQ(drive->io.counts()->measurements.records, 1U);
 }
 
 TEST_F(SharedMemoryDriveIoTest, ADriveWithoutAPlantIsNotPlausibleUntilOneComes) {
   plant.reset();
   for (int n = 0; n < 20; ++n) EXPECT_FALSE(drive->cycle(t_ns += period_ns, open).plausible);
-  EXPECT_TRUE(drive->io.state().timed_out());
+  EXPECT_TRUE(drive->io.link_state()->timed_out());
   plant.emplace(link.parameters);
   EXPECT_TRUE(period(open).plausible);
-  EXPECT_FALSE(drive->io.state().timed_out());
+  EXPECT_FALSE(drive->io.link_state()->timed_out());
 }
 
 TEST_F(SharedMemoryDriveIoTest, APlantThatDiesAndComesBackIsSeenBothTimes) {
@@ -154,7 +154,7 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatDiesAndComesBackIsSeenBothTimes) {
   plant.emplace(link.parameters);
   EXPECT_FALSE(period(open).plausible) << "another plant than the one whose flux the drive knows";
   EXPECT_TRUE(period(open).plausible);
-  EXPECT_EQ(drive->io.counters().restarts, 1U);
+  EXPECT_EQ(drive->io.counts()->measurements.restarts, 1U);
 }
 
 TEST_F(SharedMemoryDriveIoTest, AHeartbeatThatStopsTurnsTheGatesOffWithinTheLimit) {
@@ -273,8 +273,8 @@ TEST_F(SharedMemoryDriveIoTest, ALineThatSomebodyElseTookAwayTripsTheDrive) {
   int periods = 0;
   while (torque_period()) ASSERT_LT(++periods, 5);
   expect_both_safe();
-  EXPECT_GT(drive->io.state().refusals(), 0U);
-  EXPECT_FALSE(drive->io.state().unacknowledged());
+  EXPECT_GT(drive->io.link_state()->refusals(), 0U);
+  EXPECT_FALSE(drive->io.link_state()->unacknowledged());
 }
 
 TEST_F(SharedMemoryDriveIoTest, APlantThatTakesNoPatternsAnyMoreTripsTheDrive) {
@@ -288,7 +288,7 @@ TEST_F(SharedMemoryDriveIoTest, APlantThatTakesNoPatternsAnyMoreTripsTheDrive) {
     plant->end.publish(record);
     tripped = !drive->cycle(t_ns += period_ns, v1).plausible;
   }
-  EXPECT_TRUE(drive->io.state().unacknowledged());
+  EXPECT_TRUE(drive->io.link_state()->unacknowledged());
   EXPECT_EQ(periods, 1 + MeasurementAssembler::Parameters{}.unacknowledged_periods)
       << "the first tells of the newest";
 }
@@ -297,7 +297,7 @@ TEST_F(SharedMemoryDriveIoTest, ADriveThatSleptLongerThanTheRingLosesRecordsAndS
   (void)period(open);
   for (std::size_t n = 0; n < LinkMemory::ring_capacity + 100; ++n) plant_alone();
   EXPECT_FALSE(period(open).plausible);
-  EXPECT_GT(drive->io.counters().missing, 99U);
+  EXPECT_GT(drive->io.counts()->measurements.missing, 99U);
   EXPECT_TRUE(period(open).plausible);
 }
 

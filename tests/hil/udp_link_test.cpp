@@ -178,8 +178,8 @@ TEST_F(UdpLinkTest, ADriveWhoseCommandsGetLostTripsThoughMeasurementsCome) {
     ++periods;
   }
   EXPECT_EQ(periods, 1 + int(drive_parameters.pattern_timeout_ns / period_ns));
-  EXPECT_TRUE(drive->state().unacknowledged());
-  EXPECT_FALSE(drive->state().timed_out());
+  EXPECT_TRUE(drive->link_state()->unacknowledged());
+  EXPECT_FALSE(drive->link_state()->timed_out());
 }
 
 // The numbers that a plant had from an earlier drive are no answer to this one.
@@ -196,7 +196,7 @@ TEST_F(UdpLinkTest, EachStartOfADriveHasNumbersOfItsOwn) {
     (void)read();
     drive->write(open);
   }
-  EXPECT_TRUE(drive->state().unacknowledged());
+  EXPECT_TRUE(drive->link_state()->unacknowledged());
 }
 
 /// Stands where the drive is, drops what it is told to and passes the rest on.

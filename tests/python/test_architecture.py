@@ -55,6 +55,29 @@ def reached_from(folder: str, rows: dict[str, set[str]]) -> set[str]:
 
 
 FOLDERS = folders()
+ECU = ROOT / "apps" / "ecu"
+
+
+def ecu_folders() -> dict[str, set[str]]:
+    """Of each folder of the live program, those that the table lets it include."""
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    section = page.split("\n| folder of `apps/ecu` |")[1].split("\n## ")[0]
+    return {folder: set(re.findall(r"`(\w+)`", cell)) for folder, cell in ROW.findall(section)}
+
+
+ECU_FOLDERS = ecu_folders()
+
+
+def test_every_folder_of_the_live_program_has_its_row() -> None:
+    assert set(ECU_FOLDERS) == {path.name for path in ECU.iterdir() if path.is_dir()}
+
+
+@pytest.mark.parametrize("folder", ECU_FOLDERS)
+def test_a_folder_of_the_live_program_includes_what_its_row_says(folder: str) -> None:
+    """None includes a file of the program itself, which lies above them."""
+    found = re.findall(r'^#include "ecu/([^"]+)"', text_of(*(ECU / folder).glob("*.?pp")), re.MULTILINE)
+    assert {path.split("/")[0] for path in found} - {folder} == ECU_FOLDERS[folder]
+    assert folder not in reached_from(folder, ECU_FOLDERS)
 
 
 def test_every_folder_has_its_row() -> None:

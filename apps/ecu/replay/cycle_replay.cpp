@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "ecu/run_report.hpp"
+#include "ecu/unit/run_report.hpp"
 #include "sextant/config/load_config.hpp"
 
 namespace sextant::ecu {

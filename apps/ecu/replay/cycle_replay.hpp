@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "ecu/configured_drive.hpp"
-#include "ecu/virtual_time/telemetry_file.hpp"
+#include "ecu/telemetry/telemetry_file.hpp"
+#include "ecu/unit/configured_drive.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/core/fault.hpp"
 #include "sextant/core/telemetry_interval.hpp"

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
 #include "ecu/tasks/shared_commands.hpp"
 #include "ecu/tasks/shared_telemetry.hpp"
 #include "sextant/core/drive_io.hpp"
@@ -24,25 +24,24 @@ class ControlTask {
       : wakes_{wakes}, drive_{drive}, shared_{shared}, commands_{shared, overrun_limit}, telemetry_{shared} {}
 
   /// A wake-up at woken_ns that serves deadline_ns [ns]: heartbeat, the control periods from the deadline on,
-  /// the newest status. `overruns_in_a_row`: of the schedule, this wake-up's included [-]. `commands` and
-  /// `telemetry`: those of this object, or these with time stamps around their calls (stamped_cycle.hpp).
-  template <class Commands, class TelemetrySink>
+  /// the newest status. `overruns_in_a_row`: of the schedule, this wake-up's included [-]. `probe`: of
+  /// `run_cycle`.
+  template <class Probe>
   void wake_up(std::int64_t woken_ns, std::int64_t deadline_ns, std::uint32_t overruns_in_a_row,
-               DriveIo<double>& io, Commands& commands,
-               TelemetrySink& telemetry) noexcept SEXTANT_NONBLOCKING {
+               DriveIo<double>& io, Probe& probe) noexcept SEXTANT_NONBLOCKING {
     shared_.beat(woken_ns);
     commands_.note_overruns(overruns_in_a_row);
     for (int n = 0; n < wakes_.wake_every_periods; ++n) {
-      run_cycle(deadline_ns + std::int64_t{n} * wakes_.period_ns, io, commands, drive_, telemetry);
+      run_cycle(deadline_ns + std::int64_t{n} * wakes_.period_ns, io, commands_, drive_, telemetry_, probe);
     }
     shared_.status.store(telemetry_.last());
   }
 
   [[nodiscard]] bool has_shut_down() const noexcept { return drive_.state() == DriveState::shutdown; }
 
-  [[nodiscard]] SharedCommands& commands() noexcept { return commands_; }
-  [[nodiscard]] SharedTelemetry& telemetry() noexcept { return telemetry_; }
-  [[nodiscard]] const SharedTelemetry& telemetry() const noexcept { return telemetry_; }
+  [[nodiscard]] const WakeSchedule::Parameters& wakes() const noexcept { return wakes_; }
+  /// The newest control period; for the thread that runs them.
+  [[nodiscard]] const Telemetry<double>& last() const noexcept { return telemetry_.last(); }
 
  private:
   WakeSchedule::Parameters wakes_;

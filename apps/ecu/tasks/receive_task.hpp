@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cstddef>
 
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
 #include "sextant/comms/can_frame.hpp"
 #include "sextant/comms/command_receiver.hpp"
 

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
 #include "sextant/core/drive_request.hpp"
 #include "sextant/core/elapsed.hpp"
 #include "sextant/core/nonblocking.hpp"
@@ -39,7 +39,6 @@ class SharedCommands {
     if (overruns_in_a_row_ >= overrun_limit_) request.external.set(Fault::overrun);
     const std::int64_t sent_ns = shared_.status_sent_ns.load(std::memory_order_relaxed);
     if (sent_ns >= 0) request.status_age_ns = elapsed(sent_ns, t_ns);
-    if (shared_.cycles != nullptr) shared_.cycles->note(request);
     return request;
   }
 

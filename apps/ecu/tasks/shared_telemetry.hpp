@@ -1,6 +1,6 @@
 #pragma once
 
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/telemetry.hpp"
 

@@ -133,6 +133,19 @@ void TelemetryTask::poll(std::int64_t now_ns) {
   drain_wakes();
   publish_timeout(now_ns);
   poll_publisher_(now_ns);
+  shared_.telemetry_polls.fetch_add(1, std::memory_order_relaxed);
+  watch_housekeeping();
+}
+
+void TelemetryTask::watch_housekeeping() {
+  switch (housekeeping_.step(shared_.housekeeping_polls.load(std::memory_order_relaxed))) {
+    case ThreadWatch::Change::none:
+      return;
+    case ThreadWatch::Change::stopped:
+      return log_("the housekeeping thread has stopped: nothing watches the watchdog, the drive goes on");
+    case ThreadWatch::Change::resumed:
+      return log_("the housekeeping thread runs again");
+  }
 }
 
 void TelemetryTask::finish() {

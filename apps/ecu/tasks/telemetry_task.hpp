@@ -5,9 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
+#include "ecu/tasks/can_report.hpp"
+#include "ecu/tasks/thread_watch.hpp"
 #include "ecu/telemetry/telemetry_sender.hpp"
-#include "ecu/timing/can_report.hpp"
 #include "ecu/timing/timing_statistics.hpp"
 #include "sextant/comms/waveform_recorder.hpp"
 #include "sextant/core/telemetry_interval.hpp"
@@ -21,6 +22,8 @@ namespace sextant::ecu {
 /// thread has timed out the task publishes `status_of_timed_out_drive`. Reads no clock.
 class TelemetryTask {
  public:
+  static constexpr int poll_every_ms = 1;  ///< [ms]
+
   struct Parameters {
     std::int32_t period_ns{25'000};             ///< control period [ns]
     std::uint32_t wake_every_periods{40};       ///< control periods a wake-up [-]
@@ -32,7 +35,8 @@ class TelemetryTask {
   };
 
   /// `poll_publisher` is called at every poll with the time [ns], for the publishing process; `log` with a
-  /// sentence where the drive goes to FAULT and where its torque begins to ramp to zero.
+  /// sentence where the drive goes to FAULT, where its torque begins to ramp to zero, and where the
+  /// housekeeping thread stops.
   TelemetryTask(
       const Parameters& parameters, TelemetrySender& sender, SharedState& shared,
       std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {},
@@ -64,6 +68,7 @@ class TelemetryTask {
   void publish_state(const Telemetry<double>& telemetry, const std::string& reason);
   void publish_timeout(std::int64_t now_ns);
   void publish_statistics();
+  void watch_housekeeping();
   [[nodiscard]] RealTimeSample sample() const;
 
   Parameters parameters_;
@@ -82,6 +87,7 @@ class TelemetryTask {
   TimingStatistics timing_;
   std::int64_t next_statistics_ns_{0};
   CanReport report_;
+  ThreadWatch housekeeping_{poll_every_ms};
 };
 
 /// Why the drive is in its state, for people. At most 64 characters.

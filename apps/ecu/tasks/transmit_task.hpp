@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
 #include "ecu/tasks/timed_out_drive.hpp"
 #include "sextant/comms/can_bus.hpp"
 #include "sextant/comms/status_encoder.hpp"

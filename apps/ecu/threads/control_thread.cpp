@@ -1,18 +1,22 @@
 #include "ecu/threads/control_thread.hpp"
 
+#include <utility>
+
 #include <unistd.h>
 
 #include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant::ecu {
 
-ControlThread::ControlThread(const RealtimeParameters& realtime, std::int32_t period_ns, DriveIo<double>& io,
-                             Drive<double>& drive, SharedState& shared)
+ControlThread::ControlThread(const RealtimeParameters& realtime, DriveIo<double>& io, ControlTask& task,
+                             SharedState& shared, CycleRecorder* cycles, std::string name)
     : realtime_{realtime},
+      io_{io},
+      task_{task},
       shared_{shared},
-      periodic_{{.period_ns = period_ns, .wake_every_periods = realtime.wake_every_periods}, realtime.wait},
-      task_{periodic_.schedule().parameters(), drive, shared, realtime.overrun_limit},
-      timer_{realtime, io, task_, shared} {}
+      periodic_{task.wakes(), realtime.wait},
+      timer_{realtime, shared, cycles},
+      thread_{std::move(name)} {}
 
 RightsReport ControlThread::start() {
   thread_.start([this] { run(go_.get_future()); });
@@ -45,8 +49,8 @@ void ControlThread::run(std::future<bool> may_go) {
 }
 
 void ControlThread::run_periods(std::int64_t deadline_ns) noexcept SEXTANT_NONBLOCKING {
-  task_.wake_up(periodic_.woken_ns(), deadline_ns, periodic_.schedule().counters().overruns_in_a_row,
-                timer_.io(), timer_.commands(), timer_.telemetry());
+  task_.wake_up(periodic_.woken_ns(), deadline_ns, periodic_.schedule().counters().overruns_in_a_row, io_,
+                timer_);
 }
 
 }  // namespace sextant::ecu

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -12,7 +13,7 @@ namespace sextant::ecu {
 class NamedThread {
  public:
   /// At most 15 characters.
-  explicit NamedThread(const char* name) : name_{name} {}
+  explicit NamedThread(std::string name) : name_{std::move(name)} {}
 
   /// Runs `function` on a thread of its own; an exception of it ends the process.
   void start(std::function<void()> function) {
@@ -28,7 +29,7 @@ class NamedThread {
   }
 
  private:
-  const char* name_;
+  std::string name_;
   std::thread thread_{};
 };
 

@@ -4,8 +4,9 @@
 #include <chrono>
 #include <cstdint>
 #include <thread>
+#include <utility>
+#include <vector>
 
-#include "ecu/shared_state.hpp"
 #include "ecu/tasks/receive_task.hpp"
 #include "ecu/threads/flood_limit.hpp"
 #include "ecu/threads/named_thread.hpp"
@@ -16,23 +17,20 @@
 
 namespace sextant::ecu {
 
-/// The receive thread: waits for frames and passes each to its task.
+/// The receive thread: waits for frames and passes each to the tasks of the drives.
 class ReceiveThread {
  public:
-  /// offset: of the drive's identifiers. fifo_priority: SCHED_FIFO priority of the thread where it is
-  /// granted; 0 for none [-].
-  ReceiveThread(CanBus& bus, SharedState& shared, IdentifierOffset offset = {}, int fifo_priority = 0)
-      : bus_{bus}, shared_{shared}, fifo_priority_{fifo_priority}, task_{shared, offset} {}
+  /// Nothing is owned; all must outlive this object. is_over: ends the thread. fifo_priority: SCHED_FIFO
+  /// priority of the thread where it is granted; 0 for none [-].
+  ReceiveThread(CanBus& bus, std::vector<ReceiveTask*> tasks, const std::atomic<bool>& is_over,
+                int fifo_priority = 0)
+      : bus_{bus}, tasks_{std::move(tasks)}, is_over_{is_over}, fifo_priority_{fifo_priority} {}
 
   void start() {
     thread_.start([this] { run(); });
   }
   void join() { thread_.join(); }
 
-  /// For frames before the start.
-  [[nodiscard]] ReceiveTask& task() noexcept { return task_; }
-  /// For after the join.
-  [[nodiscard]] const ReceiveTask& task() const noexcept { return task_; }
   /// From the arrival of an accepted command to its hand-over to the control thread; for after the join.
   [[nodiscard]] const LatencyHistogram& hand_over() const noexcept { return hand_over_; }
 
@@ -43,13 +41,15 @@ class ReceiveThread {
     if (fifo_priority_ > 0) (void)use_fifo_scheduling(fifo_priority_);
     CanFrame frame;
     FloodLimit flood;
-    while (!shared_.stopped.load(std::memory_order_acquire)) {
+    while (!is_over_.load(std::memory_order_acquire)) {
       const std::int64_t called_ns = now_ns();
       const CanReceive result = bus_.receive(frame, 20ms);
       // `receive` returns these without waiting; the pause bounds the processor time.
       if (result == CanReceive::down || result == CanReceive::error) std::this_thread::sleep_for(5ms);
       if (result != CanReceive::got) continue;
-      if (task_.on_frame(frame)) hand_over_.record(now_ns() - frame.received_ns);
+      for (ReceiveTask* task : tasks_) {
+        if (task->on_frame(frame)) hand_over_.record(now_ns() - frame.received_ns);
+      }
       if (flood.must_pause(called_ns, frame.received_ns)) {
         std::this_thread::sleep_for(std::chrono::nanoseconds{FloodLimit::pause_ns});
       }
@@ -57,9 +57,9 @@ class ReceiveThread {
   }
 
   CanBus& bus_;
-  SharedState& shared_;
+  std::vector<ReceiveTask*> tasks_;
+  const std::atomic<bool>& is_over_;
   int fifo_priority_;
-  ReceiveTask task_;
   LatencyHistogram hand_over_{};
   NamedThread thread_{"sextant-can-rx"};
 };

@@ -8,7 +8,7 @@
 
 #include "common/exit_status.hpp"
 #include "common/program.hpp"
-#include "ecu/power_stage.hpp"
+#include "ecu/unit/power_stage.hpp"
 #include "reports/interruption.hpp"
 #include "reports/reported_run.hpp"
 #include "reports/run_reports.hpp"

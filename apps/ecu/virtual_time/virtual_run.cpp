@@ -12,8 +12,8 @@
 
 #include <fmt/format.h>
 
-#include "ecu/run_report.hpp"
 #include "ecu/timing/timing_report.hpp"
+#include "ecu/unit/run_report.hpp"
 #include "sextant/comms/contract_ranges.hpp"
 #include "sextant/harness/random_bus_events.hpp"
 #include "sextant/sim/csv_table.hpp"
@@ -59,12 +59,6 @@ ProfileParameters read_profile(const std::string& file) {
   return profile;
 }
 
-std::optional<CycleLog> log_of_cycles(const VirtualRunOptions& options, const EcuConfig& config,
-                                      DriveIo<double>& io) {
-  if (options.record_cycles.empty()) return {};
-  return std::optional<CycleLog>{std::in_place, options.record_cycles, config, io};
-}
-
 }  // namespace
 
 void require_waiting_plant(const EcuConfig& config) {
@@ -82,23 +76,15 @@ VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options
       problem_{std::move(problem)},
       scenario_{std::move(scenario)},
       periods_per_record_{periods_per_sample(config)},
-      drive_{config.drive},
-      cycles_{log_of_cycles(options, config, io)},
+      unit_{config, io, bus_, [] {}, options.record_cycles},
       recorder_{periods_per_record_,
                 {.record =
                      [this](const TelemetryIntervalRecord<double>& record) {
                        if (telemetry_) telemetry_->add(record);
                      }}},
-      ecu_{{.period_ns = config.drive.drive.period_ns,
-            .realtime = config.realtime,
-            .identifier_offset = config.can.identifier_offset,
-            .cycles = cycles_ ? &cycles_->recorder() : nullptr,
-            .observer = scenario_ ? scenario_->observer : nullptr},
+      ecu_{{{.unit = unit_, .recorder = recorder_, .observer = scenario_ ? scenario_->observer : nullptr}},
            clock_,
-           bus_,
-           cycles_ ? cycles_->recorder() : io,
-           drive_.drive(),
-           recorder_} {
+           bus_} {
   set_up_sources();
   set_up_files();
   if (options_.bus_seed) disturb_bus();
@@ -155,10 +141,10 @@ void VirtualRun::play(const VirtualScenario& scenario) {
 void VirtualRun::set_up_files() {
   if (!options_.telemetry_out.empty()) {
     telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_,
-                       ecu_.next_period_ns());
+                       ecu_.drive(0).next_period_ns());
   }
   set_up_frames();
-  if (cycles_) cycles_->open();
+  if (CycleLog* const cycles = unit_.cycles()) cycles->open();
 }
 
 void VirtualRun::set_up_frames() {
@@ -191,7 +177,7 @@ std::int64_t VirtualRun::source_end_ns() const noexcept {
 void VirtualRun::run() {
   const auto begin = std::chrono::steady_clock::now();
   run_to_end();
-  before_shutdown_ = ecu_.telemetry();
+  before_shutdown_ = ecu_.drive(0).telemetry();
   before_shutdown_ns_ = clock_.now_ns();
   ecu_.shut_down();
   const std::int64_t limit_ns = config_.drive.drive.command.zero_ramp_ns + shutdown_ns;
@@ -201,8 +187,8 @@ void VirtualRun::run() {
   // The recorded part is kept even where the run failed.
   if (frames_) frames_->close();
   if (telemetry_) telemetry_->close();
-  if (cycles_) cycles_->close();
-  if (cycles_ && !cycles_->failure().empty()) throw std::runtime_error{cycles_->failure()};
+  if (CycleLog* const cycles = unit_.cycles()) cycles->close();
+  if (const std::string failure = recording_failure(); !failure.empty()) throw std::runtime_error{failure};
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
   }
@@ -216,7 +202,7 @@ void VirtualRun::run_to_end() {
   while (clock_.now_ns() < end_ns) {
     timeline_.run_until(std::min(end_ns, clock_.now_ns() + slice_ns));
     record_cycles();
-    if (cycles_ && !cycles_->failure().empty()) return;
+    if (!recording_failure().empty()) return;
     if (problem_ && !problem_().empty()) return;
     if (!vehicle_ || scenario_) continue;  // a scenario has its length
     if (vehicle_->phase() == VirtualVehicle::Phase::done) return;
@@ -225,7 +211,11 @@ void VirtualRun::run_to_end() {
 }
 
 void VirtualRun::record_cycles() {
-  if (cycles_) cycles_->poll();
+  if (CycleLog* const cycles = unit_.cycles()) cycles->poll();
+}
+
+std::string VirtualRun::recording_failure() const {
+  return unit_.cycles() == nullptr ? std::string{} : unit_.cycles()->failure();
 }
 
 Verdict VirtualRun::verdict() const {
@@ -253,11 +243,11 @@ void VirtualRun::print_report(std::FILE* out) const {
   const double virtual_s = double(clock_.now_ns()) * 1e-9;
   fmt::print(out, "virtual time {:.3f} s in {:.3f} s: {:.0f} times real time\n", virtual_s, wall_s_,
              virtual_s / std::max(wall_s_, 1e-9));
-  const WakeSchedule::Counters& wakes = ecu_.wakes();
+  const WakeSchedule::Counters& wakes = ecu_.drive(0).wakes();
   print_periods(out, recorder_.periods(), wakes.periods_missed, wakes.overruns);
-  print_commands(out, ecu_.receiver(), config_.can.identifier_offset);
+  print_commands(out, ecu_.drive(0).receiver(), config_.can.identifier_offset);
   print_can(out);
-  if (cycles_) cycles_->print_report(out);
+  if (const CycleLog* const cycles = unit_.cycles()) cycles->print_report(out);
   fmt::print(out, "left in {}, {} faults", to_string(before_shutdown_.state), before_shutdown_.fault_total);
   if (before_shutdown_.latched.any()) fmt::print(out, ", first {}", to_string(before_shutdown_.first_fault));
   fmt::print(out, "\ndigest {:016x}: telemetry {:016x}, frames {:016x}\n", recorder_.digest(),
@@ -265,7 +255,7 @@ void VirtualRun::print_report(std::FILE* out) const {
 }
 
 void VirtualRun::print_can(std::FILE* out) const {
-  ecu::print_can(out, bus_.stats(), ecu_.clamped());
+  ecu::print_can(out, bus_.stats(), ecu_.drive(0).clamped());
   if (replay_ && replay_->left_out() > 0) {
     fmt::print(out, "  {} status frames of the recording were left out\n", replay_->left_out());
   }

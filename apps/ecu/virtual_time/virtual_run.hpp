@@ -6,9 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "ecu/configured_drive.hpp"
-#include "ecu/replay/cycle_log.hpp"
-#include "ecu/virtual_time/telemetry_file.hpp"
+#include "ecu/telemetry/telemetry_file.hpp"
+#include "ecu/unit/drive_unit.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/harness/candump_log.hpp"
@@ -41,7 +40,7 @@ struct VirtualScenario {
   std::int64_t begin_ns{};                                   ///< its time zero on the virtual clock [ns]
   std::int64_t duration_ns{};                                ///< [ns]
   std::function<double(std::int64_t t_ns)> torque{};         ///< that the vehicle commands then [N·m]
-  std::function<void(const Telemetry<double>&)> observer{};  ///< as of VirtualEcu::Parameters
+  std::function<void(const Telemetry<double>&)> observer{};  ///< as of VirtualUnit::Parts
 };
 
 /// The configured drive in virtual time, from its first period to its shutdown: commands from a recording, or
@@ -70,7 +69,7 @@ class VirtualRun {
   [[nodiscard]] std::string reason() const;
 
   [[nodiscard]] const RunRecorder& recorder() const noexcept { return recorder_; }
-  [[nodiscard]] const Controller<double>& controller() const noexcept { return drive_.controller(); }
+  [[nodiscard]] const Controller<double>& controller() const noexcept { return unit_.controller(); }
 
  private:
   void set_up_sources();
@@ -81,6 +80,7 @@ class VirtualRun {
   void disturb_bus();
   void run_to_end();
   void record_cycles();
+  [[nodiscard]] std::string recording_failure() const;
   [[nodiscard]] std::int64_t source_end_ns() const noexcept;
   void print_can(std::FILE* out) const;
   [[nodiscard]] std::string source() const;
@@ -93,8 +93,7 @@ class VirtualRun {
   VirtualClock clock_{};
   VirtualCanBus bus_{clock_};
   VirtualTimeline timeline_{clock_};
-  ConfiguredDrive drive_;
-  std::optional<CycleLog> cycles_;
+  DriveUnit unit_;
   RunRecorder recorder_;
   VirtualEcu ecu_;
   Profile profile_{};

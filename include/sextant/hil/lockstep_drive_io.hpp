@@ -2,11 +2,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
-#include "sextant/core/drive_io.hpp"
 #include "sextant/hil/doorbell.hpp"
 #include "sextant/hil/drive_report.hpp"
 #include "sextant/hil/link_memory.hpp"
+#include "sextant/hil/linked_drive_io.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
 
 namespace sextant {
@@ -14,7 +15,7 @@ namespace sextant {
 /// A power stage in another process of this machine, in virtual time: read(t) sends the pattern written last,
 /// requests the plant's advance to t, and waits for the measurement. The drive's time is the only clock; two
 /// runs are equal bit by bit. The actuation delay is that of the plant's configuration.
-class LockstepDriveIo final : public DriveIo<double> {
+class LockstepDriveIo final : public LinkedDriveIo {
  public:
   /// The link is held by a drive and must outlive this object. Waits for the plant for at most
   /// `timeout_ns` [ns] a read.
@@ -33,6 +34,12 @@ class LockstepDriveIo final : public DriveIo<double> {
     report_ = report;
     has_report_ = true;
   }
+
+  void inhibit_gates() noexcept override {}
+  void announce_end() noexcept override { link_.announce_end(); }
+  [[nodiscard]] const LinkState* link_state() const noexcept override { return nullptr; }
+  [[nodiscard]] std::optional<Counts> counts() const noexcept override { return std::nullopt; }
+  [[nodiscard]] const char* loss() const noexcept override;
 
   /// True once the plant has ended or timed out, for the rest of the run; from any thread.
   [[nodiscard]] bool lost() const noexcept { return lost_.load(std::memory_order_acquire); }

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
-#include "sextant/core/drive_io.hpp"
 #include "sextant/hil/link_memory.hpp"
 #include "sextant/hil/link_state.hpp"
+#include "sextant/hil/linked_drive_io.hpp"
 #include "sextant/hil/measurement_assembler.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
 
@@ -15,11 +16,12 @@ namespace sextant {
 /// A power stage in another process of this machine, over shared memory in real time. Neither call waits,
 /// locks or makes a system call. A pattern is applied from the plant's next period on: an actuation delay of
 /// one period.
-class SharedMemoryDriveIo final : public DriveIo<double> {
+class SharedMemoryDriveIo final : public LinkedDriveIo {
  public:
   /// The link is held by a drive and must outlive this object.
   SharedMemoryDriveIo(SharedMemoryLink& link, const MeasurementAssembler::Parameters& parameters) noexcept
-      : memory_{link.memory()},
+      : link_{link},
+        memory_{link.memory()},
         generation_{link.generation()},
         assembler_{parameters},
         sequence_{memory_.command.number()} {}
@@ -53,18 +55,16 @@ class SharedMemoryDriveIo final : public DriveIo<double> {
     }
   }
 
-  /// Clears the gate-enable line; from any thread.
-  void inhibit_gates() noexcept { memory_.gate_enable.store(0, std::memory_order_release); }
-
-  /// State of the plant; from any thread.
-  [[nodiscard]] const LinkState& state() const noexcept { return state_; }
-
-  /// For the thread that reads, or once it has ended.
-  [[nodiscard]] const MeasurementAssembler::Counters& counters() const noexcept {
-    return assembler_.counters();
+  void inhibit_gates() noexcept override { memory_.gate_enable.store(0, std::memory_order_release); }
+  void announce_end() noexcept override { link_.announce_end(); }
+  [[nodiscard]] const LinkState* link_state() const noexcept override { return &state_; }
+  [[nodiscard]] std::optional<Counts> counts() const noexcept override {
+    return Counts{.measurements = assembler_.counters()};
   }
+  [[nodiscard]] const char* loss() const noexcept override { return nullptr; }
 
  private:
+  SharedMemoryLink& link_;
   LinkMemory& memory_;
   std::uint32_t generation_;
   std::uint64_t seen_{0};

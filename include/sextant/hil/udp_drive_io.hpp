@@ -2,11 +2,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
-#include "sextant/core/drive_io.hpp"
 #include "sextant/hil/datagram_reception.hpp"
 #include "sextant/hil/hil_parameters.hpp"
 #include "sextant/hil/link_state.hpp"
+#include "sextant/hil/linked_drive_io.hpp"
 #include "sextant/hil/measurement_assembler.hpp"
 #include "sextant/hil/udp_socket.hpp"
 
@@ -14,7 +15,7 @@ namespace sextant {
 
 /// A power stage on another machine, over datagrams in real time. Neither call waits; both make system calls
 /// of a socket. Each machine keeps its own clock: a measurement belongs to the drive's time of its reading.
-class UdpDriveIo final : public DriveIo<double> {
+class UdpDriveIo final : public LinkedDriveIo {
  public:
   /// Throws std::runtime_error where the addresses cannot be used.
   UdpDriveIo(const HilParameters& parameters, std::int64_t period_ns);
@@ -23,21 +24,15 @@ class UdpDriveIo final : public DriveIo<double> {
   [[nodiscard]] Measurement<double> read(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING override;
   void write(const GatePattern& pattern) noexcept SEXTANT_NONBLOCKING override;
 
-  /// Clears the gate-enable line and sends that at once; from any thread.
-  void inhibit_gates() noexcept;
-
-  /// Announces the orderly end of the drive; once its control thread has ended.
-  void announce_end() noexcept;
-
-  /// State of the plant; from any thread.
-  [[nodiscard]] const LinkState& state() const noexcept { return state_; }
-
-  /// For the thread that reads, or once it has ended.
-  [[nodiscard]] const MeasurementAssembler::Counters& counters() const noexcept {
-    return assembler_.counters();
+  /// Clears the gate-enable line and sends that at once.
+  void inhibit_gates() noexcept override;
+  void announce_end() noexcept override;
+  [[nodiscard]] const LinkState* link_state() const noexcept override { return &state_; }
+  [[nodiscard]] std::optional<Counts> counts() const noexcept override {
+    return Counts{.measurements = assembler_.counters(),
+                  .network = Counts::Network{reception_.counters(), unsent_.load(std::memory_order_relaxed)}};
   }
-  [[nodiscard]] const DatagramReception::Counters& network() const noexcept { return reception_.counters(); }
-  [[nodiscard]] std::uint64_t unsent() const noexcept { return unsent_.load(std::memory_order_relaxed); }
+  [[nodiscard]] const char* loss() const noexcept override { return nullptr; }
 
  private:
   void discard_what_has_queued_up(MeasurementDatagram& datagram) noexcept SEXTANT_NONBLOCKING;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "ecu/shared_state.hpp"
+#include "ecu/shared/shared_state.hpp"
 
 namespace sextant::ecu {
 

@@ -1,11 +1,14 @@
-#include "ecu/power_stage.hpp"
+#include "ecu/unit/power_stage.hpp"
 
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "common/network_report.hpp"
+#include "sextant/hil/shared_memory_drive_io.hpp"
+#include "sextant/hil/udp_drive_io.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -48,9 +51,9 @@ PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
       join_shared_memory(config);
       break;
     case PowerStageKind::udp:
-      udp_ = std::make_unique<UdpDriveIo>(config.hil, config.drive.drive.period_ns);
+      link_ = std::make_unique<UdpDriveIo>(config.hil, config.drive.drive.period_ns);
       link_name_ = config.hil.udp_peer;
-      io_ = udp_.get();
+      io_ = link_.get();
       break;
   }
 }
@@ -66,31 +69,31 @@ void PowerStage::simulate(const EcuConfig& config, const std::string& fault_sock
 }
 
 void PowerStage::join_shared_memory(const EcuConfig& config) {
-  link_ = std::make_unique<SharedMemoryLink>(config.hil, LinkRole::drive, config.drive.drive.period_ns);
+  const std::int32_t period_ns = config.drive.drive.period_ns;
+  memory_ = std::make_unique<SharedMemoryLink>(config.hil, LinkRole::drive, period_ns);
   link_name_ = config.hil.link;
   if (config.hil.pacing == Pacing::lockstep) {
-    lockstep_ = std::make_unique<LockstepDriveIo>(*link_, config.hil.lockstep_timeout_ns);
-    io_ = lockstep_.get();
-    return;
+    auto lockstep = std::make_unique<LockstepDriveIo>(*memory_, config.hil.lockstep_timeout_ns);
+    lockstep_ = lockstep.get();
+    link_ = std::move(lockstep);
+  } else {
+    link_ = std::make_unique<SharedMemoryDriveIo>(*memory_, assembler_parameters(config.hil, period_ns));
   }
-  shared_memory_ = std::make_unique<SharedMemoryDriveIo>(
-      *link_, assembler_parameters(config.hil, config.drive.drive.period_ns));
-  io_ = shared_memory_.get();
+  io_ = link_.get();
 }
 
 void PowerStage::inhibit_gates() noexcept {
-  if (shared_memory_) shared_memory_->inhibit_gates();
-  if (udp_) udp_->inhibit_gates();
+  if (link_) link_->inhibit_gates();
 }
 
 void PowerStage::announce_end() noexcept {
   if (link_) link_->announce_end();
-  if (udp_) udp_->announce_end();
 }
 
 std::string PowerStage::state_change() {
-  if (!shared_memory_ && !udp_) return {};
-  const LinkState& state = shared_memory_ ? shared_memory_->state() : udp_->state();
+  const LinkState* const found = link_ ? link_->link_state() : nullptr;
+  if (found == nullptr) return {};
+  const LinkState& state = *found;
   const Plant plant = state.timed_out()        ? Plant::timed_out
                       : state.unacknowledged() ? Plant::unacknowledged
                                                : Plant::answers;
@@ -109,17 +112,16 @@ std::string PowerStage::state_change() {
 }
 
 std::string PowerStage::problem() const {
-  if (!lockstep_ || !lockstep_->lost()) return {};
-  const char* const what = lockstep_->joined()      ? "ended or timed out"
-                           : lockstep_->was_there() ? "was started, and ended or timed out"
-                                                    : "was not started within hil.lockstep_timeout_ms";
-  return "hil.link: the plant on \"" + link_name_ + "\" " + what +
+  const char* const loss = link_ ? link_->loss() : nullptr;
+  if (loss == nullptr) return {};
+  return "hil.link: the plant on \"" + link_name_ + "\" " + loss +
          "; start sextant-plant with hil.pacing=lockstep";
 }
 
 void PowerStage::print_report(std::FILE* out) const {
-  if (!shared_memory_ && !udp_) return;
-  const MeasurementAssembler::Counters& c = shared_memory_ ? shared_memory_->counters() : udp_->counters();
+  const std::optional<LinkedDriveIo::Counts> counts = link_ ? link_->counts() : std::nullopt;
+  if (!counts) return;
+  const MeasurementAssembler::Counters& c = counts->measurements;
   fmt::print(out, "plant {} measurements received, {} missing, {} too many at once\n", c.records, c.missing,
              c.overfull);
   fmt::print(out, "  late {} times, timed out {} times, restarted {} times\n", c.late, c.timeouts,
@@ -128,7 +130,7 @@ void PowerStage::print_report(std::FILE* out) const {
     fmt::print(out, "  acknowledged no pattern {} times, kept its gates off against {} patterns\n",
                c.unacknowledged, c.refused);
   }
-  if (udp_) print_network(out, udp_->network(), udp_->unsent());
+  if (counts->network) print_network(out, counts->network->received, counts->network->unsent);
 }
 
 }  // namespace sextant::ecu

@@ -6,18 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "ecu/tasks/cycle_recorder.hpp"
+#include "ecu/shared/cycle_recorder.hpp"
 #include "sextant/config/ecu_config.hpp"
-#include "sextant/core/drive_io.hpp"
 #include "sextant/sim/cycle_file.hpp"
 
 namespace sextant::ecu {
 
-/// The recording of a run's control periods for a replay: a recorder before the power stage, and the file
-/// that takes what the recorder has.
+/// The recording of a run's control periods for a replay: a recorder in the probe of the periods, and the
+/// file that takes what the recorder has.
 class CycleLog {
  public:
-  CycleLog(const std::string& file, const EcuConfig& config, DriveIo<double>& io);
+  CycleLog(const std::string& file, const EcuConfig& config);
 
   /// Makes the file; before the first control period. Throws std::runtime_error with one sentence where that
   /// cannot be.

@@ -8,10 +8,9 @@
 #include "common/fault_injection.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/core/drive_io.hpp"
+#include "sextant/hil/linked_drive_io.hpp"
 #include "sextant/hil/lockstep_drive_io.hpp"
-#include "sextant/hil/shared_memory_drive_io.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
-#include "sextant/hil/udp_drive_io.hpp"
 #include "sextant/sim/live_power_stage.hpp"
 
 namespace sextant::ecu {
@@ -69,10 +68,9 @@ class PowerStage {
 
   std::unique_ptr<LivePowerStage> simulated_{};
   std::unique_ptr<FaultInjection> faults_{};
-  std::unique_ptr<SharedMemoryLink> link_{};
-  std::unique_ptr<SharedMemoryDriveIo> shared_memory_{};
-  std::unique_ptr<LockstepDriveIo> lockstep_{};
-  std::unique_ptr<UdpDriveIo> udp_{};
+  std::unique_ptr<SharedMemoryLink> memory_{};
+  std::unique_ptr<LinkedDriveIo> link_{};
+  LockstepDriveIo* lockstep_{nullptr};  // the link, where it is one
   std::string link_name_{};
   DriveIo<double>* io_{nullptr};
   Plant reported_{Plant::unknown};

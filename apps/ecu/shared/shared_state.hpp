@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "ecu/tasks/cycle_recorder.hpp"
 #include "ecu/timing/wake_record.hpp"
 #include "sextant/comms/command_receiver.hpp"
 #include "sextant/comms/status_messages.hpp"
@@ -63,7 +62,6 @@ struct SharedState {
   Ring<Telemetry<double>> telemetry;             ///< control → telemetry
   Ring<StageRecord> stages;                      ///< control → telemetry
   Ring<WakeRecord> wakes;                        ///< control → telemetry
-  CycleRecorder* cycles{nullptr};                ///< control: records them; set before its thread starts
   std::atomic<int> control_thread_id{0};         ///< control → housekeeping, as the kernel has it
   std::atomic<std::int64_t> heartbeat_ns{0};  ///< control → watchdog, transmit, telemetry: last wake-up [ns]
   /// receive → telemetry: received frames by their `FrameVerdict` [-]

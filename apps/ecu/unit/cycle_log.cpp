@@ -1,4 +1,4 @@
-#include "ecu/replay/cycle_log.hpp"
+#include "ecu/unit/cycle_log.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -19,8 +19,8 @@ std::size_t room(const EcuConfig& config) {
 
 }  // namespace
 
-CycleLog::CycleLog(const std::string& file, const EcuConfig& config, DriveIo<double>& io)
-    : file_{file}, configuration_{print_config(config)}, recorder_{io, room(config)} {
+CycleLog::CycleLog(const std::string& file, const EcuConfig& config)
+    : file_{file}, configuration_{print_config(config)}, recorder_{room(config)} {
   waiting_.reserve(most_at_once);
 }
 

@@ -1,4 +1,4 @@
-#include "ecu/run_report.hpp"
+#include "ecu/unit/run_report.hpp"
 
 #include <cstddef>
 #include <cstdint>

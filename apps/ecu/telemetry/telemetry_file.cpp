@@ -1,4 +1,4 @@
-#include "ecu/virtual_time/telemetry_file.hpp"
+#include "ecu/telemetry/telemetry_file.hpp"
 
 #include <algorithm>
 #include <filesystem>

@@ -2,38 +2,60 @@
 
 #include <cstdint>
 
-#include "ecu/shared_state.hpp"
-#include "ecu/tasks/control_task.hpp"
+#include "ecu/shared/cycle_recorder.hpp"
+#include "ecu/shared/shared_state.hpp"
 #include "ecu/timing/command_probe.hpp"
 #include "ecu/timing/stage_probe.hpp"
-#include "ecu/timing/stamped_cycle.hpp"
 #include "ecu/timing/wake_record.hpp"
-#include "sextant/core/drive_io.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/drive/drive.hpp"
 #include "sextant/realtime/periodic_task.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant::ecu {
 
-/// The statistics of the control thread, beside its loop: a WakeRecord of each wake-up and, through the ends
-/// of the cycle with time stamps, a StageRecord of each control period. It belongs to the control thread.
+/// The probe of the control thread's periods, and its statistics: a WakeRecord of each wake-up, a StageRecord
+/// of each control period and, where the periods are recorded, their CycleRecord. It belongs to the control
+/// thread.
 class WakeTimer {
  public:
-  /// Power stage, task and shared state are not owned and must outlive this object.
-  WakeTimer(const RealtimeParameters& realtime, DriveIo<double>& io, ControlTask& task, SharedState& shared)
+  /// Shared state and recorder are not owned and must outlive this object. `cycles`: nullptr for none.
+  WakeTimer(const RealtimeParameters& realtime, SharedState& shared, CycleRecorder* cycles = nullptr)
       : wake_every_periods_{realtime.wake_every_periods},
         shared_{shared},
-        probe_{realtime.stage_statistics, realtime.gap_limit_ns},
-        io_{io, probe_, command_probe_},
-        commands_{task.commands(), probe_, command_probe_},
-        telemetry_{task.telemetry(), probe_, shared.stages} {}
+        cycles_{cycles},
+        probe_{realtime.stage_statistics, realtime.gap_limit_ns} {}
   WakeTimer(const WakeTimer&) = delete;
   WakeTimer& operator=(const WakeTimer&) = delete;
 
-  /// The ends of the cycle, with time stamps around their calls.
-  [[nodiscard]] StampedIo& io() noexcept { return io_; }
-  [[nodiscard]] StampedCommands<SharedCommands>& commands() noexcept { return commands_; }
-  [[nodiscard]] StampedTelemetry<SharedTelemetry>& telemetry() noexcept { return telemetry_; }
+  // The probe of `run_cycle`.
+
+  void begins(std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    probe_.begin();
+    if (cycles_ != nullptr) cycles_->begins(t_ns);
+  }
+  void has_read(const Measurement<double>& measurement) noexcept SEXTANT_NONBLOCKING {
+    if (cycles_ != nullptr) cycles_->has_read(measurement);
+    probe_.end(Stage::read);
+  }
+  void has_request(const DriveRequest<double>& request) noexcept SEXTANT_NONBLOCKING {
+    if (cycles_ != nullptr) cycles_->has_request(request);
+    command_probe_.add(request.command);
+    probe_.end(Stage::commands);
+  }
+  void has_stepped(const DriveOutput<double>& output) noexcept SEXTANT_NONBLOCKING {
+    probe_.end(Stage::drive);
+    if (cycles_ != nullptr) cycles_->has_stepped(output);
+  }
+  void has_written() noexcept SEXTANT_NONBLOCKING {
+    if (cycles_ != nullptr) cycles_->has_written();
+    command_probe_.written();
+    probe_.end(Stage::write);
+  }
+  void has_pushed() noexcept SEXTANT_NONBLOCKING {
+    probe_.end(Stage::push);
+    if (probe_.on()) shared_.stages.push(probe_.record());
+  }
 
   /// The grid of deadlines begins at origin_ns. [ns]
   void start(std::int64_t origin_ns) noexcept { finished_ns_ = origin_ns; }
@@ -76,11 +98,9 @@ class WakeTimer {
  private:
   int wake_every_periods_;
   SharedState& shared_;
+  CycleRecorder* cycles_;
   StageProbe probe_;
   CommandProbe command_probe_{};
-  StampedIo io_;
-  StampedCommands<SharedCommands> commands_;
-  StampedTelemetry<SharedTelemetry> telemetry_;
   WakeRecord record_{};
   std::int64_t woken_ns_{0};
   std::int64_t finished_ns_{0};
