@@ -165,8 +165,10 @@ std::chrono::nanoseconds Ecu::transmit() {
 void Ecu::poll_links() {
   bool must_end = false;
   each([&](LiveDrive& drive) { must_end |= drive.poll_link(); });
+  if (!must_end || is_asked_to_end_) return;
+  is_asked_to_end_ = true;
   // main handles the signal like one from outside.
-  if (must_end) kill(getpid(), SIGTERM);
+  kill(getpid(), SIGTERM);
 }
 
 void Ecu::write_cycles() {

@@ -64,6 +64,7 @@ class Ecu {
   std::vector<std::unique_ptr<LiveDrive>> drives_{};
   ReceiveThread receive_;
   BusWatch bus_watch_;
+  bool is_asked_to_end_{false};  // of the link thread
   PolledThread transmit_{"sextant-can-tx", is_over_};
   PolledThread watchdog_{"sextant-wdog", is_over_};
   PolledThread link_{"sextant-link", is_over_};

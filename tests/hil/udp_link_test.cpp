@@ -78,7 +78,7 @@ TEST_F(UdpLinkTest, MeasurementsComeOverAndAreJoined) {
   GatePattern expected = v1;
   expected.append({switch_states[2], period_ns});
   EXPECT_EQ(m.applied, expected);
-  EXPECT_EQ(drive->network().received, 3U);
+  EXPECT_EQ(drive->counts()->network->received.received, 3U);
 }
 
 TEST_F(UdpLinkTest, WhatQueuedUpBeforeTheFirstReadIsNoMeasurementAndNoLoss) {
@@ -89,8 +89,8 @@ TEST_F(UdpLinkTest, WhatQueuedUpBeforeTheFirstReadIsNoMeasurementAndNoLoss) {
   publish(switch_states[2]);
   const Measurement<double> m = read();
   EXPECT_EQ(m.applied, (GatePattern{switch_states[2], period_ns}));
-  EXPECT_EQ(drive->network().received, 1U);
-  EXPECT_EQ(drive->network().lost, 0U);
+  EXPECT_EQ(drive->counts()->network->received.received, 1U);
+  EXPECT_EQ(drive->counts()->network->received.lost, 0U);
 }
 
 TEST_F(UdpLinkTest, PatternsAndTheEnableLineComeOver) {
