@@ -73,6 +73,12 @@ std::vector<std::unique_ptr<LiveDrive>> make_drives(const std::vector<EcuConfig>
   return drives;
 }
 
+std::vector<DriveUnit*> units_of(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
+  std::vector<DriveUnit*> units;
+  for (const std::unique_ptr<LiveDrive>& drive : drives) units.push_back(&drive->unit());
+  return units;
+}
+
 std::vector<ReceiveTask*> receive_tasks(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
   std::vector<ReceiveTask*> tasks;
   for (const std::unique_ptr<LiveDrive>& drive : drives) tasks.push_back(&drive->unit().receive());
@@ -81,14 +87,15 @@ std::vector<ReceiveTask*> receive_tasks(const std::vector<std::unique_ptr<LiveDr
 
 }  // namespace
 
-Ecu::Ecu(const std::vector<EcuConfig>& configs, const LiveDriveOptions& options)
-    : bus_name_{configs.front().can.bus},
-      highest_control_priority_{highest_control_priority(configs)},
+Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options)
+    : bus_name_{config.drives.front().can.bus},
+      highest_control_priority_{highest_control_priority(config.drives)},
       processor_latency_{
-          std::ranges::any_of(configs, [](const EcuConfig& config) { return is_hard(config.realtime); })},
-      bus_{make_can_bus(bus_name_, identifiers(configs))},
-      drives_{make_drives(configs, *bus_, options)},
-      receive_{*bus_, receive_tasks(drives_), is_over_, receive_priority(configs)},
+          std::ranges::any_of(config.drives, [](const EcuConfig& drive) { return is_hard(drive.realtime); })},
+      bus_{make_can_bus(bus_name_, identifiers(config.drives))},
+      drives_{make_drives(config.drives, *bus_, options)},
+      reaction_{config.on_fault, units_of(drives_)},
+      receive_{*bus_, receive_tasks(drives_), is_over_, receive_priority(config.drives)},
       bus_watch_{*bus_} {}
 
 Ecu::~Ecu() {
@@ -128,6 +135,7 @@ void Ecu::start_threads() {
                    .poll =
                        [this] {
                          each([](LiveDrive& drive) { drive.unit().watchdog().poll(now_ns()); });
+                         reaction_.poll();
                          return std::chrono::nanoseconds{WatchdogTask::poll_every_ns};
                        }});
   // After the first measurement, so that each change is logged once.

@@ -11,8 +11,9 @@
 #include "ecu/threads/bus_watch.hpp"
 #include "ecu/threads/polled_thread.hpp"
 #include "ecu/threads/receive_thread.hpp"
+#include "ecu/unit/fault_reaction.hpp"
 #include "sextant/comms/can_bus.hpp"
-#include "sextant/config/ecu_config.hpp"
+#include "sextant/config/drives_config.hpp"
 #include "sextant/realtime/processor_latency.hpp"
 
 namespace sextant::ecu {
@@ -23,8 +24,8 @@ namespace sextant::ecu {
 class Ecu {
  public:
   /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
-  /// opened. configs: of the drives, at least one, all with the same CAN bus.
-  Ecu(const std::vector<EcuConfig>& configs, const LiveDriveOptions& options = {});
+  /// opened.
+  explicit Ecu(const DrivesConfig& config, const LiveDriveOptions& options = {});
   ~Ecu();
 
   /// Starts the threads. Throws when real-time rights are required and refused.
@@ -62,6 +63,7 @@ class Ecu {
   ProcessorLatency processor_latency_;
   std::unique_ptr<CanBus> bus_;
   std::vector<std::unique_ptr<LiveDrive>> drives_{};
+  FaultReaction reaction_;
   ReceiveThread receive_;
   BusWatch bus_watch_;
   bool is_asked_to_end_{false};  // of the link thread

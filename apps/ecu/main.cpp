@@ -1,6 +1,7 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <deque>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -191,18 +192,25 @@ int status_of(const Run& run) {
   return sextant::exit_status(run.verdict());
 }
 
-/// The configured drive in virtual time.
-int run_virtual(const sextant::EcuConfig& config, const Options& options) {
-  sextant::ecu::require_waiting_plant(config);
+/// The configured drives in virtual time.
+int run_virtual(const sextant::DrivesConfig& config, const Options& options) {
+  for (const sextant::EcuConfig& drive : config.drives) sextant::ecu::require_waiting_plant(drive);
   sextant::ecu::VirtualRunOptions wanted = options.virtual_run;
   if (!options.log.empty()) wanted.log = options.log.front();
   wanted.duration_s = options.live.duration_s;
-  sextant::ecu::PowerStage power_stage{config};
-  sextant::ecu::VirtualRun run{config, wanted, power_stage.io(), [&] { return power_stage.problem(); }};
+  std::deque<sextant::ecu::PowerStage> stages;
+  std::vector<sextant::DriveIo<double>*> ends;
+  for (const sextant::EcuConfig& drive : config.drives) ends.push_back(&stages.emplace_back(drive).io());
+  const auto problem = [&stages] {
+    for (const sextant::ecu::PowerStage& stage : stages) {
+      if (std::string found = stage.problem(); !found.empty()) return found;
+    }
+    return std::string{};
+  };
+  sextant::ecu::VirtualRun run{config, wanted, ends, problem};
   run.run();
   run.print_report(stdout);
-  if (const std::string problem = power_stage.problem(); !problem.empty())
-    return sextant::status_after(program_name, problem);
+  if (const std::string found = problem(); !found.empty()) return sextant::status_after(program_name, found);
   return status_of(run);
 }
 
@@ -224,27 +232,57 @@ int run_replay(const Options& options) {
   return status_of(replay);
 }
 
+sextant::DrivesConfig drives_of(const Options& options) {
+  sextant::DrivesConfig config = sextant::load_drives_config(options.live.config, options.live.overrides);
+  for (sextant::EcuConfig& drive : config.drives) {
+    if (options.can) drive.can.bus = *options.can;
+  }
+  return config;
+}
+
+void print_configs(const sextant::DrivesConfig& config) {
+  for (const sextant::EcuConfig& drive : config.drives) {
+    if (config.drives.size() > 1) std::printf("# drive %d\n", drive.drive_id);
+    std::fputs(sextant::print_config(drive).c_str(), stdout);
+  }
+}
+
+/// Throws where a live run of several drives has an option for one.
+void require_one_drive_for_its_options(const sextant::DrivesConfig& config, const Options& options) {
+  if (config.drives.size() == 1) return;
+  const auto refuse = [&config](const char* option, const std::string& value) {
+    if (value.empty()) return;
+    throw std::runtime_error(std::string{option} + " is for one drive; " +
+                             std::to_string(config.drives.size()) + " are configured: run that drive alone");
+  };
+  refuse("--fault-socket", options.live.fault_socket);
+  refuse("--record-cycles", options.virtual_run.record_cycles);
+  refuse("--timing-out", options.timing_out);
+}
+
 int run(const Options& options) {
   if (!options.replay.empty()) return run_replay(options);
   if (!options.scenario_run.scenario.empty()) return run_scenario(options);
-  sextant::EcuConfig config = sextant::load_ecu_config(options.live.config, options.live.overrides);
-  if (options.can) config.can.bus = *options.can;
+  const sextant::DrivesConfig config = drives_of(options);
   if (options.live.print_config) {
-    std::fputs(sextant::print_config(config).c_str(), stdout);
+    print_configs(config);
     return sextant::ExitStatus::done;
   }
-  if (const std::string beyond = sextant::ecu::beyond_contract(config.drive); !beyond.empty())
-    spdlog::warn("CAN: {}", beyond);
+  for (const sextant::EcuConfig& drive : config.drives) {
+    if (const std::string beyond = sextant::ecu::beyond_contract(drive.drive); !beyond.empty())
+      spdlog::warn("CAN: {}", beyond);
+  }
   if (options.virtual_time) return run_virtual(config, options);
   if (!options.virtual_run.telemetry_out.empty()) {
     throw std::runtime_error(
         "--telemetry-out needs --virtual-time or --replay; scripts/record records a live drive");
   }
+  require_one_drive_for_its_options(config, options);
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
-  sextant::set_up_process(config.realtime);
+  for (const sextant::EcuConfig& drive : config.drives) sextant::set_up_process(drive.realtime);
   sextant::ecu::Ecu ecu{
-      {config},
+      config,
       {.record_cycles = options.virtual_run.record_cycles,
        .fault_socket = options.live.fault_socket,
        .read_fault = [&live = options.live](const std::vector<std::string>& faults) {

@@ -44,6 +44,27 @@ Config with_methods(const ControlMethods& own) {
   return config;
 }
 
+EcuConfig load_ecu(Layer layer, const std::vector<std::string>& overrides, const ControlMethods& own = {}) {
+  return load(std::move(layer), overrides, drive_sections, with_methods<EcuConfig>(own));
+}
+
+constexpr const char* drive_tables = "drive";  // the list in a file of several drives
+
+/// The keys of a file of several drives that count for the process: those of the file without its drives, and
+/// those of the overrides, which are taken out.
+DrivesConfig load_process(Layer file, std::vector<std::string>& overrides) {
+  DrivesConfig config;
+  std::vector<Layer> layers;
+  layers.push_back(std::move(file));
+  const auto is_own = [](const std::string& text) { return text.starts_with("on_fault="); };
+  for (const std::string& text : overrides) {
+    if (is_own(text)) layers.push_back(override_layer(text));
+  }
+  std::erase_if(overrides, is_own);
+  read(schema_of(config), layers);
+  return config;
+}
+
 template <class Config>
 std::string printed(Config config) {
   Config defaults;
@@ -60,12 +81,29 @@ std::string json_of(Config config) {
 
 EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides,
                           const ControlMethods& own) {
-  return load(read_layer(file), overrides, drive_sections, with_methods<EcuConfig>(own));
+  return load_ecu(read_layer(file), overrides, own);
 }
 
 EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
                                const std::vector<std::string>& overrides) {
-  return load(text_layer(text, name), overrides, drive_sections, with_methods<EcuConfig>({}));
+  return load_ecu(text_layer(text, name), overrides);
+}
+
+DrivesConfig load_drives_config(const std::string& file, const std::vector<std::string>& overrides) {
+  Layer layer = read_layer(file);
+  const toml::node* const found = layer.table.get(drive_tables);
+  if (found == nullptr || !found->is_array_of_tables())
+    return {.drives = {load_ecu(std::move(layer), overrides)}};
+  const auto line = static_cast<int>(found->source().begin.line);
+  toml::array tables = std::move(*layer.table.get(drive_tables)->as_array());
+  layer.table.erase(drive_tables);
+  std::vector<std::string> of_drives = overrides;
+  DrivesConfig config = load_process(std::move(layer), of_drives);
+  for (toml::node& table : tables)
+    config.drives.push_back(load_ecu({file, "", false, std::move(*table.as_table())}, of_drives));
+  if (std::string problem = check_drives(config); !problem.empty())
+    throw ConfigError{{{file, line, drive_tables, std::move(problem)}}};
+  return config;
 }
 
 PlantConfig load_plant_config(const std::string& file, const std::vector<std::string>& overrides) {

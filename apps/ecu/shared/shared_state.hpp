@@ -76,7 +76,8 @@ struct SharedState {
   std::atomic<std::uint64_t> housekeeping_polls{0};   ///< housekeeping → telemetry: its polls so far [-]
   std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
   std::atomic<bool> gate_inhibit{false};      ///< watchdog, transmit, telemetry → control, which clears it
-  std::atomic<bool> shutdown{false};          ///< main → control: ramp to zero and stop
+  std::atomic<bool> is_in_fault{false};       ///< control → watchdog: the drive's state
+  std::atomic<bool> shutdown{false};           ///< main, watchdog → control: ramp to zero and stop
   std::atomic<bool> stopped{false};           ///< control → all: the gates are off for good
 
  private:

@@ -86,7 +86,7 @@ int run_here(const std::string& program, const ScenarioRunOptions& options, cons
   const reports::Interruption interruption;
   const auto simulate = [&](TraceRecorder* trace) {
     ObservedPowerStage stage{scenario, drive.plant};
-    VirtualRun run{played.config, options.run, stage.io(),
+    VirtualRun run{{.drives = {played.config}}, options.run, {&stage.io()},
                    [&]() -> std::string {
                      return stage.has_ended() || interruption.signal() != 0 ? "the run is over" : "";
                    },
@@ -123,7 +123,7 @@ int run_in_lockstep(const std::string& program, const ScenarioRunOptions& option
   ScenarioCommands commands{scenario};
   PowerStage stage{played.config};
   VirtualRun run{
-      played.config, options.run, stage.io(), [&] { return stage.problem(); },
+      {.drives = {played.config}}, options.run, {&stage.io()}, [&] { return stage.problem(); },
       VirtualScenario{.name = scenario.name,
                       .begin_ns = begin_ns,
                       .duration_ns = scenario.duration_ns,

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <vector>
 
+#include "ecu/unit/fault_reaction.hpp"
 #include "ecu/virtual_time/virtual_unit.hpp"
 #include "sextant/harness/virtual_can_bus.hpp"
 #include "sextant/harness/virtual_timeline.hpp"
@@ -17,11 +19,12 @@ namespace sextant::ecu {
 class VirtualEcu {
  public:
   /// Clock, bus and the parts of the drives are not owned and must outlive this object.
-  VirtualEcu(std::vector<VirtualUnit::Parts> drives, const VirtualClock& clock, VirtualCanBus& bus);
+  VirtualEcu(std::vector<VirtualUnit::Parts> drives, const VirtualClock& clock, VirtualCanBus& bus,
+             OnFault on_fault = OnFault::others_go_on);
   VirtualEcu(const VirtualEcu&) = delete;
   VirtualEcu& operator=(const VirtualEcu&) = delete;
 
-  /// Adds its tasks: reception, then those of each drive.
+  /// Adds its tasks: reception, those of each drive, and what a fault of one means for the others.
   void join(VirtualTimeline& timeline);
 
   /// Torque to zero, gates off, stop; as SIGTERM in the live drive.
@@ -38,8 +41,12 @@ class VirtualEcu {
  private:
   [[nodiscard]] bool is_running() const noexcept;
   void receive();
+  void react_to_faults();
 
+  const VirtualClock& clock_;
   VirtualCanBus& bus_;
+  FaultReaction reaction_;
+  std::int64_t next_reaction_ns_;
   std::deque<VirtualUnit> drives_{};  // each stays where it is
 };
 

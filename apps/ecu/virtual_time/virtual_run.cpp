@@ -12,7 +12,6 @@
 
 #include <fmt/format.h>
 
-#include "ecu/timing/timing_report.hpp"
 #include "ecu/unit/run_report.hpp"
 #include "sextant/comms/contract_ranges.hpp"
 #include "sextant/harness/random_bus_events.hpp"
@@ -38,7 +37,7 @@ std::string interface_name(const EcuConfig& config) {
 }
 
 /// A profile as scripts/vcu plays it: straight lines, two rows at one time are a jump.
-ProfileParameters read_profile(const std::string& file) {
+ProfileParameters profile_of(const std::string& file) {
   const CsvTable table = read_csv(file);
   const std::size_t time = table.column("time_s");
   const std::size_t torque = table.column("torque_nm");
@@ -69,25 +68,41 @@ void require_waiting_plant(const EcuConfig& config) {
       "that, or power_stage \"simulated\"");
 }
 
-VirtualRun::VirtualRun(const EcuConfig& config, const VirtualRunOptions& options, DriveIo<double>& io,
-                       std::function<std::string()> problem, std::optional<VirtualScenario> scenario)
+VirtualRun::VirtualRun(const DrivesConfig& config, const VirtualRunOptions& options,
+                       const std::vector<DriveIo<double>*>& stages, std::function<std::string()> problem,
+                       std::optional<VirtualScenario> scenario)
     : config_{config},
       options_{options},
       problem_{std::move(problem)},
       scenario_{std::move(scenario)},
-      periods_per_record_{periods_per_sample(config)},
-      unit_{config, io, bus_, [] {}, options.record_cycles},
-      recorder_{periods_per_record_,
-                {.record =
-                     [this](const TelemetryIntervalRecord<double>& record) {
-                       if (telemetry_) telemetry_->add(record);
-                     }}},
-      ecu_{{{.unit = unit_, .recorder = recorder_, .observer = scenario_ ? scenario_->observer : nullptr}},
-           clock_,
-           bus_} {
+      ecu_{parts(stages), clock_, bus_, config.on_fault} {
   set_up_sources();
   set_up_files();
   if (options_.bus_seed) disturb_bus();
+}
+
+std::vector<VirtualUnit::Parts> VirtualRun::parts(const std::vector<DriveIo<double>*>& stages) {
+  std::vector<VirtualUnit::Parts> made;
+  for (std::size_t k = 0; k < stages.size(); ++k) {
+    const EcuConfig& config = config_.drives.at(k);
+    RunDrive& drive = drives_.emplace_back(config, *stages[k], bus_, file_of(options_.record_cycles, config));
+    made.push_back({.unit = drive.unit(),
+                    .recorder = drive.recorder(),
+                    .observer = scenario_ ? scenario_->observer : nullptr});
+  }
+  return made;
+}
+
+std::string VirtualRun::file_of(const std::string& file, const EcuConfig& config) const {
+  if (file.empty() || config_.drives.size() == 1) return file;
+  const std::filesystem::path path{file};
+  const std::string name = fmt::format("{}_{}{}", path.stem().string(), config.drive_id,
+                                       path.extension().string());
+  return (path.parent_path() / name).string();
+}
+
+void VirtualRun::require_one_drive_for(const char* what) const {
+  if (drives_.size() > 1) refuse("{} is for one drive; the configuration has {}", what, drives_.size());
 }
 
 void VirtualRun::set_up_sources() {
@@ -100,32 +115,40 @@ void VirtualRun::set_up_sources() {
   }
   timeline_.add(bus_.party());
   if (!options_.log.empty()) {
+    require_one_drive_for("a recording");
     replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_,
-                    config_.can.identifier_offset);
+                    config_.drives.front().can.identifier_offset);
     timeline_.add(replay_->party());
   }
-  if (!options_.profile.empty()) play_profile();
-  if (scenario_) play(*scenario_);
-  if (vehicle_) timeline_.add(vehicle_->party());
+  if (!options_.profile.empty()) read_profile();
+  if (scenario_) require_one_drive_for("a scenario");
+  for (RunDrive& drive : drives_) {
+    if (!options_.profile.empty()) play_profile(drive);
+    if (scenario_) play(*scenario_, drive);
+    if (drive.vehicle()) timeline_.add(drive.vehicle()->party());
+  }
   ecu_.join(timeline_);
 }
 
-void VirtualRun::play_profile() {
-  const ProfileParameters parameters = read_profile(options_.profile);
+void VirtualRun::read_profile() {
+  const ProfileParameters parameters = profile_of(options_.profile);
   profile_ = Profile{parameters};
   profile_end_ns_ = std::llround(parameters.table.back().t_s * 1e9);
-  vehicle_.emplace(
+}
+
+void VirtualRun::play_profile(RunDrive& drive) {
+  drive.vehicle().emplace(
       VirtualVehicle::Parameters{.torque_limit = contract_ranges().torque_limit.highest,
-                                 .identifier_offset = config_.can.identifier_offset},
+                                 .identifier_offset = drive.unit().config().can.identifier_offset},
       clock_, bus_, [this](std::int64_t t_ns) { return profile_.value(t_ns); }, profile_end_ns_);
 }
 
 /// The frames lie so that the first enable is sent at the scenario's time zero.
-void VirtualRun::play(const VirtualScenario& scenario) {
+void VirtualRun::play(const VirtualScenario& scenario, RunDrive& drive) {
   profile_end_ns_ = scenario.duration_ns;
   VirtualVehicle::Parameters parameters{.enable_from_ns = scenario.begin_ns,
                                         .torque_limit = contract_ranges().torque_limit.highest,
-                                        .identifier_offset = config_.can.identifier_offset};
+                                        .identifier_offset = drive.unit().config().can.identifier_offset};
   parameters.first_ns = scenario.begin_ns % parameters.period_ns;
   const auto torque = [this, &scenario, range = contract_ranges().torque_request](std::int64_t) {
     const double wanted = scenario.torque(clock_.now_ns());
@@ -135,16 +158,14 @@ void VirtualRun::play(const VirtualScenario& scenario) {
     }
     return wanted;
   };
-  vehicle_.emplace(parameters, clock_, bus_, torque, never_ns);
+  drive.vehicle().emplace(parameters, clock_, bus_, torque, never_ns);
 }
 
 void VirtualRun::set_up_files() {
-  if (!options_.telemetry_out.empty()) {
-    telemetry_.emplace(options_.telemetry_out, config_.drive.drive.period_ns, periods_per_record_,
-                       ecu_.drive(0).next_period_ns());
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    drives_[k].open(file_of(options_.telemetry_out, config_.drives[k]), ecu_.drive(k).next_period_ns());
   }
   set_up_frames();
-  if (CycleLog* const cycles = unit_.cycles()) cycles->open();
 }
 
 void VirtualRun::set_up_frames() {
@@ -155,7 +176,7 @@ void VirtualRun::set_up_frames() {
   }
   frames_.emplace(options_.frames_out);
   const std::int64_t origin_ns = replay_ ? replay_->origin_ns() : 0;
-  bus_.watch([this, origin_ns, name = interface_name(config_)](const CanFrame& frame) {
+  bus_.watch([this, origin_ns, name = interface_name(config_.drives.front())](const CanFrame& frame) {
     frames_->add({origin_ns + frame.received_ns, name, frame});
   });
 }
@@ -170,24 +191,26 @@ void VirtualRun::disturb_bus() {
 
 std::int64_t VirtualRun::source_end_ns() const noexcept {
   if (replay_) return replay_->end_ns() + slice_ns;
-  if (vehicle_) return profile_end_ns_;
+  if (drives_.front().vehicle()) return profile_end_ns_;
   return never_ns;
 }
 
 void VirtualRun::run() {
   const auto begin = std::chrono::steady_clock::now();
   run_to_end();
-  before_shutdown_ = ecu_.drive(0).telemetry();
+  for (RunDrive& drive : drives_) drive.note_end();
   before_shutdown_ns_ = clock_.now_ns();
   ecu_.shut_down();
-  const std::int64_t limit_ns = config_.drive.drive.command.zero_ramp_ns + shutdown_ns;
+  std::int64_t ramp_ns = 0;
+  for (const EcuConfig& drive : config_.drives)
+    ramp_ns = std::max(ramp_ns, drive.drive.drive.command.zero_ramp_ns);
+  const std::int64_t limit_ns = ramp_ns + shutdown_ns;
   const std::int64_t deadline_ns = clock_.now_ns() + limit_ns;
   while (!ecu_.stopped() && timeline_.step(deadline_ns)) record_cycles();
   wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   // The recorded part is kept even where the run failed.
   if (frames_) frames_->close();
-  if (telemetry_) telemetry_->close();
-  if (CycleLog* const cycles = unit_.cycles()) cycles->close();
+  for (RunDrive& drive : drives_) drive.close();
   if (const std::string failure = recording_failure(); !failure.empty()) throw std::runtime_error{failure};
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
@@ -204,31 +227,50 @@ void VirtualRun::run_to_end() {
     record_cycles();
     if (!recording_failure().empty()) return;
     if (problem_ && !problem_().empty()) return;
-    if (!vehicle_ || scenario_) continue;  // a scenario has its length
-    if (vehicle_->phase() == VirtualVehicle::Phase::done) return;
-    if (!vehicle_->enabled_ns() && clock_.now_ns() > hand_shake_ns) return;
+    if (!drives_.front().vehicle() || scenario_) continue;  // a scenario has its length
+    if (vehicles_are_done()) return;
   }
 }
 
+/// A drive that does not get ready for its vehicle is not waited for.
+bool VirtualRun::vehicles_are_done() const {
+  const bool is_too_late = clock_.now_ns() > hand_shake_ns;
+  return std::ranges::all_of(drives_, [is_too_late](const RunDrive& drive) {
+    const VirtualVehicle& vehicle = *drive.vehicle();
+    return vehicle.phase() == VirtualVehicle::Phase::done || (is_too_late && !vehicle.enabled_ns());
+  });
+}
+
 void VirtualRun::record_cycles() {
-  if (CycleLog* const cycles = unit_.cycles()) cycles->poll();
+  for (RunDrive& drive : drives_) drive.record_cycles();
 }
 
 std::string VirtualRun::recording_failure() const {
-  return unit_.cycles() == nullptr ? std::string{} : unit_.cycles()->failure();
+  for (const RunDrive& drive : drives_) {
+    if (std::string failure = drive.failure(); !failure.empty()) return failure;
+  }
+  return {};
+}
+
+const RunDrive& VirtualRun::worst() const {
+  const auto found = std::ranges::find_if(
+      drives_, [](const RunDrive& drive) { return drive.verdict() != Verdict::pass; });
+  return found == drives_.end() ? drives_.front() : *found;
 }
 
 Verdict VirtualRun::verdict() const {
-  if (before_shutdown_.latched.any()) return Verdict::tripped;
-  return vehicle_ && !vehicle_->enabled_ns() ? Verdict::no_torque : Verdict::pass;
+  return worst().verdict();
 }
 
 std::string VirtualRun::reason() const {
-  switch (verdict()) {
+  const RunDrive& drive = worst();
+  const std::string name =
+      drives_.size() == 1 ? std::string{} : fmt::format("drive {}: ", drive.unit().config().drive_id);
+  switch (drive.verdict()) {
     case Verdict::tripped:
-      return tripped_text(before_shutdown_.first_fault, source());
+      return name + tripped_text(drive.end().first_fault, source());
     case Verdict::no_torque:
-      return fmt::format("the drive was not ready within {} s", double(before_shutdown_ns_) * 1e-9);
+      return name + fmt::format("the drive was not ready within {} s", double(before_shutdown_ns_) * 1e-9);
     default:
       return "";
   }
@@ -243,19 +285,24 @@ void VirtualRun::print_report(std::FILE* out) const {
   const double virtual_s = double(clock_.now_ns()) * 1e-9;
   fmt::print(out, "virtual time {:.3f} s in {:.3f} s: {:.0f} times real time\n", virtual_s, wall_s_,
              virtual_s / std::max(wall_s_, 1e-9));
-  const WakeSchedule::Counters& wakes = ecu_.drive(0).wakes();
-  print_periods(out, recorder_.periods(), wakes.periods_missed, wakes.overruns);
-  print_commands(out, ecu_.drive(0).receiver(), config_.can.identifier_offset);
+  const auto print_name = [&](const RunDrive& drive) {
+    if (drives_.size() > 1) fmt::print(out, "drive {}\n", drive.unit().config().drive_id);
+  };
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    print_name(drives_[k]);
+    drives_[k].print_periods_and_commands(out, ecu_.drive(k).wakes());
+  }
   print_can(out);
-  if (const CycleLog* const cycles = unit_.cycles()) cycles->print_report(out);
-  fmt::print(out, "left in {}, {} faults", to_string(before_shutdown_.state), before_shutdown_.fault_total);
-  if (before_shutdown_.latched.any()) fmt::print(out, ", first {}", to_string(before_shutdown_.first_fault));
-  fmt::print(out, "\ndigest {:016x}: telemetry {:016x}, frames {:016x}\n", recorder_.digest(),
-             recorder_.telemetry_digest(), recorder_.frames_digest());
+  for (const RunDrive& drive : drives_) {
+    print_name(drive);
+    drive.print_end(out);
+  }
 }
 
 void VirtualRun::print_can(std::FILE* out) const {
-  ecu::print_can(out, bus_.stats(), ecu_.drive(0).clamped());
+  std::uint64_t clamped = 0;
+  for (std::size_t k = 0; k < ecu_.size(); ++k) clamped += ecu_.drive(k).clamped();
+  ecu::print_can(out, bus_.stats(), clamped);
   if (replay_ && replay_->left_out() > 0) {
     fmt::print(out, "  {} status frames of the recording were left out\n", replay_->left_out());
   }

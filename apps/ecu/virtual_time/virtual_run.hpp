@@ -1,15 +1,17 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "ecu/telemetry/telemetry_file.hpp"
-#include "ecu/unit/drive_unit.hpp"
+#include "ecu/virtual_time/run_drive.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
-#include "sextant/config/ecu_config.hpp"
+#include "sextant/config/drives_config.hpp"
 #include "sextant/harness/candump_log.hpp"
 #include "sextant/harness/log_replay.hpp"
 #include "sextant/harness/virtual_vehicle.hpp"
@@ -43,16 +45,16 @@ struct VirtualScenario {
   std::function<void(const Telemetry<double>&)> observer{};  ///< as of VirtualUnit::Parts
 };
 
-/// The configured drive in virtual time, from its first period to its shutdown: commands from a recording, or
-/// from a vehicle that plays a profile or a scenario, as fast as the machine allows. The power stage is
-/// whatever is behind the `DriveIo`.
+/// The configured drives in virtual time, from their first period to their shutdown: commands from a
+/// recording, or from a vehicle that plays a profile or a scenario, as fast as the machine allows. Each drive
+/// has a vehicle of its own that plays the same. The power stage is whatever is behind the `DriveIo`.
 class VirtualRun {
  public:
-  /// The power stage is not owned and must outlive this object. `problem` returns why the run cannot go on,
+  /// The power stages, one for each drive, are not owned and must outlive this object. `problem` returns why the run cannot go on,
   /// in one sentence, empty while it can; it is called every 10 ms of virtual time. Throws
   /// std::runtime_error with one sentence where a file cannot be used or the options make no run.
-  VirtualRun(const EcuConfig& config, const VirtualRunOptions& options, DriveIo<double>& io,
-             std::function<std::string()> problem = {}, std::optional<VirtualScenario> scenario = {});
+  VirtualRun(const DrivesConfig& config, const VirtualRunOptions& options,
+             const std::vector<DriveIo<double>*>& stages, std::function<std::string()> problem = {}, std::optional<VirtualScenario> scenario = {});
   VirtualRun(const VirtualRun&) = delete;
   VirtualRun& operator=(const VirtualRun&) = delete;
 
@@ -62,47 +64,51 @@ class VirtualRun {
   /// The report of the run, for people.
   void print_report(std::FILE* out) const;
 
-  /// How it turned out: `no_torque` where the drive never got ready for the vehicle that plays a profile,
-  /// `tripped` where the drive was in FAULT at the end, else `pass`.
+  /// How it turned out, the worst of the drives: `no_torque` where one never got ready for the vehicle that
+  /// plays a profile, `tripped` where one was in FAULT at the end, else `pass`.
   [[nodiscard]] Verdict verdict() const;
   /// Why it is not `pass`, in one sentence; empty where it is.
   [[nodiscard]] std::string reason() const;
 
-  [[nodiscard]] const RunRecorder& recorder() const noexcept { return recorder_; }
-  [[nodiscard]] const Controller<double>& controller() const noexcept { return unit_.controller(); }
+  [[nodiscard]] const Controller<double>& controller() const { return drives_.front().unit().controller(); }
 
  private:
+  /// Makes the drives.
+  [[nodiscard]] std::vector<VirtualUnit::Parts> parts(const std::vector<DriveIo<double>*>& stages);
+  /// A file of the options, by the drive's id where there are several drives.
+  [[nodiscard]] std::string file_of(const std::string& file, const EcuConfig& config) const;
   void set_up_sources();
-  void play_profile();
-  void play(const VirtualScenario& scenario);
+  void require_one_drive_for(const char* what) const;
+  void read_profile();
+  void play_profile(RunDrive& drive);
+  void play(const VirtualScenario& scenario, RunDrive& drive);
   void set_up_files();
   void set_up_frames();
   void disturb_bus();
   void run_to_end();
+  [[nodiscard]] bool vehicles_are_done() const;
   void record_cycles();
   [[nodiscard]] std::string recording_failure() const;
   [[nodiscard]] std::int64_t source_end_ns() const noexcept;
   void print_can(std::FILE* out) const;
   [[nodiscard]] std::string source() const;
 
-  EcuConfig config_;
+  /// The first drive that did not pass; else the first.
+  [[nodiscard]] const RunDrive& worst() const;
+
+  DrivesConfig config_;
   VirtualRunOptions options_;
   std::function<std::string()> problem_;
   std::optional<VirtualScenario> scenario_;
-  std::uint32_t periods_per_record_;
   VirtualClock clock_{};
   VirtualCanBus bus_{clock_};
   VirtualTimeline timeline_{clock_};
-  DriveUnit unit_;
-  RunRecorder recorder_;
+  std::deque<RunDrive> drives_{};  // each stays where it is
   VirtualEcu ecu_;
   Profile profile_{};
   std::int64_t profile_end_ns_{0};
-  std::optional<VirtualVehicle> vehicle_{};
   std::optional<LogReplay> replay_{};
   std::optional<CandumpWriter> frames_{};
-  std::optional<TelemetryFile> telemetry_{};
-  Telemetry<double> before_shutdown_{};
   std::int64_t before_shutdown_ns_{0};
   double wall_s_{0.0};
 };

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sextant/config/config_error.hpp"
+#include "sextant/config/drives_config.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/config/plant_config.hpp"
 #include "sextant/config/scenario_config.hpp"
@@ -22,6 +23,10 @@ namespace sextant {
 /// The same from a text as print_config makes it; `name` stands for the file in messages.
 [[nodiscard]] EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
                                              const std::vector<std::string>& overrides = {});
+/// The drives of a process: the one of the file or, of a file of `[[drive]]` tables, one for each table. Such a
+/// table is a configuration of its own, as a rule with a `base`; overrides count for every drive.
+[[nodiscard]] DrivesConfig load_drives_config(const std::string& file,
+                                              const std::vector<std::string>& overrides = {});
 [[nodiscard]] PlantConfig load_plant_config(const std::string& file,
                                             const std::vector<std::string>& overrides = {});
 [[nodiscard]] ScenarioConfig load_scenario_config(const std::string& file,

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sextant/config/ecu_config.hpp"
+#include "sextant/config/schema.hpp"
+
+namespace sextant {
+
+/// What the fault of a drive means for the other drives of its process.
+enum class OnFault : std::uint8_t {
+  others_go_on,   ///< nothing
+  all_shut_down,  ///< they ramp their torque to zero and shut down
+};
+
+/// The drives of one process.
+struct DrivesConfig {
+  static constexpr std::size_t most = 8;  ///< drives [-]
+
+  OnFault on_fault{OnFault::others_go_on};
+  std::vector<EcuConfig> drives{};  ///< at least one, all on one bus and in one DDS domain
+};
+
+/// The keys beside the drives.
+void describe(Section root, DrivesConfig& config);
+
+/// What of these drives excludes each other, in one sentence that names the key; empty where nothing does.
+[[nodiscard]] std::string check_drives(const DrivesConfig& config);
+
+}  // namespace sextant
