@@ -25,7 +25,10 @@ class HeldFlux {
  public:
   /// current_limit I: peak of the stator current vector. [A]
   constexpr HeldFlux(const InductionMachineParameters<T>& m, T current_limit) noexcept
-      : pole_pairs_{T(m.pole_pairs)}, s_{m.sigma_l_s()}, rotor_{m.k_r() * m.k_r() * m.r_r}, current_limit_{current_limit} {}
+      : pole_pairs_{T(m.pole_pairs)},
+        s_{m.sigma_l_s()},
+        rotor_{m.k_r() * m.k_r() * m.r_r},
+        current_limit_{current_limit} {}
 
   /// What a period begins with.
   struct Now {

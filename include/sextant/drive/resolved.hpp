@@ -131,6 +131,7 @@ template <class T>
                                                            T phase_offset) noexcept {
   TorqueMonitorLimits<T> p{.enabled = s.enabled,
                            .machine = s.machine.value_or(basis.machine),
+                           .saturation = basis.saturation,
                            .inverter = basis.inverter,
                            .flux_reference = basis.flux_reference,
                            .limit = s.limit.value_or(limits.torque_deviation),

@@ -60,6 +60,12 @@ class TorqueBands {
                    candidate(r_high, l_low), candidate(r_high, l_high)};
   }
 
+  /// R_r and inductances of the monitor from here on.
+  void set_machine(const InductionMachineParameters<T>& machine) noexcept {
+    l_m_ = machine.l_m;
+    for (CandidateMachine<T>& candidate : candidates_) candidate.set_machine(machine);
+  }
+
   /// dt [s] without current, before the next averaging time.
   void decay(T dt) noexcept {
     for (CandidateMachine<T>& candidate : candidates_) candidate.decay(dt);

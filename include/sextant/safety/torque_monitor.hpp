@@ -6,6 +6,7 @@
 
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/measurement.hpp"
+#include "sextant/core/saturation_curve.hpp"
 #include "sextant/safety/monitored_flux.hpp"
 #include "sextant/safety/torque_bands.hpp"
 #include "sextant/safety/torque_monitor_limits.hpp"
@@ -25,6 +26,9 @@ namespace sextant {
 /// to `time` less one averaging time, so that a deviation lasts for at most `time`. Without torque production
 /// the count is zero; while gates were off within a period the averaging time begins anew.
 ///
+/// Where the saturation of the main flux is given, the machine is that at the stator flux of its own
+/// currents, k_r ψ_r + σL_s i_s, at the end of the averaging time before (`SaturationCurve::machine_at`).
+///
 /// Not violated, although torque lacks: |ψ_r| is below half of the flux reference and grows (L_m i_d exceeds
 /// ψ_r by a tenth), as at the start of a machine without flux.
 ///
@@ -34,7 +38,7 @@ namespace sextant {
 ///   oscillation whose sign changes more often than every `time`, and torque while the gates are off;
 ///   errors of the measurements themselves: currents that read low by a common factor, a wrong speed or link
 ///   voltage; a command that is wrong before the supervision;
-///   friction, iron loss and saturation: the torque is that of the air gap.
+///   friction and iron loss: the torque is that of the air gap; saturation that is not given.
 template <class T = double>
 class TorqueMonitor {
  public:
@@ -44,6 +48,8 @@ class TorqueMonitor {
       : parameters_{parameters},
         window_s_{T(parameters.window_ns) * T(1e-9)},
         trip_s_{T(parameters.time_ns - parameters.window_ns) * T(1e-9)},
+        present_{parameters.machine},
+        saturation_{parameters.saturation, parameters.machine.l_s()},
         inverter_{parameters.inverter, parameters.machine.sigma_l_s()},
         flux_{parameters.machine},
         window_{parameters.machine},
@@ -139,7 +145,16 @@ class TorqueMonitor {
   /// The candidates' fluxes, also while the machine is magnetised.
   void follow(const TorqueMeans<T>& m) noexcept {
     bands_.step(m);
+    if (saturation_.acts()) follow_saturation();
     psi_r_error_ = bands_.flux_error() * magnitude(flux_.psi_r());
+  }
+
+  void follow_saturation() noexcept {
+    const SpaceVector<T> psi_s = present_.k_r() * flux_.psi_r() + present_.sigma_l_s() * i_s_;
+    present_ = saturation_.machine_at(parameters_.machine, psi_s);
+    flux_.set_machine(present_);
+    bands_.set_machine(present_);
+    reach_.set_machine(present_);
   }
 
   void compare(const TorqueMeans<T>& m) noexcept {
@@ -163,12 +178,14 @@ class TorqueMonitor {
 
   [[nodiscard]] bool flux_builds_up(const TorqueMeans<T>& m) const noexcept {
     const T half = T(0.5) * parameters_.flux_reference;
-    return m.flux_squared < half * half && parameters_.machine.l_m * m.along > T(1.1) * m.flux_squared;
+    return m.flux_squared < half * half && present_.l_m * m.along > T(1.1) * m.flux_squared;
   }
 
   Parameters parameters_;
   T window_s_;
   T trip_s_;
+  InductionMachineParameters<T> present_;  ///< at the present flux
+  SaturationCurve<T> saturation_;
   InverterModel<T> inverter_;
   MonitoredFlux<T> flux_;
   TorqueWindow<T> window_;
