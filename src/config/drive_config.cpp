@@ -196,7 +196,7 @@ void describe(Section root, DriveConfig& c) {
 
   describe_control(root.section("control"), c);
   describe_parameters(root.section("command"), c.setup.command, c.drive.command);
-  describe_parameters(root.section("capability"), c.setup.capability, c.drive.capability);
+  describe_parameters(root.section("capability"), c.setup.capability, c.drive.motor.capability);
   describe_parameters(root.section("protection"), c.setup.protection, c.drive.protection);
   describe_torque_monitor(root.section("torque_monitor"), c);
   drive.time("period_us", c.setup.basis.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
@@ -211,7 +211,7 @@ void describe(Section root, DriveConfig& c) {
   drive.derived("magnetise_timeout_ms", c.setup.magnetise_timeout_ms, c.magnetise_timeout_ms, {1, 1e6}, "ms",
                 "time after which flux that is not ready is a fault");
   drive.derived(
-      "current_limit_a", c.setup.current_limit, c.drive.capability.current_limit, current_a, "A",
+      "current_limit_a", c.setup.current_limit, c.drive.motor.capability.current_limit, current_a, "A",
       "peak of the stator current vector: limits the available torque, and what the control method asks for");
   DescribedTable of_drive{drive};
   describe(of_drive, c.setup.optimal_flux);
@@ -228,18 +228,18 @@ void describe(Section root, DriveConfig& c) {
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
-    if (p.command.validate() || p.protection.validate() || p.capability.validate() || p.validate_bands() ||
-        p.torque_monitor.validate() || p.anti_jerk.validate()) {
+    if (p.command.validate() || p.protection.validate() || p.motor.capability.validate() ||
+        p.validate_bands() || p.torque_monitor.validate() || p.anti_jerk.validate()) {
       return {};
     }
-    if (!(p.capability.current_limit < p.protection.over_current)) {
+    if (!(p.motor.capability.current_limit < p.protection.over_current)) {
       return "current_limit_a must be below protection.over_current_a";
     }
     const char* const problem = p.validate();
     return problem != nullptr ? problem : "";
   });
   root.section("capability").check([&c]() -> std::string {
-    if (!(c.drive.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
+    if (!(c.drive.motor.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
     return "voltage_use above 1 needs a modulated method with overmodulation \"fundamental\", which \"" +
            c.controller + "\" is not: choose one, or voltage_use of 1 at most";
   });

@@ -23,6 +23,7 @@ struct FluxDemand {
   T torque{};         ///< torque reference, within the available range [N·m]
   T omega_m{};        ///< mechanical speed [rad/s]
   bool takes_most{};  ///< flux is built up, or limits the torque: as much as the speed range allows
+  T most{T(1)};       ///< share that the voltage allows beside the torque, `TorqueCapability::flux_share` [-]
 };
 
 /// Flux reference by torque reference, as a share of the configured flux ψ. In steady state the flux ψ_s
@@ -97,17 +98,16 @@ class OptimalFlux {
   }
 
   /// One period of dt [s]: the share of the flux reference. `capability` has made its step. [-]
-  [[nodiscard]] T step(const FluxDemand<T>& demand, TorqueCapability<T>& capability, T dt) noexcept {
-    const T most = capability.flux_share(demand.torque);
-    if (optimum_ == FluxOptimum::constant) return most;
+  [[nodiscard]] T step(const FluxDemand<T>& demand, const TorqueCapability<T>& capability, T dt) noexcept {
+    if (optimum_ == FluxOptimum::constant) return demand.most;
     if (demand.takes_most) {
       share_ = T(1);
-      return most;
+      return demand.most;
     }
     const T wanted = wanted_share(demand, capability);
     const T fall = std::min(T(1), dt * machine_.fall_rate);
     share_ = wanted < share_ ? share_ + (wanted - share_) * fall : wanted;
-    return std::min(share_, most);
+    return std::min(share_, demand.most);
   }
 
  private:
