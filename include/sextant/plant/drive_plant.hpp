@@ -46,7 +46,7 @@ namespace sextant {
 ///
 /// `Machine` holds the equations between fluxes, currents and torque; the default is the induction machine,
 /// linear or with a main flux that saturates. Another machine is a class with the functions of
-/// `PlantMachine`.
+/// `PlantMachine`; examples/pm_machine has one.
 template <class T = double, class Appended = NoAppendedSystem<T>, class Machine = InductionMachine<T>>
   requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
            (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
@@ -87,9 +87,7 @@ class DrivePlant {
         feels_road_{on_road_},
         drops_{parameters.drops},
         inverter_{parameters.drops.threshold_voltage} {
-    const InductionMachineParameters<T>& m = machine_.parameters();
-    const T p = T(m.pole_pairs);
-    shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
+    shaft_gain_ = T(0.5) * machine_.angle_gain() * inverse_inertia_;
     note_stator_resistance();
     begin(parameters.initial);
     settle_inverter();
@@ -275,11 +273,11 @@ class DrivePlant {
 
   /// How fast the fluxes move at the present speed: the eigenvalues of their equations are no larger. [1/s]
   [[nodiscard]] T electrical_rate() const noexcept SEXTANT_NONBLOCKING {
-    return machine_.damping(psi_s()) + std::abs(T(machine_.parameters().pole_pairs) * x_[omega]);
+    return machine_.damping(psi_s()) + std::abs(machine_.pole_pairs() * x_[omega]);
   }
   /// How fast torque and speed oscillate against each other at the present fluxes, squared: at most
-  ///   3/2 p² k_r/σL_s |psi_s| |psi_r| / (J + J_road),
-  /// the slope of the torque by the rotor's angle; 0 where the speed is imposed. [1/s²]
+  ///   angle_gain |psi_s| |psi_r| / (J + J_road),
+  /// by the slope of the torque by the rotor's angle; 0 where the speed is imposed. [1/s²]
   [[nodiscard]] T shaft_rate_squared() const noexcept SEXTANT_NONBLOCKING {
     if (inputs_.imposed_speed) return T(0);
     return shaft_gain_ * (dot(psi_s(), psi_s()) + dot(psi_r(), psi_r()));
@@ -309,7 +307,8 @@ class DrivePlant {
   /// ∂(dx/dt)/∂x at x. While a leg floats, the stator voltage counts as that of the machine without
   /// saturation, with which a Newton iteration takes more steps to the same solution. The rows of an appended
   /// system without feedback are left at zero: nothing depends on it, so that a Newton iteration loses one
-  /// step there and no accuracy. With feedback all are difference quotients.
+  /// step there and no accuracy. With feedback, and of a machine without `InductionEquations`, all are
+  /// difference quotients.
   void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
   /// Event functions of the three inverter legs, and of an appended system that feeds back; an event is a
@@ -446,8 +445,9 @@ class DrivePlant {
     ++jumps_;
   }
   void note_stator_resistance() noexcept SEXTANT_NONBLOCKING {
-    flux_per_volt_ = std::max(flux_per_volt_, (T(1) + rounding) * T(2) / T(3) *
-                                                  machine_.largest_inductance() / machine_.parameters().r_s);
+    flux_per_volt_ =
+        std::max(flux_per_volt_, (T(1) + rounding) * T(2) / T(3) * machine_.largest_inductance() /
+                                     machine_.stator_resistance());
   }
   void note_link_voltage() noexcept SEXTANT_NONBLOCKING {
     largest_u_dc_ = std::max(largest_u_dc_, u_dc() + T(2) * drops_.threshold_voltage);
@@ -649,7 +649,10 @@ class DrivePlant {
     x_[psi_s_beta] = flux.beta;
   }
 
-  /// Of a system that feeds back: ∂(dx/dt)/∂x by central differences, as a Newton iteration needs it.
+  /// ∂(dx/dt)/∂x by the machine's parameters.
+  void analytic_jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
+  /// Of a system that feeds back, or of another machine: ∂(dx/dt)/∂x by central differences, as a Newton
+  /// iteration needs it.
   void difference_quotients(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
   Machine machine_;
@@ -659,7 +662,7 @@ class DrivePlant {
   RoadLoad<T> road_load_;
   bool on_road_;       ///< the road load is not zero
   bool feels_road_;    ///< and the speed is not imposed
-  T shaft_gain_;       ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
+  T shaft_gain_;       ///< angle_gain/(2 (J + J_road)) [1/(Wb²·s²)]
   T flux_per_volt_{};  ///< largest |psi_s| by u_dc, with the smallest R_s so far [s]
   T largest_u_dc_{};   ///< of the inputs so far, with two thresholds [V]
   ConductionDrops<T> drops_;
@@ -675,7 +678,17 @@ template <class T, class Appended, class Machine>
            (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
 void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
                                                 Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
-  if constexpr (feeds_back) return difference_quotients(x, j);
+  if constexpr (feeds_back || !InductionEquations<Machine, T>)
+    difference_quotients(x, j);
+  else
+    analytic_jacobian(x, j);
+}
+
+template <class T, class Appended, class Machine>
+  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
+           (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
+void DrivePlant<T, Appended, Machine>::analytic_jacobian(const State& x,
+                                                         Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
   const InductionMachineParameters<T>& m = machine_.parameters();
   const T p = T(m.pole_pairs);
   const T k_r = m.k_r();
