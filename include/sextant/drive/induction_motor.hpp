@@ -5,6 +5,7 @@
 #include "sextant/control/controller.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/core/space_vector.hpp"
 #include "sextant/drive/available_torque.hpp"
 #include "sextant/drive/flux_slew.hpp"
 #include "sextant/drive/held_flux.hpp"
@@ -79,7 +80,7 @@ class InductionMotor {
 
   /// What flux and current allow now.
   [[nodiscard]] LimitedTorque<T> present_limit(T enough) const noexcept {
-    return present_limit_.step(estimate().psi_s, clarke(i_before_), reference_.flux_share, enough);
+    return present_limit_.step(estimate().psi_s, i_s_, reference_.flux_share, enough);
   }
 
   /// The flux reference by the demand, and the controller's period.
@@ -95,7 +96,7 @@ class InductionMotor {
         makes_torque ? held_share(measurement, demand.steady_torque) : std::numeric_limits<T>::infinity();
     const T share =
         demand.mode != ControlMode::off ? flux_slew_.step(target, held, dt) : flux_slew_.reset(target);
-    i_before_ = measurement.i_abc;
+    i_s_ = clarke(measurement.i_abc);
     limited_ = demand.limited;
     reference_ = {demand.mode, demand.torque, share};
     return controller_.step(measurement, reference_);
@@ -116,10 +117,8 @@ class InductionMotor {
   /// Share of the flux reference that the link can hold beside a torque [N·m]; infinite where it can hold the
   /// present one. [-]
   [[nodiscard]] T held_share(const Measurement<T>& measurement, T torque) const noexcept {
-    const typename HeldFlux<T>::Now now{.psi_s = estimate().psi_s,
-                                        .i_s = clarke(i_before_),
-                                        .omega_m = measurement.omega_m,
-                                        .u_dc = measurement.u_dc};
+    const typename HeldFlux<T>::Now now{
+        .psi_s = estimate().psi_s, .i_s = i_s_, .omega_m = measurement.omega_m, .u_dc = measurement.u_dc};
     return held_flux_.flux(now, torque, reference_.flux_share * configured_flux_) / configured_flux_;
   }
 
@@ -132,7 +131,7 @@ class InductionMotor {
   FluxSlew<T> flux_slew_;
   HeldFlux<T> held_flux_;
   ControlReference<T> reference_{};  ///< of the controller's last step
-  ThreePhase<T> i_before_{};         ///< phase currents of the last step [A]
+  SpaceVector<T> i_s_{};             ///< stator current of the last step [A]
   bool limited_{false};              ///< less torque was made than requested, in the last period
 };
 
