@@ -200,6 +200,8 @@ std::string validate_event_exact(const ScenarioConfig& c) {
     return "an event-exact run has no samples and an ideal inverter, plant.sensors must be ideal, "
            "plant.inverter.dead_time_us 0, minimum_pulse_us 0, threshold_v 0, slope_ohm 0 and "
            "plant.faults.kind \"none\"";
+  if (c.drive.plant.io.law == InverterLaw::averaged)
+    return "an event-exact run is made of the inverter's edges, plant.inverter.law must be \"switched\"";
   if (c.drive.plant.link.acts())
     return "an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0";
   if (c.drive.plant.thermal.acts())

@@ -379,6 +379,7 @@ class Drive {
             .torque_reached = lags() ? torque_monitor_.reach().torque() : torque_reference,
             .torque_motoring = available.motoring.torque,
             .torque_regenerating = available.regenerating.torque,
+            .winding_temperature = protection_.winding_temperature(),
             .active = faults_.active(),
             .latched = faults_.latched(),
             .fault_total = faults_.total(),

@@ -93,10 +93,12 @@ class DrivePlant {
     settle_inverter();
   }
 
-  /// Inputs of the segment to come; equal inputs change nothing.
+  /// Inputs of the segment to come; equal inputs change nothing, but for duties, whose thresholds follow the
+  /// currents.
   void set_inputs(const PlantInputs<T>& inputs) noexcept SEXTANT_NONBLOCKING {
-    if (inputs == inputs_) return;
-    const bool bridge_changed = inputs.state != inputs_.state || inputs.u_dc != inputs_.u_dc;
+    if (inputs == inputs_ && !inputs.duties) return;
+    const bool bridge_changed = inputs.state != inputs_.state || inputs.u_dc != inputs_.u_dc ||
+                                inputs.duties.has_value() || inputs_.duties.has_value();
     // By member, as the caller stored it.
     if (inputs.imposed_speed != inputs_.imposed_speed) ++jumps_;
     inputs_.state = inputs.state;
@@ -106,6 +108,7 @@ class DrivePlant {
     feels_road_ = on_road_ && !inputs.imposed_speed;
     inputs_.speed_slope = inputs.speed_slope;
     inputs_.inverter_loss = inputs.inverter_loss;
+    inputs_.duties = inputs.duties;
     ++revision_;
     if constexpr (feeds_back) settle_appended();
     if (!bridge_changed) return;
@@ -336,7 +339,7 @@ class DrivePlant {
   }
   /// True when the stator voltage over all of these gate segments follows from them alone.
   [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
-    return !feeds_back && inverter_.is_plain() &&
+    return !feeds_back && inverter_.is_plain() && !inputs_.duties &&
            std::all_of(segments.begin(), segments.end(),
                        [](const GateSegment& segment) { return is_driven(segment.state); });
   }
@@ -638,6 +641,8 @@ class DrivePlant {
         m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() + along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
+    if (inputs_.duties) [[unlikely]]
+      return inverter_.set_mean(*inputs_.duties, inputs_.state, u_dc(), i_s());
     if (inverter_.is_plain() && is_driven(inputs_.state)) return inverter_.set_driven(inputs_.state, u_dc());
     inverter_.set(inputs_.state, u_dc(), i_s(), emf_at(x_));
     make_current_admissible();
