@@ -267,6 +267,7 @@ RealTimeSample TelemetryTask::sample() const {
       .r_r_deviation = newest_.r_r_deviation,
       .l_m_deviation = newest_.l_m_deviation,
       .periods_unchecked = newest_.unchecked_periods,
+      .parameter_sets = shared_.parameter_sets.load(std::memory_order_relaxed),
   };
   fill_durations(sample, timing_.interval());
   fill_stages(sample, timing_.interval());
