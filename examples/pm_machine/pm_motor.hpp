@@ -87,6 +87,10 @@ class PmMotor {
   }
   void restart() noexcept SEXTANT_NONBLOCKING { integral_ = {}; }
 
+  /// The example has no parameters that change while it runs.
+  [[nodiscard]] bool takes_parameters() const noexcept SEXTANT_NONBLOCKING { return false; }
+  void take_parameters(const PmMotor& /*from*/) noexcept SEXTANT_NONBLOCKING {}
+
   [[nodiscard]] const sextant::ControlEstimate<T>& estimate() const noexcept SEXTANT_NONBLOCKING {
     return estimate_;
   }

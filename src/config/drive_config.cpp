@@ -32,7 +32,9 @@ void share(DriveConfig& c) {
 void describe_torque_monitor(Section s, DriveConfig& c) {
   DescribedTable table{s};
   describe(table, c.setup.torque_monitor, c.drive.torque_monitor);
-  describe_other_machine(s.section("machine"), c.monitored_machine, c.machine, "that of the controller");
+  Section machine = s.section("machine");
+  describe_other_machine(machine, c.monitored_machine, c.machine, "that of the controller");
+  machine.change_at_least(Changes::when_ready);
   s.check(c.drive.torque_monitor);
 }
 
@@ -208,11 +210,14 @@ void describe(Section root, DriveConfig& c) {
       "as in the middle of a carrier period: estimate, prediction and checks count on it");
   drive.flag("magnetise_first", c.setup.magnetise_first,
              "build up the flux before torque, under the control method's magnetising_current_a");
+  drive.changes(Changes::when_ready);
   drive.derived("magnetise_timeout_ms", c.setup.magnetise_timeout_ms, c.magnetise_timeout_ms, {1, 1e6}, "ms",
                 "time after which flux that is not ready is a fault");
+  drive.changes(Changes::when_ready);
   drive.derived(
       "current_limit_a", c.setup.current_limit, c.drive.motor.capability.current_limit, current_a, "A",
       "peak of the stator current vector: limits the available torque, and what the control method asks for");
+  drive.changes(Changes::always);
   DescribedTable of_drive{drive};
   describe(of_drive, c.setup.optimal_flux);
   describe_parameters(drive.section("anti_jerk"), c.setup.anti_jerk);

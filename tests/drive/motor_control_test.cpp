@@ -43,6 +43,8 @@ class RecordingMotor {
   }
   void discard_pattern() noexcept { reference_ = {}; }
   void restart() noexcept { ++restarts; }
+  [[nodiscard]] bool takes_parameters() const noexcept { return true; }
+  void take_parameters(const RecordingMotor& from) noexcept { parameters_ = from.parameters_; }
   [[nodiscard]] const ControlEstimate<T>& estimate() const noexcept { return estimate_; }
   [[nodiscard]] const ControlReference<T>& reference() const noexcept { return reference_; }
   [[nodiscard]] T flux_reference() const noexcept { return T(0); }
@@ -135,6 +137,19 @@ TYPED_TEST(DriveOfAnyMotor, ItsMotorGetsTheCommandedTorqueWithinWhatItAllows) {
   EXPECT_EQ(Recorder::demand.torque, T(40));
   EXPECT_TRUE(Recorder::demand.at_present_limit);
   EXPECT_EQ(held.telemetry.derating_cause, DeratingCause::current_limit);
+}
+
+TYPED_TEST(DriveOfAnyMotor, ItsMotorTakesTheParametersOfAnotherOneUnderTorque) {
+  using T = TypeParam;
+  using Recorder = RecordingMotor<T>;
+  this->start(T(90));
+  typename TestFixture::Parameters lower = this->parameters();
+  lower.motor.torque = T(60);
+  const Drive<T, Recorder> other{lower};
+  ASSERT_TRUE(this->drive.takes_parameters());
+  this->drive.take_parameters(other);
+  EXPECT_EQ(this->run(1).telemetry.state, DriveState::derated);
+  EXPECT_EQ(Recorder::demand.torque, T(60));
 }
 
 TYPED_TEST(DriveOfAnyMotor, ATripTurnsItOffAndAResetRestartsIt) {

@@ -238,6 +238,12 @@ TEST(TelemetryTask, TheWindingsTemperatureIsInKelvinAndZeroWhereNoneIsKnown) {
   }
 }
 
+TEST(TelemetryTask, StatisticsCountTheParametersThatTheDriveHasTaken) {
+  SharedState shared{25'000, 1};
+  shared.parameter_sets = 3;
+  EXPECT_EQ(statistics_of(shared).parameter_sets, 3U);
+}
+
 // Once as a gap in the numbers of the samples, and once as a count that CAN and DDS bear.
 TEST(TelemetryTask, ControlPeriodsThatThePublisherDoesNotReceiveAreDropped) {
   SharedState shared{25'000, 1};

@@ -269,6 +269,7 @@ RealTimeSample TelemetryTask::sample() const {
       .r_r_deviation = newest_.r_r_deviation,
       .l_m_deviation = newest_.l_m_deviation,
       .periods_unchecked = newest_.unchecked_periods,
+      .parameter_sets = shared_.parameter_sets.load(std::memory_order_relaxed),
   };
   if (newest_.winding_temperature)
     sample.winding_temperature_k = *newest_.winding_temperature + zero_celsius_k;

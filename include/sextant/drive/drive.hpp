@@ -162,6 +162,44 @@ class Drive {
 
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
+  /// Whether its motor does.
+  [[nodiscard]] bool takes_parameters() const noexcept { return motor_.takes_parameters(); }
+
+  /// Takes what may always change (`Changes`) from another drive, of which the rest is the same, between two
+  /// periods. State, fluxes, temperatures and filters stay. To be called where the drive `takes_parameters`.
+  void take_parameters(const Drive& from) noexcept SEXTANT_NONBLOCKING {
+    parameters_ = from.parameters_;
+    motor_.take_parameters(from.motor_);
+    supervision_.take_parameters(from.supervision_);
+    protection_.take_parameters(from.protection_);
+    low_voltage_.take_parameters(from.low_voltage_);
+    high_voltage_.take_parameters(from.high_voltage_);
+    torque_monitor_.take_parameters(from.torque_monitor_);
+    anti_jerk_.take_parameters(from.anti_jerk_);
+  }
+
+  /// The gates are off and the torque monitor's rotor flux is below a twentieth of the flux reference: a
+  /// drive with other parameters may `continue_after` this one.
+  [[nodiscard]] bool is_at_rest() const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> psi_r = torque_monitor_.psi_r();
+    const T most = T(0.05) * motor_.flux_reference();
+    return !gates_are_on(state_) && dot(psi_r, psi_r) <= most * most;
+  }
+
+  /// Takes the place of a drive of the same period that `is_at_rest`, before its own first period: takes over
+  /// state, faults, command and what is known of sensors and winding. Estimates begin as after power-up.
+  void continue_after(const Drive& before) noexcept SEXTANT_NONBLOCKING {
+    const CommandSupervision<T> own = supervision_;
+    supervision_ = before.supervision_;
+    supervision_.take_parameters(own);
+    protection_.continue_after(before.protection_);
+    faults_ = before.faults_;
+    last_t_ns_ = before.last_t_ns_;
+    i_before_ = before.i_before_;
+    believed_ = before.believed_;
+    state_ = before.state_;
+  }
+
  private:
   /// What the drive did with the measurement before, and the rotor flux at this one.
   [[nodiscard]] ProtectionInputs<T> protection_inputs() const noexcept {

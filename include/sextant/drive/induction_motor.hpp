@@ -109,6 +109,16 @@ class InductionMotor {
 
   void restart() noexcept SEXTANT_NONBLOCKING { controller_.restart(); }
 
+  [[nodiscard]] bool takes_parameters() const noexcept { return controller_.takes_parameters(); }
+  void take_parameters(const InductionMotor& from) noexcept SEXTANT_NONBLOCKING {
+    controller_.take_parameters(from.controller_);
+    capability_.take_parameters(from.capability_);
+    present_limit_ = from.present_limit_;
+    reserve_.take_parameters(from.reserve_);
+    optimal_flux_.take_parameters(from.optimal_flux_);
+    held_flux_ = from.held_flux_;
+  }
+
   [[nodiscard]] const ControlEstimate<T>& estimate() const noexcept { return controller_.estimate(); }
   [[nodiscard]] const ControlReference<T>& reference() const noexcept { return reference_; }
   [[nodiscard]] T flux_reference() const noexcept { return configured_flux_ * reference_.flux_share; }

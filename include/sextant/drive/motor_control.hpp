@@ -35,7 +35,10 @@ struct MotorDemand {
 /// off in mode `off`.
 /// `discard_pattern()`: the pattern of the last step was none, and the gates are off instead.
 /// `restart()`: a fault is over, which may have misled the estimate.
-/// `estimate()`, `reference()`, `flux_reference()`: of the last step. [Wb]
+/// `takes_parameters()`: whether `take_parameters(from)` takes what may always change (`Changes`) from a
+/// motor of which the rest is the same, between two periods; what follows from the past stays. Without it a
+/// drive takes other parameters at rest alone, by a motor that begins anew. `estimate()`, `reference()`,
+/// `flux_reference()`: of the last step. [Wb]
 template <class Motor, class T>
 concept MotorControl = std::copy_constructible<typename Motor::Parameters> &&
                        requires(Motor& motor, const Motor& asked,
@@ -48,6 +51,8 @@ concept MotorControl = std::copy_constructible<typename Motor::Parameters> &&
                          { motor.step(measurement, demand, x) } -> std::same_as<GatePattern>;
                          { motor.discard_pattern() } -> std::same_as<void>;
                          { motor.restart() } -> std::same_as<void>;
+                         { asked.takes_parameters() } -> std::same_as<bool>;
+                         { motor.take_parameters(asked) } -> std::same_as<void>;
                          { asked.estimate() } -> std::same_as<const ControlEstimate<T>&>;
                          { asked.reference() } -> std::same_as<const ControlReference<T>&>;
                          { asked.flux_reference() } -> std::same_as<T>;

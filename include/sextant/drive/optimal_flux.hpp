@@ -73,15 +73,18 @@ class OptimalFlux {
            {"max_torque_per_ampere", FluxOptimum::max_torque_per_ampere},
            {"min_loss", FluxOptimum::min_loss}},
           "flux reference: control.flux_reference_wb at every torque; or less of it at part load, for the "
-          "least stator current, or for the least loss in stator, rotor and iron");
+          "least stator current, or for the least loss in stator, rotor and iron",
+          Changes::always);
       d.number("flux_least_share", share,
                {"", 0.05, 1,
-                "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb"});
+                "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb",
+                Changes::always});
       d.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(iron_resistance),
                {"ohm", 1e-3, 1e9,
                 "resistance of the iron loss per phase, at all frequencies, across the voltage that the "
                 "stator flux induces, which min_loss uses; what the simulated machine loses is "
-                "plant.iron_loss; not set: no iron loss"});
+                "plant.iron_loss; not set: no iron loss",
+                Changes::always});
     }
   };
 
@@ -95,6 +98,15 @@ class OptimalFlux {
         slip_{std::min(without_iron_loss(), most_slip_)} {
     const T current = limits.current_limit * limits.machine.sigma_l_s() / limits.flux_reference;
     current_torque_ = T(0.5) * current * current / inverse_twice_breakdown_;
+  }
+
+  /// Takes the parameters of another one for the same machine and flux reference; the share goes on from
+  /// where it is.
+  constexpr void take_parameters(const OptimalFlux& from) noexcept {
+    const OptimalFlux before{*this};
+    *this = from;
+    share_ = before.share_;
+    if (machine_.iron > T(0)) slip_ = std::min(before.slip_, most_slip_);
   }
 
   /// One period of dt [s]: the share of the flux reference. `capability` has made its step. [-]
