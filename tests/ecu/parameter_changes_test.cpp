@@ -248,6 +248,19 @@ TEST(ParameterChanges, ALowerTorqueLimitLowersWhatIsAvailableAtOnce) {
   EXPECT_EQ(running.loop.now().state, DriveState::derated);
 }
 
+TEST(ParameterChanges, AFluxOptimumTakenUnderTorqueLeadsToTheFluxOfADriveStartedWithIt) {
+  const Settings optimum{"drive.flux_optimum=min_loss"};
+  Running running{"foc"};
+  running.loop.run(to_torque, 10);
+  const double whole = running.loop.now().psi_s_magnitude;
+  ASSERT_EQ(running.refusal(optimum), "offered");
+  running.loop.run(6 * to_torque, 10);
+  Loop started{configuration("foc", optimum)};
+  started.run(7 * to_torque, 10);
+  EXPECT_LT(started.now().psi_s_magnitude, 0.9 * whole);
+  EXPECT_NEAR(running.loop.now().psi_s_magnitude, started.now().psi_s_magnitude, 1e-3 * whole);
+}
+
 TEST(ParameterChanges, ADerivedValueChangesWithWhatItFollowsFrom) {
   Running running{"foc"};
   const double before = running.changes.config().drive.drive.motor.capability.current_limit;
