@@ -71,6 +71,12 @@ class TorqueBands {
     for (CandidateMachine<T>& candidate : candidates_) candidate.decay(dt);
   }
 
+  /// Takes the errors of the sensors from another one for the same machine and shares of its parameters.
+  constexpr void take_parameters(const TorqueBands& from) noexcept {
+    offset_gain_ = from.offset_gain_;
+    sensor_share_ = from.sensor_share_;
+  }
+
   void step(const TorqueMeans<T>& m) noexcept {
     T slowest = std::numeric_limits<T>::infinity();
     T fastest = -slowest;

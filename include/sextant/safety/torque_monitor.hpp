@@ -99,6 +99,15 @@ class TorqueMonitor {
     rest();
   }
 
+  /// Takes the limits of another one for the same machine and shares of its parameters; fluxes, means and
+  /// the count of violations stay.
+  void take_parameters(const TorqueMonitor& from) noexcept {
+    parameters_ = from.parameters_;
+    window_s_ = from.window_s_;
+    trip_s_ = from.trip_s_;
+    bands_.take_parameters(from.bands_);
+  }
+
   /// Estimated torque of the last averaging time; zero while the drive makes no torque. [N·m]
   [[nodiscard]] constexpr T torque() const noexcept { return band_.torque; }
   /// Rotor flux at the last measurement, stationary frame. [Wb]

@@ -1,0 +1,30 @@
+"""Shows parameters of a running drive."""
+
+import argparse
+import difflib
+from pathlib import Path
+
+from .errors import UserError, run
+from .set import listed, parameters
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="get", description="Shows parameters of the drive of a running sextant-ecu, and when they may change."
+    )
+    parser.add_argument("socket", type=Path, metavar="SOCKET", help="the --set-socket of the program")
+    parser.add_argument("keys", nargs="*", metavar="KEY", help="a key, or a table with all of its keys; default: all")
+    options = parser.parse_args(arguments)
+    known = parameters(options.socket)
+    for key in options.keys:
+        if not any(one["key"] == key or one["key"].startswith(f"{key}.") for one in known):
+            nearest = difflib.get_close_matches(key, [one["key"] for one in known], 1, 0)
+            raise UserError(f"{key}: unknown key; the nearest known one is {nearest[0]}.")
+    for one in known:
+        if not options.keys or any(one["key"] == key or one["key"].startswith(f"{key}.") for key in options.keys):
+            print(listed(one))
+    return 0
+
+
+if __name__ == "__main__":
+    run("get", main)
