@@ -2,6 +2,7 @@
 // machine, model in the loop. Exit status 0 where every expectation holds.
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "pm_drive_io.hpp"
 #include "pm_motor.hpp"
@@ -35,6 +36,10 @@ PmDrive::Parameters parameters(double over_current) {
   p.period_ns = p.protection.period_ns = period_ns;
   p.protection.over_current = over_current;
   p.protection.current_range = 100.0;
+  // Further on the EMF of the magnets exceeds the link, whose diodes brake, whatever is commanded.
+  const double emf_speed =
+      u_dc * std::numbers::inv_sqrt3 / (p.motor.machine.pole_pairs * p.motor.machine.psi_m);
+  p.protection.over_speed = 0.95 * emf_speed;
   // The checks that foretell currents know induction machines. They get one whose rotor hardly couples: the
   // inductance stands, the rotor's voltage counts as an error. The speed by the slip, the response of a phase
   // and the torque monitor have no equations for this machine and are left out.

@@ -7,10 +7,19 @@ from pathlib import Path
 from .errors import UserError, run
 from .set import listed, parameters
 
+EXAMPLES = """examples:
+  sextant-ecu configs/ecu.toml --set-socket /tmp/set     in another shell
+  scripts/get /tmp/set                                   every key, when it may change, and its value
+  scripts/get /tmp/set protection                        those of a table
+  scripts/get /tmp/set protection.over_current_a control.foc"""
+
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
-        prog="get", description="Shows parameters of the drive of a running sextant-ecu, and when they may change."
+        prog="get",
+        description="Shows parameters of the drive of a running sextant-ecu, and when they may change.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("socket", type=Path, metavar="SOCKET", help="the --set-socket of the program")
     parser.add_argument("keys", nargs="*", metavar="KEY", help="a key, or a table with all of its keys; default: all")

@@ -15,8 +15,8 @@ EXAMPLES = """examples:
   scripts/set /tmp/set control.dtc.flux_band_wb=0.02 control.dtc.torque_trim_ms=5
   scripts/get /tmp/set                                              every key, when it may change, and its value
 
-Keys and values are those of --set. What follows from a key that is set changes with it, unless the file gives it.
-All keys of one command are taken at once, or none. docs/configuration.md tells which may change when."""
+Keys and values are those of --set. What follows from a key that is set changes with it, unless the file or an earlier
+set gives it. All keys of one command are taken at once, or none. docs/configuration.md tells which may change when."""
 
 
 def set_parameters(set_socket: str | Path, values: Mapping[str, Any]) -> list[str]:
@@ -29,6 +29,9 @@ def set_parameters(set_socket: str | Path, values: Mapping[str, Any]) -> list[st
     """
     if not values:
         raise UserError("no key is set: give keys and values, or ask with get_parameters.")
+    for key in values:
+        if not key.isprintable() or "=" in key:
+            raise UserError(f"{key!r} is no key.")
     return _order(set_socket, [f"{key}={toml_value(value)}" for key, value in values.items()])
 
 

@@ -67,6 +67,7 @@ def test_a_gain_that_is_set_before_the_first_period_is_that_of_the_file(profile:
     [
         ("0.6:control.flux_reference_wb=0.9", r"--set-at 0\.6: control\.flux_reference_wb changes only with the gates"),
         ("0.6:drive.period_us=50", r"--set-at 0\.6: drive\.period_us never changes while the drive runs"),
+        ("100:protection.over_current_a=200", r"--set-at 100: the run ended before it, at "),
         ("0.6:protection.over_curent_a=50", "unknown key; the nearest known one is protection.over_current_a"),
         ("0.6:protection.over_current_a=-5", "protection.over_current_a: expected a number from 0.1 to 100000"),
         ("soon:protection.over_current_a=50", "expected TIME:KEY=VALUE with a time in seconds"),

@@ -91,8 +91,8 @@ double regenerating_voltage(const TestMachine& machine, double psi, double torqu
   return std::hypot(m.r_s * x.i_d, m.r_s * x.i_q + omega_s * psi);
 }
 
-// Its stator flux turns slower than the rotor, and the drop in R_s adds to the link: more flux than the link
-// turns with the rotor.
+// Its stator flux turns slower than the rotor: more flux than the link turns with the rotor. The drop in R_s,
+// which adds to the link, is left in reserve.
 TEST(MachinesRun, AGeneratorOfLargeSlipHasTheFluxOfItsTorqueAtTwiceBaseSpeed) {
   const TestMachine& machine = test_machines[0];
   const double torque = 0.9 * drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
@@ -112,7 +112,7 @@ TEST(MachinesRun, AGeneratorOfLargeSlipHasTheFluxOfItsTorqueAtTwiceBaseSpeed) {
       const double psi = result.metrics[Metric::flux_mean];
       EXPECT_GT(psi, 1.1 * turned);
       const double largest = machine.u_dc / std::numbers::sqrt3;
-      EXPECT_NEAR(regenerating_voltage(machine, psi, torque, omega_m), largest, 0.01 * largest);
+      EXPECT_GT(regenerating_voltage(machine, psi, torque, omega_m), 0.95 * largest);
     }
   }
 }

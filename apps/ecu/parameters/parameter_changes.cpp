@@ -58,7 +58,10 @@ bool ParameterChanges::offer(const std::vector<std::string>& overrides) {
   offered_overrides_.insert(offered_overrides_.end(), overrides.begin(), overrides.end());
   offered_config_ = load_(offered_overrides_);
   changes_ = key_changes(config_, offered_config_);
-  if (changes_.empty()) return false;
+  if (changes_.empty()) {
+    overrides_ = offered_overrides_;  // a value that is its default now may not be one after another set
+    return false;
+  }
   offered_changes_ = when(overrides);
   offered_ = std::make_unique<ConfiguredDrive>(offered_config_.drive);
   if (!offered_->drive().takes_parameters()) offered_changes_ = Changes::when_ready;

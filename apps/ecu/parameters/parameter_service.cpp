@@ -20,8 +20,10 @@ ParameterService::ParameterService(const std::string& socket, ParameterChanges& 
 
 std::string ParameterService::answer(const std::string& request) {
   try {
+    if (waits_) (void)outcome();
     if (request == "describe") return running_keys(changes_.config());
-    return changes_.offer(request_lines(request)) ? outcome_of_offer() : "ok";
+    waits_ = changes_.offer(request_lines(request));
+    return waits_ ? outcome_of_offer() : "ok";
   } catch (const std::exception& problem) {
     return problem_text(problem);
   }
@@ -30,21 +32,29 @@ std::string ParameterService::answer(const std::string& request) {
 std::string ParameterService::outcome_of_offer() {
   using namespace std::chrono_literals;
   using Outcome = ParameterChanges::Outcome;
-  Outcome outcome = changes_.outcome();
-  for (int k = 0; outcome == Outcome::waits && k < 200; ++k) {
+  Outcome found = outcome();
+  for (int k = 0; found == Outcome::waits && k < 200; ++k) {
     std::this_thread::sleep_for(1ms);
-    outcome = changes_.outcome();
+    found = outcome();
   }
-  if (outcome == Outcome::refused) return not_at_rest(changes_.changes());
-  if (outcome == Outcome::waits)
-    return "the control thread has not answered within 200 ms: list the values to see whether it does";
+  if (found == Outcome::refused) return not_at_rest(changes_.changes());
+  if (found == Outcome::waits)
+    return "the control thread has not answered within 200 ms, and takes it when it does: list the values "
+           "then";
+  std::string reply = "ok";
+  for (const KeyChange& change : changes_.changes()) reply += "\n" + to_string(std::vector{change});
+  return reply;
+}
+
+ParameterChanges::Outcome ParameterService::outcome() {
+  const ParameterChanges::Outcome found = changes_.outcome();
+  waits_ = found == ParameterChanges::Outcome::waits;
+  if (found != ParameterChanges::Outcome::taken) return found;
   spdlog::info("parameters {} at {:.6f} s: {}", changes_.number(), double(now_ns()) * 1e-9,
                to_string(changes_.changes()));
   if (const std::string beyond = beyond_contract(changes_.config().drive); !beyond.empty())
     spdlog::warn("CAN: {}", beyond);
-  std::string reply = "ok";
-  for (const KeyChange& change : changes_.changes()) reply += "\n" + to_string(std::vector{change});
-  return reply;
+  return found;
 }
 
 }  // namespace sextant::ecu

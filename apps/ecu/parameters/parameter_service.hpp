@@ -18,14 +18,20 @@ class ParameterService {
 
   /// Answers the request that waits, if there is one; one thread calls it. It waits for the control thread,
   /// for 200 ms at most.
-  void poll() { socket_.poll(); }
+  void poll() {
+    if (waits_) (void)outcome();
+    socket_.poll();
+  }
 
  private:
   [[nodiscard]] std::string answer(const std::string& request);
   [[nodiscard]] std::string outcome_of_offer();
+  /// Of the last offer; logged once, when it is taken.
+  [[nodiscard]] ParameterChanges::Outcome outcome();
 
   ParameterChanges& changes_;
   RequestSocket socket_;
+  bool waits_{false};  ///< for the outcome of an offer
 };
 
 }  // namespace sextant::ecu

@@ -44,14 +44,22 @@ VirtualParty TimedChanges::party() {
 void TimedChanges::act() {
   waits_ ? look(sets_[next_]) : offer(sets_[next_]);
   if (waits_) {
-    due_ns_ = clock_.now_ns() + look_every_ns;
+    due_ns_ = clock_.now_ns() + changes_.config().drive.drive.period_ns;
     return;
   }
   ++next_;
   due_ns_ = next_ < sets_.size() ? sets_[next_].t_ns : never_ns;
 }
 
+void TimedChanges::require_all() const {
+  if (next_ == sets_.size()) return;
+  const std::int64_t t_ns = sets_[next_].t_ns;
+  if (waits_) refuse(t_ns, "the run ended before the drive took it");
+  refuse(t_ns, fmt::format("the run ended before it, at {:g} s", double(clock_.now_ns()) * 1e-9));
+}
+
 void TimedChanges::offer(const Set& set) {
+  offered_ns_ = clock_.now_ns();
   try {
     waits_ = changes_.offer(set.overrides);
   } catch (const std::exception& problem) {
@@ -64,8 +72,8 @@ void TimedChanges::look(const Set& set) {
   if (outcome == ParameterChanges::Outcome::refused) refuse(set.t_ns, not_at_rest(changes_.changes()));
   waits_ = outcome == ParameterChanges::Outcome::waits;
   if (!waits_) {
-    report_.push_back(fmt::format("parameters {} at {:g} s: {}", changes_.number(), double(set.t_ns) * 1e-9,
-                                  to_string(changes_.changes())));
+    report_.push_back(fmt::format("parameters {} at {:g} s: {}", changes_.number(),
+                                  double(offered_ns_) * 1e-9, to_string(changes_.changes())));
   }
 }
 

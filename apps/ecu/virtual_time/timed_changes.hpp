@@ -21,12 +21,13 @@ class TimedChanges {
   /// Its part of the run, which throws std::runtime_error with a sentence where a set is refused.
   [[nodiscard]] VirtualParty party();
 
+  /// After the run: throws std::runtime_error with a sentence where a set has not been taken by its end.
+  void require_all() const;
+
   /// What the drive has taken, a line for each set.
   [[nodiscard]] const std::vector<std::string>& report() const noexcept { return report_; }
 
  private:
-  static constexpr std::int64_t look_every_ns = 1'000'000;  ///< for the outcome of a set
-
   struct Set {
     std::int64_t t_ns{};
     std::vector<std::string> overrides{};
@@ -42,6 +43,7 @@ class TimedChanges {
   std::size_t next_{0};
   bool waits_{false};
   std::int64_t due_ns_{};
+  std::int64_t offered_ns_{};  ///< when the present set was offered
   std::vector<std::string> report_{};
 };
 

@@ -213,6 +213,7 @@ void VirtualRun::run() {
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
   }
+  if (timed_changes_ && !before_shutdown_.latched.any()) timed_changes_->require_all();
 }
 
 void VirtualRun::run_to_end() {

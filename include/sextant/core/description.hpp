@@ -47,8 +47,8 @@ struct TimeQuantity {
 ///   template <class T>
 ///   void describe(Description& d, Limits<T>& x) {
 ///     auto& [current, time_ns] = x;
-///     d.number("current_a", current, {"A", 0.1, 1e5, "largest magnitude of a phase current",
-///     Changes::always}); d.time("time_ms", time_ns, in_ms(1, 1e4, "for which it may be exceeded"));
+///     d.number("current_a", current, {"A", 0.1, 1e5, "of a phase", Changes::always});
+///     d.time("time_ms", time_ns, in_ms(1, 1e4, "for which it may be exceeded"));
 ///   }
 ///
 /// A member that is added and not bound does not compile. A name is that of the key in a file, with the unit

@@ -13,7 +13,7 @@ namespace sextant {
 /// The stator flux that the link can still turn with the rotor. With a = |ψ_s − σL_s i_s| = k_r ψ_r, torque
 /// τ_e takes the current i_q = τ_e/(3/2 p a), and a generator's flux turns slower than its rotor by the slip
 /// of it. At most the fundamental of six-step operation, U = 2/π u_dc, turns a flux of
-///   ψ_max = U/ω,   ω = |ω_r| regenerating − k_r² R_r |i_q|/a,   ω_r = p ω_m
+///   ψ_max = U/ω,   ω = |ω_r|, of a generator less k_r² R_r |i_q|/a,   ω_r = p ω_m
 /// and a larger one is left behind by the rotor: the torque moves against the rotation, whatever is asked.
 /// So it happens where the link falls faster than the flux reference. The rotor flux follows with σ τ_r; what
 /// the stator flux falls before it takes a current against it, for which the current limit I has to leave
@@ -50,7 +50,9 @@ class HeldFlux {
     const T slip = torque * now.omega_m < T(0) ? rotor_ * i_q / a : T(0);
     const T along = a - s_ * std::sqrt(current_limit_ * current_limit_ - i_q * i_q);
     const T across = s_ * i_q;
-    return std::max(u / std::max(omega_r - slip, T(0)), std::sqrt(along * along + across * across));
+    const T omega = omega_r - slip;
+    const T most = omega > T(0) ? u / omega : std::numeric_limits<T>::infinity();
+    return std::max(most, std::sqrt(along * along + across * across));
   }
 
  private:

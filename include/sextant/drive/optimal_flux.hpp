@@ -106,7 +106,7 @@ class OptimalFlux {
     const OptimalFlux before{*this};
     *this = from;
     share_ = before.share_;
-    if (machine_.iron > T(0)) slip_ = std::min(before.slip_, most_slip_);
+    if (optimum_ == FluxOptimum::min_loss && machine_.iron > T(0)) slip_ = std::min(before.slip_, most_slip_);
   }
 
   /// One period of dt [s]: the share of the flux reference. `capability` has made its step. [-]

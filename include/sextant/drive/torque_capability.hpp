@@ -79,14 +79,14 @@ class TorqueCapability {
     begin_search(motoring);
   }
 
-  /// Takes the limits of another one for the same machine and flux reference. A limit that has become lower
-  /// counts at once, one that has become higher within `search_steps`.
+  /// Takes the limits of another one for the same machine and flux reference. Those of the whole flux count
+  /// at once, the others within twice `search_steps`.
   void take_parameters(const TorqueCapability& from) noexcept {
     const TorqueCapability before{*this};
     *this = from;
     sides_ = before.sides_;
     for (Side& side : sides_) side.limit.lower_to(full_.limit);
-    search_ = before.search_;
+    begin_search(before.search_.side);  // by the new limits
     omega_m_ = before.omega_m_;
     inverse_voltage_ = before.inverse_voltage_;
     slip_ = before.slip_;

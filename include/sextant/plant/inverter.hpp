@@ -228,6 +228,7 @@ class Inverter {
   /// Event functions with those of the legs that carry a current in their place.
   [[nodiscard]] constexpr std::array<T, 3> with_currents(
       std::array<T, 3> g, SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+    if (is_mean_) return g;
     const std::array<T, 3> i = phases_of(i_s);
     for (std::size_t x = 0; x < 3; ++x) {
       if (has_arc(x)) g[x] = arc_ * i[x] + current_tolerance;

@@ -27,7 +27,8 @@ namespace sextant {
 /// the count is zero; while gates were off within a period the averaging time begins anew.
 ///
 /// Where the saturation of the main flux is given, the machine is that at the stator flux of its own
-/// currents, k_r ψ_r + σL_s i_s, at the end of the averaging time before (`SaturationCurve::machine_at`).
+/// currents, k_r ψ_r + σL_s i_s, at the end of the averaging time before, with gates off of the period before
+/// (`SaturationCurve::machine_at`).
 ///
 /// Not violated, although torque lacks: |ψ_r| is below half of the flux reference and grows (L_m i_d exceeds
 /// ψ_r by a tenth), as at the start of a machine without flux.
@@ -73,6 +74,7 @@ class TorqueMonitor {
     note_decay(driven, dt);
     if (!commanded) rest();
     if (!driven) {
+      if (saturation_.acts()) follow_saturation();
       window_.clear();
       return false;
     }
@@ -94,6 +96,7 @@ class TorqueMonitor {
   void coast(T dt) noexcept {
     i_s_ = {};
     flux_.step(i_s_, omega_m_, dt);
+    if (saturation_.acts()) follow_saturation();
     decay_s_ += dt;
     window_.clear();
     rest();

@@ -86,11 +86,12 @@ class WindingTemperature {
     elapsed_ns_ = 0;
   }
 
-  /// Takes the parameters of another one; the temperature stays where it is known.
+  /// Takes the parameters of another one; the temperature stays where it is known before and after.
   constexpr void take_parameters(const WindingTemperature& from) noexcept {
     if (!is_known()) temperature_ = from.temperature_;
     parameters_ = from.parameters_;
     gain_ = from.gain_;
+    if (!is_known()) temperature_ = from.temperature_;
   }
 
   [[nodiscard]] constexpr T temperature() const noexcept { return temperature_; }  ///< [°C]
