@@ -22,8 +22,7 @@ std::string joined(const std::string& request) {
   return text;
 }
 
-/// The sentences of a problem, without the
-/// kind that no request makes.
+/// The sentences of a problem, without the kind that no request makes.
 std::string reply_of(const std::exception& problem) {
   const std::string kind = std::string{" or \""} + power_up_fault + "\"";
   std::string reply;

@@ -14,6 +14,11 @@ EXAMPLES = """examples:
   scripts/get /tmp/set protection.over_current_a control.foc"""
 
 
+def is_of(key: str, wanted: str) -> bool:
+    """The key itself, or one of the table of that name."""
+    return key == wanted or key.startswith(f"{wanted}.")
+
+
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="get",
@@ -26,11 +31,11 @@ def main(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     known = parameters(options.socket)
     for key in options.keys:
-        if not any(one["key"] == key or one["key"].startswith(f"{key}.") for one in known):
+        if not any(is_of(one["key"], key) for one in known):
             nearest = difflib.get_close_matches(key, [one["key"] for one in known], 1, 0)
             raise UserError(f"{key}: unknown key; the nearest known one is {nearest[0]}.")
     for one in known:
-        if not options.keys or any(one["key"] == key or one["key"].startswith(f"{key}.") for key in options.keys):
+        if not options.keys or any(is_of(one["key"], key) for key in options.keys):
             print(listed(one))
     return 0
 

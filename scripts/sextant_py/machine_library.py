@@ -26,10 +26,11 @@ from .machine_library_points import (
     read_library,
 )
 from .machine_library_results import Outcome, Results, load, outcome, save
-from .machine_library_run import Lab
+from .machine_library_run import Lab, Record
 from .paths import OUT, ROOT
 from .torque_map_run import progress_of
 
+PROGRAM = "machine_library"
 DOCS = ROOT / "docs"
 EXAMPLES = """examples:
   scripts/machine_library                                   all machines, then docs/machine_library.md
@@ -125,13 +126,16 @@ def command_of(options: argparse.Namespace) -> str:
     return " ".join(words)
 
 
-def measure_points(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
-    lab.configure(plan, jobs)
-    records = lab.run([(p, {}) for p in plan], jobs, progress_of(len(plan), "healthy", "machine_library"))
+def outcomes(lab: Lab, plan: list[Point], records: list[Record]) -> list[Outcome]:
     return [
         outcome(record, point, lab.machines[point.cell.machine], lab.configuration(point))
         for record, point in zip(records, plan, strict=True)
     ]
+
+
+def measure_points(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
+    lab.configure(plan, jobs)
+    return outcomes(lab, plan, lab.run([(p, {}) for p in plan], jobs, progress_of(len(plan), "healthy", PROGRAM)))
 
 
 def measure_honest(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
@@ -139,15 +143,12 @@ def measure_honest(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
     settings, refused = machine_library_honest.settings_of(lab, plan, lab.directory, jobs)
     keys = [(p.cell.machine, p.cell.period_us) for p in plan]
     ready = [(p, settings[key]) for p, key in zip(plan, keys, strict=True) if key in settings]
-    found = iter(lab.run(ready, jobs, progress_of(len(ready), "honest", "machine_library")))
+    found = iter(lab.run(ready, jobs, progress_of(len(ready), "honest", PROGRAM)))
     records = [
         next(found) if key in settings else {"key": point.key, "refusal": refused.get(key, lab.configuration(point))}
         for point, key in zip(plan, keys, strict=True)
     ]
-    return [
-        outcome(record, point, lab.machines[point.cell.machine], lab.configuration(point))
-        for record, point in zip(records, plan, strict=True)
-    ]
+    return outcomes(lab, plan, records)
 
 
 def measure_scenario(lab: Lab, name: str, options: argparse.Namespace, methods: list[str]) -> list[dict]:
@@ -178,7 +179,8 @@ def measure(options: argparse.Namespace) -> Results:
     if options.honest:
         of_honest = [int(p) for p in options.periods or machine_library_honest.PERIODS_US]
         count = options.points or POINTS_A_CELL
-        plan = machine_library_honest.plan(machines, methods, of_honest, options.seed, count)
+        honest = cells(machines, methods, of_honest, machine_library_honest.SENSORS)
+        plan = points(honest, options.seed, count)
         plan = quick_points(plan, options.seed) if options.quick else plan
         results.outcomes = measure_honest(lab, plan, options.jobs)
         parts = []

@@ -2,55 +2,40 @@
 told what `identify` finds there.
 """
 
-import random
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from . import honest_drive, identify
 from .errors import UserError
 from .identify_files import told
-from .machine_library_points import RANGE_SHARE, SPEEDS, TORQUES, Cell, Machine, Point
+from .machine_library_points import RANGE_SHARE, Machine, Point
 from .machine_library_run import Lab
 from .sweep_file import Settings, toml_value
 from .torque_map_file import LINK, OVER_CURRENT
 
 PERIODS_US = (50, 125)
-SENSORS = "honest"
+SENSORS = ("honest",)
 FLUX_WB = 1.1  # reference of the drive of ecu_honest.toml
-FASTEST_US = 100  # control period from which on the inverter is an ordinary one, with its longer dead time
-
-
-def plan(machines: Iterable[Machine], methods: Iterable[str], periods_us: Iterable[int], seed: int, count: int):
-    """In each cell that many speeds, as `points` of machine_library_points draws them."""
-    found = []
-    for machine in machines:
-        for period in periods_us:
-            for method in methods:
-                cell = Cell(machine.id, period, method, SENSORS)
-                dice = random.Random(f"{seed}/{cell.key}")
-                for speed in dice.sample(SPEEDS, min(count, len(SPEEDS))):
-                    sign = dice.choice((-1, 1))
-                    found.append(Point(cell, dice.choice((-1, 1)) * speed or 0.0, sign * dice.choice(TORQUES)))
-    return found
+ORDINARY_US = 100  # control period from which on the inverter is an ordinary one, with its longer dead time
 
 
 def plant(machine: Machine, period_us: int, configuration: Settings) -> Settings:
     """The errors of ecu_honest.toml: currents by the trip level, voltages of the link by it, fluxes by the reference,
     drops of the switches as volts."""
     trip = configuration["protection.over_current_a"]
-    by = {"_a": trip / OVER_CURRENT, "_wb": configuration["control.flux_reference_wb"] / FLUX_WB}
-    settings: Settings = {"plant.integrator": "fixed"}
+    by = {
+        "slope_ohm": OVER_CURRENT / trip,
+        "_a": trip / OVER_CURRENT,
+        "_wb": configuration["control.flux_reference_wb"] / FLUX_WB,
+        "range_v": machine.u_dc / LINK,
+        "noise_v": machine.u_dc / LINK,
+    }
+    settings: Settings = {}
     for key, value in honest_drive.plant_settings().items():
-        if key.endswith("slope_ohm"):
-            settings[key] = value * OVER_CURRENT / trip
-        elif key.startswith("plant.sensors.voltage.") and key.endswith("_v"):
-            settings[key] = value * machine.u_dc / LINK
-        elif isinstance(value, float | int) and not key.endswith("integrator"):
-            suffix = next((s for s in by if key.endswith(s)), "")
-            settings[key] = value * by.get(suffix, 1)
+        factor = next((factor for ending, factor in by.items() if key.endswith(ending)), None)
+        settings[key] = value if factor is None else value * factor
     settings["plant.sensors.current.range_a"] = RANGE_SHARE * trip
-    inverter = honest_drive.ORDINARY if period_us >= FASTEST_US else honest_drive.HARSH
+    inverter = honest_drive.ORDINARY if period_us >= ORDINARY_US else honest_drive.HARSH
     return settings | {"plant.inverter.dead_time_us": inverter.dead_us, "protection.over_current_a": trip}
 
 

@@ -1,7 +1,7 @@
 """The library on the honest plant: its errors scaled to a machine, and what is printed where identify does not end."""
 
 from sextant_py import honest_drive, machine_library_honest
-from sextant_py.machine_library_points import read_library
+from sextant_py.machine_library_points import cells, points, read_library, sensor_settings
 
 TRIP = 50.0
 
@@ -31,8 +31,9 @@ def test_errors_are_those_of_the_file_scaled_to_the_machine() -> None:
 
 def test_points_of_a_cell_do_not_depend_on_the_other_cells() -> None:
     library = read_library()
-    some = machine_library_honest.plan(library[:1], ["foc"], [125], 1, 3)
-    more = machine_library_honest.plan(library, ["foc", "dtc"], [50, 125], 1, 3)
+    some = points(cells(library[:1], ["foc"], [125], machine_library_honest.SENSORS), 1, 3)
+    more = points(cells(library, ["foc", "dtc"], [50, 125], machine_library_honest.SENSORS), 1, 3)
     assert len(some) == 3
     assert set(some) <= set(more)
     assert len(more) == len(library) * 2 * 2 * 3
+    assert all(sensor_settings(point.cell.sensors, TRIP, 530) == {} for point in more), "the plant has its own"

@@ -18,8 +18,7 @@ namespace sextant::ecu {
 class ControlTask {
  public:
   /// Drive and shared state are not owned and must outlive this object; so must a drive of
-  /// `SharedState::parameters` once it runs. overrun_limit: overruns in a row that
-  /// are a fault [-].
+  /// `SharedState::parameters` once it runs. overrun_limit: overruns in a row that are a fault [-].
   ControlTask(const WakeSchedule::Parameters& wakes, Drive<double>& drive, SharedState& shared,
               std::uint32_t overrun_limit = RealtimeParameters{}.overrun_limit) noexcept
       : wakes_{wakes},

@@ -223,26 +223,27 @@ class FluxTorqueEstimator {
     return machine;
   }
 
-  // The next three are apart, so that the step of a drive that makes torque stays small.
-
-  /// R_s is that of the winding's temperature [°C], the machine that of the present flux.
-  [[gnu::noinline]] void follow(const std::optional<T>& temperature) noexcept {
-    if (parameters_.winding.varies() && temperature && *temperature != temperature_) {
-      temperature_ = *temperature;
-      const T warmth = parameters_.winding.ratio(*temperature);
-      machine_.r_s *= warmth / warmth_;
-      warmth_ = warmth;
-      adaptation_.set_configured(warm());
-    }
-    follow_flux();
-  }
-
   /// By how much σL_s of the present flux exceeds that at the flux of L_m, behind which identification looks.
   /// [H]
   [[nodiscard]] T more_leakage() const noexcept { return present_.sigma_l_s() - machine_.sigma_l_s(); }
   /// ψ_s − σL_s i_s of the latter, along a rotor flux [Wb], at a current [A]. [Wb]
   [[nodiscard]] T behind_leakage(SpaceVector<T> psi_r, SpaceVector<T> i_s) const noexcept {
     return present_.k_r() * magnitude(psi_r) + more_leakage() * dot(direction(psi_r), i_s);
+  }
+
+  // The next three are apart, so that the step of a drive that makes torque stays small.
+
+  /// R_s is that of the winding's temperature [°C], the machine that of the present flux.
+  [[gnu::noinline]] void follow(const std::optional<T>& temperature) noexcept {
+    const bool is_new = parameters_.winding.varies() && temperature && *temperature != temperature_;
+    if (is_new) {
+      temperature_ = *temperature;
+      const T warmth = parameters_.winding.ratio(*temperature);
+      machine_.r_s *= warmth / warmth_;
+      warmth_ = warmth;
+      adaptation_.set_configured(warm());
+    }
+    if (is_new || saturation_.acts()) follow_flux();
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.

@@ -74,7 +74,7 @@ class TorqueMonitor {
     note_decay(driven, dt);
     if (!commanded) rest();
     if (!driven) {
-      if (saturation_.acts()) follow_saturation();
+      follow_saturation();
       window_.clear();
       return false;
     }
@@ -96,7 +96,7 @@ class TorqueMonitor {
   void coast(T dt) noexcept {
     i_s_ = {};
     flux_.step(i_s_, omega_m_, dt);
-    if (saturation_.acts()) follow_saturation();
+    follow_saturation();
     decay_s_ += dt;
     window_.clear();
     rest();
@@ -157,11 +157,12 @@ class TorqueMonitor {
   /// The candidates' fluxes, also while the machine is magnetised.
   void follow(const TorqueMeans<T>& m) noexcept {
     bands_.step(m);
-    if (saturation_.acts()) follow_saturation();
+    follow_saturation();
     psi_r_error_ = bands_.flux_error() * magnitude(flux_.psi_r());
   }
 
   void follow_saturation() noexcept {
+    if (!saturation_.acts()) return;
     const SpaceVector<T> psi_s = present_.k_r() * flux_.psi_r() + present_.sigma_l_s() * i_s_;
     present_ = saturation_.machine_at(parameters_.machine, psi_s);
     flux_.set_machine(present_);
