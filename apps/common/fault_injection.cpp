@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <exception>
-#include <sstream>
-#include <string_view>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
+#include "common/request_text.hpp"
 #include "sextant/config/sensor_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 
@@ -23,15 +22,11 @@ std::string joined(const std::string& request) {
   return text;
 }
 
-/// The sentences of a problem, without the name of an option that nobody typed in a request and without the
-/// kind that no request makes.
+/// The sentences of a problem, without the kind that no request makes.
 std::string reply_of(const std::exception& problem) {
-  constexpr std::string_view option = "--set: ";
   const std::string kind = std::string{" or \""} + power_up_fault + "\"";
   std::string reply;
-  std::istringstream lines{problem.what()};
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with(option)) line.erase(0, option.size());
+  for (std::string line : request_lines(problem_text(problem))) {
     if (const std::size_t k = line.find(kind); k != std::string::npos) line.erase(k, kind.size());
     reply += (reply.empty() ? "" : "\n") + line;
   }
@@ -42,10 +37,7 @@ std::string reply_of(const std::exception& problem) {
 
 std::vector<std::string> fault_overrides(const std::string& request) {
   std::vector<std::string> overrides;
-  std::istringstream lines{request};
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.empty()) overrides.push_back("plant.faults." + line);
-  }
+  for (const std::string& line : request_lines(request)) overrides.push_back("plant.faults." + line);
   return overrides;
 }
 

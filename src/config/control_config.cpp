@@ -63,6 +63,7 @@ void describe_control(Section s, DriveConfig& c) {
       "current without torque",
       [&c] { return default_flux(c); },
       "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
+  s.changes(Changes::when_ready);
   s.derive([&c] { resolve(c); });
   s.choice(
       "flux_estimator", c.setup.flux_estimator,
@@ -75,10 +76,12 @@ void describe_control(Section s, DriveConfig& c) {
       "voltage model at speed and current model near standstill; the paper's open integrator; that with a "
       "low-pass filter; rotor flux from current and speed; full-order observer with measured, or with "
       "estimated speed");
+  s.changes(Changes::when_ready);
   s.flag("adapts_parameters", c.setup.adapts_parameters,
          "with the flux estimators hybrid, current_model and observer: R_s, R_r and L_m are identified while "
          "the machine is magnetised, and follow it while torque is made (hybrid); false: those of "
          "[control.machine_estimate] hold");
+  s.changes(Changes::when_ready);
   DescribedTable table{s};
   describe(table, c.setup.winding);
   s.section("r_s_per_k").check([&c]() -> std::string {
@@ -95,12 +98,14 @@ void describe_control(Section s, DriveConfig& c) {
   for (auto& method : c.methods) {
     Section of_method = s.section(method->name());
     method->describe_table(of_method, c.control);
+    of_method.change_at_least(Changes::when_ready);
     of_method.optional([&c, name = method->name()] { return c.controller == name; });
   }
   Section estimate = s.section("machine_estimate");
   describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]");
   DescribedTable saturation{estimate.section("saturation")};
   describe(saturation, c.setup.basis.saturation);
+  estimate.change_at_least(Changes::when_ready);
 }
 
 }  // namespace sextant

@@ -16,20 +16,25 @@ class DescribedTable final : public Description {
 
   void number(const char* name, NumberMember x, const Quantity& q) override {
     tables_.back().number(name, x, {q.min, q.max}, q.unit, q.meaning);
+    tables_.back().changes(q.changes);
   }
   void derived(const char* name, NumberMember given, NumberValue value, const Quantity& q) override {
     tables_.back().derived(name, given, value, {q.min, q.max}, q.unit, q.meaning);
+    tables_.back().changes(q.changes);
   }
   void integer(const char* name, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
-               const char* meaning) override {
+               const char* meaning, Changes changes) override {
     tables_.back().integer(name, x, {min, max}, unit, meaning);
+    tables_.back().changes(changes);
   }
-  void flag(const char* name, bool& x, const char* meaning) override {
+  void flag(const char* name, bool& x, const char* meaning, Changes changes) override {
     tables_.back().flag(name, x, meaning);
+    tables_.back().changes(changes);
   }
   void choice(const char* name, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
-              const char* meaning) override {
+              const char* meaning, Changes changes) override {
     tables_.back().choice(name, x, {choices.begin(), choices.end()}, meaning);
+    tables_.back().changes(changes);
   }
   void enter(const char* table) override { tables_.push_back(tables_.back().section(table)); }
   void leave() override { tables_.pop_back(); }

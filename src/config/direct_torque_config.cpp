@@ -42,9 +42,11 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
       "and link voltage: this one at flux_reference_wb and plant.u_dc_v; the larger, the more ripple and "
       "the less switching",
       [defaults] { return defaults().torque_comparator.upper_band; });
+  s.changes(Changes::always);
   s.derived("torque_band_lower_nm", p.torque_comparator.lower_band, torque_band_nm, "N·m",
             "torque above its reference beyond which the lower relay lowers it, in the same proportion",
             [defaults] { return defaults().torque_comparator.lower_band; });
+  s.changes(Changes::always);
   s.choice("comparator_reading", p.torque_comparator.reading,
            {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},
            "torque relays that stay on until the error is zero, or only while it is beyond the band");
@@ -52,6 +54,7 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
             "half the width of the stator flux's hysteresis: the larger, the more its magnitude ripples and "
             "the less it switches",
             [defaults] { return defaults().flux_comparator.band; });
+  s.changes(Changes::always);
   s.number("sector_start_deg", p.sector.sector_start_deg, {-180, 180}, "deg",
            "lower edge of sector 1 of the switching table, from voltage vector 1; -30: symmetrical to the "
            "vectors");
@@ -59,6 +62,7 @@ void describe(Section s, DirectTorqueController<>::Parameters& p, const ControlS
   s.flag("flux_priority", p.flux_priority,
          "whether below the flux band a vector along the flux takes the place of zero vectors, up to "
          "magnetising_current_a");
+  s.changes(Changes::always);
   describe_torque_trim(s, p.torque_trim, setup);
   s.check([&setup] { return validate_vector(setup); });
 }

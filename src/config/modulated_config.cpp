@@ -43,6 +43,7 @@ constexpr const char* bandwidth_of_torque_and_flux =
 void describe_bandwidth(Section& s, double& bandwidth, const ControlSetup& setup, const char* what) {
   s.derived("bandwidth_rad_s", bandwidth, {1, 1e6}, "rad/s", what,
             [&setup] { return default_bandwidth<double>(setup.period_ns); });
+  s.changes(Changes::always);
 }
 
 }  // namespace

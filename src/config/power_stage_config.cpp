@@ -44,6 +44,9 @@ std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
 }
 
 void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
+  s.choice("law", p.io.law, {{"switched", InverterLaw::switched}, {"averaged", InverterLaw::averaged}},
+           "the machine gets each edge of the legs, or the mean of what they do over a control period, which "
+           "is faster and has no ripple");
   s.time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
          "time for which both switches of a leg are off where it changes between low and high, while its "
          "diodes carry the current; the drive reads the commanded edges, and knows of it by "
@@ -75,6 +78,13 @@ std::string check_initial_flux(const SimulatedPowerStage::Parameters& p) {
   if (plant.is_reachable()) return {};
   return "initial_flux_wb is more than this [machine] can have behind a link of u_dc_v, " +
          number_text(p.io.u_dc) + " V: lower it";
+}
+
+/// Losses of edges that there are not.
+std::string check_law(const SimulatedPowerStage::Parameters& p) {
+  if (p.io.law == InverterLaw::switched || !p.losses.acts()) return {};
+  return "inverter.law must be \"switched\": inverter.losses are those of each edge of the legs, which the "
+         "averaged law does not have";
 }
 
 /// A brake chopper that would load the source.
@@ -167,6 +177,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p,
   s.check([&p] { return check_hysteresis(p.plant); });
   s.check([&p] { return check_initial_flux(p); });
   s.check([&p] { return check_chopper(p); });
+  s.check([&p] { return check_law(p); });
   s.check([&p] { return check_stiffness(p); });
 }
 

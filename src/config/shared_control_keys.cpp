@@ -26,6 +26,7 @@ void describe_magnetiser(Section s, Magnetiser<>::Parameters& p, const ControlSe
 
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p) {
   s.number(trim_key, {p.time_constant, 1e-3}, trim_range_ms, "ms", trim_meaning);
+  s.changes(Changes::always);
 }
 
 void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p, const ControlSetup& setup) {
@@ -33,6 +34,7 @@ void describe_torque_trim(Section s, TorqueTrim<>::Parameters& p, const ControlS
       trim_key, p.time_constant, trim_range_ms, "ms", trim_meaning,
       [&setup] { return default_parameters<PredictiveController<>>(setup).torque_trim.time_constant; },
       "no usable time constant follows from flux reference, link and control period", 1e-3);
+  s.changes(Changes::always);
 }
 
 }  // namespace sextant

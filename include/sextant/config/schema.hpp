@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -85,6 +86,7 @@ struct Field {
   FieldKind kind;
   bool required{false};  ///< the file must set it; there is no default
   bool derived{false};   ///< its default follows from machine and link
+  Changes changes{Changes::never};
 };
 
 /// Two keys for one quantity; a file may use one of them.
@@ -301,6 +303,15 @@ class Section {
   /// Any other way to and from a member.
   void add(const std::string& key, const char* unit, const char* meaning, FieldKind kind) {
     schema_->fields.push_back({path(key), unit, meaning, std::move(kind), false});
+  }
+
+  /// When the key described last may change while the drive runs; never unless it is said.
+  void changes(Changes when) { schema_->fields.back().changes = when; }
+  /// The keys described so far within this section may change then, or earlier where it is said.
+  void change_at_least(Changes when) {
+    for (Field& field : schema_->fields) {
+      if (field.path.starts_with(path_ + ".")) field.changes = std::max(field.changes, when);
+    }
   }
 
   /// The key described last must be set.

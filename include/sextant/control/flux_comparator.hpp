@@ -39,6 +39,8 @@ class FluxComparator {
   constexpr void on_crossing(int) noexcept { raise_ = !raise_; }
 
   constexpr void reset() noexcept { raise_ = true; }
+  /// Takes the band of another one; the output stays until the next step.
+  constexpr void take_parameters(const FluxComparator& from) noexcept { thresholds_ = from.thresholds_; }
 
  private:
   std::array<Thresholds<T>, 2> thresholds_{};  ///< by output

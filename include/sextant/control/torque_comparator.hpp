@@ -64,6 +64,8 @@ class TorqueComparator {
   }
 
   constexpr void reset() noexcept { level_ = hold; }
+  /// Takes the bands of another one; the output stays until the next step.
+  constexpr void take_parameters(const TorqueComparator& from) noexcept { thresholds_ = from.thresholds_; }
 
  private:
   static constexpr std::size_t lower = 0;

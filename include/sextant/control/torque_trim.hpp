@@ -81,6 +81,14 @@ class TorqueTrim {
   [[nodiscard]] constexpr bool trims() const noexcept { return gain_ > T(0); }
   [[nodiscard]] constexpr T value() const noexcept { return value_; }  ///< x [N·m]
 
+  /// Takes the time constant of another one for the same machine and period; the trim stays, with none it
+  /// goes.
+  constexpr void take_parameters(const TorqueTrim& from) noexcept {
+    gain_ = from.gain_;
+    limit_gain_ = from.limit_gain_;
+    if (!trims()) reset();
+  }
+
   /// To be called while the torque follows no reference.
   constexpr void reset() noexcept {
     share_ = T(0);
