@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -57,12 +56,11 @@ int receive_priority(const RealtimeParameters& realtime) {
 
 }  // namespace
 
-Ecu::Ecu(const EcuConfig& config, const std::string& record_cycles, const std::string& fault_socket,
-         FaultInjection::Read read_fault)
+Ecu::Ecu(const EcuConfig& config, const std::string& record_cycles, const std::string& fault_socket)
     : config_{config},
       processor_latency_{is_hard(config.realtime)},
       shared_{config.drive.drive.period_ns, config.realtime.wake_every_periods, config.realtime.watchdog_ns},
-      power_stage_{config, fault_socket, std::move(read_fault)},
+      power_stage_{config, fault_socket},
       drive_{config.drive},
       bus_{make_can_bus(config.can.bus, drive_identifiers(config.can.identifier_offset))},
       publisher_{publisher_parameters(config)},

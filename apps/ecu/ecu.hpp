@@ -29,9 +29,9 @@ class Ecu {
  public:
   /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
   /// opened.
-  /// record_cycles: file for the control periods; empty for none. fault_socket, read_fault: as of PowerStage.
+  /// record_cycles: file for the control periods; empty for none. fault_socket: as of PowerStage.
   explicit Ecu(const EcuConfig& config, const std::string& record_cycles = {},
-               const std::string& fault_socket = {}, FaultInjection::Read read_fault = {});
+               const std::string& fault_socket = {});
   ~Ecu();
 
   /// Starts the threads. Throws when real-time rights are required and refused.

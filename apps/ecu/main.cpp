@@ -243,11 +243,7 @@ int run(const Options& options) {
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
   sextant::set_up_process(config.realtime);
-  sextant::ecu::Ecu ecu{
-      config, options.virtual_run.record_cycles, options.live.fault_socket,
-      [&live = options.live](const std::vector<std::string>& faults) {
-        return sextant::load_ecu_config(live.config, live.overrides_with(faults)).drive.plant.io.fault;
-      }};
+  sextant::ecu::Ecu ecu{config, options.virtual_run.record_cycles, options.live.fault_socket};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();
@@ -263,6 +259,10 @@ int main(int argc, char** argv) {
   sextant::start_log(program_name);
   Options options;
   const std::string help = examples + status_table();
-  if (const std::optional<int> status = command_line(help, options).parse(argc, argv)) return *status;
+  sextant::CommandLine line = command_line(help, options);
+  line.refused = [&options](const std::string& why) {
+    sextant::ecu::report_not_started(program_name, options.scenario_run, why);
+  };
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, [&] { return run(options); });
 }
