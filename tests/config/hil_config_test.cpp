@@ -1,4 +1,4 @@
-#include "sextant/config/hil_config.hpp"
+#include "sextant/hil/hil_parameters.hpp"
 
 #include <string>
 #include <vector>
