@@ -150,8 +150,8 @@ def test_a_wrong_configuration_is_an_error_of_the_report(
 @pytest.mark.parametrize(
     ("name", "words", "said"),
     [
-        ("sextant-ecu", ("--virtual-time", "--can", "socketcan:vcan0"), "--can excludes --scenario"),
-        ("sextant-ecu", ("--virtual-time", "--duration", "1"), "--duration excludes --scenario"),
+        ("sextant-ecu", ("--virtual-time", "--can", "socketcan:vcan0"), "--scenario excludes --can"),
+        ("sextant-ecu", ("--virtual-time", "--duration", "1"), "--scenario excludes --duration"),
         ("sextant-ecu", (), "--scenario requires --virtual-time"),
         ("sextant-plant", ("--duration", "1"), "--scenario excludes --duration"),
     ],
@@ -163,7 +163,7 @@ def test_a_refused_command_line_leaves_no_earlier_report(
     file.write_text("<testsuites><testsuite/></testsuites>", encoding="utf-8")
     done = run(name, "--scenario", scenario, "--junit", file, *words)
     assert done.returncode == 2
-    assert said in done.stderr or " ".join(reversed(said.split(" "))) in done.stderr
+    assert said in done.stderr
     suite = suite_of(file)
     assert (suite.name, outcomes(suite)) == ("steps", {"verdict": "Error"})
 
