@@ -17,6 +17,13 @@ struct LiveOptions {
   bool print_config{false};
   std::string fault_socket{};  ///< empty: none
   bool is_config_given{false};
+
+  /// The overrides, and more behind them.
+  [[nodiscard]] std::vector<std::string> overrides_with(const std::vector<std::string>& more) const {
+    std::vector<std::string> all = overrides;
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
 };
 
 /// The options that fill them in. duration: what `--duration` does.

@@ -85,6 +85,12 @@ DriveIo<double>& Ecu::recorded_io(const std::string& record_cycles) {
   return cycles_->recorder();
 }
 
+void Ecu::serve_parameters(const std::string& socket, ParameterChanges::Load load) {
+  changes_.emplace(config_, std::move(load), shared_);
+  parameters_.emplace(socket, *changes_);
+  link_.serve(*parameters_);
+}
+
 Ecu::~Ecu() {
   stop();
 }

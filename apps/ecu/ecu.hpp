@@ -6,6 +6,8 @@
 #include <string>
 
 #include "ecu/configured_drive.hpp"
+#include "ecu/parameters/parameter_changes.hpp"
+#include "ecu/parameters/parameter_service.hpp"
 #include "ecu/power_stage.hpp"
 #include "ecu/replay/cycle_log.hpp"
 #include "ecu/replay/cycle_thread.hpp"
@@ -33,6 +35,9 @@ class Ecu {
   explicit Ecu(const EcuConfig& config, const std::string& record_cycles = {},
                const std::string& fault_socket = {});
   ~Ecu();
+
+  /// Takes parameters on this local socket while the drive runs; before the start. Throws as RequestSocket.
+  void serve_parameters(const std::string& socket, ParameterChanges::Load load);
 
   /// Starts the threads. Throws when real-time rights are required and refused.
   void start();
@@ -64,6 +69,8 @@ class Ecu {
   std::optional<CycleLog> cycles_{};
   std::optional<CycleThread> cycle_thread_{};
   ConfiguredDrive drive_;
+  std::optional<ParameterChanges> changes_{};
+  std::optional<ParameterService> parameters_{};
   std::unique_ptr<CanBus> bus_;
   TelemetryProcess publisher_;
   ControlThread control_;

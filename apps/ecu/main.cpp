@@ -39,6 +39,7 @@ struct Options {
   std::vector<std::string> log{};  // none or one
   sextant::ecu::VirtualRunOptions virtual_run{};
   sextant::ecu::ScenarioRunOptions scenario_run{};
+  std::string set_socket{};
 };
 
 constexpr const char* examples = R"(Examples:
@@ -53,6 +54,7 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu --virtual-time run.log --telemetry-out run.csv
                                                      the same from a recording of candump -l or python-can
   sextant-ecu --duration 10 --record-cycles run.h5   every control period, to be run again
+  sextant-ecu --duration 60 --set-socket /tmp/set    and scripts/set /tmp/set protection.over_current_a=80
   sextant-ecu --replay run.h5                        identical switching?
   sextant-ecu --replay run.h5 --set protection.over_speed_rad_s=60
                                                      what another limit would have done
@@ -108,6 +110,13 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
            .needs = virtual_time,
            .excludes = {scenario_option}},
           part("--frames-out", &run.frames_out, "record the frames of the bus, as candump -l"),
+          {.name = "--set-at",
+           .value = &run.set_at,
+           .what = "set a key of the running drive at this time [s]",
+           .type_name = "TIME:KEY=VALUE",
+           .group = group,
+           .needs = virtual_time,
+           .excludes = {scenario_option}},
           part("--bus-seed", &run.bus_seed, "let the bus misbehave at random, by this seed")};
 }
 
@@ -164,7 +173,12 @@ sextant::CommandLine command_line(const std::string& help, Options& options) {
   line.options.push_back({.name = "--record-cycles",
                           .value = &options.virtual_run.record_cycles,
                           .what = "record what enters and leaves the drive in every control period, .h5",
-                          .excludes = {replay_option}});
+                          .excludes = {replay_option, "--set-at"}});
+  line.options.push_back({.name = "--set-socket",
+                          .value = &options.set_socket,
+                          .what = "take parameters on this local socket while the drive runs (scripts/set)",
+                          .type_name = "FILE",
+                          .excludes = {"--virtual-time", replay_option, "--record-cycles"}});
   return line;
 }
 
@@ -191,12 +205,21 @@ int status_of(const Run& run) {
   return sextant::exit_status(run.verdict());
 }
 
+/// The configuration of the command line with more overrides behind its own.
+sextant::EcuConfig configured(const Options& options, const std::vector<std::string>& more = {}) {
+  sextant::EcuConfig config =
+      sextant::load_ecu_config(options.live.config, options.live.overrides_with(more));
+  if (options.can) config.can.bus = *options.can;
+  return config;
+}
+
 /// The configured drive in virtual time.
 int run_virtual(const sextant::EcuConfig& config, const Options& options) {
   sextant::ecu::require_waiting_plant(config);
   sextant::ecu::VirtualRunOptions wanted = options.virtual_run;
   if (!options.log.empty()) wanted.log = options.log.front();
   wanted.duration_s = options.live.duration_s;
+  wanted.load = [&options](const std::vector<std::string>& more) { return configured(options, more); };
   sextant::ecu::PowerStage power_stage{config};
   sextant::ecu::VirtualRun run{config, wanted, power_stage.io(), [&] { return power_stage.problem(); }};
   run.run();
@@ -227,8 +250,7 @@ int run_replay(const Options& options) {
 int run(const Options& options) {
   if (!options.replay.empty()) return run_replay(options);
   if (!options.scenario_run.scenario.empty()) return run_scenario(options);
-  sextant::EcuConfig config = sextant::load_ecu_config(options.live.config, options.live.overrides);
-  if (options.can) config.can.bus = *options.can;
+  const sextant::EcuConfig config = configured(options);
   if (options.live.print_config) {
     std::fputs(sextant::print_config(config).c_str(), stdout);
     return sextant::ExitStatus::done;
@@ -244,6 +266,11 @@ int run(const Options& options) {
   const sigset_t signals = sextant::block_leave_signals();
   sextant::set_up_process(config.realtime);
   sextant::ecu::Ecu ecu{config, options.virtual_run.record_cycles, options.live.fault_socket};
+  if (!options.set_socket.empty()) {
+    ecu.serve_parameters(options.set_socket, [&options](const std::vector<std::string>& more) {
+      return configured(options, more);
+    });
+  }
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();

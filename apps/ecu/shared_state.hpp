@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "ecu/parameters/parameter_set.hpp"
 #include "ecu/tasks/cycle_recorder.hpp"
 #include "ecu/timing/wake_record.hpp"
 #include "sextant/comms/command_receiver.hpp"
@@ -57,6 +58,7 @@ struct SharedState {
   }
 
   LatestValue<TorqueCommand<double>> command{};  ///< receive → control
+  LatestValue<ParameterSet> parameters{};        ///< link → control: the next one once it is answered
   LatestValue<Telemetry<double>> status{};       ///< control → transmit
   LatestValue<RealTimeReport> real_time{};       ///< telemetry → transmit
   LatestValue<SchedulerSample> scheduler{};      ///< housekeeping → telemetry, since start
@@ -76,6 +78,8 @@ struct SharedState {
   std::atomic<std::uint64_t> telemetry_stalls{0};     ///< housekeeping → main: stops of that thread [-]
   std::atomic<std::uint64_t> watchdog_polls{0};       ///< watchdog → housekeeping: its polls so far [-]
   std::atomic<std::uint64_t> housekeeping_polls{0};   ///< housekeeping → telemetry: its polls so far [-]
+  std::atomic<std::uint64_t> parameters_answered{0};  ///< control → link: number of the last set [-]
+  std::atomic<std::uint64_t> parameter_sets{0};       ///< control → link, telemetry: taken since start [-]
   std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
   std::atomic<bool> gate_inhibit{false};      ///< watchdog, transmit, telemetry → control, which clears it
   std::atomic<bool> shutdown{false};          ///< main → control: ramp to zero and stop

@@ -30,7 +30,9 @@ void share(DriveConfig& c) {
 
 void describe_torque_monitor(Section s, DriveConfig& c) {
   describe(s, c.setup.torque_monitor, c.drive.torque_monitor);
-  describe_other_machine(s.section("machine"), c.monitored_machine, c.machine, "that of the controller");
+  Section machine = s.section("machine");
+  describe_other_machine(machine, c.monitored_machine, c.machine, "that of the controller");
+  machine.change_at_least(Changes::when_ready);
   s.check(c.drive.torque_monitor);
 }
 
@@ -209,7 +211,7 @@ void describe(Section root, DriveConfig& c) {
 
   describe_control(root.section("control"), c);
   describe_parameters(root.section("command"), c.setup.command, c.drive.command);
-  describe_parameters(root.section("capability"), c.setup.capability, c.drive.capability);
+  describe_parameters(root.section("capability"), c.setup.capability, c.drive.motor.capability);
   describe_parameters(root.section("protection"), c.setup.protection, c.drive.protection);
   describe_torque_monitor(root.section("torque_monitor"), c);
   drive.time("period_us", c.setup.basis.period_ns, in_us(1, 1e5, "control period"));
@@ -221,13 +223,15 @@ void describe(Section root, DriveConfig& c) {
                    "voltage, as in the middle of a carrier period: estimate, prediction and checks count on "
                    "it"));
   drive.flag("magnetise_first", c.setup.magnetise_first,
-             "build up the flux before torque, under the control method's magnetising_current_a");
+             "build up the flux before torque, under the control method's magnetising_current_a",
+             Changes::when_ready);
   drive.derived("magnetise_timeout_ms", c.setup.magnetise_timeout_ms, c.magnetise_timeout_ms,
-                {"ms", 1, 1e6, "time after which flux that is not ready is a fault"});
-  drive.derived("current_limit_a", c.setup.current_limit, c.drive.capability.current_limit,
+                {"ms", 1, 1e6, "time after which flux that is not ready is a fault", Changes::when_ready});
+  drive.derived("current_limit_a", c.setup.current_limit, c.drive.motor.capability.current_limit,
                 {"A", 0.1, 1e5,
                  "peak of the stator current vector: limits the available torque, and what the control "
-                 "method asks for"});
+                 "method asks for",
+                 Changes::always});
   describe(drive, c.setup.optimal_flux);
   describe_parameters(drive.section("anti_jerk"), c.setup.anti_jerk);
   Section plant = root.section("plant");
@@ -242,18 +246,18 @@ void describe(Section root, DriveConfig& c) {
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
-    if (p.command.validate() || p.protection.validate() || p.capability.validate() || p.validate_bands() ||
-        p.torque_monitor.validate() || p.anti_jerk.validate()) {
+    if (p.command.validate() || p.protection.validate() || p.motor.capability.validate() ||
+        p.validate_bands() || p.torque_monitor.validate() || p.anti_jerk.validate()) {
       return {};
     }
-    if (!(p.capability.current_limit < p.protection.over_current)) {
+    if (!(p.motor.capability.current_limit < p.protection.over_current)) {
       return "current_limit_a must be below protection.over_current_a";
     }
     const char* const problem = p.validate();
     return problem != nullptr ? problem : "";
   });
   root.section("capability").check([&c]() -> std::string {
-    if (!(c.drive.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
+    if (!(c.drive.motor.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
     return "voltage_use above 1 needs a modulated method with overmodulation \"fundamental\", which \"" +
            c.controller + "\" is not: choose one, or voltage_use of 1 at most";
   });

@@ -54,6 +54,13 @@ std::string check_initial_flux(const SimulatedPowerStage::Parameters& p) {
          number_text(p.io.u_dc) + " V: lower it";
 }
 
+/// Losses of edges that there are not.
+std::string check_law(const SimulatedPowerStage::Parameters& p) {
+  if (p.io.law == InverterLaw::switched || !p.losses.acts()) return {};
+  return "inverter.law must be \"switched\": inverter.losses are those of each edge of the legs, which the "
+         "averaged law does not have";
+}
+
 /// A brake chopper that would load the source.
 std::string check_chopper(const SimulatedPowerStage::Parameters& p) {
   if (!p.link.has_chopper() || p.link.chopper_off > p.io.u_dc) return {};
@@ -136,6 +143,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t&
   s.check([&p] { return check_hysteresis(p.plant); });
   s.check([&p] { return check_initial_flux(p); });
   s.check([&p] { return check_chopper(p); });
+  s.check([&p] { return check_law(p); });
   s.check([&p] { return check_stiffness(p); });
 }
 

@@ -32,7 +32,7 @@ void describe(Section s, MetricsParameters& p, const Drive<>::Parameters& drive)
   s.defaulted_by(
       "torque_tolerance_nm", p.torque_tolerance,
       [&p, &drive] {
-        p.torque_tolerance = std::min(drive.command.torque_limit, drive.capability.torque) / 75;
+        p.torque_tolerance = std::min(drive.command.torque_limit, drive.motor.capability.torque) / 75;
       },
       {"N·m", 1e-6, 1e5,
        "deviation of the mean torque over 20 ms that torque_silent_ms allows, or 5 %, the larger one"});
@@ -180,12 +180,14 @@ std::string validate_event_exact(const ScenarioConfig& c) {
   if (c.drive.drive.magnetise_first)
     return "an event-exact run has no drive states, set drive.magnetise_first = false and give "
            "event_exact.initial_flux_wb instead";
-  if (c.drive.drive.optimal_flux.optimum != FluxOptimum::constant)
+  if (c.drive.drive.motor.optimal_flux.optimum != FluxOptimum::constant)
     return "an event-exact run has no drive around its controller, drive.flux_optimum must be \"constant\"";
   if (!is_ideal(c.drive.plant.io) || c.drive.plant.plant.drops.act())
     return "an event-exact run has no samples and an ideal inverter, plant.sensors must be ideal, "
            "plant.inverter.dead_time_us 0, minimum_pulse_us 0, threshold_v 0, slope_ohm 0 and "
            "plant.faults.kind \"none\"";
+  if (c.drive.plant.io.law == InverterLaw::averaged)
+    return "an event-exact run is made of the inverter's edges, plant.inverter.law must be \"switched\"";
   if (c.drive.plant.link.acts())
     return "an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0";
   if (c.drive.plant.thermal.acts())
@@ -336,8 +338,9 @@ void describe(Section root, ScenarioConfig& c) {
   describe_parameters(root.section("event_exact"), c.event_exact);
   describe(root, c.drive);
   describe(root.section("profile").section("torque_nm"), c.torque_nm, "N·m", {-1e5, 1e5});
-  describe(root, c.cycle,
-           [&c] { return std::min(c.drive.drive.command.torque_limit, c.drive.drive.capability.torque); });
+  describe(root, c.cycle, [&c] {
+    return std::min(c.drive.drive.command.torque_limit, c.drive.drive.motor.capability.torque);
+  });
   root.section("cycle").check([&c] { return validate_alone(c); });
   root.section("cycle").check([&c] { return validate_shaft_of_cycle(c); });
   root.section("driver").check([&c] { return validate_driver(c); });

@@ -92,19 +92,19 @@ class Described final : public Description {
         [x](double value) { x.set(value > 0.5 ? "another" : "one"); });
   }
   void integer(const char* name, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
-               const char* meaning) override {
+               const char* meaning, Changes /*changes*/) override {
     add(
         name, {unit, double(min), double(max), meaning}, [x] { return double(x.get()); },
         [x](double value) { x.set(std::int64_t(value)); });
   }
-  void flag(const char* name, bool& x, const char* meaning) override {
+  void flag(const char* name, bool& x, const char* meaning, Changes /*changes*/) override {
     add(name, {"", 0, 1, meaning}, [&x] { return double(x); }, [&x](double value) { x = value > 0.5; });
   }
   void choice(const char* name, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
-              const char* meaning) override {
+              const char* meaning, Changes changes) override {
     const auto by_value = [](const auto& a, const auto& b) { return a.value < b.value; };
     const auto [least, most] = std::minmax_element(choices.begin(), choices.end(), by_value);
-    integer(name, x, "", least->value, most->value, meaning);
+    integer(name, x, "", least->value, most->value, meaning, changes);
   }
   void enter(const char* table) override { tables_.emplace_back(table); }
   void leave() override { tables_.pop_back(); }

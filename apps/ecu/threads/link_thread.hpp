@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "ecu/parameters/parameter_service.hpp"
 #include "ecu/power_stage.hpp"
 #include "ecu/shared_state.hpp"
 #include "ecu/threads/named_thread.hpp"
@@ -17,10 +18,13 @@ namespace sextant::ecu {
 
 /// The link thread: logs when the plant at the other end of a link appears, times out or does not acknowledge
 /// patterns, ends the program where the plant of a lockstep has ended, and takes faults for a simulated
-/// plant. The drive's reaction does not depend on it.
+/// plant and parameters for the drive. The drive's reaction does not depend on it.
 class LinkThread {
  public:
   LinkThread(PowerStage& power_stage, SharedState& shared) : power_stage_{power_stage}, shared_{shared} {}
+
+  /// Also answers requests for parameters; the service must outlive the thread. Before it starts.
+  void serve(ParameterService& parameters) { parameters_ = &parameters; }
 
   void start() {
     thread_.start([this] { run(); });
@@ -36,6 +40,7 @@ class LinkThread {
       const std::string sentence = power_stage_.state_change();
       if (!sentence.empty()) spdlog::info("{}", sentence);
       power_stage_.poll_faults();
+      if (parameters_ != nullptr) parameters_->poll();
       if (!power_stage_.problem().empty()) {
         // main handles the signal like one from outside.
         kill(getpid(), SIGTERM);
@@ -46,6 +51,7 @@ class LinkThread {
 
   PowerStage& power_stage_;
   SharedState& shared_;
+  ParameterService* parameters_{nullptr};
   NamedThread thread_{"sextant-link"};
 };
 

@@ -53,6 +53,8 @@ class VirtualEcu {
   /// The next control period; before the run the first one, a wake period after its begin. [ns]
   [[nodiscard]] std::int64_t next_period_ns() const noexcept { return schedule_.next_deadline_ns(); }
 
+  /// For who sets parameters while the drive runs.
+  [[nodiscard]] SharedState& shared() noexcept { return shared_; }
   /// The newest control period.
   [[nodiscard]] const Telemetry<double>& telemetry() const noexcept { return control_.telemetry().last(); }
   [[nodiscard]] const CommandReceiver& receiver() const noexcept { return receive_.receiver(); }

@@ -121,7 +121,14 @@ void VirtualRun::set_up_sources() {
   if (!options_.profile.empty()) play_profile();
   if (scenario_) play(*scenario_);
   if (vehicle_) timeline_.add(vehicle_->party());
+  if (!options_.set_at.empty()) set_parameters();
   ecu_.join(timeline_);
+}
+
+void VirtualRun::set_parameters() {
+  changes_.emplace(config_, options_.load, ecu_.shared());
+  timed_changes_.emplace(options_.set_at, *changes_, clock_);
+  timeline_.add(timed_changes_->party());
 }
 
 void VirtualRun::play_profile() {
@@ -206,6 +213,7 @@ void VirtualRun::run() {
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
   }
+  if (timed_changes_ && !before_shutdown_.latched.any()) timed_changes_->require_all();
 }
 
 void VirtualRun::run_to_end() {
@@ -258,6 +266,9 @@ void VirtualRun::print_report(std::FILE* out) const {
   print_commands(out, ecu_.receiver(), config_.can.identifier_offset);
   print_can(out);
   if (cycles_) cycles_->print_report(out);
+  if (timed_changes_) {
+    for (const std::string& line : timed_changes_->report()) fmt::print(out, "{}\n", line);
+  }
   fmt::print(out, "left in {}, {} faults", to_string(before_shutdown_.state), before_shutdown_.fault_total);
   if (before_shutdown_.latched.any()) fmt::print(out, ", first {}", to_string(before_shutdown_.first_fault));
   fmt::print(out, "\ndigest {:016x}: telemetry {:016x}, frames {:016x}\n", recorder_.digest(),

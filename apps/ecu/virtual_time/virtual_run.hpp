@@ -5,10 +5,13 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "ecu/configured_drive.hpp"
+#include "ecu/parameters/parameter_changes.hpp"
 #include "ecu/replay/cycle_log.hpp"
 #include "ecu/virtual_time/telemetry_file.hpp"
+#include "ecu/virtual_time/timed_changes.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/config/ecu_config.hpp"
 #include "sextant/harness/candump_log.hpp"
@@ -29,6 +32,8 @@ struct VirtualRunOptions {
   std::string record_cycles{};              ///< recording of the control periods to write; empty: none
   std::optional<double> duration_s{};       ///< virtual time after which the drive is shut down [s]
   std::optional<std::uint64_t> bus_seed{};  ///< of a bus that misbehaves at random [-]
+  std::vector<std::string> set_at{};        ///< `TIME:KEY=VALUE` of keys to set while the drive runs
+  ParameterChanges::Load load{};            ///< the configuration with further overrides; for `set_at`
 };
 
 /// Throws std::runtime_error with one sentence where the configured plant does not wait for the drive, as
@@ -75,6 +80,7 @@ class VirtualRun {
  private:
   void set_up_sources();
   void play_profile();
+  void set_parameters();
   void play(const VirtualScenario& scenario);
   void set_up_files();
   void set_up_frames();
@@ -97,6 +103,8 @@ class VirtualRun {
   std::optional<CycleLog> cycles_;
   RunRecorder recorder_;
   VirtualEcu ecu_;
+  std::optional<ParameterChanges> changes_{};
+  std::optional<TimedChanges> timed_changes_{};
   Profile profile_{};
   std::int64_t profile_end_ns_{0};
   std::optional<VirtualVehicle> vehicle_{};

@@ -39,4 +39,8 @@ namespace sextant {
 [[nodiscard]] std::string config_json(const PlantConfig& config);
 [[nodiscard]] std::string config_json(const ScenarioConfig& config);
 
+/// The keys of a running drive as a JSON list: objects of `key`, `unit`, `meaning`, `changes`, `value` and,
+/// where the key has them, `choices`, or `least` and `most`.
+[[nodiscard]] std::string running_keys(const EcuConfig& config);
+
 }  // namespace sextant

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -86,6 +87,7 @@ struct Field {
   FieldKind kind;
   bool required{false};  ///< the file must set it; there is no default
   bool derived{false};   ///< its default follows from machine and link
+  Changes changes{Changes::never};
 };
 
 /// Two keys for one quantity; a file may use one of them.
@@ -137,6 +139,8 @@ class Section final : public Description {
  public:
   using Description::choice;
   using Description::defaulted;
+  using Description::flag;
+  using Description::integer;
 
   explicit Section(Schema& schema) : schema_{&schema} {}
 
@@ -144,7 +148,7 @@ class Section final : public Description {
 
   void number(const char* key, NumberMember x, const Quantity& q) override {
     add(key, q.unit, q.meaning,
-        NumberField{{q.min, q.max}, [x] { return x.get(); }, [x](double value) { x.set(value); }});
+        NumberField{{q.min, q.max}, [x] { return x.get(); }, [x](double value) { x.set(value); }}, q.changes);
   }
 
   /// A derivation leads from `given` to `value`. Where no value within the range follows, the file must set
@@ -153,7 +157,8 @@ class Section final : public Description {
     add(key, q.unit, q.meaning,
         NumberField{{q.min, q.max},
                     [value] { return std::optional{value.get()}; },
-                    [given](double x) { given.set(x); }});
+                    [given](double x) { given.set(x); }},
+        q.changes);
     schema_->fields.back().derived = true;
     require_usable(
         key, [given] { return given.get().has_value(); }, [value] { return value.get(); }, q,
@@ -177,7 +182,8 @@ class Section final : public Description {
                     [x, is_given](double value) {
                       x.set(value);
                       *is_given = true;
-                    }});
+                    }},
+        q.changes);
     schema_->fields.back().derived = true;
     derive([is_given, set_default] {
       if (!*is_given) set_default();
@@ -186,14 +192,15 @@ class Section final : public Description {
   }
 
   void integer(const char* key, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
-               const char* meaning) override {
+               const char* meaning, Changes changes) override {
     add(key, unit, meaning,
         IntegerField{
-            {min, max}, [x] { return std::optional{x.get()}; }, [x](std::int64_t value) { x.set(value); }});
+            {min, max}, [x] { return std::optional{x.get()}; }, [x](std::int64_t value) { x.set(value); }},
+        changes);
   }
 
-  void flag(const char* key, bool& x, const char* meaning) override {
-    add(key, "", meaning, FlagField{[&x] { return x; }, [&x](bool value) { x = value; }});
+  void flag(const char* key, bool& x, const char* meaning, Changes changes) override {
+    add(key, "", meaning, FlagField{[&x] { return x; }, [&x](bool value) { x = value; }}, changes);
   }
 
   void text(const char* key, TextMember x, const char* meaning, bool may_be_empty) override {
@@ -203,7 +210,7 @@ class Section final : public Description {
   }
 
   void choice(const char* key, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
-              const char* meaning) override {
+              const char* meaning, Changes changes) override {
     const std::vector<Choice<std::int64_t>> known{choices.begin(), choices.end()};
     std::vector<std::string> names;
     names.reserve(known.size());
@@ -219,7 +226,7 @@ class Section final : public Description {
         if (c.name == name) x.set(c.value);
       }
     };
-    add(key, "", meaning, ChoiceField{std::move(names), get, set});
+    add(key, "", meaning, ChoiceField{std::move(names), get, set}, changes);
   }
 
   void points(const char* key, PointsMember x, const Axis& first, const Axis& second, const char* unit,
@@ -282,8 +289,17 @@ class Section final : public Description {
   }
 
   /// Any other way to and from a member.
-  void add(const std::string& key, const char* unit, const char* meaning, FieldKind kind) {
-    schema_->fields.push_back({path(key), unit, meaning, std::move(kind), false});
+  void add(const std::string& key, const char* unit, const char* meaning, FieldKind kind,
+           Changes changes = Changes::never) {
+    schema_->fields.push_back(
+        {.path = path(key), .unit = unit, .meaning = meaning, .kind = std::move(kind), .changes = changes});
+  }
+
+  /// The keys described so far within this section may change then, or earlier where it is said.
+  void change_at_least(Changes when) {
+    for (Field& field : schema_->fields) {
+      if (field.path.starts_with(path_ + ".")) field.changes = std::max(field.changes, when);
+    }
   }
 
   /// The key described last must be set.

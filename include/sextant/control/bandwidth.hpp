@@ -30,7 +30,8 @@ struct BandwidthParameters : ModulatedController<T>::Parameters {
   }
   /// meaning: of the bandwidth.
   void describe_with(Description& d, const BandwidthParameters& by_default, const char* meaning) {
-    d.defaulted("bandwidth_rad_s", bandwidth, by_default.bandwidth, {"rad/s", 1, 1e6, meaning});
+    d.defaulted("bandwidth_rad_s", bandwidth, by_default.bandwidth,
+                {"rad/s", 1, 1e6, meaning, Changes::always});
     typename ModulatedController<T>::Parameters& modulated = *this;
     describe(d, modulated, by_default);
   }

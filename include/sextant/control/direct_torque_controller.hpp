@@ -80,7 +80,8 @@ class DirectTorqueController final : public EstimatingController<T> {
       describe(d, p.magnetiser, by_default.magnetiser);
       d.flag("flux_priority", p.flux_priority,
              "whether below the flux band a vector along the flux takes the place of zero vectors, up to "
-             "magnetising_current_a");
+             "magnetising_current_a",
+             Changes::always);
       describe(d, p.torque_trim, by_default.torque_trim);
     }
 
@@ -113,6 +114,16 @@ class DirectTorqueController final : public EstimatingController<T> {
 
   /// Without its trim sampling biases the mean torque against the rotation.
   [[nodiscard]] bool holds_mean_torque() const noexcept override { return torque_trim_.trims(); }
+
+  [[nodiscard]] bool takes_parameters() const noexcept override { return true; }
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    const auto& other = static_cast<const DirectTorqueController&>(from);
+    flux_priority_ = other.flux_priority_;
+    flux_band_ = other.flux_band_;
+    torque_comparator_.take_parameters(other.torque_comparator_);
+    flux_comparator_.take_parameters(other.flux_comparator_);
+    torque_trim_.take_parameters(other.torque_trim_);
+  }
 
   /// Output of the torque comparator: +1 raise the torque, −1 lower it, 0 hold.
   [[nodiscard]] int torque_demand() const noexcept SEXTANT_NONBLOCKING { return torque_comparator_.output(); }

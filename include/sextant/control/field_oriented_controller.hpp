@@ -41,6 +41,11 @@ class FieldOrientedController final : public ModulatedController<T> {
   explicit FieldOrientedController(const Parameters& parameters) noexcept
       : ModulatedController<T>{parameters}, approach_{parameters.approach()} {}
 
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    ModulatedController<T>::take_parameters(from);
+    approach_ = static_cast<const FieldOrientedController&>(from).approach_;
+  }
+
  private:
   using Base = ModulatedController<T>;
   using typename Base::Demand;

@@ -21,7 +21,8 @@ class FluxComparator {
       d.defaulted("flux_band_wb", half_width, by_default.band,
                   {"Wb", 1e-6, 1,
                    "half the width of the stator flux's hysteresis: the larger, the more its magnitude "
-                   "ripples and the less it switches"});
+                   "ripples and the less it switches",
+                   Changes::always});
     }
 
     [[nodiscard]] const char* validate() const noexcept {
@@ -48,6 +49,8 @@ class FluxComparator {
   constexpr void on_crossing(int) noexcept { raise_ = !raise_; }
 
   constexpr void reset() noexcept { raise_ = true; }
+  /// Takes the band of another one; the output stays until the next step.
+  constexpr void take_parameters(const FluxComparator& from) noexcept { thresholds_ = from.thresholds_; }
 
  private:
   std::array<Thresholds<T>, 2> thresholds_{};  ///< by output

@@ -40,6 +40,13 @@ class FluxVectorController : public EstimatingController<T> {
   /// Without the trim the mean torque is below its reference by what the patterns of the set leave.
   [[nodiscard]] bool holds_mean_torque() const noexcept final { return torque_trim_.trims(); }
 
+  [[nodiscard]] bool takes_parameters() const noexcept final { return true; }
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING final {
+    const auto& other = static_cast<const FluxVectorController&>(from);
+    current_limit_ = other.current_limit_;
+    torque_trim_.take_parameters(other.torque_trim_);
+  }
+
  protected:
   using typename EstimatingController<T>::Demand;
 

@@ -37,6 +37,11 @@ class ModulatedController : public EstimatingController<T> {
   [[nodiscard]] bool holds_mean_torque() const noexcept final { return true; }
   [[nodiscard]] bool reaches_six_step() const noexcept final { return Base::holds_fundamental(); }
 
+  [[nodiscard]] bool takes_parameters() const noexcept final { return true; }
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    current_limit_ = static_cast<const ModulatedController&>(from).current_limit_;
+  }
+
  protected:
   using typename EstimatingController<T>::Demand;
 

@@ -34,11 +34,13 @@ class TorqueComparator {
                   {"N·m", 1e-3, 1e5,
                    "torque below its reference beyond which the upper relay raises it, in proportion to flux "
                    "reference and link voltage: this one at flux_reference_wb and plant.u_dc_v; the larger, "
-                   "the more ripple and the less switching"});
+                   "the more ripple and the less switching",
+                   Changes::always});
       d.defaulted("torque_band_lower_nm", lower, by_default.lower_band,
                   {"N·m", 1e-3, 1e5,
                    "torque above its reference beyond which the lower relay lowers it, in the same "
-                   "proportion"});
+                   "proportion",
+                   Changes::always});
       d.choice("comparator_reading", how,
                {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},
                "torque relays that stay on until the error is zero, or only while it is beyond the band");
@@ -81,6 +83,8 @@ class TorqueComparator {
   }
 
   constexpr void reset() noexcept { level_ = hold; }
+  /// Takes the bands of another one; the output stays until the next step.
+  constexpr void take_parameters(const TorqueComparator& from) noexcept { thresholds_ = from.thresholds_; }
 
  private:
   static constexpr std::size_t lower = 0;

@@ -49,7 +49,8 @@ class TorqueTrim {
     static constexpr Quantity quantity{
         "ms", 0, 1e4,
         "time constant with which the torque reference is trimmed until the mean of the estimated torque "
-        "meets the command; 0: not trimmed"};
+        "meets the command; 0: not trimmed",
+        Changes::always};
 
     /// Of a method whose trim has the same time constant with every machine.
     friend void describe(Description& d, Parameters& p) {
@@ -99,6 +100,14 @@ class TorqueTrim {
   /// False with a time constant of zero.
   [[nodiscard]] constexpr bool trims() const noexcept { return gain_ > T(0); }
   [[nodiscard]] constexpr T value() const noexcept { return value_; }  ///< x [N·m]
+
+  /// Takes the time constant of another one for the same machine and period; the trim stays, with none it
+  /// goes.
+  constexpr void take_parameters(const TorqueTrim& from) noexcept {
+    gain_ = from.gain_;
+    limit_gain_ = from.limit_gain_;
+    if (!trims()) reset();
+  }
 
   /// To be called while the torque follows no reference.
   constexpr void reset() noexcept {

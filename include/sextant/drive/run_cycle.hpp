@@ -13,8 +13,8 @@ namespace sextant {
 /// Commands: `DriveRequest<T> latest(std::int64_t t_ns) noexcept`, the newest request.
 /// TelemetrySink: `void push(const Telemetry<T>&) noexcept`, never blocks.
 /// Both are called below the compile-time check, so they must satisfy it.
-template <class T, class Commands, class TelemetrySink>
-void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T>& drive,
+template <class T, class Motor, class Commands, class TelemetrySink>
+void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T, Motor>& drive,
                TelemetrySink& telemetry) noexcept SEXTANT_NONBLOCKING {
   const Measurement<T> measurement = io.read(t_ns);
   const DriveRequest<T> request = commands.latest(t_ns);
