@@ -153,7 +153,7 @@ def test_a_wrong_configuration_is_an_error_of_the_report(
         ("sextant-ecu", ("--virtual-time", "--can", "socketcan:vcan0"), "--scenario excludes --can"),
         ("sextant-ecu", ("--virtual-time", "--duration", "1"), "--scenario excludes --duration"),
         ("sextant-ecu", (), "--scenario requires --virtual-time"),
-        ("sextant-plant", ("--duration", "1"), "--scenario excludes --duration"),
+        ("sextant-plant", ("--duration", "1"), "--duration excludes --scenario"),
     ],
 )
 def test_a_refused_command_line_leaves_no_earlier_report(
