@@ -221,11 +221,12 @@ class CommissioningController final : public EstimatingController<T> {
                                 .settle_periods = settle,
                                 .hold_periods = periods(p.hold_ns, p.period_ns)}};
   }
-  /// The lowest current of a tone is that of the lowest level.
+  /// The lowest current of a tone is that of the lowest level; the highest takes no more flux than the reference,
+  /// beyond which iron may saturate.
   [[nodiscard]] static ToneSequence<T> tones(const Parameters& p) noexcept {
     constexpr T lowest = CurrentStaircase<T>::lowest_share;
     const std::int32_t settle = periods(p.settle_ns, p.period_ns);
-    const T highest = (T(1) - reserve) * p.highest_current;
+    const T highest = (T(1) - reserve) * std::min(p.highest_current, p.flux_reference / p.machine.l_s());
     const auto cycle = [&p](T frequency) {
       return periods(std::llround(T(2e9 * std::numbers::pi) / frequency), p.period_ns);
     };
