@@ -221,8 +221,8 @@ class CommissioningController final : public EstimatingController<T> {
                                 .settle_periods = settle,
                                 .hold_periods = periods(p.hold_ns, p.period_ns)}};
   }
-  /// The lowest current of a tone is that of the lowest level; the highest takes no more flux than the reference,
-  /// beyond which iron may saturate.
+  /// The lowest current of a tone is that of the lowest level; the highest takes no more flux than the
+  /// reference, beyond which iron may saturate.
   [[nodiscard]] static ToneSequence<T> tones(const Parameters& p) noexcept {
     constexpr T lowest = CurrentStaircase<T>::lowest_share;
     const std::int32_t settle = periods(p.settle_ns, p.period_ns);
