@@ -19,10 +19,11 @@ void describe(Section s, CommissioningController<>::Parameters& p, const Control
            {{"levels", CommissioningCourse::levels}, {"tones", CommissioningCourse::tones}},
            "direct currents, for dead time and stator resistance; or sines above a direct current, for the "
            "impedance at standstill");
-  s.derived("current_limit_a", p.highest_current, {0.1, 1e5}, "A",
-            "limit of the current; by default magnetising_current_a. Levels and sines go from a fifth of "
-            "nearly all of it up",
-            [&p] { return p.magnetiser.current_limit; });
+  s.derived(
+      "current_limit_a", p.highest_current, {0.1, 1e5}, "A",
+      "limit of the current; by default magnetising_current_a. Levels go from a fifth of nearly all of it "
+      "up, and sines likewise, of the current of the flux reference where that is smaller",
+      [&p] { return p.magnetiser.current_limit; });
   s.integer("levels", p.levels, {2, 100}, "", "levels of the direct current, of each sign");
   s.integer("tones", p.tones, {2, 20}, "", "frequencies of the sine, in equal ratios");
   s.integer("blocks", p.blocks, {2, 100}, "", "measurements of each tone");
