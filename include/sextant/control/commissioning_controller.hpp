@@ -124,8 +124,9 @@ class CommissioningController final : public EstimatingController<T> {
                "the impedance at standstill");
       d.defaulted("current_limit_a", p.highest_current, p.magnetiser.current_limit,
                   {"A", 0.1, 1e5,
-                   "limit of the current; by default magnetising_current_a. Levels and sines go from a fifth "
-                   "of nearly all of it up"});
+                   "limit of the current; by default magnetising_current_a. Levels go from a fifth of nearly "
+                   "all of it up, and sines likewise, of the current of the flux reference where that is "
+                   "smaller"});
       d.integer("levels", p.levels, "", 2, 100, "levels of the direct current, of each sign");
       d.integer("tones", p.tones, "", 2, 20, "frequencies of the sine, in equal ratios");
       d.integer("blocks", p.blocks, "", 2, 100, "measurements of each tone");
