@@ -75,6 +75,7 @@ std::vector<std::unique_ptr<LiveDrive>> make_drives(const std::vector<EcuConfig>
 
 std::vector<ReceiveTask*> receive_tasks(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
   std::vector<ReceiveTask*> tasks;
+  tasks.reserve(drives.size());
   for (const std::unique_ptr<LiveDrive>& drive : drives) tasks.push_back(&drive->unit().receive());
   return tasks;
 }

@@ -24,7 +24,7 @@ class Ecu {
  public:
   /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
   /// opened. configs: of the drives, at least one, all with the same CAN bus.
-  Ecu(const std::vector<EcuConfig>& configs, const LiveDriveOptions& options = {});
+  explicit Ecu(const std::vector<EcuConfig>& configs, const LiveDriveOptions& options = {});
   ~Ecu();
 
   /// Starts the threads. Throws when real-time rights are required and refused.

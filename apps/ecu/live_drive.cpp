@@ -38,7 +38,7 @@ TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
 
 LiveDrive::LiveDrive(const EcuConfig& config, CanBus& bus, const LiveDriveOptions& options)
     : log_{options.log},
-      power_stage_{config, options.fault_socket, options.read_fault},
+      power_stage_{config, options.fault_socket},
       unit_{config, power_stage_.io(), bus, [this] { power_stage_.inhibit_gates(); }, options.record_cycles},
       publisher_{publisher_parameters(config)},
       housekeeping_{unit_.shared(),

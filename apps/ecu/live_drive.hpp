@@ -22,7 +22,6 @@ namespace sextant::ecu {
 struct LiveDriveOptions {
   std::string record_cycles{};            ///< file for the control periods; empty for none
   std::string fault_socket{};             ///< as of PowerStage
-  FaultInjection::Read read_fault{};      ///< as of PowerStage
   std::string set_socket{};               ///< local socket on which it takes parameters; empty for none
   ParameterChanges::Load load{};          ///< the configuration with further overrides; for `set_socket`
   std::string thread{"sextant-control"};  ///< name of the control thread, at most 15 characters

@@ -262,18 +262,19 @@ int run(const Options& options) {
     throw std::runtime_error(
         "--telemetry-out needs --virtual-time or --replay; scripts/record records a live drive");
   }
+  if (!options.live.fault_socket.empty() && config.power_stage != sextant::PowerStageKind::simulated) {
+    throw std::runtime_error{
+        "--fault-socket: the plant is in another process; give the option to its sextant-plant"};
+  }
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
   sextant::set_up_process(config.realtime);
-  const auto with = [&options](const std::vector<std::string>& more) { return configured(options, more); };
   sextant::ecu::Ecu ecu{
       {config},
       {.record_cycles = options.virtual_run.record_cycles,
        .fault_socket = options.live.fault_socket,
-       .read_fault =
-           [&with](const std::vector<std::string>& faults) { return with(faults).drive.plant.io.fault; },
        .set_socket = options.set_socket,
-       .load = with}};
+       .load = [&options](const std::vector<std::string>& more) { return configured(options, more); }}};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();
@@ -289,6 +290,10 @@ int main(int argc, char** argv) {
   sextant::start_log(program_name);
   Options options;
   const std::string help = examples + status_table();
-  if (const std::optional<int> status = command_line(help, options).parse(argc, argv)) return *status;
+  sextant::CommandLine line = command_line(help, options);
+  line.refused = [&options](const std::string& why) {
+    sextant::ecu::report_not_started(program_name, options.scenario_run, why);
+  };
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, [&] { return run(options); });
 }

@@ -1,7 +1,6 @@
 // Limits that a file does not name follow from machine and link.
 
 #include <algorithm>
-#include <any>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -10,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "config/config_files.hpp"
-#include "sextant/config/flux_vector_config.hpp"
 #include "sextant/config/load_config.hpp"
+#include "sextant/control/predictive_controller.hpp"
 #include "sextant/core/drive_limits.hpp"
 #include "support/source_directory.hpp"
 

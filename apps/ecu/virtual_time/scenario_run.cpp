@@ -71,8 +71,7 @@ Played read_reported(const std::string& program, const ScenarioRunOptions& optio
   try {
     return read(options);
   } catch (const std::exception& problem) {
-    const std::string name = std::filesystem::path{options.scenario}.stem().string();
-    reports::report_not_started(program, options.reports, {name}, problem.what());
+    report_not_started(program, options, problem.what());
     throw;
   }
 }
@@ -139,6 +138,13 @@ int run_in_lockstep(const std::string& program, const ScenarioRunOptions& option
 }
 
 }  // namespace
+
+void report_not_started(const std::string& program, const ScenarioRunOptions& options,
+                        const std::string& why) {
+  if (options.scenario.empty()) return;
+  const std::string name = std::filesystem::path{options.scenario}.stem().string();
+  reports::report_not_started(program, options.reports, {name}, why);
+}
 
 int run_scenario(const std::string& program, const ScenarioRunOptions& options) {
   const Played played = read_reported(program, options);

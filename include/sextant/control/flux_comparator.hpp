@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/control/threshold.hpp"
+#include "sextant/core/description.hpp"
 
 namespace sextant {
 
@@ -14,6 +15,15 @@ class FluxComparator {
  public:
   struct Parameters {
     T band{T(0.01)};  ///< half the width of the hysteresis [Wb]
+
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      auto& [half_width] = p;
+      d.defaulted("flux_band_wb", half_width, by_default.band,
+                  {"Wb", 1e-6, 1,
+                   "half the width of the stator flux's hysteresis: the larger, the more its magnitude "
+                   "ripples and the less it switches",
+                   Changes::always});
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       return std::isfinite(band) && band > T(0) ? nullptr : "the flux band must be above zero";

@@ -19,6 +19,11 @@ class ModulatedController : public EstimatingController<T> {
       current_limit = basis.current_limit;
     }
 
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      describe(d, p.magnetiser, by_default.magnetiser);
+      describe(d, p.modulator);
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (const char* problem = modulator.validate()) return problem;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/control/vector_torque.hpp"
+#include "sextant/core/description.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -43,6 +44,25 @@ class TorqueTrim {
  public:
   struct Parameters {
     T time_constant{T(0.01)};  ///< τ; 0: no trim [s]
+
+    static constexpr const char* key = "torque_trim_ms";
+    static constexpr Quantity quantity{
+        "ms", 0, 1e4,
+        "time constant with which the torque reference is trimmed until the mean of the estimated torque "
+        "meets the command; 0: not trimmed",
+        Changes::always};
+
+    /// Of a method whose trim has the same time constant with every machine.
+    friend void describe(Description& d, Parameters& p) {
+      auto& [tau] = p;
+      d.number(key, {tau, 1e-3}, quantity);
+    }
+    /// Of one where it follows from flux reference, link and period.
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      auto& [tau] = p;
+      d.defaulted(key, {tau, 1e-3}, {tau, by_default.time_constant}, quantity,
+                  "no usable time constant follows from flux reference, link and control period");
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       const bool good = std::isfinite(time_constant) && time_constant >= T(0);

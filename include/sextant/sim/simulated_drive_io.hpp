@@ -81,6 +81,27 @@ struct SimulatedDriveIoParameters {
   }
 };
 
+/// The law, dead time and minimum pulse alone, which belong to the inverter.
+inline void describe_gate_drivers(Description& d, SimulatedDriveIoParameters& p) {
+  auto& [shortest_ns, short_pulses] = p.minimum_pulse;
+  d.choice("law", p.law, {{"switched", InverterLaw::switched}, {"averaged", InverterLaw::averaged}},
+           "the machine gets each edge of the legs, or the mean of what they do over a control period, which "
+           "is faster and has no ripple");
+  d.time("dead_time_us", p.dead_time_ns,
+         in_us(0, 5e4,
+               "time for which both switches of a leg are off where it changes between low and high, while "
+               "its diodes carry the current; the drive reads the commanded edges, and knows of it by "
+               "drive.inverter.dead_time_us; 0: none"));
+  d.time("minimum_pulse_us", shortest_ns,
+         in_us(0, 5e4,
+               "shortest time for which a leg stays high or low, before its dead time, as the gate drivers "
+               "keep it: from the dead time to below half of the control period; short_pulses says what "
+               "becomes of a shorter command, which the run counts; 0: none"));
+  d.choice("short_pulses", short_pulses, short_pulses_choices,
+           "a command shorter than minimum_pulse_us does not act, and each edge acts minimum_pulse_us late, "
+           "as after a driver's input filter; or it acts for that long, and other edges at once");
+}
+
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
 /// read(t) first integrates the plant to t with the patterns written so far. Without a new pattern the gate
