@@ -29,14 +29,14 @@ class TorqueComparator {
     ComparatorReading reading{ComparatorReading::relay};
 
     friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
-      auto& [upper, lower, how] = p;
-      d.defaulted("torque_band_upper_nm", upper, by_default.upper_band,
+      auto& [band_upper, band_lower, how] = p;
+      d.defaulted("torque_band_upper_nm", band_upper, by_default.upper_band,
                   {"N·m", 1e-3, 1e5,
                    "torque below its reference beyond which the upper relay raises it, in proportion to flux "
                    "reference and link voltage: this one at flux_reference_wb and plant.u_dc_v; the larger, "
                    "the more ripple and the less switching",
                    Changes::always});
-      d.defaulted("torque_band_lower_nm", lower, by_default.lower_band,
+      d.defaulted("torque_band_lower_nm", band_lower, by_default.lower_band,
                   {"N·m", 1e-3, 1e5,
                    "torque above its reference beyond which the lower relay lowers it, in the same "
                    "proportion",
