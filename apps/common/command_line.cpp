@@ -69,7 +69,9 @@ std::optional<int> CommandLine::parse(int argc, char** argv) const {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? ExitStatus::done : ExitStatus::refused;
+    if (app.exit(error) == 0) return ExitStatus::done;
+    if (refused) refused(error.what());
+    return ExitStatus::refused;
   }
   for (const Option& option : options) {
     if (option.given != nullptr) *option.given = app.count(option.name) > 0;

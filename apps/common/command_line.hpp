@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -39,6 +40,8 @@ struct CommandLine {
   const char* description;  ///< one sentence, at the top of the help
   const char* notes;        ///< at the end of the help: examples
   std::vector<Option> options;
+  /// Called with what is wrong after a mistake; options that contradict each other have their values then.
+  std::function<void(const std::string& why)> refused{};
 
   /// Fills in the values. Empty when the program may go on, else its exit status: `done` after help or
   /// version, `refused` after a mistake, of which one sentence has been printed.

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <functional>
 #include <string>
-#include <vector>
 
 #include "common/injected_faults.hpp"
 #include "sextant/core/drive_io.hpp"
@@ -19,11 +17,9 @@ namespace sextant {
 /// they are from power-up on: no request makes them, and where the configuration has them none is taken.
 class FaultInjection {
  public:
-  /// What the plant gets, by overrides of the configuration. Throws with the sentence where they are wrong.
-  using Read = std::function<PlantFaultParameters(const std::vector<std::string>& overrides)>;
-
-  /// The power stage is not owned and must outlive this object. Throws as RequestSocket.
-  FaultInjection(const std::string& socket, FaultableDriveIo& io, Read read);
+  /// configured: the fault of the configuration. The power stage is not owned and must outlive this object.
+  /// Throws as RequestSocket.
+  FaultInjection(const std::string& socket, FaultableDriveIo& io, const PlantFaultParameters& configured);
 
   /// The power stage with its faults.
   [[nodiscard]] DriveIo<double>& io() noexcept { return io_; }
@@ -35,12 +31,8 @@ class FaultInjection {
   [[nodiscard]] std::string answer(const std::string& request);
 
   InjectedFaults io_;
-  Read read_;
-  bool is_swapped_;  ///< the configuration's own fault is that of the motor cables
+  PlantFaultParameters configured_;
   RequestSocket socket_;
 };
-
-/// The overrides of a request.
-[[nodiscard]] std::vector<std::string> fault_overrides(const std::string& request);
 
 }  // namespace sextant

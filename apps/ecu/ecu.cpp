@@ -59,41 +59,48 @@ std::vector<CanIdentifier> identifiers(const std::vector<EcuConfig>& configs) {
   return wanted;
 }
 
-std::vector<std::unique_ptr<LiveDrive>> make_drives(const std::vector<EcuConfig>& configs, CanBus& bus,
-                                                    const LiveDriveOptions& options) {
+std::vector<std::unique_ptr<LiveDrive>> make_drives(const DrivesConfig& config, CanBus& bus,
+                                                    const LiveDriveOptions& options, const LoadDrives& load) {
   std::vector<std::unique_ptr<LiveDrive>> drives;
-  for (const EcuConfig& config : configs) {
+  for (std::size_t k = 0; k < config.drives.size(); ++k) {
     LiveDriveOptions own = options;
-    if (configs.size() > 1) {
-      own.thread = fmt::format("sextant-ctrl-{}", drives.size() + 1);
-      own.log = fmt::format("drive {}", config.drive_id);
+    own.record_cycles = config.file_of(options.record_cycles, k);
+    own.fault_socket = config.file_of(options.fault_socket, k);
+    own.set_socket = config.file_of(options.set_socket, k);
+    own.load = [load, k](const std::vector<std::string>& more) { return load(more).drives.at(k); };
+    if (config.drives.size() > 1) {
+      own.thread = fmt::format("sextant-ctrl-{}", k + 1);
+      own.log = fmt::format("drive {}", config.drives[k].drive_id);
     }
-    drives.push_back(std::make_unique<LiveDrive>(config, bus, own));
+    drives.push_back(std::make_unique<LiveDrive>(config.drives[k], bus, own));
   }
   return drives;
 }
 
 std::vector<DriveUnit*> units_of(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
   std::vector<DriveUnit*> units;
+  units.reserve(drives.size());
   for (const std::unique_ptr<LiveDrive>& drive : drives) units.push_back(&drive->unit());
   return units;
 }
 
 std::vector<ReceiveTask*> receive_tasks(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
   std::vector<ReceiveTask*> tasks;
+  tasks.reserve(drives.size());
   for (const std::unique_ptr<LiveDrive>& drive : drives) tasks.push_back(&drive->unit().receive());
   return tasks;
 }
 
 }  // namespace
 
-Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options)
-    : bus_name_{config.drives.front().can.bus},
+Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options, LoadDrives load)
+    : config_{config},
+      bus_name_{config.drives.front().can.bus},
       highest_control_priority_{highest_control_priority(config.drives)},
       processor_latency_{
           std::ranges::any_of(config.drives, [](const EcuConfig& drive) { return is_hard(drive.realtime); })},
       bus_{make_can_bus(bus_name_, identifiers(config.drives))},
-      drives_{make_drives(config.drives, *bus_, options)},
+      drives_{make_drives(config, *bus_, options, load)},
       reaction_{config.on_fault, units_of(drives_)},
       receive_{*bus_, receive_tasks(drives_), is_over_, receive_priority(config.drives)},
       bus_watch_{*bus_} {}
@@ -233,7 +240,8 @@ std::string Ecu::problem() const {
 }
 
 void Ecu::write_timing(const std::string& file) const {
-  ecu::write_timing(file, drives_.front()->timing(), receive_.hand_over());
+  for (std::size_t k = 0; k < drives_.size(); ++k)
+    ecu::write_timing(config_.file_of(file, k), drives_[k]->timing(), receive_.hand_over());
 }
 
 void Ecu::print_report(std::FILE* out) const {

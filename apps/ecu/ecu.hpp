@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,14 +19,17 @@
 
 namespace sextant::ecu {
 
+/// The drives' configuration with further overrides; throws ConfigError.
+using LoadDrives = std::function<DrivesConfig(const std::vector<std::string>& more)>;
+
 /// The process of live drives: CAN bus, clock and threads, with the drives. Each has a control thread of its
 /// own; every other thread works for all of them. The threads and the process for DDS run on the CPUs of the
 /// caller; see keep_off_cpu().
 class Ecu {
  public:
   /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
-  /// opened.
-  explicit Ecu(const DrivesConfig& config, const LiveDriveOptions& options = {});
+  /// opened. load: the configuration with further overrides, for parameters that the drives take.
+  explicit Ecu(const DrivesConfig& config, const LiveDriveOptions& options = {}, LoadDrives load = {});
   ~Ecu();
 
   /// Starts the threads. Throws when real-time rights are required and refused.
@@ -37,7 +41,8 @@ class Ecu {
   /// Why the run ended early; empty where it did not.
   [[nodiscard]] std::string problem() const;
 
-  /// The timing of the run, for programs. Throws std::runtime_error where the file cannot be written.
+  /// The timing of the run, for programs: a file for each drive, by DrivesConfig::file_of. Throws
+  /// std::runtime_error where the file cannot be written.
   void write_timing(const std::string& file) const;
 
   /// The report of the run, for people.
@@ -58,6 +63,7 @@ class Ecu {
 
   std::atomic<bool> is_over_{false};          // no control thread runs
   std::atomic<bool> cycles_are_over_{false};  // nothing can come for a recording
+  DrivesConfig config_;
   std::string bus_name_;
   int highest_control_priority_;
   ProcessorLatency processor_latency_;

@@ -38,7 +38,7 @@ TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
 
 LiveDrive::LiveDrive(const EcuConfig& config, CanBus& bus, const LiveDriveOptions& options)
     : log_{options.log},
-      power_stage_{config, options.fault_socket, options.read_fault},
+      power_stage_{config, options.fault_socket},
       unit_{config, power_stage_.io(), bus, [this] { power_stage_.inhibit_gates(); }, options.record_cycles},
       publisher_{publisher_parameters(config)},
       housekeeping_{unit_.shared(),
@@ -47,7 +47,11 @@ LiveDrive::LiveDrive(const EcuConfig& config, CanBus& bus, const LiveDriveOption
                  [this](std::int64_t now_ns) { publisher_.poll(now_ns); },
                  [this](const std::string& sentence) { spdlog::warn("{}: {}", log_, sentence); }},
       control_{config.realtime, unit_.io(),       unit_.control(),
-               unit_.shared(),  unit_.recorder(), options.thread} {}
+               unit_.shared(),  unit_.recorder(), options.thread} {
+  if (options.set_socket.empty()) return;
+  changes_.emplace(config, options.load, unit_.shared());
+  parameters_.emplace(options.set_socket, *changes_);
+}
 
 void LiveDrive::prepare() {
   rights_ = control_.start();
@@ -89,6 +93,7 @@ bool LiveDrive::poll_link() {
   const std::string sentence = power_stage_.state_change();
   if (!sentence.empty()) spdlog::info("{}", sentence);
   power_stage_.poll_faults();
+  if (parameters_) parameters_->poll();
   return !power_stage_.problem().empty();
 }
 

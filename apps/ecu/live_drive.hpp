@@ -2,8 +2,11 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 
+#include "ecu/parameters/parameter_changes.hpp"
+#include "ecu/parameters/parameter_service.hpp"
 #include "ecu/tasks/housekeeping_task.hpp"
 #include "ecu/tasks/telemetry_task.hpp"
 #include "ecu/telemetry/telemetry_process.hpp"
@@ -19,7 +22,8 @@ namespace sextant::ecu {
 struct LiveDriveOptions {
   std::string record_cycles{};            ///< file for the control periods; empty for none
   std::string fault_socket{};             ///< as of PowerStage
-  FaultInjection::Read read_fault{};      ///< as of PowerStage
+  std::string set_socket{};               ///< local socket on which it takes parameters; empty for none
+  ParameterChanges::Load load{};          ///< the configuration with further overrides; for `set_socket`
   std::string thread{"sextant-control"};  ///< name of the control thread, at most 15 characters
   std::string log{"drive"};               ///< its name in the log
 };
@@ -28,8 +32,8 @@ struct LiveDriveOptions {
 /// the threads that the process runs.
 class LiveDrive {
  public:
-  /// Opens power stage and publisher. Throws std::runtime_error with one sentence where one cannot be opened.
-  /// The bus must outlive this object.
+  /// Opens power stage, publisher and sockets. Throws std::runtime_error with one sentence where one cannot
+  /// be opened. The bus must outlive this object.
   LiveDrive(const EcuConfig& config, CanBus& bus, const LiveDriveOptions& options);
 
   [[nodiscard]] DriveUnit& unit() noexcept { return unit_; }
@@ -48,7 +52,7 @@ class LiveDrive {
   /// Once no thread writes the recording: writes the rest of it.
   void close();
 
-  /// Logs a change of a link and takes the fault that waits; true where the run must end.
+  /// Logs a change of a link, takes the fault and the parameters that wait; true where the run must end.
   [[nodiscard]] bool poll_link();
 
   /// Why the run ended early; empty where it did not.
@@ -64,6 +68,8 @@ class LiveDrive {
   std::string log_;
   PowerStage power_stage_;
   DriveUnit unit_;
+  std::optional<ParameterChanges> changes_{};
+  std::optional<ParameterService> parameters_{};
   TelemetryProcess publisher_;
   RightsReport rights_{};
   HousekeepingTask housekeeping_;

@@ -40,6 +40,7 @@ struct Options {
   std::vector<std::string> log{};  // none or one
   sextant::ecu::VirtualRunOptions virtual_run{};
   sextant::ecu::ScenarioRunOptions scenario_run{};
+  std::string set_socket{};
 };
 
 constexpr const char* examples = R"(Examples:
@@ -54,6 +55,7 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu --virtual-time run.log --telemetry-out run.csv
                                                      the same from a recording of candump -l or python-can
   sextant-ecu --duration 10 --record-cycles run.h5   every control period, to be run again
+  sextant-ecu --duration 60 --set-socket /tmp/set    and scripts/set /tmp/set protection.over_current_a=80
   sextant-ecu --replay run.h5                        identical switching?
   sextant-ecu --replay run.h5 --set protection.over_speed_rad_s=60
                                                      what another limit would have done
@@ -109,6 +111,13 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
            .needs = virtual_time,
            .excludes = {scenario_option}},
           part("--frames-out", &run.frames_out, "record the frames of the bus, as candump -l"),
+          {.name = "--set-at",
+           .value = &run.set_at,
+           .what = "set a key of the running drive at this time [s]",
+           .type_name = "TIME:KEY=VALUE",
+           .group = group,
+           .needs = virtual_time,
+           .excludes = {scenario_option}},
           part("--bus-seed", &run.bus_seed, "let the bus misbehave at random, by this seed")};
 }
 
@@ -165,7 +174,12 @@ sextant::CommandLine command_line(const std::string& help, Options& options) {
   line.options.push_back({.name = "--record-cycles",
                           .value = &options.virtual_run.record_cycles,
                           .what = "record what enters and leaves the drive in every control period, .h5",
-                          .excludes = {replay_option}});
+                          .excludes = {replay_option, "--set-at"}});
+  line.options.push_back({.name = "--set-socket",
+                          .value = &options.set_socket,
+                          .what = "take parameters on this local socket while the drive runs (scripts/set)",
+                          .type_name = "FILE",
+                          .excludes = {"--virtual-time", replay_option, "--record-cycles"}});
   return line;
 }
 
@@ -192,12 +206,25 @@ int status_of(const Run& run) {
   return sextant::exit_status(run.verdict());
 }
 
+/// The configuration of the command line with more overrides behind its own.
+sextant::DrivesConfig configured(const Options& options, const std::vector<std::string>& more = {}) {
+  sextant::DrivesConfig config =
+      sextant::load_drives_config(options.live.config, options.live.overrides_with(more));
+  for (sextant::EcuConfig& drive : config.drives) {
+    if (options.can) drive.can.bus = *options.can;
+  }
+  return config;
+}
+
 /// The configured drives in virtual time.
 int run_virtual(const sextant::DrivesConfig& config, const Options& options) {
   for (const sextant::EcuConfig& drive : config.drives) sextant::ecu::require_waiting_plant(drive);
   sextant::ecu::VirtualRunOptions wanted = options.virtual_run;
   if (!options.log.empty()) wanted.log = options.log.front();
   wanted.duration_s = options.live.duration_s;
+  wanted.load = [&options](const std::vector<std::string>& more) {
+    return configured(options, more).drives.front();
+  };
   std::deque<sextant::ecu::PowerStage> stages;
   std::vector<sextant::DriveIo<double>*> ends;
   for (const sextant::EcuConfig& drive : config.drives) ends.push_back(&stages.emplace_back(drive).io());
@@ -232,14 +259,6 @@ int run_replay(const Options& options) {
   return status_of(replay);
 }
 
-sextant::DrivesConfig drives_of(const Options& options) {
-  sextant::DrivesConfig config = sextant::load_drives_config(options.live.config, options.live.overrides);
-  for (sextant::EcuConfig& drive : config.drives) {
-    if (options.can) drive.can.bus = *options.can;
-  }
-  return config;
-}
-
 void print_configs(const sextant::DrivesConfig& config) {
   for (const sextant::EcuConfig& drive : config.drives) {
     if (config.drives.size() > 1) std::printf("# drive %d\n", drive.drive_id);
@@ -247,23 +266,20 @@ void print_configs(const sextant::DrivesConfig& config) {
   }
 }
 
-/// Throws where a live run of several drives has an option for one.
-void require_one_drive_for_its_options(const sextant::DrivesConfig& config, const Options& options) {
-  if (config.drives.size() == 1) return;
-  const auto refuse = [&config](const char* option, const std::string& value) {
-    if (value.empty()) return;
-    throw std::runtime_error(std::string{option} + " is for one drive; " +
-                             std::to_string(config.drives.size()) + " are configured: run that drive alone");
-  };
-  refuse("--fault-socket", options.live.fault_socket);
-  refuse("--record-cycles", options.virtual_run.record_cycles);
-  refuse("--timing-out", options.timing_out);
+/// Throws where a plant is in another process, which takes its faults itself.
+void require_own_plants(const sextant::DrivesConfig& config) {
+  for (const sextant::EcuConfig& drive : config.drives) {
+    if (drive.power_stage != sextant::PowerStageKind::simulated) {
+      throw std::runtime_error{
+          "--fault-socket: the plant is in another process; give the option to its sextant-plant"};
+    }
+  }
 }
 
 int run(const Options& options) {
   if (!options.replay.empty()) return run_replay(options);
   if (!options.scenario_run.scenario.empty()) return run_scenario(options);
-  const sextant::DrivesConfig config = drives_of(options);
+  const sextant::DrivesConfig config = configured(options);
   if (options.live.print_config) {
     print_configs(config);
     return sextant::ExitStatus::done;
@@ -277,7 +293,7 @@ int run(const Options& options) {
     throw std::runtime_error(
         "--telemetry-out needs --virtual-time or --replay; scripts/record records a live drive");
   }
-  require_one_drive_for_its_options(config, options);
+  if (!options.live.fault_socket.empty()) require_own_plants(config);
   // Blocked before any thread starts, so that only wait_for_end gets them.
   const sigset_t signals = sextant::block_leave_signals();
   for (const sextant::EcuConfig& drive : config.drives) sextant::set_up_process(drive.realtime);
@@ -285,9 +301,8 @@ int run(const Options& options) {
       config,
       {.record_cycles = options.virtual_run.record_cycles,
        .fault_socket = options.live.fault_socket,
-       .read_fault = [&live = options.live](const std::vector<std::string>& faults) {
-         return sextant::load_ecu_config(live.config, live.overrides_with(faults)).drive.plant.io.fault;
-       }}};
+       .set_socket = options.set_socket},
+      [&options](const std::vector<std::string>& more) { return configured(options, more); }};
   ecu.start();
   wait_for_end(signals, options.live.duration_s);
   ecu.stop();
@@ -303,6 +318,10 @@ int main(int argc, char** argv) {
   sextant::start_log(program_name);
   Options options;
   const std::string help = examples + status_table();
-  if (const std::optional<int> status = command_line(help, options).parse(argc, argv)) return *status;
+  sextant::CommandLine line = command_line(help, options);
+  line.refused = [&options](const std::string& why) {
+    sextant::ecu::report_not_started(program_name, options.scenario_run, why);
+  };
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, [&] { return run(options); });
 }

@@ -233,7 +233,10 @@ int sextant::mil_program(int argc, char** argv, const ControlMethods& own) {
   Options options;
   const std::string program = program_name(argc, argv);
   const std::string help = fmt::format(notes, program, sextant::reports::verdict_status_table());
-  if (const std::optional<int> status = command_line(program, help, options).parse(argc, argv))
-    return *status;
+  CommandLine line = command_line(program, help, options);
+  line.refused = [&](const std::string& why) {
+    reports::report_not_started(program, options.reports, all_names(options, {}), why);
+  };
+  if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return run_program(program.c_str(), [&] { return run(program, options, own); });
 }

@@ -91,13 +91,6 @@ int run_plant(sextant::plant::Plant& plant, const sigset_t& signals, const TimeL
   return signal;
 }
 
-/// What a request of the fault socket makes of the configuration.
-sextant::FaultInjection::Read fault_reader(const sextant::LiveOptions& options) {
-  return [&options](const std::vector<std::string>& faults) {
-    return sextant::load_plant_config(options.config, options.overrides_with(faults)).plant.io.fault;
-  };
-}
-
 /// The result of a scenario that no signal has ended. Throws RunProblem where it has not run to its end, and
 /// std::runtime_error where the drive has not played it, with one sentence.
 sextant::MilResult whole_result(const sextant::plant::Plant& plant, const Options& options) {
@@ -119,7 +112,7 @@ int run_scenario(const Options& options, const sextant::PlantConfig& config,
   reports::RunReports reports{options.reports, {scenario.name}, program_name};
   int signal = 0;
   const auto simulate = [&](TraceRecorder*) {
-    plant::Plant plant{config, options.live.fault_socket, fault_reader(options.live), &scenario};
+    plant::Plant plant{config, options.live.fault_socket, &scenario};
     signal = run_plant(plant, signals, {.join_within_s = options.join_within_s});
     return signal != 0 ? plant.result() : whole_result(plant, options);
   };
@@ -147,7 +140,7 @@ int run(const Options& options, const sextant::PlantConfig& config,
   if (config.hil.pacing == sextant::Pacing::lockstep) realtime.cpu = -1;  // no thread is bound to one
   sextant::set_up_process(realtime);
   if (scenario) return run_scenario(options, config, scenario->scenario, signals);
-  sextant::plant::Plant plant{config, options.live.fault_socket, fault_reader(options.live)};
+  sextant::plant::Plant plant{config, options.live.fault_socket};
   run_plant(plant, signals, {.duration_s = options.live.duration_s});
   return sextant::status_after(program_name, plant.problem());
 }
@@ -162,6 +155,13 @@ sextant::ScenarioConfig read_scenario(const std::string& file) {
   return config;
 }
 
+/// Reports of a scenario, if there is one, that has not run.
+void report_not_started(const Options& options, const std::string& why) {
+  if (options.scenario.empty()) return;
+  const std::string name = std::filesystem::path{options.scenario}.stem().string();
+  sextant::reports::report_not_started(program_name, options.reports, {name}, why);
+}
+
 int run(const Options& options) {
   std::optional<sextant::ScenarioConfig> scenario;
   sextant::PlantConfig config;
@@ -169,9 +169,7 @@ int run(const Options& options) {
     if (!options.scenario.empty()) scenario = read_scenario(options.scenario);
     config = sextant::load_plant_config(options.live.config, options.live.overrides);
   } catch (const std::exception& problem) {
-    const std::string name = std::filesystem::path{options.scenario}.stem().string();
-    if (!options.scenario.empty())
-      sextant::reports::report_not_started(program_name, options.reports, {name}, problem.what());
+    report_not_started(options, problem.what());
     throw;
   }
   if (!options.live.print_config) return run(options, config, scenario);
@@ -209,9 +207,9 @@ int main(int argc, char** argv) {
   const std::string help = examples + sextant::exit_status_table() +
                            "With --scenario, by the verdict of the run:\n" +
                            sextant::reports::verdict_status_table();
-  const sextant::CommandLine line{program_name,
-                                  "Sextant: the plant in a process of its own, for a drive in another one.",
-                                  help.c_str(), all_options(options)};
+  const sextant::CommandLine line{
+      program_name, "Sextant: the plant in a process of its own, for a drive in another one.", help.c_str(),
+      all_options(options), [&options](const std::string& why) { report_not_started(options, why); }};
   if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, [&] { return run(options); });
 }

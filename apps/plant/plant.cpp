@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -33,8 +32,7 @@ double ms(std::int64_t ns) {
 
 }  // namespace
 
-Plant::Plant(const PlantConfig& config, const std::string& fault_socket, FaultInjection::Read read_fault,
-             const Scenario* scenario)
+Plant::Plant(const PlantConfig& config, const std::string& fault_socket, const Scenario* scenario)
     : config_{config},
       awake_{config.hil.pacing == Pacing::real_time},
       task_{{.period_ns = config.period_ns, .wake_every_periods = 1}, config.realtime.wait} {
@@ -50,7 +48,7 @@ Plant::Plant(const PlantConfig& config, const std::string& fault_socket, FaultIn
     stage_ = std::make_unique<LivePowerStage>(parameters, config.load.parameters());
   }
   if (!fault_socket.empty())
-    faults_ = std::make_unique<FaultInjection>(fault_socket, stage(), std::move(read_fault));
+    faults_ = std::make_unique<FaultInjection>(fault_socket, stage(), config.plant.io.fault);
   if (config.transport == PlantTransport::udp) {
     udp_end_ = std::make_unique<UdpPlantEnd>(config.hil, config.period_ns);
     udp_ = std::make_unique<PlantServer<UdpPlantEnd>>(guard_parameters(config), io(), *udp_end_);

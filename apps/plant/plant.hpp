@@ -30,10 +30,10 @@ namespace sextant::plant {
 class Plant {
  public:
   /// Opens stage and link. Throws std::runtime_error with one sentence where one cannot be opened.
-  /// fault_socket: on which it takes faults, by read_fault; empty for none. scenario: that the drive of a
-  /// lockstep plays, with load and evaluation of it; null for none, not owned.
+  /// fault_socket: on which it takes faults; empty for none. scenario: that the drive of a lockstep plays,
+  /// with load and evaluation of it; null for none, not owned.
   explicit Plant(const PlantConfig& config, const std::string& fault_socket = {},
-                 FaultInjection::Read read_fault = {}, const Scenario* scenario = nullptr);
+                 const Scenario* scenario = nullptr);
   ~Plant();
 
   /// Starts the plant's thread. Throws when real-time rights are required and refused.

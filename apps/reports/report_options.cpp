@@ -28,9 +28,10 @@ std::vector<Option> report_options(ReportOptions& options, const char* needs) {
 
 void report_not_started(const std::string& program, const ReportOptions& options,
                         const std::vector<std::string>& scenarios, const std::string& why) {
+  const std::vector<std::string> names = scenarios.empty() ? std::vector{program} : scenarios;
   try {
-    RunReports reports{options, scenarios, program};
-    for (const std::string& name : scenarios) reports.add_error(name, "did not run: " + why);
+    RunReports reports{options, names, program};
+    for (const std::string& name : names) reports.add_error(name, "did not run: " + why);
   } catch (const std::runtime_error& problem) {
     fmt::print(stderr, "{}: {}\n", program, problem.what());
   }

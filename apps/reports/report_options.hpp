@@ -19,7 +19,8 @@ struct ReportOptions {
 [[nodiscard]] std::vector<Option> report_options(ReportOptions& options, const char* needs = nullptr);
 
 /// Reports of a command that did not start, in the place of those of an earlier one: `why` is an error of
-/// each scenario. Where the reports cannot be written, a line of the program says so.
+/// each scenario, or of the program where it has none. Where the reports cannot be written, a line of the
+/// program says so.
 void report_not_started(const std::string& program, const ReportOptions& options,
                         const std::vector<std::string>& scenarios, const std::string& why);
 

@@ -186,9 +186,9 @@ class FieldOrientedController final : public sextant::Controller<T> {
 };
 
 /// The keys of [control.own_foc].
-inline void describe(sextant::Section s, FieldOrientedController<>::Parameters& p,
-                     const sextant::ControlSetup& /*setup*/) {
-  s.number("bandwidth_rad_s", p.bandwidth, {1, 1e5}, "rad/s", "bandwidth of the current controllers");
+inline void describe(sextant::Description& d, FieldOrientedController<>::Parameters& p,
+                     const FieldOrientedController<>::Parameters& /*by_default*/) {
+  d.number("bandwidth_rad_s", p.bandwidth, {"rad/s", 1, 1e5, "bandwidth of the current controllers"});
 }
 
 }  // namespace example

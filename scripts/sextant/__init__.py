@@ -12,9 +12,10 @@ docs/python.md has all of it.
 from sextant_py.control_unit import Vcu
 from sextant_py.errors import UserError
 from sextant_py.inject import inject
+from sextant_py.set import get_parameters, set_parameters
 
 from .mil_run import Run, run
 from .parameter_sweep import sweep
 from .signal_frame import read
 
-__all__ = ["Run", "UserError", "Vcu", "inject", "read", "run", "sweep"]
+__all__ = ["Run", "UserError", "Vcu", "get_parameters", "inject", "read", "run", "set_parameters", "sweep"]

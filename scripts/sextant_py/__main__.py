@@ -23,6 +23,8 @@ COMMANDS = {
     "nameplate": "makes machine, limits and configurations of a drive from a name plate",
     "identify": "measures inverter and stator at standstill, for the drive",
     "inject": "gives a running simulated plant a fault",
+    "set": "sets parameters of a running drive",
+    "get": "shows parameters of a running drive",
     "completion": "prints what a shell needs to complete these commands",
     "rt_check": "says what keeps this machine from hard real time",
 }

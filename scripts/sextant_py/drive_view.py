@@ -200,6 +200,8 @@ class DriveView:
                 f"L_m {r.l_m_h:.4g} H ± {100 * r.l_m_deviation:.0f} %",
             )
             self._add(table, "parameters", *in_use)
+        if r.winding_temperature_k:
+            self._add(table, "winding", f"{r.winding_temperature_k - 273.15:.0f} °C")
         if r.periods_unchecked:
             self._add(table, "unchecked", f"{r.periods_unchecked} control periods")
         self._add(table, "commands", f"{r.commands_received} accepted,", f"{r.commands_rejected} rejected")

@@ -1,13 +1,12 @@
 """Gives a running simulated plant a fault: `sextant.inject`."""
 
 import argparse
-import json
-import socket
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .errors import UserError, run
+from .local_request import described, order
 from .sweep_reader import toml_value
 
 EXAMPLES = """examples:
@@ -19,8 +18,6 @@ EXAMPLES = """examples:
 
 Kinds and keys are those of [plant.faults] (docs/sensors.md); at_s and until_s count from now. Keys that are not given
 are those of the program's file. A fault takes the place of the one before. The program logs each with its time."""
-REPLY_S = 5.0  # for which a program's reply is waited for
-LARGEST = 65536  # bytes of a reply
 
 
 def inject(fault_socket: str | Path, kind: str, **values: Any) -> None:
@@ -47,34 +44,15 @@ def keys(fault_socket: str | Path) -> list[dict[str, Any]]:
 
     A program that is not there, or of another version, is a UserError with one sentence.
     """
-    reply = _ask(fault_socket, "describe")
-    try:
-        return json.loads(reply)
-    except ValueError:
-        raise UserError(f"the program on {fault_socket} does not list its faults: {reply}") from None
+    return described(fault_socket, _absent(fault_socket))
 
 
 def _order(fault_socket: str | Path, request: str) -> None:
-    reply = _ask(fault_socket, request)
-    if reply != "ok":
-        problems = "; ".join(" ".join(line.split()) for line in reply.splitlines() if line.strip())
-        raise UserError(f"the fault is refused: {problems or 'the program has ended'}")
+    order(fault_socket, request, "the fault", _absent(fault_socket))
 
 
-def _ask(fault_socket: str | Path, request: str) -> str:
-    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as client:
-        client.settimeout(REPLY_S)
-        try:
-            client.connect(str(fault_socket))
-            client.send(request.encode(errors="replace"))
-            return client.recv(LARGEST).decode(errors="replace")
-        except TimeoutError:
-            raise UserError(f"no reply on {fault_socket} within {REPLY_S:g} s.") from None
-        except OSError as error:
-            raise UserError(
-                f"no program takes faults on {fault_socket}: {error.strerror or error}; start sextant-ecu or "
-                f"sextant-plant with --fault-socket {fault_socket}."
-            ) from None
+def _absent(fault_socket: str | Path) -> str:
+    return f"no program takes faults; start sextant-ecu or sextant-plant with --fault-socket {fault_socket}."
 
 
 def main(arguments: list[str]) -> int:

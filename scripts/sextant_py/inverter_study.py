@@ -165,7 +165,7 @@ def scenario() -> str:
         "[load]", 'kind = "imposed_speed"',
         "[control]", "flux_reference_wb = 1.1", 'flux_estimator = "hybrid"',
         "[control.dtc]", "torque_band_upper_nm = 0.918", "torque_band_lower_nm = 0.918",
-        "flux_band_wb = 0.01", "torque_trim_ms = 10",
+        "flux_band_wb = 0.01",
         "[command]", "torque_limit_nm = 150", "torque_rate_nm_s = 1e6",
         "[capability]", "torque_nm = 150",
         "[protection]", "over_current_a = 250", "dc_over_voltage_v = 700",

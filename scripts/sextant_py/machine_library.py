@@ -7,6 +7,7 @@ from pathlib import Path
 
 from . import (
     machine_library_faults,
+    machine_library_honest,
     machine_library_page,
     machine_library_random,
     machine_library_scenarios,
@@ -25,10 +26,11 @@ from .machine_library_points import (
     read_library,
 )
 from .machine_library_results import Outcome, Results, load, outcome, save
-from .machine_library_run import Lab
+from .machine_library_run import Lab, Record
 from .paths import OUT, ROOT
 from .torque_map_run import progress_of
 
+PROGRAM = "machine_library"
 DOCS = ROOT / "docs"
 EXAMPLES = """examples:
   scripts/machine_library                                   all machines, then docs/machine_library.md
@@ -37,6 +39,7 @@ EXAMPLES = """examples:
   scripts/machine_library --points 10                       more speeds in each cell, printed
   scripts/machine_library --parts reversals,starts,sags     full torque reversed, starts through standstill, sags
   scripts/machine_library --random 50 --seed 7              machines at random, 0.25 to 200 kW, 48 to 690 V, printed
+  scripts/machine_library --honest --methods foc,dtc        dead time, drops, saturation and real sensors, identified
   scripts/machine_library --from docs/machine_library.json  no runs: picture and page again
 
 Nothing is set but machine, link, method, control period and sensors: the drive is the shipped one. A point is right,
@@ -59,6 +62,9 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help="a few points of each machine, printed; no page")
     parser.add_argument("--machines", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
     parser.add_argument("--random", type=int, metavar="N", help="so many machines made at random, by the seed; no page")
+    parser.add_argument(
+        "--honest", action="store_true", help="on a plant with the errors of a real one, identified, printed; no page"
+    )
     parser.add_argument("--methods", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
     parser.add_argument("--periods", type=words, metavar="US,US", help="these alone, printed; no page (default: all)")
     parser.add_argument("--points", type=int, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page")
@@ -77,7 +83,10 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error(f"--points: expected a number from 1, got {options.points}")
     if options.random is not None and (options.random < 1 or options.machines):
         parser.error("--random: expected a number from 1, and no --machines beside it")
+    if options.honest and (options.parts or options.random):
+        parser.error("--honest: has the points of the published machines alone, no --parts and no --random")
     parts = (
+        options.honest,
         options.quick,
         options.machines,
         options.random,
@@ -106,6 +115,7 @@ def chosen_machines(wanted: list[str] | None) -> list[Machine]:
 def command_of(options: argparse.Namespace) -> str:
     """That makes the same results."""
     words = ["scripts/machine_library"]
+    words += ["--honest"] if options.honest else []
     words += ["--quick"] if options.quick else []
     for name in ("machines", "methods", "periods", "parts"):
         if chosen := getattr(options, name):
@@ -116,13 +126,29 @@ def command_of(options: argparse.Namespace) -> str:
     return " ".join(words)
 
 
-def measure_points(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
-    lab.configure(plan, jobs)
-    records = lab.run([(p, {}) for p in plan], jobs, progress_of(len(plan), "healthy", "machine_library"))
+def outcomes(lab: Lab, plan: list[Point], records: list[Record]) -> list[Outcome]:
     return [
         outcome(record, point, lab.machines[point.cell.machine], lab.configuration(point))
         for record, point in zip(records, plan, strict=True)
     ]
+
+
+def measure_points(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
+    lab.configure(plan, jobs)
+    return outcomes(lab, plan, lab.run([(p, {}) for p in plan], jobs, progress_of(len(plan), "healthy", PROGRAM)))
+
+
+def measure_honest(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
+    lab.configure(plan, jobs)
+    settings, refused = machine_library_honest.settings_of(lab, plan, lab.directory, jobs)
+    keys = [(p.cell.machine, p.cell.period_us) for p in plan]
+    ready = [(p, settings[key]) for p, key in zip(plan, keys, strict=True) if key in settings]
+    found = iter(lab.run(ready, jobs, progress_of(len(ready), "honest", PROGRAM)))
+    records = [
+        next(found) if key in settings else {"key": point.key, "refusal": refused.get(key, lab.configuration(point))}
+        for point, key in zip(plan, keys, strict=True)
+    ]
+    return outcomes(lab, plan, records)
 
 
 def measure_scenario(lab: Lab, name: str, options: argparse.Namespace, methods: list[str]) -> list[dict]:
@@ -150,6 +176,14 @@ def measure(options: argparse.Namespace) -> Results:
         {"id": m.id, "name": m.name, "power_w": m.power_w, "voltage": m.voltage, "poles": m.poles} for m in machines
     ]
     results = Results("", "", options.seed, command_of(options), rows, [])
+    if options.honest:
+        of_honest = [int(p) for p in options.periods or machine_library_honest.PERIODS_US]
+        count = options.points or POINTS_A_CELL
+        honest = cells(machines, methods, of_honest, machine_library_honest.SENSORS)
+        plan = points(honest, options.seed, count)
+        plan = quick_points(plan, options.seed) if options.quick else plan
+        results.outcomes = measure_honest(lab, plan, options.jobs)
+        parts = []
     if "points" in parts:
         plan = points(cells(machines, methods, periods), options.seed, options.points or POINTS_A_CELL)
         plan = quick_points(plan, options.seed) if options.quick else plan

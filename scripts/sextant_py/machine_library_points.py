@@ -100,9 +100,14 @@ class Point:
         return f"{self.cell.key}/{self.speed:g}/{self.torque:g}"
 
 
-def cells(machines: Iterable[Machine], methods: Iterable[str], periods_us: Iterable[int]) -> list[Cell]:
+def cells(
+    machines: Iterable[Machine],
+    methods: Iterable[str],
+    periods_us: Iterable[int],
+    sensors: tuple[str, ...] = SENSORS,
+) -> list[Cell]:
     methods, periods_us = tuple(methods), tuple(periods_us)
-    return [Cell(m.id, p, method, s) for m in machines for p in periods_us for method in methods for s in SENSORS]
+    return [Cell(m.id, p, method, s) for m in machines for p in periods_us for method in methods for s in sensors]
 
 
 def points(chosen: Iterable[Cell], seed: int, count: int = POINTS_A_CELL) -> list[Point]:
@@ -132,7 +137,7 @@ def cell_settings(cell: Cell) -> Settings:
 
 
 def sensor_settings(sensors: str, over_current: float, u_dc: float) -> Settings:
-    if sensors == "ideal":
+    if sensors != "12 bits":
         return {}
     return {
         "plant.sensors.current.range_a": RANGE_SHARE * over_current,

@@ -9,5 +9,6 @@ ROOT = _CHECKOUT if _IS_CHECKOUT else Path(sys.prefix) / "share" / "sextant"
 OUT = ROOT / "out" if _IS_CHECKOUT else Path("out")
 DBC = ROOT / "configs" / "interfaces" / "sextant.dbc"
 IDL = ROOT / "configs" / "interfaces" / "telemetry.idl"
+TELEMETRY = ROOT / "configs" / "interfaces" / "telemetry.json"
 LOOPBACK = ROOT / "configs" / "cyclonedds_loopback.xml"
 ECU = ROOT / "configs" / "ecu.toml"

@@ -1,26 +1,12 @@
-"""The list of telemetry signals: configs/interfaces/telemetry.idl, read as cmake/SextantTelemetry.cmake reads it."""
+"""The list of telemetry signals: configs/interfaces/telemetry.json, which `sextant-telemetry --describe` writes."""
 
-import re
+import json
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 from .errors import UserError
-from .paths import IDL
-
-# The word for a statistic, by the part of a member's name that says it.
-_STATISTICS = {
-    "mean": "mean",
-    "min": "minimum",
-    "max": "maximum",
-    "p50": "median",
-    "p99": "99 % quantile",
-    "p99_9": "99.9 % quantile",
-    "p99_99": "99.99 % quantile",
-}
-_STATISTIC = re.compile(rf"(.*)_({'|'.join(_STATISTICS)})_([a-z]+)")
-_MEMBER = re.compile(r"^    (@key )?([A-Za-z0-9<>, ]+) _?([a-z][a-z0-9_]*);(?: *// \[([^]]+)\] (.+))?$", re.MULTILINE)
-
-_ENUMERATOR = re.compile(r"[A-Z][A-Z0-9_]*")
+from .paths import TELEMETRY
 
 
 @dataclass(frozen=True)
@@ -28,42 +14,36 @@ class Signal:
     """A member of a topic."""
 
     name: str
-    type: str  # as the contract names it
+    type: str  # as configs/interfaces/telemetry.idl names it
     unit: str  # "1" for a pure number
     text: str
     is_key: bool
 
 
 @cache
-def _contract() -> str:
+def _contract() -> dict[str, Any]:
     try:
-        return IDL.read_text(encoding="utf-8")
+        return json.loads(TELEMETRY.read_text(encoding="utf-8"))
     except OSError as error:
-        raise UserError(f"the telemetry contract {IDL} cannot be read: {error.strerror}.") from None
+        raise UserError(f"the telemetry contract {TELEMETRY} cannot be read: {error.strerror}.") from None
+    except ValueError as error:
+        raise UserError(f"the telemetry contract {TELEMETRY} is no JSON: {error}.") from None
 
 
-def _body(pattern: str, text: str, what: str) -> str:
-    found = re.search(pattern, text, re.DOTALL | re.MULTILINE)
+def _part(kind: str, name: str, what: str) -> list:
+    found = _contract()[kind].get(name)
     if found is None:
-        raise UserError(f"the telemetry contract {IDL} has no {what}.")
-    return found[1]
+        raise UserError(f"the telemetry contract {TELEMETRY} has no {what} {name}.")
+    return found
 
 
 @cache
 def signals(struct: str) -> tuple[Signal, ...]:
-    """The members of a struct, in order. A statistic without comment has unit and text of the one before it."""
-    found: list[Signal] = []
-    first: dict[tuple[str, str], tuple[str, str, str]] = {}
-    body = _body(rf"^  struct {struct} {{\n(.*?)\n  }};", _contract(), f"struct {struct}")
-    for key, kind, name, unit, text in _MEMBER.findall(body):
-        if statistic := _STATISTIC.fullmatch(name):
-            word, quantity = _STATISTICS[statistic[2]], (statistic[1], statistic[3])
-            first.setdefault(quantity, (word, unit, text))
-            if not text:
-                of_first, unit, text = first[quantity]
-                text = text.replace(f"{of_first} over", f"{word} over")
-        found.append(Signal(name, kind, unit, text, bool(key)))
-    return tuple(found)
+    """The members of a topic's type, in order."""
+    return tuple(
+        Signal(one["name"], one["type"], one["unit"], one["text"], one.get("key", False))
+        for one in _part("topics", struct, "struct")
+    )
 
 
 @cache
@@ -79,21 +59,15 @@ def rejections() -> dict[str, str]:
 @cache
 def enumerators(enumeration: str) -> tuple[str, ...]:
     """The names of an enumeration, by value."""
-    code = re.sub(r"//[^\n]*", "", _contract())
-    body = _body(rf"enum {enumeration} {{([^}}]*)}}", code, f"enum {enumeration}")
-    names = tuple(name.strip() for name in body.split(","))
-    for name in names:
-        if not _ENUMERATOR.fullmatch(name):
-            raise UserError(f'{IDL}: {enumeration} has "{name}", which is not an enumerator: its form is "NAME,".')
-    return names
+    return tuple(_part("enumerations", enumeration, "enumeration"))
 
 
 @cache
 def enumerations() -> tuple[str, ...]:
-    return tuple(re.findall(r"^  enum (\w+)", _contract(), re.MULTILINE))
+    return tuple(_contract()["enumerations"])
 
 
 @cache
 def structs() -> tuple[str, ...]:
     """The topics' types, in order."""
-    return tuple(re.findall(r"^  struct (\w+) {", _contract(), re.MULTILINE))
+    return tuple(_contract()["topics"])

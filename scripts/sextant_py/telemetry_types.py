@@ -1,4 +1,4 @@
-"""Python types of configs/interfaces/telemetry.idl, read from the file itself."""
+"""Python types of configs/interfaces/telemetry.idl, by the list of its signals."""
 
 import re
 from typing import get_args, get_origin

@@ -84,7 +84,7 @@ EncodedFrame encode_message(StatusMessage message, const Telemetry<double>& x,
     case StatusMessage::real_time:
       return encode(extras.real_time);
     case StatusMessage::temperatures:
-      return encode(extras.temperatures);
+      return encode(Temperatures{.stator = x.winding_temperature});
     case StatusMessage::faults_active:
       return encode(ActiveFaults{x.active});
     case StatusMessage::faults_latched:

@@ -5,14 +5,11 @@
 #include <utility>
 #include <vector>
 
-#include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "sextant/drive/resolved.hpp"
 
 namespace sextant {
 namespace {
-
-constexpr Range<double> flux_wb{0.01, 10};
 
 /// The flux of the link at the frequency of the machine's data sheet; no number without that. [Wb]
 double default_flux(const DriveConfig& c) {
@@ -56,12 +53,13 @@ void describe_control(Section s, DriveConfig& c) {
   s.add("controller", "", meaning.c_str(),
         ChoiceField{std::move(names), [&c] { return c.controller; },
                     [&c](std::string_view name) { c.controller = name; }});
-  s.derived(
-      "flux_reference_wb", c.setup.basis.flux_reference, flux_wb, "Wb",
-      "stator flux linkage that the controller holds where the voltage suffices; more takes less slip and "
-      "more "
-      "current without torque",
-      [&c] { return default_flux(c); },
+  double& flux = c.setup.basis.flux_reference;
+  s.defaulted_by(
+      "flux_reference_wb", flux, [&c, &flux] { flux = default_flux(c); },
+      {"Wb", 0.01, 10,
+       "stator flux linkage that the controller holds where the voltage suffices; more takes less slip and "
+       "more current without torque",
+       Changes::when_ready},
       "the machine names no reactance_frequency_hz, or no usable flux follows from it and plant.u_dc_v");
   s.derive([&c] { resolve(c); });
   s.choice(
@@ -74,13 +72,14 @@ void describe_control(Section s, DriveConfig& c) {
        {"sensorless_observer", FluxEstimatorKind::sensorless_observer}},
       "voltage model at speed and current model near standstill; the paper's open integrator; that with a "
       "low-pass filter; rotor flux from current and speed; full-order observer with measured, or with "
-      "estimated speed");
+      "estimated speed",
+      Changes::when_ready);
   s.flag("adapts_parameters", c.setup.adapts_parameters,
          "with the flux estimators hybrid, current_model and observer: R_s, R_r and L_m are identified while "
          "the machine is magnetised, and follow it while torque is made (hybrid); false: those of "
-         "[control.machine_estimate] hold");
-  DescribedTable table{s};
-  describe(table, c.setup.winding);
+         "[control.machine_estimate] hold",
+         Changes::when_ready);
+  describe(s, c.setup.winding);
   s.section("r_s_per_k").check([&c]() -> std::string {
     const bool is_known =
         std::isfinite(c.drive.protection.winding.nominal_current) || c.plant.io.measures_winding_temperature;
@@ -95,12 +94,14 @@ void describe_control(Section s, DriveConfig& c) {
   for (auto& method : c.methods) {
     Section of_method = s.section(method->name());
     method->describe_table(of_method, c.control);
+    of_method.change_at_least(Changes::when_ready);
     of_method.optional([&c, name = method->name()] { return c.controller == name; });
   }
   Section estimate = s.section("machine_estimate");
   describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]");
-  DescribedTable saturation{estimate.section("saturation")};
+  Section saturation = estimate.section("saturation");
   describe(saturation, c.setup.basis.saturation);
+  estimate.change_at_least(Changes::when_ready);
 }
 
 }  // namespace sextant

@@ -1,11 +1,13 @@
 #include "sextant/config/control_methods.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "number_text.hpp"
 #include "sextant/sim/trace_recorder.hpp"
 
 namespace sextant {
@@ -45,6 +47,16 @@ void check_channels(const ControlMethod& method) {
 }
 
 }  // namespace
+
+std::string vector_step_problem(double current, double largest, std::int32_t period_ns) {
+  if (!(current > largest)) return {};
+  const auto rounded = [](double x) { return number_text(std::round(x * 10) / 10); };
+  return "one voltage vector for one control period moves the current by " + rounded(current) +
+         " A, more than " + rounded(largest) +
+         " A, which stands for a third of the torque limit: drive.period_us may be " +
+         rounded(std::floor(1e6 * (period_ns * 1e-9) * largest / current)) +
+         " us at most with this method; others take shorter vectors";
+}
 
 ControlMethods control_methods() {
   ControlMethods methods = methods_of(static_cast<ControllerList<double>*>(nullptr));

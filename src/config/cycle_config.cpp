@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "common_ranges.hpp"
-#include "described_table.hpp"
 #include "sextant/sim/drive_cycle.hpp"
 
 namespace sextant {
@@ -35,11 +33,12 @@ void describe_cycle(Section s, CycleConfig& p) {
 }
 
 void describe(Section s, Driver::Parameters& p, const std::function<double()>& torque_of_drive) {
-  s.time("period_ms", p.period_ns, ns_per_ms, {0.01, 1e4}, "ms", "between two decisions of the driver");
-  s.number("bandwidth_rad_s", p.bandwidth, {1e-3, 1e3}, "rad/s", "of the speed loop");
-  s.number("integral_time_s", p.integral_time, {1e-3, 1e4}, "s", "of the speed loop");
-  s.derived("torque_limit_nm", p.torque_limit, {1e-3, 1e5}, "N·m", "of each motor, driving and braking",
-            torque_of_drive);
+  s.time("period_ms", p.period_ns, in_ms(0.01, 1e4, "between two decisions of the driver"));
+  s.number("bandwidth_rad_s", p.bandwidth, {"rad/s", 1e-3, 1e3, "of the speed loop"});
+  s.number("integral_time_s", p.integral_time, {"s", 1e-3, 1e4, "of the speed loop"});
+  s.defaulted_by("torque_limit_nm", p.torque_limit,
+                 [&p, torque_of_drive] { p.torque_limit = torque_of_drive(); },
+                 {"N·m", 1e-3, 1e5, "of each motor, driving and braking"});
   s.check(p);
 }
 

@@ -7,9 +7,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
-#include "common_ranges.hpp"
-#include "described_table.hpp"
 #include "drive_sections.hpp"
 #include "number_text.hpp"
 
@@ -30,17 +29,17 @@ void share(DriveConfig& c) {
 }
 
 void describe_torque_monitor(Section s, DriveConfig& c) {
-  DescribedTable table{s};
-  describe(table, c.setup.torque_monitor, c.drive.torque_monitor);
-  describe_other_machine(s.section("machine"), c.monitored_machine, c.machine, "that of the controller");
+  describe(s, c.setup.torque_monitor, c.drive.torque_monitor);
+  Section machine = s.section("machine");
+  describe_other_machine(machine, c.monitored_machine, c.machine, "that of the controller");
+  machine.change_at_least(Changes::when_ready);
   s.check(c.drive.torque_monitor);
 }
 
 /// The inverter as estimator, modulator and checks take it to be.
 void describe_inverter(Section s, DriveConfig& c) {
   const InverterModel<>::Parameters& resolved = c.control.inverter;
-  DescribedTable table{s};
-  describe(table, c.setup.basis.inverter, c.setup.voltage_error, resolved);
+  describe(s, c.setup.basis.inverter, c.setup.voltage_error, resolved);
   s.check_basis("", [&c, &resolved]() -> std::string {
     const char* const problem = resolved.validate(c.drive.period_ns);
     return problem != nullptr ? problem : "";
@@ -86,31 +85,12 @@ std::string validate_bands(const DriveConfig& c) {
   return {};
 }
 
-}  // namespace
-
-const ControlMethod& DriveConfig::method(std::string_view name) const {
-  for (const auto& known : methods) {
-    if (known->name() == name) return *known;
-  }
-  throw std::logic_error("there is no control method \"" + std::string{name} + "\"");
-}
-
 std::string validate_link(const DriveConfig& c) {
   const double link = c.plant.io.u_dc;
   const double trip = c.drive.protection.dc_over_voltage;
   if (!(link > trip)) return {};
   return number_text(link) + " V is above protection.dc_over_voltage_v, " + number_text(trip) +
          " V: the drive would trip at once; lower the link or raise the trip level";
-}
-
-std::string validate_imposed_speed(const DriveConfig& c, const ProfileParameters& speed,
-                                   std::int64_t duration_ns) {
-  if (!speed.validate().empty()) return {};
-  const double most = largest_magnitude(speed, duration_ns);
-  const double trip = c.drive.protection.over_speed;
-  if (!(most > trip)) return {};
-  return "the speed reaches " + number_text(most) + " rad/s, above protection.over_speed_rad_s, " +
-         number_text(trip) + " rad/s: the drive would trip; lower the speed or raise the trip level";
 }
 
 std::string validate_initial_speed(const DriveConfig& c) {
@@ -178,6 +158,25 @@ std::string validate_sin_cos(const DriveConfig& c) {
          "): the drive could trip; take more bits, more sines or a longer window, or raise the limit";
 }
 
+}  // namespace
+
+const ControlMethod& DriveConfig::method(std::string_view name) const {
+  for (const auto& known : methods) {
+    if (known->name() == name) return *known;
+  }
+  throw std::logic_error("there is no control method \"" + std::string{name} + "\"");
+}
+
+std::string validate_imposed_speed(const DriveConfig& c, const ProfileParameters& speed,
+                                   std::int64_t duration_ns) {
+  if (!speed.validate().empty()) return {};
+  const double most = largest_magnitude(speed, duration_ns);
+  const double trip = c.drive.protection.over_speed;
+  if (!(most > trip)) return {};
+  return "the speed reaches " + number_text(most) + " rad/s, above protection.over_speed_rad_s, " +
+         number_text(trip) + " rad/s: the drive would trip; lower the speed or raise the trip level";
+}
+
 std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {
   if (!imposes_speed) return {};
   if (plant.plant.initial.speed != 0.0)
@@ -188,6 +187,22 @@ std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant, bo
          "or the load a torque";
 }
 
+void check_simulated_plant(const Section& root, const DriveConfig& c, std::function<bool()> counts) {
+  const auto check = [&c, counts = std::move(counts)](Section key,
+                                                      std::string (*problem)(const DriveConfig&)) {
+    key.check([&c, counts, problem] { return counts() ? problem(c) : std::string{}; });
+  };
+  const Section plant = root.section("plant");
+  const Section sensors = plant.section("sensors");
+  check(plant.section("u_dc_v"), validate_link);
+  check(plant.section("initial_speed_rad_s"), validate_initial_speed);
+  check(sensors.section("current").section("range_a"), validate_current_range);
+  check(sensors.section("voltage").section("range_v"), validate_voltage_range);
+  check(sensors.section("encoder").section("lines"), validate_encoder);
+  check(sensors.section("resolver").section("bits"), validate_resolver);
+  check(sensors.section("sin_cos").section("bits"), validate_sin_cos);
+}
+
 void describe(Section root, DriveConfig& c) {
   describe(root.section("machine"), c.machine);
   root.derive([&c] { share(c); });
@@ -196,25 +211,28 @@ void describe(Section root, DriveConfig& c) {
 
   describe_control(root.section("control"), c);
   describe_parameters(root.section("command"), c.setup.command, c.drive.command);
-  describe_parameters(root.section("capability"), c.setup.capability, c.drive.capability);
+  describe_parameters(root.section("capability"), c.setup.capability, c.drive.motor.capability);
   describe_parameters(root.section("protection"), c.setup.protection, c.drive.protection);
   describe_torque_monitor(root.section("torque_monitor"), c);
-  drive.time("period_us", c.setup.basis.period_ns, ns_per_us, {1, 1e5}, "us", "control period");
-  drive.integer("actuation_delay_periods", c.setup.basis.actuation_delay_periods, {0, 1}, "",
+  drive.time("period_us", c.setup.basis.period_ns, in_us(1, 1e5, "control period"));
+  drive.integer("actuation_delay_periods", c.setup.basis.actuation_delay_periods, "", 0, 1,
                 "control periods between a decision and its pattern; the controller compensates it");
-  drive.time(
-      "sampling_lead_us", c.setup.basis.sampling_lead_ns, ns_per_us, {0, 1e5}, "us",
-      "time before a control period begins at which the power stage samples currents and link voltage, "
-      "as in the middle of a carrier period: estimate, prediction and checks count on it");
+  drive.time("sampling_lead_us", c.setup.basis.sampling_lead_ns,
+             in_us(0, 1e5,
+                   "time before a control period begins at which the power stage samples currents and link "
+                   "voltage, as in the middle of a carrier period: estimate, prediction and checks count on "
+                   "it"));
   drive.flag("magnetise_first", c.setup.magnetise_first,
-             "build up the flux before torque, under the control method's magnetising_current_a");
-  drive.derived("magnetise_timeout_ms", c.setup.magnetise_timeout_ms, c.magnetise_timeout_ms, {1, 1e6}, "ms",
-                "time after which flux that is not ready is a fault");
-  drive.derived(
-      "current_limit_a", c.setup.current_limit, c.drive.capability.current_limit, current_a, "A",
-      "peak of the stator current vector: limits the available torque, and what the control method asks for");
-  DescribedTable of_drive{drive};
-  describe(of_drive, c.setup.optimal_flux);
+             "build up the flux before torque, under the control method's magnetising_current_a",
+             Changes::when_ready);
+  drive.derived("magnetise_timeout_ms", c.setup.magnetise_timeout_ms, c.magnetise_timeout_ms,
+                {"ms", 1, 1e6, "time after which flux that is not ready is a fault", Changes::when_ready});
+  drive.derived("current_limit_a", c.setup.current_limit, c.drive.motor.capability.current_limit,
+                {"A", 0.1, 1e5,
+                 "peak of the stator current vector: limits the available torque, and what the control "
+                 "method asks for",
+                 Changes::always});
+  describe(drive, c.setup.optimal_flux);
   describe_parameters(drive.section("anti_jerk"), c.setup.anti_jerk);
   Section plant = root.section("plant");
   plant.flag("measures_winding_temperature", c.plant.io.measures_winding_temperature,
@@ -224,22 +242,22 @@ void describe(Section root, DriveConfig& c) {
     return "the temperature of the winding is not known without plant.thermal.winding_j_per_k and the others";
   });
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
-  describe(plant, c.plant, [&c] { return c.drive.sampling_lead_ns; });
+  describe(plant, c.plant, c.drive.sampling_lead_ns);
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
-    if (p.command.validate() || p.protection.validate() || p.capability.validate() || p.validate_bands() ||
-        p.torque_monitor.validate() || p.anti_jerk.validate()) {
+    if (p.command.validate() || p.protection.validate() || p.motor.capability.validate() ||
+        p.validate_bands() || p.torque_monitor.validate() || p.anti_jerk.validate()) {
       return {};
     }
-    if (!(p.capability.current_limit < p.protection.over_current)) {
+    if (!(p.motor.capability.current_limit < p.protection.over_current)) {
       return "current_limit_a must be below protection.over_current_a";
     }
     const char* const problem = p.validate();
     return problem != nullptr ? problem : "";
   });
   root.section("capability").check([&c]() -> std::string {
-    if (!(c.drive.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
+    if (!(c.drive.motor.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
     return "voltage_use above 1 needs a modulated method with overmodulation \"fundamental\", which \"" +
            c.controller + "\" is not: choose one, or voltage_use of 1 at most";
   });

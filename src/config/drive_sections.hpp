@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 
-#include "common_ranges.hpp"
 #include "sextant/config/drive_config.hpp"
 
 namespace sextant {

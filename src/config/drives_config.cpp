@@ -1,6 +1,7 @@
 #include "sextant/config/drives_config.hpp"
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
 namespace sextant {
@@ -28,6 +29,14 @@ std::string check_pair(const DrivesConfig& config, std::size_t first, std::size_
 }
 
 }  // namespace
+
+std::string DrivesConfig::file_of(const std::string& name, std::size_t drive) const {
+  if (name.empty() || drives.size() == 1) return name;
+  std::filesystem::path path{name};
+  path.replace_filename(path.stem().string() + "_" + std::to_string(drives.at(drive).drive_id) +
+                        path.extension().string());
+  return path.string();
+}
 
 void describe(Section root, DrivesConfig& config) {
   root.choice("on_fault", config.on_fault,

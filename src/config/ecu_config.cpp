@@ -2,27 +2,10 @@
 
 #include <string>
 
-#include "described_table.hpp"
 #include "sextant/config/sensor_config.hpp"
 
 namespace sextant {
 namespace {
-
-void describe(Section s, CanConfig& p) {
-  s.text("bus", p.bus, "socketcan:<interface> or udp_multicast:<group>:<port>");
-  s.integer(
-      "identifier_offset", p.identifier_offset.value, {0, IdentifierOffset::largest}, "",
-      "added to all CAN identifiers and E2E data ids, a multiple of 32; distinguishes the drives of one bus");
-  s.check(p.identifier_offset);
-}
-
-void describe(Section s, DdsConfig& p) {
-  s.integer("domain", p.domain, {0, 230}, "", "DDS domain");
-  s.text("config_uri", p.config_uri,
-         "Cyclone DDS configuration; empty: CYCLONEDDS_URI decides, without it the loopback interface", true);
-  s.number("telemetry_rate_hz", p.telemetry_rate_hz, {1, 10'000}, "Hz", "rate of DriveTelemetry");
-  s.number("statistics_rate_hz", p.statistics_rate_hz, {0.01, 100}, "Hz", "rate of RealTimeStatistics");
-}
 
 /// Checks the durations that the wake period must not exceed.
 std::string check_wake_period(const EcuConfig& c) {
@@ -80,42 +63,26 @@ std::string check_power_stage(const EcuConfig& c) {
   return {};
 }
 
-/// What the simulated plant must not do to its drive.
-void describe_simulated_plant(const Section& root, EcuConfig& c) {
-  const auto check = [&c](Section key, std::string (*problem)(const DriveConfig&)) {
-    key.check([&c, problem] {
-      return c.power_stage == PowerStageKind::simulated ? problem(c.drive) : std::string{};
-    });
-  };
-  const Section plant = root.section("plant");
-  check(plant.section("u_dc_v"), validate_link);
-  check(plant.section("initial_speed_rad_s"), validate_initial_speed);
-  check(plant.section("sensors").section("current").section("range_a"), validate_current_range);
-  check(plant.section("sensors").section("voltage").section("range_v"), validate_voltage_range);
-  check(plant.section("sensors").section("encoder").section("lines"), validate_encoder);
-  check(plant.section("sensors").section("resolver").section("bits"), validate_resolver);
-  check(plant.section("sensors").section("sin_cos").section("bits"), validate_sin_cos);
-}
-
 }  // namespace
 
 void describe(Section root, EcuConfig& c) {
-  root.integer("drive_id", c.drive_id, {0, 65'535}, "", "key of a drive among those of a DDS domain");
+  root.integer("drive_id", c.drive_id, "", 0, 65'535, "key of a drive among those of a DDS domain");
   root.choice("power_stage", c.power_stage,
               {{"simulated", PowerStageKind::simulated},
                {"shared_memory", PowerStageKind::shared_memory},
                {"udp", PowerStageKind::udp}},
               "a plant in this process, in another one of this machine, or on another machine");
   describe(root, c.drive);
-  describe_simulated_plant(root, c);
+  check_simulated_plant(root, c.drive, [&c] { return c.power_stage == PowerStageKind::simulated; });
   Section hil = root.section("hil");
-  describe(hil, c.hil);
+  describe_parameters(hil, c.hil);
   hil.check([&c] { return check_power_stage(c); });
   Section realtime = root.section("realtime");
   describe_parameters(realtime, c.realtime);
   realtime.check([&c] { return check_wake_period(c); });
-  describe(root.section("can"), c.can);
-  describe(root.section("dds"), c.dds);
+  describe_parameters(root.section("can"), c.can);
+  Section dds = root.section("dds");
+  describe(dds, c.dds);
 }
 
 }  // namespace sextant

@@ -1,12 +1,14 @@
 #include "sextant/config/load_config.hpp"
 
 #include <array>
+#include <cstddef>
 #include <span>
 #include <utility>
 
 #include "layer.hpp"
 #include "printer.hpp"
 #include "reader.hpp"
+#include "sextant/config/key_change.hpp"
 
 namespace sextant {
 namespace {
@@ -133,6 +135,36 @@ std::string config_json(const PlantConfig& config) {
 }
 std::string config_json(const ScenarioConfig& config) {
   return json_of(config);
+}
+
+std::string running_keys(const EcuConfig& config) {
+  EcuConfig copy{config};
+  return print_running(schema_of(copy));
+}
+
+std::vector<KeyChange> key_changes(const EcuConfig& before, const EcuConfig& after) {
+  EcuConfig from{before};
+  EcuConfig to{after};
+  const Schema of_from = schema_of(from);
+  const Schema of_to = schema_of(to);
+  std::vector<KeyChange> changes;
+  for (std::size_t k = 0; k < of_from.lists.size(); ++k) {
+    const std::size_t size = of_from.lists[k].size();
+    const std::size_t other = of_to.lists[k].size();
+    if (size == other) continue;
+    changes.push_back({of_from.lists[k].path, Changes::never, std::to_string(size) + " tables",
+                       std::to_string(other) + " tables"});
+  }
+  if (!changes.empty()) return changes;
+  const std::vector<Field> fields = expanded(of_from).fields;
+  const std::vector<Field> others = expanded(of_to).fields;
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    std::string value = value_text(fields[k]);
+    std::string other = value_text(others[k]);
+    if (value == other) continue;
+    changes.push_back({fields[k].path, fields[k].changes, std::move(value), std::move(other)});
+  }
+  return changes;
 }
 
 }  // namespace sextant

@@ -9,29 +9,21 @@
 namespace sextant {
 namespace {
 
-constexpr Range<double> resistance_ohm{1e-6, 1e4};
-constexpr Range<double> reactance_ohm{1e-6, 1e5};
-constexpr Range<double> inductance_h{1e-9, 1e3};
-constexpr Range<double> frequency_hz{1e-2, 1e4};
-constexpr Range<double> inertia_kg_m2{1e-9, 1e5};
-
 /// Two keys for one inductance; the one set last replaces the other of an earlier file.
 void inductance(Section& s, const std::string& x_key, std::optional<double>& x, const std::string& l_key,
                 std::optional<double>& l, const std::string& name, const std::string& otherwise) {
-  const std::string x_meaning = name + " reactance" + otherwise;
-  const std::string l_meaning = name + " inductance, instead of the reactance" + otherwise;
-  s.add(x_key, "ohm", x_meaning.c_str(),
-        NumberField{reactance_ohm, [&x] { return x; },
-                    [&x, &l](double v) {
-                      x = v;
-                      l.reset();
-                    }});
-  s.add(l_key, "H", l_meaning.c_str(),
-        NumberField{inductance_h, [&l] { return l; },
-                    [&x, &l](double v) {
-                      l = v;
-                      x.reset();
-                    }});
+  const auto either = [&s](const std::string& key, std::optional<double>& given, std::optional<double>& other,
+                           const Quantity& q) {
+    s.add(key, q.unit, q.meaning,
+          NumberField{{q.min, q.max},
+                      [&given] { return given; },
+                      [&given, &other](double value) {
+                        given = value;
+                        other.reset();
+                      }});
+  };
+  either(x_key, x, l, {"ohm", 1e-6, 1e5, (name + " reactance" + otherwise).c_str()});
+  either(l_key, l, x, {"H", 1e-9, 1e3, (name + " inductance, instead of the reactance" + otherwise).c_str()});
   s.alternative(x_key, l_key, otherwise.empty());
 }
 
@@ -60,23 +52,28 @@ std::string MachineConfig::validate() const {
 void describe(Section s, MachineConfig& c, const std::string& unset) {
   const bool complete = unset.empty();
   const std::string otherwise = complete ? "" : "; not set: " + unset;
+  const auto number = [&](const char* key, std::optional<double>& x, const char* unit, Range<double> range,
+                          const char* meaning) {
+    s.number(key, x, {unit, range.min, range.max, (meaning + otherwise).c_str()});
+  };
   const auto needed = [&s, complete] {
     if (complete) s.required();
   };
-  s.number("r_s_ohm", c.r_s_ohm, resistance_ohm, "ohm", ("stator resistance" + otherwise).c_str());
+  number("r_s_ohm", c.r_s_ohm, "ohm", {1e-6, 1e4}, "stator resistance");
   needed();
-  s.number("r_r_ohm", c.r_r_ohm, resistance_ohm, "ohm",
-           ("rotor resistance, referred to the stator" + otherwise).c_str());
+  number("r_r_ohm", c.r_r_ohm, "ohm", {1e-6, 1e4}, "rotor resistance, referred to the stator");
   needed();
   inductance(s, "x_ls_ohm", c.x_ls_ohm, "l_ls_h", c.l_ls_h, "stator leakage", otherwise);
   inductance(s, "x_lr_ohm", c.x_lr_ohm, "l_lr_h", c.l_lr_h, "rotor leakage", otherwise);
   inductance(s, "x_m_ohm", c.x_m_ohm, "l_m_h", c.l_m_h, "magnetising", otherwise);
-  s.number("reactance_frequency_hz", c.reactance_frequency_hz, frequency_hz, "Hz",
-           ("frequency at which the reactances hold" + otherwise).c_str());
-  s.integer("poles", c.poles, {2, 200}, "", ("number of poles, twice the pole pairs" + otherwise).c_str());
+  number("reactance_frequency_hz", c.reactance_frequency_hz, "Hz", {1e-2, 1e4},
+         "frequency at which the reactances hold");
+  s.add("poles", "", ("number of poles, twice the pole pairs" + otherwise).c_str(),
+        IntegerField{{2, 200},
+                     [&c]() -> std::optional<std::int64_t> { return c.poles; },
+                     [&c](std::int64_t x) { c.poles = int(x); }});
   needed();
-  s.number("inertia_kg_m2", c.inertia_kg_m2, inertia_kg_m2, "kg·m²",
-           ("inertia of rotor and shaft" + otherwise).c_str());
+  number("inertia_kg_m2", c.inertia_kg_m2, "kg·m²", {1e-9, 1e5}, "inertia of rotor and shaft");
   needed();
   s.check(c);
   if (complete) {

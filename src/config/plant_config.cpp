@@ -2,8 +2,6 @@
 
 #include <string>
 
-#include "described_table.hpp"
-
 namespace sextant {
 namespace {
 
@@ -44,12 +42,13 @@ void describe(Section root, PlantConfig& c) {
   root.choice("transport", c.transport,
               {{"shared_memory", PlantTransport::shared_memory}, {"udp", PlantTransport::udp}},
               "link to the drive: on this machine, or over a network");
-  root.time("period_us", c.period_ns, 1e3, {1, 1e5}, "us", "plant period; the drive's control period");
-  root.section("drive").integer("actuation_delay_periods", c.plant.io.actuation_delay_periods, {0, 1}, "",
+  root.time("period_us", c.period_ns, in_us(1, 1e5, "plant period; the drive's control period"));
+  root.section("drive").integer("actuation_delay_periods", c.plant.io.actuation_delay_periods, "", 0, 1,
                                 "control periods between the drive's decision and its pattern");
   describe(root.section("machine"), c.machine);
   root.derive([&c] { share(c); });
-  describe(root.section("plant"), c.plant);
+  static constexpr std::int32_t no_lead = 0;
+  describe(root.section("plant"), c.plant, no_lead);
   root.section("machine").check(c.plant.plant);
   root.section("plant").check(c.plant.io);
   Section load = root.section("load");
@@ -57,7 +56,7 @@ void describe(Section root, PlantConfig& c) {
   load.section("kind").check(
       [&c] { return validate_free_shaft(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
   Section hil = root.section("hil");
-  describe(hil, c.hil);
+  describe_parameters(hil, c.hil);
   hil.check([&c] { return check_pacing(c); });
   Section realtime = root.section("realtime");
   describe_parameters(realtime, c.realtime);

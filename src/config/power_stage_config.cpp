@@ -1,14 +1,9 @@
 #include <array>
 #include <cstdio>
-#include <iterator>
 #include <string>
 
-#include "common_ranges.hpp"
-#include "described_table.hpp"
 #include "number_text.hpp"
 #include "sextant/config/drive_config.hpp"
-#include "sextant/config/inverter_loss_config.hpp"
-#include "sextant/config/sensor_config.hpp"
 
 namespace sextant {
 namespace {
@@ -44,27 +39,9 @@ std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
 }
 
 void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
-  s.time("dead_time_us", p.io.dead_time_ns, ns_per_us, {0, 5e4}, "us",
-         "time for which both switches of a leg are off where it changes between low and high, while its "
-         "diodes carry the current; the drive reads the commanded edges, and knows of it by "
-         "drive.inverter.dead_time_us; 0: none");
-  s.time(
-      "minimum_pulse_us", p.io.minimum_pulse.duration_ns, ns_per_us, {0, 5e4}, "us",
-      "shortest time for which a leg stays high or low, before its dead time, as the gate drivers keep it: "
-      "from the dead time to below half of the control period; short_pulses says what becomes of a "
-      "shorter command, which the run counts; 0: none");
-  s.choice("short_pulses", p.io.minimum_pulse.short_pulses,
-           {std::begin(short_pulses_choices), std::end(short_pulses_choices)},
-           "a command shorter than minimum_pulse_us does not act, and each edge acts minimum_pulse_us late, "
-           "as after a driver's input filter; or it acts for that long, and other edges at once");
-  s.number("threshold_v", p.plant.drops.threshold_voltage, {0, 1e3}, "V",
-           "voltage of a switch or diode that conducts, without current; cvode and erk then stop at each "
-           "switching and at each zero of a current, fixed in periods in which a current changes its sign, "
-           "and exact is fixed; the drive knows of it by drive.inverter.threshold_v; 0: none");
-  s.number("slope_ohm", p.plant.drops.slope_resistance, {0, 1e3}, "ohm",
-           "by which the voltage of a conducting switch or diode rises with its current; the drive knows of "
-           "it by drive.inverter.slope_ohm; 0: none");
-  describe(s.section("losses"), p.losses);
+  describe_gate_drivers(s, p.io);
+  describe(s, p.plant.drops);
+  describe_parameters(s.section("losses"), p.losses);
 }
 
 /// A flux that the link cannot make ends the run.
@@ -75,6 +52,13 @@ std::string check_initial_flux(const SimulatedPowerStage::Parameters& p) {
   if (plant.is_reachable()) return {};
   return "initial_flux_wb is more than this [machine] can have behind a link of u_dc_v, " +
          number_text(p.io.u_dc) + " V: lower it";
+}
+
+/// Losses of edges that there are not.
+std::string check_law(const SimulatedPowerStage::Parameters& p) {
+  if (p.io.law == InverterLaw::switched || !p.losses.acts()) return {};
+  return "inverter.law must be \"switched\": inverter.losses are those of each edge of the legs, which the "
+         "averaged law does not have";
 }
 
 /// A brake chopper that would load the source.
@@ -125,48 +109,41 @@ std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
 
 }  // namespace
 
-void describe(Section s, SimulatedPowerStage::Parameters& p,
-              const std::function<std::int32_t()>& lead_of_drive) {
+void describe(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t& lead_of_drive) {
   s.choice("integrator", p.integrator,
            {{"cvode", IntegratorKind::cvode},
             {"fixed", IntegratorKind::fixed},
             {"exact", IntegratorKind::exact},
             {"erk", IntegratorKind::erk}},
            "SUNDIALS CVODE; Runge-Kutta of fixed step; exact at frozen speed; SUNDIALS ERKStep");
-  s.number("u_dc_v", p.io.u_dc, link_voltage_v, "V",
-           "voltage of the stiff DC link, or of the source of one with capacitance");
-  s.integer("hold_periods", p.io.hold_periods, {1, 1'000'000}, "",
+  s.number("u_dc_v", p.io.u_dc,
+           {"V", 1, 2e4, "voltage of the stiff DC link, or of the source of one with capacitance"});
+  s.integer("hold_periods", p.io.hold_periods, "", 1, 1'000'000,
             "control periods for which a pattern holds that is not renewed");
-  s.number("viscous_friction_nm_s", p.plant.viscous_friction, {0, 1e3}, "N·m·s/rad",
-           "bearings and fan, torque per speed");
-  DescribedTable own{s};
-  describe(own, p.plant.initial);
+  s.number("viscous_friction_nm_s", p.plant.viscous_friction,
+           {"N·m·s/rad", 0, 1e3, "bearings and fan, torque per speed"});
+  describe(s, p.plant.initial);
   describe_parameters(s.section("saturation"), p.plant.saturation);
   describe_parameters(s.section("iron_loss"), p.plant.iron_loss);
   describe_inverter(s.section("inverter"), p);
   describe_parameters(s.section("link"), p.link);
   describe_parameters(s.section("thermal"), p.thermal);
   describe_parameters(s.section("driveline"), p.driveline);
-  describe(s.section("sensors"), p.io.sensors, lead_of_drive);
-  describe(s.section("faults"), p.io.fault, p.io.u_dc);
+  Section sensors = s.section("sensors");
+  describe(sensors, p.io.sensors, lead_of_drive);
+  sensors.check(p.io.sensors);
+  Section faults = s.section("faults");
+  describe(faults, p.io.fault, p.io.u_dc);
+  faults.check(p.io.fault);
   describe_parameters(s.section("cvode"), p.cvode);
-  Section fixed = s.section("fixed");
-  fixed.time("max_step_us", p.fixed.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
-             "longest integration step; a machine that is too fast for it gets shorter ones");
-  fixed.choice("at_switching", p.fixed.at_switching,
-               {{"go_on", AtSwitching::go_on}, {"stop", AtSwitching::stop}},
-               "where the inverter switches with every leg driven: go on, or end a step");
-  fixed.check(p.fixed);
-  Section exact = s.section("exact");
-  exact.time("max_step_us", p.exact.max_step_ns, ns_per_us, {0.1, 1e5}, "us",
-             "longest time over which the speed is frozen, less on a light shaft; while legs are off "
-             "plant.fixed counts");
-  exact.check(p.exact);
+  describe_parameters(s.section("fixed"), p.fixed);
+  describe_parameters(s.section("exact"), p.exact);
   describe_parameters(s.section("erk"), p.erk);
   s.check([&p] { return check_magnetics(p); });
   s.check([&p] { return check_hysteresis(p.plant); });
   s.check([&p] { return check_initial_flux(p); });
   s.check([&p] { return check_chopper(p); });
+  s.check([&p] { return check_law(p); });
   s.check([&p] { return check_stiffness(p); });
 }
 

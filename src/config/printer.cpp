@@ -124,21 +124,42 @@ struct JsonBounds {
   }
 };
 
+/// What a key is, as members of a JSON object.
+std::string described(const Field& field) {
+  return "\"key\": " + quoted(field.path) + ", \"unit\": " + quoted(field.unit) +
+         ", \"meaning\": " + quoted(field.meaning) + std::visit(JsonBounds{}, field.kind);
+}
+
 }  // namespace
+
+std::string value_text(const Field& field) {
+  return std::visit(Value{}, field.kind);
+}
+
+Schema expanded(const Schema& schema) {
+  return expanded(schema, schema);
+}
 
 std::string print_keys(const Schema& schema) {
   std::string text;
   for (const Field& field : schema.fields) {
-    text += (text.empty() ? "" : ",\n") + std::string{"{\"key\": "} + quoted(field.path) +
-            ", \"unit\": " + quoted(field.unit) + ", \"meaning\": " + quoted(field.meaning) +
-            std::visit(JsonBounds{}, field.kind) + "}";
+    text += (text.empty() ? "" : ",\n") + std::string{"{"} + described(field) + "}";
+  }
+  return "[" + text + "]";
+}
+
+std::string print_running(const Schema& schema) {
+  std::string text;
+  for (const Field& field : expanded(schema).fields) {
+    text += (text.empty() ? "" : ",\n") + std::string{"{"} + described(field) + ", \"changes\": \"" +
+            to_string(field.changes) + "\", \"value\": " + std::visit(JsonValue{}, field.kind) + "}";
   }
   return "[" + text + "]";
 }
 
 std::string print_json(const Schema& schema) {
   std::string text;
-  for (const Field& field : expanded(schema, schema).fields) {
+  for (const Field& field : expanded(schema).fields) {
     text += (text.empty() ? "" : ",\n") + quoted(field.path) + ": ";
     text += std::visit(JsonValue{}, field.kind);
   }

@@ -8,12 +8,6 @@
 #include "sextant/sim/profile_table.hpp"
 
 namespace sextant {
-namespace {
-
-constexpr Range<double> torque_nm{-1e5, 1e5};
-constexpr Range<double> speed_rad_s{-1e4, 1e4};
-
-}  // namespace
 
 bool is_given(const ProfileParameters& p) {
   return p.shape != ProfileShape::constant || p.value != 0.0 || !p.points.empty() || !p.table.empty();
@@ -55,21 +49,15 @@ void describe(Section s, ProfileParameters& p, const char* unit, Range<double> r
             {"table", ProfileShape::table}},
            "one value; values held from point to point; straight lines between points; a sine; or straight "
            "lines between the rows of a file");
-  s.number("value", p.value, range, unit, "of a constant; offset of a sine");
-  const auto get = [&p] {
-    PointsField::Pairs pairs;
-    for (const ProfilePoint& point : p.points) pairs.emplace_back(point.t_s, point.value);
-    return pairs;
+  const auto quantity = [unit, range](const char* meaning) {
+    return Quantity{unit, range.min, range.max, meaning};
   };
-  const auto set = [&p](const PointsField::Pairs& pairs) {
-    p.points.clear();
-    for (const auto& [t_s, value] : pairs) p.points.push_back({t_s, value});
-  };
-  s.add("points", unit, "of steps and lines: times in s, the first at 0, and values",
-        PointsField{{0, 1e6}, range, get, set});
-  s.number("amplitude", p.amplitude, range, unit, "of a sine");
-  s.number("frequency_hz", p.frequency_hz, {1e-6, 1e3}, "Hz", "of a sine");
-  s.number("phase_deg", p.phase_deg, {-360, 360}, "deg", "of a sine at time zero");
+  s.number("value", p.value, quantity("of a constant; offset of a sine"));
+  s.points("points", p.points, {"time", 0, 1e6}, {"value", range.min, range.max}, unit,
+           "of steps and lines: times in s, the first at 0, and values");
+  s.number("amplitude", p.amplitude, quantity("of a sine"));
+  s.number("frequency_hz", p.frequency_hz, {"Hz", 1e-6, 1e3, "of a sine"});
+  s.number("phase_deg", p.phase_deg, {"deg", -360, 360, "of a sine at time zero"});
   s.file("file", p.file, "time_s,value", "of a table",
          [&p, range](const std::string& path) { p.table = read_profile_table(path, range.min, range.max); });
   s.check(p);
@@ -79,8 +67,8 @@ void describe(Section s, LoadConfig& p) {
   s.choice("kind", p.kind,
            {{"torque", LoadConfig::Kind::torque}, {"imposed_speed", LoadConfig::Kind::imposed_speed}},
            "a load torque, or a machine on the shaft that imposes the speed");
-  describe(s.section("torque_nm"), p.torque, "N·m", torque_nm);
-  describe(s.section("speed_rad_s"), p.imposed_speed, "rad/s", speed_rad_s);
+  describe(s.section("torque_nm"), p.torque, "N·m", {-1e5, 1e5});
+  describe(s.section("speed_rad_s"), p.imposed_speed, "rad/s", {-1e4, 1e4});
   s.check(p);
 }
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "expected.hpp"
-#include "sextant/config/moved_keys.hpp"
 
 namespace sextant {
 namespace {
@@ -212,13 +211,8 @@ class Reader {
     return std::all_of(items.begin(), items.end(), [](const toml::node& item) { return item.is_table(); });
   }
 
-  /// Why a path is not known. Where a key has moved to may be unknown too: files of another kind have it.
+  /// Why a path is not known.
   [[nodiscard]] std::string unknown(const Layer& layer, const std::string& path) const {
-    for (const MovedKey& moved : moved_keys()) {
-      const std::string to{moved.to};
-      if (path != moved.from || !(keys_.contains(to) || tables_.contains(to))) continue;
-      return "moved to " + layer.local_path(to);
-    }
     const std::string found = nearest_path(path);
     if (!path.starts_with(found + ".")) {
       return "unknown key; the nearest known one is " + layer.local_path(found);

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "plant_look.hpp"
 #include "run_metrics.hpp"
@@ -52,6 +53,9 @@ class SampledObserver {
   /// what jumps between two periods acts with the second.
   void add_segments(const ScenarioCommands& commands) {
     const auto instants = io_.log().instants();
+    const bool is_averaged = !io_.averaged().empty();
+    if (is_averaged) [[unlikely]]
+      commutate(io_.averaged());
     std::int64_t elapsed_ns = 0;
     std::size_t at = 0;  // the instant that is looked at
     PlantLook begin = look(instants[at]);
@@ -63,7 +67,8 @@ class SampledObserver {
       }
       at = segment.end;
       before.p_dc = begin.power(segment.u_s_begin) + drawn_power();
-      metrics_.commutate(before.t_ns, segment.state);
+      if (!is_averaged) [[likely]]
+        metrics_.commutate(before.t_ns, segment.state);
       elapsed_ns += segment.duration_ns;
       const PlantLook end = look(instants[at]);
       MetricsSample after = metrics_sample(end, elapsed_ns, commands);
@@ -75,6 +80,15 @@ class SampledObserver {
                             double(segment.duration_ns) * 1e-9);
       begin = end;
       before = after;
+    }
+  }
+
+  /// The edges of segments since the last period.
+  void commutate(std::span<const GateSegment> acted) noexcept {
+    std::int64_t t_ns = t_ns_;
+    for (const GateSegment& segment : acted) {
+      metrics_.commutate(t_ns, segment.state);
+      t_ns += segment.duration_ns;
     }
   }
 

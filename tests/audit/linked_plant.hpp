@@ -42,7 +42,9 @@ class LinkedPlant {
   /// Patterns that the plant has taken; once stopped. [-]
   [[nodiscard]] std::uint64_t patterns() const noexcept { return server_.guard().counters().commands; }
   /// Measurements that the drive has got; once its thread has ended. [-]
-  [[nodiscard]] std::uint64_t measurements() const noexcept { return drive_io_.counts()->measurements.records; }
+  [[nodiscard]] std::uint64_t measurements() const noexcept {
+    return drive_io_.counts()->measurements.records;
+  }
 
  private:
   static constexpr std::int64_t long_ns = 1'000'000'000;

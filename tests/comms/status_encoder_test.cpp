@@ -58,6 +58,17 @@ TEST(StatusEncoder, TakesItsSignalsFromTheTelemetry) {
   EXPECT_EQ(c.torque_motoring, 8000);
   EXPECT_EQ(c.torque_regenerating, 10000);
   EXPECT_EQ(c.derating_cause, 1);
+  const auto temperatures = [&encoder](const Telemetry<double>& of) {
+    sextant_mcu_temperatures_t k{};
+    sextant_mcu_temperatures_unpack(&k, encoder.frame(StatusMessage::temperatures, of, {}).data.data(), 8);
+    return k;
+  };
+  EXPECT_EQ(temperatures(x).stator_temperature, 65535);
+  Telemetry<double> warm = x;
+  warm.winding_temperature = 81.5;
+  EXPECT_NEAR(sextant_mcu_temperatures_stator_temperature_decode(temperatures(warm).stator_temperature), 81.5,
+              1e-9);
+  EXPECT_EQ(temperatures(warm).rotor_temperature, 65535);
   EXPECT_EQ(encoder.clamped(), 0U);
 }
 

@@ -32,6 +32,9 @@ class OwnController final : public sextant::Controller<double> {
       period_ns = basis.period_ns;
       flux_reference = basis.flux_reference;
     }
+    void set_defaults(const sextant::ControlSetup& basis) noexcept {
+      bandwidth = 1e6 * basis.flux_reference / basis.period_ns;
+    }
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns > 100'000 && gain > 1.0) return "the gain is too high for the period";
       return gain > 5.0 && flux_reference > 1.0 ? "such a gain needs less flux" : nullptr;
@@ -53,10 +56,10 @@ class OwnController final : public sextant::Controller<double> {
   Parameters parameters_;
 };
 
-void describe(sextant::Section s, OwnController::Parameters& p, const sextant::ControlSetup& setup) {
-  s.number("gain", p.gain, {0, 10}, "", "of its loop");
-  s.derived("bandwidth_rad_s", p.bandwidth, {1e-3, 1e3}, "rad/s", "of its loop",
-            [&p, &setup] { return 1e6 * p.flux_reference / setup.period_ns; });
+void describe(sextant::Description& d, OwnController::Parameters& p,
+              const OwnController::Parameters& by_default) {
+  d.number("gain", p.gain, {"", 0, 10, "of its loop"});
+  d.defaulted("bandwidth_rad_s", p.bandwidth, by_default.bandwidth, {"rad/s", 1e-3, 1e3, "of its loop"});
 }
 
 class TrimmedController final : public sextant::Controller<double> {
@@ -83,8 +86,9 @@ class TrimmedController final : public sextant::Controller<double> {
   bool trims_;
 };
 
-void describe(sextant::Section s, TrimmedController::Parameters& p, const sextant::ControlSetup& /*setup*/) {
-  s.flag("trims", p.trims, "its mean torque");
+void describe(sextant::Description& d, TrimmedController::Parameters& p,
+              const TrimmedController::Parameters& /*by_default*/) {
+  d.flag("trims", p.trims, "its mean torque");
 }
 
 }  // namespace elsewhere

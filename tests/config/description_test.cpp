@@ -1,6 +1,7 @@
 // What is said of structs of parameters: each member has a name of its own, by which it alone is set.
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -10,11 +11,15 @@
 #include <set>
 #include <span>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "sextant/config/ecu_config.hpp"
+#include "sextant/control/controller_list.hpp"
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/minimum_pulse.hpp"
 #include "sextant/core/saturation_parameters.hpp"
@@ -25,17 +30,24 @@
 #include "sextant/drive/optimal_flux.hpp"
 #include "sextant/drive/protection_setup.hpp"
 #include "sextant/drive/torque_monitor_setup.hpp"
+#include "sextant/hil/hil_parameters.hpp"
+#include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/cvode_parameters.hpp"
 #include "sextant/plant/dc_link_parameters.hpp"
 #include "sextant/plant/driveline_parameters.hpp"
+#include "sextant/plant/exact_integrator.hpp"
+#include "sextant/plant/fixed_step_integrator.hpp"
 #include "sextant/plant/initial_state.hpp"
+#include "sextant/plant/inverter_loss_parameters.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 #include "sextant/sim/encoder.hpp"
 #include "sextant/sim/event_exact_parameters.hpp"
+#include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/resolver.hpp"
+#include "sextant/sim/sensor_model.hpp"
 #include "sextant/sim/sin_cos_encoder.hpp"
 
 namespace sextant {
@@ -61,20 +73,38 @@ class Described final : public Description {
   void derived(const char* name, NumberMember given, NumberValue /*value*/, const Quantity& q) override {
     number(name, given, q);
   }
+  void defaulted(const char* name, NumberMember x, NumberDefault /*by_default*/, const Quantity& q,
+                 const char* /*otherwise*/) override {
+    number(name, x, q);
+  }
+  void points(const char* name, PointsMember x, const Axis& /*first*/, const Axis& /*second*/,
+              const char* unit, const char* meaning) override {
+    add(
+        name, {unit, 0, 1, meaning}, [x] { return double(x.size()); },
+        [x](double size) {
+          const std::array<PointsMember::Point, 1> points{{{1, 2}}};
+          x.set(std::span{points}.first(std::size_t(size)));
+        });
+  }
+  void text(const char* name, TextMember x, const char* meaning, bool /*may_be_empty*/) override {
+    add(
+        name, {"", 0, 1, meaning}, [x] { return x.get() == "another" ? 1.0 : 0.0; },
+        [x](double value) { x.set(value > 0.5 ? "another" : "one"); });
+  }
   void integer(const char* name, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
-               const char* meaning) override {
+               const char* meaning, Changes /*changes*/) override {
     add(
         name, {unit, double(min), double(max), meaning}, [x] { return double(x.get()); },
         [x](double value) { x.set(std::int64_t(value)); });
   }
-  void flag(const char* name, bool& x, const char* meaning) override {
+  void flag(const char* name, bool& x, const char* meaning, Changes /*changes*/) override {
     add(name, {"", 0, 1, meaning}, [&x] { return double(x); }, [&x](double value) { x = value > 0.5; });
   }
   void choice(const char* name, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
-              const char* meaning) override {
+              const char* meaning, Changes changes) override {
     const auto by_value = [](const auto& a, const auto& b) { return a.value < b.value; };
     const auto [least, most] = std::minmax_element(choices.begin(), choices.end(), by_value);
-    integer(name, x, "", least->value, most->value, meaning);
+    integer(name, x, "", least->value, most->value, meaning, changes);
   }
   void enter(const char* table) override { tables_.emplace_back(table); }
   void leave() override { tables_.pop_back(); }
@@ -184,6 +214,21 @@ TYPED_TEST(Descriptions, NameEveryMemberOfTheInvertersParameters) {
   EXPECT_EQ(p.voltage_error, TypeParam(0)) << "what a user states of it is elsewhere";
 }
 
+template <class... C>
+std::tuple<std::type_identity<C>...> of_types(const std::tuple<C...>* /*list*/) {
+  return {};
+}
+
+/// Of a struct of numbers that have a default each.
+template <class Parameters>
+void expect_all_named_with_defaults(std::size_t left_out = 0) {
+  Parameters p;
+  const Parameters by_default;
+  Described d;
+  describe(d, p, by_default);
+  expect_own_members(d, members<Parameters>() - left_out);
+}
+
 /// Of a struct with nothing that follows from others.
 template <class Parameters>
 void expect_all_named() {
@@ -200,7 +245,37 @@ TYPED_TEST(Descriptions, NameEveryMemberOfTheRestOfTheDrive) {
   expect_all_named<WindingResistance<TypeParam>>();
 }
 
+TYPED_TEST(Descriptions, NameEveryMemberOfThePartsOfControllers) {
+  expect_all_named_with_defaults<typename Magnetiser<TypeParam>::Parameters>();
+  expect_all_named_with_defaults<typename TorqueComparator<TypeParam>::Parameters>();
+  expect_all_named_with_defaults<typename FluxComparator<TypeParam>::Parameters>();
+  expect_all_named_with_defaults<typename TorqueTrim<TypeParam>::Parameters>();
+  expect_all_named<typename TorqueTrim<TypeParam>::Parameters>();
+  expect_all_named<typename SectorSelector<TypeParam>::Parameters>();
+  typename SpaceVectorModulator<TypeParam>::Parameters modulator;
+  Described d;
+  describe(d, modulator);
+  expect_own_members(d, members<decltype(modulator)>() - 1);
+}
+
+TYPED_TEST(Descriptions, OfControllersHaveTheKeysOfTheirParts) {
+  std::apply(
+      [](auto... controllers) {
+        const auto expect_own = []<class C>(std::type_identity<C>) {
+          typename C::Parameters p;
+          const typename C::Parameters by_default;
+          Described d;
+          describe(d, p, by_default);
+          expect_own_members(d, d.entries.size());
+          EXPECT_GE(d.entries.size(), 3U) << C::name << ": two keys of magnetising, and its own";
+        };
+        (expect_own(controllers), ...);
+      },
+      of_types(static_cast<ControllerList<TypeParam>*>(nullptr)));
+}
+
 TYPED_TEST(Descriptions, NameEveryMemberOfThePlant) {
+  expect_all_named<ConductionDrops<TypeParam>>();
   expect_all_named<SaturationParameters<TypeParam>>();
   expect_all_named<IronLossParameters<TypeParam>>();
   expect_all_named<DcLinkParameters<TypeParam>>();
@@ -222,6 +297,11 @@ TEST(DescriptionsOfARun, NameEveryMember) {
   expect_all_named<ResolverParameters>();
   expect_all_named<SinCosEncoderParameters>();
   expect_all_named<VehicleParameters>();
+  expect_all_named<FixedStepParameters>();
+  expect_all_named<ExactParameters>();
+  expect_all_named<HilParameters>();
+  expect_all_named<DdsConfig>();
+  expect_all_named<CanConfig>();
   CvodeParameters cvode;
   Described of_cvode;
   describe(of_cvode, cvode);
@@ -230,6 +310,47 @@ TEST(DescriptionsOfARun, NameEveryMember) {
   Described of_realtime;
   describe(of_realtime, realtime);
   expect_own_members(of_realtime, members<RealtimeParameters>() - 1 + members<WaitParameters>());
+}
+
+TEST(DescriptionsOfARun, NameEveryMemberOfSensorsFaultsAndLosses) {
+  SensorParameters sensors;
+  const std::int32_t lead_of_drive = 0;
+  Described of_sensors;
+  describe(of_sensors, sensors, lead_of_drive);
+  const std::size_t in_parts = 2 * members<ConverterParameters>() + 3 * members<PhaseSensorError>() +
+                               members<EncoderParameters>() + members<ResolverParameters>() +
+                               members<SinCosEncoderParameters>();
+  expect_own_members(of_sensors, in_parts + 3);  // and seed, lead and skew
+  PlantFaultParameters fault;
+  const double u_dc = 530;
+  Described of_fault;
+  describe(of_fault, fault, u_dc);
+  expect_own_members(of_fault, members<PlantFaultParameters>());
+  InverterLossParameters losses;
+  Described of_losses;
+  describe(of_losses, losses);
+  expect_own_members(of_losses, members<InverterLossParameters>() + 5);  // five tables of two curves
+}
+
+TEST(DefaultOfANumber, IsTheShareOfTheOtherOneWhenItIsSet) {
+  double x = 1;
+  double other = 3;
+  const NumberDefault half{x, other, 0.5};
+  other = 8;
+  half.set();
+  EXPECT_EQ(x, 4);
+  const double odd = 0.1 + 0.2;
+  NumberDefault{x, odd}.set();
+  EXPECT_EQ(x, odd) << "bit by bit";
+}
+
+TEST(PointsOfAMember, AreInTheUnitOfTheKey) {
+  std::vector<std::pair<double, double>> list{{1, 0.002}};
+  const PointsMember member{list, 1e-3};
+  EXPECT_EQ(member.get(0), (PointsMember::Point{1, 2}));
+  const std::array<PointsMember::Point, 2> given{{{3, 4}, {5, 6}}};
+  member.set(given);
+  EXPECT_EQ(list, (std::vector<std::pair<double, double>>{{3, 4 * 1e-3}, {5, 6 * 1e-3}}));
 }
 
 }  // namespace

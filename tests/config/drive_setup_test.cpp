@@ -116,8 +116,7 @@ DriveConfig shipped(const std::string& name) {
 TEST(DriveSetup, MakesTheDrivesOfTheShippedFiles) {
   DriveSetup<> setup = shipped_setup(25'000, 0.5);
   setup.torque_monitor.limit = 10;
-  auto direct_torque = shipped_direct_torque(setup);
-  direct_torque.torque_trim.time_constant = 0.01;
+  const auto direct_torque = shipped_direct_torque(setup);
   for (const char* name : {"ecu.toml", "ecu_foc.toml"}) {
     SCOPED_TRACE(name);
     expect_the_drive_of(shipped(name), setup);

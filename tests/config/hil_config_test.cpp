@@ -1,5 +1,3 @@
-#include "sextant/config/hil_config.hpp"
-
 #include <string>
 #include <vector>
 
@@ -8,6 +6,7 @@
 
 #include "config/config_files.hpp"
 #include "sextant/config/load_config.hpp"
+#include "sextant/hil/hil_parameters.hpp"
 
 namespace sextant {
 namespace {

@@ -1,7 +1,6 @@
 // Limits that a file does not name follow from machine and link.
 
 #include <algorithm>
-#include <any>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -10,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "config/config_files.hpp"
-#include "sextant/config/flux_vector_config.hpp"
 #include "sextant/config/load_config.hpp"
+#include "sextant/control/predictive_controller.hpp"
 #include "sextant/core/drive_limits.hpp"
 #include "support/source_directory.hpp"
 
@@ -63,12 +62,12 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
                                                 "\n[plant]\nu_dc_v = " + std::to_string(x.u_dc) + "\n");
     const DriveConfig c = load_ecu_config(file).drive;
     const InductionMachineParameters<>& m = c.plant.plant.machine;
-    EXPECT_EQ(c.drive.capability.machine.l_m, m.l_m);
-    EXPECT_EQ(c.drive.capability.flux_reference, x.psi);
+    EXPECT_EQ(c.drive.motor.capability.machine.l_m, m.l_m);
+    EXPECT_EQ(c.drive.motor.capability.flux_reference, x.psi);
     const double breakdown =
         0.75 * m.pole_pairs * m.l_m * m.l_m / (m.l_s() * m.l_r() * m.sigma_l_s()) * x.psi * x.psi;
     EXPECT_NEAR(c.drive.command.torque_limit, 0.4 * breakdown, 1e-9 * breakdown);
-    EXPECT_EQ(c.drive.capability.torque, c.drive.command.torque_limit);
+    EXPECT_EQ(c.drive.motor.capability.torque, c.drive.command.torque_limit);
     EXPECT_NEAR(c.drive.protection.dc_over_voltage, 1.3 * x.u_dc, 1e-9);
     EXPECT_NEAR(c.direct_torque().magnetiser.current_limit, 1.8 * x.psi / m.l_s(), 1e-9);
     EXPECT_NEAR(c.direct_torque().flux_comparator.band, 0.01 * x.psi, 1e-12);
@@ -81,9 +80,9 @@ TEST_F(LimitsConfig, OfAnOwnMachineAreItsOwn) {
                 0.1 * c.drive.protection.over_speed)
         << "but for the drop in the resistance";
     EXPECT_GT(c.drive.protection.over_current, steady_state(m, x.psi, 1.0).current());
-    EXPECT_NEAR(c.drive.capability.current_limit, 0.8 * c.drive.protection.over_current, 1e-9);
+    EXPECT_NEAR(c.drive.motor.capability.current_limit, 0.8 * c.drive.protection.over_current, 1e-9);
     const double slip = relative_slip(c.drive.command.torque_limit, breakdown);
-    EXPECT_GT(c.drive.capability.current_limit, 1.5 * steady_state(m, x.psi, slip).current());
+    EXPECT_GT(c.drive.motor.capability.current_limit, 1.5 * steady_state(m, x.psi, slip).current());
   }
 }
 
@@ -119,16 +118,16 @@ TEST_F(LimitsConfig, StandWhereTheFileNamesThem) {
   EXPECT_EQ(c.direct_torque().magnetiser.current_limit, 900);
   EXPECT_EQ(c.direct_torque().magnetiser.hand_over_current, 800);
   EXPECT_EQ(c.drive.command.torque_limit, 700);
-  EXPECT_EQ(c.drive.capability.torque, 600);
+  EXPECT_EQ(c.drive.motor.capability.torque, 600);
   EXPECT_EQ(c.drive.protection.over_current, 1234);
-  EXPECT_NEAR(c.drive.capability.current_limit, 0.8 * 1234, 1e-9);
+  EXPECT_NEAR(c.drive.motor.capability.current_limit, 0.8 * 1234, 1e-9);
   EXPECT_EQ(c.drive.protection.dc_over_voltage, 810);
   EXPECT_EQ(c.drive.protection.over_speed, 333);
 }
 
 TEST_F(LimitsConfig, FollowTheControllersIdeaOfTheMachine) {
   const DriveConfig c = load_ecu_config(shipped_ecu, {"control.machine_estimate.l_m_h=0.07"}).drive;
-  EXPECT_EQ(c.drive.capability.machine.l_m, 0.07);
+  EXPECT_EQ(c.drive.motor.capability.machine.l_m, 0.07);
   EXPECT_NE(c.plant.plant.machine.l_m, 0.07);
 }
 
@@ -136,7 +135,7 @@ TEST_F(LimitsConfig, NoShippedDriveAnnouncesMoreThanItsVoltageAllows) {
   for (const char* name : {"ecu.toml", "ecu_foc.toml", "ecu_hil.toml", "ecu_hard.toml"}) {
     SCOPED_TRACE(name);
     const DriveConfig c = load_ecu_config(SEXTANT_SOURCE_DIR "/configs/" + std::string{name}).drive;
-    const TorqueCapability<> capability{c.drive.capability};
+    const TorqueCapability<> capability{c.drive.motor.capability};
     EXPECT_EQ(capability.at(50.0, 530.0).motoring.torque, 150.0);
     EXPECT_LE(capability.at(140.0, 530.0).motoring.torque, 140.0);
     EXPECT_LE(capability.at(400.0, 530.0).motoring.torque, 28.6);
@@ -194,8 +193,9 @@ TEST_F(LimitsConfig, TheCurrentLimitIsBelowTheTripAndAboveTheCurrentOfTheFlux) {
   EXPECT_THAT(refusal(shipped_ecu, {"drive.current_limit_a=19"}),
               HasSubstr("capability: the current limit must be above 1.5 times the current that the flux "
                         "takes without torque"));
-  EXPECT_EQ(load_ecu_config(shipped_ecu, {"drive.current_limit_a=40"}).drive.drive.capability.current_limit,
-            40);
+  EXPECT_EQ(
+      load_ecu_config(shipped_ecu, {"drive.current_limit_a=40"}).drive.drive.motor.capability.current_limit,
+      40);
 }
 
 TEST_F(LimitsConfig, MoreThanTheLinearVoltageNeedsAMethodThatReachesIt) {
@@ -206,7 +206,7 @@ TEST_F(LimitsConfig, MoreThanTheLinearVoltageNeedsAMethodThatReachesIt) {
               HasSubstr("which \"foc\" is not"));
   EXPECT_EQ(load_ecu_config(shipped_ecu, {"capability.voltage_use=1.05", "control.controller=foc",
                                           "control.foc.overmodulation=fundamental"})
-                .drive.drive.capability.voltage_use,
+                .drive.drive.motor.capability.voltage_use,
             1.05);
 }
 
@@ -216,23 +216,23 @@ TEST_F(LimitsConfig, ATypedCurveNeedsItsEnd) {
   const DriveConfig c = load_ecu_config(shipped_ecu, {"capability.base_speed_rad_s=80",
                                                       "capability.zero_torque_speed_rad_s=100"})
                             .drive;
-  EXPECT_EQ(c.drive.capability.base_speed, 80);
-  EXPECT_EQ(c.drive.capability.zero_torque_speed, 100);
+  EXPECT_EQ(c.drive.motor.capability.base_speed, 80);
+  EXPECT_EQ(c.drive.motor.capability.zero_torque_speed, 100);
 }
 
 TEST_F(LimitsConfig, TheFluxIsConstantUnlessItsOptimumIsAskedFor) {
-  const OptimalFlux<>::Parameters by_default = load_ecu_config(shipped_ecu).drive.drive.optimal_flux;
+  const OptimalFlux<>::Parameters by_default = load_ecu_config(shipped_ecu).drive.drive.motor.optimal_flux;
   EXPECT_EQ(by_default.optimum, FluxOptimum::constant);
   EXPECT_TRUE(std::isinf(by_default.iron_loss_resistance));
   const OptimalFlux<>::Parameters asked =
       load_ecu_config(shipped_ecu, {"drive.flux_optimum=min_loss", "drive.flux_least_share=0.3",
                                     "drive.iron_loss_resistance_ohm=900"})
-          .drive.drive.optimal_flux;
+          .drive.drive.motor.optimal_flux;
   EXPECT_EQ(asked.optimum, FluxOptimum::min_loss);
   EXPECT_EQ(asked.least_share, 0.3);
   EXPECT_EQ(asked.iron_loss_resistance, 900);
   EXPECT_EQ(load_ecu_config(shipped_ecu, {"drive.flux_optimum=max_torque_per_ampere"})
-                .drive.drive.optimal_flux.optimum,
+                .drive.drive.motor.optimal_flux.optimum,
             FluxOptimum::max_torque_per_ampere);
 }
 

@@ -43,7 +43,7 @@ TEST(SaturationConfig, TheDriveIsToldOfItsOwn) {
   EXPECT_EQ(told.control.saturation, (SaturationParameters<>{1.1, 2, 1.1}));
   const double small = told.plant.plant.machine.l_m;
   EXPECT_NEAR(told.control.machine.l_m, 0.5 * small, 1e-9);
-  EXPECT_EQ(told.drive.capability.machine.l_m, told.control.machine.l_m);
+  EXPECT_EQ(told.drive.motor.capability.machine.l_m, told.control.machine.l_m);
   EXPECT_EQ(told.drive.torque_monitor.machine.l_m, told.control.machine.l_m);
   EXPECT_THAT(ecu_refusal(shipped_ecu, {table + "knee_wb=1", table + "machine_flux_wb=3"}),
               HasSubstr("control.machine_estimate.saturation: the flux at which"));

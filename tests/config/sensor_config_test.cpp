@@ -128,5 +128,39 @@ TEST(SensorConfig, APlantOutsideTheEcuHasTheSensors) {
   EXPECT_FALSE(is_ideal(load_plant_config(shipped_plant, {"plant.faults.kind=speed_lost"}).plant.io));
 }
 
+std::string request_refusal(const std::string& request) {
+  try {
+    (void)requested_fault(request, {});
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(RequestedFault, HasWhatItGivesAndTheRestAsConfigured) {
+  const PlantFaultParameters configured{
+      .kind = PlantFaultKind::open_phase, .phase = 1, .drift = 3, .sag_voltage = 123.4};
+  const PlantFaultParameters fault = requested_fault("kind=link_sag\nramp_ms=10\nuntil_s=2.5\n", configured);
+  EXPECT_EQ(fault.kind, PlantFaultKind::link_sag);
+  EXPECT_EQ(fault.ramp_ns, 10'000'000);
+  EXPECT_EQ(fault.until_ns, 2'500'000'000);
+  EXPECT_EQ(fault.phase, 1);
+  EXPECT_EQ(fault.drift, 3);
+  EXPECT_EQ(fault.sag_voltage, 123.4);
+  EXPECT_EQ(requested_fault("sag_v=200", configured).sag_voltage, 200);
+  EXPECT_EQ(requested_fault("", configured).kind, PlantFaultKind::open_phase);
+}
+
+TEST(RequestedFault, IsRefusedByTheSentencesOfItsKeys) {
+  EXPECT_THAT(request_refusal("kind=\"open_fase\""),
+              HasSubstr("plant.faults.kind: expected \"none\" or \"current_stuck\""));
+  EXPECT_THAT(request_refusal("kind=cables_swapped"), HasSubstr("\"link_sag\", got \"cables_swapped\""));
+  EXPECT_THAT(request_refusal("phase=d"), HasSubstr("plant.faults.phase: expected \"a\" or \"b\" or \"c\""));
+  EXPECT_THAT(request_refusal("seed=3"), HasSubstr("plant.faults.seed: unknown key"));
+  EXPECT_THAT(request_refusal("at_s=1\nuntil_s=0.5"),
+              HasSubstr("plant.faults: the fault must end after it began"));
+  EXPECT_THAT(request_refusal("nonsense"), HasSubstr("expected key=value"));
+}
+
 }  // namespace
 }  // namespace sextant

@@ -223,6 +223,7 @@ TYPED_TEST(CommissioningOf, TonesShowTheImpedanceAtStandstill) {
     p.lowest_frequency = T(20);
     p.highest_frequency = T(400);
     p.machine.l_m *= T(0.7);
+    p.flux_reference = T(1.5);  // of more current than the limit
     Bench<T> bench{p, u_dc * 1.5e-6 / (period_ns * 1e-9)};
     const Seen seen = run(bench, 60'000);
     ASSERT_EQ(seen.tones.size(), 6U);
@@ -242,6 +243,27 @@ TYPED_TEST(CommissioningOf, TonesShowTheImpedanceAtStandstill) {
     EXPECT_LE(seen.peak, limit_a);
     EXPECT_LT(seen.torque, 0.1);
     EXPECT_TRUE(seen.finished);
+  }
+}
+
+// Iron that saturates beyond the flux reference would show less leakage to a sine above that current.
+TYPED_TEST(CommissioningOf, TonesTakeNoMoreFluxThanTheReference) {
+  using T = TypeParam;
+  auto p = parameters<T>(125'000, 0);
+  p.course = CommissioningCourse::tones;
+  p.tones = 2;
+  p.blocks = 2;
+  p.lowest_frequency = T(50);
+  p.highest_frequency = T(400);
+  p.highest_current = T(40);
+  p.flux_reference = T(0.8);
+  const double flux_current = 0.8 / InductionMachineParameters<double>{}.l_s();
+  Bench<T> bench{p, 0};
+  const Seen seen = run(bench, 60'000);
+  ASSERT_TRUE(seen.finished);
+  EXPECT_LE(seen.peak, flux_current);
+  for (const PublishedTone& tone : seen.tones) {
+    EXPECT_NEAR(std::abs(tone.current), 0.4 * 0.95 * flux_current, 0.03 * flux_current);
   }
 }
 

@@ -33,8 +33,9 @@ class WarmResistanceOf : public testing::Test {
   }
 
   /// What the estimator knows after a second of magnetising at 15 rad/s a machine with this R_s, at this
-  /// temperature.
-  static Estimator identified(const typename Estimator::Parameters& p, double r_s, std::optional<T> celsius) {
+  /// temperature, and so many periods at 20 N·m.
+  static Estimator identified(const typename Estimator::Parameters& p, double r_s, std::optional<T> celsius,
+                              int periods_with_torque = 1) {
     InductionMachineParameters<double> real;
     real.r_s = r_s;
     typename DirectTorqueController<T>::Parameters known;
@@ -53,8 +54,10 @@ class WarmResistanceOf : public testing::Test {
       loop.step(ControlMode::magnetise, 0);
       see(true);
     }
-    loop.step(ControlMode::torque, 0);
-    see(false);
+    for (int k = 0; k < periods_with_torque; ++k) {
+      loop.step(ControlMode::torque, T(20));
+      see(false);
+    }
     return estimator;
   }
 
@@ -127,6 +130,13 @@ TYPED_TEST(WarmResistanceOf, BoundsOfTheIdentificationAreThoseOfTheWarmWinding) 
   const auto unknown = this->identified(this->parameters(true), real, {});
   EXPECT_EQ(unknown.machine().r_s, T(this->nominal)) << "nothing is taken over";
   EXPECT_GT(real, 1.9 * warm);
+}
+
+TYPED_TEST(WarmResistanceOf, BoundsOfTheAdaptationAreThoseOfTheWarmWinding) {
+  using T = TypeParam;
+  const double real = 3 * this->nominal;
+  const auto known = this->identified(this->parameters(true), real, T(150), 2000);
+  EXPECT_NEAR(double(known.machine().r_s), real, 0.03 * real);
 }
 
 }  // namespace

@@ -66,9 +66,9 @@ TEST(AntiJerk, WhatMakesNoCorrectionIsRefused) {
   EXPECT_NE((AntiJerkParameters<>{.share = 0.0}.validate()), nullptr);
   EXPECT_NE((AntiJerkParameters<>{.share = 1.1}.validate()), nullptr);
   Drive<>::Parameters p;
-  p.anti_jerk.gain = 0.2501 * p.capability.machine.inertia / dt;
+  p.anti_jerk.gain = 0.2501 * p.motor.capability.machine.inertia / dt;
   EXPECT_NE(p.validate(), nullptr);
-  p.anti_jerk.gain = 0.2499 * p.capability.machine.inertia / dt;
+  p.anti_jerk.gain = 0.2499 * p.motor.capability.machine.inertia / dt;
   EXPECT_EQ(p.validate(), nullptr);
 }
 

@@ -59,6 +59,7 @@ TYPED_TEST(DeratingOf, TheLinkVoltageLimitsTheSideThatMakesItWorse) {
   using T = TypeParam;
   const Telemetry<T> whole = this->commanded(T(15), T(530));
   EXPECT_EQ(whole.derating_cause, DeratingCause::none);
+  EXPECT_EQ(whole.winding_temperature, std::nullopt) << "neither measured nor by a model";
   EXPECT_EQ(whole.torque_motoring, T(150));
   EXPECT_EQ(whole.torque_regenerating, T(150));
   const Telemetry<T> low = this->commanded(T(15), T(400));
@@ -99,6 +100,7 @@ TYPED_TEST(DeratingOf, OfWindingAndLinkTheOneThatLeavesLessCountsAndIsNamed) {
   const Telemetry<T> hot = this->commanded(T(15), T(480));
   EXPECT_NEAR(hot.torque_motoring, 75, 0.1);
   EXPECT_EQ(hot.derating_cause, DeratingCause::temperature);
+  EXPECT_EQ(hot.winding_temperature, T(142.5));
   const Telemetry<T> low = this->commanded(T(15), T(340));
   EXPECT_NEAR(low.torque_motoring, 30, 0.1);
   EXPECT_NEAR(low.torque_regenerating, 75, 0.1);

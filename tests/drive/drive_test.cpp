@@ -652,7 +652,7 @@ TYPED_TEST(DriveOf, TheFluxReferenceFallsAtOnceToWhatTheLinkHolds) {
 TYPED_TEST(DriveOf, TheOptimumOfTheFluxCountsWhileTorqueIsMadeAndNothingLimitsItNow) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
-  parameters.optimal_flux.optimum = FluxOptimum::max_torque_per_ampere;
+  parameters.motor.optimal_flux.optimum = FluxOptimum::max_torque_per_ampere;
   this->restart(parameters);
   this->controller->estimate().magnetised = false;
   this->step();
@@ -689,7 +689,7 @@ TYPED_TEST(DriveOf, TheOptimumOfTheFluxCountsWhileTorqueIsMadeAndNothingLimitsIt
 TYPED_TEST(DriveOf, TheTorqueStaysWithinTheCurrentLimitByTheCurrentThatFlows) {
   using T = TypeParam;
   typename Drive<T>::Parameters parameters;
-  parameters.capability.current_limit = T(60);
+  parameters.motor.capability.current_limit = T(60);
   this->restart(parameters);
   this->start(T(150));
   this->measurement.i_abc = {T(40), T(-20), T(-20)};  // along the flux
@@ -1080,7 +1080,7 @@ TYPED_TEST(DriveOf, RefusesAControllerOfAnotherPeriodOrSamplingInstant) {
   EXPECT_STREQ(problem({50'000, 12'500}), "the control periods of drive and controller differ");
   EXPECT_STREQ(problem({25'000, 0}), "the sampling instants of drive and controller differ");
   EXPECT_EQ(problem({}), nullptr) << "one that does not tell";
-  parameters.capability.voltage_use = T(1.05);
+  parameters.motor.capability.voltage_use = T(1.05);
   EXPECT_STREQ(problem({}), "the controller does not reach the share of voltage, which is above 1");
   typename FieldOrientedController<T>::Parameters six_step;
   six_step.modulator.overmodulation = Overmodulation::fundamental;
@@ -1141,10 +1141,10 @@ TYPED_TEST(DriveOf, RefusesParametersThatCannotWork) {
   parameters.protection.over_current = 0;
   EXPECT_NE(parameters.validate(), nullptr);
   parameters = {};
-  parameters.capability.torque = 0;
+  parameters.motor.capability.torque = 0;
   EXPECT_NE(parameters.validate(), nullptr);
   parameters = {};
-  parameters.optimal_flux.least_share = 0;
+  parameters.motor.optimal_flux.least_share = 0;
   EXPECT_NE(parameters.validate(), nullptr);
   parameters = {};
   parameters.torque_monitor.limit = 0;

@@ -41,6 +41,23 @@ TEST(HeldFlux, IsWhatSixStepsTurnWithTheRotor) {
   }
 }
 
+// The rotor circuit of the T-equivalent circuit, R_r i_r + j omega_slip psi_r = 0 with psi_r at rest: i_r is
+// across psi_r, and makes the torque 3/2 p psi_r i_r.
+TEST(HeldFlux, OfAGeneratorTurnsSlowerThanItsRotorByTheSlip) {
+  const HeldFlux<> held{machine, current_limit};
+  const double main = 0.6;
+  const double psi_r = main * machine.l_r() / machine.l_m;
+  for (const double omega_m : {-250.0, 200.0}) {
+    const double torque = std::copysign(25.0, -omega_m);
+    const double i_r = 25.0 / (1.5 * machine.pole_pairs * psi_r);
+    const double omega_s = machine.pole_pairs * std::abs(omega_m) - machine.r_r * i_r / psi_r;
+    EXPECT_NEAR(held.flux(now_at(omega_m, u_dc, std::polar(main, 1.0)), torque, 10.0),
+                six_step_fundamental() / omega_s, 1e-6);
+    EXPECT_NEAR(held.flux(now_at(omega_m, u_dc, std::polar(main, 1.0)), -torque, 10.0),
+                six_step_fundamental() / (machine.pole_pairs * std::abs(omega_m)), 1e-6);
+  }
+}
+
 TEST(HeldFlux, IsNoLimitWhereTheLinkHoldsEnough) {
   const HeldFlux<> held{machine, current_limit};
   EXPECT_TRUE(std::isinf(held.flux(now_at(100.0, u_dc, {1.0, 0.0}), 15.0, 1.1)));
@@ -68,6 +85,7 @@ TEST(HeldFlux, IsFiniteWithoutFlux) {
   const HeldFlux<> held{machine, current_limit};
   EXPECT_TRUE(std::isfinite(held.flux({{}, {}, 200.0, u_dc}, 0.0, 1.1)));
   EXPECT_TRUE(std::isfinite(held.flux({{}, {}, 200.0, u_dc}, 15.0, 1.1)));
+  EXPECT_FALSE(std::isnan(held.flux({{}, {}, 200.0, u_dc}, -15.0, 1.1)));
 }
 
 }  // namespace

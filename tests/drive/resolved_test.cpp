@@ -50,8 +50,8 @@ TYPED_TEST(ResolvedOf, WhatIsNotGivenFollowsByItsRule) {
   };
   const ProtectionLimits<T>& p = r.drive.protection;
   expect(r.drive.command.torque_limit, limits.torque, "torque_limit");
-  expect(r.drive.capability.torque, limits.torque, "torque");
-  expect(r.drive.capability.current_limit, T(0.8) * limits.over_current, "current_limit");
+  expect(r.drive.motor.capability.torque, limits.torque, "torque");
+  expect(r.drive.motor.capability.current_limit, T(0.8) * limits.over_current, "current_limit");
   expect(r.control.current_limit, T(0.8) * limits.over_current, "current_limit of the controller");
   expect(p.over_current, limits.over_current, "over_current");
   expect(p.dc_over_voltage, limits.dc_over_voltage, "dc_over_voltage");
@@ -102,8 +102,8 @@ TYPED_TEST(ResolvedOf, WhatIsGivenStandsInThePlaceOfWhatFollows) {
   setup.torque_monitor.machine->r_s = T(0.5);
   const ResolvedDrive<T> r = resolved(setup);
   const ProtectionLimits<T>& p = r.drive.protection;
-  EXPECT_FLOAT_EQ(float(r.drive.capability.torque), 90.0F);
-  EXPECT_FLOAT_EQ(float(r.drive.capability.current_limit), 80.8F);
+  EXPECT_FLOAT_EQ(float(r.drive.motor.capability.torque), 90.0F);
+  EXPECT_FLOAT_EQ(float(r.drive.motor.capability.current_limit), 80.8F);
   EXPECT_FLOAT_EQ(float(p.current_range), 1010.0F);
   EXPECT_FLOAT_EQ(float(p.voltage_range), 7200.0F);
   EXPECT_FLOAT_EQ(float(p.speed_range), 4000.0F);

@@ -352,5 +352,32 @@ TYPED_TEST(TorqueCapabilityOf, RefusesParametersThatAreNone) {
   EXPECT_NE((Parameters{.base_speed = T(100), .zero_torque_speed = T(100)}.validate()), nullptr);
 }
 
+// A search that began with the old limits is not to end with them.
+TEST(TorqueCapability, LimitsThatAreTakenLowerCountAtOnceAndForGood) {
+  TorqueCapability<>::Parameters p;
+  for (const double omega_m : {140.0, 160.0, -200.0}) {
+    for (int offset = 0; offset < 2 * TorqueCapability<>::search_steps; ++offset) {
+      TorqueCapability<> running{p};
+      for (int k = 0; k < 100 + offset; ++k) running.step(omega_m, paper_link, 1.0);
+      TorqueCapability<>::Parameters lower = p;
+      lower.breakdown_use = 0.15;
+      const TorqueCapability<> taken{lower};
+      running.take_parameters(taken);
+      TorqueCapability<> steady{lower};
+      for (int k = 0; k < 100; ++k) steady.step(omega_m, paper_link, 1.0);
+      for (int k = 0; k < 50; ++k) {
+        running.step(omega_m, paper_link, 1.0);
+        // With the whole flux the share of the breakdown torque is the limit at most.
+        const double most = std::max(breakdown_torque(lower.machine, lower.flux_reference) * 0.15,
+                                     steady.available().motoring.torque);
+        ASSERT_LE(running.available().motoring.torque, most * (1 + 1e-9))
+            << omega_m << ", " << offset << ", " << k;
+      }
+      EXPECT_NEAR(running.available().motoring.torque, steady.available().motoring.torque,
+                  1e-3 * steady.available().motoring.torque);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sextant

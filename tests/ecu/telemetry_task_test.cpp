@@ -225,6 +225,20 @@ TEST(TelemetryTask, RejectedFramesAreCountedByCause) {
   EXPECT_EQ(sample.commands_received, receive.receiver().count(FrameVerdict::accepted));
 }
 
+TEST(TelemetryTask, TheWindingsTemperatureIsInKelvinAndZeroWhereNoneIsKnown) {
+  for (const std::optional<double> celsius : {std::optional<double>{}, std::optional{81.5}}) {
+    SharedState shared{25'000, 1};
+    shared.telemetry.push({.winding_temperature = celsius});
+    EXPECT_DOUBLE_EQ(statistics_of(shared).winding_temperature_k, celsius ? 354.65 : 0.0);
+  }
+}
+
+TEST(TelemetryTask, StatisticsCountTheParametersThatTheDriveHasTaken) {
+  SharedState shared{25'000, 1};
+  shared.parameter_sets = 3;
+  EXPECT_EQ(statistics_of(shared).parameter_sets, 3U);
+}
+
 // Once as a gap in the numbers of the samples, and once as a count that CAN and DDS bear.
 TEST(TelemetryTask, ControlPeriodsThatThePublisherDoesNotReceiveAreDropped) {
   SharedState shared{25'000, 1};

@@ -302,7 +302,7 @@ TEST(CommandCampaign, Row10ATorqueStepIsFollowedAtTheConfiguredRate) {
 TEST(CommandCampaign, Row11MoreThanAvailableDeratesAndNeverTrips) {
   for_seeds(seeds, [](CampaignCase& c) {
     const double available = double(c.between(5, 35));
-    c.rig.config.drive.capability.torque = available;
+    c.rig.config.drive.motor.capability.torque = available;
     c.rig.torque = (c.rig.torque < 0 ? -1.0 : 1.0) * std::min(available, 4.0);
     Running r{c};
     ASSERT_TRUE(r.started);

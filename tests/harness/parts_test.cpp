@@ -1,6 +1,7 @@
 // The small parts of the harness: clock, timeline, late wake-ups, digest, random events, vehicle.
 
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
 #include <type_traits>
@@ -86,6 +87,9 @@ std::uint64_t digest_of(const Telemetry<double>& t) {
 void add_changes(std::vector<double>& values, double) {
   values.assign({-0.0, 1e-300});
 }
+void add_changes(std::vector<std::optional<double>>& values, std::optional<double>) {
+  values.assign({0.0, 1e-300});
+}
 void add_changes(std::vector<bool>& values, bool x) {
   values.push_back(!x);
 }
@@ -143,9 +147,9 @@ std::vector<std::uint64_t> digests_of_changes() {
     member = before;
   };
   auto& [a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, c0, c1, c2, c3, c4,
-         c5, c6, c7, c8, c9, d0, d1, d2, d3] = t;
+         c5, c6, c7, c8, c9, d0, d1, d2, d3, d4] = t;
   const auto all = std::tie(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, b0, b1, b2, b3, b4, b5, b6, b7, b8, b9,
-                            c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, d0, d1, d2, d3);
+                            c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, d0, d1, d2, d3, d4);
   std::apply([&](auto&... members) { (change(members), ...); }, all);
   return digests;
 }

@@ -180,7 +180,7 @@ inline Injection flux_lost() {
                 if (c.just_inside) c.rig.config.drive.protection.flux_lost_ns = 1'000 * ms;
               },
           .make_shows = always([](VirtualRig& rig, const Telemetry<double>& t) {
-            const double limit = 0.5 * rig.drive_parameters().capability.flux_reference;
+            const double limit = 0.5 * rig.drive_parameters().motor.capability.flux_reference;
             return makes_torque(t.state) && t.psi_s_magnitude < limit;
           }),
           .lasts_ns = 600 * ms,

@@ -97,8 +97,7 @@ class SeveralDrives {
 // The mean over 200 ms at constant speed and torque is the reference but for the band of the comparator and
 // the estimate: the shipped drive is within 1 N·m there.
 TEST(SeveralDrives, EachMakesItsTorqueAndTheOthersGoOnWhereASensorFails) {
-  SeveralDrives four{{0, 1, 2, 3},
-                     {.kind = PlantFaultKind::current_zero, .phase = 0, .at_ns = 400 * ms}};
+  SeveralDrives four{{0, 1, 2, 3}, {.kind = PlantFaultKind::current_zero, .phase = 0, .at_ns = 400 * ms}};
   four.run_until(200 * ms);
   for (OneOfSeveral& drive : four.drives) (void)drive.take_mean_torque();
   four.run_until(400 * ms - 1);

@@ -147,6 +147,27 @@ def test_a_wrong_configuration_is_an_error_of_the_report(
     assert (suite.name, outcomes(suite)) == ("steps", {"verdict": "Error"})
 
 
+@pytest.mark.parametrize(
+    ("name", "words", "said"),
+    [
+        ("sextant-ecu", ("--virtual-time", "--can", "socketcan:vcan0"), "--scenario excludes --can"),
+        ("sextant-ecu", ("--virtual-time", "--duration", "1"), "--scenario excludes --duration"),
+        ("sextant-ecu", (), "--scenario requires --virtual-time"),
+        ("sextant-plant", ("--duration", "1"), "--duration excludes --scenario"),
+    ],
+)
+def test_a_refused_command_line_leaves_no_earlier_report(
+    scenario: Path, tmp_path: Path, name: str, words: tuple[str, ...], said: str
+) -> None:
+    file = tmp_path / "junit.xml"
+    file.write_text("<testsuites><testsuite/></testsuites>", encoding="utf-8")
+    done = run(name, "--scenario", scenario, "--junit", file, *words)
+    assert done.returncode == 2
+    assert said in done.stderr
+    suite = suite_of(file)
+    assert (suite.name, outcomes(suite)) == ("steps", {"verdict": "Error"})
+
+
 def test_a_configuration_file_gives_the_drive_and_the_scenario_the_rest(scenario: Path, tmp_path: Path) -> None:
     """15 N·m on 0.5 kg·m² of configs/ecu.toml, not on the inertia of the bare machine."""
     done = run(

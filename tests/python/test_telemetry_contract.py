@@ -1,4 +1,4 @@
-"""The list of telemetry signals: CMake and Python read the same, incomplete ones are refused, old and new meet."""
+"""The list of telemetry signals: IDL, records and JSON agree, incomplete ones are refused, old and new meet."""
 
 import re
 import subprocess
@@ -10,9 +10,10 @@ import pytest
 from cyclonedds.idl import types
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
+from programs import program
 from sextant_py import dds, telemetry_contract, telemetry_types
 from sextant_py.errors import UserError
-from sextant_py.paths import IDL, ROOT
+from sextant_py.paths import IDL, ROOT, TELEMETRY
 from sextant_py.telemetry_contract import enumerations, enumerators, signals
 
 TOPICS = (dds.TELEMETRY, dds.STATE, dds.STATISTICS)
@@ -34,7 +35,7 @@ def made_by_cmake(idl: Path, output: Path) -> subprocess.CompletedProcess:
         ("DriveWaveform", "comms/waveform_batch.hpp", "WAVEFORM_MEMBERS", ("drive_id", "sequence", "dropped")),
     ],
 )
-def test_cmake_and_python_read_the_same_list(
+def test_idl_records_and_json_have_the_same_list(
     tmp_path: Path, struct: str, header: str, member_list: str, publishers: tuple[str, ...]
 ) -> None:
     made = made_by_cmake(IDL, tmp_path)
@@ -124,7 +125,7 @@ def test_a_refusal_names_the_line(tmp_path: Path, before: str, seed: str) -> Non
     assert f"changed.idl:{at + 1}:" in re.sub(r"\s+", "", made.stderr)
 
 
-def test_comments_digits_and_empty_lines_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_comments_digits_and_empty_lines_are_read(tmp_path: Path) -> None:
     text = IDL.read_text(encoding="utf-8")
     changed = text.replace(
         "    INIT, STANDBY, ", "    // states of the FSM, {in} order\n    INIT, MODE_2, // SPARE\n\n    "
@@ -139,11 +140,26 @@ def test_comments_digits_and_empty_lines_are_read(tmp_path: Path, monkeypatch: p
     states = re.findall(r"X\(DriveState, (\w+), (\w+)\)", header)
     assert states[:3] == [("init", "INIT"), ("mode_2", "MODE_2"), ("ready", "READY")]
     assert "X(sector, " in header
-    monkeypatch.setattr(telemetry_contract, "_contract", lambda: changed)
-    assert telemetry_contract.enumerators.__wrapped__("DriveStateKind") == tuple(upper for _, upper in states)
-    monkeypatch.setattr(telemetry_contract, "_contract", lambda: changed.replace("HYBRID", "hybrid"))
-    with pytest.raises(UserError, match='WaitKind has "hybrid"'):
-        telemetry_contract.enumerators.__wrapped__("WaitKind")
+
+
+def test_the_json_is_what_the_publisher_describes() -> None:
+    done = subprocess.run([program("sextant-telemetry"), "--describe"], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    assert TELEMETRY.read_text(encoding="utf-8") == done.stdout, (
+        f"write it anew: sextant-telemetry --describe > {TELEMETRY.relative_to(ROOT)}"
+    )
+
+
+def test_a_contract_that_is_not_there_or_no_json_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "telemetry.json"
+    monkeypatch.setattr(telemetry_contract, "TELEMETRY", file)
+    with pytest.raises(UserError, match=r"telemetry\.json cannot be read"):
+        telemetry_contract._contract.__wrapped__()
+    file.write_text("{", encoding="utf-8")
+    with pytest.raises(UserError, match=r"telemetry\.json is no JSON"):
+        telemetry_contract._contract.__wrapped__()
+    with pytest.raises(UserError, match="has no struct Nothing"):
+        telemetry_contract.signals("Nothing")
 
 
 def read_from_a_writer_of(kind: type, topic: str, domain: int, **values: object) -> Any:

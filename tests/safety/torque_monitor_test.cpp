@@ -1,6 +1,7 @@
 #include "sextant/safety/torque_monitor.hpp"
 
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <optional>
 #include <string>
@@ -381,6 +382,60 @@ TYPED_TEST(TorqueMonitorOf, FluxWithoutCurrentTurnsAndDecaysExactlyInStepsOfAnyL
                 tolerance);
     EXPECT_NEAR(double(flux.psi_r().beta), turn.alpha * double(begin.beta) + turn.beta * double(begin.alpha),
                 tolerance);
+  }
+}
+
+/// Steady state of the Γ circuit whose stator inductance saturates, by its equations, with a stator flux that
+/// is real:
+///   j ω_slip ψ_R = R_R (ψ_s − ψ_R)/L_σ,   i_s = ψ_s/L_s(ψ_s) + (ψ_s − ψ_R)/L_σ,
+///   L_s(ψ) = L_su/(1 + (ψ/ψ_k)^S)
+struct SaturatedCircuit {
+  using Complex = std::complex<double>;
+
+  SaturatedCircuit(const InductionMachineParameters<double>& m, const SaturationParameters<double>& curve,
+                   double psi_s, double omega_slip) {
+    const double l_s = m.l_ls + m.l_m;
+    const double gamma = l_s / m.l_m;
+    const double l_sigma = gamma * m.l_ls + gamma * gamma * m.l_lr;
+    const double r_r = gamma * gamma * m.r_r;
+    const auto y = [&curve](double psi) { return std::pow(psi / curve.knee, curve.exponent); };
+    const double present = l_s * (1 + y(curve.machine_flux)) / (1 + y(psi_s));
+    const Complex psi_big_r = psi_s / (1.0 + Complex{0.0, omega_slip * l_sigma / r_r});
+    i_s = psi_s / present + (psi_s - psi_big_r) / l_sigma;
+    psi_r = std::abs(psi_big_r) / gamma;
+    torque = 1.5 * m.pole_pairs * psi_s * i_s.imag();
+  }
+
+  Complex i_s;      ///< [A]
+  double psi_r{};   ///< of the T circuit [Wb]
+  double torque{};  ///< [N·m]
+};
+
+// In weakening the iron has more inductance than at the flux reference, above it less.
+TYPED_TEST(TorqueMonitorOf, FollowsASaturationThatItIsGiven) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> machine;
+  const SaturationParameters<double> curve{.knee = 1.0, .exponent = 6, .machine_flux = 1.1};
+  TorqueMonitorLimits<T> limits;
+  limits.saturation = {
+      .knee = T(curve.knee), .exponent = curve.exponent, .machine_flux = T(curve.machine_flux)};
+  for (const double psi_s : {0.4, 0.8, 1.1, 1.2}) {
+    for (const double omega_slip : {-8.0, 0.0, 3.0}) {
+      SCOPED_TRACE(testing::Message() << psi_s << " Wb, " << omega_slip << " rad/s");
+      const SaturatedCircuit circuit{machine, curve, psi_s, omega_slip};
+      TorqueMonitor<T> monitor{limits};
+      for (int k = 0; k < 8000; ++k) {
+        const std::complex<double> i = circuit.i_s * std::polar(1.0, omega_slip * k * 250e-6);
+        Measurement<T> m;
+        m.i_abc = inverse_clarke(SpaceVector<T>{T(i.real()), T(i.imag())});
+        m.u_dc = T(530);
+        m.applied = {{LegState::low, LegState::low, LegState::low}, 250'000};
+        (void)monitor.step(m, T(250e-6), T(0));
+      }
+      EXPECT_NEAR(double(magnitude(monitor.psi_r())), circuit.psi_r, 0.002);
+      EXPECT_NEAR(double(monitor.bands().by_current().torque), circuit.torque,
+                  0.003 * std::abs(circuit.torque) + 0.02);
+    }
   }
 }
 

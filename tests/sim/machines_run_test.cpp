@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -78,6 +79,40 @@ TEST(MachinesRun, MethodsOfOneVectorAPeriodMakeTorqueOnMachinesThatTurnFast) {
         EXPECT_TRUE(makes_torque(result.final_state));
         EXPECT_NEAR(result.metrics[Metric::torque_bias], 0.0, 0.1 * torque);
       }
+    }
+  }
+}
+
+// Stator voltage of the steady state at a flux and a regenerated torque, by R_s i_s + j omega_s psi_s. [V]
+double regenerating_voltage(const TestMachine& machine, double psi, double torque, double omega_m) {
+  const InductionMachineParameters<>& m = machine.parameters;
+  const SteadyState<> x = steady_state(m, psi, -relative_slip(torque, breakdown_torque(m, psi)));
+  const double omega_s = m.pole_pairs * omega_m + x.omega_slip;
+  return std::hypot(m.r_s * x.i_d, m.r_s * x.i_q + omega_s * psi);
+}
+
+// Its stator flux turns slower than the rotor: more flux than the link turns with the rotor. The drop in R_s,
+// which adds to the link, is left in reserve.
+TEST(MachinesRun, AGeneratorOfLargeSlipHasTheFluxOfItsTorqueAtTwiceBaseSpeed) {
+  const TestMachine& machine = test_machines[0];
+  const double torque = 0.9 * drive_limits(machine.parameters, machine.psi, machine.u_dc).torque;
+  const double omega_m = 2 * machine.base_speed();
+  const double turned = 2 / std::numbers::pi * machine.u_dc / (machine.parameters.pole_pairs * omega_m);
+  for (const char* controller : {"dtc", "predictive", "foc"}) {
+    for (const double sign : {1.0, -1.0}) {
+      SCOPED_TRACE(testing::Message() << controller << ", " << sign);
+      const std::string points = "[[0, 0], [0.3, " + std::to_string(-sign * torque) + "]]";
+      const MilResult result = run(machine, {.controller = controller,
+                                             .period_us = 125,
+                                             .omega_m = sign * omega_m,
+                                             .end_s = 0.6,
+                                             .torque = points});
+      EXPECT_EQ(result.final_state, DriveState::torque);
+      EXPECT_NEAR(result.metrics[Metric::torque_bias], 0.0, 0.03 * torque);
+      const double psi = result.metrics[Metric::flux_mean];
+      EXPECT_GT(psi, 1.1 * turned);
+      const double largest = machine.u_dc / std::numbers::sqrt3;
+      EXPECT_GT(regenerating_voltage(machine, psi, torque, omega_m), 0.95 * largest);
     }
   }
 }

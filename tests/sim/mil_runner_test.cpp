@@ -103,7 +103,7 @@ TEST(MilRunner, AWrongStatorResistanceMakesTheTorqueDepartFromTheCommandInSilenc
   const MetricList m = MilRun{p}(scenario).metrics;
   EXPECT_GT(m[Metric::torque_deviation], 20);
   EXPECT_NEAR(m[Metric::torque_silent], 200, 0.026) << "the whole window";
-  EXPECT_EQ(m[Metric::torque_motoring], p.drive.capability.torque);
+  EXPECT_EQ(m[Metric::torque_motoring], p.drive.motor.capability.torque);
 }
 
 TEST(MilRunner, CountsShortPulsesWhereThereIsAMinimumPulse) {

@@ -20,7 +20,7 @@ RigParameters shipped_at(double omega_m, FluxOptimum optimum) {
   RigParameters p = RigParameters::at_speed(omega_m);
   p.controller.flux_estimator = FluxEstimatorKind::hybrid;
   p.drive.magnetise_first = true;
-  p.drive.optimal_flux.optimum = optimum;
+  p.drive.motor.optimal_flux.optimum = optimum;
   return p;
 }
 

@@ -1,10 +1,13 @@
 // The whole drive on a machine whose main flux saturates: what it knows of the curve, and what it then does.
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "sextant/control/field_oriented_controller.hpp"
 #include "sim/drive_rig.hpp"
+#include "sim/machine_run.hpp"
 
 namespace sextant {
 namespace {
@@ -63,6 +66,44 @@ TEST(SaturationRun, AWrongRotorResistanceIsFoundBesideTheKnownCurve) {
         EXPECT_FALSE(seen.tripped);
         EXPECT_NEAR(seen.torque, 60, 4.0);
       }
+    }
+  }
+}
+
+// In weakening the flux takes a fraction of the current that it takes at the reference: by the inductance
+// there the link would have more voltage left than it has, and the torque that rises slowly would be a fault.
+TEST(SaturationRun, AStepInFieldWeakeningIsNoFaultOfADriveThatKnowsIt) {
+  // configs/machines/chapman_15hp.toml
+  const TestMachine machine{
+      "15 hp, two poles", {0.2, 0.12, 1.0876e-3, 1.0876e-3, 39.789e-3, 1, 0.05}, 294, 0.45025};
+  const std::string knee = std::to_string(machine.psi);
+  std::vector<std::string> set{
+      "plant.integrator=fixed",
+      "plant.sensors.current.noise_a=0.05",
+      "plant.sensors.current.phase_a.gain_error=0.02",
+      "plant.sensors.current.phase_a.offset_a=0.15",
+      "plant.sensors.current.phase_b.gain_error=-0.02",
+      "plant.sensors.current.phase_b.offset_a=-0.15",
+  };
+  for (const std::string side : {"plant.", "control.machine_estimate."}) {
+    set.push_back(side + "saturation.knee_wb=" + knee);
+    set.push_back(side + "saturation.machine_flux_wb=" + knee);
+  }
+  for (const std::string side : {"plant.", "drive."}) {
+    set.push_back(side + "inverter.dead_time_us=3");
+    set.push_back(side + "inverter.threshold_v=1.2");
+  }
+  for (const double speed : {1.2, 1.5, 2.0}) {
+    for (const double torque : {0.5, 1.0}) {
+      SCOPED_TRACE(testing::Message() << speed << ", " << torque);
+      const MilResult result =
+          run(machine, {.controller = "dtc",
+                        .period_us = 125,
+                        .omega_m = speed * 377,
+                        .end_s = 1.5,
+                        .torque = "[[0, 0], [1.2, " + std::to_string(26.3 * torque) + "]]",
+                        .set = set});
+      EXPECT_FALSE(result.faults.any());
     }
   }
 }

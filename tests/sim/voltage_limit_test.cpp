@@ -189,10 +189,10 @@ TEST(CurrentLimit, HoldsTheCurrentThatTorqueTakesFromTheStartOnAlsoWithAWrongMac
         DriveRig rig{p};
         rig.start();
         rig.torque = torque;
-        EXPECT_LT(rig.watch(0.2).peak_current, p.drive.capability.current_limit + ripple);
+        EXPECT_LT(rig.watch(0.2).peak_current, p.drive.motor.capability.current_limit + ripple);
         EXPECT_EQ(rig.telemetry.latched, FaultSet{});
         // Torque at the limit, once the surge is over with which the flux comes.
-        p.drive.capability.current_limit = 40.0;
+        p.drive.motor.capability.current_limit = 40.0;
         DriveRig narrow{p};
         narrow.start();
         narrow.torque = torque;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "ecu/shared/parameter_set.hpp"
 #include "ecu/timing/wake_record.hpp"
 #include "sextant/comms/command_receiver.hpp"
 #include "sextant/comms/status_messages.hpp"
@@ -56,6 +57,7 @@ struct SharedState {
   }
 
   LatestValue<TorqueCommand<double>> command{};  ///< receive → control
+  LatestValue<ParameterSet> parameters{};        ///< link → control: the next one once it is answered
   LatestValue<Telemetry<double>> status{};       ///< control → transmit
   LatestValue<RealTimeReport> real_time{};       ///< telemetry → transmit
   LatestValue<SchedulerSample> scheduler{};      ///< housekeeping → telemetry, since start
@@ -74,10 +76,12 @@ struct SharedState {
   std::atomic<std::uint64_t> telemetry_stalls{0};     ///< housekeeping → main: stops of that thread [-]
   std::atomic<std::uint64_t> watchdog_polls{0};       ///< watchdog → housekeeping: its polls so far [-]
   std::atomic<std::uint64_t> housekeeping_polls{0};   ///< housekeeping → telemetry: its polls so far [-]
+  std::atomic<std::uint64_t> parameters_answered{0};  ///< control → link: number of the last set [-]
+  std::atomic<std::uint64_t> parameter_sets{0};       ///< control → link, telemetry: taken since start [-]
   std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
   std::atomic<bool> gate_inhibit{false};      ///< watchdog, transmit, telemetry → control, which clears it
   std::atomic<bool> is_in_fault{false};       ///< control → watchdog: the drive's state
-  std::atomic<bool> shutdown{false};           ///< main, watchdog → control: ramp to zero and stop
+  std::atomic<bool> shutdown{false};          ///< main, watchdog → control: ramp to zero and stop
   std::atomic<bool> stopped{false};           ///< control → all: the gates are off for good
 
  private:

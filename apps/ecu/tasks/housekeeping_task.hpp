@@ -29,15 +29,14 @@ class HousekeepingTask {
 
   /// To be called when the control thread has been set up; the statistics count from here.
   void start() {
-    sampler_.emplace(shared_.control_thread_id.load(std::memory_order_acquire));
-    begin_ = sampler_->sample();
+    begin_ = sampler_.emplace(shared_.control_thread_id.load(std::memory_order_acquire)).sample();
   }
 
   void poll() {
     watch_telemetry();
     watch_watchdog();
     const std::uint64_t polls = shared_.housekeeping_polls.fetch_add(1, std::memory_order_relaxed) + 1;
-    if (polls % polls_per_sample != 0) return;
+    if (!sampler_ || polls % polls_per_sample != 0) return;
     const SchedulerSample sample = sampler_->sample().since(begin_);
     // Not valid once the control thread has ended: the sample before it stays.
     if (sample.valid) shared_.scheduler.store(sample);

@@ -12,6 +12,8 @@
 namespace sextant::ecu {
 namespace {
 
+constexpr double zero_celsius_k = 273.15;
+
 bool same_state(const Telemetry<double>& a, const Telemetry<double>& b) {
   const auto ramp = [](DeratingCause cause) { return is_ramp_to_zero(cause) ? cause : DeratingCause::none; };
   return a.state == b.state && a.lockout == b.lockout && a.active == b.active && a.latched == b.latched &&
@@ -280,7 +282,10 @@ RealTimeSample TelemetryTask::sample() const {
       .r_r_deviation = newest_.r_r_deviation,
       .l_m_deviation = newest_.l_m_deviation,
       .periods_unchecked = newest_.unchecked_periods,
+      .parameter_sets = shared_.parameter_sets.load(std::memory_order_relaxed),
   };
+  if (newest_.winding_temperature)
+    sample.winding_temperature_k = *newest_.winding_temperature + zero_celsius_k;
   fill_durations(sample, timing_.interval());
   fill_stages(sample, timing_.interval());
   fill_rejections(sample, shared_);

@@ -25,7 +25,7 @@ std::array<Demand, 6> demands(const DriveConfig& config) {
   const ContractRanges ranges = contract_ranges();
   const Drive<>::Parameters& drive = config.drive;
   return {{{ranges.torque_request, drive.command.torque_limit, "command.torque_limit_nm"},
-           {ranges.torque_available, drive.capability.torque, "capability.torque_nm"},
+           {ranges.torque_available, drive.motor.capability.torque, "capability.torque_nm"},
            {ranges.flux, config.control.flux_reference, "control.flux_reference_wb"},
            {ranges.link_voltage, drive.protection.dc_over_voltage, "protection.dc_over_voltage_v"},
            {ranges.phase_current, drive.protection.over_current / std::numbers::sqrt2,

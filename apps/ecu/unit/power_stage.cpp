@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -37,15 +36,10 @@ const char* sentence(PowerStage::Plant plant) {
 
 }  // namespace
 
-PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
-                       FaultInjection::Read read_fault) {
-  if (!fault_socket.empty() && config.power_stage != PowerStageKind::simulated) {
-    throw std::runtime_error{
-        "--fault-socket: the plant is in another process; give the option to its sextant-plant"};
-  }
+PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket) {
   switch (config.power_stage) {
     case PowerStageKind::simulated:
-      simulate(config, fault_socket, std::move(read_fault));
+      simulate(config, fault_socket);
       break;
     case PowerStageKind::shared_memory:
       join_shared_memory(config);
@@ -58,13 +52,12 @@ PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
   }
 }
 
-void PowerStage::simulate(const EcuConfig& config, const std::string& fault_socket,
-                          FaultInjection::Read read_fault) {
+void PowerStage::simulate(const EcuConfig& config, const std::string& fault_socket) {
   simulated_ = std::make_unique<LivePowerStage>(in_this_process(config, !fault_socket.empty()),
                                                 config.drive.load.parameters());
   io_ = &simulated_->io();
   if (fault_socket.empty()) return;
-  faults_ = std::make_unique<FaultInjection>(fault_socket, simulated_->io(), std::move(read_fault));
+  faults_ = std::make_unique<FaultInjection>(fault_socket, simulated_->io(), config.drive.plant.io.fault);
   io_ = &faults_->io();
 }
 

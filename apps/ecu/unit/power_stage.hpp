@@ -28,9 +28,8 @@ class PowerStage {
   };
 
   /// Throws std::runtime_error with one sentence where it cannot be opened. fault_socket: on which the
-  /// simulated plant takes faults, by read_fault; empty for none.
-  explicit PowerStage(const EcuConfig& config, const std::string& fault_socket = {},
-                      FaultInjection::Read read_fault = {});
+  /// simulated plant takes faults; empty for none.
+  explicit PowerStage(const EcuConfig& config, const std::string& fault_socket = {});
 
   [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
@@ -63,7 +62,7 @@ class PowerStage {
   void print_report(std::FILE* out) const;
 
  private:
-  void simulate(const EcuConfig& config, const std::string& fault_socket, FaultInjection::Read read_fault);
+  void simulate(const EcuConfig& config, const std::string& fault_socket);
   void join_shared_memory(const EcuConfig& config);
 
   std::unique_ptr<LivePowerStage> simulated_{};

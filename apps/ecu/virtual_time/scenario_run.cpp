@@ -71,8 +71,7 @@ Played read_reported(const std::string& program, const ScenarioRunOptions& optio
   try {
     return read(options);
   } catch (const std::exception& problem) {
-    const std::string name = std::filesystem::path{options.scenario}.stem().string();
-    reports::report_not_started(program, options.reports, {name}, problem.what());
+    report_not_started(program, options, problem.what());
     throw;
   }
 }
@@ -86,7 +85,9 @@ int run_here(const std::string& program, const ScenarioRunOptions& options, cons
   const reports::Interruption interruption;
   const auto simulate = [&](TraceRecorder* trace) {
     ObservedPowerStage stage{scenario, drive.plant};
-    VirtualRun run{{.drives = {played.config}}, options.run, {&stage.io()},
+    VirtualRun run{{.drives = {played.config}},
+                   options.run,
+                   {&stage.io()},
                    [&]() -> std::string {
                      return stage.has_ended() || interruption.signal() != 0 ? "the run is over" : "";
                    },
@@ -123,7 +124,10 @@ int run_in_lockstep(const std::string& program, const ScenarioRunOptions& option
   ScenarioCommands commands{scenario};
   PowerStage stage{played.config};
   VirtualRun run{
-      {.drives = {played.config}}, options.run, {&stage.io()}, [&] { return stage.problem(); },
+      {.drives = {played.config}},
+      options.run,
+      {&stage.io()},
+      [&] { return stage.problem(); },
       VirtualScenario{.name = scenario.name,
                       .begin_ns = begin_ns,
                       .duration_ns = scenario.duration_ns,
@@ -139,6 +143,13 @@ int run_in_lockstep(const std::string& program, const ScenarioRunOptions& option
 }
 
 }  // namespace
+
+void report_not_started(const std::string& program, const ScenarioRunOptions& options,
+                        const std::string& why) {
+  if (options.scenario.empty()) return;
+  const std::string name = std::filesystem::path{options.scenario}.stem().string();
+  reports::report_not_started(program, options.reports, {name}, why);
+}
 
 int run_scenario(const std::string& program, const ScenarioRunOptions& options) {
   const Played played = read_reported(program, options);

@@ -20,6 +20,10 @@ struct ScenarioRunOptions {
   VirtualRunOptions run{};  ///< without profile and duration; one with a recording is refused
 };
 
+/// Reports of a scenario, if there is one, that has not run, and why.
+void report_not_started(const std::string& program, const ScenarioRunOptions& options,
+                        const std::string& why);
+
 /// Plays a scenario to the live drive in virtual time. Where the plant is in this process, the run is
 /// evaluated by [expect] and reported; a plant in lockstep does so itself. Returns the exit status of the
 /// verdict; a mistake is also an error in the reports. Throws std::runtime_error with one sentence.

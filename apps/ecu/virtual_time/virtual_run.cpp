@@ -85,20 +85,13 @@ std::vector<VirtualUnit::Parts> VirtualRun::parts(const std::vector<DriveIo<doub
   std::vector<VirtualUnit::Parts> made;
   for (std::size_t k = 0; k < stages.size(); ++k) {
     const EcuConfig& config = config_.drives.at(k);
-    RunDrive& drive = drives_.emplace_back(config, *stages[k], bus_, file_of(options_.record_cycles, config));
+    RunDrive& drive =
+        drives_.emplace_back(config, *stages[k], bus_, config_.file_of(options_.record_cycles, k));
     made.push_back({.unit = drive.unit(),
                     .recorder = drive.recorder(),
                     .observer = scenario_ ? scenario_->observer : nullptr});
   }
   return made;
-}
-
-std::string VirtualRun::file_of(const std::string& file, const EcuConfig& config) const {
-  if (file.empty() || config_.drives.size() == 1) return file;
-  const std::filesystem::path path{file};
-  const std::string name = fmt::format("{}_{}{}", path.stem().string(), config.drive_id,
-                                       path.extension().string());
-  return (path.parent_path() / name).string();
 }
 
 void VirtualRun::require_one_drive_for(const char* what) const {
@@ -127,7 +120,15 @@ void VirtualRun::set_up_sources() {
     if (scenario_) play(*scenario_, drive);
     if (drive.vehicle()) timeline_.add(drive.vehicle()->party());
   }
+  if (!options_.set_at.empty()) set_parameters();
   ecu_.join(timeline_);
+}
+
+void VirtualRun::set_parameters() {
+  require_one_drive_for("--set-at");
+  changes_.emplace(config_.drives.front(), options_.load, drives_.front().unit().shared());
+  timed_changes_.emplace(options_.set_at, *changes_, clock_);
+  timeline_.add(timed_changes_->party());
 }
 
 void VirtualRun::read_profile() {
@@ -163,7 +164,7 @@ void VirtualRun::play(const VirtualScenario& scenario, RunDrive& drive) {
 
 void VirtualRun::set_up_files() {
   for (std::size_t k = 0; k < drives_.size(); ++k) {
-    drives_[k].open(file_of(options_.telemetry_out, config_.drives[k]), ecu_.drive(k).next_period_ns());
+    drives_[k].open(config_.file_of(options_.telemetry_out, k), ecu_.drive(k).next_period_ns());
   }
   set_up_frames();
 }
@@ -215,6 +216,7 @@ void VirtualRun::run() {
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
   }
+  if (timed_changes_ && !drives_.front().end().latched.any()) timed_changes_->require_all();
 }
 
 void VirtualRun::run_to_end() {
@@ -253,8 +255,8 @@ std::string VirtualRun::recording_failure() const {
 }
 
 const RunDrive& VirtualRun::worst() const {
-  const auto found = std::ranges::find_if(
-      drives_, [](const RunDrive& drive) { return drive.verdict() != Verdict::pass; });
+  const auto found =
+      std::ranges::find_if(drives_, [](const RunDrive& drive) { return drive.verdict() != Verdict::pass; });
   return found == drives_.end() ? drives_.front() : *found;
 }
 
@@ -293,6 +295,9 @@ void VirtualRun::print_report(std::FILE* out) const {
     drives_[k].print_periods_and_commands(out, ecu_.drive(k).wakes());
   }
   print_can(out);
+  if (timed_changes_) {
+    for (const std::string& line : timed_changes_->report()) fmt::print(out, "{}\n", line);
+  }
   for (const RunDrive& drive : drives_) {
     print_name(drive);
     drive.print_end(out);

@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "ecu/parameters/parameter_changes.hpp"
 #include "ecu/virtual_time/run_drive.hpp"
+#include "ecu/virtual_time/timed_changes.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/config/drives_config.hpp"
 #include "sextant/harness/candump_log.hpp"
@@ -30,6 +32,8 @@ struct VirtualRunOptions {
   std::string record_cycles{};              ///< recording of the control periods to write; empty: none
   std::optional<double> duration_s{};       ///< virtual time after which the drive is shut down [s]
   std::optional<std::uint64_t> bus_seed{};  ///< of a bus that misbehaves at random [-]
+  std::vector<std::string> set_at{};        ///< `TIME:KEY=VALUE` of keys to set while the drive runs
+  ParameterChanges::Load load{};            ///< the configuration with further overrides; for `set_at`
 };
 
 /// Throws std::runtime_error with one sentence where the configured plant does not wait for the drive, as
@@ -50,11 +54,12 @@ struct VirtualScenario {
 /// has a vehicle of its own that plays the same. The power stage is whatever is behind the `DriveIo`.
 class VirtualRun {
  public:
-  /// The power stages, one for each drive, are not owned and must outlive this object. `problem` returns why the run cannot go on,
-  /// in one sentence, empty while it can; it is called every 10 ms of virtual time. Throws
-  /// std::runtime_error with one sentence where a file cannot be used or the options make no run.
+  /// The power stages, one for each drive, are not owned and must outlive this object. `problem` returns why
+  /// the run cannot go on, in one sentence, empty while it can; it is called every 10 ms of virtual time.
+  /// Throws std::runtime_error with one sentence where a file cannot be used or the options make no run.
   VirtualRun(const DrivesConfig& config, const VirtualRunOptions& options,
-             const std::vector<DriveIo<double>*>& stages, std::function<std::string()> problem = {}, std::optional<VirtualScenario> scenario = {});
+             const std::vector<DriveIo<double>*>& stages, std::function<std::string()> problem = {},
+             std::optional<VirtualScenario> scenario = {});
   VirtualRun(const VirtualRun&) = delete;
   VirtualRun& operator=(const VirtualRun&) = delete;
 
@@ -75,11 +80,10 @@ class VirtualRun {
  private:
   /// Makes the drives.
   [[nodiscard]] std::vector<VirtualUnit::Parts> parts(const std::vector<DriveIo<double>*>& stages);
-  /// A file of the options, by the drive's id where there are several drives.
-  [[nodiscard]] std::string file_of(const std::string& file, const EcuConfig& config) const;
   void set_up_sources();
   void require_one_drive_for(const char* what) const;
   void read_profile();
+  void set_parameters();
   void play_profile(RunDrive& drive);
   void play(const VirtualScenario& scenario, RunDrive& drive);
   void set_up_files();
@@ -105,6 +109,8 @@ class VirtualRun {
   VirtualTimeline timeline_{clock_};
   std::deque<RunDrive> drives_{};  // each stays where it is
   VirtualEcu ecu_;
+  std::optional<ParameterChanges> changes_{};
+  std::optional<TimedChanges> timed_changes_{};
   Profile profile_{};
   std::int64_t profile_end_ns_{0};
   std::optional<LogReplay> replay_{};

@@ -12,22 +12,22 @@ struct VirtualProbe {
   const std::function<void(const Telemetry<double>&)>& observer;
   const Telemetry<double>& newest;  // pushed last
 
-  void begins(std::int64_t t_ns) noexcept {
+  void begins(std::int64_t t_ns) const noexcept {
     if (cycles != nullptr) cycles->begins(t_ns);
   }
-  void has_read(const Measurement<double>& measurement) noexcept {
+  void has_read(const Measurement<double>& measurement) const noexcept {
     if (cycles != nullptr) cycles->has_read(measurement);
   }
-  void has_request(const DriveRequest<double>& request) noexcept {
+  void has_request(const DriveRequest<double>& request) const noexcept {
     if (cycles != nullptr) cycles->has_request(request);
   }
-  void has_stepped(const DriveOutput<double>& output) noexcept {
+  void has_stepped(const DriveOutput<double>& output) const noexcept {
     if (cycles != nullptr) cycles->has_stepped(output);
   }
-  void has_written() noexcept {
+  void has_written() const noexcept {
     if (cycles != nullptr) cycles->has_written();
   }
-  void has_pushed() noexcept {
+  void has_pushed() const noexcept {
     if (observer) observer(newest);
   }
 };

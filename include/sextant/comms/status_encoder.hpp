@@ -38,7 +38,6 @@ inline constexpr std::size_t status_message_count = 10;
 /// Contents of the status frames beside the telemetry of the drive.
 struct StatusExtras {
   RealTimeReport real_time{};
-  Temperatures temperatures{};
   bool measured{
       true};  ///< false: the measurements are out of date; MCU_Motion and MCU_Electrical are not sent
 };

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sextant/config/cloned.hpp"
@@ -66,15 +68,20 @@ class ControlMethod {
   }
 };
 
+/// Empty where one voltage vector may move the current so far in a control period, else a sentence. [A], [ns]
+[[nodiscard]] std::string vector_step_problem(double current, double largest, std::int32_t period_ns);
+
 /// The method whose controllers are of class `C`, a `Controller<double>` with
 ///   static constexpr const char* name, meaning;   as above
 ///   static constexpr std::array channels{…};      of ControlChannel; may be left out
 ///   struct Parameters;                            defaults, validate(), set_basis(const ControlSetup&)
 ///   explicit C(const Parameters&);
-/// and, in the namespace of C, the keys of its table:
-///   void describe(sextant::Section table, C::Parameters& p, const sextant::ControlSetup& setup);
-/// `set_basis` runs before the rule of a `derived` key. Ranges of keys are always checked; `validate()` is
-/// checked after all, for the method chosen and for others of whose table a key is given.
+/// and, found with the parameters, the keys of its table, as `Description` has it:
+///   void describe(sextant::Description& d, C::Parameters& p, const C::Parameters& by_default);
+/// by_default: the parameters that follow from the basis, which `set_defaults(const ControlSetup&)` sets
+/// where Parameters has it. Ranges of keys are always checked; `validate()` is checked after all, for the
+/// method chosen and for others of whose table a key is given. Where Parameters has `vector_step`, as that of
+/// `DirectTorqueController`, what a vector changes in a control period is checked too.
 template <class C>
 class ControlMethodOf final : public ControlMethod {
  public:
@@ -91,8 +98,18 @@ class ControlMethodOf final : public ControlMethod {
     }
   }
   void describe_table(Section table, const ControlSetup& setup) override {
-    table.derive([this, &setup] { values.set_basis(setup); });
-    describe(table, values, setup);
+    table.derive([this, &setup] {
+      values.set_basis(setup);
+      by_default_.set_basis(setup);
+      if constexpr (requires { by_default_.set_defaults(setup); }) by_default_.set_defaults(setup);
+    });
+    describe(table, values, std::as_const(by_default_));
+    if constexpr (requires { C::Parameters::vector_step(setup); }) {
+      table.check([&setup] {
+        const auto [current, largest] = C::Parameters::vector_step(setup);
+        return vector_step_problem(current, largest, setup.period_ns);
+      });
+    }
     table.check(values);
   }
   [[nodiscard]] std::unique_ptr<Controller<double>> make() const override {
@@ -104,6 +121,9 @@ class ControlMethodOf final : public ControlMethod {
   [[nodiscard]] std::unique_ptr<ControlMethod> untouched() const override {
     return std::make_unique<ControlMethodOf>();
   }
+
+ private:
+  typename C::Parameters by_default_{};  ///< what follows from the basis
 };
 
 /// The methods that the configuration can select: Sextant's own and those that a program adds.

@@ -61,29 +61,14 @@ struct DriveConfig {
 /// Sections machine, control, drive, command, capability, protection, torque_monitor, plant and load.
 void describe(Section root, DriveConfig& config);
 
-/// Empty when the link is below the level at which the drive trips, else a sentence.
-[[nodiscard]] std::string validate_link(const DriveConfig& config);
+/// Checks that the simulated plant does not trip its drive by link, speed or sensors, and that their readings
+/// reach beyond the levels at which it trips. counts: whether that matters, once everything has been read.
+void check_simulated_plant(const Section& root, const DriveConfig& config, std::function<bool()> counts);
 
 /// Empty when a speed that the load imposes for so long [ns] is not above the level at which the drive trips,
 /// else a sentence.
 [[nodiscard]] std::string validate_imposed_speed(const DriveConfig& config, const ProfileParameters& speed,
                                                  std::int64_t duration_ns);
-
-/// The same of the speed with which the plant's shaft begins.
-[[nodiscard]] std::string validate_initial_speed(const DriveConfig& config);
-
-/// Empty when the sensors of the simulated plant can read more than the level at which the drive trips, else
-/// a sentence.
-[[nodiscard]] std::string validate_current_range(const DriveConfig& config);
-[[nodiscard]] std::string validate_voltage_range(const DriveConfig& config);
-
-/// Empty when one edge of the encoder, which is a step of the speed, is no fault of its sensor, else a
-/// sentence.
-[[nodiscard]] std::string validate_encoder(const DriveConfig& config);
-/// The same of the error that the resolver's quantisation may make in the speed.
-[[nodiscard]] std::string validate_resolver(const DriveConfig& config);
-/// The same of the converters of a sin/cos encoder.
-[[nodiscard]] std::string validate_sin_cos(const DriveConfig& config);
 
 /// Empty unless a speed is imposed on the motor's shaft while a load turns behind a driveline, or while the
 /// shaft begins with a speed of its own, else a sentence.
@@ -92,9 +77,8 @@ void describe(Section root, DriveConfig& config);
 
 /// Sections plant and load alone.
 /// lead_of_drive: as the sensors take it. [ns]
-void describe(
-    Section section, SimulatedPowerStage::Parameters& parameters,
-    const std::function<std::int32_t()>& lead_of_drive = [] { return 0; });
+void describe(Section section, SimulatedPowerStage::Parameters& parameters,
+              const std::int32_t& lead_of_drive);
 void describe(Section section, LoadConfig& config);
 
 /// True when a file makes the quantity other than zero.

@@ -22,6 +22,10 @@ struct DrivesConfig {
 
   OnFault on_fault{OnFault::others_go_on};
   std::vector<EcuConfig> drives{};  ///< at least one, all on one bus and in one DDS domain
+
+  /// File or socket of a drive: the name itself where there is one drive, else with the drive's id behind the
+  /// stem (run.h5: run_2.h5). Empty for an empty name.
+  [[nodiscard]] std::string file_of(const std::string& name, std::size_t drive) const;
 };
 
 /// The keys beside the drives.

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "sextant/config/drive_config.hpp"
-#include "sextant/config/hil_config.hpp"
 #include "sextant/config/schema.hpp"
 #include "sextant/core/identifier_offset.hpp"
+#include "sextant/hil/hil_parameters.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant {
@@ -15,7 +15,18 @@ namespace sextant {
 struct CanConfig {
   std::string bus{"udp_multicast:239.74.163.2:43113"};  ///< backend:interface, or backend:group:port
   IdentifierOffset identifier_offset{};                 ///< of all identifiers and E2E data ids
+
+  [[nodiscard]] const char* validate() const noexcept { return identifier_offset.validate(); }
 };
+
+inline void describe(Description& d, CanConfig& p) {
+  auto& [bus, offset] = p;
+  d.text("bus", bus, "socketcan:<interface> or udp_multicast:<group>:<port>", false);
+  d.integer(
+      "identifier_offset", offset.value, "", 0, IdentifierOffset::largest,
+      "added to all CAN identifiers and E2E data ids, a multiple of 32; distinguishes the drives of one "
+      "bus");
+}
 
 /// Telemetry over DDS.
 struct DdsConfig {
@@ -24,6 +35,15 @@ struct DdsConfig {
   double telemetry_rate_hz{1000};  ///< of DriveTelemetry [Hz]
   double statistics_rate_hz{1};    ///< of RealTimeStatistics [Hz]
 };
+
+inline void describe(Description& d, DdsConfig& p) {
+  auto& [domain, uri, telemetry_hz, statistics_hz] = p;
+  d.integer("domain", domain, "", 0, 230, "DDS domain");
+  d.text("config_uri", uri,
+         "Cyclone DDS configuration; empty: CYCLONEDDS_URI decides, without it the loopback interface", true);
+  d.number("telemetry_rate_hz", telemetry_hz, {"Hz", 1, 10'000, "rate of DriveTelemetry"});
+  d.number("statistics_rate_hz", statistics_hz, {"Hz", 0.01, 100, "rate of RealTimeStatistics"});
+}
 
 /// The power stage of the drive's `DriveIo`.
 enum class PowerStageKind : std::uint8_t {

@@ -23,8 +23,8 @@ namespace sextant {
 /// The same from a text as print_config makes it; `name` stands for the file in messages.
 [[nodiscard]] EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
                                              const std::vector<std::string>& overrides = {});
-/// The drives of a process: the one of the file or, of a file of `[[drive]]` tables, one for each table. Such a
-/// table is a configuration of its own, as a rule with a `base`; overrides count for every drive.
+/// The drives of a process: the one of the file or, of a file of `[[drive]]` tables, one for each table. Such
+/// a table is a configuration of its own, as a rule with a `base`; overrides count for every drive.
 [[nodiscard]] DrivesConfig load_drives_config(const std::string& file,
                                               const std::vector<std::string>& overrides = {});
 [[nodiscard]] PlantConfig load_plant_config(const std::string& file,
@@ -43,5 +43,9 @@ namespace sextant {
 [[nodiscard]] std::string config_json(const EcuConfig& config);
 [[nodiscard]] std::string config_json(const PlantConfig& config);
 [[nodiscard]] std::string config_json(const ScenarioConfig& config);
+
+/// The keys of a running drive as a JSON list: objects of `key`, `unit`, `meaning`, `changes`, `value` and,
+/// where the key has them, `choices`, or `least` and `most`.
+[[nodiscard]] std::string running_keys(const EcuConfig& config);
 
 }  // namespace sextant

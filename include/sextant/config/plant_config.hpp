@@ -3,9 +3,9 @@
 #include <cstdint>
 
 #include "sextant/config/drive_config.hpp"
-#include "sextant/config/hil_config.hpp"
 #include "sextant/config/machine_config.hpp"
 #include "sextant/config/schema.hpp"
+#include "sextant/hil/hil_parameters.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -58,8 +60,8 @@ struct PointsField {
   Range<double> second_range;
   std::function<Pairs()> get;
   std::function<void(const Pairs&)> set;
-  std::string first_name{"time"};    ///< of the first member of a pair, as a message names it
-  std::string second_name{"value"};  ///< of the second one
+  std::string first_name;   ///< of the first member of a pair, as a message names it
+  std::string second_name;  ///< of the second one
 };
 /// The path of a CSV file, relative to the file that names it; on the command line, to the working directory.
 struct FileField {
@@ -85,6 +87,7 @@ struct Field {
   FieldKind kind;
   bool required{false};  ///< the file must set it; there is no default
   bool derived{false};   ///< its default follows from machine and link
+  Changes changes{Changes::never};
 };
 
 /// Two keys for one quantity; a file may use one of them.
@@ -132,133 +135,120 @@ struct Schema {
 
 /// A table of the file while it is being described. Members are bound by reference and must outlive the
 /// schema.
-class Section {
+class Section final : public Description {
  public:
+  using Description::choice;
+  using Description::defaulted;
+  using Description::flag;
+  using Description::integer;
+
   explicit Section(Schema& schema) : schema_{&schema} {}
 
   [[nodiscard]] Section section(const std::string& name) const { return {*schema_, path(name)}; }
 
-  void number(const std::string& key, NumberMember member, Range<double> range, const char* unit,
-              const char* meaning) {
-    add(key, unit, meaning,
-        NumberField{range, [member] { return member.get(); }, [member](double x) { member.set(x); }});
+  void number(const char* key, NumberMember x, const Quantity& q) override {
+    add(key, q.unit, q.meaning,
+        NumberField{{q.min, q.max}, [x] { return x.get(); }, [x](double value) { x.set(value); }}, q.changes);
   }
 
-  /// A number whose default follows from machine and link: `rule` gives it once everything has been read and
-  /// the derivations described before have run. Where no value within the range follows, the file must
-  /// set the key; `otherwise` is the possible reason, for the message. The member is the file's value times
-  /// `scale`; `rule` gives the member's.
-  void derived(const std::string& key, double& member, Range<double> range, const char* unit,
-               const char* meaning, const std::function<double()>& rule,
-               const std::string& otherwise = "no usable value follows from machine and link",
-               double scale = 1.0) {
+  /// A derivation leads from `given` to `value`. Where no value within the range follows, the file must set
+  /// the key.
+  void derived(const char* key, NumberMember given, NumberValue value, const Quantity& q) override {
+    add(key, q.unit, q.meaning,
+        NumberField{{q.min, q.max},
+                    [value] { return std::optional{value.get()}; },
+                    [given](double x) { given.set(x); }},
+        q.changes);
+    schema_->fields.back().derived = true;
+    require_usable(
+        key, [given] { return given.get().has_value(); }, [value] { return value.get(); }, q,
+        no_usable_value);
+  }
+
+  void defaulted(const char* key, NumberMember x, NumberDefault by_default, const Quantity& q,
+                 const char* otherwise) override {
+    defaulted_by(key, x, [by_default] { by_default.set(); }, q, otherwise);
+  }
+
+  /// A number that `set_default` sets unless it is given, once everything has been read and the derivations
+  /// described before have run. Where it sets none within the range, the file must set the key; `otherwise`
+  /// is the possible reason, for the message.
+  void defaulted_by(const char* key, NumberMember x, const std::function<void()>& set_default,
+                    const Quantity& q, const char* otherwise = no_usable_value) {
     const auto is_given = std::make_shared<bool>(false);
-    add(key, unit, meaning,
-        NumberField{range, [&member, scale] { return member / scale; },
-                    [&member, scale, is_given](double x) {
-                      member = x * scale;
+    add(key, q.unit, q.meaning,
+        NumberField{{q.min, q.max},
+                    [x] { return x.get(); },
+                    [x, is_given](double value) {
+                      x.set(value);
                       *is_given = true;
-                    }});
+                    }},
+        q.changes);
     schema_->fields.back().derived = true;
-    derive([&member, is_given, rule] {
-      if (!*is_given) member = rule();
+    derive([is_given, set_default] {
+      if (!*is_given) set_default();
     });
-    check_basis(key, [&member, is_given, range, otherwise, scale]() -> std::string {
-      if (*is_given || (member >= range.min * scale && member <= range.max * scale)) return {};
-      return "missing: " + otherwise;
-    });
+    require_usable(key, [is_given] { return *is_given; }, [x] { return *x.get(); }, q, otherwise);
   }
 
-  /// A number that follows from others unless it is given: a derivation leads from `given` to `value`. Where
-  /// no value within the range follows, the file must set the key, as above.
-  void derived(const std::string& key, NumberMember given, NumberValue value, Range<double> range,
-               const char* unit, const char* meaning) {
+  void integer(const char* key, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
+               const char* meaning, Changes changes) override {
     add(key, unit, meaning,
-        NumberField{range, [value] { return std::optional{value.get()}; },
-                    [given](double x) { given.set(x); }});
-    schema_->fields.back().derived = true;
-    check_basis(key, [given, value, range]() -> std::string {
-      if (given.get() || (value.get() >= range.min && value.get() <= range.max)) return {};
-      return "missing: no usable value follows from machine and link";
-    });
+        IntegerField{
+            {min, max}, [x] { return std::optional{x.get()}; }, [x](std::int64_t value) { x.set(value); }},
+        changes);
   }
 
-  /// A time whose default `rule` gives [ns] once everything has been read.
-  template <std::signed_integral I>
-  void derived_time(const std::string& key, I& member, double unit_ns, Range<double> range, const char* unit,
-                    const char* meaning, const std::function<I()>& rule) {
-    const auto is_given = std::make_shared<bool>(false);
-    add(key, unit, meaning,
-        NumberField{range,
-                    [&member, unit_ns] { return std::optional{static_cast<double>(member) / unit_ns}; },
-                    [member = NumberMember{member, unit_ns}, is_given](double x) {
-                      member.set(x);
-                      *is_given = true;
-                    }});
-    schema_->fields.back().derived = true;
-    derive([&member, is_given, rule] {
-      if (!*is_given) member = rule();
-    });
+  void flag(const char* key, bool& x, const char* meaning, Changes changes) override {
+    add(key, "", meaning, FlagField{[&x] { return x; }, [&x](bool value) { x = value; }}, changes);
   }
 
-  /// A time, kept as integer nanoseconds; `unit_ns` is the length of the key's unit [ns].
-  template <std::signed_integral I>
-  void time(const std::string& key, I& member, double unit_ns, Range<double> range, const char* unit,
-            const char* meaning) {
-    number(key, NumberMember{member, unit_ns}, range, unit, meaning);
-  }
-
-  void integer(const std::string& key, IntegerMember member, Range<std::int64_t> range, const char* unit,
-               const char* meaning) {
-    add(key, unit, meaning,
-        IntegerField{range, [member] { return std::optional{member.get()}; },
-                     [member](std::int64_t x) { member.set(x); }});
-  }
-
-  void integer(const std::string& key, std::optional<int>& member, Range<std::int64_t> range,
-               const char* unit, const char* meaning) {
-    add(key, unit, meaning,
-        IntegerField{range,
-                     [&member] { return member ? std::optional<std::int64_t>{*member} : std::nullopt; },
-                     [&member](std::int64_t x) { member = static_cast<int>(x); }});
-  }
-
-  void flag(const std::string& key, bool& member, const char* meaning) {
-    add(key, "", meaning, FlagField{[&member] { return member; }, [&member](bool x) { member = x; }});
-  }
-
-  void text(const std::string& key, std::string& member, const char* meaning, bool may_be_empty = false) {
+  void text(const char* key, TextMember x, const char* meaning, bool may_be_empty) override {
     add(key, "", meaning,
-        TextField{may_be_empty, [&member] { return member; },
-                  [&member](std::string x) { member = std::move(x); }});
+        TextField{may_be_empty, [x] { return std::string{x.get()}; },
+                  [x](const std::string& value) { x.set(value); }});
   }
 
-  template <class E>
-  void choice(const std::string& key, E& member, const std::vector<Choice<E>>& choices, const char* meaning) {
-    std::vector<Choice<std::int64_t>> values;
-    values.reserve(choices.size());
-    for (const Choice<E>& c : choices) values.push_back({c.name, static_cast<std::int64_t>(c.value)});
-    choice(key, IntegerMember{member}, std::move(values), meaning);
-  }
-
-  /// The same of the values of any member.
-  void choice(const std::string& key, IntegerMember member, std::vector<Choice<std::int64_t>> choices,
-              const char* meaning) {
+  void choice(const char* key, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
+              const char* meaning, Changes changes) override {
+    const std::vector<Choice<std::int64_t>> known{choices.begin(), choices.end()};
     std::vector<std::string> names;
-    names.reserve(choices.size());
-    for (const Choice<std::int64_t>& c : choices) names.emplace_back(c.name);
-    const auto get = [member, choices] {
-      for (const Choice<std::int64_t>& c : choices) {
-        if (c.value == member.get()) return std::string{c.name};
+    names.reserve(known.size());
+    for (const Choice<std::int64_t>& c : known) names.emplace_back(c.name);
+    const auto get = [x, known] {
+      for (const Choice<std::int64_t>& c : known) {
+        if (c.value == x.get()) return std::string{c.name};
       }
       return std::string{};
     };
-    const auto set = [member, choices = std::move(choices)](std::string_view name) {
-      for (const Choice<std::int64_t>& c : choices) {
-        if (c.name == name) member.set(c.value);
+    const auto set = [x, known](std::string_view name) {
+      for (const Choice<std::int64_t>& c : known) {
+        if (c.name == name) x.set(c.value);
       }
     };
-    add(key, "", meaning, ChoiceField{std::move(names), get, set});
+    add(key, "", meaning, ChoiceField{std::move(names), get, set}, changes);
+  }
+
+  void points(const char* key, PointsMember x, const Axis& first, const Axis& second, const char* unit,
+              const char* meaning) override {
+    const auto get = [x] {
+      PointsField::Pairs pairs;
+      for (std::size_t k = 0; k < x.size(); ++k) pairs.push_back(x.get(k));
+      return pairs;
+    };
+    add(key, unit, meaning,
+        PointsField{{first.min, first.max},
+                    {second.min, second.max},
+                    get,
+                    [x](const PointsField::Pairs& pairs) { x.set(pairs); },
+                    first.name,
+                    second.name});
+  }
+
+  void enter(const char* table) override { path_ = path(table); }
+  void leave() override {
+    const std::size_t dot = path_.rfind('.');
+    path_.erase(dot == std::string::npos ? 0 : dot);
   }
 
   /// A CSV file. `member` keeps its path; `read` takes what is in it and throws std::runtime_error with a
@@ -299,8 +289,17 @@ class Section {
   }
 
   /// Any other way to and from a member.
-  void add(const std::string& key, const char* unit, const char* meaning, FieldKind kind) {
-    schema_->fields.push_back({path(key), unit, meaning, std::move(kind), false});
+  void add(const std::string& key, const char* unit, const char* meaning, FieldKind kind,
+           Changes changes = Changes::never) {
+    schema_->fields.push_back(
+        {.path = path(key), .unit = unit, .meaning = meaning, .kind = std::move(kind), .changes = changes});
+  }
+
+  /// The keys described so far within this section may change then, or earlier where it is said.
+  void change_at_least(Changes when) {
+    for (Field& field : schema_->fields) {
+      if (field.path.starts_with(path_ + ".")) field.changes = std::max(field.changes, when);
+    }
   }
 
   /// The key described last must be set.
@@ -350,6 +349,15 @@ class Section {
  private:
   Section(Schema& schema, std::string path) : schema_{&schema}, path_{std::move(path)} {}
 
+  /// The number of a key is given, or what follows for it is within its range.
+  void require_usable(const std::string& key, const std::function<bool()>& is_given,
+                      const std::function<double()>& value, const Quantity& q, const std::string& otherwise) {
+    check_basis(key, [is_given, value, least = q.min, most = q.max, otherwise]() -> std::string {
+      if (is_given() || (value() >= least && value() <= most)) return {};
+      return "missing: " + otherwise;
+    });
+  }
+
   [[nodiscard]] std::string path(const std::string& key) const {
     return path_.empty() ? key : path_ + "." + key;
   }
@@ -357,5 +365,19 @@ class Section {
   Schema* schema_;
   std::string path_{};
 };
+
+/// The table of a struct of parameters, and its own check of them.
+template <class Parameters>
+void describe_parameters(Section s, Parameters& parameters) {
+  describe(s, parameters);
+  s.check(parameters);
+}
+
+/// The table of what a user says of parameters, and the check of those in force.
+template <class Setup, class Parameters>
+void describe_parameters(Section s, Setup& setup, const Parameters& resolved) {
+  describe(s, setup, resolved);
+  s.check(resolved);
+}
 
 }  // namespace sextant

@@ -23,6 +23,19 @@ struct BandwidthParameters : ModulatedController<T>::Parameters {
     bandwidth = default_bandwidth<T>(basis.period_ns);
   }
 
+  friend void describe(Description& d, BandwidthParameters& p, const BandwidthParameters& by_default) {
+    p.describe_with(d, by_default,
+                    "bandwidth with which torque and stator flux follow their references; by default 0.2, at "
+                    "most 0.5, divided by the control period");
+  }
+  /// meaning: of the bandwidth.
+  void describe_with(Description& d, const BandwidthParameters& by_default, const char* meaning) {
+    d.defaulted("bandwidth_rad_s", bandwidth, by_default.bandwidth,
+                {"rad/s", 1, 1e6, meaning, Changes::always});
+    typename ModulatedController<T>::Parameters& modulated = *this;
+    describe(d, modulated, by_default);
+  }
+
   /// At most 0.5/t_period: with a machine of half the leakage inductance the gain of the loop doubles, and
   /// the quantity still converges.
   [[nodiscard]] const char* validate() const noexcept {

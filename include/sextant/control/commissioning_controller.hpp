@@ -116,6 +116,45 @@ class CommissioningController final : public EstimatingController<T> {
       settle_ns = default_settle_ns(basis.machine);
     }
 
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      describe(d, p.magnetiser, by_default.magnetiser);
+      d.choice("course", p.course,
+               {{"levels", CommissioningCourse::levels}, {"tones", CommissioningCourse::tones}},
+               "direct currents, for dead time and stator resistance; or sines above a direct current, for "
+               "the impedance at standstill");
+      d.defaulted("current_limit_a", p.highest_current, p.magnetiser.current_limit,
+                  {"A", 0.1, 1e5,
+                   "limit of the current; by default magnetising_current_a. Levels go from a fifth of nearly "
+                   "all of it up, and sines likewise, of the current of the flux reference where that is "
+                   "smaller"});
+      d.integer("levels", p.levels, "", 2, 100, "levels of the direct current, of each sign");
+      d.integer("tones", p.tones, "", 2, 20, "frequencies of the sine, in equal ratios");
+      d.integer("blocks", p.blocks, "", 2, 100, "measurements of each tone");
+      describe_times(d, p, by_default);
+    }
+    static void describe_times(Description& d, Parameters& p, const Parameters& by_default) {
+      constexpr double hz = 2.0 * std::numbers::pi;
+      constexpr const char* otherwise = "no usable frequency follows from the machine";
+      d.defaulted("lowest_tone_hz", {p.lowest_frequency, hz},
+                  {p.lowest_frequency, by_default.lowest_frequency},
+                  {"Hz", 1e-4, 1e4,
+                   "lowest frequency of the sine; by default that of the rotor's time constant, at which the "
+                   "rotor tells R_r and L_m"},
+                  otherwise);
+      d.defaulted("highest_tone_hz", {p.highest_frequency, hz},
+                  {p.highest_frequency, by_default.highest_frequency},
+                  {"Hz", 1e-4, 1e4,
+                   "highest frequency of the sine; by default that at which the leakage inductance takes "
+                   "twice the voltage of the resistances, within what the current's control follows"},
+                  otherwise);
+      d.defaulted_time("settle_ms", p.settle_ns, by_default.settle_ns,
+                       in_ms(0.01, 1e6,
+                             "time before a level or a tone counts; by default 7 time constants of the "
+                             "rotor"));
+      d.time("hold_ms", p.hold_ns,
+             in_ms(0.01, 1e6, "time for which a level counts, and a block of a tone at least"));
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (!(std::isfinite(highest_current) && highest_current > T(0)))
@@ -183,11 +222,12 @@ class CommissioningController final : public EstimatingController<T> {
                                 .settle_periods = settle,
                                 .hold_periods = periods(p.hold_ns, p.period_ns)}};
   }
-  /// The lowest current of a tone is that of the lowest level.
+  /// The lowest current of a tone is that of the lowest level; the highest takes no more flux than the
+  /// reference, beyond which iron may saturate.
   [[nodiscard]] static ToneSequence<T> tones(const Parameters& p) noexcept {
     constexpr T lowest = CurrentStaircase<T>::lowest_share;
     const std::int32_t settle = periods(p.settle_ns, p.period_ns);
-    const T highest = (T(1) - reserve) * p.highest_current;
+    const T highest = (T(1) - reserve) * std::min(p.highest_current, p.flux_reference / p.machine.l_s());
     const auto cycle = [&p](T frequency) {
       return periods(std::llround(T(2e9 * std::numbers::pi) / frequency), p.period_ns);
     };

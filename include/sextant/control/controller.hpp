@@ -80,6 +80,14 @@ class Controller {
   /// rotor flux that the machine keeps, where the controller knows it.
   virtual void restart() noexcept SEXTANT_NONBLOCKING { reset(); }
 
+  /// Whether `take_parameters` takes all that may change while torque is made: the current limit of the drive
+  /// and what its keys say so of.
+  [[nodiscard]] virtual bool takes_parameters() const noexcept { return false; }
+
+  /// Takes these parameters from a controller of the same class, machine, inverter, flux reference and period
+  /// between two steps; what follows from the past stays. To be called where `takes_parameters`.
+  virtual void take_parameters(const Controller& /*from*/) noexcept SEXTANT_NONBLOCKING {}
+
   /// Values of the channels that the class declares as `channels`, in the same order, after the last step.
   [[nodiscard]] virtual std::span<const T> channel_values() const noexcept SEXTANT_NONBLOCKING { return {}; }
 

@@ -30,10 +30,21 @@ class FieldOrientedController final : public ModulatedController<T> {
   static constexpr const char* name = "foc";
   static constexpr const char* meaning = "field-oriented control with space-vector modulation";
 
-  struct Parameters : BandwidthParameters<T> {};
+  struct Parameters : BandwidthParameters<T> {
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      p.describe_with(d, by_default,
+                      "bandwidth with which the current follows its reference; by default 0.2, at most 0.5, "
+                      "divided by the control period");
+    }
+  };
 
   explicit FieldOrientedController(const Parameters& parameters) noexcept
       : ModulatedController<T>{parameters}, approach_{parameters.approach()} {}
+
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    ModulatedController<T>::take_parameters(from);
+    approach_ = static_cast<const FieldOrientedController&>(from).approach_;
+  }
 
  private:
   using Base = ModulatedController<T>;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/control/threshold.hpp"
+#include "sextant/core/description.hpp"
 
 namespace sextant {
 
@@ -14,6 +15,15 @@ class FluxComparator {
  public:
   struct Parameters {
     T band{T(0.01)};  ///< half the width of the hysteresis [Wb]
+
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      auto& [half_width] = p;
+      d.defaulted("flux_band_wb", half_width, by_default.band,
+                  {"Wb", 1e-6, 1,
+                   "half the width of the stator flux's hysteresis: the larger, the more its magnitude "
+                   "ripples and the less it switches",
+                   Changes::always});
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       return std::isfinite(band) && band > T(0) ? nullptr : "the flux band must be above zero";
@@ -39,6 +49,8 @@ class FluxComparator {
   constexpr void on_crossing(int) noexcept { raise_ = !raise_; }
 
   constexpr void reset() noexcept { raise_ = true; }
+  /// Takes the band of another one; the output stays until the next step.
+  constexpr void take_parameters(const FluxComparator& from) noexcept { thresholds_ = from.thresholds_; }
 
  private:
   std::array<Thresholds<T>, 2> thresholds_{};  ///< by output

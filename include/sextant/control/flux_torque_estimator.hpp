@@ -223,31 +223,39 @@ class FluxTorqueEstimator {
     return machine;
   }
 
+  /// By how much σL_s of the present flux exceeds that at the flux of L_m, behind which identification looks.
+  /// [H]
+  [[nodiscard]] T more_leakage() const noexcept { return present_.sigma_l_s() - machine_.sigma_l_s(); }
+  /// ψ_s − σL_s i_s of the latter, along a rotor flux [Wb], at a current [A]. [Wb]
+  [[nodiscard]] T behind_leakage(SpaceVector<T> psi_r, SpaceVector<T> i_s) const noexcept {
+    return present_.k_r() * magnitude(psi_r) + more_leakage() * dot(direction(psi_r), i_s);
+  }
+
   // The next three are apart, so that the step of a drive that makes torque stays small.
 
   /// R_s is that of the winding's temperature [°C], the machine that of the present flux.
   [[gnu::noinline]] void follow(const std::optional<T>& temperature) noexcept {
-    if (parameters_.winding.varies() && temperature && *temperature != temperature_) {
+    const bool is_new = parameters_.winding.varies() && temperature && *temperature != temperature_;
+    if (is_new) {
       temperature_ = *temperature;
       const T warmth = parameters_.winding.ratio(*temperature);
       machine_.r_s *= warmth / warmth_;
       warmth_ = warmth;
       adaptation_.set_configured(warm());
     }
-    follow_flux();
+    if (is_new || saturation_.acts()) follow_flux();
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
   [[gnu::noinline]] void step_magnetising(const Period& p) noexcept {
     if (!identifying_) current_model_.set(current_model_.psi_r_from(psi_s_, p.i_s_before));
     const T omega_r = T(machine_.pole_pairs) * p.omega_m;
-    const T k_r = machine_.k_r();
     if (!identifying_) {
       if (parameters_.winding.varies()) {
         identification_ = {warm(), parameters_.inverter.voltage_error, parameters_.flux_reference,
                            known_saturation()};
       }
-      identification_.begin(k_r * magnitude(current_model_.psi_r()), omega_r);
+      identification_.begin(behind_leakage(current_model_.psi_r(), p.i_s_before), omega_r);
     }
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
@@ -257,11 +265,11 @@ class FluxTorqueEstimator {
       adaptation_.magnetise(present_, i_s_, current_model_.psi_r(), steepness());
     }
     const SpaceVector<T> middle = direction(psi_r_before + current_model_.psi_r());
-    const SpaceVector<T> behind_leakage =
+    const SpaceVector<T> voltage =
         (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before));
-    identification_.step({dot(middle, behind_leakage), cross(middle, behind_leakage)},
+    identification_.step({dot(middle, voltage), cross(middle, voltage)},
                          {dot(middle, p.i_s_mean), cross(middle, p.i_s_mean)},
-                         k_r * magnitude(current_model_.psi_r()), omega_r, p.dt);
+                         behind_leakage(current_model_.psi_r(), i_s_), omega_r, p.dt);
     current_model_.set(product(identification_.turn(p.dt), current_model_.psi_r()));
     psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * i_s_;
   }
@@ -275,7 +283,8 @@ class FluxTorqueEstimator {
     const Machine found = identification_.finish(machine_);
     if (identification_.has_found()) adaptation_.set(identification_.covariance());
     use(found);
-    current_model_.set((identification_.flux() / machine_.k_r()) * along);
+    const T k_r_psi_r = identification_.flux() - more_leakage() * dot(along, i_s_before);
+    current_model_.set((k_r_psi_r / present_.k_r()) * along);
     set_flux(current_model_.psi_s(i_s_before), i_s_before);
     if (identification_.has_found()) {
       adaptation_.begin_identified();

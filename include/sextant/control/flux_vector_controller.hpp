@@ -25,6 +25,11 @@ class FluxVectorController : public EstimatingController<T> {
       current_limit = basis.current_limit;
     }
 
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      describe(d, p.magnetiser, by_default.magnetiser);
+      describe(d, p.torque_trim);
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (const char* problem = torque_trim.validate()) return problem;
@@ -34,6 +39,13 @@ class FluxVectorController : public EstimatingController<T> {
 
   /// Without the trim the mean torque is below its reference by what the patterns of the set leave.
   [[nodiscard]] bool holds_mean_torque() const noexcept final { return torque_trim_.trims(); }
+
+  [[nodiscard]] bool takes_parameters() const noexcept final { return true; }
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING final {
+    const auto& other = static_cast<const FluxVectorController&>(from);
+    current_limit_ = other.current_limit_;
+    torque_trim_.take_parameters(other.torque_trim_);
+  }
 
  protected:
   using typename EstimatingController<T>::Demand;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/drive_basis.hpp"
 #include "sextant/core/drive_limits.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
@@ -22,6 +23,17 @@ class Magnetiser {
     [[nodiscard]] static Parameters by_default(const DriveBasis<T>& basis) noexcept {
       const DriveLimits<T> limits = drive_limits(basis.machine, basis.flux_reference, basis.u_dc);
       return {.current_limit = limits.magnetising_current, .hand_over_current = limits.hand_over_current};
+    }
+
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      auto& [limit, hand_over] = p;
+      d.defaulted("magnetising_current_a", limit, by_default.current_limit,
+                  {"A", 0.1, 1e5,
+                   "limit of the stator current's magnitude while the flux is built up at standstill: the "
+                   "larger, the sooner there is torque"});
+      d.defaulted("hand_over_current_a", hand_over, by_default.hand_over_current,
+                  {"A", 0.1, 1e5,
+                   "largest magnitude of the stator current at which torque control follows magnetising"});
     }
 
     [[nodiscard]] const char* validate() const noexcept {

@@ -19,6 +19,11 @@ class ModulatedController : public EstimatingController<T> {
       current_limit = basis.current_limit;
     }
 
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      describe(d, p.magnetiser, by_default.magnetiser);
+      describe(d, p.modulator);
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       if (const char* problem = EstimatingController<T>::Parameters::validate()) return problem;
       if (const char* problem = modulator.validate()) return problem;
@@ -31,6 +36,11 @@ class ModulatedController : public EstimatingController<T> {
 
   [[nodiscard]] bool holds_mean_torque() const noexcept final { return true; }
   [[nodiscard]] bool reaches_six_step() const noexcept final { return Base::holds_fundamental(); }
+
+  [[nodiscard]] bool takes_parameters() const noexcept final { return true; }
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    current_limit_ = static_cast<const ModulatedController&>(from).current_limit_;
+  }
 
  protected:
   using typename EstimatingController<T>::Demand;

@@ -23,6 +23,11 @@ class PredictiveController final : public FluxVectorController<T> {
       this->torque_trim.time_constant =
           default_trim_time(basis.flux_reference, basis.u_dc, T(basis.period_ns) * T(1e-9));
     }
+
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      describe(d, p.magnetiser, by_default.magnetiser);
+      describe(d, p.torque_trim, by_default.torque_trim);
+    }
   };
 
   explicit PredictiveController(const Parameters& parameters) noexcept : Base{parameters} {}

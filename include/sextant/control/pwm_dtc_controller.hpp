@@ -28,6 +28,11 @@ class PwmDtcController final : public ModulatedController<T> {
   explicit PwmDtcController(const Parameters& parameters) noexcept
       : Base{parameters}, gain_{parameters.approach() / Base::period()} {}
 
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    ModulatedController<T>::take_parameters(from);
+    gain_ = static_cast<const PwmDtcController&>(from).gain_;
+  }
+
  private:
   using Base = ModulatedController<T>;
   using typename Base::Demand;

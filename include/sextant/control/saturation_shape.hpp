@@ -49,38 +49,58 @@ class SaturationShape {
 
   [[nodiscard]] constexpr const Knowledge& known() const noexcept { return known_; }
 
+  /// G at φ = `flux` [Wb] and a current along it [A]. [Wb]
+  [[nodiscard]] constexpr T excess(T flux, T current) const noexcept {
+    return excess(flux + sigma_l_s_ * current);
+  }
   /// A course begins at φ = `flux` [Wb] and a current along it [A].
   constexpr void begin(T flux, T current) noexcept {
     first_ = excess_ = excess(flux + sigma_l_s_ * current);
-    integral_ = T(0);
+    integral_ = integral_by_ = by_ = T(0);
   }
   /// dt [s] at φ = `flux` [Wb] and a current along it [A].
-  constexpr void add(T flux, T current, T dt) noexcept {
-    excess_ = excess(flux + sigma_l_s_ * current);
+  constexpr void add(T flux, T current, T dt) noexcept { add(flux, current, dt, T(0), T(0)); }
+  /// The same where φ hangs on an unknown x: `flux` is that for x = `at`, and changes with x by `by`.
+  constexpr void add(T flux, T current, T dt, T at, T by) noexcept {
+    const T psi_s = flux + sigma_l_s_ * current;
+    by_ = slope(psi_s) * by;
+    excess_ = excess(psi_s) - by_ * at;
     integral_ += dt * excess_;
+    integral_by_ += dt * by_;
   }
-  /// By what φ falls short for s = 1, as a multiple of R_r/L_r: ∫G dt + σ τ_r (G − G_0). [Wb·s]
+  /// By what φ falls short for s = 1 and x = 0, as a multiple of R_r/L_r: ∫G dt + σ τ_r (G − G_0). [Wb·s]
   [[nodiscard]] constexpr T course() const noexcept {
     return integral_ + sigma_ * tau_r_ * (excess_ - first_);
   }
+  /// Its change with x, to first order from where each part was added. [Wb·s by the unit of x]
+  [[nodiscard]] constexpr T course_by() const noexcept { return integral_by_ + sigma_ * tau_r_ * by_; }
 
  private:
-  /// G at a stator flux, g up to the most flux. [Wb]
-  [[nodiscard]] constexpr T excess(T psi_s) const noexcept {
-    const T x = std::min(most_flux, psi_s * per_flux_);
+  /// g at a stator flux, from no flux up to the most. [-]
+  [[nodiscard]] constexpr T power(T psi_s) const noexcept {
+    const T x = std::clamp(psi_s * per_flux_, T(0), most_flux);
     T power = T(1);
     for (int n = 0; n < known_.exponent; ++n) power *= x;
-    return psi_s * (power - T(1));
+    return power;
+  }
+  /// G. [Wb]
+  [[nodiscard]] constexpr T excess(T psi_s) const noexcept { return psi_s * (power(psi_s) - T(1)); }
+  /// dG/dψ_s. [-]
+  [[nodiscard]] constexpr T slope(T psi_s) const noexcept {
+    const bool follows = psi_s * per_flux_ < most_flux;
+    return (follows ? T(known_.exponent + 1) : T(1)) * power(psi_s) - T(1);
   }
 
   Knowledge known_;
-  T per_flux_;    ///< 1/ψ_ref [1/Wb]
-  T sigma_l_s_;   ///< σL_s [H]
-  T sigma_;       ///< σ [-]
-  T tau_r_;       ///< L_r/R_r [s]
-  T first_{};     ///< G_0 [Wb]
-  T excess_{};    ///< G [Wb]
-  T integral_{};  ///< ∫G dt [Wb·s]
+  T per_flux_;       ///< 1/ψ_ref [1/Wb]
+  T sigma_l_s_;      ///< σL_s [H]
+  T sigma_;          ///< σ [-]
+  T tau_r_;          ///< L_r/R_r [s]
+  T first_{};        ///< G_0 [Wb]
+  T excess_{};       ///< G for x = 0 [Wb]
+  T integral_{};     ///< ∫G dt for x = 0 [Wb·s]
+  T by_{};           ///< dG/dx
+  T integral_by_{};  ///< ∫dG/dx dt
 };
 
 }  // namespace sextant

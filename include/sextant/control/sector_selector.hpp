@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/space_vector.hpp"
 
 namespace sextant {
@@ -20,6 +21,14 @@ class SectorSelector {
  public:
   struct Parameters {
     T sector_start_deg{T(-30)};  ///< lower edge of sector 1, from V1 [°]
+
+    friend void describe(Description& d, Parameters& p) {
+      auto& [start_deg] = p;
+      d.number("sector_start_deg", start_deg,
+               {"deg", -180, 180,
+                "lower edge of sector 1 of the switching table, from voltage vector 1; -30: symmetrical to "
+                "the vectors"});
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       const bool good = std::isfinite(sector_start_deg) && std::abs(sector_start_deg) <= T(180);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sextant/control/admissible_pulse.hpp"
+#include "sextant/core/description.hpp"
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/steady_state.hpp"
@@ -75,6 +76,35 @@ class SpaceVectorModulator {
     /// Of the inverter: what is shorter, in one period or in two that follow each other, does not act as
     /// commanded [ns]
     std::int32_t minimum_pulse_ns{0};
+
+    /// Without what is the inverter's.
+    friend void describe(Description& d, Parameters& p) {
+      auto& [kind, zeros, beyond, shortest_ns, of_inverter_ns] = p;
+      (void)of_inverter_ns;
+      d.choice(
+          "pattern", kind, {{"symmetric", PatternKind::symmetric}, {"asymmetric", PatternKind::asymmetric}},
+          "each modulated leg switches twice a period, about its middle; or once, which halves the switching "
+          "frequency");
+      d.choice("zero_vectors", zeros,
+               {{"both", ZeroVectors::both},
+                {"low", ZeroVectors::low},
+                {"high", ZeroVectors::high},
+                {"alternating", ZeroVectors::alternating}},
+               "both for the same time; V0 or V7 alone; or the one with which the leg of the largest voltage "
+               "does not switch; another share of both where a pulse would be too short");
+      d.choice("overmodulation", beyond,
+               {{"magnitude", Overmodulation::magnitude},
+                {"angle", Overmodulation::angle},
+                {"fundamental", Overmodulation::fundamental}},
+               "in the place of a voltage beyond the inverter's hexagon the nearest one, up to six-step, or "
+               "the one in the same direction; or from u_dc/sqrt(3) on those of which it is the fundamental, "
+               "up to six-step, for capability.voltage_use above 1");
+      d.time("shortest_pulse_us", shortest_ns,
+             in_us(0, 1000,
+                   "shortest time for which a leg is high, or low, in a period; a shorter one is left out or "
+                   "lengthened where no share of the zero vectors avoids it; what the inverter needs follows "
+                   "from drive.inverter.minimum_pulse_us by itself"));
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       if (minimum_pulse_ns < 0) return "the inverter's minimum pulse must not be below zero";

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <tuple>
+#include <utility>
 
 #include "sextant/control/flux_course.hpp"
 #include "sextant/control/normal_equations.hpp"
@@ -23,7 +24,11 @@ namespace sextant {
 /// lacks: with w = δu/i_0, i_0 the current of the first sample, and D = i_0 t − Q
 ///   U = (ρ + a) Q − b ∫(φ_0 + U) dt + b ρ ∫Q dt − w (D + b ∫D dt) − b s S,   R_s = ρ + w.
 /// At a constant current D is zero, and the priors of R_s and δu alone share what ρ exceeds R_s by. And
-/// saturation, by s and its course S (`SaturationShape`) by the ρ that is known at the time.
+/// saturation, by s and its course S (`SaturationShape`) of the flux by ρ: a larger ρ leaves less flux. S is
+/// that to first order, S = S_0 + (ρ − R_s) dS/dρ, from the flux that the current makes by what is found at
+/// the time,
+///   dφ/dt = a i − b φ − b s G,
+/// which a wrong ρ does not drive away.
 ///
 /// Nonlinear regression, by one step of Gauss-Newton a millisecond, with `ParameterPrior` and the errors of
 /// `FluxCourse`. Only the curve of U over a time of about τ_r tells R_s, R_r and L_r apart: the shorter the
@@ -48,10 +53,11 @@ class StandstillCourse {
 
   /// Magnetising begins at this flux φ_0. [Wb]
   void begin(T flux) noexcept {
-    first_ = flux;
+    first_ = model_ = flux;
     time_ = since_sample_ = volt_seconds_ = charge_ = flux_seconds_ = charge_seconds_ = T(0);
     shape_.begin(flux, T(0));
     level_ = ohms_ = T(0);
+    bend_ = shape_.known().mean;
     moments_ = {};
     shares_ = {};
     solution_ = {};
@@ -63,8 +69,9 @@ class StandstillCourse {
     charge_ += dt * current;
     flux_seconds_ += dt * (first_ + volt_seconds_);
     charge_seconds_ += dt * charge_;
-    const T phi = std::max(T(0), first_ + volt_seconds_ - (T(1) + shares_[rho]) * nominal_.r_s * charge_);
-    shape_.add(phi, current, dt);
+    step_model(current, dt);
+    const T excess = first_ + volt_seconds_ - nominal_.r_s * charge_ - model_;  // of ρ Q by that flux
+    shape_.add(model_, current, dt, charge_ > T(0) ? excess / charge_ : T(0), -charge_);
     time_ += dt;
     since_sample_ += dt;
     if (since_sample_ < sample_time) return;
@@ -92,13 +99,21 @@ class StandstillCourse {
 
   /// By how much ρ, R_r and L_r exceed their nominal values, as shares of these; ρ that of R_s. [-]
   using Shares = std::array<T, 3>;
-  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt, D, ∫D dt, S; or their coefficients in the error of
-  /// the course. D is zero until a current flows.
-  using Terms = std::array<T, 7>;
+  /// U less its nominal course, Q, ∫(φ_0 + U) dt, ∫Q dt, D, ∫D dt, S_0, dS/dρ; or their coefficients in the
+  /// error of the course. D is zero until a current flows.
+  using Terms = std::array<T, 8>;
   /// The shares, w and s.
   enum Unknown : std::size_t { rho, r_r, l_r, ohms, bend, unknowns };
   using Equations = NormalEquations<T, unknowns>;
   using Slopes = std::array<Terms, unknowns>;
+
+  /// R_r/L_r as it is found. [1/s]
+  [[nodiscard]] T decay() const noexcept { return b_ * (T(1) + shares_[r_r]) / (T(1) + shares_[l_r]); }
+
+  void step_model(T current, T dt) noexcept {
+    const T raise = a_ * (T(1) + shares_[r_r]) * current;
+    model_ += dt * (raise - decay() * (model_ + bend_ * shape_.excess(model_, current)));
+  }
 
   void sample(T dt) noexcept {
     const T r_s = nominal_.r_s;
@@ -110,31 +125,42 @@ class StandstillCourse {
                   charge_seconds_,
                   flows ? level_ * time_ - charge_ : T(0),
                   flows ? T(0.5) * level_ * time_ * time_ - charge_seconds_ : T(0),
-                  shape_.course()};
+                  shape_.course(),
+                  shape_.course_by()};
     for (std::size_t n = 0; n < z.size(); ++n) {
       for (std::size_t k = 0; k < z.size(); ++k) moments_[n][k] += dt * z[n] * z[k];
     }
   }
 
-  /// One step of Gauss-Newton. w and s, which enter linearly, are found anew each time.
+  /// One step of Gauss-Newton. w and s, which enter linearly but for the products of s and the shares, are
+  /// found anew each time.
   void improve() noexcept {
     const Shares& x = shares_;
     const T r_s = nominal_.r_s * (T(1) + x[rho]);
-    const T b_x = b_ * (T(1) + x[r_r]) / (T(1) + x[l_r]);
+    const T b_x = decay();
     const Terms error{T(1), -(r_s - nominal_.r_s + a_ * x[r_r]), b_x - b_, -(b_x * r_s - b_ * nominal_.r_s)};
     const T by_r_r = b_x / (T(1) + x[r_r]);
     const T by_l_r = -b_x / (T(1) + x[l_r]);
-    const Slopes slopes{Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s},
-                        Terms{T(0), -a_, by_r_r, -by_r_r * r_s}, Terms{T(0), T(0), by_l_r, -by_l_r * r_s},
-                        Terms{T(0), T(0), T(0), T(0), T(1), b_x},
-                        Terms{T(0), T(0), T(0), T(0), T(0), T(0), b_}};
+    const T r_s_excess = r_s - nominal_.r_s;
+    const auto iron = [s = bend_, r_s_excess](T by) { return std::pair{by * s, by * s * r_s_excess}; };
+    const auto [r_r_0, r_r_rho] = iron(by_r_r);
+    const auto [l_r_0, l_r_rho] = iron(by_l_r);
+    const Slopes slopes{
+        Terms{T(0), -nominal_.r_s, T(0), -b_x * nominal_.r_s, T(0), T(0), T(0), b_x * bend_ * nominal_.r_s},
+        Terms{T(0), -a_, by_r_r, -by_r_r * r_s, T(0), T(0), r_r_0, r_r_rho},
+        Terms{T(0), T(0), by_l_r, -by_l_r * r_s, T(0), T(0), l_r_0, l_r_rho},
+        Terms{T(0), T(0), T(0), T(0), T(1), b_x},
+        Terms{T(0), T(0), T(0), T(0), T(0), T(0), b_x, b_x * r_s_excess}};
     const T density = noise();
     Equations equations = of_course(slopes, error);
     add_priors(equations, density);
     const auto found = equations.solve_with_positive(bend);
     if (!found.exists) return;
+    const T before = T(1) + x[r_r];
     shares_ = bounded({x[rho] + found.x[rho], x[r_r] + found.x[r_r], x[l_r] + found.x[l_r]});
+    model_ = first_ + (T(1) + shares_[r_r]) / before * (model_ - first_);
     ohms_ = found.x[ohms];
+    bend_ = found.x[bend];
     solution_ = found;
     density_ = density;
   }
@@ -217,6 +243,7 @@ class StandstillCourse {
   T voltage_error_;           ///< of δu [V]
   SaturationShape<T> shape_;  ///< S
   T first_{};                 ///< φ_0 [Wb]
+  T model_{};                 ///< φ by the current [Wb]
   T time_{};                  ///< [s]
   T since_sample_{};          ///< [s]
   T volt_seconds_{};          ///< U [Wb]
@@ -225,6 +252,7 @@ class StandstillCourse {
   T charge_seconds_{};        ///< ∫Q dt [A·s²]
   T level_{};                 ///< i_0; zero until a current flows [A]
   T ohms_{};                  ///< w [Ω]
+  T bend_{};                  ///< s [-]
   std::array<Terms, std::tuple_size_v<Terms>> moments_{};
   Shares shares_{};
   typename Equations::Solution solution_{};  ///< of the last step

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "sextant/control/threshold.hpp"
+#include "sextant/core/description.hpp"
 
 namespace sextant {
 
@@ -26,6 +27,24 @@ class TorqueComparator {
     T upper_band{T(0.918)};  ///< HB of the upper relay [N·m]
     T lower_band{T(0.918)};  ///< HB of the lower relay, as a magnitude [N·m]
     ComparatorReading reading{ComparatorReading::relay};
+
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      auto& [band_upper, band_lower, how] = p;
+      d.defaulted("torque_band_upper_nm", band_upper, by_default.upper_band,
+                  {"N·m", 1e-3, 1e5,
+                   "torque below its reference beyond which the upper relay raises it, in proportion to flux "
+                   "reference and link voltage: this one at flux_reference_wb and plant.u_dc_v; the larger, "
+                   "the more ripple and the less switching",
+                   Changes::always});
+      d.defaulted("torque_band_lower_nm", band_lower, by_default.lower_band,
+                  {"N·m", 1e-3, 1e5,
+                   "torque above its reference beyond which the lower relay lowers it, in the same "
+                   "proportion",
+                   Changes::always});
+      d.choice("comparator_reading", how,
+               {{"relay", ComparatorReading::relay}, {"memoryless", ComparatorReading::memoryless}},
+               "torque relays that stay on until the error is zero, or only while it is beyond the band");
+    }
 
     [[nodiscard]] const char* validate() const noexcept {
       if (!(std::isfinite(upper_band) && upper_band > T(0)))
@@ -64,6 +83,8 @@ class TorqueComparator {
   }
 
   constexpr void reset() noexcept { level_ = hold; }
+  /// Takes the bands of another one; the output stays until the next step.
+  constexpr void take_parameters(const TorqueComparator& from) noexcept { thresholds_ = from.thresholds_; }
 
  private:
   static constexpr std::size_t lower = 0;

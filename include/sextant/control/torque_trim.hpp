@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/control/vector_torque.hpp"
+#include "sextant/core/description.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 
 namespace sextant {
@@ -44,6 +45,25 @@ class TorqueTrim {
   struct Parameters {
     T time_constant{T(0.01)};  ///< τ; 0: no trim [s]
 
+    static constexpr const char* key = "torque_trim_ms";
+    static constexpr Quantity quantity{
+        "ms", 0, 1e4,
+        "time constant with which the torque reference is trimmed until the mean of the estimated torque "
+        "meets the command; 0: not trimmed",
+        Changes::always};
+
+    /// Of a method whose trim has the same time constant with every machine.
+    friend void describe(Description& d, Parameters& p) {
+      auto& [tau] = p;
+      d.number(key, {tau, 1e-3}, quantity);
+    }
+    /// Of one where it follows from flux reference, link and period.
+    friend void describe(Description& d, Parameters& p, const Parameters& by_default) {
+      auto& [tau] = p;
+      d.defaulted(key, {tau, 1e-3}, {tau, by_default.time_constant}, quantity,
+                  "no usable time constant follows from flux reference, link and control period");
+    }
+
     [[nodiscard]] const char* validate() const noexcept {
       const bool good = std::isfinite(time_constant) && time_constant >= T(0);
       return good ? nullptr : "the time constant of the torque trim must not be below zero";
@@ -80,6 +100,14 @@ class TorqueTrim {
   /// False with a time constant of zero.
   [[nodiscard]] constexpr bool trims() const noexcept { return gain_ > T(0); }
   [[nodiscard]] constexpr T value() const noexcept { return value_; }  ///< x [N·m]
+
+  /// Takes the time constant of another one for the same machine and period; the trim stays, with none it
+  /// goes.
+  constexpr void take_parameters(const TorqueTrim& from) noexcept {
+    gain_ = from.gain_;
+    limit_gain_ = from.limit_gain_;
+    if (!trims()) reset();
+  }
 
   /// To be called while the torque follows no reference.
   constexpr void reset() noexcept {

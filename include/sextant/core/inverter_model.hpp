@@ -94,19 +94,23 @@ class InverterModel {
                    "time for which both switches of a leg are off where it changes between low and high, as "
                    "the drive takes it: volt-seconds of estimator, identification, predictions, protections "
                    "and torque monitor follow from it, and modulated methods compensate it; 0: an ideal "
-                   "inverter"));
+                   "inverter",
+                   Changes::when_ready));
       describe(d, pulse);
       d.number("threshold_v", threshold,
-               {"V", 0, 1e3, "voltage of a switch or diode that conducts, without current; the same uses"});
+               {"V", 0, 1e3, "voltage of a switch or diode that conducts, without current; the same uses",
+                Changes::when_ready});
       d.number("slope_ohm", slope,
                {"ohm", 0, 1e3,
                 "by which the voltage of a conducting switch or diode rises with its current; the same "
-                "uses"});
+                "uses",
+                Changes::when_ready});
       d.derived("voltage_error_v", given, resolved.voltage_error,
                 {"V", 0, 1e3,
                  "what may be unknown of the stator voltage along the current, as a standard deviation: the "
                  "lower the stator frequency, the more of the flux follows from the current in its place; "
-                 "identification, adaptation, speed plausibility and torque monitor allow for it"});
+                 "identification, adaptation, speed plausibility and torque monitor allow for it",
+                 Changes::when_ready});
     }
   };
 

@@ -42,11 +42,13 @@ class MinimumPulse {
                 "shortest time for which the gate drivers keep a leg high or low, before its dead time, as "
                 "the drive takes it: the volt-seconds follow from it, and no method commands a shorter "
                 "pulse, in one period or across two; from the dead time to below a quarter of the control "
-                "period; 0: none"));
+                "period; 0: none",
+                Changes::when_ready));
       d.choice(
           "short_pulses", short_ones, short_pulses_choices,
           "what the drivers make of a shorter pulse: none, with every edge minimum_pulse_us late, or one "
-          "of minimum_pulse_us");
+          "of minimum_pulse_us",
+          Changes::when_ready);
     }
   };
 

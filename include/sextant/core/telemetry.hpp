@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "sextant/core/derating_cause.hpp"
 #include "sextant/core/drive_state.hpp"
@@ -32,8 +33,10 @@ struct Telemetry {
   T torque_reference{};    ///< output of the command supervision [N·m]
   /// What link and machine have let the torque reach; `torque_reference` where it does not lag that. [N·m]
   T torque_reached{};
-  T torque_motoring{};          ///< available torque for motoring, magnitude [N·m]
-  T torque_regenerating{};      ///< available torque for regenerating, magnitude [N·m]
+  T torque_motoring{};      ///< available torque for motoring, magnitude [N·m]
+  T torque_regenerating{};  ///< available torque for regenerating, magnitude [N·m]
+  /// Of the stator, measured or by the thermal model; empty without either. [°C]
+  std::optional<T> winding_temperature{};
   FaultSet active{};            ///< faults present in this period
   FaultSet latched{};           ///< faults since the last reset
   std::uint32_t fault_total{};  ///< latched faults since start

@@ -37,9 +37,11 @@ void describe(Description& d, WindingResistance<T>& p) {
   d.number("r_s_per_k", per_kelvin,
            {"1/K", 0, 0.02,
             "by which R_s in use rises with the winding's temperature, measured or by the thermal model of "
-            "[protection.winding], of what it is at r_s_reference_c: copper 0.00393; 0: it does not"});
-  d.number("r_s_reference_c", reference,
-           {"C", -100, 200, "temperature at which R_s of [control.machine_estimate] holds"});
+            "[protection.winding], of what it is at r_s_reference_c: copper 0.00393; 0: it does not",
+            Changes::when_ready});
+  d.number(
+      "r_s_reference_c", reference,
+      {"C", -100, 200, "temperature at which R_s of [control.machine_estimate] holds", Changes::when_ready});
 }
 
 }  // namespace sextant

@@ -39,12 +39,15 @@ void describe(Description& d, AntiJerkParameters<T>& p) {
   d.number("gain_nm_s_rad", gain,
            {"N·m·s/rad", 0, 1e4,
             "torque against the high-passed measured speed, by which the drive damps a shaft that twists "
-            "between motor and load; 0: none"});
+            "between motor and load; 0: none",
+            Changes::always});
   d.number("corner_hz", corner,
            {"Hz", 0.01, 1e3,
             "corner of both high-passes of the speed, well below the frequency at which the shaft "
-            "oscillates: below it the correction fades, and a constant acceleration makes none"});
-  d.number("share", share, {"", 1e-3, 1, "largest correction, as a share of command.torque_limit_nm"});
+            "oscillates: below it the correction fades, and a constant acceleration makes none",
+            Changes::always});
+  d.number("share", share,
+           {"", 1e-3, 1, "largest correction, as a share of command.torque_limit_nm", Changes::always});
 }
 
 /// Damps the oscillation of the motor against a load behind a soft shaft by a correction of the torque
@@ -63,6 +66,13 @@ class AntiJerk {
       : gain_{p.gain}, time_constant_{T(1) / (T(2) * std::numbers::pi_v<T> * p.corner)}, share_{p.share} {}
 
   [[nodiscard]] constexpr bool acts() const noexcept SEXTANT_NONBLOCKING { return gain_ > T(0); }
+
+  /// Takes the parameters of another one; the high-passes go on.
+  constexpr void take_parameters(const AntiJerk& from) noexcept {
+    gain_ = from.gain_;
+    time_constant_ = from.time_constant_;
+    share_ = from.share_;
+  }
 
   /// The correction at a measured speed [rad/s], dt [s] after the one before. The first speed counts as one
   /// that has long been there. [N·m]

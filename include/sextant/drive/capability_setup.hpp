@@ -28,35 +28,44 @@ template <class T, class Parameters>
 void describe(Description& d, CapabilitySetup<T>& setup, const Parameters& resolved) {
   auto& [torque, voltage_use, breakdown_use, base_speed, zero_torque_speed, low_voltage, low_voltage_zero,
          high_voltage, high_voltage_zero] = setup;
-  d.derived("torque_nm", torque, resolved.torque, {"N·m", 1e-3, 1e5, "largest available torque"});
+  d.derived("torque_nm", torque, resolved.torque,
+            {"N·m", 1e-3, 1e5, "largest available torque", Changes::always});
   d.number("voltage_use", voltage_use,
            {"", 0.1, 1.1026,
             "share of u_dc/sqrt(3) that a torque may need; above 1, to six-step, for a modulated method with "
-            "overmodulation \"fundamental\""});
+            "overmodulation \"fundamental\"",
+            Changes::always});
   d.number(
       "breakdown_use", breakdown_use,
-      {"", 0.1, 1, "share of the breakdown torque, at the flux that the voltage allows, that may be used"});
+      {"", 0.1, 1, "share of the breakdown torque, at the flux that the voltage allows, that may be used",
+       Changes::always});
   d.number("base_speed_rad_s", NumberMember::unless_infinite(base_speed),
-           {"rad/s", 1e-3, 1e4, "from it on the motoring torque falls linearly; not set: no such curve"});
+           {"rad/s", 1e-3, 1e4, "from it on the motoring torque falls linearly; not set: no such curve",
+            Changes::always});
   d.number("zero_torque_speed_rad_s", NumberMember::unless_infinite(zero_torque_speed),
-           {"rad/s", 1e-3, 1e4, "from it on there is no motoring torque; not set: no such curve"});
+           {"rad/s", 1e-3, 1e4, "from it on there is no motoring torque; not set: no such curve",
+            Changes::always});
   d.number(
       "low_voltage_v", low_voltage,
       {"V", 1, 2e4,
        "link voltage below which the available motoring torque falls linearly (DC_LINK_LOW); not set: it "
-       "does not"});
+       "does not",
+       Changes::always});
   d.number("low_voltage_zero_v", low_voltage_zero,
            {"V", 1, 2e4,
             "link voltage at which that is zero; not set: three quarters of the way to "
-            "protection.dc_under_voltage_v"});
+            "protection.dc_under_voltage_v",
+            Changes::always});
   d.number("high_voltage_v", high_voltage,
            {"V", 1, 2e4,
             "link voltage above which the available regenerating torque falls linearly (DC_LINK_HIGH); not "
-            "set: it does not"});
+            "set: it does not",
+            Changes::always});
   d.number("high_voltage_zero_v", high_voltage_zero,
            {"V", 1, 2e4,
             "link voltage at which that is zero; not set: three quarters of the way to "
-            "protection.dc_over_voltage_v"});
+            "protection.dc_over_voltage_v",
+            Changes::always});
 }
 
 }  // namespace sextant

@@ -15,15 +15,12 @@
 #include "sextant/core/telemetry.hpp"
 #include "sextant/core/two_level_inverter.hpp"
 #include "sextant/drive/anti_jerk.hpp"
+#include "sextant/drive/available_torque.hpp"
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
-#include "sextant/drive/flux_slew.hpp"
-#include "sextant/drive/held_flux.hpp"
+#include "sextant/drive/induction_motor.hpp"
 #include "sextant/drive/link_voltage_band.hpp"
-#include "sextant/drive/optimal_flux.hpp"
-#include "sextant/drive/present_limit.hpp"
-#include "sextant/drive/torque_capability.hpp"
-#include "sextant/drive/voltage_reserve.hpp"
+#include "sextant/drive/motor_control.hpp"
 #include "sextant/safety/command_supervision.hpp"
 #include "sextant/safety/protection.hpp"
 #include "sextant/safety/torque_monitor.hpp"
@@ -37,8 +34,10 @@ struct DriveOutput {
   Telemetry<T> telemetry{};
 };
 
-/// The torque drive: protections, command supervision, state machine and controller, once a control period.
-template <class T = double>
+/// The torque drive: protections, command supervision, state machine, torque monitor and the motor with its
+/// control, once a control period.
+template <class T = double, class Motor = InductionMotor<T>>
+  requires MotorControl<Motor, T>
 class Drive {
  public:
   struct Parameters {
@@ -48,10 +47,9 @@ class Drive {
     std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
     typename CommandSupervision<T>::Parameters command{};
     typename Protection<T>::Parameters protection{};
-    typename TorqueCapability<T>::Parameters capability{};
+    typename Motor::Parameters motor{};
     typename LinkVoltageBand<T>::Parameters low_voltage{};   ///< for motoring
     typename LinkVoltageBand<T>::Parameters high_voltage{};  ///< for regenerating
-    typename OptimalFlux<T>::Parameters optimal_flux{};
     typename TorqueMonitor<T>::Parameters torque_monitor{};
     AntiJerkParameters<T> anti_jerk{};  ///< none by default
 
@@ -63,13 +61,12 @@ class Drive {
       if (magnetise_timeout_ns <= 0) return "the time for magnetising must be above zero";
       if (const char* problem = command.validate()) return problem;
       if (const char* problem = protection.validate()) return problem;
-      if (const char* problem = capability.validate()) return problem;
+      if (const char* problem = motor.validate(timing())) return problem;
       if (const char* problem = validate_bands()) return problem;
-      if (const char* problem = optimal_flux.validate()) return problem;
       if (const char* problem = torque_monitor.validate()) return problem;
       if (const char* problem = anti_jerk.validate()) return problem;
       const T period_s = T(period_ns) * T(1e-9);
-      if (const char* problem = anti_jerk.validate_with(capability.machine.inertia, period_s)) return problem;
+      if (const char* problem = anti_jerk.validate_with(motor.inertia(), period_s)) return problem;
       // Protections that count periods of another length would be silent.
       return protection.period_ns == period_ns ? nullptr
                                                : "the control periods of drive and protections differ";
@@ -90,40 +87,31 @@ class Drive {
       return nullptr;
     }
 
-    /// The same, and whether this controller was built for the same periods and makes the voltage counted on.
-    [[nodiscard]] const char* validate(const Controller<T>& controller) const noexcept {
+    /// The same, and whether these parts of the motor suit it: of an `InductionMotor` the controller.
+    template <class... Parts>
+    [[nodiscard]] const char* validate(const Parts&... parts) const noexcept
+      requires(sizeof...(Parts) > 0)
+    {
       if (const char* problem = validate()) return problem;
-      if (capability.voltage_use > T(1) && !controller.reaches_six_step()) {
-        return "the controller does not reach the share of voltage, which is above 1";
-      }
-      const ControlTiming timing = controller.timing();
-      if (timing.period_ns == 0) return nullptr;
-      if (timing.period_ns != period_ns) return "the control periods of drive and controller differ";
-      return timing.sampling_lead_ns == sampling_lead_ns
-                 ? nullptr
-                 : "the sampling instants of drive and controller differ";
+      return motor.validate_with(timing(), parts...);
     }
+
+    [[nodiscard]] ControlTiming timing() const noexcept { return {period_ns, sampling_lead_ns}; }
   };
 
-  /// The controller is not owned and must outlive the drive. A pattern of it that does not fill the control
+  /// `parts`: what the motor is constructed with beside its parameters, of an `InductionMotor` its
+  /// controller, which is not owned and must outlive the drive. A pattern that does not fill the control
   /// period is not applied: the gates are off in that period, and where they were to be on it is the fault
   /// TORQUE_PLAUSIBILITY, as the torque cannot follow its reference.
-  Drive(const Parameters& parameters, Controller<T>& controller) noexcept
+  template <class... Parts>
+  explicit Drive(const Parameters& parameters, Parts&... parts) noexcept
       : parameters_{parameters},
-        controller_{controller},
+        motor_{parameters.motor, parameters.timing(), parts...},
         sampling_{parameters.sampling_lead_ns},
         supervision_{parameters.command},
         protection_{parameters.protection},
-        capability_{parameters.capability},
         low_voltage_{parameters.low_voltage},
         high_voltage_{parameters.high_voltage},
-        present_limit_{parameters.capability.machine, parameters.capability.flux_reference,
-                       parameters.capability.current_limit},
-        reserve_{controller.holds_mean_torque(), parameters.capability.machine,
-                 parameters.capability.flux_reference, parameters.period_ns},
-        optimal_flux_{parameters.optimal_flux, parameters.capability},
-        flux_slew_{parameters.capability.machine},
-        held_flux_{parameters.capability.machine, parameters.capability.current_limit},
         torque_monitor_{parameters.torque_monitor},
         anti_jerk_{parameters.anti_jerk} {}
 
@@ -150,22 +138,23 @@ class Drive {
     LimitedTorque<T>& side = available.side(command.setpoint, measurement.omega_m);
     if (limited) side.lower_to(present);
     limit_to_reached(command.setpoint, side);
-    const bool flux_ready = !parameters_.magnetise_first || controller_.estimate().magnetised;
+    const bool flux_ready = !parameters_.magnetise_first || motor_.estimate().magnetised;
     const FaultSet missing_flux = evaluate_magnetising(flux_ready, elapsed_ns);
     // A power stage whose first measurement is yet to come has no fault.
     if (state_ == DriveState::init && !usable) measured = {};
     update_state(present_faults(measured, missing_flux, request, command), request, command,
                  {.measured = usable, .magnetised = flux_ready, .derated = command.derated || lags()});
 
-    limited_ = limited || command.derated;
-    const T held = held_share(measurement, command.torque);
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
-    const FluxDemand<T> demand{.torque = makes_torque(state_) ? command.torque : T(0),
-                               .omega_m = measurement.omega_m,
-                               .takes_most = limited || !makes_torque(state_)};
-    const T torque = anti_jerk_.acts() ? damped(measurement, usable, command, range, dt) : demand.torque;
-    DriveOutput<T> output{control(believed(measurement, usable, elapsed_ns), demand, torque, held, dt),
+    const T steady = makes_torque(state_) ? command.torque : T(0);
+    const MotorDemand<T> demand{
+        .mode = control_mode(),
+        .torque = anti_jerk_.acts() ? damped(measurement, usable, command, range, dt) : steady,
+        .steady_torque = steady,
+        .at_present_limit = limited,
+        .limited = limited || command.derated};
+    DriveOutput<T> output{control(believed(measurement, usable, elapsed_ns), demand, dt),
                           telemetry(t_ns, measurement, i_dc, request, command, available)};
     output.telemetry.pattern = output.pattern;
     return output;
@@ -173,13 +162,51 @@ class Drive {
 
   [[nodiscard]] DriveState state() const noexcept { return state_; }
 
+  /// Whether its motor does.
+  [[nodiscard]] bool takes_parameters() const noexcept { return motor_.takes_parameters(); }
+
+  /// Takes what may always change (`Changes`) from another drive, of which the rest is the same, between two
+  /// periods. State, fluxes, temperatures and filters stay. To be called where the drive `takes_parameters`.
+  void take_parameters(const Drive& from) noexcept SEXTANT_NONBLOCKING {
+    parameters_ = from.parameters_;
+    motor_.take_parameters(from.motor_);
+    supervision_.take_parameters(from.supervision_);
+    protection_.take_parameters(from.protection_);
+    low_voltage_.take_parameters(from.low_voltage_);
+    high_voltage_.take_parameters(from.high_voltage_);
+    torque_monitor_.take_parameters(from.torque_monitor_);
+    anti_jerk_.take_parameters(from.anti_jerk_);
+  }
+
+  /// The gates are off and the torque monitor's rotor flux is below a twentieth of the flux reference: a
+  /// drive with other parameters may `continue_after` this one.
+  [[nodiscard]] bool is_at_rest() const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> psi_r = torque_monitor_.psi_r();
+    const T most = T(0.05) * motor_.flux_reference();
+    return !gates_are_on(state_) && dot(psi_r, psi_r) <= most * most;
+  }
+
+  /// Takes the place of a drive of the same period that `is_at_rest`, before its own first period: takes over
+  /// state, faults, command and what is known of sensors and winding. Estimates begin as after power-up.
+  void continue_after(const Drive& before) noexcept SEXTANT_NONBLOCKING {
+    const CommandSupervision<T> own = supervision_;
+    supervision_ = before.supervision_;
+    supervision_.take_parameters(own);
+    protection_.continue_after(before.protection_);
+    faults_ = before.faults_;
+    last_t_ns_ = before.last_t_ns_;
+    i_before_ = before.i_before_;
+    believed_ = before.believed_;
+    state_ = before.state_;
+  }
+
  private:
   /// What the drive did with the measurement before, and the rotor flux at this one.
   [[nodiscard]] ProtectionInputs<T> protection_inputs() const noexcept {
-    const ControlEstimate<T>& estimate = controller_.estimate();
+    const ControlEstimate<T>& estimate = motor_.estimate();
     return {.makes_torque = makes_torque(state_),
-            .torque_reference = reference_.torque,
-            .flux_reference = parameters_.capability.flux_reference * reference_.flux_share,
+            .torque_reference = motor_.reference().torque,
+            .flux_reference = motor_.flux_reference(),
             .torque = estimate.torque,
             .psi_s = estimate.psi_s_magnitude,
             .psi_r = torque_monitor_.psi_r(),
@@ -195,22 +222,11 @@ class Drive {
     return supervision_.step(request.command, t_ns, dt, available, zero, request.status_age_ns);
   }
 
-  /// What machine and link allow in a steady state.
+  /// What machine, link and winding allow in a steady state.
   [[nodiscard]] AvailableTorque<T> available_torque(const Measurement<T>& measurement, T dt) noexcept {
-    reserve_.step({.reference = reference_.torque,
-                   .torque = controller_.estimate().torque - controller_.estimate().torque_ripple,
-                   .omega_m = measurement.omega_m,
-                   .u_dc = measurement.u_dc,
-                   .flux_share = reference_.flux_share,
-                   .makes_torque = makes_torque(state_),
-                   .interrupted = !measurement.applied.is_driven(),
-                   .limited = limited_,
-                   .slews = flux_slew_.is_slewing()},
-                  dt);
-    capability_.step(measurement.omega_m, measurement.u_dc, reserve_.usable());
+    AvailableTorque<T> available = motor_.available(measurement, dt);
     low_voltage_.step(measurement.u_dc, dt);
     high_voltage_.step(measurement.u_dc, dt);
-    AvailableTorque<T> available = capability_.available();
     const LimitedShare<T> winding{protection_.available_share(), DeratingCause::temperature};
     available.motoring.lower_by(
         least(winding, LimitedShare<T>{low_voltage_.share(), DeratingCause::dc_link_low}));
@@ -219,12 +235,11 @@ class Drive {
     return available;
   }
 
-  /// What flux and current allow now, while torque is made.
+  /// What the motor's present state allows, while torque is made.
   [[nodiscard]] LimitedTorque<T> present_limit(const AvailableTorque<T>& available) const noexcept {
     if (!makes_torque(state_)) return {};
     const T enough = std::max(available.motoring.torque, available.regenerating.torque);
-    return present_limit_.step(controller_.estimate().psi_s, clarke(i_before_), reference_.flux_share,
-                               enough);
+    return motor_.present_limit(enough);
   }
 
   /// The voltage holds the torque off its reference.
@@ -249,11 +264,11 @@ class Drive {
   }
 
   /// TORQUE_PLAUSIBILITY where the torque since the last period does not follow the reference in force then.
-  /// In FAULT readings are kept from the monitor as from the controller.
+  /// In FAULT readings are kept from the monitor as from the motor's control.
   [[nodiscard]] FaultSet monitor_torque(const Measurement<T>& measurement, bool trusted, T dt) noexcept {
     FaultSet faults;
     const std::optional<T> commanded =
-        makes_torque(state_) ? std::optional<T>{reference_.torque} : std::nullopt;
+        makes_torque(state_) ? std::optional<T>{motor_.reference().torque} : std::nullopt;
     if (!trusted) {
       torque_monitor_.coast(dt);
     } else if (torque_monitor_.step(measurement, acted(measurement, dt), commanded)) {
@@ -319,14 +334,14 @@ class Drive {
     if (state_ == DriveState::fault && next == DriveState::standby) {
       faults_.reset();
       protection_.leave_fault();
-      controller_.restart();
+      motor_.restart();
     }
     state_ = next;
   }
 
-  /// What the controller sees: the winding's temperature where it is not measured is the model's. In FAULT,
-  /// with the gates off, it sees no reading of current and voltage, one of which may be what tripped: no
-  /// current flows, and the rotor flux decays as it turns, by the measured speed unless that is in doubt.
+  /// What the motor's control sees: the winding's temperature where it is not measured is the model's. In
+  /// FAULT, with the gates off, it sees no reading of current and voltage, one of which may be what tripped:
+  /// no current flows, and the rotor flux decays as it turns, by the measured speed unless that is in doubt.
   [[nodiscard]] const Measurement<T>& believed(const Measurement<T>& measurement, bool usable,
                                                std::int64_t elapsed_ns) noexcept {
     const bool in_fault = state_ == DriveState::fault;
@@ -353,14 +368,12 @@ class Drive {
     return anti_jerk_.corrected(command.torque, full, range);
   }
 
-  /// `torque`: reference of the controller; that of the demand is without what damps the shaft. [N·m]
-  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const FluxDemand<T>& demand, T torque,
-                                    T held, T dt) noexcept {
-    const T target = optimal_flux_.step(demand, capability_, dt);
-    const T share = gates_are_on(state_) ? flux_slew_.step(target, held, dt) : flux_slew_.reset(target);
-    reference_ = {control_mode(), torque, share};
-    const GatePattern pattern = controller_.step(measurement, reference_);
+  /// The motor's pattern of the coming period, or gates off where that does not fill it.
+  [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const MotorDemand<T>& demand,
+                                    T dt) noexcept {
+    const GatePattern pattern = motor_.step(measurement, demand, dt);
     if (pattern.duration_ns() == parameters_.period_ns) return pattern;
+    motor_.discard_pattern();
     if (gates_are_on(state_)) trip(Fault::torque_plausibility);
     return {gates_off, parameters_.period_ns};
   }
@@ -371,20 +384,6 @@ class Drive {
     present.set(fault);
     faults_.step(present);
     enter(DriveState::fault);
-    reference_.mode = ControlMode::off;
-    reference_.torque = T(0);
-  }
-
-  /// Share of the flux reference that the link can hold beside a torque [N·m]; infinite where it can hold the
-  /// present one. [-]
-  [[nodiscard]] T held_share(const Measurement<T>& measurement, T torque) const noexcept {
-    if (!makes_torque(state_)) return std::numeric_limits<T>::infinity();
-    const T flux = parameters_.capability.flux_reference;
-    const typename HeldFlux<T>::Now now{.psi_s = controller_.estimate().psi_s,
-                                        .i_s = clarke(i_before_),
-                                        .omega_m = measurement.omega_m,
-                                        .u_dc = measurement.u_dc};
-    return held_flux_.flux(now, torque, reference_.flux_share * flux) / flux;
   }
 
   [[nodiscard]] ControlMode control_mode() const noexcept {
@@ -392,11 +391,12 @@ class Drive {
     return state_ == DriveState::magnetising ? ControlMode::magnetise : ControlMode::off;
   }
 
-  /// The record of the period but for the switching state, once the controller has made its step.
+  /// The record of the period but for the switching state, once the motor has made its step.
   [[nodiscard]] Telemetry<T> telemetry(std::int64_t t_ns, const Measurement<T>& measurement, T i_dc,
                                        const DriveRequest<T>& request, const SupervisedCommand<T>& command,
                                        const AvailableTorque<T>& available) const noexcept {
-    const ControlEstimate<T>& estimate = controller_.estimate();
+    const ControlEstimate<T>& estimate = motor_.estimate();
+    const T torque_reference = motor_.reference().torque;
     return {.t_ns = t_ns,
             .i_abc = measurement.i_abc,
             .u_dc = measurement.u_dc,
@@ -413,10 +413,11 @@ class Drive {
             .l_m_deviation = estimate.l_m_deviation,
             .torque_monitored = torque_monitor_.torque(),
             .torque_requested = request.command.torque,
-            .torque_reference = reference_.torque,
-            .torque_reached = lags() ? torque_monitor_.reach().torque() : reference_.torque,
+            .torque_reference = torque_reference,
+            .torque_reached = lags() ? torque_monitor_.reach().torque() : torque_reference,
             .torque_motoring = available.motoring.torque,
             .torque_regenerating = available.regenerating.torque,
+            .winding_temperature = protection_.winding_temperature(),
             .active = faults_.active(),
             .latched = faults_.latched(),
             .fault_total = faults_.total(),
@@ -444,27 +445,19 @@ class Drive {
   }
 
   Parameters parameters_;
-  Controller<T>& controller_;
+  Motor motor_;
   SamplingInstant<T> sampling_;
   CommandSupervision<T> supervision_;
   Protection<T> protection_;
-  TorqueCapability<T> capability_;
   LinkVoltageBand<T> low_voltage_;
   LinkVoltageBand<T> high_voltage_;
-  PresentLimit<T> present_limit_;
-  VoltageReserve<T> reserve_;
-  OptimalFlux<T> optimal_flux_;
-  FluxSlew<T> flux_slew_;
-  HeldFlux<T> held_flux_;
   TorqueMonitor<T> torque_monitor_;
   AntiJerk<T> anti_jerk_;
   FaultMemory faults_{};
   std::optional<std::int64_t> last_t_ns_{};  ///< of the period before [ns]
   std::int64_t magnetising_left_ns_{0};      ///< until MAGNETISING is a fault [ns]
-  ControlReference<T> reference_{};          ///< of the controller's last step
   ThreePhase<T> i_before_{};                 ///< the last usable phase currents [A]
-  Measurement<T> believed_{};                ///< of the controller's last step
-  bool limited_{false};                      ///< less torque was made than requested, in the last period
+  Measurement<T> believed_{};                ///< of the motor's last step
   DriveState state_{DriveState::init};
 };
 

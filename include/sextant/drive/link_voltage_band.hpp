@@ -53,6 +53,13 @@ class LinkVoltageBand {
     share_ = std::min(left, share_ + return_rate * dt);
   }
 
+  /// Takes the ends of another band; the mean of the voltage and the share stay.
+  constexpr void take_parameters(const LinkVoltageBand& from) noexcept {
+    zero_ = from.zero_;
+    per_volt_ = from.per_volt_;
+    if (per_volt_ == T(0)) *this = from;
+  }
+
   [[nodiscard]] constexpr T share() const noexcept { return share_; }  ///< in [0, 1] [-]
 
  private:

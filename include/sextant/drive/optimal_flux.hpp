@@ -23,6 +23,7 @@ struct FluxDemand {
   T torque{};         ///< torque reference, within the available range [N·m]
   T omega_m{};        ///< mechanical speed [rad/s]
   bool takes_most{};  ///< flux is built up, or limits the torque: as much as the speed range allows
+  T most{T(1)};       ///< share that the voltage allows beside the torque, `TorqueCapability::flux_share` [-]
 };
 
 /// Flux reference by torque reference, as a share of the configured flux ψ. In steady state the flux ψ_s
@@ -72,15 +73,18 @@ class OptimalFlux {
            {"max_torque_per_ampere", FluxOptimum::max_torque_per_ampere},
            {"min_loss", FluxOptimum::min_loss}},
           "flux reference: control.flux_reference_wb at every torque; or less of it at part load, for the "
-          "least stator current, or for the least loss in stator, rotor and iron");
+          "least stator current, or for the least loss in stator, rotor and iron",
+          Changes::always);
       d.number("flux_least_share", share,
                {"", 0.05, 1,
-                "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb"});
+                "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb",
+                Changes::always});
       d.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(iron_resistance),
                {"ohm", 1e-3, 1e9,
                 "resistance of the iron loss per phase, at all frequencies, across the voltage that the "
                 "stator flux induces, which min_loss uses; what the simulated machine loses is "
-                "plant.iron_loss; not set: no iron loss"});
+                "plant.iron_loss; not set: no iron loss",
+                Changes::always});
     }
   };
 
@@ -96,18 +100,26 @@ class OptimalFlux {
     current_torque_ = T(0.5) * current * current / inverse_twice_breakdown_;
   }
 
+  /// Takes the parameters of another one for the same machine and flux reference; the share goes on from
+  /// where it is.
+  constexpr void take_parameters(const OptimalFlux& from) noexcept {
+    const OptimalFlux before{*this};
+    *this = from;
+    share_ = before.share_;
+    if (optimum_ == FluxOptimum::min_loss && machine_.iron > T(0)) slip_ = std::min(before.slip_, most_slip_);
+  }
+
   /// One period of dt [s]: the share of the flux reference. `capability` has made its step. [-]
-  [[nodiscard]] T step(const FluxDemand<T>& demand, TorqueCapability<T>& capability, T dt) noexcept {
-    const T most = capability.flux_share(demand.torque);
-    if (optimum_ == FluxOptimum::constant) return most;
+  [[nodiscard]] T step(const FluxDemand<T>& demand, const TorqueCapability<T>& capability, T dt) noexcept {
+    if (optimum_ == FluxOptimum::constant) return demand.most;
     if (demand.takes_most) {
       share_ = T(1);
-      return most;
+      return demand.most;
     }
     const T wanted = wanted_share(demand, capability);
     const T fall = std::min(T(1), dt * machine_.fall_rate);
     share_ = wanted < share_ ? share_ + (wanted - share_) * fall : wanted;
-    return std::min(share_, most);
+    return std::min(share_, demand.most);
   }
 
  private:

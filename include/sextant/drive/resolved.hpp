@@ -21,7 +21,7 @@ struct ResolvedDrive {
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* problem = control.validate()) return problem;
     if (const char* problem = control.winding.validate()) return problem;
-    if (!(drive.capability.current_limit < drive.protection.over_current)) {
+    if (!(drive.motor.capability.current_limit < drive.protection.over_current)) {
       return "the current limit must be below the current trip";
     }
     return drive.validate();
@@ -131,6 +131,7 @@ template <class T>
                                                            T phase_offset) noexcept {
   TorqueMonitorLimits<T> p{.enabled = s.enabled,
                            .machine = s.machine.value_or(basis.machine),
+                           .saturation = basis.saturation,
                            .inverter = basis.inverter,
                            .flux_reference = basis.flux_reference,
                            .limit = s.limit.value_or(limits.torque_deviation),
@@ -171,14 +172,14 @@ template <class T>
       whole_ns(setup.magnetise_timeout_ms.value_or(default_magnetise_timeout_ms(basis.machine)));
   r.drive.command = command_limits(setup.command, limits);
   r.drive.protection = protection_limits(setup.protection, basis, limits, r.drive.command.torque_limit);
-  r.drive.capability =
+  r.drive.motor.capability =
       capability_parameters(setup.capability, basis, r.drive.command.torque_limit,
                             setup.current_limit.value_or(T(0.8) * r.drive.protection.over_current));
   r.drive.low_voltage = link_voltage_band(setup.capability.low_voltage, setup.capability.low_voltage_zero,
                                           r.drive.protection.dc_under_voltage);
   r.drive.high_voltage = link_voltage_band(setup.capability.high_voltage, setup.capability.high_voltage_zero,
                                            r.drive.protection.dc_over_voltage);
-  r.drive.optimal_flux = setup.optimal_flux;
+  r.drive.motor.optimal_flux = setup.optimal_flux;
   r.drive.anti_jerk = setup.anti_jerk;
   r.drive.torque_monitor =
       torque_monitor_limits(setup.torque_monitor, basis, limits, r.drive.protection.current_offset);
@@ -189,7 +190,7 @@ template <class T>
   r.control.flux_estimator = setup.flux_estimator;
   r.control.adapts_parameters = setup.adapts_parameters;
   r.control.winding = setup.winding;
-  r.control.current_limit = r.drive.capability.current_limit;
+  r.control.current_limit = r.drive.motor.capability.current_limit;
   return r;
 }
 

@@ -27,8 +27,8 @@ struct NoProbe {
 /// TelemetrySink: `void push(const Telemetry<T>&) noexcept`, never blocks.
 /// Probe: the functions of NoProbe; observes the period and changes nothing of it.
 /// All three are called below the compile-time check, so they must satisfy it.
-template <class T, class Commands, class TelemetrySink, class Probe>
-void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T>& drive,
+template <class T, class Motor, class Commands, class TelemetrySink, class Probe>
+void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T, Motor>& drive,
                TelemetrySink& telemetry, Probe& probe) noexcept SEXTANT_NONBLOCKING {
   probe.begins(t_ns);
   const Measurement<T> measurement = io.read(t_ns);
@@ -44,8 +44,8 @@ void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T>& 
 }
 
 /// The same without a probe.
-template <class T, class Commands, class TelemetrySink>
-void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T>& drive,
+template <class T, class Motor, class Commands, class TelemetrySink>
+void run_cycle(std::int64_t t_ns, DriveIo<T>& io, Commands& commands, Drive<T, Motor>& drive,
                TelemetrySink& telemetry) noexcept SEXTANT_NONBLOCKING {
   NoProbe probe;
   run_cycle(t_ns, io, commands, drive, telemetry, probe);

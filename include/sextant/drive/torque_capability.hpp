@@ -79,6 +79,21 @@ class TorqueCapability {
     begin_search(motoring);
   }
 
+  /// Takes the limits of another one for the same machine and flux reference. Those of the whole flux count
+  /// at once, the others within twice `search_steps`.
+  void take_parameters(const TorqueCapability& from) noexcept {
+    const TorqueCapability before{*this};
+    *this = from;
+    sides_ = before.sides_;
+    for (Side& side : sides_) side.limit.lower_to(full_.limit);
+    begin_search(before.search_.side);  // by the new limits
+    omega_m_ = before.omega_m_;
+    inverse_voltage_ = before.inverse_voltage_;
+    slip_ = before.slip_;
+    is_fed_ = before.is_fed_;
+    is_easy_ = false;  // the next step takes both sides from the new limits
+  }
+
   /// Takes over speed [rad/s] and link voltage [V]; `usable` is the share of the voltage's square that may be
   /// counted on. Of the searches for the two sides, in turn, a part is made in each step: a limit is at most
   /// `search_steps` old.

@@ -60,6 +60,9 @@ class VoltageReserve {
     usable_ = std::clamp(usable_, least_usable, T(1));
   }
 
+  /// Takes the tolerance of another one for the same machine, flux reference and period.
+  constexpr void take_parameters(const VoltageReserve& from) noexcept { tolerance_ = from.tolerance_; }
+
   /// Usable share of the square of the voltage, in (0, 1]. [-]
   [[nodiscard]] constexpr T usable() const noexcept { return usable_; }
 

@@ -42,9 +42,10 @@ class Digest {
   constexpr void add(const Telemetry<double>& x) noexcept {
     const auto& [t_ns, i_abc, u_dc, omega_m, i_dc, psi_s, psi_s_magnitude, torque, r_s, r_r, l_m,
                  r_s_deviation, r_r_deviation, l_m_deviation, torque_monitored, torque_requested,
-                 torque_reference, torque_reached, torque_motoring, torque_regenerating, active, latched,
-                 fault_total, first_fault, pattern, unchecked_periods, command_received_ns, command_sequence,
-                 command_rejected, command_counter, sector, state, derating_cause, lockout] = x;
+                 torque_reference, torque_reached, torque_motoring, torque_regenerating, winding_temperature,
+                 active, latched, fault_total, first_fault, pattern, unchecked_periods, command_received_ns,
+                 command_sequence, command_rejected, command_counter, sector, state, derating_cause,
+                 lockout] = x;
     for (const double v : {i_abc.a,
                            i_abc.b,
                            i_abc.c,
@@ -69,6 +70,7 @@ class Digest {
                            torque_regenerating}) {
       add(v);
     }
+    if (winding_temperature) add(*winding_temperature);
     for (const std::int64_t v : {t_ns, command_received_ns}) add(v);
     for (const std::uint64_t v :
          {active.bits(), latched.bits(), unchecked_periods, command_sequence, std::uint64_t{fault_total},

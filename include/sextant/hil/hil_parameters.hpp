@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string>
 
+#include "sextant/core/description.hpp"
+
 namespace sextant {
 
 /// How the two sides of a link keep time.
@@ -35,5 +37,24 @@ struct HilParameters {
     return {};
   }
 };
+
+inline void describe(Description& d, HilParameters& p) {
+  auto& [link, pacing, missing, measurement_ns, pattern_ns, lockstep_ns, listen, peer] = p;
+  d.text("link", link, "name of the shared memory, the same on both sides", false);
+  d.choice("pacing", pacing, {{"real_time", Pacing::real_time}, {"lockstep", Pacing::lockstep}},
+           "each side by its own clock, or each waiting for the other in virtual time");
+  d.integer("missing_periods", missing, "", 1, 1'000'000,
+            "drive: control periods in a row without a measurement until it trips");
+  d.time("measurement_timeout_ms", measurement_ns,
+         in_ms(0.01, 1e5, "drive: time without a measurement until it trips and the plant has timed out"));
+  d.time("pattern_timeout_ms", pattern_ns,
+         in_ms(0.01, 1e5,
+               "plant: time without a pattern until the drive has timed out and the gates turn off; drive: "
+               "time without an acknowledged pattern until it trips"));
+  d.time("lockstep_timeout_ms", lockstep_ns,
+         in_ms(1, 1e7, "lockstep: longest wait for the other side, in real time"));
+  d.text("udp_listen", listen, "own <IPv4 address>:<port>; 0.0.0.0 listens on every address", false);
+  d.text("udp_peer", peer, "<IPv4 address>:<port> of the other side", false);
+}
 
 }  // namespace sextant

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/plant/leg_tie.hpp"
@@ -36,5 +37,19 @@ struct ConductionDrops {
     return threshold_voltage * sum;
   }
 };
+
+template <class T>
+void describe(Description& d, ConductionDrops<T>& p) {
+  auto& [threshold, slope] = p;
+  d.number("threshold_v", threshold,
+           {"V", 0, 1e3,
+            "voltage of a switch or diode that conducts, without current; cvode and erk then stop at each "
+            "switching and at each zero of a current, fixed in periods in which a current changes its sign, "
+            "and exact is fixed; the drive knows of it by drive.inverter.threshold_v; 0: none"});
+  d.number("slope_ohm", slope,
+           {"ohm", 0, 1e3,
+            "by which the voltage of a conducting switch or diode rises with its current; the drive knows of "
+            "it by drive.inverter.slope_ohm; 0: none"});
+}
 
 }  // namespace sextant

@@ -46,7 +46,7 @@ namespace sextant {
 ///
 /// `Machine` holds the equations between fluxes, currents and torque; the default is the induction machine,
 /// linear or with a main flux that saturates. Another machine is a class with the functions of
-/// `PlantMachine`.
+/// `PlantMachine`; examples/pm_machine has one.
 template <class T = double, class Appended = NoAppendedSystem<T>, class Machine = InductionMachine<T>>
   requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
            (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
@@ -87,18 +87,18 @@ class DrivePlant {
         feels_road_{on_road_},
         drops_{parameters.drops},
         inverter_{parameters.drops.threshold_voltage} {
-    const InductionMachineParameters<T>& m = machine_.parameters();
-    const T p = T(m.pole_pairs);
-    shaft_gain_ = T(0.75) * p * p * m.k_r() / m.sigma_l_s() * inverse_inertia_;
+    shaft_gain_ = T(0.5) * machine_.angle_gain() * inverse_inertia_;
     note_stator_resistance();
     begin(parameters.initial);
     settle_inverter();
   }
 
-  /// Inputs of the segment to come; equal inputs change nothing.
+  /// Inputs of the segment to come; equal inputs change nothing, but for duties, whose thresholds follow the
+  /// currents.
   void set_inputs(const PlantInputs<T>& inputs) noexcept SEXTANT_NONBLOCKING {
-    if (inputs == inputs_) return;
-    const bool bridge_changed = inputs.state != inputs_.state || inputs.u_dc != inputs_.u_dc;
+    if (inputs == inputs_ && !inputs.duties) return;
+    const bool bridge_changed = inputs.state != inputs_.state || inputs.u_dc != inputs_.u_dc ||
+                                inputs.duties.has_value() || inputs_.duties.has_value();
     // By member, as the caller stored it.
     if (inputs.imposed_speed != inputs_.imposed_speed) ++jumps_;
     inputs_.state = inputs.state;
@@ -108,6 +108,7 @@ class DrivePlant {
     feels_road_ = on_road_ && !inputs.imposed_speed;
     inputs_.speed_slope = inputs.speed_slope;
     inputs_.inverter_loss = inputs.inverter_loss;
+    inputs_.duties = inputs.duties;
     ++revision_;
     if constexpr (feeds_back) settle_appended();
     if (!bridge_changed) return;
@@ -275,11 +276,11 @@ class DrivePlant {
 
   /// How fast the fluxes move at the present speed: the eigenvalues of their equations are no larger. [1/s]
   [[nodiscard]] T electrical_rate() const noexcept SEXTANT_NONBLOCKING {
-    return machine_.damping(psi_s()) + std::abs(T(machine_.parameters().pole_pairs) * x_[omega]);
+    return machine_.damping(psi_s()) + std::abs(machine_.pole_pairs() * x_[omega]);
   }
   /// How fast torque and speed oscillate against each other at the present fluxes, squared: at most
-  ///   3/2 p² k_r/σL_s |psi_s| |psi_r| / (J + J_road),
-  /// the slope of the torque by the rotor's angle; 0 where the speed is imposed. [1/s²]
+  ///   angle_gain |psi_s| |psi_r| / (J + J_road),
+  /// by the slope of the torque by the rotor's angle; 0 where the speed is imposed. [1/s²]
   [[nodiscard]] T shaft_rate_squared() const noexcept SEXTANT_NONBLOCKING {
     if (inputs_.imposed_speed) return T(0);
     return shaft_gain_ * (dot(psi_s(), psi_s()) + dot(psi_r(), psi_r()));
@@ -309,7 +310,8 @@ class DrivePlant {
   /// ∂(dx/dt)/∂x at x. While a leg floats, the stator voltage counts as that of the machine without
   /// saturation, with which a Newton iteration takes more steps to the same solution. The rows of an appended
   /// system without feedback are left at zero: nothing depends on it, so that a Newton iteration loses one
-  /// step there and no accuracy. With feedback all are difference quotients.
+  /// step there and no accuracy. With feedback, and of a machine without `InductionEquations`, all are
+  /// difference quotients.
   void jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
   /// Event functions of the three inverter legs, and of an appended system that feeds back; an event is a
@@ -337,7 +339,7 @@ class DrivePlant {
   }
   /// True when the stator voltage over all of these gate segments follows from them alone.
   [[nodiscard]] bool is_driven_by(std::span<const GateSegment> segments) const noexcept SEXTANT_NONBLOCKING {
-    return !feeds_back && inverter_.is_plain() &&
+    return !feeds_back && inverter_.is_plain() && !inputs_.duties &&
            std::all_of(segments.begin(), segments.end(),
                        [](const GateSegment& segment) { return is_driven(segment.state); });
   }
@@ -446,8 +448,9 @@ class DrivePlant {
     ++jumps_;
   }
   void note_stator_resistance() noexcept SEXTANT_NONBLOCKING {
-    flux_per_volt_ = std::max(flux_per_volt_, (T(1) + rounding) * T(2) / T(3) *
-                                                  machine_.largest_inductance() / machine_.parameters().r_s);
+    flux_per_volt_ =
+        std::max(flux_per_volt_, (T(1) + rounding) * T(2) / T(3) * machine_.largest_inductance() /
+                                     machine_.stator_resistance());
   }
   void note_link_voltage() noexcept SEXTANT_NONBLOCKING {
     largest_u_dc_ = std::max(largest_u_dc_, u_dc() + T(2) * drops_.threshold_voltage);
@@ -638,6 +641,8 @@ class DrivePlant {
         m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() + along * psi * psi.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
+    if (inputs_.duties) [[unlikely]]
+      return inverter_.set_mean(*inputs_.duties, inputs_.state, u_dc(), i_s());
     if (inverter_.is_plain() && is_driven(inputs_.state)) return inverter_.set_driven(inputs_.state, u_dc());
     inverter_.set(inputs_.state, u_dc(), i_s(), emf_at(x_));
     make_current_admissible();
@@ -649,7 +654,10 @@ class DrivePlant {
     x_[psi_s_beta] = flux.beta;
   }
 
-  /// Of a system that feeds back: ∂(dx/dt)/∂x by central differences, as a Newton iteration needs it.
+  /// ∂(dx/dt)/∂x by the machine's parameters.
+  void analytic_jacobian(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
+  /// Of a system that feeds back, or of another machine: ∂(dx/dt)/∂x by central differences, as a Newton
+  /// iteration needs it.
   void difference_quotients(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING;
 
   Machine machine_;
@@ -659,7 +667,7 @@ class DrivePlant {
   RoadLoad<T> road_load_;
   bool on_road_;       ///< the road load is not zero
   bool feels_road_;    ///< and the speed is not imposed
-  T shaft_gain_;       ///< 3/4 p² k_r/(σL_s (J + J_road)) [1/(Wb²·s²)]
+  T shaft_gain_;       ///< angle_gain/(2 (J + J_road)) [1/(Wb²·s²)]
   T flux_per_volt_{};  ///< largest |psi_s| by u_dc, with the smallest R_s so far [s]
   T largest_u_dc_{};   ///< of the inputs so far, with two thresholds [V]
   ConductionDrops<T> drops_;
@@ -675,7 +683,17 @@ template <class T, class Appended, class Machine>
            (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
 void DrivePlant<T, Appended, Machine>::jacobian(const State& x,
                                                 Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
-  if constexpr (feeds_back) return difference_quotients(x, j);
+  if constexpr (feeds_back || !InductionEquations<Machine, T>)
+    difference_quotients(x, j);
+  else
+    analytic_jacobian(x, j);
+}
+
+template <class T, class Appended, class Machine>
+  requires AppendedSystem<Appended, T> && PlantMachine<Machine, T> &&
+           (!feeds_back<Appended> || FeedbackSystem<Appended, T>)
+void DrivePlant<T, Appended, Machine>::analytic_jacobian(const State& x,
+                                                         Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
   const InductionMachineParameters<T>& m = machine_.parameters();
   const T p = T(m.pole_pairs);
   const T k_r = m.k_r();

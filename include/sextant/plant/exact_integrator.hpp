@@ -22,6 +22,14 @@ struct ExactParameters {
   }
 };
 
+inline void describe(Description& d, ExactParameters& p) {
+  auto& [max_step_ns] = p;
+  d.time("max_step_us", max_step_ns,
+         in_us(0.1, 1e5,
+               "longest time over which the speed is frozen, less on a light shaft; while legs are off "
+               "plant.fixed counts"));
+}
+
 /// Exact discretisation at frozen speed, in bounded time, of a plant with a linear machine; another one it
 /// does not move, and reports a failure. At a constant speed the electrical equations are linear and the
 /// fluxes move without error (`ElectricalTransition`). Over a step the speed is frozen at its mean, predicted

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/gate_pattern.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
@@ -32,6 +33,14 @@ struct FixedStepParameters {
     return max_step_ns > 0 ? nullptr : "the longest step must be above zero";
   }
 };
+
+inline void describe(Description& d, FixedStepParameters& p) {
+  auto& [max_step_ns, at_switching] = p;
+  d.time("max_step_us", max_step_ns,
+         in_us(0.1, 1e5, "longest integration step; a machine that is too fast for it gets shorter ones"));
+  d.choice("at_switching", at_switching, {{"go_on", AtSwitching::go_on}, {"stop", AtSwitching::stop}},
+           "where the inverter switches with every leg driven: go on, or end a step");
+}
 
 /// Classical Runge-Kutta method of order 4 with equal steps, in bounded time. A segment is divided into steps
 /// of at most `max_step_ns` and of at most `largest_angle` divided by the plant's fastest rate at the

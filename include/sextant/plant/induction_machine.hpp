@@ -188,6 +188,14 @@ class InductionMachine {
             parameters_.r_r * inverse_sigma_l_r_};
   }
 
+  [[nodiscard]] constexpr T pole_pairs() const noexcept SEXTANT_NONBLOCKING { return pole_pairs_; }  ///< [-]
+  /// R_s. [Ω]
+  [[nodiscard]] constexpr T stator_resistance() const noexcept SEXTANT_NONBLOCKING { return parameters_.r_s; }
+  /// The largest slope of the torque by the rotor's angle is |psi_s| |psi_r| times 3/2 p² k_r/σL_s. [1/H]
+  [[nodiscard]] constexpr T angle_gain() const noexcept SEXTANT_NONBLOCKING {
+    return T(1.5) * pole_pairs_ * pole_pairs_ * parameters_.k_r() / parameters_.sigma_l_s();
+  }
+
   [[nodiscard]] constexpr const InductionMachineParameters<T>& parameters() const noexcept
       SEXTANT_NONBLOCKING {
     return parameters_;

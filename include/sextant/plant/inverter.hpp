@@ -33,6 +33,10 @@ namespace sextant {
 ///
 /// The cable of one phase can be opened: its contact carries the current until the current crosses zero, and
 /// from then on the phase floats without diodes, whatever its leg does.
+///
+/// By `set_mean` the legs have the mean of what they do over a time in the place of states: potentials
+/// d_x u_dc − V_t sign(i_x), d_x their duties and i_x the currents at its beginning. There are no events
+/// then, and an open cable counts as whole.
 template <class T = double>
 class Inverter {
  public:
@@ -69,6 +73,7 @@ class Inverter {
   constexpr void set_driven(SwitchState state, T u_dc) noexcept SEXTANT_NONBLOCKING {
     state_ = state;
     u_dc_ = u_dc;
+    is_mean_ = false;
     ties_ = {driven_tie(state.a()), driven_tie(state.b()), driven_tie(state.c())};
     forward_ = {};
     floating_ = 0;
@@ -82,14 +87,33 @@ class Inverter {
     if (is_plain_ && is_driven(state)) return set_driven(state, u_dc);
     state_ = state;
     u_dc_ = u_dc;
+    is_mean_ = false;
     find_ranges();
     tie_by_currents(phases_of(i_s));
     settle(e);
   }
 
+  /// Sets the mean of the legs, by their duties d_x [-] and the current i_s [A] at the beginning. state: of
+  /// the legs at the end, all driven.
+  constexpr void set_mean(const ThreePhase<T>& duties, SwitchState state, T u_dc,
+                          SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
+    set_driven(state, u_dc);
+    is_mean_ = true;
+    duties_ = {duties.a, duties.b, duties.c};
+    std::array<T, 3> lost = phases_of(i_s);
+    for (T& i : lost) i = i > T(0) ? threshold_ : i < T(0) ? -threshold_ : T(0);
+    unit_mean_ = clarke(duties);
+    lost_ = clarke(ThreePhase<T>{lost[0], lost[1], lost[2]});
+    map_.offset = mean_voltage(u_dc);
+  }
+
   /// Sets the DC-link voltage [V] under the ties that there are: the link has moved, and no event has come.
   constexpr void set_link_voltage(T u_dc) noexcept SEXTANT_NONBLOCKING {
     u_dc_ = u_dc;
+    if (is_mean_) {
+      map_.offset = mean_voltage(u_dc);
+      return;
+    }
     if (is_plain_ && is_driven(state_)) {
       map_.offset = sextant::stator_voltage(state_, u_dc);
       return;
@@ -159,6 +183,10 @@ class Inverter {
   [[nodiscard]] constexpr T dc_link_current(SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
     const std::array<T, 3> i = phases_of(i_s);
     T sum{};
+    if (is_mean_) [[unlikely]] {
+      for (std::size_t x = 0; x < 3; ++x) sum += duties_[x] * i[x];
+      return sum;
+    }
     for (std::size_t x = 0; x < 3; ++x) sum += ties_[x] == LegTie::high ? i[x] : T(0);
     return sum;
   }
@@ -175,6 +203,7 @@ class Inverter {
   }
   /// That voltage, with another DC-link voltage [V] under the same ties. [V]
   [[nodiscard]] constexpr SpaceVector<T> fixed_voltage(T u_dc) const noexcept SEXTANT_NONBLOCKING {
+    if (is_mean_) return mean_voltage(u_dc);
     if (is_plain_ && is_driven(state_)) return sextant::stator_voltage(state_, u_dc);
     std::array<T, 3> v;
     for (std::size_t x = 0; x < 3; ++x) v[x] = tied_potential(ties_[x], u_dc) - threshold_ * forward_[x];
@@ -191,9 +220,15 @@ class Inverter {
   }
 
  private:
+  /// Of the mean of the legs. [V]
+  [[nodiscard]] constexpr SpaceVector<T> mean_voltage(T u_dc) const noexcept SEXTANT_NONBLOCKING {
+    return u_dc * unit_mean_ - lost_;
+  }
+
   /// Event functions with those of the legs that carry a current in their place.
   [[nodiscard]] constexpr std::array<T, 3> with_currents(
       std::array<T, 3> g, SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+    if (is_mean_) return g;
     const std::array<T, 3> i = phases_of(i_s);
     for (std::size_t x = 0; x < 3; ++x) {
       if (has_arc(x)) g[x] = arc_ * i[x] + current_tolerance;
@@ -338,6 +373,10 @@ class Inverter {
   std::size_t idle_leg_{0};     ///< one of them
   int open_{no_phase};          ///< phase whose cable is open
   T arc_{};                     ///< sign of the current that its contact still carries; 0: none [-]
+  bool is_mean_{false};         ///< duties in the place of states
+  std::array<T, 3> duties_{};   ///< d_x [-]
+  SpaceVector<T> unit_mean_{};  ///< their space vector [-]
+  SpaceVector<T> lost_{};       ///< what thresholds take of the mean [V]
   StatorVoltageMap<T> map_{T(1), T(0), T(1), {}};
 };
 

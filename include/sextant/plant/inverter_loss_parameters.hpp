@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <optional>
+#include <string>
 
+#include "sextant/core/description.hpp"
 #include "sextant/plant/foster_network.hpp"
 #include "sextant/plant/loss_curve.hpp"
 
@@ -69,5 +71,61 @@ struct InverterLossParameters {
     return "networks, temperatures and voltages of the inverter's losses need a curve over the current";
   }
 };
+
+inline constexpr Axis loss_current{"current", 0, 1e5};
+
+/// Curves of the voltage of a switch or diode. [V]
+inline void describe_voltage(Description& d, const std::string& device, LossTable& table) {
+  constexpr Axis volts{"voltage", 0, 1e3};
+  const std::string meaning = "voltage of a " + device +
+                              " that conducts, over the current in A, at cold_c; lines join the points and "
+                              "go on beyond them; no points: no loss";
+  d.points((device + "_v").c_str(), table.cold, loss_current, volts, "V", meaning.c_str());
+  d.points((device + "_hot_v").c_str(), table.hot, loss_current, volts, "V",
+           "the same at hot_c, with a line over the temperature; no points: as cold");
+}
+
+/// Curves of an energy of switching. [J]
+inline void describe_energy(Description& d, const std::string& name, LossTable& table,
+                            const std::string& what) {
+  constexpr Axis millijoules{"energy", 0, 1e5};
+  const std::string meaning =
+      what + ", over the current in A, at cold_c and energy_voltage_v; no points: no loss";
+  d.points((name + "_mj").c_str(), {table.cold, 1e-3}, loss_current, millijoules, "mJ", meaning.c_str());
+  d.points((name + "_hot_mj").c_str(), {table.hot, 1e-3}, loss_current, millijoules, "mJ",
+           "the same at hot_c; no points: as cold");
+}
+
+inline void describe_network(Description& d, const char* name, FosterPairs& pairs, const std::string& what) {
+  const std::string meaning =
+      what + ": pairs of thermal resistance in K/W and time constant, four at most; no pairs: no rise";
+  d.points(name, pairs, {"resistance", 0, 1e4}, {"time constant", 0, 1e6}, "s", meaning.c_str());
+}
+
+inline void describe(Description& d, InverterLossParameters& p) {
+  auto& [switch_voltage, diode_voltage, turn_on, turn_off, recovery, cold, hot, energy_voltage,
+         switch_exponent, diode_exponent, switch_network, diode_network, case_network, ambient, start_case] =
+      p;
+  const auto temperature = [](const char* meaning) { return Quantity{"C", -100, 400, meaning}; };
+  describe_voltage(d, "switch", switch_voltage);
+  describe_voltage(d, "diode", diode_voltage);
+  describe_energy(d, "turn_on", turn_on,
+                  "energy that a switch loses as it turns on, that of its diode's recovery included");
+  describe_energy(d, "turn_off", turn_off, "energy that a switch loses as it turns off");
+  describe_energy(d, "recovery", recovery, "energy that a diode loses as it turns off");
+  d.number("cold_c", cold, temperature("junction temperature of the first curve of each pair"));
+  d.number("hot_c", hot, temperature("the same of the second one, above it"));
+  d.number("energy_voltage_v", energy_voltage, {"V", 1, 1e5, "link voltage at which the energies hold"});
+  d.number("switch_exponent", switch_exponent,
+           {"", 0, 5, "of link voltage by energy_voltage_v in the energies of a switch"});
+  d.number("diode_exponent", diode_exponent, {"", 0, 5, "the same of a diode"});
+  describe_network(d, "switch_network", switch_network,
+                   "Foster network from the junction of a switch to the case");
+  describe_network(d, "diode_network", diode_network, "the same of a diode");
+  describe_network(d, "case_network", case_network,
+                   "the same from the case, common to all devices and heated by all, to the ambient");
+  d.number("ambient_c", ambient, temperature("temperature of the ambient"));
+  d.number("case_c", start_case, temperature("temperature of the case at the beginning; not set: ambient_c"));
+}
 
 }  // namespace sextant

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+
+#include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 
 namespace sextant {
@@ -13,6 +16,9 @@ struct PlantInputs {
   bool imposed_speed{false};  ///< true: the speed follows speed_slope, whatever the torques
   T speed_slope{};            ///< domega_m/dt where the speed is imposed [rad/s²]
   T inverter_loss{};          ///< drawn from the capacitor of a `DcLink` beside the inverter's current [W]
+  /// In the place of states, which are those at the end: mean potentials of the legs, as shares of the link's
+  /// voltage (`mean_duties`); empty: the states act. [-]
+  std::optional<ThreePhase<T>> duties{};
   friend constexpr bool operator==(const PlantInputs&, const PlantInputs&) noexcept = default;
 };
 

@@ -8,12 +8,14 @@
 namespace sextant {
 
 /// The equations of a machine with stator and rotor flux linkages as states, as `InductionMachine` documents
-/// them; stationary frame, amplitude-invariant. `damping`, `largest_inductance` and `parameters` bound the
-/// step of fixed integrators and the flux. `emf` and `stator_flux` count while legs are off; `iron_branch`
-/// and `iron_slopes` where `has_iron_loss`, and rotor current and torque are then those before the iron's
-/// share; `inverse_inductance` for implicit integrators. `is_linear`: the currents are linear in the flux
-/// linkages, as `electrical_rates` and `parameters` have it; an `ExactIntegrator` moves such machines only. A
-/// class that inherits from a linear machine and is not linear has its own `is_linear`.
+/// them; stationary frame, amplitude-invariant. The rotor flux may be that of magnets, which turns with the
+/// rotor and keeps its magnitude. `pole_pairs`, `damping` and `angle_gain` bound the step of fixed
+/// integrators, `largest_inductance` and `stator_resistance` the flux. `emf` and `stator_flux` count while
+/// legs are off, `inverse_inductance` where they are tied; `iron_branch` where `has_iron_loss`, and rotor
+/// current and torque are then those before the iron's share. `is_linear`: the currents are linear in the
+/// flux linkages, as `electrical_rates` has it; an `ExactIntegrator` moves such machines only. Others may
+/// have any rates, as those change variables only (`SmoothState`). A class that inherits from a linear
+/// machine and is not linear has its own `is_linear`.
 template <class Machine, class T>
 concept PlantMachine =
     std::copy_constructible<Machine> && requires(const Machine& machine, SpaceVector<T> x, T omega_m) {
@@ -30,15 +32,24 @@ concept PlantMachine =
       { machine.iron_branch(x, x, omega_m).i_r } -> std::convertible_to<SpaceVector<T>>;
       { machine.iron_branch(x, x, omega_m).torque } -> std::convertible_to<T>;
       { machine.iron_branch(x, x, omega_m).power } -> std::convertible_to<T>;
-      { machine.iron_slopes(x, x).along } -> std::convertible_to<T>;
-      { machine.iron_slopes(x, x).across } -> std::convertible_to<T>;
-      { machine.iron_slopes(x, x).by_flux } -> std::convertible_to<T>;
       { machine.inverse_inductance(x).across } -> std::convertible_to<T>;
       { machine.inverse_inductance(x).added_along } -> std::convertible_to<T>;
       { machine.damping(x) } -> std::same_as<T>;
       { machine.largest_inductance() } -> std::same_as<T>;
       { machine.electrical_rates() } -> std::same_as<ElectricalRates<T>>;
-      { machine.parameters() } -> std::convertible_to<const InductionMachineParameters<T>&>;
+      { machine.pole_pairs() } -> std::same_as<T>;
+      { machine.stator_resistance() } -> std::same_as<T>;
+      { machine.angle_gain() } -> std::same_as<T>;
     };
+
+/// A machine with the equations of the induction machine, whose `parameters`, and `iron_slopes` where
+/// `has_iron_loss`, make the Jacobian of the plant; that of another one is made of difference quotients.
+template <class Machine, class T>
+concept InductionEquations = PlantMachine<Machine, T> && requires(const Machine& machine, SpaceVector<T> x) {
+  { machine.iron_slopes(x, x).along } -> std::convertible_to<T>;
+  { machine.iron_slopes(x, x).across } -> std::convertible_to<T>;
+  { machine.iron_slopes(x, x).by_flux } -> std::convertible_to<T>;
+  { machine.parameters() } -> std::convertible_to<const InductionMachineParameters<T>&>;
+};
 
 }  // namespace sextant

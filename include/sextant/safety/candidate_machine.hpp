@@ -36,17 +36,24 @@ class CandidateMachine {
   CandidateMachine(const InductionMachineParameters<T>& machine, T r_r_factor, T l_m_factor,
                    T least_flux_squared) noexcept
       : least_flux_squared_{least_flux_squared},
-        monitor_l_m_{machine.l_m},
-        monitor_inverse_tau_r_{T(1) / machine.tau_r()},
+        r_r_factor_{r_r_factor},
+        l_m_factor_{l_m_factor},
         pole_pairs_{T(machine.pole_pairs)} {
+    set_machine(machine);
+    g_ = {from_zero_, T(0)};
+  }
+
+  /// That of the monitor from here on; g stays.
+  void set_machine(const InductionMachineParameters<T>& machine) noexcept {
+    monitor_l_m_ = machine.l_m;
+    monitor_inverse_tau_r_ = T(1) / machine.tau_r();
     InductionMachineParameters<T> own = machine;
-    own.r_r *= r_r_factor;
-    own.l_m *= l_m_factor;
+    own.r_r *= r_r_factor_;
+    own.l_m *= l_m_factor_;
     k_r_ = own.k_r();
     inverse_tau_r_ = T(1) / own.tau_r();
     rate_ = own.l_m * inverse_tau_r_;
     from_zero_ = rate_ / (monitor_l_m_ * monitor_inverse_tau_r_);
-    g_ = {from_zero_, T(0)};
   }
 
   /// dt [s] in which both fluxes decayed without current.
@@ -94,6 +101,8 @@ class CandidateMachine {
 
  private:
   T least_flux_squared_{};
+  T r_r_factor_{};  ///< m_R [-]
+  T l_m_factor_{};  ///< m_L [-]
   T monitor_l_m_{};
   T monitor_inverse_tau_r_{};
   T pole_pairs_{};

@@ -74,6 +74,9 @@ class CommandSupervision {
     return out;
   }
 
+  /// Takes the limits of another one between two periods; command, reference and lockout stay.
+  constexpr void take_parameters(const CommandSupervision& from) noexcept { parameters_ = from.parameters_; }
+
   /// Sets the lockout: no enable is accepted before a valid disable, as after power-up.
   constexpr void lock() noexcept {
     lockout_ = true;

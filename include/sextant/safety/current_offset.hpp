@@ -53,6 +53,13 @@ class CurrentOffset {
     return corrected;
   }
 
+  /// Takes the limits of another one between two measurements; the means stay.
+  constexpr void take_parameters(const CurrentOffset& from) noexcept {
+    parameters_ = from.parameters_;
+    const T limit = parameters_.limit;
+    each([&](auto phase) { removed_.*phase = std::clamp(removed_.*phase, -limit, limit); });
+  }
+
   /// The means begin anew with the next rest: what a broken sensor has read is in them.
   constexpr void restart() noexcept {
     begin_run();

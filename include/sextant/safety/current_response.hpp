@@ -103,6 +103,12 @@ class CurrentResponse {
     begin_still();
   }
 
+  /// Takes the limits of another one of the same period; the sums stay.
+  constexpr void take_parameters(const CurrentResponse& from) noexcept {
+    largest_jump_ = from.largest_jump_;
+    step_ = from.step_;
+  }
+
   /// By w; phase n: 0 is a.
   [[nodiscard]] constexpr const Sums& phase(std::size_t n) const noexcept { return phases_[n].sums; }
   /// By p.

@@ -63,6 +63,12 @@ class DirectionCheck {
   /// dt [s] without a usable measurement: the gates are off, the speed is the last one.
   void coast(T dt) noexcept { step_without_voltage({}, omega_m_, dt); }
 
+  /// Takes the limits of another one for the same machine; fluxes and means stay.
+  constexpr void take_parameters(const DirectionCheck& from) noexcept {
+    slowest_ = from.slowest_;
+    noise_ = from.noise_;
+  }
+
   /// Forgets what has been found; the fluxes go on.
   constexpr void restart() noexcept { means_ = {}; }
 

@@ -20,7 +20,15 @@ template <class T = double>
 class MonitoredFlux {
  public:
   constexpr explicit MonitoredFlux(const InductionMachineParameters<T>& machine) noexcept
-      : inverse_tau_r_{T(1) / machine.tau_r()}, l_m_{machine.l_m}, pole_pairs_{T(machine.pole_pairs)} {}
+      : pole_pairs_{T(machine.pole_pairs)} {
+    set_machine(machine);
+  }
+
+  /// R_r and inductances from here on; the flux stays.
+  constexpr void set_machine(const InductionMachineParameters<T>& machine) noexcept {
+    inverse_tau_r_ = T(1) / machine.tau_r();
+    l_m_ = machine.l_m;
+  }
 
   /// Advances by dt [s] with the mean current [A] and mechanical speed [rad/s] of that time.
   void step(SpaceVector<T> i_s, T omega_m, T dt) noexcept {
@@ -46,8 +54,8 @@ class MonitoredFlux {
   [[nodiscard]] constexpr SpaceVector<T> psi_r() const noexcept { return psi_r_; }  ///< [Wb]
 
  private:
-  T inverse_tau_r_;
-  T l_m_;
+  T inverse_tau_r_{};
+  T l_m_{};
   T pole_pairs_;
   SpaceVector<T> psi_r_{};
 };

@@ -46,6 +46,12 @@ class PhaseContinuity {
 
   constexpr void restart() noexcept { phases_ = {}; }
 
+  /// Takes the limits of another one; what the phases have shown stays.
+  constexpr void take_parameters(const PhaseContinuity& from) noexcept {
+    parameters_ = from.parameters_;
+    most_change_ = from.most_change_;
+  }
+
   /// No phase has carried current in this period and the one before.
   [[nodiscard]] constexpr bool all_without_current() const noexcept {
     return std::min({phases_[0].below, phases_[1].below, phases_[2].below}) > 1;

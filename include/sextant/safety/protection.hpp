@@ -121,6 +121,32 @@ class Protection {
     direction_ = direction_check(limits_);
   }
 
+  /// Takes the limits of another one for the same machine, inverter and period; the monitors, the counts of
+  /// violations and the winding's temperature stay.
+  void take_parameters(const Protection& from) noexcept {
+    limits_ = from.limits_;
+    offset_.take_parameters(from.offset_);
+    response_.take_parameters(from.response_);
+    continuity_.take_parameters(from.continuity_);
+    direction_.take_parameters(from.direction_);
+    winding_.take_parameters(from.winding_);
+    noise_ = from.noise_;
+    share_per_kelvin_ = from.share_per_kelvin_;
+    needed_ = from.needed_;
+    for (std::size_t n = 0; n < rule_count; ++n) counts_[n] = std::min(counts_[n], needed_[n]);
+  }
+
+  /// Goes on after one of another machine or inverter: takes over what is known of sensors and winding.
+  void continue_after(const Protection& before) noexcept {
+    const Protection own{*this};
+    offset_ = before.offset_;
+    offset_.take_parameters(own.offset_);
+    winding_ = before.winding_;
+    winding_.take_parameters(own.winding_);
+    unchecked_periods_ = before.unchecked_periods_;
+    omega_m_ = before.omega_m_;
+  }
+
   /// Control periods since the start that the checks of currents and speed left out while legs were driven.
   /// [-]
   [[nodiscard]] constexpr std::uint64_t unchecked_periods() const noexcept { return unchecked_periods_; }

@@ -60,9 +60,21 @@ class TorqueBands {
                    candidate(r_high, l_low), candidate(r_high, l_high)};
   }
 
+  /// R_r and inductances of the monitor from here on.
+  void set_machine(const InductionMachineParameters<T>& machine) noexcept {
+    l_m_ = machine.l_m;
+    for (CandidateMachine<T>& candidate : candidates_) candidate.set_machine(machine);
+  }
+
   /// dt [s] without current, before the next averaging time.
   void decay(T dt) noexcept {
     for (CandidateMachine<T>& candidate : candidates_) candidate.decay(dt);
+  }
+
+  /// Takes the errors of the sensors from another one for the same machine and shares of its parameters.
+  constexpr void take_parameters(const TorqueBands& from) noexcept {
+    offset_gain_ = from.offset_gain_;
+    sensor_share_ = from.sensor_share_;
   }
 
   void step(const TorqueMeans<T>& m) noexcept {

@@ -6,6 +6,7 @@
 
 #include "sextant/core/inverter_model.hpp"
 #include "sextant/core/measurement.hpp"
+#include "sextant/core/saturation_curve.hpp"
 #include "sextant/safety/monitored_flux.hpp"
 #include "sextant/safety/torque_bands.hpp"
 #include "sextant/safety/torque_monitor_limits.hpp"
@@ -25,6 +26,10 @@ namespace sextant {
 /// to `time` less one averaging time, so that a deviation lasts for at most `time`. Without torque production
 /// the count is zero; while gates were off within a period the averaging time begins anew.
 ///
+/// Where the saturation of the main flux is given, the machine is that at the stator flux of its own
+/// currents, k_r ψ_r + σL_s i_s, at the end of the averaging time before, with gates off of the period before
+/// (`SaturationCurve::machine_at`).
+///
 /// Not violated, although torque lacks: |ψ_r| is below half of the flux reference and grows (L_m i_d exceeds
 /// ψ_r by a tenth), as at the start of a machine without flux.
 ///
@@ -34,7 +39,7 @@ namespace sextant {
 ///   oscillation whose sign changes more often than every `time`, and torque while the gates are off;
 ///   errors of the measurements themselves: currents that read low by a common factor, a wrong speed or link
 ///   voltage; a command that is wrong before the supervision;
-///   friction, iron loss and saturation: the torque is that of the air gap.
+///   friction and iron loss: the torque is that of the air gap; saturation that is not given.
 template <class T = double>
 class TorqueMonitor {
  public:
@@ -44,6 +49,8 @@ class TorqueMonitor {
       : parameters_{parameters},
         window_s_{T(parameters.window_ns) * T(1e-9)},
         trip_s_{T(parameters.time_ns - parameters.window_ns) * T(1e-9)},
+        present_{parameters.machine},
+        saturation_{parameters.saturation, parameters.machine.l_s()},
         inverter_{parameters.inverter, parameters.machine.sigma_l_s()},
         flux_{parameters.machine},
         window_{parameters.machine},
@@ -67,6 +74,7 @@ class TorqueMonitor {
     note_decay(driven, dt);
     if (!commanded) rest();
     if (!driven) {
+      follow_saturation();
       window_.clear();
       return false;
     }
@@ -88,9 +96,19 @@ class TorqueMonitor {
   void coast(T dt) noexcept {
     i_s_ = {};
     flux_.step(i_s_, omega_m_, dt);
+    follow_saturation();
     decay_s_ += dt;
     window_.clear();
     rest();
+  }
+
+  /// Takes the limits of another one for the same machine and shares of its parameters; fluxes, means and
+  /// the count of violations stay.
+  void take_parameters(const TorqueMonitor& from) noexcept {
+    parameters_ = from.parameters_;
+    window_s_ = from.window_s_;
+    trip_s_ = from.trip_s_;
+    bands_.take_parameters(from.bands_);
   }
 
   /// Estimated torque of the last averaging time; zero while the drive makes no torque. [N·m]
@@ -139,7 +157,17 @@ class TorqueMonitor {
   /// The candidates' fluxes, also while the machine is magnetised.
   void follow(const TorqueMeans<T>& m) noexcept {
     bands_.step(m);
+    follow_saturation();
     psi_r_error_ = bands_.flux_error() * magnitude(flux_.psi_r());
+  }
+
+  void follow_saturation() noexcept {
+    if (!saturation_.acts()) return;
+    const SpaceVector<T> psi_s = present_.k_r() * flux_.psi_r() + present_.sigma_l_s() * i_s_;
+    present_ = saturation_.machine_at(parameters_.machine, psi_s);
+    flux_.set_machine(present_);
+    bands_.set_machine(present_);
+    reach_.set_machine(present_);
   }
 
   void compare(const TorqueMeans<T>& m) noexcept {
@@ -163,12 +191,14 @@ class TorqueMonitor {
 
   [[nodiscard]] bool flux_builds_up(const TorqueMeans<T>& m) const noexcept {
     const T half = T(0.5) * parameters_.flux_reference;
-    return m.flux_squared < half * half && parameters_.machine.l_m * m.along > T(1.1) * m.flux_squared;
+    return m.flux_squared < half * half && present_.l_m * m.along > T(1.1) * m.flux_squared;
   }
 
   Parameters parameters_;
   T window_s_;
   T trip_s_;
+  InductionMachineParameters<T> present_;  ///< at the present flux
+  SaturationCurve<T> saturation_;
   InverterModel<T> inverter_;
   MonitoredFlux<T> flux_;
   TorqueWindow<T> window_;

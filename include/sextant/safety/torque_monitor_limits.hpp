@@ -5,6 +5,7 @@
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/inverter_model.hpp"
+#include "sextant/core/saturation_parameters.hpp"
 
 namespace sextant {
 
@@ -16,6 +17,7 @@ template <class T = double>
 struct TorqueMonitorLimits {
   bool enabled{true};                       ///< false: no fault; the torque is estimated all the same
   InductionMachineParameters<T> machine{};  ///< the monitor's own parameters of the machine
+  SaturationParameters<T> saturation{};     ///< the same, of its main flux; none by default
   typename InverterModel<T>::Parameters inverter{};  ///< the drive's, checked with its control period
   T flux_reference{T(1.1)};           ///< below half of it growing flux excuses a lack of torque [Wb]
   T limit{T(10)};                     ///< smallest deviation that counts [N·m]
@@ -33,6 +35,7 @@ struct TorqueMonitorLimits {
     const auto positive = [](T x) { return std::isfinite(x) && x > T(0); };
     const auto is_share = [](T x) { return x >= T(0) && x < T(1); };
     if (const char* problem = machine.validate()) return problem;
+    if (const char* problem = saturation.validate()) return problem;
     if (!positive(flux_reference)) return "the flux reference must be above zero";
     if (!positive(limit) || !positive(wrong_sign)) return "the torque deviations must be above zero";
     if (!is_share(limit_share)) return "the share of the command must be in [0, 1)";

@@ -39,13 +39,18 @@ class TorqueReach {
  public:
   /// flux_reference is that of the stator [Wb].
   constexpr TorqueReach(const InductionMachineParameters<T>& m, T flux_reference) noexcept
-      : k_r_{m.k_r()},
-        sigma_l_s_{m.sigma_l_s()},
-        pole_pairs_{T(m.pole_pairs)},
-        gain_{T(1.5) * T(m.pole_pairs) * m.k_r() / m.sigma_l_s()},
-        decay_{m.r_s / m.sigma_l_s() + m.l_s() / (m.sigma_l_s() * m.tau_r())},
-        least_flux_{T(0.1) * flux_reference},
-        longest_{T(2) * m.sigma_l_s() * m.tau_r() / m.l_s()} {}
+      : pole_pairs_{T(m.pole_pairs)}, least_flux_{T(0.1) * flux_reference} {
+    set_machine(m);
+  }
+
+  /// Resistances and inductances from here on.
+  constexpr void set_machine(const InductionMachineParameters<T>& m) noexcept {
+    k_r_ = m.k_r();
+    sigma_l_s_ = m.sigma_l_s();
+    gain_ = T(1.5) * pole_pairs_ * k_r_ / sigma_l_s_;
+    decay_ = m.r_s / sigma_l_s_ + m.l_s() / (sigma_l_s_ * m.tau_r());
+    longest_ = T(2) * sigma_l_s_ * m.tau_r() / m.l_s();
+  }
 
   /// One period of dt [s] with a command [N·m]; a change of it by more than `tolerance` [N·m] is a new one.
   void step(const ReachInputs<T>& now, T command, T tolerance, T dt) noexcept {
@@ -93,17 +98,17 @@ class TorqueReach {
     return square > T(0) ? std::max(T(std::numbers::sqrt2 / 2), along / std::sqrt(square)) : T(1);
   }
 
-  T k_r_;
-  T sigma_l_s_;   ///< [H]
-  T pole_pairs_;  ///< [-]
-  T gain_;        ///< K [1/H]
-  T decay_;       ///< R_s/(σL_s) + 1/(σ τ_r) [1/s]
-  T least_flux_;  ///< [Wb]
-  T longest_;     ///< 2 σ τ_r [s]
-  T torque_{};    ///< [N·m]
-  T command_{};   ///< of the last step [N·m]
-  T begun_by_{};  ///< the last new command [N·m]
-  T lag_s_{};     ///< [s]
+  T pole_pairs_;   ///< [-]
+  T least_flux_;   ///< [Wb]
+  T k_r_{};        ///< [-]
+  T sigma_l_s_{};  ///< [H]
+  T gain_{};       ///< K [1/H]
+  T decay_{};      ///< R_s/(σL_s) + 1/(σ τ_r) [1/s]
+  T longest_{};    ///< 2 σ τ_r [s]
+  T torque_{};     ///< [N·m]
+  T command_{};    ///< of the last step [N·m]
+  T begun_by_{};   ///< the last new command [N·m]
+  T lag_s_{};      ///< [s]
 };
 
 }  // namespace sextant

@@ -46,14 +46,17 @@ class WindingTemperature {
       d.number("nominal_current_a", NumberMember::unless_infinite(current),
                {"A", 1e-3, 1e5,
                 "RMS of a phase current that the winding bears for good, by the nameplate, for a thermal "
-                "model of it; not set: no model, and the winding is not protected"});
+                "model of it; not set: no model, and the winding is not protected",
+                Changes::always});
       d.number("nominal_rise_k", rise,
-               {"K", 1, 500, "final temperature rise of the winding at nominal_current_a"});
-      d.number("time_constant_s", constant, {"s", 1, 1e5, "thermal time constant of the winding"});
+               {"K", 1, 500, "final temperature rise of the winding at nominal_current_a", Changes::always});
+      d.number("time_constant_s", constant,
+               {"s", 1, 1e5, "thermal time constant of the winding", Changes::always});
       d.number("ambient_c", surroundings,
                {"C", -100, 200,
                 "temperature of the winding without current, also at power-up: a winding that is still warm "
-                "then counts as cold, for some time constants"});
+                "then counts as cold, for some time constants",
+                Changes::always});
     }
   };
 
@@ -81,6 +84,14 @@ class WindingTemperature {
     }
     sum_ = T(0);
     elapsed_ns_ = 0;
+  }
+
+  /// Takes the parameters of another one; the temperature stays where it is known before and after.
+  constexpr void take_parameters(const WindingTemperature& from) noexcept {
+    if (!is_known()) temperature_ = from.temperature_;
+    parameters_ = from.parameters_;
+    gain_ = from.gain_;
+    if (!is_known()) temperature_ = from.temperature_;
   }
 
   [[nodiscard]] constexpr T temperature() const noexcept { return temperature_; }  ///< [°C]

@@ -49,12 +49,12 @@ template <class Energies>
   if (!from || !to) return std::nullopt;
   return *to - *from;
 }
-/// Of two changes; an empty one adds nothing.
+/// Adds a change; an empty one adds nothing.
 template <class Energies>
-[[nodiscard]] std::optional<Energies> energy_sum(const std::optional<Energies>& a,
-                                                 const std::optional<Energies>& b) noexcept {
-  if (!a || !b) return a ? a : b;
-  return *a + *b;
+void add_energies(std::optional<Energies>& sum, const std::optional<Energies>& change) noexcept {
+  if (!change) [[likely]]
+    return;
+  sum = sum ? *sum + *change : *change;
 }
 
 /// Readings of the plant's energy meter, and the energy of its field, at one instant. NaN: not known. [J]
@@ -106,9 +106,9 @@ struct EnergyFlow {
     copper += o.copper;
     field += o.field;
     iron += o.iron;
-    before_link = energy_sum(before_link, o.before_link);
-    behind_shaft = energy_sum(behind_shaft, o.behind_shaft);
-    inverter = energy_sum(inverter, o.inverter);
+    add_energies(before_link, o.before_link);
+    add_energies(behind_shaft, o.behind_shaft);
+    add_energies(inverter, o.inverter);
     return *this;
   }
 

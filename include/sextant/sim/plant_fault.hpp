@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/nonblocking.hpp"
 
 namespace sextant {
@@ -90,5 +91,45 @@ struct PlantFaultParameters {
     return u_dc + (sag_voltage - u_dc) * (double(since_ns) / double(ramp_ns));
   }
 };
+
+/// The kind that is there from power-up on only, as a file names it.
+inline constexpr const char* power_up_fault = "cables_swapped";
+
+inline constexpr Choice<PlantFaultKind> plant_fault_kinds[]{
+    {"none", PlantFaultKind::none},
+    {"current_stuck", PlantFaultKind::current_stuck},
+    {"current_zero", PlantFaultKind::current_zero},
+    {"current_drift", PlantFaultKind::current_drift},
+    {"phases_swapped", PlantFaultKind::phases_swapped},
+    {power_up_fault, PlantFaultKind::cables_swapped},
+    {"open_phase", PlantFaultKind::open_phase},
+    {"speed_lost", PlantFaultKind::speed_lost},
+    {"speed_frozen", PlantFaultKind::speed_frozen},
+    {"speed_jump", PlantFaultKind::speed_jump},
+    {"encoder_reversed", PlantFaultKind::encoder_reversed},
+    {"link_stuck", PlantFaultKind::link_stuck},
+    {"link_sag", PlantFaultKind::link_sag}};
+
+/// u_dc: of the link without a fault [V], read before.
+inline void describe(Description& d, PlantFaultParameters& p, const double& u_dc) {
+  auto& [kind, phase, at_ns, until_ns, drift, jump, sag_voltage, ramp_ns] = p;
+  d.choice("kind", kind, plant_fault_kinds,
+           "a sensor's, except for those of the motor cables and the sag of the link itself, or of its "
+           "source where it has a capacitance");
+  d.choice("phase", phase, {{"a", 0}, {"b", 1}, {"c", 2}},
+           "of a fault of one phase; where two are swapped: it and the next one");
+  d.time("at_s", at_ns,
+         in_s(0, 1e6,
+              "beginning of the fault: in a file as the load's profiles count, 0 from power-up on; in a "
+              "request to a running plant from the request on"));
+  d.number("until_s", NumberMember::unless_last(until_ns, 1e9),
+           {"s", 0, 1e6, "end of the fault, counted as at_s is; not set: it stays"});
+  d.number("drift_a_s", drift, {"A/s", -1e6, 1e6, "slope of current_drift"});
+  d.number("jump_rad_s", jump, {"rad/s", -1e4, 1e4, "of speed_jump"});
+  d.defaulted("sag_v", sag_voltage, {sag_voltage, u_dc, 0.5},
+              {"V", 0.5, 2e4, "voltage of link or source to which link_sag leads"},
+              Description::no_usable_value);
+  d.time("ramp_ms", ramp_ns, in_ms(0, 1e6, "time in which it does so; 0: at once"));
+}
 
 }  // namespace sextant

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sextant/core/description.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/sim/converter.hpp"
@@ -71,6 +72,69 @@ struct SensorParameters {
                                  : "the sampling instant must not come after the period's beginning";
   }
 };
+
+inline constexpr const char* noise_meaning = "standard deviation of the white, normal noise of each reading";
+
+/// Of phase a, b or c, as `table`.
+inline void describe(Description& d, const char* table, PhaseSensorError& p) {
+  auto& [gain_error, offset] = p;
+  d.enter(table);
+  d.number("gain_error", gain_error,
+           {"", -0.99, 10, "relative error of this phase's gain, added to that of all phases"});
+  d.number("offset_a", offset, {"A", -1e5, 1e5, "offset of this phase, added to that of all phases"});
+  d.leave();
+}
+
+inline void describe_current(Description& d, ConverterParameters& p) {
+  auto& [gain_error, offset, noise, range, bits] = p;
+  d.number("gain_error", gain_error, {"", -0.99, 10, "relative error of the gain of all phases' sensors"});
+  d.number("offset_a", offset, {"A", -1e5, 1e5, "offset of all phases' readings"});
+  d.number("noise_a", noise, {"A", 0, 1e5, noise_meaning});
+  d.number("range_a", range, {"A", 0, 1e5, "magnitude at which readings saturate; 0: they do not"});
+  d.integer("bits", bits, "", 0, 24,
+            "resolution of the converter over both signs of range_a; 0: not quantised");
+}
+
+inline void describe_voltage(Description& d, ConverterParameters& p) {
+  auto& [gain_error, offset, noise, range, bits] = p;
+  d.number("gain_error", gain_error, {"", -0.99, 10, "relative error of the sensor's gain"});
+  d.number("offset_v", offset, {"V", -2e4, 2e4, "offset of the reading"});
+  d.number("noise_v", noise, {"V", 0, 2e4, noise_meaning});
+  d.number("range_v", range, {"V", 0, 2e4, "voltage at which readings saturate, also at 0; 0: they do not"});
+  d.integer("bits", bits, "", 0, 24, "resolution of the converter over range_v; 0: not quantised");
+}
+
+/// lead_of_drive: the sampling lead that the drive counts on, the default of theirs. [ns]
+inline void describe(Description& d, SensorParameters& p, const std::int32_t& lead_of_drive) {
+  auto& [current, phases, voltage, lead_ns, skew_ns, encoder, resolver, sin_cos, seed] = p;
+  d.integer("seed", seed, "", 0, 1'000'000'000, "of the random noise: the same seed makes the same run");
+  d.defaulted_time("sampling_lead_us", lead_ns, lead_of_drive,
+                   in_us(0, 1e5,
+                         "time before a control period begins at which currents and link voltage are "
+                         "sampled; by default as the drive takes it"));
+  d.time("sampling_skew_us", skew_ns,
+         in_us(0, 5e4,
+               "time by which the current of phase b is sampled before that of c, which is sampled with the "
+               "link voltage, and that of a before b; the drive takes them as of one instant; 0: they are"));
+  d.enter("current");
+  describe_current(d, current);
+  describe(d, "phase_a", phases[0]);
+  describe(d, "phase_b", phases[1]);
+  describe(d, "phase_c", phases[2]);
+  d.leave();
+  d.enter("voltage");
+  describe_voltage(d, voltage);
+  d.leave();
+  d.enter("encoder");
+  describe(d, encoder);
+  d.leave();
+  d.enter("resolver");
+  describe(d, resolver);
+  d.leave();
+  d.enter("sin_cos");
+  describe(d, sin_cos);
+  d.leave();
+}
 
 /// Makes of a true measurement what the sensors read: swapped currents and their drift, converters, the
 /// shaft's sensor, then the faults that replace a reading. A reading that is kept is that of the last step

@@ -13,10 +13,12 @@
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/core/minimum_pulse.hpp"
+#include "sextant/plant/acted_segments.hpp"
 #include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/driveline.hpp"
 #include "sextant/plant/inverter_losses.hpp"
+#include "sextant/plant/mean_duties.hpp"
 #include "sextant/plant/plant_heating.hpp"
 #include "sextant/plant/plant_integrator.hpp"
 #include "sextant/plant/tied_segments.hpp"
@@ -31,6 +33,12 @@
 
 namespace sextant {
 
+/// What of the inverter acts on the machine.
+enum class InverterLaw : std::uint8_t {
+  switched,  ///< what its legs do, edge by edge
+  averaged   ///< their mean from read to read (`mean_duties`), while a pattern drives every leg
+};
+
 /// How the simulated power stage behaves.
 struct SimulatedDriveIoParameters {
   std::int32_t period_ns{25'000};            ///< control period [ns]
@@ -39,6 +47,7 @@ struct SimulatedDriveIoParameters {
   bool measures_angle{false};                ///< the measurement has the rotor's angle [-]
   bool measures_winding_temperature{false};  ///< the same of the winding's temperature, of a heated plant [-]
   int hold_periods{1};                       ///< periods for which a pattern is held without a new one [-]
+  InverterLaw law{InverterLaw::switched};
   std::int32_t dead_time_ns{0};  ///< of the gate drivers, from one switch of a leg to the other one [ns]
   MinimumPulse::Parameters minimum_pulse{};  ///< of the gate drivers, before the dead time; none by default
   /// Time zero of the load's profiles, on the drive's clock; empty: the first read. [ns]
@@ -72,6 +81,27 @@ struct SimulatedDriveIoParameters {
   }
 };
 
+/// The law, dead time and minimum pulse alone, which belong to the inverter.
+inline void describe_gate_drivers(Description& d, SimulatedDriveIoParameters& p) {
+  auto& [shortest_ns, short_pulses] = p.minimum_pulse;
+  d.choice("law", p.law, {{"switched", InverterLaw::switched}, {"averaged", InverterLaw::averaged}},
+           "the machine gets each edge of the legs, or the mean of what they do over a control period, which "
+           "is faster and has no ripple");
+  d.time("dead_time_us", p.dead_time_ns,
+         in_us(0, 5e4,
+               "time for which both switches of a leg are off where it changes between low and high, while "
+               "its diodes carry the current; the drive reads the commanded edges, and knows of it by "
+               "drive.inverter.dead_time_us; 0: none"));
+  d.time("minimum_pulse_us", shortest_ns,
+         in_us(0, 5e4,
+               "shortest time for which a leg stays high or low, before its dead time, as the gate drivers "
+               "keep it: from the dead time to below half of the control period; short_pulses says what "
+               "becomes of a shorter command, which the run counts; 0: none"));
+  d.choice("short_pulses", short_pulses, short_pulses_choices,
+           "a command shorter than minimum_pulse_us does not act, and each edge acts minimum_pulse_us late, "
+           "as after a driver's input filter; or it acts for that long, and other edges at once");
+}
+
 /// The power stage as the drive sees it, with the plant integrated in this process.
 ///
 /// read(t) first integrates the plant to t with the patterns written so far. Without a new pattern the gate
@@ -86,6 +116,10 @@ struct SimulatedDriveIoParameters {
 ///
 /// Temperatures and resistances of a plant that is heated (`PlantHeating`) move at the beginning of a read,
 /// so that they are the same over all of its segments.
+///
+/// With the averaged law the plant moves by the mean of what the legs do from read to read, with the signs
+/// that the currents have at its beginning: without the ripple of a period. A pattern that turns a leg off
+/// and an open cable act segment by segment.
 ///
 /// Losses of the inverter (`InverterLosses`) are those of the segments that the log of a read has.
 template <class Plant = DrivePlant<double>, class Log = NoSegmentLog<Plant>>
@@ -196,6 +230,11 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   /// Commanded pulses shorter than the minimum pulse, so far; empty without one.
   [[nodiscard]] std::optional<std::int64_t> short_pulses() const noexcept SEXTANT_NONBLOCKING {
     return pulse_filter_.acts() ? std::optional{pulse_filter_.short_pulses()} : std::nullopt;
+  }
+
+  /// What the legs have done over the last read where the plant has moved by its mean; else empty.
+  [[nodiscard]] std::span<const GateSegment> averaged() const noexcept SEXTANT_NONBLOCKING {
+    return averaged_.segments();
   }
 
   /// False once an integration has failed or the flux exceeds what the DC link can produce; the plant then
@@ -326,16 +365,32 @@ class SimulatedDriveIo final : public FaultableDriveIo {
 
   /// Integrates what the legs do under the commanded pattern.
   void act(const GatePattern& commanded) noexcept {
-    if (pulse_filter_.acts()) [[unlikely]] {
-      const ActedSegments passed = pulse_filter_.step(commanded.segments());
-      const ActedSegments acted = dead_time_.step(passed.segments());
-      advance(acted.segments());
-    } else if (dead_time_.acts()) [[unlikely]] {
-      const ActedSegments acted = dead_time_.step(commanded.segments());
+    if (parameters_.law == InverterLaw::averaged) [[unlikely]]
+      return act_averaged(commanded);
+    if (pulse_filter_.acts() || dead_time_.acts()) [[unlikely]] {
+      const ActedSegments acted = acted_under(commanded);
       advance(acted.segments());
     } else {
       advance(commanded.segments());
     }
+  }
+  /// The same with their mean in the place of segments that a pattern drives.
+  void act_averaged(const GatePattern& commanded) noexcept {
+    const ActedSegments acted = acted_under(commanded);
+    averaged_ = {};
+    duties_.reset();
+    if (!commanded.is_driven() || commanded.duration_ns() == 0 || !plant_.may_be_tied())
+      return advance(acted.segments());
+    averaged_ = acted;
+    duties_ = mean_duties(acted.segments(), plant_.i_abc());
+    const GateSegment whole{commanded.last_state(), std::int32_t(commanded.duration_ns())};
+    advance({&whole, 1});
+  }
+  /// What the legs do.
+  [[nodiscard]] ActedSegments acted_under(const GatePattern& commanded) noexcept {
+    if (!pulse_filter_.acts()) return dead_time_.step(commanded.segments());
+    const ActedSegments passed = pulse_filter_.step(commanded.segments());
+    return dead_time_.step(passed.segments());
   }
 
   /// Between the corners of the load, so that a load step acts at its instant, and the stops.
@@ -430,6 +485,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     const std::int64_t begin_ns = load_time(plant_t_ns_);
     PlantInputs<double> inputs{state, acting_u_dc(begin_ns + duration_ns / 2),
                                load_.torque(begin_ns + duration_ns / 2), load_.imposes_speed(), 0.0};
+    inputs.duties = duties_;
     if (inputs.imposed_speed) {
       const double duration_s = double(duration_ns) * 1e-9;
       // To where the piece leads, not to what a jump at its end makes of it.
@@ -474,6 +530,8 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   bool may_tie_{};  ///< and no current has changed its sign since the read began
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load
   Log log_{};
+  ActedSegments averaged_{};                    ///< of the last read, by whose mean the plant has moved
+  std::optional<ThreePhase<double>> duties_{};  ///< their mean [-]
   GatePattern active_{};
   GatePattern delayed_{};
   std::int64_t plant_t_ns_{0};

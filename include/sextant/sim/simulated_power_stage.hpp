@@ -53,6 +53,8 @@ struct SimulatedPowerStageParameters {
     if (const char* problem = thermal.validate()) return problem;
     if (const char* problem = losses.validate()) return problem;
     if (const char* problem = driveline.validate()) return problem;
+    if (losses.acts() && io.law == InverterLaw::averaged)
+      return "losses of the inverter are those of its edges: its law must be switched";
     if (link.has_chopper() && !(link.chopper_off > io.u_dc))
       return "the brake chopper must turn off above the voltage of the source, or it loads the source";
     if (const char* problem = cvode.validate()) return problem;

@@ -91,8 +91,8 @@ template <class T>
   p.period_ns = setup.period_ns;
   p.magnetise_first = true;
   p.command.torque_rate = T(20'000);
-  p.capability.base_speed = T(60);
-  p.capability.zero_torque_speed = T(100);
+  p.motor.capability.base_speed = T(60);
+  p.motor.capability.zero_torque_speed = T(100);
   return p;
 }
 

@@ -57,6 +57,7 @@ export class HealthView {
       ...causes,
       ...(s.periods_unchecked ? [["without checks of currents and speed", count(s.periods_unchecked), true]] : []),
       ...inUse,
+      ...(s.winding_temperature_k ? [["winding", `${number(s.winding_temperature_k - 273.15, 0)} °C`]] : []),
     ]);
     const head = element("tr", {}, element("th", { scope: "col" }, "µs, last interval"));
     head.append(...Object.values(QUANTILES).map((text) => element("th", { scope: "col" }, text)));
