@@ -47,6 +47,7 @@ constexpr const char* examples = R"(Examples:
   sextant-ecu                                        configs/ecu.toml as it stands
   sextant-ecu --can udp_multicast:239.74.163.2:43113 a bus for machines without CAN
   sextant-ecu --duration 10 --set drive.flux_optimum=min_loss --set realtime.priority=90
+  sextant-ecu configs/ecu_four.toml                  four drives on one bus
   sextant-ecu --print-config                         every key with unit, range and meaning
   sextant-ecu --virtual-time --profile configs/profiles/demo.csv --frames-out run.log
                                                      without CAN, DDS and clock, as fast as the machine allows

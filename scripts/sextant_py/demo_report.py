@@ -148,12 +148,12 @@ def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict 
     return table
 
 
-def load_statistics(path: Path | None) -> dict | None:
+def load_statistics(path: Path | None, drive_id: int) -> dict | None:
     if path is None:
         return None
     try:
         drives = json.loads(path.read_text(encoding="utf-8"))["drives"]
-        return drives[0]["statistics"] if drives else None
+        return next((drive["statistics"] for drive in drives if drive["drive_id"] == drive_id), None)
     except (OSError, ValueError, KeyError) as error:
         raise UserError(f"the statistics {path} cannot be read: {error}.") from None
 
@@ -162,11 +162,12 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="demo_report",
         description="Compares commands with a recording.",
-        epilog="example:\n  python -m sextant_py.demo_report out/demo/commands.json out/demo/recording.h5",
+        epilog="example:\n  python -m sextant_py.demo_report out/demo/commands_1.json out/demo/recording_1.h5",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("commands", type=Path, help="log of scripts/vcu")
     parser.add_argument("recording", type=Path, help="recording of scripts/record, .h5")
+    parser.add_argument("--drive", type=int, default=1, metavar="ID", help="drive_id (default: 1)")
     parser.add_argument("--statistics", type=Path, metavar="FILE", help="output of scripts/monitor --json")
     return parser.parse_args(arguments)
 
@@ -174,8 +175,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     commands, recording = load_commands(options.commands), load_recording(options.recording)
-    found = rows(commands, recording, load_statistics(options.statistics))
-    table = Table(title="Commanded and delivered", title_justify="left", show_header=False)
+    found = rows(commands, recording, load_statistics(options.statistics, options.drive))
+    table = Table(title=f"Commanded and delivered, drive {options.drive}", title_justify="left", show_header=False)
     table.add_column(no_wrap=True)
     table.add_column()
     for name, value in found:

@@ -64,8 +64,9 @@ class OneOfSeveral {
 /// Drives of these numbers on one bus and one timeline; number 1 may have a fault.
 class SeveralDrives {
  public:
-  explicit SeveralDrives(const std::vector<std::size_t>& numbers, const PlantFaultParameters& fault = {})
-      : ecu_{make(numbers, fault), clock_, bus_} {
+  explicit SeveralDrives(const std::vector<std::size_t>& numbers, const PlantFaultParameters& fault = {},
+                         OnFault on_fault = OnFault::others_go_on)
+      : ecu_{make(numbers, fault), clock_, bus_, on_fault} {
     timeline_.add(bus_.party());
     for (OneOfSeveral& drive : drives) timeline_.add(drive.vehicle.party());
     ecu_.join(timeline_);
@@ -115,6 +116,22 @@ TEST(SeveralDrives, EachMakesItsTorqueAndTheOthersGoOnWhereASensorFails) {
     EXPECT_NEAR(four.drives[k].take_mean_torque(), has_failed ? 0.0 : torques[k], 1.0) << k;
   }
   EXPECT_EQ(four.now(1).pattern.last_state(), gates_off);
+}
+
+// By the ramp of command.zero_ramp_ms, as at SIGTERM.
+TEST(SeveralDrives, AllRampToZeroAndShutDownWhereTheKeySaysSo) {
+  SeveralDrives three{{0, 1, 2},
+                      {.kind = PlantFaultKind::current_zero, .phase = 0, .at_ns = 400 * ms},
+                      OnFault::all_shut_down};
+  three.run_until(400 * ms - 1);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(three.now(k).state, DriveState::torque) << k;
+  three.run_until(700 * ms);
+  for (const std::size_t k : {std::size_t{0}, std::size_t{2}}) {
+    EXPECT_EQ(three.now(k).state, DriveState::shutdown) << k;
+    EXPECT_EQ(three.now(k).pattern.last_state(), gates_off) << k;
+    EXPECT_FALSE(three.now(k).latched.any()) << k;
+  }
+  EXPECT_EQ(three.now(1).state, DriveState::fault) << "it keeps the fault that it reports";
 }
 
 // Neither the frames of the others nor a fault of one reaches a drive.

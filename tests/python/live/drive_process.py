@@ -19,7 +19,7 @@ LEAVE_S = 60.0
 
 
 class DriveProcess(ProgramProcess):
-    """One drive on a bus and in a DDS domain."""
+    """The drives of a configuration on a bus and in a DDS domain."""
 
     def __init__(
         self,
@@ -28,11 +28,12 @@ class DriveProcess(ProgramProcess):
         folder: Path,
         settings: tuple[str, ...] = (),
         words: tuple[str | Path, ...] = (),
+        config: Path = ROOT / "configs" / "ecu.toml",
     ) -> None:
         own = (f"dds.domain={domain}", f"dds.statistics_rate_hz={STATISTICS_HZ}")
         super().__init__(
             [
-                *(program("sextant-ecu"), ROOT / "configs" / "ecu.toml", "--can", address),
+                *(program("sextant-ecu"), config, "--can", address),
                 *overrides((*own, *settings)),
                 *words,
             ],

@@ -1,0 +1,48 @@
+"""Several drives in one process: each follows its own commands, and one that fails leaves the others their torque."""
+
+import signal
+from contextlib import ExitStack
+from pathlib import Path
+
+import sextant
+from drive_process import WIDE, DriveProcess
+from sextant_py.paths import ROOT
+from telemetry_record import TelemetryRecord
+
+PATIENCE_S = 60.0
+OFFSETS = {1: 0, 2: 32, 3: 64, 4: 96}
+TORQUES_NM = {1: 15.0, 2: -12.0, 3: 20.0, 4: 8.0}
+LIGHT = ("plant.integrator=fixed", "realtime.wake_every_periods=200", "dds.telemetry_rate_hz=100")
+SETTINGS = (*WIDE, *LIGHT, "load.kind=imposed_speed", "load.speed_rad_s.value=40")
+FOUR = ROOT / "configs" / "ecu_four.toml"
+
+
+def follows(vehicle: sextant.Vcu, torque_nm: float) -> None:
+    vehicle.run_until(lambda now: now.state == "TORQUE" and abs(now.torque_nm - torque_nm) < 5, PATIENCE_S)
+
+
+def test_one_of_four_fails_and_the_others_keep_their_torque(live_bus: str, domain: int, tmp_path: Path) -> None:
+    words = ("--fault-socket", tmp_path / "faults.sock", "--set-socket", tmp_path / "set.sock")
+    with ExitStack() as stack:
+        process = stack.enter_context(DriveProcess(live_bus, domain, tmp_path, SETTINGS, words, FOUR))
+        vehicles = {
+            number: stack.enter_context(sextant.Vcu(live_bus, identifier_offset=offset))
+            for number, offset in OFFSETS.items()
+        }
+        records = {number: TelemetryRecord(domain, number) for number in OFFSETS}
+        for number, vehicle in vehicles.items():
+            vehicle.enable(PATIENCE_S)
+            vehicle.demand(TORQUES_NM[number], enable=True)
+            stack.enter_context(vehicle.repeating())
+        for number in OFFSETS:
+            follows(vehicles[number], TORQUES_NM[number])
+        sextant.inject(tmp_path / "faults_2.sock", "open_phase", phase="b")
+        records[2].wait(lambda own: own.states and own.states[-1].faults_latched, "the second drive's fault")
+        sextant.set_parameters(tmp_path / "set_3.sock", {"protection.over_current_a": 180})
+        assert sextant.get_parameters(tmp_path / "set_3.sock")["protection.over_current_a"] == 180
+        assert sextant.get_parameters(tmp_path / "set_4.sock")["protection.over_current_a"] != 180
+        for number in (1, 3, 4):
+            vehicles[number].run(0.2)
+            follows(vehicles[number], TORQUES_NM[number])
+            assert not any(state.faults_latched for state in records[number].states)
+        assert process.leave(signal.SIGTERM) == 0
