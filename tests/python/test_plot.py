@@ -409,6 +409,16 @@ def test_marks_are_named_and_stand_at_their_times(tmp_path: Path) -> None:
     assert later[0].begin_s == -TRIP_S + 0.5e-3
 
 
+def test_many_late_wake_ups_share_one_text_and_leave_faults_theirs() -> None:
+    late = [marks.Mark(marks.LATE, float(k), k + 0.5, f"late wake-ups: {k}") for k in range(20)]
+    fault = marks.Mark(marks.FAULT, 10.2, None, "OPEN_PHASE")
+    assert [text for _, text in marks.texts([*late[:11], fault, *late[11:]], 20.0)] == [
+        "late wake-ups or gaps at 20 times",
+        "OPEN_PHASE",
+    ]
+    assert len(marks.texts(late[: marks.MOST_LATE], 20.0)) == marks.MOST_LATE
+
+
 def test_a_trace_without_changes_of_state_marks_its_trip(tmp_path: Path) -> None:
     write_trace(tmp_path / "trace.h5", 100, "t_ns")
     with h5py.File(tmp_path / "trace.h5", "a") as file:

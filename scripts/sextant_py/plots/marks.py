@@ -17,6 +17,7 @@ FAULT, MAGNETISING, LATE, TRIGGER = "fault", "magnetising", "late", "trigger"  #
 COLOURS = {FAULT: "#d62728", MAGNETISING: "#2ca02c", LATE: "#9467bd", TRIGGER: "#7f7f7f"}
 NEAR = 0.02  # of the span: marks that are closer share a text
 MOST_WORDS = 3  # of a text
+MOST_LATE = 6  # marks of late wake-ups and gaps that have a text each
 
 
 @dataclass(frozen=True)
@@ -124,10 +125,19 @@ def within(marks: Sequence[Mark], begin_s: float, end_s: float) -> list[Mark]:
     return found
 
 
+def _with_late_named_once(marks: Sequence[Mark]) -> list[Mark]:
+    """Where late wake-ups and gaps are many, the first of them stands for all."""
+    late = [mark for mark in marks if mark.kind == LATE]
+    if len(late) <= MOST_LATE:
+        return list(marks)
+    first = Mark(LATE, late[0].begin_s, late[0].end_s, f"late wake-ups or gaps at {len(late)} times")
+    return [first if mark is late[0] else mark for mark in marks if mark.kind != LATE or mark is late[0]]
+
+
 def texts(marks: Sequence[Mark], span_s: float, near: float = NEAR) -> list[tuple[Mark, str]]:
     """The texts that have room, each with the first of the marks that it is of; near: share of the span."""
     grouped: list[tuple[Mark, list[str]]] = []
-    for mark in marks:
+    for mark in _with_late_named_once(marks):
         if grouped and mark.begin_s - grouped[-1][0].begin_s < near * span_s:
             grouped[-1][1].append(mark.text)
         else:
