@@ -4,6 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "common/request_text.hpp"
 #include "sextant/config/config_error.hpp"
 #include "sextant/config/sensor_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
@@ -17,14 +18,6 @@ std::string joined(const std::string& request) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
   std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
   return text;
-}
-
-/// The sentences of a problem: a request has no file and no line.
-std::string reply_of(const ConfigError& error) {
-  std::string reply;
-  for (const ConfigProblem& problem : error.problems())
-    reply += (reply.empty() ? "" : "\n") + (problem.key.empty() ? "" : problem.key + ": ") + problem.message;
-  return reply;
 }
 
 }  // namespace
@@ -43,7 +36,7 @@ std::string FaultInjection::answer(const std::string& request) {
   try {
     io_.store(requested_fault(request, configured_));
   } catch (const ConfigError& error) {
-    return reply_of(error);
+    return problem_text(error);
   }
   spdlog::warn("plant fault injected at {:.6f} s: {}", double(now_ns()) * 1e-9, joined(request));
   return "ok";

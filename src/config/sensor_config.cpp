@@ -35,7 +35,7 @@ PlantFaultParameters requested_fault(const std::string& request, const PlantFaul
   PlantFaultParameters fault = configured;
   const double u_dc = 2.0 * configured.sag_voltage;  // sag_v that is not given is the configured one
   const auto section_of = [](Schema& schema) { return Section{schema}.section("plant").section("faults"); };
-  std::vector<Layer> layers{text_layer("", "request")};
+  std::vector<Layer> layers{text_layer("", "--set")};
   std::istringstream lines{request};
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty()) layers.push_back(override_layer("plant.faults." + line));
