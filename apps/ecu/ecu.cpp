@@ -93,7 +93,7 @@ std::vector<ReceiveTask*> receive_tasks(const std::vector<std::unique_ptr<LiveDr
 
 }  // namespace
 
-Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options, LoadDrives load)
+Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options, const LoadDrives& load)
     : config_{config},
       bus_name_{config.drives.front().can.bus},
       highest_control_priority_{highest_control_priority(config.drives)},

@@ -29,7 +29,7 @@ class Ecu {
  public:
   /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
   /// opened. load: the configuration with further overrides, for parameters that the drives take.
-  explicit Ecu(const DrivesConfig& config, const LiveDriveOptions& options = {}, LoadDrives load = {});
+  explicit Ecu(const DrivesConfig& config, const LiveDriveOptions& options = {}, const LoadDrives& load = {});
   ~Ecu();
 
   /// Starts the threads. Throws when real-time rights are required and refused.

@@ -228,6 +228,7 @@ int run_virtual(const sextant::DrivesConfig& config, const Options& options) {
   };
   std::deque<sextant::ecu::PowerStage> stages;
   std::vector<sextant::DriveIo<double>*> ends;
+  ends.reserve(config.drives.size());
   for (const sextant::EcuConfig& drive : config.drives) ends.push_back(&stages.emplace_back(drive).io());
   const auto problem = [&stages] {
     for (const sextant::ecu::PowerStage& stage : stages) {

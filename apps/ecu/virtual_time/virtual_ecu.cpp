@@ -10,6 +10,7 @@ namespace {
 
 std::vector<DriveUnit*> units_of(const std::vector<VirtualUnit::Parts>& drives) {
   std::vector<DriveUnit*> units;
+  units.reserve(drives.size());
   for (const VirtualUnit::Parts& parts : drives) units.push_back(&parts.unit);
   return units;
 }

@@ -118,7 +118,7 @@ void VirtualRun::set_up_sources() {
   for (RunDrive& drive : drives_) {
     if (!options_.profile.empty()) play_profile(drive);
     if (scenario_) play(*scenario_, drive);
-    if (drive.vehicle()) timeline_.add(drive.vehicle()->party());
+    if (auto& vehicle = drive.vehicle()) timeline_.add(vehicle->party());
   }
   if (!options_.set_at.empty()) set_parameters();
   ecu_.join(timeline_);
