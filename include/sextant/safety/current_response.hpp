@@ -33,10 +33,11 @@ namespace sextant {
 /// less the mean error of the model before is the change that they ought to show. The error of e by the
 /// machine's parameters, such as an inductance that is another at weakened flux, and that of v by the signs
 /// of the currents turn with the machine, which the rotor shows but for the slip: the mean is that of the
-/// error as the rotor turns it. By what is left it changes little from period to period: a quarter of the
-/// uncertainty, and of the converter's step, is allowed for each.
-/// Readings within one step of the converter are equal. Only time with every leg driven counts; each other
-/// interval starts anew.
+/// error as the rotor turns it. An interval in which the current ought to change by more than twice what is
+/// uncertain shows the error of the inductance, which a steady current does not have, and stays out of the
+/// mean. By what is left it changes little from period to period: a quarter of the uncertainty, and of the
+/// converter's step, is allowed for each. Readings within one step of the converter are equal. Only time with
+/// every leg driven counts; each other interval starts anew.
 template <class T = double>
 class CurrentResponse {
  public:
@@ -206,7 +207,8 @@ class CurrentResponse {
     }
     // Over all of the time since the readings stood still, or the noise of the one that ends it would count
     // whole: n periods have a weight of n/(n + 7).
-    if (has_predecessor_) error_ += (T(1) / (still_periods_ + T(7))) * missed_;
+    if (has_predecessor_ && magnitude(predicted) <= T(2) * in.periods * in.uncertainty)
+      error_ += (T(1) / (still_periods_ + T(7))) * missed_;
     for (State& s : phases_) s.still = s.i;
     begin_still();
   }
