@@ -1,6 +1,7 @@
 #include "common/fault_injection.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <spdlog/spdlog.h>
 
@@ -23,9 +24,10 @@ std::string joined(const std::string& request) {
 }  // namespace
 
 FaultInjection::FaultInjection(const std::string& socket, FaultableDriveIo& io,
-                               const PlantFaultParameters& configured)
+                               const PlantFaultParameters& configured, std::string log_prefix)
     : io_{io},
       configured_{configured},
+      log_prefix_{std::move(log_prefix)},
       socket_{socket, [this](const std::string& request) { return answer(request); }} {}
 
 std::string FaultInjection::answer(const std::string& request) {
@@ -38,7 +40,8 @@ std::string FaultInjection::answer(const std::string& request) {
   } catch (const ConfigError& error) {
     return problem_text(error);
   }
-  spdlog::warn("plant fault injected at {:.6f} s: {}", double(now_ns()) * 1e-9, joined(request));
+  spdlog::warn("{}plant fault injected at {:.6f} s: {}", log_prefix_, double(now_ns()) * 1e-9,
+               joined(request));
   return "ok";
 }
 

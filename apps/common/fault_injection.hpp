@@ -19,7 +19,9 @@ class FaultInjection {
  public:
   /// configured: the fault of the configuration. The power stage is not owned and must outlive this object.
   /// Throws as RequestSocket.
-  FaultInjection(const std::string& socket, FaultableDriveIo& io, const PlantFaultParameters& configured);
+  /// log_prefix: of its lines in the log.
+  FaultInjection(const std::string& socket, FaultableDriveIo& io, const PlantFaultParameters& configured,
+                 std::string log_prefix = {});
 
   /// The power stage with its faults.
   [[nodiscard]] DriveIo<double>& io() noexcept { return io_; }
@@ -32,6 +34,7 @@ class FaultInjection {
 
   InjectedFaults io_;
   PlantFaultParameters configured_;
+  std::string log_prefix_;
   RequestSocket socket_;
 };
 

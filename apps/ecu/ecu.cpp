@@ -59,6 +59,21 @@ std::vector<CanIdentifier> identifiers(const std::vector<EcuConfig>& configs) {
   return wanted;
 }
 
+/// A drive of a configuration that has been read again.
+EcuConfig one_of(const DrivesConfig& again, std::size_t k, const DrivesConfig& running) {
+  if (again.drives.size() != running.drives.size()) {
+    throw std::runtime_error{
+        fmt::format("the configuration file is another one than at the start (drives from {} to {}): restore "
+                    "it, or start "
+                    "the drives anew",
+                    running.drives.size(), again.drives.size())};
+  }
+  if (again.on_fault != running.on_fault)
+    throw std::runtime_error{"on_fault never changes while the drives run: start them anew with --set"};
+  return again.drives[k];
+}
+
+/// The configuration must outlive the drives.
 std::vector<std::unique_ptr<LiveDrive>> make_drives(const DrivesConfig& config, CanBus& bus,
                                                     const LiveDriveOptions& options, const LoadDrives& load) {
   std::vector<std::unique_ptr<LiveDrive>> drives;
@@ -67,10 +82,12 @@ std::vector<std::unique_ptr<LiveDrive>> make_drives(const DrivesConfig& config, 
     own.record_cycles = config.file_of(options.record_cycles, k);
     own.fault_socket = config.file_of(options.fault_socket, k);
     own.set_socket = config.file_of(options.set_socket, k);
-    own.load = [load, k](const std::vector<std::string>& more) { return load(more).drives.at(k); };
+    own.load = [load, k, &config](const std::vector<std::string>& more) {
+      return one_of(load(more), k, config);
+    };
     if (config.drives.size() > 1) {
       own.thread = fmt::format("sextant-ctrl-{}", k + 1);
-      own.log = fmt::format("drive {}", config.drives[k].drive_id);
+      own.prefix = fmt::format("drive {}: ", config.drives[k].drive_id);
     }
     drives.push_back(std::make_unique<LiveDrive>(config.drives[k], bus, own));
   }
@@ -100,7 +117,7 @@ Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options, const Load
       processor_latency_{
           std::ranges::any_of(config.drives, [](const EcuConfig& drive) { return is_hard(drive.realtime); })},
       bus_{make_can_bus(bus_name_, identifiers(config.drives))},
-      drives_{make_drives(config, *bus_, options, load)},
+      drives_{make_drives(config_, *bus_, options, load)},
       reaction_{config.on_fault, units_of(drives_)},
       receive_{*bus_, receive_tasks(drives_), is_over_, receive_priority(config.drives)},
       bus_watch_{*bus_} {}
@@ -142,7 +159,7 @@ void Ecu::start_threads() {
                    .poll =
                        [this] {
                          each([](LiveDrive& drive) { drive.unit().watchdog().poll(now_ns()); });
-                         reaction_.poll();
+                         reaction_.poll(now_ns());
                          return std::chrono::nanoseconds{WatchdogTask::poll_every_ns};
                        }});
   // After the first measurement, so that each change is logged once.
@@ -180,6 +197,7 @@ std::chrono::nanoseconds Ecu::transmit() {
 void Ecu::poll_links() {
   bool must_end = false;
   each([&](LiveDrive& drive) { must_end |= drive.poll_link(); });
+  must_end |= reaction_.has_ended();
   if (!must_end || is_asked_to_end_) return;
   is_asked_to_end_ = true;
   // main handles the signal like one from outside.
@@ -233,6 +251,7 @@ void Ecu::stop() {
 }
 
 std::string Ecu::problem() const {
+  if (reaction_.has_ended()) return reaction_.problem();
   for (const std::unique_ptr<LiveDrive>& drive : drives_) {
     if (std::string problem = drive->problem(); !problem.empty()) return problem;
   }

@@ -37,20 +37,19 @@ TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
 }  // namespace
 
 LiveDrive::LiveDrive(const EcuConfig& config, CanBus& bus, const LiveDriveOptions& options)
-    : log_{options.log},
-      power_stage_{config, options.fault_socket},
+    : prefix_{options.prefix},
+      power_stage_{config, options.fault_socket, options.prefix},
       unit_{config, power_stage_.io(), bus, [this] { power_stage_.inhibit_gates(); }, options.record_cycles},
       publisher_{publisher_parameters(config)},
-      housekeeping_{unit_.shared(),
-                    [this](const std::string& sentence) { spdlog::warn("{}: {}", log_, sentence); }},
+      housekeeping_{unit_.shared(), [this](const std::string& sentence) { warn(sentence); }},
       telemetry_{telemetry_parameters(config), publisher_.sender(), unit_.shared(),
                  [this](std::int64_t now_ns) { publisher_.poll(now_ns); },
-                 [this](const std::string& sentence) { spdlog::warn("{}: {}", log_, sentence); }},
+                 [this](const std::string& sentence) { warn(sentence); }},
       control_{config.realtime, unit_.io(),       unit_.control(),
                unit_.shared(),  unit_.recorder(), options.thread} {
   if (options.set_socket.empty()) return;
   changes_.emplace(config, options.load, unit_.shared());
-  parameters_.emplace(options.set_socket, *changes_);
+  parameters_.emplace(options.set_socket, *changes_, prefix_);
 }
 
 void LiveDrive::prepare() {
@@ -84,14 +83,19 @@ void LiveDrive::warn_of_unbounded_execution() const {
     return;
   }
   spdlog::warn(
-      "real time: plant.integrator = \"{}\" has no bound on its time; with realtime.wake_every_periods = 1 a "
+      "{}real time: plant.integrator = \"{}\" has no bound on its time; with realtime.wake_every_periods = 1 "
+      "a "
       "long step misses periods: take \"fixed\"",
-      kind == IntegratorKind::cvode ? "cvode" : "erk");
+      prefix_, kind == IntegratorKind::cvode ? "cvode" : "erk");
+}
+
+void LiveDrive::warn(const std::string& sentence) const {
+  spdlog::warn("{}{}", prefix_.empty() ? "drive: " : prefix_, sentence);
 }
 
 bool LiveDrive::poll_link() {
   const std::string sentence = power_stage_.state_change();
-  if (!sentence.empty()) spdlog::info("{}", sentence);
+  if (!sentence.empty()) spdlog::info("{}{}", prefix_, sentence);
   power_stage_.poll_faults();
   if (parameters_) parameters_->poll();
   return !power_stage_.problem().empty();

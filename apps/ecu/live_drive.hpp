@@ -25,7 +25,7 @@ struct LiveDriveOptions {
   std::string set_socket{};               ///< local socket on which it takes parameters; empty for none
   ParameterChanges::Load load{};          ///< the configuration with further overrides; for `set_socket`
   std::string thread{"sextant-control"};  ///< name of the control thread, at most 15 characters
-  std::string log{"drive"};               ///< its name in the log
+  std::string prefix{};  ///< of its lines in the log, where there are several drives: "drive 2: "
 };
 
 /// A drive of the live program: a DriveUnit with its power stage, control thread, publisher and the tasks for
@@ -64,8 +64,9 @@ class LiveDrive {
 
  private:
   void warn_of_unbounded_execution() const;
+  void warn(const std::string& sentence) const;
 
-  std::string log_;
+  std::string prefix_;
   PowerStage power_stage_;
   DriveUnit unit_;
   std::optional<ParameterChanges> changes_{};

@@ -209,12 +209,9 @@ int status_of(const Run& run) {
 
 /// The configuration of the command line with more overrides behind its own.
 sextant::DrivesConfig configured(const Options& options, const std::vector<std::string>& more = {}) {
-  sextant::DrivesConfig config =
-      sextant::load_drives_config(options.live.config, options.live.overrides_with(more));
-  for (sextant::EcuConfig& drive : config.drives) {
-    if (options.can) drive.can.bus = *options.can;
-  }
-  return config;
+  std::vector<std::string> overrides = options.live.overrides_with(more);
+  if (options.can) overrides.push_back("can.bus='" + *options.can + "'");
+  return sextant::load_drives_config(options.live.config, overrides);
 }
 
 /// The configured drives in virtual time.
@@ -261,13 +258,6 @@ int run_replay(const Options& options) {
   return status_of(replay);
 }
 
-void print_configs(const sextant::DrivesConfig& config) {
-  for (const sextant::EcuConfig& drive : config.drives) {
-    if (config.drives.size() > 1) std::printf("# drive %d\n", drive.drive_id);
-    std::fputs(sextant::print_config(drive).c_str(), stdout);
-  }
-}
-
 /// Throws where a plant is in another process, which takes its faults itself.
 void require_own_plants(const sextant::DrivesConfig& config) {
   for (const sextant::EcuConfig& drive : config.drives) {
@@ -283,7 +273,7 @@ int run(const Options& options) {
   if (!options.scenario_run.scenario.empty()) return run_scenario(options);
   const sextant::DrivesConfig config = configured(options);
   if (options.live.print_config) {
-    print_configs(config);
+    std::fputs(sextant::print_config(config).c_str(), stdout);
     return sextant::ExitStatus::done;
   }
   for (const sextant::EcuConfig& drive : config.drives) {

@@ -7,20 +7,30 @@
 namespace sextant {
 namespace {
 
-std::string numbered(const char* key, std::size_t first, std::size_t second) {
-  return std::string{key} + " is the same for the drives " + std::to_string(first + 1) + " and " +
-         std::to_string(second + 1);
+std::string the_same(const char* key, std::size_t first, std::size_t last) {
+  return std::string{key} + " is the same in the tables " + std::to_string(first + 1) + " and " +
+         std::to_string(last + 1);
 }
 
-/// Of two drives.
-std::string check_pair(const DrivesConfig& config, std::size_t first, std::size_t second) {
+/// Keys of which each drive has its own.
+std::string shared_key(const DrivesConfig& config, std::size_t first, std::size_t last) {
   const EcuConfig& a = config.drives[first];
-  const EcuConfig& b = config.drives[second];
-  if (a.drive_id == b.drive_id) return numbered("drive_id", first, second) + ": give each drive its own";
+  const EcuConfig& b = config.drives[last];
+  if (a.drive_id == b.drive_id) return the_same("drive_id", first, last) + ": give each drive its own";
   if (a.can.identifier_offset.value == b.can.identifier_offset.value)
-    return numbered("can.identifier_offset", first, second) + ": give each drive its own, a multiple of 32";
+    return the_same("can.identifier_offset", first, last) + ": give each drive its own, a multiple of 32";
   if (a.realtime.cpu >= 0 && a.realtime.cpu == b.realtime.cpu)
-    return numbered("realtime.cpu", first, second) + ": give each control thread its own";
+    return the_same("realtime.cpu", first, last) + ": give each control thread its own";
+  if (a.power_stage != b.power_stage) return {};
+  if (a.power_stage == PowerStageKind::shared_memory && a.hil.link == b.hil.link)
+    return the_same("hil.link", first, last) + ": give each drive a plant of its own";
+  if (a.power_stage == PowerStageKind::udp && a.hil.udp_listen == b.hil.udp_listen)
+    return the_same("hil.udp_listen", first, last) + ": give each drive a plant of its own";
+  return {};
+}
+
+/// Keys that the drives of a process have in common.
+std::string other_key(const EcuConfig& a, const EcuConfig& b) {
   if (a.can.bus != b.can.bus)
     return "can.bus differs between the drives of one process: give them one bus, or a process each";
   if (a.dds.domain != b.dds.domain)
@@ -39,20 +49,21 @@ std::string DrivesConfig::file_of(const std::string& name, std::size_t drive) co
 }
 
 void describe(Section root, DrivesConfig& config) {
-  root.choice("on_fault", config.on_fault,
-              {{"others_go_on", OnFault::others_go_on}, {"all_shut_down", OnFault::all_shut_down}},
-              "what the fault of a drive means for the other drives of the process");
+  root.choice(
+      "on_fault", config.on_fault,
+      {{"others_go_on", OnFault::others_go_on}, {"all_shut_down", OnFault::all_shut_down}},
+      "what the fault of a drive means for the other drives of the process: nothing, or that every drive "
+      "ramps its torque to zero and the process ends");
 }
 
-std::string check_drives(const DrivesConfig& config) {
+std::string check_last_drive(const DrivesConfig& config) {
   if (config.drives.size() > DrivesConfig::most)
-    return "a process has at most " + std::to_string(DrivesConfig::most) + " drives, here are " +
-           std::to_string(config.drives.size());
-  for (std::size_t second = 1; second < config.drives.size(); ++second) {
-    for (std::size_t first = 0; first < second; ++first) {
-      std::string problem = check_pair(config, first, second);
-      if (!problem.empty()) return problem;
-    }
+    return "a process has at most " + std::to_string(DrivesConfig::most) + " drives";
+  const std::size_t last = config.drives.size() - 1;
+  for (std::size_t first = 0; first < last; ++first) {
+    if (std::string problem = shared_key(config, first, last); !problem.empty()) return problem;
+    if (std::string problem = other_key(config.drives[first], config.drives[last]); !problem.empty())
+      return problem;
   }
   return {};
 }

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <sstream>
+#include <string>
 #include <utility>
 
 #include "layer.hpp"
@@ -26,6 +28,16 @@ constexpr std::array scenario_sections{"machine", "plant.inverter.losses", "driv
 constexpr std::span<const char* const> drive_sections = std::span{scenario_sections}.first(4);
 constexpr std::span<const char* const> plant_sections = std::span{scenario_sections}.first(2);
 
+constexpr const char* drive_tables = "drive";  // the list in a file of several drives
+
+void require_one_drive(const Layer& file) {
+  const toml::node* const found = file.table.get(drive_tables);
+  if (found == nullptr || !found->is_array()) return;
+  throw ConfigError{{file.problem(
+      found, drive_tables,
+      "a list of drives, where the file of one is expected; sextant-ecu runs several, without a scenario")}};
+}
+
 /// Reads into a configuration that has its control methods.
 template <class Config>
 Config load(Layer file, const std::vector<std::string>& overrides,
@@ -33,6 +45,7 @@ Config load(Layer file, const std::vector<std::string>& overrides,
   std::vector<Layer> layers;
   layers.push_back(std::move(file));
   insert_base_layer(layers);
+  for (const Layer& layer : layers) require_one_drive(layer);
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
   for (const char* const section : sections_with_file) insert_section_layer(layers, section);
   read(schema_of(config), layers);
@@ -49,8 +62,6 @@ Config with_methods(const ControlMethods& own) {
 EcuConfig load_ecu(Layer layer, const std::vector<std::string>& overrides, const ControlMethods& own = {}) {
   return load(std::move(layer), overrides, drive_sections, with_methods<EcuConfig>(own));
 }
-
-constexpr const char* drive_tables = "drive";  // the list in a file of several drives
 
 /// The keys of a file of several drives that count for the process: those of the file without its drives, and
 /// those of the overrides, which are taken out.
@@ -74,6 +85,18 @@ std::string printed(Config config) {
   return print(schema_of(config), schema_of(defaults));
 }
 
+/// The configuration of a drive as its table in a file of several.
+std::string as_drive_table(const std::string& printed_config) {
+  std::string text = "[[drive]]\n";
+  std::istringstream lines{printed_config};
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t name = line.starts_with("[[") ? 2 : 1;
+    if (line.starts_with('[')) line.insert(name, std::string{drive_tables} + ".");
+    text += line + "\n";
+  }
+  return text;
+}
+
 template <class Config>
 std::string json_of(Config config) {
   return print_json(schema_of(config));
@@ -94,17 +117,19 @@ EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
 DrivesConfig load_drives_config(const std::string& file, const std::vector<std::string>& overrides) {
   Layer layer = read_layer(file);
   const toml::node* const found = layer.table.get(drive_tables);
-  if (found == nullptr || !found->is_array_of_tables())
-    return {.drives = {load_ecu(std::move(layer), overrides)}};
-  const auto line = static_cast<int>(found->source().begin.line);
+  if (found == nullptr || !found->is_array()) return {.drives = {load_ecu(std::move(layer), overrides)}};
+  if (!found->is_array_of_tables())
+    throw ConfigError{{layer.problem(found, drive_tables, "expected [[drive]] tables, one to eight")}};
   toml::array tables = std::move(*layer.table.get(drive_tables)->as_array());
   layer.table.erase(drive_tables);
   std::vector<std::string> of_drives = overrides;
   DrivesConfig config = load_process(std::move(layer), of_drives);
-  for (toml::node& table : tables)
+  for (toml::node& table : tables) {
+    const auto line = static_cast<int>(table.source().begin.line);
     config.drives.push_back(load_ecu({file, "", false, std::move(*table.as_table())}, of_drives));
-  if (std::string problem = check_drives(config); !problem.empty())
-    throw ConfigError{{{file, line, drive_tables, std::move(problem)}}};
+    if (std::string problem = check_last_drive(config); !problem.empty())
+      throw ConfigError{{{file, line, drive_tables, std::move(problem)}}};
+  }
   return config;
 }
 
@@ -120,6 +145,13 @@ ScenarioConfig load_scenario_config(const std::string& file, const std::vector<s
 std::string print_config(const EcuConfig& config) {
   return printed(config);
 }
+std::string print_config(const DrivesConfig& config) {
+  if (config.drives.size() == 1) return print_config(config.drives.front());
+  std::string text = printed(config);
+  for (const EcuConfig& drive : config.drives) text += "\n" + as_drive_table(print_config(drive));
+  return text;
+}
+
 std::string print_config(const PlantConfig& config) {
   return printed(config);
 }

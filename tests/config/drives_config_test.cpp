@@ -74,11 +74,18 @@ TEST(DrivesConfig, AFileOfOneOfSeveralHasItsId) {
   EXPECT_EQ(load_drives_config(shipped_ecu).file_of("out/run.h5", 0), "out/run.h5");
 }
 
-TEST(DrivesConfig, WhatExcludesEachOtherIsRefusedByKeyAndDrives) {
-  const std::string same = "can.identifier_offset is the same for the drives 1 and 2";
+TEST(DrivesConfig, WhatExcludesEachOtherIsRefusedByKeyAndTable) {
+  const std::string same = "drives.toml:4: drive: can.identifier_offset is the same in the tables 1 and 2";
   EXPECT_THAT(refusal(drive("drive_id = 1\n") + drive("drive_id = 2\n")), HasSubstr(same));
-  EXPECT_THAT(refusal(two, {"drive_id=3"}), HasSubstr("drive_id is the same for the drives 1 and 2"));
-  EXPECT_THAT(refusal(two, {"realtime.cpu=1"}), HasSubstr("realtime.cpu is the same for the drives 1 and 2"));
+  EXPECT_THAT(refusal(two, {"drive_id=3"}), HasSubstr("drive_id is the same in the tables 1 and 2"));
+  EXPECT_THAT(refusal(two + drive("drive_id = 1\ncan.identifier_offset = 64\n")),
+              HasSubstr("drives.toml:8: drive: drive_id is the same in the tables 1 and 3"));
+  EXPECT_THAT(refusal(two, {"realtime.cpu=1"}), HasSubstr("realtime.cpu is the same in the tables 1 and 2"));
+  const Settings shared{"power_stage=shared_memory", "realtime.wake_every_periods=1",
+                        "drive.actuation_delay_periods=1"};
+  EXPECT_THAT(refusal(two, shared), HasSubstr("hil.link is the same in the tables 1 and 2"));
+  const Settings udp{"power_stage=udp", "realtime.wake_every_periods=1", "drive.actuation_delay_periods=1"};
+  EXPECT_THAT(refusal(two, udp), HasSubstr("hil.udp_listen is the same in the tables 1 and 2"));
   EXPECT_THAT(refusal(two + "can.bus = \"socketcan:can7\"\n"), HasSubstr("can.bus differs"));
   EXPECT_THAT(refusal(two + "dds.domain = 3\n"), HasSubstr("dds.domain differs"));
   std::string nine;
@@ -86,7 +93,14 @@ TEST(DrivesConfig, WhatExcludesEachOtherIsRefusedByKeyAndDrives) {
     nine += drive("drive_id = " + std::to_string(k) + "\ncan.identifier_offset = " + std::to_string(32 * k) +
                   "\n");
   }
-  EXPECT_THAT(refusal(nine), HasSubstr("drives.toml:1: drive: a process has at most 8 drives, here are 9"));
+  EXPECT_THAT(refusal(nine), HasSubstr("drives.toml:33: drive: a process has at most 8 drives"));
+}
+
+TEST(DrivesConfig, WhatIsPrintedLoadsAsTheSame) {
+  const DrivesConfig config =
+      loaded("on_fault = \"all_shut_down\"\n" + two + "control.controller = \"foc\"\n");
+  const std::string printed = print_config(config);
+  EXPECT_EQ(print_config(loaded(printed)), printed);
 }
 
 TEST(DrivesConfig, AWrongKeyIsRefusedAtItsLine) {
@@ -95,7 +109,17 @@ TEST(DrivesConfig, AWrongKeyIsRefusedAtItsLine) {
   EXPECT_THAT(refusal("drive_id = 1\n" + two), HasSubstr("drives.toml:1: drive_id: unknown key"));
   EXPECT_THAT(refusal("on_fault = \"none\"\n" + two), HasSubstr("drives.toml:1: on_fault: expected"));
   EXPECT_THAT(refusal(two, {"on_fault=none"}), HasSubstr("--set: on_fault: expected"));
-  EXPECT_THAT(refusal("drive = []\n"), HasSubstr("drive: expected a table, got a list"));
+  for (const char* list : {"drive = []\n", "drive = [1, 2]\n"})
+    EXPECT_THAT(refusal(list), HasSubstr("drives.toml:1: drive: expected [[drive]] tables, one to eight"));
+}
+
+TEST(DrivesConfig, AListIsRefusedWhereTheFileOfOneDriveIsExpected) {
+  const ConfigFiles files;
+  const std::string several = files.write("drives.toml", two);
+  const std::string expected = "drive: a list of drives, where the file of one is expected";
+  EXPECT_THAT(ecu_refusal(several), HasSubstr("drives.toml:1: " + expected));
+  EXPECT_THAT(refusal("[[drive]]\nbase = \"" + several + "\"\n"), HasSubstr("drives.toml:1: " + expected));
+  EXPECT_THROW((void)load_scenario_config(several), ConfigError);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <exception>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -15,8 +16,11 @@
 
 namespace sextant::ecu {
 
-ParameterService::ParameterService(const std::string& socket, ParameterChanges& changes)
-    : changes_{changes}, socket_{socket, [this](const std::string& request) { return answer(request); }} {}
+ParameterService::ParameterService(const std::string& socket, ParameterChanges& changes,
+                                   std::string log_prefix)
+    : changes_{changes},
+      log_prefix_{std::move(log_prefix)},
+      socket_{socket, [this](const std::string& request) { return answer(request); }} {}
 
 std::string ParameterService::answer(const std::string& request) {
   try {
@@ -50,10 +54,10 @@ ParameterChanges::Outcome ParameterService::outcome() {
   const ParameterChanges::Outcome found = changes_.outcome();
   waits_ = found == ParameterChanges::Outcome::waits;
   if (found != ParameterChanges::Outcome::taken) return found;
-  spdlog::info("parameters {} at {:.6f} s: {}", changes_.number(), double(now_ns()) * 1e-9,
+  spdlog::info("{}parameters {} at {:.6f} s: {}", log_prefix_, changes_.number(), double(now_ns()) * 1e-9,
                to_string(changes_.changes()));
   if (const std::string beyond = beyond_contract(changes_.config().drive); !beyond.empty())
-    spdlog::warn("CAN: {}", beyond);
+    spdlog::warn("{}CAN: {}", log_prefix_, beyond);
   return found;
 }
 

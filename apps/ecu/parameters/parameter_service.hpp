@@ -13,8 +13,9 @@ namespace sextant::ecu {
 /// values as its reply (`running_keys`). Every set that is taken is logged.
 class ParameterService {
  public:
-  /// The changes are not owned and must outlive this object. Throws as RequestSocket.
-  ParameterService(const std::string& socket, ParameterChanges& changes);
+  /// The changes are not owned and must outlive this object. Throws as RequestSocket. log_prefix: of its
+  /// lines in the log.
+  ParameterService(const std::string& socket, ParameterChanges& changes, std::string log_prefix = {});
 
   /// Answers the request that waits, if there is one; one thread calls it. It waits for the control thread,
   /// for 200 ms at most.
@@ -30,6 +31,7 @@ class ParameterService {
   [[nodiscard]] ParameterChanges::Outcome outcome();
 
   ParameterChanges& changes_;
+  std::string log_prefix_;
   RequestSocket socket_;
   bool waits_{false};  ///< for the outcome of an offer
 };

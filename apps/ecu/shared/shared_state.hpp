@@ -80,7 +80,8 @@ struct SharedState {
   std::atomic<std::uint64_t> parameter_sets{0};       ///< control → link, telemetry: taken since start [-]
   std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
   std::atomic<bool> gate_inhibit{false};      ///< watchdog, transmit, telemetry → control, which clears it
-  std::atomic<bool> is_in_fault{false};       ///< control → watchdog: the drive's state
+  std::atomic<Fault> first_fault{};           ///< control → watchdog: of `is_in_fault`, stored before it
+  std::atomic<bool> is_in_fault{false};       ///< control → watchdog: the drive's state is FAULT
   std::atomic<bool> shutdown{false};          ///< main, watchdog → control: ramp to zero and stop
   std::atomic<bool> stopped{false};           ///< control → all: the gates are off for good
 

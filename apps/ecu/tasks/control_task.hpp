@@ -40,7 +40,9 @@ class ControlTask {
       run_cycle(deadline_ns + std::int64_t{n} * wakes_.period_ns, io, commands_, *drive_, telemetry_, probe);
     }
     shared_.status.store(telemetry_.last());
-    shared_.is_in_fault.store(drive_->state() == DriveState::fault, std::memory_order_relaxed);
+    const Telemetry<double>& last = telemetry_.last();
+    shared_.first_fault.store(last.first_fault, std::memory_order_relaxed);
+    shared_.is_in_fault.store(last.state == DriveState::fault, std::memory_order_release);
   }
 
   [[nodiscard]] bool has_shut_down() const noexcept { return drive_->state() == DriveState::shutdown; }

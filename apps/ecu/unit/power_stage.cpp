@@ -36,10 +36,11 @@ const char* sentence(PowerStage::Plant plant) {
 
 }  // namespace
 
-PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket) {
+PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
+                       const std::string& log_prefix) {
   switch (config.power_stage) {
     case PowerStageKind::simulated:
-      simulate(config, fault_socket);
+      simulate(config, fault_socket, log_prefix);
       break;
     case PowerStageKind::shared_memory:
       join_shared_memory(config);
@@ -52,12 +53,14 @@ PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket)
   }
 }
 
-void PowerStage::simulate(const EcuConfig& config, const std::string& fault_socket) {
+void PowerStage::simulate(const EcuConfig& config, const std::string& fault_socket,
+                          const std::string& log_prefix) {
   simulated_ = std::make_unique<LivePowerStage>(in_this_process(config, !fault_socket.empty()),
                                                 config.drive.load.parameters());
   io_ = &simulated_->io();
   if (fault_socket.empty()) return;
-  faults_ = std::make_unique<FaultInjection>(fault_socket, simulated_->io(), config.drive.plant.io.fault);
+  faults_ = std::make_unique<FaultInjection>(fault_socket, simulated_->io(), config.drive.plant.io.fault,
+                                             log_prefix);
   io_ = &faults_->io();
 }
 

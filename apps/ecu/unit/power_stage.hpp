@@ -28,8 +28,9 @@ class PowerStage {
   };
 
   /// Throws std::runtime_error with one sentence where it cannot be opened. fault_socket: on which the
-  /// simulated plant takes faults; empty for none.
-  explicit PowerStage(const EcuConfig& config, const std::string& fault_socket = {});
+  /// simulated plant takes faults; empty for none. log_prefix: of its lines in the log.
+  explicit PowerStage(const EcuConfig& config, const std::string& fault_socket = {},
+                      const std::string& log_prefix = {});
 
   [[nodiscard]] DriveIo<double>& io() noexcept { return *io_; }
 
@@ -62,7 +63,7 @@ class PowerStage {
   void print_report(std::FILE* out) const;
 
  private:
-  void simulate(const EcuConfig& config, const std::string& fault_socket);
+  void simulate(const EcuConfig& config, const std::string& fault_socket, const std::string& log_prefix);
   void join_shared_memory(const EcuConfig& config);
 
   std::unique_ptr<LivePowerStage> simulated_{};

@@ -30,13 +30,13 @@ void VirtualEcu::join(VirtualTimeline& timeline) {
   timeline.add({.next_due_ns = [this] { return is_running() ? bus_.next_arrival_ns() : never_ns; },
                 .act = [this] { receive(); }});
   for (VirtualUnit& drive : drives_) drive.join(timeline);
-  if (drives_.size() < 2) return;
+  if (!reaction_.ends_run()) return;
   timeline.add({.next_due_ns = [this] { return is_running() ? next_reaction_ns_ : never_ns; },
                 .act = [this] { react_to_faults(); }});
 }
 
 void VirtualEcu::react_to_faults() {
-  reaction_.poll();
+  reaction_.poll(clock_.now_ns());
   next_reaction_ns_ = clock_.now_ns() + WatchdogTask::poll_every_ns;
 }
 

@@ -31,6 +31,8 @@ class VirtualEcu {
   void shut_down() noexcept {
     for (VirtualUnit& drive : drives_) drive.shut_down();
   }
+  /// A fault of one drive has ended the run.
+  [[nodiscard]] bool has_ended() const noexcept { return reaction_.has_ended(); }
   /// True once every drive has shut down and sent its last status.
   [[nodiscard]] bool stopped() const noexcept;
 

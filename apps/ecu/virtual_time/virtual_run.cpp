@@ -228,7 +228,7 @@ void VirtualRun::run_to_end() {
     timeline_.run_until(std::min(end_ns, clock_.now_ns() + slice_ns));
     record_cycles();
     if (!recording_failure().empty()) return;
-    if (problem_ && !problem_().empty()) return;
+    if (ecu_.has_ended() || (problem_ && !problem_().empty())) return;
     if (!drives_.front().vehicle() || scenario_) continue;  // a scenario has its length
     if (vehicles_are_done()) return;
   }

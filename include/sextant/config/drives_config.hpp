@@ -13,7 +13,7 @@ namespace sextant {
 /// What the fault of a drive means for the other drives of its process.
 enum class OnFault : std::uint8_t {
   others_go_on,   ///< nothing
-  all_shut_down,  ///< they ramp their torque to zero and shut down
+  all_shut_down,  ///< every drive ramps its torque to zero and shuts down, and the run ends
 };
 
 /// The drives of one process.
@@ -31,7 +31,8 @@ struct DrivesConfig {
 /// The keys beside the drives.
 void describe(Section root, DrivesConfig& config);
 
-/// What of these drives excludes each other, in one sentence that names the key; empty where nothing does.
-[[nodiscard]] std::string check_drives(const DrivesConfig& config);
+/// What of the last drive excludes those before it, in one sentence that names the key; empty where nothing
+/// does.
+[[nodiscard]] std::string check_last_drive(const DrivesConfig& config);
 
 }  // namespace sextant

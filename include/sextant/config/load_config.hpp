@@ -36,6 +36,8 @@ namespace sextant {
 /// The configuration in force as a file that can be read back: every key with its value, unit, range, default
 /// and meaning. Optional keys that are not set are comments.
 [[nodiscard]] std::string print_config(const EcuConfig& config);
+/// Of several drives as a file of `[[drive]]` tables.
+[[nodiscard]] std::string print_config(const DrivesConfig& config);
 [[nodiscard]] std::string print_config(const PlantConfig& config);
 [[nodiscard]] std::string print_config(const ScenarioConfig& config);
 

@@ -53,6 +53,10 @@ class DriveProcess(ProgramProcess):
     def errors(self) -> str:
         return self.text()
 
+    def ended(self, within_s: float) -> int:
+        """Its exit status, once it has ended by itself."""
+        return self._process.wait(within_s)
+
     def leave(self, how: signal.Signals) -> int:
         """Sends the signal; the exit status."""
         self._process.send_signal(how)

@@ -46,3 +46,22 @@ def test_one_of_four_fails_and_the_others_keep_their_torque(live_bus: str, domai
             follows(vehicles[number], TORQUES_NM[number])
             assert not any(state.faults_latched for state in records[number].states)
         assert process.leave(signal.SIGTERM) == 0
+
+
+def test_a_fault_of_one_shuts_all_down_and_ends_the_process(live_bus: str, domain: int, tmp_path: Path) -> None:
+    words = ("--fault-socket", tmp_path / "faults.sock")
+    settings = (*SETTINGS, "on_fault=all_shut_down")
+    with ExitStack() as stack:
+        process = stack.enter_context(DriveProcess(live_bus, domain, tmp_path, settings, words, FOUR))
+        vehicles = [stack.enter_context(sextant.Vcu(live_bus, identifier_offset=OFFSETS[k])) for k in (1, 4)]
+        for vehicle in vehicles:
+            vehicle.enable(PATIENCE_S)
+            vehicle.demand(15.0, enable=True)
+            stack.enter_context(vehicle.repeating())
+        for vehicle in vehicles:
+            follows(vehicle, 15.0)
+        sextant.inject(tmp_path / "faults_4.sock", "open_phase", phase="b")
+        assert process.ended(PATIENCE_S) == 1
+        assert "drive 4 went to FAULT (" in process.errors()
+        assert "every drive has shut down (on_fault)" in process.errors()
+        assert vehicles[0].state == "SHUTDOWN"
