@@ -209,9 +209,12 @@ int status_of(const Run& run) {
 
 /// The configuration of the command line with more overrides behind its own.
 sextant::DrivesConfig configured(const Options& options, const std::vector<std::string>& more = {}) {
-  std::vector<std::string> overrides = options.live.overrides_with(more);
-  if (options.can) overrides.push_back("can.bus='" + *options.can + "'");
-  return sextant::load_drives_config(options.live.config, overrides);
+  sextant::DrivesConfig config =
+      sextant::load_drives_config(options.live.config, options.live.overrides_with(more));
+  for (sextant::EcuConfig& drive : config.drives) {
+    if (options.can) drive.can.bus = *options.can;
+  }
+  return config;
 }
 
 /// The configured drives in virtual time.
