@@ -24,6 +24,7 @@ from .identify_run import (
     check_shaft,
     configuration_of,
     given_words,
+    magnetised_s,
     measure_inertia,
     measure_levels,
     measure_no_load,
@@ -197,8 +198,9 @@ def at_standstill(plant: Plant, options: argparse.Namespace) -> Results:
 def magnetising_at_no_load(plant: MilPlant, results: Results) -> list[NoLoad]:
     """At rising fluxes. The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux
     needs."""
-    course, speed = shaft_course(plant, plant.estimate.terminals, inertia_of(plant.configuration), NO_LOAD_SPEED)
     known = {key: value for key, value in told(results).items() if not key.endswith(".l_m_h")}
+    begin_s, inertia = magnetised_s(plant, known), inertia_of(plant.configuration)
+    course, speed = shaft_course(plant, plant.estimate.terminals, inertia, NO_LOAD_SPEED, begin_s)
     points = [measure_no_load(plant, known, course, share) for share in identify_saturation.SHARES]
     check_turning(min(abs(point.speed) for point in points), speed)
     return points
@@ -217,8 +219,9 @@ def inertia_of_shaft(plant: MilPlant, results: Results) -> Inertia:
     """By a second course where the first one was far from the speed that is due."""
     inertia = inertia_of(plant.configuration)
     machine = results.machine or plant.estimate.terminals
+    begin_s = magnetised_s(plant, told(results))
     for _ in range(2):
-        course, speed = shaft_course(plant, machine, inertia, INERTIA_SPEED)
+        course, speed = shaft_course(plant, machine, inertia, INERTIA_SPEED, begin_s)
         found = measure_inertia(plant, told(results), course)
         check_turning(found.fastest, speed)
         if max(found.inertia / inertia, inertia / found.inertia) < FAR:

@@ -20,10 +20,11 @@ from .identify_no_load import NoLoad, current_along
 from .identify_no_load import fit as fit_no_load
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
+from .telemetry_contract import enumerators
 from .torque_map_drive import SHORT, Drive, summary_of, words
 
 CONTROL = "control.commissioning."
-LEVELS, TONES, NO_LOAD, INERTIA = "levels", "tones", "no_load", "inertia"
+LEVELS, TONES, MAGNETISING, NO_LOAD, INERTIA = "levels", "tones", "magnetising", "no_load", "inertia"
 LEVEL_CHANNELS = ("level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
 TONE_CHANNELS = ("tone_periods", "tone_sine_a", "tone_cosine_a", "tone_sine_v", "tone_cosine_v")
 CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
@@ -312,7 +313,23 @@ def undisturbed(
     return kept
 
 
-def shaft_course(plant: Plant, machine: InverseGamma, inertia: float, share: float) -> tuple[Course, float]:
+def magnetised_s(plant: MilPlant, told: Settings) -> float:
+    """When a drive that is told this has flux, with some time to settle. A drive that waits at standstill loses the
+    direction of its flux, the more the longer, by what it does not know of the inverter. [s]"""
+    timeout_s = 1e-3 * plant.configuration["drive.magnetise_timeout_ms"]
+    settings = told | {
+        "profile.torque_nm.points": [[0.0, 0.0], [round(timeout_s, 6), 0.0]],
+        "duration_s": round(timeout_s, 6),
+        "trace.interval_us": _interval(plant, 1e-3),
+    }
+    time, state = _shaft_run(plant, MAGNETISING, settings, ("state",))
+    has_flux = state == enumerators("DriveStateKind").index("TORQUE")
+    return 0.1 + float(time[np.argmax(has_flux)] if has_flux.any() else timeout_s)
+
+
+def shaft_course(
+    plant: Plant, machine: InverseGamma, inertia: float, share: float, begin_s: float
+) -> tuple[Course, float]:
     """The course by which such an inertia reaches this share of the base speed, and that speed [rad/s].
 
     Its torque is 0.6 of what the limit of the current leaves beside the current of the flux:
@@ -331,8 +348,7 @@ def shaft_course(plant: Plant, machine: InverseGamma, inertia: float, share: flo
     torque = 0.6 * 1.5 * pole_pairs * machine.l_magnetising * i_d * math.sqrt(limit**2 - i_d**2)
     torque = min(torque, 0.9 * configuration["command.torque_limit_nm"])
     speed = share * configuration["plant.u_dc_v"] / math.sqrt(3) / flux / pole_pairs
-    begin = 0.1 + 1e-3 * configuration["drive.magnetise_timeout_ms"]
-    return Course(float(f"{torque:.4g}"), begin, max(0.02, inertia * speed / torque)), speed
+    return Course(float(f"{torque:.4g}"), begin_s, max(0.02, inertia * speed / torque)), speed
 
 
 def _shaft_run(plant: MilPlant, name: str, settings: Settings, columns: tuple[str, ...]) -> list[np.ndarray]:
