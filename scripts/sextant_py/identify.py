@@ -199,7 +199,7 @@ def magnetising_at_no_load(plant: MilPlant, results: Results) -> list[NoLoad]:
     """At rising fluxes. The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux
     needs."""
     known = {key: value for key, value in told(results).items() if not key.endswith(".l_m_h")}
-    begin_s, inertia = magnetised_s(plant, known), inertia_of(plant.configuration)
+    begin_s, inertia = magnetised_s(plant, NO_LOAD, known), inertia_of(plant.configuration)
     course, speed = shaft_course(plant, plant.estimate.terminals, inertia, NO_LOAD_SPEED, begin_s)
     points = [measure_no_load(plant, known, course, share) for share in identify_saturation.SHARES]
     check_turning(min(abs(point.speed) for point in points), speed)
@@ -219,7 +219,7 @@ def inertia_of_shaft(plant: MilPlant, results: Results) -> Inertia:
     """By a second course where the first one was far from the speed that is due."""
     inertia = inertia_of(plant.configuration)
     machine = results.machine or plant.estimate.terminals
-    begin_s = magnetised_s(plant, told(results))
+    begin_s = magnetised_s(plant, INERTIA, told(results))
     for _ in range(2):
         course, speed = shaft_course(plant, machine, inertia, INERTIA_SPEED, begin_s)
         found = measure_inertia(plant, told(results), course)

@@ -24,7 +24,7 @@ from .telemetry_contract import enumerators
 from .torque_map_drive import SHORT, Drive, summary_of, words
 
 CONTROL = "control.commissioning."
-LEVELS, TONES, MAGNETISING, NO_LOAD, INERTIA = "levels", "tones", "magnetising", "no_load", "inertia"
+LEVELS, TONES, NO_LOAD, INERTIA = "levels", "tones", "no_load", "inertia"
 LEVEL_CHANNELS = ("level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
 TONE_CHANNELS = ("tone_periods", "tone_sine_a", "tone_cosine_a", "tone_sine_v", "tone_cosine_v")
 CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
@@ -313,16 +313,16 @@ def undisturbed(
     return kept
 
 
-def magnetised_s(plant: MilPlant, told: Settings) -> float:
-    """When a drive that is told this has flux, with some time to settle. A drive that waits at standstill loses the
-    direction of its flux, the more the longer, by what it does not know of the inverter. [s]"""
+def magnetised_s(plant: MilPlant, course: str, told: Settings) -> float:
+    """When the drive of a course that is told this has flux, with some time to settle. A drive that waits at standstill
+    loses the direction of its flux, the more the longer, by what it does not know of the inverter. [s]"""
     timeout_s = 1e-3 * plant.configuration["drive.magnetise_timeout_ms"]
     settings = told | {
         "profile.torque_nm.points": [[0.0, 0.0], [round(timeout_s, 6), 0.0]],
         "duration_s": round(timeout_s, 6),
         "trace.interval_us": _interval(plant, 1e-3),
     }
-    time, state = _shaft_run(plant, MAGNETISING, settings, ("state",))
+    time, state = _shaft_run(plant, course, settings, ("state",))
     has_flux = state == enumerators("DriveStateKind").index("TORQUE")
     return 0.1 + float(time[np.argmax(has_flux)] if has_flux.any() else timeout_s)
 
