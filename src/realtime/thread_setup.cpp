@@ -93,7 +93,11 @@ Grant keep_off_cpu(int cpu) {
   if (cpu < 0 || cpu >= CPU_SETSIZE) return {true, {}};
   int error = pthread_getaffinity_np(pthread_self(), sizeof set, &set);
   CPU_CLR(static_cast<std::size_t>(cpu), &set);
-  if (error == 0 && CPU_COUNT(&set) == 0) return {true, {}};
+  if (error == 0 && CPU_COUNT(&set) == 0) {
+    return {false,
+            "no processor is left but CPU " + std::to_string(cpu) +
+                ", which the other threads share with the real-time thread; give the process a CPU more"};
+  }
   if (error == 0) error = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
   if (error == 0) return {true, {}};
   return refused("keeping other threads off CPU " + std::to_string(cpu) + " was refused", error,

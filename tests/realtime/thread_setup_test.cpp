@@ -284,6 +284,19 @@ TEST(ThreadSetup, ACpuIsKeptFreeOfTheThreadAndOfThoseThatItStarts) {
   });
 }
 
+TEST(ThreadSetup, TheLastCpuIsNotKeptFree) {
+  on_a_thread([] {
+    cpu_set_t set;
+    for (int left = cpus_of_this_thread(set), cpu = 0; left > 0; ++cpu) {
+      if (!CPU_ISSET(static_cast<std::size_t>(cpu), &set)) continue;
+      const Grant grant = keep_off_cpu(cpu);
+      EXPECT_EQ(grant.granted, --left > 0) << cpu;
+      EXPECT_THAT(grant.sentence, HasSubstr(left == 0 ? "no processor is left but CPU" : ""));
+    }
+    EXPECT_EQ(cpus_of_this_thread(set), 1);
+  });
+}
+
 TEST(ThreadSetup, NoCpuToKeepFreeChangesNothing) {
   on_a_thread([] {
     cpu_set_t set;

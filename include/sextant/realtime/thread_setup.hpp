@@ -27,7 +27,7 @@ struct Grant {
 [[nodiscard]] Grant bind_to_cpu(int cpu);
 
 /// Takes a CPU out of those of the calling thread and of threads that it starts from now on, so that a thread
-/// that is bound to it later has it alone. Nothing where the CPU is -1, or the only one.
+/// that is bound to it later has it alone. Nothing where the CPU is -1; refused where no other is left.
 [[nodiscard]] Grant keep_off_cpu(int cpu);
 
 /// Keeps small what lock_memory() will lock: all threads share one heap, where each would reserve 64 MiB of
