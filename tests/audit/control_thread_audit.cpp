@@ -151,7 +151,9 @@ int run(const Options& options) {
                 }};
   const RightsReport rights = loop.start();
   for (const std::string& refusal : rights.refusals) fmt::print("  {}\n", refusal);
-  loop.run_until([&] { return witness->done(); });
+  // A machine that stands still may keep the drive from working for all of the periods: it then gets more.
+  const std::int64_t end_ns = now_ns() + 60 * ns_per_s;
+  loop.run_until([&] { return witness->done() && (loop.has_worked() || now_ns() > end_ns); });
   const std::uint64_t faults = witness->page_faults();
   loop.stop();
   if (linked) linked->stop();
@@ -165,7 +167,7 @@ int run(const Options& options) {
       throw std::runtime_error("the link has not worked");
     }
   }
-  if (!(loop.peak_torque() > 10.0)) throw std::runtime_error("the drive has not worked");
+  if (!loop.has_worked()) throw std::runtime_error("the drive has not worked");
   bool clean = judge("heap allocations", witness->counts().allocations);
   clean &= judge("locks", witness->counts().locks);
   clean &= judge("page faults", faults, rights.memory_locked ? "" : "(memory is not locked)");

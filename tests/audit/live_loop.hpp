@@ -52,7 +52,8 @@ class LiveLoop {
   }
 
   [[nodiscard]] const ecu::WakeRecord& last_wake() const noexcept { return last_wake_; }
-  [[nodiscard]] double peak_torque() const noexcept { return peak_torque_; }
+  /// It has made most of the commanded torque once.
+  [[nodiscard]] bool has_worked() const noexcept { return peak_torque_ > 10.0; }
 
  private:
   void command() {
