@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/exit_status.hpp"
+#include "common/program.hpp"
 
 namespace sextant {
 namespace {
@@ -69,7 +70,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) const {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (app.exit(error) == 0) return ExitStatus::done;
+    if (app.exit(error) == 0) return after_output(program, ExitStatus::done);
     if (refused) refused(error.what());
     return ExitStatus::refused;
   }

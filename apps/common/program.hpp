@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <system_error>
 
 #include "common/exit_status.hpp"
 
@@ -16,13 +18,25 @@ namespace sextant {
   return ExitStatus::failed;
 }
 
+/// The status of a program at its end: `failed` instead of `done` where its standard output could not be
+/// written whole, whose sentence goes to stderr. An output that was closed before the start is none.
+[[nodiscard]] inline int after_output(const char* name, int status) {
+  errno = 0;
+  const bool has_failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
+  if (!has_failed || errno == EBADF) return status;
+  const std::string reason =
+      errno == 0 ? std::string{"an error of the system"} : std::generic_category().message(errno);
+  const int failed = status_after(name, "the standard output cannot be written: " + reason);
+  return status == ExitStatus::done ? failed : status;
+}
+
 /// Runs a program to its exit status. An exception becomes a sentence on stderr and the status `refused`; a
 /// file beyond the limit of its size is a write that fails, not the end of the program.
 template <class Run>
 int run_program(const char* name, const Run& run) {
   std::signal(SIGXFSZ, SIG_IGN);
   try {
-    return run();
+    return after_output(name, run());
   } catch (const std::exception& problem) {
     std::fprintf(stderr, "%s: %s\n", name, problem.what());
     return ExitStatus::refused;

@@ -2,10 +2,13 @@
 
 import argparse
 import importlib
+import importlib.metadata
 import sys
+import tomllib
 
 from . import completion
 from .errors import run
+from .paths import IS_CHECKOUT, ROOT
 
 COMMANDS = {
     "vcu": "plays a torque profile to a drive over CAN",
@@ -41,6 +44,12 @@ def answer_shell() -> None:
     parser.parse_args()
 
 
+def version() -> str:
+    if not IS_CHECKOUT:
+        return importlib.metadata.version("sextant")
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+
+
 def command() -> None:
     if completion.is_requested():
         answer_shell()
@@ -49,6 +58,9 @@ def command() -> None:
         sys.argv = [f"sextant {name}", *sys.argv[2:]]
         run(name, importlib.import_module(f"sextant_py.{name}").main)
     listed = "\n".join(f"  {key:<10} {text}" for key, text in COMMANDS.items())
+    if name == "--version":
+        print(version())
+        sys.exit(0)
     if name in ("", "-h", "--help"):
         print(f"usage: sextant COMMAND [ARGUMENTS...]; sextant COMMAND --help tells more\n\n{listed}")
         sys.exit(0 if name else 1)

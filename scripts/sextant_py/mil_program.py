@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 from .errors import UserError
-from .paths import ROOT
+from .paths import IS_CHECKOUT, ROOT
 
 NAME = "sextant-mil"
 BUILT = ROOT / "build" / "release" / "apps"
@@ -26,6 +26,8 @@ def find(wanted: Path | None, name: str = NAME) -> Path:
             return Path(program).resolve()
     if wanted:
         raise UserError(f"--{name.removeprefix('sextant-')}: {wanted} is not a program.")
+    if not IS_CHECKOUT:
+        raise UserError(f"there is no {name} in the PATH: install Sextant's programs, or name theirs in SEXTANT_BIN.")
     raise UserError(
         f"build/release/apps/{name} is not built yet: cmake --preset release && "
         f"cmake --build --preset release --target {name} does it; SEXTANT_BIN names another directory."

@@ -4,9 +4,9 @@ import sys
 from pathlib import Path
 
 _CHECKOUT = Path(__file__).resolve().parents[2]
-_IS_CHECKOUT = (_CHECKOUT / "configs").is_dir()
-ROOT = _CHECKOUT if _IS_CHECKOUT else Path(sys.prefix) / "share" / "sextant"
-OUT = ROOT / "out" if _IS_CHECKOUT else Path("out")
+IS_CHECKOUT = (_CHECKOUT / "configs").is_dir()
+ROOT = _CHECKOUT if IS_CHECKOUT else Path(sys.prefix) / "share" / "sextant"
+OUT = ROOT / "out" if IS_CHECKOUT else Path("out")
 DBC = ROOT / "configs" / "interfaces" / "sextant.dbc"
 IDL = ROOT / "configs" / "interfaces" / "telemetry.idl"
 TELEMETRY = ROOT / "configs" / "interfaces" / "telemetry.json"

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "number_text.hpp"
 #include "sextant/files/text_lines.hpp"
 
 namespace sextant {
@@ -208,7 +209,11 @@ std::string shown(const toml::node& node) {
   }
   std::ostringstream text;
   node.visit([&text](const auto& value) {
-    if constexpr (toml::is_value<decltype(value)>) text << value;
+    if constexpr (toml::is_floating_point<decltype(value)>) {
+      text << number_text(value.get());
+    } else if constexpr (toml::is_value<decltype(value)>) {
+      text << value;
+    }
   });
   return std::move(text).str();
 }

@@ -214,7 +214,7 @@ struct DdsTelemetry::Impl {
   static Parameters for_drive(const Session& session, std::uint32_t id) {
     if (std::ranges::find(session.drive_ids, id) != session.drive_ids.end()) {
       throw std::runtime_error("this process already publishes a drive with the id " + std::to_string(id) +
-                               "; give each drive its own telemetry.drive_id");
+                               "; give each drive its own drive_id");
     }
     Parameters parameters = session.parameters;
     parameters.drive_id = id;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -132,7 +133,7 @@ CanFrame parse_frame(std::string_view text) {
   return frame;
 }
 
-/// Of two frames that follow each other.
+/// Of two frames of an interface that follow each other.
 void check_order(std::int64_t before_ns, std::int64_t t_ns) {
   if (t_ns < before_ns) refuse("the time goes back; a log must be in order of time");
   if (t_ns - before_ns <= longest_gap_ns) return;
@@ -173,12 +174,14 @@ std::string format_candump(const LoggedFrame& logged) {
 std::vector<LoggedFrame> read_candump(const std::string& file) {
   TextLines lines{file};
   std::vector<LoggedFrame> log;
+  std::map<std::string, std::int64_t> newest_ns;  // by interface: a log may hold one bus after the other
   for (std::string line; lines.next(line);) {
     std::string_view rest = line;
     if (next_word(rest).empty()) continue;
     try {
       log.push_back(parse_candump(line));
-      if (log.size() > 1) check_order(log[log.size() - 2].t_ns, log.back().t_ns);
+      const auto [before, is_first] = newest_ns.try_emplace(log.back().interface, log.back().t_ns);
+      if (!is_first) check_order(std::exchange(before->second, log.back().t_ns), log.back().t_ns);
     } catch (const std::runtime_error& problem) {
       lines.refuse(problem.what());
     }

@@ -173,6 +173,15 @@ TEST_F(CandumpLogTest, TellsWhenTheDiskIsFull) {
   EXPECT_THAT(message_of([&] { writer.close(); }), HasSubstr("/dev/full cannot be written"));
 }
 
+TEST_F(CandumpLogTest, OrdersTheFramesOfEachInterface) {
+  write("(1.0) can0 110#00\n(1.2) can0 112#\n(1.1) can1 111#\n");
+  const std::vector<LoggedFrame> log = read_candump(file);
+  EXPECT_EQ(select_interface(log, "can0", file).size(), 2U);
+  EXPECT_EQ(select_interface(log, "can1", file).size(), 1U);
+  write("(1.0) can0 110#00\n(0.5) can1 111#\n(0.9) can0 112#\n");
+  EXPECT_THAT(message_of([&] { (void)read_candump(file); }), HasSubstr("3: the time goes back"));
+}
+
 TEST_F(CandumpLogTest, SelectsAnInterface) {
   write("(1.0) can0 110#00\n(1.1) can1 111#\n(1.2) can0 112#\n");
   const std::vector<LoggedFrame> log = read_candump(file);

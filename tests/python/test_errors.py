@@ -99,6 +99,15 @@ def test_an_error_of_the_program_keeps_its_traceback() -> None:
     assert "Traceback" in found.stderr
 
 
+def test_the_command_of_the_package_tells_its_version() -> None:
+    found = subprocess.run(
+        [sys.executable, "-m", "sextant_py", "--version"], capture_output=True, text=True, timeout=120,
+        env={**os.environ, "PYTHONPATH": str(SCRIPTS)},
+    )  # fmt: skip
+    assert found.returncode == 0, found.stderr
+    assert re.fullmatch(r"\d+\.\d+\.\d+\n", found.stdout)
+
+
 @pytest.mark.parametrize("command", commands())
 def test_every_command_is_behind_it(command: str) -> None:
     """Its help, on an output that takes ASCII alone and has no room."""

@@ -36,6 +36,26 @@ def run(
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("sextant-mil", ("--help",)),
+        ("sextant-mil", (ROOT / "configs/scenarios/constant_torque.toml", "--print-config")),
+        ("sextant-ecu", (ECU_CONFIG, "--virtual-time", "--duration", "0.01")),
+        ("sextant-ecu", ("--version",)),
+        ("sextant-plant", ("--print-config",)),
+        ("sextant-telemetry", ("--describe",)),
+    ],
+)
+def test_a_full_standard_output_is_told(name: str, words: tuple[object, ...]) -> None:
+    with Path("/dev/full").open("w") as full:
+        found = subprocess.run(
+            [program(name), *map(str, words)], stdout=full, stderr=subprocess.PIPE, text=True, timeout=240, cwd=ROOT
+        )
+    assert found.returncode == 1
+    assert found.stderr == f"{name}: the standard output cannot be written: No space left on device\n"
+
+
 def check_refusal(found: subprocess.CompletedProcess, name: str, *words: str) -> None:
     assert found.returncode == REFUSED, found
     assert found.stdout == ""

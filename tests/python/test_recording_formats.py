@@ -215,6 +215,46 @@ def test_a_csv_file_of_other_origin_is_read(tmp_path: Path) -> None:
     assert np.isnan(found["none"]).all()
 
 
+@pytest.mark.parametrize(
+    ("text", "name", "values"),
+    [
+        ("t_s,a\n0,1\n0.1,2", "a", [1, 2]),
+        ("t_s,a\r0,1\r0.1,2\r", "a", [1, 2]),
+        ("\ufefft_s,a\r\n0,1\r\n0.1,2\r\n", "a", [1, 2]),
+        ('"t_s","a"\n"0","1"\n"0.1","2"\n', "a", [1, 2]),
+        (",t_s,a\n0,0,1\n1,0.1,2\n", "index", [0, 1]),
+        ("t_s,a\n" + "0,1\n" * 1_200_000 + "1,2.5\n", "a", [*[1] * 1_200_000, 2.5]),
+        ("t_s,a\n0,1\n1,\n", "a", [1, np.nan]),
+    ],
+    ids=["no final newline", "CR", "byte order mark", "quotes", "index of pandas", "late fraction", "empty cell"],
+)
+def test_every_row_of_a_csv_file_of_other_origin_is_read(
+    tmp_path: Path, text: str, name: str, values: list[float]
+) -> None:
+    (tmp_path / "other.CSV").write_bytes(text.encode())
+    source = reread(tmp_path / "other.CSV")
+    assert source.cut is None
+    assert source.rows(MAIN) == len(values)
+    np.testing.assert_array_equal(whole(source, MAIN)[name], values)
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_numbers_of_the_other_byte_order_are_converted(tmp_path: Path, suffix: str) -> None:
+    with h5py.File(tmp_path / "big.h5", "w") as file:
+        file["t_s"] = np.array([0, 0.1, 0.2], ">f8")
+        file["count"] = np.array([1, 2, 70_000], ">i4")
+    assert convert.main([str(tmp_path / "big.h5"), str(tmp_path / f"out{suffix}")]) == 0
+    found = whole(reread(tmp_path / f"out{suffix}"), MAIN)
+    assert found["t_s"].tolist() == [0, 0.1, 0.2]
+    assert found["count"].tolist() == [1, 2, 70_000]
+
+
+def test_a_file_that_this_process_writes_is_not_called_no_hdf5_file(tmp_path: Path) -> None:
+    write(made(SEED), tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "a"), pytest.raises(UserError, match=r"run\.h5 cannot be read: .*open"):
+        reread(tmp_path / "run.h5")
+
+
 @pytest.mark.parametrize("suffix", formats.SUFFIXES)
 @pytest.mark.parametrize("share", [0.1, 0.6, 0.9, 0.999])
 def test_a_truncated_file_gives_what_is_before_its_cut(tmp_path: Path, suffix: str, share: float) -> None:
@@ -525,7 +565,10 @@ def test_a_full_disk_ends_a_conversion_with_a_sentence(tmp_path: Path, suffix: s
         (["run.h5", "run.h5"], "run.h5 would replace .*run.h5, which is to be read; the converted one needs another"),
         (["header.csv", "run.csv"], "header.csv has no rows of telemetry; .*run.csv is not written"),
         (["number.csv", "out.h5"], "number.csv, line 1500002: .*invalid value 'abc'; correct or remove that line"),
-        (["cell.csv", "out.h5"], "cell.csv: the column count of whole numbers has an empty cell"),
+        (["cell.csv", "out.h5"], "cell.csv: the column sector of whole numbers has an empty cell"),
+        (["twice.csv", "out.h5"], "twice.csv, line 1: the column a is there twice"),
+        (["semicolons.csv", "out.h5"], "semicolons.csv, line 1: the columns are separated by semicolons; write commas"),
+        (["unnamed.csv", "out.h5"], "unnamed.csv, line 1: column 2 has no name"),
         (["run.h5", "run.csv", "--group", "nonsense"], "run.h5 has no group nonsense; it has telemetry, "),
         (["text.h5", "run.csv"], "text.h5 is not an HDF5 file"),
         (["text.mcap", "run.csv"], "text.mcap is not an MCAP file"),
@@ -538,7 +581,10 @@ def test_bad_input_gets_a_sentence(tmp_path: Path, words: list[str], objection: 
     write(made(SEED), tmp_path / "run.h5")
     for suffix in formats.SUFFIXES:
         (tmp_path / f"text{suffix}").write_text("some,words\n1,2\n", encoding="utf-8")
-    (tmp_path / "cell.csv").write_text("t_s,count\n0,1\n1,\n", encoding="utf-8")
+    (tmp_path / "cell.csv").write_text("t_s,sector\n0,1\n1,\n", encoding="utf-8")
+    (tmp_path / "twice.csv").write_text("t_s,a,a\n0,1,1\n", encoding="utf-8")
+    (tmp_path / "semicolons.csv").write_text("t_s;a\n0;1\n", encoding="utf-8")
+    (tmp_path / "unnamed.csv").write_text("t_s,,a\n0,1,1\n", encoding="utf-8")
     (tmp_path / "header.csv").write_text("t_s,speed_rad_s\n", encoding="utf-8")
     (tmp_path / "number.csv").write_text("t_s,speed\n" + "3,4\n" * 1_500_000 + "2,abc\n", encoding="utf-8")
     before = (tmp_path / "run.h5").read_bytes()

@@ -87,8 +87,15 @@ def test_texts_are_columns_of_a_frame(tmp_path: Path, suffix: str) -> None:
 
 
 def test_a_recording_that_was_cut_off_keeps_its_complete_lines(tmp_path: Path) -> None:
-    (tmp_path / "cut.csv").write_text("t_ns,torque_mean_nm\n0,1.5\n1000000,2.25\n2000000,3.1")
-    with pytest.warns(UserWarning, match="is truncated: rows that are lost: the one of its last line"):
+    sink = open_sink(tmp_path / "cut.csv", {})
+    block = np.zeros(3, group_of("telemetry").dtype)
+    block["t_ns"], block["torque_mean_nm"] = [0, 1_000_000, 2_000_000], [1.5, 2.25, 3.14]
+    sink.add(group_of("telemetry"))
+    sink.append("telemetry", block)
+    sink.close({})
+    whole = (tmp_path / "cut.csv").read_bytes()
+    (tmp_path / "cut.csv").write_bytes(whole[:-5])
+    with pytest.warns(UserWarning, match="is truncated: rows that are lost: 1 of telemetry"):
         frame = sextant.read(tmp_path / "cut.csv")
     assert frame["torque_mean_nm"].tolist() == [1.5, 2.25]
 

@@ -98,7 +98,7 @@ def test_a_sobol_sample_is_even_in_two_dimensions_and_more_samples_only_add(tmp_
 
 
 def test_values_as_toml_writes_them() -> None:
-    values = [True, 3, 0.1, 1e-7, 'a "b"', [[0, 5.0], [0.5, 10]]]
+    values = [True, 3, 0.1, 1e-7, 'a "b"', [[0, 5.0], [0.5, 10]], Path("of/my machine.toml")]
     assert [sweep_file.toml_value(value) for value in values] == [
         "true",
         "3",
@@ -106,6 +106,7 @@ def test_values_as_toml_writes_them() -> None:
         "1e-07",
         '"a \\"b\\""',
         "[[0, 5.0], [0.5, 10]]",
+        '"of/my machine.toml"',
     ]
 
 

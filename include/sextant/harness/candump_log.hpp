@@ -34,8 +34,8 @@ struct LoggedFrame {
 [[nodiscard]] std::string format_candump(const LoggedFrame& logged);
 
 /// Reads a log, in the order of its lines; empty lines are passed over. Throws std::runtime_error that names
-/// file and line, also where time goes back or jumps ahead by more than a day, and beyond the bounds of
-/// TextLines. An empty log is refused.
+/// file and line, also where the time of an interface goes back or jumps ahead by more than a day, and beyond
+/// the bounds of TextLines. An empty log is refused.
 [[nodiscard]] std::vector<LoggedFrame> read_candump(const std::string& file);
 
 /// The frames of one interface; an empty name: of the only one there is. Throws std::runtime_error that names

@@ -1,9 +1,11 @@
 """Recordings as CSV: a file a group, NAME.csv.json with types, units and descriptions, and NAME.csv.sha256."""
 
+import csv as text_csv
 import io
 import json
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,8 @@ from .model import (
 )
 
 BLOCK_BYTES = 1 << 22
+INDEX = "index"
+SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 def description_of(path: Path) -> Path:
@@ -89,12 +93,12 @@ class CsvSink:
 
 
 class WholeLines(io.RawIOBase):
-    """A text file up to its last complete line."""
+    """A text file up to its last complete line; of other origin whole, since its last line may have no end."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, is_foreign: bool = False) -> None:
         self._file = path.open("rb")
         self.end = size = path.stat().st_size
-        tail = b""
+        tail = b"\n" if is_foreign else b""
         while self.end and b"\n" not in tail:
             begin = max(0, self.end - 65536)
             self._file.seek(begin)
@@ -126,6 +130,7 @@ class CsvSource:
         self.groups: dict[str, Group] = {}
         place = description_of(path)
         listed = checksums.read(path)
+        self._heading = heading_of(path) if not place.exists() and listed is None else None  # of a file of other origin
         if listed is not None and (place.exists() or place.name in listed):
             checksums.verify(path, listed, place)
         if place.exists():
@@ -137,7 +142,7 @@ class CsvSource:
         beside = [other for other in (place, checksums.place_of(path)) if other.exists()]
         self.paths = [*(self._file(name) for name in self.groups), *beside]
         self._rows = {name: self._count(name) for name in self.groups}
-        cut = {name for name in self.groups if WholeLines(self._file(name)).cut_bytes}
+        cut = {name for name in self.groups if self._lines(name).cut_bytes}
         lost = missing_rows(self.metadata, self._rows)
         if listed is not None:
             self._verify(listed, cut | lost.keys())
@@ -156,6 +161,14 @@ class CsvSource:
     def _file(self, name: str) -> Path:
         return arrow_table.file_of(self._path, name, self.metadata.get("main", MAIN))
 
+    def _lines(self, name: str) -> WholeLines:
+        return WholeLines(self._file(name), self._heading is not None)
+
+    def _options(self, **more: Any) -> csv.ReadOptions:
+        """A heading of other origin has the names that it was given here."""
+        names = {} if self._heading is None else {"column_names": self._heading, "skip_rows": 1}
+        return csv.ReadOptions(use_threads=False, **names, **more)
+
     def _read_description(self, place: Path) -> None:
         try:
             described = json.loads(place.read_text(encoding="utf-8"))
@@ -170,14 +183,17 @@ class CsvSource:
     def _guessed(self) -> Group:
         """Types as the first block has them, where no description says them."""
         try:
-            with csv.open_csv(WholeLines(self._path), csv.ReadOptions(use_threads=False)) as reader:
+            with csv.open_csv(self._lines(MAIN), self._options()) as reader:
                 columns = [guessed_column(self._path, field) for field in reader.schema]
         except pyarrow.ArrowException as error:
             raise unreadable(self._path, error) from None
         return Group(MAIN, tuple(map(of_contract, columns)))
 
     def _count(self, name: str) -> int:
-        lines, source = 0, WholeLines(self._file(name))
+        if self._heading is not None:
+            with self._opened(name) as reader:
+                return sum(batch.num_rows for batch in reader)
+        lines, source = 0, self._lines(name)
         buffer = bytearray(BLOCK_BYTES)
         while count := source.readinto(buffer):
             lines += buffer.count(b"\n", 0, count)
@@ -190,18 +206,38 @@ class CsvSource:
         if not self._rows[name]:
             return
         group = self.groups[name]
-        types = {field.name: field.type for field in arrow_table.schema(group)}
-        read = csv.ReadOptions(use_threads=False, block_size=BLOCK_BYTES)
+        with self._opened(name) as reader:
+            for batch in reader:
+                check_cells(self._file(name), group, batch)
+                whole = arrow_table.block(group, batch)
+                for begin in range(0, len(whole), rows):
+                    yield whole[begin : begin + rows]
+
+    @contextmanager
+    def _opened(self, name: str) -> Iterator[csv.CSVStreamingReader]:
+        types = {field.name: field.type for field in arrow_table.schema(self.groups[name])}
+        read = self._options(block_size=BLOCK_BYTES)
         convert = csv.ConvertOptions(column_types=types, include_columns=list(types), strings_can_be_null=False)
         try:
-            with csv.open_csv(WholeLines(self._file(name)), read, convert_options=convert) as reader:
-                for batch in reader:
-                    check_cells(self._file(name), group, batch)
-                    whole = arrow_table.block(group, batch)
-                    for begin in range(0, len(whole), rows):
-                        yield whole[begin : begin + rows]
+            with csv.open_csv(self._lines(name), read, convert_options=convert) as reader:
+                yield reader
         except pyarrow.ArrowException as error:
             raise unreadable(self._file(name), error) from None
+
+
+def heading_of(path: Path) -> list[str]:
+    """The names of the columns. The first may be empty, as pandas writes an index."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:  # any line end
+        line = file.readline().rstrip("\n")
+    names = next(text_csv.reader([line]), [])
+    if len(names) < 2 and (separator := next((key for key in SEPARATORS if key in line), None)):
+        raise UserError(f"{path}, line 1: the columns are separated by {SEPARATORS[separator]}; write commas.")
+    names = [name.strip() or (INDEX if at == 0 else "") for at, name in enumerate(names)]
+    if "" in names:
+        raise UserError(f"{path}, line 1: column {names.index('') + 1} has no name; give it one.")
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise UserError(f"{path}, line 1: the column {twice[0]} is there twice; give each its own name.")
+    return names
 
 
 def unreadable(path: Path, error: Exception) -> UserError:
@@ -222,14 +258,15 @@ def check_cells(path: Path, group: Group, batch: pyarrow.RecordBatch) -> None:
 
 
 def of_contract(column: Column) -> Column:
-    """A guessed column that has the name of a member of DriveTelemetry, with its unit and text. What may have decimals
-    is no whole number, whatever the first block holds."""
+    """A guessed column that has the name of a member of DriveTelemetry, with its unit and text. Whole numbers are those
+    of the contract alone: another column may have decimals behind the first block."""
     from .topics import group_of
 
     known = next((known for known in group_of(MAIN).columns if known.name == column.name), None)
     if known is None:
         return column
-    return Column(column.name, "<f8" if np.dtype(known.kind).kind == "f" else column.kind, known.unit, known.text)
+    is_whole = column.kind != "|u1" and np.dtype(known.kind).kind in "iu"
+    return Column(column.name, "<i8" if is_whole else column.kind, known.unit, known.text)
 
 
 def guessed_column(path: Path, field: pyarrow.Field) -> Column:
@@ -240,4 +277,4 @@ def guessed_column(path: Path, field: pyarrow.Field) -> Column:
     if pyarrow.types.is_null(field.type):
         return Column(field.name, "<f8")  # no row, or none that has a value
     kind = np.dtype(field.type.to_pandas_dtype())
-    return Column(field.name, "|u1" if kind.kind == "b" else kind.str)
+    return Column(field.name, "|u1" if kind.kind == "b" else "<f8")

@@ -21,16 +21,16 @@ SEVERAL = (".csv", ".parquet")  # a file a group
 
 def check(path: Path) -> None:
     """Refuses a suffix that names no format."""
-    if path.suffix not in SUFFIXES:
+    if path.suffix.lower() not in SUFFIXES:
         raise UserError(f'{path}: a recording ends in {", ".join(SUFFIXES)}, and "{path.suffix}" is none of them.')
 
 
 def open_sink(path: Path, metadata: Metadata) -> Sink:
     """OSError where it cannot be written."""
     check(path)
-    module, name, _, _ = _FORMATS[path.suffix]
+    module, name, _, _ = _FORMATS[path.suffix.lower()]
     path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix in SEVERAL:
+    if path.suffix.lower() in SEVERAL:
         for place in earlier(path):
             place.unlink()
     return getattr(import_module(module, __package__), name)(path, metadata)
@@ -38,17 +38,17 @@ def open_sink(path: Path, metadata: Metadata) -> Sink:
 
 def files(path: Path, names: list[str], main: str) -> list[Path]:
     """The files of a recording with these groups."""
-    if path.suffix not in SEVERAL:
+    if path.suffix.lower() not in SEVERAL:
         return [path]
     from .arrow_table import file_of
 
-    beside = [path.with_name(path.name + end) for end in (".json", ".sha256")] if path.suffix == ".csv" else []
+    beside = [path.with_name(path.name + end) for end in (".json", ".sha256")] if path.suffix.lower() == ".csv" else []
     return [file_of(path, name, main) for name in names] + beside
 
 
 def earlier(path: Path) -> list[Path]:
     """The files of the Sextant recording that has this name already, which a new one replaces."""
-    if path.suffix not in SEVERAL:
+    if path.suffix.lower() not in SEVERAL:
         return [path] if path.exists() else []
     try:
         source = open_source(path)
@@ -59,7 +59,7 @@ def earlier(path: Path) -> list[Path]:
 
 def open_source(path: Path) -> Source:
     check(path)
-    _, _, module, name = _FORMATS[path.suffix]
+    _, _, module, name = _FORMATS[path.suffix.lower()]
     if not path.exists() and not any(path.parent.glob(f"{path.stem}.*{path.suffix}")):
         raise UserError(f"{path} does not exist.")
     try:

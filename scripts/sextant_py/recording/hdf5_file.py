@@ -195,6 +195,8 @@ class Hdf5Source:
             if error.errno:
                 raise UserError(f"{path} cannot be read: {os.strerror(error.errno)}.") from None
             if not (found := re.search(r"truncated file.*stored_eof = (\d+)", str(error))):
+                if h5py.is_hdf5(path):
+                    raise UserError(f"{path} cannot be read: {error}.") from None
                 raise UserError(f"{path} is not an HDF5 file.") from None
             self._is_padded = True
             size = int(found[1])
@@ -310,4 +312,4 @@ def column_of(name: str, data: h5py.Dataset) -> Column:
     kind = data.dtype
     if kind.kind not in "iufbS":
         raise UserError(f"{data.file.filename}: the signal {data.name} has the type {kind}, which no recording has.")
-    return Column(name, "|u1" if kind.kind == "b" else np.dtype(kind.str).str, unit, text)
+    return Column(name, "|u1" if kind.kind == "b" else np.dtype(kind.str).newbyteorder("=").str, unit, text)
