@@ -18,8 +18,7 @@ namespace sextant {
 class FaultInjection {
  public:
   /// configured: the fault of the configuration. The power stage is not owned and must outlive this object.
-  /// Throws as RequestSocket.
-  /// log_prefix: of its lines in the log.
+  /// log_prefix: of its lines in the log. Throws as RequestSocket.
   FaultInjection(const std::string& socket, FaultableDriveIo& io, const PlantFaultParameters& configured,
                  std::string log_prefix = {});
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -23,10 +26,11 @@ namespace sextant {
 [[nodiscard]] inline int after_output(const char* name, int status) {
   errno = 0;
   const bool has_failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
-  if (!has_failed || errno == EBADF) return status;
-  const std::string reason =
-      errno == 0 ? std::string{"an error of the system"} : std::generic_category().message(errno);
-  const int failed = status_after(name, "the standard output cannot be written: " + reason);
+  const int reason = errno;  // none where an earlier write failed
+  if (!has_failed || fcntl(STDOUT_FILENO, F_GETFD) == -1) return status;
+  const int failed = status_after(
+      name, "the standard output cannot be written: " +
+                (reason != 0 ? std::generic_category().message(reason) : "its file system may be full"));
   return status == ExitStatus::done ? failed : status;
 }
 

@@ -64,8 +64,7 @@ EcuConfig one_of(const DrivesConfig& again, std::size_t k, const DrivesConfig& r
   if (again.drives.size() != running.drives.size()) {
     throw std::runtime_error{
         fmt::format("the configuration file is another one than at the start (drives from {} to {}): restore "
-                    "it, or start "
-                    "the drives anew",
+                    "it, or start the drives anew",
                     running.drives.size(), again.drives.size())};
   }
   if (again.on_fault != running.on_fault)
@@ -112,11 +111,9 @@ std::vector<ReceiveTask*> receive_tasks(const std::vector<std::unique_ptr<LiveDr
 
 Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options, const LoadDrives& load)
     : config_{config},
-      bus_name_{config.drives.front().can.bus},
-      highest_control_priority_{highest_control_priority(config.drives)},
       processor_latency_{
           std::ranges::any_of(config.drives, [](const EcuConfig& drive) { return is_hard(drive.realtime); })},
-      bus_{make_can_bus(bus_name_, identifiers(config.drives))},
+      bus_{make_can_bus(bus_name(), identifiers(config.drives))},
       drives_{make_drives(config_, *bus_, options, load)},
       reaction_{config.on_fault, units_of(drives_)},
       receive_{*bus_, receive_tasks(drives_), is_over_, receive_priority(config.drives)},
@@ -134,7 +131,7 @@ void Ecu::start() {
     const EcuConfig& config = drive.unit().config();
     spdlog::info(
         "drive {} on {} from identifier {:#x}, DDS domain {}: {} control periods of {} us every wake-up",
-        config.drive_id, bus_name_, command_id(config.can.identifier_offset), config.dds.domain,
+        config.drive_id, bus_name(), command_id(config.can.identifier_offset), config.dds.domain,
         config.realtime.wake_every_periods, double(config.drive.drive.period_ns) * 1e-3);
   });
 }
@@ -144,7 +141,7 @@ void Ecu::start_threads() {
       std::ranges::any_of(drives_, [](const auto& drive) { return drive->unit().cycles() != nullptr; });
   if (is_recorded) {
     cycles_.start({.poll = [this] {
-      write_cycles();
+      each([](LiveDrive& drive) { drive.write_cycles(); });
       return 20ms;
     }});
   }
@@ -155,7 +152,7 @@ void Ecu::start_threads() {
                           return std::chrono::milliseconds{TelemetryTask::poll_every_ms};
                         },
                     .end = [this] { each([](LiveDrive& drive) { drive.telemetry().finish(); }); }});
-  watchdog_.start({.begin = [this] { request_watchdog_priority(highest_control_priority_); },
+  watchdog_.start({.begin = [this] { request_watchdog_priority(highest_control_priority(config_.drives)); },
                    .poll =
                        [this] {
                          each([](LiveDrive& drive) { drive.unit().watchdog().poll(now_ns()); });
@@ -204,15 +201,6 @@ void Ecu::poll_links() {
   kill(getpid(), SIGTERM);
 }
 
-void Ecu::write_cycles() {
-  each([](LiveDrive& drive) {
-    CycleLog* const cycles = drive.unit().cycles();
-    if (cycles == nullptr || !cycles->failure().empty()) return;
-    cycles->poll();
-    if (!cycles->failure().empty()) spdlog::error("recording: {}", cycles->failure());
-  });
-}
-
 void Ecu::require_lone_drives() {
   constexpr std::int64_t listen_ns = 200'000'000;  // twenty of its MCU_TorqueStatus
   CanFrame frame;
@@ -228,7 +216,7 @@ void Ecu::require_lone_drives() {
       throw std::runtime_error(fmt::format(
           "another drive sends MCU_TorqueStatus on {} with this drive's identifiers: give each drive "
           "its own can.identifier_offset (here {}) or a bus of its own",
-          bus_name_, unit.config().can.identifier_offset.value));
+          bus_name(), unit.config().can.identifier_offset.value));
     });
   }
 }

@@ -55,7 +55,7 @@ class Ecu {
   void start_transmission();
   [[nodiscard]] std::chrono::nanoseconds transmit();
   void poll_links();
-  void write_cycles();
+  [[nodiscard]] const std::string& bus_name() const noexcept { return config_.drives.front().can.bus; }
   template <class Function>
   void each(Function&& function) {
     for (const std::unique_ptr<LiveDrive>& drive : drives_) function(*drive);
@@ -64,8 +64,6 @@ class Ecu {
   std::atomic<bool> is_over_{false};          // no control thread runs
   std::atomic<bool> cycles_are_over_{false};  // nothing can come for a recording
   DrivesConfig config_;
-  std::string bus_name_;
-  int highest_control_priority_;
   ProcessorLatency processor_latency_;
   std::unique_ptr<CanBus> bus_;
   std::vector<std::unique_ptr<LiveDrive>> drives_{};

@@ -70,6 +70,13 @@ void LiveDrive::join() {
   power_stage_.announce_end();
 }
 
+void LiveDrive::write_cycles() {
+  CycleLog* const cycles = unit_.cycles();
+  if (cycles == nullptr || !cycles->failure().empty()) return;
+  cycles->poll();
+  if (!cycles->failure().empty()) spdlog::error("{}recording: {}", prefix_, cycles->failure());
+}
+
 void LiveDrive::close() {
   if (unit_.cycles() != nullptr) unit_.cycles()->close();
 }
@@ -84,8 +91,7 @@ void LiveDrive::warn_of_unbounded_execution() const {
   }
   spdlog::warn(
       "{}real time: plant.integrator = \"{}\" has no bound on its time; with realtime.wake_every_periods = 1 "
-      "a "
-      "long step misses periods: take \"fixed\"",
+      "a long step misses periods: take \"fixed\"",
       prefix_, kind == IntegratorKind::cvode ? "cvode" : "erk");
 }
 

@@ -49,6 +49,8 @@ class LiveDrive {
   void join();
   /// Once no thread polls: publishes the rest.
   void leave() { publisher_.leave(); }
+  /// Writes the control periods that wait for the recording; logs once where that fails.
+  void write_cycles();
   /// Once no thread writes the recording: writes the rest of it.
   void close();
 

@@ -19,11 +19,11 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+from .csv_heading import refuse_separators, refuse_twice
 from .errors import UserError
 
 INTERPOLATIONS = ("linear", "hold")
 _COLUMNS = ("time_s", "torque_nm", "enable")
-_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 _BEFORE_COMMENT = re.compile(r'(?:"[^"]*"?|[^"#])*')
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 
@@ -105,14 +105,11 @@ def _cells(line: str) -> list[str]:
 
 
 def _check_heading(columns: list[str], where: str) -> None:
-    for separator, name in _SEPARATORS.items():
-        if len(columns) == 1 and separator in columns[0]:
-            raise UserError(f"{where}: {name} separate the columns: separate them by commas.")
+    refuse_separators(columns, where)
     if len(columns) > 1 and not columns[0]:
         raise UserError(f"{where}: the first column has no name: name it or leave it out.")
     for column in columns:
-        if columns.count(column) > 1:
-            raise UserError(f"{where}: the column {column} occurs twice.")
+        refuse_twice(column, columns, where)
         if column not in _COLUMNS:
             raise UserError(
                 f"{where}: unknown column {column}; the heading has time_s, torque_nm and, where needed, enable."

@@ -1,5 +1,6 @@
 #include "sextant/config/load_config.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -67,14 +68,17 @@ EcuConfig load_ecu(Layer layer, const std::vector<std::string>& overrides, const
 /// those of the overrides, which are taken out.
 DrivesConfig load_process(Layer file, std::vector<std::string>& overrides) {
   DrivesConfig config;
+  const Schema schema = schema_of(config);
   std::vector<Layer> layers;
   layers.push_back(std::move(file));
-  const auto is_own = [](const std::string& text) { return text.starts_with("on_fault="); };
-  for (const std::string& text : overrides) {
-    if (is_own(text)) layers.push_back(override_layer(text));
-  }
-  std::erase_if(overrides, is_own);
-  read(schema_of(config), layers);
+  std::erase_if(overrides, [&](const std::string& text) {
+    Layer layer = override_layer(text);
+    const bool is_own = std::ranges::any_of(
+        schema.fields, [&layer](const Field& field) { return layer.find(field.path) != nullptr; });
+    if (is_own) layers.push_back(std::move(layer));
+    return is_own;
+  });
+  read(schema, layers);
   return config;
 }
 

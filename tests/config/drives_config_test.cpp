@@ -57,6 +57,7 @@ TEST(DrivesConfig, AnOverrideCountsForEveryDriveOrForTheProcess) {
   const DrivesConfig config = loaded(two, {"drive.period_us=50", "on_fault=all_shut_down"});
   EXPECT_EQ(config.on_fault, OnFault::all_shut_down);
   for (const EcuConfig& drive : config.drives) EXPECT_EQ(drive.drive.drive.period_ns, 50'000);
+  EXPECT_EQ(loaded(two, {"on_fault = \"all_shut_down\""}).on_fault, OnFault::all_shut_down);
   EXPECT_EQ(loaded("on_fault = \"all_shut_down\"\n" + two, {"on_fault=others_go_on"}).on_fault,
             OnFault::others_go_on);
 }

@@ -172,6 +172,8 @@ TEST(ConfigOverride, NamesAnotherMachine) {
 TEST(ConfigOverride, MistakesAreLaidToTheCommandLine) {
   EXPECT_EQ(ecu_refusal(shipped_ecu, {"control.flux_reference_wb=high"}),
             "--set: control.flux_reference_wb: expected a number from 0.01 to 10, got \"high\"");
+  EXPECT_EQ(ecu_refusal(shipped_ecu, {"control.flux_reference_wb=90.3"}),
+            "--set: control.flux_reference_wb: expected a number from 0.01 to 10, got 90.3");
   EXPECT_EQ(
       ecu_refusal(shipped_ecu, {"control.flux_refrence_wb=1"}),
       "--set: control.flux_refrence_wb: unknown key; the nearest known one is control.flux_reference_wb");

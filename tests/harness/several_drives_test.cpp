@@ -42,7 +42,8 @@ class OneOfSeveral {
     return stage;
   }
   static EcuConfig config(std::size_t number) {
-    return {.drive = shipped_drive(),
+    return {.drive_id = int(number) + 1,
+            .drive = shipped_drive(),
             .realtime = {.wake_every_periods = 1},
             .can = {.identifier_offset = {IdentifierOffset::step * int(number)}}};
   }
@@ -134,6 +135,28 @@ TEST(SeveralDrives, AFaultRampsAllToZeroAndShutsThemDownWhereTheKeySaysSo) {
     EXPECT_EQ(three.now(k).pattern.last_state(), gates_off) << k;
     EXPECT_EQ(three.now(k).latched.any(), k == 1) << k;
   }
+}
+
+// The watchdog turns the gates of the drive off whose control thread hangs; the others must not wait for it.
+TEST(FaultReaction, AControlThreadThatHangsShutsAllDown) {
+  const VirtualClock clock;
+  VirtualCanBus bus{clock};
+  OneOfSeveral works{0, clock, bus};
+  OneOfSeveral hangs{1, clock, bus};
+  ecu::FaultReaction all{OnFault::all_shut_down, {&works.unit, &hangs.unit}};
+  ecu::FaultReaction none{OnFault::others_go_on, {&works.unit, &hangs.unit}};
+  const std::int64_t timeout_ns = hangs.unit.config().realtime.watchdog_ns;
+  for (OneOfSeveral* drive : {&works, &hangs}) drive->unit.shared().beat(ms);
+  all.poll(ms + timeout_ns);
+  EXPECT_FALSE(all.has_ended());
+  EXPECT_EQ(all.problem(), "");
+  works.unit.shared().beat(ms + timeout_ns);
+  none.poll(ms + timeout_ns + 1);
+  EXPECT_FALSE(none.has_ended());
+  EXPECT_FALSE(works.unit.shared().shutdown.load());
+  all.poll(ms + timeout_ns + 1);
+  EXPECT_EQ(all.problem(), "drive 2 went to FAULT (WATCHDOG): every drive has shut down (on_fault)");
+  for (OneOfSeveral* drive : {&works, &hangs}) EXPECT_TRUE(drive->unit.shared().shutdown.load());
 }
 
 // Neither the frames of the others nor a fault of one reaches a drive.

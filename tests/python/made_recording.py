@@ -126,3 +126,15 @@ def assert_same(found: Source, expected: Source) -> None:
 
 def reread(path: Path) -> Source:
     return formats.open_source(path)
+
+
+def write_cut(path: Path) -> None:
+    """A recording of three rows as CSV, whose last line is not complete."""
+    group = topics.group_of(MAIN)
+    rows = np.zeros(3, group.dtype)
+    rows["t_ns"], rows["torque_mean_nm"] = [0, 1_000_000, 2_000_000], [1.5, 2.25, 3.14]
+    sink = formats.open_sink(path, {})
+    sink.add(group)
+    sink.append(MAIN, rows)
+    sink.close({})
+    path.write_bytes(path.read_bytes()[:-5])

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from programs import program
-from sextant_py import identify, identify_saturated_tones, identify_saturation
+from sextant_py import identify, identify_run, identify_saturated_tones, identify_saturation
 from sextant_py.errors import UserError
 from sextant_py.identify_files import Results, write_files
 from sextant_py.identify_fit import Level, Setup, fit
@@ -336,6 +336,17 @@ def test_a_limit_that_is_set_bounds_the_current_of_the_course(tmp_path: Path) ->
     identify.identified(Path(words[0]), program("sextant-mil"), tmp_path, identify.parse_arguments(words))
     summary = json.loads((tmp_path / "inertia" / "summary.json").read_text(encoding="utf-8"))
     assert summary["metrics"]["peak_current_a"] < 1.02 * limit
+
+
+def test_a_course_begins_soon_after_the_flux_is_there(tmp_path: Path) -> None:
+    """A constant current I magnetises with the rotor's time constant, ψ = L_s I (1 − exp(−t/τ_r)); the time by
+    which the drive must be magnetised is many times as long."""
+    options = identify.parse_arguments([str(ROOT / "configs/ecu_foc.toml"), "--set", "drive.magnetise_timeout_ms=3000"])
+    _, free = identify.plants_of(options.file, program("sextant-mil"), tmp_path, options)
+    terminals, given = free.estimate.terminals, free.configuration
+    most_wb = (terminals.leakage + terminals.l_magnetising) * given["control.foc.magnetising_current_a"]
+    flux_s = -terminals.tau_r * math.log(1 - given["control.flux_reference_wb"] / most_wb)
+    assert identify_run.magnetised_s(free, "no_load", {}) == pytest.approx(0.1 + flux_s, abs=5e-3)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from made_recording import write_cut
 from sextant_py import plot, signal_file
 from sextant_py.errors import UserError
 from sextant_py.plots import lanes, locus, marks, overview, panels, png, points, series, spectrum, styles
@@ -492,14 +493,7 @@ def test_legends_stay_short(tmp_path: Path, figures: list) -> None:
 
 
 def test_what_a_truncated_file_lost_is_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
-    sink = open_sink(tmp_path / "cut.csv", {})
-    block = np.zeros(3, group_of("telemetry").dtype)
-    block["t_ns"], block["torque_mean_nm"] = [0, 1_000_000, 2_000_000], [1.5, 2.25, 3.14]
-    sink.add(group_of("telemetry"))
-    sink.append("telemetry", block)
-    sink.close({})
-    whole = (tmp_path / "cut.csv").read_bytes()
-    (tmp_path / "cut.csv").write_bytes(whole[:-5])
+    write_cut(tmp_path / "cut.csv")
     assert plot.main([str(tmp_path / "cut.csv")]) == 0
     assert capsys.readouterr().err.startswith(f"plot: {tmp_path / 'cut.csv'} is truncated: rows that are lost")
 

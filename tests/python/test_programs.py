@@ -53,7 +53,14 @@ def test_a_full_standard_output_is_told(name: str, words: tuple[object, ...]) ->
             [program(name), *map(str, words)], stdout=full, stderr=subprocess.PIPE, text=True, timeout=240, cwd=ROOT
         )
     assert found.returncode == 1
-    assert found.stderr == f"{name}: the standard output cannot be written: No space left on device\n"
+    start = f"{name}: the standard output cannot be written: "
+    assert found.stderr in (start + "No space left on device\n", start + "its file system may be full\n")
+
+
+def test_a_standard_output_that_was_closed_before_is_none() -> None:
+    command = f"{program('sextant-telemetry')} --describe >&-"
+    found = subprocess.run(["bash", "-c", command], stderr=subprocess.PIPE, text=True, timeout=240)
+    assert (found.returncode, found.stderr) == (0, "")
 
 
 def check_refusal(found: subprocess.CompletedProcess, name: str, *words: str) -> None:

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 import sextant
+from made_recording import write_cut
 from sextant_py import signal_file
 from sextant_py.errors import UserError
 from sextant_py.recording.can_frames import FRAMES
@@ -87,14 +88,7 @@ def test_texts_are_columns_of_a_frame(tmp_path: Path, suffix: str) -> None:
 
 
 def test_a_recording_that_was_cut_off_keeps_its_complete_lines(tmp_path: Path) -> None:
-    sink = open_sink(tmp_path / "cut.csv", {})
-    block = np.zeros(3, group_of("telemetry").dtype)
-    block["t_ns"], block["torque_mean_nm"] = [0, 1_000_000, 2_000_000], [1.5, 2.25, 3.14]
-    sink.add(group_of("telemetry"))
-    sink.append("telemetry", block)
-    sink.close({})
-    whole = (tmp_path / "cut.csv").read_bytes()
-    (tmp_path / "cut.csv").write_bytes(whole[:-5])
+    write_cut(tmp_path / "cut.csv")
     with pytest.warns(UserWarning, match="is truncated: rows that are lost: 1 of telemetry"):
         frame = sextant.read(tmp_path / "cut.csv")
     assert frame["torque_mean_nm"].tolist() == [1.5, 2.25]

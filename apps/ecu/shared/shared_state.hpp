@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "ecu/shared/parameter_set.hpp"
 #include "ecu/timing/wake_record.hpp"
@@ -80,10 +81,10 @@ struct SharedState {
   std::atomic<std::uint64_t> parameter_sets{0};       ///< control → link, telemetry: taken since start [-]
   std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
   std::atomic<bool> gate_inhibit{false};      ///< watchdog, transmit, telemetry → control, which clears it
-  std::atomic<Fault> first_fault{};           ///< control → watchdog: of `is_in_fault`, stored before it
-  std::atomic<bool> is_in_fault{false};       ///< control → watchdog: the drive's state is FAULT
-  std::atomic<bool> shutdown{false};          ///< main, watchdog → control: ramp to zero and stop
-  std::atomic<bool> stopped{false};           ///< control → all: the gates are off for good
+  std::atomic<std::optional<Fault>>
+      fault{};                        ///< control → watchdog: the first one, while the drive is in FAULT
+  std::atomic<bool> shutdown{false};  ///< main, watchdog → control: ramp to zero and stop
+  std::atomic<bool> stopped{false};   ///< control → all: the gates are off for good
 
  private:
   static std::size_t a_second_of(std::int64_t every_ns) { return std::size_t(ns_per_s / every_ns) + 1; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "ecu/shared/shared_state.hpp"
 #include "ecu/tasks/shared_commands.hpp"
@@ -39,10 +40,11 @@ class ControlTask {
     for (int n = 0; n < wakes_.wake_every_periods; ++n) {
       run_cycle(deadline_ns + std::int64_t{n} * wakes_.period_ns, io, commands_, *drive_, telemetry_, probe);
     }
-    shared_.status.store(telemetry_.last());
     const Telemetry<double>& last = telemetry_.last();
-    shared_.first_fault.store(last.first_fault, std::memory_order_relaxed);
-    shared_.is_in_fault.store(last.state == DriveState::fault, std::memory_order_release);
+    shared_.status.store(last);
+    const bool is_in_fault = last.state == DriveState::fault;
+    shared_.fault.store(is_in_fault ? std::optional{last.first_fault} : std::nullopt,
+                        std::memory_order_relaxed);
   }
 
   [[nodiscard]] bool has_shut_down() const noexcept { return drive_->state() == DriveState::shutdown; }

@@ -56,8 +56,7 @@ class FaultReaction {
  private:
   static std::optional<Fault> fault_of(SharedState& shared, std::int64_t now_ns) noexcept {
     if (shared.control_timed_out(now_ns)) return Fault::watchdog;
-    if (!shared.is_in_fault.load(std::memory_order_acquire)) return std::nullopt;
-    return shared.first_fault.load(std::memory_order_relaxed);
+    return shared.fault.load(std::memory_order_relaxed);
   }
 
   OnFault on_fault_;

@@ -14,6 +14,7 @@ import pyarrow
 from pyarrow import csv
 
 from ..append_file import AppendFile
+from ..csv_heading import refuse_separators, refuse_twice
 from ..errors import UserError
 from . import arrow_table, checksums
 from .model import (
@@ -30,7 +31,6 @@ from .model import (
 
 BLOCK_BYTES = 1 << 22
 INDEX = "index"
-SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 def description_of(path: Path) -> Path:
@@ -230,13 +230,13 @@ def heading_of(path: Path) -> list[str]:
     with path.open(encoding="utf-8-sig", errors="replace") as file:  # any line end
         line = file.readline().rstrip("\n")
     names = next(text_csv.reader([line]), [])
-    if len(names) < 2 and (separator := next((key for key in SEPARATORS if key in line), None)):
-        raise UserError(f"{path}, line 1: the columns are separated by {SEPARATORS[separator]}; write commas.")
+    where = f"{path}:1"
+    refuse_separators(names, where)
     names = [name.strip() or (INDEX if at == 0 else "") for at, name in enumerate(names)]
     if "" in names:
-        raise UserError(f"{path}, line 1: column {names.index('') + 1} has no name; give it one.")
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise UserError(f"{path}, line 1: the column {twice[0]} is there twice; give each its own name.")
+        raise UserError(f"{where}: column {names.index('') + 1} has no name; give it one.")
+    for name in names:
+        refuse_twice(name, names, where)
     return names
 
 

@@ -4,6 +4,7 @@ import signal
 from contextlib import ExitStack
 from pathlib import Path
 
+import pytest
 import sextant
 from drive_process import WIDE, DriveProcess
 from sextant_py.paths import ROOT
@@ -38,6 +39,8 @@ def test_one_of_four_fails_and_the_others_keep_their_torque(live_bus: str, domai
             follows(vehicles[number], TORQUES_NM[number])
         sextant.inject(tmp_path / "faults_2.sock", "open_phase", phase="b")
         records[2].wait(lambda own: own.states and own.states[-1].faults_latched, "the second drive's fault")
+        with pytest.raises(sextant.UserError, match="on_fault never changes while the drives run"):
+            sextant.set_parameters(tmp_path / "set_3.sock", {"on_fault": "all_shut_down"})
         sextant.set_parameters(tmp_path / "set_3.sock", {"protection.over_current_a": 180})
         assert sextant.get_parameters(tmp_path / "set_3.sock")["protection.over_current_a"] == 180
         assert sextant.get_parameters(tmp_path / "set_4.sock")["protection.over_current_a"] != 180
@@ -45,6 +48,23 @@ def test_one_of_four_fails_and_the_others_keep_their_torque(live_bus: str, domai
             vehicles[number].run(0.2)
             follows(vehicles[number], TORQUES_NM[number])
             assert not any(state.faults_latched for state in records[number].states)
+        assert process.leave(signal.SIGTERM) == 0
+
+
+def test_a_file_that_has_fewer_drives_meanwhile_is_no_basis(live_bus: str, domain: int, tmp_path: Path) -> None:
+    tables = [
+        f'[[drive]]\nbase = "{ROOT}/configs/ecu.toml"\ndrive_id = {number}\ncan.identifier_offset = {OFFSETS[number]}\n'
+        for number in (1, 2)
+    ]
+    file = tmp_path / "two.toml"
+    file.write_text("".join(tables), encoding="utf-8")
+    with DriveProcess(live_bus, domain, tmp_path, SETTINGS, ("--set-socket", tmp_path / "set"), file) as process:
+        TelemetryRecord(domain, 2).wait_until_heard()
+        file.write_text(tables[0], encoding="utf-8")
+        with pytest.raises(
+            sextant.UserError, match=r"another one than at the start \(drives from 2 to 1\): restore it"
+        ):
+            sextant.set_parameters(tmp_path / "set_2", {"protection.over_current_a": 180})
         assert process.leave(signal.SIGTERM) == 0
 
 
