@@ -1,7 +1,16 @@
 #include "common/live_program.hpp"
 
+#include <fmt/format.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+
+#include <ctime>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include "sextant/realtime/monotonic_clock.hpp"
 
 namespace sextant {
 namespace {
@@ -11,6 +20,17 @@ bool is_ignored(int signal) {
   struct sigaction action{};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
+
+/// Seconds of CLOCK_MONOTONIC, on which the `t_ns` of recordings and telemetry count.
+class MonotonicSeconds final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg&, const std::tm&, spdlog::memory_buf_t& line) override {
+    fmt::format_to(std::back_inserter(line), "{:.6f}", double(now_ns()) * 1e-9);
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<MonotonicSeconds>();
+  }
+};
 
 }  // namespace
 
@@ -32,7 +52,9 @@ std::vector<Option> live_options(LiveOptions& options, const char* duration) {
 
 void start_log(const std::string& name) {
   spdlog::set_default_logger(spdlog::stderr_color_mt(name));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<MonotonicSeconds>('*').set_pattern("%H:%M:%S.%e %* %^%l%$ %v");
+  spdlog::set_formatter(std::move(formatter));
 }
 
 sigset_t block_leave_signals() {

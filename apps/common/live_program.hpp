@@ -29,7 +29,7 @@ struct LiveOptions {
 /// The options that fill them in. duration: what `--duration` does.
 [[nodiscard]] std::vector<Option> live_options(LiveOptions& options, const char* duration);
 
-/// The log goes to stderr, with the time of day.
+/// The log goes to stderr, with the time of day and the seconds of CLOCK_MONOTONIC.
 void start_log(const std::string& name);
 
 /// Blocks the signals that end a program, for this thread and all that it starts, and returns them

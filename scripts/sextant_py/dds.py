@@ -89,8 +89,10 @@ class Node:
         self.domain = domain
         try:
             self.participant = DomainParticipant(domain)
-        except DDSException as error:
-            raise UserError(f"DDS cannot start in domain {domain} with {configured_by()}: {error.msg}.") from None
+        except DDSException:  # which has no reason; the library prints it
+            raise UserError(
+                f"DDS cannot start in domain {domain} with {configured_by()}: Cyclone DDS has printed the reason above."
+            ) from None
         self._participants = BuiltinDataReader(self.participant, BuiltinTopicDcpsParticipant)
         self._publications = BuiltinDataReader(self.participant, BuiltinTopicDcpsPublication)
         self._others: set[Any] = set()

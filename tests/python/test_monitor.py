@@ -8,6 +8,7 @@ import re
 import subprocess
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from cyclonedds.core import Policy, Qos
@@ -310,3 +311,20 @@ def test_the_command_fails_with_the_reason(domain: int) -> None:
     assert found.returncode == 1
     assert found.stderr.startswith("monitor: no other DDS participant was discovered")
     assert found.stderr.count("\n") == 1
+
+
+def test_a_refused_configuration_is_named_with_its_reason(domain: int, tmp_path: Path) -> None:
+    uri = f"file://{tmp_path / 'dds.xml'}"
+    (tmp_path / "dds.xml").write_text("<CycloneDDS><Domain><Nonsense>1</Nonsense></Domain></CycloneDDS>", "utf-8")
+    found = subprocess.run(
+        [ROOT / "scripts" / "monitor", "--domain", str(domain)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, "CYCLONEDDS_URI": uri},
+    )
+    assert found.returncode != 0
+    reason, sentence = found.stderr.splitlines()
+    assert "Nonsense: unknown element" in reason
+    assert sentence.startswith(f"monitor: DDS cannot start in domain {domain} with CYCLONEDDS_URI={uri}: ")
+    assert "Traceback" not in found.stderr

@@ -63,6 +63,17 @@ def test_a_standard_output_that_was_closed_before_is_none() -> None:
     assert (found.returncode, found.stderr) == (0, "")
 
 
+def test_lines_of_the_log_count_on_the_clock_of_the_recordings(live: tuple[str, ...]) -> None:
+    begin = time.monotonic()
+    found = run("sextant-ecu", *live)
+    end = time.monotonic()
+    lines = [re.match(r"\d\d:\d\d:\d\d\.\d{3} (\d+\.\d{6}) \w+ ", line) for line in found.stderr.splitlines()]
+    times = [float(line[1]) for line in lines if line]
+    assert times, found.stderr
+    assert times == sorted(times)
+    assert begin < times[0] <= times[-1] < end
+
+
 def check_refusal(found: subprocess.CompletedProcess, name: str, *words: str) -> None:
     assert found.returncode == REFUSED, found
     assert found.stdout == ""
