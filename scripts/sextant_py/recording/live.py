@@ -17,7 +17,7 @@ HELPING = 200  # samples a take: room for many is expensive
 
 
 def every_change() -> Qos:
-    """As dds.latched_qos, but no sample replaces one that was not read yet."""
+    """As `latched_qos`, but no sample replaces one that was not read yet."""
     reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
     return Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(STREAM_DEPTH))
 
