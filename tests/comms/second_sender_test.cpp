@@ -69,8 +69,8 @@ TEST_F(SecondSenderOnTheBus, IsSeenWithin50MsWhateverItsCounterAndPhase) {
 
 // It sends a frame of its own, `ahead` of the counter that it has just heard, behind every n-th frame: the
 // first sender's frame of that counter is a repetition then, or out of order.
-TEST_F(SecondSenderOnTheBus, ThatHidesBehindTheFirstIsSeenWithin50Ms) {
-  for (int every = 1; every <= 3; ++every) {
+TEST_F(SecondSenderOnTheBus, ThatHidesBehindTheFirstIsSeenAtItsSecondFrame) {
+  for (int every = 1; every <= 15; ++every) {
     for (std::uint8_t ahead = 1; ahead <= 2; ++ahead) {
       for (const std::int64_t behind_us : {100, 1000, 5000, 9900}) {
         SCOPED_TRACE(::testing::Message()
@@ -80,7 +80,7 @@ TEST_F(SecondSenderOnTheBus, ThatHidesBehindTheFirstIsSeenWithin50Ms) {
         EXPECT_FALSE(one(200 * ms));
         const std::int64_t begin_ns = first.next_ns;
         std::optional<std::int64_t> seen_ns;
-        for (int k = 0; k < 30 && !seen_ns; ++k) {
+        for (int k = 0; k < 60 && !seen_ns; ++k) {
           const CanFrame heard = first.send();
           receiver.on_frame(heard);
           if (receiver.command().second_sender) seen_ns = heard.received_ns;
@@ -91,10 +91,23 @@ TEST_F(SecondSenderOnTheBus, ThatHidesBehindTheFirstIsSeenWithin50Ms) {
           receiver.on_frame(hidden.send());
         }
         ASSERT_TRUE(seen_ns);
-        EXPECT_LE(*seen_ns - begin_ns, 50 * ms);
+        EXPECT_LE(*seen_ns - begin_ns, std::max(50, 10 * (every + 2)) * ms);
       }
     }
   }
+}
+
+// A disable in the name of the sender is as much evidence as a torque.
+TEST_F(SecondSenderOnTheBus, ThatDisablesIsSeenWithin50Ms) {
+  EXPECT_FALSE(one(200 * ms));
+  const std::int64_t begin_ns = first.next_ns;
+  while (!receiver.command().second_sender && first.next_ns < begin_ns + 60 * ms) {
+    const CanFrame heard = first.send();
+    receiver.on_frame(heard);
+    receiver.on_frame(testing::command_frame(first.counter, 0.0, heard.received_ns + ms, false));
+  }
+  EXPECT_TRUE(receiver.command().second_sender);
+  EXPECT_LE(first.next_ns - begin_ns, 50 * ms);
 }
 
 // Every delay and loss of one sender: what is queued comes in one burst, with torque that changes.

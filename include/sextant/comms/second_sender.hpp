@@ -15,8 +15,8 @@ namespace sextant {
 ///   from the other: for counters d apart the steps are d and 16 − d, modulo 15.
 /// - A sender that hides behind the other by its next counters: two frames have one counter and unlike
 ///   contents, and they and the frames between and before them came faster than one sender sends so many:
-///   m frames in less than m − 1.5 cycles; twice within six cycles, since a frame of one sender that is 15
-///   cycles late does the same once.
+///   m frames in less than m − 1.5 cycles; twice within sixteen cycles, since a frame of one sender that is
+///   15 cycles late does the same once.
 ///
 /// A burst of one sender after a delay has counters in order; a frozen counter comes at the cycle time; a
 /// frame that arrives twice is equal in every byte. None of these counts.
@@ -101,7 +101,7 @@ class SecondSender {
   /// Whether one sender hides behind another, by the newest frame and one before.
   constexpr bool hides(std::int64_t now_ns) noexcept {
     if (!has_unlike_twin()) return false;
-    const bool again = has_twin_ && now_ns - twin_ns_ <= 6 * parameters_.cycle_ns;
+    const bool again = has_twin_ && now_ns - twin_ns_ <= 16 * parameters_.cycle_ns;
     has_twin_ = true;
     twin_ns_ = now_ns;
     return again;
