@@ -1,14 +1,14 @@
 #include "common/live_program.hpp"
 
-#include <fmt/format.h>
-#include <spdlog/pattern_formatter.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
 #include <ctime>
 #include <iterator>
 #include <memory>
 #include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 
 #include "sextant/realtime/monotonic_clock.hpp"
 

@@ -1,20 +1,25 @@
 #include "sextant/mil/mil_program.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <functional>
+#include <future>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "common/command_line.hpp"
 #include "common/exit_status.hpp"
+#include "common/in_order.hpp"
 #include "common/program.hpp"
 #include "mil/progress_bar.hpp"
 #include "reports/interruption.hpp"
@@ -36,10 +41,13 @@ struct Options {
   std::filesystem::path out{"out"};
   std::vector<std::string> overrides{};
   std::optional<std::string> integrator{};
+  std::size_t jobs{1};
   bool print_config{false};
   bool no_trace{false};
   sextant::reports::ReportOptions reports{};
 };
+
+constexpr double most_jobs = 256;
 
 /// For the name of the program and the statuses of its runs.
 constexpr const char* notes = R"(Examples:
@@ -47,9 +55,10 @@ constexpr const char* notes = R"(Examples:
   {0} configs/scenarios/*.toml --integrator fixed
   {0} configs/scenarios/reversal.toml --set control.dtc.torque_band_upper_nm=0.5 --out out/half_band
   {0} configs/scenarios/reversal.toml --print-config
-  {0} configs/scenarios/*.toml --no-trace --junit out/junit.xml --summary-markdown "$GITHUB_STEP_SUMMARY"
+  {0} configs/scenarios/*.toml --jobs 4 --no-trace --junit out/junit.xml --summary-markdown "$GITHUB_STEP_SUMMARY"
 Writes DIR/<scenario>/trace.h5 and DIR/<scenario>/summary.json (straight into DIR for one scenario), in the
-place of those of an earlier run. SIGINT and SIGTERM close the trace and write the summary.
+place of those of an earlier run. SIGINT and SIGTERM close the traces and write the summaries
+of what runs.
 Exit status, by the verdict of the run; of several runs, the one of them that stands first here:
 {1})";
 
@@ -75,6 +84,12 @@ sextant::CommandLine command_line(const std::string& program, const std::string&
         .value = &options.integrator,
         .what = "how the plant is integrated",
         .choices = {"cvode", "fixed", "exact", "erk"}},
+       {.name = "--jobs",
+        .value = &options.jobs,
+        .what = "scenarios at a time",
+        .type_name = "N",
+        .least = 1,
+        .most = most_jobs},
        {.name = "--no-trace", .value = &options.no_trace, .what = "write the summary only"},
        {.name = "--print-config",
         .value = &options.print_config,
@@ -152,45 +167,57 @@ std::vector<std::string> names_of(const std::vector<sextant::ScenarioConfig>& co
   return names;
 }
 
-/// One scenario, with its result and reports.
-sextant::Verdict run_reported(const std::string& program, const Options& options,
-                              const sextant::ScenarioConfig& config,
-                              const sextant::reports::Interruption& interruption,
-                              sextant::reports::RunReports& reports) {
+/// One scenario of several; wants_more: false once it should end.
+sextant::reports::ReportedRun reported_run(const std::string& program, const Options& options,
+                                           const sextant::ScenarioConfig& config,
+                                           const std::function<bool()>& wants_more) {
   using namespace sextant;
-  const Scenario& scenario = config.scenario;
   const auto simulate = [&](TraceRecorder* trace) {
     note_slow_run(program, config);
-    mil::ProgressBar bar{scenario.name, stderr};
+    std::optional<mil::ProgressBar> bar;
+    if (options.jobs == 1) bar.emplace(config.scenario.name, stderr);
     MilResult result = run_scenario(config, trace, [&](double fraction) {
-      bar.show(fraction);
-      return interruption.signal() == 0;
+      if (bar) bar->show(fraction);
+      return wants_more();
     });
-    bar.finish();
+    if (bar) bar->finish();
     return result;
   };
-  return reports::ReportedRun{
-      .program = program,
-      .scenario = scenario,
-      .plant = config.drive.plant,
-      .configuration = config_json(config),
-      .out = options.scenarios.size() == 1 ? options.out : options.out / scenario.name,
-      .trace = options.no_trace ? std::nullopt : std::optional{origin(config)},
-      .is_expectation_required = options.reports.require_expectations,
-      .simulate = simulate}
-      .run(reports);
+  return {.program = program,
+          .scenario = config.scenario,
+          .plant = config.drive.plant,
+          .configuration = config_json(config),
+          .out = options.scenarios.size() == 1 ? options.out : options.out / config.scenario.name,
+          .trace = options.no_trace ? std::nullopt : std::optional{origin(config)},
+          .is_expectation_required = options.reports.require_expectations,
+          .simulate = simulate};
 }
 
 int run_all(const std::string& program, const Options& options,
             const std::vector<sextant::ScenarioConfig>& configs) {
-  sextant::reports::RunReports reports{options.reports, names_of(configs), program};
-  const sextant::reports::Interruption interruption;
-  sextant::Verdict first = sextant::Verdict::pass;  // in the order of the verdicts
-  for (const sextant::ScenarioConfig& config : configs) {
-    first = std::min(first, run_reported(program, options, config, interruption, reports));
-    if (interruption.signal() != 0) return interruption.status();
-  }
-  return sextant::exit_status(first, options.reports.require_expectations);
+  using namespace sextant;
+  reports::RunReports files{options.reports, names_of(configs), program};
+  const reports::Interruption interruption;
+  std::atomic<bool> has_failed{false};
+  const std::function<bool()> wants_more = [&] { return interruption.signal() == 0 && !has_failed; };
+  std::vector<reports::ReportedRun> runs;
+  for (const ScenarioConfig& config : configs)
+    runs.push_back(reported_run(program, options, config, wants_more));
+
+  Verdict first = Verdict::pass;  // in the order of the verdicts
+  auto run = runs.cbegin();
+  const auto report = [&](std::future<RunSummary> result) {
+    try {
+      first = std::min(first, (run++)->report(std::move(result), files));
+    } catch (...) {
+      has_failed = true;
+      throw;
+    }
+    return interruption.signal() == 0;
+  };
+  in_order(runs.size(), options.jobs, [&](std::size_t k) { return runs[k].result(); }, report);
+  if (interruption.signal() != 0) return interruption.status();
+  return exit_status(first, options.reports.require_expectations);
 }
 
 /// The names of the scenarios; those behind `read` have the name of their file.

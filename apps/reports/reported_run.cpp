@@ -43,7 +43,7 @@ void print_reason(const std::string& program, const RunSummary& summary) {
 
 }  // namespace
 
-RunSummary ReportedRun::summary() const {
+RunSummary ReportedRun::result() const {
   std::optional<ResultDirectory> directory;
   if (!out.empty()) directory.emplace(out, program);
   std::optional<TraceRecorder> recorder;
@@ -62,21 +62,25 @@ RunSummary ReportedRun::summary() const {
   summary.version = SEXTANT_VERSION;
   summary.commit = build_commit;
   if (directory) write_summary(summary, directory->summary());
-  print_summary(summary, stdout);
-  print_reason(program, summary);
   return summary;
 }
 
-Verdict ReportedRun::run(RunReports& reports) const {
+Verdict ReportedRun::report(std::future<RunSummary> result, RunReports& reports) const {
   std::optional<RunSummary> done;
   try {
-    done = summary();
+    done = result.get();
   } catch (const std::exception& problem) {
     reports.add_error(scenario.name, problem.what());
     throw;
   }
+  print_summary(*done, stdout);
+  print_reason(program, *done);
   reports.add(*done);
   return done->verdict();
+}
+
+Verdict ReportedRun::run(RunReports& reports) const {
+  return report(std::async(std::launch::deferred, [this] { return result(); }), reports);
 }
 
 }  // namespace sextant::reports

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <optional>
 #include <string>
 
@@ -28,12 +29,15 @@ struct ReportedRun {
   bool is_expectation_required{false};  ///< a run of which nothing is expected is a failure
   Simulate simulate;
 
-  /// Runs, writes the result, prints the table and adds to the reports; one that throws adds its sentence to
-  /// them, and throws on.
-  [[nodiscard]] Verdict run(RunReports& reports) const;
+  /// Runs and writes the result; beside other runs too.
+  [[nodiscard]] RunSummary result() const;
 
- private:
-  [[nodiscard]] RunSummary summary() const;
+  /// Prints the table of a result and adds it to the reports; where result() threw, adds its sentence to them
+  /// and throws on.
+  Verdict report(std::future<RunSummary> result, RunReports& reports) const;
+
+  /// Both, one after the other.
+  [[nodiscard]] Verdict run(RunReports& reports) const;
 };
 
 }  // namespace sextant::reports

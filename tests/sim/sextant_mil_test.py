@@ -312,6 +312,34 @@ def test_of_several_runs_the_first_verdict_of_the_list_is_that_of_the_program(tm
     assert run(SCENARIOS / "reversal.toml", tmp_path / "slow.toml", *quick, *missed).returncode == 4
 
 
+def test_scenarios_at_a_time_have_the_results_of_one_after_the_other(tmp_path):
+    files = []
+    for name, torque in (("longest", 15), ("silent", 0), ("shortest", 20)):
+        files.append(tmp_path / f"{name}.toml")
+        files[-1].write_text(SLOW.replace('"slow"', f'"{name}"').replace("value = 500", f"value = {torque}"))
+    found = {}
+    for jobs in (1, 3):
+        out = tmp_path / str(jobs)
+        words = ("--no-trace", "--require-expectations", "--out", out, "--junit", out / "junit.xml", "--jobs", jobs)
+        done = run(*files, *words)
+        timeless = re.sub(r"(wall_s|realtime_factor) .*", "", done.stdout)
+        cases = re.findall(r'<testcase name="([^"]+)"', (out / "junit.xml").read_text())
+        metrics = {file.stem: summary_of(out / file.stem)["metrics"] for file in files}
+        for of_one in metrics.values():
+            del of_one["wall_s"], of_one["realtime_factor"]
+        found[jobs] = (done.returncode, timeless, cases, metrics)
+    assert found[3] == found[1]
+
+
+def test_a_scenario_that_cannot_run_ends_those_beside_it(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "constant_torque").write_text("a file where a directory belongs")
+    both = (SCENARIOS / "constant_torque.toml", SCENARIOS / "reversal.toml", "--set", "trace.interval_us=10000")
+    done = run(*both, "--out", tmp_path / "out", "--jobs", 2, "--set", "duration_s=1000")
+    assert done.returncode == 2, done
+    assert len(done.stderr.splitlines()) == 1 and "constant_torque" in done.stderr
+
+
 def test_help_and_page_have_the_same_statuses():
     told = run("--help").stdout
     in_help = {word: status for status, word in re.findall(r"^ +(\d+)  (\w+)  +\S", told, re.MULTILINE)}
@@ -372,6 +400,22 @@ def test_an_interrupted_run_leaves_trace_and_summary(mode, name, status, tmp_pat
     assert summary["verdict"] == "interrupted" and summary["metrics"]["simulated_s"] > 0
     with h5py.File(tmp_path / "trace.h5") as trace:
         assert trace["t_ns"][-1] == pytest.approx(1e9 * summary["metrics"]["simulated_s"], abs=2e7)
+
+
+def test_an_interruption_ends_all_that_run(tmp_path):
+    both = [SCENARIOS / "constant_torque.toml", SCENARIOS / "reversal.toml"]
+    words = ["--set", "duration_s=10000", "--set", "trace.interval_us=10000", "--jobs", "2", "--out", tmp_path]
+    traces = [tmp_path / file.stem / "trace.h5" for file in both]
+    with subprocess.Popen(
+        [os.environ["SEXTANT_MIL"], *both, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as program:
+        deadline = time.monotonic() + 50
+        while not all(trace.exists() for trace in traces):
+            assert program.poll() is None and time.monotonic() < deadline
+            time.sleep(0.05)
+        program.send_signal(signal.SIGINT)
+        assert program.wait(50) == 130
+    assert [summary_of(trace.parent)["verdict"] for trace in traces] == ["interrupted"] * 2
 
 
 def test_an_earlier_result_is_replaced_aloud(tmp_path):
