@@ -105,6 +105,13 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
            .group = group,
            .needs = virtual_time,
            .excludes = {"--profile"}},
+          {.name = "--lockstep",
+           .value = &run.lockstep,
+           .what = "frames from the standard input, those of the drive to the standard output, as candump -l "
+                   "writes them; a line (SECONDS) asks to go on until then (sextant.Vcu)",
+           .group = group,
+           .needs = virtual_time,
+           .excludes = {"--profile", scenario_option}},
           {.name = "--log-interface",
            .value = &run.log_interface,
            .what = "the interface of a recording that has several",

@@ -9,8 +9,8 @@ from typing import Any
 import pandas
 from sextant_py import mil_program
 from sextant_py.errors import UserError
-from sextant_py.sweep_file import toml_value
 from sextant_py.sweep_point import clean_reason, has_summary, read_summary
+from sextant_py.sweep_reader import set_words
 
 from .signal_frame import read
 
@@ -46,12 +46,6 @@ class Run:
         return f"<sextant.Run {self.summary['scenario']}: {self.verdict}>"
 
 
-def settings(overrides: dict[str, Any] | None) -> list[str]:
-    """key=value…, as the programs take them."""
-    pairs = (overrides or {}).items()
-    return [word for key, value in pairs for word in ("--set", f"{key}={toml_value(value)}")]
-
-
 def run(
     scenario: str | Path, overrides: dict[str, Any] | None = None, out: str | Path | None = None, trace: bool = True
 ) -> Run:
@@ -67,7 +61,7 @@ def run(
     program = mil_program.find(None)
     keep = tempfile.TemporaryDirectory(prefix="sextant-run-") if out is None else None
     directory = Path(keep.name if keep else out)
-    words = [str(program), str(scenario), "--out", str(directory), *settings(overrides)]
+    words = [str(program), str(scenario), "--out", str(directory), *set_words(overrides or {})]
     done = subprocess.run(
         words + ([] if trace else ["--no-trace"]),
         stdin=subprocess.DEVNULL,

@@ -3,7 +3,7 @@
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
@@ -14,7 +14,9 @@ from . import bus as can_bus
 from .commander import COMMAND, Clock, Commander
 from .contract import Contract
 from .errors import UserError
+from .lockstep_bus import LockstepBus
 from .reports import FOLLOWING_STATES, STATUS, Reports
+from .sweep_reader import set_words
 from .wrong_frames import WRONG
 
 PERIOD_S = 0.01
@@ -78,6 +80,8 @@ class Vcu:
         period_s: float = PERIOD_S,
         torque_limit_nm: float | None = None,
         log: str | Path | None = None,
+        lockstep: str | Path | None = None,
+        overrides: Mapping[str, Any] | None = None,
         keeps_sent: bool = False,
     ) -> None:
         """
@@ -86,13 +90,17 @@ class Vcu:
         period_s: from frame to frame, 1 ms to 1 s [s]
         torque_limit_nm: TorqueLimit of each frame, default: the contract's largest [N·m]
         log: a file in place of a bus, for `sextant-ecu --virtual-time FILE`: no time passes, and no drive replies
+        lockstep: the configuration of a drive in virtual time, which goes on with each frame; no bus
+        overrides: keys of that configuration and their values
         keeps_sent: keep (time [ns], torque [N·m], enable, counter) of each frame in `sent`
         """
         shortest_s, longest_s = PERIODS_S
         if not shortest_s <= period_s <= longest_s:
             raise UserError(f"the period of commands must be {shortest_s:g} to {longest_s:g} s, not {period_s:g} s.")
-        if bus is not None and log is not None:
-            raise UserError("a vehicle control unit has either a bus or a log.")
+        if sum(end is not None for end in (bus, log, lockstep)) > 1:
+            raise UserError("a vehicle control unit has a bus, a log or a drive in lockstep, one of them.")
+        if overrides and lockstep is None:
+            raise UserError("overrides are those of a drive in lockstep.")
         offset = can_bus.default_identifier_offset() if identifier_offset is None else identifier_offset
         self.contract = Contract(identifier_offset=offset)
         limit_nm = _torque_limit(self.contract, torque_limit_nm)
@@ -100,25 +108,31 @@ class Vcu:
         self._demand = (0.0, False, False)
         self._repeater: threading.Thread | None = None
         self.is_there = False
-        clock: Clock | FrameLog = Clock()
+        self._clock: Clock | FrameLog | LockstepBus = Clock()
         if log is not None:
             self._bus: Any = FrameLog(Path(log))
-            self.address, clock = str(log), self._bus
+            self.address, self._clock = str(log), self._bus
+        elif lockstep is not None:
+            self._bus = LockstepBus(Path(lockstep), set_words(overrides or {}))
+            self.address, self._clock = str(lockstep), self._bus
         else:
             address = can_bus.parse(bus or can_bus.default_address())
             self._bus, self.address = can_bus.open_bus(address), str(address)
         self._replies = log is None
-        self._commander = Commander(self._bus, self.contract, period_s, limit_nm, keeps_sent, clock)
+        self._is_live = isinstance(self._clock, Clock)
+        self._commander = Commander(self._bus, self.contract, period_s, limit_nm, keeps_sent, self._clock)
         self.reports = Reports(self._bus, self.contract)
-        if self._replies:
+        if self._is_live:
             self.reports.start()
+        elif lockstep is not None:
+            self._bus.deliver = self.reports.accept
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, problem: type[BaseException] | None, *_: object) -> None:
         try:
-            if self.frames:
+            if self.frames and (self._is_live or problem is None):
                 self.disable()
         finally:
             self.close()
@@ -170,6 +184,11 @@ class Vcu:
     def _faults(self, message: str) -> set[str]:
         values = self.latest.get(message, {})
         return {name for name, signal in self.contract.fault_signals(message).items() if values.get(signal.name)}
+
+    @property
+    def report(self) -> str:
+        """What a drive in lockstep has said at its end, with the digest of the run; empty before, and of others."""
+        return getattr(self._bus, "report", "")
 
     # What was sent
 
@@ -260,7 +279,7 @@ class Vcu:
     @contextmanager
     def repeating(self) -> Iterator[Self]:
         """A context in which a thread sends what is demanded, each period, whatever the caller does meanwhile."""
-        if self._repeater is not None or not self._replies:
+        if self._repeater is not None or not self._is_live:
             raise UserError("a vehicle control unit repeats its demand once, and on a bus.")
         ended = threading.Event()
 
@@ -283,11 +302,11 @@ class Vcu:
         """The hand-shake: disable frames until the drive accepts an enable. `progress` is called each period."""
         if not self._replies:
             raise UserError("a log has no drive that could get ready; demand a disable and run for 0.1 s.")
-        self._periods(timeout_s)  # refuses what is no time
-        deadline = time.monotonic() + timeout_s
+        periods_left = self._periods(timeout_s)
         while not self.is_ready:
-            if time.monotonic() > deadline:
+            if periods_left == 0:
                 self._refuse_handshake(timeout_s)
+            periods_left -= 1
             self.check_contract()
             in_fault = self.state == "FAULT"
             if in_fault and not reset_faults:

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -30,6 +31,11 @@ def toml_value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(toml_value, value)) + "]"
     return repr(value)
+
+
+def set_words(settings: Mapping[str, Any]) -> list[str]:
+    """Keys and values as options of the programs."""
+    return [word for key, value in settings.items() for word in ("--set", f"{key}={toml_value(value)}")]
 
 
 def shown(value: Any) -> str:

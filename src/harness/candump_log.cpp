@@ -155,10 +155,17 @@ LoggedFrame parse_candump(std::string_view line) {
   return logged;
 }
 
+std::int64_t parse_candump_time(std::string_view line) {
+  return parse_time(next_word(line));
+}
+
+std::string format_candump_time(std::int64_t t_ns) {
+  return fmt::format("({:010}.{:06})", t_ns / ns_per_second, t_ns % ns_per_second / 1000);
+}
+
 std::string format_candump(const LoggedFrame& logged) {
   const CanFrame& frame = logged.frame;
-  std::string text = fmt::format("({:010}.{:06}) {} ", logged.t_ns / ns_per_second,
-                                 logged.t_ns % ns_per_second / 1000, logged.interface);
+  std::string text = format_candump_time(logged.t_ns) + fmt::format(" {} ", logged.interface);
   if (frame.error) {
     text += fmt::format("{:08X}#", frame.id | error_flag);
   } else {

@@ -165,7 +165,7 @@ def test_what_cannot_be_meant_is_refused(bus_address: str) -> None:
         ({"period_s": 0.0}, "the period of commands must be 0.001 to 1 s, not 0 s."),
         ({"torque_limit_nm": 251.0}, "the torque limit 251 N·m is not 0 to 250 N·m."),
         ({"torque_limit_nm": float("nan")}, "the torque limit nan N·m is not 0 to 250 N·m."),
-        ({"log": "commands.log"}, "a vehicle control unit has either a bus or a log."),
+        ({"log": "commands.log"}, "a vehicle control unit has a bus, a log or a drive in lockstep, one of them."),
     ]:
         with pytest.raises(sextant.UserError) as refused:
             unit(bus_address, **options)

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <iostream>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -99,11 +100,9 @@ void VirtualRun::require_one_drive_for(const char* what) const {
 }
 
 void VirtualRun::set_up_sources() {
-  if (!options_.log.empty() && !options_.profile.empty()) {
-    refuse("commands come from the recording {} or from the profile {}, not from both", options_.log,
-           options_.profile);
-  }
-  if (options_.log.empty() && options_.profile.empty() && !scenario_ && !options_.duration_s) {
+  const int sources = int(!options_.log.empty()) + int(!options_.profile.empty()) + int(options_.lockstep);
+  if (sources > 1) refuse("commands come from a recording, a --profile or --lockstep, not from both");
+  if (sources == 0 && !scenario_ && !options_.duration_s) {
     refuse("the run has no input and no end: name a recording, a --profile, a --scenario or a --duration");
   }
   timeline_.add(bus_.party());
@@ -112,6 +111,10 @@ void VirtualRun::set_up_sources() {
     replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_,
                     config_.drives.front().can.identifier_offset);
     timeline_.add(replay_->party());
+  }
+  if (options_.lockstep) {
+    client_.emplace(std::cin, stdout, bus_, interface_name(config_.drives.front()));
+    timeline_.add(client_->party());
   }
   if (!options_.profile.empty()) read_profile();
   if (scenario_) require_one_drive_for("a scenario");
@@ -229,6 +232,7 @@ void VirtualRun::run_to_end() {
     record_cycles();
     if (!recording_failure().empty()) return;
     if (ecu_.has_ended() || (problem_ && !problem_().empty())) return;
+    if (client_ && client_->is_over()) return;
     if (!drives_.front().vehicle() || scenario_) continue;  // a scenario has its length
     if (vehicles_are_done()) return;
   }
@@ -280,6 +284,7 @@ std::string VirtualRun::reason() const {
 
 std::string VirtualRun::source() const {
   if (scenario_) return scenario_->name;
+  if (client_) return "--lockstep";
   return options_.profile.empty() ? options_.log : options_.profile;
 }
 

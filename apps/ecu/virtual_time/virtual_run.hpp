@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "ecu/parameters/parameter_changes.hpp"
+#include "ecu/virtual_time/lockstep_client.hpp"
 #include "ecu/virtual_time/run_drive.hpp"
 #include "ecu/virtual_time/timed_changes.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
@@ -27,6 +28,7 @@ struct VirtualRunOptions {
   std::string log{};                        ///< recording to replay; empty: none
   std::string log_interface{};              ///< of the recording; empty: its only one
   std::string profile{};                    ///< torque profile for a vehicle to play; empty: none
+  bool lockstep{false};                     ///< a LockstepClient on the standard streams
   std::string frames_out{};                 ///< recording to write; empty: none
   std::string telemetry_out{};              ///< .csv or .h5; empty: none
   std::string record_cycles{};              ///< recording of the control periods to write; empty: none
@@ -114,6 +116,7 @@ class VirtualRun {
   Profile profile_{};
   std::int64_t profile_end_ns_{0};
   std::optional<LogReplay> replay_{};
+  std::optional<LockstepClient> client_{};
   std::optional<CandumpWriter> frames_{};
   std::int64_t before_shutdown_ns_{0};
   double wall_s_{0.0};

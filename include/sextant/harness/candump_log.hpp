@@ -30,6 +30,12 @@ struct LoggedFrame {
 /// Reads one line. Throws std::runtime_error with the mistake.
 [[nodiscard]] LoggedFrame parse_candump(std::string_view line);
 
+/// The time at the beginning of a line [ns]. Throws as parse_candump.
+[[nodiscard]] std::int64_t parse_candump_time(std::string_view line);
+
+/// The beginning of a line, the time to the microsecond below. [ns]
+[[nodiscard]] std::string format_candump_time(std::int64_t t_ns);
+
 /// The frame as a line, without its end; the time to the microsecond below, as canplayer reads it.
 [[nodiscard]] std::string format_candump(const LoggedFrame& logged);
 
