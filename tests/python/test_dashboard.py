@@ -518,6 +518,32 @@ def test_a_torque_that_is_none_or_too_large_is_refused(commanding: Commanding) -
     assert {entry[1]["TorqueRequest"] for entry in commanding.drive.accepted} <= {0.0}
 
 
+def test_wrong_frames_of_a_page_are_refused_by_the_drive_one_by_one(commanding: Commanding) -> None:
+    page, drive = commanding.at_torque(), commanding.drive
+    refused = drive.refused
+    page.send({"type": "spoil", "kind": "crc", "frames": 2})
+    wait_for(lambda: demand(page, 10.0) or drive.refused == refused + 2, "two refused frames")
+    accepted = len(drive.accepted)
+    wait_for(lambda: demand(page, 10.0) or len(drive.accepted) > accepted + 2, "right frames again")
+    assert drive.refused == refused + 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "frames"),
+    [("nonsense", 3), (None, 3), (["crc"], 3), ("crc", 0), ("crc", 101), ("crc", True), ("crc", 1.5)],
+)
+def test_what_is_no_wrong_frame_is_refused(commanding: Commanding, kind: object, frames: object) -> None:
+    page = commanding.in_control()
+    page.send({"type": "spoil", "kind": kind, "frames": frames})
+    assert "must be" in page.message("refused")["text"]
+
+
+def test_a_page_that_does_not_command_sends_no_wrong_frames(commanding: Commanding) -> None:
+    page = commanding.page()
+    page.send({"type": "spoil", "kind": "crc", "frames": 3})
+    assert "does not command" in page.message("refused")["text"]
+
+
 def test_no_torque_beyond_that_of_the_running_drive_is_sent(domain: int, bus_address: str, tmp_path: Path) -> None:
     arguments = ("--allow-command", "--can", bus_address, "--token", TOKEN, "--demand-timeout", "30")
     with (

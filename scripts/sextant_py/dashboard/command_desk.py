@@ -3,8 +3,11 @@
 import math
 from typing import Any, Protocol
 
+from ..wrong_frames import WRONG
 from .access import Access
 from .vehicle import Vehicle
+
+MOST_WRONG_FRAMES = 100
 
 
 class RefusedError(Exception):
@@ -59,6 +62,16 @@ class CommandDesk:
             raise RefusedError(f"the torque {torque:g} N·m is beyond ±{limit:g} N·m, which --torque-limit sets.")
         limit = self.torque_limit_nm
         self._order(torque_nm=min(max(float(torque), -limit), limit), enable=enable, fault_reset=reset)
+
+    def spoil(self, page: Page, message: dict[str, Any]) -> None:
+        """The next frames are wrong, in one of the ways of `sextant.Vcu`."""
+        self.check_holder(page)
+        kind, frames = message.get("kind"), message.get("frames")
+        if not isinstance(kind, str) or kind not in WRONG:
+            raise RefusedError(f"kind must be one of {', '.join(WRONG)}.")
+        if isinstance(frames, bool) or not isinstance(frames, int) or not 1 <= frames <= MOST_WRONG_FRAMES:
+            raise RefusedError(f"frames must be a whole number from 1 to {MOST_WRONG_FRAMES}.")
+        self._order(spoil=kind, frames=frames)
 
     @property
     def torque_limit_nm(self) -> float:
@@ -116,5 +129,6 @@ class CommandDesk:
             "holder": self._holder.name if self._holder else None,
             "is_mine": page is not None and page is self._holder,
             "takes_faults": self._takes_faults,
+            "wrong_frames": {kind: wrong.meaning for kind, wrong in WRONG.items()},
             **self._report,
         }

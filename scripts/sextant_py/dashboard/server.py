@@ -242,6 +242,9 @@ class PageSocket(websocket.WebSocketHandler):
         if kind == "demand":
             desk.demand(self, message)
             return
+        if kind == "spoil":
+            desk.spoil(self, message)
+            return
         if kind == "watch":
             drive_id = message.get("drive")
             if isinstance(drive_id, bool) or not isinstance(drive_id, int):

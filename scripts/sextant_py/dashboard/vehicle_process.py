@@ -2,6 +2,7 @@
 
 It reads one JSON object a line from its standard input and writes a report a line to its standard output:
   {"torque_nm": 10, "enable": true, "fault_reset": false}   the demand; it holds for --demand-timeout
+  {"spoil": "crc", "frames": 3}                             the next frames are wrong
   {"release": true}                                         disable frames, then none
   {"stop": true}                                            no further frame
   {"end": true}                                             disable frames where it commands, then the process ends
@@ -57,6 +58,8 @@ class Unit:
             if not new.enable:
                 self._is_tripped = False
             self._demand = new
+        elif "spoil" in order:
+            self._vcu.spoil(order["spoil"], order["frames"])
         elif "stop" in order:
             self._stop_sending("the page that commanded is gone")
         else:

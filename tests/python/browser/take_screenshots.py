@@ -37,6 +37,7 @@ def test_picture(
     page.wait_for_selector("#scope-download:not([hidden])")
     page.wait_for_timeout(1000)
     page.click("#plant-faults summary")
+    page.click("#wrong-frames summary")
     DIRECTORY.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=DIRECTORY / f"dashboard_{width}_{scheme}.png", full_page=True)
     page.evaluate("scrollTo(0, 0)")

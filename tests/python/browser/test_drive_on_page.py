@@ -207,6 +207,21 @@ def test_a_fault_from_the_page_trips_the_drive_and_the_page_takes_it_back(
     wait_for(lambda: page.is_hidden("#plant-faults"), "no faults from a page that does not command", page)
 
 
+def test_wrong_frames_from_the_page_trip_the_drive(
+    start_drive: Callable[..., DriveProcess], dashboard: DashboardProcess, open_page: Callable[..., Page]
+) -> None:
+    start_drive()
+    page = open_page(dashboard.address)
+    page.wait_for_selector("#take:not([disabled])")
+    assert page.is_hidden("#wrong-frames")
+    enable(page)
+    page.click("#wrong-frames summary")
+    page.fill("#wrong-frames input", "10")
+    page.click('#wrong-frames [data-wrong="crc"]')
+    wait_for_state(page, "FAULT")
+    wait_for(lambda: "COMMAND_INVALID" in page.inner_text("#faults"), "the fault's name", page)
+
+
 def test_a_second_page_sees_who_commands(
     start_drive: Callable[..., DriveProcess], dashboard: DashboardProcess, open_page: Callable[..., Page]
 ) -> None:

@@ -2,6 +2,7 @@
 
 import { element, number, quantity, setText } from "./format.js";
 import { token } from "./token.js";
+import { WrongFrames } from "./wrong_frames.js";
 
 const RENEW_MS = 100;
 const RESET_MS = 300;
@@ -50,7 +51,8 @@ export class CommandPanel {
     const unit = element("span", { class: "quiet" }, "N·m");
     this.controls = element("div", {}, element("div", { class: "row" }, this.enable, this.stop));
     this.controls.append(this.slider, element("div", { class: "row" }, this.entry, unit, this.zero));
-    this.controls.append(element("div", { class: "row" }, this.reset, this.release), this.reported);
+    this.wrong = new WrongFrames(this.link);
+    this.controls.append(element("div", { class: "row" }, this.reset, this.release), this.reported, this.wrong.node);
     const title = element("h2", { id: "command-title" }, "Command over CAN");
     this.node.append(title, element("div", { class: "row" }, this.take), this.controls, this.say, this.bus);
     this.show();
@@ -143,6 +145,7 @@ export class CommandPanel {
     const [text, isBad] = this.sentence(s);
     setText(this.say, text);
     this.say.classList.toggle("bad", isBad);
+    this.wrong.show(s.wrong_frames);
     if (this.isMine) this.showReport(s);
   }
 
