@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <functional>
 #include <iterator>
@@ -14,20 +13,13 @@
 #include <vector>
 
 #include "sextant/conformance/conformance_parameters.hpp"
+#include "sextant/conformance/conformance_result.hpp"
 #include "sextant/conformance/flux_loop.hpp"
 #include "sextant/conformance/random_periods.hpp"
 #include "sextant/control/controller.hpp"
 #include "sextant/core/gate_pattern.hpp"
 
 namespace sextant {
-
-/// What is wrong with a controller: the first violation of each rule, a sentence each. Empty: it conforms.
-struct ConformanceResult {
-  std::uint64_t seed{};
-  std::vector<std::string> violations{};
-
-  [[nodiscard]] bool passed() const noexcept { return violations.empty(); }
-};
 
 /// Runs controllers on seeded random inputs, and on a machine, and checks what a drive relies on:
 ///
@@ -141,11 +133,7 @@ class ControllerCheck {
 
   /// Keeps the first violation of each rule; its name precedes the colon.
   void require(bool holds, const std::string& sentence, std::size_t period) {
-    if (holds) return;
-    const std::string rule = sentence.substr(0, sentence.find(':') + 1);
-    for (const std::string& known : result_.violations) {
-      if (known.starts_with(rule)) return;
-    }
+    if (holds || result_.has(sentence.substr(0, sentence.find(':') + 1))) return;
     result_.violations.push_back(sentence + ", first in period " + std::to_string(period) + " of seed " +
                                  std::to_string(parameters_.seed));
   }
@@ -170,15 +158,6 @@ template <class C, class T = double>
   }
   if constexpr (requires { C::channels; }) parameters.channels = std::size(C::channels);
   return ControllerCheck<T>{[&controller] { return std::make_unique<C>(controller); }, parameters}.run();
-}
-
-/// Prints the result with its seed; returns the exit status of a program, 0 when the controller conforms.
-inline int report(const char* name, const ConformanceResult& result, std::FILE* out = stdout) {
-  for (const std::string& violation : result.violations)
-    std::fprintf(out, "%s: %s\n", name, violation.c_str());
-  std::fprintf(out, "%s: %s, seed %llu\n", name, result.passed() ? "conforms" : "does not conform",
-               static_cast<unsigned long long>(result.seed));
-  return result.passed() ? 0 : 1;
 }
 
 }  // namespace sextant
