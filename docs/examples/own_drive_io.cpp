@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "sextant/conformance/check_drive_io.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/core/drive_io.hpp"
 #include "sextant/drive/resolved.hpp"
@@ -77,8 +78,8 @@ class RegisterDriveIo final : public sextant::DriveIo<double> {
 
   InverterRegisters& registers_;
   std::int32_t period_ns_;
-  GatePattern written_{};
-  GatePattern in_force_{};
+  GatePattern written_{sextant::gates_off, period_ns_};
+  GatePattern in_force_{sextant::gates_off, period_ns_};
   std::uint32_t last_count_{0};
   std::uint32_t beats_{0};
   bool started_{false};
@@ -110,10 +111,22 @@ void expect(bool holds, const char* what) {
   failures += holds ? 0 : 1;
 }
 
+/// On hardware `wait` returns at that time; here it is what the samples of the converters have come to.
+void check_conformance(std::int32_t period_ns) {
+  InverterRegisters registers{};
+  registers.u_dc = 21'200;
+  RegisterDriveIo io{registers, period_ns};
+  const auto wait = [&](std::int64_t t_ns) { registers.period_count = std::uint32_t(t_ns / period_ns); };
+  const sextant::ConformanceResult result = sextant::check_drive_io<double>(
+      io, {.period_ns = period_ns, .actuation_delay_periods = 1, .has_machine = false, .wait = wait});
+  expect(sextant::report("RegisterDriveIo", result) == 0, "it is what a drive relies on");
+}
+
 }  // namespace
 
 int main() {
   constexpr std::int32_t period_ns = 25'000;
+  check_conformance(period_ns);
   InverterRegisters registers{};
   registers.u_dc = 21'200;  // 530 V
 

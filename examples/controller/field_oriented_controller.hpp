@@ -86,11 +86,17 @@ class FieldOrientedController final : public sextant::Controller<T> {
   };
 
   explicit FieldOrientedController(const Parameters& p) noexcept
-      : p_{p}, dt_{T(p.period_ns) * T(1e-9)}, k_r_{p.machine.k_r()}, sigma_l_s_{p.machine.sigma_l_s()} {}
+      : p_{p},
+        dt_{T(p.period_ns) * T(1e-9)},
+        k_r_{p.machine.k_r()},
+        sigma_l_s_{p.machine.sigma_l_s()},
+        no_load_flux_{p.flux_reference * p.machine.l_m / p.machine.l_s()},
+        psi_reference_{no_load_flux_} {}
 
   [[nodiscard]] sextant::GatePattern step(const sextant::Measurement<T>& m,
                                           sextant::ControlReference<T> reference) noexcept
       SEXTANT_NONBLOCKING override {
+    psi_reference_ = reference.flux_share * no_load_flux_;
     orient(m);
     if (reference.mode == sextant::ControlMode::off) {
       integral_ = {};
@@ -107,6 +113,7 @@ class FieldOrientedController final : public sextant::Controller<T> {
     this->estimate_ = {};
     integral_ = i_ = {};
     theta_ = omega_e_ = psi_r_ = T(0);
+    psi_reference_ = no_load_flux_;
     values_ = {};
   }
 
@@ -123,11 +130,8 @@ class FieldOrientedController final : public sextant::Controller<T> {
   [[nodiscard]] static Vector turned(Vector x, T angle) noexcept SEXTANT_NONBLOCKING {
     return std::cos(angle) * x + std::sin(angle) * sextant::rotate_90(x);
   }
-  [[nodiscard]] T psi_reference() const noexcept {
-    return p_.flux_reference * p_.machine.l_m / p_.machine.l_s();
-  }
   /// For divisions: no slip and no torque current belong to a flux that is not there. [Wb]
-  [[nodiscard]] T usable_flux() const noexcept { return std::max(psi_r_, T(0.1) * psi_reference()); }
+  [[nodiscard]] T usable_flux() const noexcept { return std::max(psi_r_, T(0.1) * psi_reference_); }
 
   /// Flux, angle and estimate at the measurement, after the time for which its pattern was applied.
   void orient(const sextant::Measurement<T>& m) noexcept SEXTANT_NONBLOCKING {
@@ -141,7 +145,7 @@ class FieldOrientedController final : public sextant::Controller<T> {
     e.psi_s = turned(sigma_l_s_ * i_ + Vector{k_r_ * psi_r_, T(0)}, theta_);
     e.psi_s_magnitude = sextant::magnitude(e.psi_s);
     e.torque = T(1.5) * T(p_.machine.pole_pairs) * k_r_ * psi_r_ * i_.beta;
-    e.magnetised = psi_r_ > T(0.97) * psi_reference();
+    e.magnetised = psi_r_ > T(0.97) * psi_reference_;
     values_ = {i_.alpha, i_.beta, psi_r_};
   }
 
@@ -149,8 +153,8 @@ class FieldOrientedController final : public sextant::Controller<T> {
   /// [A]
   [[nodiscard]] Vector current_reference(T torque) const noexcept SEXTANT_NONBLOCKING {
     constexpr T flux_gain = T(20);
-    const T steady = psi_reference() / p_.machine.l_m;
-    const T i_d = std::clamp(steady + flux_gain * (psi_reference() - psi_r_) / p_.machine.l_m, T(0),
+    const T steady = psi_reference_ / p_.machine.l_m;
+    const T i_d = std::clamp(steady + flux_gain * (psi_reference_ - psi_r_) / p_.machine.l_m, T(0),
                              T(0.8) * p_.current_limit);
     const T limit = std::sqrt(p_.current_limit * p_.current_limit - i_d * i_d);
     const T i_q = torque / (T(1.5) * T(p_.machine.pole_pairs) * k_r_ * usable_flux());
@@ -177,6 +181,8 @@ class FieldOrientedController final : public sextant::Controller<T> {
   T dt_;                       ///< control period [s]
   T k_r_;                      ///< [-]
   T sigma_l_s_;                ///< [H]
+  T no_load_flux_;             ///< rotor flux that belongs to the configured stator flux without load [Wb]
+  T psi_reference_;            ///< of the rotor flux: the share of it that the reference asks for [Wb]
   Vector i_{};                 ///< in the frame of the rotor flux [A]
   Vector integral_{};          ///< of the current controllers [V]
   T theta_{};                  ///< angle of the rotor flux, electrical [rad]

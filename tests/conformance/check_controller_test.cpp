@@ -7,6 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/control/field_oriented_controller.hpp"
+
 namespace sextant {
 namespace {
 
@@ -76,7 +79,7 @@ class MistakenController final : public Controller<double> {
 };
 
 std::vector<std::string> violations(Mistake mistake) {
-  return check_controller<MistakenController>({mistake}).violations;
+  return check_controller<MistakenController>({mistake}, {.has_flux_reference = false}).violations;
 }
 
 TEST(CheckController, NamesTheRuleThatIsBroken) {
@@ -90,12 +93,57 @@ TEST(CheckController, NamesTheRuleThatIsBroken) {
   EXPECT_THAT(violations(Mistake::too_many_channels), ElementsAre(StartsWith("channels: ")));
 }
 
+/// A controller of Sextant that gets another share of the flux than the one that is asked for.
+template <class C, double (*share_of)(double)>
+class Misled final : public Controller<double> {
+ public:
+  using Parameters = typename C::Parameters;
+  explicit Misled(const Parameters& parameters) : inner_{parameters} {}
+  GatePattern step(const Measurement<double>& m, ControlReference<double> reference) noexcept override {
+    reference.flux_share = share_of(reference.flux_share);
+    const GatePattern pattern = inner_.step(m, reference);
+    estimate_ = inner_.estimate();
+    return pattern;
+  }
+  void reset() noexcept override {
+    inner_.reset();
+    estimate_ = inner_.estimate();
+  }
+
+ private:
+  C inner_;
+};
+
+constexpr double whole(double /*share*/) {
+  return 1.0;
+}
+constexpr double square(double share) {
+  return share * share;
+}
+constexpr double root(double share) {
+  return share < 1.0 ? 0.7 : 1.0;
+}
+
+template <template <class, double (*)(double)> class M, class C>
+void expect_that_the_flux_is_missed() {
+  const auto found = [](auto result) { return result.violations; };
+  const ConformanceParameters p{.periods = 100};
+  EXPECT_THAT(found(check_controller<M<C, whole>>({}, p)), ElementsAre(StartsWith("flux: "))) << C::name;
+  EXPECT_THAT(found(check_controller<M<C, square>>({}, p)), ElementsAre(StartsWith("flux: "))) << C::name;
+  EXPECT_THAT(found(check_controller<M<C, root>>({}, p)), ElementsAre(StartsWith("flux: "))) << C::name;
+}
+
+TEST(CheckController, AFluxThatIsNotTheShareIsFound) {
+  expect_that_the_flux_is_missed<Misled, DirectTorqueController<double>>();
+  expect_that_the_flux_is_missed<Misled, FieldOrientedController<double>>();
+}
+
 TEST(CheckController, FindsNothingInAControllerThatConforms) {
   EXPECT_THAT(violations(Mistake::none), IsEmpty());
 }
 
 TEST(CheckController, SaysTheSeed) {
-  ConformanceParameters p{.seed = 987654321};
+  ConformanceParameters p{.seed = 987654321, .has_flux_reference = false};
   const ConformanceResult result = check_controller<MistakenController>({Mistake::nan}, p);
   EXPECT_EQ(result.seed, 987654321U);
   EXPECT_THAT(result.violations, ElementsAre(testing::HasSubstr("of seed 987654321")));

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sextant/core/leg_duties.hpp"
 #include "sextant/core/two_level_inverter.hpp"
 
 namespace sextant {
@@ -70,6 +71,23 @@ TYPED_TEST(SpaceVectorModulatorOf, TheMeanVoltageIsTheOneDemanded) {
         EXPECT_NEAR(mean_voltage(pattern).beta, double(u.beta), rounding);
       });
     }
+  }
+}
+
+// d_x = 1/2 + (u_x − (max u + min u)/2)/u_dc: J. Holtz, "Pulsewidth modulation: a survey", IEEE Trans. Ind.
+// Electron. 39 (1992) 410–420.
+TYPED_TEST(SpaceVectorModulatorOf, TheDutyCyclesAreThoseOfTheCarrierWithTheMeanOfItsExtremes) {
+  using T = TypeParam;
+  for (const PatternKind kind : {PatternKind::symmetric, PatternKind::asymmetric}) {
+    SpaceVectorModulator<T> modulator{{.pattern = kind}};
+    this->for_vectors(0.999 * u_dc / std::numbers::sqrt3, [&](SpaceVector<T> u) {
+      const ThreePhase<T> d = leg_duties<T>(modulator.step(u, T(u_dc), period_ns));
+      const ThreePhase<double> v = inverse_clarke(SpaceVector<double>{double(u.alpha), double(u.beta)});
+      const double middle = 0.5 * (std::max({v.a, v.b, v.c}) + std::min({v.a, v.b, v.c}));
+      EXPECT_NEAR(double(d.a), 0.5 + (v.a - middle) / u_dc, 2.0 / period_ns);
+      EXPECT_NEAR(double(d.b), 0.5 + (v.b - middle) / u_dc, 2.0 / period_ns);
+      EXPECT_NEAR(double(d.c), 0.5 + (v.c - middle) / u_dc, 2.0 / period_ns);
+    });
   }
 }
 

@@ -42,7 +42,7 @@ class RandomPeriods {
     p.measurement.applied = pattern();
     if (below(2) == 0)
       p.measurement.theta_m = T(std::uniform_real_distribution<double>{-3.14, 3.14}(random_));
-    p.reference = {mode_, value(T(200), T(1e6))};
+    p.reference = {mode_, value(T(200), T(1e6)), flux_share()};
     return p;
   }
 
@@ -70,6 +70,12 @@ class RandomPeriods {
   }
   [[nodiscard]] T between(T limit) {
     return T(std::uniform_real_distribution<double>{-double(limit), double(limit)}(random_));
+  }
+
+  /// 1 as often as not, as a drive asks for it below its base speed.
+  [[nodiscard]] T flux_share() {
+    const T least = range_ == InputRange::plausible ? T(0.1) : T(1e-3);
+    return below(2) == 0 ? T(1) : T(std::uniform_real_distribution<double>{double(least), 1.0}(random_));
   }
 
   [[nodiscard]] SwitchState state() {
