@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <system_error>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "number_text.hpp"
 #include "sextant/files/text_lines.hpp"
@@ -175,21 +178,25 @@ void insert_section_layer(std::vector<Layer>& layers, const std::string& section
   layers.insert(layers.begin(), read_layer(*file, section));
 }
 
-void insert_base_layer(std::vector<Layer>& layers) {
+void insert_base_layers(std::vector<Layer>& layers) {
   constexpr const char* key = "base";
-  Layer& changes = layers.front();
-  const toml::node* node = changes.table.get(key);
-  if (node == nullptr) return;
-  const auto path = node->value<std::string>();
-  ConfigProblem place = changes.problem(node, key, "expected the path of a file, got " + shown(*node));
-  if (!path || path->empty()) throw ConfigError{{std::move(place)}};
-  const std::string file = changes.resolved(*path);
-  require_file(file, key, std::move(place));
-  changes.table.erase(key);
-  Layer base = read_layer(file);
-  if (const toml::node* own = base.table.get(key))
-    throw ConfigError{{base.problem(own, key, "a base file names no base of its own")}};
-  layers.insert(layers.begin(), std::move(base));
+  constexpr std::size_t most_bases = 8;
+  for (std::size_t bases = 0;; ++bases) {
+    Layer& changes = layers.front();
+    const toml::node* node = changes.table.get(key);
+    if (node == nullptr) return;
+    if (bases == most_bases) {
+      throw ConfigError{{changes.problem(
+          node, key, fmt::format("more than {} files one behind the other, or a circle of them", most_bases))}};
+    }
+    const auto path = node->value<std::string>();
+    ConfigProblem place = changes.problem(node, key, "expected the path of a file, got " + shown(*node));
+    if (!path || path->empty()) throw ConfigError{{std::move(place)}};
+    const std::string file = changes.resolved(*path);
+    require_file(file, key, std::move(place));
+    changes.table.erase(key);
+    layers.insert(layers.begin(), read_layer(file));
+  }
 }
 
 std::string shown(const toml::node& node) {

@@ -45,7 +45,7 @@ Config load(Layer file, const std::vector<std::string>& overrides,
             std::span<const char* const> sections_with_file, Config config) {
   std::vector<Layer> layers;
   layers.push_back(std::move(file));
-  insert_base_layer(layers);
+  insert_base_layers(layers);
   for (const Layer& layer : layers) require_one_drive(layer);
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
   for (const char* const section : sections_with_file) insert_section_layer(layers, section);
