@@ -7,7 +7,7 @@ import sys
 import tomllib
 
 from . import completion
-from .errors import run
+from .errors import REFUSED, run
 from .paths import IS_CHECKOUT, ROOT
 
 COMMANDS = {
@@ -63,9 +63,9 @@ def command() -> None:
         sys.exit(0)
     if name in ("", "-h", "--help"):
         print(f"usage: sextant COMMAND [ARGUMENTS...]; sextant COMMAND --help tells more\n\n{listed}")
-        sys.exit(0 if name else 1)
+        sys.exit(0 if name else REFUSED)
     print(f'sextant: unknown command "{name}"; known are {", ".join(COMMANDS)}.', file=sys.stderr)
-    sys.exit(1)
+    sys.exit(REFUSED)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from . import comparison_report as report
 from .comparison import OUT, Row, Tolerances, compare, runs_of
-from .errors import UserError, run, status_or_refusal
+from .errors import UserError, run
 from .seconds import finite_seconds
 
 EXAMPLES = """examples:
@@ -99,7 +99,7 @@ def perform(options: argparse.Namespace) -> int:
 
 
 def main(arguments: list[str]) -> int:
-    return status_or_refusal("compare", lambda: perform(parse_arguments(arguments)))
+    return perform(parse_arguments(arguments))
 
 
 if __name__ == "__main__":

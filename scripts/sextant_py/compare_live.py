@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from .errors import UserError, run
+from .errors import EndedError, UserError, run
 from .paths import ECU, LOOPBACK, ROOT
 from .profile import load
 
@@ -64,10 +64,18 @@ def drive(options: argparse.Namespace, integrator: str) -> Run:
             played = subprocess.run(vehicle, capture_output=True, text=True)
             said = ecu.communicate()[1]
         if played.returncode or ecu.returncode:
-            raise UserError(f"the run with {integrator} has failed: {(played.stderr or said).strip()}")
+            raise EndedError(f"the run with {integrator} has failed: {(played.stderr or said).strip()}")
         found = json.loads(timing.read_text(encoding="utf-8"))
     own = found["overruns_by_cause"][OWN]
     return Run(found["periods"], found["periods_missed"], found["overruns"], own, found["execution"])
+
+
+def check(options: argparse.Namespace) -> None:
+    """UserError with what sextant-ecu says about the configuration, before a vehicle waits for it."""
+    words = [word for setting in options.set for word in ("--set", setting)]
+    done = subprocess.run([PROGRAM, options.config, "--print-config", *words], capture_output=True, text=True)
+    if done.returncode:
+        raise UserError(f"the drive is refused: {' '.join(done.stderr.split())}")
 
 
 def in_turns(options: argparse.Namespace) -> dict[str, list[Run]]:
@@ -122,7 +130,9 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 
 
 def main(arguments: list[str]) -> int:
-    found = in_turns(parse_arguments(arguments))
+    options = parse_arguments(arguments)
+    check(options)
+    found = in_turns(options)
     Console().print(table_of(found))
     return 0
 

@@ -1,6 +1,7 @@
 """The drive on a Cortex-M4F: builds firmware, runs golden inputs under QEMU, judges and counts."""
 
 import argparse
+import os
 import re
 import subprocess
 from dataclasses import asdict
@@ -271,6 +272,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--update", action="store_true", help="make these figures the ones that may not grow")
     parser.add_argument("--host", type=Path, required=True, help="sextant_golden")
     options = parser.parse_args(arguments)
+    if not (options.host.is_file() and os.access(options.host, os.X_OK)):
+        raise UserError(f"--host: {options.host} is not a program.")
     BUILD.mkdir(parents=True, exist_ok=True)
     if options.self_test:
         problems = self_test(options.host.resolve())

@@ -1,5 +1,6 @@
 """How the programs end when something outside them is wrong."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -7,9 +8,31 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
+FAILED = 1  # exit status of a command that a problem has ended
+REFUSED = 2  # of one that has not run: the command, a file or a key is wrong, or the machine lacks what it needs
+
+EXHAUSTED = frozenset(
+    (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EPIPE)
+)  # errors of the system that no other argument avoids
+
 
 class UserError(Exception):
     """What went wrong and what to do about it, in one sentence."""
+
+
+class EndedError(UserError):
+    """A problem that ended what was right and had begun, as a drive that does not answer."""
+
+
+def status_of(error: BaseException) -> int:
+    """FAILED where a problem ended the command, also one of the system behind a sentence about it; else REFUSED."""
+    if isinstance(error, EndedError):
+        return FAILED
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in EXHAUSTED:
+            return FAILED
+        error = error.__cause__ or error.__context__
+    return REFUSED
 
 
 def output_of(*command: object, with_errors: bool = False) -> str:
@@ -20,7 +43,7 @@ def output_of(*command: object, with_errors: bool = False) -> str:
     except FileNotFoundError:
         raise UserError(f"{words[0]} is missing; scripts/setup --gates installs it.") from None
     if done.returncode:
-        raise UserError(f"{' '.join(words)} failed: {(done.stderr or done.stdout).strip()[-300:]}")
+        raise UserError(f"{' '.join(words)} failed: {' '.join((done.stderr or done.stdout).split())[-300:]}")
     return done.stdout + (done.stderr if with_errors else "")
 
 
@@ -42,7 +65,7 @@ def _flush() -> None:
         os.close(nothing)
         if isinstance(error, BrokenPipeError):
             raise
-        raise UserError(f"standard output cannot be written: {error.strerror}.") from None
+        raise EndedError(f"standard output cannot be written: {error.strerror}.") from None
 
 
 def _status_of(main: Callable[[list[str]], int]) -> int:
@@ -55,20 +78,17 @@ def _status_of(main: Callable[[list[str]], int]) -> int:
     return status
 
 
-REFUSED = 2  # exit status of a command whose arguments or files are wrong
-
-
 def status_or_refusal(program: str, perform: Callable[[], int]) -> int:
-    """The status of perform; REFUSED, and one line on stderr, where it raises a UserError."""
+    """The status of perform; where it raises a UserError, one line on stderr and the status of that."""
     try:
         return perform()
     except UserError as error:
         print(f"{program}: {error}", file=sys.stderr)
-        return REFUSED
+        return status_of(error)
 
 
 def run(program: str, main: Callable[[list[str]], int]) -> None:
-    """Runs main on the command line; a UserError or an error of the system is one line on stderr and exit status 1.
+    """Runs main on the command line; a UserError or an error of the system is one line on stderr and an exit status.
 
     A shell that asks for completions is answered instead. SIGTERM ends it as Ctrl-C does. Ctrl-C is taken even where a
     shell started the program in the background. Where a terminal or a file takes no UTF-8, what it lacks becomes "?".
@@ -83,21 +103,18 @@ def run(program: str, main: Callable[[list[str]], int]) -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     try:
-        status = _status_of(main)
-    except UserError as error:
-        print(f"{program}: {error}", file=sys.stderr)
-        status = 1
+        status = status_or_refusal(program, lambda: _status_of(main))
     except KeyboardInterrupt:
         status = 130
     except BrokenPipeError:
         sys.stderr.close()
-        status = 1
+        status = FAILED
     except OSError as error:
         print(f"{program}: {reason_of(error)}.", file=sys.stderr)
-        status = 1
+        status = status_of(error)
     except UnicodeError as error:
         print(f"{program}: a text is not in the encoding that is expected: {error}.", file=sys.stderr)
-        status = 1
+        status = REFUSED
     with suppress(OSError, UserError):
         _flush()  # what an error has left
     sys.exit(status)

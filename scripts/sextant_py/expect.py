@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from . import expect_scenario, junit, mil_program
-from .errors import UserError, run, status_or_refusal
+from .errors import UserError, run
 from .expect_bounds import Bounds
 from .expect_evaluation import Evaluation, LimitResult, evaluate
 from .seconds import finite_seconds
@@ -149,7 +149,7 @@ def perform(options: argparse.Namespace) -> int:
 
 
 def main(arguments: list[str]) -> int:
-    return status_or_refusal("expect", lambda: perform(parse_arguments(arguments)))
+    return perform(parse_arguments(arguments))
 
 
 if __name__ == "__main__":

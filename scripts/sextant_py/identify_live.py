@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Self
 
 from .control_unit import Vcu
-from .errors import UserError
+from .errors import EndedError, UserError
 from .identify_run import Plant, given_words, tripped
 from .reports import RUNNING_STATES
 from .sweep_file import Settings
@@ -97,16 +97,18 @@ class EcuProcess:
         """A UserError where it has ended."""
         status = self._process.poll()
         if status is not None:
-            raise UserError(f"{ECU} ended with status {status}: {self._reason()}")
+            raise EndedError(f"{ECU} ended with status {status}: {self._reason()}")
 
     def leave(self) -> None:
         """Torque to zero, gates off, files closed."""
         try:
             status = self._end()
         except subprocess.TimeoutExpired:
-            raise UserError(f"{ECU} did not shut down within {LEAVE_S:g} s; {self._log} has what it reports.") from None
+            raise EndedError(
+                f"{ECU} did not shut down within {LEAVE_S:g} s; {self._log} has what it reports."
+            ) from None
         if status != 0:
-            raise UserError(f"{ECU} ended with status {status}: {self._reason()}")
+            raise EndedError(f"{ECU} ended with status {status}: {self._reason()}")
 
     def _end(self) -> int:
         if self._process.poll() is None:
@@ -130,9 +132,9 @@ def follow(vcu: Vcu, ecu: EcuProcess, course: str, length_s: float, progress: Pr
         if vcu.state == "FAULT":
             raise tripped(vcu.first_fault or "a fault", course, f" at {passed:.3f} s")
         if not vcu.is_there:
-            raise UserError(f"the drive's status frames timed out {passed:.2f} s into the course of {course}.")
+            raise EndedError(f"the drive's status frames timed out {passed:.2f} s into the course of {course}.")
         if vcu.state not in RUNNING_STATES:
-            raise UserError(f"the drive left the course of {course} after {passed:.2f} s; it reports {vcu.state}.")
+            raise EndedError(f"the drive left the course of {course} after {passed:.2f} s; it reports {vcu.state}.")
         progress.show(f"{course} {100 * passed / length_s:3.0f} % of {length_s:.1f} s  drive: {standing(vcu)}")
 
 
@@ -153,7 +155,7 @@ def record_in_virtual_time(course: str, duration_s: float, command: list[str]) -
         return
     if fault := re.search(r"went to FAULT \((\w+)\)", done.stderr):
         raise tripped(fault[1], course)
-    raise UserError(f"{ECU} ended with status {done.returncode}: {clean_reason(done.stderr, ECU)}")
+    raise EndedError(f"{ECU} ended with status {done.returncode}: {clean_reason(done.stderr, ECU)}")
 
 
 def replayed(ecu: Path, cycles: Path, trace: Path) -> Path:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from . import torque_map_file
-from .errors import UserError
+from .errors import EndedError, UserError
 from .identify_fit import Level
 from .identify_impedance import Block, Timing
 from .identify_inertia import Course, Inertia
@@ -205,7 +205,7 @@ def _run(plant: MilPlant, course: str, settings: Settings) -> Path:
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=None if shown else subprocess.PIPE, text=True)
     summary = read_summary(out)
     if summary is None:
-        raise UserError(f"sextant-mil ended with status {done.returncode}: {clean_reason(done.stderr or '')}")
+        raise EndedError(f"sextant-mil ended with status {done.returncode}: {clean_reason(done.stderr or '')}")
     if summary["faults"]:
         first = summary["faults"][0]
         raise tripped(first["fault"], course, f" at {first['t_s']:.3f} s")
@@ -233,7 +233,7 @@ def measure(plant: Plant, course: str) -> list[dict[str, float]]:
     rows = undisturbed(read_rows(trace, count), gaps_of(trace), course, configuration)
     fastest = max(abs(row["level_speed_rad_s"]) for row in rows)
     if fastest > plant.slowest_shaft:
-        raise UserError(
+        raise EndedError(
             f"the shaft turns at {fastest:.3g} rad/s while the {course} are measured, which need one that stands still "
             f"(below {plant.slowest_shaft:.2g} rad/s): hold it, or let it come to rest."
         )
@@ -276,7 +276,7 @@ def read_rows(file: Path, count: int) -> list[dict[str, float]]:
         time = trace["t_ns"][()]
     over = values["level"]
     if not over.size or over.max() < count:
-        raise UserError(f"{file}: the run ended before all {count} levels were over; read what the drive reports.")
+        raise EndedError(f"{file}: the run ended before all {count} levels were over; read what the drive reports.")
     firsts = [int(np.argmax(over >= number)) for number in range(1, count + 1)]
     return [{name: float(values[name][row]) for name in CHANNELS} | {END: 1e-9 * time[row]} for row in firsts]
 
@@ -305,7 +305,7 @@ def undisturbed(
         if not np.any((gaps >= begin) & (gaps <= row[END])):
             kept.append(row)
     if 2 * len(kept) < len(rows):
-        raise UserError(
+        raise EndedError(
             f"the drive missed control periods in {len(rows) - len(kept)} of {len(rows)} levels of the course of "
             f"{course}; docs/realtime.md says what to change, and a longer drive.period_us takes less time, where a "
             "[control.dtc] of the file allows it."

@@ -105,7 +105,10 @@ def print_table(now: dict[str, float], baseline: dict[str, float]) -> None:
 def check(probe: Path, file: Path) -> int:
     if not file.exists():
         raise UserError(f"{file} is missing; scripts/check_instructions --update writes it.")
-    stored = json.loads(file.read_text(encoding="utf-8"))
+    try:
+        stored = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UserError(f"{file} is no baseline: {error}.") from None
     baseline = stored["instructions_per_step"]
     now = measure(probe)
     print_table(now, baseline)

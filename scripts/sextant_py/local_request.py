@@ -5,7 +5,7 @@ import socket
 from pathlib import Path
 from typing import Any
 
-from .errors import UserError
+from .errors import EndedError, UserError
 
 REPLY_S = 5.0  # for which a program's reply is waited for
 LARGEST = 1 << 20  # bytes of a reply
@@ -23,7 +23,7 @@ def ask(path: str | Path, request: str, absent: str) -> str:
             client.send(request.encode(errors="replace"))
             return client.recv(LARGEST).decode(errors="replace")
         except TimeoutError:
-            raise UserError(f"no reply on {path} within {REPLY_S:g} s.") from None
+            raise EndedError(f"no reply on {path} within {REPLY_S:g} s.") from None
         except OSError as error:
             reason, _, what_to_do = absent.partition("; ")
             raise UserError(f"{reason} on {path}: {error.strerror or error}; {what_to_do}") from None

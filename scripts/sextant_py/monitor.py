@@ -13,7 +13,7 @@ from rich.text import Text
 
 from .dds import Drive, Telemetry
 from .drive_view import FOLLOWING, TIMEOUT_S, DriveView, fault_names
-from .errors import UserError, run
+from .errors import EndedError, run
 from .seconds import positive_seconds
 
 __all__ = ["FOLLOWING", "PATIENCE_S", "TIMEOUT_S", "Monitor", "as_dict", "fault_names", "main", "plain"]
@@ -141,7 +141,7 @@ def main(arguments: list[str]) -> int:
         except KeyboardInterrupt:
             pass
     if telemetry.stream.samples == 0:
-        raise UserError(" ".join(telemetry.problems()) or "no telemetry arrived.")
+        raise EndedError(" ".join(telemetry.problems()) or "no telemetry arrived.")
     return 0
 
 

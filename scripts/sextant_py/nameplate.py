@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 from . import nameplate_files, nameplate_page, nameplate_plate
-from .errors import UserError, run, status_or_refusal
+from .errors import UserError, run
 from .machine_library_points import METHODS
 from .nameplate_limits import OVERLOAD, limits_of
 from .nameplate_report import report
@@ -71,7 +71,7 @@ def plate_of(options: argparse.Namespace) -> nameplate_plate.NamePlate:
 
 
 def main(arguments: list[str]) -> int:
-    return status_or_refusal("nameplate", lambda: perform(parse_arguments(arguments)))
+    return perform(parse_arguments(arguments))
 
 
 def perform(options: argparse.Namespace) -> int:

@@ -15,7 +15,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from .errors import UserError
+from .errors import EndedError
 from .paths import ROOT
 from .sweep_point import WITH_FIGURES
 
@@ -115,7 +115,7 @@ class Lab:
         arguments = [str(SCENARIOS / f"{scenario}.toml"), "--print-config"]
         found = subprocess.run([self.mil, *arguments], cwd=ROOT, capture_output=True, text=True)
         if found.returncode != 0:
-            raise UserError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
+            raise EndedError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
         return found.stdout
 
     def _begin(self, scenario: str, settings: Settings, trace: bool) -> "Future[Run]":
@@ -147,6 +147,6 @@ class Lab:
         content = json.loads(summary.read_text(encoding="utf-8")) if summary.is_file() else {}
         # A tripped drive or a failed integration leaves a summary too.
         if content.get("verdict") not in WITH_FIGURES or found.stderr.strip():
-            raise UserError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
+            raise EndedError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
         metrics = {name: math.nan if entry is None else entry for name, entry in content["metrics"].items()}
         return Run("sextant-mil " + shlex.join(arguments), metrics, directory)

@@ -13,7 +13,7 @@ from cyclonedds.topic import Topic
 
 from . import bus as can_bus
 from . import dds, telemetry_types
-from .errors import UserError, run
+from .errors import EndedError, UserError, run
 from .recording import formats, topics
 from .recording.can_frames import CAN, frame_of
 from .recording.model import MAIN, Source
@@ -144,14 +144,14 @@ def main(arguments: list[str]) -> int:
             player.play(options.speed, number, progress)
             number += 1
     except can.CanError as error:
-        raise UserError(f"a frame cannot be sent on {options.can}: {error}.") from None
+        raise EndedError(f"a frame cannot be sent on {options.can}: {error}.") from None
     finally:
         progress.end()
         if bus:
             bus.shutdown()
     print(f"{options.file}: {', '.join(f'{count} of {name}' for name, count in player.played.items())} played")
     if source.cut:
-        raise UserError(f"{source.cut}. They were played.")
+        raise EndedError(f"{source.cut}. They were played.")
     return 0
 
 

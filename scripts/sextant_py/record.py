@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from . import bus as can_bus
-from .errors import UserError, run
+from .errors import EndedError, UserError, run
 from .recording import formats
 from .recording.can_frames import CanReader
 from .recording.live import LiveDrive
@@ -117,15 +117,15 @@ def main(arguments: list[str]) -> int:
         follow(recorder, time.monotonic() + (options.duration or float("inf")))
         why = reason(recorder)
         if not recorder.losses.of:
-            raise UserError(why)
+            raise EndedError(why)
     progress = Progress()
     recorder.convert(lambda share: progress.show(f"{options.file}: {share:.0%} written"))
     progress.end()
     report(recorder, options)
     if not recorder.count:
-        raise UserError(why)
+        raise EndedError(why)
     if options.waveform and WAVEFORM not in recorder.losses.of:
-        raise UserError(
+        raise EndedError(
             recorder.rows.subscriptions[WAVEFORM].diagnosis() or "no control periods of that drive arrived."
         )
     return 0

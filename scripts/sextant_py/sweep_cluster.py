@@ -10,7 +10,7 @@ import dask
 from distributed import Client, LocalCluster, as_completed
 
 from . import sweep_point
-from .errors import UserError
+from .errors import EndedError, UserError
 from .sweep_point import FAILED, Job
 
 CONNECT_S = 10
@@ -103,7 +103,7 @@ def _record(future, job: Job) -> dict:
     if future.status == "finished":
         return future.result()
     if future.client.status not in ("running", "newly-created") or future.status in ("cancelled", "lost"):
-        raise UserError("the Dask scheduler is gone; the finished points are kept and the same command resumes.")
+        raise EndedError("the Dask scheduler is gone; the finished points are kept and the same command resumes.")
     problem = future.exception()
     reason = sweep_point.clean_reason(f"the worker could not run it: {type(problem).__name__}: {problem}")
     return {"point": job.point, "status": FAILED, "reason": reason, "metrics": {}, "elapsed_s": None}

@@ -16,7 +16,7 @@ from . import profile
 from .commander import COMMAND
 from .contract import Contract
 from .control_unit import Vcu
-from .errors import UserError, run
+from .errors import EndedError, UserError, run
 from .reports import FOLLOWING_STATES, RUNNING_STATES, STATUS, Reports
 from .tracking import Tracking
 
@@ -194,7 +194,7 @@ def main(arguments: list[str]) -> int:
         if options.log:
             write_log(options.log, start_ns, vcu)
     if failure:
-        raise UserError(failure)
+        raise EndedError(failure)
     if deviation := tracking.sentence():
         print(f"vcu: {deviation}.", file=sys.stderr)
     progress.say(f"played; {vcu.frames} frames sent, {vcu.missed} periods missed ({describe(vcu.reports)})")

@@ -1,5 +1,6 @@
 """The work-precision diagram of the plant integrators and the table beside it."""
 
+import argparse
 import json
 import subprocess
 from dataclasses import asdict
@@ -133,8 +134,10 @@ def write_page(data: dict) -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """With a file: of an earlier measurement."""
-    data = load(Path(arguments[0])) if arguments else rounded(measure())
+    parser = argparse.ArgumentParser(prog="work_precision", description="Writes work and precision of the integrators.")
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="an earlier measurement, drawn again")
+    source = parser.parse_args(arguments).file
+    data = load(source) if source else rounded(measure())
     json_file.write(DATA, data)
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     draw(data, PICTURE)

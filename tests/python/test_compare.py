@@ -9,7 +9,7 @@ import pytest
 from sextant_py import compare
 from sextant_py.comparison import IGNORED, OUT, SAME, Tolerance, Tolerances
 from sextant_py.comparison import compare as compare_runs
-from sextant_py.errors import UserError
+from sextant_py.errors import UserError, status_or_refusal
 from sextant_py.paths import ROOT
 
 METRICS = {"ripple_nm": 10.0, "bias_nm": -0.5, "peak_a": 80.0, "thd_percent": None, "wall_s": 0.3}
@@ -46,7 +46,7 @@ def test_bad_tolerances(text: str) -> None:
 
 
 def run(*words: object, capsys: pytest.CaptureFixture) -> tuple[int, str, str]:
-    status = compare.main([str(word) for word in words])
+    status = status_or_refusal("compare", lambda: compare.main([str(word) for word in words]))
     said = capsys.readouterr()
     return status, said.out, said.err
 

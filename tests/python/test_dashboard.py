@@ -311,7 +311,7 @@ def test_a_port_that_is_taken() -> None:
         port = other.getsockname()[1]
         command = [ROOT / "scripts" / "dashboard", "--port", str(port)]
         found = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert found.stderr == (
         f"dashboard: port {port} of 127.0.0.1 is taken; --port names another, and --port 0 takes any free one.\n"
     )

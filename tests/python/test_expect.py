@@ -5,6 +5,7 @@ import json
 import math
 import random
 import subprocess
+from functools import partial
 from pathlib import Path
 
 import junitparser
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from programs import program
 from sextant_py import expect, mil_program
+from sextant_py.errors import status_or_refusal
 from sextant_py.expect_bounds import COLUMNS, WHOLE, WINDOWED, Bounds, absence, bounds
 from sextant_py.expect_rows import rows_of
 from sextant_py.expect_scenario import Window
@@ -325,7 +327,7 @@ def test_nothing_expected_and_bad_input(tmp_path: Path, capsys: pytest.CaptureFi
         ([nothing, live, "--at", "1"], "--at is the instant of --align"),
         ([nothing, live, "--junit", str(tmp_path / "live.h5" / "x.xml")], "cannot be written"),
     ):
-        assert expect.main(words) == 2, words
+        assert status_or_refusal("expect", partial(expect.main, words)) == 2, words
         refused = capsys.readouterr().err
         assert said in refused, refused
         assert refused.startswith("expect: "), refused

@@ -13,6 +13,7 @@ import tomllib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -20,7 +21,7 @@ import numpy as np
 import pytest
 from programs import program
 from sextant_py import identify, nameplate, nameplate_files
-from sextant_py.errors import UserError
+from sextant_py.errors import UserError, status_or_refusal
 from sextant_py.nameplate_circuit import Circuit, fit
 from sextant_py.nameplate_limits import breakdown_at_flux, current_at, limits_of
 from sextant_py.nameplate_plate import NamePlate, checked
@@ -437,7 +438,7 @@ def test_the_command_refuses_what_does_not_work(tmp_path: Path, capsys: pytest.C
         ([*arguments(), "--name", "a/b"], r'the name "a/b" cannot be'),
         ([*arguments(), *both], r"breakdown_ratio and starting_ratio .* give one of them"),
     ):
-        assert nameplate.main(words) == 2
+        assert status_or_refusal("nameplate", partial(nameplate.main, words)) == 2
         assert re.search(said, capsys.readouterr().err)
     with pytest.raises(SystemExit):
         nameplate.main([*arguments(), "--period-us", "0"])

@@ -87,7 +87,7 @@ def test_the_dashboard_has_all_that_its_page_loads(sextant: Path, tmp_path: Path
 
 def test_an_unknown_command_is_refused(sextant: Path, tmp_path: Path) -> None:
     found = run(sextant, "nonsense", cwd=tmp_path)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert found.stderr.startswith('sextant: unknown command "nonsense"; known are vcu, ')
 
 

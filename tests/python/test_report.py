@@ -4,6 +4,7 @@ import json
 import random
 import re
 import subprocess
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from programs import program
 from sextant_py import report
+from sextant_py.errors import status_or_refusal
 from sextant_py.paths import ROOT
 from sextant_py.recording.formats import SUFFIXES
 from sextant_py.recording.model import MAIN
@@ -227,7 +229,8 @@ def bad_inputs(place: Path) -> dict[str, list[object]]:
 def test_bad_input_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     for name, words in bad_inputs(tmp_path).items():
         out = [] if "--out" in words else ["--out", str(tmp_path / f"{name}.html")]
-        assert report.main([*map(str, words), *out]) == 2, name
+        perform = partial(report.main, [*map(str, words), *out])
+        assert status_or_refusal("report", perform) == 2, name
         said = capsys.readouterr().err
         assert said.startswith("report: "), name
         assert said.endswith(".\n"), name

@@ -159,6 +159,6 @@ def test_this_machine_can_be_inspected() -> None:
 
 def test_a_root_without_proc_is_refused(tmp_path: Path) -> None:
     found = run("--root", tmp_path)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert found.stderr.startswith("rt_check: ")
     assert found.stderr.count("\n") == 1

@@ -155,7 +155,7 @@ def test_a_finished_sweep_runs_nothing(bench: Bench) -> None:
     changed = QUICK.replace("[20, 25, 50]", "[25, 50]")
     bench.write(changed)
     found = bench.run()
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "the sweep file changed since" in found.stderr
     assert bench.run("--restart").returncode == 0
     assert len(bench.rows()) == 4
@@ -168,7 +168,7 @@ def test_a_file_that_a_point_names_belongs_to_the_sweep(bench: Bench) -> None:
     assert bench.run("--no-plot").returncode == 0
     machine.write_text(machine.read_text().replace("0.435", "0.5"))
     found = bench.run()
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "the scenario or a file that it names changed since" in found.stderr
 
 
@@ -314,7 +314,7 @@ def test_two_sweeps_run_beside_each_other_but_not_in_one_directory(bench: Bench,
     sweep = bench.start("--workers", "1")
     eventually(lambda: bench.records())
     found = bench.run()
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "another sweep runs in" in found.stderr
     other = Bench(bench.directory, hold.real)
     found = other.run("--out", str(tmp_path / "other"), "--workers", "1", "--no-plot")
@@ -354,7 +354,7 @@ def test_what_the_scenario_does_not_know_is_refused_before_anything_runs(
 ) -> None:
     bench.write(QUICK.replace(old, new))
     found = bench.run()
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert found.stdout == ""
     assert words in found.stderr
     assert found.stderr.count("\n") == 1
@@ -374,7 +374,7 @@ def test_a_scenario_that_needs_a_point_to_stand(bench: Bench) -> None:
 def test_programs_that_are_none(bench: Bench) -> None:
     bench.write(QUICK)
     found = Bench(bench.directory, bench.directory / "none").run()
-    assert (found.returncode, found.stderr) == (1, f"sweep: --mil: {bench.directory}/none is not a program.\n")
+    assert (found.returncode, found.stderr) == (2, f"sweep: --mil: {bench.directory}/none is not a program.\n")
     for wrong in (["--workers", "0"], ["--time-limit", "-1"], ["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"]):
         found = bench.run(*wrong)
         assert found.returncode == 2
@@ -487,6 +487,6 @@ def test_no_scheduler(bench: Bench, udp_port: int) -> None:
     bench.write(QUICK)
     for address in (f"tcp://127.0.0.1:{udp_port}", "nonsense", "tcp://"):
         found = bench.run("--scheduler", address)
-        assert found.returncode == 1
+        assert found.returncode == 2
         assert found.stderr.startswith(f"sweep: --scheduler: no Dask scheduler answers at {address}")
         assert found.stderr.count("\n") == 1

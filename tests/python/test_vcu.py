@@ -158,7 +158,7 @@ def test_two_drives_on_one_bus_each_follow_their_own_vehicle(bus_address: str, t
 def test_an_offset_of_no_block_is_refused(bus_address: str, profile: Path, offset: str) -> None:
     vcu = start(bus_address, profile, "--identifier-offset", offset)
     _, errors = vcu.communicate(timeout=240)
-    assert vcu.returncode == 1
+    assert vcu.returncode == 2
     assert f"the identifier offset {offset} is not a multiple of 32 from 0 to 1728" in errors
     assert errors.count("\n") == 1
 
@@ -168,6 +168,6 @@ def test_a_torque_outside_the_contract_is_refused(bus_address: str, tmp_path: Pa
     profile.write_text("time_s,torque_nm\n0,0\n1,4000\n")
     vcu = start(bus_address, profile)
     _, errors = vcu.communicate(timeout=240)
-    assert vcu.returncode == 1
+    assert vcu.returncode == 2
     assert "leaves the contract's range of torque" in errors
     assert errors.count("\n") == 1

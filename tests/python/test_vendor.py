@@ -175,6 +175,6 @@ def test_a_page_without_them_is_refused(tree: Path, name: str, page: str) -> Non
     for part in ("configs", "docs", "mkdocs.yml"):
         (tree / part).symlink_to(ROOT / part)
     found = subprocess.run([tree / "scripts" / name], capture_output=True, text=True, timeout=120)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert found.stderr.startswith(f"{name}: {page} lacks JavaScript that it loads, in {tree}/scripts/")
     assert found.stderr.endswith("; scripts/setup fetches it, and has to run before pip installs the package.\n")

@@ -1,10 +1,9 @@
 """Makes one page for people from the results of runs, sweeps and recordings."""
 
 import argparse
-import sys
 from pathlib import Path
 
-from ..errors import REFUSED, UserError
+from ..errors import UserError
 from ..seconds import finite_seconds
 from . import page
 from .inputs import KINDS, runs_of
@@ -47,15 +46,11 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     settings = Settings(tuple(options.signal), (options.begin_s, options.end_s), options.mil)
-    try:
-        if options.out.suffix.lower() not in (".html", ".htm"):
-            raise UserError(f"--out {options.out}: the page is HTML, so its name must end in .html.")
-        if options.mil:
-            _ = settings.program  # a wrong one is refused, while none at all only leaves the defaults unknown
-        runs = [run for path in options.runs for run in runs_of(path, settings)]
-    except UserError as error:
-        print(f"report: {error}", file=sys.stderr)
-        return REFUSED
+    if options.out.suffix.lower() not in (".html", ".htm"):
+        raise UserError(f"--out {options.out}: the page is HTML, so its name must end in .html.")
+    if options.mil:
+        _ = settings.program  # a wrong one is refused, while none at all only leaves the defaults unknown
+    runs = [run for path in options.runs for run in runs_of(path, settings)]
     title = options.title or (f"Report: {runs[0].name}" if len(runs) == 1 else "Report")
     page.write(runs, title, options.out)
     print(options.out)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import UserError
+from ..errors import EndedError, UserError
 from ..recording import formats
 from ..recording.live import LiveDrive
 from ..recording.topics import STATE, WAVEFORM
@@ -161,5 +161,5 @@ def main(arguments: list[str]) -> int:
     if not watch.written:
         why = "ended before the trigger" if stopped else f"no trigger within {options.timeout:g} s"
         reason = "" if watch.rows else f" {watch.reason()}"
-        raise UserError(f"{why} ({options.trigger}): nothing was written.{reason}")
+        raise EndedError(f"{why} ({options.trigger}): nothing was written.{reason}")
     return 0
