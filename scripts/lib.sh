@@ -26,7 +26,13 @@ say() { printf '%s\n' "$*"; }
 # die MESSAGE...: one sentence on stderr, exit status 1.
 die() {
   printf '%s: %s\n' "$(basename "$0")" "$*" >&2
-  exit "${die_status:-1}"
+  exit 1
+}
+
+# refuse_argument WORD: ends the script, as one that cannot run.
+refuse_argument() {
+  printf '%s: unknown argument "%s"; see %s --help.\n' "$(basename "$0")" "$1" "$(basename "$0")" >&2
+  exit 2
 }
 
 # print_help: the block of comments at the top of the running script, without the marks.
@@ -37,7 +43,7 @@ accept() {
   case $1 in -h | --help) print_help && exit 0 ;; esac
   local known
   for known in '' "${@:2}"; do [ "$1" != "$known" ] || return 0; done
-  die_status=2 die "unknown argument \"$1\"; see $(basename "$0") --help."
+  refuse_argument "$1"
 }
 
 # can_be_root: whether as_root can work without asking anybody who is not there.

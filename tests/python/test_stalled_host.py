@@ -76,7 +76,7 @@ def test_the_exit_status_is_the_commands_own() -> None:
 )
 def test_bad_arguments(arguments: list[str], words: str) -> None:
     found = subprocess.run([CHECK, *arguments], capture_output=True, text=True, timeout=480)
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert words in found.stderr
 
 
