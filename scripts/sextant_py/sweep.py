@@ -36,7 +36,8 @@ The file names a scenario and either a grid or a random sample:
   [plot]
   metrics = ["torque_ripple_pp_nm"]
 docs/sweeps.md has all of it. Interrupted with Ctrl-C, the same command goes on where it stopped. Exit status: 0 when
-every point ran (one whose [expect] does not hold did run), 1 when one failed, 130 when interrupted."""
+every point ran (one whose [expect] does not hold did run, unless --fail-on-expect), 1 when one failed, 130 when
+interrupted."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
@@ -55,6 +56,9 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--plot", action=argparse.BooleanOptionalAction, default=True, help="draw the file's [plot]")
     parser.add_argument("--dry-run", action="store_true", help="print the points and leave")
     parser.add_argument("--restart", action="store_true", help="discard finished points and begin anew")
+    parser.add_argument(
+        "--fail-on-expect", action="store_true", help="end with 1 where a point's [expect] does not hold, as for a CI"
+    )
     parser.add_argument("--retry-failed", action="store_true", help="run failed points once more")
     parser.add_argument("--time-limit", type=float, metavar="S", help="of one point, instead of the file's [s]")
     parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil (default: that of build/release)")
@@ -184,6 +188,7 @@ def perform(sweep: Sweep, options: argparse.Namespace) -> int:
     finally:
         store.close()
     failed = store.count(FAILED) > 0 or len(store.missing()) > 0
+    failed = failed or (options.fail_on_expect and store.count(EXPECT_FAILED) > 0)
     print(f"sweep: {last_line(store, total)}", flush=True, file=sys.stderr if failed else sys.stdout)
     return 1 if failed else 0
 

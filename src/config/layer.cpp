@@ -187,7 +187,8 @@ void insert_base_layers(std::vector<Layer>& layers) {
     if (node == nullptr) return;
     if (bases == most_bases) {
       throw ConfigError{{changes.problem(
-          node, key, fmt::format("more than {} files one behind the other, or a circle of them", most_bases))}};
+          node, key,
+          fmt::format("more than {} files one behind the other, or a circle of them", most_bases))}};
     }
     const auto path = node->value<std::string>();
     ConfigProblem place = changes.problem(node, key, "expected the path of a file, got " + shown(*node));

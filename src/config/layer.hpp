@@ -45,8 +45,8 @@ struct Layer {
 void insert_section_layer(std::vector<Layer>& layers, const std::string& section);
 
 /// Takes `base = "path"`, the file that the first layer changes, out of it and puts that file's layer before
-/// it, and so on with the base of that file. Throws ConfigError when one is not a path, a file is bad, or they
-/// are more than eight.
+/// it, and so on with the base of that file. Throws ConfigError when one is not a path, a file is bad, or
+/// they are more than eight.
 void insert_base_layers(std::vector<Layer>& layers);
 
 /// The value as a message shows it.

@@ -102,8 +102,9 @@ TEST(ConfigFile, ABaseHasABaseOfItsOwn) {
   const ConfigFiles files;
   (void)files.write("first.toml", machine_line() + "drive_id = 3\n[control]\nflux_reference_wb = 0.9\n");
   (void)files.write("second.toml", "base = \"first.toml\"\ndrive_id = 4\ncontrol.controller = \"foc\"\n");
-  const EcuConfig c = load_ecu_config(files.write("third.toml", "base = \"second.toml\"\n[control]\n"
-                                                                "controller = \"dtc\"\n"));
+  const EcuConfig c = load_ecu_config(files.write("third.toml",
+                                                  "base = \"second.toml\"\n[control]\n"
+                                                  "controller = \"dtc\"\n"));
   EXPECT_EQ(c.drive_id, 4);
   EXPECT_EQ(c.drive.controller, "dtc");
   EXPECT_EQ(c.drive.control.flux_reference, 0.9);

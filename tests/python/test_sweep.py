@@ -141,6 +141,9 @@ def test_a_grid_becomes_a_table_and_a_picture(bench: Bench) -> None:
     assert "torque_ripple_pp_nm is" in rows[5]["reason"]
     assert (bench.out / "torque_ripple_pp_nm.png").read_bytes().startswith(b"\x89PNG")
     assert len((bench.out / "table.csv").read_text().splitlines()) == 7
+    judged = bench.run("--fail-on-expect")  # of the finished points
+    assert judged.returncode == 1
+    assert "with an [expect] that does not hold" in judged.stderr
 
 
 def test_a_finished_sweep_runs_nothing(bench: Bench) -> None:
