@@ -201,6 +201,7 @@ int run_all(const std::string& program, const Options& options,
   std::atomic<bool> has_failed{false};
   const std::function<bool()> wants_more = [&] { return interruption.signal() == 0 && !has_failed; };
   std::vector<reports::ReportedRun> runs;
+  runs.reserve(configs.size());
   for (const ScenarioConfig& config : configs)
     runs.push_back(reported_run(program, options, config, wants_more));
 

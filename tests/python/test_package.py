@@ -61,7 +61,7 @@ def test_the_programs_find_their_files(sextant: Path, tmp_path: Path) -> None:
     assert found.stdout.startswith(f"{prefix}\nudp_multicast:")
     refused = run(sextant, "vcu", "--profile", "no.csv", cwd=tmp_path)
     assert (refused.returncode, refused.stderr) == (
-        1,
+        2,
         "vcu: the profile no.csv cannot be read: No such file or directory.\n",
     )
 

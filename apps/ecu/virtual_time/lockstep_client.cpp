@@ -22,7 +22,8 @@ VirtualParty LockstepClient::party() {
 }
 
 void LockstepClient::act() {
-  if (frame_) bus_.put(*std::exchange(frame_, std::nullopt));
+  if (frame_) bus_.put(*frame_);
+  frame_.reset();
   if (std::exchange(wants_reply_, false)) {
     fmt::print(out_, "{}\n", format_candump_time(next_ns_));
     std::fflush(out_);
