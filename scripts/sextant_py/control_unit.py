@@ -13,7 +13,7 @@ import can
 from . import bus as can_bus
 from .commander import COMMAND, Clock, Commander
 from .contract import Contract
-from .errors import UserError
+from .errors import EndedError, UserError
 from .lockstep_bus import LockstepBus
 from .reports import FOLLOWING_STATES, STATUS, Reports
 from .sweep_reader import set_words
@@ -255,7 +255,7 @@ class Vcu:
                 return
             self._pass_period()
         if not condition(self):
-            raise UserError(f"what was waited for did not come within {timeout_s:g} s; the drive {self._standing()}.")
+            raise EndedError(f"what was waited for did not come within {timeout_s:g} s; the drive {self._standing()}.")
 
     def _periods(self, duration_s: float) -> int:
         if not 0 <= duration_s < math.inf:
@@ -310,7 +310,7 @@ class Vcu:
             self.check_contract()
             in_fault = self.state == "FAULT"
             if in_fault and not reset_faults:
-                raise UserError(
+                raise EndedError(
                     f"the drive is in FAULT ({self.reports.first_fault()}); --reset-faults (reset_faults=True) asks it"
                     " to clear them."
                 )
@@ -325,7 +325,7 @@ class Vcu:
         self.demand(0.0, True)
         self.run_until(lambda vcu: vcu.state in (*FOLLOWING_STATES, "FAULT"), timeout_s)
         if self.state == "FAULT":
-            raise UserError(f"the drive went to FAULT ({self.reports.first_fault()}) when it was enabled.")
+            raise EndedError(f"the drive went to FAULT ({self.reports.first_fault()}) when it was enabled.")
 
     def disable(self) -> None:
         """Disable frames."""
@@ -336,7 +336,7 @@ class Vcu:
     def check_contract(self) -> None:
         """A UserError where the drive has said that its frames mean something else."""
         if other := self.reports.other_contract():
-            raise UserError(other)
+            raise EndedError(other)
 
     def _standing(self) -> str:
         if self.state is None or not self.is_there:
@@ -347,15 +347,15 @@ class Vcu:
     def _refuse_handshake(self, timeout_s: float) -> None:
         reports = self.reports
         if reports.refused and not self.latest.get(STATUS):
-            raise UserError(f"{reports.refused} status frames came, but none with a valid CRC and data ID.")
+            raise EndedError(f"{reports.refused} status frames came, but none with a valid CRC and data ID.")
         if not self.is_there:
-            raise UserError(
+            raise EndedError(
                 f"no status frame from a drive with the identifier offset {self.contract.identifier_offset} within"
                 f" {timeout_s:g} s; is sextant-ecu running on this bus, and is --identifier-offset (identifier_offset)"
                 " its can.identifier_offset?"
             )
         lockout = self.latest[STATUS]["Lockout"]
-        raise UserError(
+        raise EndedError(
             f"the drive did not become ready within {timeout_s:g} s: it reports {self.state}"
             f"{' and lockout' if lockout else ''}."
         )

@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 
 from . import mil_program
-from .errors import UserError
+from .errors import EndedError
 from .sweep_point import clean_reason
 
 PROGRAM = "sextant-ecu"
@@ -64,12 +64,12 @@ class LockstepBus:
             return self._drive.communicate(timeout=LEAVE_S)
         except subprocess.TimeoutExpired:
             self._drive.kill()
-            raise UserError(f"{PROGRAM} did not shut down within {LEAVE_S:g} s.") from None
+            raise EndedError(f"{PROGRAM} did not shut down within {LEAVE_S:g} s.") from None
 
     def _refuse(self) -> None:
         _, errors = self._leave()
         said = clean_reason(errors, PROGRAM) or "it says nothing"
-        raise UserError(f"{PROGRAM} has ended with status {self._drive.returncode}: {said}")
+        raise EndedError(f"{PROGRAM} has ended with status {self._drive.returncode}: {said}")
 
 
 def _time(t_ns: int) -> str:
