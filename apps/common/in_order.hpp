@@ -1,43 +1,53 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
+#include <condition_variable>
 #include <cstddef>
-#include <exception>
-#include <future>
+#include <mutex>
+#include <optional>
 #include <thread>
-#include <type_traits>
+#include <utility>
 #include <vector>
+
+#include "common/outcome.hpp"
 
 namespace sextant {
 
-/// Calls work(0) … work(count − 1) on so many threads, and handle(result) on the caller's, in this order.
-/// work: returns a result, from any thread and beside others. handle: takes a std::future of it, and returns
-/// whether the rest is wanted; what it throws is thrown on. Then no further work begins; what runs is waited
-/// for.
-template <class Work, class Handle>
-void in_order(std::size_t count, std::size_t threads, const Work& work, const Handle& handle) {
-  using Result = std::invoke_result_t<const Work&, std::size_t>;
-  std::vector<std::promise<Result>> results(count);
-  std::atomic<std::size_t> next{0};
+/// Calls work(0) … work(count − 1) on so many threads as long as wants_more(), and handle(outcome) on the
+/// caller's for each that has begun, in this order. wants_more: is not true again once it was false; asked
+/// before each work begins. Returns when all that has begun is over and handled.
+template <class Work, class WantsMore, class Handle>
+void in_order(std::size_t count, std::size_t threads, const Work& work, const WantsMore& wants_more,
+              const Handle& handle) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::optional<Outcome<decltype(work(std::size_t{}))>>> outcomes(count);
+  std::size_t next = 0;
+  std::size_t end = count;
+  const auto claim = [&]() -> std::optional<std::size_t> {
+    const std::scoped_lock lock{mutex};
+    if (!wants_more()) end = next;
+    changed.notify_one();
+    return next < end ? std::optional{next++} : std::nullopt;
+  };
   const auto work_on = [&] {
-    for (std::size_t k = next++; k < count; k = next++) {
-      try {
-        results[k].set_value(work(k));
-      } catch (...) {
-        results[k].set_exception(std::current_exception());
-      }
+    while (const std::optional<std::size_t> k = claim()) {
+      auto outcome = outcome_of([&] { return work(*k); });
+      const std::scoped_lock lock{mutex};
+      outcomes[*k] = std::move(outcome);
+      changed.notify_one();
     }
   };
-  struct Workers {
-    std::atomic<std::size_t>& next;
-    std::size_t count;
-    std::vector<std::jthread> threads{};
-    ~Workers() { next = count; }  // the threads are joined after it
-  } workers{next, count};
-  for (std::size_t n = 0; n < std::min(threads, count); ++n) workers.threads.emplace_back(work_on);
-  for (std::promise<Result>& result : results) {
-    if (!handle(result.get_future())) return;
+  std::vector<std::jthread> workers;
+  for (std::size_t n = 0; n < std::min(threads, count); ++n) workers.emplace_back(work_on);
+  std::unique_lock lock{mutex};
+  for (std::size_t k = 0; k < count; ++k) {
+    changed.wait(lock, [&] { return outcomes[k].has_value() || k >= end; });
+    if (!outcomes[k]) return;
+    auto outcome = *std::exchange(outcomes[k], std::nullopt);
+    lock.unlock();
+    handle(std::move(outcome));
+    lock.lock();
   }
 }
 

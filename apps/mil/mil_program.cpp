@@ -7,8 +7,6 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <functional>
-#include <future>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -20,6 +18,7 @@
 #include "common/command_line.hpp"
 #include "common/exit_status.hpp"
 #include "common/in_order.hpp"
+#include "common/outcome.hpp"
 #include "common/program.hpp"
 #include "mil/progress_bar.hpp"
 #include "reports/interruption.hpp"
@@ -167,18 +166,18 @@ std::vector<std::string> names_of(const std::vector<sextant::ScenarioConfig>& co
   return names;
 }
 
-/// One scenario of several; wants_more: false once it should end.
+/// One scenario of several.
 sextant::reports::ReportedRun reported_run(const std::string& program, const Options& options,
                                            const sextant::ScenarioConfig& config,
-                                           const std::function<bool()>& wants_more) {
+                                           const sextant::reports::Interruption& interruption) {
   using namespace sextant;
   const auto simulate = [&](TraceRecorder* trace) {
     note_slow_run(program, config);
     std::optional<mil::ProgressBar> bar;
-    if (options.jobs == 1) bar.emplace(config.scenario.name, stderr);
+    if (std::min(options.jobs, options.scenarios.size()) == 1) bar.emplace(config.scenario.name, stderr);
     MilResult result = run_scenario(config, trace, [&](double fraction) {
       if (bar) bar->show(fraction);
-      return wants_more();
+      return interruption.signal() == 0;
     });
     if (bar) bar->finish();
     return result;
@@ -193,30 +192,40 @@ sextant::reports::ReportedRun reported_run(const std::string& program, const Opt
           .simulate = simulate};
 }
 
+/// Runs them, so many at a time. After an interruption, and after one that could not run, no further one
+/// begins; those that have begun are reported.
 int run_all(const std::string& program, const Options& options,
             const std::vector<sextant::ScenarioConfig>& configs) {
   using namespace sextant;
   reports::RunReports files{options.reports, names_of(configs), program};
   const reports::Interruption interruption;
-  std::atomic<bool> has_failed{false};
-  const std::function<bool()> wants_more = [&] { return interruption.signal() == 0 && !has_failed; };
   std::vector<reports::ReportedRun> runs;
   runs.reserve(configs.size());
   for (const ScenarioConfig& config : configs)
-    runs.push_back(reported_run(program, options, config, wants_more));
+    runs.push_back(reported_run(program, options, config, interruption));
 
-  Verdict first = Verdict::pass;  // in the order of the verdicts
-  auto run = runs.cbegin();
-  const auto report = [&](std::future<RunSummary> result) {
+  std::atomic<bool> has_failed{false};
+  const auto work = [&](std::size_t k) {
     try {
-      first = std::min(first, (run++)->report(std::move(result), files));
+      return runs[k].result();
     } catch (...) {
       has_failed = true;
       throw;
     }
-    return interruption.signal() == 0;
   };
-  in_order(runs.size(), options.jobs, [&](std::size_t k) { return runs[k].result(); }, report);
+  Verdict first = Verdict::pass;  // in the order of the verdicts
+  std::exception_ptr problem;
+  auto run = runs.cbegin();
+  const auto report = [&](const Outcome<RunSummary>& outcome) {
+    try {
+      first = std::min(first, (run++)->report(outcome, files));
+    } catch (...) {
+      if (!problem) problem = std::current_exception();
+    }
+  };
+  in_order(
+      runs.size(), options.jobs, work, [&] { return interruption.signal() == 0 && !has_failed; }, report);
+  if (problem) std::rethrow_exception(problem);
   if (interruption.signal() != 0) return interruption.status();
   return exit_status(first, options.reports.require_expectations);
 }

@@ -65,22 +65,24 @@ RunSummary ReportedRun::result() const {
   return summary;
 }
 
-Verdict ReportedRun::report(std::future<RunSummary> result, RunReports& reports) const {
-  std::optional<RunSummary> done;
-  try {
-    done = result.get();
-  } catch (const std::exception& problem) {
-    reports.add_error(scenario.name, problem.what());
-    throw;
+Verdict ReportedRun::report(const Outcome<RunSummary>& outcome, RunReports& reports) const {
+  if (!outcome.result) {
+    try {
+      std::rethrow_exception(outcome.problem);
+    } catch (const std::exception& problem) {
+      reports.add_error(scenario.name, problem.what());
+      throw;
+    }
   }
-  print_summary(*done, stdout);
-  print_reason(program, *done);
-  reports.add(*done);
-  return done->verdict();
+  const RunSummary& done = *outcome.result;
+  print_summary(done, stdout);
+  print_reason(program, done);
+  reports.add(done);
+  return done.verdict();
 }
 
 Verdict ReportedRun::run(RunReports& reports) const {
-  return report(std::async(std::launch::deferred, [this] { return result(); }), reports);
+  return report(outcome_of([this] { return result(); }), reports);
 }
 
 }  // namespace sextant::reports

@@ -2,10 +2,10 @@
 
 #include <filesystem>
 #include <functional>
-#include <future>
 #include <optional>
 #include <string>
 
+#include "common/outcome.hpp"
 #include "reports/run_reports.hpp"
 #include "sextant/sim/mil_runner.hpp"
 #include "sextant/sim/scenario.hpp"
@@ -34,7 +34,7 @@ struct ReportedRun {
 
   /// Prints the table of a result and adds it to the reports; where result() threw, adds its sentence to them
   /// and throws on.
-  Verdict report(std::future<RunSummary> result, RunReports& reports) const;
+  [[nodiscard]] Verdict report(const Outcome<RunSummary>& outcome, RunReports& reports) const;
 
   /// Both, one after the other.
   [[nodiscard]] Verdict run(RunReports& reports) const;

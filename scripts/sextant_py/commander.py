@@ -72,6 +72,11 @@ class Commander:
         with self._lock:
             self._wrong = (WRONG[kind], frames) if frames else None
 
+    def spoil_none(self) -> None:
+        """The next frames are right."""
+        with self._lock:
+            self._wrong = None
+
     def send(self, torque_nm: float, enable: bool, fault_reset: bool = False) -> None:
         signals = {"TorqueRequest": torque_nm, "TorqueLimit": self._torque_limit_nm}
         signals |= {"Enable": int(enable), "FaultReset": int(fault_reset)}

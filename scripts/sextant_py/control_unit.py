@@ -11,6 +11,7 @@ from typing import Any, Self
 import can
 
 from . import bus as can_bus
+from . import lockstep_bus
 from .commander import COMMAND, Clock, Commander
 from .contract import Contract
 from .errors import EndedError, UserError
@@ -86,7 +87,7 @@ class Vcu:
     ) -> None:
         """
         bus: "socketcan:INTERFACE" or "udp_multicast:GROUP:PORT"; default: that of configs/ecu.toml
-        identifier_offset: the drive's can.identifier_offset; default: that of configs/ecu.toml
+        identifier_offset: the drive's can.identifier_offset; default: that of configs/ecu.toml, or of lockstep
         period_s: from frame to frame, 1 ms to 1 s [s]
         torque_limit_nm: TorqueLimit of each frame, default: the contract's largest [N·m]
         log: a file in place of a bus, for `sextant-ecu --virtual-time FILE`: no time passes, and no drive replies
@@ -101,7 +102,13 @@ class Vcu:
             raise UserError("a vehicle control unit has a bus, a log or a drive in lockstep, one of them.")
         if overrides and lockstep is None:
             raise UserError("overrides are those of a drive in lockstep.")
-        offset = can_bus.default_identifier_offset() if identifier_offset is None else identifier_offset
+        words = set_words(overrides or {})
+        if identifier_offset is not None:
+            offset = identifier_offset
+        elif lockstep is not None:
+            offset = lockstep_bus.identifier_offset(Path(lockstep), words)
+        else:
+            offset = can_bus.default_identifier_offset()
         self.contract = Contract(identifier_offset=offset)
         limit_nm = _torque_limit(self.contract, torque_limit_nm)
         self.period_s = period_s
@@ -113,7 +120,7 @@ class Vcu:
             self._bus: Any = FrameLog(Path(log))
             self.address, self._clock = str(log), self._bus
         elif lockstep is not None:
-            self._bus = LockstepBus(Path(lockstep), set_words(overrides or {}))
+            self._bus = LockstepBus(Path(lockstep), words)
             self.address, self._clock = str(lockstep), self._bus
         else:
             address = can_bus.parse(bus or can_bus.default_address())
@@ -227,6 +234,10 @@ class Vcu:
             raise UserError(f"{frames} wrong frames cannot be sent; 0 or more can.")
         self._commander.spoil(kind, frames)
 
+    def spoil_none(self) -> None:
+        """The next frames are right, whatever `spoil` has asked for."""
+        self._commander.spoil_none()
+
     def wait(self) -> int:
         """Sleeps until the next frame is due; when that was [ns]. Periods that have passed are left out and counted."""
         due_ns = self._commander.wait()
@@ -328,7 +339,8 @@ class Vcu:
             raise EndedError(f"the drive went to FAULT ({self.reports.first_fault()}) when it was enabled.")
 
     def disable(self) -> None:
-        """Disable frames."""
+        """Disable frames, which are right ones."""
+        self.spoil_none()
         self.demand()
         for _ in range(DISABLE_FRAMES):
             self._pass_period()

@@ -369,6 +369,9 @@ class Commanding:
         wait_for(lambda: time.monotonic() - self.drive.accepted[-1][0] > WITHOUT_COMMAND_S, "the end of the commands")
 
 
+DISABLE = {"type": "demand", "torque_nm": 0.0, "enable": False, "fault_reset": False}
+
+
 def demand(page: PageClient, torque_nm: float, enable: bool = True, reset: bool = False) -> None:
     page.send({"type": "demand", "torque_nm": torque_nm, "enable": enable, "fault_reset": reset})
 
@@ -536,6 +539,14 @@ def test_what_is_no_wrong_frame_is_refused(commanding: Commanding, kind: object,
     page = commanding.in_control()
     page.send({"type": "spoil", "kind": kind, "frames": frames})
     assert "must be" in page.message("refused")["text"]
+
+
+@pytest.mark.parametrize("end", [{"type": "release"}, DISABLE])
+def test_the_frames_that_disable_are_right_ones(commanding: Commanding, end: dict[str, object]) -> None:
+    page, drive = commanding.at_torque(), commanding.drive
+    page.send({"type": "spoil", "kind": "lost", "frames": 100})
+    page.send(end)
+    wait_for(lambda: str(drive.accepted[-1][1]["Enable"]) == "DISABLE", "a frame that disables", within_s=2.0)
 
 
 def test_a_page_that_does_not_command_sends_no_wrong_frames(commanding: Commanding) -> None:

@@ -81,8 +81,10 @@ def test_time_passes_only_in_the_frames_of_the_program() -> None:
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ({"lockstep": "no/such.toml"}, r"sextant-ecu has ended with status 2: .*no/such.toml"),
-        ({"lockstep": ECU, "overrides": {"drive.nonsense": 1}}, r"has ended with status 2: .*unknown key"),
+        ({"lockstep": "no/such.toml"}, r"sextant-ecu refuses the drive: .*no/such.toml"),
+        ({"lockstep": ECU, "overrides": {"drive.nonsense": 1}}, r"sextant-ecu refuses the drive: .*unknown key"),
+        ({"lockstep": "no/such.toml", "identifier_offset": 0}, r"sextant-ecu has ended with status 2: .*no/such.toml"),
+        ({"lockstep": ROOT / "configs" / "ecu_four.toml"}, "has 4 drives; identifier_offset says which one"),
         ({"lockstep": ECU, "log": "commands.log"}, "a bus, a log or a drive in lockstep"),
         ({"overrides": {"drive_id": 2}}, "overrides are those of a drive in lockstep"),
     ],
@@ -90,6 +92,67 @@ def test_time_passes_only_in_the_frames_of_the_program() -> None:
 def test_what_is_no_drive_is_said(words: dict[str, object], sentence: str) -> None:
     with pytest.raises(sextant.UserError, match=sentence), sextant.Vcu(**words) as vcu:
         vcu.run(0.1)
+
+
+def test_the_identifiers_are_those_of_the_drive() -> None:
+    with sextant.Vcu(lockstep=ECU, overrides={"can.identifier_offset": 32}) as vcu:
+        vcu.make_ready(timeout_s=0.2)
+    assert "0 faults" in vcu.report
+
+
+def test_disable_frames_are_right_ones() -> None:
+    with sextant.Vcu(lockstep=ECU) as vcu:
+        vcu.enable()
+        vcu.spoil("lost", frames=100)
+        vcu.run(0.02)
+    assert "left in READY, 0 faults" in vcu.report
+
+
+def test_a_drive_that_ends_by_itself_leaves_its_report(tmp_path: Path) -> None:
+    file = tmp_path / "two.toml"
+    drive = f'[[drive]]\nbase = "{ECU}"\n'
+    second = f"{drive}drive_id = 2\ncan.identifier_offset = 32\n"
+    file.write_text(f'on_fault = "all_shut_down"\n{drive}{second}', encoding="utf-8")
+    with pytest.raises(sextant.UserError, match="has ended with status"):  # noqa: SIM117
+        with sextant.Vcu(lockstep=file, identifier_offset=32) as vcu:
+            vcu.enable()
+            vcu.spoil("crc", frames=4)
+            vcu.run(5.0)
+    assert "left in SHUTDOWN" in vcu.report or "COMMAND_INVALID" in vcu.report
+    with pytest.raises(sextant.UserError, match="a new vehicle control unit starts it again"):
+        vcu.run(0.1)
+
+
+def test_a_drive_that_was_killed_is_told_at_the_end() -> None:
+    with pytest.raises(sextant.UserError, match="has ended with status -9"):  # noqa: SIM117
+        with sextant.Vcu(lockstep=ECU) as vcu:
+            vcu.run(0.05)
+            vcu._bus._drive.kill()
+            vcu._bus._drive.wait()
+            vcu.close()
+
+
+def test_files_are_whole_where_the_program_dies(tmp_path: Path) -> None:
+    log, telemetry = tmp_path / "frames.log", tmp_path / "telemetry.csv"
+    command = [program("sextant-ecu"), ECU, "--virtual-time", "--lockstep"]
+    with subprocess.Popen(
+        [*command, "--frames-out", log, "--telemetry-out", telemetry],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as drive:
+        drive.stdin.write("(1.0)\n")
+        drive.stdin.flush()
+        drive.stdout.readline()
+        drive.stdout.close()
+        drive.stdin.write("(2.0)\n(3.0)\n(4.0)\n")
+        drive.stdin.close()
+        assert drive.wait(60) == 1
+        assert "standard output cannot be written" in drive.stderr.read()
+    for file in (log, telemetry):
+        assert file.read_bytes().endswith(b"\n")
+    assert float(log.read_text().splitlines()[-1].split(")")[0].strip("(")) >= 1.0
 
 
 def test_no_thread_repeats_into_a_drive_that_waits() -> None:

@@ -312,6 +312,14 @@ def test_of_several_runs_the_first_verdict_of_the_list_is_that_of_the_program(tm
     assert run(SCENARIOS / "reversal.toml", tmp_path / "slow.toml", *quick, *missed).returncode == 4
 
 
+def named(names, directory):
+    """Scenarios of these names that run through."""
+    files = [directory / f"{name}.toml" for name in names]
+    for file in files:
+        file.write_text(SLOW.replace('"slow"', f'"{file.stem}"').replace("value = 500", "value = 0"))
+    return files
+
+
 def test_scenarios_at_a_time_have_the_results_of_one_after_the_other(tmp_path):
     files = []
     for name, torque in (("longest", 15), ("silent", 0), ("shortest", 20)):
@@ -331,13 +339,16 @@ def test_scenarios_at_a_time_have_the_results_of_one_after_the_other(tmp_path):
     assert found[3] == found[1]
 
 
-def test_a_scenario_that_cannot_run_ends_those_beside_it(tmp_path):
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_after_a_scenario_that_cannot_run_no_further_one_begins(jobs, tmp_path):
+    files = named(("refused", "beside", "last"), tmp_path)
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "constant_torque").write_text("a file where a directory belongs")
-    both = (SCENARIOS / "constant_torque.toml", SCENARIOS / "reversal.toml", "--set", "trace.interval_us=10000")
-    done = run(*both, "--out", tmp_path / "out", "--jobs", 2, "--set", "duration_s=1000")
+    (tmp_path / "out" / "refused").write_text("a file where a directory belongs")
+    done = run(*files, "--out", tmp_path / "out", "--no-trace", "--jobs", jobs)
     assert done.returncode == 2, done
-    assert len(done.stderr.splitlines()) == 1 and "constant_torque" in done.stderr
+    assert "refused" in done.stderr
+    assert (tmp_path / "out" / "beside").exists() == (jobs == 2)
+    assert not (tmp_path / "out" / "last").exists()
 
 
 def test_help_and_page_have_the_same_statuses():
@@ -402,20 +413,32 @@ def test_an_interrupted_run_leaves_trace_and_summary(mode, name, status, tmp_pat
         assert trace["t_ns"][-1] == pytest.approx(1e9 * summary["metrics"]["simulated_s"], abs=2e7)
 
 
-def test_an_interruption_ends_all_that_run(tmp_path):
-    both = [SCENARIOS / "constant_torque.toml", SCENARIOS / "reversal.toml"]
-    words = ["--set", "duration_s=10000", "--set", "trace.interval_us=10000", "--jobs", "2", "--out", tmp_path]
-    traces = [tmp_path / file.stem / "trace.h5" for file in both]
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_interruption_ends_what_runs_and_begins_nothing(jobs, tmp_path):
+    files = named(("first", "second", "third"), tmp_path)
+    out = tmp_path / "out"
+    assert run(files[2], "--no-trace", "--out", out / "third").returncode == 0
+    earlier = (out / "third" / "summary.json").read_text()
+    words = ["--set", "duration_s=10000", "--set", "trace.interval_us=10000", "--jobs", str(jobs)]
+    running = files[:jobs]
+    traces = [out / file.stem / "trace.h5" for file in running]
     with subprocess.Popen(
-        [os.environ["SEXTANT_MIL"], *both, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [os.environ["SEXTANT_MIL"], *files, *words, "--out", out, "--junit", out / "junit.xml"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
     ) as program:
         deadline = time.monotonic() + 50
         while not all(trace.exists() for trace in traces):
             assert program.poll() is None and time.monotonic() < deadline
             time.sleep(0.05)
         program.send_signal(signal.SIGINT)
-        assert program.wait(50) == 130
-    assert [summary_of(trace.parent)["verdict"] for trace in traces] == ["interrupted"] * 2
+        said = program.communicate(timeout=50)[0]
+    assert program.returncode == 130
+    assert [summary_of(trace.parent)["verdict"] for trace in traces] == ["interrupted"] * jobs
+    assert all(file.stem in said for file in running)
+    assert (out / "junit.xml").read_text().count("<error") == jobs
+    assert (out / "third" / "summary.json").read_text() == earlier
 
 
 def test_an_earlier_result_is_replaced_aloud(tmp_path):

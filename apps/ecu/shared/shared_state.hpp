@@ -81,6 +81,7 @@ struct SharedState {
   std::atomic<std::uint64_t> parameter_sets{0};       ///< control → link, telemetry: taken since start [-]
   std::atomic<bool> watchdog_stopped{false};  ///< housekeeping → control: no watchdog runs, which is a fault
   std::atomic<bool> gate_inhibit{false};      ///< watchdog, transmit, telemetry → control, which clears it
+  static_assert(std::atomic<std::optional<Fault>>::is_always_lock_free);
   std::atomic<std::optional<Fault>>
       fault{};                        ///< control → watchdog: the first one, while the drive is in FAULT
   std::atomic<bool> shutdown{false};  ///< main, watchdog → control: ramp to zero and stop

@@ -1,5 +1,6 @@
 #include "ecu/virtual_time/lockstep_client.hpp"
 
+#include <csignal>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -12,8 +13,9 @@ namespace sextant::ecu {
 
 LockstepClient::LockstepClient(std::istream& in, std::FILE* out, VirtualCanBus& bus, std::string interface)
     : in_{in}, out_{out}, bus_{bus} {
+  std::signal(SIGPIPE, SIG_IGN);
   bus_.listen([this, name = std::move(interface)](const CanFrame& frame) {
-    fmt::print(out_, "{}\n", format_candump({frame.received_ns, name, frame}));
+    write(format_candump({frame.received_ns, name, frame}));
   });
 }
 
@@ -25,10 +27,19 @@ void LockstepClient::act() {
   if (frame_) bus_.put(*frame_);
   frame_.reset();
   if (std::exchange(wants_reply_, false)) {
-    fmt::print(out_, "{}\n", format_candump_time(next_ns_));
+    write(format_candump_time(next_ns_));
     std::fflush(out_);
   }
+  if (std::ferror(out_) != 0) {
+    next_ns_ = never_ns;  // nobody reads
+    return;
+  }
   read_line();
+}
+
+void LockstepClient::write(const std::string& line) noexcept {
+  std::fputs(line.c_str(), out_);
+  std::fputc('\n', out_);
 }
 
 void LockstepClient::read_line() {

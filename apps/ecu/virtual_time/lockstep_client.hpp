@@ -15,7 +15,8 @@ namespace sextant::ecu {
 /// A program that takes part in virtual time over two streams of lines, in the format of candump_log.hpp. A
 /// line with a frame puts it on the bus at its time; a line with a time alone, "(0.01)", asks to go on until
 /// then. Virtual time waits for the next line. The frames that drives send are written as they are sent, and
-/// a line with the time once it is reached. The end of the input ends the run.
+/// a line with the time once it is reached. The end of the input ends the run, as does an output that nobody
+/// reads, of which the program gets no signal.
 class LockstepClient {
  public:
   /// Streams and bus are not owned and must outlive this object, which must stay where it is.
@@ -31,6 +32,7 @@ class LockstepClient {
 
  private:
   void act();
+  void write(const std::string& line) noexcept;
   void read_line();
 
   std::istream& in_;

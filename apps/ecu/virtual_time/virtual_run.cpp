@@ -101,7 +101,7 @@ void VirtualRun::require_one_drive_for(const char* what) const {
 
 void VirtualRun::set_up_sources() {
   const int sources = int(!options_.log.empty()) + int(!options_.profile.empty()) + int(options_.lockstep);
-  if (sources > 1) refuse("commands come from a recording, a --profile or --lockstep, not from both");
+  if (sources > 1) refuse("commands come from one of recording, --profile and --lockstep, not from both");
   if (sources == 0 && !scenario_ && !options_.duration_s) {
     refuse("the run has no input and no end: name a recording, a --profile, a --scenario or a --duration");
   }

@@ -57,6 +57,8 @@ class Unit:
             new = Demand(order["torque_nm"], order["enable"], order["fault_reset"], time.monotonic())
             if not new.enable:
                 self._is_tripped = False
+            if not new.enable and self._demand is not None and self._demand.enable:
+                self._vcu.spoil_none()
             self._demand = new
         elif "spoil" in order:
             self._vcu.spoil(order["spoil"], order["frames"])
@@ -69,6 +71,7 @@ class Unit:
         return "end" not in order
 
     def _stop_sending(self, reason: str) -> None:
+        self._vcu.spoil_none()
         self._demand, self._not_sending = None, reason
         self._was_running = self._is_tripped = False
 

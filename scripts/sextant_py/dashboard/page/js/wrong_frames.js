@@ -3,12 +3,11 @@
 import { element } from "./format.js";
 
 const FRAMES = 3;
-const MOST_FRAMES = 100;
 
 export class WrongFrames {
   constructor(link) {
     this.link = link;
-    this.frames = element("input", { type: "number", min: 1, max: MOST_FRAMES, step: 1, value: FRAMES, "aria-label": "Number of wrong frames" });
+    this.frames = element("input", { type: "number", min: 1, step: 1, value: FRAMES, "aria-label": "Number of wrong frames" });
     this.buttons = element("div", { class: "choices" });
     const row = element("div", { class: "row" }, this.frames, element("span", { class: "quiet" }, "frames, the next ones"));
     this.node = element("details", { id: "wrong-frames" }, element("summary", {}, "Wrong frames"), row, this.buttons);
