@@ -39,14 +39,15 @@ void in_order(std::size_t count, std::size_t threads, const Work& work, const Wa
     }
   };
   std::vector<std::jthread> workers;
+  workers.reserve(std::min(threads, count));
   for (std::size_t n = 0; n < std::min(threads, count); ++n) workers.emplace_back(work_on);
   std::unique_lock lock{mutex};
   for (std::size_t k = 0; k < count; ++k) {
     changed.wait(lock, [&] { return outcomes[k].has_value() || k >= end; });
-    if (!outcomes[k]) return;
-    auto outcome = *std::exchange(outcomes[k], std::nullopt);
+    const auto outcome = std::exchange(outcomes[k], std::nullopt);
+    if (!outcome) return;
     lock.unlock();
-    handle(std::move(outcome));
+    handle(*outcome);
     lock.lock();
   }
 }

@@ -194,7 +194,7 @@ def test_programs_refuse_damage_with_one_sentence(tmp_path: Path) -> None:
     for words in (["convert", "run.csv", "out.h5"], ["playback", "run.csv"]):
         command = [ROOT / "scripts" / words[0], *words[1:]]
         ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
-        assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (1, "", 1)
+        assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
         assert "run.csv is damaged or was changed: its SHA-256 is not that in run.csv.sha256" in ended.stderr
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sextant_py import alignment, compare
 from sextant_py.comparison import OUT
+from sextant_py.errors import status_or_refusal
 from sextant_py.recording.formats import SUFFIXES
 from sextant_py.recording.model import MAIN
 from sextant_py.recording.topics import STATE, WAVEFORM, group_of
@@ -57,7 +58,7 @@ def drive(
 
 def run(capsys: pytest.CaptureFixture, *words: object) -> tuple[int, dict[str, dict], str]:
     """Exit status, rows by their names, and standard error."""
-    status = compare.main([*map(str, words), "--json"])
+    status = status_or_refusal("compare", lambda: compare.main([*map(str, words), "--json"]))
     said = capsys.readouterr()
     rows = json.loads(said.out[said.out.index("{") :])["rows"] if "{" in said.out else []
     return status, {row["metric"]: row for row in rows}, said.err

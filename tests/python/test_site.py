@@ -138,7 +138,7 @@ def test_a_link_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
         page.write("\n[a](none.md) [b](torque.md#no-such-heading)\n")
     command = [tmp_path / "scripts" / "docs", "--out", tmp_path / "site"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "'none.md'" in done.stderr
     assert "no-such-heading" in done.stderr
     assert done.stderr.endswith("is not complete; the lines above say why.\n")

@@ -339,16 +339,25 @@ def test_scenarios_at_a_time_have_the_results_of_one_after_the_other(tmp_path):
     assert found[3] == found[1]
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_after_a_scenario_that_cannot_run_no_further_one_begins(jobs, tmp_path):
-    files = named(("refused", "beside", "last"), tmp_path)
+def test_after_a_scenario_that_cannot_run_no_further_one_begins(tmp_path):
+    files = named(("refused", "last"), tmp_path)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "refused").write_text("a file where a directory belongs")
-    done = run(*files, "--out", tmp_path / "out", "--no-trace", "--jobs", jobs)
+    done = run(*files, "--out", tmp_path / "out", "--no-trace")
     assert done.returncode == 2, done
     assert "refused" in done.stderr
-    assert (tmp_path / "out" / "beside").exists() == (jobs == 2)
     assert not (tmp_path / "out" / "last").exists()
+
+
+def test_a_scenario_that_cannot_run_costs_none_beside_it_its_report(tmp_path):
+    files = named(("beside", "refused"), tmp_path)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "refused").write_text("a file where a directory belongs")
+    done = run(*files, "--out", tmp_path / "out", "--no-trace", "--jobs", 2, "--junit", tmp_path / "junit.xml")
+    assert done.returncode == 2, done
+    assert "beside" in done.stdout
+    assert summary_of(tmp_path / "out" / "beside")["verdict"] == "nothing_expected"
+    assert (tmp_path / "junit.xml").read_text().count("<error") == 1
 
 
 def test_help_and_page_have_the_same_statuses():
