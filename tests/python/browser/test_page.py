@@ -209,6 +209,7 @@ def test_the_server_goes_and_returns(
 ) -> None:
     page = open_page(watching.address)
     wait_for(lambda: reading(page, "flux_mean_wb") > 0.5, "telemetry of either drive", page)
+    wait_for(lambda: reading(page, "torque_mean_nm") > 50, "its torque", page)
     watching.send_signal(signal.SIGKILL)
     wait_for(lambda: "No connection to the dashboard's server" in page.inner_text("#notices"), "the sentence", page)
     assert reading(page, "torque_mean_nm") > 50, "the last picture stays"
