@@ -2,7 +2,6 @@
 
 #include <exception>
 #include <optional>
-#include <utility>
 
 namespace sextant {
 

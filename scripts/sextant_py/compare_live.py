@@ -12,7 +12,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from .errors import EndedError, UserError, run
+from . import ecu_configuration
+from .errors import EndedError, run
 from .paths import ECU, LOOPBACK, ROOT
 from .profile import load
 
@@ -70,14 +71,6 @@ def drive(options: argparse.Namespace, integrator: str) -> Run:
     return Run(found["periods"], found["periods_missed"], found["overruns"], own, found["execution"])
 
 
-def check(options: argparse.Namespace) -> None:
-    """UserError with what sextant-ecu says about the configuration, before a vehicle waits for it."""
-    words = [word for setting in options.set for word in ("--set", setting)]
-    done = subprocess.run([PROGRAM, options.config, "--print-config", *words], capture_output=True, text=True)
-    if done.returncode:
-        raise UserError(f"the drive is refused: {' '.join(done.stderr.split())}")
-
-
 def in_turns(options: argparse.Namespace) -> dict[str, list[Run]]:
     """Each round begins with the other integrator."""
     found: dict[str, list[Run]] = {name: [] for name in INTEGRATORS}
@@ -131,7 +124,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    check(options)
+    settings = [word for setting in options.set for word in ("--set", setting)]
+    ecu_configuration.of(PROGRAM, options.config, settings)  # refused before a vehicle waits for the drive
     found = in_turns(options)
     Console().print(table_of(found))
     return 0

@@ -14,7 +14,8 @@ from .controller_cases import SWITCHING_HZ, Case
 from .errors import UserError
 from .sweep_file import toml_value
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import Drive, words
+from .sweep_reader import set_words
+from .torque_map_drive import Drive
 
 METRICS = (
     "torque_ripple_rms_nm",
@@ -113,7 +114,7 @@ class Bench:
         settings = dict(case.settings) | {"control.controller": case.method}
         record = Record(case.section, case.method, list(case.what))
         with tempfile.TemporaryDirectory(prefix="sextant-controllers-") as out:
-            command = [self.mil, case.file or self.scenario, *words(settings), "--no-trace", "--out", out]
+            command = [self.mil, case.file or self.scenario, *set_words(settings), "--no-trace", "--out", out]
             try:
                 done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
             except subprocess.TimeoutExpired:

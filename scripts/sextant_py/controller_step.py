@@ -7,7 +7,7 @@ from pathlib import Path
 from .controller_cases import REFERENCE, STEP_S, at
 from .errors import UserError
 from .figure_style import STYLE
-from .torque_map_drive import words
+from .sweep_reader import set_words
 
 METHODS = {"dtc": "the paper's switching table (dtc)", "foc": "field-oriented control (foc)"}  # all at 25 us
 BEFORE_S, AFTER_S = 0.002, 0.012  # of the step
@@ -31,7 +31,7 @@ def _curves(mil: Path, scenario: Path, method: str) -> dict[str, list[float]]:
         "trace.signals": ["all"],
     }
     with tempfile.TemporaryDirectory(prefix="sextant-step-") as out:
-        done = subprocess.run([mil, scenario, *words(settings), "--out", out], capture_output=True, text=True)
+        done = subprocess.run([mil, scenario, *set_words(settings), "--out", out], capture_output=True, text=True)
         file = Path(out) / "trace.h5"
         if not file.is_file():
             raise UserError(f"{scenario}: sextant-mil wrote no trace with {method}: {done.stderr.strip()}")

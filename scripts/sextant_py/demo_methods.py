@@ -14,7 +14,7 @@ from .errors import UserError, run
 from .paths import ECU, ROOT
 from .sweep_file import Settings, toml_value
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import flat
+from .sweep_reader import flat
 
 FILES = {"dtc": ECU, "foc": ECU.with_name("ecu_foc.toml")}
 SCENARIO = ROOT / "configs" / "scenarios" / "constant_torque.toml"

@@ -14,6 +14,7 @@ from .errors import UserError
 from .paths import ROOT
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
+from .sweep_reader import set_words
 
 SENSORS: Settings = torque_map_drive.SENSORS["real"] | {
     "plant.sensors.encoder.lines": 1024,
@@ -132,7 +133,7 @@ class Lab:
                 **SENSORS,
                 **KINDS[drive.kind][0](drive, directory),
             }
-            command = [self.mil, self.plain, *torque_map_drive.words(settings), "--no-trace", "--out", directory]
+            command = [self.mil, self.plain, *set_words(settings), "--no-trace", "--out", directory]
             done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
             summary = read_summary(directory)
         if summary is None:

@@ -8,22 +8,22 @@ pattern again, and with it the channels of the control method.
 import re
 import subprocess
 import time
-import tomllib
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+from . import ecu_configuration
 from .control_unit import Vcu
+from .ecu_configuration import PROGRAM as ECU
 from .errors import EndedError, UserError
 from .identify_run import Plant, given_words, tripped
 from .reports import RUNNING_STATES
 from .sweep_file import Settings
 from .sweep_point import clean_reason
-from .torque_map_drive import flat, words
+from .sweep_reader import flat, set_words
 from .vcu import Progress
 
-ECU = "sextant-ecu"
 READY_S = 30.0  # for the hand-shake
 LATER = 1.02  # time of a course by that without a missed control period
 LEAVE_S = 20.0  # for the shutdown
@@ -41,7 +41,7 @@ class LivePlant(Plant):
 
     def run(self, course: str, duration_s: float, settings: Settings) -> Path:
         cycles = self.directory / f"{course}_cycles.h5"
-        command = [self.ecu, self.file, *self.given, *words(settings), "--record-cycles", cycles]
+        command = [self.ecu, self.file, *self.given, *set_words(settings), "--record-cycles", cycles]
         record = record_in_virtual_time if self.is_virtual else self._record_live
         record(course, duration_s, list(map(str, command)))
         return replayed(self.ecu, cycles, self.directory / f"{course}.h5")
@@ -160,7 +160,7 @@ def record_in_virtual_time(course: str, duration_s: float, command: list[str]) -
 
 def replayed(ecu: Path, cycles: Path, trace: Path) -> Path:
     """The trace of the recorded control periods, once each gate pattern has come again."""
-    rate = words({"dds.telemetry_rate_hz": ROWS_HZ})
+    rate = set_words({"dds.telemetry_rate_hz": ROWS_HZ})
     command = [str(ecu), "--replay", str(cycles), "--telemetry-out", str(trace), *rate]
     done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if done.returncode:
@@ -176,8 +176,4 @@ def live_plant(
 ) -> LivePlant:
     """The drive of a file of sextant-ecu, with these settings and what the user sets."""
     given = given_words(settings, own)
-    command = [str(ecu), str(file), *given, "--print-config"]
-    done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    if done.returncode:
-        raise UserError(f"{ECU} refuses the drive: {clean_reason(done.stderr, ECU)}")
-    return LivePlant(given, flat(tomllib.loads(done.stdout)), ecu, file, directory, is_virtual)
+    return LivePlant(given, flat(ecu_configuration.of(ecu, file, given)), ecu, file, directory, is_virtual)

@@ -20,8 +20,9 @@ from .identify_no_load import NoLoad, current_along
 from .identify_no_load import fit as fit_no_load
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
+from .sweep_reader import set_words
 from .telemetry_contract import enumerators
-from .torque_map_drive import SHORT, Drive, summary_of, words
+from .torque_map_drive import SHORT, Drive, summary_of
 
 CONTROL = "control.commissioning."
 LEVELS, TONES, NO_LOAD, INERTIA = "levels", "tones", "no_load", "inertia"
@@ -108,9 +109,10 @@ def scenario_of(file: Path, mil: Path, directory: Path) -> Path:
 
 def configuration_of(mil: Path, scenario: Path, given: list[str]) -> Settings:
     """In force."""
-    command = [str(mil), str(scenario), *given, *words(SHORT), "--no-trace", "--out", str(scenario.parent / "short")]
+    out = scenario.parent / "short"
+    command = [str(mil), str(scenario), *given, *set_words(SHORT), "--no-trace", "--out", str(out)]
     done = subprocess.run(command, capture_output=True, text=True)
-    found = read_summary(scenario.parent / "short")
+    found = read_summary(out)
     if done.returncode == 2 or found is None:
         raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}")
     return found["configuration"]
@@ -118,7 +120,7 @@ def configuration_of(mil: Path, scenario: Path, given: list[str]) -> Settings:
 
 def given_words(settings: Settings, own: list[str]) -> list[str]:
     """For sextant-mil: settings, and above them what the user sets."""
-    return [*words(settings), *(word for text in own for word in ("--set", text))]
+    return [*set_words(settings), *(word for text in own for word in ("--set", text))]
 
 
 def plant_of(file: Path, mil: Path, directory: Path, settings: Settings, own: list[str]) -> MilPlant:
@@ -198,7 +200,7 @@ def duration_of_tones(configuration: Settings) -> float:
 def _run(plant: MilPlant, course: str, settings: Settings) -> Path:
     """The trace of a course."""
     out = plant.scenario.parent / course
-    command = [str(plant.mil), str(plant.scenario), *plant.given, *words(settings), "--out", str(out)]
+    command = [str(plant.mil), str(plant.scenario), *plant.given, *set_words(settings), "--out", str(out)]
     shown = sys.stderr.isatty()  # sextant-mil shows how far it is
     if shown:
         print(f"identify: {course}, {settings['duration_s']:.3g} s", file=sys.stderr)
@@ -247,7 +249,7 @@ def settled_by(plant: Plant, tau_r: float) -> Plant:
     if plant.configuration[key] >= needed or any(word.startswith(f"{key}=") for word in plant.given):
         return plant
     settle: Settings = {key: needed}
-    return replace(plant, given=[*plant.given, *words(settle)], configuration=plant.configuration | settle)
+    return replace(plant, given=[*plant.given, *set_words(settle)], configuration=plant.configuration | settle)
 
 
 def measure_levels(plant: Plant) -> list[Level]:

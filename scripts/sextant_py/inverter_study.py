@@ -18,7 +18,8 @@ from .identify_files import told_dead_time_us, told_voltage_error_v
 from .paths import OUT, ROOT
 from .sweep_file import Settings, toml_value
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import SENSORS, words
+from .sweep_reader import set_words
+from .torque_map_drive import SENSORS
 
 EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
@@ -183,7 +184,7 @@ class Lab:
 
     def metrics(self, settings: Settings) -> tuple[dict, list]:
         with tempfile.TemporaryDirectory(prefix="sextant-inverter-") as out:
-            command = [str(self.mil), str(self.file), *words(settings), "--no-trace", "--out", out]
+            command = [str(self.mil), str(self.file), *set_words(settings), "--no-trace", "--out", out]
             try:
                 done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
             except subprocess.TimeoutExpired:

@@ -3,17 +3,16 @@
 import contextlib
 import subprocess
 import threading
-import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import can
 
-from . import mil_program
+from . import ecu_configuration, mil_program
+from .ecu_configuration import PROGRAM
 from .errors import EndedError, UserError
 from .sweep_point import clean_reason
 
-PROGRAM = "sextant-ecu"
 STATUSES = (0, 3)  # of a run to its end, whose drive may be in FAULT there
 REFUSED = 2
 LEAVE_S = 60.0  # in which the drive has shut down, real time
@@ -21,11 +20,7 @@ LEAVE_S = 60.0  # in which the drive has shut down, real time
 
 def identifier_offset(file: Path, words: Sequence[str]) -> int:
     """The drive's, by its configuration; a refused configuration is a UserError."""
-    command = [mil_program.find(None, PROGRAM), file, "--print-config", *words]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=LEAVE_S)
-    if done.returncode != 0:
-        raise UserError(f"{PROGRAM} refuses the drive: {clean_reason(done.stderr, PROGRAM)}")
-    tree = tomllib.loads(done.stdout)
+    tree = ecu_configuration.of(mil_program.find(None, PROGRAM), file, words)
     drives = tree["drive"] if isinstance(tree["drive"], list) else [tree]
     if len(drives) > 1:
         raise UserError(f"{file} has {len(drives)} drives; identifier_offset says which one is commanded.")

@@ -9,7 +9,7 @@ from pathlib import Path
 from .machine_library_points import Machine, Point, cell_settings, command_of, settings
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import words
+from .sweep_reader import set_words
 
 TIME_LIMIT_S = 120  # of one run [s]
 SHORT: Settings = {"duration_s": 0.001, "metrics.window_from_s": 0}
@@ -33,7 +33,7 @@ class Lab:
     def summary_of(self, machine: str, settings: Settings) -> dict | str:
         """The summary of a run, or what sextant-mil says where it made none."""
         with tempfile.TemporaryDirectory(prefix="sextant-library-") as out:
-            command = [str(self.mil), str(self.scenario(machine)), *words(settings), "--no-trace", "--out", out]
+            command = [str(self.mil), str(self.scenario(machine)), *set_words(settings), "--no-trace", "--out", out]
             try:
                 done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
             except subprocess.TimeoutExpired:

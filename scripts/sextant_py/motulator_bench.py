@@ -28,7 +28,7 @@ from .motulator_cases import (
 )
 from .paths import ROOT
 from .sweep_point import clean_reason, read_summary
-from .torque_map_drive import words
+from .sweep_reader import set_words
 
 QUANTITIES = {
     "torque_nm": "T",
@@ -152,7 +152,7 @@ class Bench:
         )
 
     def _sextant(self, case: Case, directory: Path) -> tuple[courses.Course, float]:
-        command = [self.mil, self.scenario, *words(sextant_settings(case)), "--out", directory]
+        command = [self.mil, self.scenario, *set_words(sextant_settings(case)), "--out", directory]
         said = self._run_program("sextant-mil", command, case)
         summary = read_summary(directory)
         if summary is None or summary["faults"]:

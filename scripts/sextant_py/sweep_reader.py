@@ -33,6 +33,17 @@ def toml_value(value: Any) -> str:
     return repr(value)
 
 
+def flat(tree: dict, prefix: str = "") -> Settings:
+    """Dotted keys of nested tables."""
+    found: Settings = {}
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            found |= flat(value, f"{prefix}{key}.")
+        else:
+            found[prefix + key] = value
+    return found
+
+
 def set_words(settings: Mapping[str, Any]) -> list[str]:
     """Keys and values as options of the programs."""
     return [word for key, value in settings.items() for word in ("--set", f"{key}={toml_value(value)}")]

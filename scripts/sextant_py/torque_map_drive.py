@@ -14,6 +14,7 @@ from .errors import UserError
 from .paths import ECU
 from .sweep_file import Settings, toml_value
 from .sweep_point import clean_reason, read_summary
+from .sweep_reader import flat, set_words
 
 # What every drive of the map has besides configs/ecu.toml: limits beyond which the map goes on purpose.
 COMMON: Settings = {"plant.integrator": "exact", "protection.over_speed_rad_s": 500}
@@ -97,25 +98,10 @@ class Drive:
         return "\n".join([*(f"{key} = {toml_value(value)}" for key, value in self.base.items()), *head]) + "\n"
 
 
-def flat(tree: dict, prefix: str = "") -> Settings:
-    """Dotted keys of nested tables."""
-    found: Settings = {}
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            found |= flat(value, f"{prefix}{key}.")
-        else:
-            found[prefix + key] = value
-    return found
-
-
-def words(settings: Settings) -> list[str]:
-    return [word for key, value in settings.items() for word in ("--set", f"{key}={toml_value(value)}")]
-
-
 def summary_of(mil: Path, scenario: Path, settings: Settings) -> dict:
     """Of one run that must have one."""
     with tempfile.TemporaryDirectory(prefix="sextant-map-") as out:
-        command = [mil, scenario, *words(settings), "--no-trace", "--out", out]
+        command = [mil, scenario, *set_words(settings), "--no-trace", "--out", out]
         done = subprocess.run(command, capture_output=True, text=True, timeout=60)
         found = read_summary(Path(out))
     if found is None:

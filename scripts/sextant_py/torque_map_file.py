@@ -11,7 +11,8 @@ from pathlib import Path
 
 from .errors import UserError
 from .sweep_file import Settings
-from .torque_map_drive import COMMON, SENSORS, SHORT, Drive, flat, known_keys, summary_of
+from .sweep_reader import flat
+from .torque_map_drive import COMMON, SENSORS, SHORT, Drive, known_keys, summary_of
 from .torque_map_points import QUICK_SPEEDS, QUICK_TORQUES, SPEEDS, TORQUES
 
 # What the shipped drive has, by which the ranges of the map scale.

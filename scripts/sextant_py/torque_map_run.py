@@ -14,7 +14,8 @@ from .errors import UserError
 from .sweep_file import Settings
 from .sweep_point import WITH_FIGURES, clean_reason, read_summary
 from .sweep_program import fingerprint
-from .torque_map_drive import Drive, words
+from .sweep_reader import set_words
+from .torque_map_drive import Drive
 from .torque_map_points import Point, settings
 
 METRICS = (
@@ -43,7 +44,7 @@ class Lab:
         self.records: dict[str, dict] = {}
 
     def command(self, settings: Settings) -> list[str]:
-        return [str(self.mil), str(self.scenario), *words(settings), "--no-trace"]
+        return [str(self.mil), str(self.scenario), *set_words(settings), "--no-trace"]
 
     def take_up(self, restart: bool) -> int:
         """Reads what this program found of this drive before; the number of its points."""

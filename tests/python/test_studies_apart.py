@@ -11,8 +11,7 @@ STUDIES = (
     "random_machines", "torque_map", "work_precision", "bench",
 )  # fmt: skip
 LEFT = {  # imports of a study by the product: what these need is to move into the product
-    ("demo_methods", "torque_map_drive"), ("identify_live", "torque_map_drive"), ("identify_run", "torque_map_drive"),
-    ("identify_run", "torque_map_file"), ("nameplate", "machine_library_points"),
+    ("identify_run", "torque_map_drive"), ("identify_run", "torque_map_file"), ("nameplate", "machine_library_points"),
     ("plots.layouts", "paper_lab"), ("plots.layouts", "paper_style"),
 }  # fmt: skip
 CIRCLE_LEFT = {("errors", "completion"), ("completion", "__main__")}  # imports inside of functions

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from programs import program
 from sextant_py import (
+    sweep_reader,
     torque_map,
     torque_map_counts,
     torque_map_drive,
@@ -183,7 +184,7 @@ def test_a_free_shaft_has_its_speed_when_the_torque_steps() -> None:
 
 
 def test_nested_tables_become_dotted_keys() -> None:
-    assert torque_map_drive.flat({"a": {"b": 1, "c": {"d": 2}}, "e": 3}) == {"a.b": 1, "a.c.d": 2, "e": 3}
+    assert sweep_reader.flat({"a": {"b": 1, "c": {"d": 2}}, "e": 3}) == {"a.b": 1, "a.c.d": 2, "e": 3}
 
 
 def made_up(name: str, silent_ms: float) -> Results:

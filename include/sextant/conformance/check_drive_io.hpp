@@ -33,17 +33,16 @@ struct DriveIoConformanceParameters {
 
 /// Plays a drive to a power stage and checks what a drive relies on (docs/hil.md):
 ///
-///   plausible   the measurement becomes plausible with the gates off, and stays so while a pattern is
-///   written
-///               in every period
+///   plausible   the measurement becomes plausible with the gates off, and stays so while every period
+///               has its pattern
 ///   finite      values of a plausible measurement are finite, the angle is within [−π, π]
 ///   duration    the applied pattern fills the time since the last read, also over missed periods, without
 ///               segments below zero; or the measurement is not plausible
 ///   applied     the applied pattern is the one of its period, by the actuation delay: states and durations
 ///   off         after gates off, or an empty pattern, no leg is driven
 ///   silence     without a new pattern the gates go off by themselves, or the measurement is not plausible
-///   currents    V1, V3 and V5 raise the current of leg a, b and c, and lower the other two; their sum is
-///   zero
+///   currents    V1, V3 and V5 raise the current of leg a, b and c, and lower the other two; the sum of
+///               the currents stays zero
 ///
 /// A single vector lasts for one period, with the gates off before and after; then each vector is followed by
 /// its opposite. At standstill the current so stays near that of one period, u_dc·2/3 t_period/σL_s. It
