@@ -45,7 +45,8 @@ def write(page: Path, seeds: int, faults: list[dict], hours: list[Hours]) -> Non
     """Puts the tables into the page."""
     names = ("runs", "missed", "runs_inside", "trips_inside")
     runs, missed, inside, trips = (sum(one[name] for one in faults) for name in names)
-    size = f"{counted(seeds, 'seed')} at 3 operating points, with ideal and with real sensors: {counted(runs, 'run')}, {missed} missed.\n"
+    size = f"{counted(seeds, 'seed')} at 3 operating points, with ideal and with real sensors: {counted(runs, 'run')}, "
+    size += f"{missed} missed.\n"
     size += f"Just inside the limits: {inside} runs, {trips} trips."
     try:
         text = page.read_text(encoding="utf-8")
