@@ -41,7 +41,7 @@ def kinds() -> list[Kind]:
         Kind(
             "$R_r$ or $L_m$ wrong, with sensors, below",
             lambda one, _: _is_rotor_wrong(one) and one.sensors != "ideal",
-            "magnetising at standstill leaves 14 % of $L_m$ and 6 to 15 % of $R_r$ unknown; $R_r$ shows with torque only",
+            "magnetising at standstill leaves 14 % of $L_m$ and 6 to 15 % of $R_r$ unknown; torque alone shows $R_r$",
         ),
         Kind(
             "$R_r$ or $L_m$ wrong, ideal sensors, below",
@@ -51,8 +51,8 @@ def kinds() -> list[Kind]:
         Kind(
             "$R_r$ and $L_m$ exact, with sensors",
             lambda one, _: one.sensors != "ideal",
-            "the start takes the flux that current errors make, $(R_s + k_r^2 R_r)\\,\\delta i/\\omega_r$, for an error "
-            "of $R_r$ or $L_m$",
+            "the start takes the flux that current errors make, $(R_s + k_r^2 R_r)\\,\\delta i/\\omega_r$, for an "
+            "error of $R_r$ or $L_m$",
         ),
         Kind(
             "$R_r$ and $L_m$ exact, ideal sensors",
