@@ -3,11 +3,25 @@
 import subprocess
 
 import pytest
-from sextant_py import compare_controllers, controller_cases, controller_cost, controller_figures, controller_page
-from sextant_py.bench import speed
-from sextant_py.controller_bench import Record, Results, common_period
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from studies.bench import speed
+from studies.controllers import (
+    cases as controller_cases,
+)
+from studies.controllers import (
+    compare_controllers,
+)
+from studies.controllers import (
+    cost as controller_cost,
+)
+from studies.controllers import (
+    figures as controller_figures,
+)
+from studies.controllers import (
+    page as controller_page,
+)
+from studies.controllers.measure import Record, Results, common_period
 
 
 def test_help_has_examples() -> None:
@@ -80,6 +94,6 @@ def test_the_flux_error_is_half_of_its_range_by_its_middle() -> None:
 def test_every_method_has_its_place_wherever_methods_are_listed() -> None:
     methods = Results.load(ROOT / "docs/controllers.json").methods
     assert set(methods) == set(controller_cost.instructions()) == set(speed.METHODS)
-    for page in ("docs/configuration.md", "docs/control.md", "scripts/sextant_py/controller_page.md"):
+    for page in ("docs/configuration.md", "docs/control.md", "scripts/studies/controllers/page.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         assert not [method for method in methods if method not in text], page
