@@ -9,18 +9,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sextant_py import closed_loops
-from sextant_py import page as pages
-from sextant_py.bench import __main__ as bench
-from sextant_py.bench import peer_python, peers, results, speed
-from sextant_py.bench.figure import MET, MISSED, NOT_MEASURED, PUBLISHED, Figure, NotMeasurableError, number
-from sextant_py.bench.google import GoogleResult
-from sextant_py.bench.histogram import Histogram
-from sextant_py.bench.lab import Lab, Stage
-from sextant_py.bench.results import Run, StageResult
 from sextant_py.errors import UserError
-from sextant_py.origin import Origin
 from sextant_py.paths import ROOT
+from studies import page as pages
+from studies.bench import bench, peer_python, peers, results, speed
+from studies.bench.figure import MET, MISSED, NOT_MEASURED, PUBLISHED, Figure, NotMeasurableError, number
+from studies.bench.google import GoogleResult
+from studies.bench.histogram import Histogram
+from studies.bench.lab import Lab, Stage
+from studies.bench.results import Run, StageResult
+from studies.origin import Origin
+from studies.work_precision import closed_loops
 
 ORIGIN = Origin("a processor", 2, "Linux 6.1", "2026-01-02 03:04", "0123456789", clean=True, load=0.07)
 

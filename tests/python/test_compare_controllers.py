@@ -3,11 +3,25 @@
 import subprocess
 
 import pytest
-from sextant_py import compare_controllers, controller_cases, controller_cost, controller_figures, controller_page
-from sextant_py.bench import speed
-from sextant_py.controller_bench import Record, Results, common_period
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from studies.bench import speed
+from studies.controllers import (
+    cases as controller_cases,
+)
+from studies.controllers import (
+    compare_controllers,
+)
+from studies.controllers import (
+    cost as controller_cost,
+)
+from studies.controllers import (
+    figures as controller_figures,
+)
+from studies.controllers import (
+    page as controller_page,
+)
+from studies.controllers.measure import Record, Results, common_period
 
 
 def test_help_has_examples() -> None:

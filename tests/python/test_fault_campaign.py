@@ -6,18 +6,24 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import (
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+from studies import plant_faults
+from studies.fault_campaign import (
     false_trips,
     fault_campaign,
-    fault_campaign_file,
-    fault_campaign_library,
-    fault_campaign_page,
-    machine_library_faults,
-    plant_faults,
 )
-from sextant_py.errors import UserError
-from sextant_py.false_trips import Drive, Hours
-from sextant_py.paths import ROOT
+from studies.fault_campaign import (
+    file as fault_campaign_file,
+)
+from studies.fault_campaign import (
+    library as fault_campaign_library,
+)
+from studies.fault_campaign import (
+    page as fault_campaign_page,
+)
+from studies.fault_campaign.false_trips import Drive, Hours
+from studies.machine_library import faults as machine_library_faults
 
 ONE = {
     "name": "speed | lost", "fault": "SPEED_SENSOR", "observable": "at once", "runs": 6, "missed": 1, "late": 0,

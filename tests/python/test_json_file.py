@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sextant_py import json_file
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from studies import json_file
 
 KEYS = ["a", "ñ", '"', "\n"]
 LONE = re.compile(r"^\s*(-?[\d.]+(e[+-]?\d+)?|null|true|false),?$")

@@ -11,24 +11,36 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sextant_py import (
-    check_paper,
-    mil_program,
-    paper_cycle,
-    paper_defaults,
-    paper_figures,
-    paper_report,
-    paper_rise,
-    paper_steady,
-    paper_steps,
-)
+from sextant_py import mil_program
 from sextant_py.errors import UserError
-from sextant_py.paper_lab import SCENARIOS, Lab
-from sextant_py.paper_numbers import Number, Numbers, differences, load
-from sextant_py.paper_page import render, text
 from sextant_py.paths import ROOT
 from sextant_py.plots import sheets
 from sextant_py.plots.trace import Trace
+from studies.paper import (
+    check_paper,
+    paper_report,
+)
+from studies.paper import (
+    cycle as paper_cycle,
+)
+from studies.paper import (
+    defaults as paper_defaults,
+)
+from studies.paper import (
+    figures as paper_figures,
+)
+from studies.paper import (
+    rise as paper_rise,
+)
+from studies.paper import (
+    steady as paper_steady,
+)
+from studies.paper import (
+    steps as paper_steps,
+)
+from studies.paper.lab import SCENARIOS, Lab
+from studies.paper.numbers import Number, Numbers, differences, load
+from studies.paper.page import render, text
 
 COMMITTED = ROOT / "docs" / "paper"
 FILES = sorted((ROOT / SCENARIOS).glob("*.toml"))
