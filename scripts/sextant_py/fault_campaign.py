@@ -123,7 +123,7 @@ def provoke(options: argparse.Namespace) -> list[dict]:
 def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
     hours: dict[str, false_trips.Hours] = {}
     with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
-        lab = false_trips.Lab(mil_program.find(options.mil), Path(name))
+        lab = false_trips.Lab(options.mil, Path(name))
         plan = false_trips.drives(options.hours)
         for done, (one, summary) in enumerate(lab.run_all(plan, options.jobs), start=1):
             false_trips.add(hours, one, summary)
@@ -137,7 +137,7 @@ def of_a_file(options: argparse.Namespace) -> int:
     """The campaign of the drive of a file."""
     work = OUT / "fault_campaign"
     work.mkdir(parents=True, exist_ok=True)
-    campaign = fault_campaign_file.Campaign(options.file, mil_program.find(options.mil), work)
+    campaign = fault_campaign_file.Campaign(options.file, options.mil, work)
     for key in campaign.drive.left_out:
         print(f"fault_campaign: {key} is left out: no scenario has it", file=sys.stderr)
     methods = fault_campaign_file.chosen_methods(options.methods, campaign.method)
@@ -154,12 +154,11 @@ def of_a_study(options: argparse.Namespace, study: ModuleType, name: str, subjec
     """The campaign on the machines of a library, or on a plant with the errors of a real one."""
     work = OUT / "fault_campaign"
     work.mkdir(parents=True, exist_ok=True)
-    mil = mil_program.find(options.mil)
     found = study.measure(
         options.seeds,
         options.hours,
         options.jobs,
-        mil,
+        options.mil,
         work,
         lambda count, of: progress_of(count, of, "fault_campaign"),
     )
@@ -188,6 +187,7 @@ def verdict(found: list[dict], hours: list[false_trips.Hours]) -> int:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
+    options.mil = mil_program.find(options.mil)
     if options.file:
         return of_a_file(options)
     if options.library:
