@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from . import json_file
+from . import json_file, printed_configuration
 from .controller_cases import SWITCHING_HZ, Case
 from .errors import UserError
 from .sweep_file import toml_value
@@ -40,7 +40,7 @@ TIME_LIMIT_S = 1800  # of one run [s]
 
 def methods(mil: Path, scenario: Path) -> list[str]:
     """The control methods that this sextant-mil knows, by the key's own description."""
-    text = subprocess.run([mil, scenario, "--print-config"], capture_output=True, text=True, check=True).stdout
+    text = printed_configuration.text_of(mil, scenario)
     line = next(line for line in text.splitlines() if line.startswith("controller = "))
     names = re.search(r'((?:"[\w-]+" or )*"[\w-]+"); default', line)
     if not names:

@@ -15,6 +15,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from . import printed_configuration
 from .errors import EndedError
 from .paths import ROOT
 from .sweep_point import WITH_FIGURES
@@ -112,11 +113,7 @@ class Lab:
 
     def configuration(self, scenario: str) -> str:
         """The configuration in force, as `--print-config` has it."""
-        arguments = [str(SCENARIOS / f"{scenario}.toml"), "--print-config"]
-        found = subprocess.run([self.mil, *arguments], cwd=ROOT, capture_output=True, text=True)
-        if found.returncode != 0:
-            raise EndedError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
-        return found.stdout
+        return printed_configuration.text_of(self.mil, ROOT / SCENARIOS / f"{scenario}.toml")
 
     def _begin(self, scenario: str, settings: Settings, trace: bool) -> "Future[Run]":
         if trace and scenario in ROWS_US:
