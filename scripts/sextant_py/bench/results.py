@@ -17,7 +17,7 @@ PAGE = ROOT / "docs" / "performance.md"
 IMAGES = ROOT / "docs" / "images"
 PLOTS = {"growth": "growth.png", "live": "latency.png"}  # by stage, in the folder beside the results
 PERCENTILES = ("p50_us", "p99_us", "p99.9_us")
-WITHOUT_TARGET = ("control", "growth", "instructions")  # stages whose figures without a target the page shows too
+WITHOUT_TARGET = ("growth", "instructions")  # stages whose figures without a target the page shows too
 LATENCY = (
     "\n\n![Wake-up latency beside cyclictest, and command to gate](images/latency.png)\n\n"
     "*The part of the wake-ups, and of the times from a command's frame to its first gate pattern, that take longer.*"
