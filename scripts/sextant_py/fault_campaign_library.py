@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import false_trips, fault_campaign_file
+from .control_methods import METHODS
 from .fault_campaign_file import STEADY
 from .fault_campaign_page import trip_list
-from .machine_library_points import METHODS, Machine, read_library
+from .machine_library_points import Machine, read_library
 from .page import counted, put, table
 from .plant_faults import KINDS, MISSED, NAMED, OTHERWISE, REFUSED
 from .sweep_file import toml_value

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from . import machine_library_scenarios as scenarios
 from . import plant_faults as faults
-from .machine_library_points import METHODS, PERIODS_US
+from .control_methods import METHODS
+from .machine_library_points import PERIODS_US
 from .machine_library_results import DERATED, OUTCOMES, REFUSED, RIGHT, TRIPPED, WRONG, Results, causes, counts
 from .page import table
 

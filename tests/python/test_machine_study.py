@@ -13,9 +13,9 @@ from sextant_py import (
     machine_library_scenarios,
     plant_faults,
 )
+from sextant_py.control_methods import METHODS
 from sextant_py.errors import UserError
 from sextant_py.machine_library_points import (
-    METHODS,
     PERIODS_US,
     Cell,
     Point,

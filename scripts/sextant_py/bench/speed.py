@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 
 from sextant_py import closed_loops, instructions
+from sextant_py.control_methods import METHODS
 from sextant_py.errors import UserError
 
 from .figure import Figure, NotMeasurableError, number
@@ -24,7 +25,6 @@ ESTIMATORS = (
     "observer",
     "sensorless_observer",
 )
-METHODS = ("dtc", "duty_ratio", "predictive", "pwm_dtc", "feedback_linearisation", "foc", "deadbeat")
 STEP_LIMITS = {"deadbeat": {"at_most": 100.0}}
 CONTROL = (
     row("dtc_step_ratio", "ratio", "DTC step / hand-written reference of the same arithmetic", "x"),
