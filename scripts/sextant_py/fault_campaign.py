@@ -20,7 +20,7 @@ from . import (
     mil_program,
 )
 from .errors import UserError, run
-from .fault_campaign_page import fault_table, trip_table, write
+from .fault_campaign_page import fault_table, trip_list, write
 from .paths import OUT, ROOT
 from .torque_map_run import progress_of
 
@@ -144,7 +144,7 @@ def of_a_file(options: argparse.Namespace) -> int:
     plan = fault_campaign_file.cases(methods, options.seeds, campaign.sensors)
     found = campaign.run_all(plan, options.jobs, progress_of(len(plan), options.file.name, "fault_campaign"))
     hours = campaign.hours(methods, options.hours, options.jobs) if options.hours > 0 else []
-    print(fault_campaign_file.faults_table(found), trip_table(hours), sep="\n\n")
+    print(fault_campaign_file.faults_table(found), trip_list(hours), sep="\n\n")
     results = {"seeds": options.seeds, "runs": found, "hours": [one.to_json() for one in hours]}
     keep(results, work / f"{options.file.stem}.json")
     return verdict(found, hours)
@@ -196,7 +196,7 @@ def main(arguments: list[str]) -> int:
         return of_a_study(options, fault_campaign_honest, "honest", "the honest plant")
     faults = provoke(options)
     hours = drive(options) if options.hours > 0 else []
-    print(fault_table(faults), trip_table(hours), sep="\n\n")
+    print(fault_table(faults), trip_list(hours), sep="\n\n")
     OUT.mkdir(parents=True, exist_ok=True)
     results = {"seeds": options.seeds, "faults": faults, "hours": [one.to_json() for one in hours]}
     json_file.write(OUT / "fault_campaign.json", results)

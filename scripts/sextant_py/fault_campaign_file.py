@@ -10,8 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import false_trips, torque_map_drive, torque_map_file
-from .machine_library_points import METHODS
+from . import false_trips, torque_map_file
+from .control_methods import METHODS
 from .page import table
 from .plant_faults import (
     FAULTS,
@@ -26,6 +26,7 @@ from .plant_faults import (
     leaving_speed,
     of_a_trip,
 )
+from .short_run import summary_of
 from .sweep_file import Settings
 from .torque_map_drive import SENSORS, Drive
 from .torque_map_file import Scale
@@ -172,7 +173,7 @@ class Campaign:
                 SEED: seed, **[*self.sensors.values()][-1], **self.encoder,
                 **false_trips.random_steps(one, Path(name), largest, 0.86 * self.base_speed, self.scale.from_s),
             }  # fmt: skip
-            return one, torque_map_drive.summary_of(self.lab.mil, self.lab.scenario, settings)
+            return one, summary_of(self.lab.mil, self.lab.scenario, settings)
 
     def hours(self, methods: Iterable[str], hours: float, jobs: int) -> list[false_trips.Hours]:
         count = max(1, -int(-3600 * hours // DRIVING_S))

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from . import false_trips, fault_campaign_file, honest_drive
 from .fault_campaign_file import faults_table
-from .fault_campaign_page import trip_table
+from .fault_campaign_library import injections_table
+from .fault_campaign_page import trip_list
 from .page import counted, put
 
 SEEDS = 1
@@ -44,7 +45,7 @@ def injections(found: Found) -> str:
 
 
 def tables(found: Found) -> str:
-    return "\n\n".join((injections(found), trip_table(found.hours)))
+    return "\n\n".join((injections(found), trip_list(found.hours)))
 
 
 def write(page: Path, found: Found, seeds: int) -> None:
@@ -53,5 +54,5 @@ def write(page: Path, found: Found, seeds: int) -> None:
     places = len(fault_campaign_file.PLACES)
     size = f"{counted(seeds, 'seed')} at {places} operating points: {counted(len(found.all_runs), 'run')}."
     text = put(text, "honest size", size)
-    text = put(text, "honest", injections(found))
-    page.write_text(put(text, "honest hours", trip_table(found.hours)), encoding="utf-8")
+    text = put(text, "honest", injections_table(found.all_runs, with_latest=True))
+    page.write_text(put(text, "honest hours", trip_list(found.hours)), encoding="utf-8")

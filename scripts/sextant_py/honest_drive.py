@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import identify, torque_map_file
+from . import drive_file, identify
 from .identify_files import report, told, write_files
 from .paths import ROOT
 from .sweep_file import Settings, toml_value
@@ -41,7 +41,7 @@ INVERTERS = (HARSH, ORDINARY)
 
 def plant_settings() -> Settings:
     """What the plant has that an ideal one has not, but for its dead time."""
-    own = torque_map_file.own_keys(FILE)
+    own = drive_file.own_keys(FILE)
     return {key: value for key, value in own.items() if key.startswith("plant.") and not key.endswith(DEAD_TIME)}
 
 
@@ -61,7 +61,7 @@ def identified(inverter: Inverter, mil: Path, directory: Path, parts: tuple[str,
     results = identify.identified(FILE, mil, work, options)
     write_files(work, FILE, results)
     (work / "identify.txt").write_text(report(results) + "\n", encoding="utf-8")
-    settings = torque_map_file.read(FILE) | inverter.settings | told(results)
+    settings = drive_file.read(FILE) | inverter.settings | told(results)
     print(f"{inverter.label}: {shown(settings)}", flush=True)
     file = work.with_suffix(".toml")
     file.write_text("\n".join(f"{key} = {toml_value(value)}" for key, value in settings.items()) + "\n", "utf-8")

@@ -13,9 +13,9 @@ from . import (
     machine_library_scenarios,
     mil_program,
 )
+from .control_methods import METHODS
 from .errors import UserError, run
 from .machine_library_points import (
-    METHODS,
     PERIODS_US,
     POINTS_A_CELL,
     Machine,

@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from .control_methods import METHODS
 from .figure_style import STYLE
-from .machine_library_points import METHODS, PERIODS_US, SPEEDS
+from .machine_library_points import PERIODS_US, SPEEDS
 from .machine_library_results import Outcome, Results
 
 

@@ -13,7 +13,6 @@ from .sweep_file import Settings, toml_value
 
 MACHINES = ROOT / "configs" / "machines"
 LIBRARY = MACHINES / "library.toml"
-METHODS = ("dtc", "duty_ratio", "predictive", "pwm_dtc", "feedback_linearisation", "foc", "deadbeat")
 PERIODS_US = (25, 50, 100, 125, 250)
 SENSORS = ("ideal", "12 bits")
 SPEEDS = (0.0, 0.02, 0.1, 0.3, 0.5, 0.8, 1.0, 1.2, 1.5, 2.0)  # shares of the base speed

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from .paper_numbers import Numbers
-from .paper_style import EXACT, PAPER, REFERENCE, SAMPLED, THIRD, save, sheet
+from .plots.sheets import EXACT, PAPER, REFERENCE, SAMPLED, THIRD, save, sheet
 
 
 def curve(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .paper_lab import SAMPLED, Lab, Run, Trace
+from .paper_lab import SAMPLED, Lab, Run
 from .paper_numbers import Numbers, Scope
+from .plots.trace import Trace
 
 EXTENSIONS = ("linear", "clip", "origin")
 BANDS = (0.918, 0.6885, 0.459)

@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 
 from . import paper_cycle
 from .paper_cycle import FIGURES
-from .paper_lab import Lab, Trace
-from .paper_style import EXACT, MAX_POINTS, PAPER, TORQUE, band, reference, save, sheet
+from .paper_lab import Lab
+from .plots.sheets import EXACT, MAX_POINTS, PAPER, TORQUE, band, reference, save, sheet
+from .plots.trace import Trace
 
 
 def figure_18(lab: Lab, file: Path) -> None:

@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 
 from . import paper_steps
 from .paper_lab import SAMPLED as SAMPLED_SETTINGS
-from .paper_lab import Lab, Settings, Trace
-from .paper_style import (
+from .paper_lab import Lab, Settings
+from .plots.sheets import (
     EXACT,
     PAPER,
     REFERENCE,
@@ -16,16 +17,35 @@ from .paper_style import (
     THIRD,
     TORQUE,
     band,
-    gates,
     legend,
     line,
     reference,
     save,
     sheet,
 )
+from .plots.trace import Trace
 
 TIME, NM = "Time [s]", "Torque [N·m]"
 STATES = ((1.0, "hb_1", "(a) HB = 1 N·m"), (0.5, "hb_0_5", "(b) HB = 0.5 N·m"))
+
+
+def gates(trace: Trace, r_s: float = 0.435, u_dc: float = 530) -> np.ndarray:
+    """States of the three upper switches at each row, from the voltage that moved the flux: u = dψ/dt + R_s i.
+
+    Both zero vectors look alike; the drive takes the one that is one switch away from the vector before.
+    """
+    vectors = [(1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), (1, 0, 1)]
+    direction = 2 / 3 * u_dc * np.exp(1j * np.pi / 3 * np.arange(6))
+    i_s = trace["i_a_a"] + 1j * (trace["i_b_a"] - trace["i_c_a"]) / np.sqrt(3)
+    psi = trace["psi_s_alpha_wb"] + 1j * trace["psi_s_beta_wb"]
+    u = np.diff(psi) / np.diff(trace.t_s) + r_s * 0.5 * (i_s[1:] + i_s[:-1])
+    nearest = np.argmin(abs(u[:, None] - np.concatenate((direction, [0]))[None, :]), axis=1)
+    states, zero = [], (0, 0, 0)
+    for vector in nearest:
+        if vector < 6:
+            zero = (0, 0, 0) if vector % 2 == 0 else (1, 1, 1)
+        states.append(zero if vector == 6 else vectors[vector])
+    return np.array([states[0], *states])
 
 
 def steady(lab: Lab, scenario: str) -> Trace:

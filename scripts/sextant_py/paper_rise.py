@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from .paper_lab import SAMPLED, Lab, Run, Settings, Trace
+from .paper_lab import SAMPLED, Lab, Run, Settings
 from .paper_numbers import Numbers
 from .paper_steps import READINGS, crossing
+from .plots.trace import Trace
 
 SLOPES = (20, 30, 40, 47.12, 60, 80, 120, 200, 400)  # [N·m/s]; 47.12 is a sine of 15 N·m and 0.5 Hz
 

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from .paper_lab import SAMPLED, Lab, Run, Settings, Trace
+from .paper_lab import SAMPLED, Lab, Run, Settings
 from .paper_numbers import Numbers
+from .plots.trace import Trace
 
 READINGS = {"centred": -30, "v1": 0}  # sector_start_deg
 STEPS = (2, 5, 10, 15, 20, 25, 30, 40, 50, 65, 80, 100, 115, 130)

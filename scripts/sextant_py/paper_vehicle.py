@@ -6,9 +6,10 @@ import tomllib
 import numpy as np
 
 from . import road_load
-from .paper_lab import SAMPLED, Lab, Run, Trace
+from .paper_lab import SAMPLED, Lab, Run
 from .paper_numbers import Numbers, Scope
 from .paths import ROOT
+from .plots.trace import Trace
 
 SCENARIO = "3_5_nycc_vehicle"
 VEHICLE = ROOT / "configs/vehicles/micro_ev.toml"

@@ -4,9 +4,10 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from .paper_lab import Lab, Trace
-from .paper_style import EXACT, PAPER, REFERENCE, TORQUE, band, line, reference, save, sheet, thinned
+from .paper_lab import Lab
 from .paper_vehicle import speeds, vehicle_run
+from .plots.sheets import EXACT, PAPER, REFERENCE, TORQUE, band, line, reference, save, sheet, thinned
+from .plots.trace import Trace
 
 PARTS = {  # titles and spans [s]
     "NYCC, 598 s": (0.0, 598.0),

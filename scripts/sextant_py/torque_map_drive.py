@@ -3,18 +3,15 @@
 What a version of sextant-mil may not have stands in OPTIONAL tables: a key that it does not know is left out and named.
 """
 
-import subprocess
-import tempfile
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .errors import UserError
 from .paths import ECU
-from .sweep_file import Settings, toml_value
-from .sweep_point import clean_reason, read_summary
-from .sweep_reader import flat, set_words
+from .short_run import SHORT, known_keys, scenario_text, summary_of
+from .sweep_file import Settings
+from .sweep_reader import flat
 
 # What every drive of the map has besides configs/ecu.toml: limits beyond which the map goes on purpose.
 COMMON: Settings = {"plant.integrator": "exact", "protection.over_speed_rad_s": 500}
@@ -59,7 +56,6 @@ DELAY = "drive.actuation_delay_periods"
 DEAD_TIME = "drive.inverter.dead_time_us"
 # Where the configuration in force has the limit of the stator current; None where it has none. [A]
 CURRENT_LIMIT = "drive.current_limit_a"
-SHORT: Settings = {"duration_s": 0.001}
 # Keys of a machine that the factors scale, and the ratio of their meaning to it.
 FACTORS = {"r_s": "r_s_ohm", "r_r": "r_r_ohm", "l_m": "x_m_ohm"}
 # The magnetising inductance, of a machine that has it in the place of the reactance.
@@ -94,19 +90,7 @@ class Drive:
 
     def scenario(self) -> str:
         """The file that every point's settings are added to."""
-        head = ['name = "torque_map"', "duration_s = 1", "[profile.torque_nm]", "value = 0"]
-        return "\n".join([*(f"{key} = {toml_value(value)}" for key, value in self.base.items()), *head]) + "\n"
-
-
-def summary_of(mil: Path, scenario: Path, settings: Settings) -> dict:
-    """Of one run that must have one."""
-    with tempfile.TemporaryDirectory(prefix="sextant-map-") as out:
-        command = [mil, scenario, *set_words(settings), "--no-trace", "--out", out]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-        found = read_summary(Path(out))
-    if found is None:
-        raise UserError(f"{scenario}: sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
-    return found
+        return scenario_text(self.base, "torque_map")
 
 
 def _shipped() -> tuple[dict, dict]:
@@ -119,23 +103,13 @@ def _shipped() -> tuple[dict, dict]:
     return ecu, machine
 
 
-def known_keys(mil: Path, directory: Path) -> set[str]:
-    """What this sextant-mil knows."""
-    probe = Drive("known_keys", {f"machine.{key}": value for key, value in _shipped()[1].items()}, {}, set())
-    scenario = directory / "known_keys.toml"
-    scenario.write_text(probe.scenario(), encoding="utf-8")
-    return set(summary_of(mil, scenario, SHORT)["configuration"])
-
-
 def load(name: str, mil: Path, directory: Path) -> Drive:
     """The drive of that name on the machine of configs/ecu.toml; writes its scenario into the directory."""
     ecu, machine = _shipped()
     shipped = flat(ecu)
     given = {f"machine.{key}": value for key, value in machine.items()}
     scenario = directory / f"{name}.toml"
-    drive = Drive(name, given, machine, set())
-    scenario.write_text(drive.scenario(), encoding="utf-8")
-    drive.known = set(summary_of(mil, scenario, SHORT)["configuration"])
+    drive = Drive(name, given, machine, known_keys(mil, directory, given))
     optional = COMMON | DRIVES[name][1]
     # The file of a live drive has sections, such as those of its buses, that no scenario has.
     drive.base |= {key: value for key, value in shipped.items() if key in drive.known}

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from sextant_py import paper_vehicle, road_load
-from sextant_py.paper_lab import Trace
 from sextant_py.paper_numbers import Numbers
+from sextant_py.plots.trace import Trace
 
 
 def trace_of(torque_nm: list[float], power_w: list[float], omega: float = 10.0) -> Trace:

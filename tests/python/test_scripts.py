@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from sextant_py import __main__
+from sextant_py import commands
 from sextant_py.paths import ROOT
 
 SCRIPTS = ROOT / "scripts"
@@ -42,7 +42,7 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
 
 
 def test_every_command_is_a_link_to_the_one_that_runs_its_module() -> None:
-    assert set(__main__.COMMANDS) <= set(COMMANDS)
+    assert set(commands.COMMANDS) <= set(COMMANDS)
     for name in COMMANDS:
         assert (SCRIPTS / name).readlink() == Path("command"), name
         module = SCRIPTS / "sextant_py" / name

@@ -10,11 +10,6 @@ STUDIES = (
     "fault_campaign", "honest_drive", "identify_study", "inverter_study", "machine_library", "motulator_", "paper_",
     "random_machines", "torque_map", "work_precision", "bench",
 )  # fmt: skip
-LEFT = {  # imports of a study by the product: what these need is to move into the product
-    ("identify_run", "torque_map_drive"), ("identify_run", "torque_map_file"), ("nameplate", "machine_library_points"),
-    ("plots.layouts", "paper_lab"), ("plots.layouts", "paper_style"),
-}  # fmt: skip
-CIRCLE_LEFT = {("errors", "completion"), ("completion", "__main__")}  # imports inside of functions
 
 
 def module_name(file: Path, root: Path) -> str:
@@ -50,14 +45,12 @@ def circle(pairs: set[tuple[str, str]]) -> list[str]:
     return []
 
 
-def test_product_imports_no_study_but_what_is_left():
-    assert {(user, used) for user, used in imports(PACKAGE) if of_study(used) and not of_study(user)} == LEFT
+def test_product_imports_no_study():
+    assert {(user, used) for user, used in imports(PACKAGE) if of_study(used) and not of_study(user)} == set()
 
 
-def test_modules_import_in_no_circle_but_the_one_left():
-    pairs = imports(PACKAGE)
-    assert pairs >= CIRCLE_LEFT
-    assert circle(pairs - CIRCLE_LEFT) == []
+def test_modules_import_in_no_circle():
+    assert circle(imports(PACKAGE)) == []
 
 
 def test_import_of_a_study_and_a_circle_are_seen(tmp_path):

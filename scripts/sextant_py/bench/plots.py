@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.ticker import NullFormatter
 
-from sextant_py.paper_style import EXACT, PAPER, REFERENCE, SAMPLED, THIRD, save, sheet
+from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, SAMPLED, THIRD, save, sheet
 
 from .histogram import Histogram
 

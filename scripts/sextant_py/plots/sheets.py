@@ -1,4 +1,4 @@
-"""How the pictures of docs/paper look, and what several of them draw."""
+"""Figures as wide as a page, and what their panels have: bands between minimum and maximum, lines, the reference."""
 
 from pathlib import Path
 
@@ -10,18 +10,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .figure_style import STYLE
-from .paper_lab import Trace
+from ..figure_style import STYLE
+from .trace import Trace
 
 EXACT, SAMPLED, REFERENCE, PAPER, THIRD = "#1b4f9c", "#e08e2b", "#111111", "#b3282d", "#3f8f5b"
 MAX_POINTS = 3000
 TORQUE = "torque_{}_nm"  # of `band`
-PAPER_STYLE = STYLE | {"axes.xmargin": 0.0, "legend.fontsize": 9, "lines.linewidth": 1.3}
+SHEET_STYLE = STYLE | {"axes.xmargin": 0.0, "legend.fontsize": 9, "lines.linewidth": 1.3}
 
 
 def sheet(rows: int, columns: int = 1, height: float = 4.0, **options) -> tuple[Figure, np.ndarray]:
     """A figure as wide as a page; its panels as an array."""
-    plt.rcParams.update(PAPER_STYLE)
+    plt.rcParams.update(SHEET_STYLE)
     return plt.subplots(rows, columns, figsize=(9.2, height), squeeze=False, **options)
 
 
@@ -57,22 +57,3 @@ def reference(axes: Axes, trace: Trace, scale: float = 1.0, label: str = "refere
 def legend(axes: Axes, **options) -> None:
     """Above the panel, right of its title."""
     axes.legend(**({"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 5, "borderaxespad": 0.2} | options))
-
-
-def gates(trace: Trace, r_s: float = 0.435, u_dc: float = 530) -> np.ndarray:
-    """States of the three upper switches at each row, from the voltage that moved the flux: u = dψ/dt + R_s i.
-
-    Both zero vectors look alike; the drive takes the one that is one switch away from the vector before.
-    """
-    vectors = [(1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), (1, 0, 1)]
-    direction = 2 / 3 * u_dc * np.exp(1j * np.pi / 3 * np.arange(6))
-    i_s = trace["i_a_a"] + 1j * (trace["i_b_a"] - trace["i_c_a"]) / np.sqrt(3)
-    psi = trace["psi_s_alpha_wb"] + 1j * trace["psi_s_beta_wb"]
-    u = np.diff(psi) / np.diff(trace.t_s) + r_s * 0.5 * (i_s[1:] + i_s[:-1])
-    nearest = np.argmin(abs(u[:, None] - np.concatenate((direction, [0]))[None, :]), axis=1)
-    states, zero = [], (0, 0, 0)
-    for vector in nearest:
-        if vector < 6:
-            zero = (0, 0, 0) if vector % 2 == 0 else (1, 1, 1)
-        states.append(zero if vector == 6 else vectors[vector])
-    return np.array([states[0], *states])
